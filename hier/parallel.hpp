@@ -1,0 +1,47 @@
+#pragma once
+
+#include "tetrakis/hier/run_context.hpp"
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <cstdint>
+
+namespace tetrakis {
+
+/// Elements below which a loop stays serial: starting a oneTBB loop costs a few microseconds.
+inline constexpr std::uint32_t k_default_grain = 1024;
+
+/// Calls body(i) for each i in [0, count); serial below one grain. The body writes only what i owns.
+template <class Body>
+void for_each_index(std::uint32_t count, Body&& body, std::uint32_t grain = k_default_grain) {
+    if (count <= grain) {
+        for (std::uint32_t i = 0; i < count; ++i) body(i);
+        return;
+    }
+    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::uint32_t>(0, count, grain), [&](const auto& range) {
+        for (std::uint32_t i = range.begin(); i != range.end(); ++i) body(i);
+    });
+}
+
+/// Calls body(begin, end) for disjoint ranges that cover [0, count), each about `grain` long.
+template <class Body>
+void for_each_block(std::uint32_t count, std::uint32_t grain, Body&& body) {
+    if (count <= grain) {
+        if (count > 0) body(std::uint32_t{0}, count);
+        return;
+    }
+    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::uint32_t>(0, count, grain),
+                              [&](const auto& range) { body(range.begin(), range.end()); });
+}
+
+/// Runs `work` with the context's number of threads (an arena of its own; 1 means the calling thread alone).
+template <class Work>
+auto with_threads(const RunContext& context, Work&& work) {
+    if (context.threads <= 0) return work();
+    oneapi::tbb::task_arena arena(context.threads);
+    return arena.execute(std::forward<Work>(work));
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <limits>
+#include <span>
+
+namespace tetrakis {
+
+template <class T>
+using Vec3 = glm::vec<3, T, glm::defaultp>;
+using Vec3d = glm::dvec3;
+using Vec3f = glm::vec3;
+using Vec2d = glm::dvec2;
+
+/// Axis-aligned box; empty when a lower bound exceeds its upper one.
+struct Box3d {
+    Vec3d lower{std::numeric_limits<double>::infinity()};
+    Vec3d upper{-std::numeric_limits<double>::infinity()};
+
+    void add(const Vec3d& p) {
+        lower = glm::min(lower, p);
+        upper = glm::max(upper, p);
+    }
+    void add(const Box3d& b) {
+        lower = glm::min(lower, b.lower);
+        upper = glm::max(upper, b.upper);
+    }
+    bool empty() const { return lower.x > upper.x; }
+    /// Length of the diagonal; 0 for an empty box.
+    double diagonal() const { return empty() ? 0.0 : glm::length(upper - lower); }
+    Vec3d centre() const { return 0.5 * (lower + upper); }
+};
+
+inline Box3d bounding_box(std::span<const Vec3d> points) {
+    Box3d box;
+    for (const Vec3d& p : points) box.add(p);
+    return box;
+}
+
+}  // namespace tetrakis
