@@ -1,0 +1,78 @@
+#pragma once
+
+#include "tetrakis/eval/triangle_mesh.hpp"
+#include "tetrakis/hier/control_mesh.hpp"
+#include "tetrakis/hier/run_context.hpp"
+#include "tetrakis/schemes/scheme_kind.hpp"
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <vector>
+
+namespace tetrakis {
+
+struct HeightImage;  // eval/io/height_image.hpp
+
+/// Which estimator decides where to refine (DESIGN 3.7).
+enum class EstimatorKind {
+    embree,     ///< cheap two-sided filters, then closest points and normal rays against the limit surface or a target
+    certified,  ///< refines until the certified bound itself is within the tolerance
+};
+
+struct TessellateOptions {
+    SchemeKind scheme = SchemeKind::catmull_clark;
+    EstimatorKind estimator = EstimatorKind::embree;
+    /// Largest allowed distance between mesh and limit surface, in both directions. Unset: refine to max_triangles
+    /// only.
+    std::optional<double> tolerance;
+    bool tolerance_is_absolute = false;         ///< else relative to the diagonal of the control mesh's bounding box
+    std::uint64_t max_triangles = 0;            ///< 0: no limit; else the best mesh within it, largest errors first
+    int min_level = 0;                          ///< quadtree levels that every face gets
+    int max_level = 28;                         ///< no cell is refined beyond it
+    const TriangleMesh* target = nullptr;       ///< project vertices onto this mesh and measure against it
+    const HeightImage* displacement = nullptr;  ///< heights in [0, 1] by UV, along the limit normal
+    double amplitude = 0;                       ///< height 1 in the unit of the model
+    bool normals = true;                        ///< compute limit normals
+    bool measure = true;                        ///< measure the result at the end (symmetric Hausdorff, mean, RMS)
+    bool floats_written = false;  ///< the caller writes floats (GLB): certified_error then includes that rounding
+};
+
+/// Distances found by dense sampling, in the unit of the model.
+struct MeasuredError {
+    double forward = 0;        ///< reference -> mesh, largest
+    double backward = 0;       ///< mesh -> reference, largest
+    double hausdorff = 0;      ///< the larger of both
+    double mean = 0, rms = 0;  ///< over the samples of both directions, weighted by area
+    std::uint64_t forward_samples = 0, backward_samples = 0;
+};
+
+struct StageSeconds {
+    double load = 0, build = 0, refine = 0, estimate = 0, measure = 0, write = 0;
+};
+
+struct Tessellation {
+    TriangleMesh mesh;
+    std::vector<std::uint32_t> triangle_face;  ///< T: the control face each triangle comes from
+    std::vector<float> triangle_error;         ///< T: the estimator's error of each triangle, unit of the model
+    double tolerance_absolute = std::numeric_limits<double>::infinity();
+    bool tolerance_reached = true;
+    /// Upper bound on the distance between mesh and limit surface, both directions; empty with target or displacement.
+    std::optional<double> certified_error;
+    std::optional<MeasuredError> measured_error;
+    int deepest_level = 0;  ///< quadtree level of the finest triangle
+    StageSeconds seconds;
+    std::uint64_t peak_memory_before_measure_bytes = 0;
+    std::vector<std::string> warnings;
+};
+
+/// Tessellates the limit surface of a control mesh to a tolerance: one watertight indexed mesh whose vertices are limit
+/// points (projected or displaced on request), the same bytes for any number of threads.
+/// @param mesh     control mesh; Loop needs triangles (triangulate() in hier/triangulate.hpp makes them, with a
+/// warning)
+/// @throws Error   invalid_input (options that contradict each other, UVs missing for a displacement), unsupported,
+///                 memory_limit, cancelled
+/// Cost: O(triangles); about one patch evaluation per vertex and two bounds per triangle.
+Tessellation tessellate(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context = {});
+
+}  // namespace tetrakis
