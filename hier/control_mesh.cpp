@@ -1,113 +1,146 @@
 #include "tetrakis/hier/control_mesh.hpp"
 
+#include "tetrakis/hier/edge_uses.hpp"
 #include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/mesh_check.hpp"
+#include "tetrakis/hier/mesh_links.hpp"
+#include "tetrakis/hier/parallel.hpp"
 
 #include <algorithm>
-#include <numeric>
-#include <unordered_map>
+#include <string>
 
 namespace tetrakis {
 
+namespace {
+
+// Bytes per half-edge while building: face, twin, edge and edge's half-edge (4 each), sorted uses twice (12 each).
+constexpr std::uint64_t k_bytes_per_halfedge = 16 + 24;
+// Half-edges per block of the edge numbering; fixed, so that blocks do not depend on the thread count.
+constexpr std::uint32_t k_edge_block = 65536;
+
+float effective(float sharpness) { return sharpness >= k_infinite_sharpness ? k_sharpness_infinity : sharpness; }
+
+}  // namespace
+
 class ControlMeshBuilder {
   public:
-    explicit ControlMeshBuilder(ControlMeshData data) { mesh_.data_ = std::move(data); }
+    ControlMeshBuilder(ControlMeshData data, const RunContext& context) : context_(context) {
+        mesh_.data_ = std::move(data);
+    }
 
     ControlMesh run() {
-        link_faces();
-        link_twins();
-        link_vertices();
+        const ControlMeshData& data = mesh_.data_;
+        check_memory();
+        context_.report("build", 0.0);
+        detail::throw_faults(data, detail::element_faults(data));
+        context_.report("build", 0.2);
+        uses_ = detail::sorted_edge_uses(data.face_offsets, data.face_vertices, mesh_.vertex_count());
+        context_.report("build", 0.5);
+        detail::MeshLinks links = detail::link_mesh(data, uses_);
+        detail::throw_faults(data, detail::edge_faults(data, uses_, links));
+        detail::throw_faults(data, detail::vertex_faults(data, links));
+        context_.report("build", 0.7);
+        mesh_.halfedge_face_ = std::move(links.face);
+        mesh_.twin_ = std::move(links.twin);
+        mesh_.vertex_halfedge_ = std::move(links.vertex_halfedge);
+        mesh_.vertex_face_count_ = std::move(links.vertex_face_count);
+        number_edges();
         apply_tags();
+        apply_boundary_rule();
+        note_oddities();
+        context_.report("build", 1.0);
         return std::move(mesh_);
     }
 
   private:
-    void link_faces() {
-        const auto& offsets = mesh_.data_.face_offsets;
-        mesh_.halfedge_face_.resize(mesh_.halfedge_count());
-        mesh_.all_triangles_ = true;
-        for (std::uint32_t f = 0; f < mesh_.face_count(); ++f) {
-            mesh_.all_triangles_ &= offsets[f + 1] - offsets[f] == 3;
-            for (std::uint32_t h = offsets[f]; h < offsets[f + 1]; ++h) mesh_.halfedge_face_[h] = f;
-        }
+    void check_memory() const {
+        const std::uint64_t bytes =
+            mesh_.data_.face_vertices.size() * k_bytes_per_halfedge + mesh_.data_.positions.size() * 12;
+        if (context_.max_memory_bytes != 0 && bytes > context_.max_memory_bytes)
+            throw Error(ErrorCode::memory_limit, "building the control mesh needs " + std::to_string(bytes) +
+                                                     " bytes, the limit is " +
+                                                     std::to_string(context_.max_memory_bytes) + "; raise the limit");
     }
 
-    std::uint64_t edge_key(std::uint32_t h) const {
-        const std::uint64_t a = mesh_.origin(HalfedgeId(h)).value, b = mesh_.target(HalfedgeId(h)).value;
-        return a < b ? a << 32 | b : b << 32 | a;
-    }
-
-    void link_twins() {
+    // An edge is numbered by its lower half-edge, in half-edge order.
+    void number_edges() {
         const std::uint32_t count = mesh_.halfedge_count();
-        std::vector<std::pair<std::uint64_t, std::uint32_t>> order(count);
-        for (std::uint32_t h = 0; h < count; ++h) order[h] = {edge_key(h), h};
-        std::sort(order.begin(), order.end());
-        mesh_.twin_.assign(count, HalfedgeId::none);
-        for (std::uint32_t i = 0; i + 1 < count; ++i)
-            if (order[i].first == order[i + 1].first) {
-                mesh_.twin_[order[i].second] = order[i + 1].second;
-                mesh_.twin_[order[i + 1].second] = order[i].second;
-                ++i;
-            }
+        const std::uint32_t blocks = count == 0 ? 0 : (count - 1) / k_edge_block + 1;
+        const auto leads = [&](std::uint32_t h) { return mesh_.twin_[h] == HalfedgeId::none || mesh_.twin_[h] > h; };
+        std::vector<std::uint32_t> first(std::size_t{blocks} + 1, 0);
+        const auto visit = [&](std::uint32_t block, auto&& body) {
+            const std::uint32_t end = std::min(count, (block + 1) * k_edge_block);
+            for (std::uint32_t h = block * k_edge_block; h < end; ++h)
+                if (leads(h)) body(h);
+        };
+        for_each_index(
+            blocks, [&](std::uint32_t b) { visit(b, [&](std::uint32_t) { ++first[b + 1]; }); }, 1);
+        for (std::uint32_t b = 0; b < blocks; ++b) first[b + 1] += first[b];
+        mesh_.edge_halfedge_.resize(first[blocks]);
         mesh_.halfedge_edge_.resize(count);
-        for (std::uint32_t h = 0; h < count; ++h) {
-            const std::uint32_t t = mesh_.twin_[h];
-            if (t == HalfedgeId::none || t > h) {
-                mesh_.halfedge_edge_[h] = mesh_.edge_count();
-                mesh_.edge_halfedge_.push_back(h);
-            } else {
-                mesh_.halfedge_edge_[h] = mesh_.halfedge_edge_[t];
-            }
-        }
-    }
-
-    void link_vertices() {
-        mesh_.vertex_halfedge_.assign(mesh_.vertex_count(), HalfedgeId::none);
-        mesh_.vertex_face_count_.assign(mesh_.vertex_count(), 0);
-        for (std::uint32_t h = 0; h < mesh_.halfedge_count(); ++h) {
-            const std::uint32_t v = mesh_.data_.face_vertices[h];
-            ++mesh_.vertex_face_count_[v];
-            if (mesh_.vertex_halfedge_[v] == HalfedgeId::none || mesh_.twin_[h] == HalfedgeId::none)
-                mesh_.vertex_halfedge_[v] = h;
-        }
-    }
-
-    static float effective(float sharpness) {
-        return sharpness >= k_infinite_sharpness ? k_sharpness_infinity : sharpness;
+        for_each_index(
+            blocks,
+            [&](std::uint32_t b) {
+                std::uint32_t e = first[b];
+                visit(b, [&](std::uint32_t h) {
+                    mesh_.edge_halfedge_[e] = h;
+                    mesh_.halfedge_edge_[h] = e;
+                    if (mesh_.twin_[h] != HalfedgeId::none) mesh_.halfedge_edge_[mesh_.twin_[h]] = e;
+                    ++e;
+                });
+            },
+            1);
     }
 
     void apply_tags() {
-        const auto& data = mesh_.data_;
+        const ControlMeshData& data = mesh_.data_;
         mesh_.edge_sharpness_.assign(mesh_.edge_count(), 0.0f);
         mesh_.vertex_sharpness_.assign(mesh_.vertex_count(), 0.0f);
-        if (!data.creases.empty()) {
-            std::unordered_map<std::uint64_t, std::uint32_t> edges;
-            edges.reserve(mesh_.edge_count());
-            for (std::uint32_t e = 0; e < mesh_.edge_count(); ++e) edges.emplace(edge_key(mesh_.edge_halfedge_[e]), e);
-            for (const auto& crease : data.creases) {
-                const std::uint64_t a = std::min(crease.a, crease.b), b = std::max(crease.a, crease.b);
-                if (auto it = edges.find(a << 32 | b); it != edges.end())
-                    mesh_.edge_sharpness_[it->second] = effective(crease.sharpness);
-            }
+        mesh_.hole_.assign(mesh_.face_count(), 0);
+        for (const auto& crease : data.creases) {
+            const std::uint32_t h = detail::find_edge(uses_, crease.a, crease.b)->halfedge;
+            mesh_.edge_sharpness_[mesh_.halfedge_edge_[h]] = effective(crease.sharpness);
         }
         for (const auto& corner : data.corners) mesh_.vertex_sharpness_[corner.vertex] = effective(corner.sharpness);
-        mesh_.hole_.assign(mesh_.face_count(), 0);
         for (std::uint32_t f : data.holes) mesh_.hole_[f] = 1;
-        for (std::uint32_t e = 0; e < mesh_.edge_count(); ++e)
-            if (mesh_.is_boundary(EdgeId(e))) mesh_.edge_sharpness_[e] = k_sharpness_infinity;
-        for (std::uint32_t h = 0; h < mesh_.halfedge_count(); ++h) {
-            const VertexId v = mesh_.origin(HalfedgeId(h));
-            if (!mesh_.is_boundary(v)) continue;
-            if (data.boundary_rule == BoundaryRule::none) mesh_.hole_[mesh_.halfedge_face_[h]] = 1;
-            if (data.boundary_rule == BoundaryRule::edge_and_corner && mesh_.face_valence(v) == 1)
-                mesh_.vertex_sharpness_[v.value] = k_sharpness_infinity;
-        }
     }
 
+    void apply_boundary_rule() {
+        const ControlMeshData& data = mesh_.data_;
+        for_each_index(mesh_.edge_count(), [&](std::uint32_t e) {
+            if (mesh_.is_boundary(EdgeId(e))) mesh_.edge_sharpness_[e] = k_sharpness_infinity;
+        });
+        if (data.boundary_rule == BoundaryRule::edge_and_corner)
+            for_each_index(mesh_.vertex_count(), [&](std::uint32_t v) {
+                if (mesh_.is_boundary(VertexId(v)) && mesh_.face_valence(VertexId(v)) == 1)
+                    mesh_.vertex_sharpness_[v] = k_sharpness_infinity;
+            });
+        if (data.boundary_rule == BoundaryRule::none)
+            for_each_index(mesh_.face_count(), [&](std::uint32_t f) {
+                for (std::uint32_t h = data.face_offsets[f]; h < data.face_offsets[f + 1]; ++h)
+                    if (mesh_.is_boundary(VertexId(data.face_vertices[h]))) mesh_.hole_[f] = 1;
+            });
+    }
+
+    void note_oddities() {
+        const ControlMeshData& data = mesh_.data_;
+        mesh_.all_triangles_ = mesh_.halfedge_count() == 3 * std::uint64_t{mesh_.face_count()} &&
+                               std::ranges::adjacent_find(data.face_offsets, [](std::uint32_t a, std::uint32_t b) {
+                                   return b - a != 3;
+                               }) == data.face_offsets.end();
+        mesh_.warnings_ = data.warnings;
+        const auto isolated = std::ranges::count(mesh_.vertex_halfedge_, HalfedgeId::none);
+        for (std::string& oddity : detail::find_oddities(data, static_cast<std::uint64_t>(isolated)))
+            mesh_.warnings_.push_back(std::move(oddity));
+    }
+
+    const RunContext& context_;
     ControlMesh mesh_;
+    std::vector<detail::EdgeUse> uses_;
 };
 
-ControlMesh ControlMesh::build(ControlMeshData data, const RunContext&) {
-    return ControlMeshBuilder(std::move(data)).run();
+ControlMesh ControlMesh::build(ControlMeshData data, const RunContext& context) {
+    return with_threads(context, [&] { return ControlMeshBuilder(std::move(data), context).run(); });
 }
 
 }  // namespace tetrakis

@@ -47,7 +47,8 @@ struct ControlMeshData {
     };
     std::vector<EdgeTag> creases;
     std::vector<VertexTag> corners;
-    std::vector<std::uint32_t> holes;  ///< faces that are refined with the others but are not part of the surface
+    std::vector<std::uint32_t> holes;       ///< faces that are refined with the others but are not part of the surface
+    std::vector<std::uint64_t> hole_lines;  ///< line numbers of `holes`, or empty
 
     std::vector<Vec2d> uvs;                   ///< distinct texture coordinates; empty: no UV layer
     std::vector<std::uint32_t> face_uvs;      ///< H numbers into `uvs`, or empty
@@ -66,6 +67,7 @@ struct ControlMeshData {
     std::string source;                       ///< file the data came from, for messages; may be empty
     std::vector<std::uint64_t> vertex_lines;  ///< V line numbers in `source`, or empty
     std::vector<std::uint64_t> face_lines;    ///< F line numbers in `source`, or empty
+    std::vector<std::string> warnings;        ///< met on the way here (reading, repairing), one sentence each
 };
 
 /// A polygon mesh with half-edges, tags and attributes: the input of every scheme. Immutable.
@@ -76,9 +78,9 @@ class ControlMesh {
   public:
     ControlMesh() = default;
 
-    /// Builds the half-edges. O(H), parallel.
+    /// Checks the data and builds the half-edges. O(H), parallel; the same mesh for any number of threads.
     /// @throws Error invalid_input: any fault that find_faults() (mesh_check.hpp) lists; the message quotes the first
-    /// few.
+    ///               few and counts the rest; memory_limit, cancelled
     static ControlMesh build(ControlMeshData data, const RunContext& context = {});
 
     std::uint32_t vertex_count() const { return static_cast<std::uint32_t>(data_.positions.size()); }

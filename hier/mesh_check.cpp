@@ -1,0 +1,310 @@
+#include "tetrakis/hier/mesh_check.hpp"
+
+#include "tetrakis/hier/ids.hpp"
+#include "tetrakis/hier/parallel.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+namespace tetrakis {
+
+namespace detail {
+namespace {
+
+using Kind = MeshFaultKind;
+
+// Elements per block of a scan; fixed, so that the list of faults does not depend on the thread count.
+constexpr std::uint32_t k_scan_block = 16384;
+// Corner counts up to which comparing all pairs beats sorting.
+constexpr std::uint32_t k_small_face = 16;
+// Twice the area over the perimeter squared, below which a face is a line as far as doubles can tell.
+constexpr double k_zero_area = 1e-14;
+
+std::uint32_t count_of(std::size_t size) { return static_cast<std::uint32_t>(size); }
+
+// Runs scan(i, faults) for each i and joins the lists in the order of i.
+template <class Scan>
+void scan_elements(std::uint32_t count, std::vector<RawFault>& faults, Scan&& scan) {
+    const std::uint32_t blocks = count == 0 ? 0 : (count - 1) / k_scan_block + 1;
+    std::vector<std::vector<RawFault>> found(blocks);
+    for_each_index(
+        blocks,
+        [&](std::uint32_t b) {
+            const std::uint32_t end = std::min(count, (b + 1) * k_scan_block);
+            for (std::uint32_t i = b * k_scan_block; i < end; ++i) scan(i, found[b]);
+        },
+        1);
+    for (const auto& block : found) faults.insert(faults.end(), block.begin(), block.end());
+}
+
+void check_sizes(const ControlMeshData& data, std::vector<RawFault>& faults) {
+    const auto complain = [&](const char* what) { faults.push_back({Kind::array_size, 0, 0, 0, what}); };
+    // Four numbers are kept free: "none", and room to look two elements ahead.
+    constexpr std::size_t k_limit = 0xFFFF'FFFBu;
+    if (data.positions.size() > k_limit || data.face_vertices.size() > k_limit)
+        complain("more than 2^32 - 5 vertices or face corners; split the model");
+    const auto& offsets = data.face_offsets;
+    if (offsets.empty() ? !data.face_vertices.empty()
+                        : offsets.front() != 0 || offsets.back() != data.face_vertices.size() ||
+                              !std::is_sorted(offsets.begin(), offsets.end()))
+        complain("face_offsets must ascend from 0 to the size of face_vertices");
+    const std::size_t faces = offsets.empty() ? 0 : offsets.size() - 1;
+    const auto fits = [](std::size_t size, std::size_t wanted) { return size == 0 || size == wanted; };
+    if (!fits(data.face_uvs.size(), data.face_vertices.size())) complain("face_uvs needs one number per face corner");
+    if (!fits(data.face_normals.size(), data.face_vertices.size()))
+        complain("face_normals needs one number per face corner");
+    if (!fits(data.face_material.size(), faces)) complain("face_material needs one number per face");
+    if (!fits(data.face_group.size(), faces)) complain("face_group needs one number per face");
+    if (!fits(data.face_lines.size(), faces)) complain("face_lines needs one number per face");
+    if (!fits(data.vertex_lines.size(), data.positions.size())) complain("vertex_lines needs one number per vertex");
+    if (!fits(data.hole_lines.size(), data.holes.size())) complain("hole_lines needs one number per hole");
+}
+
+// Corner whose vertex an earlier corner has too, or the face's size.
+std::uint32_t repeated_corner(std::span<const std::uint32_t> corners) {
+    const std::uint32_t size = count_of(corners.size());
+    if (size <= k_small_face) {
+        for (std::uint32_t i = 1; i < size; ++i)
+            for (std::uint32_t j = 0; j < i; ++j)
+                if (corners[i] == corners[j]) return i;
+        return size;
+    }
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> order(size);
+    for (std::uint32_t i = 0; i < size; ++i) order[i] = {corners[i], i};
+    std::sort(order.begin(), order.end());
+    std::uint32_t first = size;
+    for (std::uint32_t i = 1; i < size; ++i)
+        if (order[i].first == order[i - 1].first) first = std::min(first, order[i].second);
+    return first;
+}
+
+void check_face(const ControlMeshData& data, std::uint32_t f, std::vector<RawFault>& faults) {
+    const std::uint32_t first = data.face_offsets[f], size = data.face_offsets[f + 1] - first;
+    const std::span corners(data.face_vertices.data() + first, size);
+    if (size < 3) {
+        faults.push_back({Kind::face_too_small, f, size});
+        return;
+    }
+    const auto beyond = [&](std::span<const std::uint32_t> numbers, std::size_t limit) {
+        return std::find_if(numbers.begin(), numbers.end(), [limit](std::uint32_t n) { return n >= limit; });
+    };
+    if (const auto it = beyond(corners, data.positions.size()); it != corners.end()) {
+        faults.push_back({Kind::vertex_out_of_range, f, *it});
+        return;
+    }
+    if (const std::uint32_t i = repeated_corner(corners); i != size)
+        faults.push_back({Kind::repeated_vertex, f, corners[i]});
+    if (!data.face_uvs.empty()) {
+        const std::span numbers(data.face_uvs.data() + first, size);
+        if (const auto it = beyond(numbers, data.uvs.size()); it != numbers.end())
+            faults.push_back({Kind::uv_out_of_range, f, *it});
+    }
+    if (!data.face_normals.empty()) {
+        const std::span numbers(data.face_normals.data() + first, size);
+        if (const auto it = beyond(numbers, data.normals.size()); it != numbers.end())
+            faults.push_back({Kind::normal_out_of_range, f, *it});
+    }
+    if (!data.face_material.empty() && data.face_material[f] >= data.materials.size())
+        faults.push_back({Kind::group_out_of_range, f, data.face_material[f], 0, "material"});
+    if (!data.face_group.empty() && data.face_group[f] >= data.groups.size())
+        faults.push_back({Kind::group_out_of_range, f, data.face_group[f], 0, "group"});
+}
+
+void check_vertex(const ControlMeshData& data, std::uint32_t v, std::vector<RawFault>& faults) {
+    const Vec3d& p = data.positions[v];
+    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
+        faults.push_back({Kind::non_finite_vertex, v});
+    else if (std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) > k_max_coordinate)
+        faults.push_back({Kind::absurd_coordinate, v});
+}
+
+// NaN fails the comparison too.
+bool is_sharpness(float s) { return s >= 0.0f; }
+
+void check_tags(const ControlMeshData& data, std::vector<RawFault>& faults) {
+    const std::size_t vertices = data.positions.size(), faces = data.face_offsets.size() - 1;
+    for (std::uint32_t i = 0; i < data.creases.size(); ++i) {
+        const auto& tag = data.creases[i];
+        if (tag.a >= vertices || tag.b >= vertices)
+            faults.push_back({Kind::crease_tag, i, tag.a, tag.b, "vertex"});
+        else if (!is_sharpness(tag.sharpness))
+            faults.push_back({Kind::crease_tag, i, tag.a, tag.b, "sharpness"});
+    }
+    for (std::uint32_t i = 0; i < data.corners.size(); ++i) {
+        const auto& tag = data.corners[i];
+        if (tag.vertex >= vertices)
+            faults.push_back({Kind::corner_tag, i, tag.vertex, 0, "vertex"});
+        else if (!is_sharpness(tag.sharpness))
+            faults.push_back({Kind::corner_tag, i, tag.vertex, 0, "sharpness"});
+    }
+    for (std::uint32_t i = 0; i < data.holes.size(); ++i)
+        if (data.holes[i] >= faces) faults.push_back({Kind::hole_tag, i, data.holes[i]});
+}
+
+void sort_faults(std::vector<RawFault>& faults) {
+    std::stable_sort(faults.begin(), faults.end(), [](const RawFault& x, const RawFault& y) {
+        return std::tuple(x.kind, x.element, x.a, x.b) < std::tuple(y.kind, y.element, y.a, y.b);
+    });
+}
+
+// Faces whose vertex cycle an earlier face has already.
+void find_duplicates(const ControlMeshData& data, std::vector<RawFault>& faults) {
+    const std::uint32_t faces = count_of(data.face_offsets.size() - 1);
+    const auto lowest = [&](std::uint32_t f) {
+        return static_cast<std::uint32_t>(std::min_element(data.face_vertices.begin() + data.face_offsets[f],
+                                                           data.face_vertices.begin() + data.face_offsets[f + 1]) -
+                                          data.face_vertices.begin());
+    };
+    std::vector<std::uint32_t> start(faces), order(faces);
+    for_each_index(faces, [&](std::uint32_t f) {
+        start[f] = lowest(f);
+        order[f] = f;
+    });
+    const auto compare = [&](std::uint32_t x, std::uint32_t y) {  // < 0, 0, > 0
+        const auto size = [&](std::uint32_t f) { return data.face_offsets[f + 1] - data.face_offsets[f]; };
+        if (size(x) != size(y)) return size(x) < size(y) ? -1 : 1;
+        std::uint32_t i = start[x], j = start[y];
+        for (std::uint32_t k = 0; k < size(x); ++k) {
+            const std::uint32_t a = data.face_vertices[i], b = data.face_vertices[j];
+            if (a != b) return a < b ? -1 : 1;
+            i = i + 1 == data.face_offsets[x + 1] ? data.face_offsets[x] : i + 1;
+            j = j + 1 == data.face_offsets[y + 1] ? data.face_offsets[y] : j + 1;
+        }
+        return 0;
+    };
+    std::sort(order.begin(), order.end(), [&](std::uint32_t x, std::uint32_t y) {
+        const int c = compare(x, y);
+        return c != 0 ? c < 0 : x < y;
+    });
+    for (std::uint32_t i = 0, first = 0; i < faces; ++i) {
+        if (i == first || compare(order[first], order[i]) != 0)
+            first = i;
+        else
+            faults.push_back({Kind::duplicate_face, order[i], order[first]});
+    }
+}
+
+}  // namespace
+
+std::vector<RawFault> element_faults(const ControlMeshData& data) {
+    std::vector<RawFault> faults;
+    check_sizes(data, faults);
+    if (!faults.empty()) return faults;
+    if (data.face_offsets.size() < 2) return {{Kind::no_faces}};
+    scan_elements(count_of(data.positions.size()), faults,
+                  [&](std::uint32_t v, auto& found) { check_vertex(data, v, found); });
+    scan_elements(count_of(data.face_offsets.size() - 1), faults,
+                  [&](std::uint32_t f, auto& found) { check_face(data, f, found); });
+    for (std::uint32_t i = 0; i < data.uvs.size(); ++i)
+        if (!std::isfinite(data.uvs[i].x) || !std::isfinite(data.uvs[i].y)) faults.push_back({Kind::non_finite_uv, i});
+    check_tags(data, faults);
+    sort_faults(faults);
+    return faults;
+}
+
+std::vector<RawFault> edge_faults(const ControlMeshData& data, std::span<const EdgeUse> sorted_uses,
+                                  const MeshLinks& links) {
+    std::vector<RawFault> faults;
+    const std::uint32_t uses = count_of(sorted_uses.size());
+    scan_elements(uses, faults, [&](std::uint32_t i, auto& found) {
+        const EdgeUse& use = sorted_uses[i];
+        if (i > 0 && use.same_edge(sorted_uses[i - 1])) return;  // the edge's first use speaks for it
+        std::uint32_t count = 1;
+        while (i + count < uses && use.same_edge(sorted_uses[i + count])) ++count;
+        const std::uint32_t face = links.face[use.halfedge];
+        if (count > 2)
+            found.push_back({Kind::non_manifold_edge, face, use.low, use.high});
+        else if (count == 2 && data.face_vertices[use.halfedge] == data.face_vertices[sorted_uses[i + 1].halfedge])
+            found.push_back({Kind::opposite_orientation, face, use.low, use.high});
+    });
+    // Two faces with one cycle run along the same edges in the same direction: no edge fault, no duplicate.
+    if (!faults.empty()) find_duplicates(data, faults);
+    for (std::uint32_t i = 0; i < data.creases.size(); ++i)
+        if (!find_edge(sorted_uses, data.creases[i].a, data.creases[i].b))
+            faults.push_back({Kind::crease_tag, i, data.creases[i].a, data.creases[i].b, "edge"});
+    sort_faults(faults);
+    return faults;
+}
+
+std::vector<RawFault> vertex_faults(const ControlMeshData& data, const MeshLinks& links) {
+    std::vector<RawFault> faults;
+    scan_elements(count_of(data.positions.size()), faults, [&](std::uint32_t v, auto& found) {
+        const std::uint32_t fan = fan_size(data, links, v), all = links.vertex_face_count[v];
+        if (fan != all) found.push_back({Kind::non_manifold_vertex, v, links.face[links.vertex_halfedge[v]], all});
+    });
+    return faults;
+}
+
+std::vector<std::string> find_oddities(const ControlMeshData& data, std::uint64_t isolated_vertices) {
+    std::vector<std::string> oddities;
+    if (isolated_vertices != 0)
+        oddities.push_back(fmt::format("{} of {} vertices belong to no face; they are ignored", isolated_vertices,
+                                       data.positions.size()));
+    const std::uint32_t faces = count_of(data.face_offsets.size() - 1);
+    const std::uint32_t blocks = (faces - 1) / k_scan_block + 1;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> flat(blocks, {0, 0});  // count, first
+    for_each_index(
+        blocks,
+        [&](std::uint32_t b) {
+            const std::uint32_t end = std::min(faces, (b + 1) * k_scan_block);
+            for (std::uint32_t f = b * k_scan_block; f < end; ++f) {
+                const std::uint32_t first = data.face_offsets[f], last = data.face_offsets[f + 1];
+                const Vec3d origin = data.positions[data.face_vertices[first]];
+                Vec3d area(0.0), previous(0.0);
+                double perimeter = 0;
+                for (std::uint32_t h = first + 1; h < last; ++h) {
+                    const Vec3d p = data.positions[data.face_vertices[h]] - origin;
+                    area += glm::cross(previous, p);
+                    perimeter += glm::length(p - previous);
+                    previous = p;
+                }
+                perimeter += glm::length(previous);
+                if (glm::length(area) <= k_zero_area * perimeter * perimeter && flat[b].first++ == 0)
+                    flat[b].second = f;
+            }
+        },
+        1);
+    std::uint64_t flat_count = 0;
+    std::uint32_t first_flat = 0;
+    for (auto [count, first] : flat) {
+        if (flat_count == 0) first_flat = first;
+        flat_count += count;
+    }
+    if (flat_count != 0)
+        oddities.push_back(
+            fmt::format("{} of {} faces have zero area (the first is face {}); normals are undefined there", flat_count,
+                        faces, first_flat));
+    const auto odd_normals = std::ranges::count_if(
+        data.normals, [](const Vec3d& n) { return !std::isfinite(n.x) || !std::isfinite(n.y) || !std::isfinite(n.z); });
+    if (odd_normals != 0)
+        oddities.push_back(fmt::format("{} normals are not finite; normals as read are not used", odd_normals));
+    return oddities;
+}
+
+}  // namespace detail
+
+std::vector<MeshFault> find_faults(const ControlMeshData& data) {
+    std::vector<detail::RawFault> raw = detail::element_faults(data);
+    if (raw.empty()) {
+        const auto uses =
+            detail::sorted_edge_uses(data.face_offsets, data.face_vertices, detail::count_of(data.positions.size()));
+        const detail::MeshLinks links = detail::link_mesh(data, uses);
+        raw = detail::edge_faults(data, uses, links);
+        if (raw.empty()) raw = detail::vertex_faults(data, links);
+    }
+    std::vector<MeshFault> faults;
+    faults.reserve(raw.size());
+    for (const detail::RawFault& fault : raw) faults.push_back(detail::describe(data, fault));
+    return faults;
+}
+
+std::vector<std::string> find_oddities(const ControlMeshData& data) {
+    std::vector<std::uint8_t> used(data.positions.size(), 0);
+    for (std::uint32_t v : data.face_vertices) used[v] = 1;
+    return detail::find_oddities(data, static_cast<std::uint64_t>(std::ranges::count(used, 0)));
+}
+
+}  // namespace tetrakis

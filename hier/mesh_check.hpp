@@ -1,0 +1,81 @@
+#pragma once
+
+#include "tetrakis/hier/control_mesh.hpp"
+#include "tetrakis/hier/mesh_links.hpp"
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tetrakis {
+
+/// Coordinates beyond it are taken for garbage: squares and areas of what is allowed must not overflow a double.
+inline constexpr double k_max_coordinate = 1e100;
+
+/// What can be wrong with control mesh data, in the order in which faults are listed.
+enum class MeshFaultKind {
+    array_size,            ///< arrays that do not fit together; element: 0
+    no_faces,              ///< element: 0
+    non_finite_vertex,     ///< element: the vertex
+    absurd_coordinate,     ///< element: the vertex; beyond k_max_coordinate
+    face_too_small,        ///< element: the face
+    vertex_out_of_range,   ///< element: the face
+    repeated_vertex,       ///< element: the face; a vertex twice in one face
+    non_finite_uv,         ///< element: the texture coordinate
+    uv_out_of_range,       ///< element: the face
+    normal_out_of_range,   ///< element: the face
+    group_out_of_range,    ///< element: the face; its material or group number
+    crease_tag,            ///< element: index into `creases`; sharpness negative or NaN, or no such vertex or edge
+    corner_tag,            ///< element: index into `corners`; likewise
+    hole_tag,              ///< element: index into `holes`; no such face
+    duplicate_face,        ///< element: the later face; same vertices in the same cycle
+    non_manifold_edge,     ///< element: first face at it; an edge of more than two faces
+    opposite_orientation,  ///< element: first face at it; two neighbours run along their edge in the same direction
+    non_manifold_vertex,   ///< element: the vertex; its faces are not one fan (bow-tie)
+};
+
+/// "duplicate face", "non-manifold edge", ...
+std::string_view name(MeshFaultKind kind);
+
+struct MeshFault {
+    MeshFaultKind kind;
+    std::uint32_t element = 0;  ///< see MeshFaultKind; numbers start at 0
+    std::uint64_t line = 0;     ///< line of the element in data.source; 0: unknown
+    std::string message;        ///< what is wrong and what to do about it
+};
+
+/// Everything that keeps the data from being an oriented 2-manifold with sound tags; empty when ControlMesh::build
+/// would succeed. By kind, then lowest element first. How faces hang together is looked at only when each face is sound
+/// by itself, and vertices only when all edges are. O(H), parallel; the same list for any number of threads.
+std::vector<MeshFault> find_faults(const ControlMeshData& data);
+
+/// What is odd but harmless: isolated vertices, zero-area faces, normals that are not finite; one sentence each. The
+/// data must be free of faults.
+std::vector<std::string> find_oddities(const ControlMeshData& data);
+
+namespace detail {
+
+/// A fault before its message is written: a broken scan can have millions.
+struct RawFault {
+    MeshFaultKind kind;
+    std::uint32_t element = 0;
+    std::uint32_t a = 0, b = 0;     ///< vertices, counts or faces that the message names
+    const char* subject = nullptr;  ///< array_size, tags: what exactly is wrong
+};
+
+/// Faults of single elements: sizes, coordinates, faces, attributes, tags (but whether a crease's edge exists).
+std::vector<RawFault> element_faults(const ControlMeshData& data);
+/// Faults of edges, faces against each other, and creases that name no edge; asks for no element faults.
+std::vector<RawFault> edge_faults(const ControlMeshData& data, std::span<const EdgeUse> sorted_uses,
+                                  const MeshLinks& links);
+/// Non-manifold vertices; asks for no faults of the other kinds.
+std::vector<RawFault> vertex_faults(const ControlMeshData& data, const MeshLinks& links);
+std::vector<std::string> find_oddities(const ControlMeshData& data, std::uint64_t isolated_vertices);
+
+MeshFault describe(const ControlMeshData& data, const RawFault& fault);
+/// @throws Error invalid_input with the first few faults and their count, unless there are none
+void throw_faults(const ControlMeshData& data, const std::vector<RawFault>& faults);
+
+}  // namespace detail
+}  // namespace tetrakis

@@ -1,0 +1,206 @@
+#include "tetrakis/hier/ids.hpp"
+#include "tetrakis/hier/mesh_check.hpp"
+
+#include <fmt/format.h>
+
+#include <string_view>
+
+namespace tetrakis {
+
+namespace {
+
+using Kind = MeshFaultKind;
+
+// Faults quoted by an exception; a list of all comes from find_faults().
+constexpr std::size_t k_quoted_faults = 5;
+
+constexpr std::string_view k_repair_advice = "correct it in the modeller or use --repair";
+
+std::string vertex_text(std::uint32_t v) {
+    return v == VertexId::none ? std::string("a vertex that no number can name") : fmt::format("vertex {}", v);
+}
+
+std::uint64_t line_of(const ControlMeshData& data, const detail::RawFault& fault) {
+    const auto at = [&](const std::vector<std::uint64_t>& lines) {
+        return fault.element < lines.size() ? lines[fault.element] : 0;
+    };
+    switch (fault.kind) {
+        case Kind::array_size:
+        case Kind::no_faces:
+        case Kind::non_finite_uv:
+            return 0;
+        case Kind::non_finite_vertex:
+        case Kind::absurd_coordinate:
+        case Kind::non_manifold_vertex:
+            return at(data.vertex_lines);
+        case Kind::crease_tag:
+            return data.creases[fault.element].line;
+        case Kind::corner_tag:
+            return data.corners[fault.element].line;
+        case Kind::hole_tag:
+            return at(data.hole_lines);
+        default:
+            return at(data.face_lines);
+    }
+}
+
+std::string tag_text(const ControlMeshData& data, const detail::RawFault& fault) {
+    const std::string_view subject = fault.subject ? fault.subject : "";
+    const std::string tag = fault.kind == Kind::crease_tag
+                                ? fmt::format("crease tag {} ({}, {})", fault.element, fault.a, fault.b)
+                                : fmt::format("corner tag {} ({})", fault.element, fault.a);
+    if (subject == "sharpness") {
+        const float s = fault.kind == Kind::crease_tag ? data.creases[fault.element].sharpness
+                                                       : data.corners[fault.element].sharpness;
+        return fmt::format("{} has sharpness {}; it must be 0 or more, or use --repair to drop the tag", tag, s);
+    }
+    if (subject == "edge")
+        return fmt::format(
+            "{}: no face has an edge between these vertices; tags count vertices from 0, or use "
+            "--repair to drop the tag",
+            tag);
+    return fmt::format(
+        "{} names a vertex that is not there, the last of {} is {}; tags count vertices from 0, or use "
+        "--repair to drop the tag",
+        tag, data.positions.size(), static_cast<std::int64_t>(data.positions.size()) - 1);
+}
+
+}  // namespace
+
+std::string_view name(MeshFaultKind kind) {
+    switch (kind) {
+        case Kind::array_size:
+            return "array size";
+        case Kind::no_faces:
+            return "no faces";
+        case Kind::non_finite_vertex:
+            return "non-finite vertex";
+        case Kind::absurd_coordinate:
+            return "absurd coordinate";
+        case Kind::face_too_small:
+            return "face too small";
+        case Kind::vertex_out_of_range:
+            return "vertex out of range";
+        case Kind::repeated_vertex:
+            return "repeated vertex";
+        case Kind::non_finite_uv:
+            return "non-finite texture coordinate";
+        case Kind::uv_out_of_range:
+            return "texture coordinate out of range";
+        case Kind::normal_out_of_range:
+            return "normal out of range";
+        case Kind::group_out_of_range:
+            return "group out of range";
+        case Kind::crease_tag:
+            return "crease tag";
+        case Kind::corner_tag:
+            return "corner tag";
+        case Kind::hole_tag:
+            return "hole tag";
+        case Kind::duplicate_face:
+            return "duplicate face";
+        case Kind::non_manifold_edge:
+            return "non-manifold edge";
+        case Kind::opposite_orientation:
+            return "opposite orientation";
+        case Kind::non_manifold_vertex:
+            return "non-manifold vertex";
+    }
+    return "fault";
+}
+
+namespace detail {
+
+MeshFault describe(const ControlMeshData& data, const RawFault& fault) {
+    const std::uint32_t e = fault.element;
+    const auto text = [&]() -> std::string {
+        switch (fault.kind) {
+            case Kind::array_size:
+                return fmt::format("the arrays do not fit together: {}", fault.subject);
+            case Kind::no_faces:
+                return "there are no faces; a control mesh needs at least one";
+            case Kind::non_finite_vertex:
+                return fmt::format(
+                    "vertex {} has a coordinate that is not a finite number; correct it, or use "
+                    "--repair to drop its faces",
+                    e);
+            case Kind::absurd_coordinate:
+                return fmt::format(
+                    "vertex {} has a coordinate beyond {:.0e}; correct it, or use --repair to drop its "
+                    "faces",
+                    e, k_max_coordinate);
+            case Kind::face_too_small:
+                return fmt::format("face {} has {} corners; it needs 3 or more, or use --repair to drop it", e,
+                                   fault.a);
+            case Kind::vertex_out_of_range:
+                return fmt::format(
+                    "face {} uses {}, but there are {} vertices (numbers start at 0 here); check the "
+                    "export or use --repair to drop the face",
+                    e, vertex_text(fault.a), data.positions.size());
+            case Kind::repeated_vertex:
+                return fmt::format("face {} has vertex {} twice; {}", e, fault.a, k_repair_advice);
+            case Kind::non_finite_uv:
+                return fmt::format("texture coordinate {} is not finite; correct it, or use --repair to put (0, 0)", e);
+            case Kind::uv_out_of_range:
+                return fmt::format(
+                    "face {} uses texture coordinate {}, but there are {} (numbers start at 0 here); "
+                    "check the export or use --repair to put (0, 0)",
+                    e, fault.a, data.uvs.size());
+            case Kind::normal_out_of_range:
+                return fmt::format(
+                    "face {} uses normal {}, but there are {} (numbers start at 0 here); check the "
+                    "export or use --repair to drop the normals",
+                    e, fault.a, data.normals.size());
+            case Kind::group_out_of_range:
+                return fmt::format(
+                    "face {} has {} {}, which has no name in the list; check the export or use "
+                    "--repair to drop these numbers",
+                    e, fault.subject, fault.a);
+            case Kind::crease_tag:
+            case Kind::corner_tag:
+                return tag_text(data, fault);
+            case Kind::hole_tag:
+                return fmt::format(
+                    "hole tag {} names face {}, but there are {} faces; tags count faces from 0, or use "
+                    "--repair to drop the tag",
+                    e, fault.a, data.face_offsets.size() - 1);
+            case Kind::duplicate_face:
+                return fmt::format("face {} has the same vertices as face {}; delete one, or use --repair", e, fault.a);
+            case Kind::non_manifold_edge:
+                return fmt::format(
+                    "the edge between vertices {} and {} (face {}) has more than two faces; {} to split "
+                    "it into boundaries",
+                    fault.a, fault.b, e, k_repair_advice);
+            case Kind::opposite_orientation:
+                return fmt::format(
+                    "the two faces at the edge between vertices {} and {} (one is face {}) run along it "
+                    "in the same direction; flip one, or use --repair to orient all faces alike",
+                    fault.a, fault.b, e);
+            case Kind::non_manifold_vertex:
+                return fmt::format(
+                    "the {} faces at vertex {} are not one fan, they only touch there (one is face {}); "
+                    "{} to split it",
+                    fault.b, e, fault.a, k_repair_advice);
+        }
+        return std::string(name(fault.kind));
+    };
+    return {fault.kind, e, line_of(data, fault), text()};
+}
+
+void throw_faults(const ControlMeshData& data, const std::vector<RawFault>& faults) {
+    if (faults.empty()) return;
+    const MeshFault first = describe(data, faults.front());
+    std::string text = first.message;
+    for (std::size_t i = 1; i < std::min(faults.size(), k_quoted_faults); ++i) {
+        const MeshFault fault = describe(data, faults[i]);
+        text += fault.line != 0 ? fmt::format("\n  line {}: {}", fault.line, fault.message)
+                                : fmt::format("\n  {}", fault.message);
+    }
+    if (faults.size() > 1)
+        text += faults.size() > k_quoted_faults ? fmt::format("\n  ... {} faults in all", faults.size())
+                                                : fmt::format("\n  {} faults in all", faults.size());
+    throw Error(ErrorCode::invalid_input, text, data.source, first.line);
+}
+
+}  // namespace detail
+}  // namespace tetrakis
