@@ -1,0 +1,28 @@
+#pragma once
+
+namespace tetrakis {
+
+/// Weights of one rotation-symmetric rule on the one-ring of a vertex; for valence n, vertex + n (edge + face) = 1.
+struct RingMask {
+    double vertex = 0;  ///< the vertex itself
+    double edge = 0;    ///< each edge neighbour
+    double face = 0;    ///< each opposite corner (quads) or new face point, as the rule says
+
+    friend RingMask operator+(RingMask a, const RingMask& b) {
+        return {a.vertex + b.vertex, a.edge + b.edge, a.face + b.face};
+    }
+    friend RingMask operator*(double w, const RingMask& a) { return {w * a.vertex, w * a.edge, w * a.face}; }
+    friend bool operator==(const RingMask&, const RingMask&) = default;
+};
+
+/// Weights along a crease or boundary: the vertex itself and each of its two neighbours on the crease.
+struct CreaseMask {
+    double vertex = 0, neighbour = 0;
+};
+
+/// Crease and boundary rules that all schemes here share: the cubic B-spline's. Source: Hoppe et al. 1994 (Loop),
+/// DeRose, Kass, Truong 1998 (Catmull-Clark).
+inline constexpr CreaseMask k_crease_vertex_mask{3.0 / 4, 1.0 / 8};
+inline constexpr CreaseMask k_crease_limit_mask{2.0 / 3, 1.0 / 6};
+
+}  // namespace tetrakis

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <limits>
+#include <span>
+
+namespace tetrakis {
+
+/// The rule that a vertex follows, by its sharpness and its number of sharp edges. Source: Hoppe et al. 1994; DeRose,
+/// Kass, Truong 1998, section 3.
+enum class VertexRule {
+    smooth,  ///< no sharp edge
+    dart,    ///< one; refined by the smooth rule
+    crease,  ///< two
+    corner,  ///< three or more, or the vertex itself is sharp
+};
+
+/// Sharpness > 0, infinity included.
+inline bool is_sharp(float sharpness) { return sharpness > 0.0f; }
+/// Sharp now, but not for ever.
+inline bool is_semi_sharp(float sharpness) {
+    return sharpness > 0.0f && sharpness < std::numeric_limits<float>::infinity();
+}
+
+/// @param edge_sharpness  of the edges around the vertex, in any order; boundary edges are infinitely sharp
+VertexRule vertex_rule(std::span<const float> edge_sharpness, float vertex_sharpness);
+
+/// Sharpness one level further down, for vertices and (uniform creasing) edges: infinity stays, else max(s - 1, 0).
+float child_sharpness(float sharpness);
+
+/// Chaikin creasing: sharpness of the half of an edge that stays at one of its ends, 3/4 of the edge's own and 1/4 of
+/// the mean of the other semi-sharp edges there, less one. Infinite edges neither change nor weigh in. Source: DeRose,
+/// Kass, Truong 1998, section 3, in the order of single-precision operations that OpenSubdiv 3.5 documents by its
+/// results.
+/// @param sharpness     the edge's own
+/// @param edges_at_end  sharpness of all edges at that end vertex, the edge itself included, counter-clockwise from the
+///                      vertex' first edge (the order only rounds)
+float child_sharpness_chaikin(float sharpness, std::span<const float> edges_at_end);
+
+/// A vertex rule as a mixture of three: weight `smooth` for the smooth mask, `corner` for keeping the vertex,
+/// `crease` for the crease mask along the ring's edges a and b. The three weights sum to one.
+/// There is never more than one crease: a child's sharp edges are some of its parent's.
+struct VertexBlend {
+    double smooth = 1, corner = 0;
+    struct Crease {
+        double weight = 0;
+        int a = -1, b = -1;  ///< positions of the two sharp edges in the spans given, a < b
+    } crease{};
+};
+
+/// The rule that moves a vertex from one level to the next. Where the rule changes between parent and child, the two
+/// are blended: w parent + (1 - w) child, w = min(1, mean of the sharpnesses that vanish); the behaviour of
+/// OpenSubdiv 3.5.
+/// @param edge_sharpness, vertex_sharpness              around the vertex, at the parent's level
+/// @param child_edge_sharpness, child_vertex_sharpness  the same one level further down, at this vertex' end of each
+/// edge
+VertexBlend vertex_blend(std::span<const float> edge_sharpness, float vertex_sharpness,
+                         std::span<const float> child_edge_sharpness, float child_vertex_sharpness);
+
+/// Weight of the crease mask (the midpoint) in the rule of the vertex on an edge; 1 less it is the smooth mask's.
+/// @param sharpness          the edge's
+/// @param child_a, child_b   its halves'; when both are sharp the edge is still a full crease
+double edge_crease_weight(float sharpness, float child_a, float child_b);
+
+}  // namespace tetrakis
