@@ -1,0 +1,176 @@
+#pragma once
+
+#include "tetrakis/hier/control_mesh.hpp"
+#include "tetrakis/hier/site.hpp"
+#include "tetrakis/hier/triangle_cell.hpp"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tetrakis {
+
+/// The triangles that stand for one leaf in the output: the leaf itself where no edge has a hanging midpoint, else its
+/// conforming (green) subdivision.
+struct GreenTriangles {
+    int count = 0;  ///< 1, 2 or 3
+    std::array<CellTriangle, 3> cell;
+    std::array<std::array<PointId, 3>, 3> point;  ///< the corners of each
+};
+
+/// What a forest looks like from outside, in (root, path) order. All but `leaf` and `point` depends on the set of
+/// leaves alone, not on how it came about.
+struct ExportedTriangles {
+    std::vector<std::array<std::uint32_t, 3>> triangles;  ///< corners: numbers into `sites`, counter-clockwise
+    std::vector<FaceId> faces;                            ///< per triangle: its control face
+    std::vector<Site> sites;                              ///< per point, in order of first use: its canonical site
+    std::vector<LeafId> leaves;                           ///< per triangle: the leaf it comes from
+    std::vector<PointId> points;                          ///< per point: its handle in the forest
+};
+
+/// Restricted triangle quadtrees over a triangle mesh, with conforming (red-green) closure; one root per face.
+///
+/// A red triangle is split at its edge midpoints into four: child k < 3 keeps corner k, child 3 is the middle one,
+/// whose corner k lies opposite corner k; so edge k (from corner k to corner k + 1) of every triangle of a root is
+/// parallel to side k of the root. Two rules hold between calls: leaves that share an edge differ by at most one level,
+/// and no leaf has split neighbours across all three edges. A leaf with one or two such neighbours has hanging
+/// midpoints and is output as two or three green triangles. Faces that are holes have no leaves; edges towards them act
+/// as boundary.
+///
+/// Storage: a record of 56 bytes per split triangle, which is a third of the leaves, plus 4 bytes per triangle.
+/// Slots: the root of face f is slot f, the children of the k-th record are F + 4 k to F + 4 k + 3. Slots and points
+/// are reused after a merge; handles of leaves and points that are gone are recognised until then.
+class TriangleForest {
+  public:
+    /// One leaf per face that is no hole. Keeps a reference to the mesh. O(H).
+    /// @throws Error  unsupported: a face is not a triangle (triangulate() makes such a mesh)
+    explicit TriangleForest(const ControlMesh& mesh);
+
+    const ControlMesh& mesh() const { return *mesh_; }
+
+    /// Leaves are numbered below this; not all of these numbers are leaves.
+    std::uint32_t leaf_slots() const { return static_cast<std::uint32_t>(child_.size()); }
+    bool is_leaf(LeafId leaf) const { return leaf.value < child_.size() && child_[leaf.value] == k_unsplit; }
+    std::uint32_t leaf_count() const { return leaf_count_; }
+    int level(LeafId leaf) const;
+    FaceId face(LeafId leaf) const;
+    CellTriangle triangle(LeafId leaf) const;
+    std::array<PointId, 3> points(LeafId leaf) const;
+    /// The midpoints that hang on edges 0, 1, 2 of a leaf; invalid where none does.
+    std::array<PointId, 3> hanging_points(LeafId leaf) const;
+    /// With hanging points, at the lattice level after the leaf's.
+    GreenTriangles green_triangles(LeafId leaf) const;
+
+    /// Points are numbered below this; the control vertices come first, by their numbers.
+    std::uint32_t point_slots() const { return static_cast<std::uint32_t>(sites_.size()); }
+    bool is_point(PointId point) const { return point.value < sites_.size() && sites_[point.value].root.valid(); }
+    std::uint32_t point_count() const { return point_count_; }
+    /// The canonical site of a point; the root is invalid where there is none.
+    const Site& point_site(PointId point) const { return sites_[point.value]; }
+
+    /// Splits the marked leaves and whatever the two rules make necessary, each once: the smallest such refinement.
+    /// @param marked   leaves in any order; repetitions do no harm
+    /// @param created  receives the new leaves, four for each split one, siblings together
+    /// @param changed  receives the older leaves that remain and now have more hanging midpoints than before
+    /// @throws Error   invalid_input: a handle is no leaf; unsupported: a marked leaf is at level k_max_level;
+    ///                 memory_limit: more than 2^32 triangles. The forest is then unchanged.
+    /// Cost: O(triangles split), about 40 ns per created leaf on one thread; parallel. The result (slots and points
+    /// included) depends on the set of marked leaves and the calls before, on nothing else.
+    void refine(std::span<const LeafId> marked, std::vector<LeafId>& created, std::vector<LeafId>& changed);
+    /// refine() of one leaf. Returns how many triangles were split.
+    std::uint32_t split(LeafId leaf);
+
+    /// Whether the four siblings of this leaf are leaves whose merge leaves both rules true.
+    bool can_merge(LeafId leaf) const;
+    /// Replaces the leaf and its three siblings by their parent, and frees midpoints that nobody uses any more: the
+    /// exact inverse of a split. Returns the parent.
+    /// @throws Error  invalid_input: not a leaf, or can_merge() is false. The forest is then unchanged.
+    LeafId merge(LeafId leaf);
+    /// Merges as many of the groups of four siblings that are marked completely as the two rules allow, all at once (a
+    /// set of merges may be possible where no single one is).
+    /// @param created  receives the parents
+    /// @param changed  receives the older leaves that remain and now have fewer hanging midpoints than before
+    /// @throws Error   invalid_input: a handle is no leaf. The forest is then unchanged.
+    void coarsen(std::span<const LeafId> marked, std::vector<LeafId>& created, std::vector<LeafId>& changed);
+
+    /// The output mesh. O(leaves), parallel but for the numbering.
+    ExportedTriangles exported() const;
+
+    /// Verifies links, points, counts and both rules. Returns the first violation, or nothing.
+    std::optional<std::string> check() const;
+
+  private:
+    // Values of child_ besides record numbers.
+    static constexpr std::uint32_t k_unsplit = 0xFFFF'FFFFu;  // a leaf
+    static constexpr std::uint32_t k_dead = 0xFFFF'FFFEu;     // a hole, or a child of a record that is not in use
+    // Values of slots and links besides numbers.
+    static constexpr std::uint32_t k_coarser = 0xFFFF'FFFFu;   // there is no triangle, or record, of this level
+    static constexpr std::uint32_t k_boundary = 0xFFFF'FFFEu;  // the surface ends
+    // Largest number of slots: record numbers share their 32 bits with an edge number in links.
+    static constexpr std::uint64_t k_max_slots = 0xFFFF'FFF0u;
+
+    // A split triangle.
+    struct Record {
+        std::array<std::uint32_t, 6> point;  // corners 0, 1, 2, then the midpoints of edges 0, 1, 2
+        std::array<std::uint32_t, 3> link;   // across edge e: 4 * record + its edge; k_coarser, k_boundary
+        std::uint32_t parent;                // the slot of the triangle
+        std::uint32_t face;
+        LatticePoint at;           // corner 0, at the triangle's level
+        std::uint8_t level;        // of the triangle, not of its children
+        std::uint8_t is_reversed;  // corners 1, 2 lie at -x, -y from corner 0
+    };
+    static_assert(sizeof(Record) == 56);
+
+    struct Neighbour {
+        std::uint32_t slot;  // of the triangle of the same level across an edge; or k_coarser, k_boundary
+        std::uint32_t edge;  // that edge, seen from there
+    };
+    struct Frame {
+        std::uint32_t face;
+        LatticePoint at;
+        std::uint8_t level, is_reversed;
+    };
+    struct PlannedSplit;
+
+    bool is_split(std::uint32_t slot) const { return child_[slot] < k_dead; }
+    std::uint32_t first_child(std::uint32_t record) const { return root_count_ + 4 * record; }
+    Neighbour neighbour(std::uint32_t slot, std::uint32_t edge) const;
+    Frame frame(std::uint32_t slot) const;
+    std::array<std::uint32_t, 3> corners(std::uint32_t slot) const;
+    std::uint32_t hanging_point(std::uint32_t slot, std::uint32_t edge) const;
+    Site midpoint_site(const Frame& frame, std::uint32_t edge) const;
+
+    void require_leaves(std::span<const LeafId> leaves) const;
+    void mark_closure(std::span<const LeafId> marked, std::vector<std::uint32_t>& splits);
+    bool mark(std::uint32_t slot);
+    void close_around(std::uint32_t slot, std::vector<std::uint32_t>& found);
+    PlannedSplit plan(std::uint32_t slot) const;
+    void write_record(std::uint32_t record, std::uint32_t slot, const PlannedSplit& planned,
+                      std::uint32_t first_free_point);
+    void link_record(std::uint32_t record, const PlannedSplit& planned);
+    std::uint32_t mergeable_record(LeafId leaf) const;
+    bool must_stay(std::uint32_t record) const;
+    void keep_what_must_stay(std::span<const std::uint32_t> records);
+    void remove_records(std::span<const std::uint32_t> going);
+    std::uint32_t hanging_mask(std::uint32_t slot) const;
+    std::vector<std::uint32_t> leaves_in_order() const;
+    std::optional<std::string> check_record(std::uint32_t record) const;
+    std::optional<std::string> check_points() const;
+
+    const ControlMesh* mesh_;
+    TriangleSites canonical_;
+    std::uint32_t root_count_ = 0;
+    std::uint32_t leaf_count_ = 0;
+    std::uint32_t point_count_ = 0;
+    std::vector<std::uint32_t> root_link_;  // 3 per face: 4 * face + edge across it, or k_boundary
+    std::vector<std::uint32_t> child_;      // per slot: its record, or k_unsplit, k_dead
+    std::vector<Record> records_;
+    std::vector<Site> sites_;  // per point, canonical; no root: not in use
+    std::vector<std::uint32_t> free_records_, free_points_;
+    std::vector<std::uint8_t> marks_;  // per slot: will be split, or (being split) merged; zero between calls
+};
+
+}  // namespace tetrakis
