@@ -189,6 +189,15 @@ void find_duplicates(const ControlMeshData& data, std::vector<RawFault>& faults)
 
 }  // namespace
 
+std::vector<std::uint32_t> duplicate_faces(const ControlMeshData& data) {
+    std::vector<RawFault> faults;
+    find_duplicates(data, faults);
+    std::vector<std::uint32_t> faces;
+    for (const RawFault& fault : faults) faces.push_back(fault.element);
+    std::sort(faces.begin(), faces.end());
+    return faces;
+}
+
 std::vector<RawFault> element_faults(const ControlMeshData& data) {
     std::vector<RawFault> faults;
     check_sizes(data, faults);

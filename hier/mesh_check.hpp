@@ -69,6 +69,8 @@ std::vector<RawFault> element_faults(const ControlMeshData& data);
 /// Faults of edges, faces against each other, and creases that name no edge; asks for no element faults.
 std::vector<RawFault> edge_faults(const ControlMeshData& data, std::span<const EdgeUse> sorted_uses,
                                   const MeshLinks& links);
+/// Faces whose vertex cycle an earlier face has already, ascending. The faces must be sound.
+std::vector<std::uint32_t> duplicate_faces(const ControlMeshData& data);
 /// Non-manifold vertices; asks for no faults of the other kinds.
 std::vector<RawFault> vertex_faults(const ControlMeshData& data, const MeshLinks& links);
 std::vector<std::string> find_oddities(const ControlMeshData& data, std::uint64_t isolated_vertices);

@@ -1,0 +1,368 @@
+#include "tetrakis/hier/mesh_repair.hpp"
+
+#include "tetrakis/hier/edge_uses.hpp"
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/mesh_check.hpp"
+#include "tetrakis/hier/mesh_split.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <tuple>
+
+namespace tetrakis {
+
+namespace {
+
+constexpr std::uint32_t k_none = VertexId::none;
+
+std::uint32_t count_of(std::size_t size) { return static_cast<std::uint32_t>(size); }
+
+bool is_sound(const Vec3d& p) {
+    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) &&
+           std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= k_max_coordinate;
+}
+
+// How often a repair was done, and what to quote.
+struct Tally {
+    std::uint64_t count = 0;
+    std::uint32_t first = 0;
+
+    void add(std::uint32_t element) {
+        if (count++ == 0) first = element;
+    }
+};
+
+class Repair {
+  public:
+    explicit Repair(ControlMeshData& data) : data_(data) {}
+
+    std::vector<std::string> run() {
+        check_offsets();
+        drop_misfit_layers();
+        mend_uvs();
+        rebuild_faces();
+        drop_duplicates();
+        make_manifold();
+        mend_tags();
+        drop_isolated();
+        return std::move(reports_);
+    }
+
+  private:
+    template <class... Args>
+    void report(fmt::format_string<Args...> text, Args&&... args) {
+        reports_.push_back(fmt::format(text, std::forward<Args>(args)...));
+    }
+
+    std::uint32_t face_count() const { return count_of(data_.face_offsets.size() - 1); }
+
+    void check_offsets() {
+        auto& offsets = data_.face_offsets;
+        if (offsets.empty() && data_.face_vertices.empty()) offsets.push_back(0);
+        if (offsets.empty() || offsets.front() != 0 || offsets.back() != data_.face_vertices.size() ||
+            !std::is_sorted(offsets.begin(), offsets.end()))
+            throw Error(ErrorCode::invalid_input,
+                        "face_offsets must ascend from 0 to the size of face_vertices; this cannot be repaired",
+                        data_.source);
+    }
+
+    template <class T>
+    void drop_misfit(std::vector<T>& layer, std::size_t wanted, const char* what) {
+        if (layer.empty() || layer.size() == wanted) return;
+        report("dropped {}: {} numbers where {} are needed", what, layer.size(), wanted);
+        layer.clear();
+    }
+
+    void drop_misfit_layers() {
+        const std::size_t corners = data_.face_vertices.size(), faces = face_count();
+        drop_misfit(data_.face_uvs, corners, "the texture coordinates");
+        drop_misfit(data_.face_normals, corners, "the normals");
+        drop_misfit(data_.face_material, faces, "the materials");
+        drop_misfit(data_.face_group, faces, "the groups");
+        drop_misfit(data_.face_lines, faces, "the faces' line numbers");
+        drop_misfit(data_.vertex_lines, data_.positions.size(), "the vertices' line numbers");
+        drop_misfit(data_.hole_lines, data_.holes.size(), "the holes' line numbers");
+        const auto beyond = [](const std::vector<std::uint32_t>& numbers, std::size_t limit) {
+            return std::ranges::any_of(numbers, [limit](std::uint32_t n) { return n >= limit; });
+        };
+        if (beyond(data_.face_normals, data_.normals.size())) {
+            report("dropped the normals: some faces use normals that are not there");
+            data_.face_normals.clear();
+            data_.normals.clear();
+        }
+        if (beyond(data_.face_material, data_.materials.size())) {
+            report("dropped the materials: some faces use materials that have no name");
+            data_.face_material.clear();
+        }
+        if (beyond(data_.face_group, data_.groups.size())) {
+            report("dropped the groups: some faces use groups that have no name");
+            data_.face_group.clear();
+        }
+    }
+
+    void mend_uvs() {
+        std::uint64_t bad = 0;
+        for (Vec2d& uv : data_.uvs)
+            if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) {
+                uv = Vec2d(0.0);
+                ++bad;
+            }
+        if (bad != 0) report("set {} texture coordinates that are not finite to (0, 0)", bad);
+        const std::size_t known = data_.uvs.size();
+        std::uint64_t beyond = 0;
+        for (std::uint32_t& i : data_.face_uvs)
+            if (i >= known) {
+                i = count_of(known);
+                ++beyond;
+            }
+        if (beyond == 0) return;
+        data_.uvs.emplace_back(0.0, 0.0);
+        report("gave {} face corners the texture coordinate (0, 0) for one that is not there", beyond);
+    }
+
+    // The faces being written; a corner or face is named by its number in the old arrays.
+    struct NewFaces {
+        std::vector<std::uint32_t> offsets{0}, corners, sources;
+    };
+
+    template <class T>
+    static void gather(std::vector<T>& layer, const std::vector<std::uint32_t>& from) {
+        if (layer.empty()) return;
+        std::vector<T> result(from.size());
+        for (std::size_t i = 0; i < from.size(); ++i) result[i] = layer[from[i]];
+        layer = std::move(result);
+    }
+
+    // Puts the new faces in place of the old ones, attributes and holes included.
+    void adopt(NewFaces faces) {
+        gather(data_.face_vertices, faces.corners);
+        gather(data_.face_uvs, faces.corners);
+        gather(data_.face_normals, faces.corners);
+        gather(data_.face_material, faces.sources);
+        gather(data_.face_group, faces.sources);
+        gather(data_.face_lines, faces.sources);
+        if (!data_.holes.empty()) remap_holes(faces.sources);
+        data_.face_offsets = std::move(faces.offsets);
+    }
+
+    void remap_holes(const std::vector<std::uint32_t>& sources) {
+        const std::uint32_t old_faces = face_count();
+        std::vector<std::uint32_t> first(std::size_t{old_faces} + 1, 0);  // sources ascend: new faces of an old one
+        for (const std::uint32_t s : sources) ++first[s + 1];
+        for (std::uint32_t f = 0; f < old_faces; ++f) first[f + 1] += first[f];
+        std::vector<std::uint32_t> holes;
+        std::vector<std::uint64_t> lines;
+        Tally dropped;
+        for (std::size_t i = 0; i < data_.holes.size(); ++i) {
+            const std::uint32_t f = data_.holes[i];
+            if (f >= old_faces || first[f] == first[f + 1]) {
+                dropped.add(f);
+                continue;
+            }
+            for (std::uint32_t g = first[f]; g < first[f + 1]; ++g) {
+                holes.push_back(g);
+                if (!data_.hole_lines.empty()) lines.push_back(data_.hole_lines[i]);
+            }
+        }
+        if (dropped.count != 0)
+            report("dropped {} hole tags of faces that are not there (the first of face {})", dropped.count,
+                   dropped.first);
+        data_.holes = std::move(holes);
+        data_.hole_lines = std::move(lines);
+    }
+
+    // Drops faces with bad vertices; cuts faces that pass a vertex twice into loops.
+    void rebuild_faces() {
+        std::vector<std::uint8_t> sound(data_.positions.size());
+        for (std::size_t v = 0; v < sound.size(); ++v) sound[v] = is_sound(data_.positions[v]);
+        NewFaces faces;
+        faces.corners.reserve(data_.face_vertices.size());
+        Tally unsound, small, cut;
+        std::vector<std::uint32_t> place(data_.positions.size(), k_none);  // of a vertex on the path
+        std::vector<std::uint32_t> path;
+        for (std::uint32_t f = 0; f < face_count(); ++f) {
+            const std::uint32_t first = data_.face_offsets[f], end = data_.face_offsets[f + 1];
+            bool good = true;
+            for (std::uint32_t h = first; h < end && good; ++h) {
+                const std::uint32_t v = data_.face_vertices[h];
+                good = v < sound.size() && sound[v];
+            }
+            if (!good) {
+                unsound.add(f);
+                continue;
+            }
+            std::uint32_t loops = 0;
+            const auto emit = [&](std::size_t from) {
+                if (path.size() - from < 3) return;
+                faces.corners.insert(faces.corners.end(), path.begin() + static_cast<std::ptrdiff_t>(from), path.end());
+                faces.offsets.push_back(count_of(faces.corners.size()));
+                faces.sources.push_back(f);
+                ++loops;
+            };
+            path.clear();
+            bool repeats = false;
+            for (std::uint32_t h = first; h < end; ++h) {
+                const std::uint32_t at = place[data_.face_vertices[h]];
+                if (at != k_none) {  // the path since then is a loop through this vertex
+                    repeats = true;
+                    emit(at);
+                    for (std::size_t i = at; i < path.size(); ++i) place[data_.face_vertices[path[i]]] = k_none;
+                    path.resize(at);
+                }
+                place[data_.face_vertices[h]] = count_of(path.size());
+                path.push_back(h);
+            }
+            emit(0);
+            for (const std::uint32_t h : path) place[data_.face_vertices[h]] = k_none;
+            if (loops == 0)
+                small.add(f);
+            else if (repeats)
+                cut.add(f);
+        }
+        if (unsound.count != 0)
+            report("dropped {} faces with a vertex that is not there or not finite (the first is face {})",
+                   unsound.count, unsound.first);
+        if (small.count != 0)
+            report("dropped {} faces with fewer than three distinct vertices (the first is face {})", small.count,
+                   small.first);
+        if (cut.count != 0)
+            report("took repeated vertices out of {} faces (the first is face {})", cut.count, cut.first);
+        const bool holes_beyond = std::ranges::any_of(data_.holes, [&](std::uint32_t f) { return f >= face_count(); });
+        if (unsound.count + small.count + cut.count != 0 || holes_beyond) adopt(std::move(faces));
+    }
+
+    void drop_duplicates() {
+        const std::vector<std::uint32_t> duplicates = detail::duplicate_faces(data_);
+        if (duplicates.empty()) return;
+        NewFaces faces;
+        for (std::uint32_t f = 0, next = 0; f < face_count(); ++f) {
+            if (next < duplicates.size() && duplicates[next] == f) {
+                ++next;
+                continue;
+            }
+            for (std::uint32_t h = data_.face_offsets[f]; h < data_.face_offsets[f + 1]; ++h)
+                faces.corners.push_back(h);
+            faces.offsets.push_back(count_of(faces.corners.size()));
+            faces.sources.push_back(f);
+        }
+        report("dropped {} duplicate faces (the first is face {})", duplicates.size(), duplicates.front());
+        adopt(std::move(faces));
+    }
+
+    void make_manifold() {
+        detail::ManifoldSplit split = detail::split_to_manifold(data_);
+        origin_ = std::move(split.origin);
+        if (split.non_manifold_edges != 0)
+            report("split {} edges of more than two faces into boundaries (the first is between vertices {} and {})",
+                   split.non_manifold_edges, split.first_edge[0], split.first_edge[1]);
+        if (split.flipped_faces != 0) report("flipped {} faces to orient all alike", split.flipped_faces);
+        if (split.cut_faces != 0) report("cut surfaces that have no orientation open along {} faces", split.cut_faces);
+        if (split.split_vertices != 0)
+            report("split {} vertices whose faces were not one fan (the first is vertex {})", split.split_vertices,
+                   split.first_vertex);
+    }
+
+    // Tags speak of the vertices before the split: each copy of an edge or vertex gets them.
+    void mend_tags() {
+        struct Copy {
+            std::uint32_t low, high;  // before the split
+            std::uint32_t a, b;       // now
+            auto operator<=>(const Copy&) const = default;
+        };
+        std::vector<Copy> edges;
+        if (!data_.creases.empty()) {
+            const auto uses =
+                detail::sorted_edge_uses(data_.face_offsets, data_.face_vertices, count_of(data_.positions.size()));
+            for (std::size_t i = 0; i < uses.size(); ++i) {
+                if (i > 0 && uses[i].same_edge(uses[i - 1])) continue;
+                const std::uint32_t a = origin_[uses[i].low], b = origin_[uses[i].high];
+                edges.push_back({std::min(a, b), std::max(a, b), uses[i].low, uses[i].high});
+            }
+            std::sort(edges.begin(), edges.end());
+        }
+        const auto is_sharpness = [](float s) { return s >= 0.0f; };
+        std::vector<ControlMeshData::EdgeTag> creases;
+        Tally no_crease, no_corner;
+        for (std::uint32_t i = 0; i < data_.creases.size(); ++i) {
+            const auto& tag = data_.creases[i];
+            const std::uint32_t low = std::min(tag.a, tag.b), high = std::max(tag.a, tag.b);
+            auto it = std::lower_bound(edges.begin(), edges.end(), Copy{low, high, 0, 0});
+            const bool found = it != edges.end() && it->low == low && it->high == high;
+            if (!found || !is_sharpness(tag.sharpness)) {
+                no_crease.add(i);
+                continue;
+            }
+            for (; it != edges.end() && it->low == low && it->high == high; ++it)
+                creases.push_back({it->a, it->b, tag.sharpness, tag.line});
+        }
+        data_.creases = std::move(creases);
+
+        std::vector<std::uint8_t> used(data_.positions.size(), 0);
+        for (const std::uint32_t v : data_.face_vertices) used[v] = 1;
+        std::vector<std::pair<std::uint32_t, std::uint32_t>> copies;  // vertex before the split, now
+        if (!data_.corners.empty()) {
+            for (std::uint32_t v = 0; v < origin_.size(); ++v)
+                if (used[v]) copies.emplace_back(origin_[v], v);
+            std::sort(copies.begin(), copies.end());
+        }
+        std::vector<ControlMeshData::VertexTag> corners;
+        for (std::uint32_t i = 0; i < data_.corners.size(); ++i) {
+            const auto& tag = data_.corners[i];
+            auto it = std::lower_bound(copies.begin(), copies.end(), std::pair(tag.vertex, 0u));
+            if (it == copies.end() || it->first != tag.vertex || !is_sharpness(tag.sharpness)) {
+                no_corner.add(i);
+                continue;
+            }
+            for (; it != copies.end() && it->first == tag.vertex; ++it)
+                corners.push_back({it->second, tag.sharpness, tag.line});
+        }
+        data_.corners = std::move(corners);
+        if (no_crease.count != 0)
+            report("dropped {} crease tags that name no edge or have no sharpness (the first is tag {})",
+                   no_crease.count, no_crease.first);
+        if (no_corner.count != 0)
+            report("dropped {} corner tags that name no vertex of a face or have no sharpness (the first is tag {})",
+                   no_corner.count, no_corner.first);
+    }
+
+    void drop_isolated() {
+        std::vector<std::uint32_t> number(data_.positions.size(), k_none), kept;
+        for (const std::uint32_t v : data_.face_vertices) number[v] = 0;
+        Tally dropped;
+        for (std::uint32_t v = 0; v < number.size(); ++v) {
+            if (number[v] == k_none) {
+                dropped.add(v);
+                continue;
+            }
+            number[v] = count_of(kept.size());
+            kept.push_back(v);
+        }
+        if (dropped.count == 0) return;
+        report("dropped {} vertices that belong to no face (the first is vertex {})", dropped.count, dropped.first);
+        if (kept.empty()) {
+            data_.positions.clear();
+            data_.vertex_lines.clear();
+        }
+        gather(data_.positions, kept);
+        gather(data_.vertex_lines, kept);
+        for (std::uint32_t& v : data_.face_vertices) v = number[v];
+        for (auto& tag : data_.creases) {
+            tag.a = number[tag.a];
+            tag.b = number[tag.b];
+        }
+        for (auto& tag : data_.corners) tag.vertex = number[tag.vertex];
+    }
+
+    ControlMeshData& data_;
+    std::vector<std::uint32_t> origin_;  ///< vertex before the split, by vertex now
+    std::vector<std::string> reports_;
+};
+
+}  // namespace
+
+std::vector<std::string> repair(ControlMeshData& data) { return Repair(data).run(); }
+
+}  // namespace tetrakis
