@@ -1,0 +1,348 @@
+#include "tetrakis/eval/quad_bounder.hpp"
+
+#include <cassert>
+#include <limits>
+
+namespace tetrakis {
+
+using detail::Net16;
+using detail::QuadNode;
+using detail::SecondBounds;
+using detail::Weights4;
+
+namespace {
+
+constexpr int k_corner_x[4] = {0, 1, 1, 0};
+constexpr int k_corner_y[4] = {0, 0, 1, 1};
+
+/// Rounding of one patch evaluation and one interpolation, in units of the largest coordinate: fewer than 100
+/// operations on values not larger than it, each off by half an ulp at most.
+constexpr double k_rounding = 128 * std::numeric_limits<double>::epsilon();
+
+/// Pieces are split at most this many levels below the leaf; cells that are still irregular then are bounded by their
+/// hull.
+constexpr int k_max_refinement = 40;
+
+/// Second-derivative bounds of the strips of a single-crease cell: at the crease, and the rest of the cell.
+struct CreaseBounds {
+    SecondBounds strip, rest;
+    double width = 1;  ///< of the strip
+    bool across_y = false;
+
+    explicit CreaseBounds(const Net16& net, detail::SideCrease crease) {
+        const auto pieces = detail::CreasePieces::make(crease.sharpness);
+        across_y = crease.side == 0 || crease.side == 2;
+        const bool far = crease.side == 1 || crease.side == 2;
+        width = pieces.last_is_whole ? pieces.begin[pieces.count - 1] : 1;
+        const int across = across_y ? 4 : 1, along = across_y ? 1 : 4;
+        for (int i = 0; i < pieces.count; ++i) {
+            Net16 part;
+            for (int k = 0; k < 3; ++k)
+                for (int row = 0; row < 4; ++row)
+                    for (int j = 0; j < 4; ++j) {
+                        double sum = 0;
+                        for (int q = 0; q < 4; ++q)
+                            sum += pieces.control[i][j][static_cast<std::size_t>(q)] *
+                                   net.c[k][row * along + (far ? 3 - q : q) * across];
+                        part.c[k][row * along + (far ? 3 - j : j) * across] = sum;
+                    }
+            const bool whole = pieces.whole(i);
+            const double scale = whole ? 1 : 1 / (pieces.end[i] - pieces.begin[i]);
+            const SecondBounds b = across_y ? SecondBounds::of(part, 1, scale) : SecondBounds::of(part, scale, 1);
+            if (whole) {
+                rest = b;
+            } else if (i == 0) {
+                strip = b;
+            } else {
+                strip2 = b;
+                has_strip2 = true;
+            }
+        }
+        if (!pieces.last_is_whole) rest = strip;
+    }
+    SecondBounds strip2;
+    bool has_strip2 = false;
+
+    /// An eighth of an effective second derivative along (a, b): |S''| <= outside everywhere but for a part of the
+    /// line, at one of its ends, of relative length w, where it is at most inside: the deviation is then at most
+    /// outside / 8 + w^2 / 2 (inside - outside).
+    double deviation(double a, double b) const {
+        double inside = strip.along(a, b);
+        if (has_strip2) inside = std::max(inside, strip2.along(a, b));
+        const double outside = width < 1 ? rest.along(a, b) : inside;
+        const double reach = std::abs(across_y ? b : a);
+        if (reach == 0) return std::max(inside, outside) / 8;
+        const double w = std::min(1.0, width / reach);
+        // Where the strip may cover most of the line, the plain bound is the better one.
+        return std::min(std::max(inside, outside) / 8, outside / 8 + 0.5 * w * w * std::max(0.0, inside - outside));
+    }
+};
+
+}  // namespace
+
+QuadBounder::QuadBounder(const QuadPatches& patches)
+    : patches_(patches), cells_(k_max_level + k_max_refinement + 4), nets_(k_max_level + k_max_refinement + 4) {
+    for (const Vec3d& p : patches.mesh().positions())
+        scale_ = std::max({scale_, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+}
+
+QuadBounder::Cell& QuadBounder::cell(HalfedgeId root, int level, std::uint64_t x, std::uint64_t y) {
+    int from = -1;
+    if (root == root_) {
+        // The deepest kept cell that holds the wanted one.
+        from = std::min(depth_, level);
+        while (from > 0) {
+            const Cell& kept = cells_[static_cast<std::size_t>(from)];
+            if (kept.x == x >> (level - from) && kept.y == y >> (level - from)) break;
+            --from;
+        }
+    }
+    if (from < 0) {
+        root_ = root;
+        Cell& top = cells_[0];
+        top = Cell{};
+        top.node = &patches_.root_node(root);
+        if (top.node->kind == QuadNode::Kind::regular) top.net = &top.node->net, top.crease = top.node->crease;
+        from = 0;
+    }
+    for (int l = from + 1; l <= level; ++l) {
+        const Cell& parent = cells_[static_cast<std::size_t>(l - 1)];
+        Cell& child = cells_[static_cast<std::size_t>(l)];
+        child.x = x >> (level - l), child.y = y >> (level - l);
+        child.known = 0;
+        child.has_bounds = false;
+        const int qx = static_cast<int>(child.x & 1), qy = static_cast<int>(child.y & 1);
+        if (parent.irregular()) {
+            child.node = parent.node->grown() + 2 * qy + qx;
+            const bool regular = child.node->kind == QuadNode::Kind::regular;
+            child.net = regular ? &child.node->net : nullptr;
+            child.crease = regular ? child.node->crease : detail::SideCrease{};
+        } else {
+            child.node = nullptr;
+            Net16& net = nets_[static_cast<std::size_t>(l)];
+            if (parent.crease) {
+                child_net(*parent.net, parent.crease, qx, qy, net, child.crease);
+            } else {
+                child_net(*parent.net, qx, qy, net);
+                child.crease = {};
+            }
+            child.net = &net;
+        }
+    }
+    depth_ = level;
+    return cells_[static_cast<std::size_t>(level)];
+}
+
+Vec3d QuadBounder::cell_point(const Cell& cell, double x, double y) {
+    if (cell.irregular()) return QuadPatches::position(*cell.node, x, y);
+    return regular_position(*cell.net, cell.crease, x, y);
+}
+
+Vec3d QuadBounder::cell_corner(Cell& cell, int corner) {
+    if (!(cell.known & (1 << corner))) {
+        cell.corner[corner] = cell_point(cell, k_corner_x[corner], k_corner_y[corner]);
+        cell.known = static_cast<std::uint8_t>(cell.known | (1 << corner));
+    }
+    return cell.corner[corner];
+}
+
+double QuadBounder::deviation(Cell& cell, const Piece& piece) {
+    // Directions of the piece's edges in the cell: hypotenuse first.
+    double a[3], b[3];
+    if (!piece.quarter) {
+        a[0] = 1, b[0] = (piece.turn & 1) ? 1 : -1;
+        a[1] = 1, b[1] = 0, a[2] = 0, b[2] = 1;
+    } else {
+        const bool flat = (piece.turn & 1) == 0;
+        a[0] = flat, b[0] = !flat;
+        a[1] = 0.5, b[1] = 0.5, a[2] = 0.5, b[2] = -0.5;
+    }
+    if (cell.crease) {
+        const CreaseBounds bounds(*cell.net, cell.crease);
+        double e[3];
+        for (int k = 0; k < 3; ++k) e[k] = bounds.deviation(a[k], b[k]);
+        return std::min({std::max(e[1], e[2]) + e[0], std::max(e[0], e[2]) + e[1], std::max(e[0], e[1]) + e[2]});
+    }
+    if (!cell.has_bounds) {
+        cell.bounds = SecondBounds::of(*cell.net);
+        cell.has_bounds = true;
+    }
+    return detail::triangle_deviation(cell.bounds.along(a[0], b[0]), cell.bounds.along(a[1], b[1]),
+                                      cell.bounds.along(a[2], b[2]));
+}
+
+double QuadBounder::hull_distance(const Cell& cell, const std::array<Vec3d, 3>& linear) {
+    double far = 0;
+    const auto look = [&](const Vec3d& p) {
+        for (const Vec3d& l : linear) far = std::max(far, glm::dot(p - l, p - l));
+    };
+    if (cell.node->kind == QuadNode::Kind::star) {
+        for (const Vec3d& p : cell.node->star->points) look(p);
+    } else {
+        for (const Vec3d& p : cell.node->local->points) look(p);
+    }
+    return std::sqrt(far);
+}
+
+void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {
+    if (rejected_) return;
+    double attained = 0;
+    for (const Vec3d& d : corners.deviation) attained = std::max(attained, glm::dot(d, d));
+    attained = std::sqrt(attained);
+    lower_ = std::max(lower_, attained);
+    if (lower_ > decide_at_) {
+        rejected_ = true;
+        return;
+    }
+    Cell& home = cell(piece.root, piece.level, piece.x, piece.y);
+    const double pad = k_rounding * scale_;
+    const double upper =
+        (home.irregular() ? hull_distance(home, corners.linear) : attained + deviation(home, piece)) + pad;
+    if (upper <= decide_at_ || upper <= 1.05 * lower_ + pad || upper <= upper_ || depth == 0) {
+        upper_ = std::max(upper_, upper);
+        return;
+    }
+    // Split: the new corners are the midpoints of the edges (of the base alone for a quarter).
+    const auto middle = [&](const Vec3d& s, int i, int j, Vec3d& linear, Vec3d& deviation) {
+        linear = 0.5 * (corners.linear[static_cast<std::size_t>(i)] + corners.linear[static_cast<std::size_t>(j)]);
+        deviation = s - linear;
+    };
+    const int k = piece.turn, k1 = (k + 1) & 3, k2 = (k + 2) & 3, k3 = (k + 3) & 3;
+    const auto part = [&](int at, int turn) {
+        Piece p = piece;
+        p.level += 1;
+        p.x = 2 * piece.x + static_cast<unsigned>(k_corner_x[at]);
+        p.y = 2 * piece.y + static_cast<unsigned>(k_corner_y[at]);
+        p.turn = turn;
+        p.quarter = false;
+        return p;
+    };
+    const auto mid_side = [&](int side) {
+        const int i = side & 3, j = (side + 1) & 3;
+        return cell_point(home, 0.5 * (k_corner_x[i] + k_corner_x[j]), 0.5 * (k_corner_y[i] + k_corner_y[j]));
+    };
+    const auto& L = corners.linear;
+    const auto& D = corners.deviation;
+    if (piece.quarter) {
+        Vec3d l, d;
+        middle(mid_side(k), 1, 2, l, d);
+        bound(part(k, k1), {{l, L[0], L[1]}, {d, D[0], D[1]}}, depth - 1);
+        bound(part(k1, k), {{l, L[2], L[0]}, {d, D[2], D[0]}}, depth - 1);
+        return;
+    }
+    Vec3d l01, d01, l02, d02, l12, d12;
+    middle(mid_side(k), 0, 1, l01, d01);
+    middle(mid_side(k3), 0, 2, l02, d02);
+    middle(cell_point(home, 0.5, 0.5), 1, 2, l12, d12);
+    bound(part(k, k), {{L[0], l01, l02}, {D[0], d01, d02}}, depth - 1);
+    bound(part(k, k2), {{l12, l02, l01}, {d12, d02, d01}}, depth - 1);
+    bound(part(k1, k), {{l01, L[1], l12}, {d01, D[1], d12}}, depth - 1);
+    bound(part(k3, k), {{l02, l12, L[2]}, {d02, d12, D[2]}}, depth - 1);
+}
+
+QuadBounder::Piece QuadBounder::piece_of(const CellTriangle& leaf) {
+    const LatticePoint a = leaf.corner[0], b = leaf.corner[1], apex = leaf.corner[2];
+    Piece piece;
+    piece.root = leaf.root;
+    const std::uint32_t x0 = std::min({a.x, b.x, apex.x}), x1 = std::max({a.x, b.x, apex.x});
+    const std::uint32_t y0 = std::min({a.y, b.y, apex.y}), y1 = std::max({a.y, b.y, apex.y});
+    if (x1 - x0 == 1 && y1 - y0 == 1) {
+        piece.level = leaf.level;
+        piece.x = x0, piece.y = y0;
+        const int cx = apex.x != x0, cy = apex.y != y0;
+        piece.turn = cy == 0 ? cx : 3 - cx;
+        return piece;
+    }
+    piece.level = leaf.level - 1;
+    piece.quarter = true;
+    piece.x = (apex.x - 1) / 2, piece.y = (apex.y - 1) / 2;
+    if (a.y < apex.y && b.y < apex.y)
+        piece.turn = 0;
+    else if (a.x > apex.x && b.x > apex.x)
+        piece.turn = 1;
+    else if (a.y > apex.y && b.y > apex.y)
+        piece.turn = 2;
+    else
+        piece.turn = 3;
+    return piece;
+}
+
+QuadBounder::Corners QuadBounder::leaf_corners(const Piece& piece) {
+    Cell& home = cell(piece.root, piece.level, piece.x, piece.y);
+    Corners corners;
+    const int k = piece.turn;
+    if (piece.quarter) {
+        corners.linear = {cell_point(home, 0.5, 0.5), cell_corner(home, k), cell_corner(home, (k + 1) & 3)};
+    } else {
+        corners.linear = {cell_corner(home, k), cell_corner(home, (k + 1) & 3), cell_corner(home, (k + 3) & 3)};
+    }
+    corners.deviation = {Vec3d(0), Vec3d(0), Vec3d(0)};
+    return corners;
+}
+
+bool QuadBounder::is_root(const CellTriangle& leaf) { return leaf.level == 0 && leaf.corner[1].x == 2; }
+
+LeafError QuadBounder::parametric_error(const CellTriangle& leaf, double decide_at) {
+    decide_at_ = decide_at;
+    lower_ = upper_ = 0;
+    rejected_ = false;
+    if (is_root(leaf)) {
+        // Two half-cells that share the edge from the midpoint m of the base to the centre c.
+        const HalfedgeId h = leaf.root, g = patches_.mesh().next(h);
+        const Piece first{h, 0, 0, 0, 1, false}, second{g, 0, 0, 0, 3, false};
+        Corners left = leaf_corners(first), right = leaf_corners(second);
+        const Vec3d v = left.linear[2], c = left.linear[1], w = right.linear[1], m = left.linear[0];
+        const Vec3d base = 0.5 * (v + w), d = m - base;
+        left.linear = {base, c, v};
+        right.linear = {base, w, c};
+        left.deviation[0] = right.deviation[0] = d;
+        bound(first, left, k_max_refinement);
+        bound(second, right, k_max_refinement);
+    } else {
+        const Piece piece = piece_of(leaf);
+        const Corners corners = leaf_corners(piece);
+        if (!piece.quarter) {
+            // The middle of the hypotenuse decides most leaves that must be split.
+            Cell& home = cell(piece.root, piece.level, piece.x, piece.y);
+            const Vec3d d = cell_point(home, 0.5, 0.5) - 0.5 * (corners.linear[1] + corners.linear[2]);
+            lower_ = std::sqrt(glm::dot(d, d));
+        } else {
+            Cell& home = cell(piece.root, piece.level, piece.x, piece.y);
+            const int i = piece.turn, j = (piece.turn + 1) & 3;
+            const Vec3d d =
+                cell_point(home, 0.5 * (k_corner_x[i] + k_corner_x[j]), 0.5 * (k_corner_y[i] + k_corner_y[j])) -
+                0.5 * (corners.linear[1] + corners.linear[2]);
+            lower_ = std::sqrt(glm::dot(d, d));
+        }
+        if (lower_ > decide_at_) rejected_ = true;
+        bound(piece, corners, k_max_refinement);
+    }
+    if (rejected_) upper_ = std::numeric_limits<double>::infinity();
+    return {lower_, std::max(upper_, lower_)};
+}
+
+void QuadBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions, std::span<Vec3d> normals) {
+    std::size_t out = 0;
+    const auto put = [&](HalfedgeId root, double x, double y) {
+        const SurfacePoint point = patches_.evaluate(root, x, y);
+        positions[out] = point.position;
+        if (!normals.empty()) normals[out] = glm::cross(point.du, point.dv);
+        ++out;
+    };
+    const double unit = std::ldexp(1.0, -leaf.level);
+    const bool root_leaf = is_root(leaf);
+    const HalfedgeId beyond = root_leaf ? patches_.mesh().next(leaf.root) : HalfedgeId{};
+    for (int row = 0; row <= n; ++row)  // distance from corner 2
+        for (int i = 0; i <= row; ++i) {
+            const double b1 = static_cast<double>(i) / n, b2 = static_cast<double>(n - row) / n,
+                         b0 = static_cast<double>(row - i) / n;
+            const double x = (b0 * leaf.corner[0].x + b1 * leaf.corner[1].x + b2 * leaf.corner[2].x) * unit;
+            const double y = (b0 * leaf.corner[0].y + b1 * leaf.corner[1].y + b2 * leaf.corner[2].y) * unit;
+            if (root_leaf && x > 1)
+                put(beyond, y, std::min(1.0, 2 - x));
+            else
+                put(leaf.root, std::min(x, 1.0), std::min(y, 1.0));
+        }
+}
+
+}  // namespace tetrakis

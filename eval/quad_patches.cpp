@@ -1,0 +1,441 @@
+#include "tetrakis/eval/quad_patches.hpp"
+
+#include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/schemes/ring_limit.hpp"
+#include "tetrakis/schemes/sharpness.hpp"
+
+#include <cassert>
+#include <string>
+
+namespace tetrakis {
+
+namespace detail {
+
+namespace {
+
+/// Cell position of (x, y) in the frame of a star whose corner `turn` is the origin.
+void unturn(int turn, int& x, int& y) {
+    const int a = x, b = y;
+    switch (turn) {
+        case 0:
+            break;
+        case 1:
+            x = 1 - b, y = a;
+            break;
+        case 2:
+            x = 1 - a, y = 1 - b;
+            break;
+        default:
+            x = b, y = 1 - a;
+            break;
+    }
+}
+
+void unturn_net(int turn, const Net16& net, Net16& out) {
+    for (int b = -1; b <= 2; ++b)
+        for (int a = -1; a <= 2; ++a) {
+            int x = a, y = b;
+            unturn(turn, x, y);
+            out.set(x, y, net.at(a, b));
+        }
+}
+
+void grow_star(const QuadNode& node, QuadNode* children) {
+    const int turn = node.turn;
+    auto next = std::make_unique<QuadStar>();
+    std::array<Net16, 3> regular;
+    subdivide(*node.star, *next, regular);
+    const auto index = [&](int a, int b) {
+        unturn(turn, a, b);
+        return 2 * b + a;
+    };
+    QuadNode& star = children[index(0, 0)];
+    star.kind = QuadNode::Kind::star;
+    star.turn = node.turn;
+    star.star = std::move(next);
+    constexpr int corner[3][2] = {{1, 0}, {1, 1}, {0, 1}};
+    for (int k = 0; k < 3; ++k)
+        unturn_net(turn, regular[static_cast<std::size_t>(k)], children[index(corner[k][0], corner[k][1])].net);
+}
+
+constexpr int k_corner_x[4] = {0, 1, 1, 0};
+constexpr int k_corner_y[4] = {0, 0, 1, 1};
+
+}  // namespace
+
+QuadNode::~QuadNode() { delete[] children.load(std::memory_order_acquire); }
+
+const QuadNode* QuadNode::grown() const {
+    QuadNode* self = const_cast<QuadNode*>(this);
+    if (QuadNode* found = self->children.load(std::memory_order_acquire)) return found;
+    std::unique_ptr<QuadNode[]> fresh(new QuadNode[4]);
+    for (int i = 0; i < 4; ++i) fresh[static_cast<std::size_t>(i)].depth = static_cast<std::uint8_t>(depth + 1);
+    if (kind == Kind::star) {
+        grow_star(*this, fresh.get());
+    } else {
+        const QuadLocalStep step(*local);
+        for (int k = 0; k < 4; ++k)
+            classify(step.child(k), fresh[static_cast<std::size_t>(2 * k_corner_y[k] + k_corner_x[k])]);
+    }
+    QuadNode* expected = nullptr;
+    QuadNode* mine = fresh.get();
+    if (self->children.compare_exchange_strong(expected, mine, std::memory_order_acq_rel)) return fresh.release();
+    return expected;
+}
+
+}  // namespace detail
+
+using detail::Net16;
+using detail::QuadLocalMesh;
+using detail::QuadNode;
+using detail::Weights4;
+
+QuadPatches::QuadPatches(const ControlMesh& mesh, const RunContext& context) : mesh_(mesh) {
+    const std::uint64_t bytes = std::uint64_t{mesh.halfedge_count()} * sizeof(QuadNode);
+    if (context.max_memory_bytes != 0 && bytes > context.max_memory_bytes)
+        throw Error(ErrorCode::memory_limit, "the patch tree of " + std::to_string(mesh.halfedge_count()) +
+                                                 " corner cells needs " + std::to_string(bytes) +
+                                                 " bytes, more than the limit of " +
+                                                 std::to_string(context.max_memory_bytes));
+    first_step(context);
+    roots_ = std::vector<QuadNode>(mesh.halfedge_count());
+    for_each_index(
+        mesh.halfedge_count(), [&](std::uint32_t h) { build_root(HalfedgeId(h)); }, 256);
+    first_ = {};
+    half_sharpness_ = {};
+    vertex_sharpness_ = {};
+    smooth_ = {};
+}
+
+QuadPatches::~QuadPatches() = default;
+
+void QuadPatches::first_step(const RunContext&) {
+    const ControlMesh& m = mesh_;
+    const std::uint32_t vertices = m.vertex_count(), edges = m.edge_count(), faces = m.face_count();
+    first_.resize(std::size_t{vertices} + edges + faces);
+    half_sharpness_.assign(m.halfedge_count(), 0.0f);
+    vertex_sharpness_.assign(vertices, 0.0f);
+    smooth_.assign(vertices, 0);
+    Vec3d* edge_points = first_.data() + vertices;
+    Vec3d* face_points = edge_points + edges;
+    const bool chaikin = m.crease_method() == CreaseMethod::chaikin;
+
+    for_each_index(faces, [&](std::uint32_t f) {
+        Vec3d sum(0);
+        const std::uint32_t size = m.face_size(FaceId(f)), h0 = m.face_halfedge(FaceId(f)).value;
+        for (std::uint32_t i = 0; i < size; ++i) sum += m.position(m.origin(HalfedgeId(h0 + i)));
+        face_points[f] = sum / static_cast<double>(size);
+    });
+
+    // Vertices: the tags of the halves at each vertex, and the vertex points.
+    for_each_block(vertices, k_default_grain, [&](std::uint32_t begin, std::uint32_t end) {
+        std::vector<float> sharp, child;
+        std::vector<Vec3d> neighbours;
+        for (std::uint32_t i = begin; i < end; ++i) {
+            const VertexId v(i);
+            const Vec3d p = m.position(v);
+            first_[i] = p;
+            if (m.is_isolated(v)) continue;
+            const HalfedgeId start = m.vertex_halfedge(v);
+            const bool boundary = !m.twin(start).valid();
+            sharp.clear();
+            neighbours.clear();
+            Vec3d edge_sum(0), face_sum(0);
+            HalfedgeId last = start;
+            bool any_sharp = m.sharpness(v) > 0;
+            std::uint32_t face_count = 0;
+            for (HalfedgeId h = start; h.valid();) {
+                const float s = m.sharpness(m.edge(h));
+                any_sharp |= s > 0;
+                sharp.push_back(s);
+                const Vec3d& e = m.position(m.target(h));
+                neighbours.push_back(e);
+                edge_sum += e;
+                face_sum += face_points[m.face(h).value];
+                ++face_count;
+                last = h;
+                h = m.ccw_outgoing(h);
+                if (h == start) break;
+            }
+            const double n = face_count;
+            if (!any_sharp && !boundary) {
+                first_[i] = (n - 2) / n * p + (edge_sum + face_sum) / (n * n);
+                smooth_[i] = 1;
+                continue;
+            }
+            if (boundary) {
+                sharp.push_back(m.sharpness(m.edge(m.prev(last))));
+                neighbours.push_back(m.position(m.origin(m.prev(last))));
+            }
+            child.resize(sharp.size());
+            for (std::size_t j = 0; j < sharp.size(); ++j)
+                child[j] = chaikin ? child_sharpness_chaikin(sharp[j], sharp) : child_sharpness(sharp[j]);
+            vertex_sharpness_[i] = child_sharpness(m.sharpness(v));
+            bool now_smooth = !boundary && vertex_sharpness_[i] == 0;
+            std::size_t j = 0;
+            for (HalfedgeId h = start; h.valid(); ++j) {
+                half_sharpness_[h.value] = child[j];
+                now_smooth &= child[j] == 0;
+                h = m.ccw_outgoing(h);
+                if (h == start) break;
+            }
+            smooth_[i] = now_smooth;
+            const VertexBlend blend = vertex_blend(sharp, m.sharpness(v), child, vertex_sharpness_[i]);
+            Vec3d point = blend.corner * p;
+            if (blend.smooth != 0) point += blend.smooth * ((n - 2) / n * p + (edge_sum + face_sum) / (n * n));
+            if (blend.crease.weight != 0)
+                point +=
+                    blend.crease.weight * (0.75 * p + 0.125 * (neighbours[static_cast<std::size_t>(blend.crease.a)] +
+                                                               neighbours[static_cast<std::size_t>(blend.crease.b)]));
+            first_[i] = point;
+        }
+    });
+
+    for_each_index(edges, [&](std::uint32_t e) {
+        const HalfedgeId h = m.edge_halfedge(EdgeId(e)), t = m.twin(h);
+        const Vec3d a = m.position(m.origin(h)), b = m.position(m.target(h));
+        const Vec3d crease = 0.5 * (a + b);
+        const float s = m.sharpness(EdgeId(e));
+        if (!t.valid() || s == k_sharpness_infinity) {
+            edge_points[e] = crease;
+            return;
+        }
+        const Vec3d smooth = 0.25 * (a + b + face_points[m.face(h).value] + face_points[m.face(t).value]);
+        const double w = s == 0 ? 0 : edge_crease_weight(s, half_sharpness_[h.value], half_sharpness_[t.value]);
+        edge_points[e] = w == 0 ? smooth : w * crease + (1 - w) * smooth;
+    });
+}
+
+void QuadPatches::gather_around(HalfedgeId h, Net16& net) const {
+    const ControlMesh& m = mesh_;
+    const HalfedgeId h1 = m.ccw_outgoing(h), h2 = m.ccw_outgoing(h1), h3 = m.ccw_outgoing(h2), t = m.twin(h);
+    net.set(0, 0, vertex_point(m.origin(h)));
+    net.set(1, 0, edge_point(h)), net.set(1, 1, face_point(h));
+    net.set(0, 1, edge_point(h1)), net.set(-1, 1, face_point(h1));
+    net.set(-1, 0, edge_point(h2)), net.set(-1, -1, face_point(h2));
+    net.set(0, -1, edge_point(h3)), net.set(1, -1, face_point(h3));
+    net.set(-1, 2, edge_point(m.next(h1)));
+    net.set(2, -1, edge_point(m.prev(t)));
+}
+
+void QuadPatches::build_root(HalfedgeId h) {
+    const ControlMesh& m = mesh_;
+    QuadNode& node = roots_[h.value];
+    const VertexId v = m.origin(h);
+    const HalfedgeId t = m.twin(h), p = m.twin(m.prev(h));
+    const std::uint32_t size = m.face_size(m.face(h)), n = m.face_valence(v);
+    const bool plain = smooth_[v.value] && t.valid() && p.valid() && half_sharpness_[t.value] == 0 &&
+                       half_sharpness_[m.prev(h).value] == 0;
+    if (plain && n == 4) {
+        gather_around(h, node.net);
+        if (size == 4) {
+            const HalfedgeId a = m.next(h), b = m.next(a), c = m.next(b);
+            node.net.set(2, 0, vertex_point(m.origin(a))), node.net.set(2, 1, edge_point(a));
+            node.net.set(2, 2, vertex_point(m.origin(b))), node.net.set(1, 2, edge_point(b));
+            node.net.set(0, 2, vertex_point(m.origin(c)));
+            return;
+        }
+        // The face's centre is the extraordinary corner; the star's frame is the cell's turned by half.
+        auto star = std::make_unique<detail::QuadStar>();
+        star->valence = static_cast<int>(size);
+        star->points.resize(detail::QuadStar::point_count(star->valence));
+        star->points[0] = face_point(h);
+        HalfedgeId g = h;
+        for (std::uint32_t i = 0; i < size; ++i, g = m.next(g)) {
+            star->points[1 + 2 * i] = edge_point(m.prev(g));
+            star->points[2 + 2 * i] = vertex_point(m.origin(g));
+        }
+        Vec3d* outer = star->points.data() + 2 * size + 1;
+        constexpr int at[7][2] = {{-1, 2}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}, {2, -1}};
+        for (int i = 0; i < 7; ++i) outer[i] = node.net.at(at[i][0], at[i][1]);
+        node.kind = QuadNode::Kind::star;
+        node.turn = 2;
+        node.star = std::move(star);
+        return;
+    }
+    if (plain && size == 4) {
+        auto star = std::make_unique<detail::QuadStar>();
+        star->valence = static_cast<int>(n);
+        star->points.resize(detail::QuadStar::point_count(star->valence));
+        star->points[0] = vertex_point(v);
+        HalfedgeId g = h;
+        for (std::uint32_t i = 0; i < n; ++i, g = m.ccw_outgoing(g)) {
+            star->points[1 + 2 * i] = edge_point(g);
+            star->points[2 + 2 * i] = face_point(g);
+        }
+        Vec3d* outer = star->points.data() + 2 * n + 1;
+        const HalfedgeId a = m.next(h), b = m.next(a), c = m.next(b);
+        outer[0] = edge_point(m.prev(t)), outer[1] = vertex_point(m.origin(a)), outer[2] = edge_point(a);
+        outer[3] = vertex_point(m.origin(b)), outer[4] = edge_point(b), outer[5] = vertex_point(m.origin(c));
+        outer[6] = edge_point(m.next(p));
+        node.kind = QuadNode::Kind::star;
+        node.star = std::move(star);
+        return;
+    }
+    detail::classify(local_mesh(h), node);
+}
+
+QuadLocalMesh QuadPatches::local_mesh(HalfedgeId h) const {
+    const ControlMesh& m = mesh_;
+    // The level-1 quads Q(g) that touch Q(h): around its vertex, in its face, and beyond its two edge points.
+    std::vector<HalfedgeId> parts{h};
+    const auto add = [&](HalfedgeId g) {
+        for (HalfedgeId known : parts)
+            if (known == g) return;
+        parts.push_back(g);
+    };
+    const HalfedgeId start = m.vertex_halfedge(m.origin(h));
+    for (HalfedgeId g = start; g.valid();) {
+        add(g);
+        g = m.ccw_outgoing(g);
+        if (g == start) break;
+    }
+    for (HalfedgeId g = m.next(h); g != h; g = m.next(g)) add(g);
+    if (const HalfedgeId t = m.twin(h); t.valid()) add(t);
+    if (const HalfedgeId p = m.twin(m.prev(h)); p.valid()) add(m.next(p));
+
+    const auto find = [&](HalfedgeId g) -> std::uint32_t {
+        for (std::uint32_t i = 0; i < parts.size(); ++i)
+            if (parts[i] == g) return i;
+        return QuadLocalMesh::none;
+    };
+    QuadLocalMesh out;
+    out.chaikin = m.crease_method() == CreaseMethod::chaikin;
+    std::vector<std::uint32_t> keys;  // numbers into first_, in order of use
+    const auto use = [&](std::uint32_t key) {
+        for (std::uint32_t i = 0; i < keys.size(); ++i)
+            if (keys[i] == key) return i;
+        keys.push_back(key);
+        out.points.push_back(first_[key]);
+        return static_cast<std::uint32_t>(keys.size() - 1);
+    };
+    const std::uint32_t edge_base = m.vertex_count(), face_base = edge_base + m.edge_count();
+    out.faces.resize(parts.size());
+    out.twin.assign(4 * parts.size(), QuadLocalMesh::none);
+    out.sharpness.assign(4 * parts.size(), 0.0f);
+    for (std::uint32_t i = 0; i < parts.size(); ++i) {
+        const HalfedgeId g = parts[i], back = m.prev(g);
+        out.faces[i] = {use(m.origin(g).value), use(edge_base + m.edge(g).value), use(face_base + m.face(g).value),
+                        use(edge_base + m.edge(back).value)};
+        const auto link = [&](std::uint32_t j, HalfedgeId other, std::uint32_t k) {
+            if (!other.valid()) return;
+            if (const std::uint32_t q = find(other); q != QuadLocalMesh::none) out.twin[4 * i + j] = 4 * q + k;
+        };
+        const HalfedgeId tg = m.twin(g), tb = m.twin(back);
+        link(0, tg.valid() ? m.next(tg) : HalfedgeId{}, 3);
+        link(3, tb, 0);
+        link(1, m.next(g), 2);
+        link(2, back, 1);
+        out.sharpness[4 * i] = tg.valid() ? half_sharpness_[g.value] : k_sharpness_infinity;
+        out.sharpness[4 * i + 3] = tb.valid() ? half_sharpness_[tb.value] : k_sharpness_infinity;
+    }
+    out.corner_sharpness[0] = vertex_sharpness_[m.origin(h).value];
+    return out;
+}
+
+namespace {
+Vec3d unit_or_zero(const Vec3d& n) {
+    const double length = glm::length(n);
+    return length > 0 ? n / length : Vec3d(0);
+}
+}  // namespace
+
+SurfacePoint QuadPatches::corner_limit(const QuadNode& node, int corner) {
+    assert(node.kind != QuadNode::Kind::regular);
+    RingShape shape;
+    std::vector<Vec3d> ring;
+    if (node.kind == QuadNode::Kind::star) {
+        const detail::QuadStar& star = *node.star;
+        shape.faces = star.valence;
+        shape.sharp.assign(static_cast<std::size_t>(star.valence), 0);
+        ring.assign(star.points.begin(), star.points.begin() + 2 * star.valence + 1);
+    } else {
+        const QuadLocalMesh& local = *node.local;
+        const detail::CornerFan fan = detail::corner_fan(local, corner);
+        const float own = local.corner_sharpness[static_cast<std::size_t>(corner)];
+        const std::vector<float> sharp = detail::fan_sharpness(local, fan);
+        bool stationary = own == 0 || own == k_sharpness_infinity;
+        for (float s : sharp) stationary &= s == 0 || s == k_sharpness_infinity;
+        if (!stationary) {
+            const QuadNode* children = node.grown();
+            const QuadNode& child = children[2 * detail::k_corner_y[corner] + detail::k_corner_x[corner]];
+            if (child.kind != QuadNode::Kind::regular) return corner_limit(child, corner);
+            SurfacePoint point;
+            Weights4 wx[3], wy[3];
+            regular_basis(child.crease, detail::k_corner_x[corner], detail::k_corner_y[corner], wx, wy);
+            point.position = combine(child.net, wx[0], wy[0]);
+            point.du = combine(child.net, wx[1], wy[0]);
+            point.dv = combine(child.net, wx[0], wy[1]);
+            point.has_second = false;
+            point.normal = unit_or_zero(glm::cross(point.du, point.dv));
+            return point;
+        }
+        shape.faces = static_cast<int>(fan.faces());
+        shape.boundary = fan.boundary;
+        shape.corner = own != 0;
+        for (float s : sharp) shape.sharp.push_back(s != 0);
+        ring = detail::fan_ring(local, fan);
+    }
+    const RingLimit& limit = ring_limit(SchemeKind::catmull_clark, shape);
+    SurfacePoint point;
+    point.has_second = false;
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+        point.position += limit.position[i] * ring[i];
+        point.du += limit.tangent1[i] * ring[i];
+        point.dv += limit.tangent2[i] * ring[i];
+    }
+    point.normal = limit_normal(SchemeKind::catmull_clark, shape, limit, ring);
+    return point;
+}
+
+Vec3d QuadPatches::limit(HalfedgeId root, LatticePoint at, int level) const {
+    const double step = std::ldexp(1.0, -level);
+    return position(roots_[root.value], at.x * step, at.y * step);
+}
+
+Vec3d QuadPatches::position(const QuadNode& cell, double x, double y) {
+    const QuadNode* node = &cell;
+    while (node->kind != QuadNode::Kind::regular) {
+        const bool edge_x = x == 0 || x == 1, edge_y = y == 0 || y == 1;
+        if (edge_x && edge_y) {
+            const int corner = y == 0 ? (x == 0 ? 0 : 1) : (x == 0 ? 3 : 2);
+            if (node->kind == QuadNode::Kind::generic || corner == node->turn)
+                return corner_limit(*node, corner).position;
+        }
+        const int qx = x >= 0.5, qy = y >= 0.5;
+        x = 2 * x - qx, y = 2 * y - qy;
+        node = node->grown() + 2 * qy + qx;
+    }
+    return regular_position(node->net, node->crease, x, y);
+}
+
+SurfacePoint QuadPatches::evaluate(HalfedgeId root, double x, double y) const {
+    const QuadNode* node = &roots_[root.value];
+    double scale = 1;
+    while (node->kind != QuadNode::Kind::regular) {
+        const bool edge_x = x == 0 || x == 1, edge_y = y == 0 || y == 1;
+        if ((edge_x && edge_y) || node->depth > 52) {
+            const int corner = y < 0.5 ? (x < 0.5 ? 0 : 1) : (x < 0.5 ? 3 : 2);
+            if (node->kind == QuadNode::Kind::generic || corner == node->turn) {
+                return corner_limit(*node, corner);
+            }
+        }
+        const int qx = x >= 0.5, qy = y >= 0.5;
+        x = 2 * x - qx, y = 2 * y - qy;
+        scale *= 2;
+        node = node->grown() + 2 * qy + qx;
+    }
+    Weights4 wx[3], wy[3];
+    regular_basis(node->crease, x, y, wx, wy);
+    SurfacePoint point;
+    point.position = combine(node->net, wx[0], wy[0]);
+    point.du = scale * combine(node->net, wx[1], wy[0]);
+    point.dv = scale * combine(node->net, wx[0], wy[1]);
+    point.duu = scale * scale * combine(node->net, wx[2], wy[0]);
+    point.duv = scale * scale * combine(node->net, wx[1], wy[1]);
+    point.dvv = scale * scale * combine(node->net, wx[0], wy[2]);
+    point.normal = unit_or_zero(glm::cross(point.du, point.dv));
+    return point;
+}
+
+}  // namespace tetrakis
