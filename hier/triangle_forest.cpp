@@ -36,54 +36,6 @@ TriangleForest::TriangleForest(const ControlMesh& mesh)
     }
 }
 
-TriangleForest::Neighbour TriangleForest::neighbour(std::uint32_t slot, std::uint32_t edge) const {
-    if (slot < root_count_) {
-        const std::uint32_t link = root_link_[3 * std::size_t{slot} + edge];
-        return link == k_boundary ? Neighbour{k_boundary, 0} : Neighbour{link / 4, link % 4};
-    }
-    const std::uint32_t record = (slot - root_count_) / 4, child = (slot - root_count_) % 4;
-    // The middle child's edge e is the inner edge of the child at the corner that e does not touch.
-    if (child == 3) return {first_child(record) + (edge + 2) % 3, edge};
-    if (edge == (child + 1) % 3) return {first_child(record) + 3, edge};
-    const std::uint32_t link = records_[record].link[edge];
-    if (link >= k_boundary) return {link, 0};
-    // Edge e's first half belongs to child e, its second half to child e + 1; seen from the other side they are
-    // swapped.
-    const std::uint32_t other = link % 4;
-    return {first_child(link / 4) + (edge == child ? (other + 1) % 3 : other), other};
-}
-
-TriangleForest::Frame TriangleForest::frame(std::uint32_t slot) const {
-    if (slot < root_count_) return {slot, {0, 0}, 0, 0};
-    const Record& record = records_[(slot - root_count_) / 4];
-    const std::uint32_t child = (slot - root_count_) % 4;
-    const std::uint32_t step = record.is_reversed ? ~std::uint32_t{0} : 1;
-    LatticePoint at{2 * record.at.x, 2 * record.at.y};
-    if (child == 1 || child == 3) at.x += step;
-    if (child == 2 || child == 3) at.y += step;
-    return {record.face, at, static_cast<std::uint8_t>(record.level + 1),
-            static_cast<std::uint8_t>(child == 3 ? !record.is_reversed : record.is_reversed)};
-}
-
-std::array<std::uint32_t, 3> TriangleForest::corners(std::uint32_t slot) const {
-    if (slot < root_count_) {
-        const HalfedgeId h(3 * slot);
-        return {mesh_->origin(h).value, mesh_->origin(HalfedgeId(h.value + 1)).value,
-                mesh_->origin(HalfedgeId(h.value + 2)).value};
-    }
-    const auto& p = records_[(slot - root_count_) / 4].point;
-    switch ((slot - root_count_) % 4) {
-        case 0:
-            return {p[0], p[3], p[5]};
-        case 1:
-            return {p[3], p[1], p[4]};
-        case 2:
-            return {p[5], p[4], p[2]};
-        default:
-            return {p[4], p[5], p[3]};
-    }
-}
-
 std::uint32_t TriangleForest::hanging_point(std::uint32_t slot, std::uint32_t edge) const {
     const Neighbour next = neighbour(slot, edge);
     if (next.slot >= k_boundary || !is_split(next.slot)) return PointId::none;

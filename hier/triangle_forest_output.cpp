@@ -1,7 +1,7 @@
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/hier/triangle_forest.hpp"
 
-#include <limits>
+#include <algorithm>
 
 namespace tetrakis {
 
@@ -74,55 +74,94 @@ GreenTriangles TriangleForest::green_triangles(LeafId leaf) const {
     return green;
 }
 
-// Depth first, children by their numbers: the order of (root, path).
-std::vector<std::uint32_t> TriangleForest::leaves_in_order() const {
-    std::vector<std::uint32_t> leaves, open;
-    leaves.reserve(leaf_count_);
-    for (std::uint32_t f = 0; f < root_count_; ++f) {
-        if (child_[f] == k_dead) continue;
-        open.push_back(f);
-        while (!open.empty()) {
-            const std::uint32_t slot = open.back();
-            open.pop_back();
-            if (!is_split(slot)) {
-                leaves.push_back(slot);
-                continue;
-            }
-            for (std::uint32_t k = 4; k-- > 0;) open.push_back(first_child(child_[slot]) + k);
+// hanging_mask() of the four children at once; means nothing for those that are split.
+std::array<std::uint8_t, 4> TriangleForest::child_masks(std::uint32_t record) const {
+    std::array<std::uint8_t, 4> mask{};
+    const std::uint32_t first = first_child(record);
+    for (std::uint32_t e = 0; e < 3; ++e) {
+        const std::uint32_t link = records_[record].link[e], next = (e + 1) % 3;
+        if (link < k_boundary) {
+            const std::uint32_t other = first_child(link / 4), edge = link % 4;
+            if (is_split(other + (edge + 1) % 3)) mask[e] |= static_cast<std::uint8_t>(1u << e);
+            if (is_split(other + edge)) mask[next] |= static_cast<std::uint8_t>(1u << e);
         }
+        if (is_split(first + 3)) mask[e] |= static_cast<std::uint8_t>(1u << next);
+        if (is_split(first + e)) mask[3] |= static_cast<std::uint8_t>(1u << next);
     }
-    return leaves;
+    return mask;
 }
 
-ExportedTriangles TriangleForest::exported() const {
-    ExportedTriangles out;
-    const std::vector<std::uint32_t> leaves = leaves_in_order();
-    std::vector<std::uint32_t> first(leaves.size());
-    for_each_index(static_cast<std::uint32_t>(leaves.size()),
-                   [&](std::uint32_t i) { first[i] = k_patterns[hanging_mask(leaves[i])].count; });
-    std::size_t total = 0;
-    for (std::uint32_t& n : first) {
-        const std::uint32_t count = n;
-        n = static_cast<std::uint32_t>(total);
-        total += count;
+// The leaves of some roots, depth first with children by their numbers: the order of (root, path).
+struct TriangleForest::LeafRun {
+    std::vector<std::uint32_t> slots;
+    std::vector<std::uint8_t> masks;
+    std::size_t triangles = 0, first_triangle = 0;
+
+    void add(std::uint32_t slot, std::uint8_t mask) {
+        slots.push_back(slot);
+        masks.push_back(mask);
+        triangles += k_patterns[mask].count;
     }
-    out.triangles.resize(total);
-    out.faces.resize(total);
-    out.leaves.resize(total);
-    for_each_index(static_cast<std::uint32_t>(leaves.size()), [&](std::uint32_t i) {
-        const std::uint32_t slot = leaves[i], mask = hanging_mask(slot);
+};
+
+void TriangleForest::append_leaves(std::uint32_t record, LeafRun& run) const {
+    const auto masks = child_masks(record);
+    for (std::uint32_t k = 0; k < 4; ++k) {
+        const std::uint32_t slot = first_child(record) + k;
+        if (is_split(slot))
+            append_leaves(child_[slot], run);
+        else
+            run.add(slot, masks[k]);
+    }
+}
+
+void TriangleForest::write_run(const LeafRun& run, ExportedTriangles& out) const {
+    std::size_t place = run.first_triangle;
+    for (std::size_t i = 0; i < run.slots.size(); ++i) {
+        const std::uint32_t slot = run.slots[i], mask = run.masks[i];
         const auto own = corners(slot);
         std::array<std::uint32_t, 6> point{own[0], own[1], own[2], 0, 0, 0};
         for (std::uint32_t e = 0; e < 3; ++e)
             if (mask >> e & 1) point[3 + e] = hanging_point(slot, e);
+        const FaceId f = face(LeafId(slot));
         const GreenPattern& pattern = k_patterns[mask];
-        for (std::uint32_t t = 0; t < pattern.count; ++t) {
-            const std::uint32_t place = first[i] + t;
+        for (std::uint32_t t = 0; t < pattern.count; ++t, ++place) {
             for (int k = 0; k < 3; ++k) out.triangles[place][k] = point[pattern.corner[t][k]];
-            out.faces[place] = face(LeafId(slot));
+            out.faces[place] = f;
             out.leaves[place] = LeafId(slot);
         }
-    });
+    }
+}
+
+ExportedTriangles TriangleForest::exported() const {
+    // Enough runs for any number of threads to be busy, few enough for their vectors not to matter.
+    constexpr std::uint32_t max_runs = 256;
+    const std::uint32_t run_count = std::min(root_count_, max_runs);
+    std::vector<LeafRun> runs(run_count);
+    for_each_index(
+        run_count,
+        [&](std::uint32_t i) {
+            const auto bound = [&](std::uint64_t n) { return static_cast<std::uint32_t>(n * root_count_ / run_count); };
+            for (std::uint32_t f = bound(i); f < bound(i + 1); ++f) {
+                if (is_split(f))
+                    append_leaves(child_[f], runs[i]);
+                else if (child_[f] == k_unsplit)
+                    runs[i].add(f, static_cast<std::uint8_t>(hanging_mask(f)));
+            }
+        },
+        1);
+    std::size_t total = 0;
+    for (LeafRun& run : runs) {
+        run.first_triangle = total;
+        total += run.triangles;
+    }
+    ExportedTriangles out;
+    out.triangles.resize(total);
+    out.faces.resize(total);
+    out.leaves.resize(total);
+    for_each_index(
+        run_count, [&](std::uint32_t i) { write_run(runs[i], out); }, 1);
+    runs.clear();
     std::vector<std::uint32_t> number(sites_.size(), PointId::none);
     out.points.reserve(point_count_);
     for (auto& triangle : out.triangles)
