@@ -1,0 +1,29 @@
+#pragma once
+
+#include "tetrakis/hier/vec.hpp"
+#include "tetrakis/refine/mesh_level.hpp"
+#include "tetrakis/refine/vertex_ring.hpp"
+
+#include <span>
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// How points pass from a level to the next.
+enum class PointRule {
+    scheme,  ///< the scheme's masks with all tags
+    linear,  ///< old points stay, new ones are means of their edge or face (linear UVs)
+};
+
+/// Points of the next level, in its vertex order (see MeshLevel); gathers only, so every thread count gives the same.
+/// @param points   level.vertex_count points
+/// @param finer    finer.vertex_count points, to be written
+/// @param children the finer level's edge sharpness around old vertices decides how rules fade; with tags it is read
+void refine_points(const MeshLevel& level, SchemeKind scheme, CreaseMethod method, PointRule rule,
+                   std::span<const Vec3d> points, std::span<Vec3d> finer);
+
+/// The ring of vertex v with its tags, for limit_point(). Catmull-Clark: on a level of quads.
+void gather_ring(const MeshLevel& level, SchemeKind scheme, CreaseMethod method, std::span<const Vec3d> points,
+                 std::uint32_t v, VertexRing& ring);
+
+}  // namespace tetrakis::detail
