@@ -10,7 +10,7 @@ namespace tetrakis {
 struct UniformOptions {
     bool limit = false;    ///< put the vertices on the limit surface
     bool normals = false;  ///< limit normals (with or without `limit`)
-    RunContext context;
+    RunContext context{};
 };
 
 /// The control mesh refined everywhere: quads for Catmull-Clark, triangles for Loop, as many levels as asked.
