@@ -1,0 +1,67 @@
+#include "tetrakis/eval/loop_cell.hpp"
+
+#include "tetrakis/schemes/loop.hpp"
+
+namespace tetrakis::detail {
+
+LoopStarChain::~LoopStarChain() {
+    // Link by link: a recursion as long as the chain would be as deep.
+    LoopStarChain* link = next_.load(std::memory_order_relaxed);
+    while (link != nullptr) {
+        LoopStarChain* after = link->next_.exchange(nullptr, std::memory_order_relaxed);
+        delete link;
+        link = after;
+    }
+}
+
+const LoopStarChain& LoopStarChain::next() const {
+    LoopStarChain* known = next_.load(std::memory_order_acquire);
+    if (known != nullptr) return *known;
+    auto fresh = std::make_unique<LoopStarChain>(valence_, loop_star_step_size(valence_));
+    loop_star_step(valence_, Loop::beta(valence_), points_.get(), fresh->points());
+    if (next_.compare_exchange_strong(known, fresh.get(), std::memory_order_acq_rel)) known = fresh.release();
+    return *known;
+}
+
+LoopNode::LoopNode(LoopRings rings) {
+    if (const auto net = rings.regular_net()) {
+        kind_ = LoopCell::Kind::regular;
+        net_ = std::make_unique<Net12>(*net);
+        return;
+    }
+    if (const int corner = rings.star_corner(); corner >= 0) {
+        kind_ = LoopCell::Kind::star;
+        turn_ = corner;
+        const int valence = rings.corner[corner].size();
+        star_ = std::make_unique<LoopStarChain>(valence, loop_star_size(valence));
+        const std::vector<Vec3d> points = rings.star_points(corner);
+        std::copy(points.begin(), points.end(), star_->points());
+        return;
+    }
+    rings_ = std::make_unique<LoopRings>(std::move(rings));
+}
+
+LoopNode::~LoopNode() { delete children_.load(std::memory_order_relaxed); }
+
+LoopCell LoopNode::cell() const {
+    LoopCell out;
+    out.kind = kind_;
+    out.turn = turn_;
+    if (net_) out.net = *net_;
+    out.star = star_.get();
+    out.node = this;
+    return out;
+}
+
+const LoopNode& LoopNode::child(int quarter) const {
+    Children* known = children_.load(std::memory_order_acquire);
+    if (known == nullptr) {
+        auto fresh = std::make_unique<Children>();
+        std::array<LoopRings, 4> rings = rings_->children();
+        for (int i = 0; i < 4; ++i) (*fresh)[i] = std::make_unique<LoopNode>(std::move(rings[i]));
+        if (children_.compare_exchange_strong(known, fresh.get(), std::memory_order_acq_rel)) known = fresh.release();
+    }
+    return *(*known)[quarter];
+}
+
+}  // namespace tetrakis::detail

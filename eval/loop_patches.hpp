@@ -1,0 +1,90 @@
+#pragma once
+
+#include "tetrakis/eval/loop_cell.hpp"
+#include "tetrakis/eval/surface_point.hpp"
+#include "tetrakis/hier/control_mesh.hpp"
+#include "tetrakis/hier/site.hpp"
+
+#include <atomic>
+#include <memory>
+#include <vector>
+
+namespace tetrakis {
+
+/// The patch tree of Loop's scheme (DESIGN 3.3): exact evaluation of the limit surface anywhere. One tree per control
+/// triangle, named by its first half-edge h0 = face_halfedge(f), with the parameters x, y >= 0, x + y <= 1: origin(h0)
+/// = (0, 0), origin(h0 + 1) = (1, 0), origin(h0 + 2) = (0, 1). Leaves are quartic box splines, at regular boundaries
+/// and creases too; trees grow lazily, towards irregular places only. Thread-safe; a result depends on its arguments
+/// alone. Sources: Loop 1987; Stam 1998; Hoppe et al. 1994.
+class LoopPatches {
+  public:
+    /// O(H): one Loop step. Keeps a reference to the mesh.
+    /// @throws Error  invalid_input: a face is not a triangle; memory_limit where the context's limit would be exceeded
+    explicit LoopPatches(const ControlMesh& mesh, const RunContext& context = {});
+    ~LoopPatches();
+    LoopPatches(const LoopPatches&) = delete;
+    LoopPatches& operator=(const LoopPatches&) = delete;
+
+    const ControlMesh& mesh() const { return mesh_; }
+
+    /// The limit surface at (x, y) of a root. On creases and at corners derivatives and, inside crease edges, the
+    /// normal are those of this root's side.
+    SurfacePoint evaluate(HalfedgeId root, double x, double y) const;
+    /// The limit position at a lattice point, level <= k_max_level; about the cost of one patch.
+    Vec3d limit(HalfedgeId root, LatticePoint at, int level) const;
+    /// Limit position and normal of a vertex: as evaluate(), but on an infinitely sharp edge with the mean of the
+    /// normals of both sides.
+    SurfacePoint vertex(HalfedgeId root, LatticePoint at, int level) const;
+
+    /// Bytes held from the construction on (what grows later is small beside it).
+    std::uint64_t memory_bytes() const;
+    /// Largest absolute coordinate of the control mesh: rounding errors of positions are a few epsilon of it.
+    double largest_coordinate() const { return largest_coordinate_; }
+
+    // The tree, for bounds.
+    detail::LoopCell root_cell(HalfedgeId root) const;
+    /// A quarter of a cell that is not regular; quarters count in the cell's frame: at its corners 0, 1, 2, [3] the
+    /// centre.
+    detail::LoopCell child(const detail::LoopCell& cell, int quarter) const;
+    /// Position at a point of a cell (in the cell's frame).
+    Vec3d position(const detail::LoopCell& cell, const detail::Bary& at) const;
+
+  private:
+    enum class RootKind : std::uint8_t { regular, star0, star1, star2, split, generic };
+
+    void first_step(const RunContext& context);
+    void classify_roots();
+    std::uint32_t outgoing(VertexId v, std::uint32_t h, std::vector<std::uint32_t>& fan) const;
+    detail::LoopRing control_ring(std::uint32_t h) const;
+    void halve_edges();
+    Vec3d vertex_limit(std::uint32_t h) const;
+    void gather_control(std::uint32_t h, int valence, Vec3d* out) const;
+    void gather_first(std::uint32_t h, int valence, Vec3d* out) const;
+    detail::Net12 gather_centre(std::uint32_t h) const;
+    const detail::LoopStarChain& star_root(std::uint32_t h, bool first_level) const;
+    const detail::LoopNode& generic_root(std::uint32_t h) const;
+
+    std::uint32_t twin(std::uint32_t h) const { return mesh_.twin(HalfedgeId(h)).value; }
+    static std::uint32_t next(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+    static std::uint32_t prev(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
+    std::uint32_t origin(std::uint32_t h) const { return mesh_.origin(HalfedgeId(h)).value; }
+    const Vec3d& control(std::uint32_t h) const { return mesh_.positions()[origin(h)]; }
+    const Vec3d& vertex_point(std::uint32_t h) const { return vertex_points_[origin(h)]; }
+    const Vec3d& edge_point(std::uint32_t h) const { return edge_points_[mesh_.edge(HalfedgeId(h)).value]; }
+
+    const ControlMesh& mesh_;
+    std::vector<Vec3d> vertex_points_, edge_points_;  ///< level 1
+    std::vector<float> half_sharpness_;  ///< per half-edge: of the half at its origin, level 1; empty: nothing is sharp
+    std::vector<std::uint8_t> smooth_;   ///< per vertex: interior, nothing sharp at it
+    std::vector<RootKind> kind_;
+    /// Per half-edge: the star at its origin (split and star roots), or, per root, the generic tree.
+    union Grown {
+        std::atomic<detail::LoopStarChain*> star;
+        std::atomic<detail::LoopNode*> node;
+        Grown() : star(nullptr) {}
+    };
+    mutable std::vector<Grown> grown_;
+    double largest_coordinate_ = 0;
+};
+
+}  // namespace tetrakis
