@@ -1,0 +1,194 @@
+#include "tetrakis/hier/mesh_repair.hpp"
+#include "input_helpers.hpp"
+#include "tetrakis/hier/obj_reader.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <limits>
+
+using namespace tetrakis;
+using namespace tetrakis::test;
+
+namespace {
+
+const std::vector<Vec3d> k_points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, -1, 0}, {1, 1, 1}, {2, 0, 1}};
+
+bool reports_have(const std::vector<std::string>& reports, const std::string& part) {
+    return std::ranges::any_of(reports, [&](const std::string& r) { return contains(r, part); });
+}
+
+// A soup with everything that can be wrong with faces and tags. Each corner's UV and each face's line and material say
+// which vertex or face it was made for, so that a layer that slips is seen.
+ControlMeshData wild_soup(std::mt19937_64& random) {
+    ControlMeshData data;
+    const auto vertices = 4 + static_cast<std::uint32_t>(random() % 10);
+    const auto faces = 1 + static_cast<std::uint32_t>(random() % 14);
+    data.positions = random_points(vertices, random);
+    if (random() % 4 == 0) data.positions[random() % vertices].x = std::numeric_limits<double>::quiet_NaN();
+    data.face_offsets = {0};
+    for (std::uint32_t f = 0; f < faces; ++f) {
+        const std::uint64_t size = random() % 8 == 0 ? random() % 3 : 3 + random() % 4;
+        if (f > 0 && random() % 6 == 0) {  // an earlier face again, rotated, perhaps reversed
+            const std::uint32_t g = static_cast<std::uint32_t>(random() % f);
+            std::vector<std::uint32_t> copy(data.face_vertices.begin() + data.face_offsets[g],
+                                            data.face_vertices.begin() + data.face_offsets[g + 1]);
+            if (!copy.empty()) std::rotate(copy.begin(), copy.begin() + (random() % copy.size()), copy.end());
+            if (random() % 2 == 0) std::reverse(copy.begin(), copy.end());
+            data.face_vertices.insert(data.face_vertices.end(), copy.begin(), copy.end());
+        } else {
+            for (std::uint64_t i = 0; i < size; ++i)
+                data.face_vertices.push_back(random() % 100 == 0 ? vertices + 3
+                                                                 : static_cast<std::uint32_t>(random() % vertices));
+        }
+        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+        data.face_lines.push_back(100 + f);
+        data.face_material.push_back(f);
+        data.materials.push_back(std::to_string(f));
+    }
+    for (std::uint32_t v = 0; v < vertices; ++v) {
+        data.uvs.emplace_back(v, 0.5);
+        data.vertex_lines.push_back(1 + v);
+    }
+    for (const std::uint32_t v : data.face_vertices) data.face_uvs.push_back(std::min(v, vertices - 1));
+    for (int i = 0; i < 6; ++i) {
+        const auto a = static_cast<std::uint32_t>(random() % (vertices + 1));
+        const auto b = static_cast<std::uint32_t>(random() % (vertices + 1));
+        data.creases.push_back({a, b, static_cast<float>(random() % 5) - 1.0f});
+        data.corners.push_back({a, static_cast<float>(a) + 1.0f});
+        data.holes.push_back(static_cast<std::uint32_t>(random() % (faces + 2)));
+        data.hole_lines.push_back(1000 + data.holes.back());
+    }
+    return data;
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("hier");
+
+TEST_CASE("repair leaves no fault in any random soup, and every layer stays with its corner") {
+    int with_faces = 0;
+    for (const std::uint64_t seed : seeds({11, 12, 13}))
+        for (int i = 0; i < 1500; ++i) {
+            CAPTURE(seed);
+            CAPTURE(i);
+            std::mt19937_64 random(seed * 1000003 + static_cast<std::uint64_t>(i));
+            const ControlMeshData soup = wild_soup(random);
+            ControlMeshData data = soup;
+            repair(data);
+            const auto faults = find_faults(data);
+            if (data.face_offsets.size() == 1) continue;
+            ++with_faces;
+            if (!faults.empty()) CAPTURE(faults[0].message);
+            REQUIRE(faults.empty());
+            REQUIRE(repair(data).empty());  // nothing is left to do
+            for (std::size_t h = 0; h < data.face_vertices.size(); ++h) {
+                const std::uint32_t v = data.face_vertices[h];
+                const auto old = static_cast<std::uint32_t>(data.uvs[data.face_uvs[h]].x);
+                REQUIRE(data.positions[v] == soup.positions[old]);
+                REQUIRE(data.vertex_lines[v] == 1 + old);
+            }
+            for (std::size_t f = 0; f + 1 < data.face_offsets.size(); ++f) {
+                REQUIRE(data.face_lines[f] == 100 + data.face_material[f]);
+                const std::uint32_t old = data.face_material[f];
+                const bool was_hole = std::ranges::find(soup.holes, old) != soup.holes.end();
+                const bool is_hole = std::ranges::find(data.holes, f) != data.holes.end();
+                REQUIRE(was_hole == is_hole);
+            }
+            for (const auto& corner : data.corners)
+                REQUIRE(data.vertex_lines[corner.vertex] == static_cast<std::uint64_t>(corner.sharpness));
+        }
+    CHECK(with_faces > 3000);
+}
+
+TEST_CASE("repair takes consecutive repeats out of a face and drops what has fewer than three corners") {
+    auto data = mesh_data(k_points, {{0, 1, 2, 2}, {0, 1, 1}, {5, 5, 3, 1, 4, 5}});
+    data.face_uvs = {0, 1, 2, 6, 0, 1, 1, 5, 5, 3, 1, 4, 5};
+    data.uvs.assign(7, Vec2d(0.0));
+    const auto reports = repair(data);
+    CHECK(data.face_offsets == std::vector<std::uint32_t>{0, 3, 7});
+    CHECK(reports_have(reports, "dropped 1 faces with fewer than three"));
+    CHECK(reports_have(reports, "repeated vertices out of 2 faces"));
+    CHECK(find_faults(data).empty());
+}
+
+TEST_CASE("repair cuts a face that passes a vertex twice into its loops") {
+    auto data = mesh_data(k_points, {{0, 1, 2, 0, 3, 5}});
+    repair(data);
+    CHECK(data.face_offsets == std::vector<std::uint32_t>{0, 3, 6});
+    CHECK(find_faults(data).empty());
+    CHECK(data.positions.size() == 6);  // vertex 0 twice; 4 and 6 were isolated
+}
+
+TEST_CASE("repair orients alike as most faces were, keeps the first corner, and reports") {
+    auto data = mesh_data(k_points, {{0, 2, 1}, {0, 1, 3}, {3, 2, 1}, {2, 0, 3}});
+    data.positions.resize(4);
+    const auto reports = repair(data);
+    CHECK(reports == std::vector<std::string>{"flipped 1 faces to orient all alike"});
+    CHECK(data.face_vertices == std::vector<std::uint32_t>{0, 2, 1, 0, 1, 3, 3, 1, 2, 2, 0, 3});
+}
+
+TEST_CASE("repair opens a Moebius strip and the projective plane") {
+    std::vector<Vec3d> ring(10, Vec3d(0.0));
+    auto strip = mesh_data(ring, {{0, 1, 6, 5}, {1, 2, 7, 6}, {2, 3, 8, 7}, {3, 4, 9, 8}, {4, 5, 0, 9}});
+    REQUIRE(!find_faults(strip).empty());
+    CHECK(reports_have(repair(strip), "no orientation"));
+    CHECK(find_faults(strip).empty());
+    auto plane = mesh_data(
+        std::vector<Vec3d>(6, Vec3d(0.0)),
+        {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}, {0, 5, 1}, {1, 2, 4}, {2, 3, 5}, {3, 4, 1}, {4, 5, 2}, {5, 1, 3}});
+    REQUIRE(!find_faults(plane).empty());
+    repair(plane);
+    CHECK(find_faults(plane).empty());
+    CHECK(plane.face_offsets.size() == 11);
+}
+
+TEST_CASE("repair gives every copy of a split edge and vertex its tags, and the last tag still wins") {
+    auto data = mesh_data(k_points, {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}});
+    data.creases = {{1, 0, 1.0f}, {0, 1, 2.5f}, {4, 6, 1.0f}};
+    data.corners = {{0, 7.0f}, {6, 1.0f}};
+    const auto reports = repair(data);
+    CHECK(reports_have(reports, "split 1 edges of more than two faces"));
+    CHECK(reports_have(reports, "dropped 1 crease tags"));
+    CHECK(reports_have(reports, "dropped 1 corner tags"));
+    const ControlMesh mesh = ControlMesh::build(data);
+    CHECK(data.creases.size() == 6);
+    CHECK(data.creases.back().sharpness == 2.5f);
+    CHECK(data.corners.size() == 3);
+    CHECK(mesh.edge_count() == 9);
+}
+
+TEST_CASE("repair leaves a sound mesh alone") {
+    auto data = mesh_data(k_points, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}});
+    data.positions.resize(4);
+    const auto before = data.face_vertices;
+    CHECK(repair(data).empty());
+    CHECK(data.face_vertices == before);
+}
+
+TEST_CASE("[bad-input] repair refuses offsets that fit no faces") {
+    ControlMeshData data;
+    data.positions = k_points;
+    data.face_offsets = {0, 9};
+    data.face_vertices = {0, 1, 2};
+    CHECK(contains(error_of([&] { repair(data); }).what(), "cannot be repaired"));
+}
+
+TEST_CASE("every non-manifold shape of the data folder loads with repair, and only with it") {
+    const auto shared = shared_dir();
+    if (!shared) return;
+    int count = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(*shared / "data" / "osd-shapes")) {
+        if (!contains(entry.path().filename().string(), "nonman")) continue;
+        CAPTURE(entry.path().filename().string());
+        ++count;
+        CHECK(error_of([&] { load_control_mesh(entry.path()); }).code() == ErrorCode::invalid_input);
+        const ControlMesh mesh = load_control_mesh(entry.path(), {.repair = true});
+        CHECK(mesh.face_count() > 10);
+        CHECK(!mesh.warnings().empty());
+        CHECK(contains(mesh.warnings()[0], "repaired: "));
+    }
+    CHECK(count >= 4);
+}
+
+TEST_SUITE_END();
