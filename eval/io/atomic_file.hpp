@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string_view>
+
+namespace tetrakis {
+
+/// A file that appears whole or not at all. Bytes go to a temporary name in the same directory; commit() flushes them
+/// to the disk, checks, and renames. Without commit() (an exception, say) the temporary file is removed and a file that
+/// was there before stays as it was. A device or pipe is written straight through; a symbolic link stays a link.
+class AtomicFile {
+  public:
+    /// @throws Error io: no such directory, a directory of that name, not writable
+    explicit AtomicFile(const std::filesystem::path& path);
+    ~AtomicFile();
+    AtomicFile(const AtomicFile&) = delete;
+    AtomicFile& operator=(const AtomicFile&) = delete;
+
+    /// @throws Error io: disk full, file too large, device failure
+    void write(std::span<const std::byte> bytes);
+    void write(std::string_view text) { write(std::as_bytes(std::span(text))); }
+    /// Makes the file appear. @throws Error io
+    void commit();
+
+    std::uint64_t size() const { return size_; }
+
+  private:
+    [[noreturn]] void fail(const char* what) const;
+
+    std::filesystem::path path_, target_, temporary_;  // as given; with links resolved; empty when written through
+    std::uint64_t size_ = 0;
+    int descriptor_ = -1;
+};
+
+/// Writes a whole file in one go, by the rules of AtomicFile.
+void write_file(const std::filesystem::path& path, std::string_view bytes);
+
+/// Finds out before long work whether `path` could be written: its directory exists and is writable, and what is there
+/// now may be replaced. Leaves nothing behind. @throws Error io
+void check_writable(const std::filesystem::path& path);
+
+}  // namespace tetrakis

@@ -1,0 +1,319 @@
+#include "tetrakis/eval/io/mesh_encoders.hpp"
+#include "tetrakis/eval/io/mesh_writer.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tetrakis {
+
+Vec3d glb_origin(const Box3d& box) {
+    if (box.empty()) return Vec3d(0);
+    // Moving the origin gains a bit of the floats for each halving of the largest coordinate. Less than two bits are
+    // not worth a translation that some readers overlook.
+    constexpr double k_worthwhile = 4;
+    const Vec3d centre = 0.5 * box.lower + 0.5 * box.upper;
+    const Vec3d half = 0.5 * box.upper - 0.5 * box.lower;
+    const double reach = std::max({std::abs(box.lower.x), std::abs(box.lower.y), std::abs(box.lower.z),
+                                   std::abs(box.upper.x), std::abs(box.upper.y), std::abs(box.upper.z)});
+    if (!(reach > k_worthwhile * std::max({half.x, half.y, half.z}))) return Vec3d(0);
+    return Vec3d(Vec3f(centre));
+}
+
+double glb_rounding_bound(const Box3d& box) {
+    if (box.empty()) return 0;
+    const Vec3d origin = glb_origin(box);
+    double squares = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        // Half a unit in the last place of the largest float; the smallest float covers underflow; the subtraction of
+        // the origin is rounded in double first.
+        const double reach =
+            std::max(std::abs(box.lower[axis] - origin[axis]), std::abs(box.upper[axis] - origin[axis]));
+        const double error = reach * (0x1p-24 + 0x1p-52) + 0x1p-150;
+        squares += error * error;
+    }
+    return std::sqrt(squares) * (1 + 0x1p-50);
+}
+
+namespace detail {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
+
+// Vertices as glTF wants them: one normal and one UV each. The first UV met at a vertex stays with it, each further one
+// makes a copy at the end, in the order of the corners.
+struct SplitVertices {
+    std::vector<std::uint32_t> corner_vertex;  // per corner; empty: as in the mesh
+    std::vector<std::uint32_t> vertex_uv;      // per vertex, copies included
+    std::vector<std::uint32_t> copy_of;        // per copy
+    std::uint64_t count = 0;
+};
+
+SplitVertices split_at_seams(const MeshView& mesh) {
+    SplitVertices split;
+    split.count = mesh.positions.size();
+    if (!mesh.has_uvs()) return split;
+    const auto original_count = static_cast<std::uint32_t>(mesh.positions.size());
+    split.vertex_uv.assign(original_count, k_none);
+    split.corner_vertex.resize(mesh.corners.size());
+    std::vector<std::uint32_t> next_copy(original_count, k_none);  // chains from a vertex through its copies
+    for (std::size_t c = 0; c < mesh.corners.size(); ++c) {
+        // Equal coordinates under two numbers are one UV.
+        const auto same_uv = [&](std::uint32_t i) {
+            return split.vertex_uv[i] == mesh.corner_uvs[c] ||
+                   mesh.uvs[split.vertex_uv[i]] == mesh.uvs[mesh.corner_uvs[c]];
+        };
+        std::uint32_t v = mesh.corners[c];
+        if (split.vertex_uv[v] == k_none) split.vertex_uv[v] = mesh.corner_uvs[c];
+        while (!same_uv(v)) {
+            if (next_copy[v] == k_none) {
+                if (split.count >= k_none - 1) throw Error(ErrorCode::unsupported, "too many vertices for GLB");
+                next_copy[v] = static_cast<std::uint32_t>(split.count++);
+                next_copy.push_back(k_none);
+                split.vertex_uv.push_back(mesh.corner_uvs[c]);
+                split.copy_of.push_back(mesh.corners[c]);
+            }
+            v = next_copy[v];
+        }
+        split.corner_vertex[c] = v;
+    }
+    return split;
+}
+
+// Triangles of one group and material: a primitive.
+struct Primitive {
+    std::uint32_t group = 0, material = 0;
+    std::uint64_t first_index = 0, index_count = 0;
+};
+
+struct TriangleList {
+    std::vector<std::uint32_t> indices;
+    std::vector<Primitive> primitives;  // by group, then material
+};
+
+std::uint64_t triangle_count(const MeshView& mesh, std::uint64_t f) {
+    return mesh.face_end(f) - mesh.face_begin(f) - 2;
+}
+
+TriangleList cut_into_triangles(const MeshView& mesh, const SplitVertices& split) {
+    TriangleList list;
+    const std::uint64_t materials = std::max<std::uint64_t>(1, mesh.materials.size());
+    const std::uint64_t groups = std::max<std::uint64_t>(1, mesh.groups.size());
+    const auto bucket = [&](std::uint64_t f) {
+        return (mesh.face_group.empty() ? 0 : mesh.face_group[f]) * materials +
+               (mesh.face_material.empty() ? 0 : mesh.face_material[f]);
+    };
+    std::vector<std::uint64_t> place(groups * materials + 1, 0);
+    for (std::uint64_t f = 0; f < mesh.face_count(); ++f) place[bucket(f) + 1] += 3 * triangle_count(mesh, f);
+    for (std::size_t b = 1; b < place.size(); ++b) {
+        if (place[b] > 0)
+            list.primitives.push_back({static_cast<std::uint32_t>((b - 1) / materials),
+                                       static_cast<std::uint32_t>((b - 1) % materials), place[b - 1], place[b]});
+        place[b] += place[b - 1];
+    }
+    list.indices.resize(place.back());
+    for (std::uint64_t f = 0; f < mesh.face_count(); ++f) {
+        std::uint64_t& at = place[bucket(f)];
+        const std::uint64_t begin = mesh.face_begin(f), size = mesh.face_end(f) - begin;
+        // A quad is cut along its shorter diagonal; others are fans about their first corner.
+        std::uint64_t apex = 0;
+        if (size == 4) {
+            const auto p = [&](std::uint64_t i) { return mesh.positions[mesh.corners[begin + i]]; };
+            const Vec3d even = p(2) - p(0), odd = p(3) - p(1);
+            if (glm::dot(odd, odd) < glm::dot(even, even)) apex = 1;
+        }
+        const auto vertex = [&](std::uint64_t i) {
+            const std::uint64_t c = begin + (apex + i) % size;
+            return split.corner_vertex.empty() ? mesh.corners[c] : split.corner_vertex[c];
+        };
+        for (std::uint64_t i = 1; i + 1 < size; ++i) {
+            list.indices[at++] = vertex(0);
+            list.indices[at++] = vertex(i);
+            list.indices[at++] = vertex(i + 1);
+        }
+    }
+    return list;
+}
+
+Vec3f unit_normal(const Vec3d& n) {
+    const double length = glm::length(n);
+    return length > 0 ? Vec3f(n / length) : Vec3f(0, 0, 1);  // glTF requires unit length
+}
+
+class GlbEncoder {
+  public:
+    GlbEncoder(const MeshView& mesh, const RunContext& context)
+        : mesh_(mesh), context_(context), split_(split_at_seams(mesh)), list_(cut_into_triangles(mesh, split_)) {
+        const Box3d box = bounding_box(mesh.positions);
+        origin_ = glb_origin(box);
+        const Vec3d reach = glm::max(glm::abs(box.lower - origin_), glm::abs(box.upper - origin_));
+        if (!box.empty() && !(std::max({reach.x, reach.y, reach.z}) < std::numeric_limits<float>::max()))
+            throw Error(ErrorCode::unsupported, "the coordinates exceed the floats of GLB; write .obj or .ply");
+    }
+
+    void write(AtomicFile& file) {
+        Json json = describe();
+        std::string text = json.dump();
+        text.resize((text.size() + 3) / 4 * 4, ' ');
+        const std::uint64_t total = 12 + 8 + text.size() + (buffer_bytes_ > 0 ? 8 + buffer_bytes_ : 0);
+        constexpr std::uint64_t k_most_bytes = 0xFFFF'FFFFu;  // GLB counts bytes in 32 bits
+        if (total > k_most_bytes)
+            throw Error(ErrorCode::unsupported,
+                        fmt::format("a GLB of {} bytes exceeds the format's 4 GiB; write .ply", total));
+        std::string head = "glTF";
+        append_bytes(head, std::uint32_t{2});
+        append_bytes(head, static_cast<std::uint32_t>(total));
+        append_bytes(head, static_cast<std::uint32_t>(text.size()));
+        head += "JSON" + text;
+        if (buffer_bytes_ > 0) {
+            append_bytes(head, static_cast<std::uint32_t>(buffer_bytes_));
+            head += std::string_view("BIN\0", 4);
+        }
+        file.write(head);
+        if (buffer_bytes_ > 0) write_buffer(file);
+    }
+
+  private:
+    std::uint32_t original(std::uint64_t v) const {
+        return v < mesh_.positions.size() ? static_cast<std::uint32_t>(v) : split_.copy_of[v - mesh_.positions.size()];
+    }
+    Vec3f local(std::uint64_t v) const { return Vec3f(mesh_.positions[original(v)] - origin_); }
+
+    Json describe() {
+        Json json;
+        json["asset"] = {{"version", "2.0"}, {"generator", "tetrakis"}};
+        json["scene"] = 0;
+        if (list_.primitives.empty()) {  // an empty scene: glTF allows no accessor without elements
+            json["scenes"] = Json::array({Json::object()});
+            return json;
+        }
+        const auto add_view = [&](std::uint64_t bytes, int target) {
+            json["bufferViews"].push_back(
+                {{"buffer", 0}, {"byteOffset", buffer_bytes_}, {"byteLength", bytes}, {"target", target}});
+            buffer_bytes_ += bytes;
+            return json["bufferViews"].size() - 1;
+        };
+        constexpr int k_array_buffer = 34962, k_element_array_buffer = 34963, k_float = 5126, k_unsigned_int = 5125;
+        const auto add_vertices = [&](const char* type, std::uint64_t bytes_each) {
+            const std::size_t view = add_view(split_.count * bytes_each, k_array_buffer);
+            json["accessors"].push_back(
+                {{"bufferView", view}, {"componentType", k_float}, {"count", split_.count}, {"type", type}});
+            return json["accessors"].size() - 1;
+        };
+        Json attributes;
+        attributes["POSITION"] = add_vertices("VEC3", sizeof(Vec3f));
+        Vec3f lower = local(0), upper = lower;
+        for (std::uint64_t v = 1; v < mesh_.positions.size(); ++v) {
+            lower = glm::min(lower, local(v));
+            upper = glm::max(upper, local(v));
+        }
+        Json& positions = json["accessors"].back();
+        positions["min"] = {lower.x, lower.y, lower.z};
+        positions["max"] = {upper.x, upper.y, upper.z};
+        if (mesh_.has_normals()) attributes["NORMAL"] = add_vertices("VEC3", sizeof(Vec3f));
+        if (mesh_.has_uvs()) attributes["TEXCOORD_0"] = add_vertices("VEC2", sizeof(glm::vec2));
+        const std::size_t index_view = add_view(list_.indices.size() * sizeof(std::uint32_t), k_element_array_buffer);
+
+        Json nodes = Json::array();
+        std::uint32_t last_group = k_none;
+        for (const Primitive& primitive : list_.primitives) {
+            if (primitive.group != last_group) {
+                last_group = primitive.group;
+                Json mesh, node;
+                if (!mesh_.face_group.empty()) mesh["name"] = node["name"] = utf8(mesh_.groups[primitive.group]);
+                mesh["primitives"] = Json::array();
+                node["mesh"] = json["meshes"].size();
+                if (origin_ != Vec3d(0)) node["translation"] = {origin_.x, origin_.y, origin_.z};
+                json["meshes"].push_back(std::move(mesh));
+                nodes.push_back(std::move(node));
+            }
+            json["accessors"].push_back({{"bufferView", index_view},
+                                         {"byteOffset", primitive.first_index * sizeof(std::uint32_t)},
+                                         {"componentType", k_unsigned_int},
+                                         {"count", primitive.index_count},
+                                         {"type", "SCALAR"}});
+            Json part = {{"attributes", attributes}, {"indices", json["accessors"].size() - 1}};
+            if (!mesh_.face_material.empty()) part["material"] = primitive.material;
+            json["meshes"].back()["primitives"].push_back(std::move(part));
+        }
+        Json members = Json::array();
+        for (std::size_t n = 0; n < nodes.size(); ++n) members.push_back(n);
+        json["scenes"] = Json::array({{{"nodes", members}}});
+        json["nodes"] = std::move(nodes);
+        if (!mesh_.face_material.empty())
+            for (const std::string& name : mesh_.materials)
+                json["materials"].push_back(
+                    {{"name", utf8(name)},
+                     {"pbrMetallicRoughness", {{"metallicFactor", 0.0}, {"roughnessFactor", 0.6}}}});
+        json["buffers"] = Json::array({{{"byteLength", buffer_bytes_}}});
+        return json;
+    }
+
+    // Names come from OBJ files in any encoding; JSON takes UTF-8 only, so other bytes are read as Latin-1.
+    static std::string utf8(const std::string& name) {
+        try {
+            (void)Json(name).dump();
+            return name;
+        } catch (const Json::type_error&) {
+            std::string result;
+            for (const char c : name) {
+                const auto byte = static_cast<unsigned char>(c);
+                if (byte < 0x80) {
+                    result += c;
+                } else {
+                    result += static_cast<char>(0xC0 | (byte >> 6));
+                    result += static_cast<char>(0x80 | (byte & 0x3F));
+                }
+            }
+            return result;
+        }
+    }
+
+    void write_buffer(AtomicFile& file) const {
+        write_in_pieces(file, split_.count, context_, 0.0, 0.3,
+                        [&](std::string& out, std::uint64_t first, std::uint64_t last) {
+                            for (std::uint64_t v = first; v < last; ++v) append_bytes(out, local(v));
+                        });
+        write_in_pieces(file, mesh_.has_normals() ? split_.count : 0, context_, 0.3, 0.5,
+                        [&](std::string& out, std::uint64_t first, std::uint64_t last) {
+                            for (std::uint64_t v = first; v < last; ++v)
+                                append_bytes(out, unit_normal(mesh_.normals[original(v)]));
+                        });
+        write_in_pieces(file, mesh_.has_uvs() ? split_.count : 0, context_, 0.5, 0.6,
+                        [&](std::string& out, std::uint64_t first, std::uint64_t last) {
+                            for (std::uint64_t v = first; v < last; ++v) {
+                                const std::uint32_t i = split_.vertex_uv[v];
+                                const Vec2d uv = i == k_none ? Vec2d(0) : mesh_.uvs[i];
+                                append_bytes(out, glm::vec2(uv.x, 1 - uv.y));  // glTF counts v from the top
+                            }
+                        });
+        write_in_pieces(file, list_.indices.size(), context_, 0.6, 1.0,
+                        [&](std::string& out, std::uint64_t first, std::uint64_t last) {
+                            out.append(reinterpret_cast<const char*>(list_.indices.data() + first),
+                                       (last - first) * sizeof(std::uint32_t));
+                        });
+    }
+
+    const MeshView& mesh_;
+    const RunContext& context_;
+    SplitVertices split_;
+    TriangleList list_;
+    Vec3d origin_{0.0};
+    std::uint64_t buffer_bytes_ = 0;
+};
+
+}  // namespace
+
+void encode_glb(const MeshView& mesh, AtomicFile& file, const RunContext& context) {
+    GlbEncoder(mesh, context).write(file);
+}
+
+}  // namespace detail
+
+}  // namespace tetrakis

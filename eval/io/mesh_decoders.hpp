@@ -1,0 +1,26 @@
+#pragma once
+
+// Private to eval/io: one decoder per format, from the bytes of a whole file; mesh_reader picks.
+
+#include "tetrakis/eval/triangle_mesh.hpp"
+#include "tetrakis/hier/run_context.hpp"
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace tetrakis::detail {
+
+TriangleMesh decode_obj(std::string_view text, const std::filesystem::path& path, const RunContext& context);
+TriangleMesh decode_ply(std::string_view bytes, const std::filesystem::path& path, const RunContext& context);
+TriangleMesh decode_gltf(std::string_view bytes, const std::filesystem::path& path);
+
+/// The bytes of a file. @throws Error io, memory_limit
+std::string read_file(const std::filesystem::path& path, const RunContext& context);
+
+/// A number at the front of `text`, which moves past it; an optional '+' is taken. False where there is none. Numbers
+/// too large for a double become infinite, too small ones zero.
+bool take_number(std::string_view& text, double& value);
+bool take_integer(std::string_view& text, long long& value);
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,54 @@
+#pragma once
+
+// Private to eval/io: one encoder per format; mesh_writer picks.
+
+#include "tetrakis/eval/io/atomic_file.hpp"
+#include "tetrakis/eval/io/mesh_view.hpp"
+#include "tetrakis/hier/parallel.hpp"
+
+#include <bit>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tetrakis::detail {
+
+void encode_obj(const MeshView& mesh, AtomicFile& file, const RunContext& context);
+void encode_ply(const MeshView& mesh, AtomicFile& file, const RunContext& context);
+void encode_glb(const MeshView& mesh, AtomicFile& file, const RunContext& context);
+
+static_assert(std::endian::native == std::endian::little, "PLY and GLB are written as the machine's own bytes");
+
+/// Writes elements [0, count) in order: append(text, first, last) adds the bytes of a stretch to a string. Stretches
+/// are made in parallel, a few at a time, so memory stays small and the bytes do not depend on the threads.
+template <class Append>
+void write_in_pieces(AtomicFile& file, std::uint64_t count, const RunContext& context, double from, double to,
+                     Append&& append) {
+    constexpr std::uint64_t k_piece = 16 * 1024;  // elements: about a megabyte of text
+    constexpr std::uint64_t k_pieces_at_once = 32;
+    std::vector<std::string> pieces(k_pieces_at_once);
+    for (std::uint64_t begin = 0; begin < count; begin += k_piece * k_pieces_at_once) {
+        context.report("write", from + (to - from) * static_cast<double>(begin) / static_cast<double>(count));
+        const std::uint64_t end = std::min(count, begin + k_piece * k_pieces_at_once);
+        const auto pieces_now = static_cast<std::uint32_t>((end - begin + k_piece - 1) / k_piece);
+        for_each_index(
+            pieces_now,
+            [&](std::uint32_t i) {
+                pieces[i].clear();
+                append(pieces[i], begin + i * k_piece, std::min(end, begin + (i + 1) * k_piece));
+            },
+            1);
+        for (std::uint32_t i = 0; i < pieces_now; ++i) file.write(pieces[i]);
+    }
+}
+
+/// Adds a value's bytes.
+template <class T>
+void append_bytes(std::string& out, const T& value) {
+    out.append(reinterpret_cast<const char*>(&value), sizeof(T));
+}
+
+/// A name that cannot break a line-based format: control characters become '_', the empty name a word.
+std::string printable_name(std::string_view name);
+
+}  // namespace tetrakis::detail

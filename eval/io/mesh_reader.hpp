@@ -1,0 +1,20 @@
+#pragma once
+
+#include "tetrakis/eval/triangle_mesh.hpp"
+#include "tetrakis/hier/run_context.hpp"
+
+#include <filesystem>
+
+namespace tetrakis {
+
+/// Reads a triangle mesh to compare with, project onto or draw: .obj, .ply (text and both binary orders), .glb, .gltf.
+/// Polygons become fans about their first corner. Vertices stay as they are in the file; of a glTF, whose vertices are
+/// split wherever normals or UVs are, those with the same bits of position and normal become one again. Normals are
+/// kept where each vertex has exactly one, UVs where each face has them; OBJ tags and curves are passed over.
+/// Control meshes are read by hier's reader instead, which knows the tags and checks the topology.
+/// @throws Error io (missing, unreadable), unsupported (another format, compressed or sparse glTF), memory_limit,
+///         invalid_input: with the line of a text file or the byte offset of a binary one: truncated or malformed data,
+///         no faces, an index out of range, a coordinate that is not finite
+TriangleMesh read_triangle_mesh(const std::filesystem::path& path, const RunContext& context = {});
+
+}  // namespace tetrakis

@@ -1,0 +1,38 @@
+#pragma once
+
+#include "tetrakis/eval/triangle_mesh.hpp"
+#include "tetrakis/hier/vec.hpp"
+#include "tetrakis/refine/polygon_mesh.hpp"
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace tetrakis::detail {
+
+/// What the writers see: triangle and polygon meshes alike, nothing copied.
+struct MeshView {
+    std::span<const Vec3d> positions, normals;
+    std::span<const Vec2d> uvs;
+    std::span<const std::uint32_t> corners, corner_uvs;  ///< one per face corner; corner_uvs may be empty
+    std::span<const std::uint32_t> face_offsets;         ///< empty: all faces are triangles
+    std::span<const std::uint32_t> face_material, face_group;
+    std::span<const std::string> materials, groups;
+
+    explicit MeshView(const TriangleMesh& mesh);
+    explicit MeshView(const PolygonMesh& mesh);
+
+    std::uint64_t face_count() const {
+        return face_offsets.empty() ? corners.size() / 3 : static_cast<std::uint64_t>(face_offsets.size() - 1);
+    }
+    std::uint64_t face_begin(std::uint64_t f) const { return face_offsets.empty() ? 3 * f : face_offsets[f]; }
+    std::uint64_t face_end(std::uint64_t f) const { return face_begin(f + 1); }
+    bool has_uvs() const { return !corner_uvs.empty(); }
+    bool has_normals() const { return !normals.empty(); }
+
+    /// @throws Error invalid_input: arrays that do not belong together, an index out of range, a number that is not
+    ///         finite, a face with fewer than three corners
+    void check() const;
+};
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,57 @@
+#include "tetrakis/eval/io/mesh_writer.hpp"
+
+#include "tetrakis/eval/io/atomic_file.hpp"
+#include "tetrakis/eval/io/mesh_encoders.hpp"
+#include "tetrakis/hier/parallel.hpp"
+
+#include <algorithm>
+#include <cctype>
+
+namespace tetrakis {
+
+MeshFormat mesh_format(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (extension == ".obj") return MeshFormat::obj;
+    if (extension == ".ply") return MeshFormat::ply;
+    if (extension == ".glb") return MeshFormat::glb;
+    throw Error(ErrorCode::unsupported,
+                (extension.empty() ? "a mesh file needs an extension" : "meshes are not written as " + extension) +
+                    std::string("; use .obj, .ply or .glb"),
+                path);
+}
+
+namespace {
+
+void write_view(const std::filesystem::path& path, const detail::MeshView& view, const RunContext& context) {
+    const MeshFormat format = mesh_format(path);
+    view.check();
+    AtomicFile file(path);
+    with_threads(context, [&] {
+        switch (format) {
+            case MeshFormat::obj:
+                detail::encode_obj(view, file, context);
+                break;
+            case MeshFormat::ply:
+                detail::encode_ply(view, file, context);
+                break;
+            case MeshFormat::glb:
+                detail::encode_glb(view, file, context);
+                break;
+        }
+    });
+    file.commit();
+}
+
+}  // namespace
+
+void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh, const RunContext& context) {
+    write_view(path, detail::MeshView(mesh), context);
+}
+
+void write_mesh(const std::filesystem::path& path, const PolygonMesh& mesh, const RunContext& context) {
+    write_view(path, detail::MeshView(mesh), context);
+}
+
+}  // namespace tetrakis

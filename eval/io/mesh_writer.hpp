@@ -1,0 +1,36 @@
+#pragma once
+
+#include "tetrakis/eval/triangle_mesh.hpp"
+#include "tetrakis/hier/run_context.hpp"
+#include "tetrakis/refine/polygon_mesh.hpp"
+
+#include <filesystem>
+
+namespace tetrakis {
+
+enum class MeshFormat {
+    obj,  ///< text; doubles as their shortest round-trip form, g and usemtl lines where group or material changes
+    ply,  ///< binary little-endian; doubles; UVs per face corner (texcoord), material_index and group_index per face
+    glb,  ///< glTF 2.0 binary; floats about a local origin, split at UV seams, one node per group
+};
+
+/// The format that a file name's extension stands for, in either case.
+/// @throws Error unsupported: another extension or none
+MeshFormat mesh_format(const std::filesystem::path& path);
+
+/// Writes a mesh in the format that the extension says. The file appears whole or not at all (see AtomicFile), with the
+/// same bytes for any number of threads. Vertices keep their order and are never merged; GLB, which has one normal and
+/// UV per vertex, gets the copies that UV seams need after the others, and its polygons are cut into triangles.
+/// @throws Error  unsupported (extension; more than 4 GiB of GLB), invalid_input (the mesh contradicts itself or has a
+///                number that is not finite), io (with the reason), cancelled
+void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh, const RunContext& context = {});
+void write_mesh(const std::filesystem::path& path, const PolygonMesh& mesh, const RunContext& context = {});
+
+/// The local origin of a GLB: its node's translation, exact in float. Zero where the model lies about the origin.
+Vec3d glb_origin(const Box3d& box);
+
+/// Bound on how far the vertices of a model within `box` move when a GLB is written: each coordinate is rounded to
+/// float relative to glb_origin.
+double glb_rounding_bound(const Box3d& box);
+
+}  // namespace tetrakis

@@ -1,0 +1,252 @@
+#include "tetrakis/eval/io/mesh_decoders.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstring>
+#include <unordered_map>
+
+namespace tetrakis::detail {
+
+namespace {
+
+constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
+constexpr long long k_most_elements = 0xFFFF'FFFEll;
+
+bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
+
+void skip_blanks(std::string_view& text) {
+    while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
+}
+
+std::string_view take_word(std::string_view& text) {
+    skip_blanks(text);
+    std::size_t length = 0;
+    while (length < text.size() && !is_blank(text[length])) ++length;
+    const std::string_view word = text.substr(0, length);
+    text.remove_prefix(length);
+    return word;
+}
+
+std::string trimmed(std::string_view text) {
+    skip_blanks(text);
+    while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
+    return std::string(text);
+}
+
+// Numbers given to names in the order that faces first use them.
+class Names {
+  public:
+    void set(std::string name) {
+        current_ = std::move(name);
+        number_ = k_none, named_ = true;
+    }
+    std::uint32_t use(std::vector<std::string>& names) {
+        if (number_ != k_none) return number_;
+        const auto [place, fresh] = numbers_.try_emplace(current_, static_cast<std::uint32_t>(names.size()));
+        if (fresh) names.push_back(current_.empty() ? "default" : current_);
+        return number_ = place->second;
+    }
+    bool named() const { return named_; }
+
+  private:
+    std::unordered_map<std::string, std::uint32_t> numbers_;
+    std::string current_;
+    std::uint32_t number_ = k_none;
+    bool named_ = false;
+};
+
+struct Corner {
+    std::uint32_t vertex = k_none, uv = k_none, normal = k_none;
+};
+
+class ObjDecoder {
+  public:
+    ObjDecoder(std::string_view text, const std::filesystem::path& path, const RunContext& context)
+        : text_(text), path_(path), context_(context) {}
+
+    TriangleMesh run() {
+        while (next_line()) {
+            std::string_view rest = line_;
+            const std::string_view keyword = take_word(rest);
+            if (keyword == "v")
+                mesh_.positions.push_back(numbers<3>(rest, "vertex", 3));
+            else if (keyword == "vn")
+                normals_.push_back(numbers<3>(rest, "normal", 3));
+            else if (keyword == "vt")
+                mesh_.uvs.push_back(numbers<2>(rest, "texture coordinate", 1));
+            else if (keyword == "f")
+                face(rest);
+            else if (keyword == "usemtl")
+                material_.set(trimmed(rest));
+            else if (keyword == "g" || keyword == "o")
+                group_.set(trimmed(rest));
+        }
+        finish();
+        return std::move(mesh_);
+    }
+
+  private:
+    [[noreturn]] void reject(const std::string& text, std::uint64_t line) const {
+        throw Error(ErrorCode::invalid_input, text, path_, line);
+    }
+
+    // The next logical line (a backslash at its end joins the line after it); line_number_ is where it starts.
+    bool next_line() {
+        if (at_ >= text_.size()) return false;
+        line_number_ = next_number_;
+        line_ = physical_line();
+        if (line_.empty() || line_.back() != '\\') return true;
+        joined_.assign(line_);
+        while (!joined_.empty() && joined_.back() == '\\') {
+            joined_.back() = ' ';
+            if (at_ >= text_.size()) break;
+            joined_ += physical_line();
+        }
+        line_ = joined_;
+        return true;
+    }
+
+    std::string_view physical_line() {
+        constexpr std::uint64_t k_lines_per_report = 1 << 18;
+        if (next_number_++ % k_lines_per_report == 0)
+            context_.report("load", 0.3 + 0.7 * static_cast<double>(at_) / static_cast<double>(text_.size()));
+        const void* end = std::memchr(text_.data() + at_, '\n', text_.size() - at_);
+        const std::size_t length = end == nullptr
+                                       ? text_.size() - at_
+                                       : static_cast<std::size_t>(static_cast<const char*>(end) - text_.data()) - at_;
+        std::string_view line = text_.substr(at_, length);
+        at_ += length + 1;
+        if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+        return line;
+    }
+
+    template <int N>
+    glm::vec<N, double> numbers(std::string_view rest, const char* what, int required) const {
+        glm::vec<N, double> values(0.0);
+        for (int i = 0; i < N; ++i) {
+            std::string_view word = take_word(rest);
+            if (word.empty() && i >= required) break;
+            if (word.empty()) reject(fmt::format("this {} has {} of {} coordinates", what, i, required), line_number_);
+            if (!take_number(word, values[i]) || !word.empty())
+                reject(fmt::format("coordinate {} of this {} is not a number", i + 1, what), line_number_);
+            if (!std::isfinite(values[i]))
+                reject(fmt::format("coordinate {} of this {} is not finite", i + 1, what), line_number_);
+        }
+        return values;
+    }
+
+    // One index: from 1, or from -1 backwards. Positive ones may name what is yet to come and are checked at the end.
+    std::uint32_t index(std::string_view& word, std::size_t count, const char* what, std::uint64_t& needed) {
+        long long number = 0;
+        if (!take_integer(word, number))
+            reject(fmt::format("a {} index of this face is not a number", what), line_number_);
+        if (number < 0) number += static_cast<long long>(count) + 1;
+        if (number < 1)
+            reject(fmt::format("this face counts back to a {} before the first; there are {} so far", what, count),
+                   line_number_);
+        if (number > k_most_elements) reject(fmt::format("a {} index of this face is too large", what), line_number_);
+        if (static_cast<unsigned long long>(number) > count)
+            needed = std::max(needed, static_cast<std::uint64_t>(number));
+        return static_cast<std::uint32_t>(number - 1);
+    }
+
+    void face(std::string_view rest) {
+        corners_.clear();
+        std::uint64_t vertices = 0, uvs = 0, normals = 0;  // how many of each a forward reference needs
+        for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
+            if (word.front() == '#') break;
+            Corner corner;
+            corner.vertex = index(word, mesh_.positions.size(), "vertex", vertices);
+            if (!word.empty() && word.front() == '/') {
+                word.remove_prefix(1);
+                if (!word.empty() && word.front() != '/')
+                    corner.uv = index(word, mesh_.uvs.size(), "texture coordinate", uvs);
+                if (!word.empty() && word.front() == '/') {
+                    word.remove_prefix(1);
+                    if (!word.empty()) corner.normal = index(word, normals_.size(), "normal", normals);
+                }
+            }
+            if (!word.empty()) reject("a corner of this face is not vertex/texture/normal", line_number_);
+            corners_.push_back(corner);
+        }
+        if (corners_.size() < 3)
+            reject(fmt::format("this face has {} corners; it needs three", corners_.size()), line_number_);
+        if (vertices > 0 || uvs > 0 || normals > 0) forward_.push_back({line_number_, vertices, uvs, normals});
+        const std::uint32_t material = material_.use(mesh_.materials), group = group_.use(mesh_.groups);
+        for (const Corner& corner : corners_) {
+            has_all_uvs_ = has_all_uvs_ && corner.uv != k_none;
+            has_all_normals_ = has_all_normals_ && corner.normal != k_none;
+        }
+        for (std::size_t i = 1; i + 1 < corners_.size(); ++i) {
+            const Corner &a = corners_[0], &b = corners_[i], &c = corners_[i + 1];
+            mesh_.triangles.push_back({a.vertex, b.vertex, c.vertex});
+            if (has_all_uvs_) mesh_.triangle_uvs.push_back({a.uv, b.uv, c.uv});
+            if (has_all_normals_) triangle_normals_.push_back({a.normal, b.normal, c.normal});
+            mesh_.triangle_material.push_back(material);
+            mesh_.triangle_group.push_back(group);
+        }
+    }
+
+    void finish() {
+        for (const Forward& f : forward_) {
+            const auto check = [&](std::uint64_t needed, std::size_t count, const char* what) {
+                if (needed > count)
+                    reject(fmt::format("this face uses {} {}, but the file has {}; the file may be cut short", what,
+                                       needed, count),
+                           f.line);
+            };
+            check(f.vertices, mesh_.positions.size(), "vertex");
+            check(f.uvs, mesh_.uvs.size(), "texture coordinate");
+            check(f.normals, normals_.size(), "normal");
+        }
+        if (!has_all_uvs_ || mesh_.triangles.empty()) {
+            mesh_.triangle_uvs.clear();
+            mesh_.uvs.clear();
+        }
+        if (!material_.named()) mesh_.materials.clear(), mesh_.triangle_material.clear();
+        if (!group_.named()) mesh_.groups.clear(), mesh_.triangle_group.clear();
+        if (has_all_normals_) gather_normals();
+    }
+
+    // One normal per vertex, or none at all where a crease gives a vertex several.
+    void gather_normals() {
+        std::vector<std::uint32_t> normal_of(mesh_.positions.size(), k_none);
+        for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
+            for (int k = 0; k < 3; ++k) {
+                std::uint32_t& mine = normal_of[mesh_.triangles[t][k]];
+                const std::uint32_t here = triangle_normals_[t][k];
+                if (mine == k_none) mine = here;
+                if (mine != here && normals_[mine] != normals_[here]) return;
+            }
+        if (mesh_.triangles.empty()) return;
+        mesh_.normals.resize(mesh_.positions.size(), Vec3d(0, 0, 1));
+        for (std::size_t v = 0; v < normal_of.size(); ++v)
+            if (normal_of[v] != k_none) mesh_.normals[v] = normals_[normal_of[v]];
+    }
+
+    struct Forward {
+        std::uint64_t line, vertices, uvs, normals;
+    };
+    std::string_view text_, line_;
+    std::string joined_;
+    std::size_t at_ = 0;
+    std::uint64_t line_number_ = 0, next_number_ = 1;
+    const std::filesystem::path& path_;
+    const RunContext& context_;
+    TriangleMesh mesh_;
+    std::vector<Vec3d> normals_;
+    std::vector<std::array<std::uint32_t, 3>> triangle_normals_;
+    std::vector<Corner> corners_;
+    std::vector<Forward> forward_;
+    Names material_, group_;
+    bool has_all_uvs_ = true, has_all_normals_ = true;
+};
+
+}  // namespace
+
+TriangleMesh decode_obj(std::string_view text, const std::filesystem::path& path, const RunContext& context) {
+    return ObjDecoder(text, path, context).run();
+}
+
+}  // namespace tetrakis::detail

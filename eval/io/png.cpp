@@ -1,0 +1,41 @@
+#include "tetrakis/eval/io/png.hpp"
+
+#include "tetrakis/eval/io/atomic_file.hpp"
+#include "tetrakis/hier/error.hpp"
+
+#include <cstdlib>
+#include <new>
+#include <string>
+
+#if defined(__GNUC__)
+#    pragma GCC diagnostic push
+#    pragma GCC diagnostic ignored "-Wunused-function"
+#    pragma GCC diagnostic ignored "-Wmissing-field-initializers"
+#endif
+#define STB_IMAGE_WRITE_STATIC
+#define STB_IMAGE_WRITE_IMPLEMENTATION
+#define STBI_WRITE_NO_STDIO
+#include <stb/stb_image_write.h>
+#if defined(__GNUC__)
+#    pragma GCC diagnostic pop
+#endif
+
+namespace tetrakis {
+
+void write_png(const std::filesystem::path& path, const Image& image) {
+    if (image.width <= 0 || image.height <= 0 ||
+        image.rgb.size() !=
+            std::size_t{3} * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height))
+        throw Error(ErrorCode::invalid_input, "a picture without pixels cannot be written", path);
+    AtomicFile file(path);  // before the encoding: a directory that is missing is known at once
+    std::string bytes;
+    const auto collect = [](void* out, void* data, int size) {
+        static_cast<std::string*>(out)->append(static_cast<const char*>(data), static_cast<std::size_t>(size));
+    };
+    if (stbi_write_png_to_func(collect, &bytes, image.width, image.height, 3, image.rgb.data(), 3 * image.width) == 0)
+        throw std::bad_alloc();
+    file.write(bytes);
+    file.commit();
+}
+
+}  // namespace tetrakis

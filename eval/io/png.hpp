@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+namespace tetrakis {
+
+/// An 8-bit RGB picture, row by row from the top.
+struct Image {
+    int width = 0, height = 0;
+    std::vector<std::uint8_t> rgb;  ///< 3 * width * height
+};
+
+/// Writes a PNG; it appears whole or not at all. @throws Error io; invalid_input: a picture without pixels
+void write_png(const std::filesystem::path& path, const Image& image);
+
+}  // namespace tetrakis
