@@ -60,6 +60,13 @@ Vec3d box_spline_position(const Net12& net, const Bary& at) {
     return sum;
 }
 
+Vec3d box_spline_corner(const Net12& net, int corner) {
+    constexpr int ring[3][6] = {{1, 2, 3, 4, 5, 6}, {0, 2, 6, 7, 8, 9}, {0, 1, 3, 9, 10, 11}};
+    const int* r = ring[corner];
+    return 0.5 * net[static_cast<std::size_t>(corner)] +
+           k_scale * ((net[r[0]] + net[r[1]]) + (net[r[2]] + net[r[3]]) + (net[r[4]] + net[r[5]]));
+}
+
 BoxSplinePoint box_spline_point(const Net12& net, const Bary& at) {
     const double u = at[0], v = at[1], w = at[2];
     BoxSplinePoint out;

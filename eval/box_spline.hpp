@@ -21,6 +21,9 @@ std::array<double, 12> box_spline_weights(const Bary& at);
 
 Vec3d box_spline_position(const Net12& net, const Bary& at);
 
+/// Position at a corner of the triangle: half the point there and a twelfth of each of its neighbours.
+Vec3d box_spline_corner(const Net12& net, int corner);
+
 /// Position and derivatives by x (towards corner 1) and y (towards corner 2).
 struct BoxSplinePoint {
     Vec3d position, dx, dy, dxx, dxy, dyy;
