@@ -1,8 +1,9 @@
 #include "tetrakis/hier/triangle_cell.hpp"
 
+#include "tetrakis/hier/corner_cell.hpp"
+
 #include <algorithm>
 #include <array>
-#include <bit>
 
 namespace tetrakis {
 
@@ -10,13 +11,6 @@ namespace {
 
 HalfedgeId corner_halfedge(HalfedgeId root, int corner) {
     return HalfedgeId(root.value + static_cast<std::uint32_t>(corner));
-}
-
-// Half the coordinates while both are even: a lattice point of a coarser level is one of every finer level.
-Site at_minimal_level(Site site) {
-    const std::uint32_t bits = site.at.x | site.at.y;
-    const int shift = std::min<int>(site.level, bits == 0 ? site.level : std::countr_zero(bits));
-    return {site.root, {site.at.x >> shift, site.at.y >> shift}, static_cast<std::uint8_t>(site.level - shift)};
 }
 
 // The control corner that a level-0 point is.
@@ -71,7 +65,7 @@ TriangleSites::TriangleSites(const ControlMesh& mesh)
 }
 
 Site TriangleSites::canonical(const Site& site) const {
-    const Site reduced = at_minimal_level(site);
+    const Site reduced = minimal_level(site);
     if (reduced.level == 0) return vertex(mesh_->origin(corner_halfedge(reduced.root, corner_of(reduced.at))));
     const int side = side_of(reduced);
     return side < 0 ? reduced : canonical_on_side(*mesh_, reduced, side);
@@ -83,7 +77,7 @@ Site TriangleSites::vertex(VertexId v) const {
 }
 
 Site canonical_triangle_site(const ControlMesh& mesh, const Site& site) {
-    const Site reduced = at_minimal_level(site);
+    const Site reduced = minimal_level(site);
     if (reduced.level > 0) {
         const int side = side_of(reduced);
         return side < 0 ? reduced : canonical_on_side(mesh, reduced, side);

@@ -12,7 +12,7 @@ using namespace tetrakis;
 
 namespace {
 
-constexpr std::uint32_t k_seeds = 24;
+constexpr std::uint64_t k_seeds = 24;
 
 // All addresses of a point at its own level, by crossing every side it lies on until nothing new turns up.
 std::set<Site> all_addresses(const ControlMesh& mesh, const Site& site) {
@@ -47,10 +47,10 @@ Site reduced(Site s) {
 TEST_SUITE_BEGIN("hier");
 
 TEST_CASE("crossing a side of a triangle root and coming back is the identity, also beyond the side") {
-    for (std::uint32_t seed = 0; seed < k_seeds; ++seed) {
+    for (const std::uint64_t seed : test::seeds(k_seeds)) {
         CAPTURE(seed);
         const ControlMesh mesh = test::random_triangle_mesh(seed);
-        std::mt19937 random(seed);
+        std::mt19937 random(static_cast<std::uint32_t>(seed));
         for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
             const HalfedgeId root(h - h % 3), twin = mesh.twin(HalfedgeId(h));
             const int side = static_cast<int>(h % 3), level = static_cast<int>(random() % 31);
@@ -74,7 +74,7 @@ TEST_CASE("crossing a side of a triangle root and coming back is the identity, a
 }
 
 TEST_CASE("walking around an interior control vertex through triangle roots comes home") {
-    for (std::uint32_t seed = 0; seed < k_seeds; ++seed) {
+    for (const std::uint64_t seed : test::seeds(k_seeds)) {
         CAPTURE(seed);
         const ControlMesh mesh = test::random_triangle_mesh(seed);
         for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
@@ -107,7 +107,7 @@ TEST_CASE("walking around an interior control vertex through triangle roots come
 }
 
 TEST_CASE("all addresses of a point of a triangle mesh have the same canonical site, the smallest of them") {
-    for (std::uint32_t seed = 0; seed < k_seeds; ++seed) {
+    for (const std::uint64_t seed : test::seeds(k_seeds)) {
         CAPTURE(seed);
         const ControlMesh mesh = test::random_triangle_mesh(seed);
         const TriangleSites sites(mesh);

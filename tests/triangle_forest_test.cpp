@@ -17,7 +17,7 @@ using namespace tetrakis;
 
 namespace {
 
-constexpr std::uint32_t k_seeds = 16;
+constexpr std::uint64_t k_seeds = 16;
 
 bool same_mesh(const ExportedTriangles& a, const ExportedTriangles& b) {
     return a.triangles == b.triangles && a.faces == b.faces && a.sites == b.sites;
@@ -172,11 +172,11 @@ void require_conforming(const TriangleForest& forest) {
 TEST_SUITE_BEGIN("hier");
 
 TEST_CASE("[inv3] [inv4] any history of a triangle forest leaves a conforming, restricted mesh") {
-    for (std::uint32_t seed = 0; seed < k_seeds; ++seed) {
+    for (const std::uint64_t seed : test::seeds(k_seeds)) {
         CAPTURE(seed);
         const ControlMesh mesh = test::random_triangle_mesh(seed);
         TriangleForest forest(mesh);
-        std::mt19937 random(seed);
+        std::mt19937 random(static_cast<std::uint32_t>(seed));
         if (forest.leaf_count() == 0) continue;
         require_conforming(forest);
         for (int i = 0; i < 8; ++i) {
@@ -224,11 +224,11 @@ TEST_CASE("[inv3] one triangle, a mesh of holes, and two triangles glued along a
 }
 
 TEST_CASE("[inv2] [inv10] the export of a triangle forest knows its leaves, not how they came about") {
-    for (std::uint32_t seed = 0; seed < k_seeds; ++seed) {
+    for (const std::uint64_t seed : test::seeds(k_seeds)) {
         CAPTURE(seed);
         const ControlMesh mesh = test::random_triangle_mesh(seed);
         TriangleForest first(mesh);
-        std::mt19937 random(seed);
+        std::mt19937 random(static_cast<std::uint32_t>(seed));
         if (first.leaf_count() == 0) continue;
         random_history(first, random, 500, 8);
         const ExportedTriangles expected = first.exported();
@@ -287,11 +287,11 @@ TEST_CASE("[inv2] [inv10] the export of a triangle forest knows its leaves, not 
 }
 
 TEST_CASE("the closure of a triangle forest splits nothing that could be merged again, and reports what it changed") {
-    for (std::uint32_t seed = 0; seed < k_seeds; ++seed) {
+    for (const std::uint64_t seed : test::seeds(k_seeds)) {
         CAPTURE(seed);
         const ControlMesh mesh = test::random_triangle_mesh(seed);
         TriangleForest forest(mesh);
-        std::mt19937 random(seed);
+        std::mt19937 random(static_cast<std::uint32_t>(seed));
         if (forest.leaf_count() == 0) continue;
         random_history(forest, random, 200, 7);
         for (int i = 0; i < 10; ++i) {
@@ -349,11 +349,11 @@ TEST_CASE("the closure of a triangle forest splits nothing that could be merged 
 }
 
 TEST_CASE("[inv5] merging undoes a split of a triangle forest; coarsening to the roots gives the roots") {
-    for (std::uint32_t seed = 0; seed < k_seeds; ++seed) {
+    for (const std::uint64_t seed : test::seeds(k_seeds)) {
         CAPTURE(seed);
         const ControlMesh mesh = test::random_triangle_mesh(seed);
         TriangleForest forest(mesh);
-        std::mt19937 random(seed);
+        std::mt19937 random(static_cast<std::uint32_t>(seed));
         if (forest.leaf_count() == 0) continue;
         const ExportedTriangles roots = forest.exported();
         const std::uint32_t root_points = forest.point_count();
