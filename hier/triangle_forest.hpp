@@ -1,6 +1,7 @@
 #pragma once
 
 #include "tetrakis/hier/control_mesh.hpp"
+#include "tetrakis/hier/exported_triangles.hpp"
 #include "tetrakis/hier/site.hpp"
 #include "tetrakis/hier/triangle_cell.hpp"
 
@@ -19,16 +20,6 @@ struct GreenTriangles {
     int count = 0;  ///< 1, 2 or 3
     std::array<CellTriangle, 3> cell;
     std::array<std::array<PointId, 3>, 3> point;  ///< the corners of each
-};
-
-/// What a forest looks like from outside, in (root, path) order. All but `leaf` and `point` depends on the set of
-/// leaves alone, not on how it came about.
-struct ExportedTriangles {
-    std::vector<std::array<std::uint32_t, 3>> triangles;  ///< corners: numbers into `sites`, counter-clockwise
-    std::vector<FaceId> faces;                            ///< per triangle: its control face
-    std::vector<Site> sites;                              ///< per point, in order of first use: its canonical site
-    std::vector<LeafId> leaves;                           ///< per triangle: the leaf it comes from
-    std::vector<PointId> points;                          ///< per point: its handle in the forest
 };
 
 /// Restricted triangle quadtrees over a triangle mesh, with conforming (red-green) closure; one root per face.

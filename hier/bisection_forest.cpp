@@ -1,0 +1,73 @@
+#include "tetrakis/hier/bisection_forest.hpp"
+
+#include "tetrakis/hier/corner_cell.hpp"
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/parallel.hpp"
+
+#include <string>
+
+namespace tetrakis {
+
+BisectionForest::BisectionForest(const ControlMesh& mesh) : mesh_(&mesh) {
+    const std::uint64_t points = std::uint64_t{mesh.vertex_count()} + mesh.face_count();
+    if (points >= PointId::none)
+        throw Error(ErrorCode::memory_limit, "a mesh with " + std::to_string(mesh.vertex_count()) + " vertices and " +
+                                                 std::to_string(mesh.face_count()) +
+                                                 " faces has more points than can be numbered; split it");
+    leaves_.resize(mesh.halfedge_count());
+    sites_.resize(static_cast<std::size_t>(points));
+    const auto surface_leaf = [&](HalfedgeId h) {
+        return h.valid() && !mesh.is_hole(mesh.face(h)) ? LeafId(h.value) : LeafId{};
+    };
+    for_each_index(mesh.halfedge_count(), [&](std::uint32_t i) {
+        const HalfedgeId h(i);
+        const BisectionShape shape = BisectionShape::root();
+        const FaceId f = mesh.face(h);
+        leaves_[i] = {.path = 0,
+                      .cell = h,
+                      .apex = shape.apex,
+                      .neighbour = {surface_leaf(mesh.twin(h)), LeafId(mesh.next(h).value), LeafId(mesh.prev(h).value)},
+                      .vertex = {vertex_point(mesh.origin(h)), vertex_point(mesh.target(h)), centre_point(f)},
+                      .depth = mesh.is_hole(f) ? k_dead : std::uint8_t{0},
+                      .direction = shape.direction};
+    });
+    for_each_index(mesh.vertex_count(), [&](std::uint32_t v) {
+        const HalfedgeId h = mesh.vertex_halfedge(VertexId(v));
+        sites_[v] = h.valid() ? canonical(mesh, {h, {0, 0}, 0}) : Site{};
+    });
+    for_each_index(mesh.face_count(), [&](std::uint32_t f) {
+        sites_[mesh.vertex_count() + f] = {mesh.face_halfedge(FaceId(f)), {1, 1}, 0};
+    });
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+        if (!mesh.is_hole(FaceId(f))) leaf_count_ += mesh.face_size(FaceId(f));
+}
+
+std::uint64_t BisectionForest::memory_bytes() const {
+    return leaves_.capacity() * sizeof(BisectionLeaf) + sites_.capacity() * sizeof(Site) +
+           (free_leaves_.capacity() + free_points_.capacity()) * sizeof(std::uint32_t) + scratch_.marks.capacity() +
+           scratch_.plans.capacity() * sizeof(Plan) + scratch_.affected.capacity() * sizeof(std::uint32_t) +
+           scratch_.links.capacity() + scratch_.created.capacity() * sizeof(LeafId);
+}
+
+void BisectionForest::require_leaves(std::span<const LeafId> ids) const {
+    for (LeafId id : ids)
+        if (!is_leaf(id))
+            throw Error(ErrorCode::invalid_input,
+                        id.value < leaves_.size()
+                            ? "slot " + std::to_string(id.value) + " holds no leaf: it was merged, or is a hole's"
+                            : "leaf " + std::to_string(id.value) + " is beyond the forest's " +
+                                  std::to_string(leaves_.size()) + " slots");
+}
+
+std::uint32_t BisectionForest::edge_towards(std::uint32_t slot, std::uint32_t neighbour) const {
+    const auto& n = leaves_[slot].neighbour;
+    return n[0].value == neighbour ? 0 : n[1].value == neighbour ? 1 : 2;
+}
+
+void BisectionForest::clear_all_marks() {
+    const std::size_t size = scratch_.marks.size();
+    scratch_.marks.resize(0);
+    scratch_.marks.resize_zeroed(size);  // within the capacity: cannot throw
+}
+
+}  // namespace tetrakis

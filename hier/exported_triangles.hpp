@@ -1,0 +1,22 @@
+#pragma once
+
+#include "tetrakis/hier/ids.hpp"
+#include "tetrakis/hier/site.hpp"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace tetrakis {
+
+/// What a forest looks like from outside, in (root, path) order. All but `leaves` and `points` depends on the set of
+/// leaves alone, not on how it came about.
+struct ExportedTriangles {
+    std::vector<std::array<std::uint32_t, 3>> triangles;  ///< corners: numbers into `sites`, counter-clockwise
+    std::vector<FaceId> faces;                            ///< per triangle: its control face
+    std::vector<Site> sites;                              ///< per point, in order of first use: its canonical site
+    std::vector<LeafId> leaves;                           ///< per triangle: its leaf; invalid for a fan's triangles
+    std::vector<PointId> points;                          ///< per point: its handle in the forest
+};
+
+}  // namespace tetrakis
