@@ -1,0 +1,239 @@
+#include "tetrakis/refine/closure.hpp"
+
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/site_stencils.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cassert>
+#include <variant>
+#include <vector>
+
+namespace tetrakis {
+
+namespace {
+
+using detail::KeyRing;
+using detail::StencilEntry;
+using detail::VertexKey;
+
+// Sites evaluated together: enough to share ancestors, few enough for their levels to stay in the cache.
+constexpr std::uint32_t k_block = 2048;
+
+/// The vertices of one level that a block needs, each once, and their stencils on the level above.
+class LevelVertices {
+  public:
+    std::vector<VertexKey> keys;
+    std::vector<std::uint32_t> stencil_begin;  ///< per key, into `source` and `weight`
+    std::vector<std::uint32_t> source;         ///< vertices of the level above
+    std::vector<double> weight;
+    std::vector<Vec3d> value;
+
+    std::uint32_t insert(const VertexKey& key) {
+        if (2 * (keys.size() + 1) > slots_.size()) grow();
+        std::uint32_t& slot = find_slot(key);
+        if (slot == k_empty) {
+            slot = static_cast<std::uint32_t>(keys.size());
+            keys.push_back(key);
+        }
+        return slot;
+    }
+    void clear() {
+        keys.clear();
+        stencil_begin.clear();
+        source.clear();
+        weight.clear();
+        value.clear();
+        std::fill(slots_.begin(), slots_.end(), k_empty);
+    }
+
+  private:
+    static constexpr std::uint32_t k_empty = 0xFFFF'FFFFu;
+
+    static std::uint64_t hash(const VertexKey& key) {
+        // Multiplicative mixing (Knuth, TAOCP 3, 6.4, with 64-bit odd constants), the upper bits being the good ones.
+        std::uint64_t h = (std::uint64_t{key.x} << 32 | key.y) * 0x9E37'79B9'7F4A'7C15u;
+        h = (h ^ h >> 29 ^ key.root) * 0xBF58'476D'1CE4'E5B9u;
+        return h ^ h >> 32;
+    }
+    std::uint32_t& find_slot(const VertexKey& key) {
+        const std::size_t mask = slots_.size() - 1;
+        for (std::size_t i = hash(key) & mask;; i = (i + 1) & mask)
+            if (slots_[i] == k_empty || keys[slots_[i]] == key) return slots_[i];
+    }
+    void grow() {
+        slots_.assign(std::max<std::size_t>(64, 2 * slots_.size()), k_empty);
+        for (std::uint32_t i = 0; i < keys.size(); ++i) find_slot(keys[i]) = i;
+    }
+
+    std::vector<std::uint32_t> slots_;
+};
+
+struct Workspace {
+    std::array<LevelVertices, k_max_level + 1> levels;
+    std::vector<std::uint32_t> rings;  ///< per site: its ring's vertices at its level
+    std::vector<StencilEntry> entries;
+    KeyRing ring;
+    VertexRing points;
+};
+
+struct Vertex {
+    VertexKey key;
+    int level;
+};
+
+/// The site's point in lowest terms, in the frame of its own.
+template <class Stencils>
+Vertex lowest(const Stencils& stencils, const Site& site) {
+    assert(site.level <= k_max_level);
+    const std::uint32_t bits = site.at.x | site.at.y;
+    const int shift = std::min<int>(site.level, bits == 0 ? site.level : std::countr_zero(bits));
+    const int level = site.level - shift;
+    return {stencils.canonical({site.root.value, site.at.x >> shift, site.at.y >> shift}, level), level};
+}
+
+/// Everything above the collected vertices, then their positions.
+template <class Stencils>
+void evaluate(const Stencils& stencils, int deepest, Workspace& work) {
+    for (int l = deepest; l > 0; --l) {
+        LevelVertices& level = work.levels[l];
+        level.stencil_begin.push_back(0);
+        for (const VertexKey& key : level.keys) {
+            work.entries.clear();
+            stencils.stencil(key, l, work.ring, work.entries);
+            for (const StencilEntry& entry : work.entries) {
+                level.source.push_back(work.levels[l - 1].insert(entry.key));
+                level.weight.push_back(entry.weight);
+            }
+            level.stencil_begin.push_back(static_cast<std::uint32_t>(level.source.size()));
+        }
+    }
+    LevelVertices& base = work.levels[0];
+    for (const VertexKey& key : base.keys) base.value.push_back(stencils.base_point(key));
+    for (int l = 1; l <= deepest; ++l) {
+        LevelVertices& level = work.levels[l];
+        const std::vector<Vec3d>& above = work.levels[l - 1].value;
+        level.value.resize(level.keys.size());
+        for (std::size_t i = 0; i < level.keys.size(); ++i) {
+            Vec3d sum(0);
+            for (std::uint32_t k = level.stencil_begin[i]; k < level.stencil_begin[i + 1]; ++k)
+                sum += level.weight[k] * above[level.source[k]];
+            level.value[i] = sum;
+        }
+    }
+}
+
+template <class Stencils, class Write>
+void limit_block(const Stencils& stencils, CreaseMethod method, std::span<const Site> sites, Workspace& work,
+                 Write&& write) {
+    for (LevelVertices& level : work.levels) level.clear();
+    work.rings.clear();
+    int deepest = 0;
+    for (const Site& site : sites) {
+        const Vertex v = lowest(stencils, site);
+        deepest = std::max(deepest, v.level);
+        stencils.ring(v.key, v.level, work.ring);
+        for (const VertexKey& key : work.ring.keys) work.rings.push_back(work.levels[v.level].insert(key));
+    }
+    evaluate(stencils, deepest, work);
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+        const Vertex v = lowest(stencils, sites[i]);
+        stencils.ring(v.key, v.level, work.ring);
+        VertexRing& ring = work.points;
+        ring.clear();
+        ring.faces = work.ring.faces;
+        ring.boundary = work.ring.boundary;
+        ring.vertex_sharpness = work.ring.vertex_sharpness;
+        ring.sharpness = work.ring.sharpness;
+        ring.outer_child = work.ring.outer_child;
+        for (std::size_t k = 0; k < work.ring.keys.size(); ++k)
+            ring.points.push_back(work.levels[v.level].value[work.rings[at++]]);
+        write(i, limit_point(Stencils::scheme, method, ring));
+    }
+}
+
+template <class Stencils>
+void control_block(const Stencils& stencils, std::span<const Site> sites, int level, Workspace& work,
+                   std::span<Vec3d> out) {
+    for (LevelVertices& vertices : work.levels) vertices.clear();
+    work.rings.clear();
+    for (const Site& site : sites) {
+        const Vertex v = lowest(stencils, site);
+        assert(v.level <= level);
+        const int up = level - v.level;
+        work.rings.push_back(work.levels[level].insert({v.key.root, v.key.x << up, v.key.y << up}));
+    }
+    evaluate(stencils, level, work);
+    for (std::size_t i = 0; i < sites.size(); ++i) out[i] = work.levels[level].value[work.rings[i]];
+}
+
+}  // namespace
+
+struct Closure::Impl {
+    std::variant<detail::QuadStencils, detail::TriangleStencils> stencils;
+    CreaseMethod method;
+
+    template <class Body>
+    void blocks(std::size_t count, Body&& body) const {
+        std::visit(
+            [&](const auto& s) {
+                for_each_block(static_cast<std::uint32_t>(count), k_block, [&](std::uint32_t begin, std::uint32_t end) {
+                    Workspace work;
+                    body(s, begin, end - begin, work);
+                });
+            },
+            stencils);
+    }
+};
+
+namespace {
+
+std::variant<detail::QuadStencils, detail::TriangleStencils> make_stencils(const ControlMesh& mesh, SchemeKind scheme) {
+    if (scheme == SchemeKind::catmull_clark) return detail::QuadStencils(mesh);
+    if (!mesh.all_triangles())
+        throw Error(ErrorCode::invalid_input, "Loop subdivision needs a mesh of triangles; triangulate it first",
+                    mesh.data().source);
+    return detail::TriangleStencils(mesh);
+}
+
+}  // namespace
+
+Closure::Closure(const ControlMesh& mesh, SchemeKind scheme)
+    : impl_(new Impl{make_stencils(mesh, scheme), mesh.crease_method()}) {}
+Closure::~Closure() = default;
+Closure::Closure(Closure&&) noexcept = default;
+Closure& Closure::operator=(Closure&&) noexcept = default;
+
+void Closure::positions(std::span<const Site> sites, std::span<Vec3d> positions) const {
+    assert(sites.size() == positions.size());
+    impl_->blocks(sites.size(), [&](const auto& s, std::size_t begin, std::size_t count, Workspace& work) {
+        limit_block(s, impl_->method, sites.subspan(begin, count), work,
+                    [&](std::size_t i, const LimitPoint& point) { positions[begin + i] = point.position; });
+    });
+}
+
+void Closure::limits(std::span<const Site> sites, std::span<LimitPoint> out) const {
+    assert(sites.size() == out.size());
+    impl_->blocks(sites.size(), [&](const auto& s, std::size_t begin, std::size_t count, Workspace& work) {
+        limit_block(s, impl_->method, sites.subspan(begin, count), work,
+                    [&](std::size_t i, const LimitPoint& point) { out[begin + i] = point; });
+    });
+}
+
+LimitPoint Closure::limit(const Site& site) const {
+    LimitPoint point;
+    limits({&site, 1}, {&point, 1});
+    return point;
+}
+
+void Closure::control_positions(std::span<const Site> sites, int level, std::span<Vec3d> out) const {
+    assert(sites.size() == out.size() && level >= 0 && level <= k_max_level);
+    impl_->blocks(sites.size(), [&](const auto& s, std::size_t begin, std::size_t count, Workspace& work) {
+        control_block(s, sites.subspan(begin, count), level, work, out.subspan(begin, count));
+    });
+}
+
+}  // namespace tetrakis
