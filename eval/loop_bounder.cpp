@@ -1,5 +1,7 @@
 #include "tetrakis/eval/loop_bounder.hpp"
 
+#include "tetrakis/eval/box_spline_error.hpp"
+#include "tetrakis/eval/loop_star_bound.hpp"
 #include "tetrakis/eval/second_bounds.hpp"
 
 #include <algorithm>
@@ -11,7 +13,12 @@ namespace tetrakis {
 
 using detail::Bary;
 using detail::BoxSplineHessian;
+using detail::EdgeSecond;
 using detail::LoopCell;
+using detail::middle;
+using detail::next3;
+using detail::prev3;
+using detail::squared;
 
 namespace {
 
@@ -26,103 +33,27 @@ constexpr int k_max_refinement = 40;
 /// A bound this close above an attained value is not refined any more.
 constexpr double k_tight = 1.05;
 
-constexpr int next3(int i) { return i == 2 ? 0 : i + 1; }
-constexpr int prev3(int i) { return i == 0 ? 2 : i - 1; }
+bool is_corner(const Bary& b) { return b[0] == 1 || b[1] == 1 || b[2] == 1; }
+bool is_whole(const std::array<Bary, 3>& at) { return is_corner(at[0]) && is_corner(at[1]) && is_corner(at[2]); }
+int corner_of(const Bary& b) { return b[0] == 1 ? 0 : b[1] == 1 ? 1 : 2; }
 
-double squared(const Vec3d& v) { return glm::dot(v, v); }
-
-Bary middle(const Bary& a, const Bary& b) { return {0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2])}; }
-
-/// Second derivatives of a patch along an edge of a triangle within it, as a quadratic: its Bernstein coefficients on
-/// the triangle at the corners and at the edge itself, and a bound on its norm.
-struct EdgeSecond {
-    std::array<Vec3d, 3> corner;
-    Vec3d along_edge;  ///< the coefficient of the edge
-    double bound = 0;  ///< of the norm over the triangle
-
-    /// S - L in the middle of the edge, when it vanishes at both ends. The weights are the integrals of the three
-    /// Bernstein polynomials against the Green function of the second derivative at 1/2.
-    Vec3d middle_deviation(int edge) const {
-        return (-1.0 / 192) * (7.0 * (corner[edge] + corner[next3(edge)]) + 10.0 * along_edge);
-    }
-};
-
-/// For a triangle of a quadtree (edges parallel to the patch's): edge k of `at` is parallel to patch edge `parallel`.
-EdgeSecond edge_second_red(const BoxSplineHessian& h, const std::array<Bary, 3>& at, int k, int parallel, double size) {
-    EdgeSecond out;
-    const double scale = size * size;
-    double largest = 0;
-    for (int i = 0; i < 3; ++i) {
-        out.corner[i] = scale * h.along(parallel, at[i]);
-        largest = std::max(largest, squared(out.corner[i]));
-    }
-    // The blossom of a product of two coordinates lies below the mean by half the product of their differences, here
-    // -size^2.
-    out.along_edge = 0.5 * (out.corner[k] + out.corner[next3(k)]) + (0.5 * scale * scale) * h.bend[parallel];
-    out.bound = std::sqrt(std::max(largest, squared(out.along_edge)));
-    return out;
-}
-
-/// Along the difference of two points: -(d0 d1 D01 + d1 d2 D12 + d2 d0 D20), as for any quadratic form.
-std::array<double, 3> along_weights(const Bary& d) { return {-d[0] * d[1], -d[1] * d[2], -d[2] * d[0]}; }
-
-EdgeSecond edge_second(const BoxSplineHessian& h, const std::array<Bary, 3>& at, int k) {
-    const auto difference = [&](int i) {
-        const Bary &a = at[i], &b = at[next3(i)];
-        return Bary{b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+/// S - L lies in the hull of all differences between a cell's points and L's corners.
+double hull_distance(const LoopCell& cell, const std::array<Vec3d, 3>& linear) {
+    assert(cell.kind == LoopCell::Kind::star || cell.kind == LoopCell::Kind::generic);
+    double far = 0;
+    const auto look = [&](const Vec3d& p) {
+        for (const Vec3d& l : linear) far = std::max(far, squared(p - l));
     };
-    const std::array<double, 3> weight = along_weights(difference(k));
-    EdgeSecond out;
-    double largest = 0;
-    for (int i = 0; i < 3; ++i) {
-        out.corner[i] = Vec3d(0);
-        for (int e = 0; e < 3; ++e)
-            if (weight[e] != 0) out.corner[i] += weight[e] * h.along(e, at[i]);
-        largest = std::max(largest, squared(out.corner[i]));
-    }
-    for (int i = 0; i < 3; ++i) {
-        const Bary d = difference(i);
-        Vec3d control = 0.5 * (out.corner[i] + out.corner[next3(i)]);
-        for (int e = 0; e < 3; ++e)
-            if (weight[e] != 0) control -= (0.5 * weight[e] * d[e] * d[next3(e)]) * h.bend[e];
-        largest = std::max(largest, squared(control));
-        if (i == k) out.along_edge = control;
-    }
-    out.bound = std::sqrt(largest);
-    return out;
-}
-
-std::array<EdgeSecond, 3> edge_seconds(const BoxSplineHessian& h, const std::array<Bary, 3>& at) {
-    // Red triangles: edge k runs along patch edge p (the third coordinate does not change), one after the other.
-    for (int p = 0; p < 3; ++p) {
-        const int p1 = next3(p), p2 = prev3(p);
-        if (at[0][p2] == at[1][p2] && at[1][p] == at[2][p] && at[2][p1] == at[0][p1]) {
-            const double size = std::abs(at[1][p] - at[0][p]);
-            return {edge_second_red(h, at, 0, p, size), edge_second_red(h, at, 1, p1, size),
-                    edge_second_red(h, at, 2, p2, size)};
+    if (cell.kind == LoopCell::Kind::star) {
+        for (int i = 0; i < detail::loop_star_size(cell.star->valence()); ++i) look(cell.star->points()[i]);
+    } else {
+        for (const detail::LoopRing& ring : cell.node->rings().corner) {
+            look(ring.centre);
+            for (const detail::LoopRing::Spoke& spoke : ring.spokes) look(spoke.point);
         }
     }
-    return {edge_second(h, at, 0), edge_second(h, at, 1), edge_second(h, at, 2)};
+    return std::sqrt(far);
 }
-
-/// S - L at the centroid: two thirds of the deviation in the middle of edge 1, plus what the median from corner 0 to it
-/// bends. 13, 22 and 19 over 486 are the integrals of the Bernstein polynomials against the Green function at 2/3.
-Vec3d centroid_deviation(const BoxSplineHessian& h, const std::array<Bary, 3>& at, const Vec3d& middle_of_edge_1) {
-    const Bary &a = at[0], m = middle(at[1], at[2]);
-    const Bary d{m[0] - a[0], m[1] - a[1], m[2] - a[2]};
-    const std::array<double, 3> weight = along_weights(d);
-    Vec3d first(0), last(0), bend(0);
-    for (int e = 0; e < 3; ++e) {
-        first += weight[e] * h.along(e, a);
-        last += weight[e] * h.along(e, m);
-        bend += (weight[e] * d[e] * d[next3(e)]) * h.bend[e];
-    }
-    const Vec3d control = 0.5 * (first + last) - 0.5 * bend;
-    return (2.0 / 3) * middle_of_edge_1 - (1.0 / 486) * (13.0 * first + 22.0 * control + 19.0 * last);
-}
-
-bool is_corner(const Bary& b) { return b[0] == 1 || b[1] == 1 || b[2] == 1; }
-int corner_of(const Bary& b) { return b[0] == 1 ? 0 : b[1] == 1 ? 1 : 2; }
 
 }  // namespace
 
@@ -185,14 +116,6 @@ LoopBounder::Level& LoopBounder::locate(const CellTriangle& leaf, Corners& at) {
     return way_[depth];
 }
 
-const BoxSplineHessian& LoopBounder::hessian(Level& level) {
-    if (!level.has_hessian) {
-        level.hessian = BoxSplineHessian(level.cell.net);
-        level.has_hessian = true;
-    }
-    return level.hessian;
-}
-
 void LoopBounder::attain(const Vec3d& deviation) {
     lower_ = std::max(lower_, std::sqrt(squared(deviation)));
     if (lower_ > decide_at_) rejected_ = true;
@@ -240,75 +163,115 @@ void LoopBounder::bound_quarter(const LoopCell& cell, int quarter, const Piece& 
     const LoopCell child = patches_.child(cell, quarter);
     Piece part = piece;
     for (Bary& b : part.at) b = detail::turned(detail::in_quarter(b, quarter), child.turn);
-    if (child.kind == LoopCell::Kind::regular)
-        bound_regular(BoxSplineHessian(child.net), part.at, part.deviation, depth - 1);
-    else
+    if (child.kind != LoopCell::Kind::regular) {
         bound_irregular(child, part, depth - 1);
+        return;
+    }
+    const BoxSplineHessian hessian(child.net);
+    if (is_whole(part.at)) {
+        const double attained =
+            std::sqrt(std::max({squared(part.deviation[0]), squared(part.deviation[1]), squared(part.deviation[2])}));
+        if (settle(attained + detail::patch_deviation(hessian) + pad_)) return;
+    }
+    bound_regular(hessian, part.at, part.deviation, depth - 1);
+}
+
+/// A whole star cell, from the table of its valence where that is enough.
+void LoopBounder::bound_star(const detail::LoopStarChain& star, const Piece& piece, int depth) {
+    const detail::LoopStarBound* table = detail::LoopStarBound::of(star.valence());
+    if (table != nullptr) {
+        std::array<Vec3d, 3> corner;
+        double attained = 0;
+        for (int i = 0; i < 3; ++i) {
+            corner[corner_of(piece.at[i])] = piece.deviation[i];
+            attained = std::max(attained, squared(piece.deviation[i]));
+        }
+        const double m = detail::LoopStarBound::largest_difference(star.valence(), star.points());
+        if (settle(std::sqrt(attained) + table->whole * m + pad_)) return;
+        const auto deviations = table->deviations(star.points());
+        double inner = squared(corner[0]);
+        for (int s = 0; s < detail::LoopStarBound::k_samples; ++s) {
+            const auto& at = detail::LoopStarBound::k_sample_at[s];
+            const Vec3d d =
+                deviations[s] + (0.25 * at[0]) * corner[0] + (0.25 * at[1]) * corner[1] + (0.25 * at[2]) * corner[2];
+            attained = std::max(attained, squared(d));
+            if (s < 2) inner = std::max(inner, squared(d));
+        }
+        attained = std::sqrt(attained);
+        lower_ = std::max(lower_, attained);
+        if (lower_ > decide_at_) {
+            rejected_ = true;
+            return;
+        }
+        if (settle(std::max(attained + table->around * m, std::sqrt(inner) + table->inner * m) + pad_)) return;
+    }
+    LoopCell cell;
+    cell.kind = LoopCell::Kind::star;
+    cell.star = &star;
+    bound_quarters(cell, piece, depth);
 }
 
 void LoopBounder::bound_irregular(const LoopCell& cell, const Piece& piece, int depth) {
     if (rejected_) return;
-    double upper = std::numeric_limits<double>::infinity();
-    if (cell.kind != LoopCell::Kind::split) {
-        // S - L lies in the hull of all differences between the cell's points and L's corners.
-        double far = 0;
-        const auto look = [&](const Vec3d& p) {
-            for (const Vec3d& l : piece.linear) far = std::max(far, squared(p - l));
-        };
-        if (cell.kind == LoopCell::Kind::star) {
-            for (int i = 0; i < detail::loop_star_size(cell.star->valence()); ++i) look(cell.star->points()[i]);
-        } else {
-            for (const detail::LoopRing& ring : cell.node->rings().corner) {
-                look(ring.centre);
-                for (const detail::LoopRing::Spoke& spoke : ring.spokes) look(spoke.point);
-            }
-        }
-        upper = std::sqrt(far) + pad_;
-        if (settle(upper)) return;
-        if (depth <= 0) {
-            upper_ = std::max(upper_, upper);
-            return;
-        }
+    if (depth <= 0) {
+        upper_ = std::max(upper_, hull_distance(cell, piece.linear) + pad_);
+        return;
     }
+    int corners = 0;
+    for (const Bary& b : piece.at) corners += is_corner(b) ? 1 : 0;
+    if (cell.kind == LoopCell::Kind::star && corners == 3) {
+        bound_star(*cell.star, piece, depth);
+        return;
+    }
+    if (cell.kind != LoopCell::Kind::split && settle(hull_distance(cell, piece.linear) + pad_)) return;
+    if (corners == 3)
+        bound_quarters(cell, piece, depth);
+    else
+        bound_green(cell, piece, corners, depth);
+}
+
+/// A whole cell, quarter by quarter.
+void LoopBounder::bound_quarters(const LoopCell& cell, const Piece& piece, int depth) {
     const auto deviate = [&](const Vec3d& s, const Vec3d& linear) {
         const Vec3d d = s - linear;
         attain(d);
         return d;
     };
-
-    int corners = 0;
-    for (const Bary& b : piece.at) corners += is_corner(b) ? 1 : 0;
-    if (corners == 3) {
-        Piece p;  // in the order of the cell's corners
-        for (int i = 0; i < 3; ++i) {
-            const int k = corner_of(piece.at[i]);
-            p.at[k] = piece.at[i], p.linear[k] = piece.linear[i], p.deviation[k] = piece.deviation[i];
-        }
-        Piece m;  // m[k]: middle of edge k
-        const LoopCell centre = patches_.child(cell, 3);
-        for (int k = 0; k < 3; ++k) {
-            m.at[k] = middle(p.at[k], p.at[next3(k)]);
-            m.linear[k] = 0.5 * (p.linear[k] + p.linear[next3(k)]);
-            // Corner i of the centre is the middle of the edge opposite corner i.
-            const Vec3d s = centre.kind == LoopCell::Kind::regular ? detail::box_spline_corner(centre.net, prev3(k))
-                                                                   : patches_.position(cell, m.at[k]);
-            m.deviation[k] = deviate(s, m.linear[k]);
-        }
-        for (int k = 2; k >= -1; --k) {
-            const int quarter = k < 0 ? 0 : k == 0 ? 3 : k;  // the irregular one of a star last
-            Piece part;
-            for (int i = 0; i < 3; ++i) {
-                const bool own = i == quarter;
-                const int edge = quarter == 3 ? next3(i) : i == next3(quarter) ? quarter : prev3(quarter);
-                part.at[i] = own ? p.at[i] : m.at[edge];
-                part.linear[i] = own ? p.linear[i] : m.linear[edge];
-                part.deviation[i] = own ? p.deviation[i] : m.deviation[edge];
-            }
-            bound_quarter(cell, quarter, part, depth);
-        }
-        return;
+    Piece p;  // in the order of the cell's corners
+    for (int i = 0; i < 3; ++i) {
+        const int k = corner_of(piece.at[i]);
+        p.at[k] = piece.at[i], p.linear[k] = piece.linear[i], p.deviation[k] = piece.deviation[i];
     }
+    Piece m;  // m[k]: middle of edge k
+    const LoopCell centre = patches_.child(cell, 3);
+    for (int k = 0; k < 3; ++k) {
+        m.at[k] = middle(p.at[k], p.at[next3(k)]);
+        m.linear[k] = 0.5 * (p.linear[k] + p.linear[next3(k)]);
+        // Corner i of the centre is the middle of the edge opposite corner i.
+        const Vec3d s = centre.kind == LoopCell::Kind::regular ? detail::box_spline_corner(centre.net, prev3(k))
+                                                               : patches_.position(cell, m.at[k]);
+        m.deviation[k] = deviate(s, m.linear[k]);
+    }
+    for (int k = 2; k >= -1; --k) {
+        const int quarter = k < 0 ? 0 : k == 0 ? 3 : k;  // the irregular one of a star last
+        Piece part;
+        for (int i = 0; i < 3; ++i) {
+            const bool own = i == quarter;
+            const int edge = quarter == 3 ? next3(i) : i == next3(quarter) ? quarter : prev3(quarter);
+            part.at[i] = own ? p.at[i] : m.at[edge];
+            part.linear[i] = own ? p.linear[i] : m.linear[edge];
+            part.deviation[i] = own ? p.deviation[i] : m.deviation[edge];
+        }
+        bound_quarter(cell, quarter, part, depth);
+    }
+}
 
+void LoopBounder::bound_green(const LoopCell& cell, const Piece& piece, int corners, int depth) {
+    const auto deviate = [&](const Vec3d& s, const Vec3d& linear) {
+        const Vec3d d = s - linear;
+        attain(d);
+        return d;
+    };
     // Green triangles. Corner k of the cell; a second corner j or the middle of the edge from k to j; the middle of the
     // edge from j to the third corner. They fall into half the quarter at k, half the centre and, for a half, the
     // quarter at j.
@@ -368,7 +331,14 @@ LeafError LoopBounder::parametric_error(const CellTriangle& leaf, double decide_
     Corners at;
     Level& level = locate(leaf, at);
     if (level.cell.kind == LoopCell::Kind::regular) {
-        bound_regular(hessian(level), at, {Vec3d(0), Vec3d(0), Vec3d(0)}, k_max_refinement);
+        if (!level.has_hessian) {
+            level.hessian = BoxSplineHessian(level.cell.net);
+            level.patch_deviation = detail::patch_deviation(level.hessian);
+            level.has_hessian = true;
+        }
+        const double size = detail::red_size(at);
+        if (size == 0 || !settle(size * size * level.patch_deviation + pad_))
+            bound_regular(level.hessian, at, {Vec3d(0), Vec3d(0), Vec3d(0)}, k_max_refinement);
     } else {
         Piece piece;
         piece.at = at;

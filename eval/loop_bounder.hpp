@@ -33,6 +33,7 @@ class LoopBounder {
         int quarter = -1;  ///< of the level above
         bool has_hessian = false;
         detail::BoxSplineHessian hessian;
+        double patch_deviation = 0;  ///< with the hessian
     };
     using Corners = std::array<detail::Bary, 3>;
     /// A triangle within a cell: coordinates of its corners in the cell's frame, L and S - L there.
@@ -42,8 +43,10 @@ class LoopBounder {
     };
 
     Level& locate(const CellTriangle& leaf, Corners& at);
-    const detail::BoxSplineHessian& hessian(Level& level);
+    void bound_star(const detail::LoopStarChain& star, const Piece& piece, int depth);
     void bound_irregular(const detail::LoopCell& cell, const Piece& piece, int depth);
+    void bound_quarters(const detail::LoopCell& cell, const Piece& piece, int depth);
+    void bound_green(const detail::LoopCell& cell, const Piece& piece, int corners, int depth);
     void bound_quarter(const detail::LoopCell& cell, int quarter, const Piece& piece, int depth);
     void bound_regular(const detail::BoxSplineHessian& hessian, const Corners& at,
                        const std::array<Vec3d, 3>& deviation, int depth);
