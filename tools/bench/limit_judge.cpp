@@ -1,0 +1,248 @@
+#include "limit_judge.hpp"
+
+#include "osd_mesh.hpp"
+#include "peer_osd.hpp"
+
+#include <opensubdiv/bfr/refinerSurfaceFactory.h>
+#include <opensubdiv/bfr/surface.h>
+
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+namespace tetrakis::bench {
+
+namespace {
+
+namespace Bfr = OpenSubdiv::Bfr;
+
+constexpr std::size_t k_block = 4096;  // samples between looks at the largest distance so far
+
+/// A number in [0, 1) that looks random and is the same on every run (SplitMix64, Steele, Lea & Flood 2014).
+double jitter(std::uint64_t i) {
+    std::uint64_t z = (i + 1) * 0x9E3779B97F4A7C15u;
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
+    return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
+}
+
+/// Calls body(i) for all i, in an order that spreads early calls over the whole range, until `stop` is set.
+template <class Body>
+void for_each_spread(std::size_t count, const std::atomic<bool>& stop, const Body& body) {
+    const std::size_t stride = std::max<std::size_t>(1, count / k_block);
+    oneapi::tbb::parallel_for(std::size_t{0}, stride, [&](std::size_t first) {
+        for (std::size_t i = first; i < count && !stop.load(std::memory_order_relaxed); i += stride) body(i);
+    });
+}
+
+void raise(std::atomic<double>& largest, double value) {
+    double old = largest.load(std::memory_order_relaxed);
+    while (value > old && !largest.compare_exchange_weak(old, value)) {
+    }
+}
+
+}  // namespace
+
+/// The patches: one per face, or per corner of a face that Bfr splits.
+struct LimitJudge::Surfaces {
+    struct Patch {
+        std::uint32_t surface;
+        int sub;  ///< -1: the whole face
+    };
+    std::unique_ptr<OpenSubdiv::Far::TopologyRefiner> refiner;
+    std::unique_ptr<Bfr::RefinerSurfaceFactory<>> factory;  // the surfaces share what its cache holds
+    std::vector<Bfr::Surface<double>> surfaces;
+    std::vector<std::vector<double>> points;
+    std::vector<Patch> patches;
+
+    bool is_triangle(const Patch& patch) const {
+        return surfaces[patch.surface].GetParameterization().GetType() == Bfr::Parameterization::TRI;
+    }
+    void evaluate(const Patch& patch, double u, double v, Vec3d& p, Vec3d* du = nullptr, Vec3d* dv = nullptr) const {
+        const auto& surface = surfaces[patch.surface];
+        const double local[2] = {u, v};
+        double uv[2] = {u, v};
+        // A quarter's own parameters are half as fast as the face's; the derivatives are only used as directions of
+        // steps in its own parameters, so they are scaled here.
+        if (patch.sub >= 0) surface.GetParameterization().ConvertNormalizedSubFaceToCoord(patch.sub, local, uv);
+        const double* control = points[patch.surface].data();
+        if (du == nullptr) {
+            surface.Evaluate(uv, control, 3, &p.x);
+            return;
+        }
+        surface.Evaluate(uv, control, 3, &p.x, &du->x, &dv->x);
+        if (patch.sub >= 0) {
+            *du *= 0.5;
+            *dv *= 0.5;
+        }
+    }
+};
+
+LimitJudge::LimitJudge(const ControlMeshData& data, SchemeKind scheme, std::uint64_t samples)
+    : surfaces_(std::make_unique<Surfaces>()) {
+    Surfaces& s = *surfaces_;
+    s.refiner = make_refiner(data, scheme);
+    Bfr::RefinerSurfaceFactory<>::Options options;
+    options.SetApproxLevelSmooth(k_judge_levels.smooth);
+    options.SetApproxLevelSharp(k_judge_levels.sharp);
+    s.factory = std::make_unique<Bfr::RefinerSurfaceFactory<>>(*s.refiner, options);
+    std::vector<double> control;
+    for (const Vec3d& p : data.positions) control.insert(control.end(), {p.x, p.y, p.z});
+    for (int f = 0; f < s.refiner->GetLevel(0).GetNumFaces(); ++f) {
+        Bfr::Surface<double> surface;
+        if (!s.factory->InitVertexSurface(f, &surface)) continue;
+        const auto index = static_cast<std::uint32_t>(s.surfaces.size());
+        const bool split = surface.GetParameterization().HasSubFaces();
+        for (int sub = 0; sub < (split ? surface.GetFaceSize() : 1); ++sub)
+            s.patches.push_back({index, split ? sub : -1});
+        std::vector<double> points(3 * static_cast<std::size_t>(surface.GetNumPatchPoints()));
+        surface.PreparePatchPoints(control.data(), 3, points.data(), 3);
+        s.points.push_back(std::move(points));
+        s.surfaces.push_back(std::move(surface));
+    }
+
+    // m intervals a side: (m + 1)^2 points a quad, half of that a triangle.
+    const double share = static_cast<double>(samples) / static_cast<double>(std::max<std::size_t>(1, s.patches.size()));
+    const int m = std::max(2, static_cast<int>(std::ceil(std::sqrt(share * (scheme == SchemeKind::loop ? 2 : 1)))));
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    for (std::uint32_t patch_number = 0; patch_number < s.patches.size(); ++patch_number) {
+        const auto& patch = s.patches[patch_number];
+        const bool triangle = s.is_triangle(patch);
+        const auto first = static_cast<std::uint32_t>(grid_.size());
+        const auto index = [&](int i, int j) {
+            const int row = triangle ? j * (m + 1) - j * (j - 1) / 2 : j * (m + 1);
+            return first + static_cast<std::uint32_t>(row + i);
+        };
+        for (int j = 0; j <= m; ++j)
+            for (int i = 0; i <= (triangle ? m - j : m); ++i) {
+                const double u = static_cast<double>(i) / m, v = static_cast<double>(j) / m;
+                s.evaluate(patch, u, v, grid_.emplace_back());
+                grid_uv_.push_back({static_cast<float>(u), static_cast<float>(v)});
+            }
+        const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+            triangles.push_back({a, b, c});
+            grid_patch_.push_back(patch_number);
+        };
+        for (int j = 0; j < m; ++j)
+            for (int i = 0; i < (triangle ? m - j : m); ++i) {
+                const double a = jitter(2 * jittered_.size()), b = jitter(2 * jittered_.size() + 1);
+                const bool corner = triangle && i + j == m - 1;  // half a cell
+                const bool fold = corner && a + b > 1;
+                s.evaluate(patch, (i + (fold ? 1 - a : a)) / m, (j + (fold ? 1 - b : b)) / m, jittered_.emplace_back());
+                add(index(i, j), index(i + 1, j), index(i, j + 1));
+                if (!corner) add(index(i + 1, j), index(i + 1, j + 1), index(i, j + 1));
+            }
+    }
+    Box3d box = bounding_box(grid_);
+    box.add(bounding_box(jittered_));
+    diagonal_ = box.diagonal();
+    sampled_ = std::make_unique<NearestTriangle>(grid_, std::move(triangles));
+    std::atomic<double> largest = 0;
+    const std::atomic<bool> never = false;
+    for_each_spread(jittered_.size(), never,
+                    [&](std::size_t i) { raise(largest, sampled_->nearest(jittered_[i]).distance); });
+    sampled_error_ = largest;
+}
+
+LimitJudge::~LimitJudge() = default;
+
+double LimitJudge::limit_to_mesh(const NearestTriangle& mesh, double enough) const {
+    std::atomic<double> largest = 0;
+    std::atomic<bool> stop = false;
+    const auto measure = [&](const std::vector<Vec3d>& points) {
+        for_each_spread(points.size(), stop, [&](std::size_t i) {
+            const double distance = mesh.nearest(points[i]).distance;
+            raise(largest, distance);
+            if (distance > enough) stop = true;
+        });
+    };
+    measure(grid_);
+    measure(jittered_);
+    return largest;
+}
+
+double LimitJudge::distance_to_patch(const Vec3d& point, const NearestTriangle::Hit& start) const {
+    constexpr int k_steps = 12;
+    const auto& patch = surfaces_->patches[grid_patch_[start.triangle]];
+    const bool triangle = surfaces_->is_triangle(patch);
+    const auto& corners = sampled_->triangle(start.triangle);
+    double u = 0, v = 0;
+    for (int c = 0; c < 3; ++c) {
+        u += start.weights[c] * grid_uv_[corners[c]][0];
+        v += start.weights[c] * grid_uv_[corners[c]][1];
+    }
+    Vec3d p, du, dv;
+    surfaces_->evaluate(patch, u, v, p, &du, &dv);
+    double best = glm::length(p - point);
+    double damping = 0;  // Levenberg-Marquardt: raised where a Gauss-Newton step fails
+    for (int step = 0; step < k_steps; ++step) {
+        const Vec3d r = point - p;
+        const double a = glm::dot(du, du), b = glm::dot(du, dv), c = glm::dot(dv, dv);
+        const double extra = damping * (a + c), f = glm::dot(du, r), g = glm::dot(dv, r);
+        const double determinant = (a + extra) * (c + extra) - b * b;
+        if (!(determinant > 0)) break;
+        double next_u = std::clamp(u + ((c + extra) * f - b * g) / determinant, 0.0, 1.0);
+        double next_v = std::clamp(v + ((a + extra) * g - b * f) / determinant, 0.0, 1.0);
+        if (triangle && next_u + next_v > 1) {
+            const double over = (next_u + next_v - 1) / 2;
+            next_u = std::clamp(next_u - over, 0.0, 1.0);
+            next_v = 1 - next_u;
+        }
+        Vec3d next, next_du, next_dv;
+        surfaces_->evaluate(patch, next_u, next_v, next, &next_du, &next_dv);
+        const double distance = glm::length(next - point);
+        if (distance < best) {
+            const bool done = best - distance < 1e-14 * diagonal_;
+            best = distance;
+            u = next_u, v = next_v, p = next, du = next_du, dv = next_dv;
+            damping *= 0.1;
+            if (done) break;
+        } else {
+            damping = std::max(0.01, damping * 10);
+        }
+    }
+    return best;
+}
+
+double LimitJudge::mesh_to_limit(const std::vector<Vec3d>& points,
+                                 const std::vector<std::array<std::uint32_t, 3>>& triangles,
+                                 std::uint64_t samples) const {
+    double area = 0;
+    const auto area_of = [&](const std::array<std::uint32_t, 3>& t) {
+        return 0.5 * glm::length(glm::cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]]));
+    };
+    for (const auto& t : triangles) area += area_of(t);
+    std::vector<Vec3d> spread;
+    for (const auto& t : triangles) {
+        // m intervals a side; m even, so that edge midpoints are among the samples.
+        const double wanted = static_cast<double>(samples) * (area > 0 ? area_of(t) / area : 0);
+        const int m = 2 * std::clamp(static_cast<int>(std::ceil(std::sqrt(wanted * 2) / 2)), 1, 500);
+        for (int j = 0; j <= m; ++j)
+            for (int i = 0; i + j <= m; ++i) {
+                const double u = static_cast<double>(i) / m, v = static_cast<double>(j) / m;
+                spread.push_back((1 - u - v) * points[t[0]] + u * points[t[1]] + v * points[t[2]]);
+            }
+        spread.push_back((points[t[0]] + points[t[1]] + points[t[2]]) / 3.0);
+    }
+
+    std::vector<NearestTriangle::Hit> hits(spread.size());
+    const std::atomic<bool> never = false;
+    for_each_spread(spread.size(), never, [&](std::size_t i) { hits[i] = sampled_->nearest(spread[i]); });
+    std::vector<std::uint32_t> order(spread.size());
+    for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
+    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return hits[a].distance != hits[b].distance ? hits[a].distance > hits[b].distance : a < b;
+    });
+    // Whoever is nearer to the sampled surface than the largest so far by more than that surface's own error cannot be
+    // the largest.
+    double largest = 0;
+    for (const std::uint32_t i : order) {
+        if (hits[i].distance + sampled_error_ <= largest) break;
+        largest = std::max(largest, std::min(hits[i].distance + sampled_error_, distance_to_patch(spread[i], hits[i])));
+    }
+    return largest;
+}
+
+}  // namespace tetrakis::bench

@@ -1,0 +1,303 @@
+#include "peer_osd.hpp"
+
+#include "osd_mesh.hpp"
+
+#include <opensubdiv/bfr/refinerSurfaceFactory.h>
+#include <opensubdiv/bfr/surface.h>
+#include <opensubdiv/bfr/tessellation.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace tetrakis::bench {
+
+namespace {
+
+namespace Bfr = OpenSubdiv::Bfr;
+namespace Far = OpenSubdiv::Far;
+using Factory = Bfr::RefinerSurfaceFactory<>;
+using Point = std::array<float, 3>;
+
+Factory::Options factory_options(BfrLevels levels) {
+    Factory::Options options;
+    options.SetApproxLevelSmooth(levels.smooth);
+    options.SetApproxLevelSharp(levels.sharp);
+    return options;
+}
+
+template <class Real>
+std::vector<Real> flat_points(const ControlMeshData& data) {
+    std::vector<Real> flat;
+    flat.reserve(3 * data.positions.size());
+    for (const Vec3d& p : data.positions)
+        for (int axis = 0; axis < 3; ++axis) flat.push_back(static_cast<Real>(p[axis]));
+    return flat;
+}
+
+Vec3f vec(const Point& p) { return {p[0], p[1], p[2]}; }
+
+Vec3f unit_or_zero(const Vec3f& v) {
+    const float length = glm::length(v);
+    return length > 0 ? v / length : Vec3f(0.0f);
+}
+
+/// The control mesh with all its surfaces set up, and the edges of each face.
+class BfrSurfaces {
+  public:
+    BfrSurfaces(const ControlMeshData& data, const PeerOptions& options)
+        : refiner_(make_refiner(data, options.scheme)),
+          factory_(*refiner_, factory_options(options.levels)),
+          control_(flat_points<float>(data)) {}
+
+    const Far::TopologyLevel& level() const { return level_; }
+    const Factory& factory() const { return factory_; }
+
+    /// Makes the face's surface ready for evaluation; false for holes.
+    bool set_face(int face) {
+        if (!factory_.InitVertexSurface(face, &surface_)) return false;
+        patch_points_.resize(3 * static_cast<std::size_t>(surface_.GetNumPatchPoints()));
+        surface_.PreparePatchPoints(control_.data(), 3, patch_points_.data(), 3);
+        return true;
+    }
+    Bfr::Parameterization parameterization() const { return surface_.GetParameterization(); }
+
+    void point(const float* uv, Point& p) const { surface_.Evaluate(uv, patch_points_.data(), 3, p.data()); }
+    void point_and_normal(const float* uv, Point& p, Point& n) const {
+        Point du, dv;
+        surface_.Evaluate(uv, patch_points_.data(), 3, p.data(), du.data(), dv.data());
+        const Vec3f normal = unit_or_zero(glm::cross(vec(du), vec(dv)));
+        n = {normal.x, normal.y, normal.z};
+    }
+    /// Whether side i of the face runs along its edge's own direction.
+    bool along_edge(int face, int i) const {
+        return level_.GetFaceVertices(face)[i] == level_.GetEdgeVertices(level_.GetFaceEdges(face)[i])[0];
+    }
+
+  private:
+    std::unique_ptr<Far::TopologyRefiner> refiner_;
+    Far::TopologyLevel level_ = refiner_->GetLevel(0);
+    Factory factory_;
+    std::vector<float> control_;
+    Bfr::Surface<float> surface_;
+    std::vector<float> patch_points_;
+};
+
+/// Rates of all edges; per face one or two inner rates (two for quads of Catmull-Clark).
+struct Rates {
+    std::vector<int> edge;
+    std::vector<std::array<int, 2>> inner;
+};
+
+PeerMesh tessellate_rates(BfrSurfaces& surfaces, const PeerOptions& options, const Rates& rates) {
+    const Far::TopologyLevel& level = surfaces.level();
+    PeerMesh mesh;
+    // Vertices first, then the points of the edges, then those inside faces as they come.
+    std::vector<int> edge_offset(static_cast<std::size_t>(level.GetNumEdges()));
+    int count = level.GetNumVertices();
+    for (int e = 0; e < level.GetNumEdges(); ++e) {
+        edge_offset[e] = count;
+        count += rates.edge[e] - 1;
+    }
+    mesh.positions.resize(count);
+    if (options.normals) mesh.normals.resize(count);
+    std::vector<char> vertex_done(level.GetNumVertices(), 0), edge_done(level.GetNumEdges(), 0);
+    std::vector<int> boundary, facets;
+    std::vector<float> coordinates;
+    const auto facet_options = Bfr::Tessellation::Options().SetFacetSize(3);
+    const auto evaluate = [&](const float* uv, int index) {
+        if (options.normals)
+            surfaces.point_and_normal(uv, mesh.positions[index], mesh.normals[index]);
+        else
+            surfaces.point(uv, mesh.positions[index]);
+    };
+
+    for (int f = 0; f < level.GetNumFaces(); ++f) {
+        if (!surfaces.set_face(f)) continue;
+        const auto vertices = level.GetFaceVertices(f), edges = level.GetFaceEdges(f);
+        const int n = vertices.size();
+        const auto parameterization = surfaces.parameterization();
+        std::vector<int> face_rates;
+        face_rates.reserve(n + 2);
+        for (int i = 0; i < n; ++i) face_rates.push_back(rates.edge[edges[i]]);
+        face_rates.push_back(rates.inner[f][0]);
+        if (parameterization.GetType() == Bfr::Parameterization::QUAD) face_rates.push_back(rates.inner[f][1]);
+        const Bfr::Tessellation tessellation(parameterization, static_cast<int>(face_rates.size()), face_rates.data(),
+                                             facet_options);
+
+        coordinates.resize(2 * static_cast<std::size_t>(tessellation.GetNumCoords()));
+        tessellation.GetCoords(coordinates.data());
+        boundary.clear();
+        for (int i = 0; i < n; ++i) {
+            const auto next = [&] { return &coordinates[2 * boundary.size()]; };
+            if (!vertex_done[vertices[i]]) evaluate(next(), vertices[i]);
+            vertex_done[vertices[i]] = 1;
+            boundary.push_back(vertices[i]);
+            const int inside = rates.edge[edges[i]] - 1, first = edge_offset[edges[i]];
+            const bool forward = surfaces.along_edge(f, i), evaluated = edge_done[edges[i]];
+            for (int j = 0; j < inside; ++j) {
+                const int index = forward ? first + j : first + inside - 1 - j;
+                if (!evaluated) evaluate(next(), index);
+                boundary.push_back(index);
+            }
+            edge_done[edges[i]] = 1;
+        }
+        const int inner_offset = static_cast<int>(mesh.positions.size());
+        const int inner_count = tessellation.GetNumInteriorCoords();
+        mesh.positions.resize(inner_offset + inner_count);
+        if (options.normals) mesh.normals.resize(inner_offset + inner_count);
+        for (int i = 0; i < inner_count; ++i) evaluate(&coordinates[2 * (boundary.size() + i)], inner_offset + i);
+
+        facets.resize(3 * static_cast<std::size_t>(tessellation.GetNumFacets()));
+        tessellation.GetFacets(facets.data());
+        const auto in_mesh = [&](int corner) {
+            const int inside = corner - static_cast<int>(boundary.size());
+            return inside < 0 ? boundary[corner] : inner_offset + inside;
+        };
+        for (std::size_t t = 0; t < facets.size(); t += 3)
+            mesh.triangles.push_back({in_mesh(facets[t]), in_mesh(facets[t + 1]), in_mesh(facets[t + 2])});
+    }
+    return mesh;
+}
+
+/// Second differences over quarters of a line of five points, largest normal component.
+template <class At>
+float second_difference(const At& at) {
+    float largest = 0;
+    for (int i = 1; i < 4; ++i) {
+        const auto [p, n] = at(i);
+        const Vec3f d = at(i - 1).first - 2.0f * p + at(i + 1).first;
+        largest = std::max(largest, std::abs(glm::dot(d, n)));
+    }
+    return largest;
+}
+
+/// Points and normals of the limit on a 5 x 5 grid over one face or, of an n-gon, over the quarter at one corner.
+struct Grid {
+    std::array<std::array<std::pair<Vec3f, Vec3f>, 5>, 5> at;
+    bool triangle = false;
+    /// Largest second differences along u, v and (of triangles) the third direction.
+    std::array<float, 2> bend() const {
+        std::array<float, 2> largest{};
+        for (int j = 0; j < 5; ++j) {
+            const int length = triangle ? 5 - j : 5;
+            for (int i = 1; i + 1 < length; ++i) {
+                largest[0] = std::max(largest[0], bend_at(at[j][i - 1], at[j][i], at[j][i + 1]));
+                largest[1] = std::max(largest[1], bend_at(at[i - 1][j], at[i][j], at[i + 1][j]));
+            }
+        }
+        if (triangle) {
+            for (int s = 2; s < 5; ++s)
+                for (int i = 1; i < s; ++i)
+                    largest[0] =
+                        std::max(largest[0], bend_at(at[s - i + 1][i - 1], at[s - i][i], at[s - i - 1][i + 1]));
+            largest[0] = largest[1] = std::max(largest[0], largest[1]);
+        }
+        return largest;
+    }
+    static float bend_at(const std::pair<Vec3f, Vec3f>& a, const std::pair<Vec3f, Vec3f>& b,
+                         const std::pair<Vec3f, Vec3f>& c) {
+        return std::abs(glm::dot(a.first - 2.0f * b.first + c.first, b.second));
+    }
+};
+
+Rates estimated_rates(BfrSurfaces& surfaces, double tolerance, double k) {
+    const Far::TopologyLevel& level = surfaces.level();
+    std::vector<float> edge_bend(level.GetNumEdges(), 0.0f);
+    std::vector<std::array<float, 2>> inner_bend(level.GetNumFaces());
+    const auto sample = [&](const float* uv) {
+        Point p, n;
+        surfaces.point_and_normal(uv, p, n);
+        return std::pair{vec(p), vec(n)};
+    };
+    for (int f = 0; f < level.GetNumFaces(); ++f) {
+        if (!surfaces.set_face(f)) continue;
+        const auto edges = level.GetFaceEdges(f);
+        const auto parameterization = surfaces.parameterization();
+        const bool triangle = parameterization.GetType() == Bfr::Parameterization::TRI;
+        for (int i = 0; i < edges.size(); ++i) {
+            std::array<std::pair<Vec3f, Vec3f>, 5> line;
+            for (int j = 0; j < 5; ++j) {
+                float uv[2];
+                parameterization.GetEdgeCoord(i, 0.25f * static_cast<float>(j), uv);
+                line[j] = sample(uv);
+            }
+            float& bend = edge_bend[edges[i]];
+            bend = std::max(bend, second_difference([&](int j) { return line[j]; }));
+        }
+        const bool split = parameterization.HasSubFaces();
+        for (int sub = 0; sub < (split ? edges.size() : 1); ++sub) {
+            Grid grid;
+            grid.triangle = triangle;
+            for (int j = 0; j < 5; ++j)
+                for (int i = 0; i < (triangle ? 5 - j : 5); ++i) {
+                    const float local[2] = {0.25f * static_cast<float>(i), 0.25f * static_cast<float>(j)};
+                    float uv[2] = {local[0], local[1]};
+                    if (split) parameterization.ConvertNormalizedSubFaceToCoord(sub, local, uv);
+                    grid.at[j][i] = sample(uv);
+                }
+            auto bend = grid.bend();
+            // An n-gon's inner rate counts whole edges, its quarters are half as long: twice the rate, four times the
+            // d.
+            if (split) bend[0] = bend[1] = 4 * std::max(bend[0], bend[1]);
+            for (int d = 0; d < 2; ++d) inner_bend[f][d] = std::max(inner_bend[f][d], bend[d]);
+        }
+    }
+    const auto rate = [&](float bend) {
+        return std::max(1, static_cast<int>(std::ceil(k * std::sqrt(2 * bend / tolerance))));
+    };
+    Rates rates;
+    for (const float bend : edge_bend) rates.edge.push_back(rate(bend));
+    for (const auto& bend : inner_bend) rates.inner.push_back({rate(bend[0]), rate(bend[1])});
+    return rates;
+}
+
+}  // namespace
+
+PeerMesh bfr_uniform(const ControlMeshData& data, const PeerOptions& options, int rate) {
+    BfrSurfaces surfaces(data, options);
+    Rates rates;
+    rates.edge.assign(surfaces.level().GetNumEdges(), rate);
+    rates.inner.assign(surfaces.level().GetNumFaces(), {rate, rate});
+    return tessellate_rates(surfaces, options, rates);
+}
+
+PeerMesh bfr_adaptive(const ControlMeshData& data, const PeerOptions& options, double tolerance, double k) {
+    BfrSurfaces surfaces(data, options);
+    return tessellate_rates(surfaces, options, estimated_rates(surfaces, tolerance, k));
+}
+
+double bfr_own_error(const ControlMeshData& data, SchemeKind scheme, BfrLevels levels) {
+    constexpr int k_grid = 8;  // intervals per face or quarter
+    const auto refiner = make_refiner(data, scheme);
+    const Factory exact(*refiner, factory_options(k_judge_levels)), tried(*refiner, factory_options(levels));
+    const std::vector<double> control = flat_points<double>(data);
+    std::vector<double> exact_points, tried_points;
+    Bfr::Surface<double> exact_surface, tried_surface;
+    double largest = 0;
+    for (int f = 0; f < refiner->GetLevel(0).GetNumFaces(); ++f) {
+        if (!exact.InitVertexSurface(f, &exact_surface) || !tried.InitVertexSurface(f, &tried_surface)) continue;
+        exact_points.resize(3 * static_cast<std::size_t>(exact_surface.GetNumPatchPoints()));
+        tried_points.resize(3 * static_cast<std::size_t>(tried_surface.GetNumPatchPoints()));
+        exact_surface.PreparePatchPoints(control.data(), 3, exact_points.data(), 3);
+        tried_surface.PreparePatchPoints(control.data(), 3, tried_points.data(), 3);
+        const auto parameterization = exact_surface.GetParameterization();
+        const bool split = parameterization.HasSubFaces();
+        const bool triangle = parameterization.GetType() == Bfr::Parameterization::TRI;
+        for (int sub = 0; sub < (split ? exact_surface.GetFaceSize() : 1); ++sub)
+            for (int j = 0; j <= k_grid; ++j)
+                for (int i = 0; i <= (triangle ? k_grid - j : k_grid); ++i) {
+                    const double local[2] = {static_cast<double>(i) / k_grid, static_cast<double>(j) / k_grid};
+                    double uv[2] = {local[0], local[1]};
+                    if (split) parameterization.ConvertNormalizedSubFaceToCoord(sub, local, uv);
+                    Vec3d p, du, dv, q;
+                    exact_surface.Evaluate(uv, exact_points.data(), 3, &p.x, &du.x, &dv.x);
+                    tried_surface.Evaluate(uv, tried_points.data(), 3, &q.x);
+                    const Vec3d normal = glm::cross(du, dv);
+                    const double length = glm::length(normal);
+                    if (length > 0) largest = std::max(largest, std::abs(glm::dot(q - p, normal)) / length);
+                }
+    }
+    return largest;
+}
+
+}  // namespace tetrakis::bench
