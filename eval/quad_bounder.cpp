@@ -190,7 +190,7 @@ void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {
     for (const Vec3d& d : corners.deviation) attained = std::max(attained, glm::dot(d, d));
     attained = std::sqrt(attained);
     lower_ = std::max(lower_, attained);
-    if (lower_ > decide_at_) {
+    if (may_reject_ && lower_ > decide_at_) {
         rejected_ = true;
         return;
     }
@@ -287,38 +287,90 @@ LeafError QuadBounder::parametric_error(const CellTriangle& leaf, double decide_
     lower_ = upper_ = 0;
     rejected_ = false;
     if (is_root(leaf)) {
-        // Two half-cells that share the edge from the midpoint m of the base to the centre c.
-        const HalfedgeId h = leaf.root, g = patches_.mesh().next(h);
-        const Piece first{h, 0, 0, 0, 1, false}, second{g, 0, 0, 0, 3, false};
-        Corners left = leaf_corners(first), right = leaf_corners(second);
-        const Vec3d v = left.linear[2], c = left.linear[1], w = right.linear[1], m = left.linear[0];
-        const Vec3d base = 0.5 * (v + w), d = m - base;
-        left.linear = {base, c, v};
-        right.linear = {base, w, c};
-        left.deviation[0] = right.deviation[0] = d;
-        bound(first, left, k_max_refinement);
-        bound(second, right, k_max_refinement);
+        bound_root(leaf.root, nullptr);
     } else {
+        // The middle of the base decides most leaves that must be split.
         const Piece piece = piece_of(leaf);
         const Corners corners = leaf_corners(piece);
-        if (!piece.quarter) {
-            // The middle of the hypotenuse decides most leaves that must be split.
-            Cell& home = cell(piece.root, piece.level, piece.x, piece.y);
-            const Vec3d d = cell_point(home, 0.5, 0.5) - 0.5 * (corners.linear[1] + corners.linear[2]);
-            lower_ = std::sqrt(glm::dot(d, d));
-        } else {
-            Cell& home = cell(piece.root, piece.level, piece.x, piece.y);
-            const int i = piece.turn, j = (piece.turn + 1) & 3;
-            const Vec3d d =
-                cell_point(home, 0.5 * (k_corner_x[i] + k_corner_x[j]), 0.5 * (k_corner_y[i] + k_corner_y[j])) -
-                0.5 * (corners.linear[1] + corners.linear[2]);
-            lower_ = std::sqrt(glm::dot(d, d));
-        }
-        if (lower_ > decide_at_) rejected_ = true;
+        Cell& home = cell(piece.root, piece.level, piece.x, piece.y);
+        const int i = piece.turn, j = (piece.turn + 1) & 3;
+        const Vec3d middle = piece.quarter ? cell_point(home, 0.5 * (k_corner_x[i] + k_corner_x[j]),
+                                                        0.5 * (k_corner_y[i] + k_corner_y[j]))
+                                           : cell_point(home, 0.5, 0.5);
+        lower_ = glm::length(middle - 0.5 * (corners.linear[1] + corners.linear[2]));
+        if (may_reject_ && lower_ > decide_at_) rejected_ = true;
         bound(piece, corners, k_max_refinement);
     }
     if (rejected_) upper_ = std::numeric_limits<double>::infinity();
     return {lower_, std::max(upper_, lower_)};
+}
+
+void QuadBounder::bound_root(HalfedgeId h, const Vec3d* centre) {
+    // Two half-cells that share the edge from the midpoint m of the base to the centre c.
+    const HalfedgeId g = patches_.mesh().next(h);
+    const Piece first{h, 0, 0, 0, 1, false}, second{g, 0, 0, 0, 3, false};
+    Corners left = leaf_corners(first), right = leaf_corners(second);
+    const Vec3d v = left.linear[2], c = left.linear[1], w = right.linear[1], m = left.linear[0];
+    const Vec3d base = 0.5 * (v + w), linear_centre = centre ? *centre : c;
+    left.linear = {base, linear_centre, v};
+    right.linear = {base, w, linear_centre};
+    left.deviation[0] = right.deviation[0] = m - base;
+    left.deviation[1] = right.deviation[2] = c - linear_centre;
+    bound(first, left, k_max_refinement);
+    bound(second, right, k_max_refinement);
+}
+
+LeafError QuadBounder::root_error(HalfedgeId root, const Vec3d& centre, double decide_at, bool may_reject) {
+    decide_at_ = decide_at;
+    may_reject_ = may_reject;
+    lower_ = upper_ = 0;
+    rejected_ = false;
+    bound_root(root, &centre);
+    may_reject_ = true;
+    if (rejected_) upper_ = std::numeric_limits<double>::infinity();
+    return {lower_, std::max(upper_, lower_)};
+}
+
+double QuadBounder::certified_error(const CellTriangle& leaf, double floor) {
+    may_reject_ = false;
+    const LeafError e = parametric_error(leaf, floor);
+    may_reject_ = true;
+    return e.upper;
+}
+
+QuickError QuadBounder::quick_error(const CellTriangle& leaf, double) {
+    QuickError quick;
+    const double infinity = std::numeric_limits<double>::infinity();
+    const double pad = k_rounding * scale_;
+    if (is_root(leaf)) {
+        const HalfedgeId g = patches_.mesh().next(leaf.root);
+        const Piece first{leaf.root, 0, 0, 0, 1, false}, second{g, 0, 0, 0, 3, false};
+        const Corners left = leaf_corners(first);
+        Cell& left_cell = cell(leaf.root, 0, 0, 0);
+        const double left_bound = left_cell.irregular() ? infinity : deviation(left_cell, first);
+        const Corners right = leaf_corners(second);
+        Cell& right_cell = cell(g, 0, 0, 0);
+        const double right_bound = right_cell.irregular() ? infinity : deviation(right_cell, second);
+        quick.corners = {left.linear[2], right.linear[1], left.linear[1]};
+        quick.middle = left.linear[0] - 0.5 * (quick.corners[0] + quick.corners[1]);
+        quick.upper = glm::length(quick.middle) + std::max(left_bound, right_bound) + pad;
+        return quick;
+    }
+    const Piece piece = piece_of(leaf);
+    const Corners corners = leaf_corners(piece);
+    Cell& home = cell(piece.root, piece.level, piece.x, piece.y);
+    Vec3d middle;
+    if (piece.quarter) {
+        const int i = piece.turn, j = (piece.turn + 1) & 3;
+        middle = cell_point(home, 0.5 * (k_corner_x[i] + k_corner_x[j]), 0.5 * (k_corner_y[i] + k_corner_y[j]));
+    } else {
+        middle = cell_point(home, 0.5, 0.5);
+    }
+    // corners.linear starts at the apex or right angle, which is the leaf's corner 2; 1 and 2 follow counter-clockwise.
+    quick.corners = {corners.linear[1], corners.linear[2], corners.linear[0]};
+    quick.middle = middle - 0.5 * (quick.corners[0] + quick.corners[1]);
+    quick.upper = home.irregular() ? infinity : deviation(home, piece) + pad;
+    return quick;
 }
 
 void QuadBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions, std::span<Vec3d> normals) {

@@ -21,6 +21,18 @@ class QuadBounder {
     /// to a twentieth.
     LeafError parametric_error(const CellTriangle& leaf, double decide_at);
 
+    /// Certified bound, tight to a twentieth where it exceeds `floor`: the largest over many leaves takes little more
+    /// than one pass.
+    double certified_error(const CellTriangle& leaf, double floor);
+
+    /// The same for the depth-0 leaf of a root, with L's value at the face's centre given (it need not lie on the
+    /// surface).
+    LeafError root_error(HalfedgeId root, const Vec3d& centre, double decide_at, bool may_reject = true);
+
+    /// Corners, the deviation in the middle of the base edge, and the bound that costs nothing more. Depth-0 leaves
+    /// included.
+    QuickError quick_error(const CellTriangle& leaf, double decide_at);
+
     /// Samples of a leaf on a barycentric lattice with n intervals a side: (n + 1)(n + 2) / 2 points in the order
     /// corner 2 first, rows parallel to the edge corner 0 - corner 1. Positions and (unnormalised) normals of the limit
     /// surface.
@@ -60,6 +72,7 @@ class QuadBounder {
     static bool is_root(const CellTriangle& leaf);
     static Piece piece_of(const CellTriangle& leaf);
     Corners leaf_corners(const Piece& piece);
+    void bound_root(HalfedgeId root, const Vec3d* centre);
     void bound(const Piece& piece, const Corners& corners, int depth);
 
     const QuadPatches& patches_;
@@ -70,7 +83,7 @@ class QuadBounder {
     int depth_ = -1;
     // State of one parametric_error() call.
     double decide_at_ = 0, lower_ = 0, upper_ = 0;
-    bool rejected_ = false;
+    bool rejected_ = false, may_reject_ = true;
 };
 
 }  // namespace tetrakis

@@ -58,6 +58,10 @@ class QuadPatches {
     /// The limit position at a lattice point of the cell, level <= k_max_level; about the cost of one patch.
     Vec3d limit(HalfedgeId root, LatticePoint at, int level) const;
 
+    /// Limit position and normal of a vertex: as evaluate(), but on an infinitely sharp edge with the mean of the
+    /// normals on both sides, and at a control vertex of such edges with the mean over its corner cells.
+    SurfacePoint vertex(HalfedgeId root, LatticePoint at, int level) const;
+
     const detail::QuadNode& root_node(HalfedgeId root) const { return roots_[root.value]; }
     /// Bytes of the roots (the grown parts are small beside them).
     std::uint64_t memory_bytes() const { return roots_.size() * sizeof(detail::QuadNode); }

@@ -34,6 +34,7 @@ struct TessellateOptions {
     const HeightImage* displacement = nullptr;  ///< heights in [0, 1] by UV, along the limit normal
     double amplitude = 0;                       ///< height 1 in the unit of the model
     bool normals = true;                        ///< compute limit normals
+    bool uvs = true;                            ///< carry the UV layer over, where there is one
     bool measure = true;                        ///< measure the result at the end (symmetric Hausdorff, mean, RMS)
     bool floats_written = false;  ///< the caller writes floats (GLB): certified_error then includes that rounding
 };

@@ -1,0 +1,158 @@
+#include "tetrakis/eval/leaf_estimator.hpp"
+
+#include "tetrakis/eval/plane_measure.hpp"
+#include "tetrakis/hier/parallel.hpp"
+
+#include <array>
+#include <vector>
+
+namespace tetrakis {
+
+namespace {
+
+/// Intervals a side of a leaf's sample lattice: 15 points, three of them the corners.
+constexpr int k_lattice = 4;
+constexpr int k_samples = (k_lattice + 1) * (k_lattice + 2) / 2;
+
+/// Lattice of a mapped leaf (target, displacement): nothing smooth can be assumed.
+constexpr int k_mapped_lattice = 8;
+
+constexpr std::uint32_t k_estimator_grain = 64;
+
+/// Number and barycentrics of lattice points: rows from corner 2 towards the edge corner 0 - corner 1.
+template <class Visit>
+void for_each_lattice_point(int n, Visit&& visit) {
+    int index = 0;
+    for (int row = 0; row <= n; ++row)
+        for (int i = 0; i <= row; ++i, ++index)
+            visit(index, static_cast<double>(row - i) / n, static_cast<double>(i) / n,
+                  static_cast<double>(n - row) / n);
+}
+
+}  // namespace
+
+template <class Family>
+LeafEstimator<Family>::LeafEstimator(const SurfaceMap<Family>& map, const typename Family::Closest& closest,
+                                     EstimatorKind kind, double tolerance)
+    : map_(map), closest_(closest), kind_(kind), tolerance_(tolerance), bounders_([patches = map.patches] {
+          return typename Family::Bounder(*patches);
+      }) {}
+
+template <class Family>
+void LeafEstimator<Family>::estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const {
+    for_each_block(static_cast<std::uint32_t>(triangles.size()), k_estimator_grain,
+                   [&](std::uint32_t begin, std::uint32_t end) {
+                       typename Family::Bounder& bounder = bounders_.local();
+                       for (std::uint32_t i = begin; i < end; ++i) {
+                           const CellTriangle& leaf = triangles[i];
+                           if (!map_.plain()) {
+                               errors[i] = mapped(leaf);
+                           } else if (kind_ == EstimatorKind::certified) {
+                               const LeafError e = bounder.parametric_error(leaf, tolerance_);
+                               errors[i] = e.lower > tolerance_ ? e.lower : e.upper;
+                           } else {
+                               errors[i] = measured(leaf, bounder);
+                           }
+                       }
+                   });
+}
+
+template <class Family>
+bool LeafEstimator<Family>::is_hard_edge(const CellTriangle& leaf, std::size_t k) const {
+    const ControlMesh& mesh = map_.patches->mesh();
+    const HalfedgeId h = Family::control_edge(mesh, leaf, k);
+    if (!h.valid()) return false;
+    const HalfedgeId t = mesh.twin(h);
+    return !t.valid() || mesh.is_hole(mesh.face(t)) || mesh.sharpness(mesh.edge(h)) == k_sharpness_infinity;
+}
+
+template <class Family>
+double LeafEstimator<Family>::measured(const CellTriangle& leaf, typename Family::Bounder& bounder) const {
+    const QuickError quick = bounder.quick_error(leaf, tolerance_);
+    if (quick.upper <= tolerance_) return quick.upper;
+    const detail::PlaneMeasure plane(quick.corners);
+    // The middle of the longest edge decides most of the rest.
+    const double middle = plane.flat() ? std::abs(glm::dot(plane.normal(), quick.middle)) : glm::length(quick.middle);
+    if (middle > tolerance_ && tolerance_ > 0) return middle;
+
+    std::array<Vec3d, k_samples> s;
+    bounder.sample(leaf, k_lattice, s, {});
+    const Vec3d c2 = s[0], c0 = s[k_samples - 1 - k_lattice], c1 = s[k_samples - 1];
+    double error = middle;
+    std::array<int, k_samples> doubtful;
+    int doubtful_count = 0;
+    for_each_lattice_point(k_lattice, [&](int i, double b0, double b1, double b2) {
+        const Vec3d d = s[static_cast<std::size_t>(i)] - (b0 * c0 + b1 * c1 + b2 * c2);
+        const double parametric = glm::length(d);
+        if (parametric <= error) return;
+        const double distance = std::min(parametric, plane(s[static_cast<std::size_t>(i)]));
+        error = std::max(error, distance);
+        if (parametric > tolerance_) doubtful[static_cast<std::size_t>(doubtful_count++)] = i;
+    });
+    for (std::size_t k = 0; k < 3; ++k) {
+        if (!is_hard_edge(leaf, k)) continue;
+        const Vec3d ends[4] = {c0, c1, c2, c0};
+        for_each_lattice_point(k_lattice, [&](int i, double b0, double b1, double b2) {
+            const double across = k == 0 ? b2 : (k == 1 ? b0 : b1);
+            if (across == 0)
+                error = std::max(error, detail::segment_distance(s[static_cast<std::size_t>(i)], ends[k], ends[k + 1]));
+        });
+    }
+    if (error > tolerance_) return error;
+    // The way back: from points of the triangle whose own sample has drifted away sideways.
+    const ControlMesh& mesh = map_.patches->mesh();
+    int next = 0;
+    for_each_lattice_point(k_lattice, [&](int i, double b0, double b1, double b2) {
+        if (next == doubtful_count || doubtful[static_cast<std::size_t>(next)] != i || error > tolerance_) return;
+        ++next;
+        const Vec3d q = b0 * c0 + b1 * c1 + b2 * c2;
+        double back = closest_.local(q, Family::parameter(mesh, leaf, b0, b1, b2));
+        if (back > tolerance_) back = closest_.global(q, back);
+        error = std::max(error, back);
+    });
+    return error;
+}
+
+template <class Family>
+double LeafEstimator<Family>::mapped(const CellTriangle& leaf) const {
+    constexpr int n = k_mapped_lattice;
+    constexpr int count = (n + 1) * (n + 2) / 2;
+    const ControlMesh& mesh = map_.patches->mesh();
+    std::array<Vec3d, count> s;
+    for_each_lattice_point(n, [&](int i, double b0, double b1, double b2) {
+        s[static_cast<std::size_t>(i)] = map_(Family::parameter(mesh, leaf, b0, b1, b2));
+    });
+    const Vec3d c2 = s[0], c0 = s[count - 1 - n], c1 = s[count - 1];
+    const detail::PlaneMeasure plane({c0, c1, c2});
+    double error = 0;
+    for_each_lattice_point(n, [&](int i, double b0, double b1, double b2) {
+        const Vec3d q = b0 * c0 + b1 * c1 + b2 * c2;
+        const double parametric = glm::length(s[static_cast<std::size_t>(i)] - q);
+        if (parametric > error) error = std::max(error, std::min(parametric, plane(s[static_cast<std::size_t>(i)])));
+        if (map_.target && error <= tolerance_) {
+            error = std::max(error, map_.target->closest(q).distance);
+            if (plane.flat()) {
+                // A ray along the normal sees what the closest point misses: a groove or a spike right under the
+                // triangle.
+                const double reach = 4 * tolerance_;
+                const RayHit hit = map_.target->intersect(q - reach * plane.normal(), plane.normal(), 0, 2 * reach);
+                if (hit.found()) error = std::max(error, std::abs(hit.t - reach));
+            }
+        }
+    });
+    for (std::size_t k = 0; k < 3; ++k) {
+        if (!is_hard_edge(leaf, k)) continue;
+        const Vec3d ends[4] = {c0, c1, c2, c0};
+        for_each_lattice_point(n, [&](int i, double b0, double b1, double b2) {
+            const double across = k == 0 ? b2 : (k == 1 ? b0 : b1);
+            if (across == 0)
+                error = std::max(error, detail::segment_distance(s[static_cast<std::size_t>(i)], ends[k], ends[k + 1]));
+        });
+    }
+    return error;
+}
+
+template class LeafEstimator<QuadFamily>;
+template class LeafEstimator<LoopFamily>;
+
+}  // namespace tetrakis

@@ -1,0 +1,41 @@
+#pragma once
+
+#include "tetrakis/eval/surface_map.hpp"
+#include "tetrakis/eval/tessellate.hpp"
+#include "tetrakis/refine/adaptive.hpp"
+
+#include <oneapi/tbb/enumerable_thread_specific.h>
+
+namespace tetrakis {
+
+/// The two estimators of DESIGN 3.7 for leaves of one family.
+///
+/// certified: the certified parametric bound itself. embree: the bound where it accepts; else the deviation of samples
+/// from the triangle's plane (two-sided, see PlaneMeasure) and, where tangential drift makes the way back doubtful,
+/// closest points on the surface: Newton's method first, Embree's search of all patches last. Edges on boundaries and
+/// hard creases are measured against themselves. With a target mesh or a displacement everything is sampled; against a
+/// target also by rays along the normal.
+template <class Family>
+class LeafEstimator final : public ErrorEstimator {
+  public:
+    LeafEstimator(const SurfaceMap<Family>& map, const typename Family::Closest& closest, EstimatorKind kind,
+                  double tolerance);
+
+    void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
+
+    /// The calling thread's bounder.
+    typename Family::Bounder& bounder() const { return bounders_.local(); }
+
+  private:
+    double measured(const CellTriangle& leaf, typename Family::Bounder& bounder) const;
+    double mapped(const CellTriangle& leaf) const;
+    bool is_hard_edge(const CellTriangle& leaf, std::size_t k) const;
+
+    const SurfaceMap<Family>& map_;
+    const typename Family::Closest& closest_;
+    EstimatorKind kind_;
+    double tolerance_;
+    mutable oneapi::tbb::enumerable_thread_specific<typename Family::Bounder> bounders_;
+};
+
+}  // namespace tetrakis

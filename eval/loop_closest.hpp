@@ -1,0 +1,31 @@
+#pragma once
+
+#include "tetrakis/eval/closest_bvh.hpp"
+#include "tetrakis/eval/loop_patches.hpp"
+#include "tetrakis/eval/surface_parameter.hpp"
+
+#include <memory>
+#include <mutex>
+
+namespace tetrakis {
+
+/// Closest points on a Loop limit surface; as QuadClosest.
+class LoopClosest {
+  public:
+    explicit LoopClosest(const LoopPatches& patches) : patches_(patches) {}
+
+    /// Distance from q to a nearby point of the surface: Gauss-Newton from `start`, across triangles, not across the
+    /// boundary. Never more than the distance to the start. An upper bound of the distance to the surface.
+    double local(const Vec3d& q, SurfaceParameter start) const;
+    /// Distance from q to the surface if it is less than `best`, else `best`. Builds the boxes at its first call.
+    double global(const Vec3d& q, double best) const;
+
+  private:
+    double in_root(const Vec3d& q, HalfedgeId root, double best) const;
+
+    const LoopPatches& patches_;
+    mutable std::once_flag built_;
+    mutable std::unique_ptr<ClosestBvh> bvh_;
+};
+
+}  // namespace tetrakis

@@ -1,0 +1,153 @@
+#include "tetrakis/eval/measure.hpp"
+
+#include "tetrakis/eval/local_frame.hpp"
+#include "tetrakis/eval/point_triangle.hpp"
+#include "tetrakis/hier/parallel.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tetrakis {
+
+namespace {
+
+constexpr std::uint64_t k_wanted_samples = 500'000;
+constexpr int k_least_intervals = 3, k_most_intervals = 24;
+constexpr std::uint32_t k_block = 256;  // triangles; fixed, so that sums do not depend on the number of threads
+
+struct Sums {
+    double forward = 0, backward = 0;
+    double weighted = 0, squared = 0, weight = 0;
+    std::uint64_t samples = 0;
+};
+
+/// A point of a triangle whose distance to the surface is known only as an upper bound.
+struct Doubt {
+    double distance;
+    std::uint32_t triangle;
+    Vec3d point;
+};
+
+/// Of each block this many worst points are kept for the exact search; one more is enough to know the largest.
+constexpr std::size_t k_doubts_per_block = 4;
+
+}  // namespace
+
+template <class Family>
+MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriangle(std::uint32_t)>& origin,
+                      const SurfaceMap<Family>& map, const typename Family::Closest& closest,
+                      std::vector<float>& triangle_error, const RunContext& context) {
+    const std::uint32_t count = static_cast<std::uint32_t>(mesh.triangles.size());
+    triangle_error.assign(count, 0.0f);
+    MeasuredError result;
+    if (count == 0) return result;
+    const TriangleBvh bvh(mesh, context);
+    const ControlMesh& control = map.patches->mesh();
+    const int n =
+        std::clamp(static_cast<int>(std::ceil(std::sqrt(2.0 * static_cast<double>(k_wanted_samples) / count))),
+                   k_least_intervals, k_most_intervals);
+    const std::uint32_t blocks = (count + k_block - 1) / k_block;
+    std::vector<Sums> sums(blocks);
+    std::vector<std::vector<Doubt>> doubts(blocks);
+
+    const auto run_block = [&](std::uint32_t block) {
+        Sums& sum = sums[block];
+        std::vector<Doubt>& worst = doubts[block];
+        for (std::uint32_t t = block * k_block; t < std::min(count, (block + 1) * k_block); ++t) {
+            const OutputTriangle from = origin(t);
+            const auto& tri = mesh.triangles[t];
+            const Vec3d a = mesh.positions[tri[0]], b = mesh.positions[tri[1]], c = mesh.positions[tri[2]];
+            const double area = 0.5 * glm::length(glm::cross(b - a, c - a));
+            const double weight = area / (n * n);
+            double largest = 0;
+            for (int row = 0; row <= n; ++row)
+                for (int i = 0; i <= row; ++i) {
+                    const double b0 = static_cast<double>(row - i) / n, b1 = static_cast<double>(i) / n,
+                                 b2 = static_cast<double>(n - row) / n;
+                    if (b0 == 1 || b1 == 1 || b2 == 1) continue;
+                    const SurfaceParameter at = from.parameter<Family>(control, b0, b1, b2);
+                    const Vec3d s = map(at), q = b0 * a + b1 * b + b2 * c;
+                    const double own = std::sqrt(detail::nearest_on_triangle(s, a, b, c).squared_distance);
+                    double forward = own, backward = 0;
+                    if (own > 0) {
+                        const ClosestPoint hit = bvh.closest(s, own * (1 + 1e-9));
+                        if (hit.found()) forward = std::min(own, hit.distance);
+                    }
+                    const double parametric = glm::length(s - q);
+                    if (map.target) {
+                        backward = map.target->closest(q).distance;
+                        forward = std::min(forward, bvh.closest(s, own * (1 + 1e-9)).distance);
+                    } else if (map.displacement || parametric == 0) {
+                        backward = std::min(parametric, std::max(forward, own));
+                    } else {
+                        backward = closest.local(q, at);
+                        if (backward > 0) {
+                            const Doubt doubt{backward, t, q};
+                            const auto smaller = [](const Doubt& x, const Doubt& y) { return x.distance > y.distance; };
+                            if (worst.size() < k_doubts_per_block || backward > worst.back().distance) {
+                                worst.insert(std::upper_bound(worst.begin(), worst.end(), doubt, smaller), doubt);
+                                if (worst.size() > k_doubts_per_block) worst.pop_back();
+                            }
+                        }
+                    }
+                    sum.forward = std::max(sum.forward, forward);
+                    sum.backward = std::max(sum.backward, backward);
+                    largest = std::max({largest, forward, backward});
+                    sum.weighted += weight * (forward + backward);
+                    sum.squared += weight * (forward * forward + backward * backward);
+                    sum.weight += 2 * weight;
+                    ++sum.samples;
+                }
+            triangle_error[t] = detail::round_up(largest);
+        }
+    };
+    constexpr std::uint32_t k_batch = 512;
+    for (std::uint32_t begin = 0; begin < blocks; begin += k_batch) {
+        const std::uint32_t end = std::min(blocks, begin + k_batch);
+        for_each_index(
+            end - begin, [&](std::uint32_t i) { run_block(begin + i); }, 1);
+        context.report("measure", static_cast<double>(end) / blocks);
+    }
+
+    Sums total;
+    std::vector<Doubt> open;
+    for (std::uint32_t i = 0; i < blocks; ++i) {
+        total.forward = std::max(total.forward, sums[i].forward);
+        total.backward = std::max(total.backward, sums[i].backward);
+        total.weighted += sums[i].weighted;
+        total.squared += sums[i].squared;
+        total.weight += sums[i].weight;
+        total.samples += sums[i].samples;
+        open.insert(open.end(), doubts[i].begin(), doubts[i].end());
+    }
+    if (!open.empty()) {
+        // The largest distances, one after the other, by the exact search, until the largest exact one is above all
+        // that is left.
+        std::stable_sort(open.begin(), open.end(),
+                         [](const Doubt& x, const Doubt& y) { return x.distance > y.distance; });
+        double exact = 0;
+        for (const Doubt& doubt : open) {
+            if (doubt.distance <= exact) break;
+            exact = std::max(exact, closest.global(doubt.point, doubt.distance));
+        }
+        total.backward = exact;
+    }
+    result.forward = total.forward;
+    result.backward = total.backward;
+    result.hausdorff = std::max(total.forward, total.backward);
+    if (total.weight > 0) {
+        result.mean = total.weighted / total.weight;
+        result.rms = std::sqrt(total.squared / total.weight);
+    }
+    result.forward_samples = result.backward_samples = total.samples;
+    return result;
+}
+
+template MeasuredError measure<QuadFamily>(const TriangleMesh&, const std::function<OutputTriangle(std::uint32_t)>&,
+                                           const SurfaceMap<QuadFamily>&, const QuadClosest&, std::vector<float>&,
+                                           const RunContext&);
+template MeasuredError measure<LoopFamily>(const TriangleMesh&, const std::function<OutputTriangle(std::uint32_t)>&,
+                                           const SurfaceMap<LoopFamily>&, const LoopClosest&, std::vector<float>&,
+                                           const RunContext&);
+
+}  // namespace tetrakis

@@ -1,0 +1,28 @@
+#pragma once
+
+#include "tetrakis/eval/output_triangle.hpp"
+#include "tetrakis/eval/surface_map.hpp"
+#include "tetrakis/eval/tessellate.hpp"
+#include "tetrakis/hier/run_context.hpp"
+
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace tetrakis {
+
+/// Measures a tessellation against its surface by dense sampling, both directions (DESIGN 3.7).
+///
+/// Samples: the barycentric lattice of every triangle (at least 3 intervals a side, more until there are about 500 000
+/// in all), on the surface and on the triangle. Forward: each surface point to the nearest triangle by Embree, in
+/// double. Backward: each point of a triangle to the surface, by Newton's method from the parameters it came with; the
+/// largest by Embree's search of the whole surface, until no other can exceed it. Mean and RMS weigh samples by the
+/// area of their triangle.
+/// @param origin          where the triangle of that number comes from
+/// @param triangle_error  receives the largest error found at each triangle
+template <class Family>
+MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriangle(std::uint32_t)>& origin,
+                      const SurfaceMap<Family>& map, const typename Family::Closest& closest,
+                      std::vector<float>& triangle_error, const RunContext& context);
+
+}  // namespace tetrakis

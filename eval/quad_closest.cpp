@@ -1,0 +1,114 @@
+#include "tetrakis/eval/quad_closest.hpp"
+
+#include "tetrakis/hier/corner_cell.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tetrakis {
+
+namespace {
+
+Box3d node_box(const detail::QuadNode& node) {
+    Box3d box;
+    if (node.kind == detail::QuadNode::Kind::regular) {
+        for (int i = 0; i < 16; ++i) box.add(Vec3d(node.net.c[0][i], node.net.c[1][i], node.net.c[2][i]));
+    } else if (node.kind == detail::QuadNode::Kind::star) {
+        for (const Vec3d& p : node.star->points) box.add(p);
+    } else {
+        for (const Vec3d& p : node.local->points) box.add(p);
+    }
+    return box;
+}
+
+}  // namespace
+
+double QuadClosest::local(const Vec3d& q, SurfaceParameter at) const {
+    const ControlMesh& mesh = patches_.mesh();
+    double best = std::numeric_limits<double>::infinity();
+    for (int step = 0; step < detail::k_newton_steps; ++step) {
+        const SurfacePoint s = patches_.evaluate(at.root, at.x, at.y);
+        const double distance = glm::length(q - s.position);
+        if (distance >= best * (1 - 1e-9)) return std::min(best, distance);
+        best = distance;
+        double dx, dy;
+        if (!detail::tangent_step(s, q, dx, dy)) return best;
+        // No step longer than a cell: beyond the neighbour the linearisation means nothing.
+        const double length = std::max(std::abs(dx), std::abs(dy));
+        if (length > 0.5) dx *= 0.5 / length, dy *= 0.5 / length;
+        double x = at.x + dx, y = at.y + dy;
+        for (int crossing = 0; crossing < 3; ++crossing) {
+            CellSide side;
+            if (x < 0)
+                side = CellSide::prev_edge;
+            else if (y < 0)
+                side = CellSide::edge;
+            else if (x > 1)
+                side = CellSide::next_cell;
+            else if (y > 1)
+                side = CellSide::prev_cell;
+            else
+                break;
+            const HalfedgeId beyond = across(mesh, at.root, side);
+            if (!beyond.valid() || mesh.is_hole(mesh.face(beyond))) break;
+            const double old_x = x, old_y = y;
+            switch (side) {
+                case CellSide::edge:
+                    x = -old_y, y = old_x;
+                    break;
+                case CellSide::prev_edge:
+                    x = old_y, y = -old_x;
+                    break;
+                case CellSide::next_cell:
+                    x = old_y, y = 2 - old_x;
+                    break;
+                case CellSide::prev_cell:
+                    x = 2 - old_y, y = old_x;
+                    break;
+            }
+            at.root = beyond;
+        }
+        at.x = std::clamp(x, 0.0, 1.0);
+        at.y = std::clamp(y, 0.0, 1.0);
+    }
+    return best;
+}
+
+double QuadClosest::in_cell(const Vec3d& q, HalfedgeId root, double best) const {
+    // The nearest of a few points starts Newton's method, kept inside the cell.
+    double start_x = 0, start_y = 0, start_distance = std::numeric_limits<double>::infinity();
+    for (int j = 0; j <= detail::k_newton_starts; ++j)
+        for (int i = 0; i <= detail::k_newton_starts; ++i) {
+            const double x = static_cast<double>(i) / detail::k_newton_starts,
+                         y = static_cast<double>(j) / detail::k_newton_starts;
+            const double d = glm::length(q - QuadPatches::position(patches_.root_node(root), x, y));
+            if (d < start_distance) start_distance = d, start_x = x, start_y = y;
+        }
+    best = std::min(best, start_distance);
+    double x = start_x, y = start_y;
+    for (int step = 0; step < detail::k_newton_steps; ++step) {
+        const SurfacePoint s = patches_.evaluate(root, x, y);
+        const double distance = glm::length(q - s.position);
+        best = std::min(best, distance);
+        double dx, dy;
+        if (!detail::tangent_step(s, q, dx, dy)) break;
+        const double nx = std::clamp(x + dx, 0.0, 1.0), ny = std::clamp(y + dy, 0.0, 1.0);
+        if (std::abs(nx - x) + std::abs(ny - y) < 1e-12) break;
+        x = nx, y = ny;
+    }
+    return best;
+}
+
+double QuadClosest::global(const Vec3d& q, double best) const {
+    const ControlMesh& mesh = patches_.mesh();
+    std::call_once(built_, [&] {
+        bvh_ = std::make_unique<ClosestBvh>(mesh.halfedge_count(), [&](std::uint32_t h) {
+            return mesh.is_hole(mesh.face(HalfedgeId(h))) ? Box3d{} : node_box(patches_.root_node(HalfedgeId(h)));
+        });
+    });
+    const ClosestBvh::Hit hit =
+        bvh_->query(q, best, [&](std::uint32_t h, double so_far) { return in_cell(q, HalfedgeId(h), so_far); });
+    return hit.found() ? std::min(best, hit.distance) : best;
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,113 @@
+#pragma once
+
+#include "tetrakis/eval/loop_bounder.hpp"
+#include "tetrakis/eval/loop_closest.hpp"
+#include "tetrakis/eval/quad_bounder.hpp"
+#include "tetrakis/eval/quad_closest.hpp"
+#include "tetrakis/eval/quad_patches.hpp"
+#include "tetrakis/hier/corner_cell.hpp"
+#include "tetrakis/hier/triangle_cell.hpp"
+#include "tetrakis/refine/hierarchy_view.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tetrakis {
+
+/// What tessellation needs to know of the quad family: Catmull-Clark on the 4-8 bisection forest.
+struct QuadFamily {
+    using Patches = QuadPatches;
+    using Bounder = QuadBounder;
+    using Closest = QuadClosest;
+    using Hierarchy = BisectionHierarchy;
+
+    static Site canonical_site(const ControlMesh& mesh, const Site& site) { return canonical(mesh, site); }
+    static HalfedgeId control_edge(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
+        return bisection_control_edge(mesh, t, k);
+    }
+    /// The point of a leaf with barycentrics (b0, b1, b2).
+    static SurfaceParameter parameter(const ControlMesh& mesh, const CellTriangle& t, double b0, double b1, double b2) {
+        const double unit = std::ldexp(1.0, -t.level);
+        const double x = (b0 * t.corner[0].x + b1 * t.corner[1].x + b2 * t.corner[2].x) * unit;
+        const double y = (b0 * t.corner[0].y + b1 * t.corner[1].y + b2 * t.corner[2].y) * unit;
+        if (x > 1 && t.corner[1].x == 2 && t.level == 0)
+            return {mesh.next(t.root), std::min(y, 1.0), std::clamp(2 - x, 0.0, 1.0)};
+        return {t.root, std::clamp(x, 0.0, 1.0), std::clamp(y, 0.0, 1.0)};
+    }
+    /// An address of a leaf's corner inside one root.
+    static Site corner_site(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
+        const LatticePoint p = t.corner[k];
+        if (t.level == 0 && p.x == 2) return {mesh.next(t.root), {0, 0}, 0};
+        return {t.root, p, t.level};
+    }
+    /// Bilinear interpolation of a per-corner attribute in the corner cell of `root`.
+    template <class Value>
+    static auto linear(const ControlMesh& mesh, HalfedgeId root, double x, double y, Value&& corner) {
+        using V = std::remove_cvref_t<decltype(corner(root))>;
+        const std::uint32_t size = mesh.face_size(mesh.face(root)), h0 = mesh.face_halfedge(mesh.face(root)).value;
+        V centre{};
+        for (std::uint32_t i = 0; i < size; ++i) centre += corner(HalfedgeId(h0 + i));
+        centre *= 1.0 / size;
+        const V v = corner(root), a = 0.5 * (v + corner(mesh.next(root))), b = 0.5 * (v + corner(mesh.prev(root)));
+        return V((1 - y) * ((1 - x) * v + x * a) + y * ((1 - x) * b + x * centre));
+    }
+};
+
+/// LoopBounder with the questions that the estimators ask.
+class LoopLeafBounder : public LoopBounder {
+  public:
+    using LoopBounder::LoopBounder;
+
+    QuickError quick_error(const CellTriangle& leaf, double decide_at) {
+        QuickError quick;
+        std::array<Vec3d, 6> s;
+        sample(leaf, 2, s, {});
+        quick.corners = {s[3], s[5], s[0]};
+        const Vec3d middles[3] = {s[4] - 0.5 * (s[3] + s[5]), s[1] - 0.5 * (s[3] + s[0]), s[2] - 0.5 * (s[5] + s[0])};
+        for (const Vec3d& m : middles)
+            if (glm::dot(m, m) > glm::dot(quick.middle, quick.middle)) quick.middle = m;
+        const LeafError e = parametric_error(leaf, decide_at);
+        quick.upper = e.lower > decide_at ? std::numeric_limits<double>::infinity() : e.upper;
+        return quick;
+    }
+    double certified_error(const CellTriangle& leaf, double floor) {
+        LeafError e = parametric_error(leaf, floor);
+        while (e.lower > floor) {
+            // A bound is tight to a twentieth, so a little more settles it unless a larger sample turns up.
+            floor = 1.06 * e.lower;
+            e = parametric_error(leaf, floor);
+        }
+        return e.upper;
+    }
+};
+
+/// The triangle family: Loop on red-green triangle quadtrees.
+struct LoopFamily {
+    using Patches = LoopPatches;
+    using Bounder = LoopLeafBounder;
+    using Closest = LoopClosest;
+    using Hierarchy = TriangleHierarchy;
+
+    static Site canonical_site(const ControlMesh& mesh, const Site& site) {
+        return canonical_triangle_site(mesh, site);
+    }
+    static HalfedgeId control_edge(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
+        return triangle_control_edge(mesh, t, k);
+    }
+    static SurfaceParameter parameter(const ControlMesh&, const CellTriangle& t, double b0, double b1, double b2) {
+        const double unit = std::ldexp(1.0, -t.level);
+        const double x = (b0 * t.corner[0].x + b1 * t.corner[1].x + b2 * t.corner[2].x) * unit;
+        const double y = (b0 * t.corner[0].y + b1 * t.corner[1].y + b2 * t.corner[2].y) * unit;
+        return {t.root, std::clamp(x, 0.0, 1.0), std::clamp(y, 0.0, 1.0 - std::clamp(x, 0.0, 1.0))};
+    }
+    static Site corner_site(const ControlMesh&, const CellTriangle& t, std::size_t k) {
+        return {t.root, t.corner[k], t.level};
+    }
+    template <class Value>
+    static auto linear(const ControlMesh& mesh, HalfedgeId root, double x, double y, Value&& corner) {
+        using V = std::remove_cvref_t<decltype(corner(root))>;
+        return V((1 - x - y) * corner(root) + x * corner(mesh.next(root)) + y * corner(mesh.prev(root)));
+    }
+};
+
+}  // namespace tetrakis

@@ -1,0 +1,53 @@
+#pragma once
+
+#include "tetrakis/eval/io/height_image.hpp"
+#include "tetrakis/eval/surface_family.hpp"
+#include "tetrakis/eval/triangle_bvh.hpp"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace tetrakis {
+
+/// Texture coordinates anywhere on a surface: the limit of the UV layer's own mesh under the face-varying rule, or
+/// linear.
+template <class Family>
+class UvSurface {
+  public:
+    /// @param warnings  told when the UV layer is no manifold mesh and is interpolated linearly instead
+    UvSurface(const ControlMesh& mesh, std::vector<std::string>& warnings);
+    Vec2d at(HalfedgeId root, double x, double y) const;
+    /// At a lattice point, in the UV layer's own canonical frame: both sides of an unbroken edge get the same bits.
+    Vec2d at(const Site& address) const;
+
+  private:
+    const ControlMesh& mesh_;
+    ControlMesh uv_mesh_;
+    std::unique_ptr<typename Family::Patches> patches_;  ///< null: linear
+};
+
+/// Where the vertices of the output stand: on the limit surface, displaced along its normal, projected onto a target.
+template <class Family>
+class SurfaceMap {
+  public:
+    const typename Family::Patches* patches = nullptr;
+    const UvSurface<Family>* uv = nullptr;
+    const HeightImage* displacement = nullptr;
+    double amplitude = 0;
+    const TriangleBvh* target = nullptr;
+
+    bool plain() const { return !displacement && !target; }
+    Vec3d apply(const SurfacePoint& point, const Vec2d& at) const {
+        Vec3d p = point.position;
+        if (displacement) p += amplitude * displacement->sample(at) * point.normal;
+        if (target) p = target->closest(p).point;
+        return p;
+    }
+    Vec3d operator()(const SurfaceParameter& at) const {
+        if (plain()) return patches->evaluate(at.root, at.x, at.y).position;
+        return apply(patches->evaluate(at.root, at.x, at.y), displacement ? uv->at(at.root, at.x, at.y) : Vec2d(0));
+    }
+};
+
+}  // namespace tetrakis

@@ -1,0 +1,347 @@
+#include "tetrakis/eval/tessellate.hpp"
+
+#include "tetrakis/eval/fan_error.hpp"
+#include "tetrakis/eval/leaf_estimator.hpp"
+#include "tetrakis/eval/local_frame.hpp"
+#include "tetrakis/eval/measure.hpp"
+#include "tetrakis/eval/tessellation_attributes.hpp"
+#include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/adaptive_refinement.hpp"
+
+#include <sys/resource.h>
+
+#include <chrono>
+#include <optional>
+#include <string>
+
+namespace tetrakis {
+
+namespace {
+
+/// After a measurement, leaves found to be off are split and the mesh measured again, at most this often.
+constexpr int k_repairs = 8;
+
+/// Bytes a triangle that refining and exporting take at their peak (leaf, half a vertex, error, output), for the memory
+/// limit.
+constexpr std::uint64_t k_bytes_per_triangle = 200;
+
+class Stopwatch {
+  public:
+    double lap() {
+        const auto now = std::chrono::steady_clock::now();
+        const double seconds = std::chrono::duration<double>(now - last_).count();
+        last_ = now;
+        return seconds;
+    }
+
+  private:
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+std::uint64_t peak_memory_bytes() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+/// Adds up the time that an estimator takes, and watches the memory limit between batches.
+class WatchedEstimator final : public ErrorEstimator {
+  public:
+    explicit WatchedEstimator(const ErrorEstimator& inner) : inner_(inner) {}
+    void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override {
+        Stopwatch watch;
+        inner_.estimate(triangles, errors);
+        seconds_ += watch.lap();
+    }
+    double seconds() const { return seconds_; }
+
+  private:
+    const ErrorEstimator& inner_;
+    mutable double seconds_ = 0;
+};
+
+void check(const ControlMesh& mesh, const TessellateOptions& options) {
+    const auto refuse = [](const std::string& text) { throw Error(ErrorCode::invalid_input, text); };
+    if (mesh.face_count() == 0) refuse("the control mesh has no faces");
+    if (!options.tolerance && options.max_triangles == 0)
+        refuse("neither a tolerance nor a maximum number of triangles is given; give at least one of them");
+    if (options.tolerance && !(*options.tolerance > 0 && std::isfinite(*options.tolerance)))
+        refuse("the tolerance must be a positive number");
+    if (options.min_level < 0 || options.max_level > k_max_level || options.min_level > options.max_level)
+        refuse("levels must be 0 <= minimum <= maximum <= " + std::to_string(k_max_level));
+    if (options.displacement && !mesh.has_uvs())
+        refuse("a displacement needs texture coordinates, and the control mesh has none");
+    if (options.displacement && !std::isfinite(options.amplitude))
+        refuse("the amplitude of the displacement must be a finite number");
+    if (options.estimator == EstimatorKind::certified && (options.target || options.displacement))
+        refuse(
+            "the certified estimator bounds the limit surface itself; use the embree estimator with a target or a "
+            "displacement");
+    if (options.target && options.target->triangles.empty()) refuse("the target mesh has no triangles");
+    if (options.scheme == SchemeKind::loop && !mesh.all_triangles())
+        refuse("Loop needs a triangle mesh; triangulate() makes one");
+}
+
+template <class Family>
+class Tessellator {
+  public:
+    Tessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
+        : mesh_(mesh), options_(options), context_(context) {}
+
+    Tessellation run() {
+        Stopwatch watch;
+        result_.tolerance_absolute = options_.tolerance.value_or(std::numeric_limits<double>::infinity());
+        if (options_.tolerance && !options_.tolerance_is_absolute)
+            result_.tolerance_absolute *= bounding_box(mesh_.positions()).diagonal();
+        tolerance_ = options_.tolerance ? result_.tolerance_absolute : 0.0;
+        prepare();
+        result_.seconds.build = watch.lap();
+
+        typename Family::Hierarchy hierarchy(mesh_);
+        const LeafEstimator<Family> estimator(map_, *closest_, options_.estimator, tolerance_);
+        const WatchedEstimator watched(estimator);
+        AdaptiveOptions adaptive{tolerance_, options_.max_triangles, options_.min_level, options_.max_level};
+        adaptive.max_memory_bytes = context_.max_memory_bytes;
+        adaptive.bytes_per_triangle = k_bytes_per_triangle;
+        std::optional<FanError> fan_error;
+        if constexpr (std::is_same_v<Family, QuadFamily>) {
+            choose_coarsest(hierarchy, estimator, fan_error);
+        }
+        AdaptiveRefinement<typename Family::Hierarchy> refinement(hierarchy, watched, adaptive, context_);
+        refinement.run();
+        export_mesh(hierarchy, refinement);
+        result_.seconds.estimate = watched.seconds();
+        result_.seconds.refine = watch.lap() - result_.seconds.estimate;
+        result_.peak_memory_before_measure_bytes = peak_memory_bytes();
+
+        if (options_.measure) {
+            for (int round = 0;; ++round) {
+                result_.measured_error = measure<Family>(
+                    result_.mesh, [&](std::uint32_t t) { return origin(hierarchy, t); }, map_, *closest_,
+                    result_.triangle_error, context_);
+                result_.seconds.measure += watch.lap();
+                if (!options_.tolerance || result_.measured_error->hausdorff <= tolerance_ ||
+                    refinement.budget_spent() || round == k_repairs)
+                    break;
+                if (!repair(hierarchy, refinement)) break;
+                export_mesh(hierarchy, refinement);
+                result_.seconds.refine += watch.lap();
+            }
+        }
+        if (map_.plain()) {
+            result_.certified_error = certify(hierarchy, estimator, refinement, fan_error) + written_rounding();
+            result_.seconds.estimate += watch.lap();
+        }
+        result_.tolerance_reached =
+            !options_.tolerance ||
+            (!refinement.left_over() && (!result_.measured_error || result_.measured_error->hausdorff <= tolerance_) &&
+             (options_.estimator != EstimatorKind::certified || *result_.certified_error <= tolerance_));
+        add_attributes(hierarchy);
+        return std::move(result_);
+    }
+
+  private:
+    void prepare() {
+        patches_ = std::make_unique<typename Family::Patches>(mesh_, context_);
+        closest_ = std::make_unique<typename Family::Closest>(*patches_);
+        if (mesh_.has_uvs() && (options_.uvs || options_.displacement))
+            uv_ = std::make_unique<UvSurface<Family>>(mesh_, result_.warnings);
+        if (options_.target) target_ = std::make_unique<TriangleBvh>(*options_.target, context_);
+        map_.patches = patches_.get();
+        map_.uv = uv_.get();
+        map_.displacement = options_.displacement;
+        map_.amplitude = options_.amplitude;
+        map_.target = target_.get();
+    }
+
+    Vec3d vertex(const Site& site, Vec3d* normal) const {
+        if (!normal && map_.plain()) return patches_->limit(site.root, site.at, site.level);
+        const SurfacePoint point = patches_->vertex(site.root, site.at, site.level);
+        if (normal) *normal = point.normal;
+        return map_.apply(point, map_.displacement ? uv_->at(site) : Vec2d(0));
+    }
+
+    /// DESIGN 3.10: faces that do without their centre.
+    void choose_coarsest(BisectionHierarchy& hierarchy, const LeafEstimator<QuadFamily>& estimator,
+                         std::optional<FanError>& fan_error) {
+        corner_positions_.resize(mesh_.vertex_count());
+        for_each_index(
+            mesh_.vertex_count(),
+            [&](std::uint32_t v) {
+                const HalfedgeId h = mesh_.vertex_halfedge(VertexId(v));
+                corner_positions_[v] = h.valid() ? vertex(Family::canonical_site(mesh_, {h, {0, 0}, 0}), nullptr)
+                                                 : mesh_.position(VertexId(v));
+            },
+            64);
+        if (options_.min_level > 0) return;
+        const std::vector<std::uint8_t> wanted(mesh_.face_count(), 1);
+        fans_ = choose_fans(mesh_, corner_positions_, wanted);
+        fan_error.emplace(map_, estimator, fans_, corner_positions_);
+        std::vector<double> errors(mesh_.face_count(), 0.0);
+        for_each_index(
+            mesh_.face_count(),
+            [&](std::uint32_t f) {
+                if (!fans_.has(FaceId(f))) return;
+                errors[f] = options_.estimator == EstimatorKind::certified && options_.max_triangles == 0
+                                ? fan_error->certified(FaceId(f), tolerance_, true)
+                                : fan_error->measured(FaceId(f), tolerance_);
+            },
+            16);
+        const bool budget = options_.max_triangles != 0;
+        for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)
+            if (fans_.has(FaceId(f)) && (budget || errors[f] <= tolerance_)) hierarchy.accept_fan(FaceId(f), errors[f]);
+    }
+
+    void export_mesh(const typename Family::Hierarchy& hierarchy,
+                     const AdaptiveRefinement<typename Family::Hierarchy>& refinement) {
+        if constexpr (std::is_same_v<Family, QuadFamily>) {
+            exported_ = fans_.offsets.empty() ? hierarchy.forest().exported()
+                                              : hierarchy.forest().exported(fans_, hierarchy.fans());
+        } else {
+            exported_ = hierarchy.forest().exported();
+        }
+        const std::uint32_t points = static_cast<std::uint32_t>(exported_.sites.size());
+        TriangleMesh& mesh = result_.mesh;
+        mesh.triangles = std::move(exported_.triangles);
+        mesh.positions.resize(points);
+        mesh.normals.resize(options_.normals ? points : 0);
+        for_each_index(
+            points,
+            [&](std::uint32_t i) {
+                mesh.positions[i] = vertex(exported_.sites[i], options_.normals ? &mesh.normals[i] : nullptr);
+            },
+            128);
+        const std::uint32_t count = static_cast<std::uint32_t>(mesh.triangles.size());
+        result_.triangle_face.resize(count);
+        result_.triangle_error.resize(count);
+        part_.assign(count, 0);
+        result_.deepest_level = 0;
+        for (std::uint32_t t = 0; t < count; ++t) {
+            const LeafId leaf = exported_.leaves[t];
+            result_.triangle_face[t] = exported_.faces[t].value;
+            // A fan's or a green leaf's triangles stand next to each other.
+            const bool continues = t > 0 && (leaf.valid() ? exported_.leaves[t - 1] == leaf
+                                                          : !exported_.leaves[t - 1].valid() &&
+                                                                exported_.faces[t - 1] == exported_.faces[t]);
+            part_[t] = static_cast<std::uint8_t>(continues ? part_[t - 1] + 1 : 0);
+            if (leaf.valid()) {
+                result_.triangle_error[t] = detail::round_up(refinement.error(leaf));
+                result_.deepest_level = std::max(result_.deepest_level, hierarchy.level(leaf));
+            }
+        }
+        context_.report("export", 1.0);
+    }
+
+    OutputTriangle origin(const typename Family::Hierarchy& hierarchy, std::uint32_t t) const {
+        OutputTriangle from;
+        const LeafId leaf = exported_.leaves[t];
+        if (leaf.valid()) {
+            std::array<CellTriangle, 3> parts;
+            hierarchy.triangles(leaf, parts);
+            from.cell = parts[part_[t]];
+            return from;
+        }
+        from.fan = exported_.faces[t];
+        const auto corners = fans_.of(from.fan)[part_[t]];
+        for (std::size_t k = 0; k < 3; ++k) from.fan_corner[k] = corners[k];
+        return from;
+    }
+
+    /// Splits what the measurement found to be off. False when nothing can be done.
+    bool repair(typename Family::Hierarchy& hierarchy, AdaptiveRefinement<typename Family::Hierarchy>& refinement) {
+        std::vector<LeafId> leaves;
+        std::vector<FaceId> fans;
+        for (std::uint32_t t = 0; t < result_.triangle_error.size(); ++t) {
+            if (!(result_.triangle_error[t] > tolerance_)) continue;
+            const LeafId leaf = exported_.leaves[t];
+            if (!leaf.valid())
+                fans.push_back(exported_.faces[t]);
+            else if (hierarchy.level(leaf) < options_.max_level)
+                leaves.push_back(leaf);
+        }
+        if (leaves.empty() && fans.empty()) return false;
+        refinement.split(leaves, fans);
+        return true;
+    }
+
+    double certify(const typename Family::Hierarchy& hierarchy, const LeafEstimator<Family>& estimator,
+                   const AdaptiveRefinement<typename Family::Hierarchy>& refinement,
+                   const std::optional<FanError>& fan_error) const {
+        const std::uint32_t count = static_cast<std::uint32_t>(result_.mesh.triangles.size());
+        // The certified estimator's own errors are certified bounds already.
+        const bool known = options_.estimator == EstimatorKind::certified;
+        std::vector<double> errors(count, 0.0);
+        double floor = 0;
+        if (!known) {
+            for_each_index(
+                count,
+                [&](std::uint32_t t) {
+                    if (!exported_.leaves[t].valid()) return;
+                    const QuickError quick = estimator.bounder().quick_error(origin(hierarchy, t).cell, 0.0);
+                    errors[t] = glm::length(quick.middle);
+                },
+                256);
+            for (double e : errors) floor = std::max(floor, e);
+        }
+        for_each_index(
+            count,
+            [&](std::uint32_t t) {
+                const LeafId leaf = exported_.leaves[t];
+                if (leaf.valid() && known && refinement.error(leaf) > 0)
+                    errors[t] = refinement.error(leaf);
+                else if (leaf.valid())
+                    errors[t] = estimator.bounder().certified_error(origin(hierarchy, t).cell, floor);
+                else if (part_[t] == 0 && fan_error)
+                    errors[t] = fan_error->certified(exported_.faces[t], known ? tolerance_ : floor, false);
+            },
+            64);
+        double largest = 0;
+        for (double e : errors) largest = std::max(largest, e);
+        return largest;
+    }
+
+    /// What rounding the vertices to float may add.
+    double written_rounding() const {
+        if (!options_.floats_written) return 0;
+        double largest = 0;
+        for (const Vec3d& p : result_.mesh.positions) largest = std::max(largest, glm::length(p - Vec3d(Vec3f(p))));
+        return 2 * largest;
+    }
+
+    void add_attributes(const typename Family::Hierarchy& hierarchy) {
+        if (options_.normals && !map_.plain()) geometric_normals(result_.mesh);
+        if (options_.uvs && uv_) {
+            add_uvs(result_.mesh, [&](std::uint32_t t, std::size_t k) {
+                return uv_->at(origin(hierarchy, t).template corner_site<Family>(mesh_, k));
+            });
+        }
+        add_face_attributes(mesh_, result_.triangle_face, result_.mesh);
+    }
+
+    const ControlMesh& mesh_;
+    const TessellateOptions& options_;
+    const RunContext& context_;
+    Tessellation result_;
+    double tolerance_ = 0;
+    std::unique_ptr<typename Family::Patches> patches_;
+    std::unique_ptr<typename Family::Closest> closest_;
+    std::unique_ptr<UvSurface<Family>> uv_;
+    std::unique_ptr<TriangleBvh> target_;
+    SurfaceMap<Family> map_;
+    FanChoice fans_;
+    std::vector<Vec3d> corner_positions_;
+    ExportedTriangles exported_;
+    std::vector<std::uint8_t> part_;  ///< which of its leaf's or fan's triangles each is
+};
+
+}  // namespace
+
+Tessellation tessellate(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context) {
+    check(mesh, options);
+    return with_threads(context, [&] {
+        if (options.scheme == SchemeKind::loop) return Tessellator<LoopFamily>(mesh, options, context).run();
+        return Tessellator<QuadFamily>(mesh, options, context).run();
+    });
+}
+
+}  // namespace tetrakis

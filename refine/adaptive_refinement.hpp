@@ -1,0 +1,221 @@
+#pragma once
+
+#include "tetrakis/hier/ids.hpp"
+#include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/adaptive.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <queue>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tetrakis {
+
+struct AdaptiveOptions {
+    double tolerance = 0;  ///< leaves with a larger error are split
+    std::uint64_t max_triangles =
+        0;                        ///< 0: no limit; else the largest errors are split first until the limit is reached
+    int min_level = 0;            ///< every leaf gets this quadtree level
+    int max_level = k_max_level;  ///< no leaf is split beyond it
+    std::uint64_t max_memory_bytes = 0;    ///< 0: no limit; else more triangles than fit are refused
+    std::uint64_t bytes_per_triangle = 0;  ///< what a triangle of the result takes, for that limit
+};
+
+/// Error-driven refinement of a hierarchy (DESIGN 2: positions and errors come through batch interfaces).
+///
+/// The error of a leaf depends on the leaf alone, so the result is the smallest conforming refinement in which no leaf
+/// exceeds the tolerance: it does not depend on the order of splits. `Hierarchy` adapts a forest (hierarchy_view.hpp).
+template <class Hierarchy>
+class AdaptiveRefinement {
+  public:
+    AdaptiveRefinement(Hierarchy& hierarchy, const ErrorEstimator& estimator, const AdaptiveOptions& options,
+                       const RunContext& context)
+        : hierarchy_(hierarchy), estimator_(estimator), options_(options), context_(context) {}
+
+    /// Refines until every leaf's error is within the tolerance (or its level at the maximum), or the budget is spent.
+    void run() {
+        std::vector<LeafId> fresh;
+        hierarchy_.initial_leaves(fresh);
+        settle(fresh);
+    }
+
+    /// Splits these leaves and opens these fans whatever their error, then goes on as run(): for what a measurement
+    /// found to be off.
+    void split(std::span<const LeafId> marked, std::span<const FaceId> fans) {
+        std::vector<LeafId> fresh;
+        if (!marked.empty()) hierarchy_.refine(marked, fresh);
+        for (FaceId f : fans) hierarchy_.open(f, fresh);
+        settle(fresh);
+    }
+
+    /// The error of a leaf, 0 for leaves that were never estimated (those of accepted fans).
+    double error(LeafId leaf) const { return leaf.value < errors_.size() ? errors_[leaf.value] : 0.0; }
+    bool budget_spent() const { return budget_spent_; }
+    /// True when some leaf at the maximum level, or one that the budget left, exceeds the tolerance.
+    bool left_over() const { return left_over_; }
+
+  private:
+    bool wants_split(LeafId leaf) const {
+        const int level = hierarchy_.level(leaf);
+        if (level < options_.min_level) return true;
+        return errors_[leaf.value] > options_.tolerance;
+    }
+    bool may_split(LeafId leaf) const { return hierarchy_.level(leaf) < options_.max_level; }
+
+    void estimate(const std::vector<LeafId>& leaves) {
+        if (errors_.size() < hierarchy_.slots()) errors_.resize(hierarchy_.slots(), 0.0);
+        // Leaves with green triangles have up to three triangles; the largest error counts.
+        const std::uint32_t count = static_cast<std::uint32_t>(leaves.size());
+        constexpr std::uint32_t k_block = 1u << 16;
+        for (std::uint32_t begin = 0; begin < count; begin += k_block) {
+            const std::uint32_t end = std::min(count, begin + k_block);
+            triangles_.clear();
+            owner_.clear();
+            std::array<CellTriangle, 3> parts;
+            for (std::uint32_t i = begin; i < end; ++i) {
+                const int n = hierarchy_.triangles(leaves[i], parts);
+                errors_[leaves[i].value] = 0;
+                for (int k = 0; k < n; ++k) {
+                    triangles_.push_back(parts[static_cast<std::size_t>(k)]);
+                    owner_.push_back(leaves[i]);
+                }
+            }
+            values_.resize(triangles_.size());
+            estimator_.estimate(triangles_, values_);
+            for (std::size_t i = 0; i < owner_.size(); ++i)
+                errors_[owner_[i].value] = std::max(errors_[owner_[i].value], values_[i]);
+            context_.report("refine", progress_);
+        }
+    }
+
+    void settle(std::vector<LeafId> fresh) {
+        if (options_.max_triangles != 0) return settle_in_budget(fresh);
+        std::vector<LeafId> marked;
+        for (int pass = 1; !fresh.empty(); ++pass) {
+            progress_ = 1.0 - 1.0 / pass;
+            estimate(fresh);
+            marked.clear();
+            for (LeafId leaf : fresh) {
+                if (!wants_split(leaf)) continue;
+                if (may_split(leaf))
+                    marked.push_back(leaf);
+                else
+                    left_over_ = true;
+            }
+            fresh.clear();
+            if (marked.empty()) continue;
+            check_memory(marked.size());
+            hierarchy_.refine(marked, fresh);
+        }
+    }
+
+    void check_memory(std::uint64_t splits) const {
+        if (options_.max_memory_bytes == 0) return;
+        const std::uint64_t triangles = hierarchy_.triangle_count() + 2 * splits;
+        const std::uint64_t bytes = triangles * options_.bytes_per_triangle;
+        if (bytes > options_.max_memory_bytes)
+            throw Error(ErrorCode::memory_limit, "more than " + std::to_string(triangles) +
+                                                     " triangles are needed, about " + std::to_string(bytes >> 20) +
+                                                     " MiB, and the limit is " +
+                                                     std::to_string(options_.max_memory_bytes >> 20) +
+                                                     " MiB; use a larger tolerance or a larger limit");
+    }
+
+    struct Candidate {
+        double error;
+        LeafId leaf;  // invalid: a fan
+        FaceId fan;
+        CellTriangle key;  // tells a leaf from a later one in the same slot, and settles ties
+        bool operator<(const Candidate& o) const {
+            if (error != o.error) return error < o.error;
+            if (fan != o.fan) return o.fan < fan;
+            return order(o.key) < order(key);
+        }
+        static std::array<std::uint32_t, 8> order(const CellTriangle& t) {
+            return {t.root.value,  t.level,       t.corner[0].x, t.corner[0].y,
+                    t.corner[1].x, t.corner[1].y, t.corner[2].x, t.corner[2].y};
+        }
+    };
+
+    CellTriangle key(LeafId leaf) const { return hierarchy_.key(leaf); }
+
+    void settle_in_budget(std::vector<LeafId> fresh) {
+        std::priority_queue<Candidate> queue;
+        const auto push = [&](const std::vector<LeafId>& leaves) {
+            for (LeafId leaf : leaves) {
+                if (!wants_split(leaf)) continue;
+                if (!may_split(leaf)) {
+                    left_over_ = true;
+                    continue;
+                }
+                const double error = hierarchy_.level(leaf) < options_.min_level
+                                         ? std::numeric_limits<double>::infinity()
+                                         : errors_[leaf.value];
+                queue.push({error, leaf, FaceId{}, key(leaf)});
+            }
+        };
+        estimate(fresh);
+        push(fresh);
+        hierarchy_.for_each_fan([&](FaceId face, double error) {
+            if (error > options_.tolerance || options_.min_level > 0)
+                queue.push({error, LeafId{}, face, CellTriangle{}});
+        });
+        const auto apply = [&](const Candidate& c) {
+            fresh.clear();
+            if (c.leaf.valid())
+                hierarchy_.refine(std::span(&c.leaf, 1), fresh);
+            else
+                hierarchy_.open(c.fan, fresh);
+        };
+        // A split's closure is bounded by the depth; so far from the limit no look-ahead is needed.
+        constexpr std::uint64_t k_margin = 512;
+        std::optional<Hierarchy> checkpoint;
+        std::vector<Candidate> since_checkpoint;
+        std::uint64_t steps = 0;
+        while (!queue.empty()) {
+            const Candidate top = queue.top();
+            queue.pop();
+            if (top.leaf.valid()) {
+                if (!hierarchy_.is_leaf(top.leaf) || Candidate::order(key(top.leaf)) != Candidate::order(top.key))
+                    continue;
+                if (errors_[top.leaf.value] != top.error && top.error != std::numeric_limits<double>::infinity())
+                    continue;
+            }
+            if (!checkpoint && hierarchy_.triangle_count() + k_margin > options_.max_triangles)
+                checkpoint.emplace(hierarchy_);
+            apply(top);
+            if (hierarchy_.triangle_count() > options_.max_triangles) {
+                // Back to the last state within the budget.
+                hierarchy_ = *checkpoint;
+                for (const Candidate& done : since_checkpoint) apply(done);
+                budget_spent_ = true;
+                left_over_ |= top.error > options_.tolerance;
+                return;
+            }
+            if (checkpoint) since_checkpoint.push_back(top);
+            estimate(fresh);
+            push(fresh);
+            if (++steps % 4096 == 0)
+                context_.report("refine", static_cast<double>(hierarchy_.triangle_count()) /
+                                              static_cast<double>(options_.max_triangles));
+        }
+    }
+
+    Hierarchy& hierarchy_;
+    const ErrorEstimator& estimator_;
+    AdaptiveOptions options_;
+    const RunContext& context_;
+    std::vector<double> errors_;
+    std::vector<CellTriangle> triangles_;
+    std::vector<LeafId> owner_;
+    std::vector<double> values_;
+    double progress_ = 0;
+    bool budget_spent_ = false, left_over_ = false;
+};
+
+}  // namespace tetrakis
