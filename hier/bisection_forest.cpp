@@ -4,6 +4,7 @@
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/parallel.hpp"
 
+#include <algorithm>
 #include <string>
 
 namespace tetrakis {
@@ -44,9 +45,10 @@ BisectionForest::BisectionForest(const ControlMesh& mesh) : mesh_(&mesh) {
 
 std::uint64_t BisectionForest::memory_bytes() const {
     return leaves_.capacity() * sizeof(BisectionLeaf) + sites_.capacity() * sizeof(Site) +
-           (free_leaves_.capacity() + free_points_.capacity()) * sizeof(std::uint32_t) + scratch_.marks.capacity() +
-           scratch_.plans.capacity() * sizeof(Plan) + scratch_.affected.capacity() * sizeof(std::uint32_t) +
-           scratch_.links.capacity() + scratch_.created.capacity() * sizeof(LeafId);
+           (free_leaves_.capacity() + free_points_.capacity() + scratch_.affected.capacity() +
+            scratch_.created.capacity()) *
+               sizeof(std::uint32_t) +
+           scratch_.work.capacity() * sizeof(Work);
 }
 
 void BisectionForest::require_leaves(std::span<const LeafId> ids) const {
@@ -59,15 +61,15 @@ void BisectionForest::require_leaves(std::span<const LeafId> ids) const {
                                   std::to_string(leaves_.size()) + " slots");
 }
 
-std::uint32_t BisectionForest::edge_towards(std::uint32_t slot, std::uint32_t neighbour) const {
-    const auto& n = leaves_[slot].neighbour;
-    return n[0].value == neighbour ? 0 : n[1].value == neighbour ? 1 : 2;
+void BisectionForest::grow_work(std::size_t slots) {
+    const std::size_t old = scratch_.work.size();
+    if (slots <= old) return;
+    scratch_.work.resize(slots);
+    std::fill(scratch_.work.data() + old, scratch_.work.data() + slots, Work{});
 }
 
-void BisectionForest::clear_all_marks() {
-    const std::size_t size = scratch_.marks.size();
-    scratch_.marks.resize(0);
-    scratch_.marks.resize_zeroed(size);  // within the capacity: cannot throw
+void BisectionForest::clear_work() {
+    std::fill(scratch_.work.data(), scratch_.work.data() + scratch_.work.size(), Work{});
 }
 
 }  // namespace tetrakis

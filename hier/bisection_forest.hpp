@@ -79,9 +79,9 @@ class BisectionForest {
 
     /// Splits the marked leaves and whatever keeps the forest conforming: the smallest such refinement, each leaf once.
     /// @param marked   leaves; repetitions do no harm
-    /// @param created  receives all new leaves (of several splits of one leaf, the last ones): those of the marked
-    /// leaves
-    ///                 in their order, then the closure's; the descendants of one old leaf together and in path order
+    /// @param created  receives all new leaves (of several splits of one leaf, the last ones): for each marked leaf in
+    ///                 order its own, then those of the closure that it is the first to need; the descendants of one
+    ///                 old leaf in path order
     /// @throws Error   invalid_input: a handle is no leaf; unsupported: a marked leaf is at depth
     ///                 k_max_bisection_depth; memory_limit: more than 2^32 - 1 slots. The forest is then unchanged.
     /// Cost: O(leaves created); parallel. The result (slots and points included) depends on `marked` and the calls
@@ -119,11 +119,16 @@ class BisectionForest {
   private:
     static constexpr std::uint8_t k_dead = 0xFF;  // depth of a slot that holds no leaf
 
-    // Where a leaf that is about to be split finds its new slots and the midpoint of its base: positions in the order
-    // of allocation.
-    struct Plan {
-        std::uint32_t first_leaf, midpoint;
+    // What a slot is to the running call. In one record, because neighbours ask for all of it at once.
+    struct Work {
+        // Places among the new leaves and points, in the order of allocation; while the closure is sought, `first_leaf`
+        // is the number of the first marked leaf that leads here.
+        std::uint32_t first_leaf = LeafId::none, midpoint = PointId::none;
+        std::uint8_t mark = 0;
+        std::uint8_t base_link = 0;  // the edge by which the neighbour across the base sees this leaf
+        std::uint8_t leg_link = 0;   // the edge of an unaffected neighbour across edge 1 that has to be relinked
     };
+    static_assert(sizeof(Work) == 12);
     // Memory kept from call to call; a copy of a forest starts without.
     struct Scratch {
         Scratch() = default;
@@ -131,10 +136,8 @@ class BisectionForest {
         Scratch(Scratch&&) = default;
         Scratch& operator=(const Scratch&) { return *this; }
         Scratch& operator=(Scratch&&) = default;
-        detail::PodArray<std::uint8_t> marks;  // per slot, zero between calls
-        detail::PodArray<Plan> plans;          // per slot
-        std::vector<std::uint32_t> affected;   // slots
-        std::vector<std::uint8_t> links;       // per affected leaf
+        detail::PodArray<Work> work;          // per slot; Work{} between calls
+        std::vector<std::uint32_t> affected;  // slots
         std::vector<LeafId> created;
     };
     struct Diamond;
@@ -144,20 +147,32 @@ class BisectionForest {
     void require_leaves(std::span<const LeafId> ids) const;
     void list_marked(std::span<const LeafId> marked);
     void close();
+    void close_in_parallel();
     std::array<std::uint32_t, 2> plan_splits();
     void reserve_for(std::uint64_t new_leaves, std::uint64_t new_points);
-    void clear_all_marks();
-    std::uint32_t edge_towards(std::uint32_t slot, std::uint32_t neighbour) const;
-    std::uint32_t new_leaf_slot(std::uint32_t i) const;
-    std::uint32_t new_point_slot(std::uint32_t i) const;
+    void grow_work(std::size_t slots);
+    void clear_work();
+    std::uint32_t edge_towards(std::uint32_t slot, std::uint32_t neighbour) const {
+        const auto& n = leaves_[slot].neighbour;
+        return n[0].value == neighbour ? 0 : n[1].value == neighbour ? 1 : 2;
+    }
+    std::uint32_t new_leaf_slot(std::uint32_t i) const {
+        const auto reused = static_cast<std::uint32_t>(free_leaves_.size());
+        return i < reused ? free_leaves_[reused - 1 - i] : leaf_top_ + (i - reused);
+    }
+    std::uint32_t new_point_slot(std::uint32_t i) const {
+        const auto reused = static_cast<std::uint32_t>(free_points_.size());
+        return i < reused ? free_points_[reused - 1 - i] : point_top_ + (i - reused);
+    }
     bool find_diamond(std::uint32_t slot, Diamond& diamond) const;
     std::vector<std::uint32_t> leaves_in_order() const;
+    void number_points(ExportedTriangles& out) const;
     std::optional<std::string> check_leaf(std::uint32_t slot) const;
     std::optional<std::string> check_pool() const;
 
     const ControlMesh* mesh_;
     std::uint32_t leaf_count_ = 0, midpoint_count_ = 0;
-    std::uint32_t leaf_top_ = 0, point_top_ = 0;  // slots before the running allocation
+    std::uint32_t leaf_top_ = 0, point_top_ = 0;  // slots before the running call's allocation
     detail::PodArray<BisectionLeaf> leaves_;
     detail::PodArray<Site> sites_;  // per point, canonical; no root: not in use
     std::vector<std::uint32_t> free_leaves_, free_points_;

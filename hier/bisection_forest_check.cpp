@@ -98,8 +98,9 @@ std::optional<std::string> BisectionForest::check_pool() const {
     if (midpoints != midpoint_count_)
         return "the midpoint count is " + std::to_string(midpoint_count_) + ", not " + std::to_string(midpoints);
     if (midpoints + free_points_.size() != sites_.size() - fixed_points) return "points are neither used nor free";
-    for (std::size_t i = 0; i < scratch_.marks.size(); ++i)
-        if (scratch_.marks[i] != 0) return "slot " + std::to_string(i) + " kept a mark of the last call";
+    for (std::size_t i = 0; i < scratch_.work.size(); ++i)
+        if (scratch_.work[i].mark != 0 || scratch_.work[i].first_leaf != LeafId::none)
+            return "slot " + std::to_string(i) + " kept a mark of the last call";
     return std::nullopt;
 }
 

@@ -85,17 +85,17 @@ LeafId BisectionForest::merge(LeafId id) {
 
 std::size_t BisectionForest::coarsen(std::span<const LeafId> marked, std::vector<LeafId>& created) {
     require_leaves(marked);
-    auto& marks = scratch_.marks;
-    marks.resize_zeroed(leaves_.size());
+    grow_work(leaves_.size());
+    auto& work = scratch_.work;
     std::vector<std::uint32_t> unique;
     std::vector<Diamond> diamonds;
     std::vector<Merge> merges;
     std::vector<std::uint32_t> points;
-    const auto is_marked = [&](std::uint32_t s) { return marks[s] != 0; };
+    const auto is_marked = [&](std::uint32_t s) { return work[s].mark != 0; };
     try {
         unique.reserve(marked.size());
         for (LeafId id : marked)
-            if (std::exchange(marks[id.value], k_marked) == 0) unique.push_back(id.value);
+            if (std::exchange(work[id.value].mark, k_marked) == 0) unique.push_back(id.value);
         // Every leaf belongs to one diamond, that of its apex; the lowest slot speaks for it.
         const auto count = static_cast<std::uint32_t>(unique.size());
         std::vector<std::vector<Diamond>> found((count + k_block - 1) / k_block);
@@ -119,13 +119,13 @@ std::size_t BisectionForest::coarsen(std::span<const LeafId> marked, std::vector
         free_leaves_.reserve(free_leaves_.size() + merge_count);
         free_points_.reserve(free_points_.size() + diamonds.size());
     } catch (...) {
-        clear_all_marks();
+        clear_work();
         throw;
     }
-    for (const Diamond& d : diamonds) d.all([&](std::uint32_t s) { return (marks[s] |= k_merging) != 0; });
+    for (const Diamond& d : diamonds) d.all([&](std::uint32_t s) { return (work[s].mark |= k_merging) != 0; });
 
     // Plan while all records are still whole.
-    const auto merging = [&](std::uint32_t s) { return (marks[s] & k_merging) != 0; };
+    const auto merging = [&](std::uint32_t s) { return (work[s].mark & k_merging) != 0; };
     const auto after = [&](LeafId id) {
         const bool is_child1 = id.valid() && merging(id.value) && (leaves_[id.value].path & 1) != 0;
         return is_child1 ? leaves_[id.value].neighbour[1] : id;
@@ -168,7 +168,7 @@ std::size_t BisectionForest::coarsen(std::span<const LeafId> marked, std::vector
         sites_[midpoint.value] = Site{};
         free_points_.push_back(midpoint.value);
     }
-    for (std::uint32_t s : unique) marks[s] = 0;
+    for (std::uint32_t s : unique) work[s].mark = 0;
     leaf_count_ -= static_cast<std::uint32_t>(merges.size());
     midpoint_count_ -= static_cast<std::uint32_t>(diamonds.size());
     return diamonds.size();

@@ -10,6 +10,12 @@
 
 namespace tetrakis {
 
+namespace {
+
+constexpr std::uint32_t k_ahead = 16;  // records asked for ahead of time: the loops wait for memory
+
+}
+
 // Slots of all leaves by root, then by path. Leaves are disjoint, so their paths differ within the shorter one and
 // compare as left-aligned numbers.
 std::vector<std::uint32_t> BisectionForest::leaves_in_order() const {
@@ -49,6 +55,26 @@ std::vector<std::uint32_t> BisectionForest::leaves_in_order() const {
     return order;
 }
 
+// Replaces points by numbers in the order of first use.
+void BisectionForest::number_points(ExportedTriangles& out) const {
+    std::vector<std::uint32_t> numbers(sites_.size(), PointId::none);
+    out.points.reserve(mesh_->vertex_count() + mesh_->face_count() + std::size_t{midpoint_count_});
+    const std::size_t count = out.triangles.size();
+    for (std::size_t t = 0; t < count; ++t) {
+        if (t + k_ahead < count)
+            for (std::uint32_t p : out.triangles[t + k_ahead]) __builtin_prefetch(&numbers[p]);
+        for (std::uint32_t& p : out.triangles[t]) {
+            std::uint32_t& n = numbers[p];
+            if (n == PointId::none) {
+                n = static_cast<std::uint32_t>(out.points.size());
+                out.points.push_back(PointId(p));
+            }
+            p = n;
+        }
+    }
+    out.sites.resize(out.points.size());
+}
+
 ExportedTriangles BisectionForest::exported() const { return exported(FanChoice{}, {}); }
 
 ExportedTriangles BisectionForest::exported(const FanChoice& fans, std::span<const std::uint8_t> use) const {
@@ -66,42 +92,53 @@ ExportedTriangles BisectionForest::exported(const FanChoice& fans, std::span<con
         return true;
     };
     const std::vector<std::uint32_t> order = leaves_in_order();
+    // Fans take their place among the leaves first; all else is then the same for both.
     ExportedTriangles out;
-    out.triangles.reserve(leaf_count_);
-    out.faces.reserve(leaf_count_);
-    out.leaves.reserve(leaf_count_);
-    std::vector<std::uint32_t> dense(sites_.size(), PointId::none);
-    const auto number = [&](PointId p) {
-        std::uint32_t& n = dense[p.value];
-        if (n == PointId::none) {
-            n = static_cast<std::uint32_t>(out.points.size());
-            out.points.push_back(p);
-            out.sites.push_back(sites_[p.value]);
+    std::vector<std::uint8_t> fan_face;
+    std::uint64_t triangle_count = leaf_count_;
+    if (!use.empty()) {
+        fan_face.resize(mesh.face_count());
+        for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
+            fan_face[f] = is_fan(FaceId(f));
+            triangle_count -= 2 * fan_face[f];
         }
-        return n;
-    };
-    for (std::size_t i = 0; i < order.size();) {
-        const BisectionLeaf& l = leaves_[order[i]];
-        const FaceId f = mesh.face(l.cell);
-        if (l.depth == 0 && l.cell == mesh.face_halfedge(f) && is_fan(f)) {
-            for (const auto& corner : fans.of(f)) {
-                std::array<std::uint32_t, 3> t;
-                for (std::size_t k = 0; k < 3; ++k)
-                    t[k] = number(vertex_point(mesh.origin(HalfedgeId(l.cell.value + corner[k]))));
-                out.triangles.push_back(t);
-                out.faces.push_back(f);
-                out.leaves.push_back(LeafId{});
-            }
-            i += mesh.face_size(f);  // its roots follow each other
-            continue;
-        }
-        std::array<std::uint32_t, 3> t;
-        for (std::size_t k = 0; k < 3; ++k) t[k] = number(l.vertex[k]);
-        out.triangles.push_back(t);
-        out.faces.push_back(f);
-        out.leaves.push_back(LeafId(order[i]));
-        ++i;
     }
+    out.triangles.resize(triangle_count);
+    out.faces.resize(triangle_count);
+    out.leaves.resize(triangle_count);
+    // Corners as points, to be numbered afterwards.
+    const auto put_leaf = [&](std::size_t t, std::uint32_t slot) {
+        const BisectionLeaf& l = leaves_[slot];
+        out.triangles[t] = {l.vertex[0].value, l.vertex[1].value, l.vertex[2].value};
+        out.faces[t] = mesh.face(l.cell);
+        out.leaves[t] = LeafId(slot);
+    };
+    if (triangle_count == leaf_count_) {
+        for_each_index(leaf_count_, [&](std::uint32_t i) {
+            if (i + k_ahead < leaf_count_) __builtin_prefetch(&leaves_[order[i + k_ahead]].vertex);
+            put_leaf(i, order[i]);
+        });
+    } else {
+        std::size_t t = 0;
+        for (std::uint32_t i = 0; i < leaf_count_;) {
+            if (i + k_ahead < leaf_count_) __builtin_prefetch(&leaves_[order[i + k_ahead]].vertex);
+            const BisectionLeaf& l = leaves_[order[i]];
+            const FaceId f = mesh.face(l.cell);
+            if (fan_face[f.value] == 0) {
+                put_leaf(t++, order[i++]);
+                continue;
+            }
+            for (const auto& corner : fans.of(f)) {
+                for (std::size_t k = 0; k < 3; ++k)
+                    out.triangles[t][k] = mesh.origin(HalfedgeId(l.cell.value + corner[k])).value;
+                out.faces[t++] = f;
+            }
+            i += mesh.face_size(f);  // its roots follow each other, the first one first
+        }
+    }
+    number_points(out);
+    for_each_index(static_cast<std::uint32_t>(out.points.size()),
+                   [&](std::uint32_t p) { out.sites[p] = sites_[out.points[p].value]; });
     return out;
 }
 

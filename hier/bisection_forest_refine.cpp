@@ -8,8 +8,8 @@
 
 #include <algorithm>
 #include <atomic>
-#include <mutex>
 #include <string>
+#include <utility>
 
 // A call splits a leaf up to three times: at its base, and then each child at its own, which is a leg of the leaf. So
 // what a refinement does to a leaf is told by three bits, one per edge that gets a midpoint; a leg's bit implies the
@@ -21,42 +21,37 @@ namespace {
 constexpr std::uint8_t k_base = 1, k_leg1 = 2, k_leg2 = 4;  // edges to be bisected: 1 << edge
 constexpr std::uint8_t k_listed = 8;                        // named by the caller
 
-// Leaves per block of the parallel phases. Prefix sums make the result independent of it.
+// Links that there is no need for: no neighbour, or nothing to be relinked.
+constexpr std::uint8_t k_no_link = 3;
+
+// Leaves per block of the parallel phases. The result does not depend on it.
 constexpr std::uint32_t k_block = 4096;
 
-// Links of a leaf to be split, found while all records are still whole: the edge by which its base neighbour sees it
-// (k_none without neighbour), and what edge of an unaffected neighbour across edge 1 has to follow it to a new slot.
-constexpr std::uint8_t k_none = 3;
-constexpr std::uint8_t pack_links(std::uint32_t base, std::uint32_t leg1) {
-    return static_cast<std::uint8_t>(base | leg1 << 2);
-}
+// Leaves whose records are asked for ahead of time: the phases wait for memory, for little else.
+constexpr std::uint32_t k_ahead = 12;
 
 bool one_thread() { return oneapi::tbb::this_task_arena::max_concurrency() == 1; }
 
-std::uint8_t fetch_or(std::uint8_t& byte, std::uint8_t bits, bool atomic) {
-    if (atomic) return std::atomic_ref(byte).fetch_or(bits, std::memory_order_relaxed);
-    const std::uint8_t before = byte;
-    byte |= bits;
+std::uint32_t extra_leaves(std::uint8_t mark) { return 1u + (mark >> 1 & 1u) + (mark >> 2 & 1u); }
+
+template <class T>
+void prefetch(const T& where) {
+    __builtin_prefetch(&where);
+}
+
+std::uint32_t fetch_min(std::uint32_t& number, std::uint32_t value) {
+    std::atomic_ref ref(number);
+    std::uint32_t before = ref.load(std::memory_order_relaxed);
+    while (value < before && !ref.compare_exchange_weak(before, value, std::memory_order_relaxed)) {
+    }
     return before;
 }
 
-std::uint32_t extra_leaves(std::uint8_t mark) { return 1u + (mark >> 1 & 1u) + (mark >> 2 & 1u); }
-
 }  // namespace
-
-std::uint32_t BisectionForest::new_leaf_slot(std::uint32_t i) const {
-    const auto reused = static_cast<std::uint32_t>(free_leaves_.size());
-    return i < reused ? free_leaves_[reused - 1 - i] : leaf_top_ + (i - reused);
-}
-
-std::uint32_t BisectionForest::new_point_slot(std::uint32_t i) const {
-    const auto reused = static_cast<std::uint32_t>(free_points_.size());
-    return i < reused ? free_points_[reused - 1 - i] : point_top_ + (i - reused);
-}
 
 // Marks the bases of what the caller named and lists it, in order, without repetitions.
 void BisectionForest::list_marked(std::span<const LeafId> marked) {
-    auto& marks = scratch_.marks;
+    auto& work = scratch_.work;
     auto& affected = scratch_.affected;
     const auto count = static_cast<std::uint32_t>(marked.size());
     const bool atomic = count > k_block && !one_thread();
@@ -65,107 +60,187 @@ void BisectionForest::list_marked(std::span<const LeafId> marked) {
     for_each_block(count, k_block, [&](std::uint32_t begin, std::uint32_t end) {
         for (std::uint32_t i = begin; i < end; ++i) {
             affected[i] = marked[i].value;
-            if (fetch_or(marks[affected[i]], k_base | k_listed, atomic) & k_listed)
-                repeated.store(true, std::memory_order_relaxed);
+            std::uint8_t& mark = work[affected[i]].mark;
+            const std::uint8_t before =
+                atomic ? std::atomic_ref(mark).exchange(k_base | k_listed, std::memory_order_relaxed)
+                       : std::exchange(mark, k_base | k_listed);
+            if (before != 0) repeated.store(true, std::memory_order_relaxed);
         }
     });
     if (!repeated) return;
-    for (std::uint32_t s : affected) marks[s] = 0;
-    std::erase_if(affected, [&](std::uint32_t s) { return std::exchange(marks[s], k_base | k_listed) != 0; });
+    for (std::uint32_t s : affected) work[s].mark = 0;
+    std::erase_if(affected, [&](std::uint32_t s) { return std::exchange(work[s].mark, k_base | k_listed) != 0; });
 }
 
-// Follows the base edges from all listed leaves, and appends what has to be split with them, in the order of slots.
+// Follows the base edges from each listed leaf to whatever has to be split with it, and puts that behind it in the
+// list, unless an earlier leaf led there.
 void BisectionForest::close() {
-    auto& marks = scratch_.marks;
+    auto& work = scratch_.work;
+    auto& affected = scratch_.affected;
+    if (affected.size() > k_block && !one_thread()) return close_in_parallel();
+    std::vector<std::uint32_t> listed;
+    listed.reserve(affected.size() + affected.size() / 2);
+    listed.swap(affected);
+    const auto count = static_cast<std::uint32_t>(listed.size());
+    for (std::uint32_t i = 0; i < count; ++i) {
+        if (i + 2 * k_ahead < count) prefetch(leaves_[listed[i + 2 * k_ahead]].neighbour);
+        if (i + k_ahead < count) {
+            const LeafId across = leaves_[listed[i + k_ahead]].neighbour[0];
+            if (across.valid()) {
+                prefetch(leaves_[across.value].neighbour);
+                prefetch(work[across.value]);
+            }
+        }
+        std::uint32_t slot = listed[i];
+        affected.push_back(slot);
+        for (;;) {
+            const LeafId across = leaves_[slot].neighbour[0];
+            work[slot].base_link = k_no_link;
+            if (!across.valid()) break;
+            const std::uint32_t edge = edge_towards(across.value, slot);
+            work[slot].base_link = static_cast<std::uint8_t>(edge);
+            Work& w = work[across.value];
+            const std::uint8_t before = w.mark;
+            w.mark = static_cast<std::uint8_t>(before | k_base | 1u << edge);
+            if (before & k_base) break;  // it follows its own base, or did so
+            affected.push_back(across.value);
+            w.base_link = 0;
+            if (edge == 0) break;
+            slot = across.value;
+        }
+    }
+}
+
+// The same list: a leaf is claimed by the first listed one that leads there, whichever thread comes by first; when all
+// claims are settled, each listed leaf collects its own. Links are written by all who pass, but all write the same.
+void BisectionForest::close_in_parallel() {
+    auto& work = scratch_.work;
     auto& affected = scratch_.affected;
     const auto count = static_cast<std::uint32_t>(affected.size());
-    const bool atomic = count > k_block && !one_thread();
-    std::vector<std::uint32_t> found;
-    std::mutex found_mutex;
+    const auto set = [](std::uint8_t& byte, std::uint32_t value) {
+        std::atomic_ref(byte).store(static_cast<std::uint8_t>(value), std::memory_order_relaxed);
+    };
     for_each_block(count, k_block, [&](std::uint32_t begin, std::uint32_t end) {
-        std::vector<std::uint32_t> own;
         for (std::uint32_t i = begin; i < end; ++i) {
             std::uint32_t slot = affected[i];
             for (;;) {
                 const LeafId across = leaves_[slot].neighbour[0];
-                if (!across.valid()) break;
+                if (!across.valid()) {
+                    set(work[slot].base_link, k_no_link);
+                    break;
+                }
                 const std::uint32_t edge = edge_towards(across.value, slot);
-                const std::uint8_t before =
-                    fetch_or(marks[across.value], static_cast<std::uint8_t>(k_base | 1u << edge), atomic);
-                if (before & k_base) break;  // whoever marked its base goes on from there
-                own.push_back(across.value);
-                if (edge == 0) break;
+                set(work[slot].base_link, edge);
+                Work& w = work[across.value];
+                const std::uint8_t before = std::atomic_ref(w.mark).fetch_or(
+                    static_cast<std::uint8_t>(k_base | 1u << edge), std::memory_order_relaxed);
+                if ((before & k_listed) != 0 || fetch_min(w.first_leaf, i) <= i) break;
+                if (edge == 0) {
+                    set(w.base_link, 0);
+                    break;
+                }
                 slot = across.value;
             }
         }
-        if (own.empty()) return;
-        const std::lock_guard lock(found_mutex);
-        found.insert(found.end(), own.begin(), own.end());
     });
-    // Threads find them in any order. A scan of the marks costs less than sorting more than a few.
-    constexpr std::uint32_t k_scan_factor = 64;
-    if (found.size() < leaves_.size() / k_scan_factor) {
-        std::sort(found.begin(), found.end());
-    } else {
-        found.clear();
-        const auto slots = static_cast<std::uint32_t>(leaves_.size());
-        for (std::uint32_t s = 0; s < slots; ++s)
-            if ((marks[s] & (k_base | k_listed)) == k_base) found.push_back(s);
-    }
-    affected.insert(affected.end(), found.begin(), found.end());
+    const std::uint32_t block_count = (count + k_block - 1) / k_block;
+    std::vector<std::vector<std::uint32_t>> lists(block_count);
+    for_each_index(
+        block_count,
+        [&](std::uint32_t b) {
+            for (std::uint32_t i = b * k_block; i < std::min(count, (b + 1) * k_block); ++i) {
+                std::uint32_t slot = affected[i];
+                lists[b].push_back(slot);
+                for (;;) {
+                    const LeafId across = leaves_[slot].neighbour[0];
+                    if (!across.valid()) break;
+                    const Work& w = work[across.value];
+                    if ((w.mark & k_listed) != 0 || w.first_leaf != i) break;
+                    lists[b].push_back(across.value);
+                    if (work[slot].base_link == 0) break;
+                    slot = across.value;
+                }
+            }
+        },
+        1);
+    std::vector<std::size_t> first(block_count + 1, 0);
+    for (std::uint32_t b = 0; b < block_count; ++b) first[b + 1] = first[b] + lists[b].size();
+    affected.resize(first[block_count]);
+    for_each_index(
+        block_count,
+        [&](std::uint32_t b) {
+            std::copy(lists[b].begin(), lists[b].end(), affected.begin() + static_cast<std::ptrdiff_t>(first[b]));
+        },
+        1);
 }
 
 // Gives each affected leaf its places among the new leaves and points; returns their numbers.
 std::array<std::uint32_t, 2> BisectionForest::plan_splits() {
-    const auto& marks = scratch_.marks;
+    auto& work = scratch_.work;
     const auto& affected = scratch_.affected;
-    auto& plans = scratch_.plans;
     const auto count = static_cast<std::uint32_t>(affected.size());
-    plans.resize(leaves_.size());
-    scratch_.links.resize(count);
     const std::uint32_t block_count = (count + k_block - 1) / k_block;
-    std::vector<Plan> first(block_count + 1, Plan{0, 0});
-    for_each_index(
-        block_count,
-        [&](std::uint32_t b) {
-            std::uint32_t new_leaves = 0, new_points = 0;
-            for (std::uint32_t i = b * k_block; i < std::min(count, (b + 1) * k_block); ++i) {
-                const std::uint32_t slot = affected[i];
-                const auto& across = leaves_[slot].neighbour;
-                const std::uint8_t mark = marks[slot];
-                std::uint32_t base = k_none, leg1 = k_none;
-                if (across[0].valid()) base = edge_towards(across[0].value, slot);
-                if (!(mark & k_leg1) && across[1].valid() && marks[across[1].value] == 0)
-                    leg1 = edge_towards(across[1].value, slot);
-                scratch_.links[i] = pack_links(base, leg1);
-                // Of two leaves with one base edge the one in the lower slot makes the midpoint.
-                const bool makes_point = base != 0 || slot < across[0].value;
-                plans[slot] = {new_leaves, new_points};
-                new_leaves += extra_leaves(mark);
-                new_points += makes_point;
+    struct Sums {
+        std::uint32_t leaves = 0, points = 0;
+    };
+    std::vector<Sums> sums(block_count + 1);
+    const auto last = [&](std::uint32_t b) { return std::min(count, (b + 1) * k_block); };
+    const auto add_up = [&](std::uint32_t b, Sums sum) {
+        for (std::uint32_t i = b * k_block; i < last(b); ++i) {
+            if (i + 2 * k_ahead < count) prefetch(leaves_[affected[i + 2 * k_ahead]].neighbour);
+            if (i + k_ahead < count) {
+                const LeafId leg = leaves_[affected[i + k_ahead]].neighbour[1];
+                if (leg.valid()) prefetch(work[leg.value]);
             }
-            first[b + 1] = {new_leaves, new_points};
-        },
-        1);
+            const std::uint32_t slot = affected[i];
+            const auto& across = leaves_[slot].neighbour;
+            Work& w = work[slot];
+            w.leg_link = k_no_link;
+            if (!(w.mark & k_leg1) && across[1].valid() && work[across[1].value].mark == 0)
+                w.leg_link = static_cast<std::uint8_t>(edge_towards(across[1].value, slot));
+            w.first_leaf = sum.leaves;
+            w.midpoint = sum.points;
+            sum.leaves += extra_leaves(w.mark);
+            // Of two leaves with one base edge the one in the lower slot makes the midpoint.
+            sum.points += w.base_link != 0 || slot < across[0].value;
+        }
+        return sum;
+    };
     std::uint64_t leaf_sum = 0, point_sum = 0;
-    for (Plan& p : first) {
-        leaf_sum += p.first_leaf;
-        point_sum += p.midpoint;
-        if (leaf_sum >= LeafId::none || point_sum >= PointId::none) break;  // reserve_for() refuses such sums
-        p = {static_cast<std::uint32_t>(leaf_sum), static_cast<std::uint32_t>(point_sum)};
+    if (block_count <= 1 || one_thread()) {
+        // At most three new leaves for each of less than 2^32: the sum may wrap, but a larger one is refused first.
+        leaf_sum = std::uint64_t{3} * count;
+        if (leaf_sum + leaves_.size() >= LeafId::none) {
+            leaf_sum = 0;
+            for (std::uint32_t s : affected) leaf_sum += extra_leaves(work[s].mark);
+            reserve_for(leaf_sum, 0);
+        }
+        Sums sum;
+        for (std::uint32_t b = 0; b < block_count; ++b) sum = add_up(b, sum);
+        reserve_for(sum.leaves, sum.points);
+        return {sum.leaves, sum.points};
     }
-    reserve_for(leaf_sum, point_sum);
+    for_each_index(
+        block_count, [&](std::uint32_t b) { sums[b + 1] = add_up(b, {}); }, 1);
+    leaf_sum = 0;
+    for (Sums& s : sums) {
+        leaf_sum += s.leaves;
+        point_sum += s.points;
+        s = {static_cast<std::uint32_t>(leaf_sum), static_cast<std::uint32_t>(point_sum)};
+    }
+    reserve_for(leaf_sum, point_sum);  // refuses sums that wrapped
     for_each_index(
         block_count,
         [&](std::uint32_t b) {
             if (b == 0) return;
-            for (std::uint32_t i = b * k_block; i < std::min(count, (b + 1) * k_block); ++i) {
-                Plan& p = plans[affected[i]];
-                p = {p.first_leaf + first[b].first_leaf, p.midpoint + first[b].midpoint};
+            for (std::uint32_t i = b * k_block; i < last(b); ++i) {
+                Work& w = work[affected[i]];
+                w.first_leaf += sums[b].leaves;
+                w.midpoint += sums[b].points;
             }
         },
         1);
-    return {first[block_count].first_leaf, first[block_count].midpoint};
+    return {sums[block_count].leaves, sums[block_count].points};
 }
 
 void BisectionForest::reserve_for(std::uint64_t new_leaves, std::uint64_t new_points) {
@@ -176,35 +251,31 @@ void BisectionForest::reserve_for(std::uint64_t new_leaves, std::uint64_t new_po
                     "the refinement would have more than 2^32 - 1 leaves; use a larger tolerance or a lower level");
     leaves_.reserve(slots);
     sites_.reserve(points);
-    scratch_.marks.reserve(slots);
 }
 
 // The last phase: each affected leaf writes its descendants and its midpoint. It reads its own record and, of others,
 // only marks and plans, which nobody writes; of its unaffected neighbours it writes the one link that is its own.
 struct BisectionForest::SplitWriter {
     BisectionForest& forest;
-    const detail::PodArray<std::uint8_t>& marks;
-    const detail::PodArray<Plan>& plans;
+    const detail::PodArray<Work>& work;
 
     // Slots of the descendants of a split leaf; those that do not come about are garbage.
     struct Slots {
         std::uint32_t s, s01, s1, s11;
     };
     Slots slots(std::uint32_t s) const {
-        const std::uint8_t mark = marks[s];
-        const std::uint32_t first = plans[s].first_leaf, has01 = mark >> 2 & 1u;
+        const std::uint32_t first = work[s].first_leaf, has01 = work[s].mark >> 2 & 1u;
         return {s, forest.new_leaf_slot(first), forest.new_leaf_slot(first + has01),
                 forest.new_leaf_slot(first + has01 + 1)};
     }
-    PointId midpoint(std::uint32_t slot) const { return PointId(forest.new_point_slot(plans[slot].midpoint)); }
+    PointId midpoint(std::uint32_t slot) const { return PointId(forest.new_point_slot(work[slot].midpoint)); }
 
     // The descendants at the first and second half of a bisected edge of a split leaf, as it runs around the leaf.
     std::array<LeafId, 2> halves(std::uint32_t slot, std::uint32_t edge) const {
         const Slots n = slots(slot);
-        const std::uint8_t mark = marks[slot];
         switch (edge) {
             case 0:
-                return {LeafId(mark & k_leg2 ? n.s01 : n.s), LeafId(n.s1)};
+                return {LeafId(work[slot].mark & k_leg2 ? n.s01 : n.s), LeafId(n.s1)};
             case 1:
                 return {LeafId(n.s1), LeafId(n.s11)};
             default:
@@ -218,11 +289,16 @@ struct BisectionForest::SplitWriter {
         return {second, first};
     }
 
-    void write(std::uint32_t slot, std::uint8_t links, LeafId* created) const {
+    // For a leaf of the caller's own block: nobody else writes its record.
+    void prefetch_neighbours(std::uint32_t slot) const {
+        for (LeafId across : forest.leaves_[slot].neighbour)
+            if (across.valid()) prefetch(work[across.value]);
+    }
+
+    void write(std::uint32_t slot, LeafId* created) const {
         const BisectionLeaf old = forest.leaves_[slot];
-        const std::uint8_t mark = marks[slot];
+        const auto [first_leaf, midpoint_place, mark, base_link, leg_link] = work[slot];
         const Slots n = slots(slot);
-        const std::uint32_t base_link = links & 3u, leg1_link = links >> 2;
         const auto [a, b, apex] = old.vertex;
         const auto [across0, across1, across2] = old.neighbour;
 
@@ -256,7 +332,7 @@ struct BisectionForest::SplitWriter {
         } else {
             // A split neighbour across an unsplit leg sees it as a leg, too; edges 1 and 2 always meet each other.
             LeafId beyond = across2;
-            if (beyond.valid() && marks[beyond.value] != 0) beyond = LeafId(slots(beyond.value).s1);
+            if (beyond.valid() && work[beyond.value].mark != 0) beyond = LeafId(slots(beyond.value).s1);
             put(slot0, path0, cell0, shape0, depth1, {beyond, first0, beside0}, {apex, a, m0});
         }
         if (mark & k_leg1) {
@@ -268,48 +344,52 @@ struct BisectionForest::SplitWriter {
                 {apex, m0, m1});
         } else {
             put(slot1, path1, cell1, shape1, depth1, {across1, slot0, second0}, {b, apex, m0});
-            if (leg1_link != k_none) forest.leaves_[across1.value].neighbour[leg1_link] = slot1;
+            if (leg_link != k_no_link) forest.leaves_[across1.value].neighbour[leg_link] = slot1;
         }
     }
 };
 
 void BisectionForest::refine(std::span<const LeafId> marked, std::vector<LeafId>& created) {
-    require_leaves(marked);
-    for (LeafId id : marked)
+    for (const LeafId& id : marked) {
+        if (!is_leaf(id)) require_leaves({&id, 1});
         if (depth(id) >= k_max_bisection_depth)
             throw Error(ErrorCode::unsupported, "leaf " + std::to_string(id.value) + " is at the largest depth, " +
                                                     std::to_string(k_max_bisection_depth) +
                                                     "; the tolerance is out of reach here");
-    std::uint32_t new_leaves = 0, new_points = 0;
+    }
+    std::array<std::uint32_t, 2> news{};
     leaf_top_ = leaf_slots();
     point_top_ = point_slots();
-    scratch_.marks.resize_zeroed(leaf_top_);
+    grow_work(leaf_top_);
     try {
         list_marked(marked);
         close();
-        const auto sums = plan_splits();
-        new_leaves = sums[0];
-        new_points = sums[1];
-        created.resize(scratch_.affected.size() + new_leaves);
+        news = plan_splits();
+        created.resize(scratch_.affected.size() + news[0]);
     } catch (...) {
-        clear_all_marks();
+        clear_work();
         throw;
     }
     // From here on nothing throws: the room is reserved.
+    const auto [new_leaves, new_points] = news;
     const auto reused_leaves = std::min<std::size_t>(new_leaves, free_leaves_.size());
     const auto reused_points = std::min<std::size_t>(new_points, free_points_.size());
     leaves_.resize(leaf_top_ + new_leaves - reused_leaves);
     sites_.resize(point_top_ + new_points - reused_points);
-    const SplitWriter writer{*this, scratch_.marks, scratch_.plans};
-    const auto count = static_cast<std::uint32_t>(scratch_.affected.size());
+    auto& work = scratch_.work;
+    const auto& affected = scratch_.affected;
+    const SplitWriter writer{*this, work};
+    const auto count = static_cast<std::uint32_t>(affected.size());
     for_each_block(count, k_block, [&](std::uint32_t begin, std::uint32_t end) {
         for (std::uint32_t i = begin; i < end; ++i) {
-            const std::uint32_t slot = scratch_.affected[i];
-            writer.write(slot, scratch_.links[i], created.data() + i + scratch_.plans[slot].first_leaf);
+            if (i + 2 * k_ahead < end) prefetch(leaves_[affected[i + 2 * k_ahead]]);
+            if (i + k_ahead < end) writer.prefetch_neighbours(affected[i + k_ahead]);
+            const std::uint32_t slot = affected[i];
+            writer.write(slot, created.data() + i + work[slot].first_leaf);
         }
     });
     for_each_block(count, k_block, [&](std::uint32_t begin, std::uint32_t end) {
-        for (std::uint32_t i = begin; i < end; ++i) scratch_.marks[scratch_.affected[i]] = 0;
+        for (std::uint32_t i = begin; i < end; ++i) work[affected[i]] = Work{};
     });
     free_leaves_.resize(free_leaves_.size() - reused_leaves);
     free_points_.resize(free_points_.size() - reused_points);
