@@ -3,7 +3,10 @@
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/schemes/catmull_clark.hpp"
 #include "tetrakis/schemes/loop.hpp"
+#include "tetrakis/schemes/ring_limit.hpp"
 #include "tetrakis/schemes/sharpness.hpp"
+
+#include <cmath>
 
 namespace tetrakis::detail {
 
@@ -210,6 +213,44 @@ void gather_ring(const MeshLevel& level, SchemeKind scheme, CreaseMethod method,
         h = level.twin[before];
         if (h == none) ring.outer_child.push_back(outer_child(level.origin[before], level.edge(before)));
     } while (h != start && h != none);
+}
+
+bool smooth_limit(const MeshLevel& level, SchemeKind scheme, std::span<const Vec3d> points, std::uint32_t v,
+                  Vec3d& position, Vec3d* normal) {
+    // Tangents that are parallel but for rounding are left to the general way, which then looks at the faces.
+    constexpr double k_parallel = 1e-10;
+    const std::uint32_t start = level.vertex_halfedge[v];
+    if (start == none || (level.has_tags() && level.tagged[v] != 0)) return false;
+    const bool quads = scheme == SchemeKind::catmull_clark;
+    const Vec3d centre = points[v];
+    // Valence is known only after the walk, so the ring is kept up to a size that covers nearly every vertex.
+    constexpr std::uint32_t k_most = 16;
+    Vec3d ring[2 * k_most];
+    Vec3d edges(0), corners(0);
+    std::uint32_t n = 0, count = 0, h = start;
+    do {
+        if (n == k_most) return false;
+        const std::uint32_t next = level.next(h);
+        edges += ring[count++] = points[level.origin[next]] - centre;
+        if (quads) corners += ring[count++] = points[level.origin[level.next(next)]] - centre;
+        ++n;
+        h = level.twin[level.prev(h)];
+    } while (h != start);
+    const RingLimit& limit = smooth_ring_limit(scheme, static_cast<int>(n));
+    if (!limit.has_tangent_plane) return false;
+    position = centre + limit.position[1] * edges;
+    if (quads) position += limit.position[2] * corners;
+    if (normal == nullptr) return true;
+    Vec3d a(0), b(0);
+    for (std::uint32_t i = 0; i < count; ++i) {
+        a += limit.tangent1[i + 1] * ring[i];
+        b += limit.tangent2[i + 1] * ring[i];
+    }
+    const Vec3d cross = glm::cross(a, b);
+    const double square = glm::dot(cross, cross);
+    if (!(square > k_parallel * k_parallel * glm::dot(a, a) * glm::dot(b, b))) return false;
+    *normal = cross / std::sqrt(square);
+    return true;
 }
 
 }  // namespace tetrakis::detail

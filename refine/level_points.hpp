@@ -18,12 +18,16 @@ enum class PointRule {
 /// Points of the next level, in its vertex order (see MeshLevel); gathers only, so every thread count gives the same.
 /// @param points   level.vertex_count points
 /// @param finer    finer.vertex_count points, to be written
-/// @param children the finer level's edge sharpness around old vertices decides how rules fade; with tags it is read
 void refine_points(const MeshLevel& level, SchemeKind scheme, CreaseMethod method, PointRule rule,
                    std::span<const Vec3d> points, std::span<Vec3d> finer);
 
 /// The ring of vertex v with its tags, for limit_point(). Catmull-Clark: on a level of quads.
 void gather_ring(const MeshLevel& level, SchemeKind scheme, CreaseMethod method, std::span<const Vec3d> points,
                  std::uint32_t v, VertexRing& ring);
+
+/// Limit position, and normal if asked, of an interior vertex without tags, straight from the arrays; false where
+/// limit_point() has to look at it (tags, boundary, isolated, no tangent plane).
+bool smooth_limit(const MeshLevel& level, SchemeKind scheme, std::span<const Vec3d> points, std::uint32_t v,
+                  Vec3d& position, Vec3d* normal);
 
 }  // namespace tetrakis::detail

@@ -114,7 +114,9 @@ class UniformRefinement {
             VertexRing ring;
             for (std::uint32_t v = begin; v < end; ++v) {
                 LimitPoint point{.position = refined.points[v]};
-                if (refined.level.vertex_halfedge[v] != MeshLevel::none) {
+                const bool done = detail::smooth_limit(refined.level, scheme_, refined.points, v, point.position,
+                                                       options_.normals ? &point.normal : nullptr);
+                if (!done && refined.level.vertex_halfedge[v] != MeshLevel::none) {
                     detail::gather_ring(refined.level, scheme_, mesh_.crease_method(), refined.points, v, ring);
                     point = limit_point(scheme_, mesh_.crease_method(), ring);
                 }
