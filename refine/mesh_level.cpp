@@ -54,10 +54,12 @@ void refine_edges(const MeshLevel& level, const Halves& halves, MeshLevel& finer
         const std::uint32_t t = level.twin[h], a = halves.first(h), b = halves.second(h);
         finer.twin[a] = t == none ? none : halves.second(t);
         finer.twin[b] = t == none ? none : halves.first(t);
+        if (finer.edge_side.empty()) return;
         const std::uint32_t e = level.edge_side[h] >> 1, side = level.edge_side[h] & 1;
         finer.edge_side[a] = 2 * (2 * e + side) + side;
         finer.edge_side[b] = 2 * (2 * e + 1 - side) + side;
     });
+    if (finer.edge_halfedge.empty()) return;
     for_each_index(level.edge_count, [&](std::uint32_t e) {
         finer.edge_halfedge[2 * e] = halves.first(level.edge_halfedge[e]);
         finer.edge_halfedge[2 * e + 1] = halves.second(level.edge_halfedge[e]);
@@ -76,7 +78,7 @@ void refine_vertex_halfedges(const MeshLevel& level, const Halves& halves, MeshL
     });
 }
 
-void refine_quads(const MeshLevel& level, MeshLevel& finer, bool last) {
+void refine_quads(const MeshLevel& level, MeshLevel& finer, LevelUse use) {
     const std::uint32_t V = level.vertex_count, F = level.face_count, E = level.edge_count;
     for_each_index(F, [&](std::uint32_t f) {
         const std::uint32_t begin = level.first_halfedge(f), size = level.size_of(f);
@@ -89,13 +91,14 @@ void refine_quads(const MeshLevel& level, MeshLevel& finer, bool last) {
             q[3] = V + F + level.edge(before);
         }
     });
-    if (last) return;
+    if (use == LevelUse::faces) return;
     const QuadHalves halves{level};
     refine_edges(level, halves, finer);
     for_each_index(level.halfedge_count(), [&](std::uint32_t h) {
         const std::uint32_t next = level.next(h);
         finer.twin[4 * h + 1] = 4 * next + 2;
         finer.twin[4 * next + 2] = 4 * h + 1;
+        if (finer.edge_side.empty()) return;
         finer.edge_side[4 * h + 1] = 2 * (2 * E + h);
         finer.edge_side[4 * next + 2] = 2 * (2 * E + h) + 1;
         finer.edge_halfedge[2 * E + h] = 4 * h + 1;
@@ -104,7 +107,7 @@ void refine_quads(const MeshLevel& level, MeshLevel& finer, bool last) {
     for_each_index(F, [&](std::uint32_t f) { finer.vertex_halfedge[V + f] = 4 * level.first_halfedge(f) + 2; });
 }
 
-void refine_triangles(const MeshLevel& level, MeshLevel& finer, bool last) {
+void refine_triangles(const MeshLevel& level, MeshLevel& finer, LevelUse use) {
     const std::uint32_t V = level.vertex_count, E = level.edge_count;
     for_each_index(level.face_count, [&](std::uint32_t f) {
         std::uint32_t corner[3], middle[3];
@@ -120,7 +123,7 @@ void refine_triangles(const MeshLevel& level, MeshLevel& finer, bool last) {
         }
         for (std::uint32_t i = 0; i < 3; ++i) t[i] = middle[i];
     });
-    if (last) return;
+    if (use == LevelUse::faces) return;
     const TriangleHalves halves;
     refine_edges(level, halves, finer);
     for_each_index(level.halfedge_count(), [&](std::uint32_t h) {
@@ -129,6 +132,7 @@ void refine_triangles(const MeshLevel& level, MeshLevel& finer, bool last) {
         const std::uint32_t inside = 3 * (4 * f + 3) + i, outside = 3 * (4 * f + (i + 1) % 3) + 1;
         finer.twin[inside] = outside;
         finer.twin[outside] = inside;
+        if (finer.edge_side.empty()) return;
         finer.edge_side[inside] = 2 * (2 * E + h);
         finer.edge_side[outside] = 2 * (2 * E + h) + 1;
         finer.edge_halfedge[2 * E + h] = inside;
@@ -218,7 +222,7 @@ LevelCounts next_counts(const LevelCounts& counts, SchemeKind scheme) {
             .halfedges = 4 * counts.halfedges};
 }
 
-MeshLevel refine_level(const MeshLevel& level, SchemeKind scheme, CreaseMethod method, bool last) {
+MeshLevel refine_level(const MeshLevel& level, SchemeKind scheme, CreaseMethod method, LevelUse use) {
     const LevelCounts counts =
         next_counts({level.vertex_count, level.edge_count, level.face_count, level.halfedge_count()}, scheme);
     MeshLevel finer;
@@ -228,17 +232,19 @@ MeshLevel refine_level(const MeshLevel& level, SchemeKind scheme, CreaseMethod m
     finer.edge_count = static_cast<std::uint32_t>(counts.edges);
     finer.face_count = static_cast<std::uint32_t>(counts.faces);
     finer.origin.resize(counts.halfedges);
-    if (!last) {
+    if (use != LevelUse::faces) {
         finer.twin.resize(counts.halfedges);
-        finer.edge_side.resize(counts.halfedges);
-        finer.edge_halfedge.resize(counts.edges);
         finer.vertex_halfedge.resize(counts.vertices);
+        if (use == LevelUse::refine || level.has_tags()) {
+            finer.edge_side.resize(counts.halfedges);
+            finer.edge_halfedge.resize(counts.edges);
+        }
     }
     if (scheme == SchemeKind::catmull_clark)
-        refine_quads(level, finer, last);
+        refine_quads(level, finer, use);
     else
-        refine_triangles(level, finer, last);
-    if (!last && level.has_tags()) refine_tags(level, method, finer);
+        refine_triangles(level, finer, use);
+    if (use != LevelUse::faces && level.has_tags()) refine_tags(level, method, finer);
     return finer;
 }
 

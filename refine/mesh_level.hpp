@@ -68,8 +68,15 @@ struct MeshLevel {
 /// Level 0: the control mesh.
 MeshLevel control_level(const ControlMesh& mesh);
 
-/// The next level; `last` leaves out everything but faces' vertices and counts.
-MeshLevel refine_level(const MeshLevel& level, SchemeKind scheme, CreaseMethod method, bool last);
+/// What a level is made for: a last level needs less.
+enum class LevelUse {
+    faces,   ///< counts and `origin` only
+    rings,   ///< walks around vertices as well: no edges where there are no tags
+    refine,  ///< everything
+};
+
+/// The next level.
+MeshLevel refine_level(const MeshLevel& level, SchemeKind scheme, CreaseMethod method, LevelUse use);
 
 /// Elements of level l: counts grow too fast for 32 bits, so they are known before anything is made.
 struct LevelCounts {

@@ -96,8 +96,9 @@ class UniformRefinement {
         Refined now{detail::control_level(mesh), {mesh.positions().begin(), mesh.positions().end()}};
         for (int l = 0; l < levels; ++l) {
             options_.context.report(stage, static_cast<double>(l) / levels);
-            const bool last = l + 1 == levels && !keep_links;
-            Refined finer{detail::refine_level(now.level, scheme_, mesh.crease_method(), last), {}};
+            using detail::LevelUse;
+            const LevelUse use = l + 1 < levels ? LevelUse::refine : keep_links ? LevelUse::rings : LevelUse::faces;
+            Refined finer{detail::refine_level(now.level, scheme_, mesh.crease_method(), use), {}};
             finer.points.resize(finer.level.vertex_count);
             detail::refine_points(now.level, scheme_, mesh.crease_method(), rule, now.points, finer.points);
             now = std::move(finer);
