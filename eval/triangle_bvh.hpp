@@ -39,7 +39,7 @@ class TriangleBvh {
     /// Keeps references: positions and triangles must stay where they are while this object lives.
     /// @throws Error invalid_input: an index is out of range, or a position used is not finite;
     ///               memory_limit: context.max_memory_bytes would be exceeded (Embree's share alone counts)
-    /// Cost: O(T log T), parallel; about 100 bytes a triangle.
+    /// Cost: O(T log T), parallel; about 45 bytes a triangle.
     TriangleBvh(std::span<const Vec3d> positions, std::span<const std::array<std::uint32_t, 3>> triangles,
                 const RunContext& context = {});
     explicit TriangleBvh(const TriangleMesh& mesh, const RunContext& context = {})
