@@ -165,6 +165,9 @@ class BisectionForest {
         return i < reused ? free_points_[reused - 1 - i] : point_top_ + (i - reused);
     }
     bool find_diamond(std::uint32_t slot, Diamond& diamond) const;
+    std::size_t find_marked_diamonds(std::span<const std::uint32_t> unique, std::vector<Diamond>& diamonds) const;
+    void prefetch_beyond(const Diamond& diamond) const;
+    Merge plan_merge(const Diamond& diamond, std::uint32_t pair) const;
     std::vector<std::uint32_t> leaves_in_order() const;
     void number_points(ExportedTriangles& out) const;
     std::optional<std::string> check_leaf(std::uint32_t slot) const;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 namespace tetrakis {
 
@@ -14,6 +15,12 @@ constexpr std::uint8_t k_marked = 1;   // named by the caller
 constexpr std::uint8_t k_merging = 2;  // all leaves of its diamond are
 
 constexpr std::uint32_t k_block = 4096;
+constexpr std::uint32_t k_ahead = 12;  // leaves whose records are asked for ahead of time
+
+// Room for more elements, growing in steps that keep many small calls linear.
+void make_room(std::vector<std::uint32_t>& items, std::size_t more) {
+    if (items.size() + more > items.capacity()) items.reserve(std::max(items.size() + more, 2 * items.capacity()));
+}
 
 }  // namespace
 
@@ -21,6 +28,7 @@ constexpr std::uint32_t k_block = 4096;
 // one pair's parent runs against the other's.
 struct BisectionForest::Diamond {
     std::uint32_t pair_count = 0;
+    std::uint32_t first_merge = 0;  // its place among all pairs
     std::array<std::array<std::uint32_t, 2>, 2> pairs{};
 
     template <class F>
@@ -90,88 +98,115 @@ std::size_t BisectionForest::coarsen(std::span<const LeafId> marked, std::vector
     std::vector<std::uint32_t> unique;
     std::vector<Diamond> diamonds;
     std::vector<Merge> merges;
-    std::vector<std::uint32_t> points;
-    const auto is_marked = [&](std::uint32_t s) { return work[s].mark != 0; };
     try {
         unique.reserve(marked.size());
         for (LeafId id : marked)
             if (std::exchange(work[id.value].mark, k_marked) == 0) unique.push_back(id.value);
-        // Every leaf belongs to one diamond, that of its apex; the lowest slot speaks for it.
-        const auto count = static_cast<std::uint32_t>(unique.size());
-        std::vector<std::vector<Diamond>> found((count + k_block - 1) / k_block);
-        for_each_index(
-            static_cast<std::uint32_t>(found.size()),
-            [&](std::uint32_t b) {
-                Diamond diamond;
-                for (std::uint32_t i = b * k_block; i < std::min(count, (b + 1) * k_block); ++i)
-                    if (find_diamond(unique[i], diamond) && diamond.lowest_slot() == unique[i] &&
-                        diamond.all(is_marked))
-                        found[b].push_back(diamond);
-            },
-            1);
-        std::size_t merge_count = 0;
-        for (const auto& block : found) {
-            diamonds.insert(diamonds.end(), block.begin(), block.end());
-            for (const Diamond& d : block) merge_count += d.pair_count;
-        }
-        merges.resize(merge_count);
-        created.resize(merge_count);
-        free_leaves_.reserve(free_leaves_.size() + merge_count);
-        free_points_.reserve(free_points_.size() + diamonds.size());
+        merges.resize(find_marked_diamonds(unique, diamonds));
+        created.resize(merges.size());
+        make_room(free_leaves_, merges.size());
+        make_room(free_points_, diamonds.size());
     } catch (...) {
         clear_work();
         throw;
     }
-    for (const Diamond& d : diamonds) d.all([&](std::uint32_t s) { return (work[s].mark |= k_merging) != 0; });
-
-    // Plan while all records are still whole.
-    const auto merging = [&](std::uint32_t s) { return (work[s].mark & k_merging) != 0; };
-    const auto after = [&](LeafId id) {
-        const bool is_child1 = id.valid() && merging(id.value) && (leaves_[id.value].path & 1) != 0;
-        return is_child1 ? leaves_[id.value].neighbour[1] : id;
-    };
-    std::size_t next = 0;
-    for (const Diamond& d : diamonds)
-        for (std::uint32_t p = 0; p < d.pair_count; ++p) {
-            const auto [slot0, slot1] = d.pairs[p];
-            const BisectionLeaf &child0 = leaves_[slot0], &child1 = leaves_[slot1];
-            const BisectionShape shape = child0.shape().parent(child0.depth, 0);
-            const LeafId beyond = child1.neighbour[0];  // across edge 1 of the parent
-            Merge& m = merges[next++];
-            m.parent = {.path = child0.path >> 1,
-                        .cell = child0.cell,
-                        .apex = shape.apex,
-                        .neighbour = {d.pair_count == 2 ? LeafId(d.pairs[1 - p][0]) : LeafId{}, after(beyond),
-                                      after(child0.neighbour[0])},
-                        .vertex = {child0.vertex[1], child1.vertex[0], child0.vertex[0]},
-                        .depth = static_cast<std::uint8_t>(child0.depth - 1),
-                        .direction = shape.direction};
-            m.freed_slot = slot1;
-            // A merging neighbour beyond it has its base there and finds the new slot by after().
-            const bool relink = beyond.valid() && !merging(beyond.value);
-            m.relinked_slot = relink ? beyond.value : LeafId::none;
-            m.relinked_edge = relink ? edge_towards(beyond.value, slot1) : 0;
-        }
-
-    next = 0;
-    for (const Diamond& d : diamonds) {
+    // From here on nothing throws: the room is there.
+    const auto count = static_cast<std::uint32_t>(diamonds.size());
+    for_each_index(count, [&](std::uint32_t i) {
+        diamonds[i].all([&](std::uint32_t s) { return (work[s].mark |= k_merging) != 0; });
+    });
+    // Plan while all records are still whole, then write.
+    for_each_index(count, [&](std::uint32_t i) {
+        if (i + k_ahead < count) prefetch_beyond(diamonds[i + k_ahead]);
+        for (std::uint32_t p = 0; p < diamonds[i].pair_count; ++p)
+            merges[diamonds[i].first_merge + p] = plan_merge(diamonds[i], p);
+    });
+    const std::size_t free_leaves = free_leaves_.size(), free_points = free_points_.size();
+    free_leaves_.resize(free_leaves + merges.size());
+    free_points_.resize(free_points + diamonds.size());
+    for_each_index(count, [&](std::uint32_t i) {
+        const Diamond& d = diamonds[i];
         const PointId midpoint = leaves_[d.pairs[0][0]].vertex[2];
         for (std::uint32_t p = 0; p < d.pair_count; ++p) {
-            const Merge& m = merges[next];
-            leaves_[d.pairs[p][0]] = m.parent;
+            const Merge& m = merges[d.first_merge + p];
+            const LeafId parent(d.pairs[p][0]);
+            leaves_[parent.value] = m.parent;
             leaves_[m.freed_slot].depth = k_dead;
-            if (m.relinked_slot != LeafId::none)
-                leaves_[m.relinked_slot].neighbour[m.relinked_edge] = LeafId(d.pairs[p][0]);
-            free_leaves_.push_back(m.freed_slot);
-            created[next++] = LeafId(d.pairs[p][0]);
+            if (m.relinked_slot != LeafId::none) leaves_[m.relinked_slot].neighbour[m.relinked_edge] = parent;
+            free_leaves_[free_leaves + d.first_merge + p] = m.freed_slot;
+            created[d.first_merge + p] = parent;
         }
         sites_[midpoint.value] = Site{};
-        free_points_.push_back(midpoint.value);
-    }
+        free_points_[free_points + i] = midpoint.value;
+    });
     for (std::uint32_t s : unique) work[s].mark = 0;
     leaf_count_ -= static_cast<std::uint32_t>(merges.size());
-    midpoint_count_ -= static_cast<std::uint32_t>(diamonds.size());
-    return diamonds.size();
+    midpoint_count_ -= count;
+    return count;
+}
+
+// Diamonds whose leaves are all marked, in the order of their lowest slots in `unique`. Returns the number of pairs.
+std::size_t BisectionForest::find_marked_diamonds(std::span<const std::uint32_t> unique,
+                                                  std::vector<Diamond>& diamonds) const {
+    const auto count = static_cast<std::uint32_t>(unique.size());
+    const auto is_marked = [&](std::uint32_t s) { return scratch_.work[s].mark != 0; };
+    std::vector<std::vector<Diamond>> found((count + k_block - 1) / k_block);
+    for_each_index(
+        static_cast<std::uint32_t>(found.size()),
+        [&](std::uint32_t b) {
+            Diamond diamond;
+            for (std::uint32_t i = b * k_block; i < std::min(count, (b + 1) * k_block); ++i) {
+                if (i + 2 * k_ahead < count) __builtin_prefetch(&leaves_[unique[i + 2 * k_ahead]].neighbour);
+                if (i + k_ahead < count)
+                    for (LeafId across : leaves_[unique[i + k_ahead]].neighbour)
+                        if (across.valid()) __builtin_prefetch(&leaves_[across.value].neighbour);
+                // Every leaf belongs to one diamond, that of its apex; the lowest slot speaks for it.
+                if (find_diamond(unique[i], diamond) && diamond.lowest_slot() == unique[i] && diamond.all(is_marked))
+                    found[b].push_back(diamond);
+            }
+        },
+        1);
+    std::size_t merge_count = 0;
+    for (auto& block : found)
+        for (Diamond& d : block) {
+            d.first_merge = static_cast<std::uint32_t>(merge_count);
+            merge_count += d.pair_count;
+            diamonds.push_back(d);
+        }
+    return merge_count;
+}
+
+void BisectionForest::prefetch_beyond(const Diamond& diamond) const {
+    diamond.all([&](std::uint32_t s) {
+        const LeafId beyond = leaves_[s].neighbour[0];
+        if (beyond.valid()) __builtin_prefetch(&scratch_.work[beyond.value]);
+        return true;
+    });
+}
+
+BisectionForest::Merge BisectionForest::plan_merge(const Diamond& d, std::uint32_t pair) const {
+    const auto merging = [&](LeafId id) { return (scratch_.work[id.value].mark & k_merging) != 0; };
+    const auto after = [&](LeafId id) {
+        const bool is_child1 = id.valid() && merging(id) && (leaves_[id.value].path & 1) != 0;
+        return is_child1 ? leaves_[id.value].neighbour[1] : id;
+    };
+    const auto [slot0, slot1] = d.pairs[pair];
+    const BisectionLeaf &child0 = leaves_[slot0], &child1 = leaves_[slot1];
+    const BisectionShape shape = child0.shape().parent(child0.depth, 0);
+    const LeafId beyond = child1.neighbour[0];  // across edge 1 of the parent
+    // A merging neighbour beyond it has its base there and finds the new slot by after().
+    const bool relink = beyond.valid() && !merging(beyond);
+    return {.parent = {.path = child0.path >> 1,
+                       .cell = child0.cell,
+                       .apex = shape.apex,
+                       .neighbour = {d.pair_count == 2 ? LeafId(d.pairs[1 - pair][0]) : LeafId{}, after(beyond),
+                                     after(child0.neighbour[0])},
+                       .vertex = {child0.vertex[1], child1.vertex[0], child0.vertex[0]},
+                       .depth = static_cast<std::uint8_t>(child0.depth - 1),
+                       .direction = shape.direction},
+            .freed_slot = slot1,
+            .relinked_slot = relink ? beyond.value : LeafId::none,
+            .relinked_edge = relink ? edge_towards(beyond.value, slot1) : 0};
 }
 
 }  // namespace tetrakis
