@@ -63,7 +63,7 @@ LoopBounder::LoopBounder(const LoopPatches& patches)
 LoopBounder::Level& LoopBounder::locate(const CellTriangle& leaf, Corners& at) {
     if (leaf.root != root_ || known_ == 0) {
         root_ = leaf.root;
-        way_[0].cell = patches_.root_cell(leaf.root);
+        patches_.root_cell(leaf.root, way_[0].cell);
         way_[0].has_hessian = false;
         known_ = 1;
     }
@@ -102,7 +102,7 @@ LoopBounder::Level& LoopBounder::locate(const CellTriangle& leaf, Corners& at) {
         if (static_cast<std::size_t>(depth) == way_.size()) way_.emplace_back();
         Level& level = way_[depth];
         if (depth >= known_ || level.quarter != quarter) {
-            level.cell = patches_.child(way_[depth - 1].cell, quarter);
+            patches_.child(way_[depth - 1].cell, quarter, level.cell);
             level.quarter = quarter;
             level.has_hessian = false;
             known_ = depth + 1;
@@ -136,15 +136,14 @@ void LoopBounder::bound_regular(const BoxSplineHessian& h, const Corners& at, co
     const double attained = std::sqrt(std::max({squared(deviation[0]), squared(deviation[1]), squared(deviation[2])}));
     const double upper = attained + own + pad_;
     if (settle(upper)) return;
-    std::array<Vec3d, 3> inner;  // S - L in the middle of edge k
+    std::array<Vec3d, 3> bend, inner;  // S - L in the middle of edge k, without and with that of its ends
     for (int k = 0; k < 3; ++k) {
-        inner[k] = edge[k].middle_deviation(k);
-        const Vec3d there = 0.5 * (deviation[k] + deviation[next3(k)]) + inner[k];
-        if (k == 1)
-            attain((1.0 / 3) * (deviation[0] + deviation[1] + deviation[2]) + centroid_deviation(h, at, inner[1]));
-        inner[k] = there;
-        attain(there);
+        bend[k] = edge[k].middle_deviation(k);
+        inner[k] = 0.5 * (deviation[k] + deviation[next3(k)]) + bend[k];
+        attain(inner[k]);
     }
+    if (rejected_) return;
+    attain((1.0 / 3) * (deviation[0] + deviation[1] + deviation[2]) + detail::centroid_deviation(h, at, bend[1]));
     if (rejected_ || settle(upper)) return;
     if (depth == 0) {
         upper_ = std::max(upper_, upper);
@@ -160,7 +159,8 @@ void LoopBounder::bound_regular(const BoxSplineHessian& h, const Corners& at, co
 
 void LoopBounder::bound_quarter(const LoopCell& cell, int quarter, const Piece& piece, int depth) {
     if (rejected_) return;
-    const LoopCell child = patches_.child(cell, quarter);
+    LoopCell child;
+    patches_.child(cell, quarter, child);
     Piece part = piece;
     for (Bary& b : part.at) b = detail::turned(detail::in_quarter(b, quarter), child.turn);
     if (child.kind != LoopCell::Kind::regular) {
@@ -243,7 +243,8 @@ void LoopBounder::bound_quarters(const LoopCell& cell, const Piece& piece, int d
         p.at[k] = piece.at[i], p.linear[k] = piece.linear[i], p.deviation[k] = piece.deviation[i];
     }
     Piece m;  // m[k]: middle of edge k
-    const LoopCell centre = patches_.child(cell, 3);
+    LoopCell centre;
+    patches_.child(cell, 3, centre);
     for (int k = 0; k < 3; ++k) {
         m.at[k] = middle(p.at[k], p.at[next3(k)]);
         m.linear[k] = 0.5 * (p.linear[k] + p.linear[next3(k)]);

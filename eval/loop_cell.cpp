@@ -43,14 +43,12 @@ LoopNode::LoopNode(LoopRings rings) {
 
 LoopNode::~LoopNode() { delete children_.load(std::memory_order_relaxed); }
 
-LoopCell LoopNode::cell() const {
-    LoopCell out;
+void LoopNode::cell(LoopCell& out) const {
     out.kind = kind_;
     out.turn = turn_;
     if (net_) out.net = *net_;
     out.star = star_.get();
     out.node = this;
-    return out;
 }
 
 const LoopNode& LoopNode::child(int quarter) const {

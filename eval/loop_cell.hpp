@@ -43,10 +43,23 @@ struct LoopCell {
     };
     Kind kind = Kind::regular;
     int turn = 0;
-    Net12 net{};                          ///< regular
+    Net12 net;                            ///< regular
     const LoopStarChain* star = nullptr;  ///< star
     const LoopNode* node = nullptr;       ///< generic
     std::uint32_t face = 0;               ///< split
+
+    LoopCell() {}
+    LoopCell(const LoopCell& other) { *this = other; }
+    /// The net is copied only where there is one: cells change hands more often than patches are met.
+    LoopCell& operator=(const LoopCell& other) {
+        kind = other.kind;
+        turn = other.turn;
+        star = other.star;
+        node = other.node;
+        face = other.face;
+        if (kind == Kind::regular) net = other.net;
+        return *this;
+    }
 };
 
 /// A node of the tree below a generic cell.
@@ -58,7 +71,7 @@ class LoopNode {
     ~LoopNode();
 
     /// The cell, in its simplest form.
-    LoopCell cell() const;
+    void cell(LoopCell& out) const;
     const LoopNode& child(int quarter) const;
     const LoopRings& rings() const { return *rings_; }  ///< of a generic cell
 

@@ -249,11 +249,20 @@ void LoopPatches::gather_first(std::uint32_t h, int valence, Vec3d* out) const {
     *out++ = edge_point(next(twin(prev(h))));
 }
 
-Net12 LoopPatches::gather_centre(std::uint32_t h) const {
+void LoopPatches::gather_centre(std::uint32_t h, Net12& out) const {
     const std::uint32_t h1 = next(h), h2 = prev(h), t0 = twin(h), t1 = twin(h1), t2 = twin(h2);
-    return {edge_point(h1),       edge_point(h2),       edge_point(h),        vertex_point(h1),
-            edge_point(next(t1)), edge_point(prev(t1)), vertex_point(h2),     edge_point(next(t2)),
-            edge_point(prev(t2)), vertex_point(h),      edge_point(next(t0)), edge_point(prev(t0))};
+    out[0] = edge_point(h1);
+    out[1] = edge_point(h2);
+    out[2] = edge_point(h);
+    out[3] = vertex_point(h1);
+    out[4] = edge_point(next(t1));
+    out[5] = edge_point(prev(t1));
+    out[6] = vertex_point(h2);
+    out[7] = edge_point(next(t2));
+    out[8] = edge_point(prev(t2));
+    out[9] = vertex_point(h);
+    out[10] = edge_point(next(t0));
+    out[11] = edge_point(prev(t0));
 }
 
 const LoopStarChain& LoopPatches::star_root(std::uint32_t h, bool first_level) const {
@@ -278,41 +287,50 @@ const LoopNode& LoopPatches::generic_root(std::uint32_t h) const {
     return *known;
 }
 
-LoopCell LoopPatches::root_cell(HalfedgeId root) const {
+void LoopPatches::root_cell(HalfedgeId root, LoopCell& out) const {
     const std::uint32_t h = root.value;
     const RootKind kind = kind_[h / 3];
-    if (kind == RootKind::generic) return generic_root(h).cell();
-    LoopCell out;
-    if (kind == RootKind::regular) {
-        gather_control(h, 6, out.net.data());
-    } else if (kind == RootKind::split) {
-        out.kind = LoopCell::Kind::split;
-        out.face = h / 3;
-    } else {
-        out.kind = LoopCell::Kind::star;
-        out.turn = static_cast<int>(kind) - static_cast<int>(RootKind::star0);
-        out.star = &star_root(h + static_cast<std::uint32_t>(out.turn), false);
+    out.turn = 0;
+    switch (kind) {
+        case RootKind::generic:
+            generic_root(h).cell(out);
+            return;
+        case RootKind::regular:
+            out.kind = LoopCell::Kind::regular;
+            gather_control(h, 6, out.net.data());
+            return;
+        case RootKind::split:
+            out.kind = LoopCell::Kind::split;
+            out.face = h / 3;
+            return;
+        default:
+            out.kind = LoopCell::Kind::star;
+            out.turn = static_cast<int>(kind) - static_cast<int>(RootKind::star0);
+            out.star = &star_root(h + static_cast<std::uint32_t>(out.turn), false);
     }
-    return out;
 }
 
-LoopCell LoopPatches::child(const LoopCell& cell, int quarter) const {
-    if (cell.kind == LoopCell::Kind::generic) return cell.node->child(quarter).cell();
-    LoopCell out;
+void LoopPatches::child(const LoopCell& cell, int quarter, LoopCell& out) const {
+    if (cell.kind == LoopCell::Kind::generic) {
+        cell.node->child(quarter).cell(out);
+        return;
+    }
     if (cell.kind == LoopCell::Kind::star) {
         const LoopStarChain& step = cell.star->next();
-        if (quarter == 0) {
-            out.kind = LoopCell::Kind::star;
+        out.turn = 0;
+        out.kind = quarter == 0 ? LoopCell::Kind::star : LoopCell::Kind::regular;
+        if (quarter == 0)
             out.star = &step;
-        } else {
-            out.net = detail::loop_star_quarter(step.valence(), step.points(), quarter);
-        }
-        return out;
+        else
+            detail::loop_star_quarter(step.valence(), step.points(), quarter, out.net);
+        return;
     }
     const std::uint32_t h = 3 * cell.face;
+    out.kind = LoopCell::Kind::regular;
     if (quarter == 3) {
-        out.net = gather_centre(h);
-        return out;
+        out.turn = 0;
+        gather_centre(h, out.net);
+        return;
     }
     const std::uint32_t corner = h + static_cast<std::uint32_t>(quarter);
     out.turn = quarter;
@@ -322,7 +340,6 @@ LoopCell LoopPatches::child(const LoopCell& cell, int quarter) const {
         out.kind = LoopCell::Kind::star;
         out.star = &star_root(corner, true);
     }
-    return out;
 }
 
 namespace {
@@ -346,7 +363,7 @@ Vec3d LoopPatches::position(const LoopCell& start, const Bary& at) const {
             return vertex_limit(3 * cell.face + static_cast<std::uint32_t>(corner));
         const int quarter = detail::quarter_of(b);
         b = detail::in_quarter(b, quarter);
-        cell = child(cell, quarter);
+        child(cell, quarter, cell);
         b = detail::turned(b, cell.turn);
     }
     return detail::box_spline_position(cell.net, b);
@@ -375,7 +392,8 @@ Vec3d LoopPatches::limit(HalfedgeId root, LatticePoint at, int level) const {
     if (at.x == 0 && at.y == 0) return vertex_limit(root.value);
     const double scale = 1.0 / side;
     const Bary b{(side - at.x - at.y) * scale, at.x * scale, at.y * scale};
-    const LoopCell cell = root_cell(root);
+    LoopCell cell;
+    root_cell(root, cell);
     return position(cell, detail::turned(b, cell.turn));
 }
 
@@ -390,7 +408,8 @@ SurfacePoint LoopPatches::evaluate(HalfedgeId root, double x, double y) const {
         out.position = vertex_limit(root.value + static_cast<std::uint32_t>(corner));
         return out;
     }
-    LoopCell cell = root_cell(root);
+    LoopCell cell;
+    root_cell(root, cell);
     b = detail::turned(b, cell.turn);
     turn = cell.turn;
     while (cell.kind != LoopCell::Kind::regular) {
@@ -400,7 +419,7 @@ SurfacePoint LoopPatches::evaluate(HalfedgeId root, double x, double y) const {
         const int quarter = detail::quarter_of(b);
         b = detail::in_quarter(b, quarter);
         scale *= quarter == 3 ? -2 : 2;
-        cell = child(cell, quarter);
+        child(cell, quarter, cell);
         b = detail::turned(b, cell.turn);
         turn = (turn + cell.turn) % 3;
     }

@@ -42,10 +42,11 @@ class LoopPatches {
     double largest_coordinate() const { return largest_coordinate_; }
 
     // The tree, for bounds.
-    detail::LoopCell root_cell(HalfedgeId root) const;
+    void root_cell(HalfedgeId root, detail::LoopCell& out) const;
     /// A quarter of a cell that is not regular; quarters count in the cell's frame: at its corners 0, 1, 2, [3] the
     /// centre.
-    detail::LoopCell child(const detail::LoopCell& cell, int quarter) const;
+    /// @param out  may be the cell itself
+    void child(const detail::LoopCell& cell, int quarter, detail::LoopCell& out) const;
     /// Position at a point of a cell (in the cell's frame).
     Vec3d position(const detail::LoopCell& cell, const detail::Bary& at) const;
 
@@ -60,7 +61,7 @@ class LoopPatches {
     Vec3d vertex_limit(std::uint32_t h) const;
     void gather_control(std::uint32_t h, int valence, Vec3d* out) const;
     void gather_first(std::uint32_t h, int valence, Vec3d* out) const;
-    detail::Net12 gather_centre(std::uint32_t h) const;
+    void gather_centre(std::uint32_t h, detail::Net12& out) const;
     const detail::LoopStarChain& star_root(std::uint32_t h, bool first_level) const;
     const detail::LoopNode& generic_root(std::uint32_t h) const;
 

@@ -42,12 +42,17 @@ void loop_star_step(int n, double beta, const Vec3d* star, Vec3d* step) {
     o[10] = edge_point(b, out[3], out[2], out[4]);
 }
 
-Net12 loop_star_quarter(int n, const Vec3d* step, int quarter) {
-    const Vec3d* o = step + n + 1;
-    const Vec3d &c = step[0], &p10 = step[1], &p01 = step[2], &before = step[n], &after = step[n == 2 ? 1 : 3];
-    if (quarter == 1) return {p10, o[1], o[2], p01, c, before, o[0], o[5], o[6], o[7], o[8], o[3]};
-    if (quarter == 2) return {p01, o[2], o[3], o[4], after, c, p10, o[1], o[7], o[8], o[10], o[9]};
-    return {o[2], p01, p10, o[1], o[7], o[8], o[3], o[4], after, c, before, o[0]};
+void loop_star_quarter(int n, const Vec3d* step, int quarter, Net12& out) {
+    const int o = n + 1, after = n == 2 ? 1 : 3;  // the outer points; (-1,1); ring point n is (1,-1)
+    const auto gather = [&](const std::array<int, 12>& from) {
+        for (std::size_t i = 0; i < 12; ++i) out[i] = step[from[i]];
+    };
+    if (quarter == 1)
+        gather({1, o + 1, o + 2, 2, 0, n, o + 0, o + 5, o + 6, o + 7, o + 8, o + 3});
+    else if (quarter == 2)
+        gather({2, o + 2, o + 3, o + 4, after, 0, 1, o + 1, o + 7, o + 8, o + 10, o + 9});
+    else
+        gather({o + 2, 2, 1, o + 1, o + 7, o + 8, o + 3, o + 4, after, 0, n, o + 0});
 }
 
 Vec3d loop_star_limit(int n, const Vec3d* star) {

@@ -22,7 +22,12 @@ void loop_star_step(int valence, double beta, const Vec3d* star, Vec3d* step);
 
 /// Net of a regular quarter from a step: quarter 1 is (mid01, corner 1, mid12), 2 is (mid02, mid12, corner 2), 3 the
 /// centre (mid12, mid02, mid01).
-Net12 loop_star_quarter(int valence, const Vec3d* step, int quarter);
+void loop_star_quarter(int valence, const Vec3d* step, int quarter, Net12& out);
+inline Net12 loop_star_quarter(int valence, const Vec3d* step, int quarter) {
+    Net12 out;
+    loop_star_quarter(valence, step, quarter, out);
+    return out;
+}
 
 /// Limit position of the extraordinary corner.
 Vec3d loop_star_limit(int valence, const Vec3d* star);

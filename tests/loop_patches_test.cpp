@@ -11,6 +11,7 @@
 #include <memory>
 #include <sstream>
 #include <string>
+#include <thread>
 
 using namespace tetrakis;
 
@@ -188,6 +189,38 @@ TEST_CASE("Loop patches: normals at vertices are continuous where the surface is
         }
     }
     CHECK(met > 100);
+}
+
+TEST_CASE("[inv10] Loop patches: threads that grow the trees together get the bits that one gets alone") {
+    for (std::uint32_t seed = 1; seed < 5; ++seed) {
+        CAPTURE(seed);
+        const ControlMesh mesh = test::random_tagged_mesh(seed);
+        RunContext one, three;
+        one.threads = 1;
+        three.threads = 3;
+        const LoopPatches alone(mesh, one), together(mesh, three);
+        const int level = 4;
+        const auto all = [&](const LoopPatches& patches, bool backwards) {
+            std::vector<Vec3d> out;
+            const std::uint32_t side = 1u << level, faces = mesh.face_count();
+            out.resize(std::size_t{faces} * (side + 1) * (side + 1));
+            for (std::uint32_t i = 0; i < faces; ++i) {
+                const std::uint32_t f = backwards ? faces - 1 - i : i;
+                for (std::uint32_t x = 0; x <= side; ++x)
+                    for (std::uint32_t y = 0; x + y <= side; ++y)
+                        out[(std::size_t{f} * (side + 1) + x) * (side + 1) + y] =
+                            patches.limit(mesh.face_halfedge(FaceId(f)), {x, y}, level);
+            }
+            return out;
+        };
+        std::array<std::vector<Vec3d>, 4> results;
+        std::vector<std::thread> threads;
+        for (std::size_t t = 0; t < results.size(); ++t)
+            threads.emplace_back([&, t] { results[t] = all(together, t % 2 == 1); });
+        for (std::thread& t : threads) t.join();
+        const std::vector<Vec3d> expected = all(alone, false);
+        for (const auto& result : results) CHECK(result == expected);
+    }
 }
 
 TEST_CASE("Loop patches: a crease vertex gets the mean normal of both sides") {
