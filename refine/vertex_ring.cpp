@@ -53,7 +53,7 @@ void refine_ring(SchemeKind scheme, CreaseMethod method, VertexRing& ring) {
     for (int i = 0; i < n; ++i) {
         const double crease = edge_crease_weight(ring.sharpness[i], inner[i], outer[i]);
         Vec3d q = crease * 0.5 * (p[0] + edge(i));
-        if (crease < 1) {
+        if (crease != 1) {
             const Vec3d smooth =
                 quads ? CatmullClark::edge_end_quads * (p[0] + edge(i)) +
                             CatmullClark::edge_side_quads * (edge(i - 1) + edge(i + 1) + face(i - 1) + face(i))

@@ -94,7 +94,7 @@ VertexBlend vertex_blend(std::span<const float> edge_sharpness, float vertex_sha
 double edge_crease_weight(float sharpness, float child_a, float child_b) {
     if (!is_sharp(sharpness)) return 0;
     if (is_sharp(child_a) && is_sharp(child_b)) return 1;
-    return std::min(1.0, static_cast<double>(sharpness));
+    return static_cast<double>(sharpness);
 }
 
 }  // namespace tetrakis

@@ -56,7 +56,9 @@ struct VertexBlend {
 VertexBlend vertex_blend(std::span<const float> edge_sharpness, float vertex_sharpness,
                          std::span<const float> child_edge_sharpness, float child_vertex_sharpness);
 
-/// Weight of the crease mask (the midpoint) in the rule of the vertex on an edge; 1 less it is the smooth mask's.
+/// Weight of the crease mask (the midpoint) in the rule of the vertex on an edge; one less it is the smooth mask's.
+/// It is the sharpness itself where a half goes smooth. Chaikin creasing can smooth a half of an edge with a sharpness
+/// between 1 and 4/3; the weight is then above one, as it is in OpenSubdiv 3.5 (tested against it).
 /// @param sharpness          the edge's
 /// @param child_a, child_b   its halves'; when both are sharp the edge is still a full crease
 double edge_crease_weight(float sharpness, float child_a, float child_b);

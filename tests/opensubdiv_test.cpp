@@ -193,4 +193,17 @@ TEST_CASE("[peer] random meshes with all kinds of tags refine as OpenSubdiv refi
         }
 }
 
+TEST_CASE("[peer] Chaikin creases whose sharpness falls from above one to nothing in one step") {
+    // The upper ring of a cube: the mean with a nearly smooth neighbour takes more than one.
+    ControlMeshData data;
+    for (int i = 0; i < 8; ++i) data.positions.push_back({i & 1, i >> 1 & 1, i >> 2});
+    data.face_offsets = {0, 4, 8, 12, 16, 20, 24};
+    data.face_vertices = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 1, 3, 7, 5, 3, 2, 6, 7, 2, 0, 4, 6};
+    data.crease_method = CreaseMethod::chaikin;
+    data.creases = {{4, 5, 1.2f}, {5, 7, 0.1f}, {7, 6, 1.3f}, {6, 4, 0.3f}};
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    for (int levels = 1; levels <= 3; ++levels)
+        CHECK(compare(mesh, SchemeKind::catmull_clark, levels).points < k_tolerance);
+}
+
 TEST_SUITE_END();

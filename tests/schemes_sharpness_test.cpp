@@ -70,7 +70,8 @@ TEST_CASE("an edge is a crease while both halves are sharp, then fades") {
     CHECK(edge_crease_weight(2.5f, 1.5f, 1.5f) == 1);
     CHECK(edge_crease_weight(0.25f, 0, 0) == 0.25);
     CHECK(edge_crease_weight(1.0f, 0, 0) == 1);
-    CHECK(edge_crease_weight(0.9f, 0.1f, 0.2f) == 1);  // Chaikin: a sharp neighbour keeps both halves sharp
+    CHECK(edge_crease_weight(1.25f, 0, 0.5f) == 1.25);  // Chaikin, beside a nearly smooth edge
+    CHECK(edge_crease_weight(0.9f, 0.1f, 0.2f) == 1);   // Chaikin: a sharp neighbour keeps both halves sharp
 }
 
 TEST_SUITE_END();
