@@ -23,6 +23,71 @@ constexpr double k_rounding = 128 * std::numeric_limits<double>::epsilon();
 /// hull.
 constexpr int k_max_refinement = 40;
 
+/// Finest sample lattice of a regular piece: its bound is then tight to 1 / 64 of the second-derivative bound.
+constexpr int k_finest_lattice = 8;
+
+/// Sixteenths of a cell: every lattice of a piece stands on them.
+constexpr int k_parts = 16;
+
+/// B-spline weights at sixteenths.
+struct PartWeights {
+    Weights4 at[k_parts + 1];
+    PartWeights() {
+        for (int i = 0; i <= k_parts; ++i) at[i] = detail::cubic_basis(static_cast<double>(i) / k_parts);
+    }
+};
+const PartWeights k_part_weights;
+
+/// Positions of a piece's lattice points in sixteenths of its cell: origin + i a + j b for the corners 0, 1, 2.
+struct LatticeShape {
+    int ox, oy, ax, ay, bx, by, step;
+    int x(int i, int j) const { return ox + i * ax + j * bx; }
+    int y(int i, int j) const { return oy + i * ay + j * by; }
+};
+
+LatticeShape lattice_shape(int turn, bool quarter, int n) {
+    const auto cx = [](int k) { return k_parts * k_corner_x[k & 3]; };
+    const auto cy = [](int k) { return k_parts * k_corner_y[k & 3]; };
+    LatticeShape s;
+    int px1, py1, px2, py2;
+    if (quarter) {
+        s.ox = s.oy = k_parts / 2;
+        px1 = cx(turn), py1 = cy(turn), px2 = cx(turn + 1), py2 = cy(turn + 1);
+        s.step = k_parts / (2 * n);
+    } else {
+        s.ox = cx(turn), s.oy = cy(turn);
+        px1 = cx(turn + 1), py1 = cy(turn + 1), px2 = cx(turn + 3), py2 = cy(turn + 3);
+        s.step = k_parts / n;
+    }
+    s.ax = (px1 - s.ox) / n, s.ay = (py1 - s.oy) / n, s.bx = (px2 - s.ox) / n, s.by = (py2 - s.oy) / n;
+    return s;
+}
+
+/// A net evaluated along x at the columns of a lattice: four control points along y are left for each.
+struct LatticeColumns {
+    double rows[k_parts + 1][3][4];
+
+    void fill(const Net16& net, const LatticeShape& shape) {
+        for (int i = 0; i <= k_parts; i += shape.step) {
+            const Weights4& w = k_part_weights.at[i];
+            for (int k = 0; k < 3; ++k)
+                for (int r = 0; r < 4; ++r) {
+                    const double* p = net.c[k] + 4 * r;
+                    rows[i][k][r] = (w[0] * p[0] + w[1] * p[1]) + (w[2] * p[2] + w[3] * p[3]);
+                }
+        }
+    }
+    Vec3d at(int x, int y) const {
+        const Weights4& w = k_part_weights.at[y];
+        Vec3d result;
+        for (int k = 0; k < 3; ++k) {
+            const double* p = rows[x][k];
+            result[k] = (w[0] * p[0] + w[1] * p[1]) + (w[2] * p[2] + w[3] * p[3]);
+        }
+        return result;
+    }
+};
+
 /// Second-derivative bounds of the strips of a single-crease cell: at the crease, and the rest of the cell.
 struct CreaseBounds {
     SecondBounds strip, rest;
@@ -117,6 +182,12 @@ QuadBounder::Cell& QuadBounder::cell(HalfedgeId root, int level, std::uint64_t x
             const bool regular = child.node->kind == QuadNode::Kind::regular;
             child.net = regular ? &child.node->net : nullptr;
             child.crease = regular ? child.node->crease : detail::SideCrease{};
+            if (const detail::CellFacts* facts = child.node->facts.get()) {
+                child.corner = facts->corner;
+                child.known = 15;
+                child.bounds = facts->bounds;
+                child.has_bounds = true;
+            }
         } else {
             child.node = nullptr;
             Net16& net = nets_[static_cast<std::size_t>(l)];
@@ -138,9 +209,21 @@ Vec3d QuadBounder::cell_point(const Cell& cell, double x, double y) {
     return regular_position(*cell.net, cell.crease, x, y);
 }
 
+/// A corner of a smooth regular cell: the mask (1, 4, 1) / 6, both ways.
+static Vec3d corner_position(const Net16& net, int x, int y) {
+    Vec3d result;
+    for (int k = 0; k < 3; ++k) {
+        const double* p = net.c[k] + 4 * y + x;
+        result[k] = ((p[0] + p[2]) + (p[8] + p[10]) + 4 * ((p[1] + p[9]) + (p[4] + p[6])) + 16 * p[5]) / 36;
+    }
+    return result;
+}
+
 Vec3d QuadBounder::cell_corner(Cell& cell, int corner) {
     if (!(cell.known & (1 << corner))) {
-        cell.corner[corner] = cell_point(cell, k_corner_x[corner], k_corner_y[corner]);
+        cell.corner[static_cast<std::size_t>(corner)] =
+            cell.irregular() || cell.crease ? cell_point(cell, k_corner_x[corner], k_corner_y[corner])
+                                            : corner_position(*cell.net, k_corner_x[corner], k_corner_y[corner]);
         cell.known = static_cast<std::uint8_t>(cell.known | (1 << corner));
     }
     return cell.corner[corner];
@@ -195,6 +278,10 @@ void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {
         return;
     }
     Cell& home = cell(piece.root, piece.level, piece.x, piece.y);
+    if (!home.irregular() && !home.crease) {
+        bound_regular(home, piece, corners, attained);
+        return;
+    }
     const double pad = k_rounding * scale_;
     const double upper =
         (home.irregular() ? hull_distance(home, corners.linear) : attained + deviation(home, piece)) + pad;
@@ -219,7 +306,22 @@ void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {
     };
     const auto mid_side = [&](int side) {
         const int i = side & 3, j = (side + 1) & 3;
+        // Where a quarter beside it keeps its corners, they need not be evaluated again.
+        if (home.irregular()) {
+            const QuadNode* quarters = home.node->grown();
+            if (const auto& facts = quarters[2 * k_corner_y[i] + k_corner_x[i]].facts)
+                return facts->corner[static_cast<std::size_t>(j)];
+            if (const auto& facts = quarters[2 * k_corner_y[j] + k_corner_x[j]].facts)
+                return facts->corner[static_cast<std::size_t>(i)];
+        }
         return cell_point(home, 0.5 * (k_corner_x[i] + k_corner_x[j]), 0.5 * (k_corner_y[i] + k_corner_y[j]));
+    };
+    const auto mid_cell = [&] {
+        if (home.irregular())
+            for (int i = 0; i < 4; ++i)
+                if (const auto& facts = home.node->grown()[2 * k_corner_y[i] + k_corner_x[i]].facts)
+                    return facts->corner[static_cast<std::size_t>((i + 2) & 3)];
+        return cell_point(home, 0.5, 0.5);
     };
     const auto& L = corners.linear;
     const auto& D = corners.deviation;
@@ -233,11 +335,48 @@ void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {
     Vec3d l01, d01, l02, d02, l12, d12;
     middle(mid_side(k), 0, 1, l01, d01);
     middle(mid_side(k3), 0, 2, l02, d02);
-    middle(cell_point(home, 0.5, 0.5), 1, 2, l12, d12);
+    middle(mid_cell(), 1, 2, l12, d12);
     bound(part(k, k), {{L[0], l01, l02}, {D[0], d01, d02}}, depth - 1);
     bound(part(k, k2), {{l12, l02, l01}, {d12, d02, d01}}, depth - 1);
     bound(part(k1, k), {{l01, L[1], l12}, {d01, D[1], d12}}, depth - 1);
     bound(part(k3, k), {{l02, l12, L[2]}, {d02, d12, D[2]}}, depth - 1);
+}
+
+void QuadBounder::bound_regular(Cell& home, const Piece& piece, const Corners& corners, double attained) {
+    // On a lattice with n intervals a side the deviation is at most its largest sample plus the bound of one small
+    // triangle, which is 1 / n^2 of the whole one's.
+    const double whole = deviation(home, piece);
+    const double pad = k_rounding * scale_;
+    for (int n = 1;; n *= 2) {
+        if (n > 1) attained = std::max(attained, largest_deviation(*home.net, piece, corners, n));
+        lower_ = std::max(lower_, attained);
+        if (may_reject_ && lower_ > decide_at_) {
+            rejected_ = true;
+            return;
+        }
+        const double upper = attained + whole / (n * n) + pad;
+        if (upper <= decide_at_ || upper <= 1.05 * lower_ + pad || upper <= upper_ || n == k_finest_lattice) {
+            upper_ = std::max(upper_, upper);
+            return;
+        }
+    }
+}
+
+double QuadBounder::largest_deviation(const Net16& net, const Piece& piece, const Corners& corners, int n) {
+    const LatticeShape shape = lattice_shape(piece.turn, piece.quarter, n);
+    LatticeColumns columns;
+    columns.fill(net, shape);
+    double largest = 0;
+    const double inv = 1.0 / n;
+    for (int i = 0; i <= n; ++i)
+        for (int j = 0; i + j <= n; ++j) {
+            if (i == n || j == n || i + j == 0) continue;
+            const double b1 = i * inv, b2 = j * inv, b0 = 1 - b1 - b2;
+            const Vec3d s = columns.at(shape.x(i, j), shape.y(i, j));
+            const Vec3d d = s - (b0 * corners.linear[0] + b1 * corners.linear[1] + b2 * corners.linear[2]);
+            largest = std::max(largest, glm::dot(d, d));
+        }
+    return std::sqrt(largest);
 }
 
 QuadBounder::Piece QuadBounder::piece_of(const CellTriangle& leaf) {
@@ -374,11 +513,29 @@ QuickError QuadBounder::quick_error(const CellTriangle& leaf, double) {
 }
 
 void QuadBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions, std::span<Vec3d> normals) {
+    if (normals.empty() && !is_root(leaf) && (n == 2 || n == 4 || n == 8)) {
+        const Piece piece = piece_of(leaf);
+        const Cell& home = cell(piece.root, piece.level, piece.x, piece.y);
+        if (!home.irregular() && !home.crease) {
+            // The piece's corners are the leaf's 2, 0, 1.
+            const LatticeShape shape = lattice_shape(piece.turn, piece.quarter, n);
+            LatticeColumns columns;
+            columns.fill(*home.net, shape);
+            std::size_t i = 0;
+            for (int row = 0; row <= n; ++row)
+                for (int j = 0; j <= row; ++j) positions[i++] = columns.at(shape.x(row - j, j), shape.y(row - j, j));
+            return;
+        }
+    }
     std::size_t out = 0;
     const auto put = [&](HalfedgeId root, double x, double y) {
-        const SurfacePoint point = patches_.evaluate(root, x, y);
-        positions[out] = point.position;
-        if (!normals.empty()) normals[out] = glm::cross(point.du, point.dv);
+        if (normals.empty()) {
+            positions[out] = QuadPatches::position(patches_.root_node(root), x, y);
+        } else {
+            const SurfacePoint point = patches_.frame(root, x, y);
+            positions[out] = point.position;
+            normals[out] = glm::cross(point.du, point.dv);
+        }
         ++out;
     };
     const double unit = std::ldexp(1.0, -leaf.level);

@@ -73,6 +73,8 @@ class QuadBounder {
     static Piece piece_of(const CellTriangle& leaf);
     Corners leaf_corners(const Piece& piece);
     void bound_root(HalfedgeId root, const Vec3d* centre);
+    void bound_regular(Cell& home, const Piece& piece, const Corners& corners, double attained);
+    static double largest_deviation(const detail::Net16& net, const Piece& piece, const Corners& corners, int n);
     void bound(const Piece& piece, const Corners& corners, int depth);
 
     const QuadPatches& patches_;

@@ -27,7 +27,7 @@ double QuadClosest::local(const Vec3d& q, SurfaceParameter at) const {
     const ControlMesh& mesh = patches_.mesh();
     double best = std::numeric_limits<double>::infinity();
     for (int step = 0; step < detail::k_newton_steps; ++step) {
-        const SurfacePoint s = patches_.evaluate(at.root, at.x, at.y);
+        const SurfacePoint s = patches_.frame(at.root, at.x, at.y);
         const double distance = glm::length(q - s.position);
         if (distance >= best * (1 - 1e-9)) return std::min(best, distance);
         best = distance;
@@ -87,7 +87,7 @@ double QuadClosest::in_cell(const Vec3d& q, HalfedgeId root, double best) const 
     best = std::min(best, start_distance);
     double x = start_x, y = start_y;
     for (int step = 0; step < detail::k_newton_steps; ++step) {
-        const SurfacePoint s = patches_.evaluate(root, x, y);
+        const SurfacePoint s = patches_.frame(root, x, y);
         const double distance = glm::length(q - s.position);
         best = std::min(best, distance);
         double dx, dy;

@@ -77,6 +77,15 @@ const QuadNode* QuadNode::grown() const {
         for (int k = 0; k < 4; ++k)
             classify(step.child(k), fresh[static_cast<std::size_t>(2 * k_corner_y[k] + k_corner_x[k])]);
     }
+    for (int i = 0; i < 4; ++i) {
+        QuadNode& child = fresh[static_cast<std::size_t>(i)];
+        if (child.kind != Kind::regular || child.crease) continue;
+        child.facts = std::make_unique<CellFacts>();
+        child.facts->bounds = SecondBounds::of(child.net);
+        for (int k = 0; k < 4; ++k)
+            child.facts->corner[static_cast<std::size_t>(k)] =
+                regular_position(child.net, {}, k_corner_x[k], k_corner_y[k]);
+    }
     QuadNode* expected = nullptr;
     QuadNode* mine = fresh.get();
     if (self->children.compare_exchange_strong(expected, mine, std::memory_order_acq_rel)) return fresh.release();
@@ -409,7 +418,7 @@ Vec3d QuadPatches::position(const QuadNode& cell, double x, double y) {
     return regular_position(node->net, node->crease, x, y);
 }
 
-SurfacePoint QuadPatches::evaluate(HalfedgeId root, double x, double y) const {
+SurfacePoint QuadPatches::evaluate(HalfedgeId root, double x, double y, bool second) const {
     const QuadNode* node = &roots_[root.value];
     double scale = 1;
     while (node->kind != QuadNode::Kind::regular) {
@@ -431,10 +440,12 @@ SurfacePoint QuadPatches::evaluate(HalfedgeId root, double x, double y) const {
     point.position = combine(node->net, wx[0], wy[0]);
     point.du = scale * combine(node->net, wx[1], wy[0]);
     point.dv = scale * combine(node->net, wx[0], wy[1]);
+    point.has_second = second;
+    point.normal = unit_or_zero(glm::cross(point.du, point.dv));
+    if (!second) return point;
     point.duu = scale * scale * combine(node->net, wx[2], wy[0]);
     point.duv = scale * scale * combine(node->net, wx[1], wy[1]);
     point.dvv = scale * scale * combine(node->net, wx[0], wy[2]);
-    point.normal = unit_or_zero(glm::cross(point.du, point.dv));
     return point;
 }
 

@@ -3,6 +3,7 @@
 #include "tetrakis/eval/bicubic.hpp"
 #include "tetrakis/eval/quad_local_mesh.hpp"
 #include "tetrakis/eval/quad_star.hpp"
+#include "tetrakis/eval/second_bounds.hpp"
 #include "tetrakis/eval/surface_point.hpp"
 #include "tetrakis/hier/control_mesh.hpp"
 #include "tetrakis/hier/site.hpp"
@@ -14,6 +15,12 @@
 namespace tetrakis {
 
 namespace detail {
+
+/// What bounds ask of a regular cell again and again.
+struct CellFacts {
+    SecondBounds bounds;
+    std::array<Vec3d, 4> corner;  ///< limit positions of (0,0) (1,0) (1,1) (0,1)
+};
 
 /// One cell of a patch tree. Regular cells are leaves: one bicubic patch (or a single-crease patch); the others grow
 /// four children on demand.
@@ -27,6 +34,7 @@ struct QuadNode {
     Net16 net;
     std::unique_ptr<QuadStar> star;
     std::unique_ptr<QuadLocalMesh> local;
+    std::unique_ptr<CellFacts> facts;  ///< of smooth regular cells below a root
 
     QuadNode() = default;
     QuadNode(const QuadNode&) = delete;
@@ -54,7 +62,9 @@ class QuadPatches {
     const ControlMesh& mesh() const { return mesh_; }
 
     /// The limit surface at parameters (x, y) in [0, 1]^2 of the corner cell of `root` (derivatives by x and y).
-    SurfacePoint evaluate(HalfedgeId root, double x, double y) const;
+    SurfacePoint evaluate(HalfedgeId root, double x, double y) const { return evaluate(root, x, y, true); }
+    /// The same without second derivatives: cheaper, and the same bits.
+    SurfacePoint frame(HalfedgeId root, double x, double y) const { return evaluate(root, x, y, false); }
     /// The limit position at a lattice point of the cell, level <= k_max_level; about the cost of one patch.
     Vec3d limit(HalfedgeId root, LatticePoint at, int level) const;
 
@@ -73,6 +83,7 @@ class QuadPatches {
     static SurfacePoint corner_limit(const detail::QuadNode& node, int corner);
 
   private:
+    SurfacePoint evaluate(HalfedgeId root, double x, double y, bool second) const;
     void build_root(HalfedgeId root);
     Vec3d vertex_point(VertexId v) const { return first_[v.value]; }
     Vec3d edge_point(HalfedgeId h) const { return first_[mesh_.vertex_count() + mesh_.edge(h).value]; }

@@ -12,10 +12,10 @@ bool is_hard(const ControlMesh& mesh, HalfedgeId h) {
 
 SurfacePoint QuadPatches::vertex(HalfedgeId root, LatticePoint at, int level) const {
     const double step = std::ldexp(1.0, -level);
-    SurfacePoint point = evaluate(root, at.x * step, at.y * step);
+    SurfacePoint point = frame(root, at.x * step, at.y * step);
     const ControlMesh& m = mesh_;
     const auto normal_at = [&](HalfedgeId h, std::uint32_t x, std::uint32_t y) {
-        return evaluate(h, x * step, y * step).normal;
+        return frame(h, x * step, y * step).normal;
     };
     Vec3d sum(0);
     if (at.x == 0 && at.y == 0) {

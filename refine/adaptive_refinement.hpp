@@ -4,6 +4,8 @@
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/adaptive.hpp"
 
+#include <oneapi/tbb/parallel_sort.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -67,7 +69,32 @@ class AdaptiveRefinement {
     }
     bool may_split(LeafId leaf) const { return hierarchy_.level(leaf) < options_.max_level; }
 
-    void estimate(const std::vector<LeafId>& leaves) {
+    /// Along a space-filling curve, cell by cell: estimators keep what neighbours share.
+    void sort_along_curve(std::vector<LeafId>& leaves) {
+        order_.resize(leaves.size());
+        for_each_index(static_cast<std::uint32_t>(leaves.size()), [&](std::uint32_t i) {
+            const CellTriangle t = hierarchy_.key(leaves[i]);
+            // Twice the centre of the triangle's box lies inside its cell at every level above its own.
+            const int shift = k_max_level - t.level;
+            const auto [x0, x1] = std::minmax({t.corner[0].x, t.corner[1].x, t.corner[2].x});
+            const auto [y0, y1] = std::minmax({t.corner[0].y, t.corner[1].y, t.corner[2].y});
+            const std::uint64_t x = (std::uint64_t{x0} + x1) << shift, y = (std::uint64_t{y0} + y1) << shift;
+            order_[i] = {t.root.value, spread(x) | spread(y) << 1, leaves[i]};
+        });
+        oneapi::tbb::parallel_sort(order_.begin(), order_.end());
+        for (std::size_t i = 0; i < leaves.size(); ++i) leaves[i] = order_[i].leaf;
+    }
+    /// Every bit moved to twice its place.
+    static std::uint64_t spread(std::uint64_t x) {
+        x = (x | x << 16) & 0x0000FFFF0000FFFFu;
+        x = (x | x << 8) & 0x00FF00FF00FF00FFu;
+        x = (x | x << 4) & 0x0F0F0F0F0F0F0F0Fu;
+        x = (x | x << 2) & 0x3333333333333333u;
+        return (x | x << 1) & 0x5555555555555555u;
+    }
+
+    void estimate(std::vector<LeafId>& leaves) {
+        if (leaves.size() > 2) sort_along_curve(leaves);
         if (errors_.size() < hierarchy_.slots()) errors_.resize(hierarchy_.slots(), 0.0);
         // Leaves with green triangles have up to three triangles; the largest error counts.
         const std::uint32_t count = static_cast<std::uint32_t>(leaves.size());
@@ -213,6 +240,13 @@ class AdaptiveRefinement {
     std::vector<double> errors_;
     std::vector<CellTriangle> triangles_;
     std::vector<LeafId> owner_;
+    struct Place {
+        std::uint32_t root;
+        std::uint64_t curve;
+        LeafId leaf;
+        friend auto operator<=>(const Place&, const Place&) = default;
+    };
+    std::vector<Place> order_;
     std::vector<double> values_;
     double progress_ = 0;
     bool budget_spent_ = false, left_over_ = false;
