@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <sstream>
 
@@ -29,6 +30,14 @@ BfrLevels levels_for(const ControlMeshData& data, SchemeKind scheme, double tole
     return k_judge_levels;
 }
 
+template <class Make>
+void time_both(PeerResult& result, PeerOptions options, const Make& make) {
+    options.normals = false;
+    result.ms = median_ms(k_runs, [&] { return make(options); });
+    options.normals = true;
+    result.ms_normals = median_ms(k_runs, [&] { return make(options); });
+}
+
 /// Fills in what is known once the mesh is chosen: final errors and times. `make(options)` builds it.
 template <class Make>
 void finish(PeerResult& result, const LimitJudge& judge, PeerOptions options, const Make& make) {
@@ -37,10 +46,7 @@ void finish(PeerResult& result, const LimitJudge& judge, PeerOptions options, co
     result.backward = judge.mesh_to_limit(points, triangles) / judge.diagonal();
     const NearestTriangle nearest(std::move(points), std::move(triangles));
     result.error = judge.limit_to_mesh(nearest) / judge.diagonal();
-    if (!result.met) return;
-    result.ms = median_ms(k_runs, [&] { return make(options); });
-    options.normals = true;
-    result.ms_normals = median_ms(k_runs, [&] { return make(options); });
+    if (result.met) time_both(result, options, make);
 }
 
 }  // namespace
@@ -100,8 +106,20 @@ PeerResult best_adaptive_rates(std::string_view model, const ControlMeshData& da
         (meets(middle) ? high : low) = middle;
     }
     finish(result, judge, options, [&](const PeerOptions& o) { return bfr_adaptive(data, o, absolute, high); });
-    result.parameter = fmt::format("k={:.3g} s={}", high, options.levels.smooth);
+    result.parameter = fmt::format("k={:.6g} s={}", high, options.levels.smooth);
     return result;
+}
+
+void measure_times(PeerResult& result, const ControlMeshData& data, SchemeKind scheme, const LimitJudge& judge) {
+    double value = 0;
+    int smooth = 0;
+    if (!result.met || std::sscanf(result.parameter.c_str(), "%*c=%lf s=%d", &value, &smooth) != 2) return;
+    const PeerOptions options{scheme, BfrLevels::of(smooth)};
+    const double absolute = result.tolerance * judge.diagonal();
+    if (result.method == "bfr-rate")
+        time_both(result, options, [&](const PeerOptions& o) { return bfr_uniform(data, o, static_cast<int>(value)); });
+    else
+        time_both(result, options, [&](const PeerOptions& o) { return bfr_adaptive(data, o, absolute, value); });
 }
 
 PeerResults::PeerResults(std::filesystem::path file) : file_(std::move(file)) {

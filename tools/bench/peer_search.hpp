@@ -30,6 +30,9 @@ PeerResult best_uniform_rate(std::string_view model, const ControlMeshData& data
 PeerResult best_adaptive_rates(std::string_view model, const ControlMeshData& data, SchemeKind scheme,
                                const LimitJudge& judge, double tolerance);
 
+/// Measures a known result's times again: times of one table must come from one run.
+void measure_times(PeerResult& result, const ControlMeshData& data, SchemeKind scheme, const LimitJudge& judge);
+
 /// Points and triangles of a peer's mesh for the judge.
 std::pair<std::vector<Vec3d>, std::vector<std::array<std::uint32_t, 3>>> in_double(const PeerMesh& mesh);
 

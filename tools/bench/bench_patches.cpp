@@ -1,0 +1,73 @@
+#include "piece_models.hpp"
+#include "tetrakis/eval/loop_patches.hpp"
+#include "tetrakis/eval/quad_patches.hpp"
+
+#include <benchmark/benchmark.h>
+
+namespace tetrakis::bench {
+
+namespace {
+
+constexpr int k_level = 4;  // 17 x 17 points a cell, its borders and extraordinary corners among them
+constexpr std::uint32_t k_side = 1u << k_level;
+
+template <class Patches>
+void construct(benchmark::State& state, const char* name) {
+    const ControlMesh mesh = data_model(name);
+    for (auto _ : state) {
+        const Patches patches(mesh);
+        benchmark::DoNotOptimize(&patches);
+    }
+    state.SetItemsProcessed(state.iterations() * mesh.halfedge_count());
+}
+
+/// Calls point(root, x, y) for the lattice points of every root.
+template <class Point>
+std::int64_t for_each_point(const ControlMesh& mesh, bool triangles, const Point& point) {
+    std::int64_t count = 0;
+    for (std::uint32_t h = 0; h < mesh.halfedge_count(); h += triangles ? 3 : 1)
+        for (std::uint32_t y = 0; y <= k_side; ++y)
+            for (std::uint32_t x = 0; x <= (triangles ? k_side - y : k_side); ++x, ++count) point(HalfedgeId(h), x, y);
+    return count;
+}
+
+template <class Patches>
+void limit(benchmark::State& state, const char* name, bool triangles) {
+    const ControlMesh mesh = data_model(name);
+    const Patches patches(mesh);
+    std::int64_t count = 0;
+    for (auto _ : state)
+        count = for_each_point(mesh, triangles, [&](HalfedgeId root, std::uint32_t x, std::uint32_t y) {
+            benchmark::DoNotOptimize(patches.limit(root, LatticePoint{x, y}, k_level));
+        });
+    state.SetItemsProcessed(state.iterations() * count);
+}
+
+template <class Patches>
+void evaluate(benchmark::State& state, const char* name, bool triangles) {
+    const ControlMesh mesh = data_model(name);
+    const Patches patches(mesh);
+    std::int64_t count = 0;
+    for (auto _ : state)
+        count = for_each_point(mesh, triangles, [&](HalfedgeId root, std::uint32_t x, std::uint32_t y) {
+            benchmark::DoNotOptimize(
+                patches.evaluate(root, static_cast<double>(x) / k_side, static_cast<double>(y) / k_side));
+        });
+    state.SetItemsProcessed(state.iterations() * count);
+}
+
+}  // namespace
+
+BENCHMARK_CAPTURE(construct<QuadPatches>, head, "head")->Name("patches/construct/catmull_clark/head");
+BENCHMARK_CAPTURE(construct<QuadPatches>, rook, "rook")->Name("patches/construct/catmull_clark/rook");
+BENCHMARK_CAPTURE(construct<LoopPatches>, bracket, "bracket_tri")->Name("patches/construct/loop/bracket_tri");
+BENCHMARK_CAPTURE(limit<QuadPatches>, head, "head", false)->Name("patches/limit/catmull_clark/head");
+BENCHMARK_CAPTURE(limit<QuadPatches>, rook, "rook", false)->Name("patches/limit/catmull_clark/rook");
+BENCHMARK_CAPTURE(limit<LoopPatches>, knot, "knot_tri", true)->Name("patches/limit/loop/knot_tri");
+BENCHMARK_CAPTURE(limit<LoopPatches>, bracket, "bracket_tri", true)->Name("patches/limit/loop/bracket_tri");
+BENCHMARK_CAPTURE(evaluate<QuadPatches>, head, "head", false)->Name("patches/evaluate/catmull_clark/head");
+BENCHMARK_CAPTURE(evaluate<QuadPatches>, rook, "rook", false)->Name("patches/evaluate/catmull_clark/rook");
+BENCHMARK_CAPTURE(evaluate<LoopPatches>, knot, "knot_tri", true)->Name("patches/evaluate/loop/knot_tri");
+BENCHMARK_CAPTURE(evaluate<LoopPatches>, bracket, "bracket_tri", true)->Name("patches/evaluate/loop/bracket_tri");
+
+}  // namespace tetrakis::bench
