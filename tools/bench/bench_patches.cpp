@@ -4,6 +4,8 @@
 
 #include <benchmark/benchmark.h>
 
+#include <type_traits>
+
 namespace tetrakis::bench {
 
 namespace {
@@ -32,7 +34,8 @@ std::int64_t for_each_point(const ControlMesh& mesh, bool triangles, const Point
 }
 
 template <class Patches>
-void limit(benchmark::State& state, const char* name, bool triangles) {
+void limit(benchmark::State& state, const char* name) {
+    constexpr bool triangles = std::is_same_v<Patches, LoopPatches>;
     const ControlMesh mesh = data_model(name);
     const Patches patches(mesh);
     std::int64_t count = 0;
@@ -44,7 +47,8 @@ void limit(benchmark::State& state, const char* name, bool triangles) {
 }
 
 template <class Patches>
-void evaluate(benchmark::State& state, const char* name, bool triangles) {
+void evaluate(benchmark::State& state, const char* name) {
+    constexpr bool triangles = std::is_same_v<Patches, LoopPatches>;
     const ControlMesh mesh = data_model(name);
     const Patches patches(mesh);
     std::int64_t count = 0;
@@ -56,18 +60,27 @@ void evaluate(benchmark::State& state, const char* name, bool triangles) {
     state.SetItemsProcessed(state.iterations() * count);
 }
 
+// The macros take functions, no instances of templates with arguments.
+constexpr auto construct_quads = &construct<QuadPatches>;
+constexpr auto construct_triangles = &construct<LoopPatches>;
+constexpr auto limit_quads = &limit<QuadPatches>;
+constexpr auto limit_triangles = &limit<LoopPatches>;
+constexpr auto evaluate_quads = &evaluate<QuadPatches>;
+constexpr auto evaluate_triangles = &evaluate<LoopPatches>;
+
 }  // namespace
 
-BENCHMARK_CAPTURE(construct<QuadPatches>, head, "head")->Name("patches/construct/catmull_clark/head");
-BENCHMARK_CAPTURE(construct<QuadPatches>, rook, "rook")->Name("patches/construct/catmull_clark/rook");
-BENCHMARK_CAPTURE(construct<LoopPatches>, bracket, "bracket_tri")->Name("patches/construct/loop/bracket_tri");
-BENCHMARK_CAPTURE(limit<QuadPatches>, head, "head", false)->Name("patches/limit/catmull_clark/head");
-BENCHMARK_CAPTURE(limit<QuadPatches>, rook, "rook", false)->Name("patches/limit/catmull_clark/rook");
-BENCHMARK_CAPTURE(limit<LoopPatches>, knot, "knot_tri", true)->Name("patches/limit/loop/knot_tri");
-BENCHMARK_CAPTURE(limit<LoopPatches>, bracket, "bracket_tri", true)->Name("patches/limit/loop/bracket_tri");
-BENCHMARK_CAPTURE(evaluate<QuadPatches>, head, "head", false)->Name("patches/evaluate/catmull_clark/head");
-BENCHMARK_CAPTURE(evaluate<QuadPatches>, rook, "rook", false)->Name("patches/evaluate/catmull_clark/rook");
-BENCHMARK_CAPTURE(evaluate<LoopPatches>, knot, "knot_tri", true)->Name("patches/evaluate/loop/knot_tri");
-BENCHMARK_CAPTURE(evaluate<LoopPatches>, bracket, "bracket_tri", true)->Name("patches/evaluate/loop/bracket_tri");
+BENCHMARK_CAPTURE(construct_quads, head, "head")->Name("patches/construct/catmull_clark/head");
+BENCHMARK_CAPTURE(construct_quads, rook, "rook")->Name("patches/construct/catmull_clark/rook");
+BENCHMARK_CAPTURE(construct_triangles, knot_tri, "knot_tri")->Name("patches/construct/loop/knot_tri");
+BENCHMARK_CAPTURE(construct_triangles, bracket_tri, "bracket_tri")->Name("patches/construct/loop/bracket_tri");
+BENCHMARK_CAPTURE(limit_quads, head, "head")->Name("patches/limit/catmull_clark/head");
+BENCHMARK_CAPTURE(limit_quads, rook, "rook")->Name("patches/limit/catmull_clark/rook");
+BENCHMARK_CAPTURE(limit_triangles, knot_tri, "knot_tri")->Name("patches/limit/loop/knot_tri");
+BENCHMARK_CAPTURE(limit_triangles, bracket_tri, "bracket_tri")->Name("patches/limit/loop/bracket_tri");
+BENCHMARK_CAPTURE(evaluate_quads, head, "head")->Name("patches/evaluate/catmull_clark/head");
+BENCHMARK_CAPTURE(evaluate_quads, rook, "rook")->Name("patches/evaluate/catmull_clark/rook");
+BENCHMARK_CAPTURE(evaluate_triangles, knot_tri, "knot_tri")->Name("patches/evaluate/loop/knot_tri");
+BENCHMARK_CAPTURE(evaluate_triangles, bracket_tri, "bracket_tri")->Name("patches/evaluate/loop/bracket_tri");
 
 }  // namespace tetrakis::bench
