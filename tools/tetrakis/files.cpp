@@ -1,0 +1,84 @@
+#include "files.hpp"
+
+#include "tetrakis/eval/io/atomic_file.hpp"
+#include "tetrakis/eval/io/mesh_writer.hpp"
+#include "tetrakis/hier/obj_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+namespace tetrakis::cli {
+namespace {
+
+std::string lower_extension(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return extension;
+}
+
+/// Whether both name one file, which need not exist yet.
+bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
+    std::error_code error;
+    if (std::filesystem::equivalent(a, b, error)) {
+        // Everything may go to one device, such as /dev/null.
+        return std::filesystem::is_regular_file(a, error);
+    }
+    const auto full_a = std::filesystem::weakly_canonical(a, error),
+               full_b = std::filesystem::weakly_canonical(b, error);
+    return full_a == full_b && !std::filesystem::exists(a, error);
+}
+
+}  // namespace
+
+LoadedModel load_model(const std::filesystem::path& path, bool repair, const RunContext& context) {
+    const std::string extension = lower_extension(path);
+    for (const char* other : {".ply", ".glb", ".gltf", ".stl", ".fbx", ".usd", ".usda", ".usdc", ".blend"})
+        if (extension == other)
+            throw InputError(
+                fmt::format("{}: control meshes are read from OBJ files; export it as OBJ", path.string()));
+    return reading([&] {
+        LoadedModel model;
+        const Stopwatch load;
+        context.report("load", 0);
+        ControlMeshData data = read_obj(path, {.repair = repair});
+        model.load_seconds = load.seconds();
+        const Stopwatch build;
+        context.report("build", 0);
+        model.mesh = ControlMesh::build(std::move(data), context);
+        model.build_seconds = build.seconds();
+        return model;
+    });
+}
+
+void OutputFiles::add(Kind kind, const std::string& option, const std::filesystem::path& path) {
+    if (path.empty()) return;
+    if (kind == Kind::mesh) {
+        try {
+            mesh_format(path);
+        } catch (const Error& error) {
+            throw UsageError(fmt::format("{}: {}", option, error.what()));
+        }
+    }
+    if (kind == Kind::picture && lower_extension(path) != ".png")
+        throw UsageError(fmt::format("{}: {}: pictures are written as .png", option, path.string()));
+    files_.emplace_back(option, path);
+}
+
+void OutputFiles::check(const std::vector<std::filesystem::path>& inputs) const {
+    for (std::size_t i = 0; i < files_.size(); ++i) {
+        const auto& [option, path] = files_[i];
+        for (const auto& input : inputs)
+            if (!input.empty() && same_file(path, input))
+                throw UsageError(fmt::format("{}: {} is an input; choose another name", option, path.string()));
+        for (std::size_t j = 0; j < i; ++j)
+            if (same_file(path, files_[j].second))
+                throw UsageError(
+                    fmt::format("{} and {} name the same file, {}", files_[j].first, option, path.string()));
+    }
+    for (const auto& [option, path] : files_) check_writable(path);
+}
+
+}  // namespace tetrakis::cli

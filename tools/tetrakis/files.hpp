@@ -1,0 +1,60 @@
+#pragma once
+
+#include "exit_code.hpp"
+
+#include "tetrakis/hier/control_mesh.hpp"
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/run_context.hpp"
+
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace tetrakis::cli {
+
+/// Seconds since it was made.
+class Stopwatch {
+  public:
+    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+  private:
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// Runs `read`; whatever is wrong with the file it reads becomes an InputError.
+template <class Read>
+auto reading(Read&& read) {
+    try {
+        return std::forward<Read>(read)();
+    } catch (const Error& error) {
+        if (error.code() == ErrorCode::memory_limit || error.code() == ErrorCode::cancelled) throw;
+        throw InputError(error.what());
+    }
+}
+
+/// A control mesh read from a file, and how long that took.
+struct LoadedModel {
+    ControlMesh mesh;
+    double load_seconds = 0, build_seconds = 0;
+};
+
+/// @throws InputError, Error (memory_limit, cancelled)
+LoadedModel load_model(const std::filesystem::path& path, bool repair, const RunContext& context);
+
+/// The files that a command is to write, checked before any work is done.
+class OutputFiles {
+  public:
+    enum class Kind { mesh, picture, report };
+    /// @param option  how the command line names it, for messages. An empty path is passed over.
+    /// @throws UsageError: the extension is not one that can be written
+    void add(Kind kind, const std::string& option, const std::filesystem::path& path);
+    /// @throws UsageError: two files are the same, or one is among the inputs; Error io: one cannot be written
+    void check(const std::vector<std::filesystem::path>& inputs) const;
+
+  private:
+    std::vector<std::pair<std::string, std::filesystem::path>> files_;
+};
+
+}  // namespace tetrakis::cli

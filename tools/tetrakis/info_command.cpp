@@ -1,0 +1,151 @@
+#include "commands.hpp"
+#include "console.hpp"
+#include "files.hpp"
+#include "mesh_statistics.hpp"
+#include "report.hpp"
+#include "run_options.hpp"
+
+#include "tetrakis/hier/vec.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+namespace tetrakis::cli {
+namespace {
+
+struct InfoOptions {
+    std::filesystem::path input;
+    bool json = false, repair = false;
+};
+
+std::string_view name_of(BoundaryRule rule) {
+    switch (rule) {
+        case BoundaryRule::none:
+            return "none";
+        case BoundaryRule::edge_and_corner:
+            return "edge-and-corner";
+        case BoundaryRule::edge_only:
+            break;
+    }
+    return "edge-only";
+}
+
+std::string_view name_of(FaceVaryingRule rule) {
+    switch (rule) {
+        case FaceVaryingRule::smooth_all:
+            return "smooth-all";
+        case FaceVaryingRule::corners_and_edges:
+            return "corners-and-edges";
+        case FaceVaryingRule::edges_only:
+            return "edges-only";
+        case FaceVaryingRule::linear_all:
+            break;
+    }
+    return "linear-all";
+}
+
+/// "128 of 4, 2 of 5"
+std::string list_counts(const std::map<std::uint32_t, std::uint64_t>& counts) {
+    constexpr std::size_t k_most = 8;
+    std::string text;
+    std::size_t listed = 0;
+    for (const auto& [key, count] : counts) {
+        if (listed == k_most) return text + fmt::format(", ... ({} kinds)", counts.size());
+        text += fmt::format("{}{} of {}", listed++ == 0 ? "" : ", ", format_count(count), key);
+    }
+    return text.empty() ? "none" : text;
+}
+
+Json json_of_counts(const std::map<std::uint32_t, std::uint64_t>& counts) {
+    Json json = Json::object();
+    for (const auto& [key, count] : counts) json[std::to_string(key)] = count;
+    return json;
+}
+
+Json json_of(const Vec3d& p) { return Json::array({p.x, p.y, p.z}); }
+
+Json json_of(const ControlMesh& mesh, const MeshStatistics& s, const Box3d& box, const std::string& input) {
+    const ControlMeshData& data = mesh.data();
+    return {{"input", input},
+            {"vertices", mesh.vertex_count()},
+            {"edges", mesh.edge_count()},
+            {"faces", mesh.face_count()},
+            {"faces_by_size", json_of_counts(s.faces_by_size)},
+            {"interior_vertices_by_valence", json_of_counts(s.interior_vertices_by_valence)},
+            {"pieces", s.pieces},
+            {"euler_characteristic", s.euler_characteristic},
+            {"boundary_edges", s.boundary_edges},
+            {"boundary_loops", s.boundary_loops},
+            {"isolated_vertices", s.isolated_vertices},
+            {"sharp_edges", s.sharp_edges},
+            {"semi_sharp_edges", s.semi_sharp_edges},
+            {"sharp_vertices", s.sharp_vertices},
+            {"semi_sharp_vertices", s.semi_sharp_vertices},
+            {"holes", s.holes},
+            {"boundary_rule", std::string(name_of(mesh.boundary_rule()))},
+            {"face_varying_rule", std::string(name_of(mesh.face_varying_rule()))},
+            {"crease_method", mesh.crease_method() == CreaseMethod::chaikin ? "chaikin" : "uniform"},
+            {"uvs", data.uvs.size()},
+            {"materials", data.materials},
+            {"groups", data.groups},
+            {"bounding_box", {{"lower", json_of(box.lower)}, {"upper", json_of(box.upper)}}},
+            {"diagonal", box.diagonal()},
+            {"warnings", mesh.warnings()}};
+}
+
+void print_summary(const ControlMesh& mesh, const MeshStatistics& s, const Box3d& box, const std::string& input) {
+    const ControlMeshData& data = mesh.data();
+    Table table;
+    table.row("input", input);
+    table.row("vertices", format_count(mesh.vertex_count()));
+    table.row("edges", format_count(mesh.edge_count()));
+    table.row("faces", fmt::format("{} (corners: {})", format_count(mesh.face_count()), list_counts(s.faces_by_size)));
+    table.row("valences", list_counts(s.interior_vertices_by_valence) + " (interior vertices)");
+    table.row("pieces", fmt::format("{}, Euler characteristic {}", format_count(s.pieces), s.euler_characteristic));
+    table.row("boundary", s.boundary_edges == 0 ? std::string("none: the surface is closed")
+                                                : fmt::format("{} edges in {} loops, rule {}", s.boundary_edges,
+                                                              s.boundary_loops, name_of(mesh.boundary_rule())));
+    table.row("creases", fmt::format("{} sharp and {} semi-sharp edges, {} sharp and {} semi-sharp vertices",
+                                     s.sharp_edges, s.semi_sharp_edges, s.sharp_vertices, s.semi_sharp_vertices));
+    if (s.holes > 0) table.row("holes", fmt::format("{} faces", format_count(s.holes)));
+    table.row("texture", mesh.has_uvs() ? fmt::format("{} coordinates, rule {}", format_count(data.uvs.size()),
+                                                      name_of(mesh.face_varying_rule()))
+                                        : std::string("none"));
+    if (!data.materials.empty()) table.row("materials", format_count(data.materials.size()));
+    if (!data.groups.empty()) table.row("groups", format_count(data.groups.size()));
+    table.row("box", fmt::format("{} x {} x {}, diagonal {}", format_length(box.upper.x - box.lower.x),
+                                 format_length(box.upper.y - box.lower.y), format_length(box.upper.z - box.lower.z),
+                                 format_length(box.diagonal())));
+    table.print();
+}
+
+ExitCode run(const InfoOptions& options) {
+    Run process({});
+    const LoadedModel model = load_model(options.input, options.repair, process.context());
+    process.end_progress();
+    print_warnings(model.mesh.warnings());
+    const MeshStatistics s = statistics(model.mesh);
+    const Box3d box = bounding_box(model.mesh.positions());
+    if (options.json)
+        fmt::print("{}", dump(json_of(model.mesh, s, box, options.input.string())));
+    else
+        print_summary(model.mesh, s, box, options.input.string());
+    return ExitCode::done;
+}
+
+}  // namespace
+
+void add_info_command(CLI::App& app, Command& chosen) {
+    auto options = std::make_shared<InfoOptions>();
+    CLI::App* command = app.add_subcommand("info", "Checks a control mesh and says what is in it");
+    command->add_option("IN", options->input, "Control mesh (.obj)")->required()->type_name("");
+    command->add_flag("--json", options->json, "Print JSON");
+    command->add_flag("--repair", options->repair, "Mend what can be mended safely, and say what was done");
+    command->footer("Example:\n  tetrakis info data/rook.obj");
+    command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+}
+
+}  // namespace tetrakis::cli

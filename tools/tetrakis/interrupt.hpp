@@ -1,0 +1,12 @@
+#pragma once
+
+namespace tetrakis::cli {
+
+/// From now on the first Ctrl-C (SIGINT) or SIGTERM only sets a flag, so that the running call can end cleanly; a
+/// second one ends the program at once.
+void catch_interrupts();
+
+/// Whether such a signal has arrived.
+bool interrupted() noexcept;
+
+}  // namespace tetrakis::cli

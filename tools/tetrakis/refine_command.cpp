@@ -1,0 +1,102 @@
+#include "commands.hpp"
+#include "console.hpp"
+#include "files.hpp"
+#include "report.hpp"
+#include "run_options.hpp"
+#include "scheme_option.hpp"
+
+#include "tetrakis/eval/io/mesh_writer.hpp"
+#include "tetrakis/refine/uniform.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+
+namespace tetrakis::cli {
+namespace {
+
+struct RefineOptions {
+    std::filesystem::path input, output, report;
+    SchemeKind scheme = SchemeKind::catmull_clark;
+    int levels = 0;
+    bool limit = false, repair = false;
+    RunOptions run;
+};
+
+ExitCode run(const RefineOptions& options) {
+    OutputFiles outputs;
+    outputs.add(OutputFiles::Kind::mesh, "-o", options.output);
+    outputs.add(OutputFiles::Kind::report, "--report", options.report);
+    outputs.check({options.input});
+
+    Run process(options.run);
+    LoadedModel model = load_model(options.input, options.repair, process.context());
+    Report report;
+    report.input = options.input;
+    report.scheme = options.scheme;
+    report.faces = model.mesh.face_count();
+    report.levels = options.levels;
+    report.threads = options.run.thread_count();
+    report.seconds.load = model.load_seconds;
+    const Stopwatch build;
+    prepare_for(options.scheme, model.mesh, process.context());
+    report.seconds.build = model.build_seconds + build.seconds();
+    report.warnings = model.mesh.warnings();
+
+    const Stopwatch refine;
+    const PolygonMesh mesh =
+        refine_uniform(model.mesh, options.scheme, options.levels,
+                       {.limit = options.limit, .normals = options.limit, .context = process.context()});
+    report.seconds.refine = refine.seconds();
+    report.vertices = mesh.positions.size();
+    if (mesh.face_vertices.size() == std::uint64_t{3} * mesh.face_count()) report.triangles = mesh.face_count();
+    report.more = {{"output_faces", mesh.face_count()}, {"limit", options.limit}};
+
+    const Stopwatch write;
+    write_mesh(options.output, mesh, process.context());
+    report.seconds.write = write.seconds();
+    if (!options.report.empty()) report.write(options.report);
+    process.end_progress();
+
+    print_warnings(report.warnings);
+    Table table;
+    table.row("input", fmt::format("{} ({} faces)", options.input.string(), format_count(report.faces)));
+    table.row("refined", fmt::format("{}, {} levels{}", name(options.scheme), options.levels,
+                                     options.limit ? ", vertices on the limit surface" : ""));
+    table.row("result",
+              fmt::format("{} faces, {} vertices", format_count(mesh.face_count()), format_count(report.vertices)));
+    table.row("time", fmt::format("load {}, build {}, refine {}, write {}", format_seconds(report.seconds.load),
+                                  format_seconds(report.seconds.build), format_seconds(report.seconds.refine),
+                                  format_seconds(report.seconds.write)));
+    table.row("written", options.output.string());
+    if (!options.report.empty()) table.row("", options.report.string());
+    table.print();
+    return ExitCode::done;
+}
+
+}  // namespace
+
+void add_refine_command(CLI::App& app, Command& chosen) {
+    auto options = std::make_shared<RefineOptions>();
+    CLI::App* command = app.add_subcommand("refine", "Refines a control mesh everywhere, by whole levels");
+    command->add_option("IN", options->input, "Control mesh (.obj)")->required()->type_name("");
+    add_scheme_option(*command, options->scheme);
+    constexpr int k_most_levels = 31;  // far beyond what 32-bit indices allow; the library says so
+    command->add_option("--levels", options->levels, "How often every face is cut into four")
+        ->required()
+        ->type_name("N")
+        ->check(CLI::Range(0, k_most_levels));
+    command->add_flag("--limit", options->limit, "Put the vertices on the limit surface, with its normals");
+    options->run.add_threads(*command);
+    options->run.add_max_memory(*command);
+    command->add_flag("--repair", options->repair, "Mend what can be mended safely, and say what was done");
+    command->add_option("-o,--output", options->output, "Mesh to write: .obj, .ply or .glb")
+        ->required()
+        ->type_name("OUT");
+    command->add_option("--report", options->report, "Write figures as JSON")->type_name("R.json");
+    command->footer("Example:\n  tetrakis refine data/pawn.obj --scheme catmull-clark --levels 3 --limit -o pawn.obj");
+    command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+}
+
+}  // namespace tetrakis::cli

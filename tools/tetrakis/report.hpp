@@ -1,0 +1,42 @@
+#pragma once
+
+#include "tetrakis/eval/tessellate.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tetrakis::cli {
+
+using Json = nlohmann::ordered_json;
+
+/// What a run has done, for programs to read. Lengths are in the unit of the model; what does not apply is null.
+struct Report {
+    std::filesystem::path input;
+    SchemeKind scheme = SchemeKind::catmull_clark;
+    std::uint64_t faces = 0;                 ///< of the control mesh as read
+    std::uint64_t vertices = 0;              ///< of the result
+    std::optional<std::uint64_t> triangles;  ///< of the result, if it is made of triangles
+    std::optional<double> tolerance, tolerance_absolute, certified_error;
+    std::optional<MeasuredError> measured_error;
+    int levels = 0;
+    StageSeconds seconds;
+    int threads = 0;
+    std::vector<std::string> warnings;
+    Json more = Json::object();  ///< keys of one command alone; they follow the others
+
+    Json json() const;
+    /// Writes it as a file. @throws Error io
+    void write(const std::filesystem::path& path) const;
+};
+
+/// {forward, backward, hausdorff, mean, rms}, or null.
+Json json_of(const std::optional<MeasuredError>& error);
+/// Text of any encoding becomes valid JSON; numbers are the shortest that read back the same.
+std::string dump(const Json& json);
+
+}  // namespace tetrakis::cli

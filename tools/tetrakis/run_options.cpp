@@ -1,0 +1,68 @@
+#include "run_options.hpp"
+
+#include <oneapi/tbb/task_arena.h>
+
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <string>
+
+#include <sys/resource.h>
+
+namespace tetrakis::cli {
+
+std::optional<std::uint64_t> parse_byte_size(std::string_view text) {
+    double number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number, std::chars_format::fixed);
+    if (error != std::errc{} || !(number >= 0)) return std::nullopt;
+    std::string unit(end, text.data() + text.size());
+    for (char& c : unit) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    if (unit.ends_with("IB"))
+        unit.resize(unit.size() - 2);
+    else if (unit.ends_with("B"))
+        unit.pop_back();
+    constexpr std::string_view k_units = "KMGT";
+    const std::size_t power = unit.empty() ? 0 : k_units.find(unit) + 1;
+    if (unit.size() > 1 || (!unit.empty() && power == 0)) return std::nullopt;
+    const double bytes = std::floor(std::ldexp(number, 10 * static_cast<int>(power)));
+    if (bytes < 1 || bytes >= 0x1p63) return std::nullopt;
+    return static_cast<std::uint64_t>(bytes);
+}
+
+void RunOptions::add_threads(CLI::App& command) {
+    constexpr int k_most_threads = 1024;
+    command.add_option("--threads", threads, "How many threads to use; default: one for each processor")
+        ->type_name("N")
+        ->check(CLI::Range(1, k_most_threads));
+}
+
+void RunOptions::add_max_memory(CLI::App& command) {
+    command
+        .add_option_function<std::string>(
+            "--max-memory",
+            [this](const std::string& text) {
+                const auto bytes = parse_byte_size(text);
+                if (!bytes) throw CLI::ValidationError("--max-memory", text + " is no size such as 500M or 2G");
+                max_memory_bytes = *bytes;
+            },
+            "Stop with an error rather than use more than this (500M, 2G)")
+        ->type_name("BYTES");
+}
+
+int RunOptions::thread_count() const { return threads > 0 ? threads : oneapi::tbb::this_task_arena::max_concurrency(); }
+
+Run::Run(const RunOptions& options)
+    : threads_(oneapi::tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(options.thread_count())) {
+    context_.threads = options.threads;
+    context_.max_memory_bytes = options.max_memory_bytes;
+    context_.progress = [this](std::string_view stage, double fraction) { return progress_.update(stage, fraction); };
+}
+
+std::uint64_t peak_memory_bytes() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    constexpr std::uint64_t k_unit = 1024;  // Linux counts it in KiB
+    return static_cast<std::uint64_t>(usage.ru_maxrss) * k_unit;
+}
+
+}  // namespace tetrakis::cli

@@ -1,0 +1,47 @@
+#pragma once
+
+#include "progress.hpp"
+
+#include "tetrakis/hier/run_context.hpp"
+
+#include <oneapi/tbb/global_control.h>
+#include <CLI/CLI.hpp>
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace tetrakis::cli {
+
+/// The options that every long command has: --threads and --max-memory.
+struct RunOptions {
+    int threads = 0;  ///< 0: one for each processor that the program may use
+    std::uint64_t max_memory_bytes = 0;
+
+    void add_threads(CLI::App& command);
+    void add_max_memory(CLI::App& command);
+    int thread_count() const;  ///< the number that is used
+};
+
+/// A command while it runs: the limits of its options, and its progress bar.
+class Run {
+  public:
+    explicit Run(const RunOptions& options);
+
+    const RunContext& context() const { return context_; }
+    /// Removes the progress bar before other output.
+    void end_progress() { progress_.clear(); }
+
+  private:
+    oneapi::tbb::global_control threads_;  // what the libraries below us start keeps to the same number
+    Progress progress_;
+    RunContext context_;
+};
+
+/// "500M", "2G", "1.5GiB", "1048576": bytes; K, M, G and T are powers of 1024. Nothing where the text is no size.
+std::optional<std::uint64_t> parse_byte_size(std::string_view text);
+
+/// The largest amount of memory that this process has held so far.
+std::uint64_t peak_memory_bytes();
+
+}  // namespace tetrakis::cli

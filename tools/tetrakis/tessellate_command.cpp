@@ -1,0 +1,277 @@
+#include "commands.hpp"
+#include "console.hpp"
+#include "files.hpp"
+#include "render_options.hpp"
+#include "report.hpp"
+#include "run_options.hpp"
+#include "scheme_option.hpp"
+
+#include "tetrakis/eval/io/height_image.hpp"
+#include "tetrakis/eval/io/mesh_reader.hpp"
+#include "tetrakis/eval/io/mesh_writer.hpp"
+#include "tetrakis/eval/io/png.hpp"
+#include "tetrakis/eval/render.hpp"
+#include "tetrakis/eval/tessellate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tetrakis::cli {
+namespace {
+
+struct TessellateCommandOptions {
+    std::filesystem::path input, target, displacement, output, report, image, heat_image;
+    TessellateOptions tessellate;
+    std::optional<double> amplitude;
+    bool no_measure = false, repair = false;
+    RenderOptions render;
+    RunOptions run;
+};
+
+/// What the option parser cannot see: options that need or exclude each other.
+void check_combination(const TessellateCommandOptions& options) {
+    const TessellateOptions& t = options.tessellate;
+    if (!t.tolerance && t.max_triangles == 0)
+        throw UsageError("how fine? Give --tolerance (such as 1e-3), --max-triangles or both");
+    if (t.tolerance_is_absolute && !t.tolerance)
+        throw UsageError("--absolute says how to take --tolerance, give that too");
+    if (options.displacement.empty() != !options.amplitude)
+        throw UsageError("--displacement and --amplitude need each other");
+    if (t.estimator == EstimatorKind::certified && (!options.target.empty() || !options.displacement.empty()))
+        throw UsageError(
+            "--estimator certified bounds the distance to the limit surface itself; with --target or --displacement "
+            "use --estimator embree");
+    if (t.min_level > t.max_level) throw UsageError("--min-level is above --max-level");
+}
+
+OutputFiles output_files(const TessellateCommandOptions& options) {
+    OutputFiles outputs;
+    outputs.add(OutputFiles::Kind::mesh, "-o", options.output);
+    outputs.add(OutputFiles::Kind::report, "--report", options.report);
+    outputs.add(OutputFiles::Kind::picture, "--image", options.image);
+    outputs.add(OutputFiles::Kind::picture, "--image-heat", options.heat_image);
+    return outputs;
+}
+
+/// Why the tolerance was missed, and what to do about it.
+std::string advice(const TessellateCommandOptions& options, const Tessellation& result) {
+    const std::string what = "the tolerance was not reached; the best result is written all the same";
+    if (options.tessellate.max_triangles != 0 && result.mesh.triangles.size() + 1 >= options.tessellate.max_triangles)
+        return what + " (all of --max-triangles is used)";
+    if (result.deepest_level >= options.tessellate.max_level) return what + " (--max-level stopped the refinement)";
+    return what;
+}
+
+Report make_report(const TessellateCommandOptions& options, const LoadedModel& model, const Tessellation& result) {
+    Report report;
+    report.input = options.input;
+    report.scheme = options.tessellate.scheme;
+    report.vertices = result.mesh.positions.size();
+    report.triangles = result.mesh.triangles.size();
+    if (options.tessellate.tolerance) {
+        const double diagonal = bounding_box(model.mesh.positions()).diagonal();
+        report.tolerance_absolute = result.tolerance_absolute;
+        report.tolerance = options.tessellate.tolerance_is_absolute ? result.tolerance_absolute / diagonal
+                                                                    : *options.tessellate.tolerance;
+    }
+    report.certified_error = result.certified_error;
+    report.measured_error = result.measured_error;
+    report.levels = result.deepest_level;
+    report.seconds = result.seconds;
+    report.seconds.load = model.load_seconds;
+    report.seconds.build += model.build_seconds;
+    report.threads = options.run.thread_count();
+    report.warnings = model.mesh.warnings();
+    report.warnings.insert(report.warnings.end(), result.warnings.begin(), result.warnings.end());
+    report.more["estimator"] = options.tessellate.estimator == EstimatorKind::certified ? "certified" : "embree";
+    report.more["tolerance_reached"] = options.tessellate.tolerance ? Json(result.tolerance_reached) : Json(nullptr);
+    report.more["samples"] = result.measured_error ? Json{{"forward", result.measured_error->forward_samples},
+                                                          {"backward", result.measured_error->backward_samples}}
+                                                   : Json(nullptr);
+    report.more["peak_memory_before_measure_bytes"] = result.peak_memory_before_measure_bytes;
+    return report;
+}
+
+void print_summary(const TessellateCommandOptions& options, const Report& report) {
+    const double tolerance = report.tolerance_absolute.value_or(0);
+    const auto share = [&](double error) {
+        return tolerance > 0 ? fmt::format("{:<10} {:.3f} of the tolerance", format_length(error), error / tolerance)
+                             : format_length(error);
+    };
+    Table table;
+    table.row("input", fmt::format("{} ({} faces, {})", options.input.string(), format_count(report.faces),
+                                   name(report.scheme)));
+    table.row("result", fmt::format("{} triangles, {} vertices, deepest level {}", format_count(*report.triangles),
+                                    format_count(report.vertices), report.levels));
+    if (report.tolerance)
+        table.row("tolerance",
+                  fmt::format("{:<10} {:.3g} of the diagonal", format_length(tolerance), *report.tolerance));
+    if (report.certified_error) table.row("certified error", share(*report.certified_error));
+    if (const auto& error = report.measured_error) {
+        table.row("measured error", share(error->hausdorff));
+        table.row("",
+                  fmt::format("surface to mesh {}, mesh to surface {}, mean {}, rms {}", format_length(error->forward),
+                              format_length(error->backward), format_length(error->mean), format_length(error->rms)));
+        table.row("", fmt::format("in {} samples", format_count(error->forward_samples + error->backward_samples)));
+    }
+    const StageSeconds& s = report.seconds;
+    table.row("time", fmt::format("load {}, build {}, refine {}, estimate {}, measure {}, write {}",
+                                  format_seconds(s.load), format_seconds(s.build), format_seconds(s.refine),
+                                  format_seconds(s.estimate), format_seconds(s.measure), format_seconds(s.write)));
+    table.row("memory", format_bytes(peak_memory_bytes()) + " at the peak");
+    std::string label = "written";
+    for (const auto& path : {options.output, options.report, options.image, options.heat_image}) {
+        if (path.empty()) continue;
+        table.row(label, path.string());
+        label.clear();
+    }
+    table.print();
+}
+
+Image draw(const Tessellation& result, const TessellateCommandOptions& options, bool heat, const RunContext& context) {
+    RenderOptions render_options = options.render;
+    render_options.wireframe = !heat;
+    if (heat) {
+        render_options.triangle_values = result.triangle_error;
+        render_options.legend_title = "error";
+        // The scale ends at the tolerance, so that colours mean shares of it.
+        if (std::isfinite(result.tolerance_absolute)) render_options.highest_value = result.tolerance_absolute;
+    }
+    return render(result.mesh, render_options, context);
+}
+
+ExitCode run(TessellateCommandOptions options) {
+    check_combination(options);
+    const OutputFiles outputs = output_files(options);
+    outputs.check({options.input, options.target, options.displacement});
+
+    Run process(options.run);
+    const RunContext& context = process.context();
+    LoadedModel model = load_model(options.input, options.repair, context);
+    const std::uint64_t faces = model.mesh.face_count();
+    const Stopwatch prepare;
+    prepare_for(options.tessellate.scheme, model.mesh, context);
+    model.build_seconds += prepare.seconds();
+
+    const Stopwatch load_others;
+    TriangleMesh target;
+    if (!options.target.empty()) {
+        target = reading([&] { return read_triangle_mesh(options.target, context); });
+        options.tessellate.target = &target;
+    }
+    HeightImage heights;
+    if (!options.displacement.empty()) {
+        if (!model.mesh.has_uvs())
+            throw InputError(options.input.string() +
+                             ": --displacement needs texture coordinates, and the control mesh has none");
+        heights = reading([&] { return load_height_image(options.displacement); });
+        options.tessellate.displacement = &heights;
+        options.tessellate.amplitude = *options.amplitude;
+    }
+    model.load_seconds += load_others.seconds();
+    options.tessellate.measure = !options.no_measure;
+    options.tessellate.floats_written = mesh_format(options.output) == MeshFormat::glb;
+
+    const Tessellation result = tessellate(model.mesh, options.tessellate, context);
+    std::optional<Image> image, heat_image;
+    if (!options.image.empty()) image = draw(result, options, false, context);
+    if (!options.heat_image.empty()) heat_image = draw(result, options, true, context);
+
+    const Stopwatch write;
+    write_mesh(options.output, result.mesh, context);
+    if (image) write_png(options.image, *image);
+    if (heat_image) write_png(options.heat_image, *heat_image);
+    Report report = make_report(options, model, result);
+    report.faces = faces;
+    report.seconds.write = write.seconds();
+    if (!options.report.empty()) report.write(options.report);
+    process.end_progress();
+
+    const bool missed = options.tessellate.tolerance && !result.tolerance_reached;
+    print_warnings(report.warnings);
+    if (missed) print_warning(advice(options, result));
+    print_summary(options, report);
+    return missed ? ExitCode::tolerance_not_reached : ExitCode::done;
+}
+
+/// Checks that an option's text is a finite number of some kind (the parser itself takes "nan").
+CLI::Validator number(const std::string& kind, bool (*is_of_kind)(double)) {
+    return CLI::Validator(
+        [kind, is_of_kind](const std::string& text) {
+            double x = 0;
+            return CLI::detail::lexical_cast(text, x) && std::isfinite(x) && is_of_kind(x) ? std::string()
+                                                                                           : text + " is not " + kind;
+        },
+        "");
+}
+
+void add_refinement_options(CLI::App& command, TessellateOptions& t) {
+    command
+        .add_option("--tolerance", t.tolerance,
+                    "Largest distance allowed between mesh and limit surface, as a share of the diagonal of the\n"
+                    "control mesh's bounding box")
+        ->type_name("T")
+        ->check(number("a positive number", [](double x) { return x > 0; }));
+    command.add_flag("--absolute", t.tolerance_is_absolute, "The tolerance is a length in the unit of the model");
+    command.add_option("--max-triangles", t.max_triangles, "Make the best mesh of at most so many triangles")
+        ->type_name("N")
+        ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{0xFFFF'FFFF}).description(""));
+    command
+        .add_option_function<std::string>(
+            "--estimator",
+            [&t](const std::string& name) {
+                t.estimator = name == "certified" ? EstimatorKind::certified : EstimatorKind::embree;
+            },
+            "What decides where to refine: embree (default; measures, fewest triangles) or certified (a proven bound)")
+        ->type_name("E")
+        ->check(CLI::IsMember({"embree", "certified"}).description(""));
+    command.add_option("--min-level", t.min_level, "Cut every face at least so often")
+        ->type_name("N")
+        ->check(CLI::Range(0, TessellateOptions{}.max_level));
+    command.add_option("--max-level", t.max_level, "Cut no face more often")
+        ->type_name("N")
+        ->check(CLI::Range(0, TessellateOptions{}.max_level));
+}
+
+}  // namespace
+
+void add_tessellate_command(CLI::App& app, Command& chosen) {
+    auto options = std::make_shared<TessellateCommandOptions>();
+    CLI::App* command = app.add_subcommand(
+        "tessellate", "Makes a watertight triangle mesh of the limit surface, as fine as a tolerance asks");
+    command->add_option("IN", options->input, "Control mesh (.obj)")->required()->type_name("");
+    command->add_option("-o,--output", options->output, "Mesh to write: .obj, .ply or .glb")
+        ->required()
+        ->type_name("OUT");
+    add_scheme_option(*command, options->tessellate.scheme);
+    add_refinement_options(*command, options->tessellate);
+    command->add_option("--target", options->target, "Project the vertices onto this mesh (a scan, a sculpt)")
+        ->type_name("MESH");
+    command->add_option("--displacement", options->displacement, "Raise the surface by this picture's heights, by UV")
+        ->type_name("IMG");
+    command->add_option("--amplitude", options->amplitude, "How far white is raised, in the unit of the model")
+        ->type_name("A")
+        ->check(number("a finite number", [](double) { return true; }));
+    command->add_flag("--no-measure", options->no_measure, "Do not measure the result at the end");
+    command->add_flag("--repair", options->repair, "Mend what can be mended safely, and say what was done");
+    command->add_option("--report", options->report, "Write figures as JSON")->type_name("R.json");
+    command->add_option("--image", options->image, "Draw the result with its wireframe")->type_name("I.png");
+    command->add_option("--image-heat", options->heat_image, "Draw the result coloured by its error")
+        ->type_name("H.png");
+    add_view_options(*command, options->render);
+    options->run.add_threads(*command);
+    options->run.add_max_memory(*command);
+    command->footer(
+        "Exit code 4: the tolerance was not reached, the best result is written all the same.\n"
+        "Example:\n  tetrakis tessellate data/rook.obj --tolerance 1e-3 -o rook.glb --report rook.json");
+    command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+}
+
+}  // namespace tetrakis::cli
