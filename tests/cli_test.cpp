@@ -1,0 +1,299 @@
+#include "tetrakis/eval/io/mesh_reader.hpp"
+#include "tetrakis/hier/version.hpp"
+
+#include "tests/cli.hpp"
+#include "tests/process.hpp"
+
+#include <doctest/doctest.h>
+
+#include <csignal>
+#include <set>
+#include <sstream>
+
+using namespace tetrakis;
+
+TEST_SUITE_BEGIN("cli");
+
+namespace {
+
+constexpr const char* k_square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+
+/// The command lines of this program in a text, as words.
+std::vector<std::vector<std::string>> examples(const std::string& text) {
+    std::vector<std::vector<std::string>> result;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+        std::istringstream words(line);
+        std::vector<std::string> example;
+        for (std::string word; words >> word;) example.push_back(word);
+        if (!example.empty() && example.front() == "tetrakis") result.push_back(example);
+    }
+    return result;
+}
+
+void run_all(const std::vector<std::vector<std::string>>& lines, const std::string& directory) {
+    for (auto words : lines) {
+        CAPTURE(words);
+        words.front() = TETRAKIS_CLI;
+        const ProcessResult result = run_process(words, directory);
+        CAPTURE(result.err);
+        CHECK(result.code == 0);
+    }
+}
+
+/// Width and height in a PNG's header; zeros where it is none.
+std::pair<unsigned, unsigned> png_size(const std::string& bytes) {
+    if (bytes.size() < 24 || bytes.substr(0, 8) != "\x89PNG\r\n\x1a\n") return {0, 0};
+    const auto number = [&](std::size_t at) {
+        unsigned n = 0;
+        for (std::size_t i = 0; i < 4; ++i) n = n << 8 | static_cast<unsigned char>(bytes[at + i]);
+        return n;
+    };
+    return {number(16), number(20)};
+}
+
+}  // namespace
+
+TEST_CASE("it says its version, and helps") {
+    CHECK(cli::run({"--version"}).out == "tetrakis " + std::string(k_version) + "\n");
+    const ProcessResult help = cli::run({"--help"});
+    CHECK(help.code == 0);
+    for (const char* command : {"info", "tessellate", "refine", "compare", "render"})
+        CHECK(help.out.find(command) != std::string::npos);
+}
+
+TEST_CASE("the example in each command's help works as it stands") {
+    const ScratchDir scratch;
+    std::filesystem::create_directory_symlink(cli::data(""), scratch / "data");
+    for (const std::string command : {"info", "tessellate", "refine", "compare", "render"}) {
+        CAPTURE(command);
+        const ProcessResult help = cli::run({command, "--help"});
+        CHECK(help.code == 0);
+        const auto found = examples(help.out.substr(std::min(help.out.size(), help.out.find("Example:"))));
+        REQUIRE(!found.empty());
+        run_all(found, scratch.path().string());
+    }
+}
+
+TEST_CASE("the command lines of the README work as they stand, in their order") {
+    const ScratchDir scratch;
+    std::filesystem::create_directory_symlink(cli::data(""), scratch / "data");
+    const auto found = examples(slurp(std::string(TETRAKIS_SOURCE_DIR) + "/README.md"));
+    CHECK(found.size() >= 5);
+    run_all(found, scratch.path().string());
+}
+
+TEST_CASE("info reads every model of data/ and agrees with Euler") {
+    REQUIRE(cli::data_models().size() >= 8);
+    for (const std::string& model : cli::data_models()) {
+        CAPTURE(model);
+        const nlohmann::json info = cli::run_json({"info", model, "--json"});
+        // A surface in one piece: 2, less its boundary loops, less 2 for each handle. The knot is a closed tube, the
+        // bracket has two holes drilled through.
+        const int handles = model.find("knot") != std::string::npos      ? 1
+                            : model.find("bracket") != std::string::npos ? 2
+                                                                         : 0;
+        CHECK(info["pieces"] == 1);
+        CHECK(info["euler_characteristic"].get<int>() == 2 - 2 * handles - info["boundary_loops"].get<int>());
+        CHECK(info["warnings"].empty());
+        const ProcessResult text = cli::run({"info", model});
+        CHECK(text.code == 0);
+        CHECK(text.err.empty());
+        CHECK(text.out.find(model) != std::string::npos);
+    }
+}
+
+TEST_CASE("refine writes every format, with the same bytes for one and two threads") {
+    const ScratchDir scratch;
+    for (const std::string extension : {".obj", ".ply", ".glb"})
+        for (const std::string scheme : {"catmull-clark", "loop"}) {
+            CAPTURE(extension);
+            CAPTURE(scheme);
+            std::vector<std::string> bytes;
+            for (const std::string threads : {"1", "2"}) {
+                const std::string out = (scratch / (threads + extension)).string(),
+                                  report = (scratch / "r.json").string();
+                const ProcessResult result =
+                    cli::run({"refine", cli::data("head.obj"), "--scheme", scheme, "--levels", "2", "--limit", "-o",
+                              out, "--report", report, "--threads", threads});
+                CAPTURE(result.err);
+                REQUIRE(result.code == 0);
+                bytes.push_back(slurp(out));
+                const TriangleMesh mesh = read_triangle_mesh(out);
+                const nlohmann::json json = nlohmann::json::parse(slurp(report));
+                cli::check_report(json);
+                CHECK(json["scheme"] == scheme);
+                CHECK(json["threads"] == std::stoi(threads));
+                CHECK(json["faces"] == 520);
+                CHECK(json["levels"] == 2);
+                CHECK(json["output_faces"] == 520 * 16 * (scheme == "loop" ? 2 : 1));
+                CHECK(json["triangles"].is_null() == (scheme != "loop"));
+                CHECK(json["measured_error"].is_null());
+                CHECK(mesh.triangles.size() == 520 * 2 * 16);
+                CHECK(mesh.positions.size() >= json["vertices"].get<std::size_t>());
+                CHECK((result.err.find("triangles") != std::string::npos) == (scheme == "loop"));  // a warning
+            }
+            CHECK(bytes[0] == bytes[1]);
+        }
+}
+
+TEST_CASE("compare measures what is known") {
+    const ScratchDir scratch;
+    const std::string low = (scratch / "low.obj").string(), high = (scratch / "high.obj").string();
+    spill(low, k_square);
+    spill(high, "v 0 0 3\nv 1 0 3\nv 1 1 3\nv 0 1 3\nf 1 2 3 4\n");
+    const nlohmann::json apart = cli::run_json({"compare", low, high, "--json", "--samples", "1000"});
+    for (const char* key : {"forward", "backward", "hausdorff", "mean", "rms"})
+        CHECK(apart[key].get<double>() == doctest::Approx(3).epsilon(1e-12));
+    CHECK(apart["diagonal"].get<double>() == doctest::Approx(std::sqrt(2.0)));
+    CHECK(apart["a_to_b"]["samples"].get<std::uint64_t>() >= 1000);
+
+    const nlohmann::json same = cli::run_json({"compare", cli::data("pawn.obj"), cli::data("pawn.obj"), "--json"});
+    CHECK(same["hausdorff"].get<double>() < 1e-14);
+
+    // Half of a square, and the whole: the far corner is half a diagonal away from the half.
+    spill(high, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    const nlohmann::json half = cli::run_json({"compare", low, high, "--json"});
+    CHECK(half["forward"].get<double>() == doctest::Approx(std::sqrt(0.5)));
+    CHECK(half["backward"].get<double>() < 1e-15);
+    CHECK(half["hausdorff"] == half["forward"]);
+}
+
+TEST_CASE("render draws a picture of the size asked for, wires and heat included") {
+    const ScratchDir scratch;
+    const std::string out = (scratch / "a.png").string();
+    const std::vector<std::string> plain = {"render", cli::data("pawn.obj"), "-o", out, "--size", "64x48"};
+    const auto picture = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> arguments = plain;
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const ProcessResult result = cli::run(arguments);
+        CAPTURE(result.err);
+        REQUIRE(result.code == 0);
+        const std::string bytes = slurp(out);
+        CHECK(png_size(bytes) == std::pair(64u, 48u));
+        return bytes;
+    };
+    // Each option must make another picture.
+    const std::set<std::string> pictures = {picture({}),
+                                            picture({"--wireframe"}),
+                                            picture({"--flat"}),
+                                            picture({"--camera", "-60,40"}),
+                                            picture({"--up", "z"}),
+                                            picture({"--heat", cli::data("cube.obj")})};
+    CHECK(pictures.size() == 6);
+}
+
+TEST_CASE("[bad-input] the exit code says whose fault it is, the message what is wrong, and nothing is written") {
+    const ScratchDir scratch;
+    const std::string cube = cli::data("cube.obj"), out = (scratch / "out.obj").string();
+    const auto file = [&](const std::string& name, const std::string& text) {
+        spill(scratch / name, text);
+        return (scratch / name).string();
+    };
+    const std::string empty = file("empty.obj", ""),
+                      binary = file("binary.obj", std::string("\0\1\2\xff\xfe v f\n", 11));
+    const std::string range = file("range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n");
+    const std::string nan = file("nan.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    const std::string three =
+        file("three.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nf 1 2 3\nf 2 1 4\nf 1 2 5\n");
+    const std::string mesh = file("mesh.ply", "ply\nformat ascii 1.0\nend_header\n");
+    const std::string missing = (scratch / "missing.obj").string();
+    const std::size_t files = scratch.file_count();
+
+    struct Case {
+        std::vector<std::string> arguments;
+        int code;
+        std::string message;  // a part of it
+    };
+    const std::vector<Case> cases = {
+        // usage
+        {{}, 2, "subcommand"},
+        {{"polish", cube}, 2, "polish"},
+        {{"refine"}, 2, "IN is required"},
+        {{"refine", cube, "-o", out}, 2, "--levels"},
+        {{"refine", cube, "--levels", "two", "-o", out}, 2, "two"},
+        {{"refine", cube, "--levels", "-1", "-o", out}, 2, "-1"},
+        {{"refine", cube, "--levels", "2", "-o", out, "--scheme", "butterfly"}, 2, "butterfly"},
+        {{"refine", cube, "--levels", "2", "-o", out, "--threads", "0"}, 2, "--threads"},
+        {{"refine", cube, "--levels", "2", "-o", out, "--max-memory", "2X"}, 2, "500M"},
+        {{"refine", cube, "--levels", "2", "-o", out, "--polish"}, 2, "--polish"},
+        {{"refine", missing, "--levels", "2", "-o", (scratch / "out.stl").string()}, 2, ".stl"},  // before any work
+        {{"refine", cube, "--levels", "2", "-o", (scratch / "out").string()}, 2, ".obj, .ply or .glb"},
+        {{"refine", cube, "--levels", "2", "-o", cube}, 2, "input"},
+        {{"refine", cube, "--levels", "2", "-o", out, "--report", out}, 2, "same file"},
+        {{"render", cube, "-o", (scratch / "out.jpg").string()}, 2, ".png"},
+        {{"render", cube, "-o", (scratch / "out.png").string(), "--size", "0x10"}, 2, "0x10"},
+        {{"render", cube, "-o", (scratch / "out.png").string(), "--camera", "1,2,3"}, 2, "1,2,3"},
+        {{"compare", cube}, 2, "B is required"},
+        // bad input
+        {{"info", missing}, 3, "missing.obj"},
+        {{"info", scratch.path().string()}, 3, "directory"},
+        {{"info", empty}, 3, "empty.obj"},
+        {{"info", binary}, 3, "binary.obj"},
+        {{"info", range}, 3, "range.obj:4"},
+        {{"info", nan}, 3, "nan.obj:1"},
+        {{"info", three}, 3, "--repair"},
+        {{"info", mesh}, 3, "OBJ"},
+        {{"refine", three, "--levels", "1", "-o", out}, 3, "three.obj"},
+        {{"compare", cube, missing}, 3, "missing.obj"},
+        {{"compare", mesh, cube}, 3, "mesh.ply"},
+        {{"render", empty, "-o", (scratch / "out.png").string()}, 3, "empty.obj"},
+        // run time
+        {{"refine", cube, "--levels", "2", "-o", (scratch / "no" / "out.obj").string()}, 1, "no"},
+        {{"refine", missing, "--levels", "2", "-o", "/proc/out.obj"}, 1, "/proc"},  // seen before any work
+        {{"refine", cube, "--levels", "30", "-o", out}, 1, "32-bit"},
+        {{"refine", cube, "--levels", "9", "-o", out, "--max-memory", "10M"}, 1, "10 MiB"},
+    };
+    for (const Case& c : cases) {
+        std::string line;
+        for (const std::string& word : c.arguments) line += word + ' ';
+        CAPTURE(line);
+        const ProcessResult result = cli::run(c.arguments);
+        CAPTURE(result.err);
+        CHECK(result.code == c.code);
+        CHECK(result.err.starts_with("tetrakis: error: "));
+        CHECK(result.err.find(c.message) != std::string::npos);
+        CHECK(result.out.empty());
+    }
+    CHECK(scratch.file_count() == files);
+
+    SUBCASE("--repair makes the non-manifold mesh usable, and says so") {
+        const ProcessResult result = cli::run({"refine", three, "--levels", "1", "--repair", "-o", out});
+        CHECK(result.code == 0);
+        CHECK(result.err.find("warning") != std::string::npos);
+        CHECK(read_triangle_mesh(out).triangles.size() == 3 * 3 * 2);
+    }
+}
+
+TEST_CASE("a failed run leaves the file that was there") {
+    const ScratchDir scratch;
+    const std::string out = (scratch / "out.obj").string();
+    spill(out, "precious");
+    CHECK(cli::run({"refine", cli::data("cube.obj"), "--levels", "9", "-o", out, "--max-memory", "10M"}).code == 1);
+    CHECK(slurp(out) == "precious");
+    CHECK(scratch.file_count() == 1);
+}
+
+TEST_CASE("Ctrl-C ends a long run with 130 and leaves no file") {
+    const ScratchDir scratch;
+    const std::string out = (scratch / "out.obj").string();
+    // Minutes of work, if it were let.
+    Process process(cli::command_line({"refine", cli::data("head.obj"), "--levels", "9", "--limit", "-o", out}));
+    REQUIRE(process.wait_for_handler(SIGINT));
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    process.send(SIGINT);
+    const ProcessResult result = process.wait();
+    CHECK(result.code == 130);
+    CHECK(result.err.find("cancelled") != std::string::npos);
+    CHECK(result.out.empty());
+    CHECK(scratch.file_count() == 0);
+}
+
+TEST_CASE("output that goes nowhere is a failure") {
+    const ProcessResult result =
+        run_process({"/bin/sh", "-c", "\"$0\" info \"$1\" > /dev/full", TETRAKIS_CLI, cli::data("cube.obj")});
+    CHECK(result.code == 1);
+    CHECK(result.err.find("standard output") != std::string::npos);
+}
+
+TEST_SUITE_END();
