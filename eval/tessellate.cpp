@@ -1,6 +1,7 @@
 #include "tetrakis/eval/tessellate.hpp"
 
 #include "tetrakis/eval/fan_error.hpp"
+#include "tetrakis/eval/io/mesh_writer.hpp"
 #include "tetrakis/eval/leaf_estimator.hpp"
 #include "tetrakis/eval/local_frame.hpp"
 #include "tetrakis/eval/measure.hpp"
@@ -303,9 +304,7 @@ class Tessellator {
     /// What rounding the vertices to float may add.
     double written_rounding() const {
         if (!options_.floats_written) return 0;
-        double largest = 0;
-        for (const Vec3d& p : result_.mesh.positions) largest = std::max(largest, glm::length(p - Vec3d(Vec3f(p))));
-        return 2 * largest;
+        return glb_rounding_bound(bounding_box(result_.mesh.positions));
     }
 
     void add_attributes(const typename Family::Hierarchy& hierarchy) {

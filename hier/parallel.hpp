@@ -3,9 +3,11 @@
 #include "tetrakis/hier/run_context.hpp"
 
 #include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <cstddef>
 #include <cstdint>
 
 namespace tetrakis {
@@ -40,6 +42,9 @@ void for_each_block(std::uint32_t count, std::uint32_t grain, Body&& body) {
 template <class Work>
 auto with_threads(const RunContext& context, Work&& work) {
     if (context.threads <= 0) return work();
+    // The arena alone would be cut to the machine's processors, with a message from oneTBB.
+    const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
+                                            static_cast<std::size_t>(context.threads));
     oneapi::tbb::task_arena arena(context.threads);
     return arena.execute(std::forward<Work>(work));
 }
