@@ -267,7 +267,9 @@ PeerMesh bfr_adaptive(const ControlMeshData& data, const PeerOptions& options, d
 }
 
 double bfr_own_error(const ControlMeshData& data, SchemeKind scheme, BfrLevels levels) {
-    constexpr int k_grid = 8;  // intervals per face or quarter
+    // Intervals per face or quarter. Odd: at dyadic parameters Bfr is exact from the level on that has them as
+    // vertices.
+    constexpr int k_grid = 11;
     const auto refiner = make_refiner(data, scheme);
     const Factory exact(*refiner, factory_options(k_judge_levels)), tried(*refiner, factory_options(levels));
     const std::vector<double> control = flat_points<double>(data);
