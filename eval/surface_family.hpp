@@ -34,6 +34,7 @@ struct QuadFamily {
             return {mesh.next(t.root), std::min(y, 1.0), std::clamp(2 - x, 0.0, 1.0)};
         return {t.root, std::clamp(x, 0.0, 1.0), std::clamp(y, 0.0, 1.0)};
     }
+    static bool inside(double, double) { return true; }
     /// An address of a leaf's corner inside one root.
     static Site corner_site(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
         const LatticePoint p = t.corner[k];
@@ -100,6 +101,7 @@ struct LoopFamily {
         const double y = (b0 * t.corner[0].y + b1 * t.corner[1].y + b2 * t.corner[2].y) * unit;
         return {t.root, std::clamp(x, 0.0, 1.0), std::clamp(y, 0.0, 1.0 - std::clamp(x, 0.0, 1.0))};
     }
+    static bool inside(double x, double y) { return x + y <= 1; }
     static Site corner_site(const ControlMesh&, const CellTriangle& t, std::size_t k) {
         return {t.root, t.corner[k], t.level};
     }

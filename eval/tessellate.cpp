@@ -119,7 +119,8 @@ class Tessellator {
             for (int round = 0;; ++round) {
                 result_.measured_error = measure<Family>(
                     result_.mesh, [&](std::uint32_t t) { return origin(hierarchy, t); }, map_, *closest_,
-                    result_.triangle_error, context_);
+                    options_.tolerance ? tolerance_ : std::numeric_limits<double>::infinity(), result_.triangle_error,
+                    context_);
                 result_.seconds.measure += watch.lap();
                 if (!options_.tolerance || result_.measured_error->hausdorff <= tolerance_ ||
                     refinement.budget_spent() || round == k_repairs)
