@@ -34,7 +34,7 @@ SurfacePoint star_corner(const LoopStarChain& star) {
         out.du += limit.tangent1[i] * ring[i];
         out.dv += limit.tangent2[i] * ring[i];
     }
-    out.has_second = false;
+    out.has_second = out.has_derivatives = false;
     const RingShape shape{.faces = star.valence()};
     out.normal = limit_normal(SchemeKind::loop, shape, limit, ring);
     return out;
@@ -435,7 +435,7 @@ SurfacePoint LoopPatches::evaluate(HalfedgeId root, double x, double y) const {
     out.duu = xx * xx * p.dxx + 2 * xx * xy * p.dxy + xy * xy * p.dyy;
     out.duv = xx * yx * p.dxx + (xx * yy + xy * yx) * p.dxy + xy * yy * p.dyy;
     out.dvv = yx * yx * p.dxx + 2 * yx * yy * p.dxy + yy * yy * p.dyy;
-    out.has_second = true;
+    out.has_second = out.has_derivatives = true;
     out.normal = unit_or_zero(glm::cross(out.du, out.dv));
     return out;
 }

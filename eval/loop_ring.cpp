@@ -178,7 +178,7 @@ SurfacePoint LoopRing::limit() const {
     out.position = apply(limit.position);
     out.du = apply(sector->tangent1);
     out.dv = apply(sector->tangent2);
-    out.has_second = false;
+    out.has_second = out.has_derivatives = false;
     out.normal = limit_normal(SchemeKind::loop, shape, limit, ring);
     return out;
 }

@@ -2,6 +2,7 @@
 
 #include "tetrakis/schemes/sharpness.hpp"
 
+#include <algorithm>
 #include <cassert>
 
 namespace tetrakis::detail {
@@ -47,6 +48,21 @@ std::vector<Vec3d> fan_ring(const QuadLocalMesh& mesh, const CornerFan& fan) {
     return ring;
 }
 
+/// Sharpness of the half of h at its far end, where that half is finite.
+float QuadLocalStep::far_half(std::uint32_t h) const {
+    const std::uint32_t t = mesh_.twin[h];
+    if (half_sharpness_[t] != k_sharpness_infinity) return half_sharpness_[t];
+    return mesh_.chaikin ? mesh_.far_half[h] : half_sharpness_[h];
+}
+
+/// A fan's values in the order in which they are summed up at a control vertex.
+std::vector<float> QuadLocalStep::from_first(int corner, std::vector<float> sharpness) const {
+    const auto& fan = fans_[static_cast<std::size_t>(corner)].outgoing;
+    const auto first = std::find(fan.begin(), fan.end(), mesh_.first_half);
+    if (first != fan.end()) std::rotate(sharpness.begin(), sharpness.begin() + (first - fan.begin()), sharpness.end());
+    return sharpness;
+}
+
 QuadLocalStep::QuadLocalStep(const QuadLocalMesh& mesh) : mesh_(mesh) {
     const std::size_t face_count = mesh.faces.size();
     face_points_.resize(face_count);
@@ -58,24 +74,21 @@ QuadLocalStep::QuadLocalStep(const QuadLocalMesh& mesh) : mesh_(mesh) {
     half_sharpness_.assign(4 * face_count, k_sharpness_infinity);
 
     // Sharpness of the halves at the cell's corners.
-    std::array<std::vector<float>, 4> sharp, child_sharp;
+    std::array<std::vector<float>, 4> sharp;
+    std::array<std::vector<float>, 4>& child_sharp = child_sharp_;
     for (int k = 0; k < 4; ++k) {
         fans_[k] = corner_fan(mesh, k);
         sharp[k] = fan_sharpness(mesh, fans_[k]);
         child_sharp[k].resize(sharp[k].size());
-        for (std::size_t i = 0; i < sharp[k].size(); ++i) {
+        const std::vector<float> around = mesh.chaikin ? from_first(k, sharp[k]) : std::vector<float>{};
+        for (std::size_t i = 0; i < sharp[k].size(); ++i)
             child_sharp[k][i] =
-                mesh.chaikin ? child_sharpness_chaikin(sharp[k][i], sharp[k]) : child_sharpness(sharp[k][i]);
-        }
+                mesh.chaikin ? child_sharpness_chaikin(sharp[k][i], around) : child_sharpness(sharp[k][i]);
         for (std::size_t i = 0; i < fans_[k].faces(); ++i) half_sharpness_[fans_[k].outgoing[i]] = child_sharp[k][i];
         child_corner_sharpness_[k] = child_sharpness(mesh.corner_sharpness[k]);
     }
 
     // Edge points of the edges at the corners.
-    const auto half_at_far_end = [&](std::uint32_t h, float otherwise) {
-        const std::uint32_t t = mesh.twin[h];
-        return t != QuadLocalMesh::none && half_sharpness_[t] != k_sharpness_infinity ? half_sharpness_[t] : otherwise;
-    };
     const auto edge_point = [&](std::uint32_t h) {
         const Vec3d a = mesh.points[mesh.origin(h)], b = mesh.points[mesh.origin(QuadLocalMesh::next(h))];
         const Vec3d crease = 0.5 * (a + b);
@@ -83,9 +96,7 @@ QuadLocalStep::QuadLocalStep(const QuadLocalMesh& mesh) : mesh_(mesh) {
         if (t == QuadLocalMesh::none || mesh.sharpness[h] == k_sharpness_infinity) return crease;
         const Vec3d smooth = 0.25 * (a + b + face_points_[h >> 2] + face_points_[t >> 2]);
         if (mesh.sharpness[h] == 0) return smooth;
-        const float near_half =
-            half_sharpness_[h] != k_sharpness_infinity ? half_sharpness_[h] : child_sharpness(mesh.sharpness[h]);
-        const double w = edge_crease_weight(mesh.sharpness[h], near_half, half_at_far_end(h, near_half));
+        const double w = edge_crease_weight(mesh.sharpness[h], half_sharpness_[h], far_half(h));
         return w * crease + (1 - w) * smooth;
     };
     for (int k = 0; k < 4; ++k)
@@ -159,6 +170,7 @@ QuadLocalMesh QuadLocalStep::child(int corner) const {
     out.faces.resize(parts.size());
     out.twin.assign(4 * parts.size(), M::none);
     out.sharpness.assign(4 * parts.size(), 0.0f);
+    if (out.chaikin) out.far_half.assign(4 * parts.size(), 0.0f);
     for (std::uint32_t i = 0; i < parts.size(); ++i) {
         const std::uint32_t g = parts[i], back = M::prev(g), shift = i == 0 ? home : 0;
         const int v = corner_of_point_[mesh_.origin(g)];
@@ -181,7 +193,17 @@ QuadLocalMesh QuadLocalStep::child(int corner) const {
         link(2, back, 1);
         out.sharpness[slot(i, 0)] = tw == M::none ? k_sharpness_infinity : half_sharpness_[g];
         out.sharpness[slot(i, 3)] = tb == M::none ? k_sharpness_infinity : half_sharpness_[tb];
+        if (!out.chaikin) continue;
+        if (g == mesh_.first_half) out.first_half = slot(i, 0);
+        if (tw != M::none && mesh_.sharpness[g] != k_sharpness_infinity) {
+            const float halves[2] = {half_sharpness_[g], far_half(g)};
+            out.far_half[slot(i, 0)] = child_sharpness_chaikin(halves[0], halves);
+        }
+        if (tb != M::none && mesh_.sharpness[back] != k_sharpness_infinity)
+            out.far_half[slot(i, 3)] = child_sharpness_chaikin(half_sharpness_[tb], from_first(v, child_sharp_[v]));
     }
+    if (mesh_.first_half != M::none && corner_of_point_[mesh_.origin(mesh_.first_half)] != corner)
+        out.first_half = M::none;
     // The child's corners: its own vertex keeps a tag, edge and face points have none.
     out.corner_sharpness = {};
     out.corner_sharpness[static_cast<std::size_t>(corner)] = child_corner_sharpness_[static_cast<std::size_t>(corner)];

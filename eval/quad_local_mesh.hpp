@@ -23,6 +23,12 @@ struct QuadLocalMesh {
     std::vector<float> sharpness;             ///< per half-edge: that of its edge
     std::array<float, 4> corner_sharpness{};  ///< of the cell's four corners
     bool chaikin = false;
+    /// Chaikin creases alone: per half-edge that starts at a corner of the cell, sharpness of the half at its far end
+    /// one level further down (what is sharp around that end lies beyond the rings).
+    std::vector<float> far_half;
+    /// Chaikin creases alone: the first half-edge of the control vertex among the corners, or none; sums of sharpness
+    /// start there.
+    std::uint32_t first_half = none;
 
     static std::uint32_t next(std::uint32_t h) { return (h & ~3u) | ((h + 1) & 3u); }
     static std::uint32_t prev(std::uint32_t h) { return (h & ~3u) | ((h + 3) & 3u); }
@@ -56,12 +62,16 @@ class QuadLocalStep {
     QuadLocalMesh child(int corner) const;
 
   private:
+    float far_half(std::uint32_t h) const;
+    std::vector<float> from_first(int corner, std::vector<float> sharpness) const;
+
     const QuadLocalMesh& mesh_;
     std::vector<Vec3d> face_points_, edge_points_;  ///< per face; per half-edge (both of an edge alike)
     std::array<Vec3d, 4> vertex_points_;
     std::array<CornerFan, 4> fans_;
     std::array<float, 4> child_corner_sharpness_{};
-    std::vector<int> corner_of_point_;   ///< which corner of the cell a point is, or -1
+    std::array<std::vector<float>, 4> child_sharp_;  ///< of the fans' edges, in the order of fan_sharpness()
+    std::vector<int> corner_of_point_;               ///< which corner of the cell a point is, or -1
     std::vector<float> half_sharpness_;  ///< per half-edge: of the half at its origin (corners of the cell only)
 };
 

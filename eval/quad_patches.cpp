@@ -322,6 +322,17 @@ QuadLocalMesh QuadPatches::local_mesh(HalfedgeId h) const {
     out.faces.resize(parts.size());
     out.twin.assign(4 * parts.size(), QuadLocalMesh::none);
     out.sharpness.assign(4 * parts.size(), 0.0f);
+    if (out.chaikin) out.far_half.assign(4 * parts.size(), 0.0f);
+    const auto halves_at = [&](HalfedgeId g) {
+        std::vector<float> halves;
+        const HalfedgeId first = m.vertex_halfedge(m.origin(g));
+        for (HalfedgeId e = first; e.valid();) {
+            halves.push_back(half_sharpness_[e.value]);
+            e = m.ccw_outgoing(e);
+            if (e == first) break;
+        }
+        return halves;
+    };
     for (std::uint32_t i = 0; i < parts.size(); ++i) {
         const HalfedgeId g = parts[i], back = m.prev(g);
         out.faces[i] = {use(m.origin(g).value), use(edge_base + m.edge(g).value), use(face_base + m.face(g).value),
@@ -337,6 +348,13 @@ QuadLocalMesh QuadPatches::local_mesh(HalfedgeId h) const {
         link(2, back, 1);
         out.sharpness[4 * i] = tg.valid() ? half_sharpness_[g.value] : k_sharpness_infinity;
         out.sharpness[4 * i + 3] = tb.valid() ? half_sharpness_[tb.value] : k_sharpness_infinity;
+        if (!out.chaikin) continue;
+        if (g == start) out.first_half = 4 * i;
+        if (tg.valid()) {
+            const float halves[2] = {half_sharpness_[g.value], half_sharpness_[tg.value]};
+            out.far_half[4 * i] = child_sharpness_chaikin(halves[0], halves);
+        }
+        if (tb.valid()) out.far_half[4 * i + 3] = child_sharpness_chaikin(half_sharpness_[tb.value], halves_at(g));
     }
     out.corner_sharpness[0] = vertex_sharpness_[m.origin(h).value];
     return out;
@@ -375,7 +393,7 @@ SurfacePoint QuadPatches::corner_limit(const QuadNode& node, int corner) {
             point.position = combine(child.net, wx[0], wy[0]);
             point.du = combine(child.net, wx[1], wy[0]);
             point.dv = combine(child.net, wx[0], wy[1]);
-            point.has_second = false;
+            point.has_second = point.has_derivatives = false;
             point.normal = unit_or_zero(glm::cross(point.du, point.dv));
             return point;
         }
@@ -387,7 +405,7 @@ SurfacePoint QuadPatches::corner_limit(const QuadNode& node, int corner) {
     }
     const RingLimit& limit = ring_limit(SchemeKind::catmull_clark, shape);
     SurfacePoint point;
-    point.has_second = false;
+    point.has_second = point.has_derivatives = false;
     for (std::size_t i = 0; i < ring.size(); ++i) {
         point.position += limit.position[i] * ring[i];
         point.du += limit.tangent1[i] * ring[i];
