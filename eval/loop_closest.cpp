@@ -1,5 +1,7 @@
 #include "tetrakis/eval/loop_closest.hpp"
 
+#include "tetrakis/eval/nearest_in_root.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -25,7 +27,9 @@ double LoopClosest::local(const Vec3d& q, SurfaceParameter at) const {
     const ControlMesh& mesh = patches_.mesh();
     double best = std::numeric_limits<double>::infinity();
     for (int step = 0; step < detail::k_newton_steps; ++step) {
-        const SurfacePoint s = patches_.evaluate(at.root, at.x, at.y);
+        const SurfacePoint s =
+            detail::with_derivatives(detail::RootShape::triangle, at.x, at.y,
+                                     [&](double x, double y) { return patches_.evaluate(at.root, x, y); });
         const double distance = glm::length(q - s.position);
         if (distance >= best * (1 - 1e-9)) return std::min(best, distance);
         best = distance;
@@ -56,26 +60,8 @@ double LoopClosest::local(const Vec3d& q, SurfaceParameter at) const {
 }
 
 double LoopClosest::in_root(const Vec3d& q, HalfedgeId root, double best) const {
-    constexpr int n = detail::k_newton_starts;
-    double x = 0, y = 0, start_distance = std::numeric_limits<double>::infinity();
-    for (int j = 0; j <= n; ++j)
-        for (int i = 0; i + j <= n; ++i) {
-            const double px = static_cast<double>(i) / n, py = static_cast<double>(j) / n;
-            const double d = glm::length(q - patches_.evaluate(root, px, py).position);
-            if (d < start_distance) start_distance = d, x = px, y = py;
-        }
-    best = std::min(best, start_distance);
-    for (int step = 0; step < detail::k_newton_steps; ++step) {
-        const SurfacePoint s = patches_.evaluate(root, x, y);
-        best = std::min(best, glm::length(q - s.position));
-        double dx, dy;
-        if (!detail::tangent_step(s, q, dx, dy)) break;
-        std::array<double, 3> b{1 - x - dx - y - dy, x + dx, y + dy};
-        clamp_to_triangle(b);
-        if (std::abs(b[1] - x) + std::abs(b[2] - y) < 1e-12) break;
-        x = b[1], y = b[2];
-    }
-    return best;
+    return std::min(best, detail::nearest_in_root(detail::RootShape::triangle, q,
+                                                  [&](double x, double y) { return patches_.evaluate(root, x, y); }));
 }
 
 double LoopClosest::global(const Vec3d& q, double best) const {

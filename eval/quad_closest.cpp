@@ -1,5 +1,6 @@
 #include "tetrakis/eval/quad_closest.hpp"
 
+#include "tetrakis/eval/nearest_in_root.hpp"
 #include "tetrakis/hier/corner_cell.hpp"
 
 #include <algorithm>
@@ -27,7 +28,8 @@ double QuadClosest::local(const Vec3d& q, SurfaceParameter at) const {
     const ControlMesh& mesh = patches_.mesh();
     double best = std::numeric_limits<double>::infinity();
     for (int step = 0; step < detail::k_newton_steps; ++step) {
-        const SurfacePoint s = patches_.frame(at.root, at.x, at.y);
+        const SurfacePoint s = detail::with_derivatives(
+            detail::RootShape::square, at.x, at.y, [&](double x, double y) { return patches_.frame(at.root, x, y); });
         const double distance = glm::length(q - s.position);
         if (distance >= best * (1 - 1e-9)) return std::min(best, distance);
         best = distance;
@@ -75,28 +77,8 @@ double QuadClosest::local(const Vec3d& q, SurfaceParameter at) const {
 }
 
 double QuadClosest::in_cell(const Vec3d& q, HalfedgeId root, double best) const {
-    // The nearest of a few points starts Newton's method, kept inside the cell.
-    double start_x = 0, start_y = 0, start_distance = std::numeric_limits<double>::infinity();
-    for (int j = 0; j <= detail::k_newton_starts; ++j)
-        for (int i = 0; i <= detail::k_newton_starts; ++i) {
-            const double x = static_cast<double>(i) / detail::k_newton_starts,
-                         y = static_cast<double>(j) / detail::k_newton_starts;
-            const double d = glm::length(q - QuadPatches::position(patches_.root_node(root), x, y));
-            if (d < start_distance) start_distance = d, start_x = x, start_y = y;
-        }
-    best = std::min(best, start_distance);
-    double x = start_x, y = start_y;
-    for (int step = 0; step < detail::k_newton_steps; ++step) {
-        const SurfacePoint s = patches_.frame(root, x, y);
-        const double distance = glm::length(q - s.position);
-        best = std::min(best, distance);
-        double dx, dy;
-        if (!detail::tangent_step(s, q, dx, dy)) break;
-        const double nx = std::clamp(x + dx, 0.0, 1.0), ny = std::clamp(y + dy, 0.0, 1.0);
-        if (std::abs(nx - x) + std::abs(ny - y) < 1e-12) break;
-        x = nx, y = ny;
-    }
-    return best;
+    return std::min(best, detail::nearest_in_root(detail::RootShape::square, q,
+                                                  [&](double x, double y) { return patches_.frame(root, x, y); }));
 }
 
 double QuadClosest::global(const Vec3d& q, double best) const {
