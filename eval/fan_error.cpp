@@ -78,7 +78,9 @@ double FanError::measured(FaceId face, double tolerance) const {
     std::vector<detail::PlaneMeasure> planes;
     for (const auto& t : fans_.of(face)) planes.emplace_back(std::array<Vec3d, 3>{at(t[0]), at(t[1]), at(t[2])});
     double error = 0;
-    for (std::uint32_t r = 0; r < n && error <= tolerance; ++r) {
+    // Without a tolerance (a budget alone) errors are compared with each other: all of the fan counts.
+    const double enough = tolerance > 0 ? tolerance : std::numeric_limits<double>::infinity();
+    for (std::uint32_t r = 0; r < n && error <= enough; ++r) {
         const HalfedgeId h(h0 + r);
         const CellTriangle root{h, 0, {LatticePoint{0, 0}, {2, 0}, {1, 1}}};
         const HalfedgeId twin = mesh.twin(h);
@@ -95,7 +97,7 @@ double FanError::measured(FaceId face, double tolerance) const {
                 if (row == k_lattice && hard) error = std::max(error, detail::segment_distance(s, a, b));
             }
     }
-    if (error <= tolerance && map_.target) {
+    if (error <= enough && map_.target) {
         for (const auto& t : fans_.of(face))
             for (int row = 0; row <= k_lattice; ++row)
                 for (int i = 0; i <= row; ++i) {

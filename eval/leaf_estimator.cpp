@@ -15,7 +15,8 @@ constexpr int k_lattice = 4;
 constexpr int k_samples = (k_lattice + 1) * (k_lattice + 2) / 2;
 
 /// Lattice of a mapped leaf (target, displacement): nothing smooth can be assumed.
-constexpr int k_mapped_lattice = 8;
+constexpr int k_mapped_bits = 3;
+constexpr int k_mapped_lattice = 1 << k_mapped_bits;
 
 constexpr std::uint32_t k_estimator_grain = 64;
 
@@ -122,6 +123,29 @@ double LeafEstimator<Family>::mapped(const CellTriangle& leaf) const {
     for_each_lattice_point(n, [&](int i, double b0, double b1, double b2) {
         s[static_cast<std::size_t>(i)] = map_(Family::parameter(mesh, leaf, b0, b1, b2));
     });
+    // On control edges the displacement may jump (UV seams, hard creases): there the one value that vertices get.
+    if (map_.displacement) {
+        const int level = leaf.level + k_mapped_bits;
+        const auto& c = leaf.corner;
+        const bool edge[3] = {Family::control_edge(mesh, leaf, 0).valid(), Family::control_edge(mesh, leaf, 1).valid(),
+                              Family::control_edge(mesh, leaf, 2).valid()};
+        for_each_lattice_point(n, [&](int i, double b0, double b1, double b2) {
+            const bool corner = b0 == 1 || b1 == 1 || b2 == 1;
+            if (!corner && !(edge[0] && b2 == 0) && !(edge[1] && b0 == 0) && !(edge[2] && b1 == 0)) return;
+            Site site;
+            if (corner) {
+                site = Family::corner_site(mesh, leaf, b0 == 1 ? 0 : (b1 == 1 ? 1 : 2));
+            } else {
+                if (level > k_max_level) return;
+                const auto at = [&](std::uint32_t p0, std::uint32_t p1, std::uint32_t p2) {
+                    return static_cast<std::uint32_t>(n * (b0 * p0 + b1 * p1 + b2 * p2));
+                };
+                site = Family::lattice_site(mesh, leaf.root, {at(c[0].x, c[1].x, c[2].x), at(c[0].y, c[1].y, c[2].y)},
+                                            level);
+            }
+            s[static_cast<std::size_t>(i)] = map_.vertex(Family::canonical_site(mesh, site), nullptr);
+        });
+    }
     const Vec3d c2 = s[0], c0 = s[count - 1 - n], c1 = s[count - 1];
     const detail::PlaneMeasure plane({c0, c1, c2});
     double error = 0;

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace tetrakis {
 
@@ -22,36 +21,82 @@ struct Sums {
     std::uint64_t samples = 0;
 };
 
-/// Distance from q to a nearby point of a displaced surface: Gauss-Newton with differences, inside the start's root.
-/// Never more than `best`, the distance to the start.
-template <class Family>
-double mapped_distance(const SurfaceMap<Family>& map, const Vec3d& q, SurfaceParameter at, double best) {
-    // Differences over a thousandth of a root: displacement images are smooth at that scale or coarser than the mesh.
-    constexpr double k_step = 1e-3;
-    for (int step = 0; step < 4 && best > 0; ++step) {
-        const double hx = at.x + at.y < 1 - k_step ? k_step : -k_step, hy = hx;
-        SurfacePoint s;
-        s.position = map(at);
-        s.du = (map({at.root, std::clamp(at.x + hx, 0.0, 1.0), at.y}) - s.position) / hx;
-        s.dv = (map({at.root, at.x, std::clamp(at.y + hy, 0.0, 1.0)}) - s.position) / hy;
-        double dx, dy;
-        if (!detail::tangent_step(s, q, dx, dy)) break;
-        const double x = std::clamp(at.x + dx, 0.0, 1.0), y = std::clamp(at.y + dy, 0.0, 1.0);
-        if (!Family::inside(x, y)) break;
-        const SurfaceParameter next{at.root, x, y};
-        const double distance = glm::length(map(next) - q);
-        if (!(distance < best)) break;
-        best = distance;
-        at = next;
+/// A point of a triangle whose distance to the surface is known only as an upper bound.
+struct Doubt {
+    double distance;
+    std::uint32_t triangle;
+    Vec3d point;
+};
+
+/// Of each block this many worst points are kept for the exact search; one more is enough to know the largest.
+constexpr std::size_t k_doubts_per_block = 4;
+
+/// The way from a target to the mesh, sampled on the target itself: what the projection never reached counts as well.
+/// @param triangle_error  raised where a point of the target is nearest to a triangle and within its size, so that
+///                        splitting the triangle may help
+Sums measure_from_target(const TriangleMesh& target, const TriangleMesh& mesh, const TriangleBvh& bvh,
+                         std::vector<float>& triangle_error, const RunContext& context) {
+    const auto count = static_cast<std::uint32_t>(target.triangles.size());
+    const int n =
+        std::clamp(static_cast<int>(std::ceil(std::sqrt(2.0 * static_cast<double>(k_wanted_samples) / count))), 1,
+                   k_most_intervals);
+    const std::uint32_t blocks = (count + k_block - 1) / k_block;
+    std::vector<Sums> sums(blocks);
+    struct Worst {
+        double distance = -1;
+        std::uint32_t triangle = ClosestPoint::k_none;
+    };
+    std::vector<Worst> worst(count);
+    for_each_index(
+        blocks,
+        [&](std::uint32_t block) {
+            Sums& sum = sums[block];
+            ClosestPointWalker walker(bvh);
+            for (std::uint32_t t = block * k_block; t < std::min(count, (block + 1) * k_block); ++t) {
+                const auto& tri = target.triangles[t];
+                const Vec3d a = target.positions[tri[0]], b = target.positions[tri[1]], c = target.positions[tri[2]];
+                const double weight = 0.5 * glm::length(glm::cross(b - a, c - a)) / ((n + 1) * (n + 2) / 2);
+                for (int i = 0; i <= n; ++i)
+                    for (int j = 0; i + j <= n; ++j) {
+                        const double b0 = static_cast<double>(n - i - j) / n, b1 = static_cast<double>(i) / n,
+                                     b2 = static_cast<double>(j) / n;
+                        const ClosestPoint hit = walker.closest(b0 * a + b1 * b + b2 * c);
+                        if (hit.distance > worst[t].distance) worst[t] = {hit.distance, hit.triangle};
+                        sum.weighted += weight * hit.distance;
+                        sum.squared += weight * hit.distance * hit.distance;
+                        sum.weight += weight;
+                        ++sum.samples;
+                    }
+                sum.forward = std::max(sum.forward, worst[t].distance);
+            }
+        },
+        1);
+    context.report("measure", 1.0);
+    for (const Worst& hit : worst) {
+        if (hit.triangle == ClosestPoint::k_none) continue;
+        const auto& tri = mesh.triangles[hit.triangle];
+        double longest = 0;
+        for (std::size_t k = 0; k < 3; ++k)
+            longest = std::max(longest, glm::length(mesh.positions[tri[k]] - mesh.positions[tri[(k + 1) % 3]]));
+        if (hit.distance <= longest)
+            triangle_error[hit.triangle] = std::max(triangle_error[hit.triangle], detail::round_up(hit.distance));
     }
-    return best;
+    Sums total;
+    for (const Sums& sum : sums) {
+        total.forward = std::max(total.forward, sum.forward);
+        total.weighted += sum.weighted;
+        total.squared += sum.squared;
+        total.weight += sum.weight;
+        total.samples += sum.samples;
+    }
+    return total;
 }
 
 }  // namespace
 
 template <class Family>
 MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriangle(std::uint32_t)>& origin,
-                      const SurfaceMap<Family>& map, const typename Family::Closest& closest, double tolerance,
+                      const SurfaceMap<Family>& map, const typename Family::Closest& closest,
                       std::vector<float>& triangle_error, const RunContext& context) {
     const std::uint32_t count = static_cast<std::uint32_t>(mesh.triangles.size());
     triangle_error.assign(count, 0.0f);
@@ -64,19 +109,18 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                    k_least_intervals, k_most_intervals);
     const std::uint32_t blocks = (count + k_block - 1) / k_block;
     std::vector<Sums> sums(blocks);
-    std::vector<float> sideways(count, 0.0f);  // per triangle: the largest upper bound from Newton's method alone
+    std::vector<std::vector<Doubt>> doubts(blocks);
 
-    // Against the limit surface itself Newton's bound is checked by a search where it counts.
-    const bool search = map.plain();
     const auto run_block = [&](std::uint32_t block) {
         Sums& sum = sums[block];
+        std::vector<Doubt>& worst = doubts[block];
         for (std::uint32_t t = block * k_block; t < std::min(count, (block + 1) * k_block); ++t) {
             const OutputTriangle from = origin(t);
             const auto& tri = mesh.triangles[t];
             const Vec3d a = mesh.positions[tri[0]], b = mesh.positions[tri[1]], c = mesh.positions[tri[2]];
             const double area = 0.5 * glm::length(glm::cross(b - a, c - a));
             const double weight = area / (n * n);
-            double largest = 0, local = 0;
+            double largest = 0;
             for (int row = 0; row <= n; ++row)
                 for (int i = 0; i <= row; ++i) {
                     const double b0 = static_cast<double>(row - i) / n, b1 = static_cast<double>(i) / n,
@@ -93,25 +137,29 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                     const double parametric = glm::length(s - q);
                     if (map.target) {
                         backward = map.target->closest(q).distance;
-                        forward = std::min(forward, bvh.closest(s, own * (1 + 1e-9)).distance);
-                    } else if (parametric == 0) {
-                        backward = 0;
-                    } else if (map.displacement) {
-                        backward = mapped_distance(map, q, at, parametric);
+
+                    } else if (map.displacement || parametric == 0) {
+                        backward = std::min(parametric, std::max(forward, own));
                     } else {
                         backward = closest.local(q, at);
-                        local = std::max(local, backward);
+                        if (backward > 0) {
+                            const Doubt doubt{backward, t, q};
+                            const auto smaller = [](const Doubt& x, const Doubt& y) { return x.distance > y.distance; };
+                            if (worst.size() < k_doubts_per_block || backward > worst.back().distance) {
+                                worst.insert(std::upper_bound(worst.begin(), worst.end(), doubt, smaller), doubt);
+                                if (worst.size() > k_doubts_per_block) worst.pop_back();
+                            }
+                        }
                     }
                     sum.forward = std::max(sum.forward, forward);
-                    if (!search) sum.backward = std::max(sum.backward, backward);
-                    largest = std::max(largest, search ? forward : std::max(forward, backward));
+                    sum.backward = std::max(sum.backward, backward);
+                    largest = std::max({largest, forward, backward});
                     sum.weighted += weight * (forward + backward);
                     sum.squared += weight * (forward * forward + backward * backward);
                     sum.weight += 2 * weight;
                     ++sum.samples;
                 }
             triangle_error[t] = detail::round_up(largest);
-            sideways[t] = detail::round_up(local);
         }
     };
     constexpr std::uint32_t k_batch = 512;
@@ -123,42 +171,35 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
     }
 
     Sums total;
-    for (const Sums& sum : sums) {
-        total.forward = std::max(total.forward, sum.forward);
-        total.backward = std::max(total.backward, sum.backward);
-        total.weighted += sum.weighted;
-        total.squared += sum.squared;
-        total.weight += sum.weight;
-        total.samples += sum.samples;
+    std::vector<Doubt> open;
+    for (std::uint32_t i = 0; i < blocks; ++i) {
+        total.forward = std::max(total.forward, sums[i].forward);
+        total.backward = std::max(total.backward, sums[i].backward);
+        total.weighted += sums[i].weighted;
+        total.squared += sums[i].squared;
+        total.weight += sums[i].weight;
+        total.samples += sums[i].samples;
+        open.insert(open.end(), doubts[i].begin(), doubts[i].end());
     }
-    if (search) {
-        // The triangles with the largest bounds, one after the other, each sample by the exact search where its bound
-        // exceeds what is known, until no bound is left that is above the largest exact distance or the tolerance.
-        std::vector<std::uint32_t> order(count);
-        std::iota(order.begin(), order.end(), 0u);
-        std::stable_sort(order.begin(), order.end(),
-                         [&](std::uint32_t x, std::uint32_t y) { return sideways[x] > sideways[y]; });
+    if (!open.empty()) {
+        // The largest distances, one after the other, by the exact search, until the largest exact one is above all
+        // that is left.
+        std::stable_sort(open.begin(), open.end(),
+                         [](const Doubt& x, const Doubt& y) { return x.distance > y.distance; });
         double exact = 0;
-        for (std::uint32_t t : order) {
-            if (sideways[t] <= std::max(exact, 0.0) && sideways[t] <= tolerance) break;
-            const OutputTriangle from = origin(t);
-            const auto& tri = mesh.triangles[t];
-            const Vec3d a = mesh.positions[tri[0]], b = mesh.positions[tri[1]], c = mesh.positions[tri[2]];
-            double here = 0;
-            for (int row = 0; row <= n; ++row)
-                for (int i = 0; i <= row; ++i) {
-                    const double b0 = static_cast<double>(row - i) / n, b1 = static_cast<double>(i) / n,
-                                 b2 = static_cast<double>(n - row) / n;
-                    if (b0 == 1 || b1 == 1 || b2 == 1) continue;
-                    const Vec3d q = b0 * a + b1 * b + b2 * c;
-                    const double bound = closest.local(q, from.parameter<Family>(control, b0, b1, b2));
-                    if (bound > here) here = std::max(here, closest.global(q, bound));
-                }
-            exact = std::max(exact, here);
-            sideways[t] = detail::round_up(here);
+        for (const Doubt& doubt : open) {
+            if (doubt.distance <= exact) break;
+            exact = std::max(exact, closest.global(doubt.point, doubt.distance));
         }
         total.backward = exact;
-        for (std::uint32_t t = 0; t < count; ++t) triangle_error[t] = std::max(triangle_error[t], sideways[t]);
+    }
+    Sums from_target;
+    if (map.target) {
+        from_target = measure_from_target(*map.target_mesh, mesh, bvh, triangle_error, context);
+        total.forward = std::max(total.forward, from_target.forward);
+        total.weighted += from_target.weighted;
+        total.squared += from_target.squared;
+        total.weight += from_target.weight;
     }
     result.forward = total.forward;
     result.backward = total.backward;
@@ -168,14 +209,15 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
         result.rms = std::sqrt(total.squared / total.weight);
     }
     result.forward_samples = result.backward_samples = total.samples;
+    result.forward_samples += from_target.samples;
     return result;
 }
 
 template MeasuredError measure<QuadFamily>(const TriangleMesh&, const std::function<OutputTriangle(std::uint32_t)>&,
-                                           const SurfaceMap<QuadFamily>&, const QuadClosest&, double,
-                                           std::vector<float>&, const RunContext&);
+                                           const SurfaceMap<QuadFamily>&, const QuadClosest&, std::vector<float>&,
+                                           const RunContext&);
 template MeasuredError measure<LoopFamily>(const TriangleMesh&, const std::function<OutputTriangle(std::uint32_t)>&,
-                                           const SurfaceMap<LoopFamily>&, const LoopClosest&, double,
-                                           std::vector<float>&, const RunContext&);
+                                           const SurfaceMap<LoopFamily>&, const LoopClosest&, std::vector<float>&,
+                                           const RunContext&);
 
 }  // namespace tetrakis

@@ -34,12 +34,17 @@ struct QuadFamily {
             return {mesh.next(t.root), std::min(y, 1.0), std::clamp(2 - x, 0.0, 1.0)};
         return {t.root, std::clamp(x, 0.0, 1.0), std::clamp(y, 0.0, 1.0)};
     }
-    static bool inside(double, double) { return true; }
     /// An address of a leaf's corner inside one root.
     static Site corner_site(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
         const LatticePoint p = t.corner[k];
         if (t.level == 0 && p.x == 2) return {mesh.next(t.root), {0, 0}, 0};
         return {t.root, p, t.level};
+    }
+    /// An address inside one root of a lattice point of a leaf's frame, at any level.
+    static Site lattice_site(const ControlMesh& mesh, HalfedgeId root, LatticePoint p, int level) {
+        const std::uint32_t n = 1u << level;
+        if (p.x > n) return {mesh.next(root), {p.y, 2 * n - p.x}, static_cast<std::uint8_t>(level)};
+        return {root, p, static_cast<std::uint8_t>(level)};
     }
     /// Bilinear interpolation of a per-corner attribute in the corner cell of `root`.
     template <class Value>
@@ -101,9 +106,11 @@ struct LoopFamily {
         const double y = (b0 * t.corner[0].y + b1 * t.corner[1].y + b2 * t.corner[2].y) * unit;
         return {t.root, std::clamp(x, 0.0, 1.0), std::clamp(y, 0.0, 1.0 - std::clamp(x, 0.0, 1.0))};
     }
-    static bool inside(double x, double y) { return x + y <= 1; }
     static Site corner_site(const ControlMesh&, const CellTriangle& t, std::size_t k) {
         return {t.root, t.corner[k], t.level};
+    }
+    static Site lattice_site(const ControlMesh&, HalfedgeId root, LatticePoint p, int level) {
+        return {root, p, static_cast<std::uint8_t>(level)};
     }
     template <class Value>
     static auto linear(const ControlMesh& mesh, HalfedgeId root, double x, double y, Value&& corner) {

@@ -15,7 +15,7 @@ namespace tetrakis {
 template <class Family>
 class UvSurface {
   public:
-    /// @param warnings  told when the UV layer is no manifold mesh and is interpolated linearly instead
+    /// @param warnings  told when the UV layer cannot be subdivided (uv_mesh.hpp) and is interpolated linearly
     UvSurface(const ControlMesh& mesh, std::vector<std::string>& warnings);
     Vec2d at(HalfedgeId root, double x, double y) const;
     /// At a lattice point, in the UV layer's own canonical frame: both sides of an unbroken edge get the same bits.
@@ -36,6 +36,7 @@ class SurfaceMap {
     const HeightImage* displacement = nullptr;
     double amplitude = 0;
     const TriangleBvh* target = nullptr;
+    const TriangleMesh* target_mesh = nullptr;  ///< what `target` is made of
 
     bool plain() const { return !displacement && !target; }
     Vec3d apply(const SurfacePoint& point, const Vec2d& at) const {
@@ -44,6 +45,14 @@ class SurfaceMap {
         if (target) p = target->closest(p).point;
         return p;
     }
+    /// A vertex of the output, by its canonical site. @param normal  receives the limit normal; may be null
+    Vec3d vertex(const Site& site, Vec3d* normal) const {
+        if (!normal && plain()) return patches->limit(site.root, site.at, site.level);
+        const SurfacePoint point = patches->vertex(site.root, site.at, site.level);
+        if (normal) *normal = point.normal;
+        return apply(point, displacement ? uv->at(site) : Vec2d(0));
+    }
+    /// Anywhere. On edges where a displacement jumps (UV seams, hard creases) the value of the given root.
     Vec3d operator()(const SurfaceParameter& at) const {
         if (plain()) return patches->evaluate(at.root, at.x, at.y).position;
         return apply(patches->evaluate(at.root, at.x, at.y), displacement ? uv->at(at.root, at.x, at.y) : Vec2d(0));

@@ -111,6 +111,10 @@ class Tessellator {
         AdaptiveRefinement<typename Family::Hierarchy> refinement(hierarchy, watched, adaptive, context_);
         refinement.run();
         export_mesh(hierarchy, refinement);
+        if (options_.max_triangles != 0 && result_.mesh.triangles.size() > options_.max_triangles)
+            result_.warnings.push_back("the coarsest mesh of this surface has " +
+                                       std::to_string(result_.mesh.triangles.size()) + " triangles, more than the " +
+                                       std::to_string(options_.max_triangles) + " allowed");
         result_.seconds.estimate = watched.seconds();
         result_.seconds.refine = watch.lap() - result_.seconds.estimate;
         result_.peak_memory_before_measure_bytes = peak_memory_bytes();
@@ -119,8 +123,7 @@ class Tessellator {
             for (int round = 0;; ++round) {
                 result_.measured_error = measure<Family>(
                     result_.mesh, [&](std::uint32_t t) { return origin(hierarchy, t); }, map_, *closest_,
-                    options_.tolerance ? tolerance_ : std::numeric_limits<double>::infinity(), result_.triangle_error,
-                    context_);
+                    result_.triangle_error, context_);
                 result_.seconds.measure += watch.lap();
                 if (!options_.tolerance || result_.measured_error->hausdorff <= tolerance_ ||
                     refinement.budget_spent() || round == k_repairs)
@@ -154,13 +157,7 @@ class Tessellator {
         map_.displacement = options_.displacement;
         map_.amplitude = options_.amplitude;
         map_.target = target_.get();
-    }
-
-    Vec3d vertex(const Site& site, Vec3d* normal) const {
-        if (!normal && map_.plain()) return patches_->limit(site.root, site.at, site.level);
-        const SurfacePoint point = patches_->vertex(site.root, site.at, site.level);
-        if (normal) *normal = point.normal;
-        return map_.apply(point, map_.displacement ? uv_->at(site) : Vec2d(0));
+        map_.target_mesh = options_.target;
     }
 
     /// DESIGN 3.10: faces that do without their centre.
@@ -171,7 +168,7 @@ class Tessellator {
             mesh_.vertex_count(),
             [&](std::uint32_t v) {
                 const HalfedgeId h = mesh_.vertex_halfedge(VertexId(v));
-                corner_positions_[v] = h.valid() ? vertex(Family::canonical_site(mesh_, {h, {0, 0}, 0}), nullptr)
+                corner_positions_[v] = h.valid() ? map_.vertex(Family::canonical_site(mesh_, {h, {0, 0}, 0}), nullptr)
                                                  : mesh_.position(VertexId(v));
             },
             64);
@@ -210,7 +207,7 @@ class Tessellator {
         for_each_index(
             points,
             [&](std::uint32_t i) {
-                mesh.positions[i] = vertex(exported_.sites[i], options_.normals ? &mesh.normals[i] : nullptr);
+                mesh.positions[i] = map_.vertex(exported_.sites[i], options_.normals ? &mesh.normals[i] : nullptr);
             },
             128);
         const std::uint32_t count = static_cast<std::uint32_t>(mesh.triangles.size());
@@ -229,6 +226,8 @@ class Tessellator {
             if (leaf.valid()) {
                 result_.triangle_error[t] = detail::round_up(refinement.error(leaf));
                 result_.deepest_level = std::max(result_.deepest_level, hierarchy.level(leaf));
+            } else {
+                result_.triangle_error[t] = detail::round_up(hierarchy.fan_error(exported_.faces[t]));
             }
         }
         context_.report("export", 1.0);
@@ -270,7 +269,8 @@ class Tessellator {
                    const AdaptiveRefinement<typename Family::Hierarchy>& refinement,
                    const std::optional<FanError>& fan_error) const {
         const std::uint32_t count = static_cast<std::uint32_t>(result_.mesh.triangles.size());
-        // The certified estimator's own errors are certified bounds already.
+        // The certified estimator's own errors are certified bounds already, where they are within the tolerance; above
+        // it they are what a sample attained.
         const bool known = options_.estimator == EstimatorKind::certified;
         std::vector<double> errors(count, 0.0);
         double floor = 0;
@@ -283,18 +283,23 @@ class Tessellator {
                     errors[t] = glm::length(quick.middle);
                 },
                 256);
-            for (double e : errors) floor = std::max(floor, e);
+        } else {
+            for (std::uint32_t t = 0; t < count; ++t)
+                if (exported_.leaves[t].valid()) errors[t] = refinement.error(exported_.leaves[t]);
+            floor = tolerance_;
         }
+        for (double e : errors) floor = std::max(floor, e);
         for_each_index(
             count,
             [&](std::uint32_t t) {
                 const LeafId leaf = exported_.leaves[t];
-                if (leaf.valid() && known && refinement.error(leaf) > 0)
-                    errors[t] = refinement.error(leaf);
+                const double bound = leaf.valid() && known ? refinement.error(leaf) : 0.0;
+                if (bound > 0 && bound <= tolerance_)
+                    errors[t] = bound;
                 else if (leaf.valid())
                     errors[t] = estimator.bounder().certified_error(origin(hierarchy, t).cell, floor);
                 else if (part_[t] == 0 && fan_error)
-                    errors[t] = fan_error->certified(exported_.faces[t], known ? tolerance_ : floor, false);
+                    errors[t] = fan_error->certified(exported_.faces[t], floor, false);
             },
             64);
         double largest = 0;

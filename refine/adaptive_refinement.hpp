@@ -42,14 +42,16 @@ class AdaptiveRefinement {
     /// Refines until every leaf's error is within the tolerance (or its level at the maximum), or the budget is spent.
     void run() {
         std::vector<LeafId> fresh;
+        check_memory(0);
         hierarchy_.initial_leaves(fresh);
         settle(fresh);
     }
 
     /// Splits these leaves and opens these fans whatever their error, then goes on as run(): for what a measurement
-    /// found to be off.
+    /// found to be off. The budget holds here too.
     void split(std::span<const LeafId> marked, std::span<const FaceId> fans) {
         std::vector<LeafId> fresh;
+        if (options_.max_triangles != 0) return settle_in_budget(fresh, marked, fans);
         if (!marked.empty()) hierarchy_.refine(marked, fresh);
         for (FaceId f : fans) hierarchy_.open(f, fresh);
         settle(fresh);
@@ -171,7 +173,10 @@ class AdaptiveRefinement {
 
     CellTriangle key(LeafId leaf) const { return hierarchy_.key(leaf); }
 
-    void settle_in_budget(std::vector<LeafId> fresh) {
+    /// @param marked, fans  to be split and opened first, whatever their error
+    void settle_in_budget(std::vector<LeafId> fresh, std::span<const LeafId> marked = {},
+                          std::span<const FaceId> fans = {}) {
+        constexpr double k_first = std::numeric_limits<double>::infinity();
         std::priority_queue<Candidate> queue;
         const auto push = [&](const std::vector<LeafId>& leaves) {
             for (LeafId leaf : leaves) {
@@ -180,12 +185,12 @@ class AdaptiveRefinement {
                     left_over_ = true;
                     continue;
                 }
-                const double error = hierarchy_.level(leaf) < options_.min_level
-                                         ? std::numeric_limits<double>::infinity()
-                                         : errors_[leaf.value];
+                const double error = hierarchy_.level(leaf) < options_.min_level ? k_first : errors_[leaf.value];
                 queue.push({error, leaf, FaceId{}, key(leaf)});
             }
         };
+        for (LeafId leaf : marked) queue.push({k_first, leaf, FaceId{}, key(leaf)});
+        for (FaceId face : fans) queue.push({k_first, LeafId{}, face, CellTriangle{}});
         estimate(fresh);
         push(fresh);
         hierarchy_.for_each_fan([&](FaceId face, double error) {
@@ -199,8 +204,9 @@ class AdaptiveRefinement {
             else
                 hierarchy_.open(c.fan, fresh);
         };
-        // A split's closure is bounded by the depth; so far from the limit no look-ahead is needed.
-        constexpr std::uint64_t k_margin = 512;
+        // A split's closure is bounded by the depth times the few neighbours of a level; so far from the limit no
+        // look-ahead is needed.
+        constexpr std::uint64_t k_margin = 4096;
         std::optional<Hierarchy> checkpoint;
         std::vector<Candidate> since_checkpoint;
         std::uint64_t steps = 0;
@@ -210,9 +216,9 @@ class AdaptiveRefinement {
             if (top.leaf.valid()) {
                 if (!hierarchy_.is_leaf(top.leaf) || Candidate::order(key(top.leaf)) != Candidate::order(top.key))
                     continue;
-                if (errors_[top.leaf.value] != top.error && top.error != std::numeric_limits<double>::infinity())
-                    continue;
+                if (errors_[top.leaf.value] != top.error && top.error != k_first) continue;
             }
+            check_memory(1);
             if (!checkpoint && hierarchy_.triangle_count() + k_margin > options_.max_triangles)
                 checkpoint.emplace(hierarchy_);
             apply(top);

@@ -27,6 +27,7 @@ class BisectionHierarchy {
         for (std::uint32_t f = 0; f < fans_.size(); ++f)
             if (fans_[f]) visit(FaceId(f), fan_errors_[f]);
     }
+    double fan_error(FaceId face) const { return fan_errors_[face.value]; }
     const BisectionForest& forest() const { return forest_; }
     const std::vector<std::uint8_t>& fans() const { return fans_; }
 
@@ -124,6 +125,7 @@ class TriangleHierarchy {
         fresh.insert(fresh.end(), changed_.begin(), changed_.end());
     }
     void open(FaceId, std::vector<LeafId>&) {}
+    double fan_error(FaceId) const { return 0; }
     template <class Visit>
     void for_each_fan(Visit&&) const {}
 
