@@ -148,6 +148,13 @@ double LeafEstimator<Family>::mapped(const CellTriangle& leaf) const {
     }
     const Vec3d c2 = s[0], c0 = s[count - 1 - n], c1 = s[count - 1];
     const detail::PlaneMeasure plane({c0, c1, c2});
+    std::array<Vec3d, 3> unmapped;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const Site site = Family::corner_site(mesh, leaf, k);
+        unmapped[k] = map_.patches->limit(site.root, site.at, site.level);
+    }
+    const double size = std::max({glm::length(unmapped[1] - unmapped[0]), glm::length(unmapped[2] - unmapped[1]),
+                                  glm::length(unmapped[0] - unmapped[2])});
     double error = 0;
     for_each_lattice_point(n, [&](int i, double b0, double b1, double b2) {
         const Vec3d q = b0 * c0 + b1 * c1 + b2 * c2;
@@ -172,6 +179,10 @@ double LeafEstimator<Family>::mapped(const CellTriangle& leaf) const {
             if (across == 0)
                 error = std::max(error, detail::segment_distance(s[static_cast<std::size_t>(i)], ends[k], ends[k + 1]));
         });
+    }
+    if (error > tolerance_ && size < 0.5 * tolerance_) {
+        gave_up_.store(true, std::memory_order_relaxed);
+        return tolerance_;
     }
     return error;
 }

@@ -6,6 +6,8 @@
 
 #include <oneapi/tbb/enumerable_thread_specific.h>
 
+#include <atomic>
+
 namespace tetrakis {
 
 /// The two estimators of DESIGN 3.7 for leaves of one family.
@@ -23,11 +25,14 @@ class LeafEstimator final : public ErrorEstimator {
 
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
 
+    /// Some leaf of a mapped surface could not be resolved: see mapped().
+    bool gave_up() const { return gave_up_.load(std::memory_order_relaxed); }
     /// The calling thread's bounder.
     typename Family::Bounder& bounder() const { return bounders_.local(); }
 
   private:
     double measured(const CellTriangle& leaf, typename Family::Bounder& bounder) const;
+    /// Leaves smaller than half the tolerance are left as they are: there the map jumps, and refining would never end.
     double mapped(const CellTriangle& leaf) const;
     bool is_hard_edge(const CellTriangle& leaf, std::size_t k) const;
 
@@ -35,6 +40,7 @@ class LeafEstimator final : public ErrorEstimator {
     const typename Family::Closest& closest_;
     EstimatorKind kind_;
     double tolerance_;
+    mutable std::atomic<bool> gave_up_ = false;
     mutable oneapi::tbb::enumerable_thread_specific<typename Family::Bounder> bounders_;
 };
 

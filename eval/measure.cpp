@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace tetrakis {
 
@@ -21,15 +22,30 @@ struct Sums {
     std::uint64_t samples = 0;
 };
 
-/// A point of a triangle whose distance to the surface is known only as an upper bound.
-struct Doubt {
-    double distance;
-    std::uint32_t triangle;
-    Vec3d point;
-};
-
-/// Of each block this many worst points are kept for the exact search; one more is enough to know the largest.
-constexpr std::size_t k_doubts_per_block = 4;
+/// Distance from q to a nearby point of a displaced surface: Gauss-Newton with differences, inside the start's root.
+/// Never more than `best`, the distance to the start.
+template <class Family>
+double mapped_distance(const SurfaceMap<Family>& map, const Vec3d& q, SurfaceParameter at, double best) {
+    // Differences over a thousandth of a root: displacement images are smooth at that scale or coarser than the mesh.
+    constexpr double k_step = 1e-3;
+    for (int step = 0; step < 4 && best > 0; ++step) {
+        const double hx = at.x + at.y < 1 - k_step ? k_step : -k_step, hy = hx;
+        SurfacePoint s;
+        s.position = map(at);
+        s.du = (map({at.root, std::clamp(at.x + hx, 0.0, 1.0), at.y}) - s.position) / hx;
+        s.dv = (map({at.root, at.x, std::clamp(at.y + hy, 0.0, 1.0)}) - s.position) / hy;
+        double dx, dy;
+        if (!detail::tangent_step(s, q, dx, dy)) break;
+        const double x = std::clamp(at.x + dx, 0.0, 1.0), y = std::clamp(at.y + dy, 0.0, 1.0);
+        if (!Family::inside(x, y)) break;
+        const SurfaceParameter next{at.root, x, y};
+        const double distance = glm::length(map(next) - q);
+        if (!(distance < best)) break;
+        best = distance;
+        at = next;
+    }
+    return best;
+}
 
 /// The way from a target to the mesh, sampled on the target itself: what the projection never reached counts as well.
 /// @param triangle_error  raised where a point of the target is nearest to a triangle and within its size, so that
@@ -96,7 +112,7 @@ Sums measure_from_target(const TriangleMesh& target, const TriangleMesh& mesh, c
 
 template <class Family>
 MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriangle(std::uint32_t)>& origin,
-                      const SurfaceMap<Family>& map, const typename Family::Closest& closest,
+                      const SurfaceMap<Family>& map, const typename Family::Closest& closest, double tolerance,
                       std::vector<float>& triangle_error, const RunContext& context) {
     const std::uint32_t count = static_cast<std::uint32_t>(mesh.triangles.size());
     triangle_error.assign(count, 0.0f);
@@ -109,18 +125,19 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                    k_least_intervals, k_most_intervals);
     const std::uint32_t blocks = (count + k_block - 1) / k_block;
     std::vector<Sums> sums(blocks);
-    std::vector<std::vector<Doubt>> doubts(blocks);
+    std::vector<float> sideways(count, 0.0f);  // per triangle: the largest upper bound from Newton's method alone
 
+    // Against the limit surface itself Newton's bound is checked by a search where it counts.
+    const bool search = map.plain();
     const auto run_block = [&](std::uint32_t block) {
         Sums& sum = sums[block];
-        std::vector<Doubt>& worst = doubts[block];
         for (std::uint32_t t = block * k_block; t < std::min(count, (block + 1) * k_block); ++t) {
             const OutputTriangle from = origin(t);
             const auto& tri = mesh.triangles[t];
             const Vec3d a = mesh.positions[tri[0]], b = mesh.positions[tri[1]], c = mesh.positions[tri[2]];
             const double area = 0.5 * glm::length(glm::cross(b - a, c - a));
             const double weight = area / (n * n);
-            double largest = 0;
+            double largest = 0, local = 0;
             for (int row = 0; row <= n; ++row)
                 for (int i = 0; i <= row; ++i) {
                     const double b0 = static_cast<double>(row - i) / n, b1 = static_cast<double>(i) / n,
@@ -137,29 +154,25 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                     const double parametric = glm::length(s - q);
                     if (map.target) {
                         backward = map.target->closest(q).distance;
-
-                    } else if (map.displacement || parametric == 0) {
-                        backward = std::min(parametric, std::max(forward, own));
+                        forward = std::min(forward, bvh.closest(s, own * (1 + 1e-9)).distance);
+                    } else if (parametric == 0) {
+                        backward = 0;
+                    } else if (map.displacement) {
+                        backward = mapped_distance(map, q, at, parametric);
                     } else {
                         backward = closest.local(q, at);
-                        if (backward > 0) {
-                            const Doubt doubt{backward, t, q};
-                            const auto smaller = [](const Doubt& x, const Doubt& y) { return x.distance > y.distance; };
-                            if (worst.size() < k_doubts_per_block || backward > worst.back().distance) {
-                                worst.insert(std::upper_bound(worst.begin(), worst.end(), doubt, smaller), doubt);
-                                if (worst.size() > k_doubts_per_block) worst.pop_back();
-                            }
-                        }
+                        local = std::max(local, backward);
                     }
                     sum.forward = std::max(sum.forward, forward);
-                    sum.backward = std::max(sum.backward, backward);
-                    largest = std::max({largest, forward, backward});
+                    if (!search) sum.backward = std::max(sum.backward, backward);
+                    largest = std::max(largest, search ? forward : std::max(forward, backward));
                     sum.weighted += weight * (forward + backward);
                     sum.squared += weight * (forward * forward + backward * backward);
                     sum.weight += 2 * weight;
                     ++sum.samples;
                 }
             triangle_error[t] = detail::round_up(largest);
+            sideways[t] = detail::round_up(local);
         }
     };
     constexpr std::uint32_t k_batch = 512;
@@ -171,27 +184,43 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
     }
 
     Sums total;
-    std::vector<Doubt> open;
-    for (std::uint32_t i = 0; i < blocks; ++i) {
-        total.forward = std::max(total.forward, sums[i].forward);
-        total.backward = std::max(total.backward, sums[i].backward);
-        total.weighted += sums[i].weighted;
-        total.squared += sums[i].squared;
-        total.weight += sums[i].weight;
-        total.samples += sums[i].samples;
-        open.insert(open.end(), doubts[i].begin(), doubts[i].end());
+    for (const Sums& sum : sums) {
+        total.forward = std::max(total.forward, sum.forward);
+        total.backward = std::max(total.backward, sum.backward);
+        total.weighted += sum.weighted;
+        total.squared += sum.squared;
+        total.weight += sum.weight;
+        total.samples += sum.samples;
     }
-    if (!open.empty()) {
-        // The largest distances, one after the other, by the exact search, until the largest exact one is above all
-        // that is left.
-        std::stable_sort(open.begin(), open.end(),
-                         [](const Doubt& x, const Doubt& y) { return x.distance > y.distance; });
+    if (search) {
+        // The triangles with the largest bounds, one after the other, each sample by the exact search where its bound
+        // exceeds what is known, until no bound is left that is above the largest exact distance or the tolerance.
+        std::vector<std::uint32_t> order(count);
+        std::iota(order.begin(), order.end(), 0u);
+        std::stable_sort(order.begin(), order.end(),
+                         [&](std::uint32_t x, std::uint32_t y) { return sideways[x] > sideways[y]; });
         double exact = 0;
-        for (const Doubt& doubt : open) {
-            if (doubt.distance <= exact) break;
-            exact = std::max(exact, closest.global(doubt.point, doubt.distance));
+        for (std::uint32_t t : order) {
+            if (sideways[t] <= exact && sideways[t] <= tolerance) break;
+            context.report("measure", 1.0);
+            const OutputTriangle from = origin(t);
+            const auto& tri = mesh.triangles[t];
+            const Vec3d a = mesh.positions[tri[0]], b = mesh.positions[tri[1]], c = mesh.positions[tri[2]];
+            double here = 0;
+            for (int row = 0; row <= n; ++row)
+                for (int i = 0; i <= row; ++i) {
+                    const double b0 = static_cast<double>(row - i) / n, b1 = static_cast<double>(i) / n,
+                                 b2 = static_cast<double>(n - row) / n;
+                    if (b0 == 1 || b1 == 1 || b2 == 1) continue;
+                    const Vec3d q = b0 * a + b1 * b + b2 * c;
+                    const double bound = closest.local(q, from.parameter<Family>(control, b0, b1, b2));
+                    if (bound > here) here = std::max(here, closest.global(q, bound));
+                }
+            exact = std::max(exact, here);
+            sideways[t] = detail::round_up(here);
         }
         total.backward = exact;
+        for (std::uint32_t t = 0; t < count; ++t) triangle_error[t] = std::max(triangle_error[t], sideways[t]);
     }
     Sums from_target;
     if (map.target) {
@@ -205,8 +234,9 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
     result.backward = total.backward;
     result.hausdorff = std::max(total.forward, total.backward);
     if (total.weight > 0) {
-        result.mean = total.weighted / total.weight;
-        result.rms = std::sqrt(total.squared / total.weight);
+        // Newton's bounds of the way back may exceed the exact largest distance.
+        result.mean = std::min(result.hausdorff, total.weighted / total.weight);
+        result.rms = std::min(result.hausdorff, std::sqrt(total.squared / total.weight));
     }
     result.forward_samples = result.backward_samples = total.samples;
     result.forward_samples += from_target.samples;
@@ -214,10 +244,10 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
 }
 
 template MeasuredError measure<QuadFamily>(const TriangleMesh&, const std::function<OutputTriangle(std::uint32_t)>&,
-                                           const SurfaceMap<QuadFamily>&, const QuadClosest&, std::vector<float>&,
-                                           const RunContext&);
+                                           const SurfaceMap<QuadFamily>&, const QuadClosest&, double,
+                                           std::vector<float>&, const RunContext&);
 template MeasuredError measure<LoopFamily>(const TriangleMesh&, const std::function<OutputTriangle(std::uint32_t)>&,
-                                           const SurfaceMap<LoopFamily>&, const LoopClosest&, std::vector<float>&,
-                                           const RunContext&);
+                                           const SurfaceMap<LoopFamily>&, const LoopClosest&, double,
+                                           std::vector<float>&, const RunContext&);
 
 }  // namespace tetrakis

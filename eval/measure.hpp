@@ -18,11 +18,12 @@ namespace tetrakis {
 /// double. Backward: each point of a triangle to the surface, by Newton's method from the parameters it came with; the
 /// largest by Embree's search of the whole surface, until no other can exceed it. Mean and RMS weigh samples by the
 /// area of their triangle. With a target, forward is sampled on the target too: what no point was projected to counts.
+/// @param tolerance       triangles beyond it are searched exactly, whatever the largest error is
 /// @param origin          where the triangle of that number comes from
 /// @param triangle_error  receives the largest error found at each triangle
 template <class Family>
 MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriangle(std::uint32_t)>& origin,
-                      const SurfaceMap<Family>& map, const typename Family::Closest& closest,
+                      const SurfaceMap<Family>& map, const typename Family::Closest& closest, double tolerance,
                       std::vector<float>& triangle_error, const RunContext& context);
 
 }  // namespace tetrakis

@@ -21,7 +21,8 @@ constexpr double k_rounding = 128 * std::numeric_limits<double>::epsilon();
 
 /// Pieces are split at most this many levels below the leaf; cells that are still irregular then are bounded by their
 /// hull.
-constexpr int k_max_refinement = 40;
+/// Leaves reach level 30, and cell numbers must fit 64 bits.
+constexpr int k_max_refinement = 32;
 
 /// Finest sample lattice of a regular piece: its bound is then tight to 1 / 64 of the second-derivative bound.
 constexpr int k_finest_lattice = 8;

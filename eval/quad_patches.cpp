@@ -99,6 +99,11 @@ using detail::QuadLocalMesh;
 using detail::QuadNode;
 using detail::Weights4;
 
+namespace {
+/// Below this a cell is a point: parameters have no more bits.
+constexpr int k_deepest_cell = 52;
+}  // namespace
+
 QuadPatches::QuadPatches(const ControlMesh& mesh, const RunContext& context) : mesh_(mesh) {
     const std::uint64_t bytes = std::uint64_t{mesh.halfedge_count()} * sizeof(QuadNode);
     if (context.max_memory_bytes != 0 && bytes > context.max_memory_bytes)
@@ -424,8 +429,8 @@ Vec3d QuadPatches::position(const QuadNode& cell, double x, double y) {
     const QuadNode* node = &cell;
     while (node->kind != QuadNode::Kind::regular) {
         const bool edge_x = x == 0 || x == 1, edge_y = y == 0 || y == 1;
-        if (edge_x && edge_y) {
-            const int corner = y == 0 ? (x == 0 ? 0 : 1) : (x == 0 ? 3 : 2);
+        if ((edge_x && edge_y) || node->depth > k_deepest_cell) {
+            const int corner = y < 0.5 ? (x < 0.5 ? 0 : 1) : (x < 0.5 ? 3 : 2);
             if (node->kind == QuadNode::Kind::generic || corner == node->turn)
                 return corner_limit(*node, corner).position;
         }
@@ -441,7 +446,7 @@ SurfacePoint QuadPatches::evaluate(HalfedgeId root, double x, double y, bool sec
     double scale = 1;
     while (node->kind != QuadNode::Kind::regular) {
         const bool edge_x = x == 0 || x == 1, edge_y = y == 0 || y == 1;
-        if ((edge_x && edge_y) || node->depth > 52) {
+        if ((edge_x && edge_y) || node->depth > k_deepest_cell) {
             const int corner = y < 0.5 ? (x < 0.5 ? 0 : 1) : (x < 0.5 ? 3 : 2);
             if (node->kind == QuadNode::Kind::generic || corner == node->turn) {
                 return corner_limit(*node, corner);

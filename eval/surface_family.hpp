@@ -22,6 +22,8 @@ struct QuadFamily {
     using Hierarchy = BisectionHierarchy;
 
     static Site canonical_site(const ControlMesh& mesh, const Site& site) { return canonical(mesh, site); }
+    /// Whether parameters in [0, 1]^2 lie in the root.
+    static bool inside(double, double) { return true; }
     static HalfedgeId control_edge(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
         return bisection_control_edge(mesh, t, k);
     }
@@ -97,6 +99,7 @@ struct LoopFamily {
     static Site canonical_site(const ControlMesh& mesh, const Site& site) {
         return canonical_triangle_site(mesh, site);
     }
+    static bool inside(double x, double y) { return x + y <= 1; }
     static HalfedgeId control_edge(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
         return triangle_control_edge(mesh, t, k);
     }

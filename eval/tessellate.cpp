@@ -64,6 +64,13 @@ class WatchedEstimator final : public ErrorEstimator {
 void check(const ControlMesh& mesh, const TessellateOptions& options) {
     const auto refuse = [](const std::string& text) { throw Error(ErrorCode::invalid_input, text); };
     if (mesh.face_count() == 0) refuse("the control mesh has no faces");
+    bool any_face = false;
+    for (std::uint32_t f = 0; f < mesh.face_count() && !any_face; ++f) any_face = !mesh.is_hole(FaceId(f));
+    if (!any_face)
+        refuse(
+            "no face of the control mesh is part of the surface: all are holes, or touch the boundary under boundary "
+            "rule 0 "
+            "(none)");
     if (!options.tolerance && options.max_triangles == 0)
         refuse("neither a tolerance nor a maximum number of triangles is given; give at least one of them");
     if (options.tolerance && !(*options.tolerance > 0 && std::isfinite(*options.tolerance)))
@@ -95,6 +102,18 @@ class Tessellator {
         if (options_.tolerance && !options_.tolerance_is_absolute)
             result_.tolerance_absolute *= bounding_box(mesh_.positions()).diagonal();
         tolerance_ = options_.tolerance ? result_.tolerance_absolute : 0.0;
+        // What rounds to nothing beside the coordinates can never be reached.
+        constexpr double k_least_tolerance = 1e-14;
+        const Box3d box = bounding_box(mesh_.positions());
+        const double largest = std::max(glm::length(box.lower), glm::length(box.upper));
+        if (options_.tolerance && !(tolerance_ > k_least_tolerance * largest))
+            throw Error(
+                ErrorCode::invalid_input,
+                box.diagonal() > 0
+                    ? "the tolerance is below the rounding of coordinates of this size; use a larger one, or move the "
+                      "model to the origin"
+                    : "the control mesh has no extent, so that a relative tolerance means nothing; give an absolute "
+                      "one");
         prepare();
         result_.seconds.build = watch.lap();
 
@@ -102,7 +121,9 @@ class Tessellator {
         const LeafEstimator<Family> estimator(map_, *closest_, options_.estimator, tolerance_);
         const WatchedEstimator watched(estimator);
         AdaptiveOptions adaptive{tolerance_, options_.max_triangles, options_.min_level, options_.max_level};
-        adaptive.max_memory_bytes = context_.max_memory_bytes;
+        if (context_.max_memory_bytes != 0)
+            adaptive.max_memory_bytes = std::max<std::uint64_t>(
+                1, context_.max_memory_bytes - std::min(context_.max_memory_bytes, patches_->memory_bytes()));
         adaptive.bytes_per_triangle = k_bytes_per_triangle;
         std::optional<FanError> fan_error;
         if constexpr (std::is_same_v<Family, QuadFamily>) {
@@ -123,7 +144,8 @@ class Tessellator {
             for (int round = 0;; ++round) {
                 result_.measured_error = measure<Family>(
                     result_.mesh, [&](std::uint32_t t) { return origin(hierarchy, t); }, map_, *closest_,
-                    result_.triangle_error, context_);
+                    options_.tolerance ? tolerance_ : std::numeric_limits<double>::infinity(), result_.triangle_error,
+                    context_);
                 result_.seconds.measure += watch.lap();
                 if (!options_.tolerance || result_.measured_error->hausdorff <= tolerance_ ||
                     refinement.budget_spent() || round == k_repairs)
@@ -139,8 +161,14 @@ class Tessellator {
         }
         result_.tolerance_reached =
             !options_.tolerance ||
-            (!refinement.left_over() && (!result_.measured_error || result_.measured_error->hausdorff <= tolerance_) &&
+            (!refinement.left_over() && !estimator.gave_up() &&
+             (!result_.measured_error || result_.measured_error->hausdorff <= tolerance_) &&
              (options_.estimator != EstimatorKind::certified || *result_.certified_error <= tolerance_));
+        if (estimator.gave_up())
+            result_.warnings.push_back(
+                "somewhere the mapped surface jumps (two sheets of the target are equally near, or heights differ "
+                "across a "
+                "seam or a crease): refinement stopped there at half the tolerance");
         add_attributes(hierarchy);
         return std::move(result_);
     }
