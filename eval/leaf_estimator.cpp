@@ -18,6 +18,9 @@ constexpr int k_samples = (k_lattice + 1) * (k_lattice + 2) / 2;
 constexpr int k_mapped_bits = 3;
 constexpr int k_mapped_lattice = 1 << k_mapped_bits;
 
+/// Leaves of a mapped surface below this share of the tolerance are not split: there the map jumps.
+constexpr double k_least_leaf = 1.0 / 32;
+
 constexpr std::uint32_t k_estimator_grain = 64;
 
 /// Number and barycentrics of lattice points: rows from corner 2 towards the edge corner 0 - corner 1.
@@ -180,7 +183,7 @@ double LeafEstimator<Family>::mapped(const CellTriangle& leaf) const {
                 error = std::max(error, detail::segment_distance(s[static_cast<std::size_t>(i)], ends[k], ends[k + 1]));
         });
     }
-    if (error > tolerance_ && size < 0.5 * tolerance_) {
+    if (error > tolerance_ && size < k_least_leaf * tolerance_) {
         gave_up_.store(true, std::memory_order_relaxed);
         return tolerance_;
     }

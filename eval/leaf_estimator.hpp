@@ -32,7 +32,7 @@ class LeafEstimator final : public ErrorEstimator {
 
   private:
     double measured(const CellTriangle& leaf, typename Family::Bounder& bounder) const;
-    /// Leaves smaller than half the tolerance are left as they are: there the map jumps, and refining would never end.
+    /// Leaves much smaller than the tolerance are left as they are: there the map jumps, and refining would never end.
     double mapped(const CellTriangle& leaf) const;
     bool is_hard_edge(const CellTriangle& leaf, std::size_t k) const;
 

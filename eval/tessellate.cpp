@@ -22,6 +22,9 @@ namespace {
 /// After a measurement, leaves found to be off are split and the mesh measured again, at most this often.
 constexpr int k_repairs = 8;
 
+/// A repair that leaves more than this share of the error has not helped; after two of them it is left at that.
+constexpr double k_progress = 0.98;
+
 /// Bytes a triangle that refining and exporting take at their peak (leaf, half a vertex, error, output), for the memory
 /// limit.
 constexpr std::uint64_t k_bytes_per_triangle = 200;
@@ -64,13 +67,6 @@ class WatchedEstimator final : public ErrorEstimator {
 void check(const ControlMesh& mesh, const TessellateOptions& options) {
     const auto refuse = [](const std::string& text) { throw Error(ErrorCode::invalid_input, text); };
     if (mesh.face_count() == 0) refuse("the control mesh has no faces");
-    bool any_face = false;
-    for (std::uint32_t f = 0; f < mesh.face_count() && !any_face; ++f) any_face = !mesh.is_hole(FaceId(f));
-    if (!any_face)
-        refuse(
-            "no face of the control mesh is part of the surface: all are holes, or touch the boundary under boundary "
-            "rule 0 "
-            "(none)");
     if (!options.tolerance && options.max_triangles == 0)
         refuse("neither a tolerance nor a maximum number of triangles is given; give at least one of them");
     if (options.tolerance && !(*options.tolerance > 0 && std::isfinite(*options.tolerance)))
@@ -121,9 +117,8 @@ class Tessellator {
         const LeafEstimator<Family> estimator(map_, *closest_, options_.estimator, tolerance_);
         const WatchedEstimator watched(estimator);
         AdaptiveOptions adaptive{tolerance_, options_.max_triangles, options_.min_level, options_.max_level};
-        if (context_.max_memory_bytes != 0)
-            adaptive.max_memory_bytes = std::max<std::uint64_t>(
-                1, context_.max_memory_bytes - std::min(context_.max_memory_bytes, patches_->memory_bytes()));
+        adaptive.max_memory_bytes = context_.max_memory_bytes;
+        adaptive.base_bytes = patches_->memory_bytes();
         adaptive.bytes_per_triangle = k_bytes_per_triangle;
         std::optional<FanError> fan_error;
         if constexpr (std::is_same_v<Family, QuadFamily>) {
@@ -141,7 +136,8 @@ class Tessellator {
         result_.peak_memory_before_measure_bytes = peak_memory_bytes();
 
         if (options_.measure) {
-            for (int round = 0;; ++round) {
+            double last = std::numeric_limits<double>::infinity();
+            for (int round = 0, stalled = 0;; ++round) {
                 result_.measured_error = measure<Family>(
                     result_.mesh, [&](std::uint32_t t) { return origin(hierarchy, t); }, map_, *closest_,
                     options_.tolerance ? tolerance_ : std::numeric_limits<double>::infinity(), result_.triangle_error,
@@ -150,7 +146,10 @@ class Tessellator {
                 if (!options_.tolerance || result_.measured_error->hausdorff <= tolerance_ ||
                     refinement.budget_spent() || round == k_repairs)
                     break;
-                if (!repair(hierarchy, refinement)) break;
+                // Where splitting no longer helps (a map that jumps) more of it would not either.
+                stalled += result_.measured_error->hausdorff > k_progress * last;
+                last = result_.measured_error->hausdorff;
+                if (stalled == 2 || !repair(hierarchy, refinement)) break;
                 export_mesh(hierarchy, refinement);
                 result_.seconds.refine += watch.lap();
             }
@@ -168,7 +167,12 @@ class Tessellator {
             result_.warnings.push_back(
                 "somewhere the mapped surface jumps (two sheets of the target are equally near, or heights differ "
                 "across a "
-                "seam or a crease): refinement stopped there at half the tolerance");
+                "seam or a crease): refinement stopped there, far below the tolerance");
+        if (result_.mesh.triangles.empty())
+            result_.warnings.push_back(
+                "no face of the control mesh is part of the surface: all are holes, or touch the boundary under "
+                "boundary "
+                "rule 0 (none); the mesh is empty");
         add_attributes(hierarchy);
         return std::move(result_);
     }

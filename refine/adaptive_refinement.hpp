@@ -25,6 +25,7 @@ struct AdaptiveOptions {
     int min_level = 0;            ///< every leaf gets this quadtree level
     int max_level = k_max_level;  ///< no leaf is split beyond it
     std::uint64_t max_memory_bytes = 0;    ///< 0: no limit; else more triangles than fit are refused
+    std::uint64_t base_bytes = 0;          ///< what is there already, for that limit
     std::uint64_t bytes_per_triangle = 0;  ///< what a triangle of the result takes, for that limit
 };
 
@@ -146,7 +147,7 @@ class AdaptiveRefinement {
     void check_memory(std::uint64_t splits) const {
         if (options_.max_memory_bytes == 0) return;
         const std::uint64_t triangles = hierarchy_.triangle_count() + 2 * splits;
-        const std::uint64_t bytes = triangles * options_.bytes_per_triangle;
+        const std::uint64_t bytes = options_.base_bytes + triangles * options_.bytes_per_triangle;
         if (bytes > options_.max_memory_bytes)
             throw Error(ErrorCode::memory_limit, "more than " + std::to_string(triangles) +
                                                      " triangles are needed, about " + std::to_string(bytes >> 20) +
