@@ -140,8 +140,8 @@ class Tessellator {
             for (int round = 0, stalled = 0;; ++round) {
                 result_.measured_error = measure<Family>(
                     result_.mesh, [&](std::uint32_t t) { return origin(hierarchy, t); }, map_, *closest_,
-                    options_.tolerance ? tolerance_ : std::numeric_limits<double>::infinity(), result_.triangle_error,
-                    context_);
+                    may_repair(refinement) ? tolerance_ : std::numeric_limits<double>::infinity(),
+                    result_.triangle_error, context_);
                 result_.seconds.measure += watch.lap();
                 if (!options_.tolerance || result_.measured_error->hausdorff <= tolerance_ ||
                     refinement.budget_spent() || round == k_repairs)
@@ -278,6 +278,11 @@ class Tessellator {
         const auto corners = fans_.of(from.fan)[part_[t]];
         for (std::size_t k = 0; k < 3; ++k) from.fan_corner[k] = corners[k];
         return from;
+    }
+
+    /// Whether what a measurement finds may be mended: not where a level or a budget stopped the refinement.
+    bool may_repair(const AdaptiveRefinement<typename Family::Hierarchy>& refinement) const {
+        return options_.tolerance && options_.max_triangles == 0 && !refinement.left_over();
     }
 
     /// Splits what the measurement found to be off. False when nothing can be done.

@@ -121,7 +121,7 @@ TEST_CASE("[inv1] [inv3] tessellations are conforming, with vertices at limits t
             }
 }
 
-TEST_CASE("[inv9] measured <= certified, and certified <= tolerance with the certified estimator") {
+TEST_CASE("[slow] [inv9] measured <= certified, and certified <= tolerance with the certified estimator") {
     for (const SchemeKind scheme : k_schemes)
         for (const EstimatorKind estimator : k_estimators)
             for (const std::uint64_t seed : test::seeds(5)) {
@@ -147,7 +147,7 @@ TEST_CASE("[inv9] measured <= certified, and certified <= tolerance with the cer
             }
 }
 
-TEST_CASE("[inv9] certified bounds hold where a level or a budget stops the refinement") {
+TEST_CASE("[slow] [inv9] certified bounds hold where a level or a budget stops the refinement") {
     for (const SchemeKind scheme : k_schemes)
         for (const std::uint64_t seed : test::seeds(4))
             for (const bool budget : {false, true}) {

@@ -84,7 +84,7 @@ ErrorCode code_of(const std::function<void()>& call, const std::string& words) {
 
 TEST_SUITE_BEGIN("eval");
 
-TEST_CASE("[inv9] a cube meets tolerances of 3e-5, certified, and 2e-6") {
+TEST_CASE("[slow] [inv9] a cube meets tolerances of 3e-5, certified, and 2e-6") {
     ControlMeshData data = parse_obj(cube_text(), "cube.obj");
     data.holes = {0, 1, 2, 3, 4};  // one face tells as much as six
     const ControlMesh mesh = ControlMesh::build(std::move(data));
@@ -104,7 +104,7 @@ TEST_CASE("[inv9] a cube meets tolerances of 3e-5, certified, and 2e-6") {
     CHECK(measured.measured_error->hausdorff > 0.3 * measured.tolerance_absolute);
 }
 
-TEST_CASE("[inv3] [inv9] valence 2, darts, poles, holes, creases: the reference shapes at 1e-2") {
+TEST_CASE("[slow] [inv3] [inv9] valence 2, darts, poles, holes, creases: the reference shapes at 1e-2") {
     const auto folder = shared_data::folder("data/osd-shapes");
     if (!folder) return;
     for (const char* shape : {"catmark_val2_interior",
@@ -255,7 +255,7 @@ TEST_CASE("a displacement stands on the limit surface along its normal") {
         }
 }
 
-TEST_CASE("[inv3] a displacement opens no crack at seams and creases") {
+TEST_CASE("[slow] [inv3] a displacement opens no crack at seams and creases") {
     const HeightImage image = waves();
     for (const int kind : {0, 1, 2}) {
         CAPTURE(kind);
