@@ -10,8 +10,9 @@
 
 namespace tetrakis {
 
-/// Coordinates beyond it are taken for garbage: squares and areas of what is allowed must not overflow a double.
-inline constexpr double k_max_coordinate = 1e100;
+/// Coordinates beyond it are taken for garbage: fourth powers of what is allowed, such as squares of areas, must not
+/// overflow a double, and neither must their sums.
+inline constexpr double k_max_coordinate = 1e60;
 
 /// What can be wrong with control mesh data, in the order in which faults are listed.
 enum class MeshFaultKind {

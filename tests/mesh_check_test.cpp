@@ -144,8 +144,10 @@ TEST_CASE("[bad-input] every fault of an element is found, named, located and co
         check_fault(data, Kind::non_finite_vertex, 3, 4, "vertex 3", "--repair");
     }
     SUBCASE("absurd") {
-        data.positions[2].z = 1.1e100;
-        check_fault(data, Kind::absurd_coordinate, 2, 3, "vertex 2", "--repair");
+        data.positions[2].z = 1.1e60;
+        check_fault(data, Kind::absurd_coordinate, 2, 3, "vertex 2 has a coordinate beyond 1e+60", "--repair");
+        data.positions[2].z = -0.9e60;
+        CHECK(find_faults(data).empty());
     }
     SUBCASE("two corners") {
         data.face_vertices = {0, 1, 4, 3, 1, 2};

@@ -234,7 +234,7 @@ TEST_CASE("[bad-input] every malformed line is refused with file, line and advic
 TEST_CASE("[bad-input] what the reader leaves to the check is reported with its line") {
     for (const char* odd : {"nan", "-NaN", "inf", "-inf", "1e999", "1.#IND", "-1.#INF", "1.#QNAN", "nan(ind)"})
         check_refused(k_square + "v 0 " + odd + " 0\nf 1 2 3\n", 5, "vertex 4", "--repair");
-    check_refused(k_square + "v 0 1e101 0\nf 1 2 3\n", 5, "beyond 1e+100", "--repair");
+    check_refused(k_square + "v 0 1e70 0\nf 1 2 3\n", 5, "beyond 1e+60", "--repair");
     check_refused(k_square + "f 1 2 3\nf\n", 6, "face 1 has 0 corners", "--repair");
     check_refused(k_square + "f 1 2\nf 1 2 3\n", 5, "face 0 has 2 corners", "--repair");
     check_refused(k_square + "f 1 2 5\n", 5, "face 0 uses vertex 4, but there are 4", "--repair");
