@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <vector>
+#include <mutex>
 
 namespace tetrakis {
 
@@ -19,12 +19,20 @@ struct ClosestBvh::State {
     Box3d bounds;
     std::uint32_t count = 0;
     const std::function<Box3d(std::uint32_t)>* box_of = nullptr;  // during the build only
+    std::mutex thrown_mutex;
+    std::exception_ptr thrown;  // by box_of, the first; nothing may be thrown through Embree
 };
 
 struct ClosestBvhCallbacks {
     static void bounds(const RTCBoundsFunctionArguments* args) {
-        const auto& state = *static_cast<const ClosestBvh::State*>(args->geometryUserPtr);
-        const Box3d box = (*state.box_of)(args->primID);
+        auto& state = *static_cast<ClosestBvh::State*>(args->geometryUserPtr);
+        Box3d box;
+        try {
+            box = (*state.box_of)(args->primID);
+        } catch (...) {
+            const std::lock_guard lock(state.thrown_mutex);
+            if (!state.thrown) state.thrown = std::current_exception();
+        }
         RTCBounds& out = *args->bounds_o;
         if (box.empty()) {
             // Embree leaves out primitives with an inverted box.
@@ -43,7 +51,15 @@ struct ClosestBvhCallbacks {
 
     static bool candidate(RTCPointQueryFunctionArguments* args) {
         auto& search = *static_cast<ClosestBvh::Search*>(args->userPtr);
-        const double distance = search.call(search.exact, args->primID, search.hit.distance);
+        if (search.thrown) return false;
+        double distance = 0;
+        try {
+            distance = search.call(search.exact, args->primID, search.hit.distance);
+        } catch (...) {  // nothing may be thrown through Embree
+            search.thrown = std::current_exception();
+            args->query->radius = 0;
+            return true;
+        }
         if (!(distance <= search.hit.distance)) return false;
         if (distance == search.hit.distance) {
             search.hit.primitive = std::min(search.hit.primitive, args->primID);
@@ -75,7 +91,9 @@ ClosestBvh::ClosestBvh(std::uint32_t count, const std::function<Box3d(std::uint3
 void ClosestBvh::build(std::uint32_t count, const std::function<Box3d(std::uint32_t)>& box_of,
                        const RunContext& context) {
     Box3d bounds;
+    constexpr std::uint32_t k_boxes_per_report = 4096;
     for (std::uint32_t i = 0; i < count; ++i) {
+        if (i % k_boxes_per_report == 0) context.report("build", static_cast<double>(i) / count);
         const Box3d box = box_of(i);
         for (int axis = 0; axis < 3; ++axis)
             if (std::isnan(box.lower[axis]) || std::isnan(box.upper[axis]) ||
@@ -94,9 +112,10 @@ void ClosestBvh::build(std::uint32_t count, const std::function<Box3d(std::uint3
         rtcSetGeometryUserData(geometry, state.get());
         rtcSetGeometryBoundsFunction(geometry, &ClosestBvhCallbacks::bounds, nullptr);
         rtcSetGeometryPointQueryFunction(geometry, &ClosestBvhCallbacks::candidate);
-        with_threads(context, [&] { state->scene.build(geometry); });
+        with_threads(context, [&] { state->scene.build(geometry, context); });
     }
     state->box_of = nullptr;
+    if (state->thrown) std::rethrow_exception(state->thrown);
     state_ = std::move(state);
 }
 
@@ -128,6 +147,7 @@ void ClosestBvh::run(Search& search) const {
     RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
     rtcPointQuery(state_->scene.scene(), &query, &context, nullptr, &search);
+    if (search.thrown) std::rethrow_exception(search.thrown);
 }
 
 }  // namespace tetrakis

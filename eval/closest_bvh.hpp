@@ -29,7 +29,8 @@ class ClosestBvh {
     /// @param boxes  one box per primitive, each holding it; an empty box is never a candidate. Not kept.
     /// @throws Error invalid_input: a bound is NaN or infinite; memory_limit (context.max_memory_bytes, Embree's share)
     explicit ClosestBvh(std::span<const Box3d> boxes, const RunContext& context = {});
-    /// The same with box_of(i) for i in [0, count), called from several threads, several times for each i.
+    /// The same with box_of(i) for i in [0, count), called from several threads, several times for each i. What it
+    /// throws is thrown from here. Reports stage "build".
     ClosestBvh(std::uint32_t count, const std::function<Box3d(std::uint32_t)>& box_of, const RunContext& context = {});
     ~ClosestBvh();
     ClosestBvh(ClosestBvh&&) noexcept;
@@ -41,8 +42,8 @@ class ClosestBvh {
 
     /// The nearest primitive within max_distance (inclusive), or a Hit with found() == false.
     /// @param exact  double exact(primitive, best): distance from `point` to the primitive; may be any larger number
-    ///               where it exceeds `best`. Must not throw (it is called by Embree) and must not query this object's
-    ///               Embree scene with a smaller sphere than it was given.
+    ///               where it exceeds `best`. What it throws ends the search and is thrown from here. It must not
+    ///               query this object's Embree scene with a smaller sphere than it was given.
     /// A good max_distance (a distance known to be reached) saves most of the work. Thread-safe.
     template <class Exact>
     Hit query(const Vec3d& point, double max_distance, Exact&& exact) const {
@@ -74,6 +75,7 @@ class ClosestBvh {
         Hit hit;  // distance: the best so far
         void* exact;
         double (*call)(void*, std::uint32_t, double);
+        std::exception_ptr thrown{};
         double scale = 1, slack = 0;  // of the local frame; what float rounding of the query point may cost in it
     };
     void build(std::uint32_t count, const std::function<Box3d(std::uint32_t)>& box_of, const RunContext& context);

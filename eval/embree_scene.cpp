@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <exception>
+#include <thread>
+
 namespace tetrakis::detail {
 
 EmbreeScene::EmbreeScene(RTCSceneFlags flags, std::uint64_t max_memory_bytes)
@@ -21,11 +24,41 @@ EmbreeScene::~EmbreeScene() {
     rtcReleaseDevice(device_);
 }
 
-void EmbreeScene::build(RTCGeometry geometry) {
+namespace {
+
+/// Passes Embree's progress on. Embree asks from all of its threads, the callback is for the calling one alone.
+struct BuildMonitor {
+    explicit BuildMonitor(const RunContext& to) : context(to) {}
+    const RunContext& context;
+    std::thread::id caller = std::this_thread::get_id();
+    std::atomic<bool> stop = false;
+    std::exception_ptr thrown;  // written by the calling thread only
+
+    static bool on_progress(void* self, double fraction) {
+        auto& monitor = *static_cast<BuildMonitor*>(self);
+        if (std::this_thread::get_id() == monitor.caller && !monitor.stop) {
+            try {
+                monitor.context.report("build", fraction);
+            } catch (...) {  // nothing may be thrown through Embree
+                monitor.thrown = std::current_exception();
+                monitor.stop = true;
+            }
+        }
+        return !monitor.stop;
+    }
+};
+
+}  // namespace
+
+void EmbreeScene::build(RTCGeometry geometry, const RunContext& context) {
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(scene_, geometry, 0);
     rtcReleaseGeometry(geometry);
+    BuildMonitor monitor(context);
+    if (context.progress) rtcSetSceneProgressMonitorFunction(scene_, &BuildMonitor::on_progress, &monitor);
     rtcCommitScene(scene_);
+    rtcSetSceneProgressMonitorFunction(scene_, nullptr, nullptr);
+    if (monitor.thrown) std::rethrow_exception(monitor.thrown);
     const int failure = failure_.load();
     if (failure == RTC_ERROR_NONE) return;
     if (failure == RTC_ERROR_OUT_OF_MEMORY)

@@ -3,6 +3,7 @@
 // Private to eval: the only header that shows Embree.
 
 #include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/run_context.hpp"
 
 #include <embree3/rtcore.h>
 
@@ -23,9 +24,9 @@ class EmbreeScene {
     RTCDevice device() const { return device_; }
     RTCScene scene() const { return scene_; }
 
-    /// Attaches the geometry (as number 0), builds the hierarchy and takes over the reference.
-    /// @throws Error memory_limit, or invalid_input with Embree's reason
-    void build(RTCGeometry geometry);
+    /// Attaches the geometry (as number 0), builds the hierarchy and takes over the reference. Reports stage "build".
+    /// @throws Error memory_limit, cancelled, or invalid_input with Embree's reason; whatever context.progress throws
+    void build(RTCGeometry geometry, const RunContext& context);
 
     /// Bytes that Embree holds now (the caller's shared buffers not included).
     std::uint64_t memory_bytes() const { return static_cast<std::uint64_t>(bytes_.load()); }

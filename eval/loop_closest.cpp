@@ -64,10 +64,10 @@ double LoopClosest::in_root(const Vec3d& q, HalfedgeId root, double best) const 
                                                   [&](double x, double y) { return patches_.evaluate(root, x, y); }));
 }
 
-double LoopClosest::global(const Vec3d& q, double best) const {
+void LoopClosest::prepare(const RunContext& context) const {
     const ControlMesh& mesh = patches_.mesh();
     std::call_once(built_, [&] {
-        bvh_ = std::make_unique<ClosestBvh>(mesh.face_count(), [&](std::uint32_t f) {
+        const auto box_of = [&](std::uint32_t f) {
             Box3d box;
             if (mesh.is_hole(FaceId(f))) return box;
             // The limit of a triangle lies in the hull of the rings of its corners: all weights are positive.
@@ -84,8 +84,14 @@ double LoopClosest::global(const Vec3d& q, double best) const {
                 }
             }
             return box;
-        });
+        };
+        bvh_ = std::make_unique<ClosestBvh>(mesh.face_count(), box_of, context);
     });
+}
+
+double LoopClosest::global(const Vec3d& q, double best) const {
+    prepare({});
+    const ControlMesh& mesh = patches_.mesh();
     const ClosestBvh::Hit hit = bvh_->query(
         q, best, [&](std::uint32_t f, double so_far) { return in_root(q, mesh.face_halfedge(FaceId(f)), so_far); });
     return hit.found() ? std::min(best, hit.distance) : best;

@@ -14,10 +14,14 @@ class LoopClosest {
   public:
     explicit LoopClosest(const LoopPatches& patches) : patches_(patches) {}
 
+    /// Builds the boxes of global(), with progress and within the memory limit, unless they are there.
+    /// @throws Error memory_limit, cancelled
+    void prepare(const RunContext& context) const;
     /// Distance from q to a nearby point of the surface: Gauss-Newton from `start`, across triangles, not across the
     /// boundary. Never more than the distance to the start. An upper bound of the distance to the surface.
     double local(const Vec3d& q, SurfaceParameter start) const;
-    /// Distance from q to the surface if it is less than `best`, else `best`. Builds the boxes at its first call.
+    /// Distance from q to the surface if it is less than `best`, else `best`. Builds the boxes at its first call,
+    /// unless prepare() did.
     double global(const Vec3d& q, double best) const;
 
   private:

@@ -81,13 +81,18 @@ double QuadClosest::in_cell(const Vec3d& q, HalfedgeId root, double best) const 
                                                   [&](double x, double y) { return patches_.frame(root, x, y); }));
 }
 
-double QuadClosest::global(const Vec3d& q, double best) const {
+void QuadClosest::prepare(const RunContext& context) const {
     const ControlMesh& mesh = patches_.mesh();
     std::call_once(built_, [&] {
-        bvh_ = std::make_unique<ClosestBvh>(mesh.halfedge_count(), [&](std::uint32_t h) {
+        const auto box_of = [&](std::uint32_t h) {
             return mesh.is_hole(mesh.face(HalfedgeId(h))) ? Box3d{} : node_box(patches_.root_node(HalfedgeId(h)));
-        });
+        };
+        bvh_ = std::make_unique<ClosestBvh>(mesh.halfedge_count(), box_of, context);
     });
+}
+
+double QuadClosest::global(const Vec3d& q, double best) const {
+    prepare({});
     const ClosestBvh::Hit hit =
         bvh_->query(q, best, [&](std::uint32_t h, double so_far) { return in_cell(q, HalfedgeId(h), so_far); });
     return hit.found() ? std::min(best, hit.distance) : best;

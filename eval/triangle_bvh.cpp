@@ -118,7 +118,7 @@ TriangleBvh::TriangleBvh(std::span<const Vec3d> positions, std::span<const std::
         rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, triangles.data(), 0,
                                    sizeof(triangles[0]), triangles.size());
         rtcSetGeometryPointQueryFunction(geometry, &TriangleBvhCallbacks::candidate);
-        state.scene.build(geometry);
+        state.scene.build(geometry, context);
     });
 }
 

@@ -7,8 +7,11 @@
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <string_view>
+#include <utility>
 
 namespace tetrakis {
 
@@ -36,6 +39,24 @@ void for_each_block(std::uint32_t count, std::uint32_t grain, Body&& body) {
     }
     oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::uint32_t>(0, count, grain),
                               [&](const auto& range) { body(range.begin(), range.end()); });
+}
+
+/// for_each_index in batches, with a report before each: `stage` goes from fraction `from` to `to`. Without anybody to
+/// report to it is for_each_index.
+template <class Body>
+void for_each_reported(std::uint32_t count, std::uint32_t grain, const RunContext& context, std::string_view stage,
+                       double from, double to, Body&& body) {
+    if (!context.progress) return for_each_index(count, std::forward<Body>(body), grain);
+    constexpr std::uint32_t k_batches = 64, k_grains = 16;
+    const std::uint32_t batch = std::max(count / k_batches + 1, k_grains * grain);
+    for (std::uint32_t begin = 0; begin < count;) {
+        context.report(stage, from + (to - from) * begin / count);
+        const std::uint32_t size = std::min(batch, count - begin);
+        for_each_index(
+            size, [&](std::uint32_t i) { body(begin + i); }, grain);
+        begin += size;
+    }
+    context.report(stage, to);
 }
 
 /// Runs `work` with the context's number of threads (an arena of its own; 1 means the calling thread alone).

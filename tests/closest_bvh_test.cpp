@@ -2,8 +2,13 @@
 
 #include <doctest/doctest.h>
 
+#include <atomic>
 #include <cmath>
+#include <functional>
+#include <limits>
+#include <new>
 #include <random>
+#include <thread>
 #include <vector>
 
 using namespace tetrakis;
@@ -99,6 +104,60 @@ TEST_CASE("[bad-input] boxes that are not finite, none at all, or too many for t
         FAIL("a hierarchy of 5000 boxes in 10 kB");
     } catch (const Error& error) {
         CHECK(error.code() == ErrorCode::memory_limit);
+    }
+}
+
+TEST_CASE("what a callback throws comes out of the query and of the build, not through Embree") {
+    std::mt19937_64 random(7);
+    const auto boxes = random_boxes(random, 5000, Vec3d(0), 1);
+    const ClosestBvh bvh(boxes);
+    // The second one is far beyond what floats can square: searched without Embree.
+    for (const Vec3d& point : {Vec3d(0.4, 0.5, 0.6), Vec3d(1e30, 0, 0)}) {
+        int calls = 0;
+        const auto exact = [&](std::uint32_t, double) -> double {
+            if (++calls == 3) throw std::bad_alloc();
+            return 1e40;
+        };
+        CHECK_THROWS_AS(bvh.query(point, 1e50, exact), std::bad_alloc);
+        CHECK(calls == 3);
+        CHECK(
+            bvh.query(point, 1e50, [&](std::uint32_t i, double) { return distance_to_box(point, boxes[i]); }).found());
+    }
+    std::atomic<int> asked = 0;
+    const std::function<Box3d(std::uint32_t)> box_of = [&](std::uint32_t i) {
+        if (++asked > 6000) throw std::bad_alloc();  // past the look that comes before Embree's
+        return boxes[i];
+    };
+    CHECK_THROWS_AS(ClosestBvh(5000, box_of), std::bad_alloc);
+}
+
+TEST_CASE("building boxes reports to the calling thread alone and can be cancelled at every report") {
+    std::mt19937_64 random(9);
+    const auto boxes = random_boxes(random, 50000, Vec3d(0), 1);
+    const auto caller = std::this_thread::get_id();
+    int reports = 0, last = std::numeric_limits<int>::max();
+    bool elsewhere = false;
+    RunContext context;
+    context.threads = 2;
+    context.progress = [&](std::string_view stage, double fraction) {
+        elsewhere |= std::this_thread::get_id() != caller;
+        CHECK(stage == "build");
+        CHECK(fraction >= 0);
+        CHECK(fraction <= 1);
+        return ++reports < last;
+    };
+    ClosestBvh(boxes, context);
+    CHECK(!elsewhere);
+    const int all = reports;
+    CHECK(all > 50000 / 4096);
+    for (last = 1; last <= 50000 / 4096 + 1; last += 4) {
+        reports = 0;
+        try {
+            ClosestBvh(boxes, context);
+            FAIL("not cancelled at report ", last);
+        } catch (const Error& error) {
+            CHECK(error.code() == ErrorCode::cancelled);
+        }
     }
 }
 
