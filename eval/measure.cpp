@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint64_t k_wanted_samples = 500'000;
 constexpr int k_least_intervals = 3, k_most_intervals = 24;
-constexpr std::uint32_t k_block = 256;  // triangles; fixed, so that sums do not depend on the number of threads
+constexpr std::uint32_t k_block = 64;  // triangles; fixed, so that sums do not depend on the number of threads
 
 struct Sums {
     double forward = 0, backward = 0;
@@ -51,7 +51,7 @@ double mapped_distance(const SurfaceMap<Family>& map, const Vec3d& q, SurfacePar
 /// @param triangle_error  raised where a point of the target is nearest to a triangle and within its size, so that
 ///                        splitting the triangle may help
 Sums measure_from_target(const TriangleMesh& target, const TriangleMesh& mesh, const TriangleBvh& bvh,
-                         std::vector<float>& triangle_error, const RunContext& context) {
+                         std::vector<double>& triangle_error, const RunContext& context) {
     const auto count = static_cast<std::uint32_t>(target.triangles.size());
     const int n =
         std::clamp(static_cast<int>(std::ceil(std::sqrt(2.0 * static_cast<double>(k_wanted_samples) / count))), 1,
@@ -63,31 +63,27 @@ Sums measure_from_target(const TriangleMesh& target, const TriangleMesh& mesh, c
         std::uint32_t triangle = ClosestPoint::k_none;
     };
     std::vector<Worst> worst(count);
-    for_each_index(
-        blocks,
-        [&](std::uint32_t block) {
-            Sums& sum = sums[block];
-            ClosestPointWalker walker(bvh);
-            for (std::uint32_t t = block * k_block; t < std::min(count, (block + 1) * k_block); ++t) {
-                const auto& tri = target.triangles[t];
-                const Vec3d a = target.positions[tri[0]], b = target.positions[tri[1]], c = target.positions[tri[2]];
-                const double weight = 0.5 * glm::length(glm::cross(b - a, c - a)) / ((n + 1) * (n + 2) / 2);
-                for (int i = 0; i <= n; ++i)
-                    for (int j = 0; i + j <= n; ++j) {
-                        const double b0 = static_cast<double>(n - i - j) / n, b1 = static_cast<double>(i) / n,
-                                     b2 = static_cast<double>(j) / n;
-                        const ClosestPoint hit = walker.closest(b0 * a + b1 * b + b2 * c);
-                        if (hit.distance > worst[t].distance) worst[t] = {hit.distance, hit.triangle};
-                        sum.weighted += weight * hit.distance;
-                        sum.squared += weight * hit.distance * hit.distance;
-                        sum.weight += weight;
-                        ++sum.samples;
-                    }
-                sum.forward = std::max(sum.forward, worst[t].distance);
-            }
-        },
-        1);
-    context.report("measure", 1.0);
+    for_each_reported(blocks, 1, context, "measure", 0.9, 1, [&](std::uint32_t block) {
+        Sums& sum = sums[block];
+        ClosestPointWalker walker(bvh);
+        for (std::uint32_t t = block * k_block; t < std::min(count, (block + 1) * k_block); ++t) {
+            const auto& tri = target.triangles[t];
+            const Vec3d a = target.positions[tri[0]], b = target.positions[tri[1]], c = target.positions[tri[2]];
+            const double weight = 0.5 * glm::length(glm::cross(b - a, c - a)) / ((n + 1) * (n + 2) / 2);
+            for (int i = 0; i <= n; ++i)
+                for (int j = 0; i + j <= n; ++j) {
+                    const double b0 = static_cast<double>(n - i - j) / n, b1 = static_cast<double>(i) / n,
+                                 b2 = static_cast<double>(j) / n;
+                    const ClosestPoint hit = walker.closest(b0 * a + b1 * b + b2 * c);
+                    if (hit.distance > worst[t].distance) worst[t] = {hit.distance, hit.triangle};
+                    sum.weighted += weight * hit.distance;
+                    sum.squared += weight * hit.distance * hit.distance;
+                    sum.weight += weight;
+                    ++sum.samples;
+                }
+            sum.forward = std::max(sum.forward, worst[t].distance);
+        }
+    });
     for (const Worst& hit : worst) {
         if (hit.triangle == ClosestPoint::k_none) continue;
         const auto& tri = mesh.triangles[hit.triangle];
@@ -95,7 +91,7 @@ Sums measure_from_target(const TriangleMesh& target, const TriangleMesh& mesh, c
         for (std::size_t k = 0; k < 3; ++k)
             longest = std::max(longest, glm::length(mesh.positions[tri[k]] - mesh.positions[tri[(k + 1) % 3]]));
         if (hit.distance <= longest)
-            triangle_error[hit.triangle] = std::max(triangle_error[hit.triangle], detail::round_up(hit.distance));
+            triangle_error[hit.triangle] = std::max(triangle_error[hit.triangle], hit.distance);
     }
     Sums total;
     for (const Sums& sum : sums) {
@@ -113,9 +109,9 @@ Sums measure_from_target(const TriangleMesh& target, const TriangleMesh& mesh, c
 template <class Family>
 MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriangle(std::uint32_t)>& origin,
                       const SurfaceMap<Family>& map, const typename Family::Closest& closest, double tolerance,
-                      std::vector<float>& triangle_error, const RunContext& context) {
+                      std::vector<double>& triangle_error, const RunContext& context) {
     const std::uint32_t count = static_cast<std::uint32_t>(mesh.triangles.size());
-    triangle_error.assign(count, 0.0f);
+    triangle_error.assign(count, 0.0);
     MeasuredError result;
     if (count == 0) return result;
     const TriangleBvh bvh(mesh, context);
@@ -125,7 +121,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                    k_least_intervals, k_most_intervals);
     const std::uint32_t blocks = (count + k_block - 1) / k_block;
     std::vector<Sums> sums(blocks);
-    std::vector<float> sideways(count, 0.0f);  // per triangle: the largest upper bound from Newton's method alone
+    std::vector<double> sideways(count, 0.0);  // per triangle: the largest upper bound from Newton's method alone
 
     // Against the limit surface itself Newton's bound is checked by a search where it counts.
     const bool search = map.plain();
@@ -171,17 +167,11 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                     sum.weight += 2 * weight;
                     ++sum.samples;
                 }
-            triangle_error[t] = detail::round_up(largest);
-            sideways[t] = detail::round_up(local);
+            triangle_error[t] = largest;
+            sideways[t] = local;
         }
     };
-    constexpr std::uint32_t k_batch = 512;
-    for (std::uint32_t begin = 0; begin < blocks; begin += k_batch) {
-        const std::uint32_t end = std::min(blocks, begin + k_batch);
-        for_each_index(
-            end - begin, [&](std::uint32_t i) { run_block(begin + i); }, 1);
-        context.report("measure", static_cast<double>(end) / blocks);
-    }
+    for_each_reported(blocks, 1, context, "measure", 0, 0.9, run_block);
 
     Sums total;
     for (const Sums& sum : sums) {
@@ -199,13 +189,15 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
         std::iota(order.begin(), order.end(), 0u);
         std::stable_sort(order.begin(), order.end(),
                          [&](std::uint32_t x, std::uint32_t y) { return sideways[x] > sideways[y]; });
+        closest.prepare(context);
         double exact = 0;
         for (std::uint32_t t : order) {
             if (sideways[t] <= exact && sideways[t] <= tolerance) break;
-            context.report("measure", 1.0);
+            context.report("measure", 0.95);
             const OutputTriangle from = origin(t);
             const auto& tri = mesh.triangles[t];
             const Vec3d a = mesh.positions[tri[0]], b = mesh.positions[tri[1]], c = mesh.positions[tri[2]];
+            const double weight = 0.5 * glm::length(glm::cross(b - a, c - a)) / (n * n);
             double here = 0;
             for (int row = 0; row <= n; ++row)
                 for (int i = 0; i <= row; ++i) {
@@ -214,10 +206,15 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                     if (b0 == 1 || b1 == 1 || b2 == 1) continue;
                     const Vec3d q = b0 * a + b1 * b + b2 * c;
                     const double bound = closest.local(q, from.parameter<Family>(control, b0, b1, b2));
-                    if (bound > here) here = std::max(here, closest.global(q, bound));
+                    if (!(bound > here)) continue;
+                    // Mean and RMS have taken the bound for the distance.
+                    const double distance = closest.global(q, bound);
+                    total.weighted -= weight * (bound - distance);
+                    total.squared -= weight * (bound * bound - distance * distance);
+                    here = std::max(here, distance);
                 }
             exact = std::max(exact, here);
-            sideways[t] = detail::round_up(here);
+            sideways[t] = here;
         }
         total.backward = exact;
         for (std::uint32_t t = 0; t < count; ++t) triangle_error[t] = std::max(triangle_error[t], sideways[t]);
@@ -233,10 +230,10 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
     result.forward = total.forward;
     result.backward = total.backward;
     result.hausdorff = std::max(total.forward, total.backward);
+    // No distance that is summed exceeds the largest by now, whatever Newton's method first made of it.
     if (total.weight > 0) {
-        // Newton's bounds of the way back may exceed the exact largest distance.
-        result.mean = std::min(result.hausdorff, total.weighted / total.weight);
-        result.rms = std::min(result.hausdorff, std::sqrt(total.squared / total.weight));
+        result.mean = total.weighted / total.weight;
+        result.rms = std::sqrt(std::max(total.squared, 0.0) / total.weight);
     }
     result.forward_samples = result.backward_samples = total.samples;
     result.forward_samples += from_target.samples;
@@ -245,9 +242,9 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
 
 template MeasuredError measure<QuadFamily>(const TriangleMesh&, const std::function<OutputTriangle(std::uint32_t)>&,
                                            const SurfaceMap<QuadFamily>&, const QuadClosest&, double,
-                                           std::vector<float>&, const RunContext&);
+                                           std::vector<double>&, const RunContext&);
 template MeasuredError measure<LoopFamily>(const TriangleMesh&, const std::function<OutputTriangle(std::uint32_t)>&,
                                            const SurfaceMap<LoopFamily>&, const LoopClosest&, double,
-                                           std::vector<float>&, const RunContext&);
+                                           std::vector<double>&, const RunContext&);
 
 }  // namespace tetrakis

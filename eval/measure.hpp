@@ -24,6 +24,6 @@ namespace tetrakis {
 template <class Family>
 MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriangle(std::uint32_t)>& origin,
                       const SurfaceMap<Family>& map, const typename Family::Closest& closest, double tolerance,
-                      std::vector<float>& triangle_error, const RunContext& context);
+                      std::vector<double>& triangle_error, const RunContext& context);
 
 }  // namespace tetrakis

@@ -9,9 +9,12 @@
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/adaptive_refinement.hpp"
 
+#include <fmt/format.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -24,6 +27,10 @@ constexpr int k_repairs = 8;
 
 /// A repair that leaves more than this share of the error has not helped; after two of them it is left at that.
 constexpr double k_progress = 0.98;
+
+/// Roots from which the boxes for closest points are built beforehand, needed or not: below, that is a matter of a
+/// tenth of a second.
+constexpr std::uint32_t k_many_roots = 1u << 18;
 
 /// Bytes a triangle that refining and exporting take at their peak (leaf, half a vertex, error, output), for the memory
 /// limit.
@@ -48,19 +55,50 @@ std::uint64_t peak_memory_bytes() {
     return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
 }
 
-/// Adds up the time that an estimator takes, and watches the memory limit between batches.
+/// What the caller is told while a mesh is refined: how much of a budget is used, else what the refinement says.
+class RefineProgress {
+  public:
+    RefineProgress(const RunContext& outer, std::uint64_t budget, std::function<std::uint64_t()> triangle_count)
+        : context_(outer) {
+        if (!outer.progress) return;
+        context_.progress = [this, &outer, budget, triangle_count](std::string_view stage, double fraction) {
+            if (budget != 0) fraction = static_cast<double>(triangle_count()) / static_cast<double>(budget);
+            fraction_ = std::clamp(fraction, fraction_, 1.0);
+            return outer.progress(stage, fraction_);
+        };
+    }
+    RefineProgress(const RefineProgress&) = delete;
+    RefineProgress& operator=(const RefineProgress&) = delete;
+
+    const RunContext& context() const { return context_; }
+    /// Says the same once more, for the chance to cancel.
+    void again() const { context_.report("refine", fraction_); }
+
+  private:
+    RunContext context_;
+    double fraction_ = 0;
+};
+
+/// Adds up the time that an estimator takes, and lets the caller cancel between blocks of triangles.
 class WatchedEstimator final : public ErrorEstimator {
   public:
-    explicit WatchedEstimator(const ErrorEstimator& inner) : inner_(inner) {}
+    WatchedEstimator(const ErrorEstimator& inner, const RefineProgress& progress)
+        : inner_(inner), progress_(progress) {}
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override {
         Stopwatch watch;
-        inner_.estimate(triangles, errors);
+        constexpr std::size_t k_block = 4096;
+        for (std::size_t begin = 0; begin < triangles.size(); begin += k_block) {
+            if (begin > 0) progress_.again();
+            const std::size_t size = std::min(k_block, triangles.size() - begin);
+            inner_.estimate(triangles.subspan(begin, size), errors.subspan(begin, size));
+        }
         seconds_ += watch.lap();
     }
     double seconds() const { return seconds_; }
 
   private:
     const ErrorEstimator& inner_;
+    const RefineProgress& progress_;
     mutable double seconds_ = 0;
 };
 
@@ -96,11 +134,11 @@ class Tessellator {
         Stopwatch watch;
         result_.tolerance_absolute = options_.tolerance.value_or(std::numeric_limits<double>::infinity());
         if (options_.tolerance && !options_.tolerance_is_absolute)
-            result_.tolerance_absolute *= bounding_box(mesh_.positions()).diagonal();
+            result_.tolerance_absolute *= mesh_.bounding_box().diagonal();
         tolerance_ = options_.tolerance ? result_.tolerance_absolute : 0.0;
         // What rounds to nothing beside the coordinates can never be reached.
         constexpr double k_least_tolerance = 1e-14;
-        const Box3d box = bounding_box(mesh_.positions());
+        const Box3d box = mesh_.bounding_box();
         const double largest = std::max(glm::length(box.lower), glm::length(box.upper));
         if (options_.tolerance && !(tolerance_ > k_least_tolerance * largest))
             throw Error(
@@ -110,13 +148,20 @@ class Tessellator {
                       "model to the origin"
                     : "the control mesh has no extent, so that a relative tolerance means nothing; give an absolute "
                       "one");
+        leave_room_for_rounding(box);
         prepare();
+        context_.report("build", 0.5);
         result_.seconds.build = watch.lap();
 
         typename Family::Hierarchy hierarchy(mesh_);
-        const LeafEstimator<Family> estimator(map_, *closest_, options_.estimator, tolerance_);
-        const WatchedEstimator watched(estimator);
-        AdaptiveOptions adaptive{tolerance_, options_.max_triangles, options_.min_level, options_.max_level};
+        context_.report("build", 0.9);
+        // Built on demand, by whatever thread needs them, these could not be cancelled.
+        if (map_.plain() && options_.estimator == EstimatorKind::embree && mesh_.halfedge_count() > k_many_roots)
+            closest_->prepare(context_);
+        const LeafEstimator<Family> estimator(map_, *closest_, options_.estimator, aim_);
+        const RefineProgress progress(context_, options_.max_triangles, [&] { return hierarchy.triangle_count(); });
+        const WatchedEstimator watched(estimator, progress);
+        AdaptiveOptions adaptive{aim_, options_.max_triangles, options_.min_level, options_.max_level};
         adaptive.max_memory_bytes = context_.max_memory_bytes;
         adaptive.base_bytes = patches_->memory_bytes();
         adaptive.bytes_per_triangle = k_bytes_per_triangle;
@@ -124,7 +169,7 @@ class Tessellator {
         if constexpr (std::is_same_v<Family, QuadFamily>) {
             choose_coarsest(hierarchy, estimator, fan_error);
         }
-        AdaptiveRefinement<typename Family::Hierarchy> refinement(hierarchy, watched, adaptive, context_);
+        AdaptiveRefinement<typename Family::Hierarchy> refinement(hierarchy, watched, adaptive, progress.context());
         refinement.run();
         export_mesh(hierarchy, refinement);
         if (options_.max_triangles != 0 && result_.mesh.triangles.size() > options_.max_triangles)
@@ -140,8 +185,8 @@ class Tessellator {
             for (int round = 0, stalled = 0;; ++round) {
                 result_.measured_error = measure<Family>(
                     result_.mesh, [&](std::uint32_t t) { return origin(hierarchy, t); }, map_, *closest_,
-                    may_repair(refinement) ? tolerance_ : std::numeric_limits<double>::infinity(),
-                    result_.triangle_error, context_);
+                    may_repair(refinement) ? tolerance_ : std::numeric_limits<double>::infinity(), measured_errors_,
+                    context_);
                 result_.seconds.measure += watch.lap();
                 if (!options_.tolerance || result_.measured_error->hausdorff <= tolerance_ ||
                     refinement.budget_spent() || round == k_repairs)
@@ -153,6 +198,8 @@ class Tessellator {
                 export_mesh(hierarchy, refinement);
                 result_.seconds.refine += watch.lap();
             }
+            std::ranges::transform(measured_errors_, result_.triangle_error.begin(), detail::round_up);
+            measured_errors_ = {};
         }
         if (map_.plain()) {
             result_.certified_error = certify(hierarchy, estimator, refinement, fan_error) + written_rounding();
@@ -160,7 +207,7 @@ class Tessellator {
         }
         result_.tolerance_reached =
             !options_.tolerance ||
-            (!refinement.left_over() && !estimator.gave_up() &&
+            (!refinement.left_over() && !estimator.gave_up() && written_rounding() <= tolerance_ &&
              (!result_.measured_error || result_.measured_error->hausdorff <= tolerance_) &&
              (options_.estimator != EstimatorKind::certified || *result_.certified_error <= tolerance_));
         if (estimator.gave_up())
@@ -178,6 +225,23 @@ class Tessellator {
     }
 
   private:
+    /// What is certified includes the rounding of the floats that are written: the estimator must do with the rest of
+    /// the tolerance.
+    void leave_room_for_rounding(const Box3d& box) {
+        aim_ = tolerance_;
+        if (!options_.tolerance || !options_.floats_written) return;
+        const double rounding = glb_rounding_bound_within(box);
+        constexpr double k_below = 1 - 1e-15;  // the sum of both is rounded once more
+        if (rounding < tolerance_ * k_below) {
+            if (options_.estimator == EstimatorKind::certified) aim_ = tolerance_ * k_below - rounding;
+            return;
+        }
+        result_.warnings.push_back(
+            fmt::format("the floats that are written may be off by {:.2g}, which alone is more than the tolerance of "
+                        "{:.2g}; write doubles (.obj or .ply) or use a larger tolerance",
+                        rounding, tolerance_));
+    }
+
     void prepare() {
         patches_ = std::make_unique<typename Family::Patches>(mesh_, context_);
         closest_ = std::make_unique<typename Family::Closest>(*patches_);
@@ -196,35 +260,30 @@ class Tessellator {
     void choose_coarsest(BisectionHierarchy& hierarchy, const LeafEstimator<QuadFamily>& estimator,
                          std::optional<FanError>& fan_error) {
         corner_positions_.resize(mesh_.vertex_count());
-        for_each_index(
-            mesh_.vertex_count(),
-            [&](std::uint32_t v) {
-                const HalfedgeId h = mesh_.vertex_halfedge(VertexId(v));
-                corner_positions_[v] = h.valid() ? map_.vertex(Family::canonical_site(mesh_, {h, {0, 0}, 0}), nullptr)
-                                                 : mesh_.position(VertexId(v));
-            },
-            64);
+        for_each_reported(mesh_.vertex_count(), 64, context_, "coarsest", 0, 0.2, [&](std::uint32_t v) {
+            const HalfedgeId h = mesh_.vertex_halfedge(VertexId(v));
+            corner_positions_[v] = h.valid() ? map_.vertex(Family::canonical_site(mesh_, {h, {0, 0}, 0}), nullptr)
+                                             : mesh_.position(VertexId(v));
+        });
         if (options_.min_level > 0) return;
         const std::vector<std::uint8_t> wanted(mesh_.face_count(), 1);
         fans_ = choose_fans(mesh_, corner_positions_, wanted);
         fan_error.emplace(map_, estimator, fans_, corner_positions_);
         std::vector<double> errors(mesh_.face_count(), 0.0);
-        for_each_index(
-            mesh_.face_count(),
-            [&](std::uint32_t f) {
-                if (!fans_.has(FaceId(f))) return;
-                errors[f] = options_.estimator == EstimatorKind::certified && options_.max_triangles == 0
-                                ? fan_error->certified(FaceId(f), tolerance_, true)
-                                : fan_error->measured(FaceId(f), tolerance_);
-            },
-            16);
+        for_each_reported(mesh_.face_count(), 16, context_, "coarsest", 0.4, 1, [&](std::uint32_t f) {
+            if (!fans_.has(FaceId(f))) return;
+            errors[f] = options_.estimator == EstimatorKind::certified && options_.max_triangles == 0
+                            ? fan_error->certified(FaceId(f), aim_, true)
+                            : fan_error->measured(FaceId(f), aim_);
+        });
         const bool budget = options_.max_triangles != 0;
         for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)
-            if (fans_.has(FaceId(f)) && (budget || errors[f] <= tolerance_)) hierarchy.accept_fan(FaceId(f), errors[f]);
+            if (fans_.has(FaceId(f)) && (budget || errors[f] <= aim_)) hierarchy.accept_fan(FaceId(f), errors[f]);
     }
 
     void export_mesh(const typename Family::Hierarchy& hierarchy,
                      const AdaptiveRefinement<typename Family::Hierarchy>& refinement) {
+        context_.report("export", 0);
         if constexpr (std::is_same_v<Family, QuadFamily>) {
             exported_ = fans_.offsets.empty() ? hierarchy.forest().exported()
                                               : hierarchy.forest().exported(fans_, hierarchy.fans());
@@ -236,12 +295,9 @@ class Tessellator {
         mesh.triangles = std::move(exported_.triangles);
         mesh.positions.resize(points);
         mesh.normals.resize(options_.normals ? points : 0);
-        for_each_index(
-            points,
-            [&](std::uint32_t i) {
-                mesh.positions[i] = map_.vertex(exported_.sites[i], options_.normals ? &mesh.normals[i] : nullptr);
-            },
-            128);
+        for_each_reported(points, 128, context_, "export", 0.2, 0.9, [&](std::uint32_t i) {
+            mesh.positions[i] = map_.vertex(exported_.sites[i], options_.normals ? &mesh.normals[i] : nullptr);
+        });
         const std::uint32_t count = static_cast<std::uint32_t>(mesh.triangles.size());
         result_.triangle_face.resize(count);
         result_.triangle_error.resize(count);
@@ -289,8 +345,8 @@ class Tessellator {
     bool repair(typename Family::Hierarchy& hierarchy, AdaptiveRefinement<typename Family::Hierarchy>& refinement) {
         std::vector<LeafId> leaves;
         std::vector<FaceId> fans;
-        for (std::uint32_t t = 0; t < result_.triangle_error.size(); ++t) {
-            if (!(result_.triangle_error[t] > tolerance_)) continue;
+        for (std::uint32_t t = 0; t < measured_errors_.size(); ++t) {
+            if (!(measured_errors_[t] > tolerance_)) continue;
             const LeafId leaf = exported_.leaves[t];
             if (!leaf.valid())
                 fans.push_back(exported_.faces[t]);
@@ -312,33 +368,27 @@ class Tessellator {
         std::vector<double> errors(count, 0.0);
         double floor = 0;
         if (!known) {
-            for_each_index(
-                count,
-                [&](std::uint32_t t) {
-                    if (!exported_.leaves[t].valid()) return;
-                    const QuickError quick = estimator.bounder().quick_error(origin(hierarchy, t).cell, 0.0);
-                    errors[t] = glm::length(quick.middle);
-                },
-                256);
+            for_each_reported(count, 256, context_, "certify", 0, 0.2, [&](std::uint32_t t) {
+                if (!exported_.leaves[t].valid()) return;
+                const QuickError quick = estimator.bounder().quick_error(origin(hierarchy, t).cell, 0.0);
+                errors[t] = glm::length(quick.middle);
+            });
         } else {
             for (std::uint32_t t = 0; t < count; ++t)
                 if (exported_.leaves[t].valid()) errors[t] = refinement.error(exported_.leaves[t]);
-            floor = tolerance_;
+            floor = aim_;
         }
         for (double e : errors) floor = std::max(floor, e);
-        for_each_index(
-            count,
-            [&](std::uint32_t t) {
-                const LeafId leaf = exported_.leaves[t];
-                const double bound = leaf.valid() && known ? refinement.error(leaf) : 0.0;
-                if (bound > 0 && bound <= tolerance_)
-                    errors[t] = bound;
-                else if (leaf.valid())
-                    errors[t] = estimator.bounder().certified_error(origin(hierarchy, t).cell, floor);
-                else if (part_[t] == 0 && fan_error)
-                    errors[t] = fan_error->certified(exported_.faces[t], floor, false);
-            },
-            64);
+        for_each_reported(count, 64, context_, "certify", 0.2, 1, [&](std::uint32_t t) {
+            const LeafId leaf = exported_.leaves[t];
+            const double bound = leaf.valid() && known ? refinement.error(leaf) : 0.0;
+            if (bound > 0 && bound <= aim_)
+                errors[t] = bound;
+            else if (leaf.valid())
+                errors[t] = estimator.bounder().certified_error(origin(hierarchy, t).cell, floor);
+            else if (part_[t] == 0 && fan_error)
+                errors[t] = fan_error->certified(exported_.faces[t], floor, false);
+        });
         double largest = 0;
         for (double e : errors) largest = std::max(largest, e);
         return largest;
@@ -351,12 +401,15 @@ class Tessellator {
     }
 
     void add_attributes(const typename Family::Hierarchy& hierarchy) {
+        context_.report("attributes", 0);
         if (options_.normals && !map_.plain()) geometric_normals(result_.mesh);
         if (options_.uvs && uv_) {
-            add_uvs(result_.mesh, [&](std::uint32_t t, std::size_t k) {
+            const auto corner_uv = [&](std::uint32_t t, std::size_t k) {
                 return uv_->at(origin(hierarchy, t).template corner_site<Family>(mesh_, k));
-            });
+            };
+            add_uvs(result_.mesh, corner_uv, context_);
         }
+        context_.report("attributes", 1);
         add_face_attributes(mesh_, result_.triangle_face, result_.mesh);
     }
 
@@ -365,6 +418,7 @@ class Tessellator {
     const RunContext& context_;
     Tessellation result_;
     double tolerance_ = 0;
+    double aim_ = 0;  ///< what the estimator aims at: the tolerance, or what rounding leaves of it
     std::unique_ptr<typename Family::Patches> patches_;
     std::unique_ptr<typename Family::Closest> closest_;
     std::unique_ptr<UvSurface<Family>> uv_;
@@ -373,7 +427,8 @@ class Tessellator {
     FanChoice fans_;
     std::vector<Vec3d> corner_positions_;
     ExportedTriangles exported_;
-    std::vector<std::uint8_t> part_;  ///< which of its leaf's or fan's triangles each is
+    std::vector<double> measured_errors_;  ///< by triangle; floats would not hold lengths above 1e38
+    std::vector<std::uint8_t> part_;       ///< which of its leaf's or fan's triangles each is
 };
 
 }  // namespace

@@ -55,7 +55,8 @@ struct StageSeconds {
 struct Tessellation {
     TriangleMesh mesh;
     std::vector<std::uint32_t> triangle_face;  ///< T: the control face each triangle comes from
-    std::vector<float> triangle_error;         ///< T: the estimator's error of each triangle, unit of the model
+    std::vector<float>
+        triangle_error;  ///< T: the error of each triangle, measured or else estimated, unit of the model
     double tolerance_absolute = std::numeric_limits<double>::infinity();
     bool tolerance_reached = true;
     /// Upper bound on the distance between mesh and limit surface, both directions; empty with target or displacement.

@@ -21,7 +21,8 @@ void geometric_normals(TriangleMesh& mesh) {
     }
 }
 
-void add_uvs(TriangleMesh& mesh, const std::function<Vec2d(std::uint32_t, std::size_t)>& corner_uv) {
+void add_uvs(TriangleMesh& mesh, const std::function<Vec2d(std::uint32_t, std::size_t)>& corner_uv,
+             const RunContext& context) {
     const std::uint32_t count = static_cast<std::uint32_t>(mesh.triangles.size());
     struct Corner {
         std::uint32_t vertex;
@@ -30,13 +31,10 @@ void add_uvs(TriangleMesh& mesh, const std::function<Vec2d(std::uint32_t, std::s
         std::uint8_t k;
     };
     std::vector<Corner> corners(std::size_t{3} * count);
-    for_each_index(
-        count,
-        [&](std::uint32_t t) {
-            for (std::uint8_t k = 0; k < 3; ++k)
-                corners[std::size_t{3} * t + k] = {mesh.triangles[t][k], corner_uv(t, k), t, k};
-        },
-        128);
+    for_each_reported(count, 128, context, "attributes", 0, 0.7, [&](std::uint32_t t) {
+        for (std::uint8_t k = 0; k < 3; ++k)
+            corners[std::size_t{3} * t + k] = {mesh.triangles[t][k], corner_uv(t, k), t, k};
+    });
     oneapi::tbb::parallel_sort(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) {
         return std::tie(a.vertex, a.uv.x, a.uv.y, a.triangle, a.k) <
                std::tie(b.vertex, b.uv.x, b.uv.y, b.triangle, b.k);

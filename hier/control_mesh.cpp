@@ -139,6 +139,13 @@ class ControlMeshBuilder {
     std::vector<detail::EdgeUse> uses_;
 };
 
+Box3d ControlMesh::bounding_box() const {
+    Box3d box;
+    for (std::uint32_t v = 0; v < vertex_count(); ++v)
+        if (!is_isolated(VertexId(v))) box.add(data_.positions[v]);
+    return box;
+}
+
 ControlMesh ControlMesh::build(ControlMeshData data, const RunContext& context) {
     return with_threads(context, [&] { return ControlMeshBuilder(std::move(data), context).run(); });
 }

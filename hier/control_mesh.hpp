@@ -147,6 +147,8 @@ class ControlMesh {
     BoundaryRule boundary_rule() const { return data_.boundary_rule; }
     FaceVaryingRule face_varying_rule() const { return data_.face_varying_rule; }
     CreaseMethod crease_method() const { return data_.crease_method; }
+    /// The box of all vertices that belong to a face; isolated ones are left out.
+    Box3d bounding_box() const;
     bool has_uvs() const { return !data_.face_uvs.empty(); }
     std::uint32_t uv_index(HalfedgeId h) const { return data_.face_uvs[h.value]; }
     bool all_triangles() const { return all_triangles_; }

@@ -5,6 +5,7 @@
 #include "surface_topology.hpp"
 
 #include "tetrakis/eval/io/height_image.hpp"
+#include "tetrakis/eval/io/mesh_writer.hpp"
 #include "tetrakis/eval/triangle_bvh.hpp"
 #include "tetrakis/hier/obj_reader.hpp"
 #include "tetrakis/hier/triangulate.hpp"
@@ -15,6 +16,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <random>
 #include <set>
 #include <string>
 
@@ -465,6 +467,86 @@ TEST_CASE("absolute tolerances, and the rounding of written floats") {
     // A GLB keeps its own origin: floats are good to 2e-7 of the cube, not of its distance from zero.
     CHECK(*floats.certified_error > *result.certified_error + 1e-8);
     CHECK(*floats.certified_error < *result.certified_error + 1e-5);
+}
+
+TEST_CASE("the certified estimator leaves room for the rounding of written floats, and says where there is none") {
+    ControlMeshData data = parse_obj(cube_text(), "cube.obj");
+    for (Vec3d& p : data.positions) p = p * 3.0;
+    data.holes = {0, 1, 2, 3, 4};  // one face tells as much as six
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    TessellateOptions options;
+    options.estimator = EstimatorKind::certified;
+    options.tolerance_is_absolute = true;
+    options.floats_written = true;
+    options.measure = false;
+    for (const double tolerance : {1e-3, 2e-5}) {
+        options.tolerance = tolerance;
+        const Tessellation result = tessellate(mesh, options);
+        CHECK(*result.certified_error <= tolerance);
+        CHECK(*result.certified_error > 0.9 * tolerance);
+        CHECK(result.tolerance_reached);
+        CHECK(result.warnings.empty());
+    }
+    options.tolerance = 1e-7;      // coordinates up to 3 in floats: off by up to 3e-7
+    options.max_triangles = 2000;  // what matters is said before any refinement
+    for (const EstimatorKind kind : {EstimatorKind::certified, EstimatorKind::embree}) {
+        options.estimator = kind;
+        const Tessellation result = tessellate(mesh, options);
+        CHECK(!result.tolerance_reached);
+        REQUIRE(result.warnings.size() == 1);
+        CHECK(result.warnings[0].find("floats that are written may be off by") != std::string::npos);
+        CHECK(result.warnings[0].find("(.obj or .ply)") != std::string::npos);
+    }
+}
+
+TEST_CASE("rounding to the floats of a GLB is bounded for whatever lies inside a box") {
+    std::mt19937_64 random(3);
+    std::uniform_real_distribution<double> unit(0, 1);
+    for (int i = 0; i < 20000; ++i) {
+        Box3d outer, inner;
+        const Vec3d at(8 * unit(random), 8 * unit(random), 0);
+        for (int k = 0; k < 2; ++k) outer.add(at + 2.0 * Vec3d(unit(random), unit(random), unit(random)));
+        for (int k = 0; k < 2; ++k)
+            inner.add(outer.lower + Vec3d(unit(random), unit(random), unit(random)) * (outer.upper - outer.lower));
+        REQUIRE(glb_rounding_bound(inner) <= glb_rounding_bound_within(outer));
+    }
+}
+
+TEST_CASE("isolated vertices weigh nothing in a relative tolerance") {
+    TessellateOptions options;
+    options.tolerance = 1e-2;
+    const Tessellation a = tessellate(parse(cube_text()), options);
+    ControlMeshData data = parse_obj(cube_text(), "cube.obj");
+    data.positions.emplace_back(90, 0, 0);
+    data.vertex_lines.clear();
+    const Tessellation b = tessellate(ControlMesh::build(std::move(data)), options);
+    CHECK(a.tolerance_absolute == doctest::Approx(1e-2 * std::sqrt(12.0)).epsilon(1e-15));
+    CHECK(b.tolerance_absolute == a.tolerance_absolute);
+    CHECK(b.mesh.triangles == a.mesh.triangles);
+}
+
+TEST_CASE("[bad-input] coordinates are as large as their fourth powers allow, or refused") {
+    const auto scaled = [](double factor) {
+        ControlMeshData data = parse_obj(cube_text(), "cube.obj");
+        for (Vec3d& p : data.positions) p *= factor;
+        return data;
+    };
+    TessellateOptions options;
+    options.tolerance = 1e-2;
+    const Tessellation small = tessellate(ControlMesh::build(scaled(1)), options);
+    const Tessellation large = tessellate(ControlMesh::build(scaled(1e55)), options);
+    CHECK(large.tolerance_reached);
+    CHECK(large.mesh.triangles.size() ==
+          doctest::Approx(static_cast<double>(small.mesh.triangles.size())).epsilon(0.1));
+    CHECK(large.measured_error->hausdorff == doctest::Approx(1e55 * small.measured_error->hausdorff).epsilon(0.1));
+    CHECK(*large.certified_error == doctest::Approx(1e55 * *small.certified_error).epsilon(0.1));
+    try {
+        ControlMesh::build(scaled(1e70));
+        FAIL("1e70 is refused");
+    } catch (const Error& error) {
+        CHECK(error.code() == ErrorCode::invalid_input);
+        CHECK(std::string(error.what()).find("has a coordinate beyond 1e+60") != std::string::npos);
+    }
 }
 
 TEST_SUITE_END();

@@ -10,17 +10,27 @@
 
 namespace tetrakis {
 
-Vec3d glb_origin(const Box3d& box) {
-    if (box.empty()) return Vec3d(0);
-    // Moving the origin gains a bit of the floats for each halving of the largest coordinate. Less than two bits are
-    // not worth a translation that some readers overlook.
-    constexpr double k_worthwhile = 4;
-    const Vec3d centre = 0.5 * box.lower + 0.5 * box.upper;
+namespace {
+
+// Moving the origin gains a bit of the floats for each halving of the largest coordinate. Less than two bits are not
+// worth a translation that some readers overlook.
+constexpr double k_worthwhile = 4;
+
+double half_extent(const Box3d& box) {
     const Vec3d half = 0.5 * box.upper - 0.5 * box.lower;
-    const double reach = std::max({std::abs(box.lower.x), std::abs(box.lower.y), std::abs(box.lower.z),
-                                   std::abs(box.upper.x), std::abs(box.upper.y), std::abs(box.upper.z)});
-    if (!(reach > k_worthwhile * std::max({half.x, half.y, half.z}))) return Vec3d(0);
-    return Vec3d(Vec3f(centre));
+    return std::max({half.x, half.y, half.z});
+}
+
+double largest_coordinate(const Box3d& box) {
+    return std::max({std::abs(box.lower.x), std::abs(box.lower.y), std::abs(box.lower.z), std::abs(box.upper.x),
+                     std::abs(box.upper.y), std::abs(box.upper.z)});
+}
+
+}  // namespace
+
+Vec3d glb_origin(const Box3d& box) {
+    if (box.empty() || !(largest_coordinate(box) > k_worthwhile * half_extent(box))) return Vec3d(0);
+    return Vec3d(Vec3f(0.5 * box.lower + 0.5 * box.upper));
 }
 
 double glb_rounding_bound(const Box3d& box) {
@@ -36,6 +46,16 @@ double glb_rounding_bound(const Box3d& box) {
         squares += error * error;
     }
     return std::sqrt(squares) * (1 + 0x1p-50);
+}
+
+double glb_rounding_bound_within(const Box3d& box) {
+    if (box.empty()) return 0;
+    const double half = half_extent(box), reach = largest_coordinate(box);
+    // A box inside reaches at least to reach - 2 half: it may keep the origin where this one moves it, but then none of
+    // its coordinates is above k_worthwhile times its own half extent.
+    if (glb_origin(box) == Vec3d(0) || reach - 2 * half > k_worthwhile * half)
+        return glb_rounding_bound(box) * (1 + 0x1p-20);  // origins are rounded to float themselves
+    return glb_rounding_bound({Vec3d(-k_worthwhile * half), Vec3d(k_worthwhile * half)});
 }
 
 namespace detail {

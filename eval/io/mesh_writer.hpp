@@ -33,4 +33,7 @@ Vec3d glb_origin(const Box3d& box);
 /// float relative to glb_origin.
 double glb_rounding_bound(const Box3d& box);
 
+/// The same for every model whose own box lies somewhere inside `box`.
+double glb_rounding_bound_within(const Box3d& box);
+
 }  // namespace tetrakis

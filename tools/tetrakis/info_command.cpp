@@ -128,7 +128,7 @@ ExitCode run(const InfoOptions& options) {
     process.end_progress();
     print_warnings(model.mesh.warnings());
     const MeshStatistics s = statistics(model.mesh);
-    const Box3d box = bounding_box(model.mesh.positions());
+    const Box3d box = model.mesh.bounding_box();
     if (options.json)
         fmt::print("{}", dump(json_of(model.mesh, s, box, options.input.string())));
     else

@@ -76,7 +76,7 @@ Report make_report(const TessellateCommandOptions& options, const LoadedModel& m
     report.vertices = result.mesh.positions.size();
     report.triangles = result.mesh.triangles.size();
     if (options.tessellate.tolerance) {
-        const double diagonal = bounding_box(model.mesh.positions()).diagonal();
+        const double diagonal = model.mesh.bounding_box().diagonal();
         report.tolerance_absolute = result.tolerance_absolute;
         report.tolerance = options.tessellate.tolerance_is_absolute ? result.tolerance_absolute / diagonal
                                                                     : *options.tessellate.tolerance;
