@@ -121,6 +121,11 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                    k_least_intervals, k_most_intervals);
     const std::uint32_t blocks = (count + k_block - 1) / k_block;
     std::vector<Sums> sums(blocks);
+    // Apart, because the search below may put better distances in the place of Newton's bounds.
+    struct WayBack {
+        double weighted = 0, squared = 0;
+    };
+    std::vector<WayBack> way_back(count);
     std::vector<double> sideways(count, 0.0);  // per triangle: the largest upper bound from Newton's method alone
 
     // Against the limit surface itself Newton's bound is checked by a search where it counts.
@@ -162,8 +167,10 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                     sum.forward = std::max(sum.forward, forward);
                     if (!search) sum.backward = std::max(sum.backward, backward);
                     largest = std::max(largest, search ? forward : std::max(forward, backward));
-                    sum.weighted += weight * (forward + backward);
-                    sum.squared += weight * (forward * forward + backward * backward);
+                    sum.weighted += weight * forward;
+                    sum.squared += weight * forward * forward;
+                    way_back[t].weighted += weight * backward;
+                    way_back[t].squared += weight * backward * backward;
                     sum.weight += 2 * weight;
                     ++sum.samples;
                 }
@@ -198,6 +205,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
             const auto& tri = mesh.triangles[t];
             const Vec3d a = mesh.positions[tri[0]], b = mesh.positions[tri[1]], c = mesh.positions[tri[2]];
             const double weight = 0.5 * glm::length(glm::cross(b - a, c - a)) / (n * n);
+            way_back[t] = {};
             double here = 0;
             for (int row = 0; row <= n; ++row)
                 for (int i = 0; i <= row; ++i) {
@@ -206,11 +214,9 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                     if (b0 == 1 || b1 == 1 || b2 == 1) continue;
                     const Vec3d q = b0 * a + b1 * b + b2 * c;
                     const double bound = closest.local(q, from.parameter<Family>(control, b0, b1, b2));
-                    if (!(bound > here)) continue;
-                    // Mean and RMS have taken the bound for the distance.
-                    const double distance = closest.global(q, bound);
-                    total.weighted -= weight * (bound - distance);
-                    total.squared -= weight * (bound * bound - distance * distance);
+                    const double distance = bound > here ? closest.global(q, bound) : bound;
+                    way_back[t].weighted += weight * distance;
+                    way_back[t].squared += weight * distance * distance;
                     here = std::max(here, distance);
                 }
             exact = std::max(exact, here);
@@ -218,6 +224,10 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
         }
         total.backward = exact;
         for (std::uint32_t t = 0; t < count; ++t) triangle_error[t] = std::max(triangle_error[t], sideways[t]);
+    }
+    for (const WayBack& sum : way_back) {
+        total.weighted += sum.weighted;
+        total.squared += sum.squared;
     }
     Sums from_target;
     if (map.target) {
@@ -233,7 +243,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
     // No distance that is summed exceeds the largest by now, whatever Newton's method first made of it.
     if (total.weight > 0) {
         result.mean = total.weighted / total.weight;
-        result.rms = std::sqrt(std::max(total.squared, 0.0) / total.weight);
+        result.rms = std::sqrt(total.squared / total.weight);
     }
     result.forward_samples = result.backward_samples = total.samples;
     result.forward_samples += from_target.samples;

@@ -512,6 +512,23 @@ TEST_CASE("rounding to the floats of a GLB is bounded for whatever lies inside a
     }
 }
 
+TEST_CASE("mean and RMS are of actual distances also where Newton's method gets stuck at a fold") {
+    // A sheet folded to and fro, flat but for a ripple: beside the folds Newton's bounds are far above the distances.
+    constexpr double k_column[7] = {0, 1, 2, 1.2, 2.2, 3, 4};
+    for (const double ripple : {1e-4, 0.0}) {
+        ControlMeshData data = grid(6, false);
+        for (std::uint32_t v = 0; v < data.positions.size(); ++v)
+            data.positions[v] = {k_column[v % 7], v / 7, ripple * std::sin(v)};
+        TessellateOptions options;
+        options.tolerance = 0.1;
+        const auto measured = tessellate(ControlMesh::build(std::move(data)), options).measured_error;
+        REQUIRE(measured);
+        CHECK(measured->mean < 0.5 * measured->hausdorff);
+        CHECK(measured->mean <= measured->rms);
+        CHECK(measured->rms < 0.9 * measured->hausdorff);
+    }
+}
+
 TEST_CASE("isolated vertices weigh nothing in a relative tolerance") {
     TessellateOptions options;
     options.tolerance = 1e-2;
