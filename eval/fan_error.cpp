@@ -87,15 +87,24 @@ double FanError::measured(FaceId face, double tolerance) const {
         const bool hard =
             !twin.valid() || mesh.is_hole(mesh.face(twin)) || mesh.sharpness(mesh.edge(h)) == k_sharpness_infinity;
         const Vec3d a = at(r), b = at((r + 1) % n);
+        const auto distance = [&](const Vec3d& p) {
+            double nearest = std::numeric_limits<double>::infinity();
+            for (const auto& plane : planes) nearest = std::min(nearest, plane(p));
+            return nearest;
+        };
+        std::array<detail::DisplacedSample, (k_lattice + 1) * (k_lattice + 2) / 2> samples;
         for (int row = 0; row <= k_lattice; ++row)
             for (int i = 0; i <= row; ++i) {
                 const double b0 = static_cast<double>(row - i) / k_lattice, b1 = static_cast<double>(i) / k_lattice;
-                const Vec3d s = map_(QuadFamily::parameter(mesh, root, b0, b1, 1 - b0 - b1));
-                double nearest = std::numeric_limits<double>::infinity();
-                for (const auto& plane : planes) nearest = std::min(nearest, plane(s));
-                error = std::max(error, nearest);
+                auto& sample = samples[static_cast<std::size_t>(row * (row + 1) / 2 + i)];
+                sample = map_.sample(QuadFamily::parameter(mesh, root, b0, b1, 1 - b0 - b1));
+                const Vec3d& s = sample.position;
+                error = std::max(error, distance(s));
                 if (row == k_lattice && hard) error = std::max(error, detail::segment_distance(s, a, b));
             }
+        if (map_.has_detail() && error <= enough)
+            error = detail::with_hidden_detail(*map_.heights, map_.amplitude, k_lattice, samples, error, tolerance,
+                                               distance);
     }
     if (error <= enough && map_.target) {
         for (const auto& t : fans_.of(face))

@@ -123,8 +123,11 @@ double LeafEstimator<Family>::mapped(const CellTriangle& leaf) const {
     constexpr int count = (n + 1) * (n + 2) / 2;
     const ControlMesh& mesh = map_.patches->mesh();
     std::array<Vec3d, count> s;
+    std::array<detail::DisplacedSample, count> samples;
     for_each_lattice_point(n, [&](int i, double b0, double b1, double b2) {
-        s[static_cast<std::size_t>(i)] = map_(Family::parameter(mesh, leaf, b0, b1, b2));
+        const auto at = static_cast<std::size_t>(i);
+        samples[at] = map_.sample(Family::parameter(mesh, leaf, b0, b1, b2));
+        s[at] = samples[at].position;
     });
     // On control edges the displacement may jump (UV seams, hard creases): there the one value that vertices get.
     if (map_.displacement) {
@@ -183,6 +186,9 @@ double LeafEstimator<Family>::mapped(const CellTriangle& leaf) const {
                 error = std::max(error, detail::segment_distance(s[static_cast<std::size_t>(i)], ends[k], ends[k + 1]));
         });
     }
+    if (map_.has_detail() && (error <= tolerance_ || tolerance_ <= 0))
+        error = detail::with_hidden_detail(*map_.heights, map_.amplitude, n, samples, error, tolerance_,
+                                           [&](const Vec3d& p) { return plane(p); });
     if (error > tolerance_ && size < k_least_leaf * tolerance_) {
         gave_up_.store(true, std::memory_order_relaxed);
         return tolerance_;

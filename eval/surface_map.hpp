@@ -1,5 +1,6 @@
 #pragma once
 
+#include "tetrakis/eval/height_detail.hpp"
 #include "tetrakis/eval/io/height_image.hpp"
 #include "tetrakis/eval/surface_family.hpp"
 #include "tetrakis/eval/triangle_bvh.hpp"
@@ -35,6 +36,7 @@ class SurfaceMap {
     const UvSurface<Family>* uv = nullptr;
     const HeightImage* displacement = nullptr;
     double amplitude = 0;
+    const HeightPyramid* heights = nullptr;  ///< of `displacement`: finds what samples miss
     const TriangleBvh* target = nullptr;
     const TriangleMesh* target_mesh = nullptr;  ///< what `target` is made of
 
@@ -45,6 +47,14 @@ class SurfaceMap {
         if (target) p = target->closest(p).point;
         return p;
     }
+    /// apply() to a point of the surface, with what it takes to look for details of the displacement around it.
+    detail::DisplacedSample sample(const SurfaceParameter& at) const {
+        const SurfacePoint point = patches->evaluate(at.root, at.x, at.y);
+        const Vec2d place = displacement ? uv->at(at.root, at.x, at.y) : Vec2d(0);
+        return {apply(point, place), point.normal, place};
+    }
+    /// Whether details of the displacement are to be looked for: on a target they mean nothing.
+    bool has_detail() const { return heights && !target; }
     /// A vertex of the output, by its canonical site. @param normal  receives the limit normal; may be null
     Vec3d vertex(const Site& site, Vec3d* normal) const {
         if (!normal && plain()) return patches->limit(site.root, site.at, site.level);

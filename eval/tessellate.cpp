@@ -252,6 +252,8 @@ class Tessellator {
         map_.uv = uv_.get();
         map_.displacement = options_.displacement;
         map_.amplitude = options_.amplitude;
+        if (options_.displacement) heights_ = std::make_unique<HeightPyramid>(*options_.displacement);
+        map_.heights = heights_.get();
         map_.target = target_.get();
         map_.target_mesh = options_.target;
     }
@@ -423,6 +425,7 @@ class Tessellator {
     std::unique_ptr<typename Family::Closest> closest_;
     std::unique_ptr<UvSurface<Family>> uv_;
     std::unique_ptr<TriangleBvh> target_;
+    std::unique_ptr<HeightPyramid> heights_;
     SurfaceMap<Family> map_;
     FanChoice fans_;
     std::vector<Vec3d> corner_positions_;

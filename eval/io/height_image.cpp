@@ -54,19 +54,6 @@ double HeightImage::sample(Vec2d uv, ImageWrap wrap) const {
     return upper * (1 - t) + lower * t;
 }
 
-Vec2d HeightImage::steepest_slope(ImageWrap wrap) const {
-    Vec2d steepest(0);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-            const auto at = [&](int c, int r) {
-                return values[static_cast<std::size_t>(wrapped(r, height, wrap)) * width + wrapped(c, width, wrap)];
-            };
-            steepest.x = std::max(steepest.x, static_cast<double>(std::abs(at(x + 1, y) - at(x, y))));
-            steepest.y = std::max(steepest.y, static_cast<double>(std::abs(at(x, y + 1) - at(x, y))));
-        }
-    return steepest * Vec2d(width, height);
-}
-
 HeightImage load_height_image(const std::filesystem::path& path) {
     const std::string bytes = detail::read_file(path, {});
     if (bytes.empty()) throw Error(ErrorCode::invalid_input, "the file is empty", path);

@@ -21,9 +21,6 @@ struct HeightImage {
     /// Bilinear sample. (0, 0) is the lower left corner of the image and (1, 1) the upper right one; pixel centres lie
     /// at (i + 1/2) / width, so neighbouring pixels are blended half-way between their centres. 0 for an empty image.
     double sample(Vec2d uv, ImageWrap wrap = ImageWrap::repeat) const;
-
-    /// Largest change of height per unit of u and of v: a bound on the slope of sample(), to size details with.
-    Vec2d steepest_slope(ImageWrap wrap = ImageWrap::repeat) const;
 };
 
 /// Reads PNG (8 and 16 bits), JPEG, TGA, BMP, PGM and the like; colours become their luma, alpha is ignored.
