@@ -67,11 +67,9 @@ Vec3d box_spline_corner(const Net12& net, int corner) {
            k_scale * ((net[r[0]] + net[r[1]]) + (net[r[2]] + net[r[3]]) + (net[r[4]] + net[r[5]]));
 }
 
-BoxSplinePoint box_spline_point(const Net12& net, const Bary& at) {
+BoxSplineTangents box_spline_tangents(const Net12& net, const Bary& at) {
     const double u = at[0], v = at[1], w = at[2];
-    BoxSplinePoint out;
-    out.position = box_spline_position(net, at);
-    out.dx = out.dy = Vec3d(0);
+    BoxSplineTangents out{Vec3d(0), Vec3d(0)};
     const auto add = [&](int i, double gu, double gv, double gw) {
         out.dx += (k_scale * (gv - gu)) * net[i];
         out.dy += (k_scale * (gw - gu)) * net[i];
@@ -100,6 +98,14 @@ BoxSplinePoint box_spline_point(const Net12& net, const Bary& at) {
     add(10, 0, g.v, g.u);
     g = single_gradient(w, u);
     add(11, g.v, 0, g.u);
+    return out;
+}
+
+BoxSplinePoint box_spline_point(const Net12& net, const Bary& at) {
+    const BoxSplineTangents tangents = box_spline_tangents(net, at);
+    BoxSplinePoint out;
+    out.position = box_spline_position(net, at);
+    out.dx = tangents.dx, out.dy = tangents.dy;
     const BoxSplineHessian hessian(net);
     out.dxx = hessian.along(0, at);
     out.dyy = hessian.along(2, at);
@@ -115,6 +121,24 @@ BoxSplineHessian::BoxSplineHessian(const Net12& net) {
     bend[0] = second(7, 5, 6) + corner[0][2] - corner[0][0] - corner[0][1];
     bend[1] = second(10, 8, 9) + corner[1][0] - corner[1][1] - corner[1][2];
     bend[2] = second(11, 4, 3) + corner[2][1] - corner[2][2] - corner[2][0];
+}
+
+std::array<BoxSplineHessian, 4> BoxSplineHessian::quarters() const {
+    std::array<BoxSplineHessian, 4> out;
+    for (std::size_t e = 0; e < 3; ++e) {
+        // A quarter at the corners, another quarter for the halved edges; the product of two coordinates is a quarter
+        // in the middle of their edge.
+        const std::array<Vec3d, 3> c{0.25 * corner[e][0], 0.25 * corner[e][1], 0.25 * corner[e][2]};
+        const Vec3d product = 0.0625 * bend[e];
+        std::array<Vec3d, 3> mid{0.5 * (c[0] + c[1]), 0.5 * (c[1] + c[2]), 0.5 * (c[2] + c[0])};
+        mid[e] += product;
+        out[0].corner[e] = {c[0], mid[0], mid[2]};
+        out[1].corner[e] = {mid[0], c[1], mid[1]};
+        out[2].corner[e] = {mid[2], mid[1], c[2]};
+        out[3].corner[e] = {mid[1], mid[2], mid[0]};
+        for (BoxSplineHessian& quarter : out) quarter.bend[e] = product;
+    }
+    return out;
 }
 
 }  // namespace tetrakis::detail

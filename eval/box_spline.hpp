@@ -24,7 +24,13 @@ Vec3d box_spline_position(const Net12& net, const Bary& at);
 /// Position at a corner of the triangle: half the point there and a twelfth of each of its neighbours.
 Vec3d box_spline_corner(const Net12& net, int corner);
 
-/// Position and derivatives by x (towards corner 1) and y (towards corner 2).
+/// First derivatives by x (towards corner 1) and y (towards corner 2).
+struct BoxSplineTangents {
+    Vec3d dx, dy;
+};
+BoxSplineTangents box_spline_tangents(const Net12& net, const Bary& at);
+
+/// Position and derivatives by x and y.
 struct BoxSplinePoint {
     Vec3d position, dx, dy, dxx, dxy, dyy;
 };
@@ -40,6 +46,10 @@ struct BoxSplineHessian {
 
     explicit BoxSplineHessian(const Net12& net);
     BoxSplineHessian() = default;
+
+    /// Of the quarters of the triangle: at corner k, and [3] the centre, whose corner k lies opposite corner k; along
+    /// their own edges, which are half as long.
+    std::array<BoxSplineHessian, 4> quarters() const;
 
     Vec3d along(int edge, const Bary& b) const {
         return b[0] * corner[edge][0] + b[1] * corner[edge][1] + b[2] * corner[edge][2] +

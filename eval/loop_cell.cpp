@@ -1,15 +1,23 @@
 #include "tetrakis/eval/loop_cell.hpp"
 
-#include "tetrakis/schemes/loop.hpp"
+#include <new>
 
 namespace tetrakis::detail {
 
-LoopStarChain::~LoopStarChain() {
+LoopStarChain::Owner LoopStarChain::make(int valence, int size) {
+    static_assert(sizeof(LoopStarChain) % alignof(Vec3d) == 0);
+    void* memory = ::operator new(sizeof(LoopStarChain) + static_cast<std::size_t>(size) * sizeof(Vec3d));
+    Owner link(new (memory) LoopStarChain(valence));
+    std::uninitialized_fill_n(link->points(), size, Vec3d(0));
+    return link;
+}
+
+void LoopStarChain::Deleter::operator()(LoopStarChain* link) const {
     // Link by link: a recursion as long as the chain would be as deep.
-    LoopStarChain* link = next_.load(std::memory_order_relaxed);
     while (link != nullptr) {
-        LoopStarChain* after = link->next_.exchange(nullptr, std::memory_order_relaxed);
-        delete link;
+        LoopStarChain* after = link->next_.load(std::memory_order_relaxed);
+        link->~LoopStarChain();
+        ::operator delete(link);
         link = after;
     }
 }
@@ -17,8 +25,8 @@ LoopStarChain::~LoopStarChain() {
 const LoopStarChain& LoopStarChain::next() const {
     LoopStarChain* known = next_.load(std::memory_order_acquire);
     if (known != nullptr) return *known;
-    auto fresh = std::make_unique<LoopStarChain>(valence_, loop_star_step_size(valence_));
-    loop_star_step(valence_, Loop::beta(valence_), points_.get(), fresh->points());
+    Owner fresh = make(valence_, loop_star_step_size(valence_));
+    loop_star_step(valence_, loop_vertex_rule(valence_).beta, points(), fresh->points());
     if (next_.compare_exchange_strong(known, fresh.get(), std::memory_order_acq_rel)) known = fresh.release();
     return *known;
 }
@@ -33,7 +41,7 @@ LoopNode::LoopNode(LoopRings rings) {
         kind_ = LoopCell::Kind::star;
         turn_ = corner;
         const int valence = rings.corner[corner].size();
-        star_ = std::make_unique<LoopStarChain>(valence, loop_star_size(valence));
+        star_ = LoopStarChain::make(valence, loop_star_size(valence));
         const std::vector<Vec3d> points = rings.star_points(corner);
         std::copy(points.begin(), points.end(), star_->points());
         return;

@@ -13,21 +13,28 @@ namespace tetrakis::detail {
 /// each further one a step (loop_star_step). Links grow on demand; every thread would build the same bits.
 class LoopStarChain {
   public:
-    explicit LoopStarChain(int valence, int size) : points_(std::make_unique<Vec3d[]>(size)), valence_(valence) {}
+    struct Deleter {
+        void operator()(LoopStarChain* chain) const;
+    };
+    using Owner = std::unique_ptr<LoopStarChain, Deleter>;
+
+    /// A link with room for `size` points, in one piece of memory.
+    static Owner make(int valence, int size);
     LoopStarChain(const LoopStarChain&) = delete;
     LoopStarChain& operator=(const LoopStarChain&) = delete;
-    ~LoopStarChain();
 
     int valence() const { return valence_; }
-    Vec3d* points() { return points_.get(); }
-    const Vec3d* points() const { return points_.get(); }
+    Vec3d* points() { return reinterpret_cast<Vec3d*>(this + 1); }
+    const Vec3d* points() const { return reinterpret_cast<const Vec3d*>(this + 1); }
     /// The next link, which is one step finer.
     const LoopStarChain& next() const;
 
   private:
-    std::unique_ptr<Vec3d[]> points_;
-    int valence_;
+    explicit LoopStarChain(int valence) : valence_(valence) {}
+    ~LoopStarChain() = default;
+
     mutable std::atomic<LoopStarChain*> next_{nullptr};
+    int valence_;
 };
 
 class LoopNode;
@@ -79,7 +86,7 @@ class LoopNode {
     LoopCell::Kind kind_ = LoopCell::Kind::generic;
     int turn_ = 0;
     std::unique_ptr<Net12> net_;
-    std::unique_ptr<LoopStarChain> star_;
+    LoopStarChain::Owner star_;
     std::unique_ptr<LoopRings> rings_;
     using Children = std::array<std::unique_ptr<LoopNode>, 4>;
     mutable std::atomic<Children*> children_{nullptr};

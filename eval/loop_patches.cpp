@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <string>
 
 namespace tetrakis {
@@ -24,18 +25,19 @@ namespace {
 constexpr std::uint32_t k_none = HalfedgeId::none;
 constexpr std::array<Vec2d, 3> k_corner_parameters{Vec2d(0, 0), Vec2d(1, 0), Vec2d(0, 1)};
 
-/// An interior smooth extraordinary point: the tangents are the ring's cosine and sine sums, the cosine along x.
-SurfacePoint star_corner(const LoopStarChain& star) {
-    const RingLimit& limit = smooth_ring_limit(SchemeKind::loop, star.valence());
-    const std::span<const Vec3d> ring(star.points(), static_cast<std::size_t>(star.valence()) + 1);
+/// An interior smooth vertex from its ring, itself first: the tangents are the ring's cosine and sine sums, the cosine
+/// along the first edge.
+SurfacePoint smooth_corner(std::span<const Vec3d> ring) {
+    const int valence = static_cast<int>(ring.size()) - 1;
+    const RingLimit& limit = smooth_ring_limit(SchemeKind::loop, valence);
     SurfacePoint out;
-    out.position = detail::loop_star_limit(star.valence(), star.points());
+    out.position = detail::loop_star_limit(valence, ring.data());
     for (std::size_t i = 0; i < ring.size(); ++i) {
         out.du += limit.tangent1[i] * ring[i];
         out.dv += limit.tangent2[i] * ring[i];
     }
     out.has_second = out.has_derivatives = false;
-    const RingShape shape{.faces = star.valence()};
+    const RingShape shape{.faces = valence};
     out.normal = limit_normal(SchemeKind::loop, shape, limit, ring);
     return out;
 }
@@ -51,7 +53,7 @@ LoopPatches::LoopPatches(const ControlMesh& mesh, const RunContext& context) : m
     if (!mesh.all_triangles())
         throw Error(ErrorCode::invalid_input,
                     "Loop subdivision needs triangles, but some faces have more corners; triangulate first");
-    const std::uint64_t bytes = sizeof(Vec3d) * (std::uint64_t{mesh.vertex_count()} + mesh.edge_count()) +
+    const std::uint64_t bytes = sizeof(Vec3d) * (2 * std::uint64_t{mesh.vertex_count()} + mesh.edge_count()) +
                                 mesh.vertex_count() + mesh.face_count() +
                                 std::uint64_t{mesh.halfedge_count()} * (sizeof(Grown) + sizeof(float));
     if (context.max_memory_bytes != 0 && bytes > context.max_memory_bytes)
@@ -61,6 +63,7 @@ LoopPatches::LoopPatches(const ControlMesh& mesh, const RunContext& context) : m
     with_threads(context, [&] {
         first_step(context);
         classify_roots();
+        corner_limits();
     });
 }
 
@@ -69,13 +72,29 @@ LoopPatches::~LoopPatches() {
         if (kind_[h / 3] == RootKind::generic)
             delete grown_[h].node.load(std::memory_order_relaxed);
         else
-            delete grown_[h].star.load(std::memory_order_relaxed);
+            LoopStarChain::Deleter()(grown_[h].star.load(std::memory_order_relaxed));
     }
 }
 
 std::uint64_t LoopPatches::memory_bytes() const {
-    return sizeof(Vec3d) * (vertex_points_.size() + edge_points_.size()) + sizeof(float) * half_sharpness_.size() +
-           smooth_.size() + kind_.size() + sizeof(Grown) * grown_.size();
+    return sizeof(Vec3d) * (vertex_points_.size() + edge_points_.size() + limits_.size()) +
+           sizeof(float) * half_sharpness_.size() + smooth_.size() + kind_.size() + sizeof(Grown) * grown_.size();
+}
+
+Box3d LoopPatches::bounds(FaceId face) const {
+    // The points of level 1 that the face's quarters depend on: all weights are positive.
+    Box3d box;
+    for (std::uint32_t h = 3 * face.value; h < 3 * face.value + 3; ++h) {
+        box.add(vertex_point(h));
+        const std::uint32_t start = mesh_.vertex_halfedge(VertexId(origin(h))).value;
+        for (std::uint32_t o = start;;) {
+            box.add(edge_point(o));
+            box.add(edge_point(prev(o)));
+            o = twin(prev(o));
+            if (o == k_none || o == start) break;
+        }
+    }
+    return box;
 }
 
 std::uint32_t LoopPatches::outgoing(VertexId v, std::uint32_t h, std::vector<std::uint32_t>& fan) const {
@@ -164,8 +183,8 @@ void LoopPatches::first_step(const RunContext&) {
         }
         smooth_[v] = smooth ? 1 : 0;
         if (smooth) {
-            const RingMask mask = Loop::vertex_mask(n);
-            vertex_points_[v] = mask.vertex * mesh_.position(VertexId(v)) + mask.edge * sum;
+            const double beta = detail::loop_vertex_rule(n).beta;
+            vertex_points_[v] = (1 - n * beta) * mesh_.position(VertexId(v)) + beta * sum;
         } else {
             vertex_points_[v] = control_ring(start).vertex_point();
         }
@@ -269,7 +288,7 @@ const LoopStarChain& LoopPatches::star_root(std::uint32_t h, bool first_level) c
     LoopStarChain* known = grown_[h].star.load(std::memory_order_acquire);
     if (known != nullptr) return *known;
     const int valence = static_cast<int>(mesh_.face_valence(VertexId(origin(h))));
-    auto fresh = std::make_unique<LoopStarChain>(valence, detail::loop_star_size(valence));
+    LoopStarChain::Owner fresh = LoopStarChain::make(valence, detail::loop_star_size(valence));
     if (first_level)
         gather_first(h, valence, fresh->points());
     else
@@ -347,49 +366,94 @@ namespace {
 /// Which corner a point is, or -1.
 int corner_at(const Bary& b) { return b[0] == 1 ? 0 : b[1] == 1 ? 1 : b[2] == 1 ? 2 : -1; }
 
+/// Every way to a position ends here, so that all of them have the same bits.
+Vec3d net_position(const Net12& net, const Bary& b) {
+    const int corner = corner_at(b);
+    return corner < 0 ? detail::box_spline_position(net, b) : detail::box_spline_corner(net, corner);
+}
+
 }  // namespace
 
 Vec3d LoopPatches::position(const LoopCell& start, const Bary& at) const {
-    if (start.kind == LoopCell::Kind::regular) return detail::box_spline_position(start.net, at);
+    if (start.kind == LoopCell::Kind::regular) return net_position(start.net, at);
     LoopCell cell = start;
     Bary b = at;
     while (cell.kind != LoopCell::Kind::regular) {
-        const int corner = corner_at(b);
-        if (cell.kind == LoopCell::Kind::star && corner == 0)
-            return detail::loop_star_limit(cell.star->valence(), cell.star->points());
-        if (cell.kind == LoopCell::Kind::generic && corner >= 0)
-            return cell.node->rings().corner[corner].limit().position;
-        if (cell.kind == LoopCell::Kind::split && corner >= 0)
-            return vertex_limit(3 * cell.face + static_cast<std::uint32_t>(corner));
+        const int at_corner = corner_at(b);
+        if (at_corner == 0 || (at_corner > 0 && cell.kind != LoopCell::Kind::star)) return corner(cell, at_corner);
         const int quarter = detail::quarter_of(b);
         b = detail::in_quarter(b, quarter);
         child(cell, quarter, cell);
         b = detail::turned(b, cell.turn);
     }
-    return detail::box_spline_position(cell.net, b);
+    return net_position(cell.net, b);
 }
 
-/// Limit of origin(h), the ring taken from the same half-edge for every root.
-Vec3d LoopPatches::vertex_limit(std::uint32_t h) const {
-    const VertexId v(origin(h));
+Vec3d LoopPatches::corner(const LoopCell& cell, int corner) const {
+    switch (cell.kind) {
+        case LoopCell::Kind::regular:
+            return detail::box_spline_corner(cell.net, corner);
+        case LoopCell::Kind::star:
+            return corner == 0 ? detail::loop_star_limit(cell.star->valence(), cell.star->points())
+                               : detail::loop_star_corner(cell.star->valence(), cell.star->points(), corner);
+        case LoopCell::Kind::split:
+            return corner_limit(3 * cell.face + static_cast<std::uint32_t>(corner));
+        default:
+            return cell.node->rings().corner[static_cast<std::size_t>(corner)].limit().position;
+    }
+}
+
+void LoopPatches::corner_limits() {
+    limits_.resize(mesh_.vertex_count());
+    for_each_index(mesh_.vertex_count(), [&](std::uint32_t v) {
+        if (mesh_.vertex_halfedge(VertexId(v)).valid()) limits_[v] = vertex_limit(VertexId(v));
+    });
+}
+
+/// The ring is taken from the same half-edge for every root.
+Vec3d LoopPatches::vertex_limit(VertexId v) const {
     const std::uint32_t start = mesh_.vertex_halfedge(v).value;
     if (!smooth_[v.value]) return control_ring(start).limit().position;
     Vec3d sum(0);
-    for (std::uint32_t o = start;;) {
+    int n = 0;
+    for (std::uint32_t o = start;; ++n) {
         o = prev(o);
         sum += control(o);
         o = twin(o);
         if (o == start) break;
     }
-    const RingMask mask = Loop::limit_mask(static_cast<int>(mesh_.face_valence(v)));
+    const RingMask mask = detail::loop_vertex_rule(n + 1).limit;
     return mask.vertex * mesh_.position(v) + mask.edge * sum;
+}
+
+/// The surface at origin(h), seen from the root of h.
+SurfacePoint LoopPatches::control_corner(std::uint32_t h) const {
+    constexpr int k_common = 32;
+    const VertexId v(origin(h));
+    SurfacePoint out;
+    if (smooth_[v.value] && mesh_.face_valence(v) <= k_common) {
+        std::array<Vec3d, k_common + 1> ring;
+        const std::uint32_t start = mesh_.vertex_halfedge(v).value;
+        int n = 0;
+        ring[0] = mesh_.position(v);
+        for (std::uint32_t o = start;;) {
+            ring[static_cast<std::size_t>(++n)] = control(next(o));
+            o = twin(prev(o));
+            if (o == start) break;
+        }
+        out = smooth_corner({ring.data(), static_cast<std::size_t>(n) + 1});
+    } else {
+        out = control_ring(h).limit();
+    }
+    out.position = limits_[v.value];
+    return out;
 }
 
 Vec3d LoopPatches::limit(HalfedgeId root, LatticePoint at, int level) const {
     const std::uint32_t side = std::uint32_t{1} << level;
-    if (at.x == side) return vertex_limit(root.value + 1);
-    if (at.y == side) return vertex_limit(root.value + 2);
-    if (at.x == 0 && at.y == 0) return vertex_limit(root.value);
+    if (at.x == side) return corner_limit(root.value + 1);
+    if (at.y == side) return corner_limit(root.value + 2);
+    if (at.x == 0 && at.y == 0) return corner_limit(root.value);
     const double scale = 1.0 / side;
     const Bary b{(side - at.x - at.y) * scale, at.x * scale, at.y * scale};
     LoopCell cell;
@@ -397,53 +461,109 @@ Vec3d LoopPatches::limit(HalfedgeId root, LatticePoint at, int level) const {
     return position(cell, detail::turned(b, cell.turn));
 }
 
-SurfacePoint LoopPatches::evaluate(HalfedgeId root, double x, double y) const {
-    Bary b{1 - x - y, x, y};
+/// The way from a root down to where a point can be evaluated.
+struct LoopPatches::Descent {
+    LoopCell cell;
+    Bary at;          ///< in the cell's frame
+    int corner = -1;  ///< of a cell that is not regular, if the point is there
     // The parameters' directions in the cell's frame: `scale` times those of the root, with corners renumbered by
     // `turn`.
     double scale = 1;
     int turn = 0;
-    if (const int corner = corner_at(b); corner >= 0) {
-        SurfacePoint out = control_ring(root.value + static_cast<std::uint32_t>(corner)).limit();
-        out.position = vertex_limit(root.value + static_cast<std::uint32_t>(corner));
-        return out;
-    }
-    LoopCell cell;
+};
+
+/// False where the point is a corner that stays irregular: down.corner of down.cell.
+bool LoopPatches::descend(HalfedgeId root, const Bary& at, Descent& down) const {
+    LoopCell& cell = down.cell;
     root_cell(root, cell);
-    b = detail::turned(b, cell.turn);
-    turn = cell.turn;
+    Bary& b = down.at;
+    b = detail::turned(at, cell.turn);
+    down.turn = cell.turn;
     while (cell.kind != LoopCell::Kind::regular) {
-        const int corner = corner_at(b);
-        if (cell.kind == LoopCell::Kind::star && corner == 0) return star_corner(*cell.star);
-        if (cell.kind == LoopCell::Kind::generic && corner >= 0) return cell.node->rings().corner[corner].limit();
+        down.corner = corner_at(b);
+        if (down.corner == 0 || (down.corner > 0 && cell.kind != LoopCell::Kind::star)) return false;
         const int quarter = detail::quarter_of(b);
         b = detail::in_quarter(b, quarter);
-        scale *= quarter == 3 ? -2 : 2;
+        down.scale *= quarter == 3 ? -2 : 2;
         child(cell, quarter, cell);
         b = detail::turned(b, cell.turn);
-        turn = (turn + cell.turn) % 3;
+        down.turn = (down.turn + cell.turn) % 3;
     }
-    const detail::BoxSplinePoint p = detail::box_spline_point(cell.net, b);
-    // Root coordinates grow by (-1, 1, 0) along x and (-1, 0, 1) along y.
-    constexpr std::array<double, 3> along_x{-1, 1, 0}, along_y{-1, 0, 1};
-    const double xx = scale * along_x[(1 + turn) % 3], xy = scale * along_x[(2 + turn) % 3];
-    const double yx = scale * along_y[(1 + turn) % 3], yy = scale * along_y[(2 + turn) % 3];
+    return true;
+}
+
+/// Of a corner inside a root: those of the root itself are control_corner()'s.
+SurfacePoint LoopPatches::corner_point(const Descent& down) const {
+    if (down.cell.kind == LoopCell::Kind::generic)
+        return down.cell.node->rings().corner[static_cast<std::size_t>(down.corner)].limit();
+    const LoopStarChain& star = *down.cell.star;
+    return smooth_corner({star.points(), static_cast<std::size_t>(star.valence()) + 1});
+}
+
+namespace {
+
+/// Derivatives by the root's x and y as combinations of those by a cell's.
+struct Directions {
+    double xx, xy, yx, yy;
+    Directions(double scale, int turn) {
+        // Root coordinates grow by (-1, 1, 0) along x and (-1, 0, 1) along y.
+        constexpr std::array<double, 3> along_x{-1, 1, 0}, along_y{-1, 0, 1};
+        const auto first = static_cast<std::size_t>((1 + turn) % 3), second = static_cast<std::size_t>((2 + turn) % 3);
+        xx = scale * along_x[first], xy = scale * along_x[second];
+        yx = scale * along_y[first], yy = scale * along_y[second];
+    }
+};
+
+}  // namespace
+
+/// Derivatives and normal; the rest is left as it is.
+SurfacePoint LoopPatches::first_order(const Descent& down, const detail::BoxSplineTangents& t) {
+    const Directions d(down.scale, down.turn);
     SurfacePoint out;
-    out.position = p.position;
-    out.du = xx * p.dx + xy * p.dy;
-    out.dv = yx * p.dx + yy * p.dy;
-    out.duu = xx * xx * p.dxx + 2 * xx * xy * p.dxy + xy * xy * p.dyy;
-    out.duv = xx * yx * p.dxx + (xx * yy + xy * yx) * p.dxy + xy * yy * p.dyy;
-    out.dvv = yx * yx * p.dxx + 2 * yx * yy * p.dxy + yy * yy * p.dyy;
-    out.has_second = out.has_derivatives = true;
+    out.du = d.xx * t.dx + d.xy * t.dy;
+    out.dv = d.yx * t.dx + d.yy * t.dy;
+    out.has_second = false;
     out.normal = unit_or_zero(glm::cross(out.du, out.dv));
     return out;
 }
 
+SurfacePoint LoopPatches::evaluate(HalfedgeId root, double x, double y) const {
+    const Bary b{1 - x - y, x, y};
+    if (const int at = corner_at(b); at >= 0) return control_corner(root.value + static_cast<std::uint32_t>(at));
+    Descent down;
+    if (!descend(root, b, down)) return corner_point(down);
+    const detail::BoxSplinePoint p = detail::box_spline_point(down.cell.net, down.at);
+    SurfacePoint out = first_order(down, {p.dx, p.dy});
+    out.position = net_position(down.cell.net, down.at);
+    const Directions d(down.scale, down.turn);
+    out.duu = d.xx * d.xx * p.dxx + 2 * d.xx * d.xy * p.dxy + d.xy * d.xy * p.dyy;
+    out.duv = d.xx * d.yx * p.dxx + (d.xx * d.yy + d.xy * d.yx) * p.dxy + d.xy * d.yy * p.dyy;
+    out.dvv = d.yx * d.yx * p.dxx + 2 * d.yx * d.yy * p.dxy + d.yy * d.yy * p.dyy;
+    out.has_second = true;
+    return out;
+}
+
+SurfacePoint LoopPatches::tangents(HalfedgeId root, double x, double y) const {
+    const Bary b{1 - x - y, x, y};
+    if (const int at = corner_at(b); at >= 0) return control_corner(root.value + static_cast<std::uint32_t>(at));
+    Descent down;
+    if (!descend(root, b, down)) return corner_point(down);
+    SurfacePoint out = first_order(down, detail::box_spline_tangents(down.cell.net, down.at));
+    out.position = net_position(down.cell.net, down.at);
+    return out;
+}
+
+Vec3d LoopPatches::position(HalfedgeId root, double x, double y) const {
+    const Bary b{1 - x - y, x, y};
+    if (const int at = corner_at(b); at >= 0) return corner_limit(root.value + static_cast<std::uint32_t>(at));
+    LoopCell cell;
+    root_cell(root, cell);
+    return position(cell, detail::turned(b, cell.turn));
+}
+
 SurfacePoint LoopPatches::vertex(HalfedgeId root, LatticePoint at, int level) const {
     const double scale = 1.0 / (std::uint32_t{1} << level);
-    SurfacePoint out = evaluate(root, at.x * scale, at.y * scale);
-    out.position = limit(root, at, level);
+    SurfacePoint out = tangents(root, at.x * scale, at.y * scale);
     // On side s of the root, at parameter t along it?
     const std::uint32_t side = std::uint32_t{1} << level, z = side - at.x - at.y;
     const std::array<std::uint32_t, 3> b{z, at.x, at.y};
@@ -453,7 +573,7 @@ SurfacePoint LoopPatches::vertex(HalfedgeId root, LatticePoint at, int level) co
         if (t == k_none || mesh_.sharpness(mesh_.edge(HalfedgeId(h))) != k_sharpness_infinity) continue;
         const Vec2d from = k_corner_parameters[t % 3], to = k_corner_parameters[(t + 1) % 3];
         const Vec2d there = from + (b[s] * scale) * (to - from);
-        const SurfacePoint other = evaluate(HalfedgeId(t - t % 3), there.x, there.y);
+        const SurfacePoint other = tangents(HalfedgeId(t - t % 3), there.x, there.y);
         out.normal = unit_or_zero(out.normal + other.normal);
     }
     return out;

@@ -30,11 +30,17 @@ class LoopPatches {
     /// The limit surface at (x, y) of a root. On creases and at corners derivatives and, inside crease edges, the
     /// normal are those of this root's side.
     SurfacePoint evaluate(HalfedgeId root, double x, double y) const;
+    /// The same without second derivatives, and the position alone.
+    SurfacePoint tangents(HalfedgeId root, double x, double y) const;
+    Vec3d position(HalfedgeId root, double x, double y) const;
     /// The limit position at a lattice point, level <= k_max_level; about the cost of one patch.
     Vec3d limit(HalfedgeId root, LatticePoint at, int level) const;
-    /// Limit position and normal of a vertex: as evaluate(), but on an infinitely sharp edge with the mean of the
-    /// normals of both sides.
+    /// Limit position, first derivatives and normal of a vertex: as evaluate(), but on an infinitely sharp edge with
+    /// the mean of the normals of both sides.
     SurfacePoint vertex(HalfedgeId root, LatticePoint at, int level) const;
+
+    /// A box that holds the limit surface of a face. O(valence).
+    Box3d bounds(FaceId face) const;
 
     /// Bytes held from the construction on (what grows later is small beside it).
     std::uint64_t memory_bytes() const;
@@ -49,6 +55,8 @@ class LoopPatches {
     void child(const detail::LoopCell& cell, int quarter, detail::LoopCell& out) const;
     /// Position at a point of a cell (in the cell's frame).
     Vec3d position(const detail::LoopCell& cell, const detail::Bary& at) const;
+    /// Position at a corner of a cell.
+    Vec3d corner(const detail::LoopCell& cell, int corner) const;
 
   private:
     enum class RootKind : std::uint8_t { regular, star0, star1, star2, split, generic };
@@ -58,7 +66,14 @@ class LoopPatches {
     std::uint32_t outgoing(VertexId v, std::uint32_t h, std::vector<std::uint32_t>& fan) const;
     detail::LoopRing control_ring(std::uint32_t h) const;
     void halve_edges();
-    Vec3d vertex_limit(std::uint32_t h) const;
+    void corner_limits();
+    Vec3d vertex_limit(VertexId v) const;
+    SurfacePoint control_corner(std::uint32_t h) const;
+    struct Descent;
+    bool descend(HalfedgeId root, const detail::Bary& at, Descent& down) const;
+    static SurfacePoint first_order(const Descent& down, const detail::BoxSplineTangents& tangents);
+    SurfacePoint corner_point(const Descent& down) const;
+    const Vec3d& corner_limit(std::uint32_t h) const { return limits_[origin(h)]; }
     void gather_control(std::uint32_t h, int valence, Vec3d* out) const;
     void gather_first(std::uint32_t h, int valence, Vec3d* out) const;
     void gather_centre(std::uint32_t h, detail::Net12& out) const;
@@ -75,6 +90,7 @@ class LoopPatches {
 
     const ControlMesh& mesh_;
     std::vector<Vec3d> vertex_points_, edge_points_;  ///< level 1
+    std::vector<Vec3d> limits_;                       ///< of the control vertices
     std::vector<float> half_sharpness_;  ///< per half-edge: of the half at its origin, level 1; empty: nothing is sharp
     std::vector<std::uint8_t> smooth_;   ///< per vertex: interior, nothing sharp at it
     std::vector<RootKind> kind_;

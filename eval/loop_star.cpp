@@ -1,7 +1,5 @@
 #include "tetrakis/eval/loop_star.hpp"
 
-#include "tetrakis/schemes/loop.hpp"
-
 namespace tetrakis::detail {
 
 namespace {
@@ -55,11 +53,31 @@ void loop_star_quarter(int n, const Vec3d* step, int quarter, Net12& out) {
         gather({o + 2, 2, 1, o + 1, o + 7, o + 8, o + 3, o + 4, after, 0, n, o + 0});
 }
 
+LoopVertexRule loop_vertex_rule(int valence) {
+    constexpr int k_common = 32;
+    const auto make = [](int n) { return LoopVertexRule{Loop::beta(n), Loop::limit_mask(n)}; };
+    static const auto table = [&] {
+        std::array<LoopVertexRule, k_common + 1> rules;
+        for (int n = 1; n <= k_common; ++n) rules[static_cast<std::size_t>(n)] = make(n);
+        return rules;
+    }();
+    return valence <= k_common ? table[static_cast<std::size_t>(valence)] : make(valence);
+}
+
 Vec3d loop_star_limit(int n, const Vec3d* star) {
-    const RingMask mask = Loop::limit_mask(n);
+    const RingMask mask = loop_vertex_rule(n).limit;
     Vec3d sum = star[1];
     for (int i = 2; i <= n; ++i) sum += star[i];
     return mask.vertex * star[0] + mask.edge * sum;
+}
+
+Vec3d loop_star_corner(int n, const Vec3d* star, int corner) {
+    const Vec3d* ring = star + 1;
+    const Vec3d* o = star + n + 1;
+    const Vec3d &a = ring[0], &b = ring[1], &before = ring[n - 1], &after = ring[n == 2 ? 0 : 2];
+    const Vec3d sum =
+        corner == 1 ? (star[0] + b) + (o[2] + o[1]) + (o[0] + before) : (star[0] + a) + (o[2] + o[3]) + (o[4] + after);
+    return 0.5 * (corner == 1 ? a : b) + (1.0 / 12) * sum;
 }
 
 }  // namespace tetrakis::detail

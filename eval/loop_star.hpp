@@ -1,6 +1,7 @@
 #pragma once
 
 #include "tetrakis/eval/box_spline.hpp"
+#include "tetrakis/schemes/loop.hpp"
 
 #include <span>
 
@@ -31,5 +32,14 @@ inline Net12 loop_star_quarter(int valence, const Vec3d* step, int quarter) {
 
 /// Limit position of the extraordinary corner.
 Vec3d loop_star_limit(int valence, const Vec3d* star);
+/// Limit position of a regular corner, 1 or 2.
+Vec3d loop_star_corner(int valence, const Vec3d* star, int corner);
+
+/// Loop::beta() and Loop::limit_mask() of a valence, without their cosines where a table has them.
+struct LoopVertexRule {
+    double beta = 0;
+    RingMask limit;
+};
+LoopVertexRule loop_vertex_rule(int valence);
 
 }  // namespace tetrakis::detail
