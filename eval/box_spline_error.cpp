@@ -9,60 +9,54 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// For a triangle of a quadtree (edges parallel to the patch's): edge k of `at` is parallel to patch edge `parallel`.
-EdgeSecond edge_second_red(const BoxSplineHessian& h, const std::array<Bary, 3>& at, int k, int parallel, double size) {
-    EdgeSecond out;
-    const double scale = size * size;
-    double largest = 0;
-    for (int i = 0; i < 3; ++i) {
-        out.corner[i] = scale * h.along(parallel, at[i]);
-        largest = std::max(largest, squared(out.corner[i]));
-    }
-    // The blossom of a product of two coordinates lies below the mean by half the product of their differences, here
-    // -size^2.
-    out.along_edge = 0.5 * (out.corner[k] + out.corner[next3(k)]) + (0.5 * scale * scale) * h.bend[parallel];
-    out.bound = std::sqrt(std::max(largest, squared(out.along_edge)));
-    return out;
-}
-
 /// Along the difference of two points: -(d0 d1 D01 + d1 d2 D12 + d2 d0 D20), as for any quadratic form.
 std::array<double, 3> along_weights(const Bary& d) { return {-d[0] * d[1], -d[1] * d[2], -d[2] * d[0]}; }
 
-EdgeSecond edge_second(const BoxSplineHessian& h, const std::array<Bary, 3>& at, int k) {
-    const auto difference = [&](int i) {
-        const Bary &a = at[i], &b = at[next3(i)];
-        return Bary{b[0] - a[0], b[1] - a[1], b[2] - a[2]};
-    };
-    const std::array<double, 3> weight = along_weights(difference(k));
-    EdgeSecond out;
-    double largest = 0;
-    for (int i = 0; i < 3; ++i) {
-        out.corner[i] = Vec3d(0);
-        for (int e = 0; e < 3; ++e)
-            if (weight[e] != 0) out.corner[i] += weight[e] * h.along(e, at[i]);
-        largest = std::max(largest, squared(out.corner[i]));
+}  // namespace
+
+BoxSplineHessian restricted(const BoxSplineHessian& h, const std::array<Bary, 3>& at, int parallel) {
+    const double size = std::abs(at[1][static_cast<std::size_t>(parallel)] - at[0][static_cast<std::size_t>(parallel)]);
+    const double scale = size * size;
+    BoxSplineHessian out;
+    for (std::size_t e = 0; e < 3; ++e) {
+        const std::size_t p = (e + static_cast<std::size_t>(parallel)) % 3;
+        for (std::size_t i = 0; i < 3; ++i) out.corner[e][i] = scale * h.along(static_cast<int>(p), at[i]);
+        out.bend[e] = (scale * scale) * h.bend[p];
     }
-    for (int i = 0; i < 3; ++i) {
-        const Bary d = difference(i);
-        Vec3d control = 0.5 * (out.corner[i] + out.corner[next3(i)]);
-        for (int e = 0; e < 3; ++e)
-            if (weight[e] != 0) control -= (0.5 * weight[e] * d[e] * d[next3(e)]) * h.bend[e];
-        largest = std::max(largest, squared(control));
-        if (i == k) out.along_edge = control;
-    }
-    out.bound = std::sqrt(largest);
     return out;
 }
 
-}  // namespace
-
 std::array<EdgeSecond, 3> edge_seconds(const BoxSplineHessian& h, const std::array<Bary, 3>& at) {
-    if (const int p = red_edge(at); p >= 0) {
-        const double size = red_size(at);
-        return {edge_second_red(h, at, 0, p, size), edge_second_red(h, at, 1, next3(p), size),
-                edge_second_red(h, at, 2, prev3(p), size)};
+    std::array<std::array<Vec3d, 3>, 3> along;  // [patch edge][corner]
+    for (int e = 0; e < 3; ++e)
+        for (int i = 0; i < 3; ++i) along[e][i] = h.along(e, at[i]);
+    std::array<Bary, 3> difference;
+    for (int i = 0; i < 3; ++i) {
+        const Bary &a = at[i], &b = at[next3(i)];
+        difference[i] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
     }
-    return {edge_second(h, at, 0), edge_second(h, at, 1), edge_second(h, at, 2)};
+    // The blossom of a product of two coordinates lies below the mean by half the product of their differences.
+    std::array<std::array<double, 3>, 3> below;  // [patch edge][edge]
+    for (int e = 0; e < 3; ++e)
+        for (int i = 0; i < 3; ++i) below[e][i] = 0.5 * difference[i][e] * difference[i][next3(e)];
+    std::array<EdgeSecond, 3> out;
+    for (int k = 0; k < 3; ++k) {
+        const std::array<double, 3> weight = along_weights(difference[k]);
+        double largest = 0;
+        for (int i = 0; i < 3; ++i) {
+            out[k].corner[i] = weight[0] * along[0][i] + weight[1] * along[1][i] + weight[2] * along[2][i];
+            largest = std::max(largest, squared(out[k].corner[i]));
+        }
+        for (int i = 0; i < 3; ++i) {
+            const Vec3d control = 0.5 * (out[k].corner[i] + out[k].corner[next3(i)]) -
+                                  ((weight[0] * below[0][i]) * h.bend[0] + (weight[1] * below[1][i]) * h.bend[1] +
+                                   (weight[2] * below[2][i]) * h.bend[2]);
+            largest = std::max(largest, squared(control));
+            if (i == k) out[k].along_edge = control;
+        }
+        out[k].bound = std::sqrt(largest);
+    }
+    return out;
 }
 
 double patch_deviation(const BoxSplineHessian& h) {

@@ -45,12 +45,22 @@ inline double red_size(const std::array<Bary, 3>& at) {
     return p < 0 ? 0.0 : std::abs(at[1][static_cast<std::size_t>(p)] - at[0][static_cast<std::size_t>(p)]);
 }
 
+/// Second derivatives of a patch on a triangle of its quadtree, along the triangle's own edges and in their order.
+/// @param parallel  red_edge(at), not -1
+BoxSplineHessian restricted(const BoxSplineHessian& hessian, const std::array<Bary, 3>& at, int parallel);
+
 /// Of all three edges of a triangle within a patch (edge k from corner k to corner k + 1).
 std::array<EdgeSecond, 3> edge_seconds(const BoxSplineHessian& hessian, const std::array<Bary, 3>& at);
 
 /// Bound on |S - L| over the whole patch. A triangle of a quadtree within it, 2^-k times its size, has at most 4^-k of
 /// it.
 double patch_deviation(const BoxSplineHessian& hessian);
+
+/// S - L in the middle of an edge of the patch, L the linear interpolant of its ends.
+inline Vec3d middle_deviation(const BoxSplineHessian& h, int edge) {
+    const auto e = static_cast<std::size_t>(edge), f = static_cast<std::size_t>(next3(edge));
+    return (-1.0 / 192) * (12.0 * (h.corner[e][e] + h.corner[e][f]) + 5.0 * h.bend[e]);
+}
 
 /// S - L at the centroid, where L is the linear interpolant of S on the triangle.
 /// @param middle_of_edge_1  S - L there

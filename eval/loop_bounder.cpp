@@ -1,6 +1,7 @@
 #include "tetrakis/eval/loop_bounder.hpp"
 
 #include "tetrakis/eval/box_spline_error.hpp"
+#include "tetrakis/eval/box_spline_lattice.hpp"
 #include "tetrakis/eval/loop_star_bound.hpp"
 #include "tetrakis/eval/second_bounds.hpp"
 
@@ -8,6 +9,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace tetrakis {
 
@@ -32,6 +34,11 @@ constexpr int k_max_refinement = 40;
 
 /// A bound this close above an attained value is not refined any more.
 constexpr double k_tight = 1.05;
+
+/// No bound yet.
+constexpr double k_unknown = std::numeric_limits<double>::infinity();
+
+constexpr std::array<Bary, 3> k_whole{Bary{1, 0, 0}, Bary{0, 1, 0}, Bary{0, 0, 1}};
 
 bool is_corner(const Bary& b) { return b[0] == 1 || b[1] == 1 || b[2] == 1; }
 bool is_whole(const std::array<Bary, 3>& at) { return is_corner(at[0]) && is_corner(at[1]) && is_corner(at[2]); }
@@ -123,26 +130,74 @@ void LoopBounder::attain(const Vec3d& deviation) {
 
 /// Whether a piece with this bound needs no further work.
 bool LoopBounder::settle(double upper) {
-    if (upper > decide_at_ && upper > k_tight * lower_ + pad_ && upper > upper_) return false;
+    if (upper > k_tight * lower_ + pad_) return accept(upper);
     upper_ = std::max(upper_, upper);
     return true;
 }
 
-void LoopBounder::bound_regular(const BoxSplineHessian& h, const Corners& at, const std::array<Vec3d, 3>& deviation,
-                                int depth) {
+/// The same, but for pieces whose bound may still become better: how tight it is does not count.
+bool LoopBounder::accept(double upper) {
+    if (upper > decide_at_ && upper > upper_) return false;
+    upper_ = std::max(upper_, upper);
+    return true;
+}
+
+/// Takes S - L in the middles of a piece's edges. Whether that settles it: its quarters have a quarter of its own
+/// deviation.
+bool LoopBounder::attain_inner(const std::array<Vec3d, 3>& inner, double attained, double own) {
+    const double most = std::sqrt(std::max({squared(inner[0]), squared(inner[1]), squared(inner[2])}));
+    lower_ = std::max(lower_, most);
+    if (lower_ > decide_at_) rejected_ = true;
+    return rejected_ || accept(std::max(most, attained) + 0.25 * own + pad_);
+}
+
+void LoopBounder::bound_red(const BoxSplineHessian& h, const Deviations& deviation, double own, int depth) {
     if (rejected_) return;
-    const std::array<EdgeSecond, 3> edge = edge_seconds(h, at);
-    const double own = detail::triangle_deviation(edge[0].bound, edge[1].bound, edge[2].bound);
     const double attained = std::sqrt(std::max({squared(deviation[0]), squared(deviation[1]), squared(deviation[2])}));
+    if (accept(attained + own + pad_)) return;
+    own = std::min(own, detail::patch_deviation(h));
     const double upper = attained + own + pad_;
     if (settle(upper)) return;
-    std::array<Vec3d, 3> bend, inner;  // S - L in the middle of edge k, without and with that of its ends
+    std::array<Vec3d, 3> bend;
+    Deviations inner;  // S - L in the middle of edge k; `bend` without that of its ends
+    for (int k = 0; k < 3; ++k) {
+        bend[k] = detail::middle_deviation(h, k);
+        inner[k] = 0.5 * (deviation[k] + deviation[next3(k)]) + bend[k];
+    }
+    if (attain_inner(inner, attained, own)) return;
+    attain((1.0 / 3) * (deviation[0] + deviation[1] + deviation[2]) + detail::centroid_deviation(h, k_whole, bend[1]));
+    if (rejected_ || settle(upper)) return;
+    if (depth == 0) {
+        upper_ = std::max(upper_, upper);
+        return;
+    }
+    const std::array<BoxSplineHessian, 4> quarter = h.quarters();
+    bound_red(quarter[3], {inner[1], inner[2], inner[0]}, 0.25 * own, depth - 1);
+    bound_red(quarter[0], {deviation[0], inner[0], inner[2]}, 0.25 * own, depth - 1);
+    bound_red(quarter[1], {inner[0], deviation[1], inner[1]}, 0.25 * own, depth - 1);
+    bound_red(quarter[2], {inner[2], inner[1], deviation[2]}, 0.25 * own, depth - 1);
+}
+
+void LoopBounder::bound_regular(const BoxSplineHessian& h, const Corners& at, const Deviations& deviation, double own,
+                                int depth) {
+    if (rejected_) return;
+    if (const int parallel = detail::red_edge(at); parallel >= 0) {
+        bound_red(detail::restricted(h, at, parallel), deviation, own, depth);
+        return;
+    }
+    const double attained = std::sqrt(std::max({squared(deviation[0]), squared(deviation[1]), squared(deviation[2])}));
+    if (accept(attained + own + pad_)) return;
+    const std::array<EdgeSecond, 3> edge = edge_seconds(h, at);
+    own = std::min(own, detail::triangle_deviation(edge[0].bound, edge[1].bound, edge[2].bound));
+    const double upper = attained + own + pad_;
+    if (settle(upper)) return;
+    std::array<Vec3d, 3> bend;
+    Deviations inner;
     for (int k = 0; k < 3; ++k) {
         bend[k] = edge[k].middle_deviation(k);
         inner[k] = 0.5 * (deviation[k] + deviation[next3(k)]) + bend[k];
-        attain(inner[k]);
     }
-    if (rejected_) return;
+    if (attain_inner(inner, attained, own)) return;
     attain((1.0 / 3) * (deviation[0] + deviation[1] + deviation[2]) + detail::centroid_deviation(h, at, bend[1]));
     if (rejected_ || settle(upper)) return;
     if (depth == 0) {
@@ -151,10 +206,11 @@ void LoopBounder::bound_regular(const BoxSplineHessian& h, const Corners& at, co
     }
     std::array<Bary, 3> mid;
     for (int k = 0; k < 3; ++k) mid[k] = middle(at[k], at[next3(k)]);
-    bound_regular(h, {mid[1], mid[2], mid[0]}, {inner[1], inner[2], inner[0]}, depth - 1);
-    bound_regular(h, {at[0], mid[0], mid[2]}, {deviation[0], inner[0], inner[2]}, depth - 1);
-    bound_regular(h, {mid[0], at[1], mid[1]}, {inner[0], deviation[1], inner[1]}, depth - 1);
-    bound_regular(h, {mid[2], mid[1], at[2]}, {inner[2], inner[1], deviation[2]}, depth - 1);
+    own *= 0.25;
+    bound_regular(h, {mid[1], mid[2], mid[0]}, {inner[1], inner[2], inner[0]}, own, depth - 1);
+    bound_regular(h, {at[0], mid[0], mid[2]}, {deviation[0], inner[0], inner[2]}, own, depth - 1);
+    bound_regular(h, {mid[0], at[1], mid[1]}, {inner[0], deviation[1], inner[1]}, own, depth - 1);
+    bound_regular(h, {mid[2], mid[1], at[2]}, {inner[2], inner[1], deviation[2]}, own, depth - 1);
 }
 
 void LoopBounder::bound_quarter(const LoopCell& cell, int quarter, const Piece& piece, int depth) {
@@ -168,12 +224,13 @@ void LoopBounder::bound_quarter(const LoopCell& cell, int quarter, const Piece& 
         return;
     }
     const BoxSplineHessian hessian(child.net);
-    if (is_whole(part.at)) {
-        const double attained =
-            std::sqrt(std::max({squared(part.deviation[0]), squared(part.deviation[1]), squared(part.deviation[2])}));
-        if (settle(attained + detail::patch_deviation(hessian) + pad_)) return;
+    if (!is_whole(part.at)) {
+        bound_regular(hessian, part.at, part.deviation, k_unknown, depth - 1);
+        return;
     }
-    bound_regular(hessian, part.at, part.deviation, depth - 1);
+    Deviations deviation;  // in the order of the patch's corners
+    for (std::size_t i = 0; i < 3; ++i) deviation[static_cast<std::size_t>(corner_of(part.at[i]))] = part.deviation[i];
+    bound_red(hessian, deviation, k_unknown, depth - 1);
 }
 
 /// A whole star cell, from the table of its valence where that is enough.
@@ -223,7 +280,15 @@ void LoopBounder::bound_irregular(const LoopCell& cell, const Piece& piece, int 
         bound_star(*cell.star, piece, depth);
         return;
     }
-    if (cell.kind != LoopCell::Kind::split && settle(hull_distance(cell, piece.linear) + pad_)) return;
+    if (cell.kind == LoopCell::Kind::star) {
+        if (const detail::LoopStarBound* table = detail::LoopStarBound::of(cell.star->valence())) {
+            const LeafError e = table->part(cell.star->points(), piece.at, piece.deviation);
+            lower_ = std::max(lower_, e.lower);
+            rejected_ = lower_ > decide_at_;
+            if (rejected_ || settle(e.upper + pad_)) return;
+        }
+    }
+    if (cell.kind == LoopCell::Kind::generic && settle(hull_distance(cell, piece.linear) + pad_)) return;
     if (corners == 3)
         bound_quarters(cell, piece, depth);
     else
@@ -325,6 +390,10 @@ void LoopBounder::bound_green(const LoopCell& cell, const Piece& piece, int corn
     }
 }
 
+Vec3d LoopBounder::corner_or_inner(const LoopCell& cell, const Bary& at) const {
+    return is_corner(at) ? patches_.corner(cell, corner_of(at)) : patches_.position(cell, at);
+}
+
 LeafError LoopBounder::parametric_error(const CellTriangle& leaf, double decide_at) {
     decide_at_ = decide_at;
     lower_ = upper_ = 0;
@@ -337,14 +406,15 @@ LeafError LoopBounder::parametric_error(const CellTriangle& leaf, double decide_
             level.patch_deviation = detail::patch_deviation(level.hessian);
             level.has_hessian = true;
         }
-        const double size = detail::red_size(at);
-        if (size == 0 || !settle(size * size * level.patch_deviation + pad_))
-            bound_regular(level.hessian, at, {Vec3d(0), Vec3d(0), Vec3d(0)}, k_max_refinement);
+        const double size = detail::red_size(at), own = size * size * level.patch_deviation;
+        if (size == 0 || !settle(own + pad_))
+            bound_regular(level.hessian, at, {Vec3d(0), Vec3d(0), Vec3d(0)}, size == 0 ? k_unknown : own,
+                          k_max_refinement);
     } else {
         Piece piece;
         piece.at = at;
         for (int i = 0; i < 3; ++i) {
-            piece.linear[i] = patches_.position(level.cell, at[i]);
+            piece.linear[i] = corner_or_inner(level.cell, at[i]);
             piece.deviation[i] = Vec3d(0);
         }
         bound_irregular(level.cell, piece, k_max_refinement);
@@ -355,31 +425,36 @@ LeafError LoopBounder::parametric_error(const CellTriangle& leaf, double decide_
 
 void LoopBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions, std::span<Vec3d> normals) {
     Corners at;
-    const Level& level = locate(leaf, at);
-    const LoopCell& cell = level.cell;
+    const LoopCell& cell = locate(leaf, at).cell;
     const bool is_regular = cell.kind == LoopCell::Kind::regular;
+    std::array<LoopCell, 4> quarters;  // of an irregular cell, as they are met
+    std::array<bool, 4> is_known{};
+    const auto position = [&](const Bary& b) {
+        if (is_regular) return detail::BoxSplineLattice::position(cell.net, b);
+        if (is_corner(b)) return patches_.corner(cell, corner_of(b));
+        const int quarter = detail::quarter_of(b);
+        LoopCell& child = quarters[static_cast<std::size_t>(quarter)];
+        if (!std::exchange(is_known[static_cast<std::size_t>(quarter)], true)) patches_.child(cell, quarter, child);
+        const Bary inside = detail::turned(detail::in_quarter(b, quarter), child.turn);
+        return child.kind == LoopCell::Kind::regular ? detail::BoxSplineLattice::position(child.net, inside)
+                                                     : corner_or_inner(child, inside);
+    };
     const double unit = std::ldexp(1.0, -leaf.level), step = 1.0 / n;
     std::size_t out = 0;
     for (int row = 0; row <= n; ++row)  // distance from corner 2
         for (int i = 0; i <= row; ++i, ++out) {
             const double b0 = (row - i) * step, b1 = i * step, b2 = (n - row) * step;
-            if (is_regular) {
+            if (normals.empty()) {
                 Bary b;
-                for (int c = 0; c < 3; ++c) b[c] = b0 * at[0][c] + b1 * at[1][c] + b2 * at[2][c];
-                if (normals.empty()) {
-                    positions[out] = detail::box_spline_position(cell.net, b);
-                } else {
-                    const detail::BoxSplinePoint p = detail::box_spline_point(cell.net, b);
-                    positions[out] = p.position;
-                    normals[out] = glm::cross(p.dx, p.dy);  // turned cells keep the sign: both axes change theirs
-                }
+                for (std::size_t c = 0; c < 3; ++c) b[c] = b0 * at[0][c] + b1 * at[1][c] + b2 * at[2][c];
+                positions[out] = position(b);
                 continue;
             }
             const double x = (b0 * leaf.corner[0].x + b1 * leaf.corner[1].x + b2 * leaf.corner[2].x) * unit;
             const double y = (b0 * leaf.corner[0].y + b1 * leaf.corner[1].y + b2 * leaf.corner[2].y) * unit;
-            const SurfacePoint p = patches_.evaluate(leaf.root, x, y);
+            const SurfacePoint p = patches_.tangents(leaf.root, x, y);
             positions[out] = p.position;
-            if (!normals.empty()) normals[out] = glm::cross(p.du, p.dv);
+            normals[out] = glm::cross(p.du, p.dv);
         }
 }
 

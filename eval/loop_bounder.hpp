@@ -48,8 +48,16 @@ class LoopBounder {
     void bound_quarters(const detail::LoopCell& cell, const Piece& piece, int depth);
     void bound_green(const detail::LoopCell& cell, const Piece& piece, int corners, int depth);
     void bound_quarter(const detail::LoopCell& cell, int quarter, const Piece& piece, int depth);
-    void bound_regular(const detail::BoxSplineHessian& hessian, const Corners& at,
-                       const std::array<Vec3d, 3>& deviation, int depth);
+    using Deviations = std::array<Vec3d, 3>;
+    /// @param hessian  on the piece itself
+    /// @param own      known bound on |S - L'|, L' the interpolant of the piece's own corners
+    void bound_red(const detail::BoxSplineHessian& hessian, const Deviations& deviation, double own, int depth);
+    /// @param hessian  of the patch
+    void bound_regular(const detail::BoxSplineHessian& hessian, const Corners& at, const Deviations& deviation,
+                       double own, int depth);
+    bool attain_inner(const std::array<Vec3d, 3>& inner, double attained, double own);
+    Vec3d corner_or_inner(const detail::LoopCell& cell, const detail::Bary& at) const;
+    bool accept(double upper);
     bool settle(double upper);
     void attain(const Vec3d& deviation);
 

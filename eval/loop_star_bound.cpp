@@ -213,19 +213,81 @@ double LoopStarBound::largest_difference(int valence, const Vec3d* star) {
 }
 
 std::array<Vec3d, LoopStarBound::k_samples> LoopStarBound::deviations(const Vec3d* star) const {
-    std::array<double, k_samples> x{}, y{}, z{};
-    for (std::size_t i = 0; i < weight.size(); ++i) {
-        const Vec3d p = star[i];
-        const auto& w = weight[i];
-        for (int s = 0; s < k_samples; ++s) {
-            x[s] += w[s] * p.x;
-            y[s] += w[s] * p.y;
-            z[s] += w[s] * p.z;
-        }
-    }
     std::array<Vec3d, k_samples> out;
-    for (int s = 0; s < k_samples; ++s) out[s] = {x[s], y[s], z[s]};
+    // Two samples at a time, and one axis: all sums stay in registers.
+    using Pair = double __attribute__((vector_size(16)));
+    using WeightPair = double __attribute__((vector_size(16), aligned(8), may_alias));
+    static_assert(k_samples == 12);
+    for (int axis = 0; axis < 3; ++axis) {
+        Pair a{}, b{}, c{}, d{}, e{}, f{};
+        for (std::size_t i = 0; i < weight.size(); ++i) {
+            const Pair p{star[i][axis], star[i][axis]};
+            const auto* w = reinterpret_cast<const WeightPair*>(weight[i].data());
+            a += w[0] * p, b += w[1] * p, c += w[2] * p;
+            d += w[3] * p, e += w[4] * p, f += w[5] * p;
+        }
+        const Pair sums[k_samples / 2] = {a, b, c, d, e, f};
+        for (std::size_t s = 0; s < k_samples; ++s) out[s][axis] = sums[s / 2][s % 2];
+    }
     return out;
+}
+
+namespace {
+
+using Quarters = std::array<int, 3>;
+
+/// Where medians cross edges between samples, in the middle of them.
+struct Crossing {
+    Quarters a, b;
+};
+constexpr std::array<Crossing, 6> k_crossings{{{{3, 1, 0}, {3, 0, 1}},
+                                               {{1, 2, 1}, {1, 1, 2}},
+                                               {{1, 3, 0}, {0, 3, 1}},
+                                               {{2, 1, 1}, {1, 1, 2}},
+                                               {{1, 0, 3}, {0, 1, 3}},
+                                               {{2, 1, 1}, {1, 2, 1}}}};
+constexpr std::array<Quarters, 3> k_corners{{{4, 0, 0}, {0, 4, 0}, {0, 0, 4}}};
+
+}  // namespace
+
+LeafError LoopStarBound::part(const Vec3d* star, const std::array<Bary, 3>& at,
+                              const std::array<Vec3d, 3>& deviation) const {
+    const double m = largest_difference(valence, star);
+    const std::array<Vec3d, k_samples> samples = deviations(star);
+    // The linear interpolant of the whole cell's corners, minus L, at the part's corners: [i][j] is the sample (i, j,
+    // .)
+    std::array<std::array<Vec3d, 5>, 5> value;
+    for (int s = 0; s < k_samples; ++s) value[k_sample_at[s][0]][k_sample_at[s][1]] = samples[s];
+    for (const Quarters& c : k_corners) value[c[0]][c[1]] = Vec3d(0);
+    std::array<Vec3d, 3> offset;
+    for (std::size_t i = 0; i < 3; ++i)
+        offset[i] =
+            deviation[i] - value[static_cast<std::size_t>(4 * at[i][0])][static_cast<std::size_t>(4 * at[i][1])];
+    // Coordinates in the part from those in the cell; all numbers are multiples of an eighth over a power of two.
+    const double ux = at[1][0] - at[0][0], uy = at[1][1] - at[0][1], vx = at[2][0] - at[0][0], vy = at[2][1] - at[0][1],
+                 scale = 1 / (ux * vy - uy * vx);
+    const auto size = [&](double x, double y, const Vec3d& v) {  // -1 outside
+        const double dx = x - at[0][0], dy = y - at[0][1];
+        const double b1 = scale * (dx * vy - dy * vx), b2 = scale * (ux * dy - uy * dx), b0 = 1 - b1 - b2;
+        if (b0 < 0 || b1 < 0 || b2 < 0) return -1.0;
+        return std::sqrt(squared(v + b0 * offset[0] + b1 * offset[1] + b2 * offset[2]));
+    };
+    double attained = 0, linear = 0, near_centre = 0;
+    const auto look = [&](const Quarters& q) {
+        const double there = size(0.25 * q[0], 0.25 * q[1], value[q[0]][q[1]]);
+        attained = std::max(attained, there);
+        if (q[0] >= 3) near_centre = std::max(near_centre, there);
+    };
+    for (const Quarters& q : k_corners) look(q);
+    for (const Quarters& q : k_sample_at) look(q);
+    linear = attained;
+    for (const auto& [a, b] : k_crossings) {
+        const double there =
+            size(0.125 * (a[0] + b[0]), 0.125 * (a[1] + b[1]), 0.5 * (value[a[0]][a[1]] + value[b[0]][b[1]]));
+        linear = std::max(linear, there);
+        if (a[0] == 3) near_centre = std::max(near_centre, there);
+    }
+    return {attained, std::max(linear + around * m, near_centre + inner * m)};
 }
 
 const LoopStarBound* LoopStarBound::of(int valence) {
