@@ -1,10 +1,11 @@
 #include "tetrakis/eval/leaf_estimator.hpp"
 
 #include "tetrakis/eval/plane_measure.hpp"
+#include "tetrakis/eval/sample_sheet.hpp"
 #include "tetrakis/hier/parallel.hpp"
 
 #include <array>
-#include <vector>
+#include <optional>
 
 namespace tetrakis {
 
@@ -13,6 +14,10 @@ namespace {
 /// Intervals a side of a leaf's sample lattice: 15 points, three of them the corners.
 constexpr int k_lattice = 4;
 constexpr int k_samples = (k_lattice + 1) * (k_lattice + 2) / 2;
+
+/// How far the surface is off the mesh of a leaf's samples, in units of how far it is off the leaf: a sixteenth where
+/// its second derivatives are constant; twice that for where they are not.
+constexpr double k_sheet_error = 1.0 / 8;
 
 /// Lattice of a mapped leaf (target, displacement): nothing smooth can be assumed.
 constexpr int k_mapped_bits = 3;
@@ -82,13 +87,14 @@ double LeafEstimator<Family>::measured(const CellTriangle& leaf, typename Family
     std::array<Vec3d, k_samples> s;
     bounder.sample(leaf, k_lattice, s, {});
     const Vec3d c2 = s[0], c0 = s[k_samples - 1 - k_lattice], c1 = s[k_samples - 1];
-    double error = middle;
+    double error = middle, most_parametric = 0;
     std::array<int, k_samples> doubtful;
     int doubtful_count = 0;
     for_each_lattice_point(k_lattice, [&](int i, double b0, double b1, double b2) {
         const Vec3d d = s[static_cast<std::size_t>(i)] - (b0 * c0 + b1 * c1 + b2 * c2);
         const double parametric = glm::length(d);
         if (parametric <= error) return;
+        most_parametric = std::max(most_parametric, parametric);
         const double distance = std::min(parametric, plane(s[static_cast<std::size_t>(i)]));
         error = std::max(error, distance);
         if (parametric > tolerance_) doubtful[static_cast<std::size_t>(doubtful_count++)] = i;
@@ -104,14 +110,28 @@ double LeafEstimator<Family>::measured(const CellTriangle& leaf, typename Family
     }
     if (error > tolerance_) return error;
     // The way back: from points of the triangle whose own sample has drifted away sideways.
+    if (doubtful_count == 0) return error;
     const ControlMesh& mesh = map_.patches->mesh();
+    std::optional<detail::SampleSheet<k_lattice>> sheet;
+    if (plane.flat()) sheet.emplace(plane, s);
+    const double bend = k_sheet_error * most_parametric;
     int next = 0;
     for_each_lattice_point(k_lattice, [&](int i, double b0, double b1, double b2) {
         if (next == doubtful_count || doubtful[static_cast<std::size_t>(next)] != i || error > tolerance_) return;
         ++next;
+        // Most of the time other samples stand over and below it.
+        if (sheet)
+            if (const std::optional<double> height = sheet->height(b1, b2); height && *height + bend <= tolerance_) {
+                error = std::max(error, *height);
+                return;
+            }
         const Vec3d q = b0 * c0 + b1 * c1 + b2 * c2;
         double back = closest_.local(q, Family::parameter(mesh, leaf, b0, b1, b2));
-        if (back > tolerance_) back = closest_.global(q, back);
+        if (back > tolerance_) {
+            // Anything nearer than the tolerance will do.
+            const double reach = tolerance_ > 0 ? tolerance_ : back, found = closest_.global(q, reach);
+            if (found < reach) back = found;
+        }
         error = std::max(error, back);
     });
     return error;

@@ -4,8 +4,11 @@
 #include "tetrakis/eval/loop_patches.hpp"
 #include "tetrakis/eval/surface_parameter.hpp"
 
+#include <atomic>
+#include <cstdint>
 #include <memory>
 #include <mutex>
+#include <vector>
 
 namespace tetrakis {
 
@@ -20,15 +23,18 @@ class LoopClosest {
     /// Distance from q to a nearby point of the surface: Gauss-Newton from `start`, across triangles, not across the
     /// boundary. Never more than the distance to the start. An upper bound of the distance to the surface.
     double local(const Vec3d& q, SurfaceParameter start) const;
-    /// Distance from q to the surface if it is less than `best`, else `best`. Builds the boxes at its first call,
-    /// unless prepare() did.
+    /// Distance from q to the surface if it is less than `best`, else `best`. Looks at all boxes at first, in a
+    /// hierarchy of them when it is asked more often or prepare() was called.
     double global(const Vec3d& q, double best) const;
 
   private:
+    const std::vector<Box3d>& boxes() const;
     double in_root(const Vec3d& q, HalfedgeId root, double best) const;
 
     const LoopPatches& patches_;
-    mutable std::once_flag built_;
+    mutable std::once_flag boxed_, built_;
+    mutable std::atomic<std::uint64_t> searches_{0};
+    mutable std::vector<Box3d> boxes_;
     mutable std::unique_ptr<ClosestBvh> bvh_;
 };
 

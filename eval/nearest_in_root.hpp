@@ -58,8 +58,9 @@ inline bool feasible_step(RootShape shape, const SurfacePoint& s, const Vec3d& q
 /// Distance from q to the part of the surface over one root, by descent from the best points of a lattice: never below
 /// the true distance, and above it only where the descent ends in another minimum.
 /// @param evaluate  the surface at (x, y) of the root
-template <class Evaluate>
-double nearest_in_root(RootShape shape, const Vec3d& q, Evaluate&& evaluate) {
+/// @param position  its position alone
+template <class Evaluate, class Position>
+double nearest_in_root(RootShape shape, const Vec3d& q, Evaluate&& evaluate, Position&& position) {
     constexpr int n = k_newton_starts;
     constexpr double outside = std::numeric_limits<double>::infinity();
     constexpr int k_steps = 24, k_halvings = 12;
@@ -68,8 +69,7 @@ double nearest_in_root(RootShape shape, const Vec3d& q, Evaluate&& evaluate) {
     const auto last = [&](int j) { return shape == RootShape::square ? n : n - j; };
     for (int j = 0; j <= n; ++j)
         for (int i = 0; i <= last(j); ++i)
-            lattice[j + 1][i + 1] =
-                glm::length(q - evaluate(static_cast<double>(i) / n, static_cast<double>(j) / n).position);
+            lattice[j + 1][i + 1] = glm::length(q - position(static_cast<double>(i) / n, static_cast<double>(j) / n));
     double best = outside;
     for (int j = 0; j <= n; ++j)
         for (int i = 0; i <= last(j); ++i) {
@@ -98,7 +98,7 @@ double nearest_in_root(RootShape shape, const Vec3d& q, Evaluate&& evaluate) {
                 for (int halving = 0; halving < k_halvings; ++halving, t *= 0.5) {
                     const double nx = std::clamp(x + t * dx, 0.0, 1.0);
                     const double ny = std::clamp(y + t * dy, 0.0, shape == RootShape::square ? 1.0 : 1 - nx);
-                    const double there = glm::length(q - evaluate(nx, ny).position);
+                    const double there = glm::length(q - position(nx, ny));
                     if (there >= distance) continue;
                     x = nx, y = ny, s = with_derivatives(shape, x, y, evaluate), distance = there;
                     break;
@@ -108,6 +108,10 @@ double nearest_in_root(RootShape shape, const Vec3d& q, Evaluate&& evaluate) {
             best = std::min(best, distance);
         }
     return best;
+}
+template <class Evaluate>
+double nearest_in_root(RootShape shape, const Vec3d& q, Evaluate&& evaluate) {
+    return nearest_in_root(shape, q, evaluate, [&](double x, double y) { return evaluate(x, y).position; });
 }
 
 }  // namespace tetrakis::detail
