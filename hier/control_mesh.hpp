@@ -64,6 +64,7 @@ struct ControlMeshData {
     FaceVaryingRule face_varying_rule = FaceVaryingRule::corners_and_edges;
     CreaseMethod crease_method = CreaseMethod::uniform;
 
+    std::uint32_t first_number = 0;           ///< what messages call the first vertex, face, ...; 1 if `source` does
     std::string source;                       ///< file the data came from, for messages; may be empty
     std::vector<std::uint64_t> vertex_lines;  ///< V line numbers in `source`, or empty
     std::vector<std::uint64_t> face_lines;    ///< F line numbers in `source`, or empty

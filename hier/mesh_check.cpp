@@ -284,8 +284,12 @@ std::vector<std::string> find_oddities(const ControlMeshData& data, std::uint64_
     }
     if (flat_count != 0)
         oddities.push_back(
-            fmt::format("{} of {} faces have zero area (the first is face {}); normals are undefined there", flat_count,
-                        faces, first_flat));
+            // Numbers are no longer the source's after a repair; lines are.
+            fmt::format("{} of {} faces have zero area (the first is {}); normals are undefined there", flat_count,
+                        faces,
+                        first_flat < data.face_lines.size() && data.face_lines[first_flat] != 0
+                            ? fmt::format("on line {}", data.face_lines[first_flat])
+                            : face_name(data, first_flat)));
     const auto odd_normals = std::ranges::count_if(
         data.normals, [](const Vec3d& n) { return !std::isfinite(n.x) || !std::isfinite(n.y) || !std::isfinite(n.z); });
     if (odd_normals != 0)

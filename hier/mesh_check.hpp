@@ -43,7 +43,7 @@ struct MeshFault {
     MeshFaultKind kind;
     std::uint32_t element = 0;  ///< see MeshFaultKind; numbers start at 0
     std::uint64_t line = 0;     ///< line of the element in data.source; 0: unknown
-    std::string message;        ///< what is wrong and what to do about it
+    std::string message;        ///< what is wrong and what to do about it; numbers start at data.first_number
 };
 
 /// Everything that keeps the data from being an oriented 2-manifold with sound tags; empty when ControlMesh::build
@@ -75,6 +75,10 @@ std::vector<std::uint32_t> duplicate_faces(const ControlMeshData& data);
 /// Non-manifold vertices; asks for no faults of the other kinds.
 std::vector<RawFault> vertex_faults(const ControlMeshData& data, const MeshLinks& links);
 std::vector<std::string> find_oddities(const ControlMeshData& data, std::uint64_t isolated_vertices);
+
+/// "vertex 5 (line 9)", "face 2", ...: numbered as the source numbers them, with the line where it is known.
+std::string vertex_name(const ControlMeshData& data, std::uint32_t v);
+std::string face_name(const ControlMeshData& data, std::uint32_t f);
 
 MeshFault describe(const ControlMeshData& data, const RawFault& fault);
 /// @throws Error invalid_input with the first few faults and their count, unless there are none

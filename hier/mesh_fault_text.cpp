@@ -16,14 +16,16 @@ constexpr std::size_t k_quoted_faults = 5;
 
 constexpr std::string_view k_repair_advice = "correct it in the modeller or use --repair";
 
-std::string vertex_text(std::uint32_t v) {
-    return v == VertexId::none ? std::string("a vertex that no number can name") : fmt::format("vertex {}", v);
+std::uint64_t line_at(const std::vector<std::uint64_t>& lines, std::uint32_t i) {
+    return i < lines.size() ? lines[i] : 0;
+}
+
+std::string with_line(const std::string& text, std::uint64_t line) {
+    return line == 0 ? text : fmt::format("{} (line {})", text, line);
 }
 
 std::uint64_t line_of(const ControlMeshData& data, const detail::RawFault& fault) {
-    const auto at = [&](const std::vector<std::uint64_t>& lines) {
-        return fault.element < lines.size() ? lines[fault.element] : 0;
-    };
+    const auto at = [&](const std::vector<std::uint64_t>& lines) { return line_at(lines, fault.element); };
     switch (fault.kind) {
         case Kind::array_size:
         case Kind::no_faces:
@@ -46,9 +48,10 @@ std::uint64_t line_of(const ControlMeshData& data, const detail::RawFault& fault
 
 std::string tag_text(const ControlMeshData& data, const detail::RawFault& fault) {
     const std::string_view subject = fault.subject ? fault.subject : "";
+    const std::uint64_t number = std::uint64_t{fault.element} + data.first_number;
     const std::string tag = fault.kind == Kind::crease_tag
-                                ? fmt::format("crease tag {} ({}, {})", fault.element, fault.a, fault.b)
-                                : fmt::format("corner tag {} ({})", fault.element, fault.a);
+                                ? fmt::format("crease tag {} ({}, {})", number, fault.a, fault.b)
+                                : fmt::format("corner tag {} ({})", number, fault.a);
     if (subject == "sharpness") {
         const float s = fault.kind == Kind::crease_tag ? data.creases[fault.element].sharpness
                                                        : data.corners[fault.element].sharpness;
@@ -56,9 +59,8 @@ std::string tag_text(const ControlMeshData& data, const detail::RawFault& fault)
     }
     if (subject == "edge")
         return fmt::format(
-            "{}: no face has an edge between these vertices; tags count vertices from 0, or use "
-            "--repair to drop the tag",
-            tag);
+            "{}: no face has an edge between {} and {}; tags count vertices from 0, or use --repair to drop the tag",
+            tag, detail::vertex_name(data, fault.a), detail::vertex_name(data, fault.b));
     return fmt::format(
         "{} names a vertex that is not there, the last of {} is {}; tags count vertices from 0, or use "
         "--repair to drop the tag",
@@ -111,8 +113,20 @@ std::string_view name(MeshFaultKind kind) {
 
 namespace detail {
 
+std::string vertex_name(const ControlMeshData& data, std::uint32_t v) {
+    if (v == VertexId::none) return "a vertex that no number can name";
+    return with_line(fmt::format("vertex {}", std::uint64_t{v} + data.first_number), line_at(data.vertex_lines, v));
+}
+
+std::string face_name(const ControlMeshData& data, std::uint32_t f) {
+    return with_line(fmt::format("face {}", std::uint64_t{f} + data.first_number), line_at(data.face_lines, f));
+}
+
 MeshFault describe(const ControlMeshData& data, const RawFault& fault) {
-    const std::uint32_t e = fault.element;
+    // The element's own line goes with the fault; others are named with theirs.
+    const std::uint64_t first = data.first_number, e = fault.element + first;
+    const auto vertex = [&](std::uint32_t v) { return vertex_name(data, v); };
+    const auto face = [&](std::uint32_t f) { return face_name(data, f); };
     const auto text = [&]() -> std::string {
         switch (fault.kind) {
             case Kind::array_size:
@@ -134,23 +148,26 @@ MeshFault describe(const ControlMeshData& data, const RawFault& fault) {
                                    fault.a);
             case Kind::vertex_out_of_range:
                 return fmt::format(
-                    "face {} uses {}, but there are {} vertices (numbers start at 0 here); check the "
-                    "export or use --repair to drop the face",
-                    e, vertex_text(fault.a), data.positions.size());
+                    "face {} uses {}, but there are {} vertices (numbers start at {}); check the export or use "
+                    "--repair to "
+                    "drop the face",
+                    e, vertex(fault.a), data.positions.size(), first);
             case Kind::repeated_vertex:
-                return fmt::format("face {} has vertex {} twice; {}", e, fault.a, k_repair_advice);
+                return fmt::format("face {} has {} twice; {}", e, vertex(fault.a), k_repair_advice);
             case Kind::non_finite_uv:
                 return fmt::format("texture coordinate {} is not finite; correct it, or use --repair to put (0, 0)", e);
             case Kind::uv_out_of_range:
                 return fmt::format(
-                    "face {} uses texture coordinate {}, but there are {} (numbers start at 0 here); "
-                    "check the export or use --repair to put (0, 0)",
-                    e, fault.a, data.uvs.size());
+                    "face {} uses texture coordinate {}, but there are {} (numbers start at {}); check the export or "
+                    "use "
+                    "--repair to put (0, 0)",
+                    e, fault.a + first, data.uvs.size(), first);
             case Kind::normal_out_of_range:
                 return fmt::format(
-                    "face {} uses normal {}, but there are {} (numbers start at 0 here); check the "
-                    "export or use --repair to drop the normals",
-                    e, fault.a, data.normals.size());
+                    "face {} uses normal {}, but there are {} (numbers start at {}); check the export or use --repair "
+                    "to "
+                    "drop the normals",
+                    e, fault.a + first, data.normals.size(), first);
             case Kind::group_out_of_range:
                 return fmt::format(
                     "face {} has {} {}, which has no name in the list; check the export or use "
@@ -165,26 +182,25 @@ MeshFault describe(const ControlMeshData& data, const RawFault& fault) {
                     "--repair to drop the tag",
                     e, fault.a, data.face_offsets.size() - 1);
             case Kind::duplicate_face:
-                return fmt::format("face {} has the same vertices as face {}; delete one, or use --repair", e, fault.a);
+                return fmt::format("face {} has the same vertices as {}; delete one, or use --repair", e,
+                                   face(fault.a));
             case Kind::non_manifold_edge:
                 return fmt::format(
-                    "the edge between vertices {} and {} (face {}) has more than two faces; {} to split "
-                    "it into boundaries",
-                    fault.a, fault.b, e, k_repair_advice);
+                    "the edge between {} and {} of face {} has more than two faces; {} to split it into boundaries",
+                    vertex(fault.a), vertex(fault.b), e, k_repair_advice);
             case Kind::opposite_orientation:
                 return fmt::format(
-                    "the two faces at the edge between vertices {} and {} (one is face {}) run along it "
-                    "in the same direction; flip one, or use --repair to orient all faces alike",
-                    fault.a, fault.b, e);
+                    "the two faces at the edge between {} and {} (one is face {}) run along it in the same direction; "
+                    "flip one, or use --repair to orient all faces alike",
+                    vertex(fault.a), vertex(fault.b), e);
             case Kind::non_manifold_vertex:
                 return fmt::format(
-                    "the {} faces at vertex {} are not one fan, they only touch there (one is face {}); "
-                    "{} to split it",
-                    fault.b, e, fault.a, k_repair_advice);
+                    "the {} faces at vertex {} are not one fan, they only touch there (one is {}); {} to split it",
+                    fault.b, e, face(fault.a), k_repair_advice);
         }
         return std::string(name(fault.kind));
     };
-    return {fault.kind, e, line_of(data, fault), text()};
+    return {fault.kind, fault.element, line_of(data, fault), text()};
 }
 
 void throw_faults(const ControlMeshData& data, const std::vector<RawFault>& faults) {

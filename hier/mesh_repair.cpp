@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <tuple>
 
 namespace tetrakis {
@@ -41,6 +42,8 @@ class Repair {
 
     std::vector<std::string> run() {
         check_offsets();
+        source_face_.resize(face_count());
+        std::iota(source_face_.begin(), source_face_.end(), 0u);
         drop_misfit_layers();
         mend_uvs();
         rebuild_faces();
@@ -55,6 +58,17 @@ class Repair {
     template <class... Args>
     void report(fmt::format_string<Args...> text, Args&&... args) {
         reports_.push_back(fmt::format(text, std::forward<Args>(args)...));
+    }
+
+    std::string tag_name(std::uint32_t i, std::uint64_t line) const {
+        const std::uint64_t number = std::uint64_t{i} + data_.first_number;
+        return line == 0 ? fmt::format("{}", number) : fmt::format("{} on line {}", number, line);
+    }
+    // Of a face by its number now.
+    std::string original_face(std::uint32_t f) const {
+        const std::uint64_t line = f < data_.face_lines.size() ? data_.face_lines[f] : 0;
+        return line == 0 ? fmt::format("face {}", std::uint64_t{source_face_[f]} + data_.first_number)
+                         : fmt::format("face {} (line {})", std::uint64_t{source_face_[f]} + data_.first_number, line);
     }
 
     std::uint32_t face_count() const { return count_of(data_.face_offsets.size() - 1); }
@@ -144,6 +158,7 @@ class Repair {
         gather(data_.face_material, faces.sources);
         gather(data_.face_group, faces.sources);
         gather(data_.face_lines, faces.sources);
+        gather(source_face_, faces.sources);
         if (!data_.holes.empty()) remap_holes(faces.sources);
         data_.face_offsets = std::move(faces.offsets);
     }
@@ -156,10 +171,10 @@ class Repair {
         std::vector<std::uint32_t> holes;
         std::vector<std::uint64_t> lines;
         Tally dropped;
-        for (std::size_t i = 0; i < data_.holes.size(); ++i) {
+        for (std::uint32_t i = 0; i < data_.holes.size(); ++i) {
             const std::uint32_t f = data_.holes[i];
             if (f >= old_faces || first[f] == first[f + 1]) {
-                dropped.add(f);
+                dropped.add(i);
                 continue;
             }
             for (std::uint32_t g = first[f]; g < first[f + 1]; ++g) {
@@ -168,8 +183,8 @@ class Repair {
             }
         }
         if (dropped.count != 0)
-            report("dropped {} hole tags of faces that are not there (the first of face {})", dropped.count,
-                   dropped.first);
+            report("dropped {} hole tags of faces that are not there (the first is tag {})", dropped.count,
+                   tag_name(dropped.first, data_.hole_lines.empty() ? 0 : data_.hole_lines[dropped.first]));
         data_.holes = std::move(holes);
         data_.hole_lines = std::move(lines);
     }
@@ -222,14 +237,15 @@ class Repair {
             else if (repeats)
                 cut.add(f);
         }
+        const auto name_of_face = [&](std::uint32_t f) { return detail::face_name(data_, f); };
         if (unsound.count != 0)
-            report("dropped {} faces with a vertex that is not there or not finite (the first is face {})",
-                   unsound.count, unsound.first);
+            report("dropped {} faces with a vertex that is not there or not finite (the first is {})", unsound.count,
+                   name_of_face(unsound.first));
         if (small.count != 0)
-            report("dropped {} faces with fewer than three distinct vertices (the first is face {})", small.count,
-                   small.first);
+            report("dropped {} faces with fewer than three distinct vertices (the first is {})", small.count,
+                   name_of_face(small.first));
         if (cut.count != 0)
-            report("took repeated vertices out of {} faces (the first is face {})", cut.count, cut.first);
+            report("took repeated vertices out of {} faces (the first is {})", cut.count, name_of_face(cut.first));
         const bool holes_beyond = std::ranges::any_of(data_.holes, [&](std::uint32_t f) { return f >= face_count(); });
         if (unsound.count + small.count + cut.count != 0 || holes_beyond) adopt(std::move(faces));
     }
@@ -248,7 +264,7 @@ class Repair {
             faces.offsets.push_back(count_of(faces.corners.size()));
             faces.sources.push_back(f);
         }
-        report("dropped {} duplicate faces (the first is face {})", duplicates.size(), duplicates.front());
+        report("dropped {} duplicate faces (the first is {})", duplicates.size(), original_face(duplicates.front()));
         adopt(std::move(faces));
     }
 
@@ -256,13 +272,14 @@ class Repair {
         detail::ManifoldSplit split = detail::split_to_manifold(data_);
         origin_ = std::move(split.origin);
         if (split.non_manifold_edges != 0)
-            report("split {} edges of more than two faces into boundaries (the first is between vertices {} and {})",
-                   split.non_manifold_edges, split.first_edge[0], split.first_edge[1]);
+            report("split {} edges of more than two faces into boundaries (the first is between {} and {})",
+                   split.non_manifold_edges, detail::vertex_name(data_, split.first_edge[0]),
+                   detail::vertex_name(data_, split.first_edge[1]));
         if (split.flipped_faces != 0) report("flipped {} faces to orient all alike", split.flipped_faces);
         if (split.cut_faces != 0) report("cut surfaces that have no orientation open along {} faces", split.cut_faces);
         if (split.split_vertices != 0)
-            report("split {} vertices whose faces were not one fan (the first is vertex {})", split.split_vertices,
-                   split.first_vertex);
+            report("split {} vertices whose faces were not one fan (the first is {})", split.split_vertices,
+                   detail::vertex_name(data_, split.first_vertex));
     }
 
     // Tags speak of the vertices before the split: each copy of an edge or vertex gets them.
@@ -286,6 +303,7 @@ class Repair {
         const auto is_sharpness = [](float s) { return s >= 0.0f; };
         std::vector<ControlMeshData::EdgeTag> creases;
         Tally no_crease, no_corner;
+        std::uint64_t crease_line = 0, corner_line = 0;
         for (std::uint32_t i = 0; i < data_.creases.size(); ++i) {
             const auto& tag = data_.creases[i];
             const std::uint32_t low = std::min(tag.a, tag.b), high = std::max(tag.a, tag.b);
@@ -293,6 +311,7 @@ class Repair {
             const bool found = it != edges.end() && it->low == low && it->high == high;
             if (!found || !is_sharpness(tag.sharpness)) {
                 no_crease.add(i);
+                if (no_crease.count == 1) crease_line = tag.line;
                 continue;
             }
             for (; it != edges.end() && it->low == low && it->high == high; ++it)
@@ -314,6 +333,7 @@ class Repair {
             auto it = std::lower_bound(copies.begin(), copies.end(), std::pair(tag.vertex, 0u));
             if (it == copies.end() || it->first != tag.vertex || !is_sharpness(tag.sharpness)) {
                 no_corner.add(i);
+                if (no_corner.count == 1) corner_line = tag.line;
                 continue;
             }
             for (; it != copies.end() && it->first == tag.vertex; ++it)
@@ -322,10 +342,10 @@ class Repair {
         data_.corners = std::move(corners);
         if (no_crease.count != 0)
             report("dropped {} crease tags that name no edge or have no sharpness (the first is tag {})",
-                   no_crease.count, no_crease.first);
+                   no_crease.count, tag_name(no_crease.first, crease_line));
         if (no_corner.count != 0)
             report("dropped {} corner tags that name no vertex of a face or have no sharpness (the first is tag {})",
-                   no_corner.count, no_corner.first);
+                   no_corner.count, tag_name(no_corner.first, corner_line));
     }
 
     void drop_isolated() {
@@ -341,7 +361,8 @@ class Repair {
             kept.push_back(v);
         }
         if (dropped.count == 0) return;
-        report("dropped {} vertices that belong to no face (the first is vertex {})", dropped.count, dropped.first);
+        report("dropped {} vertices that belong to no face (the first is {})", dropped.count,
+               detail::vertex_name(data_, dropped.first));
         if (kept.empty()) {
             data_.positions.clear();
             data_.vertex_lines.clear();
@@ -357,7 +378,8 @@ class Repair {
     }
 
     ControlMeshData& data_;
-    std::vector<std::uint32_t> origin_;  ///< vertex before the split, by vertex now
+    std::vector<std::uint32_t> source_face_;  ///< number in the source, by face now
+    std::vector<std::uint32_t> origin_;       ///< vertex before the split, by vertex now
     std::vector<std::string> reports_;
 };
 

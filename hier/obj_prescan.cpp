@@ -65,7 +65,10 @@ struct CurrentName {
 
 class Prescan {
   public:
-    Prescan(std::string_view text, std::string source) : text_(text) { scan_.data.source = std::move(source); }
+    Prescan(std::string_view text, std::string source) : text_(text) {
+        scan_.data.source = std::move(source);
+        scan_.data.first_number = 1;
+    }
 
     ObjScan run() {
         scan_.normalised.reserve(text_.size() / 2);

@@ -20,6 +20,8 @@ ControlMesh uv_mesh(const ControlMesh& mesh) {
     assert(mesh.has_uvs());
     ControlMeshData data;
     data.source = mesh.data().source;
+    data.first_number = mesh.data().first_number;
+    data.face_lines = mesh.data().face_lines;
     data.face_offsets = mesh.data().face_offsets;
     data.crease_method = mesh.crease_method();
     data.boundary_rule = mesh.face_varying_rule() == FaceVaryingRule::corners_and_edges ? BoundaryRule::edge_and_corner

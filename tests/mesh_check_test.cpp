@@ -156,11 +156,12 @@ TEST_CASE("[bad-input] every fault of an element is found, named, located and co
     }
     SUBCASE("index out of range") {
         data.face_vertices[6] = 99;
-        check_fault(data, Kind::vertex_out_of_range, 1, 12, "face 1 uses vertex 99, but there are 6", "--repair");
+        check_fault(data, Kind::vertex_out_of_range, 1, 12,
+                    "face 1 uses vertex 99, but there are 6 vertices (numbers start at 0)", "--repair");
     }
     SUBCASE("repeated vertex") {
         data.face_vertices[3] = 1;
-        check_fault(data, Kind::repeated_vertex, 0, 11, "face 0 has vertex 1 twice", "--repair");
+        check_fault(data, Kind::repeated_vertex, 0, 11, "face 0 has vertex 1 (line 2) twice", "--repair");
     }
     SUBCASE("repeated vertex of a large face") {
         data = mesh_data(std::vector<Vec3d>(40, Vec3d(0.0)), {{}});
@@ -225,11 +226,11 @@ TEST_CASE("[bad-input] faces that do not hang together as a surface are told apa
     }
     SUBCASE("three faces at an edge") {
         check_fault(mesh_data(points, {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}), Kind::non_manifold_edge, 0, 0,
-                    "between vertices 0 and 1", "--repair");
+                    "between vertex 0 and vertex 1 of face 0", "--repair");
     }
     SUBCASE("neighbours that run the same way") {
         check_fault(mesh_data(points, {{0, 1, 2}, {0, 1, 3}}), Kind::opposite_orientation, 0, 0,
-                    "between vertices 0 and 1", "flip one");
+                    "between vertex 0 and vertex 1 ", "flip one");
     }
     SUBCASE("bow-tie") {
         check_fault(mesh_data(points, {{1, 2, 0}, {0, 3, 4}}), Kind::non_manifold_vertex, 0, 0, "2 faces at vertex 0",
@@ -291,7 +292,7 @@ TEST_CASE("harmless oddities are warnings") {
     REQUIRE(mesh.warnings().size() == 3);
     CHECK(mesh.warnings()[0] == "met before");
     CHECK(contains(mesh.warnings()[1], "1 of 7 vertices belong to no face"));
-    CHECK(contains(mesh.warnings()[2], "1 of 2 faces have zero area (the first is face 1)"));
+    CHECK(contains(mesh.warnings()[2], "1 of 2 faces have zero area (the first is on line 12)"));
     CHECK(mesh.is_isolated(VertexId(6)));
     CHECK(find_oddities(data).size() == 2);
 }

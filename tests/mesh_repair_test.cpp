@@ -158,6 +158,25 @@ TEST_CASE("repair gives every copy of a split edge and vertex its tags, and the 
     CHECK(mesh.edge_count() == 9);
 }
 
+TEST_CASE("repair names vertices and faces as the file does, and their lines, whatever it dropped before") {
+    const std::string points = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 9 9 9\n";
+    const auto warnings = parse_obj(points + "f 1 1 2\nf 1 2 3\nf 2 3 1\nf 1 2 4\nf 2 1 5\nt hole 1/0/0 77\n" +
+                                        "t crease 2/1/0 0 5 2\nt corner 1/1/0 5 2\nt hole 1/0/0 2\n",
+                                    "test.obj", {.repair = true})
+                              .warnings;
+    CHECK(reports_have(warnings,
+                       "dropped 1 faces with fewer than three distinct vertices (the first is face 1 (line 7))"));
+    CHECK(reports_have(warnings, "dropped 1 hole tags of faces that are not there (the first is tag 1 on line 12)"));
+    CHECK(reports_have(warnings, "dropped 1 duplicate faces (the first is face 3 (line 9))"));
+    CHECK(reports_have(warnings, "(the first is between vertex 1 (line 1) and vertex 2 (line 2))"));
+    CHECK(reports_have(warnings,
+                       "dropped 1 crease tags that name no edge or have no sharpness (the first is tag 1 on line 13)"));
+    CHECK(reports_have(
+        warnings,
+        "dropped 1 corner tags that name no vertex of a face or have no sharpness (the first is tag 1 on line 14)"));
+    CHECK(reports_have(warnings, "dropped 1 vertices that belong to no face (the first is vertex 6 (line 6))"));
+}
+
 TEST_CASE("repair leaves a sound mesh alone") {
     auto data = mesh_data(k_points, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}});
     data.positions.resize(4);

@@ -233,22 +233,31 @@ TEST_CASE("[bad-input] every malformed line is refused with file, line and advic
 
 TEST_CASE("[bad-input] what the reader leaves to the check is reported with its line") {
     for (const char* odd : {"nan", "-NaN", "inf", "-inf", "1e999", "1.#IND", "-1.#INF", "1.#QNAN", "nan(ind)"})
-        check_refused(k_square + "v 0 " + odd + " 0\nf 1 2 3\n", 5, "vertex 4", "--repair");
+        check_refused(k_square + "v 0 " + odd + " 0\nf 1 2 3\n", 5, "vertex 5 has a coordinate", "--repair");
     check_refused(k_square + "v 0 1e70 0\nf 1 2 3\n", 5, "beyond 1e+60", "--repair");
-    check_refused(k_square + "f 1 2 3\nf\n", 6, "face 1 has 0 corners", "--repair");
-    check_refused(k_square + "f 1 2\nf 1 2 3\n", 5, "face 0 has 2 corners", "--repair");
-    check_refused(k_square + "f 1 2 5\n", 5, "face 0 uses vertex 4, but there are 4", "--repair");
-    check_refused(k_square + "f 1 2 -5\n", 5, "face 0 uses a vertex that no number can name", "--repair");
+    check_refused(k_square + "f 1 2 3\nf\n", 6, "face 2 has 0 corners", "--repair");
+    check_refused(k_square + "f 1 2\nf 1 2 3\n", 5, "face 1 has 2 corners", "--repair");
+    check_refused(k_square + "f 1 2 5\n", 5, "face 1 uses vertex 5, but there are 4 vertices (numbers start at 1)",
+                  "--repair");
+    check_refused(k_square + "f 1 2 -5\n", 5, "face 1 uses a vertex that no number can name", "--repair");
     check_refused(k_square + "f 1 2 99999999999999999999\n", 5, "a vertex that no number can name", "--repair");
-    check_refused(k_square + "f 1 2 3 2\n", 5, "vertex 1 twice", "--repair");
-    check_refused(k_square + "vt 0 0\nf 1/1 2/1 3/2\n", 6, "texture coordinate 1, but there are 1", "--repair");
+    check_refused(k_square + "f 1 2 3 2\n", 5, "face 1 has vertex 2 (line 2) twice", "--repair");
+    check_refused(k_square + "vt 0 0\nf 1/1 2/1 3/2\n", 6, "texture coordinate 2, but there are 1 (numbers start at 1)",
+                  "--repair");
     check_refused(k_square + "vt 0 0\nf 1/-2 2/1 3/1\n", 6, "texture coordinate", "--repair");
-    check_refused(k_square + "vt 0 nan\nf 1/1 2/1 3/1\n", 0, "texture coordinate 0 is not finite", "--repair");
-    check_refused(k_square + "vn 0 0 1\nf 1//1 2//1 3//2\n", 6, "normal 1, but there are 1", "--repair");
-    check_refused(k_square + "f 1 2 3\nf 2 3 1\n", 6, "same vertices as face 0", "--repair");
-    check_refused(k_square + "v 0 0 1\nf 1 2 3\nf 2 1 4\nf 1 2 5\n", 6, "more than two faces", "--repair");
-    check_refused(k_square + "f 1 2 3\nf 1 2 4\n", 5, "same direction", "--repair");
-    check_refused(k_square + "v 5 5 5\nf 1 2 3\nf 1 4 5\n", 1, "not one fan", "--repair");
+    check_refused(k_square + "vt 0 nan\nf 1/1 2/1 3/1\n", 0, "texture coordinate 1 is not finite", "--repair");
+    check_refused(k_square + "vn 0 0 1\nf 1//1 2//1 3//2\n", 6, "normal 2, but there are 1 (numbers start at 1)",
+                  "--repair");
+    check_refused(k_square + "f 1 2 3\nf 2 3 1\n", 6, "face 2 has the same vertices as face 1 (line 5)", "--repair");
+    check_refused(k_square + "v 0 0 1\nf 1 2 3\nf 2 1 4\nf 1 2 5\n", 6,
+                  "the edge between vertex 1 (line 1) and vertex 2 (line 2) of face 1 has more than two faces",
+                  "--repair");
+    check_refused(k_square + "f 1 2 3\nf 1 2 4\n", 5,
+                  "between vertex 1 (line 1) and vertex 2 (line 2) (one is face 1) run along it in the same direction",
+                  "--repair");
+    check_refused(k_square + "v 5 5 5\nf 1 2 3\nf 1 4 5\n", 1,
+                  "the 2 faces at vertex 1 are not one fan, they only touch there (one is face 2 (line 7))",
+                  "--repair");
 }
 
 TEST_CASE("[bad-input] tags that make no sense are refused with their line") {
@@ -264,7 +273,8 @@ TEST_CASE("[bad-input] tags that make no sense are refused with their line") {
     check_refused(mesh + "t crease 2/1/0 0 1 sharp\n", 6, "'sharp'", "no number");
     check_refused(mesh + "t crease 3/1/0 0 1 2 5\n", 6, "pairs of vertices", "not 3");
     check_refused(mesh + "t crease 4/3/0 0 1 2 3 5 5 5\n", 6, "1 sharpness or one for each", "not 3");
-    check_refused(mesh + "t crease 2/1/0 0 2 5\n", 6, "no face has an edge", "from 0");
+    check_refused(mesh + "t crease 2/1/0 0 2 5\n", 6,
+                  "crease tag 1 (0, 2): no face has an edge between vertex 1 (line 1) and vertex 3 (line 3)", "from 0");
     check_refused(mesh + "t crease 2/1/0 0 -1 5\n", 6, "a vertex that is not there", "from 0");
     check_refused(mesh + "t crease 2/1/0 3 4 5\n", 6, "the last of 4 is 3", "from 0");
     check_refused(mesh + "t crease 2/1/0 0 1 -5\n", 6, "sharpness -5", "0 or more");
