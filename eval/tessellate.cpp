@@ -210,6 +210,7 @@ class Tessellator {
             (!refinement.left_over() && !estimator.gave_up() && written_rounding() <= tolerance_ &&
              (!result_.measured_error || result_.measured_error->hausdorff <= tolerance_) &&
              (options_.estimator != EstimatorKind::certified || *result_.certified_error <= tolerance_));
+        if (options_.target && options_.tolerance && result_.measured_error) warn_of_target(refinement.left_over());
         if (estimator.gave_up())
             result_.warnings.push_back(
                 "somewhere the mapped surface jumps (two sheets of the target are equally near, or heights differ "
@@ -240,6 +241,25 @@ class Tessellator {
             fmt::format("the floats that are written may be off by {:.2g}, which alone is more than the tolerance of "
                         "{:.2g}; write doubles (.obj or .ply) or use a larger tolerance",
                         rounding, tolerance_));
+    }
+
+    /// Which way a target is too far from the mesh, and by how much.
+    void warn_of_target(bool left_over) {
+        const MeasuredError& error = *result_.measured_error;
+        const auto much = [&](double distance) {
+            return fmt::format("{:.3g}, {:.3g} times the tolerance", distance, distance / tolerance_);
+        };
+        if (error.backward > tolerance_)
+            result_.warnings.push_back(fmt::format("the mesh is up to {} away from the target", much(error.backward)));
+        if (!(error.forward > tolerance_)) return;
+        std::string text = fmt::format("the target is up to {} away from the mesh", much(error.forward));
+        if (error.backward <= tolerance_)
+            text += fmt::format(", though every part of the mesh is within {:.3g} of the target", error.backward);
+        if (!left_over)
+            text +=
+                ": what the control mesh does not cover stays out of reach, however fine the mesh; cut it off the "
+                "target, or let the control mesh cover it";
+        result_.warnings.push_back(text);
     }
 
     void prepare() {

@@ -26,11 +26,13 @@ struct TessellateOptions {
     /// Largest allowed distance between mesh and limit surface, in both directions. Unset: refine to max_triangles
     /// only.
     std::optional<double> tolerance;
-    bool tolerance_is_absolute = false;         ///< else relative to the diagonal of the control mesh's bounding box
-    std::uint64_t max_triangles = 0;            ///< 0: no limit; else the best mesh within it, largest errors first
-    int min_level = 0;                          ///< quadtree levels that every face gets
-    int max_level = 28;                         ///< no cell is refined beyond it
-    const TriangleMesh* target = nullptr;       ///< project vertices onto this mesh and measure against it
+    bool tolerance_is_absolute = false;  ///< else relative to the diagonal of the control mesh's bounding_box()
+    std::uint64_t max_triangles = 0;     ///< 0: no limit; else the best mesh within it, largest errors first
+    int min_level = 0;                   ///< quadtree levels that every face gets
+    int max_level = 28;                  ///< no cell is refined beyond it
+    /// Project vertices onto this mesh and measure against it, in both directions: where it reaches beyond what the
+    /// control mesh covers, the tolerance is not met, and a warning says so.
+    const TriangleMesh* target = nullptr;
     const HeightImage* displacement = nullptr;  ///< heights in [0, 1] by UV, along the limit normal
     double amplitude = 0;                       ///< height 1 in the unit of the model
     bool normals = true;                        ///< compute limit normals
@@ -41,7 +43,7 @@ struct TessellateOptions {
 
 /// Distances found by dense sampling, in the unit of the model.
 struct MeasuredError {
-    double forward = 0;        ///< reference -> mesh, largest
+    double forward = 0;        ///< reference (limit surface, displaced surface or target) -> mesh, largest
     double backward = 0;       ///< mesh -> reference, largest
     double hausdorff = 0;      ///< the larger of both
     double mean = 0, rms = 0;  ///< over the samples of both directions, weighted by area

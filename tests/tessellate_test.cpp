@@ -231,6 +231,11 @@ TEST_CASE("what of a target the projection does not reach counts as error") {
     const Tessellation result = tessellate(mesh, options);
     CHECK_FALSE(result.tolerance_reached);
     CHECK(result.measured_error->forward > 2.9);
+    REQUIRE(result.warnings.size() == 1);
+    CHECK(result.warnings[0].find("the target is up to 3") == 0);
+    CHECK(result.warnings[0].find("times the tolerance away from the mesh, though every part of the mesh is within") !=
+          std::string::npos);
+    CHECK(result.warnings[0].find("does not cover") != std::string::npos);
     CHECK(result.measured_error->backward < 0.01);
     CHECK(result.mesh.triangles.size() < 10'000);
 }

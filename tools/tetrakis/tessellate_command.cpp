@@ -117,7 +117,8 @@ void print_summary(const TessellateCommandOptions& options, const Report& report
     if (const auto& error = report.measured_error) {
         table.row("measured error", share(error->hausdorff));
         table.row("",
-                  fmt::format("surface to mesh {}, mesh to surface {}, mean {}, rms {}", format_length(error->forward),
+                  fmt::format("{0} to mesh {1}, mesh to {0} {2}, mean {3}, rms {4}",
+                              options.target.empty() ? "surface" : "target", format_length(error->forward),
                               format_length(error->backward), format_length(error->mean), format_length(error->rms)));
         table.row("", fmt::format("in {} samples", format_count(error->forward_samples + error->backward_samples)));
     }
@@ -215,8 +216,8 @@ CLI::Validator number(const std::string& kind, bool (*is_of_kind)(double)) {
 void add_refinement_options(CLI::App& command, TessellateOptions& t) {
     command
         .add_option("--tolerance", t.tolerance,
-                    "Largest distance allowed between mesh and limit surface, as a share of the diagonal of the\n"
-                    "control mesh's bounding box")
+                    "Largest distance allowed between mesh and limit surface (or target), in both directions, as a\n"
+                    "share of the diagonal of the box of all vertices that faces of the control mesh use")
         ->type_name("T")
         ->check(number("a positive number", [](double x) { return x > 0; }));
     command.add_flag("--absolute", t.tolerance_is_absolute, "The tolerance is a length in the unit of the model");
@@ -252,7 +253,10 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
         ->type_name("OUT");
     add_scheme_option(*command, options->tessellate.scheme);
     add_refinement_options(*command, options->tessellate);
-    command->add_option("--target", options->target, "Project the vertices onto this mesh (a scan, a sculpt)")
+    command
+        ->add_option("--target", options->target,
+                     "Project the vertices onto this mesh (a scan, a sculpt). The tolerance holds both ways: a target\n"
+                     "that reaches beyond what the control mesh covers makes exit code 4, with a warning")
         ->type_name("MESH");
     command->add_option("--displacement", options->displacement, "Raise the surface by this picture's heights, by UV")
         ->type_name("IMG");
