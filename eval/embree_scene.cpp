@@ -1,6 +1,7 @@
 #include "tetrakis/eval/embree_scene.hpp"
 
 #include <fmt/format.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include <exception>
 #include <thread>
@@ -56,7 +57,9 @@ void EmbreeScene::build(RTCGeometry geometry, const RunContext& context) {
     rtcReleaseGeometry(geometry);
     BuildMonitor monitor(context);
     if (context.progress) rtcSetSceneProgressMonitorFunction(scene_, &BuildMonitor::on_progress, &monitor);
-    rtcCommitScene(scene_);
+    // Often built inside a parallel loop, behind a once_flag: a thread that waits here must not take up another piece
+    // of that loop, which would wait for the flag that this thread holds.
+    oneapi::tbb::this_task_arena::isolate([&] { rtcCommitScene(scene_); });
     rtcSetSceneProgressMonitorFunction(scene_, nullptr, nullptr);
     if (monitor.thrown) std::rethrow_exception(monitor.thrown);
     const int failure = failure_.load();
