@@ -46,7 +46,9 @@ struct MeasuredError {
     double forward = 0;        ///< reference (limit surface, displaced surface or target) -> mesh, largest
     double backward = 0;       ///< mesh -> reference, largest
     double hausdorff = 0;      ///< the larger of both
-    double mean = 0, rms = 0;  ///< over the samples of both directions, weighted by area
+    /// Over the samples of both directions, weighted by area. Backward, from points that descent finds nearby, the
+    /// largest by a search of all: never too small.
+    double mean = 0, rms = 0;
     std::uint64_t forward_samples = 0, backward_samples = 0;
 };
 
