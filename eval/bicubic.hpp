@@ -194,6 +194,12 @@ inline void crease_basis(const CreasePieces& pieces, double t, Weights4& w0, Wei
 /// smooth.
 void child_net(const Net16& net, SideCrease crease, int qx, int qy, Net16& out, SideCrease& out_crease);
 
+/// The patch of a single-crease cell with the crease taken as infinitely sharp. @return a bound on the difference: with
+/// h = 2^-floor(sharpness), the smooth rule of the strip at the crease has p_-1 where the sharp one has the phantom
+/// 2 p_0 - p_1; they differ by h (p_-1 - 2 p_0 + p_1) at that level, and the basis of p_-1 is at most 1 / 6. The
+/// blended step of a fraction lies between this and the next level.
+double sharpened(const Net16& net, SideCrease crease, Net16& out);
+
 /// Bases of a regular or single-crease cell at (x, y): [0] values, [1] first and [2] second derivatives.
 void regular_basis(SideCrease crease, double x, double y, Weights4 (&wx)[3], Weights4 (&wy)[3]);
 

@@ -77,9 +77,18 @@ double FanError::measured(FaceId face, double tolerance) const {
     }
     std::vector<detail::PlaneMeasure> planes;
     for (const auto& t : fans_.of(face)) planes.emplace_back(std::array<Vec3d, 3>{at(t[0]), at(t[1]), at(t[2])});
+    const auto to_fan = [&](const Vec3d& s) {
+        double nearest = std::numeric_limits<double>::infinity();
+        for (const auto& plane : planes) nearest = std::min(nearest, plane(s));
+        return nearest;
+    };
     double error = 0;
     // Without a tolerance (a budget alone) errors are compared with each other: all of the fan counts.
     const double enough = tolerance > 0 ? tolerance : std::numeric_limits<double>::infinity();
+    // The centre and the middles of the edges decide most fans that do not hold.
+    error = to_fan(map_({HalfedgeId(h0), 1, 1}));
+    for (std::uint32_t r = 0; r < n && error <= enough; ++r)
+        error = std::max(error, to_fan(map_({HalfedgeId(h0 + r), 1, 0})));
     for (std::uint32_t r = 0; r < n && error <= enough; ++r) {
         const HalfedgeId h(h0 + r);
         const CellTriangle root{h, 0, {LatticePoint{0, 0}, {2, 0}, {1, 1}}};
@@ -87,11 +96,6 @@ double FanError::measured(FaceId face, double tolerance) const {
         const bool hard =
             !twin.valid() || mesh.is_hole(mesh.face(twin)) || mesh.sharpness(mesh.edge(h)) == k_sharpness_infinity;
         const Vec3d a = at(r), b = at((r + 1) % n);
-        const auto distance = [&](const Vec3d& p) {
-            double nearest = std::numeric_limits<double>::infinity();
-            for (const auto& plane : planes) nearest = std::min(nearest, plane(p));
-            return nearest;
-        };
         std::array<detail::DisplacedSample, (k_lattice + 1) * (k_lattice + 2) / 2> samples;
         for (int row = 0; row <= k_lattice; ++row)
             for (int i = 0; i <= row; ++i) {
@@ -99,12 +103,12 @@ double FanError::measured(FaceId face, double tolerance) const {
                 auto& sample = samples[static_cast<std::size_t>(row * (row + 1) / 2 + i)];
                 sample = map_.sample(QuadFamily::parameter(mesh, root, b0, b1, 1 - b0 - b1));
                 const Vec3d& s = sample.position;
-                error = std::max(error, distance(s));
+                error = std::max(error, to_fan(s));
                 if (row == k_lattice && hard) error = std::max(error, detail::segment_distance(s, a, b));
             }
         if (map_.has_detail() && error <= enough)
-            error = detail::with_hidden_detail(*map_.heights, map_.amplitude, k_lattice, samples, error, tolerance,
-                                               distance);
+            error =
+                detail::with_hidden_detail(*map_.heights, map_.amplitude, k_lattice, samples, error, tolerance, to_fan);
     }
     if (error <= enough && map_.target) {
         for (const auto& t : fans_.of(face))

@@ -16,7 +16,6 @@ struct LeafError {
 struct QuickError {
     std::array<Vec3d, 3> corners;  ///< limit positions of corners 0, 1, 2
     Vec3d middle{0};               ///< S - L at the middle of the edge corner 0 - corner 1
-    double upper = 0;  ///< bound on the parametric error without any refinement; infinite beside irregular places
 };
 
 }  // namespace tetrakis

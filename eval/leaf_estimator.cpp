@@ -57,7 +57,7 @@ void LeafEstimator<Family>::estimate(std::span<const CellTriangle> triangles, st
                            if (!map_.plain()) {
                                errors[i] = mapped(leaf);
                            } else if (kind_ == EstimatorKind::certified) {
-                               const LeafError e = bounder.parametric_error(leaf, tolerance_);
+                               const LeafError e = bounder.leaf_error(leaf, tolerance_);
                                errors[i] = e.lower > tolerance_ ? e.lower : e.upper;
                            } else {
                                errors[i] = measured(leaf, bounder);
@@ -77,12 +77,13 @@ bool LeafEstimator<Family>::is_hard_edge(const CellTriangle& leaf, std::size_t k
 
 template <class Family>
 double LeafEstimator<Family>::measured(const CellTriangle& leaf, typename Family::Bounder& bounder) const {
-    const QuickError quick = bounder.quick_error(leaf, tolerance_);
-    if (quick.upper <= tolerance_) return quick.upper;
+    const QuickError quick = bounder.quick_error(leaf);
     const detail::PlaneMeasure plane(quick.corners);
-    // The middle of the longest edge decides most of the rest.
+    // The middle of the longest edge decides most leaves that must be split, and the bound most of those that need not.
     const double middle = plane.flat() ? std::abs(glm::dot(plane.normal(), quick.middle)) : glm::length(quick.middle);
     if (middle > tolerance_ && tolerance_ > 0) return middle;
+    const LeafError bound = bounder.leaf_error(leaf, tolerance_);
+    if (bound.upper <= tolerance_) return bound.upper;
 
     std::array<Vec3d, k_samples> s;
     bounder.sample(leaf, k_lattice, s, {});

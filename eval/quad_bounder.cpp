@@ -1,14 +1,18 @@
 #include "tetrakis/eval/quad_bounder.hpp"
 
-#include <cassert>
+#include "tetrakis/eval/plane_measure.hpp"
+#include "tetrakis/eval/quad_lattice.hpp"
+#include "tetrakis/eval/triangle_coefficients.hpp"
+
 #include <limits>
 
 namespace tetrakis {
 
-using detail::Net16;
+using detail::k_centre_point;
+using detail::k_corner_point;
+using detail::k_side_point;
 using detail::QuadNode;
-using detail::SecondBounds;
-using detail::Weights4;
+using detail::WalkCell;
 
 namespace {
 
@@ -19,371 +23,309 @@ constexpr int k_corner_y[4] = {0, 0, 1, 1};
 /// operations on values not larger than it, each off by half an ulp at most.
 constexpr double k_rounding = 128 * std::numeric_limits<double>::epsilon();
 
-/// Pieces are split at most this many levels below the leaf; cells that are still irregular then are bounded by their
-/// hull.
-/// Leaves reach level 30, and cell numbers must fit 64 bits.
-constexpr int k_max_refinement = 32;
+/// A strip beside a crease of finite sharpness whose share of the error is at most this needs no halving.
+constexpr double k_small_strip = 0.125;
 
-/// Finest sample lattice of a regular piece: its bound is then tight to 1 / 64 of the second-derivative bound.
+/// Finest sample lattice of a smooth piece: what its quadratics leave of the cubic part is then a 64th.
 constexpr int k_finest_lattice = 8;
 
-/// Sixteenths of a cell: every lattice of a piece stands on them.
-constexpr int k_parts = 16;
+/// A function minus the quadratic through its values at the corners and edge middles of a triangle is at most
+/// xxx |f_xxx| + xxy |f_xxy| + ...: from Taylor's formula with the remainder, (1 / 6) sum_j |l_j(p)| |a_j - p|^3 with
+/// the basis l_j of the nodes a_j, maximised over p for each kind of piece in the parameters of its cell.
+constexpr detail::ThirdBounds k_half_remainder{0.0207, 0.0445, 0.0445, 0.0207};
+constexpr detail::ThirdBounds k_quarter_remainder{0.0148, 0.0119, 0.0083, 0.0026};  // base along x
 
-/// B-spline weights at sixteenths.
-struct PartWeights {
-    Weights4 at[k_parts + 1];
-    PartWeights() {
-        for (int i = 0; i <= k_parts; ++i) at[i] = detail::cubic_basis(static_cast<double>(i) / k_parts);
-    }
-};
-const PartWeights k_part_weights;
+/// The same on a line of length 1: max |t (t - 1/2) (t - 1)| / 6 = sqrt(3) / 216.
+constexpr double k_line_remainder = 0.00802;
 
-/// Positions of a piece's lattice points in sixteenths of its cell: origin + i a + j b for the corners 0, 1, 2.
-struct LatticeShape {
-    int ox, oy, ax, ay, bx, by, step;
-    int x(int i, int j) const { return ox + i * ax + j * bx; }
-    int y(int i, int j) const { return oy + i * ay + j * by; }
-};
-
-LatticeShape lattice_shape(int turn, bool quarter, int n) {
-    const auto cx = [](int k) { return k_parts * k_corner_x[k & 3]; };
-    const auto cy = [](int k) { return k_parts * k_corner_y[k & 3]; };
-    LatticeShape s;
-    int px1, py1, px2, py2;
-    if (quarter) {
-        s.ox = s.oy = k_parts / 2;
-        px1 = cx(turn), py1 = cy(turn), px2 = cx(turn + 1), py2 = cy(turn + 1);
-        s.step = k_parts / (2 * n);
-    } else {
-        s.ox = cx(turn), s.oy = cy(turn);
-        px1 = cx(turn + 1), py1 = cy(turn + 1), px2 = cx(turn + 3), py2 = cy(turn + 3);
-        s.step = k_parts / n;
-    }
-    s.ax = (px1 - s.ox) / n, s.ay = (py1 - s.oy) / n, s.bx = (px2 - s.ox) / n, s.by = (py2 - s.oy) / n;
-    return s;
+double remainder_of(const detail::ThirdBounds& third, int turn, bool quarter) {
+    const detail::ThirdBounds& k = quarter ? k_quarter_remainder : k_half_remainder;
+    if ((turn & 1) == 0) return k.xxx * third.xxx + k.xxy * third.xxy + k.xyy * third.xyy + k.yyy * third.yyy;
+    return k.xxx * third.yyy + k.xxy * third.xyy + k.xyy * third.xxy + k.yyy * third.xxx;
 }
-
-/// A net evaluated along x at the columns of a lattice: four control points along y are left for each.
-struct LatticeColumns {
-    double rows[k_parts + 1][3][4];
-
-    void fill(const Net16& net, const LatticeShape& shape) {
-        for (int i = 0; i <= k_parts; i += shape.step) {
-            const Weights4& w = k_part_weights.at[i];
-            for (int k = 0; k < 3; ++k)
-                for (int r = 0; r < 4; ++r) {
-                    const double* p = net.c[k] + 4 * r;
-                    rows[i][k][r] = (w[0] * p[0] + w[1] * p[1]) + (w[2] * p[2] + w[3] * p[3]);
-                }
-        }
-    }
-    Vec3d at(int x, int y) const {
-        const Weights4& w = k_part_weights.at[y];
-        Vec3d result;
-        for (int k = 0; k < 3; ++k) {
-            const double* p = rows[x][k];
-            result[k] = (w[0] * p[0] + w[1] * p[1]) + (w[2] * p[2] + w[3] * p[3]);
-        }
-        return result;
-    }
-};
-
-/// Second-derivative bounds of the strips of a single-crease cell: at the crease, and the rest of the cell.
-struct CreaseBounds {
-    SecondBounds strip, rest;
-    double width = 1;  ///< of the strip
-    bool across_y = false;
-
-    explicit CreaseBounds(const Net16& net, detail::SideCrease crease) {
-        const auto pieces = detail::CreasePieces::make(crease.sharpness);
-        across_y = crease.side == 0 || crease.side == 2;
-        const bool far = crease.side == 1 || crease.side == 2;
-        width = pieces.last_is_whole ? pieces.begin[pieces.count - 1] : 1;
-        const int across = across_y ? 4 : 1, along = across_y ? 1 : 4;
-        for (int i = 0; i < pieces.count; ++i) {
-            Net16 part;
-            for (int k = 0; k < 3; ++k)
-                for (int row = 0; row < 4; ++row)
-                    for (int j = 0; j < 4; ++j) {
-                        double sum = 0;
-                        for (int q = 0; q < 4; ++q)
-                            sum += pieces.control[i][j][static_cast<std::size_t>(q)] *
-                                   net.c[k][row * along + (far ? 3 - q : q) * across];
-                        part.c[k][row * along + (far ? 3 - j : j) * across] = sum;
-                    }
-            const bool whole = pieces.whole(i);
-            const double scale = whole ? 1 : 1 / (pieces.end[i] - pieces.begin[i]);
-            const SecondBounds b = across_y ? SecondBounds::of(part, 1, scale) : SecondBounds::of(part, scale, 1);
-            if (whole) {
-                rest = b;
-            } else if (i == 0) {
-                strip = b;
-            } else {
-                strip2 = b;
-                has_strip2 = true;
-            }
-        }
-        if (!pieces.last_is_whole) rest = strip;
-    }
-    SecondBounds strip2;
-    bool has_strip2 = false;
-
-    /// An eighth of an effective second derivative along (a, b): |S''| <= outside everywhere but for a part of the
-    /// line, at one of its ends, of relative length w, where it is at most inside: the deviation is then at most
-    /// outside / 8 + w^2 / 2 (inside - outside).
-    double deviation(double a, double b) const {
-        double inside = strip.along(a, b);
-        if (has_strip2) inside = std::max(inside, strip2.along(a, b));
-        const double outside = width < 1 ? rest.along(a, b) : inside;
-        const double reach = std::abs(across_y ? b : a);
-        if (reach == 0) return std::max(inside, outside) / 8;
-        const double w = std::min(1.0, width / reach);
-        // Where the strip may cover most of the line, the plain bound is the better one.
-        return std::min(std::max(inside, outside) / 8, outside / 8 + 0.5 * w * w * std::max(0.0, inside - outside));
-    }
-};
 
 }  // namespace
 
-QuadBounder::QuadBounder(const QuadPatches& patches)
-    : patches_(patches), cells_(k_max_level + k_max_refinement + 4), nets_(k_max_level + k_max_refinement + 4) {
+QuadBounder::QuadBounder(const QuadPatches& patches) : patches_(patches), walk_(patches) {
     for (const Vec3d& p : patches.mesh().positions())
         scale_ = std::max({scale_, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
 }
 
-QuadBounder::Cell& QuadBounder::cell(HalfedgeId root, int level, std::uint64_t x, std::uint64_t y) {
-    int from = -1;
-    if (root == root_) {
-        // The deepest kept cell that holds the wanted one.
-        from = std::min(depth_, level);
-        while (from > 0) {
-            const Cell& kept = cells_[static_cast<std::size_t>(from)];
-            if (kept.x == x >> (level - from) && kept.y == y >> (level - from)) break;
-            --from;
-        }
-    }
-    if (from < 0) {
-        root_ = root;
-        Cell& top = cells_[0];
-        top = Cell{};
-        top.node = &patches_.root_node(root);
-        if (top.node->kind == QuadNode::Kind::regular) top.net = &top.node->net, top.crease = top.node->crease;
-        from = 0;
-    }
-    for (int l = from + 1; l <= level; ++l) {
-        const Cell& parent = cells_[static_cast<std::size_t>(l - 1)];
-        Cell& child = cells_[static_cast<std::size_t>(l)];
-        child.x = x >> (level - l), child.y = y >> (level - l);
-        child.known = 0;
-        child.has_bounds = false;
-        const int qx = static_cast<int>(child.x & 1), qy = static_cast<int>(child.y & 1);
-        if (parent.irregular()) {
-            child.node = parent.node->grown() + 2 * qy + qx;
-            const bool regular = child.node->kind == QuadNode::Kind::regular;
-            child.net = regular ? &child.node->net : nullptr;
-            child.crease = regular ? child.node->crease : detail::SideCrease{};
-            if (const detail::CellFacts* facts = child.node->facts.get()) {
-                child.corner = facts->corner;
-                child.known = 15;
-                child.bounds = facts->bounds;
-                child.has_bounds = true;
-            }
-        } else {
-            child.node = nullptr;
-            Net16& net = nets_[static_cast<std::size_t>(l)];
-            if (parent.crease) {
-                child_net(*parent.net, parent.crease, qx, qy, net, child.crease);
-            } else {
-                child_net(*parent.net, qx, qy, net);
-                child.crease = {};
-            }
-            child.net = &net;
-        }
-    }
-    depth_ = level;
-    return cells_[static_cast<std::size_t>(level)];
+void QuadBounder::start(double decide_at, bool may_reject) {
+    decide_at_ = decide_at;
+    may_reject_ = may_reject;
+    lower_ = upper_ = 0;
+    rejected_ = false;
+    distance_ = false;
 }
 
-Vec3d QuadBounder::cell_point(const Cell& cell, double x, double y) {
-    if (cell.irregular()) return QuadPatches::position(*cell.node, x, y);
-    return regular_position(*cell.net, cell.crease, x, y);
+LeafError QuadBounder::finish() const {
+    if (rejected_) return {lower_, std::numeric_limits<double>::infinity()};
+    return {lower_, std::max(upper_, lower_)};
 }
 
-/// A corner of a smooth regular cell: the mask (1, 4, 1) / 6, both ways.
-static Vec3d corner_position(const Net16& net, int x, int y) {
-    Vec3d result;
-    for (int k = 0; k < 3; ++k) {
-        const double* p = net.c[k] + 4 * y + x;
-        result[k] = ((p[0] + p[2]) + (p[8] + p[10]) + 4 * ((p[1] + p[9]) + (p[4] + p[6])) + 16 * p[5]) / 36;
-    }
-    return result;
+bool QuadBounder::attain(double error) {
+    lower_ = std::max(lower_, error);
+    rejected_ |= may_reject_ && lower_ > decide_at_;
+    return !rejected_;
 }
 
-Vec3d QuadBounder::cell_corner(Cell& cell, int corner) {
-    if (!(cell.known & (1 << corner))) {
-        cell.corner[static_cast<std::size_t>(corner)] =
-            cell.irregular() || cell.crease ? cell_point(cell, k_corner_x[corner], k_corner_y[corner])
-                                            : corner_position(*cell.net, k_corner_x[corner], k_corner_y[corner]);
-        cell.known = static_cast<std::uint8_t>(cell.known | (1 << corner));
-    }
-    return cell.corner[corner];
+bool QuadBounder::settled(double upper) {
+    const double pad = k_rounding * scale_;
+    if (upper > decide_at_ && upper > 1.05 * lower_ + pad && upper > upper_) return false;
+    upper_ = std::max(upper_, upper);
+    return true;
 }
 
-double QuadBounder::deviation(Cell& cell, const Piece& piece) {
-    // Directions of the piece's edges in the cell: hypotenuse first.
-    double a[3], b[3];
-    if (!piece.quarter) {
-        a[0] = 1, b[0] = (piece.turn & 1) ? 1 : -1;
-        a[1] = 1, b[1] = 0, a[2] = 0, b[2] = 1;
-    } else {
-        const bool flat = (piece.turn & 1) == 0;
-        a[0] = flat, b[0] = !flat;
-        a[1] = 0.5, b[1] = 0.5, a[2] = 0.5, b[2] = -0.5;
-    }
-    if (cell.crease) {
-        const CreaseBounds bounds(*cell.net, cell.crease);
-        double e[3];
-        for (int k = 0; k < 3; ++k) e[k] = bounds.deviation(a[k], b[k]);
-        return std::min({std::max(e[1], e[2]) + e[0], std::max(e[0], e[2]) + e[1], std::max(e[0], e[1]) + e[2]});
-    }
-    if (!cell.has_bounds) {
-        cell.bounds = SecondBounds::of(*cell.net);
-        cell.has_bounds = true;
-    }
-    return detail::triangle_deviation(cell.bounds.along(a[0], b[0]), cell.bounds.along(a[1], b[1]),
-                                      cell.bounds.along(a[2], b[2]));
+void QuadBounder::measure_distance(const std::array<Vec3d, 3>& corners) {
+    distance_ = true;
+    triangle_ = detail::TriangleDistance(corners);
 }
 
-double QuadBounder::hull_distance(const Cell& cell, const std::array<Vec3d, 3>& linear) {
-    double far = 0;
-    const auto look = [&](const Vec3d& p) {
-        for (const Vec3d& l : linear) far = std::max(far, glm::dot(p - l, p - l));
+double QuadBounder::node_error(const Vec3d& node, int edge) const {
+    if (!distance_) return glm::length(node);
+    return edge >= 0 ? triangle_.to_edge(node, static_cast<std::size_t>(edge)) : triangle_.to_triangle(node);
+}
+
+double QuadBounder::quadratic_error(const std::array<Vec3d, 3>& corner, const std::array<Vec3d, 3>& middle,
+                                    const std::array<std::int8_t, 3>& edge, const Remainder& rest) const {
+    double most = 0;  // squared
+    if (!distance_) {
+        const auto look = [&](const Vec3d& c) { most = std::max(most, glm::dot(c, c)); };
+        detail::for_each_coefficient(
+            corner, middle, [&](std::size_t, const Vec3d& c) { look(c); }, look);
+        return std::sqrt(most) + rest.whole;
+    }
+    double most_on_edges = 0;
+    const auto look = [&](const Vec3d& c) {
+        const auto at = triangle_.split(c);
+        const double height = at.height + rest.height,
+                     beside = at.squared_beside == 0 ? rest.whole : std::sqrt(at.squared_beside) + rest.whole;
+        most = std::max(most, height * height + beside * beside);
     };
-    if (cell.node->kind == QuadNode::Kind::star) {
-        for (const Vec3d& p : cell.node->star->points) look(p);
-    } else {
-        for (const Vec3d& p : cell.node->local->points) look(p);
+    detail::for_each_coefficient(
+        corner, middle,
+        [&](std::size_t k, const Vec3d& c) {
+            if (edge[k] >= 0)
+                most_on_edges =
+                    std::max(most_on_edges, triangle_.to_edge(c, static_cast<std::size_t>(edge[k])) + rest.edge[k]);
+            else
+                look(c);
+        },
+        look);
+    return std::max(std::sqrt(most), most_on_edges);
+}
+
+/// quadratic_error() of a piece that is the whole leaf, from the deviations in the middles of its edges; infinite where
+/// they are not small beside the triangle. The quadratic is 4 sum e_k b_i b_j; beyond edge k it can reach only by its
+/// own e_k there, since the others come with the barycentric of the opposite corner, which the triangle's height times
+/// it outweighs.
+double QuadBounder::flat_error(const std::array<Vec3d, 3>& middle, const Remainder& rest) const {
+    double size = 0, beside = 0, height = 0, sum = 0, on_edges = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3d e = triangle_.local_vector(middle[k]);
+        const double out = triangle_.outward(e, k);
+        if (std::abs(triangle_.along(e, k)) > 0.25) return std::numeric_limits<double>::infinity();
+        size = std::max(size, glm::dot(middle[k], middle[k]));
+        beside = std::max(beside, out);
+        height = std::max(height, std::abs(e.z));
+        sum += e.z;
+        on_edges = std::max(on_edges, std::sqrt(e.z * e.z + out * out) + rest.edge[k]);
     }
-    return std::sqrt(far);
+    if (4 * std::sqrt(size) > triangle_.least_height()) return std::numeric_limits<double>::infinity();
+    height = std::max(height, 0.5 * std::abs(sum)) + rest.height;
+    beside += rest.whole;
+    return std::max(std::sqrt(height * height + beside * beside), on_edges);
+}
+
+QuadBounder::Remainder QuadBounder::remainder(const WalkCell::Patch& patch, const Piece& piece) const {
+    const detail::ThirdBounds& third = patch.facts->third;
+    Remainder rest;
+    rest.whole = remainder_of(third, piece.turn, piece.quarter);
+    rest.height = rest.whole;
+    if (distance_ && !triangle_.sliver())
+        rest.height =
+            remainder_of(detail::ThirdBounds::along(*patch.net, triangle_.normal()), piece.turn, piece.quarter);
+    const bool flat = (piece.turn & 1) == 0;
+    const double diagonal = third.xxx + 3 * (third.xxy + third.xyy) + third.yyy;
+    if (piece.quarter)
+        rest.edge = {diagonal / 8, flat ? third.xxx : third.yyy, diagonal / 8};
+    else
+        rest.edge = {flat ? third.xxx : third.yyy, diagonal, flat ? third.yyy : third.xxx};
+    for (double& e : rest.edge) e *= k_line_remainder;
+    return rest;
+}
+
+bool QuadBounder::bound_regular(const WalkCell::Patch& patch, const Piece& piece, const Corners& corners) {
+    const double pad = k_rounding * scale_ + patch.beyond;
+    const Vec3d* point = patch.facts->point.data();
+    const int k = piece.turn;
+    const auto& L = corners.linear;
+    const auto& D = corners.deviation;
+    std::array<Vec3d, 3> s;
+    if (piece.quarter) {
+        const detail::LatticeShape shape(piece.turn, piece.quarter, 2);
+        const auto at = [&](int i, int j) {
+            return combine(*patch.net, detail::part_weights(shape.x(i, j)), detail::part_weights(shape.y(i, j)));
+        };
+        s = {at(1, 0), point[k_side_point[k]], at(0, 1)};
+    } else {
+        s = {point[k_side_point[k]], point[k_centre_point], point[k_side_point[(k + 3) & 3]]};
+    }
+    // S - L first: it is cheaper, and never smaller. The quadratic's part that vanishes at the corners has the Bezier
+    // coefficients 2 e_k, and after one subdivision none is larger than an e_k or half their sum.
+    std::array<Vec3d, 3> d;
+    Vec3d sum(0);
+    double at_corners = 0, bulge = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        d[i] = s[i] - 0.5 * (L[i] + L[(i + 1) % 3]);
+        const Vec3d e = d[i] - 0.5 * (D[i] + D[(i + 1) % 3]);
+        sum += e;
+        bulge = std::max(bulge, glm::dot(e, e));
+        at_corners = std::max(at_corners, glm::dot(D[i], D[i]));
+    }
+    bulge = std::sqrt(std::max(bulge, 0.25 * glm::dot(sum, sum)));
+    if (at_corners > 0) at_corners = std::sqrt(at_corners);
+    const double whole = remainder_of(patch.facts->third, piece.turn, piece.quarter);
+    if (at_corners + bulge + whole + pad <= decide_at_) {
+        upper_ = std::max(upper_, at_corners + bulge + whole + pad);
+        return true;
+    }
+    const Remainder rest = remainder(patch, piece);
+    std::array<Vec3d, 3> corner, middle;
+    for (std::size_t i = 0; i < 3; ++i) {
+        middle[i] = measured_form(s[i], d[i]);
+        if (!attain(node_error(middle[i], piece.edge[i]) - patch.beyond)) return true;
+    }
+    if (distance_ && at_corners == 0 && !triangle_.sliver() && settled(flat_error(d, rest) + pad)) return true;
+    for (std::size_t i = 0; i < 3; ++i) corner[i] = measured_form(L[i] + D[i], D[i]);
+    if (settled(quadratic_error(corner, middle, piece.edge, rest) + pad)) return true;
+    // Where the strip at a crease counts, halves of it tell more than finer lattices.
+    if (patch.beyond > k_small_strip * decide_at_) return false;
+    return bound_on_lattice(patch, piece, corners, rest);
+}
+
+bool QuadBounder::bound_on_lattice(const WalkCell::Patch& patch, const Piece& piece, const Corners& corners,
+                                   const Remainder& rest) {
+    const auto& L = corners.linear;
+    const double pad = k_rounding * scale_ + patch.beyond;
+    constexpr int k_side = k_finest_lattice + 1;
+    std::array<Vec3d, k_side * k_side> node;
+    const auto at = [&](int i, int j) -> Vec3d& { return node[static_cast<std::size_t>(k_side * j + i)]; };
+    constexpr std::int8_t none = -1;
+    for (int n = 4; n <= k_finest_lattice; n *= 2) {
+        const detail::LatticeShape shape(piece.turn, piece.quarter, n);
+        const detail::LatticeColumns columns(*patch.net, shape);
+        const double inv = 1.0 / n;
+        for (int j = 0; j <= n; ++j)
+            for (int i = 0; i + j <= n; ++i) {
+                const Vec3d p = columns.at(shape.x(i, j), shape.y(i, j));
+                const double b1 = i * inv, b2 = j * inv, b0 = 1 - b1 - b2;
+                const Vec3d deviation = p - (b0 * L[0] + b1 * L[1] + b2 * L[2]);
+                at(i, j) = measured_form(p, deviation);
+                if ((i == 0) + (j == 0) + (i + j == n) > 1) continue;  // a corner
+                const int edge =
+                    j == 0 ? piece.edge[0] : (i == 0 ? piece.edge[2] : (i + j == n ? piece.edge[1] : none));
+                if (!attain(node_error(at(i, j), edge) - patch.beyond)) return true;
+            }
+        const double parts = 0.5 * n;
+        const Remainder part = rest * (1 / (parts * parts * parts));
+        double most = 0;
+        for (int j = 0; j + 2 <= n; j += 2)
+            for (int i = 0; i + j + 2 <= n; i += 2) {
+                const std::array<std::int8_t, 3> edge = {j == 0 ? piece.edge[0] : none,
+                                                         i + j + 2 == n ? piece.edge[1] : none,
+                                                         i == 0 ? piece.edge[2] : none};
+                most = std::max(most, quadratic_error({at(i, j), at(i + 2, j), at(i, j + 2)},
+                                                      {at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)}, edge, part));
+                if (i + j + 4 <= n)
+                    most = std::max(most, quadratic_error({at(i + 2, j + 2), at(i, j + 2), at(i + 2, j)},
+                                                          {at(i + 1, j + 2), at(i + 1, j + 1), at(i + 2, j + 1)},
+                                                          {-1, -1, -1}, part));
+            }
+        if (settled(most + pad)) return true;
+        if (n == k_finest_lattice && patch.beyond == 0) upper_ = std::max(upper_, most + pad);
+    }
+    return patch.beyond == 0;
+}
+
+double QuadBounder::hull_error(const QuadNode& node, const Piece& piece, const Corners& corners) const {
+    const Vec3d* points = node.kind == QuadNode::Kind::star ? node.star->points.data() : node.local->points.data();
+    const std::size_t count = node.kind == QuadNode::Kind::star ? node.star->points.size() : node.local->points.size();
+    double least = std::numeric_limits<double>::infinity(), most = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        double far = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            const Vec3d d = points[i] - corners.linear[k];
+            far = std::max(far, glm::dot(d, d));
+        }
+        most = std::max(most, far);
+        // A corner of the piece that all the leaf's edges at the piece meet at stands for all of them.
+        const std::size_t opposite = (k + 1) % 3;
+        if (distance_ && piece.edge[opposite] < 0) least = std::min(least, far);
+    }
+    return std::sqrt(distance_ ? std::min(least, most) : most);
 }
 
 void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {
     if (rejected_) return;
-    double attained = 0;
-    for (const Vec3d& d : corners.deviation) attained = std::max(attained, glm::dot(d, d));
-    attained = std::sqrt(attained);
-    lower_ = std::max(lower_, attained);
-    if (may_reject_ && lower_ > decide_at_) {
-        rejected_ = true;
+    WalkCell& cell = home(piece);
+    if (cell.irregular()) {
+        const double upper = k_rounding * scale_ + hull_error(*cell.node, piece, corners);
+        if (settled(upper)) return;
+        if (depth == 0) {
+            upper_ = std::max(upper_, upper);
+            return;
+        }
+    } else if (bound_regular(cell.patch(), piece, corners)) {
         return;
     }
-    Cell& home = cell(piece.root, piece.level, piece.x, piece.y);
-    if (!home.irregular() && !home.crease) {
-        bound_regular(home, piece, corners, attained);
-        return;
-    }
-    const double pad = k_rounding * scale_;
-    const double upper =
-        (home.irregular() ? hull_distance(home, corners.linear) : attained + deviation(home, piece)) + pad;
-    if (upper <= decide_at_ || upper <= 1.05 * lower_ + pad || upper <= upper_ || depth == 0) {
-        upper_ = std::max(upper_, upper);
-        return;
-    }
-    // Split: the new corners are the midpoints of the edges (of the base alone for a quarter).
-    const auto middle = [&](const Vec3d& s, int i, int j, Vec3d& linear, Vec3d& deviation) {
-        linear = 0.5 * (corners.linear[static_cast<std::size_t>(i)] + corners.linear[static_cast<std::size_t>(j)]);
-        deviation = s - linear;
-    };
+    split(piece, corners, depth);
+}
+
+void QuadBounder::split(const Piece& piece, const Corners& corners, int depth) {
+    // The new corners are the midpoints of the edges (of the base alone for a quarter).
+    WalkCell& cell = home(piece);
+    const auto& L = corners.linear;
+    const auto& D = corners.deviation;
+    const auto& E = piece.edge;
     const int k = piece.turn, k1 = (k + 1) & 3, k2 = (k + 2) & 3, k3 = (k + 3) & 3;
-    const auto part = [&](int at, int turn) {
+    const auto part = [&](int at, int turn, std::array<std::int8_t, 3> edge) {
         Piece p = piece;
         p.level += 1;
         p.x = 2 * piece.x + static_cast<unsigned>(k_corner_x[at]);
         p.y = 2 * piece.y + static_cast<unsigned>(k_corner_y[at]);
         p.turn = turn;
         p.quarter = false;
+        p.edge = edge;
         return p;
     };
-    const auto mid_side = [&](int side) {
-        const int i = side & 3, j = (side + 1) & 3;
-        // Where a quarter beside it keeps its corners, they need not be evaluated again.
-        if (home.irregular()) {
-            const QuadNode* quarters = home.node->grown();
-            if (const auto& facts = quarters[2 * k_corner_y[i] + k_corner_x[i]].facts)
-                return facts->corner[static_cast<std::size_t>(j)];
-            if (const auto& facts = quarters[2 * k_corner_y[j] + k_corner_x[j]].facts)
-                return facts->corner[static_cast<std::size_t>(i)];
-        }
-        return cell_point(home, 0.5 * (k_corner_x[i] + k_corner_x[j]), 0.5 * (k_corner_y[i] + k_corner_y[j]));
+    const std::int8_t none = -1;
+    std::array<Vec3d, 3> l, d;
+    const auto middle = [&](std::size_t i, int point) {
+        const Vec3d s = cell.point(point);
+        l[i] = 0.5 * (L[i] + L[(i + 1) % 3]);
+        d[i] = s - l[i];
+        return attain(node_error(measured_form(s, d[i]), E[i]));
     };
-    const auto mid_cell = [&] {
-        if (home.irregular())
-            for (int i = 0; i < 4; ++i)
-                if (const auto& facts = home.node->grown()[2 * k_corner_y[i] + k_corner_x[i]].facts)
-                    return facts->corner[static_cast<std::size_t>((i + 2) & 3)];
-        return cell_point(home, 0.5, 0.5);
-    };
-    const auto& L = corners.linear;
-    const auto& D = corners.deviation;
     if (piece.quarter) {
-        Vec3d l, d;
-        middle(mid_side(k), 1, 2, l, d);
-        bound(part(k, k1), {{l, L[0], L[1]}, {d, D[0], D[1]}}, depth - 1);
-        bound(part(k1, k), {{l, L[2], L[0]}, {d, D[2], D[0]}}, depth - 1);
+        if (!middle(1, k_side_point[k])) return;
+        bound(part(k, k1, {none, E[0], E[1]}), {{l[1], L[0], L[1]}, {d[1], D[0], D[1]}}, depth - 1);
+        bound(part(k1, k, {E[1], E[2], none}), {{l[1], L[2], L[0]}, {d[1], D[2], D[0]}}, depth - 1);
         return;
     }
-    Vec3d l01, d01, l02, d02, l12, d12;
-    middle(mid_side(k), 0, 1, l01, d01);
-    middle(mid_side(k3), 0, 2, l02, d02);
-    middle(mid_cell(), 1, 2, l12, d12);
-    bound(part(k, k), {{L[0], l01, l02}, {D[0], d01, d02}}, depth - 1);
-    bound(part(k, k2), {{l12, l02, l01}, {d12, d02, d01}}, depth - 1);
-    bound(part(k1, k), {{l01, L[1], l12}, {d01, D[1], d12}}, depth - 1);
-    bound(part(k3, k), {{l02, l12, L[2]}, {d02, d12, D[2]}}, depth - 1);
-}
-
-void QuadBounder::bound_regular(Cell& home, const Piece& piece, const Corners& corners, double attained) {
-    // On a lattice with n intervals a side the deviation is at most its largest sample plus the bound of one small
-    // triangle, which is 1 / n^2 of the whole one's.
-    const double whole = deviation(home, piece);
-    const double pad = k_rounding * scale_;
-    for (int n = 1;; n *= 2) {
-        if (n > 1) attained = std::max(attained, largest_deviation(*home.net, piece, corners, n));
-        lower_ = std::max(lower_, attained);
-        if (may_reject_ && lower_ > decide_at_) {
-            rejected_ = true;
-            return;
-        }
-        const double upper = attained + whole / (n * n) + pad;
-        if (upper <= decide_at_ || upper <= 1.05 * lower_ + pad || upper <= upper_ || n == k_finest_lattice) {
-            upper_ = std::max(upper_, upper);
-            return;
-        }
-    }
-}
-
-double QuadBounder::largest_deviation(const Net16& net, const Piece& piece, const Corners& corners, int n) {
-    const LatticeShape shape = lattice_shape(piece.turn, piece.quarter, n);
-    LatticeColumns columns;
-    columns.fill(net, shape);
-    double largest = 0;
-    const double inv = 1.0 / n;
-    for (int i = 0; i <= n; ++i)
-        for (int j = 0; i + j <= n; ++j) {
-            if (i == n || j == n || i + j == 0) continue;
-            const double b1 = i * inv, b2 = j * inv, b0 = 1 - b1 - b2;
-            const Vec3d s = columns.at(shape.x(i, j), shape.y(i, j));
-            const Vec3d d = s - (b0 * corners.linear[0] + b1 * corners.linear[1] + b2 * corners.linear[2]);
-            largest = std::max(largest, glm::dot(d, d));
-        }
-    return std::sqrt(largest);
+    if (!middle(0, k_side_point[k]) || !middle(1, k_centre_point) || !middle(2, k_side_point[k3])) return;
+    bound(part(k, k, {E[0], none, E[2]}), {{L[0], l[0], l[2]}, {D[0], d[0], d[2]}}, depth - 1);
+    bound(part(k, k2, {none, none, none}), {{l[1], l[2], l[0]}, {d[1], d[2], d[0]}}, depth - 1);
+    bound(part(k1, k, {E[0], E[1], none}), {{l[0], L[1], l[1]}, {d[0], D[1], d[1]}}, depth - 1);
+    bound(part(k3, k, {none, E[1], E[2]}), {{l[2], l[1], L[2]}, {d[2], d[1], D[2]}}, depth - 1);
 }
 
 QuadBounder::Piece QuadBounder::piece_of(const CellTriangle& leaf) {
     const LatticePoint a = leaf.corner[0], b = leaf.corner[1], apex = leaf.corner[2];
     Piece piece;
     piece.root = leaf.root;
+    piece.edge = {0, 1, 2};
     const std::uint32_t x0 = std::min({a.x, b.x, apex.x}), x1 = std::max({a.x, b.x, apex.x});
     const std::uint32_t y0 = std::min({a.y, b.y, apex.y}), y1 = std::max({a.y, b.y, apex.y});
     if (x1 - x0 == 1 && y1 - y0 == 1) {
@@ -408,13 +350,15 @@ QuadBounder::Piece QuadBounder::piece_of(const CellTriangle& leaf) {
 }
 
 QuadBounder::Corners QuadBounder::leaf_corners(const Piece& piece) {
-    Cell& home = cell(piece.root, piece.level, piece.x, piece.y);
-    Corners corners;
+    WalkCell& cell = home(piece);
     const int k = piece.turn;
+    Corners corners;
     if (piece.quarter) {
-        corners.linear = {cell_point(home, 0.5, 0.5), cell_corner(home, k), cell_corner(home, (k + 1) & 3)};
+        corners.linear = {cell.point(k_centre_point), cell.point(k_corner_point[k]),
+                          cell.point(k_corner_point[(k + 1) & 3])};
     } else {
-        corners.linear = {cell_corner(home, k), cell_corner(home, (k + 1) & 3), cell_corner(home, (k + 3) & 3)};
+        corners.linear = {cell.point(k_corner_point[k]), cell.point(k_corner_point[(k + 1) & 3]),
+                          cell.point(k_corner_point[(k + 3) & 3])};
     }
     corners.deviation = {Vec3d(0), Vec3d(0), Vec3d(0)};
     return corners;
@@ -422,106 +366,85 @@ QuadBounder::Corners QuadBounder::leaf_corners(const Piece& piece) {
 
 bool QuadBounder::is_root(const CellTriangle& leaf) { return leaf.level == 0 && leaf.corner[1].x == 2; }
 
-LeafError QuadBounder::parametric_error(const CellTriangle& leaf, double decide_at) {
-    decide_at_ = decide_at;
-    lower_ = upper_ = 0;
-    rejected_ = false;
+LeafError QuadBounder::leaf_error(const CellTriangle& leaf, double decide_at) {
+    start(decide_at, may_reject_);
     if (is_root(leaf)) {
         bound_root(leaf.root, nullptr);
-    } else {
-        // The middle of the base decides most leaves that must be split.
-        const Piece piece = piece_of(leaf);
-        const Corners corners = leaf_corners(piece);
-        Cell& home = cell(piece.root, piece.level, piece.x, piece.y);
-        const int i = piece.turn, j = (piece.turn + 1) & 3;
-        const Vec3d middle = piece.quarter ? cell_point(home, 0.5 * (k_corner_x[i] + k_corner_x[j]),
-                                                        0.5 * (k_corner_y[i] + k_corner_y[j]))
-                                           : cell_point(home, 0.5, 0.5);
-        lower_ = glm::length(middle - 0.5 * (corners.linear[1] + corners.linear[2]));
-        if (may_reject_ && lower_ > decide_at_) rejected_ = true;
-        bound(piece, corners, k_max_refinement);
+        return finish();
     }
-    if (rejected_) upper_ = std::numeric_limits<double>::infinity();
-    return {lower_, std::max(upper_, lower_)};
+    // The middle of the base decides most leaves that must be split.
+    const Piece piece = piece_of(leaf);
+    const Corners corners = leaf_corners(piece);
+    WalkCell& cell = home(piece);
+    const Vec3d middle = cell.point(piece.quarter ? k_side_point[piece.turn] : k_centre_point);
+    if (attain(detail::segment_distance(middle, corners.linear[1], corners.linear[2]))) {
+        measure_distance(corners.linear);
+        bound(piece, corners, detail::k_max_refinement);
+    }
+    return finish();
 }
 
 void QuadBounder::bound_root(HalfedgeId h, const Vec3d* centre) {
-    // Two half-cells that share the edge from the midpoint m of the base to the centre c.
+    // Two half-cells that share the edge from the midpoint m of the base to the centre c. Edges of the leaf: from c to
+    // v, v to w, w to c.
     const HalfedgeId g = patches_.mesh().next(h);
-    const Piece first{h, 0, 0, 0, 1, false}, second{g, 0, 0, 0, 3, false};
+    const Piece first{h, 0, 0, 0, 1, false, {-1, 0, 1}}, second{g, 0, 0, 0, 3, false, {1, 2, -1}};
     Corners left = leaf_corners(first), right = leaf_corners(second);
     const Vec3d v = left.linear[2], c = left.linear[1], w = right.linear[1], m = left.linear[0];
     const Vec3d base = 0.5 * (v + w), linear_centre = centre ? *centre : c;
+    if (!centre) measure_distance({c, v, w});
     left.linear = {base, linear_centre, v};
     right.linear = {base, w, linear_centre};
     left.deviation[0] = right.deviation[0] = m - base;
     left.deviation[1] = right.deviation[2] = c - linear_centre;
-    bound(first, left, k_max_refinement);
-    bound(second, right, k_max_refinement);
+    if (!attain(std::max(node_error(measured_form(m, m - base), 1), centre ? glm::length(c - linear_centre) : 0.0)))
+        return;
+    bound(first, left, detail::k_max_refinement);
+    bound(second, right, detail::k_max_refinement);
 }
 
 LeafError QuadBounder::root_error(HalfedgeId root, const Vec3d& centre, double decide_at, bool may_reject) {
-    decide_at_ = decide_at;
-    may_reject_ = may_reject;
-    lower_ = upper_ = 0;
-    rejected_ = false;
+    start(decide_at, may_reject);
     bound_root(root, &centre);
     may_reject_ = true;
-    if (rejected_) upper_ = std::numeric_limits<double>::infinity();
-    return {lower_, std::max(upper_, lower_)};
+    return finish();
 }
 
 double QuadBounder::certified_error(const CellTriangle& leaf, double floor) {
     may_reject_ = false;
-    const LeafError e = parametric_error(leaf, floor);
+    const LeafError e = leaf_error(leaf, floor);
     may_reject_ = true;
     return e.upper;
 }
 
-QuickError QuadBounder::quick_error(const CellTriangle& leaf, double) {
+QuickError QuadBounder::quick_error(const CellTriangle& leaf) {
     QuickError quick;
-    const double infinity = std::numeric_limits<double>::infinity();
-    const double pad = k_rounding * scale_;
     if (is_root(leaf)) {
-        const HalfedgeId g = patches_.mesh().next(leaf.root);
-        const Piece first{leaf.root, 0, 0, 0, 1, false}, second{g, 0, 0, 0, 3, false};
-        const Corners left = leaf_corners(first);
-        Cell& left_cell = cell(leaf.root, 0, 0, 0);
-        const double left_bound = left_cell.irregular() ? infinity : deviation(left_cell, first);
-        const Corners right = leaf_corners(second);
-        Cell& right_cell = cell(g, 0, 0, 0);
-        const double right_bound = right_cell.irregular() ? infinity : deviation(right_cell, second);
-        quick.corners = {left.linear[2], right.linear[1], left.linear[1]};
-        quick.middle = left.linear[0] - 0.5 * (quick.corners[0] + quick.corners[1]);
-        quick.upper = glm::length(quick.middle) + std::max(left_bound, right_bound) + pad;
+        WalkCell& cell = walk_.cell(leaf.root, 0, 0, 0);
+        const Vec3d v = cell.point(k_corner_point[0]), m = cell.point(k_corner_point[1]),
+                    c = cell.point(k_corner_point[2]);
+        const Vec3d w = walk_.cell(patches_.mesh().next(leaf.root), 0, 0, 0).point(k_corner_point[0]);
+        quick.corners = {v, w, c};
+        quick.middle = m - 0.5 * (v + w);
         return quick;
     }
     const Piece piece = piece_of(leaf);
     const Corners corners = leaf_corners(piece);
-    Cell& home = cell(piece.root, piece.level, piece.x, piece.y);
-    Vec3d middle;
-    if (piece.quarter) {
-        const int i = piece.turn, j = (piece.turn + 1) & 3;
-        middle = cell_point(home, 0.5 * (k_corner_x[i] + k_corner_x[j]), 0.5 * (k_corner_y[i] + k_corner_y[j]));
-    } else {
-        middle = cell_point(home, 0.5, 0.5);
-    }
+    const Vec3d middle = home(piece).point(piece.quarter ? k_side_point[piece.turn] : k_centre_point);
     // corners.linear starts at the apex or right angle, which is the leaf's corner 2; 1 and 2 follow counter-clockwise.
     quick.corners = {corners.linear[1], corners.linear[2], corners.linear[0]};
     quick.middle = middle - 0.5 * (quick.corners[0] + quick.corners[1]);
-    quick.upper = home.irregular() ? infinity : deviation(home, piece) + pad;
     return quick;
 }
 
 void QuadBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions, std::span<Vec3d> normals) {
     if (normals.empty() && !is_root(leaf) && (n == 2 || n == 4 || n == 8)) {
         const Piece piece = piece_of(leaf);
-        const Cell& home = cell(piece.root, piece.level, piece.x, piece.y);
-        if (!home.irregular() && !home.crease) {
+        const WalkCell& cell = home(piece);
+        if (cell.smooth()) {
             // The piece's corners are the leaf's 2, 0, 1.
-            const LatticeShape shape = lattice_shape(piece.turn, piece.quarter, n);
-            LatticeColumns columns;
-            columns.fill(*home.net, shape);
+            const detail::LatticeShape shape(piece.turn, piece.quarter, n);
+            const detail::LatticeColumns columns(*cell.net, shape);
             std::size_t i = 0;
             for (int row = 0; row <= n; ++row)
                 for (int j = 0; j <= row; ++j) positions[i++] = columns.at(shape.x(row - j, j), shape.y(row - j, j));

@@ -190,9 +190,8 @@ bool star_net(const QuadLocalMesh& mesh, const std::array<CornerFan, 4>& fans, c
     outer[4] = around(2, 3, false);  // (1, 2)
     outer[5] = around(3, 2, false);  // (0, 2)
     outer[6] = around(3, 2, true);   // (-1, 2)
-    node.kind = QuadNode::Kind::star;
     node.turn = static_cast<std::uint8_t>(special);
-    node.star = std::move(star);
+    node.adopt(std::move(star));
     return true;
 }
 

@@ -40,22 +40,21 @@ void unturn_net(int turn, const Net16& net, Net16& out) {
         }
 }
 
-void grow_star(const QuadNode& node, QuadNode* children) {
+void grow_star(const QuadNode& node, QuadQuarters& quarters) {
     const int turn = node.turn;
-    auto next = std::make_unique<QuadStar>();
     std::array<Net16, 3> regular;
-    subdivide(*node.star, *next, regular);
+    subdivide(*node.star, quarters.star, regular);
     const auto index = [&](int a, int b) {
         unturn(turn, a, b);
-        return 2 * b + a;
+        return static_cast<std::size_t>(2 * b + a);
     };
-    QuadNode& star = children[index(0, 0)];
+    QuadNode& star = quarters.cell[index(0, 0)];
     star.kind = QuadNode::Kind::star;
     star.turn = node.turn;
-    star.star = std::move(next);
+    star.star = &quarters.star;
     constexpr int corner[3][2] = {{1, 0}, {1, 1}, {0, 1}};
-    for (int k = 0; k < 3; ++k)
-        unturn_net(turn, regular[static_cast<std::size_t>(k)], children[index(corner[k][0], corner[k][1])].net);
+    for (std::size_t k = 0; k < 3; ++k)
+        unturn_net(turn, regular[k], quarters.cell[index(corner[k][0], corner[k][1])].net);
 }
 
 constexpr int k_corner_x[4] = {0, 1, 1, 0};
@@ -63,33 +62,89 @@ constexpr int k_corner_y[4] = {0, 0, 1, 1};
 
 }  // namespace
 
-QuadNode::~QuadNode() { delete[] children.load(std::memory_order_acquire); }
+/// Limit position of corner k of any cell.
+Vec3d corner_position(const QuadNode& node, int k) {
+    if (node.facts) return node.facts->point[static_cast<std::size_t>(k_corner_point[k])];
+    if (node.kind == QuadNode::Kind::regular)
+        return regular_position(node.net, node.crease, k_corner_x[k], k_corner_y[k]);
+    if (node.kind == QuadNode::Kind::star) {
+        if (node.turn == k) return node.star->limit;
+        return corner_position(node.grown()[2 * k_corner_y[k] + k_corner_x[k]], k);
+    }
+    return QuadPatches::corner_limit(node, k).position;
+}
+
+/// The nine points of a cell from its quarters: of those that meet at a point the simplest one gives it.
+void find_points(const QuadNode& node, QuadQuarters& quarters) {
+    const auto cost = [](const QuadNode& n) {
+        return n.facts ? 0 : (n.kind == QuadNode::Kind::regular ? 1 : (n.kind == QuadNode::Kind::star ? 2 : 3));
+    };
+    for (int i = 0; i < 9; ++i) {
+        const int column = i % 3, row = i / 3;
+        if (node.has_corners && column != 1 && row != 1) {
+            const int k = row == 0 ? column / 2 : 3 - column / 2;
+            quarters.point[static_cast<std::size_t>(i)] = node.corner[static_cast<std::size_t>(k)];
+            continue;
+        }
+        const QuadNode* best = nullptr;
+        int corner = 0;
+        for (int q = 0; q < 4; ++q) {
+            const int x = column - (q & 1), y = row - (q >> 1);
+            if (x < 0 || y < 0 || x > 1 || y > 1) continue;
+            const QuadNode& quarter = quarters.cell[static_cast<std::size_t>(q)];
+            if (best && cost(quarter) >= cost(*best)) continue;
+            best = &quarter;
+            corner = y == 0 ? x : 3 - x;
+        }
+        quarters.point[static_cast<std::size_t>(i)] = corner_position(*best, corner);
+    }
+    for (int q = 0; q < 4; ++q) {
+        QuadNode& quarter = quarters.cell[static_cast<std::size_t>(q)];
+        if (quarter.kind == QuadNode::Kind::regular) continue;
+        quarter.has_corners = true;
+        for (int k = 0; k < 4; ++k)
+            quarter.corner[static_cast<std::size_t>(k)] =
+                quarters.point[static_cast<std::size_t>(3 * ((q >> 1) + k_corner_y[k]) + (q & 1) + k_corner_x[k])];
+    }
+}
+
+QuadNode::~QuadNode() { delete quarters.load(std::memory_order_acquire); }
+
+void QuadNode::adopt(std::unique_ptr<QuadStar> from) {
+    kind = Kind::star;
+    from->find_limit();
+    own_star = std::move(from);
+    star = own_star.get();
+}
 
 const QuadNode* QuadNode::grown() const {
     QuadNode* self = const_cast<QuadNode*>(this);
-    if (QuadNode* found = self->children.load(std::memory_order_acquire)) return found;
-    std::unique_ptr<QuadNode[]> fresh(new QuadNode[4]);
-    for (int i = 0; i < 4; ++i) fresh[static_cast<std::size_t>(i)].depth = static_cast<std::uint8_t>(depth + 1);
+    if (const QuadQuarters* found = self->quarters.load(std::memory_order_acquire)) return found->cell.data();
+    std::unique_ptr<QuadQuarters> fresh(new QuadQuarters);
+    for (QuadNode& child : fresh->cell) child.depth = static_cast<std::uint8_t>(depth + 1);
     if (kind == Kind::star) {
-        grow_star(*this, fresh.get());
+        grow_star(*this, *fresh);
     } else {
         const QuadLocalStep step(*local);
         for (int k = 0; k < 4; ++k)
-            classify(step.child(k), fresh[static_cast<std::size_t>(2 * k_corner_y[k] + k_corner_x[k])]);
+            classify(step.child(k), fresh->cell[static_cast<std::size_t>(2 * k_corner_y[k] + k_corner_x[k])]);
     }
-    for (int i = 0; i < 4; ++i) {
-        QuadNode& child = fresh[static_cast<std::size_t>(i)];
+    for (std::size_t i = 0; i < 4; ++i) {
+        QuadNode& child = fresh->cell[i];
         if (child.kind != Kind::regular || child.crease) continue;
-        child.facts = std::make_unique<CellFacts>();
-        child.facts->bounds = SecondBounds::of(child.net);
-        for (int k = 0; k < 4; ++k)
-            child.facts->corner[static_cast<std::size_t>(k)] =
-                regular_position(child.net, {}, k_corner_x[k], k_corner_y[k]);
+        fresh->facts[i].fill(child.net);
+        child.facts = &fresh->facts[i];
     }
-    QuadNode* expected = nullptr;
-    QuadNode* mine = fresh.get();
-    if (self->children.compare_exchange_strong(expected, mine, std::memory_order_acq_rel)) return fresh.release();
-    return expected;
+    find_points(*this, *fresh);
+    QuadQuarters* expected = nullptr;
+    if (self->quarters.compare_exchange_strong(expected, fresh.get(), std::memory_order_acq_rel))
+        return fresh.release()->cell.data();
+    return expected->cell.data();
+}
+
+const std::array<Vec3d, 9>& QuadNode::points() const {
+    grown();
+    return quarters.load(std::memory_order_acquire)->point;
 }
 
 }  // namespace detail
@@ -262,9 +317,8 @@ void QuadPatches::build_root(HalfedgeId h) {
         Vec3d* outer = star->points.data() + 2 * size + 1;
         constexpr int at[7][2] = {{-1, 2}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}, {2, -1}};
         for (int i = 0; i < 7; ++i) outer[i] = node.net.at(at[i][0], at[i][1]);
-        node.kind = QuadNode::Kind::star;
         node.turn = 2;
-        node.star = std::move(star);
+        node.adopt(std::move(star));
         return;
     }
     if (plain && size == 4) {
@@ -282,8 +336,7 @@ void QuadPatches::build_root(HalfedgeId h) {
         outer[0] = edge_point(m.prev(t)), outer[1] = vertex_point(m.origin(a)), outer[2] = edge_point(a);
         outer[3] = vertex_point(m.origin(b)), outer[4] = edge_point(b), outer[5] = vertex_point(m.origin(c));
         outer[6] = edge_point(m.next(p));
-        node.kind = QuadNode::Kind::star;
-        node.star = std::move(star);
+        node.adopt(std::move(star));
         return;
     }
     detail::classify(local_mesh(h), node);
@@ -425,15 +478,23 @@ Vec3d QuadPatches::limit(HalfedgeId root, LatticePoint at, int level) const {
     return position(roots_[root.value], at.x * step, at.y * step);
 }
 
+namespace {
+/// The point of an irregular cell at (x, y), where it is one of the nine that the cell keeps.
+const Vec3d* kept_point(const QuadNode& node, double x, double y) {
+    const double column = 2 * x, row = 2 * y;
+    const int i = static_cast<int>(column), j = static_cast<int>(row);
+    if (column != i || row != j) {
+        if (node.depth <= k_deepest_cell) return nullptr;
+        return &node.points()[static_cast<std::size_t>((y < 0.5 ? 0 : 6) + (x < 0.5 ? 0 : 2))];
+    }
+    return &node.points()[static_cast<std::size_t>(3 * j + i)];
+}
+}  // namespace
+
 Vec3d QuadPatches::position(const QuadNode& cell, double x, double y) {
     const QuadNode* node = &cell;
     while (node->kind != QuadNode::Kind::regular) {
-        const bool edge_x = x == 0 || x == 1, edge_y = y == 0 || y == 1;
-        if ((edge_x && edge_y) || node->depth > k_deepest_cell) {
-            const int corner = y < 0.5 ? (x < 0.5 ? 0 : 1) : (x < 0.5 ? 3 : 2);
-            if (node->kind == QuadNode::Kind::generic || corner == node->turn)
-                return corner_limit(*node, corner).position;
-        }
+        if (const Vec3d* kept = kept_point(*node, x, y)) return *kept;
         const int qx = x >= 0.5, qy = y >= 0.5;
         x = 2 * x - qx, y = 2 * y - qy;
         node = node->grown() + 2 * qy + qx;
@@ -443,13 +504,17 @@ Vec3d QuadPatches::position(const QuadNode& cell, double x, double y) {
 
 SurfacePoint QuadPatches::evaluate(HalfedgeId root, double x, double y, bool second) const {
     const QuadNode* node = &roots_[root.value];
+    const Vec3d* kept = nullptr;  // the same bits as position()
     double scale = 1;
     while (node->kind != QuadNode::Kind::regular) {
+        if (!kept) kept = kept_point(*node, x, y);
         const bool edge_x = x == 0 || x == 1, edge_y = y == 0 || y == 1;
         if ((edge_x && edge_y) || node->depth > k_deepest_cell) {
             const int corner = y < 0.5 ? (x < 0.5 ? 0 : 1) : (x < 0.5 ? 3 : 2);
             if (node->kind == QuadNode::Kind::generic || corner == node->turn) {
-                return corner_limit(*node, corner);
+                SurfacePoint point = corner_limit(*node, corner);
+                point.position = *kept;
+                return point;
             }
         }
         const int qx = x >= 0.5, qy = y >= 0.5;
@@ -460,7 +525,7 @@ SurfacePoint QuadPatches::evaluate(HalfedgeId root, double x, double y, bool sec
     Weights4 wx[3], wy[3];
     regular_basis(node->crease, x, y, wx, wy);
     SurfacePoint point;
-    point.position = combine(node->net, wx[0], wy[0]);
+    point.position = kept ? *kept : combine(node->net, wx[0], wy[0]);
     point.du = scale * combine(node->net, wx[1], wy[0]);
     point.dv = scale * combine(node->net, wx[0], wy[1]);
     point.has_second = second;

@@ -2,6 +2,13 @@
 
 namespace tetrakis::detail {
 
+void QuadStar::find_limit() {
+    Vec3d edges(0), faces(0);
+    for (int i = 0; i < valence; ++i) edges += edge(i), faces += face(i);
+    const double n = valence;
+    limit = (n * n * points[0] + 4.0 * edges + faces) / (n * (n + 5));
+}
+
 void subdivide(const QuadStar& star, QuadStar& child, std::array<Net16, 3>& regular) {
     const int n = star.valence;
     // The regular part as a lattice, x and y from -1 to 2; (-1, -1) does not exist and is never read.
@@ -38,14 +45,16 @@ void subdivide(const QuadStar& star, QuadStar& child, std::array<Net16, 3>& regu
 
     // The corner's own ring: face points, edge points, the vertex point.
     child.valence = n;
+    child.limit = star.limit;
     child.points.resize(QuadStar::point_count(n));
     const Vec3d centre = star.points[0];
     Vec3d edges(0), faces(0);
     for (int i = 0; i < n; ++i)
-        child.points[2 + 2 * i] = 0.25 * (centre + star.edge(i) + star.face(i) + star.edge(i + 1));
+        child.points[static_cast<std::size_t>(2 + 2 * i)] =
+            0.25 * (centre + star.edge(i) + star.face(i) + star.edge(i + 1));
     for (int i = 0; i < n; ++i) {
-        const Vec3d f = child.points[2 + 2 * i], before = child.points[2 + 2 * star.wrap(i - 1)];
-        child.points[1 + 2 * i] = 0.25 * (centre + star.edge(i) + f + before);
+        const Vec3d f = child.face(i), before = child.face(i - 1);
+        child.points[static_cast<std::size_t>(1 + 2 * i)] = 0.25 * (centre + star.edge(i) + f + before);
         edges += star.edge(i);
         faces += f;
     }

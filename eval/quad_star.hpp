@@ -3,9 +3,30 @@
 #include "tetrakis/eval/bicubic.hpp"
 
 #include <array>
-#include <vector>
+#include <memory>
 
 namespace tetrakis::detail {
+
+/// The points of a star: in place up to valence 8.
+class StarPoints {
+  public:
+    void resize(std::size_t size) {
+        size_ = size;
+        if (size > inside_.size()) outside_ = std::make_unique<Vec3d[]>(size);
+    }
+    std::size_t size() const { return size_; }
+    Vec3d* data() { return outside_ ? outside_.get() : inside_.data(); }
+    const Vec3d* data() const { return outside_ ? outside_.get() : inside_.data(); }
+    Vec3d& operator[](std::size_t i) { return data()[i]; }
+    const Vec3d& operator[](std::size_t i) const { return data()[i]; }
+    const Vec3d* begin() const { return data(); }
+    const Vec3d* end() const { return data() + size_; }
+
+  private:
+    std::size_t size_ = 0;
+    std::array<Vec3d, 24> inside_;
+    std::unique_ptr<Vec3d[]> outside_;
+};
 
 /// The 2n + 8 points around a cell with one extraordinary, smooth, interior corner of valence n (Stam 1998), in the
 /// cell's frame turned so that this corner is (0, 0).
@@ -15,13 +36,16 @@ namespace tetrakis::detail {
 /// (1,2) (0,2) (-1,2).
 struct QuadStar {
     int valence = 0;
-    std::vector<Vec3d> points;
+    Vec3d limit{0};  ///< limit position of the corner, the same at every level
+    StarPoints points;
 
     static std::size_t point_count(int valence) { return 2 * static_cast<std::size_t>(valence) + 8; }
-    Vec3d edge(int i) const { return points[1 + 2 * wrap(i)]; }
-    Vec3d face(int i) const { return points[2 + 2 * wrap(i)]; }
-    Vec3d outer(int i) const { return points[2 * valence + 1 + i]; }
-    int wrap(int i) const { return (i % valence + valence) % valence; }
+    const Vec3d& edge(int i) const { return points[static_cast<std::size_t>(1 + 2 * wrap(i))]; }
+    const Vec3d& face(int i) const { return points[static_cast<std::size_t>(2 + 2 * wrap(i))]; }
+    const Vec3d& outer(int i) const { return points[static_cast<std::size_t>(2 * valence + 1 + i)]; }
+    int wrap(int i) const { return i < 0 ? i + valence : (i < valence ? i : i % valence); }
+    /// Sets the limit from the points: MASKS, Catmull-Clark at an interior vertex.
+    void find_limit();
 };
 
 /// One Catmull-Clark step: the cell at the extraordinary corner (again a star) and the nets of the three regular

@@ -66,7 +66,8 @@ class LoopLeafBounder : public LoopBounder {
   public:
     using LoopBounder::LoopBounder;
 
-    QuickError quick_error(const CellTriangle& leaf, double decide_at) {
+    LeafError leaf_error(const CellTriangle& leaf, double decide_at) { return parametric_error(leaf, decide_at); }
+    QuickError quick_error(const CellTriangle& leaf) {
         QuickError quick;
         std::array<Vec3d, 6> s;
         sample(leaf, 2, s, {});
@@ -74,8 +75,6 @@ class LoopLeafBounder : public LoopBounder {
         const Vec3d middles[3] = {s[4] - 0.5 * (s[3] + s[5]), s[1] - 0.5 * (s[3] + s[0]), s[2] - 0.5 * (s[5] + s[0])};
         for (const Vec3d& m : middles)
             if (glm::dot(m, m) > glm::dot(quick.middle, quick.middle)) quick.middle = m;
-        const LeafError e = parametric_error(leaf, decide_at);
-        quick.upper = e.lower > decide_at ? std::numeric_limits<double>::infinity() : e.upper;
         return quick;
     }
     double certified_error(const CellTriangle& leaf, double floor) {

@@ -392,7 +392,7 @@ class Tessellator {
         if (!known) {
             for_each_reported(count, 256, context_, "certify", 0, 0.2, [&](std::uint32_t t) {
                 if (!exported_.leaves[t].valid()) return;
-                const QuickError quick = estimator.bounder().quick_error(origin(hierarchy, t).cell, 0.0);
+                const QuickError quick = estimator.bounder().quick_error(origin(hierarchy, t).cell);
                 errors[t] = glm::length(quick.middle);
             });
         } else {

@@ -1,0 +1,26 @@
+#pragma once
+
+#include "tetrakis/eval/bicubic.hpp"
+
+#include <array>
+
+namespace tetrakis::detail {
+
+/// Largest third derivatives of a smooth bicubic patch over its cell, by its parameters.
+struct ThirdBounds {
+    double xxx = 0, xxy = 0, xyy = 0, yyy = 0;
+
+    /// Of the component along a unit vector.
+    static ThirdBounds along(const Net16& net, const Vec3d& direction);
+};
+
+/// What bounds ask of a smooth regular cell again and again.
+struct CellFacts {
+    /// Limit positions at (column / 2, row / 2), number 3 * row + column: corners, middles of the sides, centre.
+    std::array<Vec3d, 9> point;
+    ThirdBounds third;
+
+    void fill(const Net16& net);
+};
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,81 @@
+#include "tetrakis/eval/quad_cell_walk.hpp"
+
+#include <algorithm>
+
+namespace tetrakis::detail {
+
+QuadCellWalk::QuadCellWalk(const QuadPatches& patches)
+    : patches_(patches), cells_(k_max_level + k_max_refinement + 4), nets_(k_max_level + k_max_refinement + 4) {}
+
+WalkCell& QuadCellWalk::cell(HalfedgeId root, int level, std::uint64_t x, std::uint64_t y) {
+    int from = -1;
+    if (root == root_) {
+        // The deepest kept cell that holds the wanted one.
+        from = std::min(depth_, level);
+        while (from > 0) {
+            const WalkCell& kept = cells_[static_cast<std::size_t>(from)];
+            if (kept.x == x >> (level - from) && kept.y == y >> (level - from)) break;
+            --from;
+        }
+    }
+    if (from < 0) {
+        root_ = root;
+        WalkCell& top = cells_[0];
+        top.node = &patches_.root_node(root);
+        const bool regular = top.node->kind == QuadNode::Kind::regular;
+        top.net = regular ? &top.node->net : nullptr;
+        top.crease = regular ? top.node->crease : SideCrease{};
+        top.x = top.y = 0;
+        top.forget();
+        from = 0;
+    }
+    for (int l = from + 1; l <= level; ++l) {
+        const WalkCell& parent = cells_[static_cast<std::size_t>(l - 1)];
+        WalkCell& child = cells_[static_cast<std::size_t>(l)];
+        child.x = x >> (level - l), child.y = y >> (level - l);
+        child.forget();
+        const int qx = static_cast<int>(child.x & 1), qy = static_cast<int>(child.y & 1);
+        if (parent.irregular()) {
+            child.node = parent.node->grown() + 2 * qy + qx;
+            const bool regular = child.node->kind == QuadNode::Kind::regular;
+            child.net = regular ? &child.node->net : nullptr;
+            child.crease = regular ? child.node->crease : SideCrease{};
+            child.facts_ = child.node->facts;
+        } else {
+            child.node = nullptr;
+            Net16& net = nets_[static_cast<std::size_t>(l)];
+            if (parent.crease) {
+                child_net(*parent.net, parent.crease, qx, qy, net, child.crease);
+            } else {
+                child_net(*parent.net, qx, qy, net);
+                child.crease = {};
+            }
+            child.net = &net;
+        }
+    }
+    depth_ = level;
+    return cells_[static_cast<std::size_t>(level)];
+}
+
+WalkCell::Patch WalkCell::patch() {
+    if (!facts_) {
+        beyond_ = 0;
+        if (crease) beyond_ = sharpened(*net, crease, sharp_);
+        own_.fill(crease ? sharp_ : *net);
+        facts_ = &own_;
+    }
+    return {crease ? &sharp_ : net, facts_, crease ? beyond_ : 0};
+}
+
+const Vec3d& WalkCell::point(int i) {
+    const std::size_t at = static_cast<std::size_t>(i);
+    if (irregular()) return node->points()[at];
+    if (!crease) return patch().facts->point[at];
+    if (!(known_ >> i & 1)) {
+        known_ = static_cast<std::uint16_t>(known_ | 1 << i);
+        point_[at] = regular_position(*net, crease, 0.5 * (i % 3), 0.5 * (i / 3));
+    }
+    return point_[at];
+}
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,58 @@
+#include "tetrakis/eval/triangle_distance.hpp"
+
+#include "tetrakis/eval/plane_measure.hpp"
+
+#include <cmath>
+
+namespace tetrakis::detail {
+
+TriangleDistance::TriangleDistance(const std::array<Vec3d, 3>& corners) : corners_(corners) {
+    const Vec3d u = corners[1] - corners[0], v = corners[2] - corners[0], w = corners[2] - corners[1];
+    const Vec3d n = glm::cross(u, v);
+    const double squared = glm::dot(n, n), uu = glm::dot(u, u), vv = glm::dot(v, v), ww = glm::dot(w, w);
+    // sin^2 of the angle at corner 0: in thinner triangles the normal is left alone.
+    constexpr double k_thin = 1e-4;
+    sliver_ = !(squared > k_thin * (uu * vv));
+    if (sliver_) return;
+    to_b1_ = glm::cross(v, n) / squared;
+    to_b2_ = glm::cross(n, u) / squared;
+    const double area = std::sqrt(squared);
+    normal_ = n / area;
+    height_ = {area / std::sqrt(uu), area / std::sqrt(ww), area / std::sqrt(vv)};
+    foot_ = {glm::dot(u, v) / uu, -glm::dot(u, w) / ww, glm::dot(v, w) / vv};
+}
+
+Vec3d TriangleDistance::position(const Vec3d& local) const {
+    if (sliver_) return corners_[0] + local;
+    return corners_[0] + local.x * (corners_[1] - corners_[0]) + local.y * (corners_[2] - corners_[0]) +
+           local.z * normal_;
+}
+
+TriangleDistance::Split TriangleDistance::split_beside(const Vec3d& local) const {
+    const double height = sliver_ ? 0 : std::abs(local.z);
+    // Where the foot lies over the middle of an edge and outside it alone, that edge is the nearest.
+    if (!sliver_)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const double over = opposite(local, k, 1);
+            if (over >= 0) continue;
+            const double place = forward(local, k, 1) + foot_[k] * over;
+            if (place < 0 || place > 1) continue;
+            const double beside = over * height_[k];
+            return {height, beside * beside};
+        }
+    const double squared = nearest_on_triangle(position(local), corners_[0], corners_[1], corners_[2]).squared_distance;
+    return {height, std::max(0.0, squared - height * height)};
+}
+
+double TriangleDistance::to_edge(const Vec3d& local, std::size_t k) const {
+    if (!sliver_) {
+        const double over = opposite(local, k, 1), place = forward(local, k, 1) + foot_[k] * over;
+        if (place >= 0 && place <= 1) {
+            const double beside = over * height_[k];
+            return std::sqrt(local.z * local.z + beside * beside);
+        }
+    }
+    return segment_distance(position(local), corners_[k], corners_[(k + 1) % 3]);
+}
+
+}  // namespace tetrakis::detail

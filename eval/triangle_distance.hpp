@@ -1,0 +1,71 @@
+#pragma once
+
+#include "tetrakis/hier/vec.hpp"
+
+#include <array>
+
+namespace tetrakis::detail {
+
+/// Distances to one triangle and to its edges (edge k from corner k to the next). Rounding aside they are never too
+/// small, slivers included.
+///
+/// Points are given in the triangle's own frame: barycentrics of corners 1 and 2 of the foot on the plane, and the
+/// height over it. A sliver has no normal to rely on: its frame is the space around corner 0. Either is affine, so that
+/// means of points may be taken in the frame.
+class TriangleDistance {
+  public:
+    TriangleDistance() = default;
+    explicit TriangleDistance(const std::array<Vec3d, 3>& corners);
+
+    bool sliver() const { return sliver_; }
+    /// Of no length for slivers.
+    const Vec3d& normal() const { return normal_; }
+    /// Least height of the triangle; 0 for slivers.
+    double least_height() const { return std::min({height_[0], height_[1], height_[2]}); }
+
+    Vec3d local(const Vec3d& p) const { return local_vector(p - corners_[0]); }
+    Vec3d local_vector(const Vec3d& d) const {
+        return sliver_ ? d : Vec3d(glm::dot(to_b1_, d), glm::dot(to_b2_, d), glm::dot(normal_, d));
+    }
+
+    /// Height over the plane and squared distance of the foot from the triangle; the squared distance is the sum of
+    /// squares. Of slivers all counts as distance of the foot.
+    struct Split {
+        double height, squared_beside;
+    };
+    Split split(const Vec3d& local) const {
+        if (!sliver_ && local.x >= 0 && local.y >= 0 && local.x + local.y <= 1) return {std::abs(local.z), 0};
+        return split_beside(local);
+    }
+    double to_triangle(const Vec3d& local) const {
+        const Split s = split(local);
+        return s.squared_beside == 0 ? s.height : std::sqrt(s.height * s.height + s.squared_beside);
+    }
+    double to_edge(const Vec3d& local, std::size_t k) const;
+
+    /// Of a vector (local_vector()) in a triangle that is no sliver: along edge k, in lengths of the edge; and in the
+    /// plane away from the triangle over edge k, in the unit of the model.
+    double along(const Vec3d& v, std::size_t k) const { return forward(v, k, 0) + foot_[k] * opposite(v, k, 0); }
+    double outward(const Vec3d& v, std::size_t k) const { return -opposite(v, k, 0) * height_[k]; }
+
+  private:
+    /// Barycentric of the corner opposite edge k, for a point (one = 1) or a vector (one = 0).
+    static double opposite(const Vec3d& local, std::size_t k, double one) {
+        return k == 0 ? local.y : (k == 1 ? one - local.x - local.y : local.x);
+    }
+    /// Barycentric of corner k + 1.
+    static double forward(const Vec3d& local, std::size_t k, double one) {
+        return k == 0 ? local.x : (k == 1 ? local.y : one - local.x - local.y);
+    }
+    Vec3d position(const Vec3d& local) const;
+    Split split_beside(const Vec3d& local) const;
+
+    std::array<Vec3d, 3> corners_;
+    Vec3d normal_{0}, to_b1_{0}, to_b2_{0};
+    std::array<double, 3> height_{};  ///< over edge k
+    std::array<double, 3>
+        foot_{};  ///< of the corner opposite edge k: place on the edge, 0 at its start and 1 at its end
+    bool sliver_ = true;
+};
+
+}  // namespace tetrakis::detail
