@@ -1,6 +1,7 @@
 #include "tetrakis/eval/height_pyramid.hpp"
 
 #include "tetrakis/eval/tessellate.hpp"
+#include "tetrakis/hier/triangulate.hpp"
 
 #include <doctest/doctest.h>
 
@@ -9,7 +10,6 @@
 #include <limits>
 #include <optional>
 #include <random>
-#include <tuple>
 
 using namespace tetrakis;
 
@@ -112,14 +112,28 @@ TEST_CASE("a spike of one pixel in a large height image is caught on a coarse me
     options.displacement = &image;
     options.amplitude = 0.1;
     options.measure = false;
-    for (const auto& [scheme_faces, tolerance, budget] :
-         {std::tuple{3u, 1e-3, 0}, {1u, 1e-2, 0}, {8u, 1e-2, 2000}, {8u, 0.0, 2000}}) {
-        CAPTURE(scheme_faces);
+    struct Case {
+        std::uint32_t faces;
+        double tolerance;
+        std::uint64_t budget;
+        SchemeKind scheme;
+    };
+    constexpr SchemeKind quads = SchemeKind::catmull_clark, loop = SchemeKind::loop;
+    for (const auto& [faces, tolerance, budget, scheme] : {Case{3, 1e-3, 0, quads},
+                                                           {1, 1e-2, 0, quads},
+                                                           {8, 1e-2, 2000, quads},
+                                                           {8, 0, 2000, quads},
+                                                           {3, 1e-3, 0, loop},
+                                                           {8, 0, 2000, loop}}) {
+        CAPTURE(faces);
         CAPTURE(budget);
-        const ControlMesh mesh = sheet(scheme_faces, 0.5);
+        CAPTURE(name(scheme));
+        const ControlMesh squares = sheet(faces, 0.5), triangles = triangulate(squares);
+        const ControlMesh& mesh = scheme == loop ? triangles : squares;
+        options.scheme = scheme;
         options.tolerance = tolerance > 0 ? std::optional(tolerance) : std::nullopt;
         options.tolerance_is_absolute = true;
-        options.max_triangles = static_cast<std::uint64_t>(budget);
+        options.max_triangles = budget;
         const Tessellation result = tessellate(mesh, options);
         double highest = 0;
         Vec3d at(0);
