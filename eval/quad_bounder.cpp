@@ -191,14 +191,23 @@ bool QuadBounder::bound_regular(const WalkCell::Patch& patch, const Piece& piece
         upper_ = std::max(upper_, at_corners + bulge + whole + pad);
         return true;
     }
-    const Remainder rest = remainder(patch, piece);
     std::array<Vec3d, 3> corner, middle;
+    for (std::size_t i = 0; i < 3; ++i) corner[i] = measured_form(L[i] + D[i], D[i]);
+    const bool whole_leaf = piece.edge == std::array<std::int8_t, 3>{0, 1, 2};
+    if (distance_ && !whole_leaf) {
+        // The chords of a part of the leaf are no further off than its corners.
+        double error = 0;
+        for (std::size_t i = 0; i < 3; ++i)
+            error =
+                std::max({error, node_error(corner[i], piece.edge[i]), node_error(corner[i], piece.edge[(i + 2) % 3])});
+        if (settled(error + bulge + whole + pad)) return true;
+    }
+    const Remainder rest = remainder(patch, piece);
     for (std::size_t i = 0; i < 3; ++i) {
         middle[i] = measured_form(s[i], d[i]);
         if (!attain(node_error(middle[i], piece.edge[i]) - patch.beyond)) return true;
     }
-    if (distance_ && at_corners == 0 && !triangle_.sliver() && settled(flat_error(d, rest) + pad)) return true;
-    for (std::size_t i = 0; i < 3; ++i) corner[i] = measured_form(L[i] + D[i], D[i]);
+    if (distance_ && whole_leaf && !triangle_.sliver() && settled(flat_error(d, rest) + pad)) return true;
     if (settled(quadratic_error(corner, middle, piece.edge, rest) + pad)) return true;
     // Where the strip at a crease counts, halves of it tell more than finer lattices.
     if (patch.beyond > k_small_strip * decide_at_) return false;
@@ -210,26 +219,55 @@ bool QuadBounder::bound_on_lattice(const WalkCell::Patch& patch, const Piece& pi
     const auto& L = corners.linear;
     const double pad = k_rounding * scale_ + patch.beyond;
     constexpr int k_side = k_finest_lattice + 1;
-    std::array<Vec3d, k_side * k_side> node;
+    std::array<Vec3d, k_side * k_side> node, surface;
     const auto at = [&](int i, int j) -> Vec3d& { return node[static_cast<std::size_t>(k_side * j + i)]; };
     constexpr std::int8_t none = -1;
     for (int n = 4; n <= k_finest_lattice; n *= 2) {
         const detail::LatticeShape shape(piece.turn, piece.quarter, n);
         const detail::LatticeColumns columns(*patch.net, shape);
         const double inv = 1.0 / n;
+        double attained = 0;
         for (int j = 0; j <= n; ++j)
             for (int i = 0; i + j <= n; ++i) {
                 const Vec3d p = columns.at(shape.x(i, j), shape.y(i, j));
                 const double b1 = i * inv, b2 = j * inv, b0 = 1 - b1 - b2;
                 const Vec3d deviation = p - (b0 * L[0] + b1 * L[1] + b2 * L[2]);
                 at(i, j) = measured_form(p, deviation);
+                surface[static_cast<std::size_t>(k_side * j + i)] = p;
                 if ((i == 0) + (j == 0) + (i + j == n) > 1) continue;  // a corner
                 const int edge =
                     j == 0 ? piece.edge[0] : (i == 0 ? piece.edge[2] : (i + j == n ? piece.edge[1] : none));
-                if (!attain(node_error(at(i, j), edge) - patch.beyond)) return true;
+                const double error = node_error(at(i, j), edge);
+                attained = std::max(attained, error);
+                if (!attain(error - patch.beyond)) return true;
             }
+        for (std::size_t c = 0; c < 3; ++c) {
+            const Vec3d& corner = c == 0 ? at(0, 0) : (c == 1 ? at(n, 0) : at(0, n));
+            attained =
+                std::max({attained, node_error(corner, piece.edge[c]), node_error(corner, piece.edge[(c + 2) % 3])});
+        }
         const double parts = 0.5 * n;
         const Remainder part = rest * (1 / (parts * parts * parts));
+        // Between neighbouring nodes the quadratics bulge a quarter as far as over their own triangles.
+        double bulge = 0;
+        const auto p_at = [&](int i, int j) -> const Vec3d& {
+            return surface[static_cast<std::size_t>(k_side * j + i)];
+        };
+        const auto look = [&](const Vec3d& e) { bulge = std::max(bulge, glm::dot(e, e)); };
+        const auto quadratic_bulge = [&](const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& ab,
+                                         const Vec3d& bc, const Vec3d& ca) {
+            const Vec3d x = ab - 0.5 * (a + b), y = bc - 0.5 * (b + c), z = ca - 0.5 * (c + a);
+            look(x), look(y), look(z), look(0.5 * (x + y + z));
+        };
+        for (int j = 0; j + 2 <= n; j += 2)
+            for (int i = 0; i + j + 2 <= n; i += 2) {
+                quadratic_bulge(p_at(i, j), p_at(i + 2, j), p_at(i, j + 2), p_at(i + 1, j), p_at(i + 1, j + 1),
+                                p_at(i, j + 1));
+                if (i + j + 4 <= n)
+                    quadratic_bulge(p_at(i + 2, j + 2), p_at(i, j + 2), p_at(i + 2, j), p_at(i + 1, j + 2),
+                                    p_at(i + 1, j + 1), p_at(i + 2, j + 1));
+            }
+        if (settled(attained + 0.25 * std::sqrt(bulge) + part.whole + pad)) return true;
         double most = 0;
         for (int j = 0; j + 2 <= n; j += 2)
             for (int i = 0; i + j + 2 <= n; i += 2) {
@@ -254,17 +292,18 @@ double QuadBounder::hull_error(const QuadNode& node, const Piece& piece, const C
     const std::size_t count = node.kind == QuadNode::Kind::star ? node.star->points.size() : node.local->points.size();
     double least = std::numeric_limits<double>::infinity(), most = 0;
     for (std::size_t k = 0; k < 3; ++k) {
+        // A corner of the piece that all the leaf's edges at the piece meet at stands for all of them.
+        const std::size_t opposite = (k + 1) % 3;
+        if (distance_ && piece.edge[opposite] >= 0) continue;
         double far = 0;
         for (std::size_t i = 0; i < count; ++i) {
             const Vec3d d = points[i] - corners.linear[k];
             far = std::max(far, glm::dot(d, d));
         }
         most = std::max(most, far);
-        // A corner of the piece that all the leaf's edges at the piece meet at stands for all of them.
-        const std::size_t opposite = (k + 1) % 3;
-        if (distance_ && piece.edge[opposite] < 0) least = std::min(least, far);
+        least = std::min(least, far);
     }
-    return std::sqrt(distance_ ? std::min(least, most) : most);
+    return std::sqrt(distance_ ? least : most);
 }
 
 void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {
