@@ -127,12 +127,8 @@ double LeafEstimator<Family>::measured(const CellTriangle& leaf, typename Family
                 return;
             }
         const Vec3d q = b0 * c0 + b1 * c1 + b2 * c2;
-        double back = closest_.local(q, Family::parameter(mesh, leaf, b0, b1, b2));
-        if (back > tolerance_) {
-            // Anything nearer than the tolerance will do.
-            const double reach = tolerance_ > 0 ? tolerance_ : back, found = closest_.global(q, reach);
-            if (found < reach) back = found;
-        }
+        // Never above the deviation at q, so that refining ends it.
+        const double back = closest_.local(q, Family::parameter(mesh, leaf, b0, b1, b2));
         error = std::max(error, back);
     });
     return error;
