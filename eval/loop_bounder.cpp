@@ -235,37 +235,50 @@ void LoopBounder::bound_quarter(const LoopCell& cell, int quarter, const Piece& 
 
 /// A whole star cell, from the table of its valence where that is enough.
 void LoopBounder::bound_star(const detail::LoopStarChain& star, const Piece& piece, int depth) {
-    const detail::LoopStarBound* table = detail::LoopStarBound::of(star.valence());
-    if (table != nullptr) {
-        std::array<Vec3d, 3> corner;
-        double attained = 0;
-        for (int i = 0; i < 3; ++i) {
-            corner[corner_of(piece.at[i])] = piece.deviation[i];
-            attained = std::max(attained, squared(piece.deviation[i]));
-        }
-        const double m = detail::LoopStarBound::largest_difference(star.valence(), star.points());
-        if (settle(std::sqrt(attained) + table->whole * m + pad_)) return;
-        const auto deviations = table->deviations(star.points());
-        double inner = squared(corner[0]);
-        for (int s = 0; s < detail::LoopStarBound::k_samples; ++s) {
-            const auto& at = detail::LoopStarBound::k_sample_at[s];
-            const Vec3d d =
-                deviations[s] + (0.25 * at[0]) * corner[0] + (0.25 * at[1]) * corner[1] + (0.25 * at[2]) * corner[2];
-            attained = std::max(attained, squared(d));
-            if (s < 2) inner = std::max(inner, squared(d));
-        }
-        attained = std::sqrt(attained);
-        lower_ = std::max(lower_, attained);
-        if (lower_ > decide_at_) {
-            rejected_ = true;
-            return;
-        }
-        if (settle(std::max(attained + table->around * m, std::sqrt(inner) + table->inner * m) + pad_)) return;
-    }
+    using detail::LoopStarBound;
     LoopCell cell;
     cell.kind = LoopCell::Kind::star;
     cell.star = &star;
-    bound_quarters(cell, piece, depth);
+    const LoopStarBound* table = LoopStarBound::of(star.valence());
+    if (table == nullptr) {
+        bound_quarters(cell, piece, depth);
+        return;
+    }
+    Deviations corner;
+    for (std::size_t i = 0; i < 3; ++i) corner[static_cast<std::size_t>(corner_of(piece.at[i]))] = piece.deviation[i];
+    const double m = LoopStarBound::largest_difference(star.valence(), star.points());
+    const double ends = std::max({squared(corner[0]), squared(corner[1]), squared(corner[2])});
+    if (settle(std::sqrt(ends) + table->whole * m + pad_)) return;
+    auto deviation = table->deviations(star.points());
+    std::array<double, 4> most{squared(corner[0]), squared(corner[1]), squared(corner[2]), 0};  // by quarters
+    double inner = squared(corner[0]);
+    for (std::size_t s = 0; s < LoopStarBound::k_samples; ++s) {
+        const auto& at = LoopStarBound::k_sample_at[s];
+        Vec3d& d = deviation[s];
+        d += (0.25 * at[0]) * corner[0] + (0.25 * at[1]) * corner[1] + (0.25 * at[2]) * corner[2];
+        const double size = squared(d);
+        for (std::size_t k = 0; k < 3; ++k)
+            if (at[k] >= 2) most[k] = std::max(most[k], size);
+        if (at[0] <= 2 && at[1] <= 2 && at[2] <= 2) most[3] = std::max(most[3], size);
+        if (s < 2) inner = std::max(inner, size);
+    }
+    std::array<double, 4> upper;
+    for (std::size_t k = 0; k < 4; ++k) {
+        most[k] = std::sqrt(most[k]);
+        upper[k] = most[k] + table->around * m + pad_;
+    }
+    lower_ = std::max(lower_, std::max({most[0], most[1], most[2], most[3]}));
+    if (lower_ > decide_at_) {
+        rejected_ = true;
+        return;
+    }
+    upper[0] = std::max(upper[0], std::sqrt(inner) + table->inner * m + pad_);
+    if (settle(std::max({upper[0], upper[1], upper[2], upper[3]}))) return;
+    const Deviations middles{deviation[LoopStarBound::k_middles[0]], deviation[LoopStarBound::k_middles[1]],
+                             deviation[LoopStarBound::k_middles[2]]};
+    std::array<bool, 4> settled;
+    for (std::size_t k = 0; k < 4; ++k) settled[k] = accept(upper[k]);
+    bound_quarters(cell, piece, depth, &middles, settled);
 }
 
 void LoopBounder::bound_irregular(const LoopCell& cell, const Piece& piece, int depth) {
@@ -295,31 +308,34 @@ void LoopBounder::bound_irregular(const LoopCell& cell, const Piece& piece, int 
         bound_green(cell, piece, corners, depth);
 }
 
-/// A whole cell, quarter by quarter.
-void LoopBounder::bound_quarters(const LoopCell& cell, const Piece& piece, int depth) {
-    const auto deviate = [&](const Vec3d& s, const Vec3d& linear) {
-        const Vec3d d = s - linear;
-        attain(d);
-        return d;
-    };
+void LoopBounder::bound_quarters(const LoopCell& cell, const Piece& piece, int depth, const Deviations* middles,
+                                 const std::array<bool, 4>& settled) {
     Piece p;  // in the order of the cell's corners
     for (int i = 0; i < 3; ++i) {
         const int k = corner_of(piece.at[i]);
         p.at[k] = piece.at[i], p.linear[k] = piece.linear[i], p.deviation[k] = piece.deviation[i];
     }
     Piece m;  // m[k]: middle of edge k
-    LoopCell centre;
-    patches_.child(cell, 3, centre);
     for (int k = 0; k < 3; ++k) {
         m.at[k] = middle(p.at[k], p.at[next3(k)]);
         m.linear[k] = 0.5 * (p.linear[k] + p.linear[next3(k)]);
-        // Corner i of the centre is the middle of the edge opposite corner i.
-        const Vec3d s = centre.kind == LoopCell::Kind::regular ? detail::box_spline_corner(centre.net, prev3(k))
-                                                               : patches_.position(cell, m.at[k]);
-        m.deviation[k] = deviate(s, m.linear[k]);
+    }
+    if (middles != nullptr) {
+        m.deviation = *middles;
+    } else {
+        LoopCell centre;
+        patches_.child(cell, 3, centre);
+        for (int k = 0; k < 3; ++k) {
+            // Corner i of the centre is the middle of the edge opposite corner i.
+            const Vec3d s = centre.kind == LoopCell::Kind::regular ? detail::box_spline_corner(centre.net, prev3(k))
+                                                                   : patches_.position(cell, m.at[k]);
+            m.deviation[k] = s - m.linear[k];
+            attain(m.deviation[k]);
+        }
     }
     for (int k = 2; k >= -1; --k) {
         const int quarter = k < 0 ? 0 : k == 0 ? 3 : k;  // the irregular one of a star last
+        if (settled[static_cast<std::size_t>(quarter)]) continue;
         Piece part;
         for (int i = 0; i < 3; ++i) {
             const bool own = i == quarter;

@@ -45,7 +45,11 @@ class LoopBounder {
     Level& locate(const CellTriangle& leaf, Corners& at);
     void bound_star(const detail::LoopStarChain& star, const Piece& piece, int depth);
     void bound_irregular(const detail::LoopCell& cell, const Piece& piece, int depth);
-    void bound_quarters(const detail::LoopCell& cell, const Piece& piece, int depth);
+    /// A whole cell, quarter by quarter.
+    /// @param middles  S - L in the middles of its edges, if that is known
+    /// @param settled  quarters that need no look
+    void bound_quarters(const detail::LoopCell& cell, const Piece& piece, int depth,
+                        const std::array<Vec3d, 3>* middles = nullptr, const std::array<bool, 4>& settled = {});
     void bound_green(const detail::LoopCell& cell, const Piece& piece, int corners, int depth);
     void bound_quarter(const detail::LoopCell& cell, int quarter, const Piece& piece, int depth);
     using Deviations = std::array<Vec3d, 3>;

@@ -15,6 +15,10 @@ namespace {
 /// a box).
 constexpr std::uint32_t k_plain_searches = 256;
 
+/// Squared sine of the angle between the way to a surface point and the surface's normal below which the foot is found:
+/// what is left then changes the distance by half of that.
+constexpr double k_square = 1e-8;
+
 /// Moves barycentrics into the triangle: the nearest point in the parameter plane would do as well; this one is cheap.
 void clamp_to_triangle(std::array<double, 3>& b) {
     double sum = 0;
@@ -39,6 +43,8 @@ double LoopClosest::local(const Vec3d& q, SurfaceParameter at) const {
         best = distance;
         double dx, dy;
         if (!detail::tangent_step(s, q, dx, dy)) return best;
+        const Vec3d along = dx * s.du + dy * s.dv;
+        if (glm::dot(along, along) < k_square * distance * distance) return best;
         // No step longer than half a triangle: beyond the neighbour the linearisation means nothing.
         const double length = std::max(std::abs(dx), std::abs(dy));
         if (length > 0.5) dx *= 0.5 / length, dy *= 0.5 / length;

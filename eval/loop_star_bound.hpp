@@ -32,6 +32,8 @@ struct LoopStarBound {
                                                                             {0, 3, 1},
                                                                             {0, 2, 2},
                                                                             {0, 1, 3}}};
+    /// Those in the middles of edges 0, 1, 2.
+    static constexpr std::array<std::size_t, 3> k_middles{2, 10, 4};
     int valence = 0;
     std::vector<std::array<double, k_samples>> weight;  ///< [point][sample]
     double whole = 0;                                   ///< |S - L| <= whole M
