@@ -250,18 +250,17 @@ void LoopBounder::bound_star(const detail::LoopStarChain& star, const Piece& pie
     const double ends = std::max({squared(corner[0]), squared(corner[1]), squared(corner[2])});
     if (settle(std::sqrt(ends) + table->whole * m + pad_)) return;
     auto deviation = table->deviations(star.points());
-    std::array<double, 4> most{squared(corner[0]), squared(corner[1]), squared(corner[2]), 0};  // by quarters
-    double inner = squared(corner[0]);
+    std::array<double, LoopStarBound::k_samples> size;
     for (std::size_t s = 0; s < LoopStarBound::k_samples; ++s) {
         const auto& at = LoopStarBound::k_sample_at[s];
-        Vec3d& d = deviation[s];
-        d += (0.25 * at[0]) * corner[0] + (0.25 * at[1]) * corner[1] + (0.25 * at[2]) * corner[2];
-        const double size = squared(d);
-        for (std::size_t k = 0; k < 3; ++k)
-            if (at[k] >= 2) most[k] = std::max(most[k], size);
-        if (at[0] <= 2 && at[1] <= 2 && at[2] <= 2) most[3] = std::max(most[3], size);
-        if (s < 2) inner = std::max(inner, size);
+        if (ends > 0)
+            deviation[s] += (0.25 * at[0]) * corner[0] + (0.25 * at[1]) * corner[1] + (0.25 * at[2]) * corner[2];
+        size[s] = squared(deviation[s]);
     }
+    std::array<double, 4> most{squared(corner[0]), squared(corner[1]), squared(corner[2]), 0};
+    for (std::size_t k = 0; k < 4; ++k)
+        for (const std::size_t s : LoopStarBound::k_in_quarter[k]) most[k] = std::max(most[k], size[s]);
+    const double inner = std::max({squared(corner[0]), size[0], size[1]});
     std::array<double, 4> upper;
     for (std::size_t k = 0; k < 4; ++k) {
         most[k] = std::sqrt(most[k]);

@@ -1,37 +1,27 @@
 #include "tetrakis/eval/loop_cell.hpp"
 
 #include <new>
+#include <type_traits>
 
 namespace tetrakis::detail {
 
-LoopStarChain::Owner LoopStarChain::make(int valence, int size) {
-    static_assert(sizeof(LoopStarChain) % alignof(Vec3d) == 0);
-    void* memory = ::operator new(sizeof(LoopStarChain) + static_cast<std::size_t>(size) * sizeof(Vec3d));
-    Owner link(new (memory) LoopStarChain(valence));
+LoopStarChain& LoopStarChain::make(LoopStarPool& pool, int valence, int size) {
+    static_assert(sizeof(LoopStarChain) % alignof(Vec3d) == 0 && std::is_trivially_destructible_v<LoopStarChain>);
+    void* memory = pool.allocate(sizeof(LoopStarChain) + static_cast<std::size_t>(size) * sizeof(Vec3d));
+    auto* link = new (memory) LoopStarChain(pool, valence);
     std::uninitialized_fill_n(link->points(), size, Vec3d(0));
-    return link;
-}
-
-void LoopStarChain::Deleter::operator()(LoopStarChain* link) const {
-    // Link by link: a recursion as long as the chain would be as deep.
-    while (link != nullptr) {
-        LoopStarChain* after = link->next_.load(std::memory_order_relaxed);
-        link->~LoopStarChain();
-        ::operator delete(link);
-        link = after;
-    }
+    return *link;
 }
 
 const LoopStarChain& LoopStarChain::next() const {
     LoopStarChain* known = next_.load(std::memory_order_acquire);
     if (known != nullptr) return *known;
-    Owner fresh = make(valence_, loop_star_step_size(valence_));
-    loop_star_step(valence_, loop_vertex_rule(valence_).beta, points(), fresh->points());
-    if (next_.compare_exchange_strong(known, fresh.get(), std::memory_order_acq_rel)) known = fresh.release();
-    return *known;
+    LoopStarChain& fresh = make(*pool_, valence_, loop_star_step_size(valence_));
+    loop_star_step(valence_, loop_vertex_rule(valence_).beta, points(), fresh.points());
+    return next_.compare_exchange_strong(known, &fresh, std::memory_order_acq_rel) ? fresh : *known;
 }
 
-LoopNode::LoopNode(LoopRings rings) {
+LoopNode::LoopNode(LoopRings rings, LoopStarPool& pool) : pool_(&pool) {
     if (const auto net = rings.regular_net()) {
         kind_ = LoopCell::Kind::regular;
         net_ = std::make_unique<Net12>(*net);
@@ -41,7 +31,7 @@ LoopNode::LoopNode(LoopRings rings) {
         kind_ = LoopCell::Kind::star;
         turn_ = corner;
         const int valence = rings.corner[corner].size();
-        star_ = LoopStarChain::make(valence, loop_star_size(valence));
+        star_ = &LoopStarChain::make(pool, valence, loop_star_size(valence));
         const std::vector<Vec3d> points = rings.star_points(corner);
         std::copy(points.begin(), points.end(), star_->points());
         return;
@@ -55,7 +45,7 @@ void LoopNode::cell(LoopCell& out) const {
     out.kind = kind_;
     out.turn = turn_;
     if (net_) out.net = *net_;
-    out.star = star_.get();
+    out.star = star_;
     out.node = this;
 }
 
@@ -64,7 +54,7 @@ const LoopNode& LoopNode::child(int quarter) const {
     if (known == nullptr) {
         auto fresh = std::make_unique<Children>();
         std::array<LoopRings, 4> rings = rings_->children();
-        for (int i = 0; i < 4; ++i) (*fresh)[i] = std::make_unique<LoopNode>(std::move(rings[i]));
+        for (int i = 0; i < 4; ++i) (*fresh)[i] = std::make_unique<LoopNode>(std::move(rings[i]), *pool_);
         if (children_.compare_exchange_strong(known, fresh.get(), std::memory_order_acq_rel)) known = fresh.release();
     }
     return *(*known)[quarter];

@@ -2,6 +2,7 @@
 
 #include "tetrakis/eval/loop_ring.hpp"
 #include "tetrakis/eval/loop_star.hpp"
+#include "tetrakis/eval/loop_star_pool.hpp"
 
 #include <atomic>
 #include <cstdint>
@@ -10,16 +11,12 @@
 namespace tetrakis::detail {
 
 /// A chain of stars, each inside the one before, towards an extraordinary corner: the first link holds a star's points,
-/// each further one a step (loop_star_step). Links grow on demand; every thread would build the same bits.
+/// each further one a step (loop_star_step). Links grow on demand; every thread would build the same bits. They belong
+/// to the pool.
 class LoopStarChain {
   public:
-    struct Deleter {
-        void operator()(LoopStarChain* chain) const;
-    };
-    using Owner = std::unique_ptr<LoopStarChain, Deleter>;
-
-    /// A link with room for `size` points, in one piece of memory.
-    static Owner make(int valence, int size);
+    /// A link with room for `size` points.
+    static LoopStarChain& make(LoopStarPool& pool, int valence, int size);
     LoopStarChain(const LoopStarChain&) = delete;
     LoopStarChain& operator=(const LoopStarChain&) = delete;
 
@@ -30,10 +27,10 @@ class LoopStarChain {
     const LoopStarChain& next() const;
 
   private:
-    explicit LoopStarChain(int valence) : valence_(valence) {}
-    ~LoopStarChain() = default;
+    LoopStarChain(LoopStarPool& pool, int valence) : pool_(&pool), valence_(valence) {}
 
     mutable std::atomic<LoopStarChain*> next_{nullptr};
+    LoopStarPool* pool_;
     int valence_;
 };
 
@@ -72,7 +69,7 @@ struct LoopCell {
 /// A node of the tree below a generic cell.
 class LoopNode {
   public:
-    explicit LoopNode(LoopRings rings);
+    LoopNode(LoopRings rings, LoopStarPool& pool);
     LoopNode(const LoopNode&) = delete;
     LoopNode& operator=(const LoopNode&) = delete;
     ~LoopNode();
@@ -86,10 +83,11 @@ class LoopNode {
     LoopCell::Kind kind_ = LoopCell::Kind::generic;
     int turn_ = 0;
     std::unique_ptr<Net12> net_;
-    LoopStarChain::Owner star_;
+    LoopStarChain* star_ = nullptr;
     std::unique_ptr<LoopRings> rings_;
     using Children = std::array<std::unique_ptr<LoopNode>, 4>;
     mutable std::atomic<Children*> children_{nullptr};
+    LoopStarPool* pool_;
 };
 
 /// Which quarter of its cell a point is in: 0, 1, 2 at the corners, 3 the centre. On the border of several, not 0 if it

@@ -99,10 +99,14 @@ double LoopClosest::global(const Vec3d& q, double best) const {
     if (searches_.fetch_add(1, std::memory_order_relaxed) < k_plain_searches) {
         const std::vector<Box3d>& all = boxes();
         for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
+            // Most are too far along the first axis already.
             const Box3d& box = all[f];
+            const double x = std::max({box.lower.x - q.x, q.x - box.upper.x, 0.0});
+            if (x > best) continue;
             if (box.empty()) continue;
-            const Vec3d off = glm::max(glm::max(box.lower - q, q - box.upper), Vec3d(0));
-            if (glm::dot(off, off) <= best * best) best = in_root(q, mesh.face_halfedge(FaceId(f)), best);
+            const double y = std::max({box.lower.y - q.y, q.y - box.upper.y, 0.0});
+            const double z = std::max({box.lower.z - q.z, q.z - box.upper.z, 0.0});
+            if (x * x + y * y + z * z <= best * best) best = in_root(q, mesh.face_halfedge(FaceId(f)), best);
         }
         return best;
     }

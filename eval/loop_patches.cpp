@@ -68,12 +68,8 @@ LoopPatches::LoopPatches(const ControlMesh& mesh, const RunContext& context) : m
 }
 
 LoopPatches::~LoopPatches() {
-    for (std::uint32_t h = 0; h < grown_.size(); ++h) {
-        if (kind_[h / 3] == RootKind::generic)
-            delete grown_[h].node.load(std::memory_order_relaxed);
-        else
-            LoopStarChain::Deleter()(grown_[h].star.load(std::memory_order_relaxed));
-    }
+    for (std::uint32_t h = 0; h < grown_.size(); ++h)
+        if (kind_[h / 3] == RootKind::generic) delete grown_[h].node.load(std::memory_order_relaxed);
 }
 
 std::uint64_t LoopPatches::memory_bytes() const {
@@ -89,8 +85,9 @@ Box3d LoopPatches::bounds(FaceId face) const {
         const std::uint32_t start = mesh_.vertex_halfedge(VertexId(origin(h))).value;
         for (std::uint32_t o = start;;) {
             box.add(edge_point(o));
-            box.add(edge_point(prev(o)));
-            o = twin(prev(o));
+            const std::uint32_t last = prev(o);
+            o = twin(last);
+            if (o == k_none) box.add(edge_point(last));
             if (o == k_none || o == start) break;
         }
     }
@@ -288,20 +285,19 @@ const LoopStarChain& LoopPatches::star_root(std::uint32_t h, bool first_level) c
     LoopStarChain* known = grown_[h].star.load(std::memory_order_acquire);
     if (known != nullptr) return *known;
     const int valence = static_cast<int>(mesh_.face_valence(VertexId(origin(h))));
-    LoopStarChain::Owner fresh = LoopStarChain::make(valence, detail::loop_star_size(valence));
+    LoopStarChain& fresh = LoopStarChain::make(pool_, valence, detail::loop_star_size(valence));
     if (first_level)
-        gather_first(h, valence, fresh->points());
+        gather_first(h, valence, fresh.points());
     else
-        gather_control(h, valence, fresh->points());
-    if (grown_[h].star.compare_exchange_strong(known, fresh.get(), std::memory_order_acq_rel)) known = fresh.release();
-    return *known;
+        gather_control(h, valence, fresh.points());
+    return grown_[h].star.compare_exchange_strong(known, &fresh, std::memory_order_acq_rel) ? fresh : *known;
 }
 
 const LoopNode& LoopPatches::generic_root(std::uint32_t h) const {
     LoopNode* known = grown_[h].node.load(std::memory_order_acquire);
     if (known != nullptr) return *known;
     LoopRings rings{{control_ring(h), control_ring(h + 1), control_ring(h + 2)}};
-    auto fresh = std::make_unique<LoopNode>(std::move(rings));
+    auto fresh = std::make_unique<LoopNode>(std::move(rings), pool_);
     if (grown_[h].node.compare_exchange_strong(known, fresh.get(), std::memory_order_acq_rel)) known = fresh.release();
     return *known;
 }

@@ -34,6 +34,9 @@ struct LoopStarBound {
                                                                             {0, 1, 3}}};
     /// Those in the middles of edges 0, 1, 2.
     static constexpr std::array<std::size_t, 3> k_middles{2, 10, 4};
+    /// Those in each quarter (at most six; repeated).
+    static constexpr std::array<std::array<std::size_t, 6>, 4> k_in_quarter{
+        {{0, 1, 2, 3, 4, 4}, {2, 5, 6, 9, 10, 10}, {4, 7, 8, 10, 11, 11}, {2, 3, 4, 6, 7, 10}}};
     int valence = 0;
     std::vector<std::array<double, k_samples>> weight;  ///< [point][sample]
     double whole = 0;                                   ///< |S - L| <= whole M
