@@ -15,6 +15,9 @@ namespace {
 /// a box).
 constexpr std::uint32_t k_plain_searches = 256;
 
+/// Of a position, in units of the largest coordinate.
+constexpr double k_rounding = 128 * std::numeric_limits<double>::epsilon();
+
 /// Squared sine of the angle between the way to a surface point and the surface's normal below which the foot is found:
 /// what is left then changes the distance by half of that.
 constexpr double k_square = 1e-8;
@@ -88,8 +91,14 @@ const std::vector<Box3d>& LoopClosest::boxes() const {
     std::call_once(boxed_, [&] {
         // Not in parallel: a thread that waits inside might take up a task that comes back here.
         boxes_.resize(mesh.face_count());
-        for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
-            if (!mesh.is_hole(FaceId(f))) boxes_[f] = patches_.bounds(FaceId(f));
+        // Room for the rounding of positions, so that no order of search misses what another one finds.
+        const Vec3d room(k_rounding * patches_.largest_coordinate());
+        for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
+            if (mesh.is_hole(FaceId(f))) continue;
+            boxes_[f] = patches_.bounds(FaceId(f));
+            boxes_[f].lower -= room;
+            boxes_[f].upper += room;
+        }
     });
     return boxes_;
 }
