@@ -1,4 +1,4 @@
-#include "tetrakis/eval/quad_patches.hpp"
+#include "tetrakis/eval/quad_node.hpp"
 
 #include <bitset>
 
