@@ -40,27 +40,13 @@ constexpr double k_unknown = std::numeric_limits<double>::infinity();
 
 constexpr std::array<Bary, 3> k_whole{Bary{1, 0, 0}, Bary{0, 1, 0}, Bary{0, 0, 1}};
 
+/// Samples of a star, those first that are likely to be far off.
+constexpr std::array<std::size_t, detail::LoopStarBound::k_samples> k_sample_order{10, 2, 4,  0, 1, 5,
+                                                                                   8,  9, 11, 6, 7, 3};
+
 bool is_corner(const Bary& b) { return b[0] == 1 || b[1] == 1 || b[2] == 1; }
 bool is_whole(const std::array<Bary, 3>& at) { return is_corner(at[0]) && is_corner(at[1]) && is_corner(at[2]); }
 int corner_of(const Bary& b) { return b[0] == 1 ? 0 : b[1] == 1 ? 1 : 2; }
-
-/// S - L lies in the hull of all differences between a cell's points and L's corners.
-double hull_distance(const LoopCell& cell, const std::array<Vec3d, 3>& linear) {
-    assert(cell.kind == LoopCell::Kind::star || cell.kind == LoopCell::Kind::generic);
-    double far = 0;
-    const auto look = [&](const Vec3d& p) {
-        for (const Vec3d& l : linear) far = std::max(far, squared(p - l));
-    };
-    if (cell.kind == LoopCell::Kind::star) {
-        for (int i = 0; i < detail::loop_star_size(cell.star->valence()); ++i) look(cell.star->points()[i]);
-    } else {
-        for (const detail::LoopRing& ring : cell.node->rings().corner) {
-            look(ring.centre);
-            for (const detail::LoopRing::Spoke& spoke : ring.spokes) look(spoke.point);
-        }
-    }
-    return std::sqrt(far);
-}
 
 }  // namespace
 
@@ -123,8 +109,71 @@ LoopBounder::Level& LoopBounder::locate(const CellTriangle& leaf, Corners& at) {
     return way_[depth];
 }
 
-void LoopBounder::attain(const Vec3d& deviation) {
-    lower_ = std::max(lower_, std::sqrt(squared(deviation)));
+LoopBounder::Point LoopBounder::halfway(const Point& a, const Point& b) {
+    return {0.5 * (a.b1 + b.b1), 0.5 * (a.b2 + b.b2), 0.5 * (a.deviation + b.deviation), 0};
+}
+
+LoopBounder::Point LoopBounder::combine(const Points& c, const Bary& at) {
+    return {at[0] * c[0].b1 + at[1] * c[1].b1 + at[2] * c[2].b1, at[0] * c[0].b2 + at[1] * c[1].b2 + at[2] * c[2].b2,
+            at[0] * c[0].deviation + at[1] * c[1].deviation + at[2] * c[2].deviation, 0};
+}
+
+bool LoopBounder::on_one_side(const Point& a, const Point& b) {
+    return (a.b1 == 0 && b.b1 == 0) || (a.b2 == 0 && b.b2 == 0) || (a.b1 + a.b2 == 1 && b.b1 + b.b2 == 1);
+}
+
+void LoopBounder::set_leaf(const std::array<Vec3d, 3>& corners) {
+    corners_ = corners;
+    for (std::size_t k = 0; k < 3; ++k) {
+        side_[k] = corners[(k + 1) % 3] - corners[k];
+        const double size = squared(side_[k]);
+        inverse_squared_[k] = size > 0 ? 1 / size : 0;
+    }
+    has_triangle_ = false;
+}
+
+/// Of a point with parameters on side k.
+double LoopBounder::to_side(const Point& p, std::size_t k) const {
+    const double place = k == 0 ? p.b1 : (k == 1 ? p.b2 : 1 - p.b1 - p.b2);
+    const double foot = place + glm::dot(p.deviation, side_[k]) * inverse_squared_[k];
+    return std::sqrt(squared(p.deviation - (std::clamp(foot, 0.0, 1.0) - place) * side_[k]));
+}
+
+double LoopBounder::to_triangle(const Point& p) {
+    if (!has_triangle_) {
+        triangle_ = detail::TriangleDistance(corners_);
+        has_triangle_ = true;
+    }
+    return triangle_.to_triangle(triangle_.inside(p.b1, p.b2) + triangle_.local_vector(p.deviation));
+}
+
+double LoopBounder::error_of(const Point& p) {
+    // Parameters are dyadic: these are exact.
+    const bool on0 = p.b2 == 0, on1 = p.b1 + p.b2 == 1, on2 = p.b1 == 0;
+    if (!on0 && !on1 && !on2) return to_triangle(p);
+    double error = 0;
+    if (on0) error = to_side(p, 0);
+    if (on1) error = std::max(error, to_side(p, 1));
+    if (on2) error = std::max(error, to_side(p, 2));
+    return error;
+}
+
+/// Whether S - L and `rest` are acceptable together. The size of S - L, which is never below the error and cheaper,
+/// stands for it then.
+inline bool LoopBounder::small(Point& point, double rest) const {
+    const double room = decide_at_ - rest, size = squared(point.deviation);
+    if (!(room >= 0 && size <= room * room)) return false;
+    point.error = std::sqrt(size);
+    return true;
+}
+
+inline void LoopBounder::attain_where_needed(Point& point, double rest) {
+    if (!small(point, rest)) attain(point);
+}
+
+void LoopBounder::attain(Point& point) {
+    point.error = error_of(point);
+    lower_ = std::max(lower_, point.error);
     if (lower_ > decide_at_) rejected_ = true;
 }
 
@@ -142,30 +191,70 @@ bool LoopBounder::accept(double upper) {
     return true;
 }
 
-/// Takes S - L in the middles of a piece's edges. Whether that settles it: its quarters have a quarter of its own
-/// deviation.
-bool LoopBounder::attain_inner(const std::array<Vec3d, 3>& inner, double attained, double own) {
-    const double most = std::sqrt(std::max({squared(inner[0]), squared(inner[1]), squared(inner[2])}));
-    lower_ = std::max(lower_, most);
-    if (lower_ > decide_at_) rejected_ = true;
-    return rejected_ || accept(std::max(most, attained) + 0.25 * own + pad_);
+/// Takes the middles of a piece's edges. Whether that settles it: its quarters have a quarter of its own deviation.
+bool LoopBounder::attain_inner(Points& inner, double attained, double own) {
+    const double rest = 0.25 * own + pad_;
+    double most = attained;
+    for (Point& p : inner) {
+        attain_where_needed(p, rest);
+        if (rejected_) return true;
+        most = std::max(most, p.error);
+    }
+    return accept(most + rest);
 }
 
-void LoopBounder::bound_red(const BoxSplineHessian& h, const Deviations& deviation, double own, int depth) {
+/// @param bend  S - L' there, L' the interpolant of the points
+void LoopBounder::attain_centroid(const Points& p, const Vec3d& bend) {
+    Point c;
+    c.b1 = (1.0 / 3) * (p[0].b1 + p[1].b1 + p[2].b1);
+    c.b2 = (1.0 / 3) * (p[0].b2 + p[1].b2 + p[2].b2);
+    c.deviation = (1.0 / 3) * (p[0].deviation + p[1].deviation + p[2].deviation) + bend;
+    if (squared(c.deviation) <= lower_ * lower_) return;
+    // Inside the leaf, whatever its rounded parameters say.
+    lower_ = std::max(lower_, to_triangle(c));
+    if (lower_ > decide_at_) rejected_ = true;
+}
+
+/// S lies in the hull of the cell's points, and T is no further off than any of its own points. For edges of the leaf
+/// that has to be a point of theirs: a corner that all those at the piece meet at stands for them. Where there is none,
+/// S - L lies in the hull of the differences.
+double LoopBounder::hull_error(const LoopCell& cell, const Points& point) const {
+    assert(cell.kind == LoopCell::Kind::star || cell.kind == LoopCell::Kind::generic);
+    std::array<double, 3> far{};  // squared, from L at each corner
+    const std::array<Vec3d, 3> l{linear(point[0]), linear(point[1]), linear(point[2])};
+    const auto look = [&](const Vec3d& p) {
+        for (std::size_t i = 0; i < 3; ++i) far[i] = std::max(far[i], squared(p - l[i]));
+    };
+    if (cell.kind == LoopCell::Kind::star) {
+        for (int i = 0; i < detail::loop_star_size(cell.star->valence()); ++i) look(cell.star->points()[i]);
+    } else {
+        for (const detail::LoopRing& ring : cell.node->rings().corner) {
+            look(ring.centre);
+            for (const detail::LoopRing::Spoke& spoke : ring.spokes) look(spoke.point);
+        }
+    }
+    double error = std::max({far[0], far[1], far[2]});
+    for (int i = 0; i < 3; ++i)
+        if (!on_one_side(point[next3(i)], point[prev3(i)])) error = std::min(error, far[i]);
+    return std::sqrt(error);
+}
+
+void LoopBounder::bound_red(const BoxSplineHessian& h, const Points& point, double own, int depth) {
     if (rejected_) return;
-    const double attained = std::sqrt(std::max({squared(deviation[0]), squared(deviation[1]), squared(deviation[2])}));
+    const double attained = largest_error(point);
     if (accept(attained + own + pad_)) return;
     own = std::min(own, detail::patch_deviation(h));
     const double upper = attained + own + pad_;
     if (settle(upper)) return;
     std::array<Vec3d, 3> bend;
-    Deviations inner;  // S - L in the middle of edge k; `bend` without that of its ends
+    Points inner;  // in the middle of edge k; `bend` without the deviation of its ends
     for (int k = 0; k < 3; ++k) {
         bend[k] = detail::middle_deviation(h, k);
-        inner[k] = 0.5 * (deviation[k] + deviation[next3(k)]) + bend[k];
+        inner[k] = halfway(point[k], point[next3(k)]);
+        inner[k].deviation += bend[k];
     }
     if (attain_inner(inner, attained, own)) return;
-    attain((1.0 / 3) * (deviation[0] + deviation[1] + deviation[2]) + detail::centroid_deviation(h, k_whole, bend[1]));
+    attain_centroid(point, detail::centroid_deviation(h, k_whole, bend[1]));
     if (rejected_ || settle(upper)) return;
     if (depth == 0) {
         upper_ = std::max(upper_, upper);
@@ -173,32 +262,33 @@ void LoopBounder::bound_red(const BoxSplineHessian& h, const Deviations& deviati
     }
     const std::array<BoxSplineHessian, 4> quarter = h.quarters();
     bound_red(quarter[3], {inner[1], inner[2], inner[0]}, 0.25 * own, depth - 1);
-    bound_red(quarter[0], {deviation[0], inner[0], inner[2]}, 0.25 * own, depth - 1);
-    bound_red(quarter[1], {inner[0], deviation[1], inner[1]}, 0.25 * own, depth - 1);
-    bound_red(quarter[2], {inner[2], inner[1], deviation[2]}, 0.25 * own, depth - 1);
+    bound_red(quarter[0], {point[0], inner[0], inner[2]}, 0.25 * own, depth - 1);
+    bound_red(quarter[1], {inner[0], point[1], inner[1]}, 0.25 * own, depth - 1);
+    bound_red(quarter[2], {inner[2], inner[1], point[2]}, 0.25 * own, depth - 1);
 }
 
-void LoopBounder::bound_regular(const BoxSplineHessian& h, const Corners& at, const Deviations& deviation, double own,
+void LoopBounder::bound_regular(const BoxSplineHessian& h, const Corners& at, const Points& point, double own,
                                 int depth) {
     if (rejected_) return;
     if (const int parallel = detail::red_edge(at); parallel >= 0) {
-        bound_red(detail::restricted(h, at, parallel), deviation, own, depth);
+        bound_red(detail::restricted(h, at, parallel), point, own, depth);
         return;
     }
-    const double attained = std::sqrt(std::max({squared(deviation[0]), squared(deviation[1]), squared(deviation[2])}));
+    const double attained = largest_error(point);
     if (accept(attained + own + pad_)) return;
     const std::array<EdgeSecond, 3> edge = edge_seconds(h, at);
     own = std::min(own, detail::triangle_deviation(edge[0].bound, edge[1].bound, edge[2].bound));
     const double upper = attained + own + pad_;
     if (settle(upper)) return;
     std::array<Vec3d, 3> bend;
-    Deviations inner;
+    Points inner;
     for (int k = 0; k < 3; ++k) {
         bend[k] = edge[k].middle_deviation(k);
-        inner[k] = 0.5 * (deviation[k] + deviation[next3(k)]) + bend[k];
+        inner[k] = halfway(point[k], point[next3(k)]);
+        inner[k].deviation += bend[k];
     }
     if (attain_inner(inner, attained, own)) return;
-    attain((1.0 / 3) * (deviation[0] + deviation[1] + deviation[2]) + detail::centroid_deviation(h, at, bend[1]));
+    attain_centroid(point, detail::centroid_deviation(h, at, bend[1]));
     if (rejected_ || settle(upper)) return;
     if (depth == 0) {
         upper_ = std::max(upper_, upper);
@@ -208,9 +298,9 @@ void LoopBounder::bound_regular(const BoxSplineHessian& h, const Corners& at, co
     for (int k = 0; k < 3; ++k) mid[k] = middle(at[k], at[next3(k)]);
     own *= 0.25;
     bound_regular(h, {mid[1], mid[2], mid[0]}, {inner[1], inner[2], inner[0]}, own, depth - 1);
-    bound_regular(h, {at[0], mid[0], mid[2]}, {deviation[0], inner[0], inner[2]}, own, depth - 1);
-    bound_regular(h, {mid[0], at[1], mid[1]}, {inner[0], deviation[1], inner[1]}, own, depth - 1);
-    bound_regular(h, {mid[2], mid[1], at[2]}, {inner[2], inner[1], deviation[2]}, own, depth - 1);
+    bound_regular(h, {at[0], mid[0], mid[2]}, {point[0], inner[0], inner[2]}, own, depth - 1);
+    bound_regular(h, {mid[0], at[1], mid[1]}, {inner[0], point[1], inner[1]}, own, depth - 1);
+    bound_regular(h, {mid[2], mid[1], at[2]}, {inner[2], inner[1], point[2]}, own, depth - 1);
 }
 
 void LoopBounder::bound_quarter(const LoopCell& cell, int quarter, const Piece& piece, int depth) {
@@ -225,12 +315,12 @@ void LoopBounder::bound_quarter(const LoopCell& cell, int quarter, const Piece& 
     }
     const BoxSplineHessian hessian(child.net);
     if (!is_whole(part.at)) {
-        bound_regular(hessian, part.at, part.deviation, k_unknown, depth - 1);
+        bound_regular(hessian, part.at, part.point, k_unknown, depth - 1);
         return;
     }
-    Deviations deviation;  // in the order of the patch's corners
-    for (std::size_t i = 0; i < 3; ++i) deviation[static_cast<std::size_t>(corner_of(part.at[i]))] = part.deviation[i];
-    bound_red(hessian, deviation, k_unknown, depth - 1);
+    Points point;  // in the order of the patch's corners
+    for (std::size_t i = 0; i < 3; ++i) point[static_cast<std::size_t>(corner_of(part.at[i]))] = part.point[i];
+    bound_red(hessian, point, k_unknown, depth - 1);
 }
 
 /// A whole star cell, from the table of its valence where that is enough.
@@ -244,46 +334,78 @@ void LoopBounder::bound_star(const detail::LoopStarChain& star, const Piece& pie
         bound_quarters(cell, piece, depth);
         return;
     }
-    Deviations corner;
-    for (std::size_t i = 0; i < 3; ++i) corner[static_cast<std::size_t>(corner_of(piece.at[i]))] = piece.deviation[i];
+    Points corner;
+    for (std::size_t i = 0; i < 3; ++i) corner[static_cast<std::size_t>(corner_of(piece.at[i]))] = piece.point[i];
     const double m = LoopStarBound::largest_difference(star.valence(), star.points());
-    const double ends = std::max({squared(corner[0]), squared(corner[1]), squared(corner[2])});
-    if (settle(std::sqrt(ends) + table->whole * m + pad_)) return;
+    const double ends = largest_error(corner);
+    if (settle(ends + table->whole * m + pad_)) return;
     auto deviation = table->deviations(star.points());
-    std::array<double, LoopStarBound::k_samples> size;
-    for (std::size_t s = 0; s < LoopStarBound::k_samples; ++s) {
+    const double around = table->around * m + pad_, inner = table->inner * m + pad_;
+    const auto sample = [&](std::size_t s) {
         const auto& at = LoopStarBound::k_sample_at[s];
-        if (ends > 0)
-            deviation[s] += (0.25 * at[0]) * corner[0] + (0.25 * at[1]) * corner[1] + (0.25 * at[2]) * corner[2];
-        size[s] = squared(deviation[s]);
+        const double w0 = 0.25 * at[0], w1 = 0.25 * at[1], w2 = 0.25 * at[2];
+        return Point{w0 * corner[0].b1 + w1 * corner[1].b1 + w2 * corner[2].b1,
+                     w0 * corner[0].b2 + w1 * corner[1].b2 + w2 * corner[2].b2, deviation[s], 0};
+    };
+    std::array<double, LoopStarBound::k_samples> error;
+    const double room = std::max(0.0, decide_at_ - around), room_inside = std::min(room, decide_at_ - inner);
+    for (const std::size_t s : k_sample_order) {
+        if (ends > 0) {
+            const auto& at = LoopStarBound::k_sample_at[s];
+            deviation[s] += (0.25 * at[0]) * corner[0].deviation + (0.25 * at[1]) * corner[1].deviation +
+                            (0.25 * at[2]) * corner[2].deviation;
+        }
+        error[s] = std::sqrt(squared(deviation[s]));
+        if (error[s] <= (s < 2 ? room_inside : room)) continue;
+        Point p = sample(s);
+        attain(p);
+        if (rejected_) return;
+        error[s] = p.error;
     }
-    std::array<double, 4> most{squared(corner[0]), squared(corner[1]), squared(corner[2]), 0};
-    for (std::size_t k = 0; k < 4; ++k)
-        for (const std::size_t s : LoopStarBound::k_in_quarter[k]) most[k] = std::max(most[k], size[s]);
-    const double inner = std::max({squared(corner[0]), size[0], size[1]});
-    std::array<double, 4> upper;
+    std::array<double, 4> upper{corner[0].error, corner[1].error, corner[2].error, 0};
     for (std::size_t k = 0; k < 4; ++k) {
-        most[k] = std::sqrt(most[k]);
-        upper[k] = most[k] + table->around * m + pad_;
+        for (const std::size_t s : LoopStarBound::k_in_quarter[k]) upper[k] = std::max(upper[k], error[s]);
+        upper[k] += around;
     }
-    lower_ = std::max(lower_, std::max({most[0], most[1], most[2], most[3]}));
-    if (lower_ > decide_at_) {
-        rejected_ = true;
-        return;
-    }
-    upper[0] = std::max(upper[0], std::sqrt(inner) + table->inner * m + pad_);
+    upper[0] = std::max(upper[0], std::max({corner[0].error, error[0], error[1]}) + inner);
     if (settle(std::max({upper[0], upper[1], upper[2], upper[3]}))) return;
-    const Deviations middles{deviation[LoopStarBound::k_middles[0]], deviation[LoopStarBound::k_middles[1]],
-                             deviation[LoopStarBound::k_middles[2]]};
+    Points middles;
+    for (std::size_t k = 0; k < 3; ++k) {
+        middles[k] = sample(LoopStarBound::k_middles[k]);
+        middles[k].error = error[LoopStarBound::k_middles[k]];
+    }
     std::array<bool, 4> settled;
     for (std::size_t k = 0; k < 4; ++k) settled[k] = accept(upper[k]);
     bound_quarters(cell, piece, depth, &middles, settled);
 }
 
+/// A part of a star that its table's samples bound. Whether it needs no further look.
+bool LoopBounder::bound_star_part(const detail::LoopStarChain& star, const Piece& piece) {
+    const detail::LoopStarBound* table = detail::LoopStarBound::of(star.valence());
+    if (table == nullptr) return false;
+    const auto& p = piece.point;
+    const auto part = table->part(star.points(), piece.at, {p[0].deviation, p[1].deviation, p[2].deviation});
+    const double around_rest = part.around + pad_, inner_rest = part.inner + pad_;
+    double around = 0, inner = 0;
+    for (int i = 0; i < part.count; ++i) {
+        const auto& q = part.points[static_cast<std::size_t>(i)];
+        Point point = combine(p, q.at);
+        point.deviation = q.deviation;
+        if (q.attained)
+            attain_where_needed(point, q.near_centre ? std::max(around_rest, inner_rest) : around_rest);
+        else if (!small(point, q.near_centre ? std::max(around_rest, inner_rest) : around_rest))
+            point.error = error_of(point);
+        if (rejected_) return true;
+        around = std::max(around, point.error);
+        if (q.near_centre) inner = std::max(inner, point.error);
+    }
+    return settle(std::max(around + around_rest, inner + inner_rest));
+}
+
 void LoopBounder::bound_irregular(const LoopCell& cell, const Piece& piece, int depth) {
     if (rejected_) return;
     if (depth <= 0) {
-        upper_ = std::max(upper_, hull_distance(cell, piece.linear) + pad_);
+        upper_ = std::max(upper_, hull_error(cell, piece.point) + pad_);
         return;
     }
     int corners = 0;
@@ -292,35 +414,25 @@ void LoopBounder::bound_irregular(const LoopCell& cell, const Piece& piece, int 
         bound_star(*cell.star, piece, depth);
         return;
     }
-    if (cell.kind == LoopCell::Kind::star) {
-        if (const detail::LoopStarBound* table = detail::LoopStarBound::of(cell.star->valence())) {
-            const LeafError e = table->part(cell.star->points(), piece.at, piece.deviation);
-            lower_ = std::max(lower_, e.lower);
-            rejected_ = lower_ > decide_at_;
-            if (rejected_ || settle(e.upper + pad_)) return;
-        }
-    }
-    if (cell.kind == LoopCell::Kind::generic && settle(hull_distance(cell, piece.linear) + pad_)) return;
+    if (cell.kind == LoopCell::Kind::star && bound_star_part(*cell.star, piece)) return;
+    if (cell.kind == LoopCell::Kind::generic && settle(hull_error(cell, piece.point) + pad_)) return;
     if (corners == 3)
         bound_quarters(cell, piece, depth);
     else
         bound_green(cell, piece, corners, depth);
 }
 
-void LoopBounder::bound_quarters(const LoopCell& cell, const Piece& piece, int depth, const Deviations* middles,
+void LoopBounder::bound_quarters(const LoopCell& cell, const Piece& piece, int depth, const Points* middles,
                                  const std::array<bool, 4>& settled) {
     Piece p;  // in the order of the cell's corners
     for (int i = 0; i < 3; ++i) {
         const int k = corner_of(piece.at[i]);
-        p.at[k] = piece.at[i], p.linear[k] = piece.linear[i], p.deviation[k] = piece.deviation[i];
+        p.at[k] = piece.at[i], p.point[k] = piece.point[i];
     }
-    Piece m;  // m[k]: middle of edge k
-    for (int k = 0; k < 3; ++k) {
-        m.at[k] = middle(p.at[k], p.at[next3(k)]);
-        m.linear[k] = 0.5 * (p.linear[k] + p.linear[next3(k)]);
-    }
+    Piece m;  // [k]: middle of edge k
+    for (int k = 0; k < 3; ++k) m.at[k] = middle(p.at[k], p.at[next3(k)]);
     if (middles != nullptr) {
-        m.deviation = *middles;
+        m.point = *middles;
     } else {
         LoopCell centre;
         patches_.child(cell, 3, centre);
@@ -328,8 +440,7 @@ void LoopBounder::bound_quarters(const LoopCell& cell, const Piece& piece, int d
             // Corner i of the centre is the middle of the edge opposite corner i.
             const Vec3d s = centre.kind == LoopCell::Kind::regular ? detail::box_spline_corner(centre.net, prev3(k))
                                                                    : patches_.position(cell, m.at[k]);
-            m.deviation[k] = s - m.linear[k];
-            attain(m.deviation[k]);
+            m.point[k] = surface_halfway(p.point[k], p.point[next3(k)], s);
         }
     }
     for (int k = 2; k >= -1; --k) {
@@ -340,19 +451,13 @@ void LoopBounder::bound_quarters(const LoopCell& cell, const Piece& piece, int d
             const bool own = i == quarter;
             const int edge = quarter == 3 ? next3(i) : i == next3(quarter) ? quarter : prev3(quarter);
             part.at[i] = own ? p.at[i] : m.at[edge];
-            part.linear[i] = own ? p.linear[i] : m.linear[edge];
-            part.deviation[i] = own ? p.deviation[i] : m.deviation[edge];
+            part.point[i] = own ? p.point[i] : m.point[edge];
         }
         bound_quarter(cell, quarter, part, depth);
     }
 }
 
 void LoopBounder::bound_green(const LoopCell& cell, const Piece& piece, int corners, int depth) {
-    const auto deviate = [&](const Vec3d& s, const Vec3d& linear) {
-        const Vec3d d = s - linear;
-        attain(d);
-        return d;
-    };
     // Green triangles. Corner k of the cell; a second corner j or the middle of the edge from k to j; the middle of the
     // edge from j to the third corner. They fall into half the quarter at k, half the centre and, for a half, the
     // quarter at j.
@@ -376,21 +481,20 @@ void LoopBounder::bound_green(const LoopCell& cell, const Piece& piece, int corn
     }
     assert(ik >= 0 && ij >= 0 && im >= 0 && ik != ij);
     const int k = corner_of(piece.at[ik]);
-    const auto point = [&](const Bary& at, const Vec3d& linear, Piece& out, int i) {
-        out.at[i] = at;
-        out.linear[i] = linear;
-        out.deviation[i] = deviate(patches_.position(cell, at), linear);
+    const auto put_middle = [&](int i, int j, Piece& out, int o) {
+        out.at[o] = middle(piece.at[i], piece.at[j]);
+        out.point[o] = surface_halfway(piece.point[i], piece.point[j], patches_.position(cell, out.at[o]));
     };
     const auto copy = [](const Piece& from, int i, Piece& to, int j) {
-        to.at[j] = from.at[i], to.linear[j] = from.linear[i], to.deviation[j] = from.deviation[i];
+        to.at[j] = from.at[i], to.point[j] = from.point[i];
     };
     // The middle of the edge k j, and the point x of the line from k to the other middle that is on the centre's side.
     Piece extra;
     if (corners == 2)
-        point(middle(piece.at[ik], piece.at[ij]), 0.5 * (piece.linear[ik] + piece.linear[ij]), extra, 0);
+        put_middle(ik, ij, extra, 0);
     else
         copy(piece, ij, extra, 0);
-    point(middle(piece.at[ik], piece.at[im]), 0.5 * (piece.linear[ik] + piece.linear[im]), extra, 1);
+    put_middle(ik, im, extra, 1);
     Piece part;
     copy(extra, 0, part, 0);
     copy(piece, im, part, 1);
@@ -409,12 +513,22 @@ Vec3d LoopBounder::corner_or_inner(const LoopCell& cell, const Bary& at) const {
     return is_corner(at) ? patches_.corner(cell, corner_of(at)) : patches_.position(cell, at);
 }
 
-LeafError LoopBounder::parametric_error(const CellTriangle& leaf, double decide_at) {
+/// A point of the surface with the parameters halfway between two.
+LoopBounder::Point LoopBounder::surface_halfway(const Point& a, const Point& b, const Vec3d& surface) {
+    Point p = halfway(a, b);
+    p.deviation = surface - linear(p);
+    attain(p);
+    return p;
+}
+
+LeafError LoopBounder::leaf_error(const CellTriangle& leaf, double decide_at) {
     decide_at_ = decide_at;
     lower_ = upper_ = 0;
     rejected_ = false;
     Corners at;
     Level& level = locate(leaf, at);
+    Points corner;
+    corner[1].b1 = corner[2].b2 = 1;
     if (level.cell.kind == LoopCell::Kind::regular) {
         if (!level.has_hessian) {
             level.hessian = BoxSplineHessian(level.cell.net);
@@ -422,17 +536,17 @@ LeafError LoopBounder::parametric_error(const CellTriangle& leaf, double decide_
             level.has_hessian = true;
         }
         const double size = detail::red_size(at), own = size * size * level.patch_deviation;
-        if (size == 0 || !settle(own + pad_))
-            bound_regular(level.hessian, at, {Vec3d(0), Vec3d(0), Vec3d(0)}, size == 0 ? k_unknown : own,
-                          k_max_refinement);
-    } else {
-        Piece piece;
-        piece.at = at;
-        for (int i = 0; i < 3; ++i) {
-            piece.linear[i] = corner_or_inner(level.cell, at[i]);
-            piece.deviation[i] = Vec3d(0);
+        if (size == 0 || !settle(own + pad_)) {
+            std::array<Vec3d, 3> c;
+            for (std::size_t i = 0; i < 3; ++i) c[i] = detail::BoxSplineLattice::position(level.cell.net, at[i]);
+            set_leaf(c);
+            bound_regular(level.hessian, at, corner, size == 0 ? k_unknown : own, k_max_refinement);
         }
-        bound_irregular(level.cell, piece, k_max_refinement);
+    } else {
+        std::array<Vec3d, 3> c;
+        for (std::size_t i = 0; i < 3; ++i) c[i] = corner_or_inner(level.cell, at[i]);
+        set_leaf(c);
+        bound_irregular(level.cell, {at, corner}, k_max_refinement);
     }
     if (rejected_) upper_ = std::numeric_limits<double>::infinity();
     return {lower_, std::max(upper_, lower_)};

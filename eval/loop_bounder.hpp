@@ -2,7 +2,9 @@
 
 #include "tetrakis/eval/leaf_error.hpp"
 #include "tetrakis/eval/loop_patches.hpp"
+#include "tetrakis/eval/triangle_distance.hpp"
 
+#include <algorithm>
 #include <array>
 #include <span>
 #include <vector>
@@ -12,14 +14,17 @@ namespace tetrakis {
 /// Errors of leaves of triangle quadtrees (red triangles, and the halves and quarters of their green closure) against a
 /// Loop limit surface. Keeps the way down to the last leaf's patch, so that leaves asked for in path order share it.
 /// One per thread; results depend on the leaf alone.
+///
+/// The error of a leaf with triangle T over the piece S of the surface is QuadBounder's: the largest of the distance
+/// from a point of S to T, and the distance from a point of S on a side of the leaf to that edge of T. It bounds the
+/// distance in both directions.
 class LoopBounder {
   public:
     explicit LoopBounder(const LoopPatches& patches);
 
-    /// Parametric error: the size of S - L over the leaf, L the linear interpolant of the leaf's three limit points. It
-    /// bounds the distance in both directions. Refines the bound until it lies on one side of `decide_at` or is tight
-    /// to a twentieth; where `lower` exceeds `decide_at`, `upper` may be infinite.
-    LeafError parametric_error(const CellTriangle& leaf, double decide_at);
+    /// Bounds on the error of a leaf, refined until they lie on one side of `decide_at` or within a twentieth; where
+    /// `lower` exceeds `decide_at`, `upper` may be infinite.
+    LeafError leaf_error(const CellTriangle& leaf, double decide_at);
 
     /// Samples of a leaf on a barycentric lattice with n intervals a side: (n + 1)(n + 2) / 2 points in the order
     /// corner 2 first, rows parallel to the edge corner 0 - corner 1. Positions and (unnormalised) normals of the limit
@@ -36,43 +41,74 @@ class LoopBounder {
         double patch_deviation = 0;  ///< with the hessian
     };
     using Corners = std::array<detail::Bary, 3>;
-    /// A triangle within a cell: coordinates of its corners in the cell's frame, L and S - L there.
+    /// A point of the surface, or of a linear interpolant of such points.
+    struct Point {
+        double b1 = 0, b2 = 0;  ///< the leaf's parameters: L is the point of T with these barycentrics
+        Vec3d deviation{0};     ///< from L
+        double error = 0;       ///< distance to T; on a side of the leaf, to that edge of T
+    };
+    using Points = std::array<Point, 3>;
+    /// A triangle within a cell: its corners in the cell's frame.
+    ///
+    /// The error is convex, so where S differs from the linear interpolant of a piece's corners by at most e, S has at
+    /// most the largest error of the corners plus e. Never below the error, and cheaper, is the size of S - L.
     struct Piece {
         Corners at;
-        std::array<Vec3d, 3> linear, deviation;
+        Points point;
     };
+
+    static double largest_error(const Points& p) { return std::max({p[0].error, p[1].error, p[2].error}); }
+    /// Linear in parameters and deviation; the error is left open.
+    static Point halfway(const Point& a, const Point& b);
+    static Point combine(const Points& corner, const detail::Bary& at);
+    /// Whether a line between two points lies on a side of the leaf.
+    static bool on_one_side(const Point& a, const Point& b);
 
     Level& locate(const CellTriangle& leaf, Corners& at);
     void bound_star(const detail::LoopStarChain& star, const Piece& piece, int depth);
+    bool bound_star_part(const detail::LoopStarChain& star, const Piece& piece);
     void bound_irregular(const detail::LoopCell& cell, const Piece& piece, int depth);
     /// A whole cell, quarter by quarter.
-    /// @param middles  S - L in the middles of its edges, if that is known
+    /// @param middles  of its edges, if they are known
     /// @param settled  quarters that need no look
-    void bound_quarters(const detail::LoopCell& cell, const Piece& piece, int depth,
-                        const std::array<Vec3d, 3>* middles = nullptr, const std::array<bool, 4>& settled = {});
+    void bound_quarters(const detail::LoopCell& cell, const Piece& piece, int depth, const Points* middles = nullptr,
+                        const std::array<bool, 4>& settled = {});
     void bound_green(const detail::LoopCell& cell, const Piece& piece, int corners, int depth);
     void bound_quarter(const detail::LoopCell& cell, int quarter, const Piece& piece, int depth);
-    using Deviations = std::array<Vec3d, 3>;
     /// @param hessian  on the piece itself
     /// @param own      known bound on |S - L'|, L' the interpolant of the piece's own corners
-    void bound_red(const detail::BoxSplineHessian& hessian, const Deviations& deviation, double own, int depth);
+    void bound_red(const detail::BoxSplineHessian& hessian, const Points& point, double own, int depth);
     /// @param hessian  of the patch
-    void bound_regular(const detail::BoxSplineHessian& hessian, const Corners& at, const Deviations& deviation,
-                       double own, int depth);
-    bool attain_inner(const std::array<Vec3d, 3>& inner, double attained, double own);
+    void bound_regular(const detail::BoxSplineHessian& hessian, const Corners& at, const Points& point, double own,
+                       int depth);
+    bool attain_inner(Points& inner, double attained, double own);
+    void attain_centroid(const Points& point, const Vec3d& bend);
+    double hull_error(const detail::LoopCell& cell, const Points& point) const;
+    Vec3d linear(const Point& point) const { return corners_[0] + point.b1 * side_[0] - point.b2 * side_[2]; }
+    double error_of(const Point& point);
+    double to_side(const Point& point, std::size_t k) const;
+    double to_triangle(const Point& point);
+    void set_leaf(const std::array<Vec3d, 3>& corners);
     Vec3d corner_or_inner(const detail::LoopCell& cell, const detail::Bary& at) const;
     bool accept(double upper);
     bool settle(double upper);
-    void attain(const Vec3d& deviation);
+    void attain(Point& point);
+    bool small(Point& point, double rest) const;
+    void attain_where_needed(Point& point, double rest);
+    Point surface_halfway(const Point& a, const Point& b, const Vec3d& surface);
 
     const LoopPatches& patches_;
     double pad_ = 0;  ///< rounding errors
     HalfedgeId root_;
     std::vector<Level> way_;
     int known_ = 0;  ///< levels of way_ that belong to root_
-    // State of one parametric_error() call.
+    // State of one leaf_error() call.
     double decide_at_ = 0, lower_ = 0, upper_ = 0;
     bool rejected_ = false;
+    std::array<Vec3d, 3> corners_, side_;      ///< of T; side k from corner k to the next
+    std::array<double, 3> inverse_squared_{};  ///< lengths of the sides; 0 for no length
+    bool has_triangle_ = false;
+    detail::TriangleDistance triangle_;  ///< where has_triangle_ is set
 };
 
 }  // namespace tetrakis

@@ -250,8 +250,8 @@ constexpr std::array<Quarters, 3> k_corners{{{4, 0, 0}, {0, 4, 0}, {0, 0, 4}}};
 
 }  // namespace
 
-LeafError LoopStarBound::part(const Vec3d* star, const std::array<Bary, 3>& at,
-                              const std::array<Vec3d, 3>& deviation) const {
+LoopStarBound::Part LoopStarBound::part(const Vec3d* star, const std::array<Bary, 3>& at,
+                                        const std::array<Vec3d, 3>& deviation) const {
     const double m = largest_difference(valence, star);
     const std::array<Vec3d, k_samples> samples = deviations(star);
     // The linear interpolant of the whole cell's corners, minus L, at the part's corners: [i][j] is the sample (i, j,
@@ -266,28 +266,22 @@ LeafError LoopStarBound::part(const Vec3d* star, const std::array<Bary, 3>& at,
     // Coordinates in the part from those in the cell; all numbers are multiples of an eighth over a power of two.
     const double ux = at[1][0] - at[0][0], uy = at[1][1] - at[0][1], vx = at[2][0] - at[0][0], vy = at[2][1] - at[0][1],
                  scale = 1 / (ux * vy - uy * vx);
-    const auto size = [&](double x, double y, const Vec3d& v) {  // -1 outside
+    Part part;
+    part.around = around * m;
+    part.inner = inner * m;
+    const auto look = [&](double x, double y, const Vec3d& v, bool attained, bool near_centre) {
         const double dx = x - at[0][0], dy = y - at[0][1];
         const double b1 = scale * (dx * vy - dy * vx), b2 = scale * (ux * dy - uy * dx), b0 = 1 - b1 - b2;
-        if (b0 < 0 || b1 < 0 || b2 < 0) return -1.0;
-        return std::sqrt(squared(v + b0 * offset[0] + b1 * offset[1] + b2 * offset[2]));
+        if (b0 < 0 || b1 < 0 || b2 < 0) return;
+        part.points[static_cast<std::size_t>(part.count++)] = {
+            {b0, b1, b2}, v + b0 * offset[0] + b1 * offset[1] + b2 * offset[2], attained, near_centre};
     };
-    double attained = 0, linear = 0, near_centre = 0;
-    const auto look = [&](const Quarters& q) {
-        const double there = size(0.25 * q[0], 0.25 * q[1], value[q[0]][q[1]]);
-        attained = std::max(attained, there);
-        if (q[0] >= 3) near_centre = std::max(near_centre, there);
-    };
-    for (const Quarters& q : k_corners) look(q);
-    for (const Quarters& q : k_sample_at) look(q);
-    linear = attained;
-    for (const auto& [a, b] : k_crossings) {
-        const double there =
-            size(0.125 * (a[0] + b[0]), 0.125 * (a[1] + b[1]), 0.5 * (value[a[0]][a[1]] + value[b[0]][b[1]]));
-        linear = std::max(linear, there);
-        if (a[0] == 3) near_centre = std::max(near_centre, there);
-    }
-    return {attained, std::max(linear + around * m, near_centre + inner * m)};
+    for (const Quarters& q : k_corners) look(0.25 * q[0], 0.25 * q[1], value[q[0]][q[1]], true, q[0] >= 3);
+    for (const Quarters& q : k_sample_at) look(0.25 * q[0], 0.25 * q[1], value[q[0]][q[1]], true, q[0] >= 3);
+    for (const auto& [a, b] : k_crossings)
+        look(0.125 * (a[0] + b[0]), 0.125 * (a[1] + b[1]), 0.5 * (value[a[0]][a[1]] + value[b[0]][b[1]]), false,
+             a[0] == 3);
+    return part;
 }
 
 const LoopStarBound* LoopStarBound::of(int valence) {

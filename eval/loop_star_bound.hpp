@@ -1,6 +1,5 @@
 #pragma once
 
-#include "tetrakis/eval/leaf_error.hpp"
 #include "tetrakis/eval/loop_star.hpp"
 
 #include <array>
@@ -47,10 +46,23 @@ struct LoopStarBound {
     static double largest_difference(int valence, const Vec3d* star);
     /// S - L at the samples.
     std::array<Vec3d, k_samples> deviations(const Vec3d* star) const;
-    /// S - L over a part of the cell that lines between the samples and medians bound (a half, or a half of it).
-    /// @param at         its corners, samples or corners of the cell
+    /// A part of the cell that lines between the samples and medians bound (a half, or a half of it): the corners of
+    /// the linear pieces that the samples make of S - L over it.
+    struct Part {
+        struct Point {
+            Bary at;  ///< in the part
+            Vec3d deviation;
+            bool attained;  ///< a sample, so that S - L is known there
+            bool near_centre;
+        };
+        std::array<Point, 3 + k_samples + 6> points;
+        int count = 0;
+        double around = 0;  ///< S - L differs from the linear pieces by at most this, but for the centre's quarter
+        double inner = 0;   ///< there, from a linear piece through the points near the centre
+    };
+    /// @param at         the part's corners, samples or corners of the cell
     /// @param deviation  S - L there
-    LeafError part(const Vec3d* star, const std::array<Bary, 3>& at, const std::array<Vec3d, 3>& deviation) const;
+    Part part(const Vec3d* star, const std::array<Bary, 3>& at, const std::array<Vec3d, 3>& deviation) const;
     /// The table of a valence, made at the first call; null where there is none: above k_max_valence, and for multiples
     /// of 6, whose flaps vanish for a ring that goes round more than once. Any thread.
     static const LoopStarBound* of(int valence);

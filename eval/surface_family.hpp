@@ -66,7 +66,6 @@ class LoopLeafBounder : public LoopBounder {
   public:
     using LoopBounder::LoopBounder;
 
-    LeafError leaf_error(const CellTriangle& leaf, double decide_at) { return parametric_error(leaf, decide_at); }
     QuickError quick_error(const CellTriangle& leaf) {
         QuickError quick;
         std::array<Vec3d, 6> s;
@@ -78,11 +77,11 @@ class LoopLeafBounder : public LoopBounder {
         return quick;
     }
     double certified_error(const CellTriangle& leaf, double floor) {
-        LeafError e = parametric_error(leaf, floor);
+        LeafError e = leaf_error(leaf, floor);
         while (e.lower > floor) {
             // A bound is tight to a twentieth, so a little more settles it unless a larger sample turns up.
             floor = 1.06 * e.lower;
-            e = parametric_error(leaf, floor);
+            e = leaf_error(leaf, floor);
         }
         return e.upper;
     }

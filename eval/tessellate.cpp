@@ -5,6 +5,7 @@
 #include "tetrakis/eval/leaf_estimator.hpp"
 #include "tetrakis/eval/local_frame.hpp"
 #include "tetrakis/eval/measure.hpp"
+#include "tetrakis/eval/plane_measure.hpp"
 #include "tetrakis/eval/tessellation_attributes.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/adaptive_refinement.hpp"
@@ -396,7 +397,9 @@ class Tessellator {
             for_each_reported(count, 256, context_, "certify", 0, 0.2, [&](std::uint32_t t) {
                 if (t % k_floor_stride != 0 || !exported_.leaves[t].valid()) return;
                 const QuickError quick = estimator.bounder().quick_error(origin(hierarchy, t).cell);
-                errors[t] = glm::length(quick.middle);
+                // Across the triangle: how far it slides is no error.
+                const detail::PlaneMeasure plane(quick.corners);
+                errors[t] = plane.flat() ? std::abs(glm::dot(plane.normal(), quick.middle)) : glm::length(quick.middle);
             });
         } else {
             for (std::uint32_t t = 0; t < count; ++t)

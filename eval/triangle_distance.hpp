@@ -28,6 +28,11 @@ class TriangleDistance {
         return sliver_ ? d : Vec3d(glm::dot(to_b1_, d), glm::dot(to_b2_, d), glm::dot(normal_, d));
     }
 
+    /// The triangle's own point with these barycentrics of corners 1 and 2, in its frame.
+    Vec3d inside(double b1, double b2) const {
+        return sliver_ ? b1 * (corners_[1] - corners_[0]) + b2 * (corners_[2] - corners_[0]) : Vec3d(b1, b2, 0);
+    }
+
     /// Height over the plane and squared distance of the foot from the triangle; the squared distance is the sum of
     /// squares. Of slivers all counts as distance of the foot.
     struct Split {

@@ -2,6 +2,9 @@
 
 #include "loop_reference.hpp"
 
+#include "tetrakis/eval/plane_measure.hpp"
+#include "tetrakis/eval/surface_family.hpp"
+
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -41,23 +44,49 @@ CellTriangle random_leaf(std::mt19937& random, HalfedgeId root, int deepest) {
     return leaf;
 }
 
-/// Largest |S - L| at the points of a lattice.
-double sampled_error(const LoopPatches& patches, const CellTriangle& leaf, int n) {
-    std::array<Vec3d, 3> corner;
-    for (int k = 0; k < 3; ++k) corner[k] = patches.limit(leaf.root, leaf.corner[k], leaf.level);
+constexpr double k_infinity = std::numeric_limits<double>::infinity();
+
+/// The leaf's error (LoopBounder) at the points of a lattice; and the largest distance from a lattice point of the
+/// triangle to the samples, less what lies between these.
+struct SampledError {
+    double error = 0, back = 0;
+};
+SampledError sampled_distance(const LoopPatches& patches, const CellTriangle& leaf, int n) {
     const double unit = std::ldexp(1.0, -leaf.level);
-    double worst = 0;
+    const auto& c = leaf.corner;
+    std::vector<Vec3d> points;
+    const auto index = [n](int i, int j) { return static_cast<std::size_t>(i * (2 * n + 3 - i) / 2 + j); };
     for (int i = 0; i <= n; ++i)
         for (int j = 0; i + j <= n; ++j) {
             const double b0 = double(i) / n, b1 = double(j) / n, b2 = double(n - i - j) / n;
-            const auto& c = leaf.corner;
-            const Vec3d s = patches
-                                .evaluate(leaf.root, (b0 * c[0].x + b1 * c[1].x + b2 * c[2].x) * unit,
-                                          (b0 * c[0].y + b1 * c[1].y + b2 * c[2].y) * unit)
-                                .position;
-            worst = std::max(worst, glm::length(s - (b0 * corner[0] + b1 * corner[1] + b2 * corner[2])));
+            points.push_back(patches
+                                 .evaluate(leaf.root, (b0 * c[0].x + b1 * c[1].x + b2 * c[2].x) * unit,
+                                           (b0 * c[0].y + b1 * c[1].y + b2 * c[2].y) * unit)
+                                 .position);
         }
-    return worst;
+    const Vec3d c0 = points[index(n, 0)], c1 = points[index(0, n)], c2 = points[index(0, 0)];
+    SampledError sampled;
+    double spacing = 0;
+    for (int i = 0; i <= n; ++i)
+        for (int j = 0; i + j <= n; ++j) {
+            const Vec3d& p = points[index(i, j)];
+            const auto look = [&](double e) { sampled.error = std::max(sampled.error, e); };
+            look(std::sqrt(detail::nearest_on_triangle(p, c0, c1, c2).squared_distance));
+            if (i == 0) look(detail::segment_distance(p, c1, c2));
+            if (j == 0) look(detail::segment_distance(p, c0, c2));
+            if (i + j == n) look(detail::segment_distance(p, c0, c1));
+            if (i + j < n)
+                spacing = std::max(
+                    {spacing, glm::length(p - points[index(i + 1, j)]), glm::length(p - points[index(i, j + 1)])});
+        }
+    for (int i = 0; i <= n; ++i)
+        for (int j = 0; i + j <= n; ++j) {
+            const Vec3d q = (double(i) * c0 + double(j) * c1 + double(n - i - j) * c2) / double(n);
+            double nearest = std::numeric_limits<double>::infinity();
+            for (const Vec3d& p : points) nearest = std::min(nearest, glm::length(p - q));
+            sampled.back = std::max(sampled.back, nearest - spacing);
+        }
+    return sampled;
 }
 
 }  // namespace
@@ -69,7 +98,7 @@ TEST_CASE("[inv9] Loop leaf bounds are never below the error sampled, and tight"
         CAPTURE(seed);
         const ControlMesh mesh = test::random_tagged_mesh(seed);
         const LoopPatches patches(mesh);
-        LoopBounder bounder(patches);
+        LoopLeafBounder bounder(patches);
         const double size = bounding_box(mesh.positions()).diagonal();
         std::mt19937 random(seed);
         for (int i = 0; i < 60; ++i) {
@@ -77,24 +106,25 @@ TEST_CASE("[inv9] Loop leaf bounds are never below the error sampled, and tight"
             const CellTriangle leaf = random_leaf(random, root, 5);
             CAPTURE(root.value);
             CAPTURE(int(leaf.level));
-            const double sampled = sampled_error(patches, leaf, 15);
+            const auto [sampled, back] = sampled_distance(patches, leaf, 15);
             const double rounding = 1e-12 * size;
             // decide_at 0 asks for nothing but a lower bound; infinity for any upper one; half and twice the error
             // decide quickly; the error itself asks for a tight bound.
-            for (const double decide_at : {0.0, 0.5 * sampled, 2 * sampled, std::numeric_limits<double>::infinity()}) {
-                const LeafError error = bounder.parametric_error(leaf, decide_at);
+            for (const double decide_at : {0.0, 0.5 * sampled, 2 * sampled, k_infinity}) {
+                const LeafError error = bounder.leaf_error(leaf, decide_at);
                 CHECK(error.upper >= sampled - rounding);
                 CHECK(error.lower <= error.upper);
-                if (sampled > decide_at + 1e-9 * size && error.upper < std::numeric_limits<double>::infinity())
-                    CHECK(error.upper > decide_at);
+                if (sampled > decide_at + 1e-9 * size && error.upper < k_infinity) CHECK(error.upper > decide_at);
                 if (decide_at > 1.06 * sampled + rounding) CHECK(error.upper <= decide_at);
             }
-            // No sample on a finer lattice exceeds what is said to be attained by much; the bound is within a
-            // twentieth.
-            const LeafError tight = bounder.parametric_error(leaf, 1.02 * sampled + rounding);
-            if (tight.lower <= 1.02 * sampled + rounding) CHECK(tight.upper <= 1.09 * sampled + 2 * rounding);
-            CHECK(tight.lower <= 1.1 * sampled + rounding);
-            CHECK(tight.upper >= sampled - rounding);
+            // The lattice may miss the largest error by a little.
+            const double certified = bounder.certified_error(leaf, 0);
+            CHECK(certified >= sampled - rounding);
+            CHECK(certified >= back - rounding);
+            CHECK(certified <= 1.25 * sampled + rounding);
+            CHECK(bounder.leaf_error(leaf, k_infinity).lower <= certified);
+            CHECK(bounder.certified_error(leaf, 0.7 * sampled) >= sampled - rounding);
+            CHECK(bounder.certified_error(leaf, 3 * sampled) <= 3 * sampled + rounding);
         }
     }
 }
@@ -109,7 +139,7 @@ TEST_CASE("Loop leaf bounds do not depend on what was asked before") {
         const CellTriangle leaf = random_leaf(random, root, 4);
         const LoopPatches fresh_patches(mesh);
         LoopBounder fresh(fresh_patches);
-        const LeafError a = kept.parametric_error(leaf, 0.01), b = fresh.parametric_error(leaf, 0.01);
+        const LeafError a = kept.leaf_error(leaf, 0.01), b = fresh.leaf_error(leaf, 0.01);
         CHECK(a.lower == b.lower);
         CHECK(a.upper == b.upper);
     }

@@ -218,7 +218,6 @@ TEST_CASE("a budget of triangles is never exceeded, and the error falls as it gr
                 TessellateOptions options;
                 options.scheme = scheme;
                 options.max_triangles = most;
-                options.measure = false;
                 const Tessellation result = tessellate(mesh, options);
                 if (result.mesh.triangles.empty()) break;
                 check_conforming(mesh, result);
@@ -227,8 +226,11 @@ TEST_CASE("a budget of triangles is never exceeded, and the error falls as it gr
                 // Closures take a few triangles with them: a step may fall short by those.
                 CHECK(result.mesh.triangles.size() + 60 >= most);
                 fewest = result.mesh.triangles.size();
-                CHECK(*result.certified_error <= 1.05 * before);
-                before = *result.certified_error;
+                // The measured one: leaf by leaf a split may cost the certified bound what sliding across the new edge
+                // had gained.
+                CHECK(result.measured_error->hausdorff <= 1.05 * before);
+                before = result.measured_error->hausdorff;
+                CHECK(*result.certified_error >= before);
             }
         }
 }
