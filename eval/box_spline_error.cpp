@@ -1,6 +1,6 @@
 #include "tetrakis/eval/box_spline_error.hpp"
 
-#include "tetrakis/eval/second_bounds.hpp"
+#include "tetrakis/eval/triangle_deviation.hpp"
 
 #include <algorithm>
 #include <cmath>

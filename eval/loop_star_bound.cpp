@@ -1,7 +1,7 @@
 #include "tetrakis/eval/loop_star_bound.hpp"
 
 #include "tetrakis/eval/box_spline_error.hpp"
-#include "tetrakis/eval/second_bounds.hpp"
+#include "tetrakis/eval/triangle_deviation.hpp"
 #include "tetrakis/schemes/loop.hpp"
 
 #include <algorithm>
