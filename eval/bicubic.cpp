@@ -4,15 +4,6 @@
 
 namespace tetrakis::detail {
 
-namespace {
-/// The half of four points across a crease at p_0 (index 1): as half_curve(), but the crease's own row blends.
-void half_crease(const double* p, int stride, double weight, bool upper, double* q) {
-    half_curve(p, stride, upper, q, stride);
-    const double smooth = 0.125 * (p[0] + p[2 * stride]) + 0.75 * p[stride];
-    q[upper ? 0 : stride] = weight * p[stride] + (1 - weight) * smooth;
-}
-}  // namespace
-
 void child_net(const Net16& net, SideCrease crease, int qx, int qy, Net16& out, SideCrease& out_crease) {
     if (!crease) {
         out_crease = {};
@@ -24,20 +15,15 @@ void child_net(const Net16& net, SideCrease crease, int qx, int qy, Net16& out, 
     const double weight = std::min(1.0, static_cast<double>(crease.sharpness));
     const int along = across_y ? 1 : 4, across = across_y ? 4 : 1;
     const int q_along = across_y ? qx : qy, q_across = across_y ? qy : qx;
+    // The smooth quarter, and the crease's own row blended with the curve along it.
+    child_net(net, qx, qy, out);
+    const int from = (far ? 2 : 1) * across, to = (far ? 3 - q_across : 1 - q_across) * across;
     for (int k = 0; k < 3; ++k) {
-        double half[16];
-        for (int i = 0; i < 4; ++i) half_curve(net.c[k] + i * across, along, q_along != 0, half + i * across, along);
+        double curve[4];
+        half_curve(net.c[k] + from, along, q_along != 0, curve, 1);
         for (int i = 0; i < 4; ++i) {
-            const double* p = half + i * along;
-            double* q = out.c[k] + i * along;
-            if (!far) {
-                half_crease(p, across, weight, q_across != 0, q);
-            } else {
-                // Mirrored: walk the four points from the far end.
-                double r[4] = {p[3 * across], p[2 * across], p[across], p[0]}, s[4];
-                half_crease(r, 1, weight, q_across == 0, s);
-                for (int j = 0; j < 4; ++j) q[j * across] = s[3 - j];
-            }
+            double& point = out.c[k][to + i * along];
+            point = weight * curve[i] + (1 - weight) * point;
         }
     }
     const bool touches = (q_across != 0) == far;

@@ -315,8 +315,9 @@ void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {
             upper_ = std::max(upper_, upper);
             return;
         }
-    } else if (bound_regular(cell.patch(), piece, corners)) {
-        return;
+    } else if (cell.beyond() <= std::max(decide_at_, upper_)) {
+        // Else the strip at a crease alone is too much.
+        if (bound_regular(cell.patch(), piece, corners)) return;
     }
     split(piece, corners, depth);
 }

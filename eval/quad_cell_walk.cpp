@@ -57,14 +57,23 @@ WalkCell& QuadCellWalk::cell(HalfedgeId root, int level, std::uint64_t x, std::u
     return cells_[static_cast<std::size_t>(level)];
 }
 
+double WalkCell::beyond() {
+    if (!crease) return 0;
+    if (!has_sharp_) {
+        beyond_ = sharpened(*net, crease, sharp_);
+        has_sharp_ = true;
+    }
+    return beyond_;
+}
+
 WalkCell::Patch WalkCell::patch() {
+    const double difference = beyond();
+    const Net16* smooth_net = crease ? &sharp_ : net;
     if (!facts_) {
-        beyond_ = 0;
-        if (crease) beyond_ = sharpened(*net, crease, sharp_);
-        own_.fill(crease ? sharp_ : *net);
+        own_.fill(*smooth_net);
         facts_ = &own_;
     }
-    return {crease ? &sharp_ : net, facts_, crease ? beyond_ : 0};
+    return {smooth_net, facts_, difference};
 }
 
 const Vec3d& WalkCell::point(int i) {

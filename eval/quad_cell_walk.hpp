@@ -26,18 +26,22 @@ struct WalkCell {
         double beyond;
     };
     Patch patch();
+    /// Patch::beyond, without the rest.
+    double beyond();
 
   private:
     friend class QuadCellWalk;
     void forget() {
         facts_ = nullptr;
         known_ = 0;
+        has_sharp_ = false;
     }
 
     const CellFacts* facts_ = nullptr;  ///< of patch(), complete
     CellFacts own_;
     Net16 sharp_;  ///< a crease's patch
     double beyond_ = 0;
+    bool has_sharp_ = false;
     std::array<Vec3d, 9> point_;  ///< of a crease
     std::uint16_t known_ = 0;     ///< bit i: point_[i] is there
 };
