@@ -12,11 +12,11 @@ namespace tetrakis {
 
 /// The two estimators of DESIGN 3.7 for leaves of one family.
 ///
-/// certified: the certified parametric bound itself. embree: the bound where it accepts; else the deviation of samples
-/// from the triangle's plane (two-sided, see PlaneMeasure) and, where tangential drift makes the way back doubtful,
-/// closest points on the surface: Newton's method first, Embree's search of all patches last. Edges on boundaries and
-/// hard creases are measured against themselves. With a target mesh or a displacement everything is sampled; against a
-/// target also by rays along the normal.
+/// certified: the certified bound itself. embree: the bound where it accepts; else the deviation of samples from the
+/// triangle's plane (two-sided, see PlaneMeasure) and, where tangential drift makes the way back doubtful, the leaf's
+/// own samples and Newton's method for a closest point. Edges on boundaries and hard creases are measured against
+/// themselves. With a target mesh or a displacement everything is sampled; against a target also by rays along the
+/// normal.
 template <class Family>
 class LeafEstimator final : public ErrorEstimator {
   public:

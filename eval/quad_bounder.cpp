@@ -118,7 +118,8 @@ double QuadBounder::quadratic_error(const std::array<Vec3d, 3>& corner, const st
 /// quadratic_error() of a piece that is the whole leaf, from the deviations in the middles of its edges; infinite where
 /// they are not small beside the triangle. The quadratic is 4 sum e_k b_i b_j; beyond edge k it can reach only by its
 /// own e_k there, since the others come with the barycentric of the opposite corner, which the triangle's height times
-/// it outweighs.
+/// it outweighs. With |e_k| at most an eighth of the least height no point is beyond two edges at once, and the foot of
+/// one that is beyond an edge lies within it: both would take 4 b_i |e| > b_j height / 2 for i, j either way.
 double QuadBounder::flat_error(const std::array<Vec3d, 3>& middle, const Remainder& rest) const {
     double size = 0, beside = 0, height = 0, sum = 0, on_edges = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -131,7 +132,7 @@ double QuadBounder::flat_error(const std::array<Vec3d, 3>& middle, const Remaind
         sum += e.z;
         on_edges = std::max(on_edges, std::sqrt(e.z * e.z + out * out) + rest.edge[k]);
     }
-    if (4 * std::sqrt(size) > triangle_.least_height()) return std::numeric_limits<double>::infinity();
+    if (8 * std::sqrt(size) > triangle_.least_height()) return std::numeric_limits<double>::infinity();
     height = std::max(height, 0.5 * std::abs(sum)) + rest.height;
     beside += rest.whole;
     return std::max(std::sqrt(height * height + beside * beside), on_edges);

@@ -1,10 +1,10 @@
 #include "tetrakis/eval/quad_bounder.hpp"
 
 #include "quad_test_mesh.hpp"
+#include "sampled_distance.hpp"
 
 #include "tetrakis/eval/fan_error.hpp"
 #include "tetrakis/eval/output_triangle.hpp"
-#include "tetrakis/eval/plane_measure.hpp"
 #include "tetrakis/eval/surface_family.hpp"
 
 #include <doctest/doctest.h>
@@ -52,44 +52,11 @@ double sampled_error(const QuadPatches& patches, const CellTriangle& leaf, int n
     return worst;
 }
 
-/// The leaf's error (QuadBounder) at the points of a lattice; and the largest distance from a lattice point of the
-/// triangle to the samples, less what lies between these.
-struct SampledError {
-    double error = 0, back = 0;
-};
-SampledError sampled_distance(const QuadPatches& patches, const CellTriangle& leaf, int n) {
-    const ControlMesh& mesh = patches.mesh();
-    std::vector<Vec3d> points;
-    const auto index = [n](int i, int j) { return static_cast<std::size_t>(i * (2 * n + 3 - i) / 2 + j); };
-    for (int i = 0; i <= n; ++i)
-        for (int j = 0; i + j <= n; ++j) {
-            const SurfaceParameter at =
-                QuadFamily::parameter(mesh, leaf, double(i) / n, double(j) / n, double(n - i - j) / n);
-            points.push_back(patches.evaluate(at.root, at.x, at.y).position);
-        }
-    const Vec3d c0 = points[index(n, 0)], c1 = points[index(0, n)], c2 = points[index(0, 0)];
-    SampledError sampled;
-    double spacing = 0;
-    for (int i = 0; i <= n; ++i)
-        for (int j = 0; i + j <= n; ++j) {
-            const Vec3d& p = points[index(i, j)];
-            const auto look = [&](double e) { sampled.error = std::max(sampled.error, e); };
-            look(std::sqrt(detail::nearest_on_triangle(p, c0, c1, c2).squared_distance));
-            if (i == 0) look(detail::segment_distance(p, c1, c2));
-            if (j == 0) look(detail::segment_distance(p, c0, c2));
-            if (i + j == n) look(detail::segment_distance(p, c0, c1));
-            if (i + j < n)
-                spacing = std::max(
-                    {spacing, glm::length(p - points[index(i + 1, j)]), glm::length(p - points[index(i, j + 1)])});
-        }
-    for (int i = 0; i <= n; ++i)
-        for (int j = 0; i + j <= n; ++j) {
-            const Vec3d q = (double(i) * c0 + double(j) * c1 + double(n - i - j) * c2) / double(n);
-            double nearest = std::numeric_limits<double>::infinity();
-            for (const Vec3d& p : points) nearest = std::min(nearest, glm::length(p - q));
-            sampled.back = std::max(sampled.back, nearest - spacing);
-        }
-    return sampled;
+test::SampledError sampled_distance(const QuadPatches& patches, const CellTriangle& leaf, int n) {
+    return test::sampled_distance(n, [&](double b0, double b1, double b2) {
+        const SurfaceParameter at = QuadFamily::parameter(patches.mesh(), leaf, b0, b1, b2);
+        return patches.evaluate(at.root, at.x, at.y).position;
+    });
 }
 
 constexpr double k_infinity = std::numeric_limits<double>::infinity();
