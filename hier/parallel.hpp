@@ -59,6 +59,22 @@ void for_each_reported(std::uint32_t count, std::uint32_t grain, const RunContex
     context.report(stage, to);
 }
 
+/// for_each_block with reports between batches of blocks, as for_each_reported.
+template <class Body>
+void for_each_reported_block(std::uint32_t count, std::uint32_t grain, const RunContext& context,
+                             std::string_view stage, double from, double to, Body&& body) {
+    if (!context.progress) return for_each_block(count, grain, std::forward<Body>(body));
+    constexpr std::uint32_t k_batches = 64, k_grains = 16;
+    const std::uint64_t batch = std::max<std::uint64_t>(count / k_batches + 1, std::uint64_t{k_grains} * grain);
+    for (std::uint64_t begin = 0; begin < count; begin += batch) {
+        context.report(stage, from + (to - from) * static_cast<double>(begin) / count);
+        const auto first = static_cast<std::uint32_t>(begin);
+        for_each_block(static_cast<std::uint32_t>(std::min<std::uint64_t>(batch, count - begin)), grain,
+                       [&](std::uint32_t b, std::uint32_t e) { body(first + b, first + e); });
+    }
+    context.report(stage, to);
+}
+
 /// Runs `work` with the context's number of threads (an arena of its own; 1 means the calling thread alone).
 template <class Work>
 auto with_threads(const RunContext& context, Work&& work) {

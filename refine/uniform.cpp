@@ -2,156 +2,102 @@
 
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/parallel.hpp"
-#include "tetrakis/refine/level_points.hpp"
-#include "tetrakis/refine/mesh_level.hpp"
+#include "tetrakis/refine/grid_refinement.hpp"
+#include "tetrakis/refine/uniform_cost.hpp"
 #include "tetrakis/refine/uv_mesh.hpp"
 
-#include <limits>
-#include <string>
+#include <utility>
 
 namespace tetrakis {
 
 namespace {
 
-using detail::LevelCounts;
-using detail::MeshLevel;
-
-struct Refined {
-    MeshLevel level;
-    std::vector<Vec3d> points;
-};
-
 class UniformRefinement {
   public:
     UniformRefinement(const ControlMesh& mesh, SchemeKind scheme, int levels, const UniformOptions& options)
-        : mesh_(mesh), scheme_(scheme), levels_(levels), options_(options) {}
+        : mesh_(mesh),
+          scheme_(scheme),
+          levels_(levels),
+          options_(options),
+          whole_faces_(scheme == SchemeKind::loop || detail::all_quads(mesh)) {}
 
     PolygonMesh run() {
-        check_counts();
         const bool rings = options_.limit || options_.normals;
-        Refined refined = refine(mesh_, levels_, rings, detail::PointRule::scheme, "refine");
+        check_memory();
         PolygonMesh result;
-        result.face_vertices = std::move(refined.level.origin);
-        result.positions = std::move(refined.points);
-        if (rings) {
-            // Rings are of quads: the limit of an unrefined mesh comes from its first level, whose first vertices are
-            // the old ones.
-            const bool one_more = scheme_ == SchemeKind::catmull_clark && levels_ == 0;
-            if (one_more) {
-                refined = refine(mesh_, 1, true, detail::PointRule::scheme, "limit");
-            } else {
-                refined.level.origin = std::move(result.face_vertices);
-                refined.points = std::move(result.positions);
-            }
-            project(refined, one_more, result);
-            if (!one_more) result.face_vertices = std::move(refined.level.origin);
+        // Roots are of one size: control faces of others are kept as they are, and their limits come from the first
+        // level, whose first vertices are theirs.
+        const bool polygons = levels_ == 0 && scheme_ == SchemeKind::catmull_clark && !whole_faces_;
+        if (polygons) {
+            result.face_vertices = mesh_.data().face_vertices;
+            result.positions.assign(mesh_.positions().begin(), mesh_.positions().end());
         }
-        if (mesh_.has_uvs()) refine_uvs(result);
+        if (!polygons || rings) {
+            UniformRefiner<double> refiner(mesh_, scheme_, polygons ? 1 : levels_, unlimited());
+            std::vector<Vec3d> positions(refiner.vertex_count()), normals(options_.normals ? positions.size() : 0);
+            refiner.refine(mesh_.positions(), positions, normals);
+            if (polygons) {
+                positions.resize(mesh_.vertex_count());
+                normals.resize(options_.normals ? mesh_.vertex_count() : 0);
+            } else {
+                result.face_vertices.resize(static_cast<std::size_t>(refiner.face_count()) * face_size());
+                refiner.faces(result.face_vertices);
+            }
+            if (!polygons || options_.limit) result.positions = std::move(positions);
+            result.normals = std::move(normals);
+        }
+        if (mesh_.has_uvs()) refine_uvs(polygons, result);
         keep_surface(result);
         return result;
     }
 
   private:
-    int face_size() const { return scheme_ == SchemeKind::catmull_clark ? 4 : 3; }
+    std::uint32_t face_size() const { return scheme_ == SchemeKind::catmull_clark ? 4 : 3; }
 
-    void check_counts() const {
-        if (levels_ < 0) throw Error(ErrorCode::invalid_input, "the number of levels is negative");
-        if (scheme_ == SchemeKind::loop && !mesh_.all_triangles())
-            throw Error(ErrorCode::invalid_input, "Loop subdivision needs a mesh of triangles; triangulate it first",
-                        mesh_.data().source);
-        LevelCounts counts{mesh_.vertex_count(), mesh_.edge_count(), mesh_.face_count(), mesh_.halfedge_count()};
-        std::uint64_t before = 0, bytes = 0;
-        // Half-edges are numbered in 32 bits, and edges with one bit more for the side.
-        constexpr std::uint64_t k_most = std::numeric_limits<std::uint32_t>::max();
-        const bool rings = options_.limit || options_.normals;
-        for (int level = 0;; ++level) {
-            const bool last = level == levels_;
-            if (counts.halfedges >= k_most || counts.vertices >= k_most || counts.edges >= k_most / 2)
-                throw Error(ErrorCode::unsupported,
-                            std::to_string(levels_) + " levels give more elements than 32-bit " +
-                                "numbers can count; level " + std::to_string(level) + " has " +
-                                std::to_string(counts.halfedges) + " face corners",
-                            mesh_.data().source);
-            const std::uint64_t links = 8 * counts.halfedges + 4 * (counts.edges + counts.vertices) +
-                                        (mesh_.edge_count() > 0 ? 4 * counts.edges + 5 * counts.vertices : 0);
-            const std::uint64_t here = 24 * counts.vertices + 4 * counts.halfedges + (last && !rings ? 0 : links);
-            bytes = std::max(bytes, before + here);
-            before = here;
-            if (last) break;
-            counts = next_counts(counts, scheme_);
-        }
-        if (rings) bytes += 48 * counts.vertices;
-        if (mesh_.has_uvs()) bytes += 40 * counts.vertices + 4 * counts.halfedges;
-        bytes += 12 * counts.faces;
-        const std::uint64_t limit = options_.context.max_memory_bytes;
-        if (limit != 0 && bytes > limit)
-            throw Error(ErrorCode::memory_limit,
-                        std::to_string(levels_) + " levels need about " + std::to_string(bytes >> 20) +
-                            " MiB, and the limit is " + std::to_string(limit >> 20) + " MiB; ask for fewer levels",
-                        mesh_.data().source);
+    void check_memory() const {
+        const detail::UniformCost cost = detail::uniform_cost(
+            mesh_, {scheme_, levels_, sizeof(double), options_.limit, options_.normals, mesh_.has_uvs()});
+        detail::check_memory(mesh_, levels_, cost, options_.context);
     }
 
-    Refined refine(const ControlMesh& mesh, int levels, bool keep_links, detail::PointRule rule,
-                   std::string_view stage) const {
-        Refined now{detail::control_level(mesh), {mesh.positions().begin(), mesh.positions().end()}};
-        for (int l = 0; l < levels; ++l) {
-            options_.context.report(stage, static_cast<double>(l) / levels);
-            using detail::LevelUse;
-            const LevelUse use = l + 1 < levels ? LevelUse::refine : keep_links ? LevelUse::rings : LevelUse::faces;
-            Refined finer{detail::refine_level(now.level, scheme_, mesh.crease_method(), use), {}};
-            finer.points.resize(finer.level.vertex_count);
-            detail::refine_points(now.level, scheme_, mesh.crease_method(), rule, now.points, finer.points);
-            now = std::move(finer);
-        }
-        options_.context.report(stage, 1);
-        return now;
+    /// The options below this call: memory has been looked at as a whole, threads are those of the running arena.
+    UniformOptions unlimited() const {
+        UniformOptions options = options_;
+        options.context.max_memory_bytes = 0;
+        options.context.threads = 0;
+        return options;
     }
 
-    void project(Refined& refined, bool one_more, PolygonMesh& result) const {
-        const std::uint32_t count = one_more ? mesh_.vertex_count() : refined.level.vertex_count;
-        std::vector<Vec3d> limits(options_.limit ? count : 0);
-        if (options_.normals) result.normals.resize(count);
-        for_each_block(count, k_default_grain, [&](std::uint32_t begin, std::uint32_t end) {
-            VertexRing ring;
-            for (std::uint32_t v = begin; v < end; ++v) {
-                LimitPoint point{.position = refined.points[v]};
-                const bool done = detail::smooth_limit(refined.level, scheme_, refined.points, v, point.position,
-                                                       options_.normals ? &point.normal : nullptr);
-                if (!done && refined.level.vertex_halfedge[v] != MeshLevel::none) {
-                    detail::gather_ring(refined.level, scheme_, mesh_.crease_method(), refined.points, v, ring);
-                    point = limit_point(scheme_, mesh_.crease_method(), ring);
-                }
-                if (options_.limit) limits[v] = point.position;
-                if (options_.normals) result.normals[v] = point.normal;
-            }
-        });
-        if (options_.limit)
-            result.positions = std::move(limits);
-        else if (!one_more)
-            result.positions = std::move(refined.points);
-    }
-
-    void refine_uvs(PolygonMesh& result) const {
+    void refine_uvs(bool polygons, PolygonMesh& result) const {
         const bool linear = mesh_.face_varying_rule() == FaceVaryingRule::linear_all;
         const ControlMesh chart = uv_mesh(mesh_);
-        Refined refined =
-            refine(chart, levels_, false, linear ? detail::PointRule::linear : detail::PointRule::scheme, "refine UVs");
-        result.face_uvs = std::move(refined.level.origin);
-        result.uvs.resize(refined.points.size());
-        for_each_index(static_cast<std::uint32_t>(result.uvs.size()),
-                       [&](std::uint32_t i) { result.uvs[i] = Vec2d(refined.points[i]); });
+        if (polygons) {
+            result.face_uvs = chart.data().face_vertices;
+            for (const Vec3d& p : chart.positions()) result.uvs.emplace_back(p);
+            return;
+        }
+        const detail::GridTopology topology(chart, scheme_, levels_,
+                                            linear ? detail::PointRule::linear : detail::PointRule::scheme);
+        detail::GridPoints<double> points(topology);
+        const double* uv = points.run(chart.positions(), nullptr, options_.context);
+        result.uvs.resize(topology.last().vertex_count());
+        for_each_index(static_cast<std::uint32_t>(result.uvs.size()), [&](std::uint32_t i) {
+            result.uvs[i] = Vec2d(uv[3 * std::size_t{i}], uv[3 * std::size_t{i} + 1]);
+        });
+        result.face_uvs.resize(result.face_vertices.size());
+        detail::write_faces(topology.last(), result.face_uvs, options_.context);
     }
 
-    /// The control face that each face comes from is its number, divided: children follow their parent.
+    /// The control face that each face comes from: faces follow their root, roots their control face.
     std::uint32_t control_face(std::uint32_t face) const {
         if (levels_ == 0) return face;
-        if (scheme_ == SchemeKind::loop) return face >> (2 * levels_);
-        return mesh_.face(HalfedgeId(face >> (2 * (levels_ - 1)))).value;
+        if (whole_faces_) return face >> 2 * levels_;
+        return mesh_.face(HalfedgeId(face >> 2 * (levels_ - 1))).value;
     }
 
     void keep_surface(PolygonMesh& result) const {
         const auto& data = mesh_.data();
-        const auto size = static_cast<std::uint32_t>(face_size());
+        const std::uint32_t size = face_size();
         const auto corners = static_cast<std::uint32_t>(result.face_vertices.size());
         const bool polygons = levels_ == 0;
         const std::uint32_t faces = polygons ? mesh_.face_count() : corners / size;
@@ -224,6 +170,7 @@ class UniformRefinement {
     SchemeKind scheme_;
     int levels_;
     const UniformOptions& options_;
+    bool whole_faces_;  ///< roots are control faces
 };
 
 }  // namespace

@@ -1,23 +1,15 @@
 #pragma once
 
 #include "tetrakis/hier/control_mesh.hpp"
-#include "tetrakis/hier/run_context.hpp"
 #include "tetrakis/refine/polygon_mesh.hpp"
-#include "tetrakis/schemes/scheme_kind.hpp"
+#include "tetrakis/refine/uniform_refiner.hpp"
 
 namespace tetrakis {
 
-struct UniformOptions {
-    bool limit = false;    ///< put the vertices on the limit surface
-    bool normals = false;  ///< limit normals (with or without `limit`)
-    RunContext context{};
-};
-
 /// The control mesh refined everywhere: quads for Catmull-Clark, triangles for Loop, as many levels as asked.
 ///
-/// Vertex order, level by level: the old vertices, then (Catmull-Clark) one per face, then one per edge, each in the
-/// order of its parents; faces: the children of a face follow each other (see detail::MeshLevel). Holes are left out,
-/// and then, as isolated vertices always, the vertices that no face uses any more, in the same order. UVs follow the
+/// Faces and vertices are in the order of UniformRefiner, but holes are left out, and then, as isolated vertices
+/// always, the vertices that no face uses any more; no level at all keeps the control faces as they are. UVs follow the
 /// face-varying rule (see uv_mesh()); materials and groups are those of the control face.
 /// @param mesh    control mesh; Loop: triangles only
 /// @param levels  >= 0; each level has four times as many faces

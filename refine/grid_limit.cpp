@@ -1,0 +1,209 @@
+#include "tetrakis/refine/grid_limit.hpp"
+
+#include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/schemes/ring_limit.hpp"
+
+#include <cmath>
+
+namespace tetrakis::detail {
+
+namespace {
+
+constexpr std::uint32_t none = MeshLevel::none;
+
+template <class T>
+class GridLimits {
+  public:
+    GridLimits(const GridTopology& topology, const T* points, T* positions, T* normals)
+        : topology_(topology),
+          base_(topology.base),
+          at_(topology.last()),
+          n_(at_.segments()),
+          points_(points),
+          positions_(positions),
+          normals_(normals) {}
+
+    void run(const RunContext& context) {
+        for_each_block(base_.vertex_count, 256, [&](std::uint32_t begin, std::uint32_t end) {
+            VertexRing ring;
+            for (std::uint32_t v = begin; v < end; ++v) corner(v, ring);
+        });
+        if (n_ == 1) return;
+        for_each_block(base_.edge_count, 16, [&](std::uint32_t begin, std::uint32_t end) {
+            VertexRing ring;
+            for (std::uint32_t e = begin; e < end; ++e)
+                for (std::uint32_t j = 1; j < n_; ++j) edge(e, j, ring);
+        });
+        for_each_reported_block(base_.face_count, 4, context, "limit", 0, 1,
+                                [&](std::uint32_t begin, std::uint32_t end) {
+                                    VertexRing ring;
+                                    for (std::uint32_t f = begin; f < end; ++f)
+                                        for (std::uint32_t y = 1; y < n_; ++y)
+                                            for (std::uint32_t x = 1; x < n_ - (at_.quads() ? 0 : y); ++x)
+                                                inside(f, x, y, ring);
+                                });
+    }
+
+  private:
+    Vec3d point(std::uint32_t v) const {
+        const T* p = points_ + 3 * std::uint64_t{v};
+        return Vec3d(p[0], p[1], p[2]);
+    }
+    void write(std::uint32_t v, const Vec3d& position, const Vec3d& normal) {
+        for (int i = 0; i < 3; ++i) {
+            if (positions_ != nullptr) positions_[3 * std::uint64_t{v} + i] = static_cast<T>(position[i]);
+            if (normals_ != nullptr) normals_[3 * std::uint64_t{v} + i] = static_cast<T>(normal[i]);
+        }
+    }
+    void restart(VertexRing& ring, std::uint32_t centre) const {
+        ring.clear();
+        ring.boundary = false;
+        ring.faces = 0;
+        ring.points.push_back(point(centre));
+    }
+
+    void corner(std::uint32_t v, VertexRing& ring) {
+        restart(ring, v);
+        const std::uint32_t start = base_.vertex_halfedge[v];
+        if (start == none) return write(v, ring.points[0], Vec3d(0));
+        const UniformTags& tags = topology_.tags;
+        const bool tagged = tags.any() && base_.tagged[v] != 0;
+        const bool chaikin = tagged && topology_.method == CreaseMethod::chaikin;
+        std::uint32_t h = start;
+        const auto outer = [&](std::uint32_t side) {
+            if (!chaikin) return;
+            const std::uint32_t e = side >> 1;
+            ring.outer_child.push_back((side & 1) == 0 ? tags.half(e, 0, 1) : tags.half(e, n_ - 1, n_ - 1));
+        };
+        do {
+            const std::uint32_t before = base_.prev(h);
+            ring.points.push_back(point(at_.along(h, 1)));
+            if (at_.quads()) ring.points.push_back(point(at_.beside_quad(h, 1)));
+            if (tagged) ring.sharpness.push_back(tags.at_origin(h));
+            outer(base_.edge_side[h]);
+            ++ring.faces;
+            h = base_.twin[before];
+            if (h == none) {
+                ring.boundary = true;
+                ring.points.push_back(point(at_.along(before, n_ - 1)));
+                ring.sharpness.push_back(tags.at_target(before));
+                outer(base_.edge_side[before] ^ 1u);
+            }
+        } while (h != start && h != none);
+        if (tagged) ring.vertex_sharpness = tags.vertex(v);
+        finish(v, tagged, ring);
+    }
+
+    void edge(std::uint32_t e, std::uint32_t j, VertexRing& ring) {
+        const std::uint32_t h = base_.edge_halfedge[e], t = base_.twin[h], v = at_.along(h, j);
+        restart(ring, v);
+        const auto add = [&](std::uint32_t w) { ring.points.push_back(point(w)); };
+        add(at_.along(h, j + 1));
+        if (at_.quads()) {
+            add(at_.beside_quad(h, j + 1));
+            add(at_.beside_quad(h, j));
+            add(at_.beside_quad(h, j - 1));
+        } else {
+            add(at_.beside_triangle(h, j));
+            add(at_.beside_triangle(h, j - 1));
+        }
+        add(at_.along(h, j - 1));
+        ring.boundary = t == none;
+        if (!ring.boundary) {
+            const std::uint32_t back = n_ - j;  // the same vertex from the other side
+            if (at_.quads()) {
+                add(at_.beside_quad(t, back + 1));
+                add(at_.beside_quad(t, back));
+                add(at_.beside_quad(t, back - 1));
+            } else {
+                add(at_.beside_triangle(t, back));
+                add(at_.beside_triangle(t, back - 1));
+            }
+        }
+        const int half = at_.quads() ? 2 : 3;  // faces on each side
+        ring.faces = ring.boundary ? half : 2 * half;
+        const UniformTags& tags = topology_.tags;
+        if (tags.any()) {
+            const float ahead = tags.piece(e, j), behind = tags.piece(e, j - 1);
+            if (is_sharp(ahead) || is_sharp(behind)) {
+                ring.sharpness.assign(ring.faces + (ring.boundary ? 1 : 0), 0.0f);
+                ring.sharpness[0] = ahead;
+                ring.sharpness[half] = behind;
+                if (topology_.method == CreaseMethod::chaikin) {
+                    ring.outer_child.assign(ring.sharpness.size(), 0.0f);
+                    ring.outer_child[0] = tags.half(e, j, j + 1);
+                    ring.outer_child[half] = tags.half(e, j - 1, j - 1);
+                }
+            }
+        }
+        finish(v, !ring.sharpness.empty(), ring);
+    }
+
+    void inside(std::uint32_t f, std::uint32_t x, std::uint32_t y, VertexRing& ring) {
+        const std::uint32_t v = at_.at(f, x, y);
+        restart(ring, v);
+        const auto add = [&](std::uint32_t i, std::uint32_t j) { ring.points.push_back(point(at_.at(f, i, j))); };
+        add(x + 1, y);
+        if (at_.quads()) add(x + 1, y + 1);
+        add(x, y + 1);
+        add(x - 1, y + 1);
+        add(x - 1, y);
+        if (at_.quads()) add(x - 1, y - 1);
+        add(x, y - 1);
+        add(x + 1, y - 1);
+        ring.faces = at_.quads() ? 4 : 6;
+        finish(v, false, ring);
+    }
+
+    void finish(std::uint32_t v, bool tagged, VertexRing& ring) {
+        Vec3d position, normal(0);
+        if (!tagged && smooth(ring, position, normal)) return write(v, position, normal);
+        const LimitPoint limit = limit_point(topology_.scheme, topology_.method, ring);
+        write(v, limit.position, limit.normal);
+    }
+
+    /// The straight way for interior vertices without tags; false where the tangents do not span a plane.
+    bool smooth(const VertexRing& ring, Vec3d& position, Vec3d& normal) const {
+        // Tangents that are parallel but for rounding are left to the general way, which then looks at the faces.
+        constexpr double k_parallel = std::is_same_v<T, double> ? 1e-10 : 1e-5;
+        const RingLimit& limit = smooth_ring_limit(topology_.scheme, ring.faces);
+        if (!limit.has_tangent_plane) return false;
+        const Vec3d& centre = ring.points[0];
+        const std::size_t step = at_.quads() ? 2 : 1, count = ring.points.size();
+        Vec3d edges(0), corners(0), a(0), b(0);
+        for (std::size_t i = 1; i < count; i += step) edges += ring.points[i] - centre;
+        for (std::size_t i = 2; step == 2 && i < count; i += 2) corners += ring.points[i] - centre;
+        position = centre + limit.position[1] * edges;
+        if (step == 2) position += limit.position[2] * corners;
+        if (normals_ == nullptr) return true;
+        for (std::size_t i = 1; i < count; ++i) {
+            const Vec3d d = ring.points[i] - centre;
+            a += limit.tangent1[i] * d;
+            b += limit.tangent2[i] * d;
+        }
+        const Vec3d cross = glm::cross(a, b);
+        const double square = glm::dot(cross, cross);
+        if (!(square > k_parallel * k_parallel * glm::dot(a, a) * glm::dot(b, b))) return false;
+        normal = cross / std::sqrt(square);
+        return true;
+    }
+
+    const GridTopology& topology_;
+    const MeshLevel& base_;
+    RootLayout at_;
+    std::uint32_t n_;
+    const T* points_;
+    T *positions_, *normals_;
+};
+
+}  // namespace
+
+template <class T>
+void grid_limits(const GridTopology& topology, const T* points, T* positions, T* normals, const RunContext& context) {
+    GridLimits<T>(topology, points, positions, normals).run(context);
+}
+
+template void grid_limits(const GridTopology&, const float*, float*, float*, const RunContext&);
+template void grid_limits(const GridTopology&, const double*, double*, double*, const RunContext&);
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,13 @@
+#pragma once
+
+#include "tetrakis/refine/grid_refinement.hpp"
+#include "tetrakis/refine/vertex_ring.hpp"
+
+namespace tetrakis::detail {
+
+/// Limit positions and unit normals of the last level's vertices; either may be null.
+/// @param points  control points of the last level, three scalars each
+template <class T>
+void grid_limits(const GridTopology& topology, const T* points, T* positions, T* normals, const RunContext& context);
+
+}  // namespace tetrakis::detail

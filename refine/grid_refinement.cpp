@@ -1,0 +1,363 @@
+#include "tetrakis/refine/grid_refinement.hpp"
+
+#include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/uniform_cost.hpp"
+#include "tetrakis/schemes/catmull_clark.hpp"
+#include "tetrakis/schemes/loop.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+namespace tetrakis::detail {
+
+namespace {
+
+constexpr std::uint32_t none = MeshLevel::none;
+
+/// Points per task: large enough that starting one is nothing, small enough for many on two levels of a small mesh.
+constexpr std::uint32_t k_task_points = 8192;
+
+std::uint32_t grain_of(std::uint32_t points_each) { return std::max(1u, k_task_points / (points_each + 8)); }
+
+template <class T>
+void copy_point(T* to, const T* points, std::uint32_t v) {
+    const T* p = points + 3 * std::uint64_t{v};
+    to[0] = p[0];
+    to[1] = p[1];
+    to[2] = p[2];
+}
+
+/// The line of N + 1 points along side h.
+template <class T>
+void gather_side(const RootLayout& at, std::uint32_t h, bool reversed, const T* points, T* line) {
+    const MeshLevel& base = at.base();
+    const std::uint32_t n = at.segments(), from = base.origin[h], to = base.origin[base.next(h)];
+    copy_point(line, points, reversed ? to : from);
+    copy_point(line + 3 * std::uint64_t{n}, points, reversed ? from : to);
+    const std::uint32_t side = base.edge_side[h];
+    const T* inner = points + 3 * std::uint64_t{at.edge_begin(side >> 1)};
+    if (((side & 1) != 0) == reversed) {
+        std::copy_n(inner, 3 * std::uint64_t{n - 1}, line + 3);
+    } else {
+        for (std::uint32_t j = 1; j < n; ++j) copy_point(line + 3 * std::uint64_t{j}, inner, n - 1 - j);
+    }
+}
+
+}  // namespace
+
+GridTopology::GridTopology(const ControlMesh& mesh, SchemeKind kind, int level_count, PointRule point_rule)
+    : scheme(kind), rule(point_rule), method(mesh.crease_method()), control(control_level(mesh)), levels(level_count) {
+    const bool quads = scheme == SchemeKind::catmull_clark;
+    if (quads && all_quads(mesh)) control.face_size = 4;
+    if (quads && control.face_size != 4) {
+        base = refine_level(control, scheme, method, LevelUse::refine);
+        base_level = 1;
+        --levels;
+    } else {
+        base = std::move(control);
+        control = {};
+    }
+    tags = UniformTags(base, method, levels);
+    for (std::uint32_t v = 0; v < base.vertex_count; ++v)
+        if (base.vertex_halfedge[v] != none && !(base.has_tags() && base.tagged[v] != 0)) smooth.push_back(v);
+    for (int n = 1; n < 64; ++n) masks[n] = quads ? CatmullClark::vertex_mask_quads(n) : Loop::vertex_mask(n);
+}
+
+template <class T>
+struct GridPoints<T>::Scratch {
+    std::vector<T> lines;
+    /// Room for five lines of N + 1 points; one scalar more may be read.
+    T* of(std::uint32_t segments) {
+        lines.resize(15 * (std::size_t{segments} + 1) + 1);
+        return lines.data();
+    }
+};
+
+template <class T>
+RootRows<T> gather_sides(const RootLayout& at, std::uint32_t f, const T* points, T* lines) {
+    const std::uint64_t length = 3 * (std::uint64_t{at.segments()} + 1);
+    T *bottom = lines, *right = lines + length, *left = right + length, *top = left + length;
+    if (at.quads()) {
+        gather_side(at, 4 * f, false, points, bottom);
+        gather_side(at, 4 * f + 1, false, points, right);
+        gather_side(at, 4 * f + 2, true, points, top);
+        gather_side(at, 4 * f + 3, true, points, left);
+    } else {
+        gather_side(at, 3 * f, false, points, bottom);
+        gather_side(at, 3 * f + 1, false, points, right);
+        gather_side(at, 3 * f + 2, true, points, left);
+    }
+    return {points + 3 * std::uint64_t{at.root_begin(f)}, bottom, top, left, right, at.segments()};
+}
+
+template <class T>
+void GridPoints<T>::start(std::span<const Vec3<T>> control, T* out) {
+    if (topology_.base_level == 0) {
+        static_assert(sizeof(Vec3<T>) == 3 * sizeof(T));
+        std::memcpy(static_cast<void*>(out), control.data(), control.size_bytes());
+        return;
+    }
+    // The first refinement of n-gons is the general one, in double.
+    std::vector<Vec3d> finer(topology_.base.vertex_count);
+    const auto refine = [&](std::span<const Vec3d> points) {
+        refine_points(topology_.control, topology_.scheme, topology_.method, topology_.rule, points, finer);
+    };
+    if constexpr (std::is_same_v<T, double>) {
+        refine(control);
+    } else {
+        const std::vector<Vec3d> points(control.begin(), control.end());
+        refine(points);
+    }
+    for (std::size_t v = 0; v < finer.size(); ++v)
+        for (int i = 0; i < 3; ++i) out[3 * v + i] = static_cast<T>(finer[v][i]);
+}
+
+template <class T>
+const T* GridPoints<T>::run(std::span<const Vec3<T>> control, T* out, const RunContext& context) {
+    const auto buffer = [&](int level) {
+        PodArray<T>& b = buffers_[level & 1];
+        b.resize(3 * std::size_t{topology_.layout(level).vertex_count()} + 1);
+        b[b.size() - 1] = 0;
+        return b.data();
+    };
+    const int levels = topology_.levels;
+    const auto target = [&](int level) { return level == levels && out != nullptr ? out : buffer(level); };
+    T* now = target(0);
+    start(control, now);
+    double done = 0;
+    for (int l = 0; l < levels; ++l) {
+        // Each level takes four times as long as the one before.
+        const double next = l + 1 == levels ? 1 : 1.0 / static_cast<double>(std::uint64_t{1} << 2 * (levels - 1 - l));
+        T* finer = target(l + 1);
+        step(l, now, finer, context, done, next);
+        now = finer;
+        done = next;
+    }
+    return now;
+}
+
+template <class T>
+void GridPoints<T>::step(int level, const T* coarse, T* fine, const RunContext& context, double from, double to) {
+    const RootLayout at = topology_.layout(level), finer = topology_.layout(level + 1);
+    const TagStep& tags = topology_.tags.step(level);
+    context.report("refine", from);
+    corners(at, tags, coarse, fine);
+    for_each_block(topology_.base.edge_count, grain_of(finer.edge_points()),
+                   [&](std::uint32_t begin, std::uint32_t end) {
+                       Scratch scratch;
+                       for (std::uint32_t e = begin; e < end; ++e) edge(at, finer, tags, e, coarse, fine, scratch);
+                   });
+    for_each_reported_block(topology_.base.face_count, grain_of(finer.root_points()), context, "refine", from, to,
+                            [&](std::uint32_t begin, std::uint32_t end) {
+                                Scratch scratch;
+                                for (std::uint32_t f = begin; f < end; ++f) root(at, finer, f, coarse, fine, scratch);
+                            });
+}
+
+template <class T>
+void GridPoints<T>::corners(const RootLayout& at, const TagStep& step, const T* coarse, T* fine) const {
+    const MeshLevel& base = topology_.base;
+    const auto point = [&](std::uint32_t v) {
+        const T* p = coarse + 3 * std::uint64_t{v};
+        return Vec3<T>(p[0], p[1], p[2]);
+    };
+    const auto write = [&](std::uint32_t v, const Vec3<T>& p) {
+        T* to = fine + 3 * std::uint64_t{v};
+        to[0] = p.x;
+        to[1] = p.y;
+        to[2] = p.z;
+    };
+    if (topology_.rule == PointRule::linear) {
+        std::copy_n(coarse, 3 * std::uint64_t{base.vertex_count}, fine);
+        return;
+    }
+    const bool quads = at.quads();
+    const auto smooth = [&](std::uint32_t v) {
+        const std::uint32_t start = base.vertex_halfedge[v];
+        Vec3<T> edges(0), faces(0);
+        std::uint32_t n = 0, h = start;
+        do {
+            edges += point(at.along(h, 1));
+            if (quads) faces += point(at.beside_quad(h, 1));
+            ++n;
+            const std::uint32_t before = base.prev(h);
+            h = base.twin[before];
+            // A boundary's last edge; only where a vertex is on the way from sharp to smooth.
+            if (h == none) {
+                edges += point(at.along(before, at.segments() - 1));
+                ++n;
+            }
+        } while (h != start && h != none);
+        const RingMask m = n < 64       ? topology_.masks[n]
+                           : at.quads() ? CatmullClark::vertex_mask_quads(static_cast<int>(n))
+                                        : Loop::vertex_mask(static_cast<int>(n));
+        return static_cast<T>(m.vertex) * point(v) + static_cast<T>(m.edge) * edges + static_cast<T>(m.face) * faces;
+    };
+    for_each_index(static_cast<std::uint32_t>(topology_.smooth.size()),
+                   [&](std::uint32_t i) { write(topology_.smooth[i], smooth(topology_.smooth[i])); });
+    const auto tagged = topology_.tags.vertices();
+    for_each_index(static_cast<std::uint32_t>(tagged.size()), [&](std::uint32_t i) {
+        const std::uint32_t v = tagged[i];
+        const VertexBlend& blend = step.blend[i];
+        Vec3<T> result = static_cast<T>(blend.corner + blend.crease.weight * k_crease_vertex_mask.vertex) * point(v);
+        if (blend.crease.weight > 0) {
+            const T weight = static_cast<T>(blend.crease.weight * k_crease_vertex_mask.neighbour);
+            const std::uint32_t start = base.vertex_halfedge[v];
+            std::uint32_t h = start;
+            int edge = 0;
+            Vec3<T> ends(0);
+            do {
+                if (edge == blend.crease.a || edge == blend.crease.b) ends += point(at.along(h, 1));
+                ++edge;
+                const std::uint32_t before = base.prev(h);
+                h = base.twin[before];
+                if (h == none && (edge == blend.crease.a || edge == blend.crease.b))
+                    ends += point(at.along(before, at.segments() - 1));
+            } while (h != start && h != none);
+            result += weight * ends;
+        }
+        if (blend.smooth > 0) result += static_cast<T>(blend.smooth) * smooth(v);
+        write(v, result);
+    });
+    // Vertices without faces stay.
+    for (std::uint32_t v = 0; v < base.vertex_count; ++v)
+        if (base.vertex_halfedge[v] == none) write(v, point(v));
+}
+
+template <class T>
+void GridPoints<T>::edge(const RootLayout& at, const RootLayout& finer, const TagStep& step, std::uint32_t e,
+                         const T* coarse, T* fine, Scratch& scratch) const {
+    const MeshLevel& base = topology_.base;
+    const std::uint32_t n = at.segments(), h = base.edge_halfedge[e], t = base.twin[h];
+    const std::uint64_t length = 3 * (std::uint64_t{n} + 1);
+    T* line = scratch.of(n);
+    T* out = fine + 3 * std::uint64_t{finer.edge_begin(e)};
+    gather_side(at, h, false, coarse, line);
+    if (topology_.rule == PointRule::linear) return kernels_.refine_line(line, n, {T(0), T(1)}, out);
+
+    constexpr QuadWeights<T> crease_weights{static_cast<T>(k_crease_vertex_mask.neighbour),
+                                            static_cast<T>(k_crease_vertex_mask.vertex)};
+    const T crease = step.crease.empty() ? T(0) : static_cast<T>(step.crease[e]);
+    const auto varying = step.varying.find(e);
+    const bool alike = varying == step.varying.end();
+    if (alike && crease == 1) return kernels_.refine_line(line, n, crease_weights, out);
+
+    T *left = line + length, *right = left + length, *smooth = right + length;
+    const bool quads = at.quads();
+    for (std::uint32_t j = 0; j <= n; ++j) {
+        if (quads) {
+            copy_point(left + 3 * j, coarse, at.beside_quad(h, j));
+            copy_point(right + 3 * j, coarse, at.beside_quad(t, n - j));
+        } else if (j < n) {
+            copy_point(left + 3 * j, coarse, at.beside_triangle(h, j));
+            copy_point(right + 3 * j, coarse, at.beside_triangle(t, n - 1 - j));
+        }
+    }
+    if (quads) {
+        kernels_.blend3(left, line, right, crease_weights.side, crease_weights.centre, length, smooth);
+        if (alike) {
+            if (crease > 0)
+                for (std::uint64_t i = 0; i < length; ++i) smooth[i] = crease * line[i] + (1 - crease) * smooth[i];
+            return kernels_.refine_line(smooth, n, crease_weights, out);
+        }
+        kernels_.refine_line(smooth, n, crease_weights, out);
+    } else {
+        constexpr T end = static_cast<T>(Loop::edge_end), opposite = static_cast<T>(Loop::edge_opposite);
+        const T vertex = static_cast<T>(topology_.masks[6].vertex), neighbour = static_cast<T>(topology_.masks[6].edge);
+        for (std::uint32_t j = 0; j < n; ++j) {
+            const std::uint64_t a = 3 * std::uint64_t{j};
+            for (std::uint64_t i = a; i < a + 3; ++i) {
+                if (j > 0)
+                    out[2 * a - 3 + (i - a)] =
+                        vertex * line[i] + neighbour * (((line[i - 3] + line[i + 3]) + (left[i - 3] + left[i])) +
+                                                        (right[i - 3] + right[i]));
+                out[2 * a + (i - a)] = end * (line[i] + line[i + 3]) + opposite * (left[i] + right[i]);
+            }
+        }
+        if (alike && crease == 0) return;
+    }
+    // Mixed point by point: out has the smooth points.
+    std::vector<T> sharp(6 * std::uint64_t{n} - 3);
+    kernels_.refine_line(line, n, crease_weights, sharp.data());
+    for (std::uint32_t j = 0; j + 1 < 2 * n; ++j) {
+        const T w = alike ? crease : static_cast<T>(varying->second[j]);
+        for (std::uint64_t i = 3 * std::uint64_t{j}; i < 3 * std::uint64_t{j} + 3; ++i)
+            out[i] = w * sharp[i] + (1 - w) * out[i];
+    }
+}
+
+template <class T>
+void GridPoints<T>::root(const RootLayout& at, const RootLayout& finer, std::uint32_t f, const T* coarse, T* fine,
+                         Scratch& scratch) const {
+    const RootRows<T> rows = gather_sides(at, f, coarse, scratch.of(at.segments()));
+    T* out = fine + 3 * std::uint64_t{finer.root_begin(f)};
+    const bool linear = topology_.rule == PointRule::linear;
+    if (at.quads()) {
+        kernels_.refine_quad(rows, linear ? QuadWeights<T>{0, 1} : QuadWeights<T>{T(0.125), T(0.75)}, out);
+        return;
+    }
+    kernels_.refine_triangle(
+        rows,
+        linear ? TriangleWeights<T>{1, 0, T(0.5), 0}
+               : TriangleWeights<T>{static_cast<T>(topology_.masks[6].vertex), static_cast<T>(topology_.masks[6].edge),
+                                    static_cast<T>(Loop::edge_end), static_cast<T>(Loop::edge_opposite)},
+        out);
+}
+
+void write_faces(const RootLayout& at, std::span<std::uint32_t> corners, const RunContext& context) {
+    const std::uint32_t n = at.segments(), size = at.quads() ? 4 : 3;
+    const std::uint64_t root_corners = std::uint64_t{size} * n * n;
+    for_each_reported_block(at.base().face_count, grain_of(n * n), context, "faces", 0, 1,
+                            [&](std::uint32_t begin, std::uint32_t end) {
+                                std::vector<std::uint32_t> rows(2 * (std::size_t{n} + 1));
+                                for (std::uint32_t f = begin; f < end; ++f) {
+                                    std::uint32_t* out = &corners[f * root_corners];
+                                    std::uint32_t *low = rows.data(), *high = low + n + 1;
+                                    const auto fill = [&](std::uint32_t* row, std::uint32_t y) {
+                                        const std::uint32_t last = at.quads() ? n : n - y;
+                                        if (y == 0 || (y == n && at.quads())) {
+                                            for (std::uint32_t x = 0; x <= last; ++x) row[x] = at.at(f, x, y);
+                                            return;
+                                        }
+                                        row[0] = at.at(f, 0, y);
+                                        row[last] = at.at(f, last, y);
+                                        if (last < 2) return;
+                                        const std::uint32_t first = at.at(f, 1, y);
+                                        for (std::uint32_t x = 1; x < last; ++x) row[x] = first + x - 1;
+                                    };
+                                    fill(low, 0);
+                                    for (std::uint32_t y = 0; y < n; ++y) {
+                                        fill(high, y + 1);
+                                        if (size == 4) {
+                                            for (std::uint32_t x = 0; x < n; ++x, out += 4) {
+                                                out[0] = low[x];
+                                                out[1] = low[x + 1];
+                                                out[2] = high[x + 1];
+                                                out[3] = high[x];
+                                            }
+                                        } else {
+                                            for (std::uint32_t x = 0; x + y < n; ++x) {
+                                                out[0] = low[x];
+                                                out[1] = low[x + 1];
+                                                out[2] = high[x];
+                                                out += 3;
+                                                if (x + y + 1 == n) break;
+                                                out[0] = low[x + 1];
+                                                out[1] = high[x + 1];
+                                                out[2] = high[x];
+                                                out += 3;
+                                            }
+                                        }
+                                        std::swap(low, high);
+                                    }
+                                }
+                            });
+}
+
+template class GridPoints<float>;
+template class GridPoints<double>;
+template RootRows<float> gather_sides(const RootLayout&, std::uint32_t, const float*, float*);
+template RootRows<double> gather_sides(const RootLayout&, std::uint32_t, const double*, double*);
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+
+namespace tetrakis::detail {
+
+/// One root of one level as the row kernels see it. Points are three scalars each, and may be read one scalar past the
+/// end. N segments a side. Quads: lines of N + 1 points along the sides, with x or y: bottom (y = 0), top (y = N), left
+/// (x = 0), right (x = N), corners included in each. Triangles: bottom (y = 0, by x), left (x = 0, by y), and `right`
+/// the points (N - y, y), by y; no top.
+template <class T>
+struct RootRows {
+    const T* inner;
+    const T *bottom, *top, *left, *right;
+    std::uint32_t segments;
+};
+
+/// Weights of the rows' rules, so that one kernel serves a scheme and its linear counterpart.
+template <class T>
+struct QuadWeights {
+    T side, centre;  ///< of a vertex along one direction: neighbours, itself; 1/8, 3/4 for Catmull-Clark; 0, 1 linear
+};
+template <class T>
+struct TriangleWeights {
+    T vertex, neighbour;  ///< 5/8, 1/16 for Loop; 1, 0 linear
+    T end, opposite;      ///< of an edge: 3/8, 1/8 for Loop; 1/2, 0 linear
+};
+
+/// Row kernels; every variant of them (see root_kernels()) gives the same bits. None allocates, none throws.
+template <class T>
+struct RootKernels {
+    /// Inner points of a quad root one level on: 2 N - 1 rows of 2 N - 1 points.
+    void (*refine_quad)(const RootRows<T>& root, QuadWeights<T> weights, T* finer);
+    /// Inner points of a triangle root one level on, in RootLayout's order.
+    void (*refine_triangle)(const RootRows<T>& root, TriangleWeights<T> weights, T* finer);
+    /// The 2 N - 1 inner points of a line of N + 1 points by the vertex rule given and midpoints.
+    void (*refine_line)(const T* line, std::uint32_t segments, QuadWeights<T> weights, T* finer);
+    /// out = a (p + r) + b q, `count` scalars.
+    void (*blend3)(const T* p, const T* q, const T* r, T a, T b, std::uint64_t count, T* out);
+};
+
+/// Instruction sets that kernels are compiled for.
+enum class KernelSet { baseline, avx2 };
+
+/// Whether this build and this processor have it.
+bool has_kernels(KernelSet set);
+/// The best set there is.
+KernelSet best_kernels();
+/// float and double.
+template <class T>
+const RootKernels<T>& root_kernels(KernelSet set);
+
+}  // namespace tetrakis::detail

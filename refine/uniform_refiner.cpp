@@ -1,0 +1,107 @@
+#include "tetrakis/refine/uniform_refiner.hpp"
+
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/grid_limit.hpp"
+#include "tetrakis/refine/grid_refinement.hpp"
+#include "tetrakis/refine/uniform_cost.hpp"
+
+#include <algorithm>
+#include <string>
+
+namespace tetrakis {
+
+namespace {
+
+void check_length(const char* what, std::size_t length, std::size_t expected) {
+    if (length != expected)
+        throw Error(ErrorCode::invalid_input, "there are " + std::to_string(length) + " " + what + ", but " +
+                                                  std::to_string(expected) + " are needed");
+}
+
+}  // namespace
+
+template <class T>
+struct UniformRefiner<T>::State {
+    State(const ControlMesh& control, SchemeKind scheme, int levels, const UniformOptions& uniform_options)
+        : mesh(control),
+          options(uniform_options),
+          topology(control, scheme, levels, detail::PointRule::scheme),
+          points(topology) {}
+
+    const ControlMesh& mesh;
+    UniformOptions options;
+    detail::GridTopology topology;
+    detail::GridPoints<T> points;
+};
+
+template <class T>
+UniformRefiner<T>::UniformRefiner(const ControlMesh& mesh, SchemeKind scheme, int levels,
+                                  const UniformOptions& options) {
+    const detail::UniformCost cost = detail::uniform_cost(
+        mesh, {scheme, levels, static_cast<int>(sizeof(T)), options.limit, options.normals, false});
+    if (levels == 0 && scheme == SchemeKind::catmull_clark && !detail::all_quads(mesh))
+        throw Error(ErrorCode::invalid_input, "faces that are no quads need at least one level", mesh.data().source);
+    detail::check_memory(mesh, levels, cost, options.context);
+    with_threads(options.context, [&] { state_ = std::make_unique<State>(mesh, scheme, levels, options); });
+}
+
+template <class T>
+UniformRefiner<T>::~UniformRefiner() = default;
+template <class T>
+UniformRefiner<T>::UniformRefiner(UniformRefiner&&) noexcept = default;
+template <class T>
+UniformRefiner<T>& UniformRefiner<T>::operator=(UniformRefiner&&) noexcept = default;
+
+template <class T>
+std::uint32_t UniformRefiner<T>::vertex_count() const {
+    return state_->topology.last().vertex_count();
+}
+
+template <class T>
+std::uint32_t UniformRefiner<T>::face_count() const {
+    return state_->topology.base.face_count << 2 * state_->topology.levels;
+}
+
+template <class T>
+int UniformRefiner<T>::face_size() const {
+    return state_->topology.base.face_size;
+}
+
+template <class T>
+std::uint32_t UniformRefiner<T>::control_face(std::uint32_t face) const {
+    return state_->topology.control_face(state_->mesh, face);
+}
+
+template <class T>
+void UniformRefiner<T>::refine(std::span<const Vec3<T>> control, std::span<Vec3<T>> positions,
+                               std::span<Vec3<T>> normals) {
+    State& s = *state_;
+    check_length("control positions", control.size(), s.mesh.vertex_count());
+    check_length("positions to write", positions.size(), vertex_count());
+    if (!normals.empty()) check_length("normals to write", normals.size(), vertex_count());
+    with_threads(s.options.context, [&] {
+        T* out = positions.empty() ? nullptr : &positions.data()->x;
+        if (!s.options.limit && normals.empty()) {
+            s.points.run(control, out, s.options.context);
+            return;
+        }
+        const T* net = s.points.run(control, nullptr, s.options.context);
+        detail::grid_limits(s.topology, net, s.options.limit ? out : nullptr,
+                            normals.empty() ? nullptr : &normals.data()->x, s.options.context);
+        if (!s.options.limit) std::copy_n(net, 3 * positions.size(), out);
+    });
+}
+
+template <class T>
+void UniformRefiner<T>::faces(std::span<std::uint32_t> corners) const {
+    check_length("face corners to write", corners.size(),
+                 static_cast<std::size_t>(face_count()) * static_cast<std::size_t>(face_size()));
+    with_threads(state_->options.context,
+                 [&] { detail::write_faces(state_->topology.last(), corners, state_->options.context); });
+}
+
+template class UniformRefiner<float>;
+template class UniformRefiner<double>;
+
+}  // namespace tetrakis

@@ -1,0 +1,67 @@
+#pragma once
+
+#include "tetrakis/hier/control_mesh.hpp"
+#include "tetrakis/hier/run_context.hpp"
+#include "tetrakis/schemes/scheme_kind.hpp"
+
+#include <memory>
+#include <span>
+
+namespace tetrakis {
+
+struct UniformOptions {
+    bool limit = false;    ///< put the vertices on the limit surface
+    bool normals = false;  ///< limit normals (with or without `limit`)
+    RunContext context{};
+};
+
+/// Refines a control mesh everywhere, again and again: connectivity and tags are looked at once, then refine() turns
+/// any control positions (an animated mesh) into those of the last level, in buffers that are kept.
+///
+/// The roots are the faces of the control mesh where all are quads (Loop: triangles), else its corners, i.e. the quads
+/// of the first refinement, by half-edge. With N pieces per side, corners (x, y) of root r: (0, 0) at the face's first
+/// corner (of a corner root: at the half-edge's origin), x along its first side, y along its last.
+/// * Faces: root by root, row by row (y, then x); quads [(x, y), (x+1, y), (x+1, y+1), (x, y+1)]; Loop: [(x, y),
+///   (x+1, y), (x, y+1)], each but a row's last followed by [(x+1, y), (x+1, y+1), (x, y+1)].
+/// * Vertices: control vertices (and for corner roots one per face, then one per edge); the N - 1 inner ones of each
+///   side of the roots; the inner ones of each root, row by row. Holes and isolated vertices are left in.
+///
+/// float or double. One object serves one thread at a time; the work is parallel, and gives the same bytes for any
+/// number of threads.
+template <class T>
+class UniformRefiner {
+  public:
+    /// @param mesh    Loop: triangles only. Outlives the refiner
+    /// @param levels  >= 0; each level has four times as many faces; at least 1 for Catmull-Clark on a mesh with other
+    ///                faces than quads
+    /// @throws Error  invalid_input: the above; unsupported: more elements than 32 bits can count; memory_limit (with
+    ///                the numbers, before anything is allocated)
+    UniformRefiner(const ControlMesh& mesh, SchemeKind scheme, int levels, const UniformOptions& options = {});
+    ~UniformRefiner();
+    UniformRefiner(UniformRefiner&&) noexcept;
+    UniformRefiner& operator=(UniformRefiner&&) noexcept;
+
+    std::uint32_t vertex_count() const;
+    std::uint32_t face_count() const;
+    int face_size() const;  ///< 4, Loop 3
+    /// The control face that a face comes from.
+    std::uint32_t control_face(std::uint32_t face) const;
+
+    /// Positions (on the limit surface where the options say so) and unit limit normals of the last level.
+    /// @param control    as many as the control mesh has vertices
+    /// @param positions  vertex_count() of them, to be written
+    /// @param normals    vertex_count(), or empty: no normals (whatever the options say)
+    /// @throws Error     invalid_input: a span of the wrong length; cancelled (what is written is then worth nothing)
+    /// Cost: O(vertices); memory is allocated by the first call.
+    void refine(std::span<const Vec3<T>> control, std::span<Vec3<T>> positions, std::span<Vec3<T>> normals = {});
+
+    /// The last level's face_size() * face_count() vertex numbers; they depend on no position.
+    /// @throws Error  invalid_input: the wrong length; cancelled
+    void faces(std::span<std::uint32_t> corners) const;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace tetrakis
