@@ -51,6 +51,30 @@ double sharpened(const Net16& net, SideCrease crease, Net16& out) {
     return std::exp2(-std::floor(static_cast<double>(crease.sharpness))) / 6 * std::sqrt(most);
 }
 
+int crease_strips(const Net16& net, SideCrease crease, std::array<CreaseStrip, 3>& strips) {
+    const bool across_y = crease.side == 0 || crease.side == 2;
+    const bool far = crease.side == 1 || crease.side == 2;
+    const int along = across_y ? 1 : 4, across = across_y ? 4 : 1;
+    const CreasePieces pieces = CreasePieces::make(crease.sharpness);
+    for (int s = 0; s < pieces.count; ++s) {
+        CreaseStrip& strip = strips[static_cast<std::size_t>(s)];
+        strip.begin = pieces.begin[s], strip.end = pieces.end[s];
+        strip.origin = pieces.whole(s) ? 0 : strip.begin;
+        strip.span = pieces.whole(s) ? 1 : strip.end - strip.begin;
+        for (int k = 0; k < 3; ++k)
+            for (int i = 0; i < 4; ++i) {
+                const double* p = net.c[k] + i * along;
+                for (int j = 0; j < 4; ++j) {
+                    const Weights4& w = pieces.control[s][j];
+                    const auto at = [&](int c) { return p[across * (far ? 3 - c : c)]; };
+                    strip.net.c[k][i * along + across * (far ? 3 - j : j)] =
+                        (w[0] * at(0) + w[1] * at(1)) + (w[2] * at(2) + w[3] * at(3));
+                }
+            }
+    }
+    return pieces.count;
+}
+
 void regular_basis(SideCrease crease, double x, double y, Weights4 (&wx)[3], Weights4 (&wy)[3]) {
     wx[0] = cubic_basis(x), wx[1] = cubic_basis_d1(x), wx[2] = cubic_basis_d2(x);
     wy[0] = cubic_basis(y), wy[1] = cubic_basis_d1(y), wy[2] = cubic_basis_d2(y);

@@ -200,6 +200,16 @@ void child_net(const Net16& net, SideCrease crease, int qx, int qy, Net16& out, 
 /// blended step of a fraction lies between this and the next level.
 double sharpened(const Net16& net, SideCrease crease, Net16& out);
 
+/// A part of a single-crease cell, between two lines along the crease, that is one bicubic patch.
+struct CreaseStrip {
+    double begin, end;    ///< distance from the crease, as a share of the cell
+    double origin, span;  ///< the net's own parameter across the crease is (distance - origin) / span
+    Net16 net;            ///< oriented as the cell: across the crease its parameter runs as the cell's
+};
+
+/// The strips of a single-crease cell, from the crease on; @return how many (at most 3).
+int crease_strips(const Net16& net, SideCrease crease, std::array<CreaseStrip, 3>& strips);
+
 /// Bases of a regular or single-crease cell at (x, y): [0] values, [1] first and [2] second derivatives.
 void regular_basis(SideCrease crease, double x, double y, Weights4 (&wx)[3], Weights4 (&wy)[3]);
 

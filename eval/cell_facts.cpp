@@ -43,6 +43,26 @@ ThirdBounds ThirdBounds::along(const Net16& net, const Vec3d& direction) {
     return {largest_size(xxx, 4), largest_size(xxy, 6), largest_size(xyy, 6), largest_size(yyy, 4)};
 }
 
+ThirdBounds ThirdBounds::of(const Net16& net) {
+    double xxx[3][4], xxy[3][6], xyy[3][6], yyy[3][4];
+    for (int k = 0; k < 3; ++k) third_differences(net.c[k], xxx[k], xxy[k], xyy[k], yyy[k]);
+    return {largest(xxx), largest(xxy), largest(xyy), largest(yyy)};
+}
+
+double ThirdBounds::on_line(const Vec2d& d) const {
+    const double x = std::abs(d.x), y = std::abs(d.y);
+    return x * x * (x * xxx + 3 * y * xxy) + y * y * (3 * x * xyy + y * yyy);
+}
+
+ThirdBounds ThirdBounds::in_frame(const Vec2d& u, const Vec2d& v) const {
+    const Vec2d a = glm::abs(u), b = glm::abs(v);
+    const auto mixed = [&](const Vec2d& p, const Vec2d& q) {  // twice along p, once along q
+        return p.x * p.x * (q.x * xxx + q.y * xxy) + 2 * p.x * p.y * (q.x * xxy + q.y * xyy) +
+               p.y * p.y * (q.x * xyy + q.y * yyy);
+    };
+    return {on_line(u), mixed(a, b), mixed(b, a), on_line(v)};
+}
+
 void CellFacts::fill(const Net16& net) {
     double xxx[3][4], xxy[3][6], xyy[3][6], yyy[3][4];
     for (int k = 0; k < 3; ++k) {

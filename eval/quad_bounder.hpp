@@ -80,6 +80,15 @@ class QuadBounder {
     bool bound_regular(const detail::WalkCell::Patch& patch, const Piece& piece, const Corners& corners);
     bool bound_on_lattice(const detail::WalkCell::Patch& patch, const Piece& piece, const Corners& corners,
                           const Remainder& rest);
+    /// Part of a piece within one bicubic net: any triangle in the net's parameters.
+    struct Part {
+        std::array<Vec2d, 3> at;
+        std::array<Vec3d, 3> surface, linear;
+        std::array<std::int8_t, 3> edge;  ///< as of Piece
+    };
+    /// Bounds a piece of a cell with a crease of finite sharpness, strip by strip. False when it is not settled.
+    bool bound_strips(detail::WalkCell& cell, const Piece& piece, const Corners& corners);
+    bool bound_part(const detail::Net16& net, const detail::ThirdBounds& third, const Part& part, int depth);
     double hull_error(const detail::QuadNode& node, const Piece& piece, const Corners& corners) const;
     double quadratic_error(const std::array<Vec3d, 3>& corner, const std::array<Vec3d, 3>& middle,
                            const std::array<std::int8_t, 3>& edge, const Remainder& rest) const;

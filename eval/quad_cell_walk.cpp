@@ -66,6 +66,15 @@ double WalkCell::beyond() {
     return beyond_;
 }
 
+const WalkCell::Strips& WalkCell::strips() {
+    if (strips_.count == 0) {
+        strips_.count = crease_strips(*net, crease, strips_.strip);
+        for (std::size_t i = 0; i < static_cast<std::size_t>(strips_.count); ++i)
+            strips_.third[i] = ThirdBounds::of(strips_.strip[i].net);
+    }
+    return strips_;
+}
+
 WalkCell::Patch WalkCell::patch() {
     const double difference = beyond();
     const Net16* smooth_net = crease ? &sharp_ : net;

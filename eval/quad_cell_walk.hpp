@@ -28,6 +28,13 @@ struct WalkCell {
     Patch patch();
     /// Patch::beyond, without the rest.
     double beyond();
+    /// The smooth parts of a cell with a crease, each with its third derivatives by its net's own parameters.
+    struct Strips {
+        int count = 0;
+        std::array<CreaseStrip, 3> strip;
+        std::array<ThirdBounds, 3> third;
+    };
+    const Strips& strips();
 
   private:
     friend class QuadCellWalk;
@@ -35,6 +42,7 @@ struct WalkCell {
         facts_ = nullptr;
         known_ = 0;
         has_sharp_ = false;
+        strips_.count = 0;
     }
 
     const CellFacts* facts_ = nullptr;  ///< of patch(), complete
@@ -42,6 +50,7 @@ struct WalkCell {
     Net16 sharp_;  ///< a crease's patch
     double beyond_ = 0;
     bool has_sharp_ = false;
+    Strips strips_;
     std::array<Vec3d, 9> point_;  ///< of a crease
     std::uint16_t known_ = 0;     ///< bit i: point_[i] is there
 };
