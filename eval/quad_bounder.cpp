@@ -537,7 +537,16 @@ void QuadBounder::bound_root(HalfedgeId h, const Vec3d* centre) {
     Corners left = leaf_corners(first), right = leaf_corners(second);
     const Vec3d v = left.linear[2], c = left.linear[1], w = right.linear[1], m = left.linear[0];
     const Vec3d base = 0.5 * (v + w), linear_centre = centre ? *centre : c;
-    if (!centre) measure_distance({c, v, w});
+    if (!centre) {
+        // The middles of the edges decide most leaves that must be split.
+        const auto reject = [&](const Vec3d& p, const Vec3d& a, const Vec3d& b) {
+            return !attain(detail::segment_distance(p, a, b));
+        };
+        if (reject(m, v, w) || reject(home(second).point(k_centre_point), w, c) ||
+            reject(home(first).point(k_centre_point), c, v))
+            return;
+        measure_distance({c, v, w});
+    }
     left.linear = {base, linear_centre, v};
     right.linear = {base, w, linear_centre};
     left.deviation[0] = right.deviation[0] = m - base;
