@@ -1,0 +1,103 @@
+#pragma once
+
+#include "tetrakis/schemes/rule_step.hpp"
+
+namespace tetrakis::detail {
+
+/// Vertex sharpness one level down for a mesh with more vertices.
+inline std::vector<float> child_vertex_sharpness(const RuleMesh& mesh, int fine_vertices) {
+    if (mesh.vertex_sharpness().empty()) return {};
+    std::vector<float> result(fine_vertices, 0.0f);
+    for (int v = 0; v < mesh.vertex_count(); ++v) result[v] = child_sharpness(mesh.vertex_sharpness(v));
+    return result;
+}
+
+/// Each triangle in four. New points: the old vertices, then one per edge.
+/// @param vertex_row, edge_row  (vertex) and (half-edge of the edge) to StencilRow
+template <class VertexRow, class EdgeRow>
+RuleStep split_triangles(const RuleMesh& mesh, VertexRow&& vertex_row, EdgeRow&& edge_row) {
+    RuleStep step;
+    const int V = mesh.vertex_count();
+    for (int v = 0; v < V; ++v) step.stencils.push(vertex_row(v));
+    for (int e = 0; e < mesh.edge_count(); ++e) step.stencils.push(edge_row(mesh.edge_halfedge(e)));
+    RuleMesh::Builder faces;
+    step.child_halfedge.resize(mesh.halfedge_count());
+    for (int f = 0; f < mesh.face_count(); ++f) {
+        const int h = mesh.face_begin(f);
+        for (int i = 0; i < 3; ++i) {
+            const int at = h + i, before = mesh.prev(at);
+            step.child_halfedge[at] = faces.halfedge_count();
+            faces.corner(mesh.origin(at), child_sharpness(mesh.sharpness(at)));
+            faces.corner(V + mesh.edge(at));
+            faces.corner(V + mesh.edge(before), child_sharpness(mesh.sharpness(before)));
+            faces.end_face();
+        }
+        faces.face({V + mesh.edge(h), V + mesh.edge(h + 1), V + mesh.edge(h + 2)});
+    }
+    const int count = V + mesh.edge_count();
+    step.mesh = RuleMesh(count, std::move(faces), child_vertex_sharpness(mesh, count));
+    return step;
+}
+
+/// The mesh of that split of polygons: quads, one per half-edge.
+inline RuleMesh split_polygons(const RuleMesh& mesh) {
+    const int V = mesh.vertex_count(), E = mesh.edge_count();
+    RuleMesh::Builder faces;
+    for (int h = 0; h < mesh.halfedge_count(); ++h) {
+        const int before = mesh.prev(h);
+        faces.corner(mesh.origin(h), child_sharpness(mesh.sharpness(h)));
+        faces.corner(V + mesh.edge(h));
+        faces.corner(V + E + mesh.face(h));
+        faces.corner(V + mesh.edge(before), child_sharpness(mesh.sharpness(before)));
+        faces.end_face();
+    }
+    const int count = V + E + mesh.face_count();
+    return RuleMesh(count, std::move(faces), child_vertex_sharpness(mesh, count));
+}
+
+inline std::vector<int> split_polygons_children(const RuleMesh& mesh) {
+    std::vector<int> result(mesh.halfedge_count());
+    for (int h = 0; h < mesh.halfedge_count(); ++h) result[h] = 4 * h;
+    return result;
+}
+
+/// Each k-gon in k quads. New points: the old vertices, then one per edge, then one per face.
+template <class VertexRow, class EdgeRow, class FaceRow>
+RuleStep split_polygons(const RuleMesh& mesh, VertexRow&& vertex_row, EdgeRow&& edge_row, FaceRow&& face_row) {
+    RuleStep step;
+    for (int v = 0; v < mesh.vertex_count(); ++v) step.stencils.push(vertex_row(v));
+    for (int e = 0; e < mesh.edge_count(); ++e) step.stencils.push(edge_row(mesh.edge_halfedge(e)));
+    for (int f = 0; f < mesh.face_count(); ++f) step.stencils.push(face_row(f));
+    step.mesh = split_polygons(mesh);
+    step.child_halfedge = split_polygons_children(mesh);
+    return step;
+}
+
+/// The mean of a face's corners.
+inline StencilRow face_mean(const RuleMesh& mesh, int f) {
+    StencilRow row;
+    for (const int v : mesh.corners(f)) row.add(v, 1.0 / mesh.face_size(f));
+    return row;
+}
+
+/// The corner of a triangle opposite its half-edge.
+inline int opposite(const RuleMesh& mesh, int h) { return mesh.origin(mesh.prev(h)); }
+
+/// Value of a semi-sharp rule: the rows of the smooth rule, of the crease along ring edges a and b, and of the corner.
+template <class SmoothRow>
+StencilRow blended_vertex_row(const RuleMesh& mesh, int v, const RuleMesh::Ring& ring, SmoothRow&& smooth_row) {
+    std::vector<float> children(ring.sharpness.size());
+    for (std::size_t i = 0; i < children.size(); ++i) children[i] = child_sharpness(ring.sharpness[i]);
+    const float sharpness = mesh.vertex_sharpness(v);
+    const VertexBlend blend = vertex_blend(ring.sharpness, sharpness, children, child_sharpness(sharpness));
+    StencilRow row;
+    if (blend.corner != 0) row.add(v, blend.corner);
+    if (blend.crease.weight != 0) {
+        row.add(v, blend.crease.weight * 0.75);
+        for (const int i : {blend.crease.a, blend.crease.b}) row.add(ring.neighbour[i], blend.crease.weight * 0.125);
+    }
+    if (blend.smooth != 0) row.add(smooth_row(), blend.smooth);
+    return row;
+}
+
+}  // namespace tetrakis::detail

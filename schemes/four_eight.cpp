@@ -1,0 +1,134 @@
+#include "tetrakis/schemes/four_eight.hpp"
+
+#include "tetrakis/schemes/face_split.hpp"
+#include "tetrakis/schemes/ring_mask.hpp"
+
+#include <cstdlib>
+
+namespace tetrakis {
+
+namespace {
+
+/// The rule of a vertex in a bisection that cuts boundary edges; empty for smooth vertices and darts.
+StencilRow crease_vertex_row(const RuleMesh& mesh, int v) {
+    const RuleMesh::Ring ring = mesh.ring(v);
+    const VertexRule rule = vertex_rule(ring.sharpness, mesh.vertex_sharpness(v));
+    if (ring.faces() == 0 || rule == VertexRule::corner) return {{v, 1}};
+    if (rule != VertexRule::crease) return {};
+    StencilRow row{{v, k_crease_vertex_mask.vertex}};
+    for (const int e : mesh.sharp_neighbours(v)) row.add(e, k_crease_vertex_mask.neighbour);
+    return row;
+}
+
+StencilRow midpoint(const RuleMesh& mesh, int h) { return {{mesh.origin(h), 0.5}, {mesh.target(h), 0.5}}; }
+
+}  // namespace
+
+RuleStep four_eight_step(const RuleMesh& mesh, const RuleOptions&) {
+    if (!mesh.all_faces_have(4)) return four_eight_first_step(mesh);
+    // After the first bisection: old vertices, and the blocks' points.
+    std::vector<StencilRow> vertex(mesh.vertex_count()), block(mesh.face_count()), crease(mesh.vertex_count());
+    for (int v = 0; v < mesh.vertex_count(); ++v) {
+        crease[v] = crease_vertex_row(mesh, v);
+        if (!crease[v].terms.empty()) {
+            vertex[v] = {{v, 1}};
+            continue;
+        }
+        const RuleMesh::Ring ring = mesh.ring(v);
+        vertex[v].add(v, 0.5);
+        for (const int e : ring.neighbour) vertex[v].add(e, 0.5 / ring.edges());
+    }
+    for (int f = 0; f < mesh.face_count(); ++f) block[f] = detail::face_mean(mesh, f);
+    return detail::split_polygons(
+        mesh,
+        [&](int v) {
+            if (!crease[v].terms.empty()) return crease[v];
+            const RuleMesh::Ring ring = mesh.ring(v);
+            StencilRow row;
+            row.add(vertex[v], 0.5);
+            for (const int h : ring.halfedge) row.add(block[mesh.face(h)], 0.5 / ring.faces());
+            return row;
+        },
+        [&](int h) {
+            if (mesh.sharp(h)) return midpoint(mesh, h);
+            StencilRow row;
+            for (const int v : {mesh.origin(h), mesh.target(h)}) row.add(vertex[v], 0.25);
+            for (const int side : {h, mesh.twin(h)}) row.add(block[mesh.face(side)], 0.25);
+            return row;
+        },
+        [&](int f) {
+            StencilRow row;
+            row.add(block[f], 0.5);
+            for (const int v : mesh.corners(f)) row.add(vertex[v], 0.125);
+            return row;
+        });
+}
+
+RuleStep four_eight_first_step(const RuleMesh& mesh) {
+    return detail::split_polygons(
+        mesh,
+        [&](int v) {
+            StencilRow row = crease_vertex_row(mesh, v);
+            if (!row.terms.empty()) return row;
+            const RuleMesh::Ring ring = mesh.ring(v);
+            row.add(v, 0.5);
+            for (const int h : ring.halfedge) row.add(detail::face_mean(mesh, mesh.face(h)), 0.5 / ring.faces());
+            return row;
+        },
+        [&](int h) {
+            if (mesh.sharp(h)) return midpoint(mesh, h);
+            StencilRow row{{mesh.origin(h), 0.25}, {mesh.target(h), 0.25}};
+            for (const int side : {h, mesh.twin(h)}) row.add(detail::face_mean(mesh, mesh.face(side)), 0.25);
+            return row;
+        },
+        // The centroid of its corners' mean and itself, which is that mean.
+        [&](int f) { return detail::face_mean(mesh, f); });
+}
+
+ClosedMasks four_eight_closed_masks(const FanShape& shape, const RuleOptions&) {
+    ClosedMasks masks;
+    const int n = shape.faces;
+    if (shape.dart) return masks;
+    if (shape.boundary) {
+        if (shape.corner) {
+            masks.limit = {{{}, 1}};
+            return masks;
+        }
+        masks.limit = {{{}, k_crease_limit_mask.vertex},
+                       {{0, 1, 0}, k_crease_limit_mask.neighbour},
+                       {{n, 1, 0}, k_crease_limit_mask.neighbour}};
+        masks.lambda1 = 0.5;
+        masks.tangent1 = {{{0, 1, 0}, 1}, {{n, 1, 0}, -1}};
+        return masks;
+    }
+    if (shape.corner) return masks;
+    masks.limit.emplace_back(FanLabel{}, 7.0 / 24);
+    for (int i = 0; i < n; ++i) {
+        masks.limit.emplace_back(FanLabel{i, 1, 0}, 59.0 / (120 * n));
+        masks.limit.emplace_back(FanLabel{i, 1, 1}, 11.0 / (60 * n));
+        masks.limit.emplace_back(FanLabel{i, 2, 0}, 1.0 / (40 * n));
+        masks.limit.emplace_back(FanLabel{i, 2, 1}, 1.0 / (240 * n));
+        masks.limit.emplace_back(FanLabel{i, 1, 2}, 1.0 / (240 * n));
+    }
+    if (n != 4) return masks;
+    masks.lambda1 = masks.lambda2 = 0.5;
+    // Odd in x, even in y; by place in the first quadrant.
+    constexpr double weight[3][3] = {{0, 0, 0}, {104, 46, 2}, {14, 3, 0}};
+    for (int x = -2; x <= 2; ++x)
+        for (int y = -2; y <= 2; ++y) {
+            const double w = weight[std::abs(x)][std::abs(y)] * (x < 0 ? -1 : 1);
+            if (w == 0) continue;
+            // Quadrants are sectors: (x, y) -> steps along the sector's first and second ray.
+            const auto label = [](int p, int q) {
+                if (p > 0 && q >= 0) return FanLabel{0, p, q};
+                if (p <= 0 && q > 0) return FanLabel{1, q, -p};
+                if (p < 0) return FanLabel{2, -p, -q};
+                return FanLabel{3, -q, p};
+            };
+            masks.tangent1.emplace_back(label(x, y), w);
+            masks.tangent2.emplace_back(label(-y, x), w);
+        }
+    return masks;
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,75 @@
+#include "tetrakis/schemes/honeycomb.hpp"
+
+#include "tetrakis/schemes/doo_sabin.hpp"
+#include "tetrakis/schemes/face_split.hpp"
+
+#include <stdexcept>
+#include <string>
+
+namespace tetrakis {
+
+RuleStep honeycomb_step(const RuleMesh& mesh, const RuleOptions&) {
+    RuleStep step;
+    const int V = mesh.vertex_count(), H = mesh.halfedge_count();
+    std::vector<StencilRow> corner(H);
+    for (int h = 0; h < H; ++h) {
+        const int k = mesh.face_size(mesh.face(h));
+        const std::vector<double> w = DooSabin::weights(k);
+        for (int i = 0, at = h; i < k; ++i, at = mesh.next(at)) corner[h].add(mesh.origin(at), w[i]);
+    }
+    for (int v = 0; v < V; ++v) {
+        const RuleMesh::Ring ring = mesh.ring(v);
+        const VertexRule rule = vertex_rule(ring.sharpness, mesh.vertex_sharpness(v));
+        StencilRow row;
+        if (ring.faces() == 0 || rule == VertexRule::corner) {
+            row.add(v, 1);
+        } else if (rule == VertexRule::crease) {
+            row.add(v, 0.75);
+            for (const int e : mesh.sharp_neighbours(v)) row.add(e, 0.125);
+        } else {
+            if (ring.edges() < 3)
+                throw std::invalid_argument("honeycomb needs three edges or more at each vertex inside, and vertex " +
+                                            std::to_string(v) + " has " + std::to_string(ring.edges()));
+            for (const int h : ring.halfedge) row.add(corner[h], 1.0 / ring.faces());
+        }
+        step.stencils.push(std::move(row));
+    }
+    for (StencilRow& row : corner) step.stencils.push(std::move(row));
+    int count = V + H;
+    std::vector<int> middle(mesh.edge_count(), RuleMesh::none);
+    for (int e = 0; e < mesh.edge_count(); ++e) {
+        const int h = mesh.edge_halfedge(e);
+        if (!mesh.sharp(h)) continue;
+        middle[e] = count++;
+        step.stencils.push({{mesh.origin(h), 0.5}, {mesh.target(h), 0.5}});
+    }
+    RuleMesh::Builder faces;
+    step.child_halfedge.resize(H);
+    for (int h = 0; h < H; ++h) {
+        step.child_halfedge[h] = h;
+        faces.corner(V + h);
+        if (mesh.next(h) <= h) faces.end_face();
+    }
+    for (int h = 0; h < H; ++h) {
+        const int t = mesh.twin(h), u = mesh.origin(h), v = mesh.target(h);
+        if (!mesh.sharp(h)) {
+            if (h < t) faces.face({u, V + mesh.next(t), V + t, v, V + mesh.next(h), V + h});
+            continue;
+        }
+        const float s = child_sharpness(mesh.sharpness(h));
+        faces.corner(u, s);
+        faces.corner(middle[mesh.edge(h)], s);
+        faces.corner(v);
+        faces.corner(V + mesh.next(h));
+        faces.corner(V + h);
+        faces.end_face();
+    }
+    step.mesh = RuleMesh(count, std::move(faces), detail::child_vertex_sharpness(mesh, count));
+    return step;
+}
+
+ClosedMasks honeycomb_closed_masks(const FanShape& shape, const RuleOptions& options) {
+    return doo_sabin_closed_masks(shape, options);
+}
+
+}  // namespace tetrakis

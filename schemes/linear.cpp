@@ -1,0 +1,33 @@
+#include "tetrakis/schemes/linear.hpp"
+
+#include "tetrakis/schemes/corner_flatness.hpp"
+#include "tetrakis/schemes/face_split.hpp"
+
+namespace tetrakis {
+
+namespace {
+
+auto midpoint(const RuleMesh& mesh) {
+    return [&mesh](int h) { return StencilRow{{mesh.origin(h), 0.5}, {mesh.target(h), 0.5}}; };
+}
+
+StencilRow keep(int v) { return {{v, 1}}; }
+
+}  // namespace
+
+RuleStep midpoint_step(const RuleMesh& mesh, const RuleOptions&) {
+    detail::need_triangles(mesh, "midpoint");
+    return detail::split_triangles(mesh, keep, midpoint(mesh));
+}
+
+RuleStep bilinear_step(const RuleMesh& mesh, const RuleOptions&) {
+    return detail::split_polygons(mesh, keep, midpoint(mesh), [&](int f) { return detail::face_mean(mesh, f); });
+}
+
+ClosedMasks linear_closed_masks(const FanShape&, const RuleOptions&) {
+    ClosedMasks masks;
+    masks.limit = {{{}, 1}};
+    return masks;
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,16 @@
+#pragma once
+
+#include "tetrakis/schemes/closed_masks.hpp"
+#include "tetrakis/schemes/rule_step.hpp"
+
+namespace tetrakis {
+
+/// Each triangle in four at its edges' midpoints: the control mesh itself.
+/// @throws std::invalid_argument  a face is no triangle
+RuleStep midpoint_step(const RuleMesh& mesh, const RuleOptions& options);
+/// Each k-gon in k quads at midpoints and the mean of its corners; quads become bilinear patches.
+RuleStep bilinear_step(const RuleMesh& mesh, const RuleOptions& options);
+/// The vertex itself; there is no tangent plane.
+ClosedMasks linear_closed_masks(const FanShape& shape, const RuleOptions& options);
+
+}  // namespace tetrakis

@@ -1,0 +1,160 @@
+#include "tetrakis/schemes/spectrum.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+namespace tetrakis {
+
+namespace {
+
+// How many more rings than those of the matrix keep the rim of the fan out of reach, for any scheme here.
+constexpr int k_margin = 3;
+
+int margin(const SchemeInfo&, const RuleOptions& options) { return k_margin + options.averaging_steps / 2; }
+
+void check_shape(const SchemeInfo& scheme, const FanShape& shape, FanLattice lattice) {
+    const bool dual = lattice == FanLattice::dual;
+    if (scheme.family == MeshFamily::hexagons && (shape.boundary || shape.corner || shape.dart))
+        throw std::invalid_argument(std::string(scheme.name) + " is analysed at faces inside the mesh only");
+    if (dual && (shape.corner || shape.dart))
+        throw std::invalid_argument(std::string(scheme.name) +
+                                    " is a dual scheme: corners and darts have no limit mask of a ring");
+    if (shape.dart && shape.boundary) throw std::invalid_argument("a dart is inside the mesh");
+    const int least = shape.boundary ? 1 : 3;
+    if (shape.faces < least)
+        throw std::invalid_argument(shape.boundary ? "a boundary vertex has at least two edges"
+                                                   : "the valence of a vertex inside must be at least 3");
+}
+
+struct Point {
+    double x, y;
+};
+
+/// Where the vertices of a regular fan are in the plane; the middle is the origin.
+Point place(const FanLabels& labels, FanLabel label) {
+    if (labels.lattice() == FanLattice::dual) {
+        const double x = label.a + 0.5, y = label.b + 0.5;
+        const Point turned[] = {{x, y}, {-y, x}, {-x, -y}, {y, -x}};
+        return turned[label.sector];
+    }
+    const double step = labels.lattice() == FanLattice::triangles ? std::numbers::pi / 3 : std::numbers::pi / 2;
+    const double p = label.sector * step, q = p + step;
+    return {label.a * std::cos(p) + label.b * std::cos(q), label.a * std::sin(p) + label.b * std::sin(q)};
+}
+
+struct RegularStep {
+    SectorFan fan;
+    FanLabels inner;
+    RuleStep step;
+    std::vector<int> found;
+};
+
+RegularStep regular_step(const SchemeInfo& scheme, const RuleOptions& options, int rings) {
+    const FanLattice lattice = fan_lattice(scheme, options);
+    const FanShape shape{.faces = lattice == FanLattice::triangles ? 6 : 4};
+    SectorFan fan(lattice, shape, 2 * rings);
+    RuleStep step = scheme.step(fan.mesh, options);
+    FanLabels inner(lattice, shape, rings);
+    std::vector<int> found = find_fan(step.mesh, child_start(fan, step), inner);
+    return {std::move(fan), std::move(inner), std::move(step), std::move(found)};
+}
+
+double scale(const SchemeInfo& scheme) { return scheme.refinement == Refinement::sqrt3 ? 3 : 2; }
+
+}  // namespace
+
+LocalMatrix local_matrix(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options) {
+    const FanLattice lattice = fan_lattice(scheme, options);
+    check_shape(scheme, shape, lattice);
+    // The lattice beside a dual boundary edge is the same whatever the valence.
+    const int rings = fan_rings(scheme, shape, options);
+    const SectorFan fan(lattice, shape, rings + margin(scheme, options));
+    const RuleStep step = scheme.step(fan.mesh, options);
+    LocalMatrix matrix{FanLabels(lattice, shape, rings), {}};
+    std::vector<int> start = child_start(fan, step);
+    if (lattice == FanLattice::dual && shape.boundary) start = {step.child_crease[fan.start[0]]};
+    const std::vector<int> rows = find_fan(step.mesh, start, matrix.labels);
+    const int size = matrix.size();
+    matrix.weights.assign(static_cast<std::size_t>(size) * size, 0.0);
+    for (int i = 0; i < size; ++i) {
+        const auto points = step.stencils.points(rows[i]);
+        const auto weights = step.stencils.weights(rows[i]);
+        for (std::size_t t = 0; t < points.size(); ++t) {
+            const int column = matrix.labels.find(fan.labels.all()[points[t]]);
+            if (column >= 0)
+                matrix.weights[static_cast<std::size_t>(i) * size + column] = weights[t];
+            else if (std::abs(weights[t]) > 1e-14)
+                throw std::logic_error(std::string(scheme.name) + ": the rings of its matrix do not map to themselves");
+        }
+    }
+    return matrix;
+}
+
+int reproduction_degree(const SchemeInfo& scheme, const RuleOptions& options) {
+    if (scheme.family == MeshFamily::hexagons) return scheme.reproduction;
+    const RegularStep s =
+        regular_step(scheme, options, fan_rings(scheme, {.faces = 4}, options) + margin(scheme, options));
+    // Only as far out as the rim is not felt.
+    const FanLabels near(s.inner.lattice(), s.inner.shape(), 2);
+    constexpr int k_most = 6;
+    for (int degree = 0; degree <= k_most; ++degree)
+        for (int i = 0; i <= degree; ++i)
+            for (const FanLabel label : near.all()) {
+                const Point fine = place(s.inner, label);
+                const int row = s.found[s.inner.find(label)];
+                double sum = 0;
+                for (std::size_t t = 0; t < s.step.stencils.points(row).size(); ++t) {
+                    const Point p = place(s.fan.labels, s.fan.labels.all()[s.step.stencils.points(row)[t]]);
+                    sum += s.step.stencils.weights(row)[t] * std::pow(p.x, i) * std::pow(p.y, degree - i);
+                }
+                const double exact = std::pow(fine.x / scale(scheme), i) * std::pow(fine.y / scale(scheme), degree - i);
+                if (std::abs(sum - exact) > 1e-9) return degree - 1;
+            }
+    return k_most;
+}
+
+double support_radius(const SchemeInfo& scheme, const RuleOptions& options) {
+    if (scheme.family == MeshFamily::hexagons) return 0;
+    const RegularStep s =
+        regular_step(scheme, options, fan_rings(scheme, {.faces = 4}, options) + margin(scheme, options));
+    const FanLabels& inner = s.inner;
+    const bool dual = inner.lattice() == FanLattice::dual;
+    // One point of the middle: how far its fine children are from it, in fine rings (dual: along one axis, from its own
+    // place at (1/2, 1/2), i.e. (1, 1) among the fine points).
+    const int middle = s.fan.labels.find({});
+    double most = 0;
+    for (const FanLabel label : inner.all()) {
+        const auto points = s.step.stencils.points(s.found[inner.find(label)]);
+        if (!std::binary_search(points.begin(), points.end(), middle)) continue;
+        const Point p = place(inner, label);
+        most = std::max(most, dual ? std::max(std::abs(p.x - 1), std::abs(p.y - 1)) : double(inner.ring_of(label)));
+    }
+    // r, then r / scale, and so on, in fine rings of the first step.
+    return most / (scale(scheme) - 1);
+}
+
+SchemeMasks scheme_masks(const SchemeInfo& scheme, const SpectralAnalysis& analysis, const RuleOptions& options) {
+    const FanLabels& labels = analysis.matrix.labels;
+    const ClosedMasks closed = scheme.closed_masks(labels.shape(), options);
+    SchemeMasks masks{analysis.limit, analysis.tangent1, analysis.tangent2};
+    const auto take = [&](const ClosedMasks::Mask& formula, std::vector<double>& weights, bool& is_formula) {
+        if (formula.empty()) return;
+        is_formula = true;
+        weights.assign(labels.size(), 0.0);
+        for (const auto& [label, weight] : formula) {
+            const int i = labels.find(label);
+            if (i < 0)
+                throw std::logic_error(std::string(scheme.name) + ": a mask reaches beyond the rings of its matrix");
+            weights[i] += weight;
+        }
+    };
+    take(closed.limit, masks.limit, masks.limit_is_formula);
+    take(closed.tangent1, masks.tangent1, masks.tangent1_is_formula);
+    take(closed.tangent2, masks.tangent2, masks.tangent2_is_formula);
+    return masks;
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,263 @@
+#include "tetrakis/schemes/spectrum.hpp"
+
+#include <Eigen/Dense>
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace tetrakis {
+
+namespace {
+
+using Complex = std::complex<double>;
+using Eigen::MatrixXcd;
+using Eigen::MatrixXd;
+using Eigen::VectorXcd;
+
+// Eigenvalues closer than this count as one: those of defective blocks come out with the root of the rounding error.
+constexpr double k_same = 1e-6;
+
+VectorXcd eigenvalues_of(const MatrixXcd& m) { return Eigen::ComplexEigenSolver<MatrixXcd>(m, false).eigenvalues(); }
+VectorXcd eigenvalues_of(const MatrixXd& m) { return Eigen::EigenSolver<MatrixXd>(m, false).eigenvalues(); }
+
+/// Left eigenvector to a simple eigenvalue, by inverse iteration a little beside it.
+template <class Matrix, class Value>
+auto left_eigenvector(const Matrix& m, Value lambda) {
+    using Vector = Eigen::Matrix<typename Matrix::Scalar, Eigen::Dynamic, 1>;
+    const Eigen::Index n = m.rows();
+    const Eigen::PartialPivLU<Matrix> lu((m - (lambda + 1e-13) * Matrix::Identity(n, n)).transpose());
+    Vector x = Vector::LinSpaced(n, 1.0, 2.0);
+    for (int i = 0; i < 4; ++i) {
+        x = lu.solve(x);
+        x /= x.cwiseAbs().maxCoeff();
+    }
+    return x;
+}
+
+/// Number of eigenvalues that are the same as this one.
+int count_same(const VectorXcd& values, Complex value) {
+    int count = 0;
+    for (Eigen::Index i = 0; i < values.size(); ++i) count += std::abs(values(i) - value) < k_same ? 1 : 0;
+    return count;
+}
+
+/// The largest eigenvalue besides one that is 1.
+Complex largest(const VectorXcd& values, bool skip_one) {
+    Complex best = 0;
+    for (Eigen::Index i = 0; i < values.size(); ++i) {
+        if (skip_one && std::abs(values(i) - 1.0) < k_same) {
+            skip_one = false;
+            continue;
+        }
+        // Of two of the same size the real positive one.
+        if (std::abs(values(i)) > std::abs(best) + k_same ||
+            (std::abs(values(i)) > std::abs(best) - k_same && values(i).real() > best.real()))
+            best = values(i);
+    }
+    return best;
+}
+
+void add(SpectralAnalysis& analysis, const VectorXcd& values, int frequency, int multiplicity) {
+    for (Eigen::Index i = 0; i < values.size(); ++i)
+        analysis.eigenvalues.push_back({values(i), frequency, multiplicity});
+}
+
+/// Scales a tangent to a largest weight of one; the sign is that of its first large weight.
+void normalise(std::vector<double>& weights) {
+    double most = 0;
+    for (const double w : weights) most = std::max(most, std::abs(w));
+    if (most == 0) return;
+    for (double& w : weights) w /= most;
+}
+
+void finish(SpectralAnalysis& analysis, bool interior) {
+    auto& values = analysis.eigenvalues;
+    std::stable_sort(values.begin(), values.end(), [](const Eigenvalue& a, const Eigenvalue& b) {
+        return std::abs(a.value) > std::abs(b.value) + 1e-12;
+    });
+    // What is left when 1 and the tangents' two are taken out.
+    std::vector<double> rest;
+    for (const Eigenvalue& e : values)
+        for (int i = 0; i < e.multiplicity; ++i) rest.push_back(std::abs(e.value));
+    for (const double taken : {1.0, analysis.lambda1, analysis.lambda2}) {
+        const auto at = std::min_element(rest.begin(), rest.end(),
+                                         [&](double a, double b) { return std::abs(a - taken) < std::abs(b - taken); });
+        if (at != rest.end()) rest.erase(at);
+    }
+    analysis.third = rest.empty() ? 0 : *std::max_element(rest.begin(), rest.end());
+    const double smaller = std::min(analysis.lambda1, analysis.lambda2);
+    analysis.proper = smaller > k_same && std::max(analysis.lambda1, analysis.lambda2) < 1 - k_same &&
+                      analysis.third < smaller - k_same;
+    if (!interior) return;
+    const double square = analysis.lambda1 * analysis.lambda2;
+    analysis.curvature = analysis.third < square - k_same   ? CurvatureClass::zero
+                         : analysis.third > square + k_same ? CurvatureClass::unbounded
+                                                            : CurvatureClass::bounded;
+}
+
+/// Rotation-symmetric: one block per Fourier mode. A block's rows are the places of sector 0.
+void analyse_rotation(SpectralAnalysis& analysis) {
+    const LocalMatrix& s = analysis.matrix;
+    const int n = s.labels.shape().faces, centre = s.labels.lattice() == FanLattice::dual ? 0 : 1;
+    const int places = (s.size() - centre) / n;
+    const auto index = [&](int place, int sector) { return centre + place * n + sector; };
+
+    MatrixXd zero(places + centre, places + centre);
+    if (centre == 1) {
+        zero(0, 0) = s.at(0, 0);
+        for (int p = 0; p < places; ++p) {
+            zero(1 + p, 0) = s.at(index(p, 0), 0);
+            zero(0, 1 + p) = 0;
+            for (int t = 0; t < n; ++t) zero(0, 1 + p) += s.at(0, index(p, t));
+        }
+    }
+    for (int p = 0; p < places; ++p)
+        for (int q = 0; q < places; ++q) {
+            double sum = 0;
+            for (int t = 0; t < n; ++t) sum += s.at(index(p, 0), index(q, t));
+            zero(centre + p, centre + q) = sum;
+        }
+    add(analysis, eigenvalues_of(zero), 0, 1);
+    const Eigen::VectorXd limit = left_eigenvector(zero, 1.0);
+    const double total = limit.sum();
+    analysis.limit.assign(s.size(), 0.0);
+    if (centre == 1) analysis.limit[0] = limit(0) / total;
+    for (int p = 0; p < places; ++p)
+        for (int t = 0; t < n; ++t) analysis.limit[index(p, t)] = limit(centre + p) / total / n;
+
+    for (int j = 1; 2 * j <= n; ++j) {
+        MatrixXcd block = MatrixXcd::Zero(places, places);
+        for (int t = 0; t < n; ++t) {
+            const double angle = 2 * std::numbers::pi * j * t / n;
+            const Complex wave(std::cos(angle), std::sin(angle));
+            for (int p = 0; p < places; ++p)
+                for (int q = 0; q < places; ++q) block(p, q) += wave * s.at(index(p, 0), index(q, t));
+        }
+        const VectorXcd values = eigenvalues_of(block);
+        add(analysis, values, j, 2 * j < n ? 2 : 1);
+        if (j != 1) continue;
+        const Complex lambda = largest(values, false);
+        analysis.lambda1 = analysis.lambda2 = std::abs(lambda.imag()) < k_same ? lambda.real() : 0;
+        if (count_same(values, lambda) != 1 || analysis.lambda1 <= 0) continue;
+        VectorXcd y = left_eigenvector(block, lambda);
+        // The first place is on the ray itself (dual: on the face's diagonal): make its weight real.
+        int lead = 0;
+        while (std::abs(y(lead)) < 1e-6) ++lead;
+        y *= std::conj(y(lead)) / std::abs(y(lead));
+        analysis.tangent1.assign(s.size(), 0.0);
+        analysis.tangent2.assign(s.size(), 0.0);
+        for (int p = 0; p < places; ++p)
+            for (int t = 0; t < n; ++t) {
+                const double angle = 2 * std::numbers::pi * t / n;
+                const Complex w = y(p) * Complex(std::cos(angle), -std::sin(angle));
+                analysis.tangent1[index(p, t)] = w.real();
+                analysis.tangent2[index(p, t)] = -w.imag();
+            }
+    }
+}
+
+bool on_boundary(const FanLabels& labels, int i) {
+    const FanLabel label = labels.all()[i];
+    if (labels.lattice() == FanLattice::dual) return label.b == 0;
+    return label.a == 0 || (label.b == 0 && (label.sector == 0 || label.sector == labels.shape().faces));
+}
+
+/// Whether the boundary's points come from the boundary's points alone.
+bool depends_on_itself(const LocalMatrix& s) {
+    for (int i = 0; i < s.size(); ++i)
+        for (int j = 0; on_boundary(s.labels, i) && j < s.size(); ++j)
+            if (s.at(i, j) != 0 && !on_boundary(s.labels, j)) return false;
+    return true;
+}
+
+/// Mirror-symmetric: the even and the odd part.
+void analyse_mirror(SpectralAnalysis& analysis) {
+    const LocalMatrix& s = analysis.matrix;
+    const int size = s.size();
+    std::vector<int> mirror(size), fixed_or_first, first;
+    for (int i = 0; i < size; ++i) {
+        mirror[i] = s.labels.find(s.labels.mirrored(s.labels.all()[i]));
+        if (mirror[i] >= i) fixed_or_first.push_back(i);
+        if (mirror[i] > i) first.push_back(i);
+    }
+    const auto block = [&](const std::vector<int>& rows, double sign) {
+        MatrixXd m(rows.size(), rows.size());
+        for (std::size_t a = 0; a < rows.size(); ++a)
+            for (std::size_t b = 0; b < rows.size(); ++b)
+                m(a, b) =
+                    s.at(rows[a], rows[b]) + (mirror[rows[b]] == rows[b] ? 0 : sign * s.at(rows[a], mirror[rows[b]]));
+        return m;
+    };
+    const auto spread = [&](const std::vector<int>& rows, const Eigen::VectorXd& y, double sign) {
+        std::vector<double> weights(size, 0.0);
+        for (std::size_t a = 0; a < rows.size(); ++a) {
+            if (mirror[rows[a]] == rows[a]) {
+                weights[rows[a]] = y(a);
+            } else {
+                weights[rows[a]] = y(a) / 2;
+                weights[mirror[rows[a]]] = sign * y(a) / 2;
+            }
+        }
+        return weights;
+    };
+    const MatrixXd even = block(fixed_or_first, 1), odd = block(first, -1);
+    const VectorXcd even_values = eigenvalues_of(even), odd_values = eigenvalues_of(odd);
+    add(analysis, even_values, 0, 1);
+    add(analysis, odd_values, 1, 1);
+    const Eigen::VectorXd limit = left_eigenvector(even, 1.0);
+    analysis.limit = spread(fixed_or_first, limit / limit.sum(), 1);
+
+    const Complex e = largest(even_values, true);
+    const auto real = [](Complex z) { return std::abs(z.imag()) < k_same ? z.real() : 0; };
+    std::vector<double> even_mask, odd_mask;
+    if (real(e) > 0 && count_same(even_values, e) == 1)
+        even_mask = spread(fixed_or_first, left_eigenvector(even, e.real()), 1);
+    // A boundary runs from one side of the mirror to the other, a dart's crease along it. Where the boundary has rules
+    // of its own, the mode along it is the largest odd one of these alone, whatever the inside does.
+    const bool boundary = s.labels.shape().boundary;
+    std::vector<int> along = first;
+    if (boundary) {
+        std::erase_if(along, [&](int i) { return !on_boundary(s.labels, i); });
+        if (!depends_on_itself(s)) along = first;
+    }
+    const MatrixXd odd_part = along.size() == first.size() ? odd : block(along, -1);
+    const VectorXcd along_values = along.size() == first.size() ? odd_values : eigenvalues_of(odd_part);
+    const Complex o = largest(along_values, false);
+    if (real(o) > 0 && count_same(along_values, o) == 1)
+        odd_mask = spread(along, left_eigenvector(odd_part, o.real()), -1);
+    analysis.lambda1 = real(boundary ? o : e);
+    analysis.lambda2 = real(boundary ? e : o);
+    analysis.tangent1 = boundary ? odd_mask : even_mask;
+    analysis.tangent2 = boundary ? even_mask : odd_mask;
+}
+
+}  // namespace
+
+std::string_view name(CurvatureClass curvature) {
+    switch (curvature) {
+        case CurvatureClass::bounded:
+            return "bounded";
+        case CurvatureClass::zero:
+            return "zero";
+        case CurvatureClass::unbounded:
+            break;
+    }
+    return "unbounded";
+}
+
+SpectralAnalysis analyse(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options) {
+    SpectralAnalysis analysis{.matrix = local_matrix(scheme, shape, options)};
+    const bool rotates = !shape.boundary && !shape.dart;
+    if (rotates)
+        analyse_rotation(analysis);
+    else
+        analyse_mirror(analysis);
+    finish(analysis, rotates);
+    normalise(analysis.tangent1);
+    normalise(analysis.tangent2);
+    return analysis;
+}
+
+}  // namespace tetrakis

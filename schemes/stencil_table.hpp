@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace tetrakis {
+
+/// A linear combination of points, while it is put together.
+struct StencilRow {
+    std::vector<std::pair<int, double>> terms;
+
+    StencilRow() = default;
+    StencilRow(std::initializer_list<std::pair<int, double>> t) : terms(t) {}
+    void add(int point, double weight) { terms.emplace_back(point, weight); }
+    void add(const StencilRow& row, double weight) {
+        for (const auto& [point, w] : row.terms) add(point, weight * w);
+    }
+};
+
+/// Rows of a sparse matrix: new points from old ones. Points within a row are in increasing order, each once.
+class StencilTable {
+  public:
+    int row_count() const { return static_cast<int>(begin_.size()) - 1; }
+    std::span<const int> points(int row) const { return {points_.data() + begin_[row], size(row)}; }
+    std::span<const double> weights(int row) const { return {weights_.data() + begin_[row], size(row)}; }
+
+    /// Appends a row; terms of the same point are summed, in the order in which they were added.
+    void push(StencilRow row) {
+        auto& t = row.terms;
+        // By insertion: rows are short, and often nearly in order.
+        for (std::size_t i = 1; i < t.size(); ++i)
+            for (std::size_t j = i; j > 0 && t[j].first < t[j - 1].first; --j) std::swap(t[j], t[j - 1]);
+        for (std::size_t i = 0; i < t.size();) {
+            double weight = 0;
+            const int point = t[i].first;
+            for (; i < t.size() && t[i].first == point; ++i) weight += t[i].second;
+            if (weight == 0) continue;
+            points_.push_back(point);
+            weights_.push_back(weight);
+        }
+        begin_.push_back(points_.size());
+    }
+    StencilRow row(int r) const {
+        StencilRow result;
+        for (std::size_t i = begin_[r]; i < begin_[r + 1]; ++i) result.add(points_[i], weights_[i]);
+        return result;
+    }
+    /// The points of the coarse level that `fine`'s rows are made of, where `this` goes from coarse to middle.
+    StencilTable then(const StencilTable& fine) const {
+        StencilTable result;
+        for (int r = 0; r < fine.row_count(); ++r) {
+            StencilRow sum;
+            for (std::size_t i = fine.begin_[r]; i < fine.begin_[r + 1]; ++i)
+                sum.add(row(fine.points_[i]), fine.weights_[i]);
+            result.push(std::move(sum));
+        }
+        return result;
+    }
+    /// out[r] = sum of weight times `in`; T has + and multiplication by double on the left. A row without terms gives
+    /// T().
+    template <class T>
+    void apply(std::span<const T> in, std::span<T> out) const {
+        for (int r = 0; r < row_count(); ++r) {
+            T sum{};
+            for (std::size_t i = begin_[r]; i < begin_[r + 1]; ++i) sum = sum + weights_[i] * in[points_[i]];
+            out[r] = sum;
+        }
+    }
+
+  private:
+    std::size_t size(int row) const { return begin_[row + 1] - begin_[row]; }
+
+    std::vector<std::size_t> begin_{0};
+    std::vector<int> points_;
+    std::vector<double> weights_;
+};
+
+}  // namespace tetrakis

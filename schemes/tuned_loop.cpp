@@ -1,0 +1,104 @@
+#include "tetrakis/schemes/tuned_loop.hpp"
+
+#include "tetrakis/schemes/corner_flatness.hpp"
+#include "tetrakis/schemes/face_split.hpp"
+#include "tetrakis/schemes/loop.hpp"
+#include "tetrakis/schemes/loop_rules.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace tetrakis {
+
+using std::numbers::pi;
+
+namespace {
+
+/// Eigenvalue of Fourier mode j, 0 <= j < n.
+double mode(int n, int j, double tuning) {
+    if (j == 0) return 5.0 / 8;
+    const int frequency = std::min(j, n - j);
+    const double prescribed = frequency == 1 ? 0.5 : frequency == 2 ? 0.25 : 0.125;
+    return (1 - tuning) * Loop::mode_eigenvalue(2 * pi * j / n) + tuning * prescribed;
+}
+
+/// The ring of the half-edge's origin if the vertex has tuned rules.
+bool tuned(const RuleMesh& mesh, int h, RuleMesh::Ring& ring) {
+    const int v = mesh.origin(h);
+    ring = mesh.ring(v);
+    return ring.closed && ring.edges() != 6 && ring.edges() > 2 && mesh.rule(v) == VertexRule::smooth;
+}
+
+}  // namespace
+
+std::vector<double> TunedLoop::edge_ring(int n, double tuning) {
+    std::vector<double> b(n, 0.0);
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) b[i] += mode(n, j, tuning) * std::cos(2 * pi * i * j / n) / n;
+    return b;
+}
+
+double TunedLoop::beta(int n, double tuning) { return (1 - tuning) * Loop::beta(n) + tuning * 3.0 / (8 * n); }
+
+RuleStep tuned_loop_step(const RuleMesh& mesh, const RuleOptions& options) {
+    detail::need_triangles(mesh, "tuned-loop");
+    detail::check_corner_angle(options);
+    return detail::split_triangles(
+        mesh,
+        [&](int v) -> StencilRow {
+            const RuleMesh::Ring ring = mesh.ring(v);
+            if (ring.faces() == 0) return {{v, 1}};
+            return detail::blended_vertex_row(mesh, v, ring, [&] {
+                const int n = ring.edges();
+                const double beta = n > 2 ? TunedLoop::beta(n, options.tuning) : Loop::beta(n);
+                StencilRow row{{v, 1 - n * beta}};
+                for (const int e : ring.neighbour) row.add(e, beta);
+                return row;
+            });
+        },
+        [&](int h) {
+            const float s = mesh.sharpness(h), child = child_sharpness(s);
+            const double crease = edge_crease_weight(s, child, child);
+            StencilRow row;
+            if (crease != 0) row.add(detail::loop_crease_edge_row(mesh, h, options), crease);
+            if (crease == 1) return row;
+            StencilRow smooth;
+            int ends = 0;
+            for (const int from : {h, mesh.twin(h)}) {
+                RuleMesh::Ring ring;
+                if (!tuned(mesh, from, ring)) continue;
+                ++ends;
+                const int n = ring.edges(), at = ring.position(mesh.target(from));
+                const std::vector<double> b = TunedLoop::edge_ring(n, options.tuning);
+                smooth.add(mesh.origin(from), TunedLoop::edge_vertex);
+                for (int i = 0; i < n; ++i) smooth.add(ring.at(at + i), b[i]);
+            }
+            if (ends == 0) smooth = detail::loop_smooth_edge_row(mesh, h, options);
+            row.add(smooth, (1 - crease) / std::max(ends, 1));
+            return row;
+        });
+}
+
+ClosedMasks tuned_loop_closed_masks(const FanShape& shape, const RuleOptions& options) {
+    if (shape.boundary || shape.dart || shape.corner) {
+        RuleOptions loop = options;
+        loop.loop_weights = LoopWeights::loop;
+        return loop_closed_masks(shape, loop);
+    }
+    ClosedMasks masks;
+    const int n = shape.faces;
+    // Left eigenvector of mode 0: c n beta = 3/8 of the ring's total.
+    const double total = 8 * n * TunedLoop::beta(n, options.tuning) / 3;
+    masks.limit.emplace_back(FanLabel{}, 1 / (1 + total));
+    masks.lambda1 = masks.lambda2 = mode(n, 1, options.tuning);
+    for (int i = 0; i < n; ++i) {
+        masks.limit.emplace_back(FanLabel{i, 1, 0}, total / (1 + total) / n);
+        if (n < 3) continue;
+        masks.tangent1.emplace_back(FanLabel{i, 1, 0}, std::cos(2 * pi * i / n));
+        masks.tangent2.emplace_back(FanLabel{i, 1, 0}, std::sin(2 * pi * i / n));
+    }
+    return masks;
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,105 @@
+#pragma once
+
+#include "tetrakis/schemes/rule_step.hpp"
+
+#include <algorithm>
+
+namespace tetrakis::detail {
+
+/// The dual split: each face shrinks, each edge becomes a quad, each vertex a face. New points: one per half-edge (the
+/// corner at its origin), then two per sharp edge (at the origin and at the target of its edge_halfedge()), then one
+/// per corner vertex (three or more sharp edges, or tagged and on a crease).
+///
+/// A boundary is as if each of its edges were a degenerate quad with itself (its "edge replication"), of which only the
+/// two points near the edge are kept; a crease is a boundary for each of its sides, and both have the same points
+/// there.
+/// @param corner_row, crease_row, tip_row  (half-edge), (sharp half-edge: the point at its origin), (corner vertex)
+template <class CornerRow, class CreaseRow, class TipRow>
+RuleStep split_vertices(const RuleMesh& mesh, CornerRow&& corner_row, CreaseRow&& crease_row, TipRow&& tip_row) {
+    RuleStep step;
+    const int H = mesh.halfedge_count();
+    for (int h = 0; h < H; ++h) step.stencils.push(corner_row(h));
+    int count = H;
+    std::vector<int> crease_point(mesh.edge_count(), -1);  // the first of its two
+    for (int e = 0; e < mesh.edge_count(); ++e) {
+        const int h = mesh.edge_halfedge(e);
+        if (!mesh.sharp(h)) continue;
+        crease_point[e] = count;
+        count += 2;
+        step.stencils.push(crease_row(h, mesh.origin(h)));
+        step.stencils.push(crease_row(h, mesh.target(h)));
+    }
+    const auto on_crease = [&](int h, int v) {
+        return crease_point[mesh.edge(h)] + (mesh.origin(mesh.edge_halfedge(mesh.edge(h))) == v ? 0 : 1);
+    };
+    RuleMesh::Builder faces;
+    step.child_halfedge.resize(H);
+    step.child_crease.assign(H, RuleMesh::none);
+    for (int f = 0; f < mesh.face_count(); ++f) {
+        for (int h = mesh.face_begin(f); h < mesh.face_begin(f) + mesh.face_size(f); ++h) {
+            step.child_halfedge[h] = h;
+            faces.corner(h);
+        }
+        faces.end_face();
+    }
+    for (int h = 0; h < H; ++h) {
+        const int t = mesh.twin(h), u = mesh.origin(h), v = mesh.target(h);
+        if (!mesh.sharp(h)) {
+            if (h < t) faces.face({h, mesh.next(t), t, mesh.next(h)});
+            continue;
+        }
+        faces.corner(h);
+        step.child_crease[h] = faces.halfedge_count();
+        faces.corner(on_crease(h, u), child_sharpness(mesh.sharpness(h)));
+        faces.corner(on_crease(h, v));
+        faces.corner(mesh.next(h));
+        faces.end_face();
+    }
+    std::vector<float> tips;  // sharpness of the corner vertices' points
+    for (int v = 0; v < mesh.vertex_count(); ++v) {
+        if (mesh.first(v) == RuleMesh::none) continue;
+        const RuleMesh::Ring ring = mesh.ring(v);
+        std::vector<int> sharp;
+        for (int i = 0; i < ring.edges(); ++i)
+            if (is_sharp(ring.sharpness[i])) sharp.push_back(i);
+        const int sharp_count = static_cast<int>(sharp.size());
+        const auto crease_at = [&](int i) {
+            return on_crease(i < ring.faces() ? ring.halfedge[i] : mesh.prev(ring.halfedge[i - 1]), v);
+        };
+        if (sharp_count < 2) {
+            if (sharp_count == 0 && ring.faces() < 3) continue;  // the two quads beside it share their edge
+            if (sharp_count == 1) faces.corner(crease_at(sharp[0]));
+            for (int i = 0; i < ring.faces(); ++i)
+                faces.corner(ring.halfedge[(i + (sharp_count == 1 ? sharp[0] : 0)) % ring.faces()]);
+            faces.end_face();
+            continue;
+        }
+        const bool corner = sharp_count > 2 || is_sharp(mesh.vertex_sharpness(v));
+        int tip = -1;
+        if (corner) {
+            tip = count++;
+            tips.push_back(child_sharpness(mesh.vertex_sharpness(v)));
+            step.stencils.push(tip_row(v));
+        }
+        const int sectors = ring.closed ? sharp_count : sharp_count - 1;
+        for (int s = 0; s < sectors; ++s) {
+            const int from = sharp[s], to = sharp[(s + 1) % sharp_count];
+            faces.corner(crease_at(from));
+            for (int i = from; ring.closed ? i % ring.faces() != to || i == from : i < to; ++i)
+                faces.corner(ring.halfedge[i % ring.faces()]);
+            const float first = child_sharpness(ring.sharpness[from]), last = child_sharpness(ring.sharpness[to]);
+            faces.corner(crease_at(to), corner ? last : std::max(first, last));
+            if (corner) faces.corner(tip, first);
+            faces.end_face();
+        }
+    }
+    std::vector<float> sharpness;
+    if (!mesh.vertex_sharpness().empty()) {
+        sharpness.assign(count, 0.0f);
+        std::copy(tips.begin(), tips.end(), sharpness.end() - static_cast<std::ptrdiff_t>(tips.size()));
+    }
+    step.mesh = RuleMesh(count, std::move(faces), std::move(sharpness));
+    return step;
+}
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,140 @@
+#include "tetrakis/schemes/spectrum.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <string>
+#include <vector>
+
+using namespace tetrakis;
+
+namespace {
+
+/// What each scheme is looked at with: itself, and its choices.
+struct Variant {
+    std::string name;
+    const SchemeInfo* scheme;
+    RuleOptions options{};
+};
+
+std::vector<Variant> variants() {
+    std::vector<Variant> result;
+    for (const SchemeInfo& scheme : scheme_table()) {
+        if (scheme.name == "averaging") {
+            for (int m = 0; m <= 5; ++m) {
+                result.push_back({"averaging " + std::to_string(m), &scheme, {}});
+                result.back().options.averaging_steps = m;
+            }
+            continue;
+        }
+        result.push_back({std::string(scheme.name), &scheme, {}});
+    }
+    const auto with = [&](const char* name, const char* what, auto&& change) {
+        result.push_back({std::string(name) + ", " + what, find_scheme(name), {}});
+        change(result.back().options);
+    };
+    with("loop", "Warren's weights", [](RuleOptions& o) { o.loop_weights = LoopWeights::warren; });
+    for (const char* name : {"loop", "tuned-loop", "catmull-clark"}) {
+        with(name, "cosine", [](RuleOptions& o) { o.edge_beside_crease = EdgeBesideCrease::cosine; });
+        with(name, "brief", [](RuleOptions& o) { o.edge_beside_crease = EdgeBesideCrease::brief; });
+    }
+    with("loop", "Hoppe's creases", [](RuleOptions& o) { o.hoppe_crease = true; });
+    with("tuned-loop", "half tuned", [](RuleOptions& o) { o.tuning = 0.5; });
+    with("modified-butterfly", "reflection", [](RuleOptions& o) { o.reflect_at_boundary = true; });
+    with("modified-butterfly", "ten points", [](RuleOptions& o) { o.butterfly_w = 0.01; });
+    with("catmull-clark", "other weights", [](RuleOptions& o) {
+        o.catmull_clark_beta = 0.3;
+        o.catmull_clark_gamma = 0.1;
+    });
+    return result;
+}
+
+double sum(const std::vector<double>& w) { return std::accumulate(w.begin(), w.end(), 0.0); }
+
+double largest(const std::vector<double>& w) {
+    double most = 0;
+    for (const double x : w) most = std::max(most, std::abs(x));
+    return most;
+}
+
+/// How far l S is from lambda l, for a largest weight of one.
+double residual(const std::vector<double>& l, const LocalMatrix& s, double lambda) {
+    std::vector<double> x(l.size(), 0.0);
+    for (int i = 0; i < s.size(); ++i)
+        for (int j = 0; j < s.size(); ++j) x[j] += l[i] * s.at(i, j);
+    for (int j = 0; j < s.size(); ++j) x[j] -= lambda * l[j];
+    return largest(x) / largest(l);
+}
+
+/// Distance of two vectors scaled to a largest weight of one with the same sign.
+double difference(const std::vector<double>& a, const std::vector<double>& b) {
+    double dot = 0, most = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) dot += a[i] * b[i];
+    const double p = 1 / largest(a), q = (dot < 0 ? -1 : 1) / largest(b);
+    for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, std::abs(p * a[i] - q * b[i]));
+    return most;
+}
+
+/// What is printed for a shape is what the matrix says.
+void check_masks(const Variant& v, const FanShape& shape) {
+    const SpectralAnalysis a = analyse(*v.scheme, shape, v.options);
+    double off = 0;
+    for (int i = 0; i < a.matrix.size(); ++i) {
+        double row = -1;
+        for (int j = 0; j < a.matrix.size(); ++j) row += a.matrix.at(i, j);
+        off = std::max(off, std::abs(row));
+    }
+    CHECK(off < 1e-13);
+    const SchemeMasks masks = scheme_masks(*v.scheme, a, v.options);
+    // Left eigenvectors of a matrix with nearby eigenvalues are known to the rounding error over the distance.
+    constexpr double k_tolerance = 1e-9;
+    CHECK(sum(masks.limit) == doctest::Approx(1).epsilon(1e-12));
+    CHECK(residual(masks.limit, a.matrix, 1) < k_tolerance);
+    CHECK(difference(masks.limit, a.limit) < k_tolerance);
+    const ClosedMasks closed = v.scheme->closed_masks(shape, v.options);
+    const auto check_tangent = [&](const std::vector<double>& mask, const std::vector<double>& numeric, double lambda,
+                                   double formula_lambda, bool is_formula) {
+        if (mask.empty()) return;
+        CHECK(std::abs(sum(mask)) < 1e-10 * largest(mask));
+        CHECK(residual(mask, a.matrix, is_formula ? formula_lambda : lambda) < k_tolerance);
+        // Where no tangent plane is (plain rules, many faces), the mode along the boundary is not the dominant one.
+        if (!is_formula || !a.proper) return;
+        CHECK(formula_lambda == doctest::Approx(lambda).epsilon(1e-7));
+        if (!numeric.empty()) CHECK(difference(mask, numeric) < 1e-7);
+    };
+    check_tangent(masks.tangent1, a.tangent1, a.lambda1, closed.lambda1, masks.tangent1_is_formula);
+    check_tangent(masks.tangent2, a.tangent2, a.lambda2, closed.lambda2, masks.tangent2_is_formula);
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("schemes");
+
+TEST_CASE("printed limit and tangent masks are eigenvectors of the scheme's own matrix, valence 3 to 64") {
+    for (const Variant& v : variants()) {
+        CAPTURE(v.name);
+        // Every valence for the small matrices; for the large ones the first and some beyond.
+        for (int n = 3; n <= 64; ++n) {
+            const bool large = v.scheme->rings > 2 || (v.scheme->name == "averaging" && v.options.averaging_steps > 2);
+            if (large && n > 9 && n != 16 && n != 64) continue;
+            CAPTURE(n);
+            check_masks(v, {.faces = n});
+        }
+    }
+}
+
+TEST_CASE("the same at boundaries") {
+    for (const Variant& v : variants()) {
+        CAPTURE(v.name);
+        if (v.scheme->family == MeshFamily::hexagons) continue;
+        for (const int K : {1, 2, 3, 4, 5, 6, 7, 8, 12, 16}) {
+            if (v.scheme->rings > 2 && K > 6) continue;
+            CAPTURE(K);
+            check_masks(v, {.faces = K, .boundary = true});
+        }
+    }
+}
+
+TEST_SUITE_END();
