@@ -67,7 +67,8 @@ double FanError::certified(FaceId face, double decide_at, bool may_reject) const
         if (departure > decide_at || glm::length(map_.patches->limit(first, {1, 1}, 0) - centre) > left)
             return k_rejected;
         for (std::uint32_t i = 0; i < n; ++i)
-            if (glm::length(map_.patches->limit(HalfedgeId(h0 + i), {1, 0}, 0) - 0.5 * (at(i) + at((i + 1) % n))) > left)
+            if (glm::length(map_.patches->limit(HalfedgeId(h0 + i), {1, 0}, 0) - 0.5 * (at(i) + at((i + 1) % n))) >
+                left)
                 return k_rejected;
     }
     double error = 0;

@@ -81,7 +81,14 @@ bool QuadBounder::settled(double upper) {
 
 void QuadBounder::measure_distance(const std::array<Vec3d, 3>& corners) {
     distance_ = true;
-    triangle_ = detail::TriangleDistance(corners);
+    has_triangle_ = false;
+    leaf_ = corners;
+}
+
+void QuadBounder::need_triangle() {
+    if (!distance_ || has_triangle_) return;
+    triangle_ = detail::TriangleDistance(leaf_);
+    has_triangle_ = true;
 }
 
 double QuadBounder::node_error(const Vec3d& node, int edge) const {
@@ -118,27 +125,30 @@ double QuadBounder::quadratic_error(const std::array<Vec3d, 3>& corner, const st
     return std::max(std::sqrt(most), most_on_edges);
 }
 
-/// quadratic_error() of a piece that is the whole leaf, from the deviations in the middles of its edges; infinite where
-/// they are not small beside the triangle. The quadratic is 4 sum e_k b_i b_j; beyond edge k it can reach only by its
-/// own e_k there, since the others come with the barycentric of the opposite corner, which the triangle's height times
-/// it outweighs. With |e_k| at most an eighth of the least height no point is beyond two edges at once, and the foot of
-/// one that is beyond an edge lies within it: both would take 4 b_i |e| > b_j height / 2 for i, j either way.
-double QuadBounder::flat_error(const std::array<Vec3d, 3>& middle, const Remainder& rest) const {
-    double size = 0, beside = 0, height = 0, sum = 0, on_edges = 0;
+/// quadratic_error() of a piece that is the whole leaf, from the deviations in the middles of its edges, and the
+/// largest of those; 0 and infinite where they are not small beside the triangle. The quadratic is 4 sum e_k b_i b_j;
+/// beyond edge k it can reach only by its own e_k there, since the others come with the barycentric of the opposite
+/// corner, which the triangle's height times it outweighs. With |e_k| at most an eighth of the least height no point is
+/// beyond two edges at once, and the foot of one that is beyond an edge lies within it: both would take 4 b_i |e| > b_j
+/// height / 2 for i, j either way.
+QuadBounder::FlatError QuadBounder::flat_error(const std::array<Vec3d, 3>& middle, const Remainder& rest) const {
+    double size = 0, beside = 0, height = 0, sum = 0, on_edges = 0, attained = 0;
     for (std::size_t k = 0; k < 3; ++k) {
         const Vec3d e = triangle_.local_vector(middle[k]);
         const double out = triangle_.outward(e, k);
-        if (std::abs(triangle_.along(e, k)) > 0.25) return std::numeric_limits<double>::infinity();
+        if (std::abs(triangle_.along(e, k)) > 0.25) return {};
         size = std::max(size, glm::dot(middle[k], middle[k]));
         beside = std::max(beside, out);
         height = std::max(height, std::abs(e.z));
         sum += e.z;
-        on_edges = std::max(on_edges, std::sqrt(e.z * e.z + out * out) + rest.edge[k]);
+        const double error = std::sqrt(e.z * e.z + out * out);
+        attained = std::max(attained, error);
+        on_edges = std::max(on_edges, error + rest.edge[k]);
     }
-    if (8 * std::sqrt(size) > triangle_.least_height()) return std::numeric_limits<double>::infinity();
+    if (8 * std::sqrt(size) > triangle_.least_height()) return {};
     height = std::max(height, 0.5 * std::abs(sum)) + rest.height;
     beside += rest.whole;
-    return std::max(std::sqrt(height * height + beside * beside), on_edges);
+    return {attained, std::max(std::sqrt(height * height + beside * beside), on_edges)};
 }
 
 QuadBounder::Remainder QuadBounder::remainder(const WalkCell::Patch& patch, const Piece& piece) const {
@@ -194,9 +204,14 @@ bool QuadBounder::bound_regular(const WalkCell::Patch& patch, const Piece& piece
         upper_ = std::max(upper_, at_corners + bulge + whole + pad);
         return true;
     }
+    need_triangle();
+    const bool whole_leaf = piece.edge == std::array<std::int8_t, 3>{0, 1, 2};
+    if (distance_ && whole_leaf && !triangle_.sliver()) {
+        const FlatError flat = flat_error(d, remainder(patch, piece));
+        if (!attain(flat.attained - patch.beyond) || settled(flat.upper + pad)) return true;
+    }
     std::array<Vec3d, 3> corner, middle;
     for (std::size_t i = 0; i < 3; ++i) corner[i] = measured_form(L[i] + D[i], D[i]);
-    const bool whole_leaf = piece.edge == std::array<std::int8_t, 3>{0, 1, 2};
     if (distance_ && !whole_leaf) {
         // The chords of a part of the leaf are no further off than its corners.
         double error = 0;
@@ -210,7 +225,6 @@ bool QuadBounder::bound_regular(const WalkCell::Patch& patch, const Piece& piece
         middle[i] = measured_form(s[i], d[i]);
         if (!attain(node_error(middle[i], piece.edge[i]) - patch.beyond)) return true;
     }
-    if (distance_ && whole_leaf && !triangle_.sliver() && settled(flat_error(d, rest) + pad)) return true;
     if (settled(quadratic_error(corner, middle, piece.edge, rest) + pad)) return true;
     if (patch.beyond > 0) return false;  // its strips tell more than finer lattices
     return bound_on_lattice(patch, piece, corners, rest);
@@ -303,9 +317,8 @@ bool QuadBounder::bound_strips(WalkCell& cell, const Piece& piece, const Corners
     constexpr std::size_t k_most = 5;  // corners of a triangle cut by two parallel lines
     using Polygon = std::array<Corner, k_most + 1>;
     Polygon whole;
-    const std::array<Vec2d, 3> at = piece.quarter
-                                        ? std::array<Vec2d, 3>{Vec2d(0.5), corner_at(k), corner_at(k1)}
-                                        : std::array<Vec2d, 3>{corner_at(k), corner_at(k1), corner_at(k3)};
+    const std::array<Vec2d, 3> at = piece.quarter ? std::array<Vec2d, 3>{Vec2d(0.5), corner_at(k), corner_at(k1)}
+                                                  : std::array<Vec2d, 3>{corner_at(k), corner_at(k1), corner_at(k3)};
     for (std::size_t i = 0; i < 3; ++i)
         whole[i] = {at[i], corners.linear[i], piece.edge[i], far ? 1 - at[i][axis] : at[i][axis]};
     // Keeps what lies on the one side (sign 1: at least) of the line at a distance from the crease.
@@ -389,6 +402,40 @@ bool QuadBounder::bound_part(const detail::Net16& net, const detail::ThirdBounds
     return bound_part(net, third, {at, surface, linear, {-1, -1, -1}}, depth - 1);
 }
 
+double QuadBounder::tip_error(const QuadNode& node, const Piece& piece, const Corners& corners) const {
+    constexpr double k_unknown = std::numeric_limits<double>::infinity();
+    if (!distance_ || node.kind != QuadNode::Kind::star || !node.tip) return k_unknown;
+    const detail::QuadTip& tip = node.tip;
+    // The star's corner as the piece's, and the piece's edges that lie along d0, d1 and between them.
+    constexpr std::size_t none = 3;
+    std::size_t corner = none, along0 = none, along1 = none, diagonal = none;
+    const int from = (node.turn - piece.turn) & 3;
+    if (piece.quarter) {
+        if (from == 0) corner = 1, along0 = 1, diagonal = 0;
+        if (from == 1) corner = 2, along1 = 1, diagonal = 2;
+    } else {
+        if (from == 0) corner = 0, along0 = 0, along1 = 2;
+        if (from == 1) corner = 1, along1 = 0, diagonal = 1;
+        if (from == 3) corner = 2, along0 = 2, diagonal = 1;
+    }
+    if (corner == none || corners.deviation[corner] != Vec3d(0)) return k_unknown;
+    const Vec3d& origin = corners.linear[corner];
+    const double reach = tip.map->reach;
+    const Vec3d far = origin + reach * (tip.d0 + tip.d1);
+    double error = triangle_.to_triangle(triangle_.local(far));
+    const auto look = [&](std::size_t edge, const Vec3d& end, bool inside) {
+        if (edge == none) return;
+        const Vec3d local = triangle_.local(end);
+        if (inside) error = std::max(error, triangle_.to_triangle(local));
+        if (piece.edge[edge] >= 0)
+            error = std::max(error, triangle_.to_edge(local, static_cast<std::size_t>(piece.edge[edge])));
+    };
+    look(along0, origin + reach * tip.d0, true);
+    look(along1, origin + reach * tip.d1, true);
+    look(diagonal, far, false);
+    return error + tip.rest;
+}
+
 double QuadBounder::hull_error(const QuadNode& node, const Piece& piece, const Corners& corners) const {
     const Vec3d* points = node.kind == QuadNode::Kind::star ? node.star->points.data() : node.local->points.data();
     const std::size_t count = node.kind == QuadNode::Kind::star ? node.star->points.size() : node.local->points.size();
@@ -411,8 +458,11 @@ double QuadBounder::hull_error(const QuadNode& node, const Piece& piece, const C
 void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {
     if (rejected_) return;
     WalkCell& cell = home(piece);
+    if (cell.irregular() || cell.crease) need_triangle();
     if (cell.irregular()) {
-        const double upper = k_rounding * scale_ + hull_error(*cell.node, piece, corners);
+        double upper = tip_error(*cell.node, piece, corners);
+        if (upper > decide_at_) upper = std::min(upper, hull_error(*cell.node, piece, corners));
+        upper += k_rounding * scale_;
         if (settled(upper)) return;
         if (depth == 0) {
             upper_ = std::max(upper_, upper);
@@ -546,6 +596,7 @@ void QuadBounder::bound_root(HalfedgeId h, const Vec3d* centre) {
             reject(home(first).point(k_centre_point), c, v))
             return;
         measure_distance({c, v, w});
+        need_triangle();
     }
     left.linear = {base, linear_centre, v};
     right.linear = {base, w, linear_centre};

@@ -5,6 +5,7 @@
 #include "tetrakis/eval/triangle_distance.hpp"
 
 #include <array>
+#include <limits>
 #include <span>
 
 namespace tetrakis {
@@ -89,16 +90,23 @@ class QuadBounder {
     /// Bounds a piece of a cell with a crease of finite sharpness, strip by strip. False when it is not settled.
     bool bound_strips(detail::WalkCell& cell, const Piece& piece, const Corners& corners);
     bool bound_part(const detail::Net16& net, const detail::ThirdBounds& third, const Part& part, int depth);
+    /// Bound on a piece of a star's cell with its corner at the star's, from the surface's first-order part; infinite
+    /// where it does not apply.
+    double tip_error(const detail::QuadNode& node, const Piece& piece, const Corners& corners) const;
     double hull_error(const detail::QuadNode& node, const Piece& piece, const Corners& corners) const;
     double quadratic_error(const std::array<Vec3d, 3>& corner, const std::array<Vec3d, 3>& middle,
                            const std::array<std::int8_t, 3>& edge, const Remainder& rest) const;
-    double flat_error(const std::array<Vec3d, 3>& middle, const Remainder& rest) const;
+    struct FlatError {
+        double attained = 0, upper = std::numeric_limits<double>::infinity();
+    };
+    FlatError flat_error(const std::array<Vec3d, 3>& middle, const Remainder& rest) const;
     /// The form in which errors are measured: positions in the triangle's frame, or S - L.
     Vec3d measured_form(const Vec3d& position, const Vec3d& deviation) const {
         return distance_ ? triangle_.local(position) : deviation;
     }
     double node_error(const Vec3d& node, int edge) const;
     void measure_distance(const std::array<Vec3d, 3>& corners);
+    void need_triangle();
     bool settled(double upper);
     /// Takes note of an error that is attained. False when that rejects the leaf.
     bool attain(double error);
@@ -110,7 +118,9 @@ class QuadBounder {
     double decide_at_ = 0, lower_ = 0, upper_ = 0;
     bool rejected_ = false, may_reject_ = true;
     bool distance_ = false;              ///< to the leaf's triangle; else S - L counts
-    detail::TriangleDistance triangle_;  ///< where distance_ is set
+    std::array<Vec3d, 3> leaf_;          ///< corners, where distance_ is set
+    detail::TriangleDistance triangle_;  ///< of leaf_, once need_triangle() was called
+    bool has_triangle_ = false;
 };
 
 }  // namespace tetrakis

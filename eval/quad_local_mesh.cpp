@@ -62,8 +62,9 @@ void CornerRing::refine() {
     const VertexBlend blend = vertex_blend(sharp, own, next, own_next);
     Vec3d vertex = blend.corner * centre;
     if (blend.crease.weight != 0)
-        vertex += blend.crease.weight * (0.75 * centre + 0.125 * (points[1 + 2 * static_cast<std::size_t>(blend.crease.a)] +
-                                                                 points[1 + 2 * static_cast<std::size_t>(blend.crease.b)]));
+        vertex +=
+            blend.crease.weight * (0.75 * centre + 0.125 * (points[1 + 2 * static_cast<std::size_t>(blend.crease.a)] +
+                                                            points[1 + 2 * static_cast<std::size_t>(blend.crease.b)]));
     Vec3d edge_sum(0), face_sum(0), before(0);
     const auto face_point = [&](std::size_t i) {
         return 0.25 * (centre + points[1 + 2 * i] + points[2 + 2 * i] + points[1 + 2 * ((i + 1) % edges)]);

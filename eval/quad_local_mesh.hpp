@@ -53,8 +53,8 @@ std::vector<float> fan_sharpness(const QuadLocalMesh& mesh, const CornerFan& fan
 /// closes it).
 std::vector<Vec3d> fan_ring(const QuadLocalMesh& mesh, const CornerFan& fan);
 
-/// A corner's ring and its tags, apart from the cell: all that one more step around the corner needs, unless its creases
-/// are Chaikin's (their sharpness depends on what is beyond the ring).
+/// A corner's ring and its tags, apart from the cell: all that one more step around the corner needs, unless its
+/// creases are Chaikin's (their sharpness depends on what is beyond the ring).
 struct CornerRing {
     std::vector<Vec3d> points;  ///< as fan_ring() has them
     std::vector<float> sharp;   ///< per edge

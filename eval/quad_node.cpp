@@ -47,6 +47,7 @@ void grow_star(const QuadNode& node, QuadQuarters& quarters) {
     star.kind = QuadNode::Kind::star;
     star.turn = node.turn;
     star.star = &quarters.star;
+    star.tip = node.tip.child(quarters.star);
     constexpr int corner[3][2] = {{1, 0}, {1, 1}, {0, 1}};
     for (std::size_t k = 0; k < 3; ++k)
         unturn_net(turn, regular[k], quarters.cell[index(corner[k][0], corner[k][1])].net);
@@ -107,6 +108,7 @@ void QuadNode::adopt(std::unique_ptr<QuadStar> from) {
     from->find_limit();
     own_star = std::move(from);
     star = own_star.get();
+    tip = QuadTip::of(*star);
 }
 
 const QuadNode* QuadNode::grown() const {

@@ -4,6 +4,7 @@
 #include "tetrakis/eval/cell_facts.hpp"
 #include "tetrakis/eval/quad_local_mesh.hpp"
 #include "tetrakis/eval/quad_star.hpp"
+#include "tetrakis/eval/quad_tip.hpp"
 
 #include <array>
 #include <atomic>
@@ -26,6 +27,7 @@ struct QuadNode {
     std::atomic<QuadQuarters*> quarters{nullptr};
     Net16 net;
     const QuadStar* star = nullptr;    ///< its own, or one of its parent's quarters
+    QuadTip tip;                       ///< of the star
     const CellFacts* facts = nullptr;  ///< of smooth regular cells below a root
     std::array<Vec3d, 4> corner;       ///< limit positions, where the parent has told them (of irregular cells)
     bool has_corners = false;
