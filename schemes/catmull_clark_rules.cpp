@@ -54,7 +54,7 @@ double corner_mode(int K, double theta) {
 StencilRow vertex_row(const RuleMesh& mesh, int v, const RuleMesh::Ring& ring, const RuleOptions& options) {
     const int n = ring.edges();
     StencilRow row;
-    if (options.catmull_clark_beta || options.catmull_clark_gamma) {
+    if (n != 4 && (options.catmull_clark_beta || options.catmull_clark_gamma)) {
         const double beta = options.catmull_clark_beta.value_or(3.0 / (2 * n));
         const double gamma = options.catmull_clark_gamma.value_or(1.0 / (4 * n));
         bool quads = true;
@@ -165,7 +165,7 @@ ClosedMasks catmull_clark_closed_masks(const FanShape& shape, const RuleOptions&
     if (!shape.boundary) {
         if (shape.corner) return masks;
         const double angle = 2 * pi / n, A = CatmullClark::tangent_edge_factor(angle);
-        if (options.catmull_clark_beta || options.catmull_clark_gamma) {
+        if (n != 4 && (options.catmull_clark_beta || options.catmull_clark_gamma)) {
             // Left eigenvector of the symmetric part: totals (c, e, f) with c (b + g) = 3/8 e + f / 4 and
             // f = g c + e / 8 + f / 4.
             const double b = options.catmull_clark_beta.value_or(3.0 / (2 * n));

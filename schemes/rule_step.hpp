@@ -41,8 +41,8 @@ struct RuleOptions {
     EdgeBesideCrease edge_beside_crease = EdgeBesideCrease::plain;  ///< loop, tuned-loop, catmull-clark
     LoopWeights loop_weights = LoopWeights::loop;                   ///< loop
     bool hoppe_crease = false;  ///< loop: Hoppe et al. 1994, the crease edge rule that knows the valence
-    /// catmull-clark: total weights of the edge neighbours and of the opposite corners, for quads; see
-    /// CatmullClark::admissible().
+    /// catmull-clark: total weights of the edge neighbours and of the opposite corners at extraordinary vertices
+    /// between quads; see catmull_clark_weight_range().
     std::optional<double> catmull_clark_beta{}, catmull_clark_gamma{};
     bool reflect_at_boundary = false;  ///< butterfly: missing points by reflection, not by rules of their own
     double butterfly_w = 0;            ///< butterfly: the tension of the ten-point rule

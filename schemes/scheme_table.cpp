@@ -37,7 +37,7 @@ constexpr SchemeInfo k_table[] = {
      "triangles; boundary, crease, corner; reflection at boundaries as an option"},
     {"midpoint", "Midpoints of triangles", face_split, triangles, true, "C0", 1, "1", k_primal3, 1, midpoint_step, linear_closed_masks,
      "triangles; the control mesh itself"},
-    {"sqrt3", "sqrt(3), Kobbelt 2000", Refinement::sqrt3, triangles, false, "C2", 1, "1", k_primal3, 2, sqrt3_step, sqrt3_closed_masks,
+    {"sqrt3", "sqrt(3), Kobbelt 2000", Refinement::sqrt3, triangles, false, "C2", 1, "1 or more", k_primal3, 2, sqrt3_step, sqrt3_closed_masks,
      "triangles; two steps at once; boundary and crease as ternary cubic B-spline, corner"},
     {"catmull-clark", "Catmull, Clark 1978", face_split, quads, false, "C2", 1, "bi-3", k_primal4, 2, catmull_clark_step,
      catmull_clark_closed_masks, "any polygons; boundary, crease, corner, dart, semi-sharp; C1 edge rule, other weights beta, gamma"},

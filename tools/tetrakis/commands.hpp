@@ -17,5 +17,7 @@ void add_tessellate_command(CLI::App& app, Command& chosen);
 void add_refine_command(CLI::App& app, Command& chosen);
 void add_compare_command(CLI::App& app, Command& chosen);
 void add_render_command(CLI::App& app, Command& chosen);
+void add_scheme_command(CLI::App& app, Command& chosen);
+void add_schemes_command(CLI::App& app, Command& chosen);
 
 }  // namespace tetrakis::cli

@@ -76,6 +76,8 @@ int main(int argc, char** argv) {
     add_refine_command(app, chosen);
     add_compare_command(app, chosen);
     add_render_command(app, chosen);
+    add_scheme_command(app, chosen);
+    add_schemes_command(app, chosen);
     if (argc > 1 && argv[1][0] != '-' &&
         app.get_subcommands([&](CLI::App* command) { return command->check_name(argv[1]); }).empty()) {
         print_error(std::string(argv[1]) + " is no command; tetrakis --help says what there is");

@@ -1,0 +1,312 @@
+#include "commands.hpp"
+#include "console.hpp"
+#include "report.hpp"
+
+#include "tetrakis/schemes/spectrum.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace tetrakis::cli {
+namespace {
+
+struct SchemeOptions {
+    std::string scheme, edge_rule = "plain";
+    std::optional<int> valence;
+    bool boundary = false, matrix = false, json = false, warren = false, hoppe = false;
+    RuleOptions rules;
+};
+
+// Of long lists, people see this much; JSON has all.
+constexpr std::size_t k_shown_eigenvalues = 12;
+constexpr double k_same_eigenvalue = 1e-6;
+// A multiple eigenvalue 0 comes out as large as a root of the rounding error.
+constexpr double k_zero_eigenvalue = 1e-4;
+// The largest matrix is computed with in a few seconds and some hundred megabytes.
+constexpr int k_most_valence = 256;
+
+const SchemeInfo& chosen_scheme(const std::string& text) {
+    if (const SchemeInfo* scheme = find_scheme(text)) return *scheme;
+    std::string names;
+    for (const SchemeInfo& s : scheme_table()) names += (names.empty() ? "" : ", ") + std::string(s.name);
+    throw UsageError(
+        fmt::format("no scheme is called {}; did you mean {}? There are: {}", text, nearest_scheme_name(text), names));
+}
+
+/// The number, without the noise of its last digits.
+std::string number(double x) {
+    if (std::abs(x) < 1e-14) return "0";
+    return fmt::format("{:.10g}", x);
+}
+
+std::string place_name(const FanLabels& labels, FanLabel label) {
+    if (labels.lattice() != FanLattice::dual) {
+        if (label.a == 0) return "c";
+        if (label.a == 1 && label.b == 0) return fmt::format("e{}", label.sector);
+    }
+    return fmt::format("({}; {}, {})", label.sector, label.a, label.b);
+}
+
+std::string mask_text(const FanLabels& labels, const std::vector<double>& weights) {
+    if (weights.empty()) return "not determined: its eigenvalue is not simple";
+    // Points of one weight side by side.
+    std::vector<std::pair<double, std::string>> groups;
+    for (int i = 0; i < labels.size(); ++i) {
+        if (std::abs(weights[i]) < 1e-13) continue;
+        const std::string place = place_name(labels, labels.all()[i]);
+        bool found = false;
+        for (auto& [weight, places] : groups)
+            if (std::abs(weight - weights[i]) < 1e-12) {
+                places += " " + place;
+                found = true;
+                break;
+            }
+        if (!found) groups.emplace_back(weights[i], place);
+    }
+    std::string text;
+    for (const auto& [weight, places] : groups)
+        text += fmt::format("{}{} of {}", text.empty() ? "" : ", ", number(weight), places);
+    return text;
+}
+
+Json label_json(FanLabel label) { return Json::array({label.sector, label.a, label.b}); }
+
+/// The new points in the middle: one of each kind, with its row of the matrix.
+std::vector<int> shown_rows(const LocalMatrix& m) {
+    std::vector<int> rows;
+    const FanLabels& labels = m.labels;
+    for (int i = 0; i < m.size(); ++i) {
+        const FanLabel l = labels.all()[i];
+        const bool near = labels.ring_of(l) <= 1 || (labels.lattice() == FanLattice::triangles && l.a == 1 && l.b == 1);
+        // All edges of a boundary differ; of the rest sector 0 stands for the others.
+        const bool first = l.sector == 0 || (labels.shape().boundary && labels.lattice() != FanLattice::dual &&
+                                             2 * l.sector <= labels.shape().faces);
+        if (near && first) rows.push_back(i);
+    }
+    return rows;
+}
+
+std::vector<double> row_of(const LocalMatrix& m, int i) {
+    std::vector<double> row(m.size());
+    for (int j = 0; j < m.size(); ++j) row[j] = m.at(i, j);
+    return row;
+}
+
+struct Findings {
+    const SchemeInfo& scheme;
+    SpectralAnalysis analysis;
+    SchemeMasks masks;
+    int valence, reproduction;
+    std::optional<double> support;
+};
+
+std::string support_text(const Findings& f, FanLattice lattice) {
+    if (!f.support) return "not computed";
+    if (lattice == FanLattice::dual) return fmt::format("{0} x {0} faces", number(2 * *f.support));
+    return fmt::format("{} rings", number(*f.support));
+}
+
+void print_text(const Findings& f, const SchemeOptions& options) {
+    const SpectralAnalysis& a = f.analysis;
+    const FanLabels& labels = a.matrix.labels;
+    const bool dual = labels.lattice() == FanLattice::dual;
+    Table table;
+    table.row("scheme", fmt::format("{}: {}", f.scheme.name, f.scheme.title));
+    table.row("refinement", fmt::format("{}, {}, {}", name(f.scheme.refinement), name(f.scheme.family),
+                                        f.scheme.interpolating ? "interpolating" : "approximating"));
+    table.row("takes", std::string(f.scheme.notes));
+    table.row("smoothness", fmt::format("{} on regular meshes", f.scheme.smoothness));
+    table.row("polynomials",
+              fmt::format("reproduces degree {}, generates degree {}", f.reproduction, f.scheme.generation));
+    table.row("support", support_text(f, labels.lattice()));
+    table.row("looked at", options.boundary ? dual ? std::string("a boundary edge between quads")
+                                                   : fmt::format("a boundary vertex with {} edges", f.valence)
+                                            : fmt::format("a {} with {} {}", dual ? "face" : "vertex", f.valence,
+                                                          dual ? "corners" : "edges"));
+    bool first = true;
+    for (const int i : shown_rows(a.matrix)) {
+        table.row(first ? "masks" : "", fmt::format("new {}: {}", place_name(labels, labels.all()[i]),
+                                                    mask_text(labels, row_of(a.matrix, i))));
+        first = false;
+    }
+    std::string values;
+    std::size_t shown = 0, groups = 0;
+    for (std::size_t i = 0; i < a.eigenvalues.size(); ++groups) {
+        Eigenvalue e = a.eigenvalues[i];
+        int count = 0;
+        const bool zero = std::abs(e.value) < k_zero_eigenvalue;
+        if (zero) e.value = 0;
+        for (; i < a.eigenvalues.size() && (zero || std::abs(a.eigenvalues[i].value - e.value) < k_same_eigenvalue);
+             ++i)
+            count += a.eigenvalues[i].multiplicity;
+        if (groups >= k_shown_eigenvalues) continue;
+        ++shown;
+        std::string value = fmt::format("{:.6g}", std::abs(e.value.real()) < k_same_eigenvalue ? 0.0 : e.value.real());
+        if (std::abs(e.value.imag()) > k_same_eigenvalue) value += fmt::format("{:+.6g}i", e.value.imag());
+        values +=
+            fmt::format("{}{}{}", values.empty() ? "" : ", ", value, count > 1 ? fmt::format(" ({})", count) : "");
+    }
+    if (groups > shown) values += fmt::format(", ... ({} smaller)", groups - shown);
+    table.row("matrix", fmt::format("{0} x {0}, rows sum to one", a.matrix.size()));
+    table.row("eigenvalues", values);
+    table.row("subdominant", a.lambda1 == a.lambda2 ? number(a.lambda1)
+                                                    : fmt::format("{} and {}", number(a.lambda1), number(a.lambda2)));
+    table.row("third",
+              fmt::format("{}; the subdominant ones' product is {}", number(a.third), number(a.lambda1 * a.lambda2)));
+    table.row("tangent plane", a.proper
+                                   ? "the spectrum allows it: 1, the tangents', all others smaller"
+                                   : "not shown by the spectrum: another eigenvalue is not smaller than the tangents'");
+    if (!options.boundary && a.proper) table.row("curvature", std::string(name(a.curvature)));
+    const auto kind = [](bool formula) { return formula ? "" : " (numeric)"; };
+    table.row("limit", mask_text(labels, f.masks.limit) + kind(f.masks.limit_is_formula));
+    table.row("tangents",
+              mask_text(labels, f.masks.tangent1) + kind(f.masks.tangent1_is_formula || f.masks.tangent1.empty()));
+    table.row("", mask_text(labels, f.masks.tangent2) + kind(f.masks.tangent2_is_formula || f.masks.tangent2.empty()));
+    table.print();
+    if (dual && options.boundary)
+        fmt::print(
+            "\nPoints: (s; a, b) is a steps along the boundary from the edge's middle (s = 0 ahead, 1 behind), b steps "
+            "inwards.\n");
+    else if (dual)
+        fmt::print(
+            "\nPoints: (i; a, b) is a and b steps out of the face from its corner i, along the sides before and after "
+            "it.\n");
+    else
+        fmt::print(
+            "\nPoints: c the vertex, ei its edge neighbours counter-clockwise, (i; a, b) a steps along ei, then b "
+            "along the next.\n");
+    if (!options.matrix) return;
+    fmt::print("\n");
+    for (int i = 0; i < a.matrix.size(); ++i) {
+        std::string line;
+        for (int j = 0; j < a.matrix.size(); ++j)
+            line += fmt::format("{}{}", j == 0 ? "" : " ", number(a.matrix.at(i, j)));
+        fmt::print("{:<12} {}\n", place_name(labels, labels.all()[i]), line);
+    }
+}
+
+Json json_of(const Findings& f, const SchemeOptions& options) {
+    const SpectralAnalysis& a = f.analysis;
+    const FanLabels& labels = a.matrix.labels;
+    Json json = {{"name", f.scheme.name},
+                 {"title", f.scheme.title},
+                 {"refinement", name(f.scheme.refinement)},
+                 {"faces", name(f.scheme.family)},
+                 {"interpolating", f.scheme.interpolating},
+                 {"notes", f.scheme.notes},
+                 {"smoothness", f.scheme.smoothness},
+                 {"reproduction_degree", f.reproduction},
+                 {"generation_degree", f.scheme.generation},
+                 {"support", f.support ? Json(*f.support) : Json()},
+                 {"dual", labels.lattice() == FanLattice::dual},
+                 {"valence", f.valence},
+                 {"boundary", options.boundary}};
+    Json points = Json::array(), masks = Json::array(), values = Json::array();
+    for (const FanLabel label : labels.all()) points.push_back(label_json(label));
+    for (const int i : shown_rows(a.matrix)) {
+        Json terms = Json::array();
+        for (int j = 0; j < a.matrix.size(); ++j)
+            if (a.matrix.at(i, j) != 0)
+                terms.push_back({{"point", label_json(labels.all()[j])}, {"weight", a.matrix.at(i, j)}});
+        masks.push_back({{"new_point", label_json(labels.all()[i])}, {"terms", terms}});
+    }
+    for (const Eigenvalue& e : a.eigenvalues)
+        values.push_back({{"real", e.value.real()},
+                          {"imaginary", e.value.imag()},
+                          {"mode", e.frequency},
+                          {"multiplicity", e.multiplicity}});
+    const auto mask = [](const std::vector<double>& weights, bool formula) {
+        return weights.empty() ? Json() : Json{{"formula", formula}, {"weights", weights}};
+    };
+    json["points"] = points;
+    json["masks"] = masks;
+    if (options.matrix) {
+        Json rows = Json::array();
+        for (int i = 0; i < a.matrix.size(); ++i) rows.push_back(row_of(a.matrix, i));
+        json["matrix"] = rows;
+    }
+    json["eigenvalues"] = values;
+    json["subdominant"] = Json::array({a.lambda1, a.lambda2});
+    json["third"] = a.third;
+    json["tangent_plane"] = a.proper;
+    json["curvature"] = options.boundary || !a.proper ? Json() : Json(name(a.curvature));
+    json["limit"] = mask(f.masks.limit, f.masks.limit_is_formula);
+    json["tangents"] = Json::array(
+        {mask(f.masks.tangent1, f.masks.tangent1_is_formula), mask(f.masks.tangent2, f.masks.tangent2_is_formula)});
+    return json;
+}
+
+ExitCode run(SchemeOptions options) {
+    const SchemeInfo& scheme = chosen_scheme(options.scheme);
+    if (options.warren) options.rules.loop_weights = LoopWeights::warren;
+    options.rules.hoppe_crease = options.hoppe;
+    options.rules.edge_beside_crease = options.edge_rule == "cosine"  ? EdgeBesideCrease::cosine
+                                       : options.edge_rule == "brief" ? EdgeBesideCrease::brief
+                                                                      : EdgeBesideCrease::plain;
+    const int valence = options.valence.value_or(regular_valence(scheme, options.boundary));
+    const bool dual = fan_lattice(scheme, options.rules) == FanLattice::dual;
+    FanShape shape{.faces = valence, .boundary = options.boundary};
+    // Beside a boundary vertex there is one face less than edges; a dual scheme's boundary has no valence.
+    if (options.boundary && !dual) shape.faces = valence - 1;
+    if (options.boundary && dual && options.valence)
+        throw UsageError(
+            fmt::format("{} is a dual scheme: its boundary is regular after a step and has no --valence", scheme.name));
+    try {
+        SpectralAnalysis analysis = analyse(scheme, shape, options.rules);
+        SchemeMasks masks = scheme_masks(scheme, analysis, options.rules);
+        const Findings findings{
+            scheme,
+            std::move(analysis),
+            std::move(masks),
+            valence,
+            reproduction_degree(scheme, options.rules),
+            scheme.family == MeshFamily::hexagons ? std::optional<double>() : support_radius(scheme, options.rules)};
+        if (options.json)
+            fmt::print("{}", dump(json_of(findings, options)));
+        else
+            print_text(findings, options);
+    } catch (const std::invalid_argument& e) {
+        throw UsageError(e.what());
+    }
+    return ExitCode::done;
+}
+
+}  // namespace
+
+void add_scheme_command(CLI::App& app, Command& chosen) {
+    auto options = std::make_shared<SchemeOptions>();
+    CLI::App* command = app.add_subcommand("scheme", "Explains a subdivision scheme: masks, eigenvalues, limits");
+    command->add_option("NAME", options->scheme, "Scheme; \"tetrakis schemes\" lists them")->required()->type_name("");
+    command
+        ->add_option("--valence", options->valence,
+                     "Edges at the vertex, or corners of the face of a dual scheme (the regular number)")
+        ->type_name("N")
+        ->check(CLI::Range(2, k_most_valence).description(""));
+    command->add_flag("--boundary", options->boundary, "Look at a boundary vertex, or a dual scheme's boundary edge");
+    command->add_flag("--matrix", options->matrix, "The local subdivision matrix as well");
+    command->add_flag("--json", options->json, "Print JSON");
+    command->add_option("--steps", options->rules.averaging_steps, "averaging: number of steps (3)")
+        ->type_name("M")
+        ->check(CLI::Range(0, 9).description(""));
+    command->add_option("--tuning", options->rules.tuning, "tuned-loop: 0 (loop) to 1 (the default)")
+        ->type_name("T")
+        ->check(CLI::Range(0.0, 1.0).description(""));
+    command
+        ->add_option("--edge-rule", options->edge_rule,
+                     "loop, catmull-clark: edges beside creases: plain, cosine or brief")
+        ->type_name("R")
+        ->check(CLI::IsMember({"plain", "cosine", "brief"}).description(""));
+    command->add_flag("--warren", options->warren, "loop: Warren's weights");
+    command->add_flag("--hoppe", options->hoppe, "loop: Hoppe's crease rule");
+    command->footer("Example:\n  tetrakis scheme loop --valence 5");
+    command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+}
+
+}  // namespace tetrakis::cli
