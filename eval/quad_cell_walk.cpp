@@ -1,11 +1,29 @@
 #include "tetrakis/eval/quad_cell_walk.hpp"
 
 #include <algorithm>
+#include <bit>
 
 namespace tetrakis::detail {
 
+namespace {
+constexpr std::uint32_t k_most_kept_roots = 2048;
+}
+
 QuadCellWalk::QuadCellWalk(const QuadPatches& patches)
-    : patches_(patches), cells_(k_max_level + k_max_refinement + 4), nets_(k_max_level + k_max_refinement + 4) {}
+    : patches_(patches),
+      root_facts_(std::bit_ceil(std::min(patches.mesh().halfedge_count() + 1, k_most_kept_roots))),
+      cells_(k_max_level + k_max_refinement + 4),
+      nets_(k_max_level + k_max_refinement + 4) {}
+
+const CellFacts* QuadCellWalk::root_facts(const QuadNode& node, HalfedgeId root) {
+    if (node.kind != QuadNode::Kind::regular || node.crease) return nullptr;
+    RootFacts& kept = root_facts_[root.value & (root_facts_.size() - 1)];
+    if (kept.root != root) {
+        kept.root = root;
+        kept.facts.fill(node.net);
+    }
+    return &kept.facts;
+}
 
 WalkCell& QuadCellWalk::cell(HalfedgeId root, int level, std::uint64_t x, std::uint64_t y) {
     int from = -1;
@@ -27,6 +45,7 @@ WalkCell& QuadCellWalk::cell(HalfedgeId root, int level, std::uint64_t x, std::u
         top.crease = regular ? top.node->crease : SideCrease{};
         top.x = top.y = 0;
         top.forget();
+        top.facts_ = root_facts(*top.node, root);
         from = 0;
     }
     for (int l = from + 1; l <= level; ++l) {

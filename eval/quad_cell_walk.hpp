@@ -65,8 +65,15 @@ class QuadCellWalk {
     WalkCell& cell(HalfedgeId root, int level, std::uint64_t x, std::uint64_t y);
 
   private:
+    struct RootFacts {
+        HalfedgeId root;
+        CellFacts facts;
+    };
+    const CellFacts* root_facts(const QuadNode& node, HalfedgeId root);
+
     const QuadPatches& patches_;
     HalfedgeId root_;
+    std::vector<RootFacts> root_facts_;  ///< of roots seen lately: they are asked for again and again
     std::vector<WalkCell> cells_;
     std::vector<Net16> nets_;
     int depth_ = -1;

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -75,6 +76,8 @@ class AdaptiveRefinement {
     /// Along a space-filling curve, cell by cell: estimators keep what neighbours share.
     void sort_along_curve(std::vector<LeafId>& leaves) {
         order_.resize(leaves.size());
+        // Root and place on the curve share 64 bits; leaves that these bits cannot tell apart may stand in any order.
+        const int root_bits = std::bit_width(hierarchy_.root_bound());
         for_each_index(static_cast<std::uint32_t>(leaves.size()), [&](std::uint32_t i) {
             const CellTriangle t = hierarchy_.key(leaves[i]);
             // Twice the centre of the triangle's box lies inside its cell at every level above its own.
@@ -82,7 +85,8 @@ class AdaptiveRefinement {
             const auto [x0, x1] = std::minmax({t.corner[0].x, t.corner[1].x, t.corner[2].x});
             const auto [y0, y1] = std::minmax({t.corner[0].y, t.corner[1].y, t.corner[2].y});
             const std::uint64_t x = (std::uint64_t{x0} + x1) << shift, y = (std::uint64_t{y0} + y1) << shift;
-            order_[i] = {t.root.value, spread(x) | spread(y) << 1, leaves[i]};
+            const std::uint64_t curve = spread(x) | spread(y) << 1;
+            order_[i] = {std::uint64_t{t.root.value} << (64 - root_bits) | curve >> root_bits, leaves[i]};
         });
         oneapi::tbb::parallel_sort(order_.begin(), order_.end());
         for (std::size_t i = 0; i < leaves.size(); ++i) leaves[i] = order_[i].leaf;
@@ -248,8 +252,7 @@ class AdaptiveRefinement {
     std::vector<CellTriangle> triangles_;
     std::vector<LeafId> owner_;
     struct Place {
-        std::uint32_t root;
-        std::uint64_t curve;
+        std::uint64_t place;
         LeafId leaf;
         friend auto operator<=>(const Place&, const Place&) = default;
     };

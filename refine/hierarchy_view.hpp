@@ -32,6 +32,8 @@ class BisectionHierarchy {
     const std::vector<std::uint8_t>& fans() const { return fans_; }
 
     std::uint32_t slots() const { return forest_.leaf_slots(); }
+    /// CellTriangle::root is below this.
+    std::uint32_t root_bound() const { return forest_.mesh().halfedge_count(); }
     bool is_leaf(LeafId leaf) const { return forest_.is_leaf(leaf); }
     int level(LeafId leaf) const { return forest_.depth(leaf) / 2; }
     CellTriangle key(LeafId leaf) const { return forest_.triangle(leaf); }
@@ -98,6 +100,8 @@ class TriangleHierarchy {
     const TriangleForest& forest() const { return forest_; }
 
     std::uint32_t slots() const { return forest_.leaf_slots(); }
+    /// CellTriangle::root is below this.
+    std::uint32_t root_bound() const { return forest_.mesh().halfedge_count(); }
     bool is_leaf(LeafId leaf) const { return forest_.is_leaf(leaf); }
     int level(LeafId leaf) const { return forest_.level(leaf); }
     CellTriangle key(LeafId leaf) const { return forest_.triangle(leaf); }
