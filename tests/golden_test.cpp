@@ -1,3 +1,4 @@
+#include "golden_mesh.hpp"
 #include "point_match.hpp"
 #include "shared_data.hpp"
 
@@ -5,9 +6,7 @@
 #include "tetrakis/refine/uniform.hpp"
 
 #include <doctest/doctest.h>
-#include <zlib.h>
 
-#include <array>
 #include <set>
 #include <sstream>
 #include <string>
@@ -15,47 +14,6 @@
 using namespace tetrakis;
 
 namespace {
-
-std::string unzip(const std::filesystem::path& path) {
-    gzFile file = gzopen(path.c_str(), "rb");
-    REQUIRE(file != nullptr);
-    std::string text;
-    std::array<char, 1 << 16> buffer;
-    for (int got; (got = gzread(file, buffer.data(), buffer.size())) > 0;)
-        text.append(buffer.data(), static_cast<std::size_t>(got));
-    gzclose(file);
-    return text;
-}
-
-struct GoldenMesh {
-    std::vector<Vec3d> points;
-    std::vector<std::vector<std::uint32_t>> faces;
-};
-
-GoldenMesh read_golden(const std::filesystem::path& path) {
-    GoldenMesh mesh;
-    std::istringstream lines(unzip(path));
-    for (std::string line; std::getline(lines, line);) {
-        std::istringstream words(line);
-        std::string kind;
-        words >> kind;
-        if (kind == "v") {
-            Vec3d p;
-            words >> p.x >> p.y >> p.z;
-            mesh.points.push_back(p);
-        } else if (kind == "f") {
-            auto& face = mesh.faces.emplace_back();
-            for (std::uint32_t v; words >> v;) face.push_back(v - 1);
-        }
-    }
-    return mesh;
-}
-
-/// The same face whichever corner it starts from.
-std::vector<std::uint32_t> rotated(std::vector<std::uint32_t> face) {
-    std::rotate(face.begin(), std::min_element(face.begin(), face.end()), face.end());
-    return face;
-}
 
 struct Variant {
     const char* name;
