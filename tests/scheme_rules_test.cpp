@@ -1,9 +1,12 @@
 #include "tetrakis/schemes/averaging.hpp"
 #include "tetrakis/schemes/catmull_clark_rules.hpp"
+#include "tetrakis/schemes/crease_chains.hpp"
+#include "tetrakis/schemes/curve.hpp"
 #include "tetrakis/schemes/four_eight.hpp"
 #include "tetrakis/schemes/spectrum.hpp"
 
 #include <doctest/doctest.h>
+#include <glm/geometric.hpp>
 
 #include <cmath>
 #include <limits>
@@ -165,6 +168,47 @@ TEST_CASE("boundary curves are independent of the interior where the scheme says
         }
         CHECK(seen >= 20);
         CHECK(inside == 0);
+    }
+}
+
+TEST_CASE("the creases of a mesh are chains, and Loop's refinement of them is the B-spline's") {
+    // A tube with two boundaries and a crease between them: three loops.
+    const RuleMesh mesh = tube(true, 9, 6, 4, {2}, k_infinite);
+    const auto chains = crease_chains(mesh);
+    REQUIRE(chains.size() == 3);
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> u(-1, 1);
+    CurvePoints points(mesh.vertex_count()), fine;
+    for (auto& p : points) p = {u(random), u(random), u(random)};
+    const RuleStep step = find_scheme("loop")->step(mesh, {});
+    fine.resize(step.mesh.vertex_count());
+    step.stencils.apply<glm::dvec3>(points, fine);
+    for (const CreaseChain& chain : chains) {
+        CHECK(chain.closed);
+        CHECK(chain.vertices.size() == 6);
+        CurvePoints curve;
+        for (const int v : chain.vertices) curve.push_back(points[v]);
+        for (const glm::dvec3& p : bspline_step(curve, 3, CurveTopology::closed)) {
+            double nearest = 1;
+            for (const glm::dvec3& q : fine) nearest = std::min(nearest, glm::distance(p, q));
+            CHECK(nearest < 1e-14);
+        }
+    }
+    // Each sharp edge of any mesh is in one chain; chains end where they must.
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+        CAPTURE(seed);
+        const RuleMesh other = mixed(false, seed);
+        int sharp = 0, covered = 0;
+        for (int e = 0; e < other.edge_count(); ++e) sharp += other.sharp(other.edge_halfedge(e)) ? 1 : 0;
+        for (const CreaseChain& chain : crease_chains(other)) {
+            const int size = static_cast<int>(chain.vertices.size());
+            covered += chain.closed ? size : size - 1;
+            for (int i = 0; i < size; ++i) {
+                const bool inner = chain.closed || (i > 0 && i + 1 < size);
+                CHECK((other.rule(chain.vertices[i]) == VertexRule::crease) == inner);
+            }
+        }
+        CHECK(covered == sharp);
     }
 }
 
