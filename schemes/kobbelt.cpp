@@ -4,6 +4,9 @@
 #include "tetrakis/schemes/four_point.hpp"
 #include "tetrakis/schemes/linear.hpp"
 
+#include <cmath>
+#include <numbers>
+
 namespace tetrakis {
 
 Kobbelt::VirtualPoint Kobbelt::virtual_point(int n) {
@@ -13,6 +16,22 @@ Kobbelt::VirtualPoint Kobbelt::virtual_point(int n) {
     for (const int i : {-1, 0, 1}) v.edge[(i + n) % n] -= 1;
     for (const int i : {-2, -1, 0, 1}) v.face[(i + 2 * n) % n] -= q;
     return v;
+}
+
+std::vector<double> Kobbelt::boundary_point(int K, int i) {
+    // 2 c minus the fit c + cos(i theta) A + sin(i theta) B, where A = (p_0 - p_K) / 2 and
+    // B = 2/K sum over j of sin(j theta) (p_j - c - cos(j theta) A); the cosines cancel in that sum.
+    const double theta = std::numbers::pi / K, ci = std::cos(i * theta), si = std::sin(i * theta);
+    std::vector<double> weights(K + 2, 0.0);
+    weights[0] = 1;
+    weights[1] -= ci / 2;
+    weights[1 + K] += ci / 2;
+    for (int j = 1; j < K; ++j) {
+        const double b = 2.0 / K * si * std::sin(j * theta);
+        weights[1 + j] -= b;
+        weights[0] += b;
+    }
+    return weights;
 }
 
 namespace {
@@ -53,12 +72,18 @@ class Rules {
     void add_beyond(StencilRow& row, int h) const {
         const int v = mesh_.origin(h);
         const RuleMesh::Ring ring = mesh_.sector(h);
+        const int n = ring.edges(), at = ring.position(mesh_.target(h));
         if (!ring.closed) {
-            row.add(v, 2 * Kobbelt::w);
-            row.add(mesh_.target(h), -Kobbelt::w);
+            if (mesh_.rule(v) == VertexRule::crease) {
+                const std::vector<double> point = Kobbelt::boundary_point(ring.faces(), at);
+                row.add(v, Kobbelt::w * point[0]);
+                for (int i = 0; i < n; ++i) row.add(ring.neighbour[i], Kobbelt::w * point[1 + i]);
+            } else {
+                row.add(v, 2 * Kobbelt::w);
+                row.add(mesh_.target(h), -Kobbelt::w);
+            }
             return;
         }
-        const int n = ring.edges(), at = ring.position(mesh_.target(h));
         if (n == 4) {
             row.add(ring.at(at + 2), Kobbelt::w);
             return;

@@ -3,6 +3,8 @@
 #include "tetrakis/schemes/closed_masks.hpp"
 #include "tetrakis/schemes/rule_step.hpp"
 
+#include <vector>
+
 namespace tetrakis {
 
 /// Kobbelt's interpolating scheme for quads (Kobbelt 1996): the tensor product of the four-point rule, with a virtual
@@ -16,12 +18,19 @@ struct Kobbelt {
         std::vector<double> edge, face;
     };
     static VirtualPoint virtual_point(int valence);
+    /// The point beyond a boundary or crease vertex with K faces, on the row of its ring edge i, 0 < i < K: weights of
+    /// the vertex and of ring edges 0 .. K. It mirrors the ring's best planar fit with half-plane angles i pi / K, so
+    /// that only two modes keep the eigenvalue 1/2; 2 p_0 - p_1 on each row would give every row one, and no tangent
+    /// plane. For K = 2 it is 2 p_0 - p_1. The next eigenvalue is that of a row against a fixed point, (9 + sqrt(17)) /
+    /// 32 = 0.410. (Ours; the paper has rules for regular boundaries only. Tested by spectral analysis.)
+    static std::vector<double> boundary_point(int faces, int i);
 };
 
 /// One step. Boundaries and creases follow the four-point rule along themselves; rows that end there are continued by
-/// 2 p_0 - p_1. The face point takes the row that meets fewer extraordinary vertices, the mean of both rows if neither
-/// meets fewer; in the regular case they agree. A mesh with faces other than quads is first split by midpoints and
-/// face means (as `bilinear`), which interpolates as well and leaves only quads.
+/// boundary_point(), at corners by 2 p_0 - p_1, and rows of edge points by 2 p_0 - p_1 always. The face point takes the
+/// row that meets fewer extraordinary vertices, the mean of both rows if neither meets fewer; in the regular case they
+/// agree. A mesh with faces other than quads is first split by midpoints and face means (as `bilinear`), which
+/// interpolates as well and leaves only quads.
 RuleStep kobbelt_step(const RuleMesh& mesh, const RuleOptions& options);
 /// Limit positions are the vertices. Tangents have closed forms along boundaries only and in the regular case.
 ClosedMasks kobbelt_closed_masks(const FanShape& shape, const RuleOptions& options);

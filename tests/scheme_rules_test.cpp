@@ -287,6 +287,40 @@ TEST_CASE("subdominant and third eigenvalues are those of the literature") {
     CHECK_FALSE(analyse(*find_scheme("midpoint"), {.faces = 5}, {}).proper);
 }
 
+TEST_CASE("boundary vertices have a tangent plane wherever the scheme's rules are made for it") {
+    struct Case {
+        const char* scheme;
+        EdgeBesideCrease rule;
+        int first, last;          ///< faces at the vertex
+        double lambda1, lambda2;  ///< 0: whatever it is
+    };
+    constexpr auto plain = EdgeBesideCrease::plain, cosine = EdgeBesideCrease::cosine, brief = EdgeBesideCrease::brief;
+    const Case cases[] = {{"loop", plain, 2, 5, .5, 0},
+                          {"loop", cosine, 2, 16, .5, .5},
+                          {"loop", brief, 2, 16, .5, 0},
+                          {"catmull-clark", plain, 2, 3, .5, 0},
+                          {"catmull-clark", cosine, 2, 16, .5, .5},
+                          {"catmull-clark", brief, 2, 16, .5, 0},
+                          {"modified-butterfly", plain, 2, 9, .5, .5},
+                          {"kobbelt", plain, 2, 9, .5, .5},
+                          {"4-8", plain, 2, 3, .5, 0},
+                          {"sqrt3", plain, 2, 5, 1.0 / 3, 0},
+                          {"tuned-loop", cosine, 2, 16, .5, .5}};
+    for (const Case& c : cases)
+        for (int K = c.first; K <= c.last; ++K) {
+            CAPTURE(c.scheme);
+            CAPTURE(K);
+            const SpectralAnalysis a =
+                analyse(*find_scheme(c.scheme), {.faces = K, .boundary = true}, {.edge_beside_crease = c.rule});
+            CHECK(a.proper);
+            CHECK(a.lambda1 == doctest::Approx(c.lambda1));
+            if (c.lambda2 > 0) CHECK(a.lambda2 == doctest::Approx(c.lambda2));
+        }
+    // And one face more is too many for the plain rules.
+    CHECK_FALSE(analyse(*find_scheme("loop"), {.faces = 6, .boundary = true}, {}).proper);
+    CHECK_FALSE(analyse(*find_scheme("catmull-clark"), {.faces = 4, .boundary = true}, {}).proper);
+}
+
 TEST_CASE("corners of any angle have the two edges as tangents, concave ones too") {
     for (const char* name : {"loop", "catmull-clark"})
         for (int K = 2; K <= 9; ++K)
