@@ -10,10 +10,11 @@ namespace tetrakis {
 
 namespace {
 
-// How many more rings than those of the matrix keep the rim of the fan out of reach, for any scheme here.
-constexpr int k_margin = 3;
-
-int margin(const SchemeInfo&, const RuleOptions& options) { return k_margin + options.averaging_steps / 2; }
+/// How many more rings than those of the matrix keep the rim of the fan out of reach.
+int margin(const SchemeInfo& scheme, const RuleOptions& options) {
+    constexpr int k_margin = 3;  // for all but many averaging steps, each two of which reach one ring further
+    return scheme.name == "averaging" ? k_margin + options.averaging_steps / 4 : k_margin;
+}
 
 void check_shape(const SchemeInfo& scheme, const FanShape& shape, FanLattice lattice) {
     const bool dual = lattice == FanLattice::dual;
