@@ -3,7 +3,10 @@
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/schemes/ring_limit.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 namespace tetrakis::detail {
 
@@ -14,9 +17,10 @@ constexpr std::uint32_t none = MeshLevel::none;
 template <class T>
 class GridLimits {
   public:
-    GridLimits(const GridTopology& topology, const T* points, T* positions, T* normals)
+    GridLimits(const GridTopology& topology, KernelSet set, const T* points, T* positions, T* normals)
         : topology_(topology),
           base_(topology.base),
+          kernels_(root_kernels<T>(set)),
           at_(topology.last()),
           n_(at_.segments()),
           points_(points),
@@ -30,21 +34,89 @@ class GridLimits {
         });
         if (n_ == 1) return;
         for_each_block(base_.edge_count, 16, [&](std::uint32_t begin, std::uint32_t end) {
-            VertexRing ring;
-            for (std::uint32_t e = begin; e < end; ++e)
-                for (std::uint32_t j = 1; j < n_; ++j) edge(e, j, ring);
+            Scratch scratch(n_);
+            for (std::uint32_t e = begin; e < end; ++e) edge(e, scratch);
         });
         for_each_reported_block(base_.face_count, 4, context, "limit", 0, 1,
                                 [&](std::uint32_t begin, std::uint32_t end) {
-                                    VertexRing ring;
-                                    for (std::uint32_t f = begin; f < end; ++f)
-                                        for (std::uint32_t y = 1; y < n_; ++y)
-                                            for (std::uint32_t x = 1; x < n_ - (at_.quads() ? 0 : y); ++x)
-                                                inside(f, x, y, ring);
+                                    Scratch scratch(n_);
+                                    for (std::uint32_t f = begin; f < end; ++f) root(f, scratch);
                                 });
     }
 
   private:
+    struct Scratch {
+        VertexRing ring;
+        std::vector<T> lines;    // 3 of N + 1 points, then the sides' 4; each may be read a scalar past its end
+        std::vector<T> normals;  // the kernels'
+        explicit Scratch(std::uint32_t n) : lines(21 * (std::size_t{n} + 1) + 4), normals(5 * std::size_t{n}) {}
+    };
+
+    bool limit_line(const T* below, const T* at, const T* above, std::uint32_t count, std::uint32_t first,
+                    Scratch& scratch) const {
+        const std::uint64_t begin = 3 * std::uint64_t{first};
+        return (at_.quads() ? kernels_.limit_quads : kernels_.limit_triangles)(
+            below, at, above, count, positions_ == nullptr ? nullptr : positions_ + begin,
+            normals_ == nullptr ? nullptr : normals_ + begin, scratch.normals.data());
+    }
+
+    void edge(std::uint32_t e, Scratch& scratch) {
+        if (!topology_.tags.any() || topology_.tags.is_smooth(e)) {
+            const std::uint32_t h = base_.edge_halfedge[e], t = base_.twin[h];
+            const std::uint64_t length = 3 * (std::uint64_t{n_} + 1);
+            T *at = scratch.lines.data(), *above = at + length, *below = above + length;
+            const auto copy = [&](T* line, std::uint32_t j, std::uint32_t v) {
+                for (int i = 0; i < 3; ++i) line[3 * std::uint64_t{j} + i] = points_[3 * std::uint64_t{v} + i];
+            };
+            for (std::uint32_t j = 0; j <= n_; ++j) {
+                copy(at, j, at_.along(h, j));
+                if (at_.quads()) {
+                    copy(above, j, at_.beside_quad(h, j));
+                    copy(below, j, at_.beside_quad(t, n_ - j));
+                } else {
+                    // In the lattice of h's root the line below has its first point at x = 1.
+                    if (j < n_) copy(above, j, at_.beside_triangle(h, j));
+                    if (j > 0) copy(below, j, at_.beside_triangle(t, n_ - j));
+                }
+            }
+            if (limit_line(below, at, above, n_ - 1, at_.edge_begin(e), scratch)) return;
+        }
+        for (std::uint32_t j = 1; j < n_; ++j) edge_point(e, j, scratch.ring);
+    }
+
+    void root(std::uint32_t f, Scratch& scratch) {
+        const std::uint64_t length = 3 * (std::uint64_t{n_} + 1);
+        T* lines[3] = {scratch.lines.data(), scratch.lines.data() + length, scratch.lines.data() + 2 * length};
+        const RootRows<T> rows = gather_sides(at_, f, points_, lines[2] + length);
+        const bool quads = at_.quads();
+        const T* inner = rows.inner;
+        const auto copy = [&](T* line, std::uint32_t y) {
+            const auto points = [&](const T* from, std::uint32_t x, std::uint32_t count) {
+                std::copy_n(from, 3 * std::uint64_t{count}, line + 3 * std::uint64_t{x});
+            };
+            const std::uint32_t last = quads ? n_ : n_ - y;
+            if (y == 0) return points(rows.bottom, 0, n_ + 1);
+            if (y == n_ && quads) return points(rows.top, 0, n_ + 1);
+            points(rows.left + 3 * std::uint64_t{y}, 0, 1);
+            points(rows.right + 3 * std::uint64_t{y}, last, 1);
+            if (last < 2) return;
+            points(inner, 1, last - 1);
+            inner += 3 * std::uint64_t{last - 1};
+        };
+        copy(lines[0], 0);
+        copy(lines[1], 1);
+        std::uint32_t first = at_.root_begin(f);
+        for (std::uint32_t y = 1; y < n_; ++y) {
+            copy(lines[2], y + 1);
+            const std::uint32_t count = quads ? n_ - 1 : n_ - 1 - y;
+            if (count > 0 && !limit_line(lines[0], lines[1], lines[2], count, first, scratch))
+                for (std::uint32_t x = 1; x <= count; ++x) inside(f, x, y, scratch.ring);
+            first += count;
+            std::swap(lines[0], lines[1]);
+            std::swap(lines[1], lines[2]);
+        }
+    }
+
     Vec3d point(std::uint32_t v) const {
         const T* p = points_ + 3 * std::uint64_t{v};
         return Vec3d(p[0], p[1], p[2]);
@@ -94,7 +166,7 @@ class GridLimits {
         finish(v, tagged, ring);
     }
 
-    void edge(std::uint32_t e, std::uint32_t j, VertexRing& ring) {
+    void edge_point(std::uint32_t e, std::uint32_t j, VertexRing& ring) {
         const std::uint32_t h = base_.edge_halfedge[e], t = base_.twin[h], v = at_.along(h, j);
         restart(ring, v);
         const auto add = [&](std::uint32_t w) { ring.points.push_back(point(w)); };
@@ -164,8 +236,8 @@ class GridLimits {
 
     /// The straight way for interior vertices without tags; false where the tangents do not span a plane.
     bool smooth(const VertexRing& ring, Vec3d& position, Vec3d& normal) const {
-        // Tangents that are parallel but for rounding are left to the general way, which then looks at the faces.
-        constexpr double k_parallel = std::is_same_v<T, double> ? 1e-10 : 1e-5;
+        // Parallel tangents are left to the general way, which then looks at the faces.
+        constexpr double k_sine = k_parallel<T>;
         const RingLimit& limit = smooth_ring_limit(topology_.scheme, ring.faces);
         if (!limit.has_tangent_plane) return false;
         const Vec3d& centre = ring.points[0];
@@ -183,13 +255,14 @@ class GridLimits {
         }
         const Vec3d cross = glm::cross(a, b);
         const double square = glm::dot(cross, cross);
-        if (!(square > k_parallel * k_parallel * glm::dot(a, a) * glm::dot(b, b))) return false;
+        if (!(square > k_sine * k_sine * glm::dot(a, a) * glm::dot(b, b))) return false;
         normal = cross / std::sqrt(square);
         return true;
     }
 
     const GridTopology& topology_;
     const MeshLevel& base_;
+    const RootKernels<T>& kernels_;
     RootLayout at_;
     std::uint32_t n_;
     const T* points_;
@@ -199,11 +272,12 @@ class GridLimits {
 }  // namespace
 
 template <class T>
-void grid_limits(const GridTopology& topology, const T* points, T* positions, T* normals, const RunContext& context) {
-    GridLimits<T>(topology, points, positions, normals).run(context);
+void grid_limits(const GridTopology& topology, const T* points, T* positions, T* normals, const RunContext& context,
+                 KernelSet set) {
+    GridLimits<T>(topology, set, points, positions, normals).run(context);
 }
 
-template void grid_limits(const GridTopology&, const float*, float*, float*, const RunContext&);
-template void grid_limits(const GridTopology&, const double*, double*, double*, const RunContext&);
+template void grid_limits(const GridTopology&, const float*, float*, float*, const RunContext&, KernelSet);
+template void grid_limits(const GridTopology&, const double*, double*, double*, const RunContext&, KernelSet);
 
 }  // namespace tetrakis::detail

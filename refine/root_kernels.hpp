@@ -26,6 +26,12 @@ struct TriangleWeights {
     T end, opposite;      ///< of an edge: 3/8, 1/8 for Loop; 1/2, 0 linear
 };
 
+/// Tangents whose sine is below this are parallel but for rounding.
+template <class T>
+inline constexpr T k_parallel = T(1e-10);
+template <>
+inline constexpr float k_parallel<float> = 1e-5f;
+
 /// Row kernels; every variant of them (see root_kernels()) gives the same bits. None allocates, none throws.
 template <class T>
 struct RootKernels {
@@ -37,6 +43,14 @@ struct RootKernels {
     void (*refine_line)(const T* line, std::uint32_t segments, QuadWeights<T> weights, T* finer);
     /// out = a (p + r) + b q, `count` scalars.
     void (*blend3)(const T* p, const T* q, const T* r, T a, T b, std::uint64_t count, T* out);
+    /// Limit positions and unit normals, where not null, of the points 1 ... count of lattice line `at` between the
+    /// lines below (y - 1) and above; x is the place in each. Their normals point to x cross y.
+    /// Returns false where the tangents of some point may not span a plane: its normal is then worth nothing.
+    /// @param scratch  5 count scalars, only used for normals
+    bool (*limit_quads)(const T* below, const T* at, const T* above, std::uint32_t count, T* positions, T* normals,
+                        T* scratch);
+    bool (*limit_triangles)(const T* below, const T* at, const T* above, std::uint32_t count, T* positions, T* normals,
+                            T* scratch);
 };
 
 /// Instruction sets that kernels are compiled for.

@@ -177,7 +177,154 @@ void blend3(const T* p, const T* q, const T* r, T a, T b, std::uint64_t count, T
 }
 
 template <class T>
-constexpr RootKernels<T> k_kernels{refine_quad<T>, refine_triangle<T>, refine_line<T>, blend3<T>};
+struct LaneNumbers;
+template <>
+struct LaneNumbers<double> {
+    typedef long long Type __attribute__((vector_size(32)));
+};
+template <>
+struct LaneNumbers<float> {
+    typedef int Type __attribute__((vector_size(16)));
+};
+
+template <class T>
+TETRAKIS_INLINE inline Lane<T> turned(const Lane<T>& v) {
+    return __builtin_shuffle(v, typename LaneNumbers<T>::Type{1, 2, 0, 3});
+}
+
+/// Limit position and the tangents along x and y, from three lines of a lattice.
+template <class T>
+struct QuadLimits {
+    static constexpr T k_side = T(1.0 / 6), k_centre = T(2.0 / 3);  // cubic B-spline at its knots
+    const T *below, *at, *above;
+    Lane<T> mean0, mean1, mean2, step0, step1, step2;
+
+    TETRAKIS_INLINE void column(std::uint64_t i, Lane<T>& mean, Lane<T>& step) const {
+        const Lane<T> a = load(below + i), c = load(above + i);
+        mean = k_side * (a + c) + k_centre * load(at + i);
+        step = c - a;
+    }
+    TETRAKIS_INLINE void start() {
+        column(0, mean0, step0);
+        column(3, mean1, step1);
+    }
+    TETRAKIS_INLINE void next(std::uint64_t i) { column(i + 3, mean2, step2); }
+    TETRAKIS_INLINE Lane<T> position() const { return k_side * (mean0 + mean2) + k_centre * mean1; }
+    TETRAKIS_INLINE Lane<T> along_x() const { return mean2 - mean0; }
+    TETRAKIS_INLINE Lane<T> along_y() const { return k_side * (step0 + step2) + k_centre * step1; }
+    TETRAKIS_INLINE void shift() {
+        mean0 = mean1;
+        mean1 = mean2;
+        step0 = step1;
+        step1 = step2;
+    }
+};
+
+/// The regular Loop limit masks; neighbours counter-clockwise from (x + 1, y).
+template <class T>
+struct TriangleLimits {
+    static constexpr T k_vertex = T(0.5), k_neighbour = T(1.0 / 12);
+    const T *below, *at, *above;
+    Lane<T> b0, b1, b2, a0, a1, c0, c1;
+
+    TETRAKIS_INLINE void start() {
+        b0 = load(at);
+        b1 = load(at + 3);
+        a1 = load(above);
+        c1 = load(below + 3);
+    }
+    TETRAKIS_INLINE void next(std::uint64_t i) {
+        b2 = load(at + i + 3);
+        a0 = a1;
+        a1 = load(above + i);
+        c0 = c1;
+        c1 = load(below + i + 3);
+    }
+    TETRAKIS_INLINE Lane<T> position() const {
+        return k_vertex * b1 + k_neighbour * (((b0 + b2) + (a0 + a1)) + (c0 + c1));
+    }
+    TETRAKIS_INLINE Lane<T> along_x() const { return T(2) * (b2 - b0) + ((a1 - a0) + (c1 - c0)); }
+    TETRAKIS_INLINE Lane<T> along_y() const { return T(2) * (a1 - c0) + ((b2 - c1) + (a0 - b0)); }
+    TETRAKIS_INLINE void shift() {
+        b0 = b1;
+        b1 = b2;
+    }
+};
+
+template <bool Positions, bool Normals, class T, class Limits>
+TETRAKIS_INLINE inline bool limit_line(Limits limits, std::uint32_t count, T* positions, T* normals, T* scratch) {
+    T* squares = scratch + 4 * std::uint64_t{count};
+    Lane<T> most_x{}, most_y{};
+    T least = T(__builtin_inf());
+    limits.start();
+    for (std::uint32_t k = 0; k < count; ++k) {
+        limits.next(3 * std::uint64_t{k} + 3);
+        if constexpr (Positions) {
+            if (k + 1 < count)
+                store(positions + 3 * std::uint64_t{k}, limits.position());
+            else
+                store_last(positions + 3 * std::uint64_t{k}, limits.position());
+        }
+        if constexpr (Normals) {
+            const Lane<T> x = limits.along_x(), y = limits.along_y(), xx = x * x, yy = y * y;
+            most_x = xx > most_x ? xx : most_x;
+            most_y = yy > most_y ? yy : most_y;
+            const Lane<T> cross = turned<T>(x * turned<T>(y) - turned<T>(x) * y), square = cross * cross;
+            store(scratch + 4 * std::uint64_t{k}, cross);
+            const T s = (square[0] + square[1]) + square[2];
+            least = s < least ? s : least;
+            squares[k] = s;
+        }
+        limits.shift();
+    }
+    if constexpr (Normals) {
+        for (std::uint32_t k = 0; k < count; ++k) squares[k] = T(1) / T(__builtin_sqrt(squares[k]));
+        for (std::uint32_t k = 0; k < count; ++k) {
+            const Lane<T> normal = load(scratch + 4 * std::uint64_t{k}) * squares[k];
+            if (k + 1 < count)
+                store(normals + 3 * std::uint64_t{k}, normal);
+            else
+                store_last(normals + 3 * std::uint64_t{k}, normal);
+        }
+        // The longest tangents of the line stand for each point's own: never lets a bad one pass.
+        const T bound = k_parallel<T> * k_parallel<T> * ((most_x[0] + most_x[1]) + most_x[2]) *
+                        ((most_y[0] + most_y[1]) + most_y[2]);
+        return least > bound;
+    }
+    return true;
+}
+
+template <class T, class Limits>
+TETRAKIS_INLINE inline bool limit_any(const Limits& limits, std::uint32_t count, T* positions, T* normals, T* scratch) {
+    if (positions != nullptr && normals != nullptr)
+        return limit_line<true, true>(limits, count, positions, normals, scratch);
+    if (normals != nullptr) return limit_line<false, true>(limits, count, positions, normals, scratch);
+    return limit_line<true, false>(limits, count, positions, normals, scratch);
+}
+
+template <class T>
+bool limit_quads(const T* below, const T* at, const T* above, std::uint32_t count, T* positions, T* normals,
+                 T* scratch) {
+    QuadLimits<T> limits;
+    limits.below = below;
+    limits.at = at;
+    limits.above = above;
+    return limit_any(limits, count, positions, normals, scratch);
+}
+
+template <class T>
+bool limit_triangles(const T* below, const T* at, const T* above, std::uint32_t count, T* positions, T* normals,
+                     T* scratch) {
+    TriangleLimits<T> limits;
+    limits.below = below;
+    limits.at = at;
+    limits.above = above;
+    return limit_any(limits, count, positions, normals, scratch);
+}
+
+template <class T>
+constexpr RootKernels<T> k_kernels{refine_quad<T>, refine_triangle<T>, refine_line<T>,
+                                   blend3<T>,      limit_quads<T>,     limit_triangles<T>};
 
 }  // namespace
 

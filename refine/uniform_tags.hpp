@@ -41,6 +41,9 @@ class UniformTags {
     float at_origin(std::uint32_t h) const { return ends_[base_->edge_side[h]]; }
     float at_target(std::uint32_t h) const { return ends_[base_->edge_side[h] ^ 1u]; }
     float piece(std::uint32_t e, std::uint32_t i) const;
+    bool is_smooth(std::uint32_t e) const {
+        return !is_sharp(ends_[2 * e]) && !is_sharp(ends_[2 * e + 1]) && !pieces_.contains(e);
+    }
     float vertex(std::uint32_t v) const { return vertex_sharpness_[v]; }
     /// What the half of piece i at the edge's vertex j (i or i + 1) gets one level further down.
     float half(std::uint32_t e, std::uint32_t i, std::uint32_t j) const;
