@@ -62,23 +62,13 @@ class GridLimits {
 
     void edge(std::uint32_t e, Scratch& scratch) {
         if (!topology_.tags.any() || topology_.tags.is_smooth(e)) {
-            const std::uint32_t h = base_.edge_halfedge[e], t = base_.twin[h];
+            const std::uint32_t h = base_.edge_halfedge[e];
             const std::uint64_t length = 3 * (std::uint64_t{n_} + 1);
             T *at = scratch.lines.data(), *above = at + length, *below = above + length;
-            const auto copy = [&](T* line, std::uint32_t j, std::uint32_t v) {
-                for (int i = 0; i < 3; ++i) line[3 * std::uint64_t{j} + i] = points_[3 * std::uint64_t{v} + i];
-            };
-            for (std::uint32_t j = 0; j <= n_; ++j) {
-                copy(at, j, at_.along(h, j));
-                if (at_.quads()) {
-                    copy(above, j, at_.beside_quad(h, j));
-                    copy(below, j, at_.beside_quad(t, n_ - j));
-                } else {
-                    // In the lattice of h's root the line below has its first point at x = 1.
-                    if (j < n_) copy(above, j, at_.beside_triangle(h, j));
-                    if (j > 0) copy(below, j, at_.beside_triangle(t, n_ - j));
-                }
-            }
+            gather_side(at_, h, false, points_, at);
+            gather_beside(at_, h, points_, above, below);
+            // In the lattice of h's root the line below a triangle's side has its first point at x = 1.
+            if (!at_.quads()) below -= 3;
             if (limit_line(below, at, above, n_ - 1, at_.edge_begin(e), scratch)) return;
         }
         for (std::uint32_t j = 1; j < n_; ++j) edge_point(e, j, scratch.ring);
@@ -149,15 +139,15 @@ class GridLimits {
         };
         do {
             const std::uint32_t before = base_.prev(h);
-            ring.points.push_back(point(at_.along(h, 1)));
-            if (at_.quads()) ring.points.push_back(point(at_.beside_quad(h, 1)));
+            ring.points.push_back(point(at_.first_along(h)));
+            if (at_.quads()) ring.points.push_back(point(at_.diagonal(h)));
             if (tagged) ring.sharpness.push_back(tags.at_origin(h));
             outer(base_.edge_side[h]);
             ++ring.faces;
             h = base_.twin[before];
             if (h == none) {
                 ring.boundary = true;
-                ring.points.push_back(point(at_.along(before, n_ - 1)));
+                ring.points.push_back(point(at_.last_along(before)));
                 ring.sharpness.push_back(tags.at_target(before));
                 outer(base_.edge_side[before] ^ 1u);
             }
@@ -172,24 +162,24 @@ class GridLimits {
         const auto add = [&](std::uint32_t w) { ring.points.push_back(point(w)); };
         add(at_.along(h, j + 1));
         if (at_.quads()) {
-            add(at_.beside_quad(h, j + 1));
-            add(at_.beside_quad(h, j));
-            add(at_.beside_quad(h, j - 1));
+            add(at_.beside(h, j + 1));
+            add(at_.beside(h, j));
+            add(at_.beside(h, j - 1));
         } else {
-            add(at_.beside_triangle(h, j));
-            add(at_.beside_triangle(h, j - 1));
+            add(at_.beside(h, j));
+            add(at_.beside(h, j - 1));
         }
         add(at_.along(h, j - 1));
         ring.boundary = t == none;
         if (!ring.boundary) {
             const std::uint32_t back = n_ - j;  // the same vertex from the other side
             if (at_.quads()) {
-                add(at_.beside_quad(t, back + 1));
-                add(at_.beside_quad(t, back));
-                add(at_.beside_quad(t, back - 1));
+                add(at_.beside(t, back + 1));
+                add(at_.beside(t, back));
+                add(at_.beside(t, back - 1));
             } else {
-                add(at_.beside_triangle(t, back));
-                add(at_.beside_triangle(t, back - 1));
+                add(at_.beside(t, back));
+                add(at_.beside(t, back - 1));
             }
         }
         const int half = at_.quads() ? 2 : 3;  // faces on each side

@@ -20,28 +20,10 @@ constexpr std::uint32_t k_task_points = 8192;
 
 std::uint32_t grain_of(std::uint32_t points_each) { return std::max(1u, k_task_points / (points_each + 8)); }
 
+/// The rules of Loop's regular vertices (valence 6) and edges.
 template <class T>
-void copy_point(T* to, const T* points, std::uint32_t v) {
-    const T* p = points + 3 * std::uint64_t{v};
-    to[0] = p[0];
-    to[1] = p[1];
-    to[2] = p[2];
-}
-
-/// The line of N + 1 points along side h.
-template <class T>
-void gather_side(const RootLayout& at, std::uint32_t h, bool reversed, const T* points, T* line) {
-    const MeshLevel& base = at.base();
-    const std::uint32_t n = at.segments(), from = base.origin[h], to = base.origin[base.next(h)];
-    copy_point(line, points, reversed ? to : from);
-    copy_point(line + 3 * std::uint64_t{n}, points, reversed ? from : to);
-    const std::uint32_t side = base.edge_side[h];
-    const T* inner = points + 3 * std::uint64_t{at.edge_begin(side >> 1)};
-    if (((side & 1) != 0) == reversed) {
-        std::copy_n(inner, 3 * std::uint64_t{n - 1}, line + 3);
-    } else {
-        for (std::uint32_t j = 1; j < n; ++j) copy_point(line + 3 * std::uint64_t{j}, inner, n - 1 - j);
-    }
+constexpr TriangleWeights<T> loop_weights() {
+    return {T(0.625), T(0.0625), static_cast<T>(Loop::edge_end), static_cast<T>(Loop::edge_opposite)};
 }
 
 }  // namespace
@@ -73,23 +55,6 @@ struct GridPoints<T>::Scratch {
         return lines.data();
     }
 };
-
-template <class T>
-RootRows<T> gather_sides(const RootLayout& at, std::uint32_t f, const T* points, T* lines) {
-    const std::uint64_t length = 3 * (std::uint64_t{at.segments()} + 1);
-    T *bottom = lines, *right = lines + length, *left = right + length, *top = left + length;
-    if (at.quads()) {
-        gather_side(at, 4 * f, false, points, bottom);
-        gather_side(at, 4 * f + 1, false, points, right);
-        gather_side(at, 4 * f + 2, true, points, top);
-        gather_side(at, 4 * f + 3, true, points, left);
-    } else {
-        gather_side(at, 3 * f, false, points, bottom);
-        gather_side(at, 3 * f + 1, false, points, right);
-        gather_side(at, 3 * f + 2, true, points, left);
-    }
-    return {points + 3 * std::uint64_t{at.root_begin(f)}, bottom, top, left, right, at.segments()};
-}
 
 template <class T>
 void GridPoints<T>::start(std::span<const Vec3<T>> control, T* out) {
@@ -178,14 +143,14 @@ void GridPoints<T>::corners(const RootLayout& at, const TagStep& step, const T* 
         Vec3<T> edges(0), faces(0);
         std::uint32_t n = 0, h = start;
         do {
-            edges += point(at.along(h, 1));
-            if (quads) faces += point(at.beside_quad(h, 1));
+            edges += point(at.first_along(h));
+            if (quads) faces += point(at.diagonal(h));
             ++n;
             const std::uint32_t before = base.prev(h);
             h = base.twin[before];
             // A boundary's last edge; only where a vertex is on the way from sharp to smooth.
             if (h == none) {
-                edges += point(at.along(before, at.segments() - 1));
+                edges += point(at.last_along(before));
                 ++n;
             }
         } while (h != start && h != none);
@@ -208,12 +173,12 @@ void GridPoints<T>::corners(const RootLayout& at, const TagStep& step, const T* 
             int edge = 0;
             Vec3<T> ends(0);
             do {
-                if (edge == blend.crease.a || edge == blend.crease.b) ends += point(at.along(h, 1));
+                if (edge == blend.crease.a || edge == blend.crease.b) ends += point(at.first_along(h));
                 ++edge;
                 const std::uint32_t before = base.prev(h);
                 h = base.twin[before];
                 if (h == none && (edge == blend.crease.a || edge == blend.crease.b))
-                    ends += point(at.along(before, at.segments() - 1));
+                    ends += point(at.last_along(before));
             } while (h != start && h != none);
             result += weight * ends;
         }
@@ -229,7 +194,7 @@ template <class T>
 void GridPoints<T>::edge(const RootLayout& at, const RootLayout& finer, const TagStep& step, std::uint32_t e,
                          const T* coarse, T* fine, Scratch& scratch) const {
     const MeshLevel& base = topology_.base;
-    const std::uint32_t n = at.segments(), h = base.edge_halfedge[e], t = base.twin[h];
+    const std::uint32_t n = at.segments(), h = base.edge_halfedge[e];
     const std::uint64_t length = 3 * (std::uint64_t{n} + 1);
     T* line = scratch.of(n);
     T* out = fine + 3 * std::uint64_t{finer.edge_begin(e)};
@@ -239,49 +204,23 @@ void GridPoints<T>::edge(const RootLayout& at, const RootLayout& finer, const Ta
     constexpr QuadWeights<T> crease_weights{static_cast<T>(k_crease_vertex_mask.neighbour),
                                             static_cast<T>(k_crease_vertex_mask.vertex)};
     const T crease = step.crease.empty() ? T(0) : static_cast<T>(step.crease[e]);
-    const auto varying = step.varying.find(e);
-    const bool alike = varying == step.varying.end();
-    if (alike && crease == 1) return kernels_.refine_line(line, n, crease_weights, out);
+    const std::vector<float>* varying = nullptr;
+    if (!step.varying.empty())
+        if (const auto found = step.varying.find(e); found != step.varying.end()) varying = &found->second;
+    if (varying == nullptr && crease == 1) return kernels_.refine_line(line, n, crease_weights, out);
 
-    T *left = line + length, *right = left + length, *smooth = right + length;
-    const bool quads = at.quads();
-    for (std::uint32_t j = 0; j <= n; ++j) {
-        if (quads) {
-            copy_point(left + 3 * j, coarse, at.beside_quad(h, j));
-            copy_point(right + 3 * j, coarse, at.beside_quad(t, n - j));
-        } else if (j < n) {
-            copy_point(left + 3 * j, coarse, at.beside_triangle(h, j));
-            copy_point(right + 3 * j, coarse, at.beside_triangle(t, n - 1 - j));
-        }
-    }
-    if (quads) {
-        kernels_.blend3(left, line, right, crease_weights.side, crease_weights.centre, length, smooth);
-        if (alike) {
-            if (crease > 0)
-                for (std::uint64_t i = 0; i < length; ++i) smooth[i] = crease * line[i] + (1 - crease) * smooth[i];
-            return kernels_.refine_line(smooth, n, crease_weights, out);
-        }
-        kernels_.refine_line(smooth, n, crease_weights, out);
-    } else {
-        constexpr T end = static_cast<T>(Loop::edge_end), opposite = static_cast<T>(Loop::edge_opposite);
-        const T vertex = static_cast<T>(topology_.masks[6].vertex), neighbour = static_cast<T>(topology_.masks[6].edge);
-        for (std::uint32_t j = 0; j < n; ++j) {
-            const std::uint64_t a = 3 * std::uint64_t{j};
-            for (std::uint64_t i = a; i < a + 3; ++i) {
-                if (j > 0)
-                    out[2 * a - 3 + (i - a)] =
-                        vertex * line[i] + neighbour * (((line[i - 3] + line[i + 3]) + (left[i - 3] + left[i])) +
-                                                        (right[i - 3] + right[i]));
-                out[2 * a + (i - a)] = end * (line[i] + line[i + 3]) + opposite * (left[i] + right[i]);
-            }
-        }
-        if (alike && crease == 0) return;
-    }
+    T *left = line + length, *right = left + length;
+    gather_beside(at, h, coarse, left, right);
+    if (at.quads())
+        kernels_.refine_strip_quads(left, line, right, n, crease_weights, out);
+    else
+        kernels_.refine_strip_triangles(left, line, right, n, loop_weights<T>(), out);
+    if (varying == nullptr && crease == 0) return;
     // Mixed point by point: out has the smooth points.
     std::vector<T> sharp(6 * std::uint64_t{n} - 3);
     kernels_.refine_line(line, n, crease_weights, sharp.data());
     for (std::uint32_t j = 0; j + 1 < 2 * n; ++j) {
-        const T w = alike ? crease : static_cast<T>(varying->second[j]);
+        const T w = varying == nullptr ? crease : static_cast<T>((*varying)[j]);
         for (std::uint64_t i = 3 * std::uint64_t{j}; i < 3 * std::uint64_t{j} + 3; ++i)
             out[i] = w * sharp[i] + (1 - w) * out[i];
     }
@@ -297,59 +236,41 @@ void GridPoints<T>::root(const RootLayout& at, const RootLayout& finer, std::uin
         kernels_.refine_quad(rows, linear ? QuadWeights<T>{0, 1} : QuadWeights<T>{T(0.125), T(0.75)}, out);
         return;
     }
-    kernels_.refine_triangle(
-        rows,
-        linear ? TriangleWeights<T>{1, 0, T(0.5), 0}
-               : TriangleWeights<T>{static_cast<T>(topology_.masks[6].vertex), static_cast<T>(topology_.masks[6].edge),
-                                    static_cast<T>(Loop::edge_end), static_cast<T>(Loop::edge_opposite)},
-        out);
+    kernels_.refine_triangle(rows, linear ? TriangleWeights<T>{1, 0, T(0.5), 0} : loop_weights<T>(), out);
 }
 
-void write_faces(const RootLayout& at, std::span<std::uint32_t> corners, const RunContext& context) {
+void write_faces(const RootLayout& at, std::span<std::uint32_t> corners, const RunContext& context, KernelSet set) {
     const std::uint32_t n = at.segments(), size = at.quads() ? 4 : 3;
     const std::uint64_t root_corners = std::uint64_t{size} * n * n;
+    const RootKernels<double>& kernels = root_kernels<double>(set);
     for_each_reported_block(at.base().face_count, grain_of(n * n), context, "faces", 0, 1,
                             [&](std::uint32_t begin, std::uint32_t end) {
-                                std::vector<std::uint32_t> rows(2 * (std::size_t{n} + 1));
+                                std::vector<std::uint32_t> sides(4 * (std::size_t{n} + 1));
+                                RootNumbers root{.left = sides.data(),
+                                                 .right = &sides[n + 1],
+                                                 .bottom = &sides[2 * n + 2],
+                                                 .top = &sides[3 * n + 3],
+                                                 .inner = 0,
+                                                 .segments = n};
                                 for (std::uint32_t f = begin; f < end; ++f) {
-                                    std::uint32_t* out = &corners[f * root_corners];
-                                    std::uint32_t *low = rows.data(), *high = low + n + 1;
-                                    const auto fill = [&](std::uint32_t* row, std::uint32_t y) {
-                                        const std::uint32_t last = at.quads() ? n : n - y;
-                                        if (y == 0 || (y == n && at.quads())) {
-                                            for (std::uint32_t x = 0; x <= last; ++x) row[x] = at.at(f, x, y);
-                                            return;
-                                        }
-                                        row[0] = at.at(f, 0, y);
-                                        row[last] = at.at(f, last, y);
-                                        if (last < 2) return;
-                                        const std::uint32_t first = at.at(f, 1, y);
-                                        for (std::uint32_t x = 1; x < last; ++x) row[x] = first + x - 1;
+                                    const auto number_side = [&](std::uint32_t h, bool reversed, std::uint32_t* line) {
+                                        line[reversed ? n : 0] = at.base().origin[h];
+                                        line[reversed ? 0 : n] = at.base().origin[at.base().next(h)];
+                                        if (n == 1) return;
+                                        RootLayout::Run run = at.inner_along(h);
+                                        for (std::uint32_t j = 1; j < n; ++j, run.begin += run.step)
+                                            line[reversed ? n - j : j] = run.begin;
                                     };
-                                    fill(low, 0);
-                                    for (std::uint32_t y = 0; y < n; ++y) {
-                                        fill(high, y + 1);
-                                        if (size == 4) {
-                                            for (std::uint32_t x = 0; x < n; ++x, out += 4) {
-                                                out[0] = low[x];
-                                                out[1] = low[x + 1];
-                                                out[2] = high[x + 1];
-                                                out[3] = high[x];
-                                            }
-                                        } else {
-                                            for (std::uint32_t x = 0; x + y < n; ++x) {
-                                                out[0] = low[x];
-                                                out[1] = low[x + 1];
-                                                out[2] = high[x];
-                                                out += 3;
-                                                if (x + y + 1 == n) break;
-                                                out[0] = low[x + 1];
-                                                out[1] = high[x + 1];
-                                                out[2] = high[x];
-                                                out += 3;
-                                            }
-                                        }
-                                        std::swap(low, high);
+                                    root.inner = at.root_begin(f);
+                                    number_side(size * f, false, root.bottom);
+                                    number_side(size * f + 1, false, root.right);
+                                    number_side(size * f + size - 1, true, root.left);
+                                    std::uint32_t* out = &corners[f * root_corners];
+                                    if (size == 4) {
+                                        number_side(4 * f + 2, true, root.top);
+                                        kernels.number_quads(root, out);
+                                    } else {
+                                        kernels.number_triangles(root, out);
                                     }
                                 }
                             });
@@ -357,7 +278,5 @@ void write_faces(const RootLayout& at, std::span<std::uint32_t> corners, const R
 
 template class GridPoints<float>;
 template class GridPoints<double>;
-template RootRows<float> gather_sides(const RootLayout&, std::uint32_t, const float*, float*);
-template RootRows<double> gather_sides(const RootLayout&, std::uint32_t, const double*, double*);
 
 }  // namespace tetrakis::detail

@@ -4,6 +4,7 @@
 #include "tetrakis/hier/run_context.hpp"
 #include "tetrakis/hier/vec.hpp"
 #include "tetrakis/refine/level_points.hpp"
+#include "tetrakis/refine/root_gather.hpp"
 #include "tetrakis/refine/root_kernels.hpp"
 #include "tetrakis/refine/root_layout.hpp"
 #include "tetrakis/refine/uniform_tags.hpp"
@@ -69,12 +70,8 @@ class GridPoints {
     PodArray<T> buffers_[2];
 };
 
-/// Copies lines of lattice points along root f's sides, in the directions of RootRows; `lines` has room for 4 (N + 1)
-/// points and a scalar.
-template <class T>
-RootRows<T> gather_sides(const RootLayout& at, std::uint32_t f, const T* points, T* lines);
-
 /// Vertex numbers of all faces at the last level, root by root, row by row.
-void write_faces(const RootLayout& at, std::span<std::uint32_t> corners, const RunContext& context);
+void write_faces(const RootLayout& at, std::span<std::uint32_t> corners, const RunContext& context,
+                 KernelSet set = best_kernels());
 
 }  // namespace tetrakis::detail

@@ -15,6 +15,13 @@ struct RootRows {
     std::uint32_t segments;
 };
 
+/// The vertex numbers of a root: lines along its sides as in RootRows, and the first of its inner ones.
+struct RootNumbers {
+    std::uint32_t *left, *right, *bottom, *top;
+    std::uint32_t inner;
+    std::uint32_t segments;
+};
+
 /// Weights of the rows' rules, so that one kernel serves a scheme and its linear counterpart.
 template <class T>
 struct QuadWeights {
@@ -41,8 +48,12 @@ struct RootKernels {
     void (*refine_triangle)(const RootRows<T>& root, TriangleWeights<T> weights, T* finer);
     /// The 2 N - 1 inner points of a line of N + 1 points by the vertex rule given and midpoints.
     void (*refine_line)(const T* line, std::uint32_t segments, QuadWeights<T> weights, T* finer);
-    /// out = a (p + r) + b q, `count` scalars.
-    void (*blend3)(const T* p, const T* q, const T* r, T a, T b, std::uint64_t count, T* out);
+    /// The same between lines beside it, by the smooth rules; triangles: N points in each, the first beside the line's
+    /// first piece.
+    void (*refine_strip_quads)(const T* left, const T* line, const T* right, std::uint32_t segments,
+                               QuadWeights<T> weights, T* finer);
+    void (*refine_strip_triangles)(const T* left, const T* line, const T* right, std::uint32_t segments,
+                                   TriangleWeights<T> weights, T* finer);
     /// Limit positions and unit normals, where not null, of the points 1 ... count of lattice line `at` between the
     /// lines below (y - 1) and above; x is the place in each. Their normals point to x cross y.
     /// Returns false where the tangents of some point may not span a plane: its normal is then worth nothing.
@@ -51,6 +62,9 @@ struct RootKernels {
                         T* scratch);
     bool (*limit_triangles)(const T* below, const T* at, const T* above, std::uint32_t count, T* positions, T* normals,
                             T* scratch);
+    /// Corners of the N^2 faces of a root, as UniformRefiner orders them.
+    void (*number_quads)(const RootNumbers& root, std::uint32_t* corners);
+    void (*number_triangles)(const RootNumbers& root, std::uint32_t* corners);
 };
 
 /// Instruction sets that kernels are compiled for.

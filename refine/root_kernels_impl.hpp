@@ -172,8 +172,111 @@ void refine_line(const T* line, std::uint32_t n, QuadWeights<T> w, T* finer) {
 }
 
 template <class T>
-void blend3(const T* p, const T* q, const T* r, T a, T b, std::uint64_t count, T* out) {
-    for (std::uint64_t i = 0; i < count; ++i) out[i] = a * (p[i] + r[i]) + b * q[i];
+void refine_strip_quads(const T* left, const T* line, const T* right, std::uint32_t n, QuadWeights<T> w, T* finer) {
+    const T half = T(0.5);
+    const auto mean = [&](std::uint64_t i) TETRAKIS_INLINE {
+        return w.side * (load(left + i) + load(right + i)) + w.centre * load(line + i);
+    };
+    Lane<T> p0{}, p1 = mean(0), p2;
+    std::uint64_t at = 0;
+    for (std::uint32_t x = 0; x + 1 < n; ++x, at += 3) {
+        p2 = mean(at + 3);
+        if (x > 0) store(finer + 2 * at - 3, w.side * (p0 + p2) + w.centre * p1);
+        store(finer + 2 * at, half * (p1 + p2));
+        p0 = p1;
+        p1 = p2;
+    }
+    p2 = mean(at + 3);
+    if (n > 1) store(finer + 2 * at - 3, w.side * (p0 + p2) + w.centre * p1);
+    store_last(finer + 2 * at, half * (p1 + p2));
+}
+
+template <class T>
+void refine_strip_triangles(const T* left, const T* line, const T* right, std::uint32_t n, TriangleWeights<T> w,
+                            T* finer) {
+    Lane<T> p0{}, p1 = load(line), a0{}, b0{};
+    std::uint64_t at = 0;
+    for (std::uint32_t x = 0; x < n; ++x, at += 3) {
+        const Lane<T> p2 = load(line + at + 3), a1 = load(left + at), b1 = load(right + at);
+        if (x > 0) store(finer + 2 * at - 3, w.vertex * p1 + w.neighbour * (((p0 + p2) + (a0 + a1)) + (b0 + b1)));
+        const Lane<T> middle = w.end * (p1 + p2) + w.opposite * (a1 + b1);
+        if (x + 1 < n)
+            store(finer + 2 * at, middle);
+        else
+            store_last(finer + 2 * at, middle);
+        p0 = p1;
+        p1 = p2;
+        a0 = a1;
+        b0 = b1;
+    }
+}
+
+typedef unsigned Numbers __attribute__((vector_size(16)));
+
+TETRAKIS_INLINE inline void store_numbers(unsigned* p, const Numbers& v) { __builtin_memcpy(p, &v, sizeof v); }
+
+void number_quads(const RootNumbers& root, std::uint32_t* out) {
+    const unsigned n = root.segments, inner = n - 1;
+    const auto quad = [&](unsigned a, unsigned b, unsigned c, unsigned d) TETRAKIS_INLINE {
+        store_numbers(out, Numbers{a, b, c, d});
+        out += 4;
+    };
+    if (n == 1) return quad(root.bottom[0], root.bottom[1], root.top[1], root.top[0]);
+    const unsigned last = root.inner + inner * (inner - 1);
+    quad(root.bottom[0], root.bottom[1], root.inner, root.left[1]);
+    for (unsigned x = 1; x < inner; ++x) quad(root.bottom[x], root.bottom[x + 1], root.inner + x, root.inner + x - 1);
+    quad(root.bottom[inner], root.bottom[n], root.right[1], root.inner + inner - 1);
+    for (unsigned y = 1; y < inner; ++y) {
+        const unsigned low = root.inner + (y - 1) * inner, high = low + inner;
+        quad(root.left[y], low, high, root.left[y + 1]);
+        Numbers v{low, low + 1, high + 1, high};
+        for (unsigned x = 1; x < inner; ++x, out += 4) {
+            store_numbers(out, v);
+            v += 1;
+        }
+        quad(high - 1, root.right[y], root.right[y + 1], high + inner - 1);
+    }
+    quad(root.left[inner], last, root.top[1], root.top[0]);
+    for (unsigned x = 1; x < inner; ++x) quad(last + x - 1, last + x, root.top[x + 1], root.top[x]);
+    quad(last + inner - 1, root.right[inner], root.top[n], root.top[inner]);
+}
+
+void number_triangles(const RootNumbers& root, std::uint32_t* out) {
+    const unsigned n = root.segments;
+    unsigned row = root.inner;  // first inner vertex of line y + 1
+    const auto triangle = [&](unsigned a, unsigned b, unsigned c) TETRAKIS_INLINE {
+        out[0] = a;
+        out[1] = b;
+        out[2] = c;
+        out += 3;
+    };
+    for (unsigned y = 0; y < n; ++y) {
+        // Line y has the points 0 ... last, line y + 1 one less; their inner ones are low + x - 1 and high + x - 1.
+        const unsigned last = n - y, high = row, low = y == 0 ? 0 : row - (last - 1);
+        const auto lower = [&](unsigned x) TETRAKIS_INLINE {
+            return y == 0 ? root.bottom[x] : x == 0 ? root.left[y] : x == last ? root.right[y] : low + x - 1;
+        };
+        const auto upper = [&](unsigned x) TETRAKIS_INLINE {
+            return x == 0 ? root.left[y + 1] : x + 1 == last ? root.right[y + 1] : high + x - 1;
+        };
+        const auto pair = [&](unsigned x) TETRAKIS_INLINE {
+            triangle(lower(x), lower(x + 1), upper(x));
+            if (x + 1 < last) triangle(lower(x + 1), upper(x + 1), upper(x));
+        };
+        unsigned x = 0;
+        if (y > 0 && last > 4) {
+            pair(x++);
+            Numbers v{low, low + 1, high, low + 1}, w{high + 1, high, 0, 0};
+            for (; x + 2 < last; ++x, out += 6) {
+                store_numbers(out, v);
+                store_numbers(out + 4, w);  // its other half is written over
+                v += 1;
+                w += 1;
+            }
+        }
+        for (; x < last; ++x) pair(x);
+        if (last > 1) row += last - 2;
+    }
 }
 
 template <class T>
@@ -254,7 +357,7 @@ struct TriangleLimits {
 template <bool Positions, bool Normals, class T, class Limits>
 TETRAKIS_INLINE inline bool limit_line(Limits limits, std::uint32_t count, T* positions, T* normals, T* scratch) {
     T* squares = scratch + 4 * std::uint64_t{count};
-    Lane<T> most_x{}, most_y{};
+    Lane<T> sum_x{}, sum_y{};
     T least = T(__builtin_inf());
     limits.start();
     for (std::uint32_t k = 0; k < count; ++k) {
@@ -267,8 +370,8 @@ TETRAKIS_INLINE inline bool limit_line(Limits limits, std::uint32_t count, T* po
         }
         if constexpr (Normals) {
             const Lane<T> x = limits.along_x(), y = limits.along_y(), xx = x * x, yy = y * y;
-            most_x = xx > most_x ? xx : most_x;
-            most_y = yy > most_y ? yy : most_y;
+            sum_x += xx;
+            sum_y += yy;
             const Lane<T> cross = turned<T>(x * turned<T>(y) - turned<T>(x) * y), square = cross * cross;
             store(scratch + 4 * std::uint64_t{k}, cross);
             const T s = (square[0] + square[1]) + square[2];
@@ -286,9 +389,9 @@ TETRAKIS_INLINE inline bool limit_line(Limits limits, std::uint32_t count, T* po
             else
                 store_last(normals + 3 * std::uint64_t{k}, normal);
         }
-        // The longest tangents of the line stand for each point's own: never lets a bad one pass.
-        const T bound = k_parallel<T> * k_parallel<T> * ((most_x[0] + most_x[1]) + most_x[2]) *
-                        ((most_y[0] + most_y[1]) + most_y[2]);
+        // The tangents of the whole line stand for each point's own: never lets a bad one pass.
+        const T bound =
+            k_parallel<T> * k_parallel<T> * ((sum_x[0] + sum_x[1]) + sum_x[2]) * ((sum_y[0] + sum_y[1]) + sum_y[2]);
         return least > bound;
     }
     return true;
@@ -323,8 +426,9 @@ bool limit_triangles(const T* below, const T* at, const T* above, std::uint32_t 
 }
 
 template <class T>
-constexpr RootKernels<T> k_kernels{refine_quad<T>, refine_triangle<T>, refine_line<T>,
-                                   blend3<T>,      limit_quads<T>,     limit_triangles<T>};
+constexpr RootKernels<T> k_kernels{
+    refine_quad<T>, refine_triangle<T>, refine_line<T>, refine_strip_quads<T>, refine_strip_triangles<T>,
+    limit_quads<T>, limit_triangles<T>, number_quads,   number_triangles};
 
 }  // namespace
 

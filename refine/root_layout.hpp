@@ -17,7 +17,20 @@ namespace tetrakis::detail {
 /// Numbers are found from this by arithmetic, and a vertex has one number for all roots that share it.
 class RootLayout {
   public:
-    RootLayout(const MeshLevel& base, int levels) : base_(&base), segments_(1u << levels), inner_(segments_ - 1) {}
+    RootLayout(const MeshLevel& base, int levels) : base_(&base), segments_(1u << levels), inner_(segments_ - 1) {
+        if (quads()) {
+            const std::uint32_t last = inner_ - 1;
+            set_side(0, 0, 1, 0);
+            set_side(1, last, inner_, 0);
+            set_side(2, inner_ * inner_ - 1, ~0u, 0);
+            set_side(3, last * inner_, 0u - inner_, 0);
+        } else {
+            // Rows get shorter by one: so do the steps across them.
+            set_side(0, 0, 1, 0);
+            set_side(1, inner_ - 2, inner_ - 2, ~0u);
+            set_side(2, root_points() - 1, 0u - 2, ~0u);
+        }
+    }
 
     const MeshLevel& base() const { return *base_; }
     bool quads() const { return base_->face_size == 4; }
@@ -37,38 +50,45 @@ class RootLayout {
         if (j == 0) return base_->origin[h];
         if (j == segments_) return base_->origin[base_->next(h)];
         const std::uint32_t side = base_->edge_side[h], begin = edge_begin(side >> 1);
-        return (side & 1) == 0 ? begin + j - 1 : begin + segments_ - 1 - j;
+        return (side & 1) == 0 ? begin + j - 1 : begin + inner_ - j;
     }
-    /// Quads: vertex j of the lattice line beside side h, one step into the root, 0 <= j <= N.
-    std::uint32_t beside_quad(std::uint32_t h, std::uint32_t j) const {
-        if (j == 0) return along(base_->prev(h), segments_ - 1);
-        if (j == segments_) return along(base_->next(h), 1);
-        if (segments_ == 2) return root_begin(h / 4);
-        const std::uint32_t begin = root_begin(h / 4), last = inner_ - 1;
-        switch (h & 3u) {
-            case 0:
-                return begin + j - 1;
-            case 1:
-                return begin + (j - 1) * inner_ + last;
-            case 2:
-                return begin + last * inner_ + last - (j - 1);
-            default:
-                return begin + (last - (j - 1)) * inner_;
-        }
+    std::uint32_t first_along(std::uint32_t h) const {
+        if (inner_ == 0) return base_->origin[base_->next(h)];
+        const std::uint32_t side = base_->edge_side[h];
+        return edge_begin(side >> 1) + ((side & 1) == 0 ? 0 : inner_ - 1);
     }
-    /// Triangles: the same; this line has one vertex less, 0 <= j < N.
-    std::uint32_t beside_triangle(std::uint32_t h, std::uint32_t j) const {
-        if (j == 0) return along(base_->prev(h), inner_);
-        if (j == inner_) return along(base_->next(h), 1);
-        const std::uint32_t f = h / 3;
-        switch (h % 3) {
-            case 0:
-                return root_begin(f) + triangle_point(j, 1);
-            case 1:
-                return root_begin(f) + triangle_point(inner_ - j, j);
-            default:
-                return root_begin(f) + triangle_point(1, inner_ - j);
-        }
+    std::uint32_t last_along(std::uint32_t h) const {
+        if (inner_ == 0) return base_->origin[h];
+        const std::uint32_t side = base_->edge_side[h];
+        return edge_begin(side >> 1) + ((side & 1) == 0 ? inner_ - 1 : 0);
+    }
+    /// Quads: the lattice point one step along x and y from where half-edge h starts.
+    std::uint32_t diagonal(std::uint32_t h) const {
+        return inner_ == 0 ? base_->origin[h ^ 2u] : root_begin(h / 4) + beside_begin_[h & 3u];
+    }
+
+    /// Vertex numbers begin, begin + step, ...; the step itself grows by `turn`. Modulo 2^32, so they also go back.
+    struct Run {
+        std::uint32_t begin, step, turn;
+    };
+    /// The N - 1 inner vertices of side h, from where half-edge h starts; N > 1.
+    Run inner_along(std::uint32_t h) const {
+        const std::uint32_t side = base_->edge_side[h], begin = edge_begin(side >> 1);
+        return (side & 1) == 0 ? Run{begin, 1, 0} : Run{begin + inner_ - 1, ~0u, 0};
+    }
+    /// The vertices inside h's root one step off side h, in its direction: N - 1; triangles: N - 2.
+    Run inner_beside(std::uint32_t h) const {
+        if (quads()) return {root_begin(h / 4) + beside_begin_[h & 3u], beside_step_[h & 3u], 0};
+        return {root_begin(h / 3) + beside_begin_[h % 3], beside_step_[h % 3], beside_turn_[h % 3]};
+    }
+    /// Vertex j of the lattice line one step off side h, its ends included: 0 <= j <= N; triangles: 0 <= j < N.
+    std::uint32_t beside(std::uint32_t h, std::uint32_t j) const {
+        if (j == 0) return last_along(base_->prev(h));
+        if (j == (quads() ? segments_ : inner_)) return first_along(base_->next(h));
+        const Run run = inner_beside(h);
+        // j (j - 1) / 2 turns of the step lie before the next vertex.
+        return run.begin + (j - 1) * run.step +
+               static_cast<std::uint32_t>(std::uint64_t{j - 1} * (j < 2 ? 0 : j - 2) / 2) * run.turn;
     }
     /// Place of the inner lattice point (x, y) among a triangle's own.
     std::uint32_t triangle_point(std::uint32_t x, std::uint32_t y) const {
@@ -90,8 +110,15 @@ class RootLayout {
     }
 
   private:
+    void set_side(int side, std::uint32_t begin, std::uint32_t step, std::uint32_t turn) {
+        beside_begin_[side] = begin;
+        beside_step_[side] = step;
+        beside_turn_[side] = turn;
+    }
+
     const MeshLevel* base_;
     std::uint32_t segments_, inner_;
+    std::uint32_t beside_begin_[4], beside_step_[4], beside_turn_[4];
 };
 
 }  // namespace tetrakis::detail

@@ -1,0 +1,243 @@
+// Uniform refinement against OpenSubdiv, CGAL and OpenMesh in one run. The counter "vertex" is time per vertex of the
+// last level; "share" is the share of the memory bandwidth that the triad of STREAM reaches here in the same run, for
+// the bytes of the last level that must be written and those of the level above that must be read.
+#include "bench_models.hpp"
+#include "uniform_peers.hpp"
+
+#include "tetrakis/hier/obj_reader.hpp"
+#include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/hier/triangulate.hpp"
+#include "tetrakis/refine/uniform_refiner.hpp"
+
+#include <benchmark/benchmark.h>
+
+#include <map>
+#include <memory>
+#include <string>
+
+namespace tetrakis::bench {
+
+namespace {
+
+/// Memory that nobody has touched yet, as a fresh result is.
+template <class T>
+class Fresh {
+  public:
+    explicit Fresh(std::size_t count)
+        : data_(std::make_unique_for_overwrite<std::byte[]>(count * sizeof(T))), count_(count) {}
+    std::span<T> span() { return {reinterpret_cast<T*>(data_.get()), count_}; }
+
+  private:
+    std::unique_ptr<std::byte[]> data_;
+    std::size_t count_;
+};
+
+const ControlMesh& mesh_of(const BenchModel& model, SchemeKind scheme) {
+    static std::map<std::pair<std::string_view, SchemeKind>, ControlMesh> cache;
+    const auto [place, fresh] = cache.try_emplace({model.name, scheme});
+    if (fresh) {
+        place->second = ControlMesh::build(load_bench_model(model));
+        if (scheme == SchemeKind::loop) place->second = triangulate(place->second);
+    }
+    return place->second;
+}
+
+void count(benchmark::State& state, std::uint64_t vertices) {
+    using benchmark::Counter;
+    state.counters["vertices"] = static_cast<double>(vertices);
+    state.counters["vertex"] =
+        Counter(static_cast<double>(vertices), Counter::kIsIterationInvariantRate | Counter::kInvert);
+}
+
+UniformOptions options_for(int threads, bool limit) {
+    UniformOptions options;
+    options.limit = limit;
+    options.normals = limit;
+    options.context.threads = threads;
+    return options;
+}
+
+struct Case {
+    const BenchModel* model;
+    SchemeKind scheme;
+    int levels, threads;
+    bool limit;
+};
+
+/// The triad a = b + s c, in bytes a second; 24 bytes moved for 16 read and 8 written, as STREAM counts.
+double triad_bandwidth(int threads) {
+    static std::map<int, double> cache;
+    if (const auto found = cache.find(threads); found != cache.end()) return found->second;
+    constexpr std::uint32_t k_length = 16u << 20;
+    std::vector<double> a(k_length, 1.0), b(k_length, 2.0), c(k_length, 3.0);
+    double best = 0;
+    RunContext context;
+    context.threads = threads;
+    with_threads(context, [&] {
+        for (int i = 0; i < 9; ++i) {
+            const auto start = std::chrono::steady_clock::now();
+            for_each_block(k_length, 1u << 16, [&](std::uint32_t begin, std::uint32_t end) {
+                for (std::uint32_t k = begin; k < end; ++k) a[k] = b[k] + 0.5 * c[k];
+            });
+            benchmark::DoNotOptimize(a.data());
+            benchmark::ClobberMemory();
+            const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+            best = std::max(best, 24.0 * k_length / time.count());
+        }
+    });
+    return cache[threads] = best;
+}
+
+/// From the control mesh in memory to an indexed level in fresh memory.
+template <class T>
+void fresh(benchmark::State& state, Case c) {
+    const ControlMesh& mesh = mesh_of(*c.model, c.scheme);
+    const std::vector<Vec3<T>> control(mesh.positions().begin(), mesh.positions().end());
+    std::uint64_t vertices = 0;
+    for (auto _ : state) {
+        UniformRefiner<T> refiner(mesh, c.scheme, c.levels, options_for(c.threads, c.limit));
+        vertices = refiner.vertex_count();
+        Fresh<Vec3<T>> positions(vertices), normals(c.limit ? vertices : 0);
+        Fresh<std::uint32_t> corners(std::size_t{refiner.face_count()} * static_cast<std::size_t>(refiner.face_size()));
+        refiner.refine(control, positions.span(), normals.span());
+        refiner.faces(corners.span());
+        benchmark::ClobberMemory();
+    }
+    count(state, vertices);
+}
+
+/// The same from flat arrays, i.e. with the control mesh's half-edges and checks.
+void from_arrays(benchmark::State& state, Case c) {
+    const ControlMeshData& data = mesh_of(*c.model, c.scheme).data();
+    std::uint64_t vertices = 0;
+    for (auto _ : state) {
+        RunContext context;
+        context.threads = c.threads;
+        const ControlMesh mesh = ControlMesh::build(data, context);
+        UniformRefiner<double> refiner(mesh, c.scheme, c.levels, options_for(c.threads, c.limit));
+        vertices = refiner.vertex_count();
+        Fresh<Vec3d> positions(vertices);
+        Fresh<std::uint32_t> corners(std::size_t{refiner.face_count()} * static_cast<std::size_t>(refiner.face_size()));
+        refiner.refine(mesh.positions(), positions.span());
+        refiner.faces(corners.span());
+        benchmark::ClobberMemory();
+    }
+    count(state, vertices);
+}
+
+/// Positions only, again, in buffers that are kept.
+template <class T>
+void again(benchmark::State& state, Case c) {
+    const ControlMesh& mesh = mesh_of(*c.model, c.scheme);
+    const std::vector<Vec3<T>> control(mesh.positions().begin(), mesh.positions().end());
+    UniformRefiner<T> refiner(mesh, c.scheme, c.levels, options_for(c.threads, c.limit));
+    const std::uint64_t vertices = refiner.vertex_count();
+    std::vector<Vec3<T>> positions(vertices), normals(c.limit ? vertices : 0);
+    for (auto _ : state) {
+        refiner.refine(control, positions, normals);
+        benchmark::ClobberMemory();
+    }
+    count(state, vertices);
+    const double bytes = static_cast<double>(vertices) * sizeof(Vec3<T>) * (c.limit ? 2 : 1.25);
+    state.counters["share"] =
+        benchmark::Counter(bytes / triad_bandwidth(c.threads), benchmark::Counter::kIsIterationInvariantRate);
+}
+
+/// The face indices, again, in a buffer that is kept.
+void indices(benchmark::State& state, Case c) {
+    UniformRefiner<float> refiner(mesh_of(*c.model, c.scheme), c.scheme, c.levels, options_for(c.threads, false));
+    std::vector<std::uint32_t> corners(std::size_t{refiner.face_count()} *
+                                       static_cast<std::size_t>(refiner.face_size()));
+    for (auto _ : state) {
+        refiner.faces(corners);
+        benchmark::ClobberMemory();
+    }
+    count(state, refiner.vertex_count());
+}
+
+template <class T>
+void far(benchmark::State& state, Case c) {
+    const ControlMeshData& data = mesh_of(*c.model, c.scheme).data();
+    std::uint64_t vertices = 0;
+    for (auto _ : state) vertices = far_uniform<T>({data, c.scheme, c.levels, c.limit});
+    count(state, vertices);
+}
+
+void stencils(benchmark::State& state, Case c) {
+    const auto evaluate = stencil_evaluation({mesh_of(*c.model, c.scheme).data(), c.scheme, c.levels});
+    std::uint64_t vertices = 0;
+    for (auto _ : state) vertices = evaluate();
+    count(state, vertices);
+}
+
+template <class Make>
+void in_place(benchmark::State& state, Case c, Make make) {
+    std::uint64_t vertices = 0;
+    for (auto _ : state) {
+        state.PauseTiming();
+        auto refine = make(UniformTask{mesh_of(*c.model, c.scheme).data(), c.scheme, c.levels});
+        if (!refine) {
+            state.SkipWithError("the peer does not take this mesh");
+            break;
+        }
+        state.ResumeTiming();
+        vertices = refine();
+        state.PauseTiming();
+        refine = nullptr;
+        state.ResumeTiming();
+    }
+    if (vertices != 0) count(state, vertices);
+}
+
+constexpr BenchModel k_dense{"spot-quads", "data/models/spot-quads.obj", SchemeKind::catmull_clark};
+
+void add(const std::string& method, const Case& c, void (*run)(benchmark::State&, Case)) {
+    std::string full(c.model->name);
+    full += c.scheme == SchemeKind::loop ? "/loop/" : "/cc/";
+    full += std::to_string(c.levels) + "/" + method + (c.limit ? "_limit" : "");
+    if (c.threads == 2) full += "_2t";
+    benchmark::RegisterBenchmark(full.c_str(), run, c)->Unit(benchmark::kMillisecond)->UseRealTime();
+}
+
+void register_all() {
+    const BenchModel* models[] = {find_bench_model("spot-control"), find_bench_model("suzanne"),
+                                  find_bench_model("pawn"), &k_dense};
+    for (const BenchModel* model : models)
+        for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop})
+            for (int levels = 3; levels <= 6; ++levels) {
+                for (const bool limit : {false, true}) {
+                    const Case one{model, scheme, levels, 1, limit}, two{model, scheme, levels, 2, limit};
+                    add("fresh_double", one, fresh<double>);
+                    add("fresh_float", one, fresh<float>);
+                    add("again_double", one, again<double>);
+                    add("again_float", one, again<float>);
+                    add("again_double", two, again<double>);
+                    add("again_float", two, again<float>);
+                    add("far_double", one, far<double>);
+                    add("far_float", one, far<float>);
+                }
+                const Case c{model, scheme, levels, 1, false};
+                add("fresh_double", {model, scheme, levels, 2, false}, fresh<double>);
+                add("from_arrays", c, from_arrays);
+                add("indices", c, indices);
+                add("stencils", c, stencils);
+#ifdef TETRAKIS_BENCH_CGAL
+                add("cgal", c, [](benchmark::State& state, Case k) { in_place(state, k, cgal_uniform); });
+#endif
+#ifdef TETRAKIS_BENCH_OPENMESH
+                add("openmesh", c, [](benchmark::State& state, Case k) { in_place(state, k, openmesh_uniform); });
+#endif
+            }
+}
+
+}  // namespace
+
+}  // namespace tetrakis::bench
+
+int main(int argc, char** argv) {
+    benchmark::Initialize(&argc, argv);
+    tetrakis::bench::register_all();
+    benchmark::RunSpecifiedBenchmarks();
+    benchmark::Shutdown();
+    return 0;
+}

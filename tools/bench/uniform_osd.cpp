@@ -1,0 +1,80 @@
+#include "osd_mesh.hpp"
+#include "uniform_peers.hpp"
+
+#include <opensubdiv/far/primvarRefiner.h>
+#include <opensubdiv/far/stencilTableFactory.h>
+#include <opensubdiv/osd/cpuEvaluator.h>
+
+#include <vector>
+
+namespace tetrakis::bench {
+
+namespace osd = OpenSubdiv;
+
+namespace {
+
+template <class T>
+struct Point {
+    T x = 0, y = 0, z = 0;
+    void Clear(void* = nullptr) { x = y = z = 0; }
+    void AddWithWeight(const Point& other, T w) {
+        x += w * other.x;
+        y += w * other.y;
+        z += w * other.z;
+    }
+};
+
+}  // namespace
+
+template <class T>
+std::uint64_t far_uniform(const UniformTask& task) {
+    const auto refiner = make_refiner(task.data, task.scheme);
+    osd::Far::TopologyRefiner::UniformOptions options(task.levels);
+    options.fullTopologyInLastLevel = task.limit;
+    refiner->RefineUniform(options);
+    const osd::Far::PrimvarRefinerReal<T> primvars(*refiner);
+    std::vector<Point<T>> points(task.data.positions.size()), finer;
+    for (std::size_t v = 0; v < points.size(); ++v) {
+        const Vec3d& p = task.data.positions[v];
+        points[v] = {static_cast<T>(p.x), static_cast<T>(p.y), static_cast<T>(p.z)};
+    }
+    for (int level = 1; level <= task.levels; ++level) {
+        finer.resize(static_cast<std::size_t>(refiner->GetLevel(level).GetNumVertices()));
+        primvars.Interpolate(level, points, finer);
+        std::swap(points, finer);
+    }
+    if (!task.limit) return points.size();
+    std::vector<Point<T>> limits(points.size()), du(points.size()), dv(points.size());
+    primvars.Limit(points, limits, du, dv);
+    return limits.size();
+}
+template std::uint64_t far_uniform<float>(const UniformTask& task);
+template std::uint64_t far_uniform<double>(const UniformTask& task);
+
+std::function<std::uint64_t()> stencil_evaluation(const UniformTask& task) {
+    struct Table {
+        std::unique_ptr<const osd::Far::StencilTable> stencils;
+        std::vector<float> from, to;
+    };
+    auto table = std::make_shared<Table>();
+    const auto refiner = make_refiner(task.data, task.scheme);
+    refiner->RefineUniform(osd::Far::TopologyRefiner::UniformOptions(task.levels));
+    osd::Far::StencilTableFactory::Options options;
+    options.generateIntermediateLevels = false;
+    options.generateOffsets = true;
+    table->stencils.reset(osd::Far::StencilTableFactory::Create(*refiner, options));
+    for (const Vec3d& p : task.data.positions)
+        for (int i = 0; i < 3; ++i) table->from.push_back(static_cast<float>(p[i]));
+    const auto count = static_cast<std::uint64_t>(table->stencils->GetNumStencils());
+    table->to.resize(3 * count);
+    return [table, count] {
+        const osd::Osd::BufferDescriptor layout(0, 3, 3);
+        osd::Osd::CpuEvaluator::EvalStencils(table->from.data(), layout, table->to.data(), layout,
+                                             table->stencils->GetSizes().data(), table->stencils->GetOffsets().data(),
+                                             table->stencils->GetControlIndices().data(),
+                                             table->stencils->GetWeights().data(), 0, static_cast<int>(count));
+        return count;
+    };
+}
+
+}  // namespace tetrakis::bench

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "tetrakis/hier/control_mesh.hpp"
+#include "tetrakis/schemes/scheme_kind.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+namespace tetrakis::bench {
+
+/// What a peer's uniform refinement is asked for.
+struct UniformTask {
+    const ControlMeshData& data;
+    SchemeKind scheme;
+    int levels;
+    bool limit = false;  ///< limit positions and normals (OpenSubdiv)
+};
+
+// Each call does the peer's whole job from flat arrays and returns the number of vertices of the last level.
+
+/// OpenSubdiv Far: topology and positions of all levels.
+template <class T>
+std::uint64_t far_uniform(const UniformTask& task);
+/// OpenSubdiv's stencil tables, made here; the function returned applies them (CpuEvaluator, float).
+std::function<std::uint64_t()> stencil_evaluation(const UniformTask& task);
+/// CGAL's Subdivision_method_3 and OpenMesh's subdividers work in place on a mesh of their own: make it, then refine it
+/// by the function returned.
+std::function<std::uint64_t()> cgal_uniform(const UniformTask& task);
+std::function<std::uint64_t()> openmesh_uniform(const UniformTask& task);
+
+}  // namespace tetrakis::bench
