@@ -81,10 +81,10 @@ void GridPoints<T>::start(std::span<const Vec3<T>> control, T* out) {
 template <class T>
 const T* GridPoints<T>::run(std::span<const Vec3<T>> control, T* out, const RunContext& context) {
     const auto buffer = [&](int level) {
-        PodArray<T>& b = buffers_[level & 1];
-        b.resize(3 * std::size_t{topology_.layout(level).vertex_count()} + 1);
-        b[b.size() - 1] = 0;
-        return b.data();
+        const std::size_t size = 3 * std::size_t{topology_.layout(level).vertex_count()};
+        T* data = buffers_[level & 1].reserve(size + 1);
+        data[size] = 0;
+        return data;
     };
     const int levels = topology_.levels;
     const auto target = [&](int level) { return level == levels && out != nullptr ? out : buffer(level); };

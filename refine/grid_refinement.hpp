@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tetrakis/hier/pod_array.hpp"
+#include "tetrakis/hier/huge_buffer.hpp"
 #include "tetrakis/hier/run_context.hpp"
 #include "tetrakis/hier/vec.hpp"
 #include "tetrakis/refine/level_points.hpp"
@@ -67,7 +67,7 @@ class GridPoints {
 
     const GridTopology& topology_;
     const RootKernels<T>& kernels_;
-    PodArray<T> buffers_[2];
+    HugeBuffer<T> buffers_[2];
 };
 
 /// Vertex numbers of all faces at the last level, root by root, row by row.

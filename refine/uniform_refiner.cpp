@@ -33,6 +33,9 @@ struct UniformRefiner<T>::State {
     UniformOptions options;
     detail::GridTopology topology;
     detail::GridPoints<T> points;
+    detail::HugeBuffer<T> positions, normals;  // limits
+    detail::HugeBuffer<std::uint32_t> faces;
+    bool has_faces = false;
 };
 
 template <class T>
@@ -91,6 +94,31 @@ void UniformRefiner<T>::refine(std::span<const Vec3<T>> control, std::span<Vec3<
                             normals.empty() ? nullptr : &normals.data()->x, s.options.context);
         if (!s.options.limit) std::copy_n(net, 3 * positions.size(), out);
     });
+}
+
+template <class T>
+UniformLevel<T> UniformRefiner<T>::refine(std::span<const Vec3<T>> control) {
+    State& s = *state_;
+    check_length("control positions", control.size(), s.mesh.vertex_count());
+    const std::size_t count = vertex_count(),
+                      corners = std::size_t{face_count()} * static_cast<std::size_t>(face_size());
+    if (!s.has_faces) {
+        faces({s.faces.reserve(corners), corners});
+        s.has_faces = true;
+    }
+    const T* positions = nullptr;
+    T* normals = s.options.normals ? s.normals.reserve(3 * count) : nullptr;
+    with_threads(s.options.context, [&] {
+        positions = s.points.run(control, nullptr, s.options.context);
+        if (!s.options.limit && normals == nullptr) return;
+        T* limits = s.options.limit ? s.positions.reserve(3 * count) : nullptr;
+        detail::grid_limits(s.topology, positions, limits, normals, s.options.context);
+        if (limits != nullptr) positions = limits;
+    });
+    const auto points = [&](const T* scalars) {
+        return std::span(reinterpret_cast<const Vec3<T>*>(scalars), scalars == nullptr ? 0 : count);
+    };
+    return {points(positions), points(normals), {s.faces.data(), corners}};
 }
 
 template <class T>

@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/control_mesh.hpp"
 #include "tetrakis/hier/run_context.hpp"
+#include "tetrakis/hier/vec.hpp"
 #include "tetrakis/schemes/scheme_kind.hpp"
 
 #include <memory>
@@ -13,6 +14,13 @@ struct UniformOptions {
     bool limit = false;    ///< put the vertices on the limit surface
     bool normals = false;  ///< limit normals (with or without `limit`)
     RunContext context{};
+};
+
+/// The last level of a uniform refinement.
+template <class T>
+struct UniformLevel {
+    std::span<const Vec3<T>> positions, normals;  ///< normals: only where they are asked for
+    std::span<const std::uint32_t> faces;         ///< face_size() vertex numbers each
 };
 
 /// Refines a control mesh everywhere, again and again: connectivity and tags are looked at once, then refine() turns
@@ -53,7 +61,12 @@ class UniformRefiner {
     /// @param normals    vertex_count(), or empty: no normals (whatever the options say)
     /// @throws Error     invalid_input: a span of the wrong length; cancelled (what is written is then worth nothing)
     /// Cost: O(vertices); memory is allocated by the first call.
-    void refine(std::span<const Vec3<T>> control, std::span<Vec3<T>> positions, std::span<Vec3<T>> normals = {});
+    void refine(std::span<const Vec3<T>> control, std::span<Vec3<T>> positions, std::span<Vec3<T>> normals);
+    void refine(std::span<const Vec3<T>> control, std::span<Vec3<T>> positions) { refine(control, positions, {}); }
+
+    /// The same in buffers that the refiner keeps, on huge pages where the system has them, with the normals that the
+    /// options ask for and the faces. Valid until the next call.
+    UniformLevel<T> refine(std::span<const Vec3<T>> control);
 
     /// The last level's face_size() * face_count() vertex numbers; they depend on no position.
     /// @throws Error  invalid_input: the wrong length; cancelled

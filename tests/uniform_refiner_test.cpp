@@ -9,6 +9,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <map>
 #include <string>
@@ -152,6 +153,30 @@ TEST_CASE("normals have length one and do not depend on whether positions are as
         CHECK(same_bytes(alone, b.positions));
         for (const Vec3d& n : a.normals) REQUIRE(glm::length(n) == doctest::Approx(1).epsilon(1e-12));
     }
+}
+
+TEST_CASE("kept buffers hold what a caller's would, faces included") {
+    for (const SchemeKind scheme : k_schemes)
+        for (const bool limit : {false, true}) {
+            const ControlMesh mesh = make_mesh(scheme, 2);
+            UniformRefiner<float> kept(mesh, scheme, 3, {.limit = limit, .normals = limit}),
+                other(mesh, scheme, 3, {.limit = limit});
+            const std::vector<Vec3f> control = control_of<float>(mesh);
+            const Result<float> expected = refined<float>(other, control);
+            std::vector<std::uint32_t> faces(std::size_t{other.face_count()} *
+                                             static_cast<std::size_t>(other.face_size()));
+            other.faces(faces);
+            for (int i = 0; i < 2; ++i) {
+                const UniformLevel<float> level = kept.refine(control);
+                CHECK(
+                    same_bytes(std::vector<Vec3f>(level.positions.begin(), level.positions.end()), expected.positions));
+                CHECK(std::ranges::equal(level.faces, faces));
+                if (limit)
+                    CHECK(same_bytes(std::vector<Vec3f>(level.normals.begin(), level.normals.end()), expected.normals));
+                else
+                    CHECK(level.normals.empty());
+            }
+        }
 }
 
 TEST_CASE("faces: every inner edge has two sides of opposite directions, and each face knows its control face") {

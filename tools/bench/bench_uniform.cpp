@@ -19,19 +19,6 @@ namespace tetrakis::bench {
 
 namespace {
 
-/// Memory that nobody has touched yet, as a fresh result is.
-template <class T>
-class Fresh {
-  public:
-    explicit Fresh(std::size_t count)
-        : data_(std::make_unique_for_overwrite<std::byte[]>(count * sizeof(T))), count_(count) {}
-    std::span<T> span() { return {reinterpret_cast<T*>(data_.get()), count_}; }
-
-  private:
-    std::unique_ptr<std::byte[]> data_;
-    std::size_t count_;
-};
-
 const ControlMesh& mesh_of(const BenchModel& model, SchemeKind scheme) {
     static std::map<std::pair<std::string_view, SchemeKind>, ControlMesh> cache;
     const auto [place, fresh] = cache.try_emplace({model.name, scheme});
@@ -88,7 +75,7 @@ double triad_bandwidth(int threads) {
     return cache[threads] = best;
 }
 
-/// From the control mesh in memory to an indexed level in fresh memory.
+/// From the control mesh in memory to an indexed level, all in fresh memory.
 template <class T>
 void fresh(benchmark::State& state, Case c) {
     const ControlMesh& mesh = mesh_of(*c.model, c.scheme);
@@ -96,17 +83,31 @@ void fresh(benchmark::State& state, Case c) {
     std::uint64_t vertices = 0;
     for (auto _ : state) {
         UniformRefiner<T> refiner(mesh, c.scheme, c.levels, options_for(c.threads, c.limit));
-        vertices = refiner.vertex_count();
-        Fresh<Vec3<T>> positions(vertices), normals(c.limit ? vertices : 0);
-        Fresh<std::uint32_t> corners(std::size_t{refiner.face_count()} * static_cast<std::size_t>(refiner.face_size()));
-        refiner.refine(control, positions.span(), normals.span());
-        refiner.faces(corners.span());
+        vertices = refiner.refine(control).positions.size();
         benchmark::ClobberMemory();
     }
     count(state, vertices);
 }
 
-/// The same from flat arrays, i.e. with the control mesh's half-edges and checks.
+/// The same in a caller's buffers that are kept: connectivity, positions and faces anew.
+template <class T>
+void reused(benchmark::State& state, Case c) {
+    const ControlMesh& mesh = mesh_of(*c.model, c.scheme);
+    const std::vector<Vec3<T>> control(mesh.positions().begin(), mesh.positions().end());
+    std::vector<Vec3<T>> positions;
+    std::vector<std::uint32_t> corners;
+    for (auto _ : state) {
+        UniformRefiner<T> refiner(mesh, c.scheme, c.levels, options_for(c.threads, c.limit));
+        positions.resize(refiner.vertex_count());
+        corners.resize(std::size_t{refiner.face_count()} * static_cast<std::size_t>(refiner.face_size()));
+        refiner.refine(control, positions);
+        refiner.faces(corners);
+        benchmark::ClobberMemory();
+    }
+    count(state, positions.size());
+}
+
+/// As `fresh`, from flat arrays, i.e. with the control mesh's half-edges and checks.
 void from_arrays(benchmark::State& state, Case c) {
     const ControlMeshData& data = mesh_of(*c.model, c.scheme).data();
     std::uint64_t vertices = 0;
@@ -115,11 +116,7 @@ void from_arrays(benchmark::State& state, Case c) {
         context.threads = c.threads;
         const ControlMesh mesh = ControlMesh::build(data, context);
         UniformRefiner<double> refiner(mesh, c.scheme, c.levels, options_for(c.threads, c.limit));
-        vertices = refiner.vertex_count();
-        Fresh<Vec3d> positions(vertices);
-        Fresh<std::uint32_t> corners(std::size_t{refiner.face_count()} * static_cast<std::size_t>(refiner.face_size()));
-        refiner.refine(mesh.positions(), positions.span());
-        refiner.faces(corners.span());
+        vertices = refiner.refine(mesh.positions()).positions.size();
         benchmark::ClobberMemory();
     }
     count(state, vertices);
@@ -132,9 +129,9 @@ void again(benchmark::State& state, Case c) {
     const std::vector<Vec3<T>> control(mesh.positions().begin(), mesh.positions().end());
     UniformRefiner<T> refiner(mesh, c.scheme, c.levels, options_for(c.threads, c.limit));
     const std::uint64_t vertices = refiner.vertex_count();
-    std::vector<Vec3<T>> positions(vertices), normals(c.limit ? vertices : 0);
+    refiner.refine(control);
     for (auto _ : state) {
-        refiner.refine(control, positions, normals);
+        refiner.refine(control);
         benchmark::ClobberMemory();
     }
     count(state, vertices);
@@ -218,6 +215,8 @@ void register_all() {
                 }
                 const Case c{model, scheme, levels, 1, false};
                 add("fresh_double", {model, scheme, levels, 2, false}, fresh<double>);
+                add("reused_double", c, reused<double>);
+                add("reused_float", c, reused<float>);
                 add("from_arrays", c, from_arrays);
                 add("indices", c, indices);
                 add("stencils", c, stencils);
