@@ -33,7 +33,7 @@ GridTopology::GridTopology(const ControlMesh& mesh, SchemeKind kind, int level_c
     const bool quads = scheme == SchemeKind::catmull_clark;
     if (quads && all_quads(mesh)) control.face_size = 4;
     if (quads && control.face_size != 4) {
-        base = refine_level(control, scheme, method, LevelUse::refine);
+        base = refine_to_quads(control, method);
         base_level = 1;
         --levels;
     } else {
@@ -66,7 +66,7 @@ void GridPoints<T>::start(std::span<const Vec3<T>> control, T* out) {
     // The first refinement of n-gons is the general one, in double.
     std::vector<Vec3d> finer(topology_.base.vertex_count);
     const auto refine = [&](std::span<const Vec3d> points) {
-        refine_points(topology_.control, topology_.scheme, topology_.method, topology_.rule, points, finer);
+        refine_points(topology_.control, topology_.method, topology_.rule, points, finer);
     };
     if constexpr (std::is_same_v<T, double>) {
         refine(control);

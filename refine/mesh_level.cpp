@@ -17,11 +17,6 @@ struct QuadHalves {
     std::uint32_t first(std::uint32_t h) const { return 4 * h; }
     std::uint32_t second(std::uint32_t h) const { return 4 * level.next(h) + 3; }
 };
-struct TriangleHalves {
-    std::uint32_t first(std::uint32_t h) const { return 3 * (4 * (h / 3) + h % 3); }
-    std::uint32_t second(std::uint32_t h) const { return 3 * (4 * (h / 3) + (h + 1) % 3) + 2; }
-};
-
 bool touches_sharp(const MeshLevel& level, std::uint32_t v) {
     if (is_sharp(level.vertex_sharpness[v])) return true;
     const std::uint32_t start = level.vertex_halfedge[v];
@@ -47,27 +42,23 @@ void gather_sharpness(const MeshLevel& level, std::uint32_t v, std::vector<float
     } while (h != start && h != none);
 }
 
-template <class Halves>
-void refine_edges(const MeshLevel& level, const Halves& halves, MeshLevel& finer) {
+void refine_edges(const MeshLevel& level, const QuadHalves& halves, MeshLevel& finer) {
     // Twins and edges of the halves: the first half of h lies on the second half of its twin, and the other way round.
     for_each_index(level.halfedge_count(), [&](std::uint32_t h) {
         const std::uint32_t t = level.twin[h], a = halves.first(h), b = halves.second(h);
         finer.twin[a] = t == none ? none : halves.second(t);
         finer.twin[b] = t == none ? none : halves.first(t);
-        if (finer.edge_side.empty()) return;
         const std::uint32_t e = level.edge_side[h] >> 1, side = level.edge_side[h] & 1;
         finer.edge_side[a] = 2 * (2 * e + side) + side;
         finer.edge_side[b] = 2 * (2 * e + 1 - side) + side;
     });
-    if (finer.edge_halfedge.empty()) return;
     for_each_index(level.edge_count, [&](std::uint32_t e) {
         finer.edge_halfedge[2 * e] = halves.first(level.edge_halfedge[e]);
         finer.edge_halfedge[2 * e + 1] = halves.second(level.edge_halfedge[e]);
     });
 }
 
-template <class Halves>
-void refine_vertex_halfedges(const MeshLevel& level, const Halves& halves, MeshLevel& finer,
+void refine_vertex_halfedges(const MeshLevel& level, const QuadHalves& halves, MeshLevel& finer,
                              std::uint32_t first_edge_vertex) {
     for_each_index(level.vertex_count, [&](std::uint32_t v) {
         const std::uint32_t h = level.vertex_halfedge[v];
@@ -78,7 +69,7 @@ void refine_vertex_halfedges(const MeshLevel& level, const Halves& halves, MeshL
     });
 }
 
-void refine_quads(const MeshLevel& level, MeshLevel& finer, LevelUse use) {
+void refine_quads(const MeshLevel& level, MeshLevel& finer) {
     const std::uint32_t V = level.vertex_count, F = level.face_count, E = level.edge_count;
     for_each_index(F, [&](std::uint32_t f) {
         const std::uint32_t begin = level.first_halfedge(f), size = level.size_of(f);
@@ -91,53 +82,18 @@ void refine_quads(const MeshLevel& level, MeshLevel& finer, LevelUse use) {
             q[3] = V + F + level.edge(before);
         }
     });
-    if (use == LevelUse::faces) return;
     const QuadHalves halves{level};
     refine_edges(level, halves, finer);
     for_each_index(level.halfedge_count(), [&](std::uint32_t h) {
         const std::uint32_t next = level.next(h);
         finer.twin[4 * h + 1] = 4 * next + 2;
         finer.twin[4 * next + 2] = 4 * h + 1;
-        if (finer.edge_side.empty()) return;
         finer.edge_side[4 * h + 1] = 2 * (2 * E + h);
         finer.edge_side[4 * next + 2] = 2 * (2 * E + h) + 1;
         finer.edge_halfedge[2 * E + h] = 4 * h + 1;
     });
     refine_vertex_halfedges(level, halves, finer, V + F);
     for_each_index(F, [&](std::uint32_t f) { finer.vertex_halfedge[V + f] = 4 * level.first_halfedge(f) + 2; });
-}
-
-void refine_triangles(const MeshLevel& level, MeshLevel& finer, LevelUse use) {
-    const std::uint32_t V = level.vertex_count, E = level.edge_count;
-    for_each_index(level.face_count, [&](std::uint32_t f) {
-        std::uint32_t corner[3], middle[3];
-        for (std::uint32_t i = 0; i < 3; ++i) {
-            corner[i] = level.origin[3 * f + i];
-            middle[i] = V + level.edge(3 * f + i);
-        }
-        std::uint32_t* t = &finer.origin[12 * static_cast<std::size_t>(f)];
-        for (std::uint32_t i = 0; i < 3; ++i, t += 3) {
-            t[0] = corner[i];
-            t[1] = middle[i];
-            t[2] = middle[(i + 2) % 3];
-        }
-        for (std::uint32_t i = 0; i < 3; ++i) t[i] = middle[i];
-    });
-    if (use == LevelUse::faces) return;
-    const TriangleHalves halves;
-    refine_edges(level, halves, finer);
-    for_each_index(level.halfedge_count(), [&](std::uint32_t h) {
-        const std::uint32_t f = h / 3, i = h % 3;
-        // Middle triangle: side i joins the midpoints of h_i and h_(i+1); beyond it is corner triangle i + 1.
-        const std::uint32_t inside = 3 * (4 * f + 3) + i, outside = 3 * (4 * f + (i + 1) % 3) + 1;
-        finer.twin[inside] = outside;
-        finer.twin[outside] = inside;
-        if (finer.edge_side.empty()) return;
-        finer.edge_side[inside] = 2 * (2 * E + h);
-        finer.edge_side[outside] = 2 * (2 * E + h) + 1;
-        finer.edge_halfedge[2 * E + h] = inside;
-    });
-    refine_vertex_halfedges(level, halves, finer, V);
 }
 
 void refine_tags(const MeshLevel& level, CreaseMethod method, MeshLevel& finer) {
@@ -222,29 +178,23 @@ LevelCounts next_counts(const LevelCounts& counts, SchemeKind scheme) {
             .halfedges = 4 * counts.halfedges};
 }
 
-MeshLevel refine_level(const MeshLevel& level, SchemeKind scheme, CreaseMethod method, LevelUse use) {
+MeshLevel refine_to_quads(const MeshLevel& control, CreaseMethod method) {
     const LevelCounts counts =
-        next_counts({level.vertex_count, level.edge_count, level.face_count, level.halfedge_count()}, scheme);
+        next_counts({control.vertex_count, control.edge_count, control.face_count, control.halfedge_count()},
+                    SchemeKind::catmull_clark);
     MeshLevel finer;
-    finer.control = level.control;
-    finer.face_size = scheme == SchemeKind::catmull_clark ? 4 : 3;
+    finer.control = control.control;
+    finer.face_size = 4;
     finer.vertex_count = static_cast<std::uint32_t>(counts.vertices);
     finer.edge_count = static_cast<std::uint32_t>(counts.edges);
     finer.face_count = static_cast<std::uint32_t>(counts.faces);
     finer.origin.resize(counts.halfedges);
-    if (use != LevelUse::faces) {
-        finer.twin.resize(counts.halfedges);
-        finer.vertex_halfedge.resize(counts.vertices);
-        if (use == LevelUse::refine || level.has_tags()) {
-            finer.edge_side.resize(counts.halfedges);
-            finer.edge_halfedge.resize(counts.edges);
-        }
-    }
-    if (scheme == SchemeKind::catmull_clark)
-        refine_quads(level, finer, use);
-    else
-        refine_triangles(level, finer, use);
-    if (use != LevelUse::faces && level.has_tags()) refine_tags(level, method, finer);
+    finer.twin.resize(counts.halfedges);
+    finer.vertex_halfedge.resize(counts.vertices);
+    finer.edge_side.resize(counts.halfedges);
+    finer.edge_halfedge.resize(counts.edges);
+    refine_quads(control, finer);
+    if (control.has_tags()) refine_tags(control, method, finer);
     return finer;
 }
 

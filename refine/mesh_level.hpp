@@ -8,23 +8,13 @@
 
 namespace tetrakis::detail {
 
-/// Connectivity and tags of one level of uniform refinement, as flat arrays. Half-edges are face corners in face order;
-/// what arithmetic gives (next, prev, face) is not stored. From one level to the next, with V, E, F, H elements:
-///
-/// * vertices: the V old ones, then (Catmull-Clark) one per face, then one per edge, each in the order of its parents;
-/// * edges: 2e + s is the half of edge e at the origin (s = 0) or target (s = 1) of its first half-edge; the inner
-/// edges
-///   follow: 2E + h runs from the midpoint of h to its face point (Catmull-Clark), 2E + h joins the midpoints of h and
-///   next(h) (Loop);
-/// * faces: Catmull-Clark: quad h for half-edge h: [origin, midpoint of h, face point, midpoint of prev(h)]; Loop:
-///   triangle 4f + i at corner i of face f: [corner, midpoint of h_i, midpoint of h_(i-1)], and 4f + 3 in the middle:
-///   [midpoint of h_0, of h_1, of h_2].
-///
-/// So all of it is found by arithmetic; nothing is sorted or hashed.
+/// Connectivity and tags of the base of uniform refinement, the control mesh or its first refinement into quads, as
+/// flat arrays. Half-edges are face corners in face order; what arithmetic gives (next, prev, face) is not stored.
 struct MeshLevel {
     static constexpr std::uint32_t none = 0xFFFF'FFFFu;
 
-    int face_size = 0;  ///< 3 or 4; 0: the control mesh's own face offsets
+    int face_size =
+        0;  ///< where all faces have the same: 3 or 4; else 0, and the control mesh's own face offsets count
     const ControlMesh* control = nullptr;
     std::uint32_t vertex_count = 0, edge_count = 0, face_count = 0;
 
@@ -68,15 +58,15 @@ struct MeshLevel {
 /// Level 0: the control mesh.
 MeshLevel control_level(const ControlMesh& mesh);
 
-/// What a level is made for: a last level needs less.
-enum class LevelUse {
-    faces,   ///< counts and `origin` only
-    rings,   ///< walks around vertices as well: no edges where there are no tags
-    refine,  ///< everything
-};
-
-/// The next level.
-MeshLevel refine_level(const MeshLevel& level, SchemeKind scheme, CreaseMethod method, LevelUse use);
+/// The first refinement, of any faces into quads. With V, E, F, H elements of the control mesh:
+///
+/// * vertices: the V old ones, then one per face, then one per edge, each in the order of its parents;
+/// * edges: 2e + s is the half of edge e at the origin (s = 0) or target (s = 1) of its first half-edge; then
+///   2E + h runs from the midpoint of h to its face point;
+/// * faces: quad h for half-edge h: [origin, midpoint of h, face point, midpoint of prev(h)].
+///
+/// So all of it is found by arithmetic; nothing is sorted or hashed.
+MeshLevel refine_to_quads(const MeshLevel& control, CreaseMethod method);
 
 /// Elements of level l: counts grow too fast for 32 bits, so they are known before anything is made.
 struct LevelCounts {

@@ -5,6 +5,8 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <fstream>
+#include <limits>
 #include <string>
 
 #include <sys/resource.h>
@@ -56,6 +58,21 @@ Run::Run(const RunOptions& options)
     context_.threads = options.threads;
     context_.max_memory_bytes = options.max_memory_bytes;
     context_.progress = [this](std::string_view stage, double fraction) { return progress_.update(stage, fraction); };
+}
+
+void RunOptions::limit_to_free_memory() {
+    constexpr std::uint64_t k_share = 80;
+    if (max_memory_bytes == 0) max_memory_bytes = free_memory_bytes() / 100 * k_share;
+}
+
+std::uint64_t free_memory_bytes() {
+    std::ifstream file("/proc/meminfo");
+    constexpr std::uint64_t k_unit = 1024;  // the file counts in KiB
+    std::string key;
+    for (std::uint64_t number = 0; file >> key >> number;
+         file.ignore(std::numeric_limits<std::streamsize>::max(), '\n'))
+        if (key == "MemAvailable:") return number * k_unit;
+    return 0;
 }
 
 std::uint64_t peak_memory_bytes() {

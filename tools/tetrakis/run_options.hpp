@@ -20,6 +20,8 @@ struct RunOptions {
 
     void add_threads(CLI::App& command);
     void add_max_memory(CLI::App& command);
+    /// Without --max-memory: 80 % of what is free.
+    void limit_to_free_memory();
     int thread_count() const;  ///< the number that is used
 };
 
@@ -40,6 +42,9 @@ class Run {
 
 /// "500M", "2G", "1.5GiB", "1048576": bytes; K, M, G and T are powers of 1024. Nothing where the text is no size.
 std::optional<std::uint64_t> parse_byte_size(std::string_view text);
+
+/// Memory that is free for the taking, as the system estimates it; 0 where it does not say.
+std::uint64_t free_memory_bytes();
 
 /// The largest amount of memory that this process has held so far.
 std::uint64_t peak_memory_bytes();
