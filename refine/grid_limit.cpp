@@ -47,17 +47,19 @@ class GridLimits {
   private:
     struct Scratch {
         VertexRing ring;
-        std::vector<T> lines;    // 3 of N + 1 points, then the sides' 4; each may be read a scalar past its end
-        std::vector<T> normals;  // the kernels'
-        explicit Scratch(std::uint32_t n) : lines(21 * (std::size_t{n} + 1) + 4), normals(5 * std::size_t{n}) {}
+        std::vector<T> lines;  // 3 of N + 1 points, then the sides' 4
+        std::vector<T> means;  // the kernels'
+        explicit Scratch(std::uint32_t n)
+            : lines(21 * (std::size_t{n} + 1) + k_limit_padding),
+              means(2 * (3 * (std::size_t{n} + 1) + k_limit_padding)) {}
     };
 
     bool limit_line(const T* below, const T* at, const T* above, std::uint32_t count, std::uint32_t first,
-                    Scratch& scratch) const {
+                    const T* left, const T* right, Scratch& scratch) const {
         const std::uint64_t begin = 3 * std::uint64_t{first};
         return (at_.quads() ? kernels_.limit_quads : kernels_.limit_triangles)(
-            below, at, above, count, positions_ == nullptr ? nullptr : positions_ + begin,
-            normals_ == nullptr ? nullptr : normals_ + begin, scratch.normals.data());
+            below, at, above, count, left, right, positions_ == nullptr ? nullptr : positions_ + begin,
+            normals_ == nullptr ? nullptr : normals_ + begin, scratch.means.data());
     }
 
     void edge(std::uint32_t e, Scratch& scratch) {
@@ -69,37 +71,54 @@ class GridLimits {
             gather_beside(at_, h, points_, above, below);
             // In the lattice of h's root the line below a triangle's side has its first point at x = 1.
             if (!at_.quads()) below -= 3;
-            if (limit_line(below, at, above, n_ - 1, at_.edge_begin(e), scratch)) return;
+            if (limit_line(below, at, above, n_ - 1, at_.edge_begin(e), nullptr, nullptr, scratch)) return;
         }
         for (std::uint32_t j = 1; j < n_; ++j) edge_point(e, j, scratch.ring);
     }
 
     void root(std::uint32_t f, Scratch& scratch) {
         const std::uint64_t length = 3 * (std::uint64_t{n_} + 1);
+        const RootRows<T> rows = gather_sides(at_, f, points_, scratch.lines.data() + 3 * length);
+        if (at_.quads())
+            quad(f, rows, scratch);
+        else
+            triangle(f, rows, scratch);
+    }
+
+    /// Rows are read in place.
+    void quad(std::uint32_t f, const RootRows<T>& rows, Scratch& scratch) {
+        const std::uint64_t stride = 3 * std::uint64_t{n_ - 1};
+        const auto line = [&](std::uint32_t y) {
+            return y == 0 ? rows.bottom : y == n_ ? rows.top : rows.inner + (y - 1) * stride - 3;
+        };
+        for (std::uint32_t y = 1; y < n_; ++y) {
+            const std::uint64_t side = 3 * std::uint64_t{y - 1};
+            if (!limit_line(line(y - 1), line(y), line(y + 1), n_ - 1, at_.root_begin(f) + (y - 1) * (n_ - 1),
+                            rows.left + side, rows.right + side, scratch))
+                for (std::uint32_t x = 1; x < n_; ++x) inside(f, x, y, scratch.ring);
+        }
+    }
+
+    /// Rows get shorter, so they are copied with their ends.
+    void triangle(std::uint32_t f, const RootRows<T>& rows, Scratch& scratch) {
+        const std::uint64_t length = 3 * (std::uint64_t{n_} + 1);
         T* lines[3] = {scratch.lines.data(), scratch.lines.data() + length, scratch.lines.data() + 2 * length};
-        const RootRows<T> rows = gather_sides(at_, f, points_, lines[2] + length);
-        const bool quads = at_.quads();
         const T* inner = rows.inner;
         const auto copy = [&](T* line, std::uint32_t y) {
-            const auto points = [&](const T* from, std::uint32_t x, std::uint32_t count) {
-                std::copy_n(from, 3 * std::uint64_t{count}, line + 3 * std::uint64_t{x});
-            };
-            const std::uint32_t last = quads ? n_ : n_ - y;
-            if (y == 0) return points(rows.bottom, 0, n_ + 1);
-            if (y == n_ && quads) return points(rows.top, 0, n_ + 1);
-            points(rows.left + 3 * std::uint64_t{y}, 0, 1);
-            points(rows.right + 3 * std::uint64_t{y}, last, 1);
+            const std::uint32_t last = n_ - y;
+            copy_point(line, rows.left, y);
+            copy_point(line + 3 * std::uint64_t{last}, rows.right, y);
             if (last < 2) return;
-            points(inner, 1, last - 1);
+            std::copy_n(inner, 3 * std::uint64_t{last - 1}, line + 3);
             inner += 3 * std::uint64_t{last - 1};
         };
-        copy(lines[0], 0);
+        std::copy_n(rows.bottom, length, lines[0]);
         copy(lines[1], 1);
         std::uint32_t first = at_.root_begin(f);
-        for (std::uint32_t y = 1; y < n_; ++y) {
+        for (std::uint32_t y = 1; y + 1 < n_; ++y) {
             copy(lines[2], y + 1);
-            const std::uint32_t count = quads ? n_ - 1 : n_ - 1 - y;
-            if (count > 0 && !limit_line(lines[0], lines[1], lines[2], count, first, scratch))
+            const std::uint32_t count = n_ - 1 - y;
+            if (!limit_line(lines[0], lines[1], lines[2], count, first, nullptr, nullptr, scratch))
                 for (std::uint32_t x = 1; x <= count; ++x) inside(f, x, y, scratch.ring);
             first += count;
             std::swap(lines[0], lines[1]);

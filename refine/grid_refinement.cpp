@@ -82,8 +82,8 @@ template <class T>
 const T* GridPoints<T>::run(std::span<const Vec3<T>> control, T* out, const RunContext& context) {
     const auto buffer = [&](int level) {
         const std::size_t size = 3 * std::size_t{topology_.layout(level).vertex_count()};
-        T* data = buffers_[level & 1].reserve(size + 1);
-        data[size] = 0;
+        T* data = buffers_[level & 1].reserve(size + k_limit_padding);
+        std::fill_n(data + size, k_limit_padding, T(0));
         return data;
     };
     const int levels = topology_.levels;

@@ -51,8 +51,8 @@ class GridPoints {
     explicit GridPoints(const GridTopology& topology, KernelSet set = best_kernels())
         : topology_(topology), kernels_(root_kernels<T>(set)) {}
 
-    /// The last level's control points; three scalars each in `out`, or in a buffer of ours that may be read one scalar
-    /// past its end where `out` is null. Returns where they are.
+    /// The last level's control points; three scalars each in `out`, or in a buffer of ours with k_limit_padding
+    /// scalars past its end where `out` is null. Returns where they are.
     const T* run(std::span<const Vec3<T>> control, T* out, const RunContext& context);
 
   private:

@@ -39,6 +39,9 @@ inline constexpr T k_parallel = T(1e-10);
 template <>
 inline constexpr float k_parallel<float> = 1e-5f;
 
+/// Points are taken by fours: 12 scalars, of which 3 are the line's own at least, and 6 to the next neighbour but one.
+inline constexpr std::uint32_t k_limit_padding = 16;
+
 /// Row kernels; every variant of them (see root_kernels()) gives the same bits. None allocates, none throws.
 template <class T>
 struct RootKernels {
@@ -57,11 +60,15 @@ struct RootKernels {
     /// Limit positions and unit normals, where not null, of the points 1 ... count of lattice line `at` between the
     /// lines below (y - 1) and above; x is the place in each. Their normals point to x cross y.
     /// Returns false where the tangents of some point may not span a plane: its normal is then worth nothing.
-    /// @param scratch  5 count scalars, only used for normals
-    bool (*limit_quads)(const T* below, const T* at, const T* above, std::uint32_t count, T* positions, T* normals,
-                        T* scratch);
-    bool (*limit_triangles)(const T* below, const T* at, const T* above, std::uint32_t count, T* positions, T* normals,
-                            T* scratch);
+    /// @param left, right  null, or (quads) the lines' first and last points, three in a row, where they are not in
+    /// place
+    /// @param scratch  2 (3 (count + 2) + k_limit_padding) scalars; the lines may be read k_limit_padding scalars past
+    /// their
+    ///                 ends (what is there counts for nothing)
+    bool (*limit_quads)(const T* below, const T* at, const T* above, std::uint32_t count, const T* left, const T* right,
+                        T* positions, T* normals, T* scratch);
+    bool (*limit_triangles)(const T* below, const T* at, const T* above, std::uint32_t count, const T* left,
+                            const T* right, T* positions, T* normals, T* scratch);
     /// Corners of the N^2 faces of a root, as UniformRefiner orders them.
     void (*number_quads)(const RootNumbers& root, std::uint32_t* corners);
     void (*number_triangles)(const RootNumbers& root, std::uint32_t* corners);

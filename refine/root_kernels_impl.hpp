@@ -4,6 +4,10 @@
 
 #include "tetrakis/refine/root_kernels.hpp"
 
+#if defined(__SSE2__)
+#    include <immintrin.h>
+#endif
+
 namespace tetrakis::detail {
 
 namespace {
@@ -279,150 +283,167 @@ void number_triangles(const RootNumbers& root, std::uint32_t* out) {
     }
 }
 
-template <class T>
-struct LaneNumbers;
-template <>
-struct LaneNumbers<double> {
-    typedef long long Type __attribute__((vector_size(32)));
-};
-template <>
-struct LaneNumbers<float> {
-    typedef int Type __attribute__((vector_size(16)));
-};
-
-template <class T>
-TETRAKIS_INLINE inline Lane<T> turned(const Lane<T>& v) {
-    return __builtin_shuffle(v, typename LaneNumbers<T>::Type{1, 2, 0, 3});
+/// 1 / sqrt, correctly rounded twice, so alike in every variant.
+TETRAKIS_INLINE inline Lane<double> inverse_root(const Lane<double>& s) {
+#if defined(__AVX2__)
+    return 1.0 / Lane<double>(_mm256_sqrt_pd(__m256d(s)));
+#else
+    Lane<double> r;
+    for (int i = 0; i < 4; ++i) r[i] = __builtin_sqrt(s[i]);
+    return 1.0 / r;
+#endif
+}
+TETRAKIS_INLINE inline Lane<float> inverse_root(const Lane<float>& s) {
+#if defined(__SSE2__)
+    return 1.0f / Lane<float>(_mm_sqrt_ps(__m128(s)));
+#else
+    Lane<float> r;
+    for (int i = 0; i < 4; ++i) r[i] = __builtin_sqrtf(s[i]);
+    return 1.0f / r;
+#endif
 }
 
-/// Limit position and the tangents along x and y, from three lines of a lattice.
+/// Four points, as they are stored (three registers) or by component.
+template <class T>
+struct FourPoints {
+    Lane<T> a, b, c;
+
+    /// The lanes of each component are in three different places, so blends collect them and one permutation sorts.
+    TETRAKIS_INLINE FourPoints by_component() const {
+        const Lane<T> x = __builtin_shufflevector(__builtin_shufflevector(a, b, 0, 1, 6, 3), c, 0, 5, 2, 3);
+        const Lane<T> y = __builtin_shufflevector(__builtin_shufflevector(a, b, 4, 1, 2, 7), c, 0, 1, 6, 3);
+        const Lane<T> z = __builtin_shufflevector(__builtin_shufflevector(a, b, 0, 5, 2, 3), c, 4, 1, 2, 7);
+        return {__builtin_shufflevector(x, x, 0, 3, 2, 1), __builtin_shufflevector(y, y, 1, 0, 3, 2),
+                __builtin_shufflevector(z, z, 2, 1, 0, 3)};
+    }
+    TETRAKIS_INLINE FourPoints by_point() const {
+        const Lane<T> x = __builtin_shufflevector(a, a, 0, 3, 2, 1), y = __builtin_shufflevector(b, b, 1, 0, 3, 2),
+                      z = __builtin_shufflevector(c, c, 2, 1, 0, 3);
+        return {__builtin_shufflevector(__builtin_shufflevector(x, y, 0, 5, 2, 3), z, 0, 1, 6, 3),
+                __builtin_shufflevector(__builtin_shufflevector(y, z, 0, 5, 2, 3), x, 0, 1, 6, 3),
+                __builtin_shufflevector(__builtin_shufflevector(z, x, 0, 5, 2, 3), y, 0, 1, 6, 3)};
+    }
+    /// Only the first `count` points.
+    TETRAKIS_INLINE void put(T* out, std::uint32_t count) const {
+        if (count >= 4) {
+            store(out, a);
+            store(out + 4, b);
+            store(out + 8, c);
+            return;
+        }
+        T all[12];
+        store(all, a);
+        store(all + 4, b);
+        store(all + 8, c);
+        for (std::uint32_t i = 0; i < 3 * count; ++i) out[i] = all[i];
+    }
+    TETRAKIS_INLINE void clip(std::uint32_t count) {
+        T all[12] = {};
+        put(all, count);
+        *this = {load(all), load(all + 4), load(all + 8)};
+    }
+};
+
+/// Limit position and the tangents along x and y, four scalars at a time; scalar k of the result belongs to scalar
+/// k + 3 of the lines.
 template <class T>
 struct QuadLimits {
     static constexpr T k_side = T(1.0 / 6), k_centre = T(2.0 / 3);  // cubic B-spline at its knots
-    const T *below, *at, *above;
-    Lane<T> mean0, mean1, mean2, step0, step1, step2;
+    const T *mean, *step;                                           // the same rule and a difference, across the lines
 
-    TETRAKIS_INLINE void column(std::uint64_t i, Lane<T>& mean, Lane<T>& step) const {
-        const Lane<T> a = load(below + i), c = load(above + i);
-        mean = k_side * (a + c) + k_centre * load(at + i);
-        step = c - a;
-    }
-    TETRAKIS_INLINE void start() {
-        column(0, mean0, step0);
-        column(3, mean1, step1);
-    }
-    TETRAKIS_INLINE void next(std::uint64_t i) { column(i + 3, mean2, step2); }
-    TETRAKIS_INLINE Lane<T> position() const { return k_side * (mean0 + mean2) + k_centre * mean1; }
-    TETRAKIS_INLINE Lane<T> along_x() const { return mean2 - mean0; }
-    TETRAKIS_INLINE Lane<T> along_y() const { return k_side * (step0 + step2) + k_centre * step1; }
-    TETRAKIS_INLINE void shift() {
-        mean0 = mean1;
-        mean1 = mean2;
-        step0 = step1;
-        step1 = step2;
+    TETRAKIS_INLINE void get(std::uint64_t k, Lane<T>& position, Lane<T>& x, Lane<T>& y) const {
+        const Lane<T> before = load(mean + k), after = load(mean + k + 6);
+        position = k_side * (before + after) + k_centre * load(mean + k + 3);
+        x = after - before;
+        y = k_side * (load(step + k) + load(step + k + 6)) + k_centre * load(step + k + 3);
     }
 };
 
-/// The regular Loop limit masks; neighbours counter-clockwise from (x + 1, y).
+/// The regular Loop limit masks.
 template <class T>
 struct TriangleLimits {
     static constexpr T k_vertex = T(0.5), k_neighbour = T(1.0 / 12);
     const T *below, *at, *above;
-    Lane<T> b0, b1, b2, a0, a1, c0, c1;
 
-    TETRAKIS_INLINE void start() {
-        b0 = load(at);
-        b1 = load(at + 3);
-        a1 = load(above);
-        c1 = load(below + 3);
-    }
-    TETRAKIS_INLINE void next(std::uint64_t i) {
-        b2 = load(at + i + 3);
-        a0 = a1;
-        a1 = load(above + i);
-        c0 = c1;
-        c1 = load(below + i + 3);
-    }
-    TETRAKIS_INLINE Lane<T> position() const {
-        return k_vertex * b1 + k_neighbour * (((b0 + b2) + (a0 + a1)) + (c0 + c1));
-    }
-    TETRAKIS_INLINE Lane<T> along_x() const { return T(2) * (b2 - b0) + ((a1 - a0) + (c1 - c0)); }
-    TETRAKIS_INLINE Lane<T> along_y() const { return T(2) * (a1 - c0) + ((b2 - c1) + (a0 - b0)); }
-    TETRAKIS_INLINE void shift() {
-        b0 = b1;
-        b1 = b2;
+    TETRAKIS_INLINE void get(std::uint64_t k, Lane<T>& position, Lane<T>& x, Lane<T>& y) const {
+        const Lane<T> b0 = load(at + k), b1 = load(at + k + 3), b2 = load(at + k + 6), a0 = load(above + k),
+                      a1 = load(above + k + 3), c0 = load(below + k + 3), c1 = load(below + k + 6);
+        position = k_vertex * b1 + k_neighbour * (((b0 + b2) + (a0 + a1)) + (c0 + c1));
+        x = T(2) * (b2 - b0) + ((a1 - a0) + (c1 - c0));
+        y = T(2) * (a1 - c0) + ((b2 - c1) + (a0 - b0));
     }
 };
 
 template <bool Positions, bool Normals, class T, class Limits>
-TETRAKIS_INLINE inline bool limit_line(Limits limits, std::uint32_t count, T* positions, T* normals, T* scratch) {
-    T* squares = scratch + 4 * std::uint64_t{count};
-    Lane<T> sum_x{}, sum_y{};
-    T least = T(__builtin_inf());
-    limits.start();
-    for (std::uint32_t k = 0; k < count; ++k) {
-        limits.next(3 * std::uint64_t{k} + 3);
-        if constexpr (Positions) {
-            if (k + 1 < count)
-                store(positions + 3 * std::uint64_t{k}, limits.position());
-            else
-                store_last(positions + 3 * std::uint64_t{k}, limits.position());
-        }
+TETRAKIS_INLINE inline bool limit_line(const Limits& limits, std::uint32_t count, T* positions, T* normals) {
+    Lane<T> sum_x{}, sum_y{}, least = Lane<T>{} + T(__builtin_inf());
+    for (std::uint32_t block = 0; block < count; block += 4) {
+        // The last four again rather than a shorter rest, where there are four.
+        const std::uint32_t k = block + 4 > count && count >= 4 ? count - 4 : block, left = count - k;
+        const std::uint64_t at = 3 * std::uint64_t{k};
+        FourPoints<T> position, x, y;
+        limits.get(at, position.a, x.a, y.a);
+        limits.get(at + 4, position.b, x.b, y.b);
+        limits.get(at + 8, position.c, x.c, y.c);
+        if constexpr (Positions) position.put(positions + at, left);
         if constexpr (Normals) {
-            const Lane<T> x = limits.along_x(), y = limits.along_y(), xx = x * x, yy = y * y;
-            sum_x += xx;
-            sum_y += yy;
-            const Lane<T> cross = turned<T>(x * turned<T>(y) - turned<T>(x) * y), square = cross * cross;
-            store(scratch + 4 * std::uint64_t{k}, cross);
-            const T s = (square[0] + square[1]) + square[2];
-            least = s < least ? s : least;
-            squares[k] = s;
+            // What lies behind the line's end must not have a say.
+            if (left < 4) {
+                x.clip(left);
+                y.clip(left);
+            }
+            sum_x += (x.a * x.a + x.b * x.b) + x.c * x.c;
+            sum_y += (y.a * y.a + y.b * y.b) + y.c * y.c;
+            const FourPoints<T> u = x.by_component(), v = y.by_component();
+            const FourPoints<T> cross{u.b * v.c - u.c * v.b, u.c * v.a - u.a * v.c, u.a * v.b - u.b * v.a};
+            Lane<T> square = (cross.a * cross.a + cross.b * cross.b) + cross.c * cross.c;
+            if (left < 4)
+                for (std::uint32_t i = left; i < 4; ++i) square[i] = T(__builtin_inf());
+            least = square < least ? square : least;
+            const Lane<T> scale = inverse_root(square);
+            FourPoints<T>{cross.a * scale, cross.b * scale, cross.c * scale}.by_point().put(normals + at, left);
         }
-        limits.shift();
     }
     if constexpr (Normals) {
-        for (std::uint32_t k = 0; k < count; ++k) squares[k] = T(1) / T(__builtin_sqrt(squares[k]));
-        for (std::uint32_t k = 0; k < count; ++k) {
-            const Lane<T> normal = load(scratch + 4 * std::uint64_t{k}) * squares[k];
-            if (k + 1 < count)
-                store(normals + 3 * std::uint64_t{k}, normal);
-            else
-                store_last(normals + 3 * std::uint64_t{k}, normal);
-        }
         // The tangents of the whole line stand for each point's own: never lets a bad one pass.
-        const T bound =
-            k_parallel<T> * k_parallel<T> * ((sum_x[0] + sum_x[1]) + sum_x[2]) * ((sum_y[0] + sum_y[1]) + sum_y[2]);
-        return least > bound;
+        const T bound = k_parallel<T> * k_parallel<T> * ((sum_x[0] + sum_x[1]) + (sum_x[2] + sum_x[3])) *
+                        ((sum_y[0] + sum_y[1]) + (sum_y[2] + sum_y[3]));
+        return least[0] > bound && least[1] > bound && least[2] > bound && least[3] > bound;
     }
     return true;
 }
 
 template <class T, class Limits>
-TETRAKIS_INLINE inline bool limit_any(const Limits& limits, std::uint32_t count, T* positions, T* normals, T* scratch) {
-    if (positions != nullptr && normals != nullptr)
-        return limit_line<true, true>(limits, count, positions, normals, scratch);
-    if (normals != nullptr) return limit_line<false, true>(limits, count, positions, normals, scratch);
-    return limit_line<true, false>(limits, count, positions, normals, scratch);
+TETRAKIS_INLINE inline bool limit_any(const Limits& limits, std::uint32_t count, T* positions, T* normals) {
+    if (positions != nullptr && normals != nullptr) return limit_line<true, true>(limits, count, positions, normals);
+    if (normals != nullptr) return limit_line<false, true>(limits, count, positions, normals);
+    return limit_line<true, false>(limits, count, positions, normals);
 }
 
 template <class T>
-bool limit_quads(const T* below, const T* at, const T* above, std::uint32_t count, T* positions, T* normals,
-                 T* scratch) {
-    QuadLimits<T> limits;
-    limits.below = below;
-    limits.at = at;
-    limits.above = above;
-    return limit_any(limits, count, positions, normals, scratch);
+bool limit_quads(const T* below, const T* at, const T* above, std::uint32_t count, const T* left, const T* right,
+                 T* positions, T* normals, T* scratch) {
+    const std::uint64_t length = 3 * (std::uint64_t{count} + 2);
+    T *mean = scratch, *step = scratch + length + k_limit_padding;
+    const auto column = [&](const T* a, const T* b, const T* c, std::uint64_t i) TETRAKIS_INLINE {
+        const Lane<T> p = load(a), r = load(c);
+        store(mean + i, QuadLimits<T>::k_side * (p + r) + QuadLimits<T>::k_centre * load(b));
+        store(step + i, r - p);
+    };
+    if (left == nullptr) {
+        for (std::uint64_t i = 0; i < length; i += 4) column(below + i, at + i, above + i, i);
+    } else {
+        column(left, left + 3, left + 6, 0);
+        for (std::uint64_t i = 3; i + 3 < length; i += 4) column(below + i, at + i, above + i, i);
+        column(right, right + 3, right + 6, length - 3);
+    }
+    return limit_any(QuadLimits<T>{mean, step}, count, positions, normals);
 }
 
 template <class T>
-bool limit_triangles(const T* below, const T* at, const T* above, std::uint32_t count, T* positions, T* normals,
-                     T* scratch) {
-    TriangleLimits<T> limits;
-    limits.below = below;
-    limits.at = at;
-    limits.above = above;
-    return limit_any(limits, count, positions, normals, scratch);
+bool limit_triangles(const T* below, const T* at, const T* above, std::uint32_t count, const T*, const T*, T* positions,
+                     T* normals, T*) {
+    return limit_any(TriangleLimits<T>{below, at, above}, count, positions, normals);
 }
 
 template <class T>

@@ -68,11 +68,10 @@ void check_kernel_sets(const detail::GridTopology& topology, std::span<const Vec
         }
         detail::GridPoints<T> points(topology, set);
         const std::size_t count = 3 * std::size_t{topology.last().vertex_count()};
-        nets[i].resize(count + 1);
+        nets[i].assign(count + detail::k_limit_padding, T(0));
         limits[i].resize(count);
         normals[i].resize(count);
         points.run(control, nets[i].data(), {});
-        nets[i].back() = 0;
         detail::grid_limits(topology, nets[i].data(), limits[i].data(), normals[i].data(), {}, set);
         ++i;
     }
