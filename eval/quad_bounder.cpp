@@ -108,8 +108,9 @@ double QuadBounder::quadratic_error(const std::array<Vec3d, 3>& corner, const st
     double most_on_edges = 0;
     const auto look = [&](const Vec3d& c) {
         const auto at = triangle_.split(c);
-        const double height = at.height + rest.height,
-                     beside = at.squared_beside == 0 ? rest.whole : std::sqrt(at.squared_beside) + rest.whole;
+        const double height = at.height + rest.height, beside = at.squared_beside == 0
+                                                                    ? std::max(0.0, rest.whole - triangle_.margin(c))
+                                                                    : std::sqrt(at.squared_beside) + rest.whole;
         most = std::max(most, height * height + beside * beside);
     };
     detail::for_each_coefficient(
@@ -118,37 +119,38 @@ double QuadBounder::quadratic_error(const std::array<Vec3d, 3>& corner, const st
             if (edge[k] >= 0)
                 most_on_edges =
                     std::max(most_on_edges, triangle_.to_edge(c, static_cast<std::size_t>(edge[k])) + rest.edge[k]);
-            else
-                look(c);
+            look(c);
         },
         look);
     return std::max(std::sqrt(most), most_on_edges);
 }
 
-/// quadratic_error() of a piece that is the whole leaf, from the deviations in the middles of its edges, and the
-/// largest of those; 0 and infinite where they are not small beside the triangle. The quadratic is 4 sum e_k b_i b_j;
-/// beyond edge k it can reach only by its own e_k there, since the others come with the barycentric of the opposite
-/// corner, which the triangle's height times it outweighs. With |e_k| at most an eighth of the least height no point is
-/// beyond two edges at once, and the foot of one that is beyond an edge lies within it: both would take 4 b_i |e| > b_j
-/// height / 2 for i, j either way.
+/// Bounds on a piece that is the whole leaf, from the deviations in the middles of its edges; unknown where they are
+/// not small beside the triangle. The quadratic is 4 sum e_k b_i b_j; beyond edge k it can reach only by its own e_k
+/// there, since the others come with the barycentric of the opposite corner, which the triangle's height times it
+/// outweighs. With |e_k| at most an eighth of the least height no point is beyond two edges at once, and the foot of
+/// one that is beyond an edge lies within it: both would take 4 b_i |e| > b_j height / 2 for i, j either way.
 QuadBounder::FlatError QuadBounder::flat_error(const std::array<Vec3d, 3>& middle, const Remainder& rest) const {
-    double size = 0, beside = 0, height = 0, sum = 0, on_edges = 0, attained = 0;
+    FlatError flat;
+    double size = 0, sum = 0;
     for (std::size_t k = 0; k < 3; ++k) {
         const Vec3d e = triangle_.local_vector(middle[k]);
         const double out = triangle_.outward(e, k);
         if (std::abs(triangle_.along(e, k)) > 0.25) return {};
         size = std::max(size, glm::dot(middle[k], middle[k]));
-        beside = std::max(beside, out);
-        height = std::max(height, std::abs(e.z));
+        flat.reach = std::max(flat.reach, out + rest.edge[k]);
+        flat.beside = std::max(flat.beside, out);
+        flat.height = std::max(flat.height, std::abs(e.z));
         sum += e.z;
         const double error = std::sqrt(e.z * e.z + out * out);
-        attained = std::max(attained, error);
-        on_edges = std::max(on_edges, error + rest.edge[k]);
+        flat.attained = std::max(flat.attained, error);
+        flat.on_edges = std::max(flat.on_edges, error + rest.edge[k]);
     }
     if (8 * std::sqrt(size) > triangle_.least_height()) return {};
-    height = std::max(height, 0.5 * std::abs(sum)) + rest.height;
-    beside += rest.whole;
-    return {attained, std::max(std::sqrt(height * height + beside * beside), on_edges)};
+    flat.height = std::max(flat.height, 0.5 * std::abs(sum)) + rest.height;
+    flat.beside += rest.whole;
+    flat.known = true;
+    return flat;
 }
 
 QuadBounder::Remainder QuadBounder::remainder(const WalkCell::Patch& patch, const Piece& piece) const {
@@ -207,8 +209,17 @@ bool QuadBounder::bound_regular(const WalkCell::Patch& patch, const Piece& piece
     need_triangle();
     const bool whole_leaf = piece.edge == std::array<std::int8_t, 3>{0, 1, 2};
     if (distance_ && whole_leaf && !triangle_.sliver()) {
-        const FlatError flat = flat_error(d, remainder(patch, piece));
-        if (!attain(flat.attained - patch.beyond) || settled(flat.upper + pad)) return true;
+        const Remainder rest = remainder(patch, piece);
+        const FlatError flat = flat_error(d, rest);
+        if (flat.known) {
+            const auto upper = [&](double beside) {
+                return std::max(flat.on_edges, std::sqrt(flat.height * flat.height + beside * beside)) + pad;
+            };
+            if (!attain(flat.attained - patch.beyond) || settled(upper(flat.beside))) return true;
+            if (one_to_one(*patch.net, piece) &&
+                (settled(upper(flat.reach)) || (patch.beyond == 0 && bound_flat(*patch.net, piece, rest))))
+                return true;
+        }
     }
     std::array<Vec3d, 3> corner, middle;
     for (std::size_t i = 0; i < 3; ++i) corner[i] = measured_form(L[i] + D[i], D[i]);
@@ -228,6 +239,123 @@ bool QuadBounder::bound_regular(const WalkCell::Patch& patch, const Piece& piece
     if (settled(quadratic_error(corner, middle, piece.edge, rest) + pad)) return true;
     if (patch.beyond > 0) return false;  // its strips tell more than finer lattices
     return bound_on_lattice(patch, piece, corners, rest);
+}
+
+/// Whether the foot of the surface on the leaf's plane is a one-to-one map of a piece that is the whole leaf: what it
+/// reaches beside the triangle is then enclosed by what its sides reach, since the points within a distance of the
+/// triangle are convex. In barycentrics the map is b + e(b), one to one if the first derivatives of e are less than one
+/// in the row-sum norm; they are combinations of the net's differences.
+bool QuadBounder::one_to_one(const detail::Net16& net, const Piece& piece) const {
+    // The linear map's derivatives along the cell's x and y, in barycentrics of corners 1 and 2.
+    const int k = piece.turn;
+    const auto corner_at = [](int i) { return Vec2d(detail::k_corner_x[i], detail::k_corner_y[i]); };
+    const Vec2d origin = piece.quarter ? Vec2d(0.5) : corner_at(k);
+    const Vec2d d1 = corner_at(piece.quarter ? k : (k + 1) & 3) - origin;
+    const Vec2d d2 = corner_at(piece.quarter ? (k + 1) & 3 : (k + 3) & 3) - origin;
+    const double det = d1.x * d2.y - d1.y * d2.x;
+    const Vec2d along_x = Vec2d(d2.y, -d1.y) / det, along_y = Vec2d(-d2.x, d1.x) / det;
+    const Vec3d to_b1 = triangle_.to_b1(), to_b2 = triangle_.to_b2();
+    double b1[16], b2[16];  // Bezier points
+    for (int i = 0; i < 16; ++i) {
+        b1[i] = to_b1.x * net.c[0][i] + to_b1.y * net.c[1][i] + to_b1.z * net.c[2][i];
+        b2[i] = to_b2.x * net.c[0][i] + to_b2.y * net.c[1][i] + to_b2.z * net.c[2][i];
+    }
+    for (double* b : {b1, b2})
+        for (const int stride : {1, 4})
+            for (int line = 0; line < 4; ++line) {
+                double* p = b + line * (5 - stride);
+                const double q0 = p[0], q1 = p[stride], q2 = p[2 * stride], q3 = p[3 * stride];
+                const double inner1 = (2 * q1 + q2) / 3, inner2 = (q1 + 2 * q2) / 3;
+                p[0] = 0.5 * ((q0 + 2 * q1) / 3 + inner1);
+                p[stride] = inner1;
+                p[2 * stride] = inner2;
+                p[3 * stride] = 0.5 * (inner2 + (2 * q2 + q3) / 3);
+            }
+    Vec2d x(0), y(0);  // largest deviations from those, by component
+    for (int r = 0; r < 4; ++r)
+        for (int c = 0; c < 3; ++c) {
+            const int i = 4 * r + c, j = 4 * c + r;
+            x = glm::max(x, glm::abs(3.0 * Vec2d(b1[i + 1] - b1[i], b2[i + 1] - b2[i]) - along_x));
+            y = glm::max(y, glm::abs(3.0 * Vec2d(b1[j + 4] - b1[j], b2[j + 4] - b2[j]) - along_y));
+        }
+    const Vec2d sums = (std::abs(d1.x) + std::abs(d2.x)) * x + (std::abs(d1.y) + std::abs(d2.y)) * y;
+    constexpr double k_most = 0.99;
+    return std::max(sums.x, sums.y) < k_most;
+}
+
+/// A whole leaf that flat_error() knows and that is one_to_one(), by quadratics over its quarters: its height, and its
+/// edges in their own planes.
+bool QuadBounder::bound_flat(const detail::Net16& net, const Piece& piece, const Remainder& rest) {
+    constexpr int n = 4;
+    constexpr double k_part = 1.0 / 8;  // remainders are cubic
+    const detail::LatticeShape shape(piece.turn, piece.quarter, n);
+    const detail::LatticeColumns columns(net, shape);
+    // Height and place outward of the edge, at the edges' nodes; heights inside.
+    double height[n + 1][n + 1], edge[3][n + 1][2] = {};
+    double on_edges = 0, attained = 0, reach = 0;
+    const Vec3d& origin = leaf_[0];
+    const Vec3d& normal = triangle_.normal();
+    for (int j = 0; j <= n; ++j)
+        for (int i = 0; i + j <= n; ++i) {
+            double& h = height[j][i];
+            const bool at_j = j == 0, at_i = i == 0, at_k = i + j == n;
+            if (at_i + at_j + at_k > 1) {
+                h = 0;
+                continue;
+            }
+            const Vec3d p = columns.at(shape.x(i, j), shape.y(i, j)) - origin;
+            h = glm::dot(normal, p);
+            if (!(at_i || at_j || at_k)) {
+                attained = std::max(attained, std::abs(h));
+                continue;
+            }
+            const std::size_t k = at_j ? 0 : (at_k ? 1 : 2);
+            const int place = at_j ? i : (at_k ? j : n - j);
+            const double out = triangle_.outward_of(triangle_.local_vector(p), k);
+            edge[k][place][0] = h, edge[k][place][1] = out;
+            on_edges = std::max(on_edges, h * h + out * out);
+            reach = std::max(reach, out);
+        }
+    // Distances from the plane and from the edges' lines: those from the triangle and the edges are no smaller.
+    if (!attain(std::max(attained, std::sqrt(on_edges)))) return true;
+    for (std::size_t k = 0; k < 3; ++k)
+        for (int half = 0; half < n; half += 2) {
+            const double *a = edge[k][half], *m = edge[k][half + 1], *b = edge[k][half + 2];
+            double ca = 0, cb = 0;
+            for (int c = 0; c < 2; ++c) {
+                const double control = 2 * m[c] - 0.5 * (a[c] + b[c]);
+                const double x = 0.5 * (a[c] + control), y = 0.5 * (control + b[c]);
+                ca += x * x, cb += y * y;
+                if (c == 1) reach = std::max({reach, x, y});
+            }
+            on_edges = std::max({on_edges, ca, cb});
+        }
+    double rest_on_edges = 0;
+    for (std::size_t k = 0; k < 3; ++k) rest_on_edges = std::max(rest_on_edges, rest.edge[k]);
+    double highest = attained;
+    const auto look = [&](double a, double b, double c, double ab, double bc, double ca) {
+        const double q[3] = {2 * ab - 0.5 * (a + b), 2 * bc - 0.5 * (b + c), 2 * ca - 0.5 * (c + a)};
+        const double sum = (q[0] + q[1]) + q[2];
+        const double corner[3] = {b, c, a};
+        const double start[3] = {a, b, c};
+        for (int k = 0; k < 3; ++k) {
+            highest = std::max({highest, 0.5 * std::abs(start[k] + q[k]), 0.5 * std::abs(q[k] + corner[k]),
+                                0.25 * std::abs(sum + corner[k])});
+        }
+    };
+    for (int j = 0; j + 2 <= n; j += 2)
+        for (int i = 0; i + j + 2 <= n; i += 2) {
+            look(height[j][i], height[j][i + 2], height[j + 2][i], height[j][i + 1], height[j + 1][i + 1],
+                 height[j + 1][i]);
+            if (i + j + 4 <= n)
+                look(height[j + 2][i + 2], height[j + 2][i], height[j][i + 2], height[j + 2][i + 1],
+                     height[j + 1][i + 1], height[j + 1][i + 2]);
+        }
+    highest += k_part * rest.height;
+    reach += k_part * rest_on_edges;
+    return settled(
+        std::max(std::sqrt(highest * highest + reach * reach), std::sqrt(on_edges) + k_part * rest_on_edges) +
+        k_rounding * scale_);
 }
 
 bool QuadBounder::bound_on_lattice(const WalkCell::Patch& patch, const Piece& piece, const Corners& corners,

@@ -5,7 +5,6 @@
 #include "tetrakis/eval/triangle_distance.hpp"
 
 #include <array>
-#include <limits>
 #include <span>
 
 namespace tetrakis {
@@ -79,6 +78,8 @@ class QuadBounder {
     Remainder remainder(const detail::WalkCell::Patch& patch, const Piece& piece) const;
     /// Bounds a piece of a regular cell. False when it is not settled and splitting would help.
     bool bound_regular(const detail::WalkCell::Patch& patch, const Piece& piece, const Corners& corners);
+    bool one_to_one(const detail::Net16& net, const Piece& piece) const;
+    bool bound_flat(const detail::Net16& net, const Piece& piece, const Remainder& rest);
     bool bound_on_lattice(const detail::WalkCell::Patch& patch, const Piece& piece, const Corners& corners,
                           const Remainder& rest);
     /// Part of a piece within one bicubic net: any triangle in the net's parameters.
@@ -97,7 +98,12 @@ class QuadBounder {
     double quadratic_error(const std::array<Vec3d, 3>& corner, const std::array<Vec3d, 3>& middle,
                            const std::array<std::int8_t, 3>& edge, const Remainder& rest) const;
     struct FlatError {
-        double attained = 0, upper = std::numeric_limits<double>::infinity();
+        bool known = false;
+        double attained = 0;  ///< at the middles of the edges
+        double on_edges = 0;  ///< bound on the edges' errors
+        double height = 0;    ///< bound on heights over the plane
+        double beside = 0;    ///< bound on how far the surface reaches beyond the leaf,
+        double reach = 0;     ///< and on how far its sides do
     };
     FlatError flat_error(const std::array<Vec3d, 3>& middle, const Remainder& rest) const;
     /// The form in which errors are measured: positions in the triangle's frame, or S - L.

@@ -23,6 +23,10 @@ class TriangleDistance {
     /// Least height of the triangle; 0 for slivers.
     double least_height() const { return std::min({height_[0], height_[1], height_[2]}); }
 
+    /// What takes a vector to its barycentrics of corners 1 and 2; of no length for slivers.
+    const Vec3d& to_b1() const { return to_b1_; }
+    const Vec3d& to_b2() const { return to_b2_; }
+
     Vec3d local(const Vec3d& p) const { return local_vector(p - corners_[0]); }
     Vec3d local_vector(const Vec3d& d) const {
         return sliver_ ? d : Vec3d(glm::dot(to_b1_, d), glm::dot(to_b2_, d), glm::dot(normal_, d));
@@ -42,6 +46,11 @@ class TriangleDistance {
         if (!sliver_ && local.x >= 0 && local.y >= 0 && local.x + local.y <= 1) return {std::abs(local.z), 0};
         return split_beside(local);
     }
+    /// Of a point over the triangle: how far its foot may move without leaving it.
+    double margin(const Vec3d& local) const {
+        if (sliver_) return 0;
+        return std::min({local.y * height_[0], (1 - local.x - local.y) * height_[1], local.x * height_[2]});
+    }
     double to_triangle(const Vec3d& local) const {
         const Split s = split(local);
         return s.squared_beside == 0 ? s.height : std::sqrt(s.height * s.height + s.squared_beside);
@@ -52,6 +61,8 @@ class TriangleDistance {
     /// plane away from the triangle over edge k, in the unit of the model.
     double along(const Vec3d& v, std::size_t k) const { return forward(v, k, 0) + foot_[k] * opposite(v, k, 0); }
     double outward(const Vec3d& v, std::size_t k) const { return -opposite(v, k, 0) * height_[k]; }
+    /// The latter of a point (local()).
+    double outward_of(const Vec3d& p, std::size_t k) const { return -opposite(p, k, 1) * height_[k]; }
 
   private:
     /// Barycentric of the corner opposite edge k, for a point (one = 1) or a vector (one = 0).
