@@ -1,4 +1,5 @@
 #include "tests/cli.hpp"
+#include "tetrakis/eval/io/height_image.hpp"
 
 #include <doctest/doctest.h>
 
@@ -72,6 +73,48 @@ TEST_CASE("[bad-input] an unknown scheme is answered with the nearest name and a
     CHECK(cli::run({"scheme", "loop", "--valence", "x"}).code == 2);
     CHECK(cli::run({"scheme", "honeycomb", "--boundary"}).code == 2);
     CHECK(cli::run({"scheme", "doo-sabin", "--boundary", "--valence", "4"}).code == 2);
+}
+
+TEST_CASE("scheme draws a sheet with masks, characteristic map and basis function") {
+    const ScratchDir dir;
+    const auto draw = [&](const std::string& name, std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), "scheme");
+        arguments.insert(arguments.end(), {"--image", (dir / name).string()});
+        const ProcessResult result = cli::run(arguments);
+        CAPTURE(result.err);
+        REQUIRE(result.code == 0);
+        return tetrakis::load_height_image(dir / name);
+    };
+    // The share of a window, given in shares of the sheet's sides, that is darker than a picture's background.
+    const auto ink = [](const tetrakis::HeightImage& sheet, double left, double top, double right, double bottom) {
+        long dark = 0, all = 0;
+        for (int y = static_cast<int>(top * sheet.height); y < static_cast<int>(bottom * sheet.height); ++y)
+            for (int x = static_cast<int>(left * sheet.width); x < static_cast<int>(right * sheet.width); ++x, ++all)
+                dark += sheet.values[std::size_t(y) * sheet.width + x] < 0.78f;
+        return static_cast<double>(dark) / static_cast<double>(all);
+    };
+    const tetrakis::HeightImage loop = draw("loop.png", {"loop", "--valence", "5"});
+    CHECK(loop.width > 1000);
+    CHECK(ink(loop, 0, 0, 1, 0.05) > 0.005);     // titles
+    CHECK(ink(loop, 0, 0.06, 1, 0.53) > 0.005);  // masks
+    CHECK(ink(loop, 0, 0.06, 1, 0.53) < 0.2);
+    CHECK(ink(loop, 0, 0.58, 0.48, 0.98) > 0.02);  // isoparametric lines
+    CHECK(ink(loop, 0, 0.58, 0.48, 0.98) < 0.2);
+    CHECK(ink(loop, 0.6, 0.8, 0.9, 0.85) > 0.8);  // surface
+    CHECK(draw("seven.png", {"loop", "--valence", "7"}).values != loop.values);
+    for (const char* scheme : {"doo-sabin", "honeycomb"}) {
+        CAPTURE(scheme);
+        const tetrakis::HeightImage sheet = draw("other.png", {scheme});
+        CHECK(sheet.width == loop.width);
+        CHECK(ink(sheet, 0, 0.6, 0.48, 0.98) > 0.02);
+        CHECK(ink(sheet, 0.6, 0.8, 0.9, 0.85) > 0.8);
+    }
+
+    CHECK(cli::run({"scheme", "loop", "--image", (dir / "loop.obj").string()}).code == 2);
+    const ProcessResult boundary = cli::run({"scheme", "loop", "--boundary", "--image", (dir / "b.png").string()});
+    CHECK(boundary.code == 2);
+    CHECK(boundary.err.find("--boundary") != std::string::npos);
+    CHECK_FALSE(std::filesystem::exists(dir / "b.png"));
 }
 
 TEST_SUITE_END();

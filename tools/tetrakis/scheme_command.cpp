@@ -1,12 +1,15 @@
 #include "commands.hpp"
 #include "console.hpp"
+#include "files.hpp"
 #include "report.hpp"
+#include "scheme_picture.hpp"
 
 #include "tetrakis/schemes/spectrum.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -22,6 +25,7 @@ struct SchemeOptions {
     std::optional<int> valence;
     bool boundary = false, matrix = false, json = false, warren = false, hoppe = false;
     RuleOptions rules;
+    std::filesystem::path image;
 };
 
 // Of long lists, people see this much; JSON has all.
@@ -243,8 +247,41 @@ Json json_of(const Findings& f, const SchemeOptions& options) {
     return json;
 }
 
+void draw(const Findings& f, const SchemeOptions& options) {
+    const FanLabels& labels = f.analysis.matrix.labels;
+    SchemePicture picture{
+        .title = fmt::format("{}: {} at a {} with {} {}", f.scheme.name, f.scheme.title,
+                             labels.lattice() == FanLattice::dual ? "face" : "vertex", f.valence,
+                             labels.lattice() == FanLattice::dual ? "corners" : "edges"),
+        .subtitle = fmt::format("subdominant eigenvalue {:.6g}, third {:.6g}, curvature {}; red: where "
+                                "the new point lies",
+                                f.analysis.lambda1, f.analysis.third,
+                                f.analysis.proper ? name(f.analysis.curvature) : "not classified"),
+        .scheme = f.scheme,
+        .labels = labels,
+        .valence = f.valence,
+        .lambda = f.analysis.lambda1,
+        .rules = options.rules,
+        .masks = {}};
+    for (const int i : shown_rows(f.analysis.matrix))
+        picture.masks.push_back(
+            {fmt::format("new {}", place_name(labels, labels.all()[i])), row_of(f.analysis.matrix, i), i});
+    const auto add = [&](const char* title, const std::vector<double>& weights) {
+        if (!weights.empty()) picture.masks.push_back({title, weights, {}});
+    };
+    add("limit position", f.masks.limit);
+    add("tangent 1", f.masks.tangent1);
+    add("tangent 2", f.masks.tangent2);
+    write_png(options.image, draw_scheme(picture, {}));
+}
+
 ExitCode run(SchemeOptions options) {
     const SchemeInfo& scheme = chosen_scheme(options.scheme);
+    OutputFiles outputs;
+    outputs.add(OutputFiles::Kind::picture, "--image", options.image);
+    outputs.check({});
+    if (options.boundary && !options.image.empty())
+        throw UsageError("--image draws what is inside a mesh; leave out --boundary");
     if (options.warren) options.rules.loop_weights = LoopWeights::warren;
     options.rules.hoppe_crease = options.hoppe;
     options.rules.edge_beside_crease = options.edge_rule == "cosine"  ? EdgeBesideCrease::cosine
@@ -268,6 +305,7 @@ ExitCode run(SchemeOptions options) {
             valence,
             reproduction_degree(scheme, options.rules),
             scheme.family == MeshFamily::hexagons ? std::optional<double>() : support_radius(scheme, options.rules)};
+        if (!options.image.empty()) draw(findings, options);
         if (options.json)
             fmt::print("{}", dump(json_of(findings, options)));
         else
@@ -292,6 +330,8 @@ void add_scheme_command(CLI::App& app, Command& chosen) {
     command->add_flag("--boundary", options->boundary, "Look at a boundary vertex, or a dual scheme's boundary edge");
     command->add_flag("--matrix", options->matrix, "The local subdivision matrix as well");
     command->add_flag("--json", options->json, "Print JSON");
+    command->add_option("--image", options->image, "Draw masks, characteristic map and basis function (.png)")
+        ->type_name("PNG");
     command->add_option("--steps", options->rules.averaging_steps, "averaging: number of steps (3)")
         ->type_name("M")
         ->check(CLI::Range(0, 9).description(""));
@@ -305,7 +345,7 @@ void add_scheme_command(CLI::App& app, Command& chosen) {
         ->check(CLI::IsMember({"plain", "cosine", "brief"}).description(""));
     command->add_flag("--warren", options->warren, "loop: Warren's weights");
     command->add_flag("--hoppe", options->hoppe, "loop: Hoppe's crease rule");
-    command->footer("Example:\n  tetrakis scheme loop --valence 5");
+    command->footer("Example:\n  tetrakis scheme loop --valence 5 --image loop5.png");
     command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
 }
 

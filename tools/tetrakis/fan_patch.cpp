@@ -1,0 +1,120 @@
+#include "fan_patch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <map>
+#include <numbers>
+#include <utility>
+
+namespace tetrakis::cli {
+namespace {
+
+using Complex = std::complex<double>;
+// Masks reach up to three rings beyond what they make, and the rules of the rim must stay out of it.
+constexpr int k_control_rings = 2 * k_patch_rings;
+// The subdominant eigenvalue's quotient with the next one of its mode is hardly ever above 0.8.
+constexpr int k_iterations = 120;
+
+/// Where a label lies if all sectors are alike and straight: a start for the iteration.
+Complex rough_place(const FanLabels& labels, FanLabel l) {
+    const int n = labels.shape().faces;
+    const double step = 2 * std::numbers::pi / n;
+    if (labels.lattice() != FanLattice::dual)
+        return double(l.a) * std::polar(1.0, l.sector * step) + double(l.b) * std::polar(1.0, (l.sector + 1) * step);
+    return 0.7 * std::polar(1.0, l.sector * step) + double(l.a) * std::polar(1.0, (l.sector - 0.5) * step) +
+           double(l.b) * std::polar(1.0, (l.sector + 0.5) * step);
+}
+
+/// The part of Fourier mode 1, which the symmetry keeps apart from all others, scaled to a largest magnitude of one.
+void keep_first_mode(const FanLabels& labels, std::vector<Complex>& z) {
+    const int n = labels.shape().faces;
+    const double step = 2 * std::numbers::pi / n;
+    std::map<std::pair<int, int>, Complex> sums;
+    const auto centre = [&](FanLabel l) { return labels.lattice() != FanLattice::dual && l.a == 0; };
+    for (int i = 0; i < labels.size(); ++i) {
+        const FanLabel l = labels.all()[i];
+        sums[{l.a, l.b}] += z[i] * std::polar(1.0 / n, -l.sector * step);
+    }
+    double most = 0;
+    for (int i = 0; i < labels.size(); ++i) {
+        const FanLabel l = labels.all()[i];
+        z[i] = centre(l) ? 0.0 : sums[{l.a, l.b}] * std::polar(1.0, l.sector * step);
+        most = std::max(most, std::abs(z[i]));
+    }
+    for (Complex& x : z) x /= most;
+}
+
+/// The rings of a mesh of hexagons with one k-gon: the dual of a fan of triangles, in the plane as that is.
+FanPatch hexagon_patch(int valence) {
+    const SectorFan fan(FanLattice::triangles, {.faces = valence}, k_control_rings);
+    FanPatch patch;
+    RuleMesh::Builder faces;
+    // Only triangles that an inner vertex has become a vertex.
+    std::vector<int> number(fan.mesh.face_count(), -1);
+    for (int v = 0; v < fan.mesh.vertex_count(); ++v) {
+        if (fan.mesh.on_boundary(v)) continue;
+        for (const int h : fan.mesh.ring(v).halfedge) {
+            const int f = fan.mesh.face(h);
+            if (number[f] < 0) {
+                number[f] = static_cast<int>(patch.plane.size());
+                Complex sum = 0;
+                for (const int c : fan.mesh.corners(f)) sum += rough_place(fan.labels, fan.labels.all()[c]) / 3.0;
+                patch.plane.emplace_back(sum.real(), sum.imag());
+            }
+            faces.corner(number[f]);
+        }
+        faces.end_face();
+    }
+    patch.mesh = RuleMesh(static_cast<int>(patch.plane.size()), std::move(faces));
+    patch.height.assign(patch.plane.size(), 0.0);
+    patch.height[0] = 1;  // the first triangle at the centre
+    return patch;
+}
+
+}  // namespace
+
+FanPatch fan_patch(const SchemeInfo& scheme, int valence, const RuleOptions& rules) {
+    if (scheme.family == MeshFamily::hexagons) return hexagon_patch(valence);
+    SectorFan fan(fan_lattice(scheme, rules), {.faces = valence}, k_control_rings);
+    const RuleStep step = scheme.step(fan.mesh, rules);
+    const std::vector<int> rows = find_fan(step.mesh, child_start(fan, step), fan.labels);
+    std::vector<Complex> z(fan.labels.size()), finer(step.mesh.vertex_count());
+    for (int i = 0; i < fan.labels.size(); ++i) z[i] = rough_place(fan.labels, fan.labels.all()[i]);
+    keep_first_mode(fan.labels, z);
+    for (int i = 0; i < k_iterations; ++i) {
+        step.stencils.apply<Complex>(z, finer);
+        for (int j = 0; j < fan.labels.size(); ++j) z[j] = finer[rows[j]];
+        keep_first_mode(fan.labels, z);
+    }
+    // Turned so that the first ray, or the middle of the first side, points to the right.
+    const bool dual = fan.labels.lattice() == FanLattice::dual;
+    const Complex right = z[fan.labels.find(dual ? FanLabel{0, 0, 0} : FanLabel{0, 1, 0})] +
+                          (dual ? z[fan.labels.find({1, 0, 0})] : Complex(0));
+    FanPatch patch;
+    for (const Complex& x : z) {
+        const Complex turned = x * std::conj(right) / std::abs(right);
+        patch.plane.emplace_back(turned.real(), turned.imag());
+    }
+    patch.mesh = std::move(fan.mesh);
+    patch.start = std::move(fan.start);
+    patch.height.assign(patch.plane.size(), 0.0);
+    patch.height[0] = 1;
+    return patch;
+}
+
+void refine(FanPatch& patch, const SchemeInfo& scheme, const RuleOptions& rules) {
+    RuleStep step = scheme.step(patch.mesh, rules);
+    std::vector<Vec2d> plane(step.mesh.vertex_count());
+    std::vector<double> height(step.mesh.vertex_count());
+    step.stencils.apply<Vec2d>(patch.plane, plane);
+    step.stencils.apply<double>(patch.height, height);
+    for (int& h : patch.start) h = step.child_halfedge[h];
+    patch.mesh = std::move(step.mesh);
+    patch.plane = std::move(plane);
+    patch.height = std::move(height);
+    patch.intervals *= scheme.refinement == Refinement::sqrt3 ? 3 : 2;
+    ++patch.steps;
+}
+
+}  // namespace tetrakis::cli

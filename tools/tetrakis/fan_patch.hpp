@@ -1,0 +1,29 @@
+#pragma once
+
+#include "tetrakis/hier/vec.hpp"
+#include "tetrakis/schemes/scheme_table.hpp"
+
+#include <vector>
+
+namespace tetrakis::cli {
+
+/// The surroundings of an extraordinary point laid out in the plane by its characteristic map, with a basis function
+/// above them: of the vertex in the middle, or (dual schemes) of the first corner of the face in the middle.
+struct FanPatch {
+    RuleMesh mesh;
+    std::vector<Vec2d> plane;    ///< the vertices in the plane, the point in the middle at the origin
+    std::vector<double> height;  ///< of the basis function
+    std::vector<int> start;      ///< half-edges to walk from, as find_fan() takes them; empty for hexagons
+    int intervals = 1;           ///< edges of `mesh` along an edge of the first mesh
+    int steps = 0;
+};
+
+/// The control mesh, several rings of it. @param valence  >= 3
+/// @throws std::invalid_argument  the scheme cannot take the options
+FanPatch fan_patch(const SchemeInfo& scheme, int valence, const RuleOptions& rules);
+void refine(FanPatch& patch, const SchemeInfo& scheme, const RuleOptions& rules);
+
+/// Rings of a FanPatch that the rim of its mesh is far enough from, after any number of steps.
+inline constexpr int k_patch_rings = 4;
+
+}  // namespace tetrakis::cli

@@ -1,0 +1,279 @@
+#include "scheme_picture.hpp"
+
+#include "canvas.hpp"
+
+#include "tetrakis/eval/render.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace tetrakis::cli {
+namespace {
+
+constexpr int k_columns = 4, k_cell = 380, k_margin = 24, k_head = 84, k_caption = 40;
+constexpr int k_width = k_columns * k_cell + 2 * k_margin, k_large = (k_width - 3 * k_margin) / 2;
+// Steps are made while the mesh stays below this: about a second.
+constexpr int k_most_vertices = 200'000, k_most_steps = 5;
+const Vec3f k_ink(0.14f, 0.17f, 0.22f), k_grey(0.62f, 0.66f, 0.71f);
+const Vec3f k_blue(0.12f, 0.33f, 0.62f), k_red(0.80f, 0.22f, 0.16f), k_orange(0.88f, 0.48f, 0.10f);
+
+/// "3/8" where the number is a fraction of a small denominator, else a few digits.
+std::string weight_text(double x) {
+    for (const int denominator :
+         {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 16, 20, 24, 27, 32, 36, 40, 64, 81, 128, 256, 512}) {
+        const double numerator = x * denominator;
+        if (std::abs(numerator - std::round(numerator)) < 1e-9)
+            return denominator == 1 ? fmt::format("{}", std::round(numerator))
+                                    : fmt::format("{}/{}", std::round(numerator), denominator);
+    }
+    return fmt::format("{:.3f}", x);
+}
+
+/// A square window of the plane on the canvas.
+struct Window {
+    Vec2d middle;  // on the canvas
+    double scale;
+
+    Vec2d at(Vec2d p) const { return {middle.x + scale * p.x, middle.y - scale * p.y}; }
+};
+
+/// The outlines of the faces within a distance of the middle.
+void draw_faces(Canvas& canvas, const Window& window, const RuleMesh& mesh, const std::vector<Vec2d>& plane,
+                double reach) {
+    for (int f = 0; f < mesh.face_count(); ++f) {
+        const auto corners = mesh.corners(f);
+        if (!std::all_of(corners.begin(), corners.end(), [&](int v) { return glm::length(plane[v]) < reach; }))
+            continue;
+        for (std::size_t i = 0; i < corners.size(); ++i)
+            canvas.line(window.at(plane[corners[i]]), window.at(plane[corners[(i + 1) % corners.size()]]), 1.3, k_ink);
+    }
+}
+
+double largest(const std::vector<Vec2d>& points) {
+    double most = 0;
+    for (const Vec2d& p : points) most = std::max(most, glm::length(p));
+    return most;
+}
+
+/// Where the labels are in the plane of the patch.
+std::vector<Vec2d> label_places(const FanLabels& labels, const FanPatch& patch) {
+    std::vector<Vec2d> places;
+    if (patch.start.empty())  // hexagons: the face in the middle, whose corners come first
+        places.assign(patch.plane.begin(), patch.plane.begin() + labels.size());
+    else
+        for (const int v : find_fan(patch.mesh, patch.start, labels)) places.push_back(patch.plane[v]);
+    return places;
+}
+
+void draw_mask(Canvas& canvas, Vec2d corner, const SchemePicture::Mask& mask, const std::vector<Vec2d>& places,
+               const FanPatch& patch, const std::vector<bool>& inner, double lambda) {
+    constexpr double k_clearance = 46;  // around the outermost weight, which has its text beside it
+    std::vector<Vec2d> used;
+    double heaviest = 0;
+    for (std::size_t i = 0; i < places.size(); ++i)
+        if (std::abs(mask.weights[i]) > 1e-13) {
+            used.push_back(places[i]);
+            heaviest = std::max(heaviest, std::abs(mask.weights[i]));
+        }
+    // The part of the fan that the mask reaches; all of the face or ring in the middle for limits.
+    if (!mask.new_point)
+        for (std::size_t i = 0; i < places.size(); ++i)
+            if (inner[i]) used.push_back(places[i]);
+    Vec2d low(1e30), high(-1e30);
+    for (const Vec2d& p : used) {
+        low = glm::min(low, p);
+        high = glm::max(high, p);
+    }
+    const Vec2d centre = 0.5 * (low + high);
+    const double half = std::max({0.5 * (high.x - low.x), 0.5 * (high.y - low.y), 0.2 * largest(places)});
+    const double scale = (0.5 * k_cell - k_clearance) / half;
+    const Vec2d middle = corner + Vec2d(0.5 * k_cell, k_caption + 0.5 * k_cell);
+    const Window window{middle - scale * Vec2d(centre.x, -centre.y), scale};
+    const double clip = half + 0.8 * k_clearance / scale;
+    const auto inside = [&](Vec2d p) {
+        const Vec2d d = glm::abs(p - centre);
+        return std::max(d.x, d.y) <= clip;
+    };
+    for (int e = 0; e < patch.mesh.edge_count(); ++e) {
+        const int h = patch.mesh.edge_halfedge(e);
+        const Vec2d a = patch.plane[patch.mesh.origin(h)], b = patch.plane[patch.mesh.target(h)];
+        if (inside(a) && inside(b)) canvas.line(window.at(a), window.at(b), 1.6, k_grey);
+    }
+    const bool crowded = places.size() > 24 && used.size() > 24;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const double w = mask.weights[i];
+        if (std::abs(w) <= 1e-13) continue;
+        const double radius = (crowded ? 5 : 8) * std::sqrt(std::abs(w) / heaviest) + 2.5;
+        canvas.disc(window.at(places[i]), radius, w > 0 ? k_blue : k_orange);
+    }
+    // One level down the same place is this much nearer to the middle.
+    if (mask.new_point) canvas.circle(window.at(lambda * places[*mask.new_point]), 12, 2.4, k_red);
+    const double height = crowded ? 7 : 11;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const double w = mask.weights[i];
+        if (std::abs(w) <= 1e-13) continue;
+        canvas.label(window.at(places[i]) + Vec2d(0, crowded ? 14 : 20), height, weight_text(w),
+                     w > 0 ? k_ink : k_orange);
+    }
+    canvas.text(corner + Vec2d(14, 10), 13, mask.title, k_ink);
+}
+
+/// The lines of the lattice over k_patch_rings rings, from the places of a refined patch.
+void draw_lines(Canvas& canvas, const Window& window, const SchemePicture& picture, const FanPatch& patch,
+                const std::vector<Vec2d>& places, const FanLabels& labels) {
+    const int n = picture.valence, m = patch.intervals, R = labels.rings();
+    const auto draw = [&](const std::vector<FanLabel>& line, bool bold) {
+        for (std::size_t i = 1; i < line.size(); ++i) {
+            const int a = labels.find(line[i - 1]), b = labels.find(line[i]);
+            if (a >= 0 && b >= 0)
+                canvas.line(window.at(places[a]), window.at(places[b]), bold ? 3.2 : 1.5, bold ? k_blue : k_ink);
+        }
+    };
+    const bool dual = labels.lattice() == FanLattice::dual, triangles = labels.lattice() == FanLattice::triangles;
+    for (int s = 0; s < n; ++s) {
+        std::vector<FanLabel> line;
+        if (dual) {
+            // Around the middle face's shrunk children a whole interval ends one line short of a multiple. From
+            // quadrant s, over the side before its corner, to the quadrant before.
+            const int rim = R - 1, before = (s + n - 1) % n;
+            for (int b = 0; b <= rim; ++b) line.push_back({s, 0, b});
+            draw(line, true);
+            for (int c = m - 1; c <= rim; c += m) {
+                line.clear();
+                for (int b = rim; b >= 0; --b) line.push_back({s, c, b});
+                for (int a = 0; a <= rim; ++a) line.push_back({before, a, c});
+                draw(line, false);
+            }
+            continue;
+        }
+        for (int c = 0; c <= R; c += m) {
+            line.clear();
+            for (int i = 0; i <= R; ++i) line.push_back({s, i, c});
+            draw(line, c == 0);
+            if (c > 0) {
+                line.clear();
+                for (int i = 0; i <= R; ++i) line.push_back({s, c, i});
+                draw(line, false);
+            }
+            if (triangles && c > 0) {
+                line.clear();
+                for (int i = 0; i <= c; ++i) line.push_back({s, c - i, i});
+                draw(line, false);
+            }
+        }
+    }
+}
+
+/// The faces of the refined patch between shown vertices as a surface, the basis function upwards.
+TriangleMesh basis_surface(const FanPatch& patch, const std::vector<bool>& shown, double reach) {
+    TriangleMesh mesh;
+    double peak = 0;
+    for (const double h : patch.height) peak = std::max(peak, h);
+    std::vector<int> number(patch.plane.size(), -1);
+    const auto vertex = [&](int v) {
+        if (number[v] < 0) {
+            number[v] = static_cast<int>(mesh.positions.size());
+            // y is up; the plane's y points away from the viewer.
+            mesh.positions.emplace_back(patch.plane[v].x, 0.8 * reach * patch.height[v] / peak, -patch.plane[v].y);
+        }
+        return static_cast<std::uint32_t>(number[v]);
+    };
+    for (int f = 0; f < patch.mesh.face_count(); ++f) {
+        const auto corners = patch.mesh.corners(f);
+        bool near = true;
+        for (const int v : corners) near = near && shown[v];
+        for (std::size_t i = 2; near && i < corners.size(); ++i)
+            mesh.triangles.push_back({vertex(corners[0]), vertex(corners[i - 1]), vertex(corners[i])});
+    }
+    return mesh;
+}
+
+}  // namespace
+
+Image draw_scheme(const SchemePicture& picture, const RunContext& context) {
+    FanPatch patch = fan_patch(picture.scheme, picture.valence, picture.rules);
+    const int mask_rows = (static_cast<int>(picture.masks.size()) + k_columns - 1) / k_columns;
+    const int large_top = k_head + mask_rows * (k_cell + k_caption);
+    Canvas canvas(k_width, large_top + k_caption + k_large + k_margin);
+    canvas.text({k_margin, 22}, 22, picture.title, k_ink);
+    canvas.text({k_margin, 56}, 13, picture.subtitle, k_blue);
+
+    const std::vector<Vec2d> places = label_places(picture.labels, patch);
+    std::vector<bool> inner;
+    for (const FanLabel label : picture.labels.all())
+        inner.push_back(picture.labels.ring_of(label) <= (picture.labels.lattice() == FanLattice::dual ? 0 : 1));
+    for (std::size_t i = 0; i < picture.masks.size(); ++i)
+        draw_mask(canvas,
+                  {k_margin + static_cast<double>(i % k_columns) * k_cell,
+                   k_head + static_cast<double>(i / k_columns) * (k_cell + k_caption)},
+                  picture.masks[i], places, patch, inner, picture.lambda);
+
+    // How far out the two pictures go: four rings of the lattice; the support of the basis function.
+    const bool hexagons = patch.start.empty();
+    const double hexagon_reach = 0.5 * largest(patch.plane);
+    std::vector<Vec2d> coarse = patch.plane;
+    const RuleMesh coarse_mesh = patch.mesh;
+    double basis_reach = 0.62 * hexagon_reach;
+    int basis_rings = 0;
+    if (!hexagons) {
+        const bool dual = picture.labels.lattice() == FanLattice::dual;
+        const double support = support_radius(picture.scheme, picture.rules);
+        basis_rings = std::clamp(static_cast<int>(std::ceil(support)) + (dual ? 1 : 0), 1, k_patch_rings);
+        const FanLabels near(picture.labels.lattice(), picture.labels.shape(), basis_rings);
+        std::vector<Vec2d> points;
+        for (const int v : find_fan(patch.mesh, patch.start, near)) points.push_back(patch.plane[v]);
+        basis_reach = largest(points);
+    }
+    constexpr int k_most_growth = 9;
+    while (patch.steps < k_most_steps &&
+           (patch.steps < 2 ||
+            patch.mesh.vertex_count() * (patch.intervals % 3 == 0 ? k_most_growth : 4) < k_most_vertices))
+        refine(patch, picture.scheme, picture.rules);
+
+    const Vec2d middle(k_margin + 0.5 * k_large, large_top + k_caption + 0.5 * k_large);
+    canvas.text({k_margin + 14.0, large_top + 10.0}, 15,
+                hexagons ? "characteristic map, approximately: the mesh after two steps"
+                         : fmt::format("characteristic map: isoparametric lines over {} rings", k_patch_rings),
+                k_ink);
+    if (hexagons) {
+        FanPatch twice{coarse_mesh, coarse, std::vector<double>(coarse.size()), {}};
+        for (int i = 0; i < 2; ++i) refine(twice, picture.scheme, picture.rules);
+        const Window window{middle, 0.47 * k_large / hexagon_reach};
+        draw_faces(canvas, window, twice.mesh, twice.plane, hexagon_reach);
+    } else {
+        const FanLabels labels(picture.labels.lattice(), picture.labels.shape(), k_patch_rings * patch.intervals);
+        std::vector<Vec2d> fine;
+        for (const int v : find_fan(patch.mesh, patch.start, labels)) fine.push_back(patch.plane[v]);
+        const Window window{middle, 0.47 * k_large / largest(fine)};
+        draw_lines(canvas, window, picture, patch, fine, labels);
+    }
+
+    const int right = 2 * k_margin + k_large;
+    double peak = 0;
+    for (const double h : patch.height) peak = std::max(peak, h);
+    canvas.text({right + 14.0, large_top + 10.0}, 15, fmt::format("basis function, its largest value {:.4g}", peak),
+                k_ink);
+    std::vector<bool> shown(patch.plane.size(), false);
+    if (hexagons)
+        for (std::size_t v = 0; v < shown.size(); ++v) shown[v] = glm::length(patch.plane[v]) <= basis_reach;
+    else
+        for (const int v :
+             find_fan(patch.mesh, patch.start,
+                      FanLabels(picture.labels.lattice(), picture.labels.shape(), basis_rings * patch.intervals - 1)))
+            shown[v] = true;
+    RenderOptions options;
+    options.occlusion_samples = 12;  // a smooth surface alone
+    options.width = options.height = k_large;
+    options.view.azimuth_degrees = 20;
+    options.view.elevation_degrees = 30;
+    options.view.margin = 0.04;
+    options.crease_degrees = 180;
+    options.ground = false;
+    canvas.paste(right, large_top + k_caption, render(basis_surface(patch, shown, basis_reach), options, context));
+    return canvas.image();
+}
+
+}  // namespace tetrakis::cli
