@@ -138,7 +138,7 @@ QuadBounder::FlatError QuadBounder::flat_error(const std::array<Vec3d, 3>& middl
         const double out = triangle_.outward(e, k);
         if (std::abs(triangle_.along(e, k)) > 0.25) return {};
         size = std::max(size, glm::dot(middle[k], middle[k]));
-        flat.reach = std::max(flat.reach, out + rest.edge[k]);
+        flat.reach = std::max(flat.reach, std::max(out, 0.0) + rest.edge[k]);
         flat.beside = std::max(flat.beside, out);
         flat.height = std::max(flat.height, std::abs(e.z));
         sum += e.z;
@@ -290,58 +290,39 @@ bool QuadBounder::bound_flat(const detail::Net16& net, const Piece& piece, const
     constexpr double k_part = 1.0 / 8;  // remainders are cubic
     const detail::LatticeShape shape(piece.turn, piece.quarter, n);
     const detail::LatticeColumns columns(net, shape);
-    // Height and place outward of the edge, at the edges' nodes; heights inside.
-    double height[n + 1][n + 1], edge[3][n + 1][2] = {};
-    double on_edges = 0, attained = 0, reach = 0;
-    const Vec3d& origin = leaf_[0];
-    const Vec3d& normal = triangle_.normal();
+    double height[n + 1][n + 1], highest = 0, on_edges = 0, reach = 0;  // the latter squared
+    std::array<std::array<Vec3d, n + 1>, 3> edge;
+    const auto look_on_edge = [&](std::size_t k, const Vec3d& p) {
+        reach = std::max(reach, triangle_.split(p).squared_beside);
+        on_edges = std::max(on_edges, triangle_.to_edge(p, k));
+    };
     for (int j = 0; j <= n; ++j)
         for (int i = 0; i + j <= n; ++i) {
-            double& h = height[j][i];
-            const bool at_j = j == 0, at_i = i == 0, at_k = i + j == n;
-            if (at_i + at_j + at_k > 1) {
-                h = 0;
-                continue;
-            }
-            const Vec3d p = columns.at(shape.x(i, j), shape.y(i, j)) - origin;
-            h = glm::dot(normal, p);
-            if (!(at_i || at_j || at_k)) {
-                attained = std::max(attained, std::abs(h));
-                continue;
-            }
-            const std::size_t k = at_j ? 0 : (at_k ? 1 : 2);
-            const int place = at_j ? i : (at_k ? j : n - j);
-            const double out = triangle_.outward_of(triangle_.local_vector(p), k);
-            edge[k][place][0] = h, edge[k][place][1] = out;
-            on_edges = std::max(on_edges, h * h + out * out);
-            reach = std::max(reach, out);
+            const Vec3d p = triangle_.local(columns.at(shape.x(i, j), shape.y(i, j)));
+            height[j][i] = p.z;
+            highest = std::max(highest, std::abs(p.z));
+            if (j == 0) edge[0][static_cast<std::size_t>(i)] = p;
+            if (i + j == n) edge[1][static_cast<std::size_t>(j)] = p;
+            if (i == 0) edge[2][static_cast<std::size_t>(n - j)] = p;
         }
-    // Distances from the plane and from the edges' lines: those from the triangle and the edges are no smaller.
-    if (!attain(std::max(attained, std::sqrt(on_edges)))) return true;
     for (std::size_t k = 0; k < 3; ++k)
-        for (int half = 0; half < n; half += 2) {
-            const double *a = edge[k][half], *m = edge[k][half + 1], *b = edge[k][half + 2];
-            double ca = 0, cb = 0;
-            for (int c = 0; c < 2; ++c) {
-                const double control = 2 * m[c] - 0.5 * (a[c] + b[c]);
-                const double x = 0.5 * (a[c] + control), y = 0.5 * (control + b[c]);
-                ca += x * x, cb += y * y;
-                if (c == 1) reach = std::max({reach, x, y});
-            }
-            on_edges = std::max({on_edges, ca, cb});
+        for (std::size_t i = 1; i < n; ++i) look_on_edge(k, edge[k][i]);
+    if (!attain(std::max(highest, on_edges))) return true;
+    // Bezier coefficients of the quadratics, once subdivided.
+    for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t half = 0; half < n; half += 2) {
+            const Vec3d &a = edge[k][half], &m = edge[k][half + 1], &b = edge[k][half + 2];
+            const Vec3d control = 2.0 * m - 0.5 * (a + b);
+            look_on_edge(k, 0.5 * (a + control));
+            look_on_edge(k, 0.5 * (control + b));
         }
-    double rest_on_edges = 0;
-    for (std::size_t k = 0; k < 3; ++k) rest_on_edges = std::max(rest_on_edges, rest.edge[k]);
-    double highest = attained;
     const auto look = [&](double a, double b, double c, double ab, double bc, double ca) {
-        const double q[3] = {2 * ab - 0.5 * (a + b), 2 * bc - 0.5 * (b + c), 2 * ca - 0.5 * (c + a)};
-        const double sum = (q[0] + q[1]) + q[2];
-        const double corner[3] = {b, c, a};
-        const double start[3] = {a, b, c};
-        for (int k = 0; k < 3; ++k) {
-            highest = std::max({highest, 0.5 * std::abs(start[k] + q[k]), 0.5 * std::abs(q[k] + corner[k]),
-                                0.25 * std::abs(sum + corner[k])});
-        }
+        const double start[3] = {a, b, c}, end[3] = {b, c, a};
+        const double control[3] = {2 * ab - 0.5 * (a + b), 2 * bc - 0.5 * (b + c), 2 * ca - 0.5 * (c + a)};
+        const double sum = (control[0] + control[1]) + control[2];
+        for (int k = 0; k < 3; ++k)
+            highest = std::max({highest, 0.5 * std::abs(start[k] + control[k]), 0.5 * std::abs(control[k] + end[k]),
+                                0.25 * std::abs(sum + end[k])});
     };
     for (int j = 0; j + 2 <= n; j += 2)
         for (int i = 0; i + j + 2 <= n; i += 2) {
@@ -351,11 +332,11 @@ bool QuadBounder::bound_flat(const detail::Net16& net, const Piece& piece, const
                 look(height[j + 2][i + 2], height[j + 2][i], height[j][i + 2], height[j + 2][i + 1],
                      height[j + 1][i + 1], height[j + 1][i + 2]);
         }
+    const double rest_on_edges = k_part * std::max({rest.edge[0], rest.edge[1], rest.edge[2]});
     highest += k_part * rest.height;
-    reach += k_part * rest_on_edges;
-    return settled(
-        std::max(std::sqrt(highest * highest + reach * reach), std::sqrt(on_edges) + k_part * rest_on_edges) +
-        k_rounding * scale_);
+    const double beside = std::sqrt(reach) + rest_on_edges;
+    return settled(std::max(std::sqrt(highest * highest + beside * beside), on_edges + rest_on_edges) +
+                   k_rounding * scale_);
 }
 
 bool QuadBounder::bound_on_lattice(const WalkCell::Patch& patch, const Piece& piece, const Corners& corners,
