@@ -1,6 +1,7 @@
 #include "tetrakis/refine/level_points.hpp"
 
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/level_ring.hpp"
 #include "tetrakis/schemes/catmull_clark.hpp"
 #include "tetrakis/schemes/sharpness.hpp"
 
@@ -13,58 +14,6 @@ namespace {
 constexpr std::uint32_t none = MeshLevel::none;
 // Vertex masks are looked up below this valence.
 constexpr std::uint32_t k_masks = 64;
-
-/// Around a tagged vertex, counter-clockwise: edge neighbours, half-edges and sharpness now and one level on.
-struct Surroundings {
-    std::vector<std::uint32_t> halfedges;  ///< outgoing, one per face
-    std::vector<std::uint32_t> neighbours;
-    std::vector<float> sharpness, child;
-    bool boundary = false;
-
-    void gather(const MeshLevel& level, CreaseMethod method, std::uint32_t v) {
-        halfedges.clear();
-        neighbours.clear();
-        sharpness.clear();
-        boundary = false;
-        const std::uint32_t start = level.vertex_halfedge[v];
-        std::uint32_t h = start;
-        do {
-            halfedges.push_back(h);
-            neighbours.push_back(level.origin[level.next(h)]);
-            sharpness.push_back(level.edge_sharpness[level.edge(h)]);
-            const std::uint32_t before = level.prev(h);
-            h = level.twin[before];
-            if (h == none) {
-                boundary = true;
-                neighbours.push_back(level.origin[before]);
-                sharpness.push_back(level.edge_sharpness[level.edge(before)]);
-            }
-        } while (h != start && h != none);
-        child.resize(sharpness.size());
-        for (std::size_t i = 0; i < child.size(); ++i)
-            child[i] = method == CreaseMethod::uniform ? child_sharpness(sharpness[i])
-                                                       : child_sharpness_chaikin(sharpness[i], sharpness);
-    }
-};
-
-/// Sharpness of the half of edge e at the end that half-edge h of it starts from, one level on.
-float child_at(const MeshLevel& level, CreaseMethod method, std::uint32_t h, Surroundings& scratch) {
-    const float s = level.edge_sharpness[level.edge(h)];
-    if (method == CreaseMethod::uniform || !is_semi_sharp(s)) return child_sharpness(s);
-    scratch.gather(level, method, level.origin[h]);
-    return child_sharpness_chaikin(s, scratch.sharpness);
-}
-
-double crease_weight(const MeshLevel& level, CreaseMethod method, std::uint32_t e, Surroundings& scratch) {
-    const float s = level.edge_sharpness[e];
-    if (!is_semi_sharp(s)) return is_sharp(s) ? 1 : 0;
-    if (method == CreaseMethod::uniform) return edge_crease_weight(s, child_sharpness(s), child_sharpness(s));
-    // At the far end the edge is seen from the vertex itself: any half-edge that starts there knows its ring.
-    const std::uint32_t h = level.edge_halfedge[e];
-    const float near = child_at(level, method, h, scratch);
-    scratch.gather(level, method, level.origin[level.next(h)]);
-    return edge_crease_weight(s, near, child_sharpness_chaikin(s, scratch.sharpness));
-}
 
 class PointRefiner {
   public:
@@ -83,11 +32,11 @@ class PointRefiner {
     void run() {
         for_each_index(level_.face_count, [&](std::uint32_t f) { faces_[f] = face_point(f); });
         for_each_block(level_.edge_count, k_default_grain, [&](std::uint32_t begin, std::uint32_t end) {
-            Surroundings scratch;
+            LevelRing scratch;
             for (std::uint32_t e = begin; e < end; ++e) edges_[e] = edge_point(e, scratch);
         });
         for_each_block(level_.vertex_count, k_default_grain, [&](std::uint32_t begin, std::uint32_t end) {
-            Surroundings scratch;
+            LevelRing scratch;
             for (std::uint32_t v = begin; v < end; ++v) old_[v] = vertex_point(v, scratch);
         });
     }
@@ -104,7 +53,7 @@ class PointRefiner {
         return sum / static_cast<double>(size);
     }
 
-    Vec3d edge_point(std::uint32_t e, Surroundings& scratch) const {
+    Vec3d edge_point(std::uint32_t e, LevelRing& scratch) const {
         const std::uint32_t h = level_.edge_halfedge[e], t = level_.twin[h];
         const Vec3d ends = points_[level_.origin[h]] + points_[level_.origin[level_.next(h)]];
         if (linear_ || t == none) return 0.5 * ends;
@@ -115,7 +64,7 @@ class PointRefiner {
         return crease == 0 ? smooth : crease * 0.5 * ends + (1 - crease) * smooth;
     }
 
-    Vec3d vertex_point(std::uint32_t v, Surroundings& scratch) const {
+    Vec3d vertex_point(std::uint32_t v, LevelRing& scratch) const {
         const std::uint32_t start = level_.vertex_halfedge[v];
         if (linear_ || start == none) return points_[v];
         if (level_.has_tags() && level_.tagged[v] != 0) return tagged_point(v, scratch);
@@ -131,7 +80,7 @@ class PointRefiner {
         return m.vertex * points_[v] + m.edge * edges + m.face * corners;
     }
 
-    Vec3d tagged_point(std::uint32_t v, Surroundings& around) const {
+    Vec3d tagged_point(std::uint32_t v, LevelRing& around) const {
         around.gather(level_, method_, v);
         const float s = level_.vertex_sharpness[v];
         const VertexBlend blend = vertex_blend(around.sharpness, s, around.child, child_sharpness(s));

@@ -1,0 +1,80 @@
+#include "tetrakis/refine/factored_mesh.hpp"
+
+#include "tetrakis/refine/factored_steps.hpp"
+
+namespace tetrakis {
+
+namespace {
+
+struct Named {
+    FactoredScheme scheme;
+    std::string_view name;
+    bool dual;
+};
+constexpr Named k_schemes[] = {
+    {FactoredScheme::catmull_clark, "catmull-clark", false},
+    {FactoredScheme::four_eight, "4-8", false},
+    {FactoredScheme::doo_sabin, "doo-sabin", true},
+    {FactoredScheme::doo_sabin_catmull_clark, "doo-sabin-cc", true},
+    {FactoredScheme::midedge, "midedge", true},
+    {FactoredScheme::midedge_simplest, "midedge-simplest", true},
+};
+constexpr FactoredScheme k_list[] = {FactoredScheme::catmull_clark, FactoredScheme::four_eight,
+                                     FactoredScheme::doo_sabin,     FactoredScheme::doo_sabin_catmull_clark,
+                                     FactoredScheme::midedge,       FactoredScheme::midedge_simplest};
+
+const Named& row(FactoredScheme scheme) {
+    for (const Named& n : k_schemes)
+        if (n.scheme == scheme) return n;
+    return k_schemes[0];
+}
+
+}  // namespace
+
+std::span<const FactoredScheme> factored_schemes() { return k_list; }
+std::string_view name(FactoredScheme scheme) { return row(scheme).name; }
+std::optional<FactoredScheme> factored_scheme_from_name(std::string_view name) {
+    for (const Named& n : k_schemes)
+        if (n.name == name) return n.scheme;
+    return std::nullopt;
+}
+
+struct FactoredMesh::State {
+    std::unique_ptr<detail::FactoredSteps> steps;
+    int half_steps = 0;
+};
+
+FactoredMesh::FactoredMesh(const ControlMesh& mesh, FactoredScheme scheme) : state_(std::make_unique<State>()) {
+    state_->steps =
+        row(scheme).dual ? detail::make_factored_dual(mesh, scheme) : detail::make_factored_primal(mesh, scheme);
+}
+FactoredMesh::~FactoredMesh() = default;
+FactoredMesh::FactoredMesh(FactoredMesh&&) noexcept = default;
+FactoredMesh& FactoredMesh::operator=(FactoredMesh&&) noexcept = default;
+
+void FactoredMesh::half_step(FactoredTrace* trace) {
+    state_->steps->half_step(trace);
+    ++state_->half_steps;
+}
+int FactoredMesh::half_steps() const { return state_->half_steps; }
+std::span<const Vec3d> FactoredMesh::positions() const { return state_->steps->positions(); }
+FactoredVertex FactoredMesh::state(std::uint32_t vertex) const { return state_->steps->state(vertex); }
+std::vector<std::array<std::uint32_t, 3>> FactoredMesh::triangles() const { return state_->steps->triangles(); }
+PolygonMesh FactoredMesh::mesh() const { return state_->steps->mesh(); }
+PolygonMesh FactoredMesh::active_mesh() const { return state_->steps->active_mesh(); }
+
+void detail::drop_unused_vertices(PolygonMesh& mesh) {
+    constexpr std::uint32_t unused = 0xFFFF'FFFFu;
+    std::vector<std::uint32_t> number(mesh.positions.size(), unused);
+    for (const std::uint32_t v : mesh.face_vertices) number[v] = 0;
+    std::uint32_t count = 0;
+    for (std::size_t v = 0; v < number.size(); ++v)
+        if (number[v] != unused) {
+            mesh.positions[count] = mesh.positions[v];
+            number[v] = count++;
+        }
+    mesh.positions.resize(count);
+    for (std::uint32_t& v : mesh.face_vertices) v = number[v];
+}
+
+}  // namespace tetrakis

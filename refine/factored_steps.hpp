@@ -1,0 +1,31 @@
+#pragma once
+
+#include "tetrakis/refine/factored_mesh.hpp"
+
+namespace tetrakis::detail {
+
+/// A family of factored schemes behind FactoredMesh. Rules read positions through the family's accessor alone, which
+/// writes the trace.
+class FactoredSteps {
+  public:
+    virtual ~FactoredSteps() = default;
+
+    virtual void half_step(FactoredTrace* trace) = 0;
+    virtual FactoredVertex state(std::uint32_t vertex) const = 0;
+    virtual std::vector<std::array<std::uint32_t, 3>> triangles() const = 0;
+    virtual PolygonMesh mesh() const = 0;
+    virtual PolygonMesh active_mesh() const = 0;
+
+    std::span<const Vec3d> positions() const { return positions_; }
+
+  protected:
+    std::vector<Vec3d> positions_;
+};
+
+std::unique_ptr<FactoredSteps> make_factored_primal(const ControlMesh& mesh, FactoredScheme scheme);
+std::unique_ptr<FactoredSteps> make_factored_dual(const ControlMesh& mesh, FactoredScheme scheme);
+
+/// Takes the vertices that no face has out; the others keep their order.
+void drop_unused_vertices(PolygonMesh& mesh);
+
+}  // namespace tetrakis::detail
