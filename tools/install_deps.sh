@@ -2,6 +2,7 @@
 # Installs what building and testing tetrakis needs on Debian 12, as far as it is missing.
 #   tools/install_deps.sh            library, program and tests
 #   tools/install_deps.sh --bench    also the peers of the benchmarks
+#   tools/install_deps.sh --figures  also what tools/figures.sh draws with
 #   tools/install_deps.sh --ci       also what the checks of .ci/run need
 # Does nothing, in a fraction of a second, where everything is there.
 set -eu
@@ -13,8 +14,9 @@ optional="libosd-dev ccache"
 for argument in "$@"; do
     case "$argument" in
         --bench) optional="$optional libcgal-dev libopenmesh-dev libmeshoptimizer-dev libbenchmark-dev" ;;
+        --figures) required="$required python3 python3-pil fonts-dejavu-core" ;;
         --ci) required="$required clang-format" ;;
-        *) echo "usage: $0 [--bench] [--ci]" >&2; exit 2 ;;
+        *) echo "usage: $0 [--bench] [--figures] [--ci]" >&2; exit 2 ;;
     esac
 done
 

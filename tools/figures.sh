@@ -1,0 +1,27 @@
+#!/bin/sh
+# Draws the standard comparisons of subdivision schemes as contact sheets: out/figures/*.png, and the meshes that they
+# show as out/figures/meshes/*.glb. Installs what is missing (Debian 12) and builds first. Some minutes.
+#   tools/figures.sh [SHEET...]         all sheets, or those that are named: curves, laves_tilings, rook, ...
+# Environment: TETRAKIS_BUILD_DIR (build/release), TETRAKIS_JOBS (one per processor).
+set -eu
+case "${1:-}" in
+    -*) sed -n '2,5s/^# //p' "$0"; exit 2 ;;
+esac
+cd "$(dirname "$0")/.."
+tools/install_deps.sh --figures
+
+build=${TETRAKIS_BUILD_DIR:-build/release}
+export CCACHE_BASEDIR="${CCACHE_BASEDIR:-$PWD}" CCACHE_NOHASHDIR="${CCACHE_NOHASHDIR:-1}"
+if [ ! -f "$build/build.ninja" ]; then
+    cmake --preset release -B "$build" -Wno-dev
+fi
+cmake --build "$build" --parallel "${TETRAKIS_JOBS:-$(nproc)}" --target tetrakis_cli figure_data
+
+# Debian's packages serve Debian's interpreter, which need not be the first one.
+for python in python3 /usr/bin/python3; do
+    if "$python" -c 'import PIL' 2>/dev/null; then
+        exec "$python" tools/figures.py "$build" out/figures "$@"
+    fi
+done
+echo "figures: no Python with Pillow (python3-pil) was found" >&2
+exit 1
