@@ -281,18 +281,17 @@ def rook(make):
 
 @sheet
 def dual_basis_functions(make):
-    s = Sheet("Dual basis functions at a 4-gon and at a 9-gon", 3, (420, 360), "of one corner of the face; heights in one scale per row")
+    s = Sheet("Dual basis functions at a 4-gon and at a 9-gon", 3, (420, 300), "of one corner of the face; heights in one scale per row")
     for corners in (4, 9):
         points, faces = models.face_fan(corners, 3)
-        shown = math.hypot(*points[0][:2]) + 2.2
+        reach = math.hypot(*points[0][:2]) + 3
         points = [(x, y, 1.0 if i == 0 else 0.0) for i, (x, y, _) in enumerate(points)]
         control = make.obj(f"dual_basis_{corners}", points, faces)
         for scheme in ("midedge", "doo-sabin", "biquartic"):
             fine, quads = make.refine(control, scheme, 5)
             peak = max(z for _, _, z in fine)
-            tall = [(x, y, 1.1 * shown * z) for x, y, z in fine]
-            near = [f for f in quads if all(math.hypot(*tall[v][:2]) < shown for v in f)]
-            s.add(make.picture(tall, near, (420, 360), camera="25,28", up="z"), f"{scheme}, {corners}-gon\nlargest value {peak:.3f}")
+            tall = [(x, y, 1.3 * reach * z) for x, y, z in fine]
+            s.add(make.picture(tall, quads, (420, 300), camera="25,30", up="z"), f"{scheme}, {corners}-gon\nlargest value {peak:.3f}")
     make.save(s, "dual_basis_functions")
 
 
@@ -381,10 +380,10 @@ def uneven_rings(make):
 @sheet
 def tuned_loop(make):
     s = Sheet("Tuned Loop beside Loop", 4, (330, 320), "a ridge: even triangles against ripples, one parameter from Loop (0) to prescribed eigenvalues (1)")
-    for n in (4, 12):
+    for n in (12, 24):
         control = make.obj(f"ridge_{n}", *ridge(n))
         for tuning in (0, 0.5, 1):
-            fine = make.refine(control, "tuned-loop", 6 if n == 4 else 5, tuning)
+            fine = make.refine(control, "tuned-loop", 5, tuning)
             s.add(make.picture(*fine, (330, 320), camera="35,42", up="z"),
                   f"valence {n}, tuning {tuning}\n" + ("Loop" if tuning == 0 else ""))
         fine, triangles = make.refine(control, "tuned-loop", 3, 1, keep=False)
