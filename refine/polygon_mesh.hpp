@@ -21,6 +21,7 @@ struct PolygonMesh {
     std::vector<std::string> materials;
     std::vector<std::uint32_t> face_group;  ///< F numbers into `groups`, or empty
     std::vector<std::string> groups;
+    std::vector<std::string> warnings;  ///< met on the way here, one sentence each
 
     std::uint32_t face_count() const {
         return face_offsets.empty() ? 0 : static_cast<std::uint32_t>(face_offsets.size() - 1);

@@ -4,6 +4,7 @@
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/grid_refinement.hpp"
 #include "tetrakis/refine/uniform_cost.hpp"
+#include "tetrakis/refine/used_values.hpp"
 #include "tetrakis/refine/uv_mesh.hpp"
 
 #include <utility>
@@ -19,10 +20,12 @@ class UniformRefinement {
           scheme_(scheme),
           levels_(levels),
           options_(options),
+          normals_(options.normals && !options.linear),
+          limit_(options.limit && !options.linear),
           whole_faces_(scheme == SchemeKind::loop || detail::all_quads(mesh)) {}
 
     PolygonMesh run() {
-        const bool rings = options_.limit || options_.normals;
+        const bool rings = limit_ || normals_;
         check_memory();
         PolygonMesh result;
         // Roots are of one size: control faces of others are kept as they are, and their limits come from the first
@@ -34,16 +37,16 @@ class UniformRefinement {
         }
         if (!polygons || rings) {
             UniformRefiner<double> refiner(mesh_, scheme_, polygons ? 1 : levels_, unlimited());
-            std::vector<Vec3d> positions(refiner.vertex_count()), normals(options_.normals ? positions.size() : 0);
+            std::vector<Vec3d> positions(refiner.vertex_count()), normals(normals_ ? positions.size() : 0);
             refiner.refine(mesh_.positions(), positions, normals);
             if (polygons) {
                 positions.resize(mesh_.vertex_count());
-                normals.resize(options_.normals ? mesh_.vertex_count() : 0);
+                normals.resize(normals_ ? mesh_.vertex_count() : 0);
             } else {
                 result.face_vertices.resize(static_cast<std::size_t>(refiner.face_count()) * face_size());
                 refiner.faces(result.face_vertices);
             }
-            if (!polygons || options_.limit) result.positions = std::move(positions);
+            if (!polygons || limit_) result.positions = std::move(positions);
             result.normals = std::move(normals);
         }
         if (mesh_.has_uvs()) refine_uvs(polygons, result);
@@ -55,8 +58,8 @@ class UniformRefinement {
     std::uint32_t face_size() const { return scheme_ == SchemeKind::catmull_clark ? 4 : 3; }
 
     void check_memory() const {
-        const detail::UniformCost cost = detail::uniform_cost(
-            mesh_, {scheme_, levels_, sizeof(double), options_.limit, options_.normals, mesh_.has_uvs()});
+        const detail::UniformCost cost =
+            detail::uniform_cost(mesh_, {scheme_, levels_, sizeof(double), limit_, normals_, mesh_.has_uvs()});
         detail::check_memory(mesh_, levels_, cost, options_.context);
     }
 
@@ -69,7 +72,7 @@ class UniformRefinement {
     }
 
     void refine_uvs(bool polygons, PolygonMesh& result) const {
-        const bool linear = mesh_.face_varying_rule() == FaceVaryingRule::linear_all;
+        const bool linear = options_.linear || mesh_.face_varying_rule() == FaceVaryingRule::linear_all;
         const ControlMesh chart = uv_mesh(mesh_);
         if (polygons) {
             result.face_uvs = chart.data().face_vertices;
@@ -141,35 +144,21 @@ class UniformRefinement {
             };
             compact(result.face_vertices);
             compact(result.face_uvs);
-            drop_unused(result.face_uvs, result.uvs);
+            detail::drop_unused(result.face_uvs, result.uvs);
         }
         if (holes || isolated) {
             std::vector<std::uint32_t> again =
                 result.normals.empty() ? std::vector<std::uint32_t>{} : result.face_vertices;
-            if (!result.normals.empty()) drop_unused(again, result.normals);
-            drop_unused(result.face_vertices, result.positions);
+            if (!result.normals.empty()) detail::drop_unused(again, result.normals);
+            detail::drop_unused(result.face_vertices, result.positions);
         }
-    }
-
-    /// Removes the values that no corner names; the others keep their order.
-    template <class T>
-    static void drop_unused(std::vector<std::uint32_t>& corners, std::vector<T>& values) {
-        std::vector<std::uint32_t> number(values.size(), 0);
-        for (const std::uint32_t v : corners) number[v] = 1;
-        std::uint32_t count = 0;
-        for (std::size_t v = 0; v < values.size(); ++v)
-            if (number[v] != 0) {
-                values[count] = values[v];
-                number[v] = count++;
-            }
-        values.resize(count);
-        for (std::uint32_t& v : corners) v = number[v];
     }
 
     const ControlMesh& mesh_;
     SchemeKind scheme_;
     int levels_;
     const UniformOptions& options_;
+    bool normals_, limit_;
     bool whole_faces_;  ///< roots are control faces
 };
 

@@ -26,8 +26,11 @@ struct UniformRefiner<T>::State {
     State(const ControlMesh& control, SchemeKind scheme, int levels, const UniformOptions& uniform_options)
         : mesh(control),
           options(uniform_options),
-          topology(control, scheme, levels, detail::PointRule::scheme),
-          points(topology) {}
+          topology(control, scheme, levels,
+                   uniform_options.linear ? detail::PointRule::linear : detail::PointRule::scheme),
+          points(topology) {
+        if (options.linear) options.limit = options.normals = false;
+    }
 
     const ControlMesh& mesh;
     UniformOptions options;
@@ -82,7 +85,7 @@ void UniformRefiner<T>::refine(std::span<const Vec3<T>> control, std::span<Vec3<
     State& s = *state_;
     check_length("control positions", control.size(), s.mesh.vertex_count());
     check_length("positions to write", positions.size(), vertex_count());
-    if (!normals.empty()) check_length("normals to write", normals.size(), vertex_count());
+    if (!normals.empty()) check_length("normals to write", normals.size(), s.options.linear ? 0 : vertex_count());
     with_threads(s.options.context, [&] {
         T* out = positions.empty() ? nullptr : &positions.data()->x;
         if (!s.options.limit && normals.empty()) {

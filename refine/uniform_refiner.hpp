@@ -13,6 +13,10 @@ namespace tetrakis {
 struct UniformOptions {
     bool limit = false;    ///< put the vertices on the limit surface
     bool normals = false;  ///< limit normals (with or without `limit`)
+    /// The same faces with points on the control mesh: bilinear in its quads (Catmull-Clark's faces), or at the
+    /// midpoints of its triangles (Loop's). These are their own limit, and there are no normals: the other options do
+    /// nothing.
+    bool linear = false;
     RunContext context{};
 };
 

@@ -169,6 +169,7 @@ RuleStep receding_primal(const RuleMesh& mesh, const Averages& a) {
         step.child_halfedge[q] = faces.halfedge_count();  // quad q belongs to half-edge q
         for (const int v : split.corners(q)) faces.corner(number[v]);
         faces.end_face();
+        step.parent_face.push_back(mesh.face(q));
     }
     if (count == 0) throw std::invalid_argument("the averaging steps use up the whole mesh; replicate its boundary");
     step.mesh = RuleMesh(count, std::move(faces));
@@ -210,6 +211,7 @@ RuleStep receding_dual(const RuleMesh& mesh, const Averages& a) {
             faces.corner(number[q]);
         }
         faces.end_face();
+        step.parent_face.push_back(mesh.face(polygon[0]));
     }
     step.mesh = RuleMesh(count, std::move(faces));
     return step;
@@ -224,13 +226,17 @@ RuleStep averaging_step(const RuleMesh& mesh, const RuleOptions& options) {
     const int steps = options.averaging_steps;
     if (steps < 0) throw std::invalid_argument("the number of averaging steps must not be negative");
     if (steps == 0) return bilinear_step(mesh, options);
+    const bool recedes = options.averaging_boundary == AveragingBoundary::recede;
+    // Two steps take Catmull-Clark's rules at boundaries, creases and corners; the others have none inside.
+    const bool sharp_rules = steps == 2 && !recedes;
     Layered layered = smooth_inside(mesh);
-    if (options.averaging_boundary == AveragingBoundary::recede) {
+    if (sharp_rules) layered.mesh = mesh;
+    if (recedes) {
         const Averages a = average(layered, steps);
         return steps % 2 == 0 ? receding_primal(mesh, a) : receding_dual(mesh, a);
     }
     const RuleMesh inside = layered.mesh;
-    if (steps != 2)
+    if (!sharp_rules)
         for (int i = 0; i < layers_needed(steps); ++i) add_layer(layered);
     const Averages a = average(layered, steps);
     if (steps % 2 == 1)
@@ -248,17 +254,19 @@ RuleStep averaging_step(const RuleMesh& mesh, const RuleOptions& options) {
         inside,
         [&](int v) -> StencilRow {
             if (inside.first(v) == RuleMesh::none) return {{v, 1}};
-            if (steps != 2 || !inside.on_boundary(v)) return a.vertex[v];
-            if (inside.rule(v) == VertexRule::corner) return {{v, 1}};
-            StencilRow row{{v, k_crease_vertex_mask.vertex}};
-            for (const int e : inside.sharp_neighbours(v)) row.add(e, k_crease_vertex_mask.neighbour);
-            return row;
+            if (!sharp_rules) return a.vertex[v];
+            return detail::blended_vertex_row(inside, v, inside.ring(v), [&] { return a.vertex[v]; });
         },
         [&](int h) {
-            if (steps == 2 && inside.sharp(h)) return StencilRow{{inside.origin(h), 0.5}, {inside.target(h), 0.5}};
-            return a.vertex[split_edge(h)];
+            if (!sharp_rules) return a.vertex[split_edge(h)];
+            const float s = inside.sharpness(h), child = child_sharpness(s);
+            const double crease = edge_crease_weight(s, child, child);
+            StencilRow row;
+            if (crease != 0) row.add({{inside.origin(h), 0.5}, {inside.target(h), 0.5}}, crease);
+            if (crease != 1) row.add(a.vertex[split_edge(h)], 1 - crease);
+            return row;
         },
-        [&](int f) { return steps == 2 ? detail::face_mean(inside, f) : a.vertex[split_face(f)]; });
+        [&](int f) { return sharp_rules ? detail::face_mean(inside, f) : a.vertex[split_face(f)]; });
 }
 
 RuleStep biquartic_step(const RuleMesh& mesh, const RuleOptions& options) {

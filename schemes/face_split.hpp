@@ -33,6 +33,7 @@ RuleStep split_triangles(const RuleMesh& mesh, VertexRow&& vertex_row, EdgeRow&&
             faces.end_face();
         }
         faces.face({V + mesh.edge(h), V + mesh.edge(h + 1), V + mesh.edge(h + 2)});
+        step.parent_face.insert(step.parent_face.end(), 4, f);
     }
     const int count = V + mesh.edge_count();
     step.mesh = RuleMesh(count, std::move(faces), child_vertex_sharpness(mesh, count));
@@ -69,6 +70,7 @@ RuleStep split_polygons(const RuleMesh& mesh, VertexRow&& vertex_row, EdgeRow&& 
     for (int e = 0; e < mesh.edge_count(); ++e) step.stencils.push(edge_row(mesh.edge_halfedge(e)));
     for (int f = 0; f < mesh.face_count(); ++f) step.stencils.push(face_row(f));
     step.mesh = split_polygons(mesh);
+    for (int h = 0; h < mesh.halfedge_count(); ++h) step.parent_face.push_back(mesh.face(h));
     step.child_halfedge = split_polygons_children(mesh);
     return step;
 }

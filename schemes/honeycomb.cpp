@@ -48,12 +48,16 @@ RuleStep honeycomb_step(const RuleMesh& mesh, const RuleOptions&) {
     for (int h = 0; h < H; ++h) {
         step.child_halfedge[h] = h;
         faces.corner(V + h);
-        if (mesh.next(h) <= h) faces.end_face();
+        if (mesh.next(h) > h) continue;
+        faces.end_face();
+        step.parent_face.push_back(mesh.face(h));
     }
     for (int h = 0; h < H; ++h) {
         const int t = mesh.twin(h), u = mesh.origin(h), v = mesh.target(h);
         if (!mesh.sharp(h)) {
-            if (h < t) faces.face({u, V + mesh.next(t), V + t, v, V + mesh.next(h), V + h});
+            if (h > t) continue;
+            step.parent_face.push_back(mesh.face(h));
+            faces.face({u, V + mesh.next(t), V + t, v, V + mesh.next(h), V + h});
             continue;
         }
         const float s = child_sharpness(mesh.sharpness(h));
@@ -63,6 +67,7 @@ RuleStep honeycomb_step(const RuleMesh& mesh, const RuleOptions&) {
         faces.corner(V + mesh.next(h));
         faces.corner(V + h);
         faces.end_face();
+        step.parent_face.push_back(mesh.face(h));
     }
     step.mesh = RuleMesh(count, std::move(faces), detail::child_vertex_sharpness(mesh, count));
     return step;

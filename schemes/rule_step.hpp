@@ -21,6 +21,9 @@ struct RuleStep {
     std::vector<int> child_halfedge{};
     /// Dual: of a sharp half-edge, the new one along the same crease or boundary. Empty otherwise.
     std::vector<int> child_crease{};
+    /// Of each new face, the old one that it belongs to. Where several have a part in it, the face of an edge belongs
+    /// to that of one of its half-edges, the face of a vertex to one around it.
+    std::vector<int> parent_face{};
 };
 
 /// The C1 rule for smooth edges that end in a boundary or crease (Biermann, Levin, Zorin 2000).

@@ -47,6 +47,7 @@ RuleStep odd_step(const RuleMesh& mesh) {
     for (int f = 0; f < mesh.face_count(); ++f) step.stencils.push(detail::face_mean(mesh, f));
     for (int h = 0; h < mesh.halfedge_count(); ++h) {
         const int centre = V + mesh.face(h);
+        step.parent_face.push_back(mesh.face(h));
         if (!mesh.sharp(h)) {
             faces.face({mesh.origin(h), V + mesh.face(mesh.twin(h)), centre});
             continue;
@@ -87,6 +88,7 @@ class EvenStep {
         }
         RuleMesh::Builder faces;
         for (int h = 0; h < mesh.halfedge_count(); ++h) {
+            step_.parent_face.push_back(mesh.face(h));
             if (!mesh.sharp(h)) {
                 const int v = mesh.origin(h), beyond = beside(mesh.twin(h)), here = beside(h);
                 faces.corner(v, crease_between(v, beyond, mesh.twin(h)));
@@ -165,6 +167,7 @@ RuleStep sqrt3_step(const RuleMesh& mesh, const RuleOptions&) {
     const RuleStep odd = odd_step(mesh);
     RuleStep step = EvenStep(odd.mesh).take();
     step.stencils = odd.stencils.then(step.stencils);
+    for (int& face : step.parent_face) face = odd.parent_face[face];
     step.child_halfedge.resize(mesh.halfedge_count());
     // The first step turns by half a sector: its edge to the left of h's triangle is turned back onto h by the second.
     for (int h = 0; h < mesh.halfedge_count(); ++h) step.child_halfedge[h] = 3 * odd.mesh.twin(3 * h + 2);

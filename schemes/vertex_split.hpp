@@ -41,11 +41,14 @@ RuleStep split_vertices(const RuleMesh& mesh, CornerRow&& corner_row, CreaseRow&
             faces.corner(h);
         }
         faces.end_face();
+        step.parent_face.push_back(f);
     }
     for (int h = 0; h < H; ++h) {
         const int t = mesh.twin(h), u = mesh.origin(h), v = mesh.target(h);
         if (!mesh.sharp(h)) {
-            if (h < t) faces.face({h, mesh.next(t), t, mesh.next(h)});
+            if (h > t) continue;
+            faces.face({h, mesh.next(t), t, mesh.next(h)});
+            step.parent_face.push_back(mesh.face(h));
             continue;
         }
         faces.corner(h);
@@ -54,6 +57,7 @@ RuleStep split_vertices(const RuleMesh& mesh, CornerRow&& corner_row, CreaseRow&
         faces.corner(on_crease(h, v));
         faces.corner(mesh.next(h));
         faces.end_face();
+        step.parent_face.push_back(mesh.face(h));
     }
     std::vector<float> tips;  // sharpness of the corner vertices' points
     for (int v = 0; v < mesh.vertex_count(); ++v) {
@@ -72,6 +76,7 @@ RuleStep split_vertices(const RuleMesh& mesh, CornerRow&& corner_row, CreaseRow&
             for (int i = 0; i < ring.faces(); ++i)
                 faces.corner(ring.halfedge[(i + (sharp_count == 1 ? sharp[0] : 0)) % ring.faces()]);
             faces.end_face();
+            step.parent_face.push_back(mesh.face(mesh.first(v)));
             continue;
         }
         const bool corner = sharp_count > 2 || is_sharp(mesh.vertex_sharpness(v));
@@ -91,6 +96,7 @@ RuleStep split_vertices(const RuleMesh& mesh, CornerRow&& corner_row, CreaseRow&
             faces.corner(crease_at(to), corner ? last : std::max(first, last));
             if (corner) faces.corner(tip, first);
             faces.end_face();
+            step.parent_face.push_back(mesh.face(ring.halfedge[from]));
         }
     }
     std::vector<float> sharpness;

@@ -31,7 +31,9 @@ constexpr Peer k_peers[] = {
     {"doo-sabin", "doosabin.cgal", 2, 2},
     {"sqrt3", "sqrt3.cgal", 2, 1},
     {"sqrt3", "sqrt3.openmesh", 2, 1},
+    {"bilinear", "bilinear.osd", 1, 1},
     {"bilinear", "bilinear.osd", 2, 2},
+    {"midedge-simplest", "midpoint.openmesh", 2, 1},  // joining midpoints twice
     {"modified-butterfly", "butterfly.openmesh", 1, 1},
 };
 

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "tetrakis/schemes/stencil_table.hpp"
+
+#include <filesystem>
+
+namespace tetrakis {
+
+/// Writes a stencil table as text, for programs that refine with kernels of their own:
+///
+///     tetrakis-stencils 1
+///     <rows> <control vertices> <terms>
+///     <number of terms> <control vertex> <weight> <control vertex> <weight> ...
+///
+/// one line per row; vertices count from 0 and increase along a row; weights are the shortest decimals that read back
+/// the same. Row r applied to any value per control vertex, term by term from the left, gives that of vertex r.
+/// @throws Error  io
+void write_stencils(const std::filesystem::path& path, const StencilTable& table, int control_vertices);
+
+}  // namespace tetrakis

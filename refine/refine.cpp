@@ -1,0 +1,162 @@
+#include "tetrakis/refine/refine.hpp"
+
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/uniform.hpp"
+#include "tetrakis/refine/used_values.hpp"
+#include "tetrakis/refine/uv_mesh.hpp"
+#include "tetrakis/schemes/linear.hpp"
+
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace tetrakis {
+
+namespace {
+
+bool plain_rules(const RuleOptions& rules) {
+    return rules.edge_beside_crease == EdgeBesideCrease::plain && rules.loop_weights == LoopWeights::loop &&
+           !rules.hoppe_crease && !rules.catmull_clark_beta && !rules.catmull_clark_gamma && rules.corner_angle == 0;
+}
+
+/// The structured path, where there is one.
+std::optional<PolygonMesh> refine_structured(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                                             const RefineOptions& options) {
+    const bool linear = scheme.step == bilinear_step || scheme.step == midpoint_step;
+    const bool smooth = scheme.name == name(SchemeKind::catmull_clark) || scheme.name == name(SchemeKind::loop);
+    if (options.smoothing != 0 || !(linear || (smooth && plain_rules(options.rules)))) return std::nullopt;
+    const bool triangles = scheme.family == MeshFamily::triangles;
+    if (triangles && !mesh.all_triangles()) return std::nullopt;  // the rules say what is wrong
+    UniformOptions uniform{.limit = options.limit, .normals = options.normals, .context = options.context};
+    if (linear) uniform = {.linear = true, .context = options.context};
+    return refine_uniform(mesh, triangles ? SchemeKind::loop : SchemeKind::catmull_clark, levels, uniform);
+}
+
+/// Texture coordinates by the same scheme on the charts, whose faces and half-edges are the mesh's. False where the
+/// result has other faces.
+bool refine_uvs(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options,
+                const RuleMesh& last, PolygonMesh& result) {
+    const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
+    const SchemeInfo& by =
+        linear ? *find_scheme(scheme.family == MeshFamily::triangles ? "midpoint" : "bilinear") : scheme;
+    RefineOptions plain{.rules = options.rules, .context = options.context};
+    plain.context.progress = nullptr;
+    const ControlMesh chart = uv_mesh(mesh);
+    const RuleRefiner refiner(chart, by, levels, plain);
+    if (refiner.last().halfedge_count() != last.halfedge_count()) return false;
+    std::vector<Vec3d> points(refiner.vertex_count());
+    refiner.refine(chart.positions(), points);
+    for (const Vec3d& p : points) result.uvs.emplace_back(p);
+    result.face_uvs.resize(result.face_vertices.size());
+    for (int h = 0; h < last.halfedge_count(); ++h)
+        result.face_uvs[h] = static_cast<std::uint32_t>(refiner.last().origin(h));
+    return true;
+}
+
+void keep_faces(const std::vector<char>& kept, PolygonMesh& mesh) {
+    std::vector<std::uint32_t> offsets{0}, vertices, uvs, material, group;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
+        if (kept[f] == 0) continue;
+        for (std::uint32_t c = mesh.face_offsets[f]; c < mesh.face_offsets[f + 1]; ++c) {
+            vertices.push_back(mesh.face_vertices[c]);
+            if (!mesh.face_uvs.empty()) uvs.push_back(mesh.face_uvs[c]);
+        }
+        offsets.push_back(static_cast<std::uint32_t>(vertices.size()));
+        if (!mesh.face_material.empty()) material.push_back(mesh.face_material[f]);
+        if (!mesh.face_group.empty()) group.push_back(mesh.face_group[f]);
+    }
+    mesh.face_offsets = std::move(offsets);
+    mesh.face_vertices = std::move(vertices);
+    mesh.face_uvs = std::move(uvs);
+    mesh.face_material = std::move(material);
+    mesh.face_group = std::move(group);
+}
+
+PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options,
+                           StencilTable* stencils) {
+    const RuleRefiner refiner(mesh, scheme, levels, options);
+    const RuleMesh& last = refiner.last();
+    const ControlMeshData& data = mesh.data();
+    PolygonMesh result;
+    result.positions.resize(refiner.vertex_count());
+    refiner.refine(mesh.positions(), result.positions);
+    if (options.normals) {
+        result.normals.resize(refiner.vertex_count());
+        refiner.normals(mesh.positions(), result.normals);
+    }
+    result.face_offsets.resize(refiner.face_count() + std::size_t{1});
+    result.face_vertices.resize(last.halfedge_count());
+    std::vector<char> kept(refiner.face_count(), 1);
+    bool all_kept = true;
+    for (int f = 0; f < last.face_count(); ++f) {
+        result.face_offsets[f + 1] = result.face_offsets[f] + static_cast<std::uint32_t>(last.face_size(f));
+        const std::uint32_t control = refiner.control_face(static_cast<std::uint32_t>(f));
+        if (mesh.is_hole(FaceId(control))) kept[f] = 0;
+        all_kept = all_kept && kept[f] != 0;
+        if (!data.face_material.empty()) result.face_material.push_back(data.face_material[control]);
+        if (!data.face_group.empty()) result.face_group.push_back(data.face_group[control]);
+    }
+    for (int h = 0; h < last.halfedge_count(); ++h)
+        result.face_vertices[h] = static_cast<std::uint32_t>(last.origin(h));
+    result.materials = data.materials;
+    result.groups = data.groups;
+    if (mesh.has_uvs()) {
+        const bool splits_faces =
+            fan_lattice(scheme, options.rules) != FanLattice::dual && scheme.refinement != Refinement::sqrt3;
+        if (!(levels == 0 || splits_faces) || !refine_uvs(mesh, scheme, levels, options, last, result))
+            result.warnings.push_back("the texture coordinates were dropped: " + std::string(scheme.name) +
+                                      " does not split faces, so its new faces lie across the seams");
+    }
+    if (mesh.crease_method() == CreaseMethod::chaikin)
+        result.warnings.push_back(
+            "the creases were refined by the uniform rule: Chaikin's is known to plain "
+            "catmull-clark and loop only");
+    if (!all_kept) {
+        keep_faces(kept, result);
+        if (!result.uvs.empty()) detail::drop_unused(result.face_uvs, result.uvs);
+    }
+    if (stencils != nullptr) {
+        std::vector<char> used(result.positions.size(), 0);
+        for (const std::uint32_t v : result.face_vertices) used[v] = 1;
+        const StencilTable all = refiner.stencils();
+        for (int v = 0; v < all.row_count(); ++v)
+            if (used[v] != 0) stencils->push(all.row(v));
+    }
+    if (!result.normals.empty()) {
+        std::vector<std::uint32_t> again = result.face_vertices;
+        detail::drop_unused(again, result.normals);
+    }
+    detail::drop_unused(result.face_vertices, result.positions);
+    return result;
+}
+
+}  // namespace
+
+const SchemeInfo& scheme_named(std::string_view text) {
+    if (const SchemeInfo* scheme = find_scheme(text)) return *scheme;
+    std::string names;
+    for (const SchemeInfo& s : scheme_table()) names += (names.empty() ? "" : ", ") + std::string(s.name);
+    throw Error(ErrorCode::invalid_input, "no scheme is called " + std::string(text) + "; did you mean " +
+                                              std::string(nearest_scheme_name(text)) + "? There are: " + names);
+}
+
+PolygonMesh refine(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options) {
+    if (std::optional<PolygonMesh> result = refine_structured(mesh, scheme, levels, options)) return std::move(*result);
+    return with_threads(options.context, [&] { return refine_general(mesh, scheme, levels, options, nullptr); });
+}
+
+RefinedStencils refine_stencils(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                                const RefineOptions& options) {
+    return with_threads(options.context, [&] {
+        RefinedStencils result;
+        result.mesh = refine_general(mesh, scheme, levels, options, &result.stencils);
+        return result;
+    });
+}
+
+PolygonMesh refine(const ControlMesh& mesh, std::string_view scheme, int levels, const RefineOptions& options) {
+    return refine(mesh, scheme_named(scheme), levels, options);
+}
+
+}  // namespace tetrakis

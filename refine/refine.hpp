@@ -1,0 +1,42 @@
+#pragma once
+
+#include "tetrakis/hier/control_mesh.hpp"
+#include "tetrakis/refine/polygon_mesh.hpp"
+#include "tetrakis/refine/rule_refiner.hpp"
+
+#include <string_view>
+
+namespace tetrakis {
+
+/// The control mesh refined everywhere by any scheme, as many levels as asked.
+///
+/// Catmull-Clark, Loop, bilinear and midpoint refinement with their plain rules take the structured path of
+/// refine_uniform(), all else the schemes' rules point by point (RuleRefiner). Holes are left out, and then the
+/// vertices that no face uses. Materials and groups are those of the control face that a face belongs to. UVs are
+/// refined face-varying (see uv_mesh()) by the same scheme where it splits faces; the other schemes move faces across
+/// the seams, so there they are dropped, with a warning. Creases are refined by the uniform rule except by
+/// Catmull-Clark and Loop.
+/// @param levels  >= 0: steps of the scheme (a sqrt3 or 4-8 step is two of its simple steps)
+/// @param options normals: none for the schemes whose surfaces have no tangent planes, bilinear and midpoint
+/// @throws Error  invalid_input: levels < 0, or a mesh that the scheme cannot take (the message says why); unsupported:
+///                more elements than 32 bits can count, or a limit that the scheme has no mask for; memory_limit;
+///                cancelled
+/// Cost: nanoseconds per vertex on the structured path, about a microsecond by rules; the same bytes for any number of
+/// threads.
+PolygonMesh refine(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options = {});
+/// @throws Error  invalid_input as well for an unknown name; the message has the nearest one and all that there are
+PolygonMesh refine(const ControlMesh& mesh, std::string_view scheme, int levels, const RefineOptions& options = {});
+
+/// The same by RuleRefiner for every scheme, with its vertices as combinations of the control vertices, for users with
+/// kernels of their own: row r of `stencils` is vertex r of `mesh`.
+struct RefinedStencils {
+    PolygonMesh mesh;
+    StencilTable stencils;
+};
+RefinedStencils refine_stencils(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                                const RefineOptions& options = {});
+
+/// The scheme of that name. @throws Error invalid_input, as refine()
+const SchemeInfo& scheme_named(std::string_view name);
+
+}  // namespace tetrakis

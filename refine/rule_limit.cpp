@@ -1,0 +1,454 @@
+#include "tetrakis/refine/rule_limit.hpp"
+
+#include "tetrakis/schemes/averaging.hpp"
+#include "tetrakis/schemes/linear.hpp"
+#include "tetrakis/schemes/spectrum.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <utility>
+
+namespace tetrakis::detail {
+
+namespace {
+
+using Mask = ClosedMasks::Mask;
+
+// Steps below the mesh that are tried: a fan of up to four rings is regular after three, and a sharpness of 5 is gone.
+constexpr int k_most_steps = 5;
+// Rounding errors of numeric eigenvectors, whose largest weights are of order one.
+constexpr double k_no_weight = 1e-12;
+
+struct Masks {
+    Mask limit, tangent1, tangent2;
+    int rings = 0;  ///< that have weights
+    bool any() const { return !limit.empty(); }
+    bool tangents() const { return !tangent1.empty() && !tangent2.empty(); }
+};
+
+struct Rows {
+    StencilRow limit;
+    std::vector<std::array<StencilRow, 2>> tangents;
+};
+
+StencilRow gathered(StencilRow row) {
+    StencilTable table;
+    table.push(std::move(row));
+    return table.row(0);
+}
+
+/// What a limit is asked for: a vertex (by a half-edge that leaves it), a face of a dual mesh (by one of its
+/// half-edges) or a dual mesh's crease edge.
+struct Site {
+    enum class Kind { vertex, face, crease } kind;
+    int halfedge;
+};
+
+/// Part of a mesh, and where it is from.
+struct Part {
+    RuleMesh mesh;
+    std::vector<int> vertex;    ///< of the mesh, per vertex of the part
+    std::vector<int> halfedge;  ///< of the part, per half-edge of the mesh; none outside
+};
+
+/// The faces within so many rings of the sites; more where they would touch in a vertex alone.
+Part part_around(const RuleMesh& mesh, const std::vector<Site>& sites, int rings) {
+    std::vector<char> near(mesh.vertex_count(), 0), kept(mesh.face_count(), 0);
+    std::vector<int> front, next;
+    const auto see = [&](int v) {
+        if (near[v] == 0) next.push_back(v);
+        near[v] = 1;
+    };
+    const auto keep = [&](int f) {
+        kept[f] = 1;
+        for (const int v : mesh.corners(f)) see(v);
+    };
+    for (const Site& site : sites)
+        if (site.kind == Site::Kind::vertex)
+            see(mesh.origin(site.halfedge));
+        else
+            for (const int v : mesh.corners(mesh.face(site.halfedge))) see(v);
+    for (int ring = 0; ring < rings; ++ring) {
+        front = std::exchange(next, {});
+        for (const int v : front)
+            for (const int h : mesh.ring(v).halfedge) keep(mesh.face(h));
+    }
+    for (bool again = true; again;) {
+        again = false;
+        for (int v = 0; v < mesh.vertex_count(); ++v) {
+            if (near[v] == 0) continue;
+            const RuleMesh::Ring ring = mesh.ring(v);
+            int fans = 0, count = 0;
+            for (int i = 0; i < ring.faces(); ++i) {
+                const bool here = kept[mesh.face(ring.halfedge[i])] != 0;
+                const bool before = i > 0 ? kept[mesh.face(ring.halfedge[i - 1])] != 0
+                                          : ring.closed && kept[mesh.face(ring.halfedge.back())] != 0;
+                fans += here && !before ? 1 : 0;
+                count += here ? 1 : 0;
+            }
+            if (fans < 2) continue;
+            for (const int h : ring.halfedge) keep(mesh.face(h));
+            again = true;
+        }
+    }
+    Part part;
+    part.halfedge.assign(mesh.halfedge_count(), RuleMesh::none);
+    std::vector<int> number(mesh.vertex_count(), RuleMesh::none);
+    RuleMesh::Builder faces;
+    for (int f = 0; f < mesh.face_count(); ++f) {
+        if (kept[f] == 0) continue;
+        for (int h = mesh.face_begin(f); h < mesh.face_begin(f) + mesh.face_size(f); ++h) {
+            int& v = number[mesh.origin(h)];
+            if (v == RuleMesh::none) {
+                v = static_cast<int>(part.vertex.size());
+                part.vertex.push_back(mesh.origin(h));
+            }
+            part.halfedge[h] = faces.halfedge_count();
+            faces.corner(v, mesh.sharpness(h));
+        }
+        faces.end_face();
+    }
+    std::vector<float> sharpness;
+    for (const int v : part.vertex) sharpness.push_back(mesh.vertex_sharpness(v));
+    part.mesh = RuleMesh(static_cast<int>(part.vertex.size()), std::move(faces), std::move(sharpness));
+    return part;
+}
+
+class Finder {
+  public:
+    Finder(const SchemeInfo& scheme, const RuleOptions& options)
+        : scheme_(scheme),
+          options_(options),
+          lattice_(fan_lattice(scheme, options)),
+          dual_(lattice_ == FanLattice::dual),
+          ignores_creases_(
+              scheme.step == biquartic_step ||
+              (scheme.step == averaging_step && options.averaging_steps != 0 &&
+               (options.averaging_steps != 2 || options.averaging_boundary == AveragingBoundary::recede))) {
+        // The plain rules of these look no further than one ring, whatever is beyond it.
+        const bool plain =
+            options.edge_beside_crease == EdgeBesideCrease::plain && !options.hoppe_crease && options.corner_angle == 0;
+        one_ring_ = scheme.step == midpoint_step || scheme.step == bilinear_step || scheme.name == "sqrt3" ||
+                    (plain && (scheme.name == "loop" || scheme.name == "catmull-clark"));
+    }
+
+    /// Rows of the sites, empty where none is found.
+    std::vector<std::optional<Rows>> find(const RuleMesh& mesh, const std::vector<Site>& sites, int step) {
+        std::vector<std::optional<Rows>> found(sites.size());
+        std::vector<std::size_t> open;
+        for (std::size_t i = 0; i < sites.size(); ++i) {
+            found[i] = here(mesh, sites[i], step);
+            if (!found[i]) open.push_back(i);
+        }
+        if (open.empty() || step == k_most_steps) return found;
+
+        std::vector<Site> left;
+        for (const std::size_t i : open) left.push_back(sites[i]);
+        // A step's rules reach three rings at most, many averaging steps one more each, and what is twice as far away
+        // in the finer mesh must do for the step after it.
+        const Part part = part_around(mesh, left, 8 + (scheme_.step == averaging_step ? options_.averaging_steps : 0));
+        const RuleStep finer = scheme_.step(part.mesh, options_);
+        std::vector<Site> below;
+        std::vector<std::size_t> of;
+        for (const std::size_t i : open) {
+            const std::optional<Site> child =
+                child_of(part.mesh, finer, Site{sites[i].kind, part.halfedge[sites[i].halfedge]});
+            if (!child) continue;
+            below.push_back(*child);
+            of.push_back(i);
+        }
+        std::vector<std::optional<Rows>> rows = find(finer.mesh, below, step + 1);
+        const auto back = [&](const StencilRow& row) {
+            StencilRow coarse, result;
+            for (const auto& [point, weight] : row.terms) coarse.add(finer.stencils.row(point), weight);
+            for (const auto& [point, weight] : coarse.terms) result.add(part.vertex[point], weight);
+            return gathered(std::move(result));
+        };
+        for (std::size_t k = 0; k < of.size(); ++k) {
+            if (!rows[k]) continue;
+            Rows up{back(rows[k]->limit), {}};
+            for (const auto& [t1, t2] : rows[k]->tangents) up.tangents.push_back({back(t1), back(t2)});
+            found[of[k]] = std::move(up);
+        }
+        return found;
+    }
+
+  private:
+    const Masks& masks(const FanShape& shape) {
+        const auto key = std::tuple(shape.faces, shape.boundary, shape.dart);
+        const auto at = masks_.find(key);
+        if (at != masks_.end()) return at->second;
+        Masks& masks = masks_[key];
+        const ClosedMasks closed = scheme_.closed_masks(shape, options_);
+        masks.limit = closed.limit;
+        masks.tangent1 = closed.tangent1;
+        masks.tangent2 = closed.tangent2;
+        const bool linear = scheme_.step == midpoint_step || scheme_.step == bilinear_step;
+        if (!linear && (!masks.any() || !masks.tangents())) {
+            try {
+                const SpectralAnalysis analysis = analyse(scheme_, shape, options_);
+                const SchemeMasks numeric = scheme_masks(scheme_, analysis, options_);
+                const auto mask = [&](const std::vector<double>& weights) {
+                    Mask result;
+                    for (std::size_t i = 0; i < weights.size(); ++i)
+                        if (std::abs(weights[i]) > k_no_weight)
+                            result.emplace_back(analysis.matrix.labels.all()[i], weights[i]);
+                    return result;
+                };
+                if (!masks.any()) masks.limit = mask(numeric.limit);
+                masks.tangent1 = mask(numeric.tangent1);
+                masks.tangent2 = mask(numeric.tangent2);
+            } catch (const std::invalid_argument&) {
+                masks.tangent1.clear();  // a shape that has no matrix; a limit may have its formula all the same
+            }
+        }
+        const FanLabels labels(lattice_, shape, 0);
+        for (const Mask* mask : {&masks.limit, &masks.tangent1, &masks.tangent2})
+            for (const auto& [label, weight] : *mask) masks.rings = std::max(masks.rings, labels.ring_of(label));
+        if (masks.tangents() && !outwards(masks, shape)) std::swap(masks.tangent1, masks.tangent2);
+        return masks;
+    }
+
+    /// Whether t1 x t2 points up in a flat fan seen from above.
+    bool outwards(const Masks& masks, const FanShape& shape) const {
+        struct Point {
+            double x = 0, y = 0;
+        };
+        const int n = shape.faces;
+        const double turn = (shape.boundary ? 1 : 2) * std::numbers::pi / n;
+        const auto ray = [&](int s) { return Point{std::cos(s * turn), std::sin(s * turn)}; };
+        const auto place = [&](FanLabel l) -> Point {
+            if (dual_ && shape.boundary) return {l.sector == 0 ? 0.5 + l.a : -0.5 - l.a, double(l.b)};
+            const Point p = ray(l.sector);
+            if (!dual_) {
+                const Point q = ray(l.sector + 1);
+                return {l.a * p.x + l.b * q.x, l.a * p.y + l.b * q.y};
+            }
+            const Point before = ray(l.sector - 1), after = ray(l.sector + 1);
+            return {p.x + l.a * (p.x - before.x) + l.b * (p.x - after.x),
+                    p.y + l.a * (p.y - before.y) + l.b * (p.y - after.y)};
+        };
+        const auto apply = [&](const Mask& mask) {
+            Point sum;
+            for (const auto& [label, weight] : mask) {
+                const Point p = place(label);
+                sum.x += weight * p.x;
+                sum.y += weight * p.y;
+            }
+            return sum;
+        };
+        const Point a = apply(masks.tangent1), b = apply(masks.tangent2);
+        return a.x * b.y - a.y * b.x > 0;
+    }
+
+    bool semi_sharp(const RuleMesh& mesh, int v, const RuleMesh::Ring& ring) const {
+        return is_semi_sharp(mesh.vertex_sharpness(v)) ||
+               std::any_of(ring.sharpness.begin(), ring.sharpness.end(), is_semi_sharp);
+    }
+
+    std::optional<Rows> here(const RuleMesh& mesh, const Site& site, int step) {
+        if (site.kind == Site::Kind::face) return around_face(mesh, site.halfedge);
+        if (site.kind == Site::Kind::crease) {
+            const FanShape shape{.faces = 4, .boundary = true};
+            return by_masks(mesh, shape, {site.halfedge});
+        }
+        const int v = mesh.origin(site.halfedge);
+        const RuleMesh::Ring ring = mesh.ring(v);
+        // A dual vertex, and creases that are not looked at, are seen after a step.
+        if (dual_) {
+            if (!semi_sharp(mesh, v, ring) && mesh.rule(v) == VertexRule::corner && !ignores_creases_)
+                return Rows{{{v, 1}}, {}};
+            return std::nullopt;
+        }
+        if (ignores_creases_ && step == 0) return std::nullopt;
+        if (semi_sharp(mesh, v, ring)) return std::nullopt;
+        VertexRule rule = mesh.rule(v);
+        if (ignores_creases_) {
+            if (rule == VertexRule::corner && ring.closed) rule = VertexRule::smooth;
+            if (rule == VertexRule::corner) return std::nullopt;
+        }
+        if (rule == VertexRule::corner) return Rows{{{v, 1}}, {}};
+        if (rule == VertexRule::smooth) return by_masks(mesh, {.faces = ring.faces()}, ring.halfedge);
+        std::vector<int> sharp;
+        for (int i = 0; i < ring.edges(); ++i)
+            if (is_sharp(ring.sharpness[i])) sharp.push_back(i);
+        const auto from = [&](int first, int count) {
+            std::vector<int> start;
+            for (int i = 0; i < count; ++i) start.push_back(ring.halfedge[(first + i) % ring.faces()]);
+            return start;
+        };
+        if (rule == VertexRule::dart) {
+            if (!ring.closed) return std::nullopt;
+            return by_masks(mesh, {.faces = ring.faces(), .dart = true}, from(sharp[0], ring.faces()));
+        }
+        if (!ring.closed) return by_masks(mesh, {.faces = ring.faces(), .boundary = true}, ring.halfedge);
+        const int one = sharp[1] - sharp[0];
+        std::optional<Rows> left = by_masks(mesh, {.faces = one, .boundary = true}, from(sharp[0], one));
+        std::optional<Rows> right =
+            by_masks(mesh, {.faces = ring.faces() - one, .boundary = true}, from(sharp[1], ring.faces() - one));
+        if (!left || !right) return std::nullopt;
+        // Both sides give the same point of the crease.
+        for (auto& tangents : right->tangents) left->tangents.push_back(std::move(tangents));
+        return left;
+    }
+
+    std::optional<Rows> around_face(const RuleMesh& mesh, int h) {
+        std::vector<int> start;
+        for (int at = h; start.empty() || at != h; at = mesh.next(at)) start.push_back(at);
+        return by_masks(mesh, {.faces = static_cast<int>(start.size())}, start);
+    }
+
+    std::optional<Rows> by_masks(const RuleMesh& mesh, const FanShape& shape, const std::vector<int>& start) {
+        const Masks& m = masks(shape);
+        if (!m.any()) return std::nullopt;
+        const std::optional<std::vector<int>> fan = find(mesh, shape, start, m.rings);
+        if (!fan) return std::nullopt;
+        const FanLabels& labels = labels_of(shape, m.rings);
+        const auto row = [&](const Mask& mask, double total) {
+            StencilRow result;
+            double sum = 0;
+            for (const auto& [label, weight] : mask) sum += weight;
+            for (const auto& [label, weight] : mask)
+                result.add((*fan)[labels.find(label)], total == 0 ? weight : weight / sum);
+            return gathered(std::move(result));
+        };
+        Rows rows{row(m.limit, 1), {}};
+        if (m.tangents()) rows.tangents.push_back({row(m.tangent1, 0), row(m.tangent2, 0)});
+        return rows;
+    }
+
+    const FanLabels& labels_of(const FanShape& shape, int rings) {
+        return labels_.try_emplace(std::tuple(shape.faces, shape.boundary, rings), lattice_, shape, rings)
+            .first->second;
+    }
+
+    /// The vertices of the fan, where the mesh is there as the masks take it.
+    std::optional<std::vector<int>> find(const RuleMesh& mesh, const FanShape& shape, const std::vector<int>& start,
+                                         int rings) {
+        const FanLabels& labels = labels_of(shape, rings);
+        const int size = lattice_ == FanLattice::triangles ? 3 : 4;
+        const bool dual_face = dual_ && !shape.boundary;
+        if (!dual_face)
+            for (const int h : start)
+                if (mesh.face_size(mesh.face(h)) != size) return std::nullopt;
+        std::vector<int> fan;
+        try {
+            fan = find_fan(mesh, start, labels);
+        } catch (const std::logic_error&) {
+            return std::nullopt;  // it meets another extraordinary point or the boundary
+        }
+        if (one_ring_ || (dual_face && rings == 0)) return fan;
+        // Everything around the middle must be regular.
+        for (int i = 0; i < labels.size(); ++i) {
+            const FanLabel l = labels.all()[i];
+            const bool middle = !dual_ && l.a == 0 && l.b == 0;
+            if (middle) continue;
+            const bool on_ray = l.b == 0 && (l.sector == 0 || l.sector == shape.faces);
+            const bool sharp =
+                dual_ ? shape.boundary && l.b == 0 : on_ray && (shape.boundary || (shape.dart && l.sector == 0));
+            const RuleMesh::Ring ring = mesh.ring(fan[i]);
+            if (semi_sharp(mesh, fan[i], ring)) return std::nullopt;
+            if (sharp) {
+                if (mesh.rule(fan[i]) != VertexRule::crease) return std::nullopt;
+                const int faces = lattice_ == FanLattice::triangles ? 3 : 2;
+                if (!ring.closed ? ring.faces() != faces : ring.faces() != 2 * faces) return std::nullopt;
+            } else if (!ring.closed || ring.edges() != (size == 3 ? 6 : 4) || mesh.rule(fan[i]) != VertexRule::smooth) {
+                return std::nullopt;
+            }
+            // All but the middle face of a dual fan, which is never beside its outer ring alone.
+            for (const int h : ring.halfedge)
+                if (mesh.face_size(mesh.face(h)) != size && !(dual_face && mesh.face(h) == mesh.face(start[0])))
+                    return std::nullopt;
+        }
+        return fan;
+    }
+
+    std::optional<Site> child_of(const RuleMesh& mesh, const RuleStep& step, const Site& site) const {
+        using enum Site::Kind;
+        const auto at = [](Site::Kind kind, int h) {
+            return h == RuleMesh::none ? std::optional<Site>() : std::optional<Site>({kind, h});
+        };
+        const int h = site.halfedge;
+        if (site.kind == crease) {
+            const int along = step.child_crease.empty() ? RuleMesh::none : step.child_crease[h];
+            if (along != RuleMesh::none) return at(crease, along);
+            // It has gone smooth: its middle is that of the face that the edge becomes.
+            const int side = step.child_halfedge[h];
+            return at(face, side == RuleMesh::none ? side : step.mesh.twin(side));
+        }
+        if (site.kind == face || !dual_) return at(site.kind, step.child_halfedge[h]);
+        // The face that a vertex of a dual scheme becomes; beside a crease, the crease's edge of one of the two.
+        const RuleMesh& fine = step.mesh;
+        const int v = mesh.origin(h);
+        const RuleMesh::Ring ring = mesh.ring(v);
+        int smooth = RuleMesh::none, sharp = RuleMesh::none, sharp_count = 0;
+        for (int i = 0; i < ring.edges(); ++i) {
+            const bool counts = is_sharp(ring.sharpness[i]) && !(ignores_creases_ && ring.closed) &&
+                                !(ignores_creases_ && i > 0 && i + 1 < ring.edges());
+            sharp_count += counts ? 1 : 0;
+            if (i >= ring.faces()) continue;
+            int& which = counts ? sharp : smooth;
+            if (which == RuleMesh::none) which = ring.halfedge[i];
+        }
+        if (sharp_count >= 2) {
+            if (step.child_crease.empty() || step.child_crease[sharp] == RuleMesh::none) return std::nullopt;
+            const int corner = fine.twin(fine.prev(step.child_crease[sharp]));
+            if (corner == RuleMesh::none || is_sharp(mesh.vertex_sharpness(v)) || sharp_count > 2) return std::nullopt;
+            return at(crease, fine.prev(corner));
+        }
+        if (ring.faces() < 3 || smooth == RuleMesh::none || step.child_halfedge[smooth] == RuleMesh::none)
+            return std::nullopt;
+        const int edge = fine.twin(step.child_halfedge[smooth]);
+        if (edge == RuleMesh::none) return std::nullopt;
+        return at(face, fine.twin(fine.next(edge)));
+    }
+
+    const SchemeInfo& scheme_;
+    const RuleOptions& options_;
+    FanLattice lattice_;
+    bool dual_, ignores_creases_, one_ring_;
+    std::map<std::tuple<int, bool, bool>, Masks> masks_;
+    std::map<std::tuple<int, bool, int>, FanLabels> labels_;
+};
+
+}  // namespace
+
+RuleLimits rule_limits(const RuleMesh& mesh, const SchemeInfo& scheme, const RuleOptions& options) {
+    if (scheme.family == MeshFamily::hexagons)
+        throw std::invalid_argument(std::string(scheme.name) + " has no known limit masks; leave out the limit");
+    std::vector<Site> sites;
+    for (int v = 0; v < mesh.vertex_count(); ++v)
+        if (mesh.first(v) != RuleMesh::none) sites.push_back({Site::Kind::vertex, mesh.first(v)});
+    Finder finder(scheme, options);
+    const std::vector<std::optional<Rows>> found = finder.find(mesh, sites, 0);
+    RuleLimits limits;
+    std::size_t next = 0;
+    for (int v = 0; v < mesh.vertex_count(); ++v) {
+        if (mesh.first(v) == RuleMesh::none) {
+            limits.positions.push({{v, 1}});
+        } else {
+            const std::optional<Rows>& rows = found[next++];
+            if (!rows)
+                throw std::invalid_argument(std::string(scheme.name) + " has no limit mask for vertex " +
+                                            std::to_string(v) + " of the level, " +
+                                            (mesh.on_boundary(v) ? "on the boundary" : "inside the mesh") +
+                                            "; leave out the limit");
+            limits.positions.push(rows->limit);
+            for (const auto& [t1, t2] : rows->tangents) {
+                limits.tangent1.push(t1);
+                limits.tangent2.push(t2);
+            }
+        }
+        limits.begin.push_back(limits.tangent1.row_count());
+    }
+    return limits;
+}
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,28 @@
+#pragma once
+
+#include "tetrakis/schemes/scheme_table.hpp"
+
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// Limits of all vertices of a mesh under a scheme, as combinations of its points.
+struct RuleLimits {
+    StencilTable positions;  ///< one row per vertex
+    /// Tangents, t1 x t2 outwards: those of vertex v are rows [begin[v], begin[v + 1]), one for each side of a crease;
+    /// none where the scheme has no mask for them or the vertex is a corner.
+    StencilTable tangent1, tangent2;
+    std::vector<int> begin{0};
+};
+
+/// By the scheme's closed masks, else by the left eigenvectors of its local matrix, on the mesh itself where the
+/// surroundings of a vertex are those of the mask, else as many steps further down as it takes (of a part of the mesh).
+///
+/// The limit of a vertex of a dual scheme is that of the face that it becomes: on a regular mesh the spline at the
+/// vertex's own parameters.
+/// @throws std::invalid_argument  honeycomb; a vertex for which there is no mask: a corner of an averaging scheme, a
+///                                vertex that its boundary rule uses up, one of valence 2 inside a dual scheme's mesh,
+///                                or what stays semi-sharp too long
+RuleLimits rule_limits(const RuleMesh& mesh, const SchemeInfo& scheme, const RuleOptions& options);
+
+}  // namespace tetrakis::detail

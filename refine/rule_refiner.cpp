@@ -1,0 +1,246 @@
+#include "tetrakis/refine/rule_refiner.hpp"
+
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/rule_limit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace tetrakis {
+
+namespace {
+
+void check_length(const char* what, std::size_t length, std::size_t expected) {
+    if (length != expected)
+        throw Error(ErrorCode::invalid_input, "there are " + std::to_string(length) + " " + what + ", but " +
+                                                  std::to_string(expected) + " are needed");
+}
+
+/// Half-edges of the next level per half-edge, at most.
+std::uint64_t growth(const SchemeInfo& scheme) {
+    switch (scheme.refinement) {
+        case Refinement::sqrt3:
+            return 9;
+        case Refinement::vertex_split:
+        case Refinement::face_split:
+        case Refinement::bisection:
+        case Refinement::honeycomb:
+            break;
+    }
+    return 4;
+}
+
+// Per half-edge of a level: connectivity, with what is needed to build it, and the stencils of its points (measured for
+// Loop and Catmull-Clark; the long rules of Butterfly, Kobbelt and many averaging steps take up to twice as much).
+constexpr std::uint64_t k_bytes_per_halfedge = 160;
+
+void check_size(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RunContext& context) {
+    std::uint64_t halfedges = mesh.halfedge_count();
+    for (int level = 1; level <= levels; ++level) {
+        halfedges *= growth(scheme);
+        if (halfedges > std::uint64_t{std::numeric_limits<int>::max()} / 2)
+            throw Error(ErrorCode::unsupported,
+                        std::to_string(levels) + " levels give more elements than 32-bit numbers can count; level " +
+                            std::to_string(level) + " has up to " + std::to_string(halfedges) + " face corners",
+                        mesh.data().source);
+    }
+    const std::uint64_t bytes = halfedges * k_bytes_per_halfedge, limit = context.max_memory_bytes;
+    if (limit == 0 || bytes <= limit) return;
+    throw Error(ErrorCode::memory_limit,
+                std::to_string(levels) + " levels, up to " + std::to_string(halfedges) + " face corners, need about " +
+                    std::to_string(bytes >> 20) + " MiB, and the limit is " + std::to_string(limit >> 20) +
+                    " MiB; ask for fewer levels",
+                mesh.data().source);
+}
+
+StencilTable smoothing_stencils(const RuleMesh& mesh) {
+    StencilTable table;
+    for (int v = 0; v < mesh.vertex_count(); ++v) {
+        const VertexRule rule = mesh.first(v) == RuleMesh::none ? VertexRule::corner : mesh.rule(v);
+        if (rule == VertexRule::corner) {
+            table.push({{v, 1}});
+            continue;
+        }
+        const std::vector<int> around = rule == VertexRule::crease ? mesh.sharp_neighbours(v) : mesh.ring(v).neighbour;
+        StencilRow row{{v, 0.5}};
+        for (const int e : around) row.add(e, 0.5 / static_cast<double>(around.size()));
+        table.push(std::move(row));
+    }
+    return table;
+}
+
+/// Row by row, in the order of its terms whatever the width.
+void apply(const StencilTable& table, const double* in, int width, double* out) {
+    for_each_index(static_cast<std::uint32_t>(table.row_count()), [&](std::uint32_t r) {
+        const auto points = table.points(static_cast<int>(r));
+        const auto weights = table.weights(static_cast<int>(r));
+        double* to = out + std::size_t{r} * width;
+        std::fill_n(to, width, 0.0);
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const double* from = in + static_cast<std::size_t>(points[i]) * width;
+            for (int k = 0; k < width; ++k) to[k] += weights[i] * from[k];
+        }
+    });
+}
+
+}  // namespace
+
+RuleMesh rule_mesh(const ControlMesh& mesh) {
+    const ControlMeshData& data = mesh.data();
+    RuleMesh::Builder faces;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
+        for (std::uint32_t h = data.face_offsets[f]; h < data.face_offsets[f + 1]; ++h)
+            faces.corner(static_cast<int>(data.face_vertices[h]), mesh.sharpness(mesh.edge(HalfedgeId(h))));
+        faces.end_face();
+    }
+    std::vector<float> sharpness(mesh.vertex_count());
+    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) sharpness[v] = mesh.sharpness(VertexId(v));
+    return RuleMesh(static_cast<int>(mesh.vertex_count()), std::move(faces), std::move(sharpness));
+}
+
+struct RuleRefiner::State {
+    std::uint32_t control_vertices = 0;
+    RefineOptions options;
+    std::vector<StencilTable> steps;
+    RuleMesh last;
+    std::vector<int> control_face;
+    detail::RuleLimits limits;
+
+    /// The last level's control values.
+    std::vector<double> net(std::span<const double> control, int width) const {
+        std::vector<double> values(control.begin(), control.end());
+        for (const StencilTable& step : steps) {
+            std::vector<double> finer(static_cast<std::size_t>(step.row_count()) * width);
+            apply(step, values.data(), width, finer.data());
+            values = std::move(finer);
+        }
+        return values;
+    }
+};
+
+RuleRefiner::RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options)
+    : state_(std::make_unique<State>()) {
+    if (levels < 0)
+        throw Error(ErrorCode::invalid_input, "the number of levels must not be negative; 0 is the control mesh");
+    if (options.smoothing < 0)
+        throw Error(ErrorCode::invalid_input, "the number of smoothing rounds must not be negative");
+    check_size(mesh, scheme, levels, options.context);
+    State& s = *state_;
+    s.control_vertices = mesh.vertex_count();
+    s.options = options;
+    try {
+        s.last = rule_mesh(mesh);
+        s.control_face.resize(mesh.face_count());
+        for (std::uint32_t f = 0; f < mesh.face_count(); ++f) s.control_face[f] = static_cast<int>(f);
+        for (int i = 0; i < options.smoothing; ++i) s.steps.push_back(smoothing_stencils(s.last));
+        std::uint64_t done = 0, all = 0;
+        for (std::uint64_t i = 0, size = 1; i < static_cast<std::uint64_t>(levels); ++i) all += size *= growth(scheme);
+        for (std::uint64_t i = 0, size = 1; i < static_cast<std::uint64_t>(levels); ++i) {
+            options.context.report("refine", static_cast<double>(done) / static_cast<double>(all));
+            RuleStep step = scheme.step(s.last, options.rules);
+            for (int& face : step.parent_face) face = s.control_face[face];
+            s.control_face = std::move(step.parent_face);
+            s.steps.push_back(std::move(step.stencils));
+            s.last = std::move(step.mesh);
+            done += size *= growth(scheme);
+        }
+        options.context.report("refine", 1);
+    } catch (const std::invalid_argument& e) {
+        throw Error(ErrorCode::invalid_input, e.what(), mesh.data().source);
+    }
+    if (!options.limit && !options.normals) return;
+    try {
+        s.limits = detail::rule_limits(s.last, scheme, options.rules);
+    } catch (const std::invalid_argument& e) {
+        throw Error(ErrorCode::unsupported, e.what(), mesh.data().source);
+    }
+}
+
+RuleRefiner::~RuleRefiner() = default;
+RuleRefiner::RuleRefiner(RuleRefiner&&) noexcept = default;
+RuleRefiner& RuleRefiner::operator=(RuleRefiner&&) noexcept = default;
+
+std::uint32_t RuleRefiner::control_vertex_count() const { return state_->control_vertices; }
+std::uint32_t RuleRefiner::vertex_count() const { return static_cast<std::uint32_t>(state_->last.vertex_count()); }
+std::uint32_t RuleRefiner::face_count() const { return static_cast<std::uint32_t>(state_->last.face_count()); }
+const RuleMesh& RuleRefiner::last() const { return state_->last; }
+
+std::uint32_t RuleRefiner::control_face(std::uint32_t face) const {
+    return static_cast<std::uint32_t>(state_->control_face[face]);
+}
+
+void RuleRefiner::refine(std::span<const double> control, int width, std::span<double> out) const {
+    if (width < 1) throw Error(ErrorCode::invalid_input, "an attribute has at least one number per vertex");
+    const std::size_t w = static_cast<std::size_t>(width);
+    check_length("control values", control.size(), state_->control_vertices * w);
+    check_length("values to write", out.size(), vertex_count() * w);
+    with_threads(state_->options.context, [&] {
+        const std::vector<double> net = state_->net(control, width);
+        if (state_->options.limit)
+            apply(state_->limits.positions, net.data(), width, out.data());
+        else
+            std::copy(net.begin(), net.end(), out.begin());
+    });
+}
+
+// Points are three numbers side by side.
+static_assert(sizeof(Vec3d) == 3 * sizeof(double));
+
+void RuleRefiner::refine(std::span<const Vec3d> control, std::span<Vec3d> positions) const {
+    check_length("control positions", control.size(), state_->control_vertices);
+    check_length("positions to write", positions.size(), vertex_count());
+    if (positions.empty()) return;
+    refine({&control.data()->x, 3 * control.size()}, 3, {&positions.data()->x, 3 * positions.size()});
+}
+
+void RuleRefiner::normals(std::span<const Vec3d> control, std::span<Vec3d> normals) const {
+    const State& s = *state_;
+    if (!s.options.normals) throw Error(ErrorCode::invalid_input, "the options did not ask for normals");
+    check_length("control positions", control.size(), s.control_vertices);
+    check_length("normals to write", normals.size(), vertex_count());
+    if (normals.empty()) return;
+    with_threads(s.options.context, [&] {
+        const std::vector<double> net = s.net({&control.data()->x, 3 * control.size()}, 3);
+        const auto point = [&](int v) {
+            const double* p = net.data() + 3 * static_cast<std::size_t>(v);
+            return Vec3d(p[0], p[1], p[2]);
+        };
+        const auto sum = [&](const StencilTable& table, int row) {
+            Vec3d result(0);
+            const auto points = table.points(row);
+            for (std::size_t i = 0; i < points.size(); ++i) result += table.weights(row)[i] * point(points[i]);
+            return result;
+        };
+        const auto unit = [](const Vec3d& v) {
+            const double length = glm::length(v);
+            return length > 0 ? v / length : Vec3d(0);
+        };
+        for_each_index(vertex_count(), [&](std::uint32_t i) {
+            const int v = static_cast<int>(i);
+            Vec3d normal(0);
+            for (int row = s.limits.begin[i]; row < s.limits.begin[i + 1]; ++row)
+                normal += unit(glm::cross(sum(s.limits.tangent1, row), sum(s.limits.tangent2, row)));
+            if (normal == Vec3d(0))
+                for (const int h : s.last.ring(v).halfedge)
+                    normal += unit(glm::cross(point(s.last.target(h)) - point(v),
+                                              point(s.last.origin(s.last.prev(h))) - point(v)));
+            normals[i] = unit(normal);
+        });
+    });
+}
+
+StencilTable RuleRefiner::stencils() const {
+    const State& s = *state_;
+    StencilTable all;
+    for (int v = 0; v < static_cast<int>(s.control_vertices); ++v) all.push({{v, 1}});
+    for (const StencilTable& step : s.steps) all = all.then(step);
+    return s.options.limit ? all.then(s.limits.positions) : all;
+}
+
+}  // namespace tetrakis
