@@ -21,7 +21,7 @@ namespace tetrakis {
 /// @throws Error  invalid_input: levels < 0, or a mesh that the scheme cannot take (the message says why); unsupported:
 ///                more elements than 32 bits can count, or a limit that the scheme has no mask for; memory_limit;
 ///                cancelled
-/// Cost: nanoseconds per vertex on the structured path, about a microsecond by rules; the same bytes for any number of
+/// Cost: nanoseconds per vertex on the structured path, microseconds by rules; the same bytes for any number of
 /// threads.
 PolygonMesh refine(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options = {});
 /// @throws Error  invalid_input as well for an unknown name; the message has the nearest one and all that there are
