@@ -216,8 +216,8 @@ bool QuadBounder::bound_regular(const WalkCell::Patch& patch, const Piece& piece
                 return std::max(flat.on_edges, std::sqrt(flat.height * flat.height + beside * beside)) + pad;
             };
             if (!attain(flat.attained - patch.beyond) || settled(upper(flat.beside))) return true;
-            if (one_to_one(*patch.net, piece) &&
-                (settled(upper(flat.reach)) || (patch.beyond == 0 && bound_flat(*patch.net, piece, rest))))
+            if (patch.beyond == 0 && one_to_one(*patch.net, piece) &&
+                (settled(upper(flat.reach)) || bound_flat(*patch.net, piece, rest)))
                 return true;
         }
     }

@@ -185,19 +185,17 @@ QuadLocalMesh QuadLocalStep::child(int corner) const {
     using M = QuadLocalMesh;
     const std::uint32_t home = static_cast<std::uint32_t>(corner);
     // The quarters that touch the child, each by the parent's half-edge at its corner; the child itself first.
-    std::vector<std::uint32_t> parts{home};
+    std::vector<std::uint32_t> parts, face_of(mesh_.twin.size(), M::none);
     const auto add_part = [&](std::uint32_t h) {
-        for (std::uint32_t p : parts)
-            if (p == h) return;
+        if (face_of[h] != M::none) return;
+        face_of[h] = static_cast<std::uint32_t>(parts.size());
         parts.push_back(h);
     };
+    add_part(home);
     for (std::uint32_t h : fans_[corner].outgoing) add_part(h);
     for (std::uint32_t k = 0; k < 4; ++k) add_part(k);
     if (mesh_.twin[home] != M::none) add_part(mesh_.twin[home]);
     if (const std::uint32_t p = mesh_.twin[M::prev(home)]; p != M::none) add_part(M::next(p));
-
-    std::vector<std::uint32_t> face_of(mesh_.twin.size(), M::none);
-    for (std::uint32_t i = 0; i < parts.size(); ++i) face_of[parts[i]] = i;
 
     // Points of the child: numbered at first use; face, edge (by the smaller of its half-edges) and vertex points
     // apart.

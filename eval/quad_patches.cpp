@@ -1,5 +1,7 @@
 #include "tetrakis/eval/quad_patches.hpp"
 
+#include "tetrakis/eval/first_seen.hpp"
+
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/schemes/ring_limit.hpp"
 #include "tetrakis/schemes/sharpness.hpp"
@@ -17,19 +19,35 @@ using detail::Weights4;
 namespace {
 /// Below this a cell is a point: parameters have no more bits.
 constexpr int k_deepest_cell = 52;
+
+/// What the rings of large faces and vertices take: each of their corner cells keeps all of its own.
+std::uint64_t ring_bytes(const ControlMesh& mesh) {
+    constexpr std::uint64_t k_in_place = 8;
+    std::uint64_t bytes = 0;
+    const auto add = [&](std::uint64_t n) {
+        if (n > k_in_place) bytes += n * detail::QuadStar::point_count(static_cast<int>(n)) * sizeof(Vec3d);
+    };
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) add(mesh.face_size(FaceId(f)));
+    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
+        if (!mesh.is_isolated(VertexId(v))) add(mesh.face_valence(VertexId(v)));
+    return bytes;
+}
 }  // namespace
 
 QuadPatches::QuadPatches(const ControlMesh& mesh, const RunContext& context) : mesh_(mesh) {
-    const std::uint64_t bytes = std::uint64_t{mesh.halfedge_count()} * sizeof(QuadNode);
+    const std::uint64_t rings = ring_bytes(mesh);
+    const std::uint64_t bytes = std::uint64_t{mesh.halfedge_count()} * sizeof(QuadNode) + rings;
     if (context.max_memory_bytes != 0 && bytes > context.max_memory_bytes)
-        throw Error(ErrorCode::memory_limit, "the patch tree of " + std::to_string(mesh.halfedge_count()) +
-                                                 " corner cells needs " + std::to_string(bytes) +
-                                                 " bytes, more than the limit of " +
-                                                 std::to_string(context.max_memory_bytes));
+        throw Error(ErrorCode::memory_limit,
+                    "the patch tree of " + std::to_string(mesh.halfedge_count()) + " corner cells needs " +
+                        std::to_string(bytes) + " bytes, more than the limit of " +
+                        std::to_string(context.max_memory_bytes) +
+                        "; cut up faces of very many corners and vertices of very many edges, or raise the limit");
     first_step(context);
     roots_ = std::vector<QuadNode>(mesh.halfedge_count());
-    for_each_index(
-        mesh.halfedge_count(), [&](std::uint32_t h) { build_root(HalfedgeId(h)); }, 256);
+    constexpr std::uint64_t k_large_rings = 1 << 24;
+    for_each_reported(mesh.halfedge_count(), rings > k_large_rings ? 4 : 256, context, "build", 0.1, 0.5,
+                      [&](std::uint32_t h) { build_root(HalfedgeId(h)); });
     first_ = {};
     half_sharpness_ = {};
     vertex_sharpness_ = {};
@@ -206,10 +224,10 @@ QuadLocalMesh QuadPatches::local_mesh(HalfedgeId h) const {
     const ControlMesh& m = mesh_;
     // The level-1 quads Q(g) that touch Q(h): around its vertex, in its face, and beyond its two edge points.
     std::vector<HalfedgeId> parts{h};
+    detail::FirstSeen part_numbers;
+    part_numbers.number(h.value);
     const auto add = [&](HalfedgeId g) {
-        for (HalfedgeId known : parts)
-            if (known == g) return;
-        parts.push_back(g);
+        if (part_numbers.number(g.value) == parts.size()) parts.push_back(g);
     };
     const HalfedgeId start = m.vertex_halfedge(m.origin(h));
     for (HalfedgeId g = start; g.valid();) {
@@ -222,19 +240,16 @@ QuadLocalMesh QuadPatches::local_mesh(HalfedgeId h) const {
     if (const HalfedgeId p = m.twin(m.prev(h)); p.valid()) add(m.next(p));
 
     const auto find = [&](HalfedgeId g) -> std::uint32_t {
-        for (std::uint32_t i = 0; i < parts.size(); ++i)
-            if (parts[i] == g) return i;
-        return QuadLocalMesh::none;
+        const std::uint32_t i = part_numbers.find(g.value);
+        return i == detail::FirstSeen::none ? QuadLocalMesh::none : i;
     };
     QuadLocalMesh out;
     out.chaikin = m.crease_method() == CreaseMethod::chaikin;
-    std::vector<std::uint32_t> keys;  // numbers into first_, in order of use
+    detail::FirstSeen keys;  // numbers into first_, in order of use
     const auto use = [&](std::uint32_t key) {
-        for (std::uint32_t i = 0; i < keys.size(); ++i)
-            if (keys[i] == key) return i;
-        keys.push_back(key);
-        out.points.push_back(first_[key]);
-        return static_cast<std::uint32_t>(keys.size() - 1);
+        const std::uint32_t i = keys.number(key);
+        if (i == out.points.size()) out.points.push_back(first_[key]);
+        return i;
     };
     const std::uint32_t edge_base = m.vertex_count(), face_base = edge_base + m.edge_count();
     out.faces.resize(parts.size());

@@ -7,6 +7,7 @@
 #include "tetrakis/eval/measure.hpp"
 #include "tetrakis/eval/plane_measure.hpp"
 #include "tetrakis/eval/tessellation_attributes.hpp"
+#include "tetrakis/hier/mesh_check.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/adaptive_refinement.hpp"
 
@@ -152,6 +153,11 @@ class Tessellator {
                       "model to the origin"
                     : "the control mesh has no extent, so that a relative tolerance means nothing; give an absolute "
                       "one");
+        // Squares of squares of lengths must not vanish.
+        if (box.diagonal() > 0 && box.diagonal() * k_max_coordinate < 1)
+            throw Error(ErrorCode::invalid_input,
+                        fmt::format("the control mesh is only {:.2g} across, too small to calculate with; scale it up",
+                                    box.diagonal()));
         leave_room_for_rounding(box);
         prepare();
         context_.report("build", 0.5);
@@ -206,7 +212,14 @@ class Tessellator {
             measured_errors_ = {};
         }
         if (map_.plain()) {
-            result_.certified_error = certify(hierarchy, estimator, refinement, fan_error) + written_rounding();
+            const double certified = certify(hierarchy, estimator, refinement, fan_error);
+            result_.certified_error = certified + written_rounding();
+            // No point is farther than what is certified, wherever the search for its closest point ended.
+            if (result_.measured_error) {
+                MeasuredError& measured = *result_.measured_error;
+                for (double* error : {&measured.forward, &measured.backward, &measured.hausdorff})
+                    *error = std::min(*error, certified);
+            }
             result_.seconds.estimate += watch.lap();
         }
         result_.tolerance_reached =
@@ -298,8 +311,9 @@ class Tessellator {
         std::vector<double> errors(mesh_.face_count(), 0.0);
         for_each_reported(mesh_.face_count(), 16, context_, "coarsest", 0.4, 1, [&](std::uint32_t f) {
             if (!fans_.has(FaceId(f))) return;
-            errors[f] = options_.estimator == EstimatorKind::certified && options_.max_triangles == 0
-                            ? fan_error->certified(FaceId(f), aim_, true)
+            // A budget opens the worst fans first: their errors must be known.
+            errors[f] = options_.estimator == EstimatorKind::certified
+                            ? fan_error->certified(FaceId(f), aim_, options_.max_triangles == 0)
                             : fan_error->measured(FaceId(f), aim_);
         });
         const bool budget = options_.max_triangles != 0;
@@ -364,7 +378,9 @@ class Tessellator {
 
     /// Whether what a measurement finds may be mended: not where a level or a budget stopped the refinement.
     bool may_repair(const AdaptiveRefinement<typename Family::Hierarchy>& refinement) const {
-        return options_.tolerance && options_.max_triangles == 0 && !refinement.left_over();
+        // What is certified needs no repair: searches for closest points that end short of them are no reason to split.
+        return options_.tolerance && options_.max_triangles == 0 && !refinement.left_over() &&
+               options_.estimator != EstimatorKind::certified;
     }
 
     /// Splits what the measurement found to be off. False when nothing can be done.

@@ -67,11 +67,15 @@ class AdaptiveRefinement {
 
   private:
     bool wants_split(LeafId leaf) const {
-        const int level = hierarchy_.level(leaf);
-        if (level < options_.min_level) return true;
+        if (is_first(leaf)) return true;
         return errors_[leaf.value] > options_.tolerance;
     }
-    bool may_split(LeafId leaf) const { return hierarchy_.level(leaf) < options_.max_level; }
+    bool may_split(LeafId leaf) const {
+        return hierarchy_.level(leaf) < options_.max_level || hierarchy_.must_split(leaf);
+    }
+    bool is_first(LeafId leaf) const {
+        return hierarchy_.level(leaf) < options_.min_level || hierarchy_.must_split(leaf);
+    }
 
     /// Along a space-filling curve, cell by cell: estimators keep what neighbours share.
     void sort_along_curve(std::vector<LeafId>& leaves) {
@@ -190,7 +194,7 @@ class AdaptiveRefinement {
                     left_over_ = true;
                     continue;
                 }
-                const double error = hierarchy_.level(leaf) < options_.min_level ? k_first : errors_[leaf.value];
+                const double error = is_first(leaf) ? k_first : errors_[leaf.value];
                 queue.push({error, leaf, FaceId{}, key(leaf)});
             }
         };

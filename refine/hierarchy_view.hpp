@@ -36,6 +36,7 @@ class BisectionHierarchy {
     std::uint32_t root_bound() const { return forest_.mesh().halfedge_count(); }
     bool is_leaf(LeafId leaf) const { return forest_.is_leaf(leaf); }
     int level(LeafId leaf) const { return forest_.depth(leaf) / 2; }
+    bool must_split(LeafId) const { return false; }
     CellTriangle key(LeafId leaf) const { return forest_.triangle(leaf); }
     std::uint64_t triangle_count() const { return forest_.leaf_count() - 2 * active_fans_; }
 
@@ -96,6 +97,27 @@ class TriangleHierarchy {
   public:
     explicit TriangleHierarchy(const ControlMesh& mesh)
         : forest_(mesh), first_count_(forest_.leaf_count()), first_points_(forest_.point_count()) {}
+
+    /// The two faces of an interior vertex of valence 2 would both have the edge between the middles of the vertex'
+    /// edges, which then had four triangles. In one of the faces the cell behind that edge is always split.
+    bool must_split(LeafId leaf) const {
+        const int level = forest_.level(leaf);
+        if (level == 0) return false;
+        const ControlMesh& mesh = forest_.mesh();
+        const CellTriangle t = forest_.triangle(leaf);
+        const std::int64_t n = std::int64_t{1} << level;
+        HalfedgeId h = t.root;
+        for (int k = 0; k < 3; ++k, h = mesh.next(h)) {
+            // The cell behind the one at corner k: of all cells its corners are the second nearest.
+            std::int64_t nearness = 0;
+            for (const LatticePoint& p : t.corner)
+                nearness += k == 0 ? n - p.x - p.y : (k == 1 ? std::int64_t{p.x} : std::int64_t{p.y});
+            if (nearness != 3 * n - 4) continue;
+            const VertexId v = mesh.origin(h);
+            if (mesh.face_valence(v) == 2 && !mesh.is_boundary(v) && mesh.vertex_halfedge(v) == h) return true;
+        }
+        return false;
+    }
 
     const TriangleForest& forest() const { return forest_; }
 

@@ -571,4 +571,47 @@ TEST_CASE("[bad-input] coordinates are as large as their fourth powers allow, or
     }
 }
 
+TEST_CASE("[inv3] beside an interior vertex of valence 2 no edge has more than two triangles") {
+    // A pillow of two triangles: three such vertices.
+    const ControlMesh mesh = parse("v 0 0 0\nv 1 0 0.1\nv 1 1 -0.3\nf 1 2 3\nf 3 2 1\n");
+    for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop})
+        for (const double tolerance : {0.3, 1e-2, 1e-3}) {
+            CAPTURE(int(scheme));
+            CAPTURE(tolerance);
+            TessellateOptions options;
+            options.scheme = scheme;
+            options.tolerance = tolerance;
+            const Tessellation result = tessellate(mesh, options);
+            std::map<std::pair<std::uint32_t, std::uint32_t>, int> uses;
+            for (const auto& t : result.mesh.triangles)
+                for (std::size_t k = 0; k < 3; ++k) ++uses[{t[k], t[(k + 1) % 3]}];
+            for (const auto& [edge, count] : uses) {
+                CHECK(count == 1);
+                CHECK(uses.count({edge.second, edge.first}) == 1);
+            }
+        }
+}
+
+TEST_CASE("[inv9] a certified tolerance is met under a budget that is large enough") {
+    const ControlMesh mesh = parse(cube_text());
+    TessellateOptions options;
+    options.estimator = EstimatorKind::certified;
+    for (const double tolerance : {0.3, 0.1, 3e-2, 1e-2}) {
+        CAPTURE(tolerance);
+        options.tolerance = tolerance;
+        options.max_triangles = 100'000;
+        const Tessellation result = tessellate(mesh, options);
+        CHECK(result.tolerance_reached);
+        CHECK(*result.certified_error <= result.tolerance_absolute);
+        CHECK(result.measured_error->hausdorff <= *result.certified_error);
+    }
+}
+
+TEST_CASE("[bad-input] a model too small for its squares is refused") {
+    const ControlMesh mesh = parse("v 0 0 0\nv 1e-80 0 0\nv 1e-80 1e-80 0\nv 0 1e-80 0\nf 1 2 3 4\n");
+    TessellateOptions options;
+    options.tolerance = 1e-3;
+    CHECK(code_of([&] { tessellate(mesh, options); }, "scale it up") == ErrorCode::invalid_input);
+}
+
 TEST_SUITE_END();

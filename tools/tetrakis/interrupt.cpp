@@ -13,6 +13,7 @@ extern "C" void set_interrupt_flag(int) { interrupt_flag = 1; }
 }  // namespace
 
 void catch_interrupts() {
+    std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is then an error of its write
     for (const int signal : {SIGINT, SIGTERM}) {
         struct sigaction action = {};
         // A program started in the background by a shell without job control ignores SIGINT; that stays so.

@@ -30,9 +30,7 @@ ExitCode run(const RefineOptions& options) {
     outputs.add(OutputFiles::Kind::report, "--report", options.report);
     outputs.check({options.input});
 
-    RunOptions run_options = options.run;
-    run_options.limit_to_free_memory();
-    Run process(run_options);
+    Run process(options.run);
     LoadedModel model = load_model(options.input, options.repair, process.context());
     Report report;
     report.input = options.input;

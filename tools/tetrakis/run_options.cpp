@@ -1,15 +1,18 @@
 #include "run_options.hpp"
 
+#include <fmt/format.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <cctype>
 #include <charconv>
+#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <limits>
 #include <string>
 
 #include <sys/resource.h>
+#include <unistd.h>
 
 namespace tetrakis::cli {
 
@@ -47,7 +50,7 @@ void RunOptions::add_max_memory(CLI::App& command) {
                 if (!bytes) throw CLI::ValidationError("--max-memory", text + " is no size such as 500M or 2G");
                 max_memory_bytes = *bytes;
             },
-            "Stop with an error rather than use more than this (500M, 2G)")
+            "Stop with an error rather than use more than this (500M, 2G); default: 80 % of what is free")
         ->type_name("BYTES");
 }
 
@@ -56,13 +59,33 @@ int RunOptions::thread_count() const { return threads > 0 ? threads : oneapi::tb
 Run::Run(const RunOptions& options)
     : threads_(oneapi::tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(options.thread_count())) {
     context_.threads = options.threads;
-    context_.max_memory_bytes = options.max_memory_bytes;
-    context_.progress = [this](std::string_view stage, double fraction) { return progress_.update(stage, fraction); };
+    constexpr std::uint64_t k_default_percent = 80;
+    context_.max_memory_bytes =
+        options.max_memory_bytes != 0 ? options.max_memory_bytes : free_memory_bytes() / 100 * k_default_percent;
+    context_.progress = [this](std::string_view stage, double fraction) {
+        stop_above_limit();
+        return progress_.update(stage, fraction);
+    };
 }
 
-void RunOptions::limit_to_free_memory() {
-    constexpr std::uint64_t k_share = 80;
-    if (max_memory_bytes == 0) max_memory_bytes = free_memory_bytes() / 100 * k_share;
+void Run::stop_above_limit() {
+    constexpr auto k_between_looks = std::chrono::milliseconds(5);
+    const auto now = std::chrono::steady_clock::now();
+    if (context_.max_memory_bytes == 0 || now - last_look_ < k_between_looks) return;
+    last_look_ = now;
+    const std::uint64_t bytes = memory_bytes();
+    if (bytes > context_.max_memory_bytes)
+        throw Error(ErrorCode::memory_limit,
+                    fmt::format("{} MiB of memory are in use, and the limit is {} MiB; raise --max-memory, or ask for "
+                                "less (a larger tolerance, fewer levels)",
+                                bytes >> 20, context_.max_memory_bytes >> 20));
+}
+
+std::uint64_t memory_bytes() {
+    std::ifstream file("/proc/self/statm");
+    std::uint64_t all = 0, resident = 0;
+    if (!(file >> all >> resident)) return 0;
+    return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
 std::uint64_t free_memory_bytes() {

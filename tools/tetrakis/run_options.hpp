@@ -7,6 +7,7 @@
 #include <oneapi/tbb/global_control.h>
 #include <CLI/CLI.hpp>
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -15,13 +16,11 @@ namespace tetrakis::cli {
 
 /// The options that every long command has: --threads and --max-memory.
 struct RunOptions {
-    int threads = 0;  ///< 0: one for each processor that the program may use
-    std::uint64_t max_memory_bytes = 0;
+    int threads = 0;                     ///< 0: one for each processor that the program may use
+    std::uint64_t max_memory_bytes = 0;  ///< 0: 80 % of what is free
 
     void add_threads(CLI::App& command);
     void add_max_memory(CLI::App& command);
-    /// Without --max-memory: 80 % of what is free.
-    void limit_to_free_memory();
     int thread_count() const;  ///< the number that is used
 };
 
@@ -35,13 +34,19 @@ class Run {
     void end_progress() { progress_.clear(); }
 
   private:
+    void stop_above_limit();
+
     oneapi::tbb::global_control threads_;  // what the libraries below us start keeps to the same number
     Progress progress_;
     RunContext context_;
+    std::chrono::steady_clock::time_point last_look_;  ///< at the memory in use
 };
 
 /// "500M", "2G", "1.5GiB", "1048576": bytes; K, M, G and T are powers of 1024. Nothing where the text is no size.
 std::optional<std::uint64_t> parse_byte_size(std::string_view text);
+
+/// Memory that this process holds now; 0 where the system does not say.
+std::uint64_t memory_bytes();
 
 /// Memory that is free for the taking, as the system estimates it; 0 where it does not say.
 std::uint64_t free_memory_bytes();

@@ -221,7 +221,10 @@ void add_refinement_options(CLI::App& command, TessellateOptions& t) {
         ->type_name("T")
         ->check(number("a positive number", [](double x) { return x > 0; }));
     command.add_flag("--absolute", t.tolerance_is_absolute, "The tolerance is a length in the unit of the model");
-    command.add_option("--max-triangles", t.max_triangles, "Make the best mesh of at most so many triangles")
+    command
+        .add_option("--max-triangles", t.max_triangles,
+                    "Make the best mesh of at most so many triangles (but no fewer than the coarsest mesh has, which "
+                    "keeps the control mesh's corners)")
         ->type_name("N")
         ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{0xFFFF'FFFF}).description(""));
     command
