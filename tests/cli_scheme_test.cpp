@@ -1,11 +1,17 @@
 #include "tests/cli.hpp"
 #include "tetrakis/eval/io/height_image.hpp"
+#include "tetrakis/eval/io/mesh_reader.hpp"
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <filesystem>
 #include <set>
+#include <sstream>
 #include <string>
+#include <vector>
 
 TEST_SUITE_BEGIN("cli");
 
@@ -62,12 +68,94 @@ TEST_CASE(
           std::string::npos);
 }
 
+TEST_CASE("refine takes every scheme, in every format") {
+    const ScratchDir scratch;
+    for (const auto& listed : cli::run_json({"schemes", "--json"})) {
+        const std::string name = listed.at("name");
+        CAPTURE(name);
+        for (const std::string extension : {".obj", ".ply", ".glb"}) {
+            const std::string out = (scratch / ("out" + extension)).string(), report = (scratch / "r.json").string();
+            std::vector<std::string> arguments{
+                "refine", cli::data("cube.obj"), "--scheme", name, "--levels", "2", "-o", out, "--report", report};
+            if (name != "honeycomb") arguments.emplace_back("--limit");
+            const ProcessResult result = cli::run(arguments);
+            CAPTURE(result.err);
+            REQUIRE(result.code == 0);
+            const nlohmann::json json = nlohmann::json::parse(slurp(report));
+            cli::check_report(json);
+            CHECK(json["scheme"] == name);
+            const tetrakis::TriangleMesh mesh = tetrakis::read_triangle_mesh(out);
+            CHECK(mesh.positions.size() >= json["vertices"].get<std::size_t>());
+            CHECK(mesh.triangles.size() >= json["output_faces"].get<std::size_t>());
+            // The cube reaches from -1 to 1; nothing overshoots by more than the interpolating schemes do.
+            for (const auto& p : mesh.positions) CHECK(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) < 1.7);
+        }
+    }
+    const ProcessResult honeycomb = cli::run({"refine", cli::data("cube.obj"), "--scheme", "honeycomb", "--levels", "1",
+                                              "--limit", "-o", (scratch / "no.obj").string()});
+    CHECK(honeycomb.code == 1);
+    CHECK(honeycomb.err.find("limit") != std::string::npos);
+    CHECK(!std::filesystem::exists(scratch / "no.obj"));
+}
+
+TEST_CASE("refine --stencils: its rows, applied to the control vertices, are the vertices of the mesh") {
+    const ScratchDir scratch;
+    const std::string out = (scratch / "out.obj").string(), table = (scratch / "out.txt").string();
+    const auto vertices = [](const std::string& path) {
+        std::vector<std::array<double, 3>> points;
+        std::istringstream lines(slurp(path));
+        for (std::string line; std::getline(lines, line);) {
+            std::istringstream words(line);
+            std::string kind;
+            std::array<double, 3> p{};
+            if (words >> kind && kind == "v" && words >> p[0] >> p[1] >> p[2]) points.push_back(p);
+        }
+        return points;
+    };
+    for (const std::string scheme : {"catmull-clark", "doo-sabin", "kobbelt"}) {
+        CAPTURE(scheme);
+        const std::string input = cli::data("extruded_pentagon.obj");
+        const ProcessResult result =
+            cli::run({"refine", input, "--scheme", scheme, "--levels", "2", "--limit", "-o", out, "--stencils", table});
+        CAPTURE(result.err);
+        REQUIRE(result.code == 0);
+        const auto control = vertices(input), fine = vertices(out);
+        std::istringstream text(slurp(table));
+        std::string magic;
+        std::size_t version = 0, rows = 0, controls = 0, terms = 0, met = 0;
+        text >> magic >> version >> rows >> controls >> terms;
+        CHECK(magic == "tetrakis-stencils");
+        CHECK(version == 1);
+        REQUIRE(rows == fine.size());
+        REQUIRE(controls == control.size());
+        double most = 0;
+        for (std::size_t r = 0; r < rows; ++r) {
+            std::size_t count = 0;
+            text >> count;
+            std::array<double, 3> p{};
+            for (std::size_t i = 0; i < count; ++i, ++met) {
+                std::size_t v = controls;
+                double w = 0;
+                text >> v >> w;
+                REQUIRE(v < controls);
+                for (int k = 0; k < 3; ++k) p[k] += w * control[v][k];
+            }
+            for (int k = 0; k < 3; ++k) most = std::max(most, std::abs(p[k] - fine[r][k]));
+        }
+        CHECK(text.good());
+        CHECK(met == terms);
+        CHECK(most < 1e-12);
+    }
+}
+
 TEST_CASE("[bad-input] an unknown scheme is answered with the nearest name and all names") {
     const ProcessResult wrong = cli::run({"scheme", "catmul-clark"});
     CHECK(wrong.code == 2);
     CHECK(wrong.out.empty());
     CHECK(wrong.err.find("did you mean catmull-clark?") != std::string::npos);
     CHECK(wrong.err.find("modified-butterfly") != std::string::npos);
+    CHECK(cli::run({"refine", cli::data("cube.obj"), "--levels", "1", "--scheme", "dosabin", "-o", "x.obj"})
+              .err.find("did you mean doo-sabin?") != std::string::npos);
     CHECK(cli::run({"scheme"}).code == 2);
     CHECK(cli::run({"scheme", "loop", "--valence", "2"}).code == 2);
     CHECK(cli::run({"scheme", "loop", "--valence", "x"}).code == 2);

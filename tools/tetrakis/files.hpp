@@ -46,7 +46,7 @@ LoadedModel load_model(const std::filesystem::path& path, bool repair, const Run
 /// The files that a command is to write, checked before any work is done.
 class OutputFiles {
   public:
-    enum class Kind { mesh, picture, report };
+    enum class Kind { mesh, picture, report, table };
     /// @param option  how the command line names it, for messages. An empty path is passed over.
     /// @throws UsageError: the extension is not one that can be written
     void add(Kind kind, const std::string& option, const std::filesystem::path& path);

@@ -6,54 +6,75 @@
 #include "scheme_option.hpp"
 
 #include "tetrakis/eval/io/mesh_writer.hpp"
-#include "tetrakis/refine/uniform.hpp"
+#include "tetrakis/eval/io/stencil_writer.hpp"
+#include "tetrakis/refine/refine.hpp"
 
 #include <fmt/format.h>
 
 #include <filesystem>
 #include <memory>
+#include <string>
+#include <utility>
 
 namespace tetrakis::cli {
 namespace {
 
-struct RefineOptions {
+struct Options {
     std::filesystem::path input, output, report;
-    SchemeKind scheme = SchemeKind::catmull_clark;
-    int levels = 0;
+    std::filesystem::path stencils;
+    std::string scheme{name(SchemeKind::catmull_clark)};
+    RuleOptionFlags rules;
+    int levels = 0, smoothing = 0;
     bool limit = false, repair = false;
     RunOptions run;
 };
 
-ExitCode run(const RefineOptions& options) {
+ExitCode run(const Options& options) {
+    const SchemeInfo& scheme = chosen_scheme(options.scheme);
     OutputFiles outputs;
     outputs.add(OutputFiles::Kind::mesh, "-o", options.output);
     outputs.add(OutputFiles::Kind::report, "--report", options.report);
+    outputs.add(OutputFiles::Kind::table, "--stencils", options.stencils);
     outputs.check({options.input});
 
     Run process(options.run);
     LoadedModel model = load_model(options.input, options.repair, process.context());
     Report report;
     report.input = options.input;
-    report.scheme = options.scheme;
+    report.scheme = scheme.name;
     report.faces = model.mesh.face_count();
     report.levels = options.levels;
     report.threads = options.run.thread_count();
     report.seconds.load = model.load_seconds;
     const Stopwatch build;
-    prepare_for(options.scheme, model.mesh, process.context());
+    prepare_for(scheme, model.mesh, process.context());
     report.seconds.build = model.build_seconds + build.seconds();
     report.warnings = model.mesh.warnings();
 
-    const Stopwatch refine;
-    const PolygonMesh mesh =
-        refine_uniform(model.mesh, options.scheme, options.levels,
-                       {.limit = options.limit, .normals = options.limit, .context = process.context()});
-    report.seconds.refine = refine.seconds();
+    const RefineOptions refine_options{.rules = options.rules.rules(),
+                                       .smoothing = options.smoothing,
+                                       .limit = options.limit,
+                                       .normals = options.limit,
+                                       .context = process.context()};
+    const Stopwatch refining;
+    StencilTable stencils;
+    PolygonMesh mesh;
+    if (options.stencils.empty()) {
+        mesh = refine(model.mesh, scheme, options.levels, refine_options);
+    } else {
+        RefinedStencils refined = refine_stencils(model.mesh, scheme, options.levels, refine_options);
+        mesh = std::move(refined.mesh);
+        stencils = std::move(refined.stencils);
+    }
+    report.seconds.refine = refining.seconds();
+    report.warnings.insert(report.warnings.end(), mesh.warnings.begin(), mesh.warnings.end());
     report.vertices = mesh.positions.size();
     if (mesh.face_vertices.size() == std::uint64_t{3} * mesh.face_count()) report.triangles = mesh.face_count();
     report.more = {{"output_faces", mesh.face_count()}, {"limit", options.limit}};
 
     const Stopwatch write;
+    if (!options.stencils.empty())
+        write_stencils(options.stencils, stencils, static_cast<int>(model.mesh.vertex_count()));
     write_mesh(options.output, mesh, process.context());
     report.seconds.write = write.seconds();
     if (!options.report.empty()) report.write(options.report);
@@ -62,7 +83,7 @@ ExitCode run(const RefineOptions& options) {
     print_warnings(report.warnings);
     Table table;
     table.row("input", fmt::format("{} ({} faces)", options.input.string(), format_count(report.faces)));
-    table.row("refined", fmt::format("{}, {} levels{}", name(options.scheme), options.levels,
+    table.row("refined", fmt::format("{}, {} levels{}", scheme.name, options.levels,
                                      options.limit ? ", vertices on the limit surface" : ""));
     table.row("result",
               fmt::format("{} faces, {} vertices", format_count(mesh.face_count()), format_count(report.vertices)));
@@ -70,6 +91,7 @@ ExitCode run(const RefineOptions& options) {
                                   format_seconds(report.seconds.build), format_seconds(report.seconds.refine),
                                   format_seconds(report.seconds.write)));
     table.row("written", options.output.string());
+    if (!options.stencils.empty()) table.row("", options.stencils.string());
     if (!options.report.empty()) table.row("", options.report.string());
     table.print();
     return ExitCode::done;
@@ -78,22 +100,35 @@ ExitCode run(const RefineOptions& options) {
 }  // namespace
 
 void add_refine_command(CLI::App& app, Command& chosen) {
-    auto options = std::make_shared<RefineOptions>();
+    auto options = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand("refine", "Refines a control mesh everywhere, by whole levels");
     command->add_option("IN", options->input, "Control mesh (.obj)")->required()->type_name("");
-    add_scheme_option(*command, options->scheme);
+    command
+        ->add_option("--scheme", options->scheme,
+                     "Subdivision scheme, any that \"tetrakis schemes\" lists (catmull-clark)")
+        ->type_name("S");
     constexpr int k_most_levels = 31;  // far beyond what 32-bit indices allow; the library says so
-    command->add_option("--levels", options->levels, "How often every face is cut into four")
+    command->add_option("--levels", options->levels, "Steps of the scheme")
         ->required()
         ->type_name("N")
         ->check(CLI::Range(0, k_most_levels));
     command->add_flag("--limit", options->limit, "Put the vertices on the limit surface, with its normals");
+    options->rules.add(*command);
+    command
+        ->add_option("--smoothing", options->smoothing,
+                     "Rounds of smoothing of the control points first, for interpolating schemes (0)")
+        ->type_name("N")
+        ->check(CLI::Range(0, 100).description(""));
     options->run.add_threads(*command);
     options->run.add_max_memory(*command);
     command->add_flag("--repair", options->repair, "Mend what can be mended safely, and say what was done");
     command->add_option("-o,--output", options->output, "Mesh to write: .obj, .ply or .glb")
         ->required()
         ->type_name("OUT");
+    command
+        ->add_option("--stencils", options->stencils,
+                     "Write the vertices as weights of control vertices (by the rules, so in their order)")
+        ->type_name("T.txt");
     command->add_option("--report", options->report, "Write figures as JSON")->type_name("R.json");
     command->footer("Example:\n  tetrakis refine data/pawn.obj --scheme catmull-clark --levels 3 --limit -o pawn.obj");
     command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });

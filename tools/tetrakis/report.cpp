@@ -4,7 +4,6 @@
 
 #include "tetrakis/eval/io/atomic_file.hpp"
 #include "tetrakis/hier/version.hpp"
-#include "tetrakis/schemes/scheme_kind.hpp"
 
 namespace tetrakis::cli {
 namespace {
@@ -27,7 +26,7 @@ Json json_of(const std::optional<MeasuredError>& error) {
 
 Json Report::json() const {
     Json json = {{"input", input.string()},
-                 {"scheme", std::string(tetrakis::name(scheme))},
+                 {"scheme", scheme},
                  {"faces", faces},
                  {"vertices", vertices},
                  {"triangles", or_null(triangles)},

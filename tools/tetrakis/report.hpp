@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 /// What a run has done, for programs to read. Lengths are in the unit of the model; what does not apply is null.
 struct Report {
     std::filesystem::path input;
-    SchemeKind scheme = SchemeKind::catmull_clark;
+    std::string scheme;
     std::uint64_t faces = 0;                 ///< of the control mesh as read
     std::uint64_t vertices = 0;              ///< of the result
     std::optional<std::uint64_t> triangles;  ///< of the result, if it is made of triangles

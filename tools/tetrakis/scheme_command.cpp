@@ -2,6 +2,7 @@
 #include "console.hpp"
 #include "files.hpp"
 #include "report.hpp"
+#include "scheme_option.hpp"
 #include "scheme_picture.hpp"
 
 #include "tetrakis/schemes/spectrum.hpp"
@@ -21,9 +22,10 @@ namespace tetrakis::cli {
 namespace {
 
 struct SchemeOptions {
-    std::string scheme, edge_rule = "plain";
+    std::string scheme;
     std::optional<int> valence;
-    bool boundary = false, matrix = false, json = false, warren = false, hoppe = false;
+    bool boundary = false, matrix = false, json = false;
+    RuleOptionFlags flags;
     RuleOptions rules;
     std::filesystem::path image;
 };
@@ -35,14 +37,6 @@ constexpr double k_same_eigenvalue = 1e-6;
 constexpr double k_zero_eigenvalue = 1e-4;
 // The largest matrix is computed with in a few seconds and some hundred megabytes.
 constexpr int k_most_valence = 256;
-
-const SchemeInfo& chosen_scheme(const std::string& text) {
-    if (const SchemeInfo* scheme = find_scheme(text)) return *scheme;
-    std::string names;
-    for (const SchemeInfo& s : scheme_table()) names += (names.empty() ? "" : ", ") + std::string(s.name);
-    throw UsageError(
-        fmt::format("no scheme is called {}; did you mean {}? There are: {}", text, nearest_scheme_name(text), names));
-}
 
 /// The number, without the noise of its last digits.
 std::string number(double x) {
@@ -282,11 +276,7 @@ ExitCode run(SchemeOptions options) {
     outputs.check({});
     if (options.boundary && !options.image.empty())
         throw UsageError("--image draws what is inside a mesh; leave out --boundary");
-    if (options.warren) options.rules.loop_weights = LoopWeights::warren;
-    options.rules.hoppe_crease = options.hoppe;
-    options.rules.edge_beside_crease = options.edge_rule == "cosine"  ? EdgeBesideCrease::cosine
-                                       : options.edge_rule == "brief" ? EdgeBesideCrease::brief
-                                                                      : EdgeBesideCrease::plain;
+    options.rules = options.flags.rules();
     const int valence = options.valence.value_or(regular_valence(scheme, options.boundary));
     const bool dual = fan_lattice(scheme, options.rules) == FanLattice::dual;
     FanShape shape{.faces = valence, .boundary = options.boundary};
@@ -332,19 +322,7 @@ void add_scheme_command(CLI::App& app, Command& chosen) {
     command->add_flag("--json", options->json, "Print JSON");
     command->add_option("--image", options->image, "Draw masks, characteristic map and basis function (.png)")
         ->type_name("PNG");
-    command->add_option("--steps", options->rules.averaging_steps, "averaging: number of steps (3)")
-        ->type_name("M")
-        ->check(CLI::Range(0, 9).description(""));
-    command->add_option("--tuning", options->rules.tuning, "tuned-loop: 0 (loop) to 1 (the default)")
-        ->type_name("T")
-        ->check(CLI::Range(0.0, 1.0).description(""));
-    command
-        ->add_option("--edge-rule", options->edge_rule,
-                     "loop, catmull-clark: edges beside creases: plain, cosine or brief")
-        ->type_name("R")
-        ->check(CLI::IsMember({"plain", "cosine", "brief"}).description(""));
-    command->add_flag("--warren", options->warren, "loop: Warren's weights");
-    command->add_flag("--hoppe", options->hoppe, "loop: Hoppe's crease rule");
+    options->flags.add(*command);
     command->footer("Example:\n  tetrakis scheme loop --valence 5 --image loop5.png");
     command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
 }

@@ -1,6 +1,9 @@
 #include "scheme_option.hpp"
 
+#include "exit_code.hpp"
+
 #include "tetrakis/hier/triangulate.hpp"
+#include "tetrakis/refine/refine.hpp"
 
 #include <string>
 #include <vector>
@@ -18,8 +21,50 @@ void add_scheme_option(CLI::App& command, SchemeKind& scheme) {
         ->check(CLI::IsMember(names).description(""));
 }
 
+const SchemeInfo& chosen_scheme(const std::string& text) {
+    try {
+        return scheme_named(text);
+    } catch (const Error& error) {
+        throw UsageError(error.what());
+    }
+}
+
+void RuleOptionFlags::add(CLI::App& command) {
+    command.add_option("--steps", rules_.averaging_steps, "averaging: number of steps (3)")
+        ->type_name("M")
+        ->check(CLI::Range(0, 9).description(""));
+    command.add_option("--tuning", rules_.tuning, "tuned-loop: 0 (loop) to 1 (the default)")
+        ->type_name("T")
+        ->check(CLI::Range(0.0, 1.0).description(""));
+    command
+        .add_option("--edge-rule", edge_rule_,
+                    "loop, tuned-loop, catmull-clark: edges beside creases: plain, cosine or brief")
+        ->type_name("R")
+        ->check(CLI::IsMember({"plain", "cosine", "brief"}).description(""));
+    command.add_flag("--warren", warren_, "loop: Warren's weights");
+    command.add_flag("--hoppe", hoppe_, "loop: Hoppe's crease rule");
+    command.add_flag("--reflect", rules_.reflect_at_boundary,
+                     "modified-butterfly: points beyond the boundary by reflection");
+    command.add_flag("--recede", recede_,
+                     "biquartic, averaging: use up the outer ring of an open mesh instead of copying it");
+}
+
+RuleOptions RuleOptionFlags::rules() const {
+    RuleOptions rules = rules_;
+    if (warren_) rules.loop_weights = LoopWeights::warren;
+    rules.hoppe_crease = hoppe_;
+    if (recede_) rules.averaging_boundary = AveragingBoundary::recede;
+    if (edge_rule_ == "cosine") rules.edge_beside_crease = EdgeBesideCrease::cosine;
+    if (edge_rule_ == "brief") rules.edge_beside_crease = EdgeBesideCrease::brief;
+    return rules;
+}
+
 void prepare_for(SchemeKind scheme, ControlMesh& mesh, const RunContext& context) {
-    if (scheme == SchemeKind::loop && !mesh.all_triangles()) mesh = triangulate(mesh, context);
+    prepare_for(*find_scheme(name(scheme)), mesh, context);
+}
+
+void prepare_for(const SchemeInfo& scheme, ControlMesh& mesh, const RunContext& context) {
+    if (scheme.family == MeshFamily::triangles && !mesh.all_triangles()) mesh = triangulate(mesh, context);
 }
 
 }  // namespace tetrakis::cli

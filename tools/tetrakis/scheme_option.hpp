@@ -3,15 +3,35 @@
 #include "tetrakis/hier/control_mesh.hpp"
 #include "tetrakis/hier/run_context.hpp"
 #include "tetrakis/schemes/scheme_kind.hpp"
+#include "tetrakis/schemes/scheme_table.hpp"
 
 #include <CLI/CLI.hpp>
+
+#include <string>
 
 namespace tetrakis::cli {
 
 /// --scheme, one of the names that the library knows.
 void add_scheme_option(CLI::App& command, SchemeKind& scheme);
 
-/// Makes the mesh one that the scheme can refine: for Loop its faces are cut into triangles, with a warning.
+/// The scheme of that name in the whole table. @throws UsageError: an unknown one; says the nearest and all names
+const SchemeInfo& chosen_scheme(const std::string& text);
+
+/// The choices that rules offer, as options: --steps, --tuning, --edge-rule, --warren, --hoppe, ...
+class RuleOptionFlags {
+  public:
+    void add(CLI::App& command);
+    RuleOptions rules() const;
+
+  private:
+    RuleOptions rules_;
+    std::string edge_rule_ = "plain";
+    bool warren_ = false, hoppe_ = false, recede_ = false;
+};
+
+/// Makes the mesh one that the scheme can refine: for triangle schemes its faces are cut into triangles, with a
+/// warning.
 void prepare_for(SchemeKind scheme, ControlMesh& mesh, const RunContext& context);
+void prepare_for(const SchemeInfo& scheme, ControlMesh& mesh, const RunContext& context);
 
 }  // namespace tetrakis::cli

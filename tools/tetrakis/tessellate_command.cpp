@@ -72,7 +72,7 @@ std::string advice(const TessellateCommandOptions& options, const Tessellation& 
 Report make_report(const TessellateCommandOptions& options, const LoadedModel& model, const Tessellation& result) {
     Report report;
     report.input = options.input;
-    report.scheme = options.tessellate.scheme;
+    report.scheme = name(options.tessellate.scheme);
     report.vertices = result.mesh.positions.size();
     report.triangles = result.mesh.triangles.size();
     if (options.tessellate.tolerance) {
@@ -106,8 +106,8 @@ void print_summary(const TessellateCommandOptions& options, const Report& report
                              : format_length(error);
     };
     Table table;
-    table.row("input", fmt::format("{} ({} faces, {})", options.input.string(), format_count(report.faces),
-                                   name(report.scheme)));
+    table.row("input",
+              fmt::format("{} ({} faces, {})", options.input.string(), format_count(report.faces), report.scheme));
     table.row("result", fmt::format("{} triangles, {} vertices, deepest level {}", format_count(*report.triangles),
                                     format_count(report.vertices), report.levels));
     if (report.tolerance)
