@@ -47,6 +47,11 @@ template <class T>
 struct RootKernels {
     /// Inner points of a quad root one level on: 2 N - 1 rows of 2 N - 1 points.
     void (*refine_quad)(const RootRows<T>& root, QuadWeights<T> weights, T* finer);
+    /// The same in two half-steps. First: the N x N centres of the root's faces (means of their corners), row by row,
+    /// and from them the (N - 1) x (N - 1) inner vertices moved by Catmull-Clark's corner rule.
+    void (*factored_centres)(const RootRows<T>& root, T* centres, T* moved);
+    /// Second: the inner edge points between the vertices as they were and the centres; all goes to its place.
+    void (*factored_edges)(const RootRows<T>& root, const T* centres, const T* moved, T* finer);
     /// Inner points of a triangle root one level on, in RootLayout's order.
     void (*refine_triangle)(const RootRows<T>& root, TriangleWeights<T> weights, T* finer);
     /// The 2 N - 1 inner points of a line of N + 1 points by the vertex rule given and midpoints.

@@ -94,6 +94,109 @@ void refine_quad(const RootRows<T>& root, QuadWeights<T> w, T* finer) {
     for (std::uint32_t row = 1; row < root.segments; ++row) refine_quad_rows<true>(root, row, w, finer);
 }
 
+/// Row `row` of the centres, and for row > 0 of the moved vertices.
+template <bool On, class T>
+TETRAKIS_INLINE inline void factored_centre_row(const RootRows<T>& root, std::uint32_t row, T* centres, T* moved) {
+    const std::uint32_t n = root.segments, inner = n - 1;
+    const auto line = [&](std::uint32_t r) TETRAKIS_INLINE {
+        return r == 0 ? root.bottom : r == n ? root.top : root.inner + 3 * (std::uint64_t{r - 1} * inner) - 3;
+    };
+    const T* b = line(row);
+    const T* c = line(row + 1);
+    const T* a = On ? line(row - 1) : b;
+    T* out = centres + 3 * std::uint64_t{row} * n;
+    const T* before = On ? out - 3 * std::uint64_t{n} : out;
+    T* on = On ? moved + 3 * (std::uint64_t{row - 1} * inner) - 3 : moved;
+    const T half = T(0.5), quarter = T(0.25), sixteenth = T(0.0625);
+
+    Lane<T> b0{}, cells0{}, b1 = load(root.left + 3 * std::uint64_t{row}),
+                            c1 = load(root.left + 3 * std::uint64_t{row} + 3);
+    const auto cell = [&](std::uint32_t x, const T* pb, const T* pc, bool last) TETRAKIS_INLINE {
+        const std::uint64_t at = 3 * std::uint64_t{x};
+        const Lane<T> b2 = load(pb), c2 = load(pc);
+        const Lane<T> centre = quarter * ((b1 + c1) + (b2 + c2));
+        if (last)
+            store_last(out + at, centre);
+        else
+            store(out + at, centre);
+        if constexpr (On) {
+            const Lane<T> cells = load(before + at) + centre;
+            if (x > 0) {
+                const Lane<T> v = half * b1 + sixteenth * (((b0 + b2) + (load(a + at) + c1)) + (cells0 + cells));
+                if (last)
+                    store_last(on + at, v);
+                else
+                    store(on + at, v);
+            }
+            cells0 = cells;
+        }
+        b0 = b1;
+        b1 = b2;
+        c1 = c2;
+    };
+    for (std::uint32_t x = 0; x + 1 < n; ++x)
+        cell(x, b + 3 * std::uint64_t{x} + 3, c + 3 * std::uint64_t{x} + 3, false);
+    cell(n - 1, root.right + 3 * std::uint64_t{row}, root.right + 3 * std::uint64_t{row} + 3, true);
+}
+
+template <class T>
+void factored_centres(const RootRows<T>& root, T* centres, T* moved) {
+    factored_centre_row<false>(root, 0, centres, moved);
+    for (std::uint32_t row = 1; row < root.segments; ++row) factored_centre_row<true>(root, row, centres, moved);
+}
+
+/// Two finer rows between and on coarse rows r and r + 1, r = row; the first of them only for r > 0.
+template <bool On, class T>
+TETRAKIS_INLINE inline void factored_edge_rows(const RootRows<T>& root, std::uint32_t row, const T* centres,
+                                               const T* moved, T* finer) {
+    const std::uint32_t n = root.segments, inner = n - 1;
+    const auto line = [&](std::uint32_t r) TETRAKIS_INLINE {
+        return r == 0 ? root.bottom : r == n ? root.top : root.inner + 3 * (std::uint64_t{r - 1} * inner) - 3;
+    };
+    const T* b = line(row);
+    const T* c = line(row + 1);
+    const T* cells = centres + 3 * std::uint64_t{row} * n;
+    const T* before = On ? cells - 3 * std::uint64_t{n} : cells;
+    const T* old = On ? moved + 3 * (std::uint64_t{row - 1} * inner) - 3 : moved;
+    const std::uint64_t stride = 3 * std::uint64_t{2 * n - 1};
+    T* between = finer + 2 * row * stride;
+    T* on = between - (On ? stride : 0);
+    const T quarter = T(0.25);
+
+    Lane<T> centre0{}, b1 = load(root.left + 3 * std::uint64_t{row});
+    const auto cell = [&](std::uint32_t x, const T* pb, bool last) TETRAKIS_INLINE {
+        const std::uint64_t at = 3 * std::uint64_t{x};
+        const Lane<T> centre = load(cells + at);
+        if (x > 0) {
+            if constexpr (On) store(on + 2 * at - 3, load(old + at));
+            store(between + 2 * at - 3, quarter * ((b1 + load(c + at)) + (centre0 + centre)));
+        }
+        if constexpr (On) {
+            const Lane<T> b2 = load(pb), edge = quarter * ((b1 + b2) + (load(before + at) + centre));
+            if (last)
+                store_last(on + 2 * at, edge);
+            else
+                store(on + 2 * at, edge);
+            b1 = b2;
+        } else {
+            b1 = load(pb);
+        }
+        if (last)
+            store_last(between + 2 * at, centre);
+        else
+            store(between + 2 * at, centre);
+        centre0 = centre;
+    };
+    for (std::uint32_t x = 0; x + 1 < n; ++x) cell(x, b + 3 * std::uint64_t{x} + 3, false);
+    cell(n - 1, root.right + 3 * std::uint64_t{row}, true);
+}
+
+template <class T>
+void factored_edges(const RootRows<T>& root, const T* centres, const T* moved, T* finer) {
+    factored_edge_rows<false>(root, 0, centres, moved, finer);
+    for (std::uint32_t row = 1; row < root.segments; ++row) factored_edge_rows<true>(root, row, centres, moved, finer);
+}
+
 /// Finer rows 2 row (for row > 0) and 2 row + 1.
 template <bool On, class T>
 TETRAKIS_INLINE inline void refine_triangle_rows(const RootRows<T>& root, std::uint32_t row,
@@ -448,8 +551,9 @@ bool limit_triangles(const T* below, const T* at, const T* above, std::uint32_t 
 
 template <class T>
 constexpr RootKernels<T> k_kernels{
-    refine_quad<T>, refine_triangle<T>, refine_line<T>, refine_strip_quads<T>, refine_strip_triangles<T>,
-    limit_quads<T>, limit_triangles<T>, number_quads,   number_triangles};
+    refine_quad<T>,     factored_centres<T>,   factored_edges<T>,         refine_triangle<T>,
+    refine_line<T>,     refine_strip_quads<T>, refine_strip_triangles<T>, limit_quads<T>,
+    limit_triangles<T>, number_quads,          number_triangles};
 
 }  // namespace
 

@@ -3,9 +3,11 @@
 #include "surface_topology.hpp"
 
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/factored_grid.hpp"
 #include "tetrakis/refine/factored_mesh.hpp"
 #include "tetrakis/refine/rule_refinement.hpp"
 #include "tetrakis/refine/uniform.hpp"
+#include "tetrakis/refine/uniform_refiner.hpp"
 #include "tetrakis/schemes/doo_sabin.hpp"
 #include "tetrakis/schemes/factored_dual.hpp"
 
@@ -160,6 +162,38 @@ TEST_CASE("[inv6] factored Catmull-Clark is uniform refinement: boundaries, crea
             const PolygonMesh uniform = refine_uniform(mesh, SchemeKind::catmull_clark, 3);
             CHECK(disagreement(ours.active_mesh().positions, uniform.positions) < k_agreement);
             CHECK(ours.mesh().face_count() == 2 * uniform.face_count());
+        }
+}
+
+TEST_CASE("[inv6] factored Catmull-Clark on structured roots: vertex by vertex the direct refinement") {
+    const auto compare = [](const ControlMesh& mesh, int levels) {
+        UniformRefiner<double> direct(mesh, SchemeKind::catmull_clark, levels);
+        const UniformLevel<double> expected = direct.refine(mesh.positions());
+        const detail::GridTopology topology(mesh, SchemeKind::catmull_clark, levels, detail::PointRule::scheme);
+        std::vector<double> first;
+        for (const detail::KernelSet set : {detail::KernelSet::baseline, detail::best_kernels()}) {
+            detail::FactoredGrid<double> grid(topology, set);
+            const double* points = grid.run(mesh.positions());
+            const std::size_t count = expected.positions.size();
+            double worst = 0;
+            for (std::size_t v = 0; v < count; ++v)
+                worst = std::max(worst, glm::length(Vec3d(points[3 * v], points[3 * v + 1], points[3 * v + 2]) -
+                                                    expected.positions[v]));
+            CHECK(worst < k_agreement * bounding_box(mesh.positions()).diagonal());
+            if (first.empty()) first.assign(points, points + 3 * count);
+            CHECK(std::equal(first.begin(), first.end(), points));
+        }
+    };
+    for (int n = 3; n <= 12; ++n) {
+        compare(prism(n), 4);
+        compare(double_fan(n), 4);
+    }
+    for (const std::uint64_t seed : test::seeds(12))
+        for (const CreaseMethod method : {CreaseMethod::uniform, CreaseMethod::chaikin}) {
+            CAPTURE(seed);
+            ControlMeshData data = test::random_mesh_data(seed, test::random_options(seed));
+            data.crease_method = method;
+            compare(ControlMesh::build(std::move(data)), 4);
         }
 }
 
