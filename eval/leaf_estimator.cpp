@@ -5,6 +5,7 @@
 #include "tetrakis/hier/parallel.hpp"
 
 #include <array>
+#include <limits>
 #include <optional>
 
 namespace tetrakis {
@@ -186,11 +187,14 @@ double LeafEstimator<Family>::mapped(const CellTriangle& leaf) const {
         if (map_.target && error <= tolerance_) {
             error = std::max(error, map_.target->closest(q).distance);
             if (plane.flat()) {
-                // A ray along the normal sees what the closest point misses: a groove or a spike right under the
-                // triangle.
+                // Rays along the normal see what the closest point misses: a groove or a spike right under the
+                // triangle. The nearest hit counts, of either side: behind a thin part lies its other face.
                 const double reach = 4 * tolerance_;
-                const RayHit hit = map_.target->intersect(q - reach * plane.normal(), plane.normal(), 0, 2 * reach);
-                if (hit.found()) error = std::max(error, std::abs(hit.t - reach));
+                double along = std::numeric_limits<double>::infinity();
+                for (const Vec3d& way : {plane.normal(), -plane.normal()})
+                    if (const RayHit hit = map_.target->intersect(q, way, 0, std::min(reach, along)); hit.found())
+                        along = std::min(along, hit.t);
+                if (along <= reach) error = std::max(error, along);
             }
         }
     });

@@ -1,6 +1,7 @@
 #include "tetrakis/eval/tessellate.hpp"
 
 #include "point_match.hpp"
+#include "shapes.hpp"
 #include "shared_data.hpp"
 #include "surface_topology.hpp"
 
@@ -212,6 +213,25 @@ TEST_CASE("a control mesh is projected onto a target within the tolerance") {
     // Outward normals of the triangles themselves.
     for (std::size_t i = 0; i < result.mesh.positions.size(); ++i)
         CHECK(glm::dot(result.mesh.normals[i], result.mesh.positions[i]) > 0.95);
+}
+
+TEST_CASE("the far face of a thin target is no error") {
+    // Two sheets, as near to each other as the rays along the normal reach.
+    TriangleMesh target = shapes::square(0, 4);
+    const TriangleMesh below = shapes::square(-0.05, 4);
+    const auto base = static_cast<std::uint32_t>(target.positions.size());
+    target.positions.insert(target.positions.end(), below.positions.begin(), below.positions.end());
+    for (const auto& t : below.triangles) target.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
+    const ControlMesh mesh = parse(
+        "v 0.2 0.2 0.01\nv 0.8 0.2 0.01\nv 0.8 0.8 0.01\nv 0.2 0.8 0.01\nf 1 2 3 4\nt interpolateboundary 1/0/0 1\n");
+    TessellateOptions options;
+    options.tolerance = 0.02;
+    options.tolerance_is_absolute = true;
+    options.target = &target;
+    options.measure = false;
+    const Tessellation result = tessellate(mesh, options);
+    CHECK(result.mesh.triangles.size() < 100);
+    for (const Vec3d& p : result.mesh.positions) CHECK(std::abs(p.z) < 1e-12);
 }
 
 TEST_CASE("what of a target the projection does not reach counts as error") {
