@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/check_length.hpp"
 #include "tetrakis/refine/rule_limit.hpp"
 
 #include <algorithm>
@@ -14,13 +15,9 @@
 
 namespace tetrakis {
 
-namespace {
+using detail::check_length;
 
-void check_length(const char* what, std::size_t length, std::size_t expected) {
-    if (length != expected)
-        throw Error(ErrorCode::invalid_input, "there are " + std::to_string(length) + " " + what + ", but " +
-                                                  std::to_string(expected) + " are needed");
-}
+namespace {
 
 /// Half-edges of the next level per half-edge, at most.
 std::uint64_t growth(const SchemeInfo& scheme) {

@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/check_length.hpp"
 #include "tetrakis/refine/grid_limit.hpp"
 #include "tetrakis/refine/grid_refinement.hpp"
 #include "tetrakis/refine/uniform_cost.hpp"
@@ -11,15 +12,7 @@
 
 namespace tetrakis {
 
-namespace {
-
-void check_length(const char* what, std::size_t length, std::size_t expected) {
-    if (length != expected)
-        throw Error(ErrorCode::invalid_input, "there are " + std::to_string(length) + " " + what + ", but " +
-                                                  std::to_string(expected) + " are needed");
-}
-
-}  // namespace
+using detail::check_length;
 
 template <class T>
 struct UniformRefiner<T>::State {

@@ -39,12 +39,15 @@ inline void add_flat_ring_point(StencilRow& row, double weight, int c, const Rul
     row.add(sector.neighbour.back(), weight * last / 2);
 }
 
+/// How much of a ring point the flatness step replaces.
+inline double flatness_share(double most) { return most > k_flat_eigenvalue ? 1 - k_flat_eigenvalue / most : 0; }
+
 /// The flatness step at concave corners (the idea of Biermann, Levin, Zorin 2000, section 3.2; the amount is ours): the
 /// new ring edge i is pulled to the corner's tangent plane, so that the mode with eigenvalue `most` keeps
 /// k_flat_eigenvalue. Vectors in the plane are left as they are.
 inline StencilRow flattened(const StencilRow& row, int c, const RuleMesh::Ring& sector, int i, double alpha,
                             double most) {
-    const double s = most > k_flat_eigenvalue ? 1 - k_flat_eigenvalue / most : 0;
+    const double s = flatness_share(most);
     StencilRow result;
     result.add(row, 1 - s);
     result.add(c, s);
@@ -55,12 +58,8 @@ inline StencilRow flattened(const StencilRow& row, int c, const RuleMesh::Ring& 
 /// The same for the face between ring edges i and i + 1 of quads: its planar image is the sum of theirs.
 inline StencilRow flattened_face(const StencilRow& row, int c, const RuleMesh::Ring& sector, int i, double alpha,
                                  double most) {
-    const double s = most > k_flat_eigenvalue ? 1 - k_flat_eigenvalue / most : 0;
-    StencilRow result;
-    result.add(row, 1 - s);
-    result.add(c, s);
-    add_flat_ring_point(result, s, c, sector, i, alpha);
-    add_flat_ring_point(result, s, c, sector, i + 1, alpha);
+    StencilRow result = flattened(row, c, sector, i, alpha, most);
+    add_flat_ring_point(result, flatness_share(most), c, sector, i + 1, alpha);
     return result;
 }
 
