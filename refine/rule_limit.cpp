@@ -1,5 +1,6 @@
 #include "tetrakis/refine/rule_limit.hpp"
 
+#include "tetrakis/refine/mesh_part.hpp"
 #include "tetrakis/schemes/averaging.hpp"
 #include "tetrakis/schemes/linear.hpp"
 #include "tetrakis/schemes/spectrum.hpp"
@@ -9,6 +10,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -51,76 +53,6 @@ struct Site {
     int halfedge;
 };
 
-/// Part of a mesh, and where it is from.
-struct Part {
-    RuleMesh mesh;
-    std::vector<int> vertex;    ///< of the mesh, per vertex of the part
-    std::vector<int> halfedge;  ///< of the part, per half-edge of the mesh; none outside
-};
-
-/// The faces within so many rings of the sites; more where they would touch in a vertex alone.
-Part part_around(const RuleMesh& mesh, const std::vector<Site>& sites, int rings) {
-    std::vector<char> near(mesh.vertex_count(), 0), kept(mesh.face_count(), 0);
-    std::vector<int> front, next;
-    const auto see = [&](int v) {
-        if (near[v] == 0) next.push_back(v);
-        near[v] = 1;
-    };
-    const auto keep = [&](int f) {
-        kept[f] = 1;
-        for (const int v : mesh.corners(f)) see(v);
-    };
-    for (const Site& site : sites)
-        if (site.kind == Site::Kind::vertex)
-            see(mesh.origin(site.halfedge));
-        else
-            for (const int v : mesh.corners(mesh.face(site.halfedge))) see(v);
-    for (int ring = 0; ring < rings; ++ring) {
-        front = std::exchange(next, {});
-        for (const int v : front)
-            for (const int h : mesh.ring(v).halfedge) keep(mesh.face(h));
-    }
-    for (bool again = true; again;) {
-        again = false;
-        for (int v = 0; v < mesh.vertex_count(); ++v) {
-            if (near[v] == 0) continue;
-            const RuleMesh::Ring ring = mesh.ring(v);
-            int fans = 0, count = 0;
-            for (int i = 0; i < ring.faces(); ++i) {
-                const bool here = kept[mesh.face(ring.halfedge[i])] != 0;
-                const bool before = i > 0 ? kept[mesh.face(ring.halfedge[i - 1])] != 0
-                                          : ring.closed && kept[mesh.face(ring.halfedge.back())] != 0;
-                fans += here && !before ? 1 : 0;
-                count += here ? 1 : 0;
-            }
-            if (fans < 2) continue;
-            for (const int h : ring.halfedge) keep(mesh.face(h));
-            again = true;
-        }
-    }
-    Part part;
-    part.halfedge.assign(mesh.halfedge_count(), RuleMesh::none);
-    std::vector<int> number(mesh.vertex_count(), RuleMesh::none);
-    RuleMesh::Builder faces;
-    for (int f = 0; f < mesh.face_count(); ++f) {
-        if (kept[f] == 0) continue;
-        for (int h = mesh.face_begin(f); h < mesh.face_begin(f) + mesh.face_size(f); ++h) {
-            int& v = number[mesh.origin(h)];
-            if (v == RuleMesh::none) {
-                v = static_cast<int>(part.vertex.size());
-                part.vertex.push_back(mesh.origin(h));
-            }
-            part.halfedge[h] = faces.halfedge_count();
-            faces.corner(v, mesh.sharpness(h));
-        }
-        faces.end_face();
-    }
-    std::vector<float> sharpness;
-    for (const int v : part.vertex) sharpness.push_back(mesh.vertex_sharpness(v));
-    part.mesh = RuleMesh(static_cast<int>(part.vertex.size()), std::move(faces), std::move(sharpness));
-    return part;
-}
-
 class Finder {
   public:
     Finder(const SchemeInfo& scheme, const RuleOptions& options)
@@ -151,15 +83,13 @@ class Finder {
 
         std::vector<Site> left;
         for (const std::size_t i : open) left.push_back(sites[i]);
-        // A step's rules reach three rings at most, many averaging steps one more each, and what is twice as far away
-        // in the finer mesh must do for the step after it.
-        const Part part = part_around(mesh, left, 8 + (scheme_.step == averaging_step ? options_.averaging_steps : 0));
+        const MeshPart part = parts_.find(mesh, seeds(mesh, left), rule_limit_rings(scheme_, options_));
         const RuleStep finer = scheme_.step(part.mesh, options_);
         std::vector<Site> below;
         std::vector<std::size_t> of;
         for (const std::size_t i : open) {
             const std::optional<Site> child =
-                child_of(part.mesh, finer, Site{sites[i].kind, part.halfedge[sites[i].halfedge]});
+                child_of(part.mesh, finer, Site{sites[i].kind, part.halfedge(mesh, sites[i].halfedge)});
             if (!child) continue;
             below.push_back(*child);
             of.push_back(i);
@@ -181,6 +111,17 @@ class Finder {
     }
 
   private:
+    static std::vector<int> seeds(const RuleMesh& mesh, const std::vector<Site>& sites) {
+        std::vector<int> result;
+        for (const Site& site : sites) {
+            if (site.kind == Site::Kind::vertex)
+                result.push_back(mesh.origin(site.halfedge));
+            else
+                for (const int v : mesh.corners(mesh.face(site.halfedge))) result.push_back(v);
+        }
+        return result;
+    }
+
     const Masks& masks(const FanShape& shape) {
         const auto key = std::tuple(shape.faces, shape.boundary, shape.dart);
         const auto at = masks_.find(key);
@@ -414,23 +355,49 @@ class Finder {
     const RuleOptions& options_;
     FanLattice lattice_;
     bool dual_, ignores_creases_, one_ring_;
+    MeshPartFinder parts_;
     std::map<std::tuple<int, bool, bool>, Masks> masks_;
     std::map<std::tuple<int, bool, int>, FanLabels> labels_;
 };
 
 }  // namespace
 
+int rule_limit_rings(const SchemeInfo& scheme, const RuleOptions& options) {
+    // A step's rules reach three rings at most, many averaging steps one more each, and what is twice as far away in
+    // the finer mesh must do for the step after it.
+    return 8 + (scheme.step == averaging_step ? options.averaging_steps : 0);
+}
+
 RuleLimits rule_limits(const RuleMesh& mesh, const SchemeInfo& scheme, const RuleOptions& options) {
+    std::vector<int> all(mesh.vertex_count());
+    std::iota(all.begin(), all.end(), 0);
+    return RuleLimitFinder(scheme, options).find(mesh, all);
+}
+
+struct RuleLimitFinder::State {
+    State(const SchemeInfo& s, const RuleOptions& o) : scheme(s), options(o), finder(scheme, options) {}
+
+    const SchemeInfo& scheme;
+    RuleOptions options;
+    Finder finder;
+};
+
+RuleLimitFinder::RuleLimitFinder(const SchemeInfo& scheme, const RuleOptions& options)
+    : state_(std::make_unique<State>(scheme, options)) {}
+RuleLimitFinder::~RuleLimitFinder() = default;
+RuleLimitFinder::RuleLimitFinder(RuleLimitFinder&&) noexcept = default;
+
+RuleLimits RuleLimitFinder::find(const RuleMesh& mesh, std::span<const int> vertices) {
+    const SchemeInfo& scheme = state_->scheme;
     if (scheme.family == MeshFamily::hexagons)
         throw std::invalid_argument(std::string(scheme.name) + " has no known limit masks; leave out the limit");
     std::vector<Site> sites;
-    for (int v = 0; v < mesh.vertex_count(); ++v)
+    for (const int v : vertices)
         if (mesh.first(v) != RuleMesh::none) sites.push_back({Site::Kind::vertex, mesh.first(v)});
-    Finder finder(scheme, options);
-    const std::vector<std::optional<Rows>> found = finder.find(mesh, sites, 0);
+    const std::vector<std::optional<Rows>> found = state_->finder.find(mesh, sites, 0);
     RuleLimits limits;
     std::size_t next = 0;
-    for (int v = 0; v < mesh.vertex_count(); ++v) {
+    for (const int v : vertices) {
         if (mesh.first(v) == RuleMesh::none) {
             limits.positions.push({{v, 1}});
         } else {

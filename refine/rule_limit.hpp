@@ -2,6 +2,8 @@
 
 #include "tetrakis/schemes/scheme_table.hpp"
 
+#include <memory>
+#include <span>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -24,5 +26,23 @@ struct RuleLimits {
 ///                                vertex that its boundary rule uses up, one of valence 2 inside a dual scheme's mesh,
 ///                                or what stays semi-sharp too long
 RuleLimits rule_limits(const RuleMesh& mesh, const SchemeInfo& scheme, const RuleOptions& options);
+
+/// The same for parts of meshes; keeps the masks that it has found.
+class RuleLimitFinder {
+  public:
+    RuleLimitFinder(const SchemeInfo& scheme, const RuleOptions& options);
+    ~RuleLimitFinder();
+    RuleLimitFinder(RuleLimitFinder&&) noexcept;
+
+    /// One row, or range of tangents, for each of the vertices in their order. A row does not depend on the others.
+    RuleLimits find(const RuleMesh& mesh, std::span<const int> vertices);
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+/// Rings of faces around a vertex that its limit depends on at most, where its sharpness runs out in time.
+int rule_limit_rings(const SchemeInfo& scheme, const RuleOptions& options);
 
 }  // namespace tetrakis::detail

@@ -1,0 +1,500 @@
+#include "tetrakis/refine/partial_levels.hpp"
+
+#include "tetrakis/hier/corner_cell.hpp"
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/check_length.hpp"
+#include "tetrakis/refine/level_walk.hpp"
+#include "tetrakis/refine/mesh_part.hpp"
+#include "tetrakis/refine/rule_limit.hpp"
+#include "tetrakis/refine/rule_refiner.hpp"
+#include "tetrakis/schemes/averaging.hpp"
+#include "tetrakis/schemes/four_eight.hpp"
+#include "tetrakis/schemes/linear.hpp"
+
+#include <oneapi/tbb/enumerable_thread_specific.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace tetrakis {
+
+using detail::CellFrame;
+
+namespace {
+
+using Step = RuleStep (*)(const RuleMesh&, const RuleOptions&);
+
+// Addresses that are evaluated together: enough that the rings around their part weigh little beside it, and few enough
+// to share the work and bound the memory.
+constexpr std::size_t k_block = 1024;
+
+/// Rings of faces around a face, or around the corner of a face, that the rules of its new points look at.
+int reach(const SchemeInfo& scheme, const RuleOptions& options) {
+    if (scheme.step == averaging_step) return options.averaging_steps / 2 + 2;
+    for (const std::string_view name : {"loop", "tuned-loop", "midpoint", "catmull-clark", "bilinear", "4-8",
+                                        "doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest"})
+        if (scheme.name == name) return 1;
+    return 2;
+}
+
+/// An address on its way down: a cell of the target level and the point asked for, both in the frame of the cell that
+/// it has come to, whose sides are `size` long.
+struct Walker {
+    CellFrame frame;
+    std::int64_t x = 0, y = 0;              ///< middle of the wanted cell
+    std::int64_t point_x = 0, point_y = 0;  ///< the wanted corner
+    std::int64_t size = 0;
+    int steps = 0;  ///< levels left
+    std::uint32_t index = 0;
+};
+
+// Units of a cell's side in which its middle has whole coordinates.
+constexpr std::int64_t k_quad_unit = 2, k_triangle_unit = 3;
+
+int quadrant(Walker& w) {
+    w.size /= 2;
+    const int right = w.x > w.size ? 1 : 0, up = w.y > w.size ? 1 : 0;
+    w.x -= right * w.size;
+    w.y -= up * w.size;
+    w.point_x -= right * w.size;
+    w.point_y -= up * w.size;
+    constexpr int corner[2][2] = {{0, 1}, {3, 2}};
+    return corner[up][right];
+}
+
+int triangle_part(Walker& w) {
+    w.size /= 2;
+    const auto move = [&](std::int64_t dx, std::int64_t dy) {
+        w.x -= dx;
+        w.y -= dy;
+        w.point_x -= dx;
+        w.point_y -= dy;
+    };
+    if (w.x > w.size) {
+        move(w.size, 0);
+        return 1;
+    }
+    if (w.y > w.size) {
+        move(0, w.size);
+        return 2;
+    }
+    if (w.x + w.y < w.size) return 0;
+    for (std::int64_t* c : {&w.x, &w.y, &w.point_x, &w.point_y}) *c = w.size - *c;
+    return 3;
+}
+
+/// Where a cell comes along the Z-order curve of its root, whatever its level.
+std::uint64_t z_order(std::uint64_t x, std::uint64_t y, int level) {
+    const auto spread = [](std::uint64_t v) {
+        v = (v | v << 16) & 0x0000'FFFF'0000'FFFFull;
+        v = (v | v << 8) & 0x00FF'00FF'00FF'00FFull;
+        v = (v | v << 4) & 0x0F0F'0F0F'0F0F'0F0Full;
+        v = (v | v << 2) & 0x3333'3333'3333'3333ull;
+        return (v | v << 1) & 0x5555'5555'5555'5555ull;
+    };
+    const int shift = k_max_level - level;
+    return spread(x << shift) | spread(y << shift) << 1;
+}
+
+struct Query {
+    std::uint32_t root = 0;
+    LatticePoint cell, point;
+    std::uint8_t level = 0;
+};
+
+[[noreturn]] void refuse_address(std::size_t i, const std::string& what) {
+    throw Error(ErrorCode::invalid_input, "address " + std::to_string(i) + " of those asked for " + what);
+}
+
+}  // namespace
+
+struct PartialLevels::Impl {
+    struct Worker {
+        detail::MeshPartFinder parts;
+        detail::RuleLimitFinder limits;
+    };
+
+    Impl(const ControlMesh& m, const SchemeInfo& s, const RuleOptions& r)
+        : mesh(m), scheme(s), rules(r), lattice(fan_lattice(s, r)), reach(tetrakis::reach(s, r)), first_step(s.step) {
+        if (scheme.refinement == Refinement::sqrt3 || scheme.family == MeshFamily::hexagons)
+            throw Error(ErrorCode::unsupported,
+                        std::string(scheme.name) + " has no lattice of cells by which to name its vertices");
+        try {
+            base = rule_mesh(mesh);
+            points.assign(mesh.positions().begin(), mesh.positions().end());
+            // These begin in another way where there are other faces than quads, in the part at hand or elsewhere.
+            if (!base.all_faces_have(4)) {
+                if (scheme.step == four_eight_step)
+                    first_step = [](const RuleMesh& at, const RuleOptions&) { return four_eight_first_step(at); };
+                if (scheme.name == "kobbelt") first_step = bilinear_step;
+            }
+            if (lattice == FanLattice::triangles && !base.all_faces_have(3)) scheme.step(base, rules);  // says why not
+            if (lattice == FanLattice::dual) start_dual();
+        } catch (const std::invalid_argument& e) {
+            throw Error(ErrorCode::invalid_input, e.what(), mesh.data().source);
+        }
+    }
+
+    bool dual() const { return lattice == FanLattice::dual; }
+
+    void start_dual() {
+        const bool recedes = rules.averaging_boundary == AveragingBoundary::recede &&
+                             (scheme.step == averaging_step || scheme.step == biquartic_step);
+        if (recedes)
+            throw Error(ErrorCode::unsupported, "a boundary that recedes has no vertex quadtrees; replicate it");
+        RuleStep step = scheme.step(base, rules);
+        std::vector<Vec3d> finer(step.stencils.row_count());
+        step.stencils.apply<Vec3d>(points, finer);
+        points = std::move(finer);
+        control_face = std::move(step.parent_face);
+        // A corner's child has the corner's face at its far corner; at the end of the surface the faces of a point lie
+        // above it.
+        roots.resize(step.mesh.vertex_count());
+        for (int v = 0; v < step.mesh.vertex_count(); ++v) roots[v] = {step.mesh.first(v), 2};
+        for (const int h : step.child_halfedge) roots[step.mesh.origin(h)] = {h, 2};
+        base = std::move(step.mesh);
+    }
+
+    Worker& worker() const { return workers.local(); }
+
+    void run(const std::vector<Query>& queries, bool limits, std::span<Vec3d> positions,
+             std::span<LimitPoint> points_out, LevelCost* cost) const;
+    void run_block(const std::vector<Query>& queries, std::span<const std::uint32_t> block, bool limits,
+                   std::span<Vec3d> positions, std::span<LimitPoint> out, LevelCost& cost) const;
+    void write_limits(const RuleMesh& level, std::span<const Vec3d> net, std::span<const Walker> here,
+                      std::span<const int> vertices, std::span<LimitPoint> out) const;
+
+    Walker start(const Query& q, std::uint32_t index) const {
+        Walker w;
+        w.index = index;
+        const std::int64_t n = std::int64_t{1} << q.level;
+        const bool triangles = lattice == FanLattice::triangles;
+        const std::int64_t unit = triangles ? k_triangle_unit : k_quad_unit;
+        w.size = unit * n;
+        w.x = unit * q.cell.x + 1;
+        w.y = unit * q.cell.y + 1;
+        w.point_x = unit * q.point.x;
+        w.point_y = unit * q.point.y;
+        // Quads: one more step, from the half-edge to its corner cell.
+        w.steps = q.level + (lattice == FanLattice::quads ? 1 : 0);
+        w.frame = dual() ? roots[q.root] : CellFrame{static_cast<int>(q.root), 0};
+        return w;
+    }
+
+    void descend(const RuleMesh& level, const RuleStep& step, Walker& w, bool from_control) const {
+        if (lattice == FanLattice::quads && from_control)
+            w.frame = {step.child_halfedge[w.frame.halfedge], 0};
+        else if (lattice == FanLattice::quads)
+            w.frame = detail::quad_child(level, step, w.frame, quadrant(w));
+        else if (lattice == FanLattice::triangles)
+            w.frame = detail::triangle_child(level, step, w.frame, triangle_part(w));
+        else
+            w.frame = detail::vertex_child(level, step, w.frame, quadrant(w));
+        --w.steps;
+        if (w.frame.halfedge == RuleMesh::none)
+            throw Error(ErrorCode::unsupported,
+                        "an address leads to where the scheme has no vertex: its boundary recedes, or a crease ends");
+    }
+
+    int vertex(const RuleMesh& level, const Walker& w) const {
+        if (dual()) return level.origin(w.frame.halfedge);
+        const bool right = w.point_x > 0, up = w.point_y > 0;
+        if (lattice == FanLattice::triangles)
+            return level.origin(detail::face_corner(level, w.frame, up ? 2 : right, 3));
+        const int corner = up ? (right ? 2 : 3) : right;
+        return level.origin(detail::face_corner(level, w.frame, corner, 4));
+    }
+
+    const ControlMesh& mesh;
+    const SchemeInfo& scheme;
+    RuleOptions rules;
+    FanLattice lattice;
+    int reach;
+    Step first_step;
+    RuleMesh base;  // the control mesh; dual: level 1
+    std::vector<Vec3d> points;
+    std::vector<CellFrame> roots;   // dual
+    std::vector<int> control_face;  // dual: per face of the base
+    mutable oneapi::tbb::enumerable_thread_specific<Worker> workers{[this] {
+        return Worker{{}, detail::RuleLimitFinder(scheme, rules)};
+    }};
+};
+
+void PartialLevels::Impl::run(const std::vector<Query>& queries, bool limits, std::span<Vec3d> positions,
+                              std::span<LimitPoint> out, LevelCost* cost) const {
+    struct Key {
+        std::uint32_t root;
+        std::uint64_t z;
+        std::uint32_t level, index;
+        auto operator<=>(const Key&) const = default;
+    };
+    std::vector<Key> keys(queries.size());
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+        const Query& q = queries[i];
+        keys[i] = {q.root, z_order(q.cell.x, q.cell.y, q.level), q.level, static_cast<std::uint32_t>(i)};
+    }
+    std::sort(keys.begin(), keys.end());
+    std::vector<std::uint32_t> order(keys.size());
+    for (std::size_t i = 0; i < keys.size(); ++i) order[i] = keys[i].index;
+    const std::size_t blocks = (order.size() + k_block - 1) / k_block;
+    std::vector<LevelCost> costs(blocks);
+    try {
+        for_each_index(
+            static_cast<std::uint32_t>(blocks),
+            [&](std::uint32_t b) {
+                const std::size_t begin = b * k_block, count = std::min(k_block, order.size() - begin);
+                run_block(queries, {order.data() + begin, count}, limits, positions, out, costs[b]);
+            },
+            1);
+    } catch (const std::invalid_argument& e) {
+        throw Error(ErrorCode::unsupported, e.what(), mesh.data().source);
+    }
+    if (cost == nullptr) return;
+    *cost = {};
+    for (const LevelCost& c : costs) {
+        cost->faces += c.faces;
+        cost->most_faces = std::max(cost->most_faces, c.most_faces);
+    }
+}
+
+void PartialLevels::Impl::run_block(const std::vector<Query>& queries, std::span<const std::uint32_t> block,
+                                    bool limits, std::span<Vec3d> positions, std::span<LimitPoint> out,
+                                    LevelCost& cost) const {
+    Worker& tools = worker();
+    std::vector<Walker> walkers;
+    walkers.reserve(block.size());
+    int last = 0;
+    for (const std::uint32_t i : block) {
+        walkers.push_back(start(queries[i], i));
+        last = std::max(last, walkers.back().steps);
+    }
+    // Rings around the wanted cells. A level's rings give twice as many on the next one, less what the rules reach; the
+    // outer faces of a dual mesh, around its vertices, are not whole there.
+    std::vector<int> rings(last + 1, 1);
+    std::vector<char> ends(last + 1, 0);
+    for (const Walker& w : walkers) ends[w.steps] = 1;
+    for (int level = last; level >= 0; --level) {
+        if (limits && ends[level] != 0) rings[level] = detail::rule_limit_rings(scheme, rules) + 1;
+        if (level == last) continue;
+        rings[level] = std::max(rings[level], (rings[level + 1] + (dual() ? 2 : 1)) / 2 + reach);
+    }
+    const RuleMesh* above = &base;
+    std::span<const Vec3d> net = points;
+    RuleStep step;
+    std::vector<Vec3d> finer;
+    for (int level = 0;; ++level) {
+        std::vector<int> seeds;
+        for (const Walker& w : walkers) {
+            if (dual())
+                seeds.push_back(above->origin(w.frame.halfedge));
+            else
+                for (const int v : above->corners(above->face(w.frame.halfedge))) seeds.push_back(v);
+        }
+        const detail::MeshPart part = tools.parts.find(*above, seeds, rings[level]);
+        cost.faces += part.face.size();
+        cost.most_faces = std::max(cost.most_faces, static_cast<std::uint32_t>(part.face.size()));
+        std::vector<Vec3d> here(part.vertex.size());
+        for (std::size_t i = 0; i < here.size(); ++i) here[i] = net[part.vertex[i]];
+        for (Walker& w : walkers) w.frame.halfedge = part.halfedge(*above, w.frame.halfedge);
+
+        const auto arrived =
+            std::stable_partition(walkers.begin(), walkers.end(), [](const Walker& w) { return w.steps > 0; });
+        std::vector<int> vertices;
+        for (auto w = arrived; w != walkers.end(); ++w) vertices.push_back(vertex(part.mesh, *w));
+        if (!limits)
+            for (std::size_t i = 0; i < vertices.size(); ++i) positions[arrived[i].index] = here[vertices[i]];
+        else if (!vertices.empty())
+            write_limits(part.mesh, here, {arrived, walkers.end()}, vertices, out);
+        walkers.erase(arrived, walkers.end());
+        if (walkers.empty()) return;
+
+        const bool from_control = level == 0 && !dual();
+        RuleStep next = (from_control ? first_step : scheme.step)(part.mesh, rules);
+        for (Walker& w : walkers) descend(part.mesh, next, w, from_control);
+        finer.resize(next.stencils.row_count());
+        next.stencils.apply<Vec3d>(here, finer);
+        step = std::move(next);
+        above = &step.mesh;
+        net = finer;
+    }
+}
+
+void PartialLevels::Impl::write_limits(const RuleMesh& level, std::span<const Vec3d> net, std::span<const Walker> here,
+                                       std::span<const int> vertices, std::span<LimitPoint> out) const {
+    // Many addresses of a block name the same vertex.
+    std::vector<int> once(vertices.begin(), vertices.end());
+    std::sort(once.begin(), once.end());
+    once.erase(std::unique(once.begin(), once.end()), once.end());
+    const detail::RuleLimits limits = worker().limits.find(level, once);
+    const auto sum = [&](const StencilTable& table, int row) {
+        Vec3d result(0);
+        for (std::size_t i = 0; i < table.points(row).size(); ++i)
+            result += table.weights(row)[i] * net[table.points(row)[i]];
+        return result;
+    };
+    const auto unit = [](const Vec3d& v) {
+        const double length = glm::length(v);
+        return length > 0 ? v / length : Vec3d(0);
+    };
+    std::vector<LimitPoint> points_once(once.size());
+    for (std::size_t i = 0; i < once.size(); ++i) {
+        LimitPoint& point = points_once[i];
+        point.position = sum(limits.positions, static_cast<int>(i));
+        Vec3d normal(0);
+        for (int row = limits.begin[i]; row < limits.begin[i + 1]; ++row) {
+            const Vec3d t1 = sum(limits.tangent1, row), t2 = sum(limits.tangent2, row);
+            if (row == limits.begin[i]) {
+                point.tangent1 = t1;
+                point.tangent2 = t2;
+            }
+            normal += unit(glm::cross(t1, t2));
+        }
+        point.has_tangent_plane = limits.begin[i + 1] == limits.begin[i] + 1 && normal != Vec3d(0);
+        if (normal == Vec3d(0))
+            for (const int h : level.ring(once[i]).halfedge)
+                normal += unit(
+                    glm::cross(net[level.target(h)] - net[once[i]], net[level.origin(level.prev(h))] - net[once[i]]));
+        point.normal = unit(normal);
+    }
+    for (std::size_t i = 0; i < vertices.size(); ++i)
+        out[here[i].index] = points_once[std::lower_bound(once.begin(), once.end(), vertices[i]) - once.begin()];
+}
+
+namespace {
+
+std::vector<Query> site_queries(const ControlMesh& mesh, FanLattice lattice, std::span<const Site> sites,
+                                bool minimal) {
+    if (lattice == FanLattice::dual)
+        throw Error(ErrorCode::invalid_input, "the vertices of a dual scheme are named by cells, not by sites");
+    std::vector<Query> queries(sites.size());
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+        const Site site = minimal && sites[i].level <= k_max_level ? minimal_level(sites[i]) : sites[i];
+        const bool triangles = lattice == FanLattice::triangles;
+        if (site.level > k_max_level) refuse_address(i, "has a level beyond the deepest");
+        if (site.root.value >= mesh.halfedge_count() || (triangles && site.root.value % 3 != 0))
+            refuse_address(i, "has no such root");
+        const std::uint64_t n = std::uint64_t{1} << site.level, x = site.at.x, y = site.at.y;
+        if (triangles ? x + y > n : x > n || y > n) refuse_address(i, "lies outside its root");
+        LatticePoint cell = site.at;
+        if (!triangles) {
+            if (x == n) --cell.x;
+            if (y == n) --cell.y;
+        } else if (x + y == n) {
+            --(x > 0 ? cell.x : cell.y);
+        }
+        queries[i] = {site.root.value, cell, site.at, site.level};
+    }
+    return queries;
+}
+
+std::vector<Query> cell_queries(FanLattice lattice, std::size_t roots, std::span<const VertexCell> cells) {
+    if (lattice != FanLattice::dual)
+        throw Error(ErrorCode::invalid_input, "only the vertices of dual schemes are named by cells");
+    std::vector<Query> queries(cells.size());
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+        const VertexCell& c = cells[i];
+        if (c.level > k_max_level) refuse_address(i, "has a level beyond the deepest");
+        if (c.root >= roots) refuse_address(i, "has no such root");
+        if (c.at.x >> c.level != 0 || c.at.y >> c.level != 0) refuse_address(i, "lies outside its root");
+        queries[i] = {c.root, c.at, c.at, c.level};
+    }
+    return queries;
+}
+
+}  // namespace
+
+PartialLevels::PartialLevels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules)
+    : impl_(std::make_unique<Impl>(mesh, scheme, rules)) {}
+PartialLevels::~PartialLevels() = default;
+PartialLevels::PartialLevels(PartialLevels&&) noexcept = default;
+PartialLevels& PartialLevels::operator=(PartialLevels&&) noexcept = default;
+
+FanLattice PartialLevels::lattice() const { return impl_->lattice; }
+
+void PartialLevels::control_positions(std::span<const Site> sites, std::span<Vec3d> out, LevelCost* cost) const {
+    detail::check_length("positions to write", out.size(), sites.size());
+    impl_->run(site_queries(impl_->mesh, impl_->lattice, sites, false), false, out, {}, cost);
+}
+
+void PartialLevels::control_positions(std::span<const VertexCell> cells, std::span<Vec3d> out, LevelCost* cost) const {
+    detail::check_length("positions to write", out.size(), cells.size());
+    impl_->run(cell_queries(impl_->lattice, impl_->roots.size(), cells), false, out, {}, cost);
+}
+
+void PartialLevels::limits(std::span<const Site> sites, std::span<LimitPoint> out, LevelCost* cost) const {
+    detail::check_length("points to write", out.size(), sites.size());
+    impl_->run(site_queries(impl_->mesh, impl_->lattice, sites, true), true, {}, out, cost);
+}
+
+void PartialLevels::limits(std::span<const VertexCell> cells, std::span<LimitPoint> out, LevelCost* cost) const {
+    detail::check_length("points to write", out.size(), cells.size());
+    impl_->run(cell_queries(impl_->lattice, impl_->roots.size(), cells), true, {}, out, cost);
+}
+
+void PartialLevels::positions(std::span<const Site> sites, std::span<Vec3d> positions) const {
+    detail::check_length("positions to write", positions.size(), sites.size());
+    std::vector<LimitPoint> points(sites.size());
+    limits(sites, points);
+    for (std::size_t i = 0; i < points.size(); ++i) positions[i] = points[i].position;
+}
+
+VertexRoots PartialLevels::vertex_roots() const {
+    if (!impl_->dual()) throw Error(ErrorCode::invalid_input, "only dual schemes have vertex quadtrees");
+    const RuleMesh& mesh = impl_->base;
+    const auto refuse = [&](int v, const char* what) {
+        throw Error(
+            ErrorCode::unsupported,
+            "vertex quadtrees need four children of every vertex; vertex " + std::to_string(v) + " of level 1 " + what,
+            impl_->mesh.data().source);
+    };
+    VertexRoots roots;
+    const std::size_t count = static_cast<std::size_t>(mesh.vertex_count());
+    std::vector<std::array<int, 4>> corners(count);
+    std::vector<signed char> corner_of(mesh.halfedge_count(), 0);
+    roots.link.assign(4 * count, VertexRoots::outside);
+    roots.has_face.resize(count);
+    roots.control_face.resize(count);
+    for (int v = 0; v < mesh.vertex_count(); ++v) {
+        corners[v] = detail::vertex_corners(mesh, impl_->roots[v]);
+        int faces = 0;
+        for (int c = 0; c < 4; ++c) {
+            const int h = corners[v][c];
+            roots.has_face[v][c] = h != RuleMesh::none;
+            roots.control_face[v][c] =
+                h == RuleMesh::none ? FaceId::none : static_cast<std::uint32_t>(impl_->control_face[mesh.face(h)]);
+            if (h == RuleMesh::none) continue;
+            ++faces;
+            corner_of[h] = static_cast<signed char>(c);
+            if (mesh.sharp(h) && mesh.twin(h) != RuleMesh::none) refuse(v, "lies on a crease inside the mesh");
+        }
+        const RuleMesh::Ring ring = mesh.ring(v);
+        const bool tip = faces == 1 && !ring.closed, side = faces == 2 && !ring.closed;
+        if (faces != ring.faces() || (ring.closed ? faces != 4 : !tip && !side))
+            refuse(v, "has another number of faces");
+        const float sharpness = mesh.vertex_sharpness(v);
+        if (side && is_sharp(sharpness)) refuse(v, "is a corner between two faces");
+        if (tip && !(is_sharp(sharpness) && !is_semi_sharp(sharpness))) refuse(v, "is a corner that does not stay one");
+    }
+    for (std::size_t v = 0; v < count; ++v)
+        for (int s = 0; s < 4; ++s) {
+            const int after = corners[v][(s + 1) % 4], before = corners[v][s];
+            int other = RuleMesh::none, side = 0;
+            if (after != RuleMesh::none) {
+                other = mesh.next(after);
+                side = corner_of[other];
+            } else if (before != RuleMesh::none) {
+                other = mesh.prev(before);
+                side = (corner_of[other] + 3) % 4;
+            }
+            if (other == RuleMesh::none) continue;
+            roots.link[4 * v + s] =
+                4 * static_cast<std::uint32_t>(mesh.origin(other)) + static_cast<std::uint32_t>(side);
+        }
+    return roots;
+}
+
+}  // namespace tetrakis

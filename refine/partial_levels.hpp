@@ -1,0 +1,97 @@
+#pragma once
+
+#include "tetrakis/hier/control_mesh.hpp"
+#include "tetrakis/hier/site.hpp"
+#include "tetrakis/refine/adaptive.hpp"
+#include "tetrakis/refine/vertex_ring.hpp"
+#include "tetrakis/schemes/scheme_table.hpp"
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace tetrakis {
+
+/// Address of a vertex of a dual scheme: a cell of the vertex quadtrees. The roots are the vertices of scheme level 1,
+/// by their numbers there: first the corners of faces, so that root h is the corner cell Q(h) of half-edge h with its
+/// axes, then the points along the boundary. Each vertex has four children, those of its cell: level l is scheme level
+/// l + 1.
+struct VertexCell {
+    std::uint32_t root = 0;
+    LatticePoint at;  ///< lower corner, 0 <= x, y < 2^level
+    std::uint8_t level = 0;
+    friend constexpr auto operator<=>(const VertexCell&, const VertexCell&) = default;
+};
+
+/// How the roots of vertex quadtrees lie beside each other. Sides: 0 is y = 0, 1 is x = N, 2 is y = N, 3 is x = 0,
+/// counter-clockwise; side s runs from corner s to corner s + 1.
+struct VertexRoots {
+    static constexpr std::uint32_t outside = 0xFFFF'FFFFu;
+    /// 4 per root: 4 * root + side beyond a side, where the lattice runs the other way along the side; outside at the
+    /// end of the surface.
+    std::vector<std::uint32_t> link;
+    /// Per root and corner whether a face lies there (the corner is a lattice point inside the surface).
+    std::vector<std::array<bool, 4>> has_face;
+    /// Per root and corner the control face that the face there belongs to (RuleStep::parent_face of level 1).
+    std::vector<std::array<std::uint32_t, 4>> control_face;
+
+    std::uint32_t count() const { return static_cast<std::uint32_t>(has_face.size()); }
+};
+
+/// What an evaluation had to raise.
+struct LevelCost {
+    std::uint64_t faces = 0;       ///< on all levels together, support included
+    std::uint32_t most_faces = 0;  ///< on one level of one block of sites
+};
+
+/// Values of any scheme of the table at any vertices of any levels, without the rest of those levels: of each level it
+/// raises the faces that lead to the wanted vertices and the rings around them that the masks reach, runs the scheme's
+/// own rules on that part, and forgets it again. The control positions are those of uniform refinement, bit for bit.
+///
+/// Addresses: schemes that split faces, sites of their lattice (Site): quads, where lattice level l is scheme level
+/// l + 1 (Catmull-Clark, Kobbelt, bilinear, 4-8, repeated averaging with an even number of steps), or triangles, where
+/// it is scheme level l (Loop, Butterfly, midpoint). Dual schemes: cells of the vertex quadtrees (VertexCell).
+///
+/// Results depend on the mesh, the scheme and the address alone, not on the batch, its order or the number of threads.
+/// Holes take part in the rules like all other faces. Keeps a reference to the mesh. All calls are const and safe from
+/// several threads. Memory: that of one block of addresses per thread (a few MiB), however deep they are.
+/// Cost: a few microseconds per vertex raised. A vertex alone needs its neighbourhood on every level (some 50 faces
+/// each, with a limit up to some hundred on the last one); many side by side, in one call, share theirs.
+class PartialLevels : public PositionSource {
+  public:
+    /// @throws Error  invalid_input: a mesh that the scheme cannot take; unsupported: a scheme without such addresses
+    ///                (sqrt3, honeycomb), a dual scheme whose boundary recedes
+    PartialLevels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules = {});
+    ~PartialLevels() override;
+    PartialLevels(PartialLevels&&) noexcept;
+    PartialLevels& operator=(PartialLevels&&) noexcept;
+
+    FanLattice lattice() const;  ///< what addresses it takes: Site (triangles, quads) or VertexCell (dual)
+
+    /// Positions in the net of the level that each address is written at: a site of a coarser level is followed to the
+    /// level wanted by scaling its coordinates.
+    /// @throws Error  invalid_input: spans of different length, an address outside its root
+    void control_positions(std::span<const Site> sites, std::span<Vec3d> out, LevelCost* cost = nullptr) const;
+    void control_positions(std::span<const VertexCell> cells, std::span<Vec3d> out, LevelCost* cost = nullptr) const;
+
+    /// Limit positions, tangents and normals, by the scheme's masks at the lowest level that has the site. Dual: the
+    /// limit of the point at the parameters of the vertex of the cell's own level.
+    /// @throws Error  as control_positions(); unsupported: a vertex that the scheme has no limit mask for
+    void limits(std::span<const Site> sites, std::span<LimitPoint> out, LevelCost* cost = nullptr) const;
+    void limits(std::span<const VertexCell> cells, std::span<LimitPoint> out, LevelCost* cost = nullptr) const;
+    /// Limit positions of sites.
+    void positions(std::span<const Site> sites, std::span<Vec3d> positions) const override;
+
+    /// Of a dual scheme. O(H) the first time.
+    /// @throws Error  unsupported: a mesh whose vertices do not all have four children: creases inside that the scheme
+    ///                follows beyond its first level, corner tags that run out, vertices of valence 2
+    VertexRoots vertex_roots() const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tetrakis
