@@ -150,12 +150,16 @@ struct PartialLevels::Impl {
         std::vector<Vec3d> finer(step.stencils.row_count());
         step.stencils.apply<Vec3d>(points, finer);
         points = std::move(finer);
-        control_face = std::move(step.parent_face);
         // A corner's child has the corner's face at its far corner; at the end of the surface the faces of a point lie
         // above it.
         roots.resize(step.mesh.vertex_count());
         for (int v = 0; v < step.mesh.vertex_count(); ++v) roots[v] = {step.mesh.first(v), 2};
-        for (const int h : step.child_halfedge) roots[step.mesh.origin(h)] = {h, 2};
+        root_face.resize(roots.size());
+        for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
+            const int child = step.child_halfedge[h], v = step.mesh.origin(child);
+            roots[v] = {child, 2};
+            root_face[v] = mesh.face(HalfedgeId(h));
+        }
         base = std::move(step.mesh);
     }
 
@@ -218,7 +222,7 @@ struct PartialLevels::Impl {
     RuleMesh base;  // the control mesh; dual: level 1
     std::vector<Vec3d> points;
     std::vector<CellFrame> roots;   // dual
-    std::vector<int> control_face;  // dual: per face of the base
+    std::vector<FaceId> root_face;  // dual: of the corners' children
     mutable oneapi::tbb::enumerable_thread_specific<Worker> workers{[this] {
         return Worker{{}, detail::RuleLimitFinder(scheme, rules)};
     }};
@@ -456,16 +460,13 @@ VertexRoots PartialLevels::vertex_roots() const {
     std::vector<std::array<int, 4>> corners(count);
     std::vector<signed char> corner_of(mesh.halfedge_count(), 0);
     roots.link.assign(4 * count, VertexRoots::outside);
-    roots.has_face.resize(count);
-    roots.control_face.resize(count);
+    roots.face.resize(count);
+    roots.hole.resize(count);
     for (int v = 0; v < mesh.vertex_count(); ++v) {
         corners[v] = detail::vertex_corners(mesh, impl_->roots[v]);
         int faces = 0;
         for (int c = 0; c < 4; ++c) {
             const int h = corners[v][c];
-            roots.has_face[v][c] = h != RuleMesh::none;
-            roots.control_face[v][c] =
-                h == RuleMesh::none ? FaceId::none : static_cast<std::uint32_t>(impl_->control_face[mesh.face(h)]);
             if (h == RuleMesh::none) continue;
             ++faces;
             corner_of[h] = static_cast<signed char>(c);
@@ -494,6 +495,15 @@ VertexRoots PartialLevels::vertex_roots() const {
             roots.link[4 * v + s] =
                 4 * static_cast<std::uint32_t>(mesh.origin(other)) + static_cast<std::uint32_t>(side);
         }
+    // A corner's child belongs to its face, a point of the boundary to that of the point above it; a corner of the
+    // boundary, which has nothing on its left, goes with the point on its right.
+    const auto beyond = [&](std::uint32_t v, std::size_t side) { return roots.link[4 * std::size_t{v} + side]; };
+    for (std::uint32_t v = 0; v < count; ++v) {
+        std::uint32_t inside = beyond(v, 3) == VertexRoots::outside ? beyond(v, 1) / 4 : v;
+        if (!impl_->root_face[inside].valid()) inside = beyond(inside, 2) / 4;
+        roots.face[v] = impl_->root_face[inside];
+        roots.hole[v] = impl_->mesh.is_hole(roots.face[v]) ? 1 : 0;
+    }
     return roots;
 }
 

@@ -2,43 +2,16 @@
 
 #include "tetrakis/hier/control_mesh.hpp"
 #include "tetrakis/hier/site.hpp"
+#include "tetrakis/hier/vertex_roots.hpp"
 #include "tetrakis/refine/adaptive.hpp"
 #include "tetrakis/refine/vertex_ring.hpp"
 #include "tetrakis/schemes/scheme_table.hpp"
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <vector>
 
 namespace tetrakis {
-
-/// Address of a vertex of a dual scheme: a cell of the vertex quadtrees. The roots are the vertices of scheme level 1,
-/// by their numbers there: first the corners of faces, so that root h is the corner cell Q(h) of half-edge h with its
-/// axes, then the points along the boundary. Each vertex has four children, those of its cell: level l is scheme level
-/// l + 1.
-struct VertexCell {
-    std::uint32_t root = 0;
-    LatticePoint at;  ///< lower corner, 0 <= x, y < 2^level
-    std::uint8_t level = 0;
-    friend constexpr auto operator<=>(const VertexCell&, const VertexCell&) = default;
-};
-
-/// How the roots of vertex quadtrees lie beside each other. Sides: 0 is y = 0, 1 is x = N, 2 is y = N, 3 is x = 0,
-/// counter-clockwise; side s runs from corner s to corner s + 1.
-struct VertexRoots {
-    static constexpr std::uint32_t outside = 0xFFFF'FFFFu;
-    /// 4 per root: 4 * root + side beyond a side, where the lattice runs the other way along the side; outside at the
-    /// end of the surface.
-    std::vector<std::uint32_t> link;
-    /// Per root and corner whether a face lies there (the corner is a lattice point inside the surface).
-    std::vector<std::array<bool, 4>> has_face;
-    /// Per root and corner the control face that the face there belongs to (RuleStep::parent_face of level 1).
-    std::vector<std::array<std::uint32_t, 4>> control_face;
-
-    std::uint32_t count() const { return static_cast<std::uint32_t>(has_face.size()); }
-};
 
 /// What an evaluation had to raise.
 struct LevelCost {

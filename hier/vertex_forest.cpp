@@ -1,0 +1,92 @@
+#include "tetrakis/hier/vertex_forest.hpp"
+
+#include "tetrakis/hier/error.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+namespace tetrakis {
+
+VertexForest::VertexForest(VertexRoots roots)
+    : roots_(std::move(roots)),
+      leaf_count_(roots_.count()),
+      child_(roots_.count(), k_unsplit),
+      marks_(roots_.count(), 0) {}
+
+VertexForest::Across VertexForest::across(std::uint32_t slot, int side) const {
+    if (is_root(slot)) {
+        const std::uint32_t link = roots_.link[4 * std::size_t{slot} + static_cast<std::size_t>(side)];
+        return link == k_boundary ? Across{k_boundary, 0} : Across{link / 4, static_cast<int>(link % 4)};
+    }
+    const std::uint32_t record = record_of(slot);
+    const int child = number(slot);
+    // Inside, a child meets the next one and the one before across the sides that face them.
+    if (side == (child + 1) % 4) return {first_child(record) + static_cast<std::uint32_t>(side), (side + 2) % 4};
+    if (side == (child + 2) % 4)
+        return {first_child(record) + static_cast<std::uint32_t>((child + 3) % 4), (side + 2) % 4};
+    const std::uint32_t link = records_[record].link[static_cast<std::size_t>(side)];
+    if (link >= k_coarser) return {link, 0};
+    // Side s has the children s and s + 1 beside it; from the other side they come in the opposite order.
+    const std::uint32_t other = link % 4;
+    return {first_child(link / 4) + (child == side ? (other + 1) % 4 : other), static_cast<int>(other)};
+}
+
+int VertexForest::level(LeafId leaf) const {
+    return is_root(leaf.value) ? 0 : records_[record_of(leaf.value)].level + 1;
+}
+
+VertexCell VertexForest::cell(LeafId leaf) const {
+    if (is_root(leaf.value)) return {leaf.value, {0, 0}, 0};
+    const Record& r = records_[record_of(leaf.value)];
+    const int child = number(leaf.value);
+    return {r.root,
+            {2 * r.at.x + (child == 1 || child == 2 ? 1 : 0), 2 * r.at.y + (child >= 2 ? 1 : 0)},
+            static_cast<std::uint8_t>(r.level + 1)};
+}
+
+std::array<LeafId, 2> VertexForest::neighbours(LeafId leaf, int side) const {
+    const Across next = across(leaf.value, side);
+    if (next.slot == k_boundary) return {};
+    if (next.slot == k_coarser) {
+        const std::uint32_t parent = records_[record_of(leaf.value)].parent;
+        return {LeafId(across(parent, side).slot), LeafId{}};
+    }
+    if (!is_split(next.slot)) return {LeafId(next.slot), LeafId{}};
+    const std::uint32_t first = first_child(child_[next.slot]), t = static_cast<std::uint32_t>(next.side);
+    return {LeafId(first + (t + 1) % 4), LeafId(first + t)};
+}
+
+std::vector<LeafId> VertexForest::ordered_leaves() const {
+    std::vector<LeafId> leaves;
+    leaves.reserve(leaf_count_);
+    std::vector<std::uint32_t> open;
+    for (std::uint32_t r = 0; r < roots_.count(); ++r) {
+        open.push_back(r);
+        while (!open.empty()) {
+            const std::uint32_t slot = open.back();
+            open.pop_back();
+            if (!is_split(slot))
+                leaves.emplace_back(slot);
+            else
+                for (std::uint32_t k = 4; k-- > 0;) open.push_back(first_child(child_[slot]) + k);
+        }
+    }
+    return leaves;
+}
+
+void VertexForest::require_leaves(std::span<const LeafId> leaves) const {
+    for (const LeafId leaf : leaves)
+        if (!is_leaf(leaf))
+            throw Error(ErrorCode::invalid_input,
+                        "cell " + std::to_string(leaf.value) +
+                            " is not a leaf of the forest (any more): it was split or merged, or never existed");
+}
+
+std::uint64_t VertexForest::memory_bytes() const {
+    return roots_.link.capacity() * sizeof(std::uint32_t) + roots_.face.capacity() * sizeof(FaceId) +
+           roots_.hole.capacity() + child_.capacity() * sizeof(std::uint32_t) + records_.capacity() * sizeof(Record) +
+           free_records_.capacity() * sizeof(std::uint32_t) + marks_.capacity();
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,78 @@
+#include "tetrakis/hier/vertex_forest.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace tetrakis {
+
+DualFaces VertexForest::faces() const {
+    const std::vector<LeafId> leaves = ordered_leaves();
+    std::vector<std::uint32_t> rank(child_.size(), 0);
+    for (std::size_t i = 0; i < leaves.size(); ++i) rank[leaves[i].value] = static_cast<std::uint32_t>(i);
+    const auto root = [&](std::uint32_t slot) { return is_root(slot) ? slot : records_[record_of(slot)].root; };
+
+    DualFaces out;
+    std::vector<std::uint32_t> around;  // ranks of the leaves that meet in a point
+    for (std::uint32_t i = 0; i < leaves.size(); ++i)
+        for (int c = 0; c < 4; ++c) {
+            // Counter-clockwise around the point, across the sides that end there. The first of the corners that meet
+            // has the face; a coarser cell that has the point on its side has no corner there.
+            around.assign(1, i);
+            std::uint32_t slot = leaves[i].value;
+            int corner = c;
+            bool ours = true;
+            for (;;) {
+                const int side = (corner + 3) % 4;
+                const Across next = across(slot, side);
+                if (next.slot == k_boundary) {
+                    ours = false;
+                } else if (next.slot == k_coarser) {
+                    const std::uint32_t record = record_of(slot);
+                    const int child = number(slot);
+                    const Across coarse = across(records_[record].parent, side);
+                    if (child == corner) {
+                        slot = coarse.slot;
+                        corner = coarse.side;
+                    } else {
+                        // In the middle of the coarser cell's side, and back across the other half.
+                        around.push_back(rank[coarse.slot]);
+                        corner = side;
+                        slot = leaf_at(first_child(record) + static_cast<std::uint32_t>((child + 1) % 4), corner);
+                    }
+                } else {
+                    slot = leaf_at(next.slot, next.side);
+                    corner = next.side;
+                }
+                if (!ours || (rank[slot] == i && corner == c)) break;
+                ours = rank[slot] != i ? rank[slot] > i : corner > c;
+                if (!ours) break;
+                around.push_back(rank[slot]);
+            }
+            if (!ours) continue;
+            const auto of_surface = std::find_if(
+                around.begin(), around.end(), [&](std::uint32_t r) { return roots_.hole[root(leaves[r].value)] == 0; });
+            if (of_surface == around.end()) continue;
+            out.face_vertices.insert(out.face_vertices.end(), around.begin(), around.end());
+            out.face_offsets.push_back(static_cast<std::uint32_t>(out.face_vertices.size()));
+            out.control_faces.push_back(roots_.face[root(leaves[*of_surface].value)]);
+            // In the 4-8 pattern the diagonals of a level cross at every other point.
+            const VertexCell cell = this->cell(leaves[i]);
+            const std::uint32_t x = cell.at.x + (c == 1 || c == 2 ? 1 : 0), y = cell.at.y + (c >= 2 ? 1 : 0);
+            out.diagonal_at_first.push_back((x + y + static_cast<std::uint32_t>(c)) % 2 == 0 ? 1 : 0);
+        }
+    // Leaves inside holes are in no face.
+    constexpr std::uint32_t unused = std::numeric_limits<std::uint32_t>::max();
+    std::vector<std::uint32_t> vertex(leaves.size(), unused);
+    for (const std::uint32_t r : out.face_vertices) vertex[r] = 0;
+    for (std::size_t i = 0; i < leaves.size(); ++i) {
+        if (vertex[i] == unused) continue;
+        vertex[i] = static_cast<std::uint32_t>(out.leaves.size());
+        out.leaves.push_back(leaves[i]);
+        out.cells.push_back(cell(leaves[i]));
+    }
+    for (std::uint32_t& v : out.face_vertices) v = vertex[v];
+    return out;
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,64 @@
+#include "tetrakis/refine/adaptive_dual.hpp"
+
+#include "tetrakis/hier/parallel.hpp"
+
+#include <cstddef>
+#include <utility>
+
+namespace tetrakis {
+
+AdaptiveDual::AdaptiveDual(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules)
+    : mesh_(&mesh), points_(mesh, scheme, rules), forest_(points_.vertex_roots()) {}
+
+namespace {
+
+/// Quads along the diagonal, larger faces as fans.
+void cut(DualFaces& faces) {
+    std::vector<std::uint32_t> offsets{0}, vertices;
+    std::vector<FaceId> control;
+    for (std::uint32_t f = 0; f < faces.control_faces.size(); ++f) {
+        const std::uint32_t begin = faces.face_offsets[f], size = faces.face_offsets[f + 1] - begin;
+        const std::uint32_t start = size == 4 && faces.diagonal_at_first[f] == 0 ? 1 : 0;
+        const auto corner = [&](std::uint32_t k) { return faces.face_vertices[begin + (start + k) % size]; };
+        for (std::uint32_t k = 1; k + 1 < size; ++k) {
+            vertices.insert(vertices.end(), {corner(0), corner(k), corner(k + 1)});
+            offsets.push_back(static_cast<std::uint32_t>(vertices.size()));
+            control.push_back(faces.control_faces[f]);
+        }
+    }
+    faces.face_offsets = std::move(offsets);
+    faces.face_vertices = std::move(vertices);
+    faces.control_faces = std::move(control);
+}
+
+}  // namespace
+
+PolygonMesh AdaptiveDual::to_mesh(const DualMeshOptions& options) const {
+    DualFaces faces = forest_.faces();
+    PolygonMesh mesh;
+    mesh.positions.resize(faces.cells.size());
+    with_threads(options.context, [&] {
+        if (!options.limit) points_.control_positions(faces.cells, mesh.positions);
+        if (!options.limit && !options.normals) return;
+        std::vector<LimitPoint> limits(faces.cells.size());
+        points_.limits(faces.cells, limits);
+        if (options.limit)
+            for (std::size_t v = 0; v < limits.size(); ++v) mesh.positions[v] = limits[v].position;
+        if (!options.normals) return;
+        mesh.normals.resize(limits.size());
+        for (std::size_t v = 0; v < limits.size(); ++v) mesh.normals[v] = limits[v].normal;
+    });
+    if (options.triangles) cut(faces);
+    const ControlMeshData& data = mesh_->data();
+    for (const FaceId f : faces.control_faces) {
+        if (!data.face_material.empty()) mesh.face_material.push_back(data.face_material[f.value]);
+        if (!data.face_group.empty()) mesh.face_group.push_back(data.face_group[f.value]);
+    }
+    mesh.face_offsets = std::move(faces.face_offsets);
+    mesh.face_vertices = std::move(faces.face_vertices);
+    mesh.materials = data.materials;
+    mesh.groups = data.groups;
+    return mesh;
+}
+
+}  // namespace tetrakis

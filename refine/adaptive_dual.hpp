@@ -1,0 +1,42 @@
+#pragma once
+
+#include "tetrakis/hier/control_mesh.hpp"
+#include "tetrakis/hier/run_context.hpp"
+#include "tetrakis/hier/vertex_forest.hpp"
+#include "tetrakis/refine/partial_levels.hpp"
+#include "tetrakis/refine/polygon_mesh.hpp"
+
+namespace tetrakis {
+
+struct DualMeshOptions {
+    bool limit = true;       ///< vertices on the limit surface; else each in the net of its own level
+    bool normals = false;    ///< of the limit surface
+    bool triangles = false;  ///< cut the faces: quads in the 4-8 pattern
+    RunContext context{};
+};
+
+/// Adaptive refinement of a dual scheme (Doo-Sabin, midedge, biquartic, odd repeated averaging): vertex quadtrees, and
+/// the scheme's points for their leaves. forest() is refined and coarsened; to_mesh() depends on the set of leaves
+/// alone.
+class AdaptiveDual {
+  public:
+    /// The scheme's level 1 as leaves. Keeps a reference to the mesh. O(H).
+    /// @throws Error  as PartialLevels and PartialLevels::vertex_roots(); invalid_input: a scheme that is not dual
+    AdaptiveDual(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules = {});
+
+    VertexForest& forest() { return forest_; }
+    const VertexForest& forest() const { return forest_; }
+    const PartialLevels& points() const { return points_; }
+
+    /// The leaves as a mesh without cracks: vertices are leaves, edges are the sides that two of them share, faces the
+    /// points where they meet. Materials and groups are those of control faces; no UVs.
+    /// @throws Error  unsupported: a limit that the scheme has no mask for (biquartic at corners)
+    PolygonMesh to_mesh(const DualMeshOptions& options = {}) const;
+
+  private:
+    const ControlMesh* mesh_;
+    PartialLevels points_;
+    VertexForest forest_;
+};
+
+}  // namespace tetrakis

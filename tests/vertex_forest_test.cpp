@@ -1,0 +1,318 @@
+#include "random_mesh.hpp"
+#include "surface_topology.hpp"
+
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/obj_reader.hpp"
+#include "tetrakis/refine/adaptive_dual.hpp"
+#include "tetrakis/refine/refine.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+#include <tuple>
+
+using namespace tetrakis;
+
+namespace tetrakis {
+
+/// Breaks one link.
+struct VertexForestCorruptor {
+    static void break_link(VertexForest& forest) {
+        for (auto& r : forest.records_)
+            for (auto& link : r.link)
+                if (link < VertexForest::k_coarser) {
+                    link = VertexForest::k_coarser;
+                    return;
+                }
+    }
+    static void lose_leaf(VertexForest& forest) { --forest.leaf_count_; }
+    static void move_record(VertexForest& forest) { ++forest.records_.front().at.x; }
+};
+
+}  // namespace tetrakis
+
+namespace {
+
+/// What vertex quadtrees take: n-gons, boundaries with and without corners, holes, genus 0 and 1.
+ControlMesh random_dual_mesh(std::uint64_t seed) {
+    test::RandomMeshOptions options = test::random_options(seed);
+    options.edge_vertices = options.crease = options.corner = 0;
+    for (;; seed += 1000) {
+        ControlMesh mesh = test::random_mesh(seed, options);
+        bool valence2 = false;  // merging faces leaves some
+        for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
+            valence2 = valence2 || (!mesh.is_boundary(VertexId(v)) && mesh.face_valence(VertexId(v)) == 2);
+        if (!valence2) return mesh;
+    }
+}
+
+std::vector<std::vector<std::uint32_t>> cycles(const std::vector<std::uint32_t>& offsets,
+                                               const std::vector<std::uint32_t>& vertices) {
+    std::vector<std::vector<std::uint32_t>> result;
+    for (std::size_t f = 0; f + 1 < offsets.size(); ++f)
+        result.emplace_back(vertices.begin() + offsets[f], vertices.begin() + offsets[f + 1]);
+    return result;
+}
+
+void refine_randomly(VertexForest& forest, test::Random& random, int calls, double chance, int deepest) {
+    std::vector<LeafId> created;
+    for (int i = 0; i < calls; ++i) {
+        std::vector<LeafId> marked;
+        for (const LeafId leaf : forest.ordered_leaves())
+            if (random.chance(chance) && forest.level(leaf) < deepest) marked.push_back(leaf);
+        random.shuffle(marked);
+        forest.refine(marked, created);
+    }
+}
+
+void coarsen_randomly(VertexForest& forest, test::Random& random, double chance) {
+    std::vector<LeafId> marked, created;
+    for (const LeafId leaf : forest.ordered_leaves())
+        if (random.chance(chance)) marked.push_back(leaf);
+    random.shuffle(marked);
+    forest.coarsen(marked, created);
+}
+
+bool same_mesh(const PolygonMesh& a, const PolygonMesh& b) {
+    return a.face_offsets == b.face_offsets && a.face_vertices == b.face_vertices &&
+           a.positions.size() == b.positions.size() &&
+           std::memcmp(a.positions.data(), b.positions.data(), a.positions.size() * sizeof(Vec3d)) == 0;
+}
+
+/// Which leaves, whatever their slots.
+std::vector<VertexCell> leaf_cells(const VertexForest& forest) {
+    std::vector<VertexCell> cells;
+    for (const LeafId leaf : forest.ordered_leaves()) cells.push_back(forest.cell(leaf));
+    return cells;
+}
+
+ControlMesh model(const std::string& name) {
+    return ControlMesh::build(read_obj(std::filesystem::path(TETRAKIS_SOURCE_DIR) / "data" / (name + ".obj")));
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("refine");
+
+TEST_CASE("[inv3] [inv4] vertex quadtrees: the dual mesh is conforming and keeps the topology of the control mesh") {
+    int refined = 0;
+    for (const std::uint64_t seed : test::seeds(24)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = random_dual_mesh(seed);
+        const SchemeInfo& scheme = *find_scheme(seed % 2 == 0 ? "doo-sabin" : "biquartic");
+        AdaptiveDual dual(mesh, scheme);
+        VertexForest& forest = dual.forest();
+        test::Random random(seed);
+        for (int round = 0; round < 4; ++round) {
+            if (round > 0) refine_randomly(forest, random, 2, 0.15, 6);
+            const auto fault = forest.check();
+            CHECK_MESSAGE(!fault.has_value(), fault.value_or(""));
+            const DualFaces faces = forest.faces();
+            const test::SurfaceTopology got = test::topology(cycles(faces.face_offsets, faces.face_vertices));
+            const test::SurfaceTopology expected = test::surface_topology(mesh);
+            CHECK(got.fault.empty());
+            CHECK(got.euler == expected.euler);
+            // Where parts of the surface touch in a vertex alone, the dual mesh joins them by that vertex's face.
+            if (mesh.data().holes.empty() && mesh.boundary_rule() != BoundaryRule::none)
+                CHECK(got.boundary_loops == expected.boundary_loops);
+            refined += static_cast<int>(forest.leaf_count());
+            // Restricted: by the neighbours as they are seen from either side.
+            for (const LeafId leaf : forest.ordered_leaves())
+                for (int s = 0; s < 4; ++s)
+                    for (const LeafId next : forest.neighbours(leaf, s)) {
+                        if (!next.valid()) continue;
+                        CHECK(forest.is_leaf(next));
+                        CHECK(std::abs(forest.level(next) - forest.level(leaf)) <= 1);
+                        bool back = false;
+                        for (int t = 0; t < 4; ++t)
+                            for (const LeafId other : forest.neighbours(next, t)) back = back || other == leaf;
+                        CHECK(back);
+                    }
+        }
+    }
+    CHECK(refined > 20000);
+}
+
+TEST_CASE(
+    "[inv1] vertex quadtrees: refined everywhere they are uniform refinement, vertex by vertex and face by face") {
+    for (const char* name : {"doo-sabin", "midedge", "biquartic"})
+        for (const std::uint64_t seed : {1u, 2u, 5u}) {
+            CAPTURE(name);
+            CAPTURE(seed);
+            test::RandomMeshOptions options = test::random_options(seed);
+            options.edge_vertices = options.crease = options.corner = options.hole = 0;
+            options.boundary_rule = BoundaryRule::edge_and_corner;
+            const ControlMesh mesh = test::random_mesh(seed, options);
+            AdaptiveDual dual(mesh, *find_scheme(name));
+            std::vector<LeafId> created;
+            for (int i = 0; i < 2; ++i) dual.forest().refine(dual.forest().ordered_leaves(), created);
+            const PolygonMesh got = dual.to_mesh({.limit = false});
+            const PolygonMesh uniform = refine(mesh, name, 3);
+            // The same set of faces, as cycles of points.
+            const auto faces = [](const PolygonMesh& m) {
+                std::multiset<std::vector<std::tuple<double, double, double>>> result;
+                for (std::uint32_t f = 0; f < m.face_count(); ++f) {
+                    std::vector<std::tuple<double, double, double>> cycle;
+                    for (std::uint32_t c = m.face_offsets[f]; c < m.face_offsets[f + 1]; ++c) {
+                        const Vec3d& p = m.positions[m.face_vertices[c]];
+                        cycle.emplace_back(p.x, p.y, p.z);
+                    }
+                    std::rotate(cycle.begin(), std::min_element(cycle.begin(), cycle.end()), cycle.end());
+                    result.insert(std::move(cycle));
+                }
+                return result;
+            };
+            CHECK(got.positions.size() == uniform.positions.size());
+            CHECK(faces(got) == faces(uniform));
+        }
+}
+
+TEST_CASE("[inv1] vertex quadtrees: in an adaptive mesh each vertex is where uniform refinement has its cell") {
+    const ControlMesh mesh = random_dual_mesh(4);
+    const SchemeInfo& scheme = *find_scheme("doo-sabin");
+    AdaptiveDual dual(mesh, scheme);
+    test::Random random(5);
+    refine_randomly(dual.forest(), random, 4, 0.1, 3);
+    const DualFaces faces = dual.forest().faces();
+    const PolygonMesh got = dual.to_mesh({.limit = false});
+    std::set<std::tuple<double, double, double>> uniform[5];
+    for (int level = 0; level <= 3; ++level)
+        for (const Vec3d& p : refine(mesh, scheme, level + 1).positions) uniform[level].insert({p.x, p.y, p.z});
+    std::set<int> levels;
+    for (std::size_t v = 0; v < faces.cells.size(); ++v) {
+        const Vec3d& p = got.positions[v];
+        levels.insert(faces.cells[v].level);
+        CHECK(uniform[faces.cells[v].level].count({p.x, p.y, p.z}) == 1);
+    }
+    CHECK(levels.size() >= 3);
+}
+
+TEST_CASE("[inv2] [inv5] [inv10] vertex quadtrees: the way to a set of leaves and the threads do not matter") {
+    for (const std::uint64_t seed : test::seeds(6)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = random_dual_mesh(seed);
+        AdaptiveDual one(mesh, *find_scheme("doo-sabin"));
+        const std::vector<VertexCell> roots = leaf_cells(one.forest());
+        test::Random random(seed + 100);
+        for (int i = 0; i < 20; ++i) {
+            refine_randomly(one.forest(), random, 1, 0.1, 3);
+            coarsen_randomly(one.forest(), random, 0.7);
+            const auto fault = one.forest().check();
+            CHECK_MESSAGE(!fault.has_value(), fault.value_or(""));
+        }
+        const std::vector<VertexCell> leaves = leaf_cells(one.forest());
+        CHECK(leaves.size() > roots.size());
+        // The same leaves once more: from below, cell by cell as far as they reach, and from above, by merging.
+        AdaptiveDual up(mesh, *find_scheme("doo-sabin")), down(mesh, *find_scheme("doo-sabin"));
+        const std::set<VertexCell> wanted(leaves.begin(), leaves.end());
+        std::vector<LeafId> created;
+        for (bool again = true; again;) {
+            again = false;
+            std::vector<LeafId> order = up.forest().ordered_leaves();
+            random.shuffle(order);
+            for (const LeafId leaf : order) {
+                if (!up.forest().is_leaf(leaf) || wanted.count(up.forest().cell(leaf)) != 0) continue;
+                up.forest().refine({&leaf, 1}, created);
+                again = true;
+            }
+        }
+        CHECK(leaf_cells(up.forest()) == leaves);
+        for (int i = 0; i < 3; ++i) down.forest().refine(down.forest().ordered_leaves(), created);
+        for (;;) {
+            std::vector<LeafId> marked;
+            for (const LeafId leaf : down.forest().ordered_leaves()) {
+                const VertexCell c = down.forest().cell(leaf);
+                if (wanted.count(c) == 0) marked.push_back(leaf);
+            }
+            if (marked.empty()) break;
+            down.forest().coarsen(marked, created);
+            REQUIRE(!created.empty());
+        }
+        CHECK(leaf_cells(down.forest()) == leaves);
+        const PolygonMesh expected = one.to_mesh({.limit = false});
+        CHECK(same_mesh(up.to_mesh({.limit = false}), expected));
+        CHECK(same_mesh(down.to_mesh({.limit = false}), expected));
+        for (const int threads : {1, 2, 7}) {
+            DualMeshOptions options{.limit = false};
+            options.context.threads = threads;
+            CHECK(same_mesh(one.to_mesh(options), expected));
+        }
+        for (std::uint32_t n = one.forest().leaf_count(); n > roots.size(); n = one.forest().leaf_count()) {
+            one.forest().coarsen(one.forest().ordered_leaves(), created);
+            REQUIRE(one.forest().leaf_count() < n);
+        }
+        CHECK(leaf_cells(one.forest()) == roots);
+        CHECK(!one.forest().check().has_value());
+    }
+}
+
+TEST_CASE("vertex quadtrees: triangles, limits and normals; a zoom of 25 levels; 64 bytes a leaf") {
+    const ControlMesh mesh = model("cube");
+    AdaptiveDual dual(mesh, *find_scheme("midedge"));
+    VertexForest& forest = dual.forest();
+    std::vector<LeafId> created;
+    LeafId leaf(7);
+    for (int level = 0; level < 25; ++level) {
+        forest.refine({&leaf, 1}, created);
+        leaf = created[created.size() - 3];
+    }
+    CHECK(!forest.check().has_value());
+    CHECK(forest.leaf_count() < 25 * 40);
+    const PolygonMesh polygons = dual.to_mesh({.normals = true}), cut = dual.to_mesh({.triangles = true});
+    CHECK(std::memcmp(polygons.positions.data(), cut.positions.data(), cut.positions.size() * sizeof(Vec3d)) == 0);
+    const test::SurfaceTopology topology = test::topology(cycles(cut.face_offsets, cut.face_vertices));
+    CHECK(topology.fault.empty());
+    CHECK(topology.euler == 2);
+    CHECK(topology.boundary_loops == 0);
+    for (std::uint32_t f = 0; f < cut.face_count(); ++f) CHECK(cut.face_offsets[f + 1] == 3 * (f + 1));
+    for (const Vec3d& n : polygons.normals) CHECK(glm::length(n) == doctest::Approx(1));
+    for (int i = 0; i < 4; ++i)
+        forest.refine(forest.ordered_leaves().size() < 2000 ? forest.ordered_leaves() : created, created);
+    CHECK(forest.memory_bytes() < 64 * std::uint64_t{forest.leaf_count()});
+}
+
+TEST_CASE("[bad-input] vertex quadtrees refuse what is no leaf, too deep or of no quadtree, and stay as they are") {
+    const ControlMesh mesh = model("cube");
+    AdaptiveDual dual(mesh, *find_scheme("doo-sabin"));
+    VertexForest& forest = dual.forest();
+    std::vector<LeafId> created;
+    const LeafId root(3);
+    forest.refine({&root, 1}, created);
+    const std::vector<VertexCell> before = leaf_cells(forest);
+    const std::vector<LeafId> mixed{LeafId(0), root}, outside{LeafId(5000)};
+    CHECK_THROWS_AS(forest.refine(mixed, created), Error);
+    CHECK_THROWS_AS(forest.refine(outside, created), Error);
+    CHECK_THROWS_AS(forest.coarsen(mixed, created), Error);
+    CHECK(leaf_cells(forest) == before);
+    CHECK(forest.mergeable_siblings(LeafId(0)).empty());
+    CHECK(forest.mergeable_siblings(root).empty());
+    LeafId deep(0);
+    for (int level = 0; level < k_max_level; ++level) {
+        forest.refine({&deep, 1}, created);
+        deep = created.back();
+    }
+    CHECK_THROWS_AS(forest.refine({&deep, 1}, created), Error);
+    CHECK(!forest.check().has_value());
+
+    ControlMeshData creased = mesh.data();
+    creased.creases.push_back({creased.face_vertices[0], creased.face_vertices[1], 2, 0});
+    const ControlMesh with_crease = ControlMesh::build(creased);
+    CHECK_THROWS_WITH_AS(AdaptiveDual(with_crease, *find_scheme("doo-sabin")), doctest::Contains("crease"), Error);
+    CHECK_THROWS_AS(AdaptiveDual(mesh, *find_scheme("catmull-clark")), Error);
+
+    const auto corrupted = [&](auto&& damage) {
+        VertexForest copy = forest;
+        damage(copy);
+        return copy.check().value_or("");
+    };
+    CHECK(corrupted([](VertexForest& f) { VertexForestCorruptor::break_link(f); }).find("link") < 999);
+    CHECK(corrupted([](VertexForest& f) { VertexForestCorruptor::lose_leaf(f); }).find("number of leaves") < 999);
+    CHECK(corrupted([](VertexForest& f) { VertexForestCorruptor::move_record(f); }).find("another place") < 999);
+}
+
+TEST_SUITE_END();
