@@ -103,6 +103,8 @@ class BisectionForest {
     /// @throws Error   invalid_input: a handle is no leaf. The forest is then unchanged.
     std::size_t coarsen(std::span<const LeafId> marked, std::vector<LeafId>& created);
 
+    /// All leaves by root, then by path. O(leaves log leaves), parallel.
+    std::vector<LeafId> ordered_leaves() const;
     /// The output mesh. O(leaves log leaves), parallel but for the numbering.
     ExportedTriangles exported() const;
     /// The same, but faces with use[f] != 0 whose roots are all unsplit are output as their fans, in the place of their

@@ -1,27 +1,14 @@
 #include "tetrakis/hier/bisection_forest.hpp"
 
-#include "tetrakis/hier/corner_cell.hpp"
-
 #include <string>
 
 namespace tetrakis {
-
-namespace {
-
-// The site of a corner of a leaf's triangle; at depth 0 corner b lies in the next corner cell.
-Site corner_site(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
-    const std::uint32_t n = 1u << t.level;
-    CellPoint p{t.root, t.corner[k].x, t.corner[k].y};
-    if (p.x > n) p = cross(mesh, p, CellSide::next_cell, n);
-    return canonical(mesh, {p.root, {static_cast<std::uint32_t>(p.x), static_cast<std::uint32_t>(p.y)}, t.level});
-}
-
-}  // namespace
 
 std::optional<std::string> BisectionForest::check_leaf(std::uint32_t slot) const {
     const BisectionLeaf& l = leaves_[slot];
     const auto fault = [&](const std::string& what) { return "leaf " + std::to_string(slot) + ": " + what; };
     if (l.depth > k_max_bisection_depth) return fault("depth " + std::to_string(l.depth));
+    if (l.cell.value >= mesh_->halfedge_count()) return fault("its corner cell does not exist");
     if (l.depth < 64 && l.path >> l.depth != 0) return fault("its path is longer than its depth");
     const CellTriangle t = triangle(LeafId(slot));
     const CellTriangle expected = cell_triangle(*mesh_, root(LeafId(slot)), l.depth, l.path);

@@ -55,6 +55,13 @@ std::vector<std::uint32_t> BisectionForest::leaves_in_order() const {
     return order;
 }
 
+std::vector<LeafId> BisectionForest::ordered_leaves() const {
+    const std::vector<std::uint32_t> order = leaves_in_order();
+    std::vector<LeafId> leaves(order.size());
+    for_each_index(leaf_count_, [&](std::uint32_t i) { leaves[i] = LeafId(order[i]); });
+    return leaves;
+}
+
 // Replaces points by numbers in the order of first use.
 void BisectionForest::number_points(ExportedTriangles& out) const {
     std::vector<std::uint32_t> numbers(sites_.size(), PointId::none);

@@ -1,5 +1,7 @@
 #include "tetrakis/hier/bisection_path.hpp"
 
+#include "tetrakis/hier/corner_cell.hpp"
+
 namespace tetrakis {
 
 CellTriangle cell_triangle(const ControlMesh& mesh, HalfedgeId root, int depth, std::uint64_t path) {
@@ -18,6 +20,14 @@ CellTriangle child(const CellTriangle& triangle, int bit) {
     CellTriangle result{triangle.root, static_cast<std::uint8_t>(triangle.level + shift), {}};
     result.corner = bit == 0 ? std::array{fine_apex, fine_a, middle} : std::array{fine_b, fine_apex, middle};
     return result;
+}
+
+Site corner_site(const ControlMesh& mesh, const CellTriangle& triangle, std::size_t k) {
+    const std::uint32_t n = 1u << triangle.level;
+    CellPoint p{triangle.root, triangle.corner[k].x, triangle.corner[k].y};
+    if (p.x > n) p = cross(mesh, p, CellSide::next_cell, n);
+    const LatticePoint at{static_cast<std::uint32_t>(p.x), static_cast<std::uint32_t>(p.y)};
+    return canonical(mesh, {p.root, at, triangle.level});
 }
 
 }  // namespace tetrakis

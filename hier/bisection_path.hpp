@@ -4,6 +4,7 @@
 #include "tetrakis/hier/site.hpp"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace tetrakis {
@@ -76,5 +77,8 @@ CellTriangle cell_triangle(const ControlMesh& mesh, HalfedgeId root, int depth, 
 
 /// One bisection further: child 0 or 1 of a triangle of depth >= 1. O(1).
 CellTriangle child(const CellTriangle& triangle, int bit);
+
+/// The canonical site of corner k of a bisection triangle; at depth 0 corner 1 lies in the next corner cell. O(1).
+Site corner_site(const ControlMesh& mesh, const CellTriangle& triangle, std::size_t k);
 
 }  // namespace tetrakis

@@ -50,6 +50,29 @@ FaceId TriangleForest::face(LeafId leaf) const {
     return FaceId(leaf.value < root_count_ ? leaf.value : records_[(leaf.value - root_count_) / 4].face);
 }
 
+std::uint64_t TriangleForest::path(LeafId leaf) const {
+    std::uint64_t path = 0;
+    int shift = 0;
+    for (std::uint32_t slot = leaf.value; slot >= root_count_; shift += 2) {
+        path |= std::uint64_t{(slot - root_count_) % 4} << shift;
+        slot = records_[(slot - root_count_) / 4].parent;
+    }
+    return path;
+}
+
+std::array<LeafId, 2> TriangleForest::neighbours(LeafId leaf, std::uint32_t edge) const {
+    const Neighbour next = neighbour(leaf.value, edge);
+    if (next.slot == k_boundary) return {};
+    if (next.slot == k_coarser) {
+        // The edge is half of one of the parent's, whose neighbour across is unsplit.
+        const std::uint32_t parent = records_[(leaf.value - root_count_) / 4].parent;
+        return {LeafId(neighbour(parent, edge).slot), LeafId{}};
+    }
+    if (!is_split(next.slot)) return {LeafId(next.slot), LeafId{}};
+    const std::uint32_t first = first_child(child_[next.slot]);
+    return {LeafId(first + k_next[next.edge]), LeafId(first + next.edge)};
+}
+
 CellTriangle TriangleForest::triangle(LeafId leaf) const {
     const Frame f = frame(leaf.value);
     const std::uint32_t step = f.is_reversed ? ~std::uint32_t{0} : 1;
@@ -64,6 +87,13 @@ std::array<PointId, 3> TriangleForest::points(LeafId leaf) const {
 std::array<PointId, 3> TriangleForest::hanging_points(LeafId leaf) const {
     return {PointId(hanging_point(leaf.value, 0)), PointId(hanging_point(leaf.value, 1)),
             PointId(hanging_point(leaf.value, 2))};
+}
+
+std::uint64_t TriangleForest::memory_bytes() const {
+    return records_.capacity() * sizeof(Record) + sites_.capacity() * sizeof(Site) + marks_.capacity() +
+           (root_link_.capacity() + child_.capacity() + free_records_.capacity() + free_points_.capacity()) *
+               sizeof(std::uint32_t) +
+           mesh_->vertex_count() * sizeof(std::uint32_t);  // canonical_
 }
 
 void TriangleForest::require_leaves(std::span<const LeafId> leaves) const {

@@ -52,6 +52,21 @@ class TriangleForest {
     std::array<PointId, 3> points(LeafId leaf) const;
     /// The midpoints that hang on edges 0, 1, 2 of a leaf; invalid where none does.
     std::array<PointId, 3> hanging_points(LeafId leaf) const;
+    /// The children taken from the root, two bits each, the first in the most significant of 2 level(leaf) bits.
+    /// O(level).
+    std::uint64_t path(LeafId leaf) const;
+    /// The split triangle whose child this leaf is; invalid for a root. Its slot is no leaf's now.
+    LeafId parent(LeafId leaf) const {
+        return leaf.value < root_count_ ? LeafId{} : LeafId(records_[(leaf.value - root_count_) / 4].parent);
+    }
+    /// The four children of the parent of a leaf that is no root, leaves or not, child 0 first.
+    std::array<LeafId, 4> siblings(LeafId leaf) const {
+        const std::uint32_t first = first_child((leaf.value - root_count_) / 4);
+        return {LeafId(first), LeafId(first + 1), LeafId(first + 2), LeafId(first + 3)};
+    }
+    /// The leaves across an edge: none at the boundary and towards holes, two where they are finer (in the order along
+    /// the edge from corner `edge` on), else one.
+    std::array<LeafId, 2> neighbours(LeafId leaf, std::uint32_t edge) const;
     /// With hanging points, at the lattice level after the leaf's.
     GreenTriangles green_triangles(LeafId leaf) const;
 
@@ -87,11 +102,16 @@ class TriangleForest {
     /// @throws Error   invalid_input: a handle is no leaf. The forest is then unchanged.
     void coarsen(std::span<const LeafId> marked, std::vector<LeafId>& created, std::vector<LeafId>& changed);
 
+    /// All leaves by root, then by path, child 0 first. O(leaves), parallel.
+    std::vector<LeafId> ordered_leaves() const;
     /// The output mesh. O(leaves), parallel but for the numbering.
     ExportedTriangles exported() const;
 
     /// Verifies links, points, counts and both rules. Returns the first violation, or nothing.
     std::optional<std::string> check() const;
+
+    /// Bytes allocated.
+    std::uint64_t memory_bytes() const;
 
   private:
     // Values of child_ besides record numbers.
@@ -152,6 +172,7 @@ class TriangleForest {
     void remove_records(std::span<const std::uint32_t> going);
     std::uint32_t hanging_mask(std::uint32_t slot) const;
     std::array<std::uint8_t, 4> child_masks(std::uint32_t record) const;
+    std::vector<LeafRun> leaf_runs() const;
     void append_leaves(std::uint32_t record, LeafRun& run) const;
     void write_run(const LeafRun& run, ExportedTriangles& out) const;
     std::optional<std::string> check_record(std::uint32_t record) const;

@@ -133,7 +133,8 @@ void TriangleForest::write_run(const LeafRun& run, ExportedTriangles& out) const
     }
 }
 
-ExportedTriangles TriangleForest::exported() const {
+// The roots in runs that are equally long in roots, with the leaves of each.
+std::vector<TriangleForest::LeafRun> TriangleForest::leaf_runs() const {
     // Enough runs for any number of threads to be busy, few enough for their vectors not to matter.
     constexpr std::uint32_t max_runs = 256;
     const std::uint32_t run_count = std::min(root_count_, max_runs);
@@ -150,6 +151,20 @@ ExportedTriangles TriangleForest::exported() const {
             }
         },
         1);
+    return runs;
+}
+
+std::vector<LeafId> TriangleForest::ordered_leaves() const {
+    std::vector<LeafId> leaves;
+    leaves.reserve(leaf_count_);
+    for (const LeafRun& run : leaf_runs())
+        for (std::uint32_t slot : run.slots) leaves.push_back(LeafId(slot));
+    return leaves;
+}
+
+ExportedTriangles TriangleForest::exported() const {
+    std::vector<LeafRun> runs = leaf_runs();
+    const auto run_count = static_cast<std::uint32_t>(runs.size());
     std::size_t total = 0;
     for (LeafRun& run : runs) {
         run.first_triangle = total;

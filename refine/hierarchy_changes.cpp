@@ -1,0 +1,88 @@
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/refine/hierarchy.hpp"
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <tuple>
+
+namespace tetrakis {
+
+std::uint64_t Hierarchy::stamp() { return journal_.start(); }
+
+void Hierarchy::forget_before(std::uint64_t stamp) { journal_.forget_before(stamp); }
+
+void Hierarchy::limit_journal(std::size_t entries) { journal_.limit(entries); }
+
+// Calls visit(leaf) for this leaf and those that are reached around its corner, over sides that end there, in both
+// directions: all leaves with that corner. A leaf on whose side the point hangs ends the round on that side.
+template <class Visit>
+void Hierarchy::visit_around(LeafId start, int corner, Visit&& visit) const {
+    const PointId point = family_->view(start).point[static_cast<std::size_t>(corner)];
+    visit(start);
+    for (const bool forward : {true, false}) {
+        LeafId leaf = start;
+        int at = corner;
+        for (;;) {
+            const LeafView view = family_->view(leaf);
+            const int side = forward ? at : (at + view.corner_count - 1) % view.corner_count;
+            LeafId next{};
+            int next_at = -1;
+            for (LeafId across : family_->neighbours(leaf, side)) {
+                if (!across.valid()) continue;
+                const LeafView other = family_->view(across);
+                for (int k = 0; k < other.corner_count; ++k)
+                    if (other.point[static_cast<std::size_t>(k)] == point) {
+                        next = across;
+                        next_at = k;
+                    }
+            }
+            if (next == start) return;  // all around
+            if (!next.valid()) break;
+            visit(next);
+            leaf = next;
+            at = next_at;
+        }
+    }
+}
+
+HierarchyChanges Hierarchy::changes_since(std::uint64_t stamp) const {
+    if (!journal_.active() || stamp > journal_.now())
+        throw Error(ErrorCode::invalid_input,
+                    "stamp " + std::to_string(stamp) + " was never given by this hierarchy; ask stamp() for one first");
+    HierarchyChanges changes = journal_.since(stamp);
+    if (!changes.complete) return changes;
+    // Levels of the vertices then: from the leaves that are gone and from those around that have stayed.
+    struct Levels {
+        int before = -1, after = -1;
+    };
+    std::map<Site, Levels> levels;
+    for (const JournalLeaf& leaf : changes.removed) {
+        const NodeView view = family_->view(leaf.node);
+        for (std::size_t k = 0; k < view.corner_count; ++k) {
+            int& before = levels[view.corner[k]].before;
+            before = std::max<int>(before, view.level);
+        }
+    }
+    std::vector<LeafHandle> added;
+    for (const JournalLeaf& leaf : changes.added) added.push_back(leaf.leaf);
+    std::sort(added.begin(), added.end());
+    for (const JournalLeaf& leaf : changes.added) {
+        const LeafView view = family_->view(leaf.leaf.slot);
+        for (std::size_t k = 0; k < view.corner_count; ++k) {
+            Levels& l = levels[view.corner[k]];
+            if (l.after >= 0) continue;
+            visit_around(leaf.leaf.slot, static_cast<int>(k), [&](LeafId around) {
+                const int level = family_->view(around).level;
+                l.after = std::max(l.after, level);
+                if (!std::binary_search(added.begin(), added.end(), handle(around)))
+                    l.before = std::max(l.before, level);
+            });
+        }
+    }
+    for (const auto& [site, l] : levels)
+        if (l.before >= 0 && l.after >= 0 && l.before != l.after) changes.moved.push_back(site);
+    return changes;
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,18 @@
+#pragma once
+
+#include "tetrakis/refine/hierarchy_family.hpp"
+
+#include <memory>
+
+namespace tetrakis {
+
+/// The family of quad schemes: a 4-8 bisection forest over corner cells; see Hierarchy. Keeps a reference to the mesh.
+/// @param source  points over corner cells: lattice level l is scheme level l + 1
+std::unique_ptr<HierarchyFamily> bisection_family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source);
+
+/// The family of triangle schemes: triangle quadtrees with red-green closure; see Hierarchy.
+/// @param source  points over face triangles: lattice level l is scheme level l
+/// @throws Error  unsupported: a face is not a triangle
+std::unique_ptr<HierarchyFamily> triangle_family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source);
+
+}  // namespace tetrakis

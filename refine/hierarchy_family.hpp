@@ -1,0 +1,97 @@
+#pragma once
+
+#include "tetrakis/hier/control_mesh.hpp"
+#include "tetrakis/refine/adaptive.hpp"
+#include "tetrakis/refine/hierarchy_leaf.hpp"
+#include "tetrakis/refine/level_source.hpp"
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tetrakis {
+
+/// What a bulk change did to a family's leaves.
+struct FamilyUpdate {
+    std::vector<LeafId> created;   ///< new leaves; a slot that held another leaf before counts as new
+    std::vector<LeafId> reshaped;  ///< older leaves that remain, but whose output faces are others than before
+    /// Leaves that are gone, with their nodes; only where asked for.
+    std::vector<std::pair<LeafId, HierarchyNode>> removed;
+};
+
+/// The output mesh of a family's leaves: all but `leaves` and `points` depends on the set of leaves alone.
+struct HierarchyFaces {
+    std::vector<std::uint32_t> face_offsets{0};  ///< F + 1
+    std::vector<std::uint32_t> face_vertices;    ///< numbers into `sites`, counter-clockwise
+    std::vector<FaceId> control_faces;           ///< per face
+    std::vector<std::uint8_t> levels;            ///< per face: the level of its leaf, see NodeView
+    std::vector<Site> sites;                     ///< per vertex, canonical
+    std::vector<LeafId> leaves;                  ///< per face
+    std::vector<PointId> points;                 ///< per vertex
+};
+
+/// The leaves of one kind of hierarchy over a control mesh, and the scheme's points over them: what class Hierarchy is
+/// made of. A family knows slots; Hierarchy adds generations, journal, files and the checks of what its callers hand
+/// in, so a family's functions may rely on valid arguments unless they say otherwise.
+///
+/// A changing call is all or nothing: where it throws, the family is as before. Const calls are safe from several
+/// threads while none changes.
+class HierarchyFamily {
+  public:
+    virtual ~HierarchyFamily() = default;
+
+    /// What roots, sites and children of a node are: one paragraph for users.
+    virtual std::string_view name() const = 0;
+    virtual const ControlMesh& mesh() const = 0;
+    virtual const LevelSource& source() const = 0;
+    virtual const HierarchyTree& tree() const = 0;
+    /// The same family with its roots as leaves.
+    virtual std::unique_ptr<HierarchyFamily> fresh() const = 0;
+
+    /// Why a site is none of the family's; empty if it is one.
+    virtual std::string check_site(const Site& site) const = 0;
+    virtual bool has_root(std::uint32_t root) const = 0;
+
+    /// Leaves are numbered below this; not all of these numbers are leaves.
+    virtual std::uint32_t leaf_slots() const = 0;
+    virtual std::uint32_t leaf_count() const = 0;
+    virtual bool is_leaf(LeafId slot) const = 0;
+    virtual std::uint32_t point_slots() const = 0;
+    virtual HierarchyNode node(LeafId leaf) const = 0;
+    /// All but the handle's generation.
+    virtual LeafView view(LeafId leaf) const = 0;
+    virtual NodeView view(const HierarchyNode& node) const = 0;
+    /// Across a side: none, one (the other invalid), or two in the order along the side.
+    virtual std::array<LeafId, 2> neighbours(LeafId leaf, int side) const = 0;
+    /// In the order of their nodes.
+    virtual std::vector<LeafId> ordered_leaves() const = 0;
+
+    /// Splits the marked leaves, and what else has to be split.
+    /// @param marked        leaves, none at the largest depth; repetitions do no harm
+    /// @param with_removed  fill update.removed
+    virtual void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) = 0;
+    /// Merges all groups of leaves (diamonds) that may be merged and whose leaves are all marked. `removed` stays
+    /// empty: it is what of `marked` is no leaf afterwards or `created`.
+    virtual void coarsen(std::span<const LeafId> marked, FamilyUpdate& update) = 0;
+    /// The leaves that a merge of this one would take away; empty where it cannot be merged.
+    virtual std::vector<LeafId> diamond(LeafId leaf) const = 0;
+
+    /// The largest of the estimator's errors over a leaf's output triangles.
+    virtual void leaf_errors(std::span<const LeafId> leaves, const ErrorEstimator& estimator,
+                             std::span<double> errors) const = 0;
+    /// The same for nodes as they would be as leaves among leaves of their own size.
+    virtual void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
+                             std::span<double> errors) const = 0;
+
+    virtual HierarchyFaces faces() const = 0;
+    /// The first violation of the structure's invariants, or nothing.
+    virtual std::optional<std::string> check() const = 0;
+    virtual std::uint64_t memory_bytes() const = 0;
+};
+
+}  // namespace tetrakis

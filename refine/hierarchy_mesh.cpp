@@ -1,0 +1,99 @@
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/hierarchy.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+namespace tetrakis {
+
+namespace {
+
+constexpr std::uint32_t k_block = 1u << 16;  // vertices evaluated between reports
+
+}  // namespace
+
+// Positions (and normals) of all vertices. Those of levels go level by level, each vertex at its own.
+void Hierarchy::evaluate(const HierarchyFaces& faces, const ToMeshOptions& options, PolygonMesh& mesh) const {
+    const auto count = static_cast<std::uint32_t>(faces.sites.size());
+    const LevelSource& source = family_->source();
+    mesh.positions.resize(count);
+    if (options.normals) mesh.normals.resize(count);
+    std::vector<LimitPoint> points;
+    std::vector<std::uint8_t> level(count, 0);
+    if (options.positions != MeshPositions::limit) {
+        for_each_index(count, [&](std::uint32_t v) {
+            const int first = source.first_level(faces.sites[v]);
+            const int asked = options.positions == MeshPositions::level ? options.level : 0;
+            level[v] = static_cast<std::uint8_t>(std::max(first, asked));
+        });
+        if (options.positions == MeshPositions::finest)
+            for (std::size_t f = 0; f + 1 < faces.face_offsets.size(); ++f)
+                for (std::uint32_t i = faces.face_offsets[f]; i < faces.face_offsets[f + 1]; ++i) {
+                    std::uint8_t& l = level[faces.face_vertices[i]];
+                    l = std::max(l, faces.levels[f]);
+                }
+    }
+    // Vertices by level, each group in their own order.
+    std::vector<std::uint32_t> order(count), first(257, 0);
+    for (std::uint8_t l : level) ++first[l + 1u];
+    for (std::size_t l = 0; l < 256; ++l) first[l + 1] += first[l];
+    std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+    for (std::uint32_t v = 0; v < count; ++v) order[next[level[v]]++] = v;
+    std::vector<Site> sites;
+    std::vector<Vec3d> positions;
+    for (std::uint32_t l = 0; l < 256; ++l)
+        for (std::uint32_t begin = first[l]; begin < first[l + 1]; begin += k_block) {
+            options.context.report("vertices", static_cast<double>(begin) / count);
+            const std::uint32_t size = std::min(k_block, first[l + 1] - begin);
+            sites.resize(size);
+            for (std::uint32_t i = 0; i < size; ++i) sites[i] = faces.sites[order[begin + i]];
+            if (options.normals) {
+                points.assign(size, {});
+                if (options.positions == MeshPositions::limit)
+                    source.limits(sites, points);
+                else
+                    source.frames(sites, static_cast<int>(l), points);
+                for (std::uint32_t i = 0; i < size; ++i) mesh.normals[order[begin + i]] = points[i].normal;
+            }
+            positions.resize(size);
+            if (options.positions == MeshPositions::limit)
+                source.limit_positions(sites, positions);
+            else
+                source.positions(sites, static_cast<int>(l), positions);
+            for (std::uint32_t i = 0; i < size; ++i) mesh.positions[order[begin + i]] = positions[i];
+        }
+}
+
+HierarchyMesh Hierarchy::to_mesh(const ToMeshOptions& options) const {
+    if (options.positions == MeshPositions::level &&
+        (options.level < 0 || options.level > family_->source().max_level()))
+        throw Error(ErrorCode::invalid_input, "level " + std::to_string(options.level) + " is not between 0 and " +
+                                                  std::to_string(family_->source().max_level()));
+    return with_threads(options.context, [&] {
+        HierarchyFaces faces = family_->faces();
+        HierarchyMesh result;
+        evaluate(faces, options, result.mesh);
+        const ControlMeshData& data = mesh().data();
+        const auto of_control_face = [&](const std::vector<std::uint32_t>& of, std::vector<std::uint32_t>& out) {
+            if (of.empty()) return;
+            out.reserve(faces.control_faces.size());
+            for (FaceId f : faces.control_faces) out.push_back(of[f.value]);
+        };
+        of_control_face(data.face_material, result.mesh.face_material);
+        of_control_face(data.face_group, result.mesh.face_group);
+        if (!data.face_material.empty()) result.mesh.materials = data.materials;
+        if (!data.face_group.empty()) result.mesh.groups = data.groups;
+        result.leaves = handles(faces.leaves);
+        result.mesh.face_offsets = std::move(faces.face_offsets);
+        result.mesh.face_vertices = std::move(faces.face_vertices);
+        result.sites = std::move(faces.sites);
+        result.faces = std::move(faces.control_faces);
+        result.points = std::move(faces.points);
+        options.context.report("vertices", 1);
+        return result;
+    });
+}
+
+}  // namespace tetrakis

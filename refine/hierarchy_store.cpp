@@ -1,0 +1,141 @@
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/refine/hierarchy.hpp"
+#include "tetrakis/refine/hierarchy_file.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <system_error>
+#include <utility>
+
+namespace tetrakis {
+
+namespace {
+
+detail::HierarchyFileHeader header(const HierarchyFamily& family, const SchemeInfo& scheme) {
+    return {scheme.name, family.name(), detail::mesh_fingerprint(family.mesh())};
+}
+
+[[noreturn]] void not_conforming() {
+    throw Error(ErrorCode::invalid_input, "saved hierarchy: its leaves are no conforming refinement");
+}
+
+/// Splits leaves of `family` that are ancestors of the nodes until its leaves are the nodes.
+void restore(HierarchyFamily& family, std::span<const HierarchyNode> nodes) {
+    const HierarchyTree& tree = family.tree();
+    FamilyUpdate update;
+    std::vector<LeafId> marked, open = family.ordered_leaves();
+    while (!open.empty()) {
+        marked.clear();
+        for (LeafId leaf : open) {
+            const HierarchyNode node = family.node(leaf);
+            const auto found = std::lower_bound(nodes.begin(), nodes.end(), node);
+            if (found != nodes.end() && *found == node) continue;
+            if (found == nodes.end() || !tree.is_ancestor(node, *found)) not_conforming();
+            marked.push_back(leaf);
+        }
+        if (marked.empty()) break;
+        family.refine(marked, false, update);
+        open = update.created;
+    }
+    if (family.leaf_count() != nodes.size()) not_conforming();
+}
+
+}  // namespace
+
+std::vector<std::byte> Hierarchy::saved() const {
+    std::vector<HierarchyNode> nodes;
+    nodes.reserve(leaf_count());
+    for (LeafHandle leaf : leaves()) nodes.push_back(family_->node(leaf.slot));
+    return detail::encode_hierarchy(
+        header(*family_, *scheme_), tree(), [&](std::uint32_t root) { return family_->has_root(root); }, nodes);
+}
+
+void Hierarchy::save(const std::filesystem::path& path) const {
+    const std::vector<std::byte> bytes = saved();
+    // Written beside and renamed, so that an old file is whole until the new one is.
+    std::filesystem::path part = path;
+    part += ".part";
+    std::ofstream out(part, std::ios::binary | std::ios::trunc);
+    out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    out.close();
+    std::error_code error;
+    if (out) std::filesystem::rename(part, path, error);
+    if (!out || error) {
+        std::error_code ignored;
+        std::filesystem::remove(part, ignored);
+        throw Error(ErrorCode::io, "cannot write the hierarchy; is there such a folder, and room on the disk?", path);
+    }
+}
+
+void Hierarchy::load(std::span<const std::byte> bytes) {
+    std::unique_ptr<HierarchyFamily> family = family_->fresh();
+    const std::vector<HierarchyNode> nodes = detail::decode_hierarchy(
+        bytes, header(*family_, *scheme_), tree(), [&](std::uint32_t root) { return family_->has_root(root); });
+    restore(*family, nodes);
+    // All slots are of a new generation, those that an old handle may name included.
+    std::vector<std::uint32_t> generation = generation_;
+    generation.resize(std::max<std::size_t>(generation.size(), family->leaf_slots()), 0);
+    for (std::uint32_t& g : generation) ++g;
+    family_ = std::move(family);
+    generation_ = std::move(generation);
+    cache_->valid = false;
+    journal_.restart();
+}
+
+void Hierarchy::load(const std::filesystem::path& path) {
+    std::vector<std::byte> bytes;
+    {
+        std::ifstream in(path, std::ios::binary | std::ios::ate);
+        const std::streamoff size = in ? static_cast<std::streamoff>(in.tellg()) : -1;
+        if (size >= 0) {
+            bytes.resize(static_cast<std::size_t>(size));
+            in.seekg(0);
+            in.read(reinterpret_cast<char*>(bytes.data()), size);
+        }
+        if (size < 0 || !in)
+            throw Error(ErrorCode::io, "cannot read the hierarchy; does the file exist, and may it be read?", path);
+    }
+    try {
+        load(bytes);
+    } catch (const Error& e) {
+        throw Error(e.code(), e.what(), path);
+    }
+}
+
+std::optional<std::string> Hierarchy::check() const {
+    if (auto fault = family_->check()) return fault;
+    if (generation_.size() < family_->leaf_slots()) return "slots without generation";
+    const auto all = leaves();
+    if (all.size() != leaf_count()) return "the leaves in order are not all leaves";
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        const HierarchyNode node = family_->node(all[i].slot);
+        const std::string name = "leaf " + std::to_string(all[i].slot.value);
+        if (!is_leaf(all[i])) return name + ": its handle is stale";
+        if (!tree().is_valid(node)) return name + ": its node is none of the tree";
+        if (i > 0 && !(family_->node(all[i - 1].slot) < node)) return name + ": it is out of order";
+        if (i > 0 && tree().is_ancestor(family_->node(all[i - 1].slot), node))
+            return name + ": it lies in another leaf";
+        // Its corners are where its node has them, and neighbours see each other.
+        const LeafView view = family_->view(all[i].slot);
+        const NodeView expected = family_->view(node);
+        for (std::size_t k = 0; k < view.corner_count; ++k) {
+            if (view.corner[k] != expected.corner[k])
+                return name + ": corner " + std::to_string(k) + " is not where its node has it";
+            for (LeafId across : family_->neighbours(all[i].slot, static_cast<int>(k))) {
+                if (!across.valid()) continue;
+                bool back = false;
+                const int sides = family_->is_leaf(across) ? family_->view(across).corner_count : 0;
+                for (int side = 0; side < sides; ++side)
+                    for (LeafId leaf : family_->neighbours(across, side)) back |= leaf == all[i].slot;
+                if (!back)
+                    return name + ": side " + std::to_string(k) +
+                           " leads to no leaf, or to one that does not lead back";
+            }
+        }
+    }
+    return std::nullopt;
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,145 @@
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/hierarchy.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace tetrakis {
+
+namespace {
+
+constexpr std::size_t k_batch = 4096;  // leaves that a predicate sees at once
+
+void require_tolerance(double tolerance) {
+    if (!(tolerance >= 0))
+        throw Error(ErrorCode::invalid_input,
+                    "the tolerance is " + std::to_string(tolerance) + ", but has to be zero or more");
+}
+
+}  // namespace
+
+void Hierarchy::ask(const LeafPredicate& wanted, std::span<const LeafId> leaves,
+                    std::vector<std::uint8_t>& answers) const {
+    answers.assign(leaves.size(), 0);
+    std::vector<LeafView> views;
+    for (std::size_t begin = 0; begin < leaves.size(); begin += k_batch) {
+        const std::size_t count = std::min(k_batch, leaves.size() - begin);
+        views.clear();
+        for (std::size_t i = begin; i < begin + count; ++i) {
+            views.push_back(family_->view(leaves[i]));
+            views.back().leaf = handle(leaves[i]);
+        }
+        wanted(views, std::span(answers).subspan(begin, count));
+    }
+}
+
+/// @param marks  marks(leaves, answers): which of these leaves are to be split
+template <class Marks>
+std::size_t Hierarchy::refine_until(int max_depth, const RunContext& context, Marks&& marks) {
+    if (max_depth < 0 || max_depth > tree().max_depth)
+        throw Error(ErrorCode::invalid_input, "the depth is " + std::to_string(max_depth) +
+                                                  ", but has to be between 0 and " + std::to_string(tree().max_depth));
+    std::vector<LeafId> open = family_->ordered_leaves(), marked;
+    std::vector<std::uint8_t> answers;
+    FamilyUpdate update;
+    std::size_t created = 0;
+    for (int pass = 0; !open.empty(); ++pass) {
+        context.report("refine", 1.0 - std::ldexp(1.0, -pass));
+        std::erase_if(open, [&](LeafId leaf) { return family_->node(leaf).depth >= max_depth; });
+        marks(open, answers);
+        marked.clear();
+        for (std::size_t i = 0; i < open.size(); ++i)
+            if (answers[i]) marked.push_back(open[i]);
+        if (marked.empty()) break;
+        apply_refine(marked, update);
+        created += update.created.size();
+        open = update.created;
+        open.insert(open.end(), update.reshaped.begin(), update.reshaped.end());
+    }
+    context.report("refine", 1);
+    return created;
+}
+
+template <class Marks>
+std::size_t Hierarchy::coarsen_until(const RunContext& context, Marks&& marks) {
+    std::vector<LeafId> open = family_->ordered_leaves(), wanted;
+    std::vector<std::uint8_t> answers;
+    FamilyUpdate update;
+    std::size_t created = 0;
+    for (int pass = 0; !open.empty(); ++pass) {
+        context.report("coarsen", 1.0 - std::ldexp(1.0, -pass));
+        marks(open, answers);
+        for (std::size_t i = 0; i < open.size(); ++i)
+            if (answers[i]) wanted.push_back(open[i]);
+        const std::vector<LeafHandle> before = handles(wanted);
+        apply_coarsen(wanted, update);
+        if (update.created.empty()) break;
+        created += update.created.size();
+        // What was wanted and is still there may be merged beside the new leaves.
+        wanted.clear();
+        for (LeafHandle leaf : before)
+            if (is_leaf(leaf)) wanted.push_back(leaf.slot);
+        open = update.created;
+    }
+    context.report("coarsen", 1);
+    return created;
+}
+
+std::size_t Hierarchy::refine_where(const LeafPredicate& wanted, int max_depth, const RunContext& context) {
+    return with_threads(context, [&] {
+        return refine_until(
+            max_depth, context,
+            [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers) { ask(wanted, leaves, answers); });
+    });
+}
+
+std::size_t Hierarchy::refine_where(const ErrorEstimator& estimator, double tolerance, int max_depth,
+                                    const RunContext& context) {
+    require_tolerance(tolerance);
+    return with_threads(context, [&] {
+        std::vector<double> errors;
+        return refine_until(max_depth, context,
+                            [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers) {
+                                errors.resize(leaves.size());
+                                answers.resize(leaves.size());
+                                family_->leaf_errors(leaves, estimator, errors);
+                                // An error that is no number is not within the tolerance.
+                                for (std::size_t i = 0; i < leaves.size(); ++i) answers[i] = !(errors[i] <= tolerance);
+                            });
+    });
+}
+
+std::size_t Hierarchy::coarsen_where(const LeafPredicate& wanted, const RunContext& context) {
+    return with_threads(context, [&] {
+        return coarsen_until(context, [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers) {
+            ask(wanted, leaves, answers);
+        });
+    });
+}
+
+std::size_t Hierarchy::coarsen_where(const ErrorEstimator& estimator, double tolerance, const RunContext& context) {
+    require_tolerance(tolerance);
+    return with_threads(context, [&] {
+        std::vector<HierarchyNode> parents;
+        std::vector<std::size_t> owner;
+        std::vector<double> errors;
+        return coarsen_until(context, [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers) {
+            answers.assign(leaves.size(), 0);
+            parents.clear();
+            owner.clear();
+            for (std::size_t i = 0; i < leaves.size(); ++i) {
+                const HierarchyNode node = family_->node(leaves[i]);
+                if (node.depth == 0) continue;
+                parents.push_back(tree().parent(node));
+                owner.push_back(i);
+            }
+            errors.resize(parents.size());
+            family_->node_errors(parents, estimator, errors);
+            for (std::size_t i = 0; i < parents.size(); ++i) answers[owner[i]] = errors[i] <= tolerance;
+        });
+    });
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,68 @@
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/refine/hierarchy.hpp"
+#include "tetrakis/refine/hierarchy_families.hpp"
+#include "tetrakis/refine/refine.hpp"
+
+#include <string>
+#include <utility>
+
+namespace tetrakis {
+
+namespace {
+
+/// A scheme's levels with limit positions from elsewhere.
+class OtherLimits final : public LevelSource {
+  public:
+    OtherLimits(std::unique_ptr<LevelSource> levels, std::shared_ptr<const PositionSource> limits)
+        : levels_(std::move(levels)), limits_(std::move(limits)) {}
+    int first_level(const Site& site) const override { return levels_->first_level(site); }
+    int max_level() const override { return levels_->max_level(); }
+    void positions(std::span<const Site> sites, int level, std::span<Vec3d> out) const override {
+        levels_->positions(sites, level, out);
+    }
+    void frames(std::span<const Site> sites, int level, std::span<LimitPoint> out) const override {
+        levels_->frames(sites, level, out);
+    }
+    void limit_positions(std::span<const Site> sites, std::span<Vec3d> out) const override {
+        limits_->positions(sites, out);
+    }
+    void limits(std::span<const Site> sites, std::span<LimitPoint> out) const override { levels_->limits(sites, out); }
+
+  private:
+    std::unique_ptr<LevelSource> levels_;
+    std::shared_ptr<const PositionSource> limits_;
+};
+
+bool has_plain_rules(const RuleOptions& rules) {
+    return rules.edge_beside_crease == EdgeBesideCrease::plain && rules.loop_weights == LoopWeights::loop &&
+           !rules.hoppe_crease && !rules.catmull_clark_beta && !rules.catmull_clark_gamma && rules.corner_angle == 0;
+}
+
+}  // namespace
+
+Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, const HierarchyOptions& options) {
+    const bool triangles = scheme.family == MeshFamily::triangles;
+    std::unique_ptr<LevelSource> levels;
+    if (scheme.name == "bilinear" || scheme.name == "midpoint") {
+        levels = linear_levels(mesh, triangles);
+    } else if (scheme.name == "catmull-clark" || scheme.name == "loop") {
+        if (!has_plain_rules(options.rules))
+            throw Error(ErrorCode::unsupported,
+                        "hierarchies of " + std::string(scheme.name) +
+                            " have the plain rules only; leave the scheme's choices as they are");
+        levels = closure_levels(mesh, triangles ? SchemeKind::loop : SchemeKind::catmull_clark);
+    } else {
+        throw Error(ErrorCode::unsupported, "there is no hierarchy for \"" + std::string(scheme.name) +
+                                                "\"; there are for catmull-clark, bilinear, loop and midpoint");
+    }
+    if (options.limit_positions) levels = std::make_unique<OtherLimits>(std::move(levels), options.limit_positions);
+    std::shared_ptr<const LevelSource> source = std::move(levels);
+    return Hierarchy(triangles ? triangle_family(mesh, std::move(source)) : bisection_family(mesh, std::move(source)),
+                     scheme);
+}
+
+Hierarchy make_hierarchy(const ControlMesh& mesh, std::string_view scheme, const HierarchyOptions& options) {
+    return make_hierarchy(mesh, scheme_named(scheme), options);
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,567 @@
+#include "tetrakis/refine/hierarchy.hpp"
+
+#include "hierarchy_helpers.hpp"
+#include "surface_topology.hpp"
+#include "uniform_sites.hpp"
+
+#include "tetrakis/hier/corner_cell.hpp"
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/triangle_cell.hpp"
+#include "tetrakis/refine/refine.hpp"
+#include "tetrakis/refine/uniform.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <map>
+
+using namespace tetrakis;
+using test::Random;
+
+namespace {
+
+constexpr std::string_view k_schemes[] = {"catmull-clark", "bilinear", "loop", "midpoint"};
+
+void check_sound(const Hierarchy& h) {
+    const auto fault = h.check();
+    CHECK_MESSAGE(!fault, fault.value_or(""));
+}
+
+bool is_triangles(const Hierarchy& h) { return h.family() == "triangles"; }
+
+// Sites of all vertices of a uniform level, with their numbers in its mesh.
+std::map<Site, std::uint32_t> sites_of_level(const ControlMesh& mesh, const PolygonMesh& level, bool triangles,
+                                             int levels) {
+    const SchemeKind kind = triangles ? SchemeKind::loop : SchemeKind::catmull_clark;
+    const std::vector<Site> corners = test::uniform_sites(mesh, kind, levels);
+    REQUIRE(corners.size() == level.face_vertices.size());
+    std::map<Site, std::uint32_t> result;
+    for (std::size_t i = 0; i < corners.size(); ++i)
+        result[triangles ? canonical_triangle_site(mesh, corners[i]) : canonical(mesh, corners[i])] =
+            level.face_vertices[i];
+    return result;
+}
+
+// Mean normals by area, face by face.
+std::vector<Vec3d> area_normals(const PolygonMesh& mesh) {
+    std::vector<Vec3d> normals(mesh.positions.size(), Vec3d(0));
+    for (const auto& face : test::faces_of(mesh)) {
+        Vec3d area(0);
+        for (std::size_t i = 1; i + 1 < face.size(); ++i)
+            area += glm::cross(mesh.positions[face[i]] - mesh.positions[face[0]],
+                               mesh.positions[face[i + 1]] - mesh.positions[face[0]]);
+        for (std::uint32_t v : face) normals[v] += area;
+    }
+    return normals;
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("refine");
+
+TEST_CASE(
+    "[inv1] every vertex of a hierarchy is where uniform refinement has it: at levels, in the limit, at its finest") {
+    for (const std::string_view scheme : k_schemes)
+        for (const std::uint64_t seed : test::seeds(6)) {
+            CAPTURE(scheme);
+            CAPTURE(seed);
+            const ControlMesh mesh = test::hierarchy_mesh(scheme, seed);
+            if (mesh.halfedge_count() == 0) continue;
+            const double size = bounding_box(mesh.positions()).diagonal(), tolerance = 1e-12 * size;
+            Hierarchy h = make_hierarchy(mesh, scheme);
+            const bool triangles = is_triangles(h), smooth = scheme == "catmull-clark" || scheme == "loop";
+            constexpr int k_levels = 4;
+            Random random(seed);
+            for (int pass = 0; pass < 3; ++pass) {
+                auto some = test::random_subset(test::leaves_of(h), 0.3, random);
+                std::erase_if(some, [&](LeafHandle leaf) { return h.view(leaf).level >= k_levels - 1; });
+                h.refine(some);
+            }
+            // Finest levels by brute force.
+            const HierarchyMesh shape = h.to_mesh();
+            if (shape.mesh.face_count() == 0) continue;
+            std::vector<int> finest(shape.sites.size(), 0);
+            for (std::uint32_t f = 0; f < shape.mesh.face_count(); ++f)
+                for (std::uint32_t i = shape.mesh.face_offsets[f]; i < shape.mesh.face_offsets[f + 1]; ++i) {
+                    int& l = finest[shape.mesh.face_vertices[i]];
+                    l = std::max(l, static_cast<int>(h.view(shape.leaves[f]).level));
+                }
+            const HierarchyMesh at_finest = h.to_mesh({.positions = MeshPositions::finest});
+            CHECK(at_finest.sites == shape.sites);
+            int compared = 0;
+            for (int level = 1; level <= k_levels; ++level) {
+                CAPTURE(level);
+                const PolygonMesh uniform = refine(mesh, scheme, level);
+                const auto numbers = sites_of_level(mesh, uniform, triangles, level);
+                const std::vector<Vec3d> normals = area_normals(uniform);
+                const HierarchyMesh out =
+                    h.to_mesh({.positions = MeshPositions::level, .level = level, .normals = true});
+                for (std::size_t v = 0; v < shape.sites.size(); ++v) {
+                    if (h.first_level(shape.sites[v]) > level) continue;
+                    const std::uint32_t number = numbers.at(shape.sites[v]);
+                    REQUIRE(glm::length(out.mesh.positions[v] - uniform.positions[number]) <= tolerance);
+                    REQUIRE(out.mesh.positions[v] == h.position(shape.sites[v], level));
+                    // Holes count as faces around a vertex for the rules, but are not in the uniform mesh.
+                    const double length = glm::length(normals[number]);
+                    if (mesh.data().holes.empty() && mesh.boundary_rule() != BoundaryRule::none &&
+                        length > 1e-6 * size * size / std::pow(4.0, level))
+                        REQUIRE(glm::length(out.mesh.normals[v] - normals[number] / length) < 1e-6);
+                    if (finest[v] != level) continue;
+                    ++compared;
+                    REQUIRE(glm::length(at_finest.mesh.positions[v] - uniform.positions[number]) <= tolerance);
+                }
+            }
+            CHECK(compared > 0);
+            const bool with_normals = smooth;
+            const PolygonMesh limit = refine(mesh, scheme, k_levels, {.limit = true, .normals = with_normals});
+            const auto numbers = sites_of_level(mesh, limit, triangles, k_levels);
+            const HierarchyMesh out = h.to_mesh({.normals = true});
+            for (std::size_t v = 0; v < out.sites.size(); ++v) {
+                const std::uint32_t number = numbers.at(out.sites[v]);
+                REQUIRE(glm::length(out.mesh.positions[v] - limit.positions[number]) <= tolerance);
+                const LimitPoint point = h.limit(out.sites[v]);
+                CHECK(point.has_tangent_plane <= smooth);
+                if (!point.has_tangent_plane) continue;
+                REQUIRE(glm::length(out.mesh.normals[v] - limit.normals[number]) < 1e-8);
+                const auto [t1, t2] = h.tangents(out.sites[v]);
+                REQUIRE(glm::length(glm::normalize(glm::cross(t1, t2)) - point.normal) < 1e-9);
+            }
+        }
+}
+
+TEST_CASE("[inv1] level 0 is the control mesh") {
+    for (const std::string_view scheme : k_schemes) {
+        CAPTURE(scheme);
+        const ControlMesh mesh = test::hierarchy_mesh(scheme, 3);
+        const Hierarchy h = make_hierarchy(mesh, scheme);
+        for (std::uint32_t i = 0; i < mesh.halfedge_count(); ++i) {
+            const HalfedgeId corner(i);
+            if (is_triangles(h) && mesh.face_halfedge(mesh.face(corner)) != corner) continue;
+            const Site site{corner, {0, 0}, 0};
+            CHECK(h.first_level(site) == 0);
+            CHECK(h.position(site, 0) == mesh.position(mesh.origin(corner)));
+            // The plane across the normal holds the mean of the triangles around: no face turns against it much.
+            const LimitPoint frame = h.frame(site, 0);
+            CHECK(frame.position == mesh.position(mesh.origin(corner)));
+            if (frame.has_tangent_plane) {
+                CHECK(std::abs(glm::length(frame.normal) - 1) < 1e-12);
+                CHECK(std::abs(glm::dot(frame.normal, frame.tangent1)) <= 1e-9 * glm::length(frame.tangent1));
+                CHECK(glm::dot(glm::cross(frame.tangent1, frame.tangent2), frame.normal) >= 0);
+            }
+        }
+    }
+}
+
+TEST_CASE(
+    "[inv2] [inv5] thousands of changes: the same leaves give the same bytes, refined up to or coarsened down to") {
+    for (const std::string_view scheme : {"catmull-clark", "loop"})
+        for (const std::uint64_t seed : test::seeds(5)) {
+            CAPTURE(scheme);
+            CAPTURE(seed);
+            const ControlMesh mesh = test::hierarchy_mesh(scheme, seed);
+            Hierarchy h = make_hierarchy(mesh, scheme);
+            if (h.leaf_count() == 0) continue;
+            Random random(seed);
+            const int depth = is_triangles(h) ? 4 : 7;
+            int round = 0;
+            test::random_changes(h, 120, depth, random, [&] {
+                if (++round % 30 == 0) check_sound(h);
+            });
+            const std::set<HierarchyNode> target = test::nodes_of(h);
+            const HierarchyMesh expected = h.to_mesh({.normals = true});
+            // Up from the roots.
+            Hierarchy up = make_hierarchy(mesh, scheme);
+            up.refine_where(each_leaf([&](const LeafView& leaf) { return target.count(leaf.node) == 0; }),
+                            up.tree().max_depth);
+            CHECK(test::nodes_of(up) == target);
+            check_sound(up);
+            CHECK(test::same_mesh(up.to_mesh({.normals = true}), expected));
+            // Down from a finer mesh: what lies below a target node may be merged.
+            Hierarchy down = make_hierarchy(mesh, scheme);
+            int deepest = 0;
+            for (const HierarchyNode& node : target) deepest = std::max<int>(deepest, node.depth);
+            down.refine_where(each_leaf([](const LeafView&) { return true; }), deepest);
+            down.coarsen_where(each_leaf([&](const LeafView& leaf) { return target.count(leaf.node) == 0; }));
+            CHECK(test::nodes_of(down) == target);
+            check_sound(down);
+            CHECK(test::same_mesh(down.to_mesh({.normals = true}), expected));
+            // To the roots.
+            h.coarsen_where(each_leaf([](const LeafView&) { return true; }));
+            check_sound(h);
+            CHECK(test::same_mesh(h.to_mesh(), make_hierarchy(mesh, scheme).to_mesh()));
+        }
+}
+
+TEST_CASE("[inv5] coarsening a diamond undoes its refinement") {
+    for (const std::string_view scheme : k_schemes)
+        for (const std::uint64_t seed : test::seeds(3)) {
+            CAPTURE(scheme);
+            CAPTURE(seed);
+            const ControlMesh mesh = test::hierarchy_mesh(scheme, seed);
+            Hierarchy h = make_hierarchy(mesh, scheme);
+            Random random(seed);
+            test::random_changes(h, 20, 4, random, [] {});
+            int undone = 0;
+            for (int trial = 0; trial < 40 && h.leaf_count() > 0; ++trial) {
+                const auto all = test::leaves_of(h);
+                const LeafHandle leaf = all[random.below(static_cast<std::uint32_t>(all.size()))];
+                const std::set<HierarchyNode> before = test::nodes_of(h);
+                const HierarchyMesh mesh_before = h.to_mesh();
+                const auto created = h.refine(leaf);
+                CHECK(!h.is_leaf(leaf));
+                // Where the closure split more than one diamond, there is more to undo.
+                if (!h.can_coarsen(created.front())) continue;
+                h.coarsen(created.front());
+                if (test::nodes_of(h) != before) continue;
+                ++undone;
+                CHECK(test::same_mesh(h.to_mesh(), mesh_before));
+            }
+            CHECK((undone > 0 || h.leaf_count() == 0));
+            check_sound(h);
+        }
+}
+
+TEST_CASE("[inv3] [inv4] meshes are conforming with the control mesh's topology, neighbours one level apart at most") {
+    for (const std::string_view scheme : k_schemes)
+        for (const std::uint64_t seed : test::seeds(8)) {
+            CAPTURE(scheme);
+            CAPTURE(seed);
+            const ControlMesh mesh = test::hierarchy_mesh(scheme, seed);
+            Hierarchy h = make_hierarchy(mesh, scheme);
+            const auto expected = test::surface_topology(mesh);
+            Random random(seed);
+            test::random_changes(h, 25, is_triangles(h) ? 5 : 9, random, [] {});
+            const auto found = test::topology(test::faces_of(h.to_mesh().mesh));
+            CHECK(found.fault.empty());
+            CHECK(found.euler == expected.euler);
+            CHECK(found.boundary_loops == expected.boundary_loops);
+            for (LeafHandle leaf : h.leaves())
+                for (int side = 0; side < h.view(leaf).corner_count; ++side)
+                    for (LeafHandle across : h.neighbours(leaf, side)) {
+                        REQUIRE(std::abs(h.node(across).depth - h.node(leaf).depth) <= 1);
+                        bool back = false;
+                        for (int k = 0; k < 3; ++k)
+                            for (LeafHandle other : h.neighbours(across, k)) back |= other == leaf;
+                        REQUIRE(back);
+                    }
+        }
+}
+
+TEST_CASE("[inv4] neighbours are the leaves that share the side's vertices in the mesh") {
+    for (const std::string_view scheme : {"catmull-clark", "loop"}) {
+        CAPTURE(scheme);
+        const ControlMesh mesh = test::hierarchy_mesh(scheme, 1);
+        Hierarchy h = make_hierarchy(mesh, scheme);
+        Random random(7);
+        test::random_changes(h, 15, 4, random, [] {});
+        const HierarchyMesh out = h.to_mesh();
+        std::map<std::pair<std::uint32_t, std::uint32_t>, LeafHandle> owner;  // by directed edge
+        const auto faces = test::faces_of(out.mesh);
+        for (std::size_t f = 0; f < faces.size(); ++f)
+            for (std::size_t i = 0; i < 3; ++i) owner[{faces[f][i], faces[f][(i + 1) % 3]}] = out.leaves[f];
+        // The leaves beyond the edges of a leaf's faces, other than itself.
+        std::map<LeafHandle, std::set<LeafHandle>> expected, found;
+        for (const auto& [edge, leaf] : owner) {
+            const auto twin = owner.find({edge.second, edge.first});
+            if (twin != owner.end() && twin->second != leaf) expected[leaf].insert(twin->second);
+        }
+        for (LeafHandle leaf : h.leaves())
+            for (int side = 0; side < 3; ++side)
+                for (LeafHandle across : h.neighbours(leaf, side)) found[leaf].insert(across);
+        CHECK(found == expected);
+    }
+}
+
+TEST_CASE("leaves come along the curve, and nodes know their parents, children and leaves") {
+    for (const std::string_view scheme : k_schemes) {
+        CAPTURE(scheme);
+        const ControlMesh mesh = test::hierarchy_mesh(scheme, 2);
+        Hierarchy h = make_hierarchy(mesh, scheme);
+        Random random(2);
+        test::random_changes(h, 30, 6, random, [] {});
+        const auto all = test::leaves_of(h);
+        REQUIRE(all.size() == h.leaf_count());
+        const std::set<HierarchyNode> nodes = test::nodes_of(h);
+        REQUIRE(nodes.size() == all.size());
+        std::size_t i = 0;
+        for (const HierarchyNode& node : nodes) {
+            REQUIRE(h.node(all[i]) == node);  // a set is sorted
+            REQUIRE(h.find(node) == all[i]);
+            const LeafView view = h.view(all[i]);
+            const NodeView same = h.view(node);
+            CHECK(view.corner == same.corner);
+            CHECK(view.face == same.face);
+            CHECK(view.level == same.level);
+            CHECK(!mesh.is_hole(view.face));
+            for (const HierarchyNode& child : h.children(node)) {
+                REQUIRE(h.parent(child) == node);
+                REQUIRE(!h.find(child));
+            }
+            if (const auto parent = h.parent(node)) {
+                const auto siblings = h.children(*parent);
+                REQUIRE(std::count(siblings.begin(), siblings.end(), node) == 1);
+                REQUIRE(!h.find(*parent));
+            } else {
+                CHECK(node.depth == 0);
+            }
+            ++i;
+        }
+        // The children of a node cover its corners, each with one of its own.
+        const HierarchyNode node = h.node(all.front());
+        std::set<Site> corners;
+        for (const HierarchyNode& child : h.children(node)) {
+            const NodeView view = h.view(child);
+            corners.insert(view.corner.begin(), view.corner.begin() + view.corner_count);
+        }
+        const NodeView view = h.view(node);
+        for (int k = 0; k < view.corner_count; ++k) CHECK(corners.count(view.corner[static_cast<std::size_t>(k)]) == 1);
+    }
+}
+
+TEST_CASE("[inv10] refinement, order and meshes are the same for 1, 2 and 4 threads") {
+    for (const std::string_view scheme : {"catmull-clark", "loop"}) {
+        CAPTURE(scheme);
+        const ControlMesh mesh = test::hierarchy_mesh(scheme, 5);
+        const auto run = [&](int threads) {
+            RunContext context;
+            context.threads = threads;
+            Hierarchy h = make_hierarchy(mesh, scheme);
+            const auto wanted = each_leaf([](const LeafView& leaf) {
+                return (leaf.node.root * 7 + leaf.node.depth) % 3 != 0 || leaf.node.depth < 2;
+            });
+            h.refine_where(wanted, is_triangles(h) ? 4 : 8, context);
+            h.coarsen_where(each_leaf([](const LeafView& leaf) { return leaf.node.root % 5 == 0; }), context);
+            HierarchyMesh out = h.to_mesh({.normals = true, .context = context});
+            return std::pair(std::move(out), test::leaves_of(h));
+        };
+        const auto one = run(1);
+        for (int threads : {2, 4}) {
+            const auto other = run(threads);
+            CHECK(test::same_mesh(other.first, one.first));
+            CHECK(other.second == one.second);
+            CHECK(other.first.points == one.first.points);
+        }
+    }
+}
+
+TEST_CASE("a zoom of 25 levels into one spot costs leaves by the level, not by the area") {
+    for (const std::string_view scheme : {"catmull-clark", "loop"}) {
+        CAPTURE(scheme);
+        const ControlMesh mesh = test::hierarchy_mesh(scheme, 4);
+        Hierarchy h = make_hierarchy(mesh, scheme);
+        const int per_level = is_triangles(h) ? 1 : 2, depth = 25 * per_level;
+        // A point inside a root: an endless path that stays off its corners.
+        const std::uint32_t root = h.node(h.leaves()[h.leaf_count() / 2]).root;
+        HierarchyNode deepest{root, 0, 0};
+        for (int d = 0; d < depth; ++d) deepest = h.tree().child(deepest, d / per_level % 2);
+        const std::uint32_t roots = h.leaf_count();
+        const std::size_t created = h.refine_where(
+            each_leaf([&](const LeafView& leaf) { return h.tree().is_ancestor(leaf.node, deepest); }), depth);
+        CHECK(h.find(deepest).has_value());
+        check_sound(h);
+        // Rings of a bounded number of leaves around the spot, one a level; splits of a leaf count its parts.
+        const std::uint32_t leaves = h.leaf_count() - roots;
+        CHECK(leaves > 25);
+        CHECK(leaves < 25 * 64);
+        CHECK(created < 25 * 128);
+        CHECK(h.memory_bytes() < 512 * (roots + std::uint64_t{leaves}) + 65536);
+        const HierarchyMesh out = h.to_mesh({.normals = true});
+        const auto topology = test::topology(test::faces_of(out.mesh));
+        CHECK(topology.fault.empty());
+        CHECK(topology.euler == test::surface_topology(mesh).euler);
+        for (const Vec3d& p : out.mesh.positions) REQUIRE(std::isfinite(p.x + p.y + p.z));
+        // The spot's corners are apart by about 2^-25 of the root, and distinct.
+        const NodeView view = h.view(deepest);
+        const double edge = glm::length(h.limit(view.corner[0]).position - h.limit(view.corner[1]).position);
+        CHECK(edge > 0);
+        CHECK(edge < 1e-5);
+        h.coarsen_where(each_leaf([](const LeafView&) { return true; }));
+        CHECK(h.leaf_count() == roots);
+    }
+}
+
+TEST_CASE("an estimator drives refinement to the smallest set within the tolerance, and coarsening back") {
+    /// The size of a triangle in the lattice, larger in one root: known without a surface.
+    class Size final : public ErrorEstimator {
+      public:
+        explicit Size(HalfedgeId fine) : fine_(fine) {}
+        void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override {
+            for (std::size_t i = 0; i < triangles.size(); ++i)
+                errors[i] = (triangles[i].root == fine_ ? 8.0 : 1.0) / static_cast<double>(1u << triangles[i].level);
+        }
+
+      private:
+        HalfedgeId fine_;
+    };
+    for (const std::string_view scheme : k_schemes) {
+        CAPTURE(scheme);
+        const ControlMesh mesh = test::hierarchy_mesh(scheme, 1);
+        Hierarchy h = make_hierarchy(mesh, scheme);
+        const LeafView middle = h.view(h.leaves()[h.leaf_count() / 2]);
+        const Size size(is_triangles(h) ? mesh.face_halfedge(middle.face) : HalfedgeId(middle.node.root));
+        const int deep = is_triangles(h) ? 12 : 24;
+        h.refine_where(size, 0.5, deep);
+        check_sound(h);
+        const std::set<HierarchyNode> wanted = test::nodes_of(h);
+        int deepest = 0;
+        for (const HierarchyNode& node : wanted) deepest = std::max<int>(deepest, node.depth);
+        // 8 / 2^4 = 0.5: lattice level 4, the other roots at 1 away from it.
+        CHECK(deepest == (is_triangles(h) ? 4 : 8));
+        CHECK(h.refine_where(size, 0.5, deep) == 0);
+        h.refine_where(each_leaf([](const LeafView&) { return true; }), deepest);
+        h.coarsen_where(size, 0.5);
+        check_sound(h);
+        CHECK(test::nodes_of(h) == wanted);
+        CHECK_THROWS_AS(h.refine_where(size, std::nan(""), deep), Error);
+        CHECK_THROWS_AS(h.coarsen_where(size, -1), Error);
+    }
+}
+
+TEST_CASE(
+    "[bad-input] stale handles, diamonds that are none, depths, sites and levels that do not exist: named, nothing "
+    "changes") {
+    for (const std::string_view scheme : {"catmull-clark", "loop"}) {
+        CAPTURE(scheme);
+        const ControlMesh mesh = test::hierarchy_mesh(scheme, 2);
+        Hierarchy h = make_hierarchy(mesh, scheme);
+        const std::vector<LeafHandle> roots = test::leaves_of(h);
+        const auto first = h.refine(roots[0]);
+        h.refine(first.front());
+        const HierarchyMesh before = h.to_mesh();
+        const auto fails = [&](auto&& call, ErrorCode code, std::string_view text) {
+            try {
+                call();
+                FAIL("no error");
+            } catch (const Error& e) {
+                CHECK(e.code() == code);
+                INFO(e.what());
+                CHECK(std::string_view(e.what()).find(text) != std::string_view::npos);
+            }
+            check_sound(h);
+            CHECK(test::same_mesh(h.to_mesh(), before));
+        };
+        // Refining twice.
+        fails([&] { h.refine(roots[0]); }, ErrorCode::invalid_input, "split or merged");
+        fails([&] { h.coarsen(roots[0]); }, ErrorCode::invalid_input, "split or merged");
+        fails([&] { (void)h.view(first.front()); }, ErrorCode::invalid_input, "split or merged");
+        const std::vector<LeafHandle> mixed{h.leaves().back(), roots[0]};
+        fails([&] { h.refine(mixed); }, ErrorCode::invalid_input, "generation 0");
+        fails([&] { h.coarsen(mixed); }, ErrorCode::invalid_input, "generation 0");
+        fails([&] { h.refine(LeafHandle{LeafId(1u << 30), 0}); }, ErrorCode::invalid_input, "does not exist");
+        fails([&] { h.refine(LeafHandle{}); }, ErrorCode::invalid_input, "does not exist");
+        // A root, and a leaf beside finer ones.
+        LeafHandle root, blocked;
+        for (LeafHandle leaf : h.leaves())
+            if (!h.can_coarsen(leaf)) (h.node(leaf).depth == 0 ? root : blocked) = leaf;
+        REQUIRE(root.slot.valid());
+        REQUIRE(blocked.slot.valid());
+        fails([&] { h.coarsen(root); }, ErrorCode::invalid_input, "diamond");
+        fails([&] { h.coarsen(blocked); }, ErrorCode::invalid_input, "diamond");
+        // Nodes, sides, sites, levels, depths.
+        fails([&] { (void)h.neighbours(h.leaves()[0], 3); }, ErrorCode::invalid_input, "side 3");
+        fails([&] { (void)h.neighbours(h.leaves()[0], -1); }, ErrorCode::invalid_input, "side -1");
+        fails([&] { (void)h.view(HierarchyNode{h.tree().root_bound, 0, 0}); }, ErrorCode::invalid_input, "node");
+        fails([&] { (void)h.find(HierarchyNode{0, 1, 1}); }, ErrorCode::invalid_input, "node");
+        fails(
+            [&] {
+                (void)h.limit(Site{HalfedgeId(mesh.halfedge_count()), {0, 0}, 0});
+            },
+            ErrorCode::invalid_input, "root");
+        fails([&] { (void)h.limit(Site{HalfedgeId(0), {3, 0}, 1}); }, ErrorCode::invalid_input, "coordinates");
+        fails([&] { (void)h.limit(Site{HalfedgeId(0), {0, 0}, 31}); }, ErrorCode::invalid_input, "level");
+        fails([&] { (void)h.position(Site{HalfedgeId(0), {1, 0}, 3}, 1); }, ErrorCode::invalid_input, "first level");
+        fails([&] { (void)h.position(Site{HalfedgeId(0), {0, 0}, 0}, 99); }, ErrorCode::invalid_input, "99");
+        fails([&] { (void)h.position(Site{HalfedgeId(0), {0, 0}, 0}, -1); }, ErrorCode::invalid_input, "-1");
+        std::vector<Vec3d> too_few;
+        const Site site{HalfedgeId(0), {0, 0}, 0};
+        fails([&] { h.limit_positions({&site, 1}, too_few); }, ErrorCode::invalid_input, "room");
+        fails([&] { (void)h.to_mesh({.positions = MeshPositions::level, .level = -1}); }, ErrorCode::invalid_input,
+              "-1");
+        const auto all = each_leaf([](const LeafView&) { return true; });
+        fails([&] { h.refine_where(all, 1000); }, ErrorCode::invalid_input, "1000");
+    }
+}
+
+TEST_CASE("[bad-input] a slot that is used again does not revive the handles of its earlier leaves") {
+    for (const std::string_view scheme : {"catmull-clark", "loop"}) {
+        CAPTURE(scheme);
+        const ControlMesh mesh = test::hierarchy_mesh(scheme, 2);
+        Hierarchy h = make_hierarchy(mesh, scheme);
+        const LeafHandle root = h.leaves()[0];
+        std::set<LeafHandle> earlier{root};
+        for (int i = 0; i < 5; ++i) {
+            const LeafHandle leaf = *h.find(HierarchyNode{0, 0, 0});
+            const auto created = h.refine(leaf);
+            for (LeafHandle c : created) CHECK(earlier.insert(c).second);
+            for (LeafHandle c : h.coarsen(created.front())) CHECK(earlier.insert(c).second);
+        }
+        CHECK(!h.is_leaf(root));
+        int live = 0;
+        for (LeafHandle leaf : earlier) live += h.is_leaf(leaf);
+        CHECK(live <= 2);
+        CHECK(test::nodes_of(h) == test::nodes_of(make_hierarchy(mesh, scheme)));
+    }
+}
+
+TEST_CASE("[bad-input] the deepest leaves cannot be split") {
+    for (const std::string_view scheme : {"catmull-clark", "loop"}) {
+        CAPTURE(scheme);
+        const ControlMesh mesh = test::hierarchy_mesh(scheme, 2);
+        Hierarchy h = make_hierarchy(mesh, scheme);
+        LeafHandle deepest = h.leaves()[0];
+        while (h.node(deepest).depth < h.tree().max_depth) {
+            const HierarchyNode child = h.tree().child(h.node(deepest), 0);
+            h.refine(deepest);
+            deepest = *h.find(child);
+        }
+        const auto before = test::nodes_of(h);
+        try {
+            h.refine(deepest);
+            FAIL("no error");
+        } catch (const Error& e) {
+            CHECK(e.code() == ErrorCode::unsupported);
+            CHECK(std::string(e.what()).find("depth " + std::to_string(h.tree().max_depth)) != std::string::npos);
+        }
+        CHECK(h.children(h.node(deepest)).empty());
+        check_sound(h);
+        CHECK(test::nodes_of(h) == before);
+        CHECK(h.to_mesh().mesh.face_count() >= before.size());
+    }
+}
+
+TEST_CASE("[bad-input] schemes without hierarchy, meshes and choices that a scheme does not have are refused") {
+    const ControlMesh quads = test::hierarchy_mesh("catmull-clark", 1);
+    const auto code = [&](auto&& call) {
+        try {
+            call();
+        } catch (const Error& e) {
+            return e.code();
+        }
+        return ErrorCode::io;
+    };
+    CHECK(code([&] { make_hierarchy(quads, "catmull-klark"); }) == ErrorCode::invalid_input);
+    CHECK(code([&] { make_hierarchy(quads, "loop"); }) == ErrorCode::invalid_input);
+    HierarchyOptions options;
+    options.rules.corner_angle = 1;
+    CHECK(code([&] { make_hierarchy(quads, "catmull-clark", options); }) == ErrorCode::unsupported);
+}
+
+TEST_CASE("cancelled calls leave a sound hierarchy") {
+    const ControlMesh mesh = test::hierarchy_mesh("catmull-clark", 1);
+    Hierarchy h = make_hierarchy(mesh, "catmull-clark");
+    RunContext context;
+    int reports = 0;
+    context.progress = [&](std::string_view, double fraction) {
+        CHECK(fraction >= 0);
+        CHECK(fraction <= 1);
+        return ++reports < 3;
+    };
+    const auto all = each_leaf([](const LeafView&) { return true; });
+    CHECK_THROWS_AS(h.refine_where(all, 10, context), Error);
+    check_sound(h);
+    CHECK(h.leaf_count() > 0);
+    reports = 2;
+    CHECK_THROWS_AS(h.to_mesh({.context = context}), Error);
+}
+
+TEST_SUITE_END();
