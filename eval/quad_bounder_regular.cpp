@@ -29,10 +29,10 @@ double QuadBounder::quadratic_error(const std::array<Vec3d, 3>& corner, const st
     if (!distance_) {
         const auto look = [&](const Vec3d& c) { most = std::max(most, glm::dot(c, c)); };
         detail::for_each_coefficient(
-            corner, middle, [&](std::size_t, const Vec3d& c) { look(c); }, look);
+            corner, middle, [](std::size_t, const Vec3d&) {}, look);
         return std::sqrt(most) + rest.whole;
     }
-    double most_on_edges = 0;
+    std::array<double, 3> on_edge{};  // squared
     const auto look = [&](const Vec3d& c) {
         const auto at = triangle_.split(c);
         const double height = at.height + rest.height, beside = at.squared_beside == 0
@@ -44,12 +44,13 @@ double QuadBounder::quadratic_error(const std::array<Vec3d, 3>& corner, const st
         corner, middle,
         [&](std::size_t k, const Vec3d& c) {
             if (edge[k] >= 0)
-                most_on_edges =
-                    std::max(most_on_edges, triangle_.to_edge(c, static_cast<std::size_t>(edge[k])) + rest.edge[k]);
-            look(c);
+                on_edge[k] = std::max(on_edge[k], triangle_.squared_to_edge(c, static_cast<std::size_t>(edge[k])));
         },
         look);
-    return std::max(std::sqrt(most), most_on_edges);
+    double error = std::sqrt(most);
+    for (std::size_t k = 0; k < 3; ++k)
+        if (edge[k] >= 0) error = std::max(error, std::sqrt(on_edge[k]) + rest.edge[k]);
+    return error;
 }
 
 /// Bounds on a piece that is the whole leaf, from the deviations in the middles of its edges; unknown where they are

@@ -86,6 +86,8 @@ bool QuadBounder::bound_part(const detail::Net16& net, const detail::ThirdBounds
     const double pad = k_rounding * scale_;
     std::array<Vec2d, 3> at;
     std::array<Vec3d, 3> surface, linear, corner, middle;
+    Vec3d sum(0);
+    double bulge = 0;
     for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t j = (i + 1) % 3;
         at[i] = 0.5 * (part.at[i] + part.at[j]);
@@ -94,10 +96,21 @@ bool QuadBounder::bound_part(const detail::Net16& net, const detail::ThirdBounds
         corner[i] = measured_form(part.surface[i], part.surface[i] - part.linear[i]);
         middle[i] = measured_form(surface[i], surface[i] - linear[i]);
         if (!attain(node_error(middle[i], part.edge[i]))) return true;
+        const Vec3d e = surface[i] - 0.5 * (part.surface[i] + part.surface[j]);
+        sum += e;
+        bulge = std::max(bulge, glm::dot(e, e));
     }
     const Vec2d u = part.at[1] - part.at[0], v = part.at[2] - part.at[0];
     Remainder rest;
     rest.whole = rest.height = remainder_of(third.in_frame(u, v), 0, false);
+    // The chords are no further off than the corners, and the quadratic's bulge over them is an edge's or half their
+    // sum: that decides most parts.
+    double at_corners = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+        at_corners =
+            std::max({at_corners, node_error(corner[i], part.edge[i]), node_error(corner[i], part.edge[(i + 2) % 3])});
+    bulge = std::sqrt(std::max(bulge, 0.25 * glm::dot(sum, sum)));
+    if (settled(at_corners + bulge + rest.whole + pad)) return true;
     if (distance_ && !triangle_.sliver())
         rest.height = remainder_of(detail::ThirdBounds::along(net, triangle_.normal()).in_frame(u, v), 0, false);
     for (std::size_t i = 0; i < 3; ++i)

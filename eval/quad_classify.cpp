@@ -17,7 +17,7 @@ struct CornerKind {
 
 CornerKind corner_kind(const QuadLocalMesh& mesh, int corner, const CornerFan& fan) {
     CornerKind kind;
-    const std::vector<float> sharp = fan_sharpness(mesh, fan);
+    const std::pmr::vector<float> sharp = fan_sharpness(mesh, fan);
     const std::size_t edges = sharp.size();
     const float own = mesh.corner_sharpness[static_cast<std::size_t>(corner)];
     std::size_t infinite = 0, finite = 0;
@@ -107,20 +107,21 @@ bool regular_net(const QuadLocalMesh& mesh, const std::array<CornerFan, 4>& fans
     const auto is_known = [&](int x, int y) { return known.test(static_cast<std::size_t>(4 * (y + 1) + x + 1)); };
     for (int k = 0; k < 4; ++k) {
         const CornerFan& fan = fans[static_cast<std::size_t>(k)];
-        const std::vector<Vec3d> ring = fan_ring(mesh, fan);
         const int edges = static_cast<int>(fan.edges()), faces = static_cast<int>(fan.faces());
         const int home = static_cast<int>(fan.cell_index);
         const auto put_ring = [&](int dx, int dy, int index, bool face) {
             const int count = face ? faces : edges;
             if (fan.boundary && (index < 0 || index >= count)) return;
-            index = (index % count + count) % count;
+            while (index < 0) index += count;
+            while (index >= count) index -= count;
+            const auto i = static_cast<std::size_t>(index);
             int x, y;
             lattice(k, dx, dy, x, y);
-            put(x, y, ring[static_cast<std::size_t>(face ? 2 + 2 * index : 1 + 2 * index)]);
+            put(x, y, face ? fan_face(mesh, fan, i) : fan_edge(mesh, fan, i));
         };
         int x, y;
         lattice(k, 0, 0, x, y);
-        put(x, y, ring[0]);
+        put(x, y, mesh.points[mesh.faces[0][static_cast<std::size_t>(k)]]);
         const bool out_open = !infinite_side[k], in_open = !infinite_side[(k + 3) & 3];
         if (in_open) {
             put_ring(-1, 1, home + 1, true);
@@ -165,7 +166,7 @@ bool star_net(const QuadLocalMesh& mesh, const std::array<CornerFan, 4>& fans, c
     if (special < 0) return false;
     auto star = std::make_unique<QuadStar>();
     const CornerFan& fan = fans[static_cast<std::size_t>(special)];
-    const std::vector<Vec3d> ring = fan_ring(mesh, fan);
+    const std::pmr::vector<Vec3d> ring = fan_ring(mesh, fan);
     const std::size_t n = fan.faces();
     star->valence = static_cast<int>(n);
     star->points.resize(QuadStar::point_count(star->valence));
@@ -178,9 +179,8 @@ bool star_net(const QuadLocalMesh& mesh, const std::array<CornerFan, 4>& fans, c
     Vec3d* outer = star->points.data() + 2 * n + 1;
     const auto around = [&](int corner, int edge_or_face, bool face) {
         const std::size_t k = static_cast<std::size_t>((special + corner) & 3);
-        const std::vector<Vec3d> r = fan_ring(mesh, fans[k]);
         const std::size_t index = (fans[k].cell_index + static_cast<std::size_t>(edge_or_face)) % 4;
-        return r[face ? 2 + 2 * index : 1 + 2 * index];
+        return face ? fan_face(mesh, fans[k], index) : fan_edge(mesh, fans[k], index);
     };
     // Seen from corner k + 1 at (1, 0): its axes are turned by a quarter; the outer points by its ring, and so on.
     outer[0] = around(1, 2, true);   // (2, -1)
@@ -197,16 +197,16 @@ bool star_net(const QuadLocalMesh& mesh, const std::array<CornerFan, 4>& fans, c
 
 }  // namespace
 
-void classify(QuadLocalMesh mesh, QuadNode& node) {
-    std::array<CornerFan, 4> fans;
+void classify(const QuadLocalMesh& mesh, QuadNode& node) {
+    std::pmr::memory_resource* memory = mesh.points.get_allocator().resource();
+    const std::array<CornerFan, 4> fans{corner_fan(mesh, 0, memory), corner_fan(mesh, 1, memory),
+                                        corner_fan(mesh, 2, memory), corner_fan(mesh, 3, memory)};
     std::array<CornerKind, 4> kinds;
-    for (int k = 0; k < 4; ++k) {
-        fans[static_cast<std::size_t>(k)] = corner_fan(mesh, k);
+    for (int k = 0; k < 4; ++k)
         kinds[static_cast<std::size_t>(k)] = corner_kind(mesh, k, fans[static_cast<std::size_t>(k)]);
-    }
     if (regular_net(mesh, fans, kinds, node) || star_net(mesh, fans, kinds, node)) return;
     node.kind = QuadNode::Kind::generic;
-    node.local = std::make_unique<QuadLocalMesh>(std::move(mesh));
+    node.local = std::make_unique<QuadLocalMesh>(mesh);
 }
 
 }  // namespace tetrakis::detail

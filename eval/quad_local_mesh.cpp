@@ -7,8 +7,9 @@
 
 namespace tetrakis::detail {
 
-CornerFan corner_fan(const QuadLocalMesh& mesh, int corner) {
-    CornerFan fan;
+CornerFan corner_fan(const QuadLocalMesh& mesh, int corner, std::pmr::memory_resource* memory) {
+    CornerFan fan{std::pmr::vector<std::uint32_t>(memory)};
+    fan.outgoing.reserve(8);
     const std::uint32_t home = static_cast<std::uint32_t>(corner);
     std::uint32_t first = home;
     for (std::uint32_t h = mesh.cw(home); h != home; h = mesh.cw(h)) {
@@ -28,23 +29,23 @@ CornerFan corner_fan(const QuadLocalMesh& mesh, int corner) {
     return fan;
 }
 
-std::vector<float> fan_sharpness(const QuadLocalMesh& mesh, const CornerFan& fan) {
-    std::vector<float> sharpness;
+std::pmr::vector<float> fan_sharpness(const QuadLocalMesh& mesh, const CornerFan& fan) {
+    std::pmr::vector<float> sharpness(fan.outgoing.get_allocator());
     sharpness.reserve(fan.edges());
     for (std::uint32_t h : fan.outgoing) sharpness.push_back(mesh.sharpness[h]);
     if (fan.boundary) sharpness.push_back(mesh.sharpness[QuadLocalMesh::prev(fan.outgoing.back())]);
     return sharpness;
 }
 
-std::vector<Vec3d> fan_ring(const QuadLocalMesh& mesh, const CornerFan& fan) {
-    std::vector<Vec3d> ring;
+std::pmr::vector<Vec3d> fan_ring(const QuadLocalMesh& mesh, const CornerFan& fan) {
+    std::pmr::vector<Vec3d> ring(fan.outgoing.get_allocator());
     ring.reserve(2 * fan.faces() + 2);
     ring.push_back(mesh.points[mesh.origin(fan.outgoing.front())]);
-    for (std::uint32_t h : fan.outgoing) {
-        ring.push_back(mesh.points[mesh.origin(QuadLocalMesh::next(h))]);
-        ring.push_back(mesh.points[mesh.origin(QuadLocalMesh::next(QuadLocalMesh::next(h)))]);
+    for (std::size_t i = 0; i < fan.faces(); ++i) {
+        ring.push_back(fan_edge(mesh, fan, i));
+        ring.push_back(fan_face(mesh, fan, i));
     }
-    if (fan.boundary) ring.push_back(mesh.points[mesh.origin(QuadLocalMesh::prev(fan.outgoing.back()))]);
+    if (fan.boundary) ring.push_back(fan_edge(mesh, fan, fan.faces()));
     return ring;
 }
 
@@ -56,7 +57,7 @@ bool CornerRing::stationary() const {
 void CornerRing::refine() {
     const std::size_t edges = sharp.size(), faces = edges - (boundary ? 1 : 0);
     const Vec3d centre = points[0];
-    std::vector<float> next(edges);
+    std::pmr::vector<float> next(edges, sharp.get_allocator());
     for (std::size_t i = 0; i < edges; ++i) next[i] = child_sharpness(sharp[i]);
     const float own_next = child_sharpness(own);
     const VertexBlend blend = vertex_blend(sharp, own, next, own_next);
@@ -105,14 +106,24 @@ float QuadLocalStep::far_half(std::uint32_t h) const {
 }
 
 /// A fan's values in the order in which they are summed up at a control vertex.
-std::vector<float> QuadLocalStep::from_first(int corner, std::vector<float> sharpness) const {
+std::pmr::vector<float> QuadLocalStep::from_first(int corner, std::pmr::vector<float> sharpness) const {
     const auto& fan = fans_[static_cast<std::size_t>(corner)].outgoing;
     const auto first = std::find(fan.begin(), fan.end(), mesh_.first_half);
     if (first != fan.end()) std::rotate(sharpness.begin(), sharpness.begin() + (first - fan.begin()), sharpness.end());
     return sharpness;
 }
 
-QuadLocalStep::QuadLocalStep(const QuadLocalMesh& mesh) : mesh_(mesh) {
+QuadLocalStep::QuadLocalStep(const QuadLocalMesh& mesh, std::pmr::memory_resource* memory)
+    : mesh_(mesh),
+      memory_(memory),
+      face_points_(memory),
+      edge_points_(memory),
+      fans_{corner_fan(mesh, 0, memory), corner_fan(mesh, 1, memory), corner_fan(mesh, 2, memory),
+            corner_fan(mesh, 3, memory)},
+      child_sharp_{std::pmr::vector<float>(memory), std::pmr::vector<float>(memory), std::pmr::vector<float>(memory),
+                   std::pmr::vector<float>(memory)},
+      corner_of_point_(memory),
+      half_sharpness_(memory) {
     const std::size_t face_count = mesh.faces.size();
     face_points_.resize(face_count);
     for (std::size_t f = 0; f < face_count; ++f) {
@@ -123,13 +134,13 @@ QuadLocalStep::QuadLocalStep(const QuadLocalMesh& mesh) : mesh_(mesh) {
     half_sharpness_.assign(4 * face_count, k_sharpness_infinity);
 
     // Sharpness of the halves at the cell's corners.
-    std::array<std::vector<float>, 4> sharp;
-    std::array<std::vector<float>, 4>& child_sharp = child_sharp_;
+    const std::array<std::pmr::vector<float>, 4> sharp = {fan_sharpness(mesh, fans_[0]), fan_sharpness(mesh, fans_[1]),
+                                                          fan_sharpness(mesh, fans_[2]), fan_sharpness(mesh, fans_[3])};
+    std::array<std::pmr::vector<float>, 4>& child_sharp = child_sharp_;
     for (int k = 0; k < 4; ++k) {
-        fans_[k] = corner_fan(mesh, k);
-        sharp[k] = fan_sharpness(mesh, fans_[k]);
         child_sharp[k].resize(sharp[k].size());
-        const std::vector<float> around = mesh.chaikin ? from_first(k, sharp[k]) : std::vector<float>{};
+        const std::pmr::vector<float> around =
+            mesh.chaikin ? from_first(k, {sharp[k], memory_}) : std::pmr::vector<float>(memory_);
         for (std::size_t i = 0; i < sharp[k].size(); ++i)
             child_sharp[k][i] =
                 mesh.chaikin ? child_sharpness_chaikin(sharp[k][i], around) : child_sharpness(sharp[k][i]);
@@ -158,23 +169,23 @@ QuadLocalStep::QuadLocalStep(const QuadLocalMesh& mesh) : mesh_(mesh) {
 
     for (int k = 0; k < 4; ++k) {
         const CornerFan& fan = fans_[k];
-        const std::vector<Vec3d> ring = fan_ring(mesh, fan);
+        const Vec3d& centre = mesh.points[mesh.faces[0][static_cast<std::size_t>(k)]];
         const VertexBlend blend =
             vertex_blend(sharp[k], mesh.corner_sharpness[k], child_sharp[k], child_corner_sharpness_[k]);
-        Vec3d point = blend.corner * ring[0];
+        Vec3d point = blend.corner * centre;
         if (blend.smooth != 0) {
             Vec3d edges(0), faces(0);
             for (std::size_t i = 0; i < fan.faces(); ++i) {
-                edges += ring[1 + 2 * i];
+                edges += fan_edge(mesh, fan, i);
                 faces += face_points_[fan.outgoing[i] >> 2];
             }
             const double n = static_cast<double>(fan.faces());
-            point += blend.smooth * ((n - 2) / n * ring[0] + (edges + faces) / (n * n));
+            point += blend.smooth * ((n - 2) / n * centre + (edges + faces) / (n * n));
         }
         if (blend.crease.weight != 0)
             point += blend.crease.weight *
-                     (0.75 * ring[0] + 0.125 * (ring[1 + 2 * static_cast<std::size_t>(blend.crease.a)] +
-                                                ring[1 + 2 * static_cast<std::size_t>(blend.crease.b)]));
+                     (0.75 * centre + 0.125 * (fan_edge(mesh, fan, static_cast<std::size_t>(blend.crease.a)) +
+                                               fan_edge(mesh, fan, static_cast<std::size_t>(blend.crease.b))));
         vertex_points_[k] = point;
     }
     corner_of_point_.assign(mesh.points.size(), -1);
@@ -185,7 +196,8 @@ QuadLocalMesh QuadLocalStep::child(int corner) const {
     using M = QuadLocalMesh;
     const std::uint32_t home = static_cast<std::uint32_t>(corner);
     // The quarters that touch the child, each by the parent's half-edge at its corner; the child itself first.
-    std::vector<std::uint32_t> parts, face_of(mesh_.twin.size(), M::none);
+    std::pmr::vector<std::uint32_t> parts(memory_), face_of(mesh_.twin.size(), M::none, memory_);
+    parts.reserve(12);
     const auto add_part = [&](std::uint32_t h) {
         if (face_of[h] != M::none) return;
         face_of[h] = static_cast<std::uint32_t>(parts.size());
@@ -199,9 +211,11 @@ QuadLocalMesh QuadLocalStep::child(int corner) const {
 
     // Points of the child: numbered at first use; face, edge (by the smaller of its half-edges) and vertex points
     // apart.
-    std::vector<std::uint32_t> face_id(mesh_.faces.size(), M::none), edge_id(mesh_.twin.size(), M::none);
+    std::pmr::vector<std::uint32_t> face_id(mesh_.faces.size(), M::none, memory_),
+        edge_id(mesh_.twin.size(), M::none, memory_);
     std::array<std::uint32_t, 4> vertex_id{M::none, M::none, M::none, M::none};
-    M out;
+    M out(memory_);
+    out.points.reserve(3 * parts.size() + 4);
     out.chaikin = mesh_.chaikin;
     const auto use = [&](std::uint32_t& id, const Vec3d& p) {
         if (id == M::none) {
@@ -247,7 +261,8 @@ QuadLocalMesh QuadLocalStep::child(int corner) const {
             out.far_half[slot(i, 0)] = child_sharpness_chaikin(halves[0], halves);
         }
         if (tb != M::none && mesh_.sharpness[back] != k_sharpness_infinity)
-            out.far_half[slot(i, 3)] = child_sharpness_chaikin(half_sharpness_[tb], from_first(v, child_sharp_[v]));
+            out.far_half[slot(i, 3)] =
+                child_sharpness_chaikin(half_sharpness_[tb], from_first(v, {child_sharp_[v], memory_}));
     }
     if (mesh_.first_half != M::none && corner_of_point_[mesh_.origin(mesh_.first_half)] != corner)
         out.first_half = M::none;

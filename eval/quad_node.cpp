@@ -119,7 +119,8 @@ const QuadNode* QuadNode::grown() const {
     if (kind == Kind::star) {
         grow_star(*this, *fresh);
     } else {
-        const QuadLocalStep step(*local);
+        GrowthScratch scratch;
+        const QuadLocalStep step(*local, scratch.resource());
         for (int k = 0; k < 4; ++k)
             classify(step.child(k), fresh->cell[static_cast<std::size_t>(2 * k_corner_y[k] + k_corner_x[k])]);
     }

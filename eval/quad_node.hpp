@@ -64,7 +64,7 @@ constexpr int k_side_point[4] = {1, 5, 7, 3};
 constexpr int k_centre_point = 4;
 
 /// Turns a local mesh into the simplest node that represents it exactly.
-void classify(QuadLocalMesh mesh, QuadNode& node);
+void classify(const QuadLocalMesh& mesh, QuadNode& node);
 
 }  // namespace detail
 

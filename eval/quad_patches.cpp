@@ -217,10 +217,11 @@ void QuadPatches::build_root(HalfedgeId h) {
         node.adopt(std::move(star));
         return;
     }
-    detail::classify(local_mesh(h), node);
+    detail::GrowthScratch scratch;
+    detail::classify(local_mesh(h, scratch.resource()), node);
 }
 
-QuadLocalMesh QuadPatches::local_mesh(HalfedgeId h) const {
+QuadLocalMesh QuadPatches::local_mesh(HalfedgeId h, std::pmr::memory_resource* memory) const {
     const ControlMesh& m = mesh_;
     // The level-1 quads Q(g) that touch Q(h): around its vertex, in its face, and beyond its two edge points.
     std::vector<HalfedgeId> parts{h};
@@ -243,7 +244,8 @@ QuadLocalMesh QuadPatches::local_mesh(HalfedgeId h) const {
         const std::uint32_t i = part_numbers.find(g.value);
         return i == detail::FirstSeen::none ? QuadLocalMesh::none : i;
     };
-    QuadLocalMesh out;
+    QuadLocalMesh out(memory);
+    out.points.reserve(3 * parts.size() + 4);
     out.chaikin = m.crease_method() == CreaseMethod::chaikin;
     detail::FirstSeen keys;  // numbers into first_, in order of use
     const auto use = [&](std::uint32_t key) {
@@ -302,8 +304,9 @@ Vec3d unit_or_zero(const Vec3d& n) {
 
 SurfacePoint QuadPatches::corner_limit(const QuadNode& node, int corner) {
     assert(node.kind != QuadNode::Kind::regular);
+    detail::GrowthScratch scratch;
     RingShape shape;
-    std::vector<Vec3d> ring;
+    std::pmr::vector<Vec3d> ring(scratch.resource());
     if (node.kind == QuadNode::Kind::star) {
         const detail::QuadStar& star = *node.star;
         shape.faces = star.valence;
@@ -311,7 +314,7 @@ SurfacePoint QuadPatches::corner_limit(const QuadNode& node, int corner) {
         ring.assign(star.points.begin(), star.points.begin() + 2 * star.valence + 1);
     } else {
         const QuadLocalMesh& local = *node.local;
-        const detail::CornerFan fan = detail::corner_fan(local, corner);
+        const detail::CornerFan fan = detail::corner_fan(local, corner, scratch.resource());
         detail::CornerRing around{detail::fan_ring(local, fan), detail::fan_sharpness(local, fan),
                                   local.corner_sharpness[static_cast<std::size_t>(corner)], fan.boundary};
         if (local.chaikin && !around.stationary()) {

@@ -53,7 +53,7 @@ class QuadPatches {
     }
     void first_step(const RunContext& context);
     void gather_around(HalfedgeId root, detail::Net16& net) const;
-    detail::QuadLocalMesh local_mesh(HalfedgeId root) const;
+    detail::QuadLocalMesh local_mesh(HalfedgeId root, std::pmr::memory_resource* memory) const;
 
     const ControlMesh& mesh_;
     std::vector<Vec3d> first_;           ///< level-1 points: vertices, edges, faces (scratch of the construction)

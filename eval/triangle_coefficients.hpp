@@ -9,20 +9,24 @@ namespace tetrakis::detail {
 /// The quadratic over a triangle through its values at the corners and at the middles of the edges (middle k between
 /// corners k and k + 1), as Bezier coefficients of its four quarters: their convex hull holds it.
 ///
-/// Calls edge(k, c) for the coefficients on edge k (corners, middle and two between) and inside(c) for the others.
-template <class Edge, class Inside>
+/// Calls any(c) for each of them, and edge(k, c) besides for those on edge k (corners, middle and two between).
+template <class Edge, class Any>
 void for_each_coefficient(const std::array<Vec3d, 3>& corner, const std::array<Vec3d, 3>& middle, Edge&& edge,
-                          Inside&& inside) {
+                          Any&& any) {
     std::array<Vec3d, 3> control;  // Bezier coefficient of edge k
     for (std::size_t k = 0; k < 3; ++k) control[k] = 2.0 * middle[k] - 0.5 * (corner[k] + corner[(k + 1) % 3]);
     for (std::size_t k = 0; k < 3; ++k) {
         const std::size_t next = (k + 1) % 3;
-        edge(k, corner[k]);
-        edge(k, 0.5 * (corner[k] + control[k]));
-        edge(k, middle[k]);
-        edge(k, 0.5 * (control[k] + corner[next]));
+        const auto on_edge = [&](const Vec3d& c) {
+            edge(k, c);
+            any(c);
+        };
+        on_edge(corner[k]);
+        on_edge(0.5 * (corner[k] + control[k]));
+        on_edge(middle[k]);
+        on_edge(0.5 * (control[k] + corner[next]));
         edge(k, corner[next]);
-        inside(0.25 * ((control[k] + control[next]) + (control[(k + 2) % 3] + corner[next])));
+        any(0.25 * ((control[k] + control[next]) + (control[(k + 2) % 3] + corner[next])));
     }
 }
 

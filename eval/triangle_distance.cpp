@@ -44,15 +44,9 @@ TriangleDistance::Split TriangleDistance::split_beside(const Vec3d& local) const
     return {height, std::max(0.0, squared - height * height)};
 }
 
-double TriangleDistance::to_edge(const Vec3d& local, std::size_t k) const {
-    if (!sliver_) {
-        const double over = opposite(local, k, 1), place = forward(local, k, 1) + foot_[k] * over;
-        if (place >= 0 && place <= 1) {
-            const double beside = over * height_[k];
-            return std::sqrt(local.z * local.z + beside * beside);
-        }
-    }
-    return segment_distance(position(local), corners_[k], corners_[(k + 1) % 3]);
+double TriangleDistance::squared_beyond_edge(const Vec3d& local, std::size_t k) const {
+    const double distance = segment_distance(position(local), corners_[k], corners_[(k + 1) % 3]);
+    return distance * distance;
 }
 
 }  // namespace tetrakis::detail

@@ -55,7 +55,17 @@ class TriangleDistance {
         const Split s = split(local);
         return s.squared_beside == 0 ? s.height : std::sqrt(s.height * s.height + s.squared_beside);
     }
-    double to_edge(const Vec3d& local, std::size_t k) const;
+    double to_edge(const Vec3d& local, std::size_t k) const { return std::sqrt(squared_to_edge(local, k)); }
+    double squared_to_edge(const Vec3d& local, std::size_t k) const {
+        if (!sliver_) {
+            const double over = opposite(local, k, 1), place = forward(local, k, 1) + foot_[k] * over;
+            if (place >= 0 && place <= 1) {
+                const double beside = over * height_[k];
+                return local.z * local.z + beside * beside;
+            }
+        }
+        return squared_beyond_edge(local, k);
+    }
 
     /// Of a vector (local_vector()) in a triangle that is no sliver: along edge k, in lengths of the edge; and in the
     /// plane away from the triangle over edge k, in the unit of the model.
@@ -75,6 +85,7 @@ class TriangleDistance {
     }
     Vec3d position(const Vec3d& local) const;
     Split split_beside(const Vec3d& local) const;
+    double squared_beyond_edge(const Vec3d& local, std::size_t k) const;
 
     std::array<Vec3d, 3> corners_;
     Vec3d normal_{0}, to_b1_{0}, to_b2_{0};

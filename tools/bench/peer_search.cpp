@@ -110,16 +110,17 @@ PeerResult best_adaptive_rates(std::string_view model, const ControlMeshData& da
     return result;
 }
 
-void measure_times(PeerResult& result, const ControlMeshData& data, SchemeKind scheme, const LimitJudge& judge) {
+std::function<PeerMesh()> peer_work(const PeerResult& result, const ControlMeshData& data, SchemeKind scheme,
+                                    const LimitJudge& judge) {
     double value = 0;
     int smooth = 0;
-    if (!result.met || std::sscanf(result.parameter.c_str(), "%*c=%lf s=%d", &value, &smooth) != 2) return;
-    const PeerOptions options{scheme, BfrLevels::of(smooth)};
+    if (!result.met || std::sscanf(result.parameter.c_str(), "%*c=%lf s=%d", &value, &smooth) != 2) return {};
+    PeerOptions options{scheme, BfrLevels::of(smooth)};
+    options.normals = true;
     const double absolute = result.tolerance * judge.diagonal();
     if (result.method == "bfr-rate")
-        time_both(result, options, [&](const PeerOptions& o) { return bfr_uniform(data, o, static_cast<int>(value)); });
-    else
-        time_both(result, options, [&](const PeerOptions& o) { return bfr_adaptive(data, o, absolute, value); });
+        return [&data, options, value] { return bfr_uniform(data, options, static_cast<int>(value)); };
+    return [&data, options, value, absolute] { return bfr_adaptive(data, options, absolute, value); };
 }
 
 PeerResults::PeerResults(std::filesystem::path file) : file_(std::move(file)) {

@@ -4,6 +4,7 @@
 #include "peer_osd.hpp"
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,8 +31,10 @@ PeerResult best_uniform_rate(std::string_view model, const ControlMeshData& data
 PeerResult best_adaptive_rates(std::string_view model, const ControlMeshData& data, SchemeKind scheme,
                                const LimitJudge& judge, double tolerance);
 
-/// Measures a known result's times again: times of one table must come from one run.
-void measure_times(PeerResult& result, const ControlMeshData& data, SchemeKind scheme, const LimitJudge& judge);
+/// What makes a known result's mesh, with normals, once more: times of one table must come from one run. It keeps
+/// `data`.
+std::function<PeerMesh()> peer_work(const PeerResult& result, const ControlMeshData& data, SchemeKind scheme,
+                                    const LimitJudge& judge);
 
 /// Points and triangles of a peer's mesh for the judge.
 std::pair<std::vector<Vec3d>, std::vector<std::array<std::uint32_t, 3>>> in_double(const PeerMesh& mesh);

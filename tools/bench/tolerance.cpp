@@ -11,10 +11,11 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <any>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <numeric>
+#include <functional>
 
 using namespace tetrakis;
 using namespace tetrakis::bench;
@@ -36,7 +37,8 @@ struct Row {
     PeerResult rate, adapt;
     Judged equal;              ///< internal tolerance scaled until limit to mesh is the tolerance
     Judged embree, certified;  ///< the tolerance as asked for
-    double embree_ms = 0, certified_ms = 0, certified_two_threads_ms = 0, embree_two_threads_ms = 0;
+    /// Milliseconds by round; empty for a peer that does not meet the tolerance.
+    std::vector<double> rate_ms, adapt_ms, certified_ms, embree_ms, certified_two_threads_ms, embree_two_threads_ms;
 };
 
 class Runner {
@@ -79,9 +81,29 @@ class Runner {
         return best;
     }
 
-    /// Control arrays to indexed triangles with normals, the final measurement apart.
-    double milliseconds(EstimatorKind estimator, double tolerance, int threads) const {
-        return median_ms(runs_, [&] { return run(estimator, tolerance, threads); });
+    /// Times from control arrays to indexed triangles with normals, the final measurement apart.
+    void measure_times(Row& row) const {
+        std::vector<std::function<std::any()>> works;
+        std::vector<std::vector<double>*> times;
+        const auto add = [&](std::vector<double>& of, std::function<std::any()> work) {
+            works.push_back(std::move(work));
+            times.push_back(&of);
+        };
+        const auto add_own = [&](std::vector<double>& of, EstimatorKind estimator, int threads) {
+            add(of, [this, estimator, threads, &row] { return std::any(run(estimator, row.tolerance, threads)); });
+        };
+        const auto add_peer = [&](std::vector<double>& of, const PeerResult& peer) {
+            if (auto work = peer_work(peer, data_, scheme_, judge_))
+                add(of, [work = std::move(work)] { return std::any(work()); });
+        };
+        add_peer(row.rate_ms, row.rate);
+        add_own(row.certified_ms, EstimatorKind::certified, 1);
+        add_own(row.certified_two_threads_ms, EstimatorKind::certified, 2);
+        add_peer(row.adapt_ms, row.adapt);
+        add_own(row.embree_ms, EstimatorKind::embree, 1);
+        add_own(row.embree_two_threads_ms, EstimatorKind::embree, 2);
+        auto measured = milliseconds_in_turns(runs_, works);
+        for (std::size_t i = 0; i < works.size(); ++i) *times[i] = std::move(measured[i]);
     }
 
   private:
@@ -92,6 +114,7 @@ class Runner {
         options.tolerance = tolerance * judge_.diagonal();
         options.tolerance_is_absolute = true;
         options.measure = false;
+        options.uvs = false;  // the peers make none
         RunContext context;
         context.threads = threads;
         return tessellate(ControlMesh::build(data_, context), options, context);
@@ -107,13 +130,6 @@ double geometric_mean(const std::vector<double>& values) {
     double sum = 0;
     for (const double v : values) sum += std::log(v);
     return values.empty() ? NAN : std::exp(sum / static_cast<double>(values.size()));
-}
-
-double median(std::vector<double> values) {
-    if (values.empty()) return NAN;
-    std::sort(values.begin(), values.end());
-    const std::size_t n = values.size();
-    return n % 2 ? values[n / 2] : (values[n / 2 - 1] + values[n / 2]) / 2;
 }
 
 std::string grouped(std::uint64_t n) {
@@ -148,17 +164,18 @@ void print_times(const std::vector<Row>& rows) {
     fmt::print(
         "\nMilliseconds from control arrays to indexed triangles with normals, one thread, the tolerance as asked "
         "for.\n"
-        "The peers' times are for a parameter that is known to suffice.\n\n"
+        "The peers' times are for a parameter that is known to suffice. All take turns; medians over the rounds.\n\n"
         "| model | tolerance | Bfr, best rate | Bfr, rates per edge | certified | its triangles | embree | its "
         "triangles | "
         "two threads: certified | embree |\n"
         "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
     for (const Row& r : rows)
         fmt::print("| {} | {:g} | {} | {} | {:.3g} | {} | {:.3g} | {} | {:.2f}x | {:.2f}x |\n", r.model, r.tolerance,
-                   r.rate.met ? fmt::format("{:.3g}", r.rate.ms_normals) : "-",
-                   r.adapt.met ? fmt::format("{:.3g}", r.adapt.ms_normals) : "-", r.certified_ms,
-                   grouped(r.certified.triangles), r.embree_ms, grouped(r.embree.triangles),
-                   r.certified_ms / r.certified_two_threads_ms, r.embree_ms / r.embree_two_threads_ms);
+                   r.rate_ms.empty() ? "-" : fmt::format("{:.3g}", median_of(r.rate_ms)),
+                   r.adapt_ms.empty() ? "-" : fmt::format("{:.3g}", median_of(r.adapt_ms)), median_of(r.certified_ms),
+                   grouped(r.certified.triangles), median_of(r.embree_ms), grouped(r.embree.triangles),
+                   median_ratio(r.certified_ms, r.certified_two_threads_ms),
+                   median_ratio(r.embree_ms, r.embree_two_threads_ms));
 }
 
 void print_means(const std::vector<Row>& rows, const std::vector<double>& tolerances) {
@@ -173,19 +190,19 @@ void print_means(const std::vector<Row>& rows, const std::vector<double>& tolera
         std::vector<double> to_rate, to_adapt, certified, time_certified, time_embree, two_certified, two_embree;
         for (const Row& r : rows) {
             if (r.tolerance != tolerance) continue;
-            if (r.rate.met) {
-                if (r.equal.valid()) to_rate.push_back(over(r.equal.triangles, r.rate.triangles));
-                time_certified.push_back(r.certified_ms / r.rate.ms_normals);
-                time_embree.push_back(r.embree_ms / r.rate.ms_normals);
+            if (r.rate.met && r.equal.valid()) to_rate.push_back(over(r.equal.triangles, r.rate.triangles));
+            if (!r.rate_ms.empty()) {
+                time_certified.push_back(median_ratio(r.certified_ms, r.rate_ms));
+                time_embree.push_back(median_ratio(r.embree_ms, r.rate_ms));
             }
             if (r.adapt.met && r.equal.valid()) to_adapt.push_back(over(r.equal.triangles, r.adapt.triangles));
             certified.push_back(r.certified.certified / r.certified.measured());
-            two_certified.push_back(r.certified_ms / r.certified_two_threads_ms);
-            two_embree.push_back(r.embree_ms / r.embree_two_threads_ms);
+            two_certified.push_back(median_ratio(r.certified_ms, r.certified_two_threads_ms));
+            two_embree.push_back(median_ratio(r.embree_ms, r.embree_two_threads_ms));
         }
         fmt::print("| {:g} | {:.2f} ({}) | {:.2f} ({}) | {:.2f} | {:.2f} | {:.2f} | {:.2f}x | {:.2f}x |\n", tolerance,
                    geometric_mean(to_rate), to_rate.size(), geometric_mean(to_adapt), to_adapt.size(),
-                   median(certified), geometric_mean(time_certified), geometric_mean(time_embree),
+                   median_of(certified), geometric_mean(time_certified), geometric_mean(time_embree),
                    geometric_mean(two_certified), geometric_mean(two_embree));
     }
 }
@@ -211,7 +228,8 @@ int main(int argc, char** argv) {
     app.add_option("--peers", peers_file,
                    "File of the peers' results that are not measured again (bench_peers --keep)");
     app.add_option("--samples", samples, "Grid points on the limit surface");
-    app.add_option("--runs", runs, "Runs per time, of which the median counts")->check(CLI::PositiveNumber);
+    app.add_option("--runs", runs, "Rounds: the programs take turns, medians over the rounds count")
+        ->check(CLI::PositiveNumber);
     CLI11_PARSE(app, argc, argv);
     if (!shared_folder()) {
         fmt::print("The shared test data are not here (TETRAKIS_SHARED_DIR): nothing to do.\n");
@@ -232,9 +250,7 @@ int main(int argc, char** argv) {
         const auto peer = [&](double tolerance, std::string_view method, const auto& search) {
             if (peers.find(name, tolerance, method) == nullptr)
                 peers.add(search(name, runner.data(), runner.scheme(), runner.judge(), tolerance));
-            PeerResult result = *peers.find(name, tolerance, method);
-            measure_times(result, runner.data(), runner.scheme(), runner.judge());
-            return result;
+            return *peers.find(name, tolerance, method);
         };
         for (const double t : tolerances) {
             fmt::print(stderr, "{} {:g}\n", name, t);
@@ -246,10 +262,7 @@ int main(int argc, char** argv) {
             row.embree = runner.judged(EstimatorKind::embree, t);
             row.certified = runner.judged(EstimatorKind::certified, t);
             row.equal = runner.at_equal_error(EstimatorKind::embree, t, row.embree);
-            row.certified_ms = runner.milliseconds(EstimatorKind::certified, t, 1);
-            row.embree_ms = runner.milliseconds(EstimatorKind::embree, t, 1);
-            row.certified_two_threads_ms = runner.milliseconds(EstimatorKind::certified, t, 2);
-            row.embree_two_threads_ms = runner.milliseconds(EstimatorKind::embree, t, 2);
+            runner.measure_times(row);
             rows.push_back(std::move(row));
         }
     }
