@@ -51,6 +51,9 @@ class VertexForest {
     VertexCell cell(LeafId leaf) const;
     /// The leaves across a side: none (both invalid) where the surface ends, one, or two in the order along the side.
     std::array<LeafId, 2> neighbours(LeafId leaf, int side) const;
+    /// Appends the leaves around a corner of a leaf, itself among them, counter-clockwise: the vertices of the face
+    /// there. Nothing where the surface ends.
+    void add_leaves_around(LeafId leaf, int corner, std::vector<LeafId>& leaves) const;
     /// All leaves by root, then along the tree's curve (children counter-clockwise from corner 0). O(slots).
     std::vector<LeafId> ordered_leaves() const;
 
@@ -113,6 +116,14 @@ class VertexForest {
         while (is_split(slot)) slot = first_child(child_[slot]) + static_cast<std::uint32_t>(corner);
         return slot;
     }
+
+    /// Counter-clockwise around the point at a leaf's corner, across the side that ends there.
+    struct Turn {
+        std::uint32_t slot;    ///< the next leaf that has a corner there; k_boundary where the surface ends
+        int corner;            ///< that corner
+        std::uint32_t coarse;  ///< the leaf between, in the middle of whose side the point is; k_boundary: none
+    };
+    Turn turn(std::uint32_t slot, int corner) const;
 
     void require_leaves(std::span<const LeafId> leaves) const;
     void link_record(std::uint32_t record);

@@ -6,6 +6,29 @@
 
 namespace tetrakis {
 
+VertexForest::Turn VertexForest::turn(std::uint32_t slot, int corner) const {
+    const int side = (corner + 3) % 4;
+    const Across next = across(slot, side);
+    if (next.slot == k_boundary) return {k_boundary, 0, k_boundary};
+    if (next.slot != k_coarser) return {leaf_at(next.slot, next.side), next.side, k_boundary};
+    const std::uint32_t record = record_of(slot), child = static_cast<std::uint32_t>(number(slot));
+    const Across coarse = across(records_[record].parent, side);
+    if (static_cast<int>(child) == corner) return {coarse.slot, coarse.side, k_boundary};
+    // In the middle of the coarser cell's side, and back across the other half.
+    return {leaf_at(first_child(record) + (child + 1) % 4, side), side, coarse.slot};
+}
+
+void VertexForest::add_leaves_around(LeafId leaf, int corner, std::vector<LeafId>& leaves) const {
+    const std::size_t before = leaves.size();
+    leaves.push_back(leaf);
+    for (Turn at = turn(leaf.value, corner);; at = turn(at.slot, at.corner)) {
+        if (at.slot == k_boundary) return leaves.resize(before);
+        if (at.coarse != k_boundary) leaves.emplace_back(at.coarse);
+        if (at.slot == leaf.value && at.corner == corner) return;
+        leaves.emplace_back(at.slot);
+    }
+}
+
 DualFaces VertexForest::faces() const {
     const std::vector<LeafId> leaves = ordered_leaves();
     std::vector<std::uint32_t> rank(child_.size(), 0);
@@ -16,38 +39,16 @@ DualFaces VertexForest::faces() const {
     std::vector<std::uint32_t> around;  // ranks of the leaves that meet in a point
     for (std::uint32_t i = 0; i < leaves.size(); ++i)
         for (int c = 0; c < 4; ++c) {
-            // Counter-clockwise around the point, across the sides that end there. The first of the corners that meet
-            // has the face; a coarser cell that has the point on its side has no corner there.
+            // The first of the corners that meet has the face; a coarser cell that has the point on its side has no
+            // corner there.
             around.assign(1, i);
-            std::uint32_t slot = leaves[i].value;
-            int corner = c;
             bool ours = true;
-            for (;;) {
-                const int side = (corner + 3) % 4;
-                const Across next = across(slot, side);
-                if (next.slot == k_boundary) {
-                    ours = false;
-                } else if (next.slot == k_coarser) {
-                    const std::uint32_t record = record_of(slot);
-                    const int child = number(slot);
-                    const Across coarse = across(records_[record].parent, side);
-                    if (child == corner) {
-                        slot = coarse.slot;
-                        corner = coarse.side;
-                    } else {
-                        // In the middle of the coarser cell's side, and back across the other half.
-                        around.push_back(rank[coarse.slot]);
-                        corner = side;
-                        slot = leaf_at(first_child(record) + static_cast<std::uint32_t>((child + 1) % 4), corner);
-                    }
-                } else {
-                    slot = leaf_at(next.slot, next.side);
-                    corner = next.side;
-                }
-                if (!ours || (rank[slot] == i && corner == c)) break;
-                ours = rank[slot] != i ? rank[slot] > i : corner > c;
+            for (Turn at = turn(leaves[i].value, c);; at = turn(at.slot, at.corner)) {
+                if (at.coarse != k_boundary) around.push_back(rank[at.coarse]);
+                if (at.slot == leaves[i].value && at.corner == c) break;
+                ours = at.slot != k_boundary && (rank[at.slot] != i ? rank[at.slot] > i : at.corner > c);
                 if (!ours) break;
-                around.push_back(rank[slot]);
+                around.push_back(rank[at.slot]);
             }
             if (!ours) continue;
             const auto of_surface = std::find_if(

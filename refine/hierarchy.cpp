@@ -111,7 +111,7 @@ std::vector<HierarchyNode> Hierarchy::children(const HierarchyNode& node) const 
 
 LeafNeighbours Hierarchy::neighbours(LeafHandle leaf, int side) const {
     require_leaf(leaf);
-    if (side < 0 || side >= family_->view(leaf.slot).corner_count)
+    if (side < 0 || side >= family_->view(leaf.slot).sides())
         throw Error(ErrorCode::invalid_input, "a leaf has no side " + std::to_string(side));
     LeafNeighbours result;
     for (LeafId slot : family_->neighbours(leaf.slot, side))

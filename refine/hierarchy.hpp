@@ -68,7 +68,10 @@ struct HierarchyMesh {
 ///   no holes, as triangles (v, w, face centre); a split is the bisection of a triangle's base edge, together with the
 ///   neighbour across it (a diamond). Two bisections are one quad split. Sites: corner cells (site.hpp);
 /// * "triangles" (Loop, midpoint and other triangle schemes; triangles only): roots are the faces, a split makes four
-///   triangles; hanging midpoints are closed in the mesh by two or three (green) triangles. Sites: face triangles.
+///   triangles; hanging midpoints are closed in the mesh by two or three (green) triangles. Sites: face triangles;
+/// * "vertices" (Doo-Sabin, midedge, biquartic, averaging with an odd number of steps): nodes are vertices, which have
+///   four children; the mesh has the leaves as vertices and a face where they meet. Sites: cells (cell_site()); each is
+///   a vertex of its own level only. No estimators. See VertexForest.
 ///
 /// All errors leave the hierarchy unchanged. Const calls are safe from several threads while none changes.
 class Hierarchy {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "tetrakis/hier/vertex_roots.hpp"
 #include "tetrakis/refine/hierarchy_family.hpp"
 
 #include <memory>
@@ -14,5 +15,10 @@ std::unique_ptr<HierarchyFamily> bisection_family(const ControlMesh& mesh, std::
 /// @param source  points over face triangles: lattice level l is scheme level l
 /// @throws Error  unsupported: a face is not a triangle
 std::unique_ptr<HierarchyFamily> triangle_family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source);
+
+/// The family of dual schemes: vertex quadtrees; see Hierarchy. Keeps a reference to the mesh.
+/// @param source  points over the cells of those roots, as vertex_levels() gives them
+std::unique_ptr<HierarchyFamily> vertex_family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source,
+                                               VertexRoots roots);
 
 }  // namespace tetrakis

@@ -66,13 +66,17 @@ struct HierarchyTree {
     }
 };
 
-/// What can be seen of a node. Corners are counter-clockwise; side k runs from corner k to corner k + 1.
+/// What can be seen of a node. Corners are counter-clockwise; side k runs from corner k to corner k + 1. A node of a
+/// dual scheme is a vertex and its own only corner; its four sides are those of its cell (VertexCell).
 struct NodeView {
     HierarchyNode node;
     FaceId face;             ///< the control face it belongs to
     std::uint8_t level = 0;  ///< the scheme's first level that has all corners as vertices
     std::uint8_t corner_count = 0;
+    std::uint8_t side_count = 0;   ///< 0: one for each corner
     std::array<Site, 4> corner{};  ///< canonical sites
+
+    int sides() const { return side_count != 0 ? side_count : corner_count; }
 };
 
 /// What can be seen of a leaf.

@@ -123,10 +123,12 @@ std::optional<std::string> Hierarchy::check() const {
         for (std::size_t k = 0; k < view.corner_count; ++k) {
             if (view.corner[k] != expected.corner[k])
                 return name + ": corner " + std::to_string(k) + " is not where its node has it";
-            for (LeafId across : family_->neighbours(all[i].slot, static_cast<int>(k))) {
+        }
+        for (int k = 0; k < view.sides(); ++k) {
+            for (LeafId across : family_->neighbours(all[i].slot, k)) {
                 if (!across.valid()) continue;
                 bool back = false;
-                const int sides = family_->is_leaf(across) ? family_->view(across).corner_count : 0;
+                const int sides = family_->is_leaf(across) ? family_->view(across).sides() : 0;
                 for (int side = 0; side < sides; ++side)
                     for (LeafId leaf : family_->neighbours(across, side)) back |= leaf == all[i].slot;
                 if (!back)

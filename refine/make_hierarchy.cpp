@@ -2,6 +2,7 @@
 #include "tetrakis/refine/hierarchy.hpp"
 #include "tetrakis/refine/hierarchy_families.hpp"
 #include "tetrakis/refine/refine.hpp"
+#include "tetrakis/refine/vertex_levels.hpp"
 
 #include <string>
 #include <utility>
@@ -41,6 +42,13 @@ bool has_plain_rules(const RuleOptions& rules) {
 }  // namespace
 
 Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, const HierarchyOptions& options) {
+    if (scheme.family != MeshFamily::hexagons && fan_lattice(scheme, options.rules) == FanLattice::dual) {
+        const auto points = std::make_shared<const PartialLevels>(mesh, scheme, options.rules);
+        std::unique_ptr<LevelSource> of_cells = vertex_levels(points);
+        if (options.limit_positions)
+            of_cells = std::make_unique<OtherLimits>(std::move(of_cells), options.limit_positions);
+        return Hierarchy(vertex_family(mesh, std::move(of_cells), points->vertex_roots()), scheme);
+    }
     const bool triangles = scheme.family == MeshFamily::triangles;
     std::unique_ptr<LevelSource> levels;
     if (scheme.name == "bilinear" || scheme.name == "midpoint") {

@@ -4,6 +4,7 @@
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/check_length.hpp"
+#include "tetrakis/refine/level_frames.hpp"
 #include "tetrakis/refine/level_walk.hpp"
 #include "tetrakis/refine/mesh_part.hpp"
 #include "tetrakis/refine/rule_limit.hpp"
@@ -100,6 +101,20 @@ std::uint64_t z_order(std::uint64_t x, std::uint64_t y, int level) {
     return spread(x << shift) | spread(y << shift) << 1;
 }
 
+enum class Asked { positions, limits, frames };
+
+/// The net about one of its vertices.
+LimitPoint frame(const RuleMesh& mesh, std::span<const Vec3d> net, int v) {
+    Vec3d normal(0);
+    const RuleMesh::Ring ring = mesh.ring(v);
+    for (const int h : ring.halfedge) {
+        const auto corners = mesh.corners(mesh.face(h));
+        for (std::size_t i = 1; i + 1 < corners.size(); ++i)
+            normal += glm::cross(net[corners[i]] - net[corners[0]], net[corners[i + 1]] - net[corners[0]]);
+    }
+    return detail::frame_from(net[v], normal, net[ring.neighbour[0]] - net[v]);
+}
+
 struct Query {
     std::uint32_t root = 0;
     LatticePoint cell, point;
@@ -165,9 +180,9 @@ struct PartialLevels::Impl {
 
     Worker& worker() const { return workers.local(); }
 
-    void run(const std::vector<Query>& queries, bool limits, std::span<Vec3d> positions,
+    void run(const std::vector<Query>& queries, Asked asked, std::span<Vec3d> positions,
              std::span<LimitPoint> points_out, LevelCost* cost) const;
-    void run_block(const std::vector<Query>& queries, std::span<const std::uint32_t> block, bool limits,
+    void run_block(const std::vector<Query>& queries, std::span<const std::uint32_t> block, Asked asked,
                    std::span<Vec3d> positions, std::span<LimitPoint> out, LevelCost& cost) const;
     void write_limits(const RuleMesh& level, std::span<const Vec3d> net, std::span<const Walker> here,
                       std::span<const int> vertices, std::span<LimitPoint> out) const;
@@ -228,7 +243,7 @@ struct PartialLevels::Impl {
     }};
 };
 
-void PartialLevels::Impl::run(const std::vector<Query>& queries, bool limits, std::span<Vec3d> positions,
+void PartialLevels::Impl::run(const std::vector<Query>& queries, Asked asked, std::span<Vec3d> positions,
                               std::span<LimitPoint> out, LevelCost* cost) const {
     struct Key {
         std::uint32_t root;
@@ -251,7 +266,7 @@ void PartialLevels::Impl::run(const std::vector<Query>& queries, bool limits, st
             static_cast<std::uint32_t>(blocks),
             [&](std::uint32_t b) {
                 const std::size_t begin = b * k_block, count = std::min(k_block, order.size() - begin);
-                run_block(queries, {order.data() + begin, count}, limits, positions, out, costs[b]);
+                run_block(queries, {order.data() + begin, count}, asked, positions, out, costs[b]);
             },
             1);
     } catch (const std::invalid_argument& e) {
@@ -266,7 +281,7 @@ void PartialLevels::Impl::run(const std::vector<Query>& queries, bool limits, st
 }
 
 void PartialLevels::Impl::run_block(const std::vector<Query>& queries, std::span<const std::uint32_t> block,
-                                    bool limits, std::span<Vec3d> positions, std::span<LimitPoint> out,
+                                    Asked asked, std::span<Vec3d> positions, std::span<LimitPoint> out,
                                     LevelCost& cost) const {
     Worker& tools = worker();
     std::vector<Walker> walkers;
@@ -282,7 +297,7 @@ void PartialLevels::Impl::run_block(const std::vector<Query>& queries, std::span
     std::vector<char> ends(last + 1, 0);
     for (const Walker& w : walkers) ends[w.steps] = 1;
     for (int level = last; level >= 0; --level) {
-        if (limits && ends[level] != 0) rings[level] = detail::rule_limit_rings(scheme, rules) + 1;
+        if (asked == Asked::limits && ends[level] != 0) rings[level] = detail::rule_limit_rings(scheme, rules) + 1;
         if (level == last) continue;
         rings[level] = std::max(rings[level], (rings[level + 1] + (dual() ? 2 : 1)) / 2 + reach);
     }
@@ -309,8 +324,11 @@ void PartialLevels::Impl::run_block(const std::vector<Query>& queries, std::span
             std::stable_partition(walkers.begin(), walkers.end(), [](const Walker& w) { return w.steps > 0; });
         std::vector<int> vertices;
         for (auto w = arrived; w != walkers.end(); ++w) vertices.push_back(vertex(part.mesh, *w));
-        if (!limits)
+        if (asked == Asked::positions)
             for (std::size_t i = 0; i < vertices.size(); ++i) positions[arrived[i].index] = here[vertices[i]];
+        else if (asked == Asked::frames)
+            for (std::size_t i = 0; i < vertices.size(); ++i)
+                out[arrived[i].index] = frame(part.mesh, here, vertices[i]);
         else if (!vertices.empty())
             write_limits(part.mesh, here, {arrived, walkers.end()}, vertices, out);
         walkers.erase(arrived, walkers.end());
@@ -421,22 +439,27 @@ FanLattice PartialLevels::lattice() const { return impl_->lattice; }
 
 void PartialLevels::control_positions(std::span<const Site> sites, std::span<Vec3d> out, LevelCost* cost) const {
     detail::check_length("positions to write", out.size(), sites.size());
-    impl_->run(site_queries(impl_->mesh, impl_->lattice, sites, false), false, out, {}, cost);
+    impl_->run(site_queries(impl_->mesh, impl_->lattice, sites, false), Asked::positions, out, {}, cost);
 }
 
 void PartialLevels::control_positions(std::span<const VertexCell> cells, std::span<Vec3d> out, LevelCost* cost) const {
     detail::check_length("positions to write", out.size(), cells.size());
-    impl_->run(cell_queries(impl_->lattice, impl_->roots.size(), cells), false, out, {}, cost);
+    impl_->run(cell_queries(impl_->lattice, impl_->roots.size(), cells), Asked::positions, out, {}, cost);
 }
 
 void PartialLevels::limits(std::span<const Site> sites, std::span<LimitPoint> out, LevelCost* cost) const {
     detail::check_length("points to write", out.size(), sites.size());
-    impl_->run(site_queries(impl_->mesh, impl_->lattice, sites, true), true, {}, out, cost);
+    impl_->run(site_queries(impl_->mesh, impl_->lattice, sites, true), Asked::limits, {}, out, cost);
 }
 
 void PartialLevels::limits(std::span<const VertexCell> cells, std::span<LimitPoint> out, LevelCost* cost) const {
     detail::check_length("points to write", out.size(), cells.size());
-    impl_->run(cell_queries(impl_->lattice, impl_->roots.size(), cells), true, {}, out, cost);
+    impl_->run(cell_queries(impl_->lattice, impl_->roots.size(), cells), Asked::limits, {}, out, cost);
+}
+
+void PartialLevels::frames(std::span<const VertexCell> cells, std::span<LimitPoint> out) const {
+    detail::check_length("points to write", out.size(), cells.size());
+    impl_->run(cell_queries(impl_->lattice, impl_->roots.size(), cells), Asked::frames, {}, out, nullptr);
 }
 
 void PartialLevels::positions(std::span<const Site> sites, std::span<Vec3d> positions) const {

@@ -54,6 +54,9 @@ class PartialLevels : public PositionSource {
     /// @throws Error  as control_positions(); unsupported: a vertex that the scheme has no limit mask for
     void limits(std::span<const Site> sites, std::span<LimitPoint> out, LevelCost* cost = nullptr) const;
     void limits(std::span<const VertexCell> cells, std::span<LimitPoint> out, LevelCost* cost = nullptr) const;
+    /// The net about vertices of dual schemes, at the levels of their cells: position, mean normal of the faces around
+    /// (by area), two directions that span the plane across it.
+    void frames(std::span<const VertexCell> cells, std::span<LimitPoint> out) const;
     /// Limit positions of sites.
     void positions(std::span<const Site> sites, std::span<Vec3d> positions) const override;
 

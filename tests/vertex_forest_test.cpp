@@ -1,4 +1,4 @@
-#include "random_mesh.hpp"
+#include "dual_mesh.hpp"
 #include "surface_topology.hpp"
 
 #include "tetrakis/hier/error.hpp"
@@ -37,19 +37,6 @@ struct VertexForestCorruptor {
 }  // namespace tetrakis
 
 namespace {
-
-/// What vertex quadtrees take: n-gons, boundaries with and without corners, holes, genus 0 and 1.
-ControlMesh random_dual_mesh(std::uint64_t seed) {
-    test::RandomMeshOptions options = test::random_options(seed);
-    options.edge_vertices = options.crease = options.corner = 0;
-    for (;; seed += 1000) {
-        ControlMesh mesh = test::random_mesh(seed, options);
-        bool valence2 = false;  // merging faces leaves some
-        for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
-            valence2 = valence2 || (!mesh.is_boundary(VertexId(v)) && mesh.face_valence(VertexId(v)) == 2);
-        if (!valence2) return mesh;
-    }
-}
 
 std::vector<std::vector<std::uint32_t>> cycles(const std::vector<std::uint32_t>& offsets,
                                                const std::vector<std::uint32_t>& vertices) {
@@ -103,7 +90,7 @@ TEST_CASE("[inv3] [inv4] vertex quadtrees: the dual mesh is conforming and keeps
     int refined = 0;
     for (const std::uint64_t seed : test::seeds(24)) {
         CAPTURE(seed);
-        const ControlMesh mesh = random_dual_mesh(seed);
+        const ControlMesh mesh = test::random_dual_mesh(seed);
         const SchemeInfo& scheme = *find_scheme(seed % 2 == 0 ? "doo-sabin" : "biquartic");
         AdaptiveDual dual(mesh, scheme);
         VertexForest& forest = dual.forest();
@@ -173,7 +160,7 @@ TEST_CASE(
 }
 
 TEST_CASE("[inv1] vertex quadtrees: in an adaptive mesh each vertex is where uniform refinement has its cell") {
-    const ControlMesh mesh = random_dual_mesh(4);
+    const ControlMesh mesh = test::random_dual_mesh(4);
     const SchemeInfo& scheme = *find_scheme("doo-sabin");
     AdaptiveDual dual(mesh, scheme);
     test::Random random(5);
@@ -195,7 +182,7 @@ TEST_CASE("[inv1] vertex quadtrees: in an adaptive mesh each vertex is where uni
 TEST_CASE("[inv2] [inv5] [inv10] vertex quadtrees: the way to a set of leaves and the threads do not matter") {
     for (const std::uint64_t seed : test::seeds(6)) {
         CAPTURE(seed);
-        const ControlMesh mesh = random_dual_mesh(seed);
+        const ControlMesh mesh = test::random_dual_mesh(seed);
         AdaptiveDual one(mesh, *find_scheme("doo-sabin"));
         const std::vector<VertexCell> roots = leaf_cells(one.forest());
         test::Random random(seed + 100);

@@ -1,0 +1,165 @@
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/vertex_forest.hpp"
+#include "tetrakis/refine/hierarchy_families.hpp"
+#include "tetrakis/refine/vertex_levels.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+namespace tetrakis {
+
+namespace {
+
+constexpr int k_path_bits = 2;
+
+class VertexFamily final : public HierarchyFamily {
+  public:
+    VertexFamily(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source, VertexRoots roots)
+        : mesh_(&mesh),
+          source_(std::move(source)),
+          forest_(std::move(roots)),
+          tree_{.child_count = 4,
+                .path_bits = k_path_bits,
+                .max_depth = k_max_level,
+                .root_bound = forest_.roots().count()} {}
+
+    std::string_view name() const override { return "vertices"; }
+    const ControlMesh& mesh() const override { return *mesh_; }
+    const LevelSource& source() const override { return *source_; }
+    const HierarchyTree& tree() const override { return tree_; }
+    std::unique_ptr<HierarchyFamily> fresh() const override {
+        return std::make_unique<VertexFamily>(*mesh_, source_, forest_.roots());
+    }
+
+    std::string check_site(const Site& site) const override {
+        if (site.root.value >= tree_.root_bound)
+            return "its root is " + std::to_string(site.root.value) + ", but there are " +
+                   std::to_string(tree_.root_bound);
+        if (site.level > k_max_level) return "its lattice level is above " + std::to_string(k_max_level);
+        if (site.at.x >> site.level != 0 || site.at.y >> site.level != 0)
+            return "its cell's coordinates are not below 2^level";
+        return {};
+    }
+    bool has_root(std::uint32_t root) const override { return root < tree_.root_bound; }
+
+    std::uint32_t leaf_slots() const override { return forest_.leaf_slots(); }
+    std::uint32_t leaf_count() const override { return forest_.leaf_count(); }
+    bool is_leaf(LeafId slot) const override { return forest_.is_leaf(slot); }
+    std::uint32_t point_slots() const override { return forest_.leaf_slots(); }
+
+    HierarchyNode node(LeafId leaf) const override {
+        const VertexCell cell = forest_.cell(leaf);
+        HierarchyNode node{cell.root, 0, 0};
+        for (int bit = cell.level - 1; bit >= 0; --bit) {
+            const int right = static_cast<int>(cell.at.x >> bit & 1), up = static_cast<int>(cell.at.y >> bit & 1);
+            node = tree_.child(node, up != 0 ? 3 - right : right);
+        }
+        return node;
+    }
+    LeafView view(LeafId leaf) const override {
+        LeafView view;
+        static_cast<NodeView&>(view) = view_of(node(leaf), forest_.cell(leaf));
+        view.leaf.slot = leaf;
+        view.point[0] = PointId(leaf.value);
+        return view;
+    }
+    NodeView view(const HierarchyNode& node) const override {
+        VertexCell cell{node.root, {0, 0}, node.depth};
+        for (HierarchyNode n = node; n.depth > 0; n = tree_.parent(n)) {
+            const int child = tree_.child_number(n), bit = node.depth - n.depth;
+            cell.at.x |= (child == 1 || child == 2 ? 1u : 0u) << bit;
+            cell.at.y |= (child >= 2 ? 1u : 0u) << bit;
+        }
+        return view_of(node, cell);
+    }
+    std::array<LeafId, 2> neighbours(LeafId leaf, int side) const override { return forest_.neighbours(leaf, side); }
+    std::vector<LeafId> ordered_leaves() const override { return forest_.ordered_leaves(); }
+
+    void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) override {
+        update.removed.clear();
+        std::vector<LeafId> split;
+        forest_.refine(marked, update.created, with_removed ? &split : nullptr);
+        if (with_removed)
+            for (std::size_t i = 0; i < split.size(); ++i)
+                update.removed.emplace_back(split[i], tree_.parent(node(update.created[4 * i])));
+        list_reshaped(update);
+    }
+    void coarsen(std::span<const LeafId> marked, FamilyUpdate& update) override {
+        update.removed.clear();
+        forest_.coarsen(marked, update.created);
+        list_reshaped(update);
+    }
+    std::vector<LeafId> diamond(LeafId leaf) const override { return forest_.mergeable_siblings(leaf); }
+
+    void leaf_errors(std::span<const LeafId>, const ErrorEstimator&, std::span<double>) const override { refuse(); }
+    void node_errors(std::span<const HierarchyNode>, const ErrorEstimator&, std::span<double>) const override {
+        refuse();
+    }
+
+    HierarchyFaces faces() const override {
+        DualFaces dual = forest_.faces();
+        HierarchyFaces faces;
+        faces.sites.reserve(dual.cells.size());
+        for (const VertexCell& cell : dual.cells) faces.sites.push_back(cell_site(cell));
+        for (const LeafId leaf : dual.leaves) faces.points.emplace_back(leaf.value);
+        // The levels of vertices are their own, whatever the faces around.
+        faces.levels.assign(dual.control_faces.size(), 0);
+        faces.leaves.reserve(dual.control_faces.size());
+        for (std::size_t f = 0; f < dual.control_faces.size(); ++f)
+            faces.leaves.push_back(dual.leaves[dual.face_vertices[dual.face_offsets[f]]]);
+        faces.face_offsets = std::move(dual.face_offsets);
+        faces.face_vertices = std::move(dual.face_vertices);
+        faces.control_faces = std::move(dual.control_faces);
+        return faces;
+    }
+    std::optional<std::string> check() const override { return forest_.check(); }
+    std::uint64_t memory_bytes() const override { return forest_.memory_bytes(); }
+
+  private:
+    NodeView view_of(const HierarchyNode& node, const VertexCell& cell) const {
+        NodeView view;
+        view.node = node;
+        view.face = forest_.roots().face[cell.root];
+        view.level = static_cast<std::uint8_t>(cell.level + 1);
+        view.corner_count = 1;
+        view.side_count = 4;
+        view.corner[0] = cell_site(cell);
+        return view;
+    }
+    /// The leaves that share a point with new ones: its face is another one, or there was none.
+    void list_reshaped(FamilyUpdate& update) const {
+        update.reshaped.clear();
+        for (const LeafId leaf : update.created)
+            for (int k = 0; k < 4; ++k) {
+                forest_.add_leaves_around(leaf, k, update.reshaped);
+                for (const LeafId across : forest_.neighbours(leaf, k))
+                    if (across.valid()) update.reshaped.push_back(across);
+            }
+        std::vector<LeafId> fresh = update.created;
+        std::sort(fresh.begin(), fresh.end());
+        std::sort(update.reshaped.begin(), update.reshaped.end());
+        update.reshaped.erase(std::unique(update.reshaped.begin(), update.reshaped.end()), update.reshaped.end());
+        std::erase_if(update.reshaped,
+                      [&](LeafId leaf) { return std::binary_search(fresh.begin(), fresh.end(), leaf); });
+    }
+    [[noreturn]] static void refuse() {
+        throw Error(ErrorCode::unsupported,
+                    "estimators measure triangles between lattice points, and a dual scheme's vertices lie between "
+                    "those; refine where a predicate says so");
+    }
+
+    const ControlMesh* mesh_;
+    std::shared_ptr<const LevelSource> source_;
+    VertexForest forest_;
+    HierarchyTree tree_;
+};
+
+}  // namespace
+
+std::unique_ptr<HierarchyFamily> vertex_family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source,
+                                               VertexRoots roots) {
+    return std::make_unique<VertexFamily>(mesh, std::move(source), std::move(roots));
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,182 @@
+#include "dual_mesh.hpp"
+#include "hierarchy_helpers.hpp"
+#include "surface_topology.hpp"
+
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/refine/adaptive_dual.hpp"
+#include "tetrakis/refine/hierarchy.hpp"
+#include "tetrakis/refine/vertex_levels.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <map>
+
+using namespace tetrakis;
+using test::Random;
+
+namespace {
+
+void check_sound(const Hierarchy& h) {
+    const auto fault = h.check();
+    CHECK_MESSAGE(!fault, fault.value_or(""));
+}
+
+/// The faces of each leaf by their vertices' sites, to see which leaves' faces have changed.
+std::map<LeafHandle, std::set<std::vector<Site>>> faces_by_leaf(const Hierarchy& h) {
+    std::map<LeafHandle, std::set<std::vector<Site>>> result;
+    const HierarchyMesh mesh = h.to_mesh({.positions = MeshPositions::finest});
+    for (std::uint32_t f = 0; f < mesh.mesh.face_count(); ++f) {
+        std::vector<Site> face;
+        for (std::uint32_t i = mesh.mesh.face_offsets[f]; i < mesh.mesh.face_offsets[f + 1]; ++i)
+            face.push_back(mesh.sites[mesh.mesh.face_vertices[i]]);
+        result[mesh.leaves[f]].insert(face);
+    }
+    return result;
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("refine");
+
+TEST_CASE("[inv2] [inv3] [inv4] [inv5] hierarchies of dual schemes: changes of all kinds, and the same leaves again") {
+    for (const std::string_view scheme : {"doo-sabin", "midedge", "biquartic"})
+        for (const std::uint64_t seed : test::seeds(scheme == "doo-sabin" ? 4 : 2)) {
+            CAPTURE(scheme);
+            CAPTURE(seed);
+            const ControlMesh mesh = test::random_dual_mesh(seed);
+            Hierarchy h = make_hierarchy(mesh, scheme);
+            CHECK(h.family() == "vertices");
+            const std::set<HierarchyNode> roots = test::nodes_of(h);
+            Random random(seed);
+            test::random_changes(h, 20, 4, random, [&] { check_sound(h); });
+            const std::set<HierarchyNode> wanted = test::nodes_of(h);
+            CHECK(wanted.size() > roots.size());
+            const HierarchyMesh expected = h.to_mesh({.positions = MeshPositions::finest, .normals = true});
+            const auto topology = test::topology(test::faces_of(expected.mesh));
+            CHECK(topology.fault.empty());
+            CHECK(topology.euler == test::surface_topology(mesh).euler);
+            // The mesh is that of the quadtrees alone.
+            AdaptiveDual dual(mesh, *find_scheme(scheme));
+            std::vector<LeafId> created;
+            for (bool again = true; again;) {
+                again = false;
+                for (const LeafId leaf : dual.forest().ordered_leaves()) {
+                    const Site site = cell_site(dual.forest().cell(leaf));
+                    const auto is = [&](const Site& s) { return s == site; };
+                    if (!dual.forest().is_leaf(leaf)) continue;
+                    const bool finer = std::any_of(expected.sites.begin(), expected.sites.end(), [&](const Site& s) {
+                        return s.root == site.root && s.level > site.level &&
+                               s.at.x >> (s.level - site.level) == site.at.x &&
+                               s.at.y >> (s.level - site.level) == site.at.y;
+                    });
+                    if (!finer || std::any_of(expected.sites.begin(), expected.sites.end(), is)) continue;
+                    dual.forest().refine({&leaf, 1}, created);
+                    again = true;
+                }
+            }
+            if (mesh.data().holes.empty() && mesh.boundary_rule() != BoundaryRule::none) {
+                const PolygonMesh same = dual.to_mesh({.limit = false});
+                CHECK(same.face_vertices == expected.mesh.face_vertices);
+                CHECK(test::same_bytes(same.positions, expected.mesh.positions));
+            }
+            // The same leaves by merging what is finer, and through a file.
+            Hierarchy down = make_hierarchy(mesh, scheme);
+            down.refine_where(each_leaf([](const LeafView&) { return true; }), 4);
+            // What is split in the wanted set stays so; random_changes may reach one deeper by closure.
+            while (test::nodes_of(down) != wanted) {
+                const auto is_wanted = [&](const HierarchyNode& node) { return wanted.count(node) != 0; };
+                std::vector<LeafHandle> merge, split;
+                for (const LeafHandle leaf : down.leaves()) {
+                    const HierarchyNode node = down.node(leaf);
+                    if (is_wanted(node)) continue;
+                    const auto below = wanted.upper_bound(node);
+                    const bool is_split = below != wanted.end() && down.tree().is_ancestor(node, *below);
+                    (is_split ? split : merge).push_back(leaf);
+                }
+                REQUIRE((!merge.empty() || !split.empty()));
+                if (!split.empty())
+                    down.refine(split);
+                else
+                    REQUIRE(!down.coarsen(merge).empty());
+            }
+            CHECK(test::same_mesh(down.to_mesh({.positions = MeshPositions::finest, .normals = true}), expected));
+            Hierarchy loaded = make_hierarchy(mesh, scheme);
+            loaded.load(h.saved());
+            check_sound(loaded);
+            CHECK(test::same_mesh(loaded.to_mesh({.positions = MeshPositions::finest, .normals = true}), expected));
+            h.coarsen_where(each_leaf([](const LeafView&) { return true; }));
+            CHECK(test::nodes_of(h) == roots);
+        }
+}
+
+TEST_CASE("hierarchies of dual schemes: the journal names all leaves that are new or whose faces are others") {
+    for (const std::uint64_t seed : test::seeds(4)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = test::random_dual_mesh(seed);
+        Hierarchy h = make_hierarchy(mesh, "doo-sabin");
+        Random random(seed);
+        test::random_changes(h, 6, 3, random, [] {});
+        const auto before = faces_by_leaf(h);
+        const auto leaves_before = test::leaves_of(h);
+        const std::uint64_t stamp = h.stamp();
+        test::random_changes(h, 4, 4, random, [] {});
+        const HierarchyChanges changes = h.changes_since(stamp);
+        REQUIRE(changes.complete);
+        std::set<LeafHandle> added, removed, reshaped;
+        for (const JournalLeaf& leaf : changes.added) added.insert(leaf.leaf);
+        for (const JournalLeaf& leaf : changes.removed) removed.insert(leaf.leaf);
+        for (const JournalLeaf& leaf : changes.reshaped) reshaped.insert(leaf.leaf);
+        const std::set<LeafHandle> then(leaves_before.begin(), leaves_before.end());
+        const auto after = faces_by_leaf(h);
+        const std::vector<LeafHandle> leaves_after = test::leaves_of(h);
+        std::size_t kept = 0;
+        for (const LeafHandle leaf : leaves_after) {
+            CHECK((then.count(leaf) == 0) == (added.count(leaf) == 1));
+            if (then.count(leaf) == 0) continue;
+            ++kept;
+            const auto faces = [&](const auto& map) {
+                const auto at = map.find(leaf);
+                return at == map.end() ? std::set<std::vector<Site>>() : at->second;
+            };
+            if (faces(before) != faces(after)) CHECK(reshaped.count(leaf) == 1);
+        }
+        CHECK(removed.size() == then.size() - kept);
+        CHECK(changes.moved.empty());
+    }
+}
+
+TEST_CASE("hierarchies of dual schemes: a zoom of 25 levels, points, neighbours, and what they refuse") {
+    const ControlMesh mesh = test::random_dual_mesh(2);
+    Hierarchy h = make_hierarchy(mesh, "midedge");
+    HierarchyNode deepest{5, 0, 0};
+    for (int d = 0; d < 25; ++d) deepest = h.tree().child(deepest, 2 * (d % 2));
+    const std::uint32_t roots = h.leaf_count();
+    h.refine_where(each_leaf([&](const LeafView& leaf) { return h.tree().is_ancestor(leaf.node, deepest); }), 25);
+    REQUIRE(h.find(deepest).has_value());
+    CHECK(h.leaf_count() - roots < 25 * 40);
+    check_sound(h);
+    const LeafView view = h.view(*h.find(deepest));
+    CHECK(view.level == 26);
+    CHECK(view.sides() == 4);
+    CHECK(view.corner[0] == h.view(deepest).corner[0]);
+    const LimitPoint limit = h.limit(view.corner[0]), frame = h.frame(view.corner[0], 26);
+    CHECK(glm::length(limit.position - frame.position) < 1e-6);
+    CHECK(glm::length(limit.normal - frame.normal) < 1e-5);
+    CHECK(h.position(view.corner[0], 26) == frame.position);
+    for (int side = 0; side < 4; ++side) CHECK(h.neighbours(*h.find(deepest), side).count >= 1);
+    CHECK_THROWS_AS(h.neighbours(*h.find(deepest), 4), Error);
+    CHECK_THROWS_AS((void)h.position(view.corner[0], 27), Error);
+    CHECK_THROWS_AS((void)h.position(view.corner[0], 25), Error);
+    Site outside = view.corner[0];
+    outside.at.x = 1u << 25;
+    CHECK_THROWS_AS((void)h.limit(outside), Error);
+
+    class None final : public ErrorEstimator {
+        void estimate(std::span<const CellTriangle>, std::span<double>) const override {}
+    };
+    CHECK_THROWS_AS(h.refine_where(None(), 0.1, 5), Error);
+    check_sound(h);
+}
+
+TEST_SUITE_END();
