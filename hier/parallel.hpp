@@ -2,33 +2,28 @@
 
 #include "tetrakis/hier/run_context.hpp"
 
-#include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/global_control.h>
-#include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
-
 #include <algorithm>
-#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 namespace tetrakis {
 
+namespace detail {
+
+/// The one place that calls oneTBB for loops: `call(body, begin, end)` for blocks of about `grain` that cover
+/// [0, count).
+void run_blocks(std::uint32_t count, std::uint32_t grain, void (*call)(const void*, std::uint32_t, std::uint32_t),
+                const void* body);
+/// call(work) in an arena of `threads` threads.
+void run_in_arena(int threads, void (*call)(const void*), const void* work);
+
+}  // namespace detail
+
 /// Elements below which a loop stays serial: starting a oneTBB loop costs a few microseconds.
 inline constexpr std::uint32_t k_default_grain = 1024;
-
-/// Calls body(i) for each i in [0, count); serial below one grain. The body writes only what i owns.
-template <class Body>
-void for_each_index(std::uint32_t count, Body&& body, std::uint32_t grain = k_default_grain) {
-    if (count <= grain) {
-        for (std::uint32_t i = 0; i < count; ++i) body(i);
-        return;
-    }
-    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::uint32_t>(0, count, grain), [&](const auto& range) {
-        for (std::uint32_t i = range.begin(); i != range.end(); ++i) body(i);
-    });
-}
 
 /// Calls body(begin, end) for disjoint ranges that cover [0, count), each about `grain` long.
 template <class Body>
@@ -37,8 +32,21 @@ void for_each_block(std::uint32_t count, std::uint32_t grain, Body&& body) {
         if (count > 0) body(std::uint32_t{0}, count);
         return;
     }
-    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::uint32_t>(0, count, grain),
-                              [&](const auto& range) { body(range.begin(), range.end()); });
+    const auto call = [&body](std::uint32_t begin, std::uint32_t end) { body(begin, end); };
+    detail::run_blocks(
+        count, grain,
+        [](const void* erased, std::uint32_t begin, std::uint32_t end) {
+            (*static_cast<const decltype(call)*>(erased))(begin, end);
+        },
+        &call);
+}
+
+/// Calls body(i) for each i in [0, count); serial below one grain. The body writes only what i owns.
+template <class Body>
+void for_each_index(std::uint32_t count, Body&& body, std::uint32_t grain = k_default_grain) {
+    for_each_block(count, grain, [&body](std::uint32_t begin, std::uint32_t end) {
+        for (std::uint32_t i = begin; i != end; ++i) body(i);
+    });
 }
 
 /// for_each_index in batches, with a report before each: `stage` goes from fraction `from` to `to`. Without anybody to
@@ -78,12 +86,19 @@ void for_each_reported_block(std::uint32_t count, std::uint32_t grain, const Run
 /// Runs `work` with the context's number of threads (an arena of its own; 1 means the calling thread alone).
 template <class Work>
 auto with_threads(const RunContext& context, Work&& work) {
+    using Result = std::decay_t<decltype(work())>;
     if (context.threads <= 0) return work();
-    // The arena alone would be cut to the machine's processors, with a message from oneTBB.
-    const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
-                                            static_cast<std::size_t>(context.threads));
-    oneapi::tbb::task_arena arena(context.threads);
-    return arena.execute(std::forward<Work>(work));
+    const auto run = [&context](const auto& call) {
+        detail::run_in_arena(
+            context.threads, [](const void* erased) { (*static_cast<decltype(&call)>(erased))(); }, &call);
+    };
+    if constexpr (std::is_void_v<Result>) {
+        run([&work] { work(); });
+    } else {
+        std::optional<Result> result;
+        run([&work, &result] { result.emplace(work()); });
+        return std::move(*result);
+    }
 }
 
 }  // namespace tetrakis
