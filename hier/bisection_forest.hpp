@@ -16,6 +16,10 @@
 
 namespace tetrakis {
 
+namespace detail {
+struct ForestSurgery;  // of the tests of check(), which break what no call can break
+}
+
 /// A leaf of the bisection forest: the triangle (a, b, apex), counter-clockwise, with the base edge a-b that its split
 /// will bisect. Edge 0 is the base, edge 1 runs from b to the apex, edge 2 from the apex to a.
 struct BisectionLeaf {
@@ -119,6 +123,8 @@ class BisectionForest {
     std::uint64_t memory_bytes() const;
 
   private:
+    friend struct detail::ForestSurgery;
+
     static constexpr std::uint8_t k_dead = 0xFF;  // depth of a slot that holds no leaf
 
     // What a slot is to the running call. In one record, because neighbours ask for all of it at once.

@@ -14,6 +14,10 @@
 
 namespace tetrakis {
 
+namespace detail {
+struct ForestSurgery;  // of the tests of check(), which break what no call can break
+}
+
 /// The triangles that stand for one leaf in the output: the leaf itself where no edge has a hanging midpoint, else its
 /// conforming (green) subdivision.
 struct GreenTriangles {
@@ -114,6 +118,8 @@ class TriangleForest {
     std::uint64_t memory_bytes() const;
 
   private:
+    friend struct detail::ForestSurgery;
+
     // Values of child_ besides record numbers.
     static constexpr std::uint32_t k_unsplit = 0xFFFF'FFFFu;  // a leaf
     static constexpr std::uint32_t k_dead = 0xFFFF'FFFEu;     // a hole, or a child of a record that is not in use

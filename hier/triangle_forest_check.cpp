@@ -75,6 +75,16 @@ std::optional<std::string> TriangleForest::check_points() const {
 std::optional<std::string> TriangleForest::check() const {
     if (child_.size() != root_count_ + 4 * records_.size() || marks_.size() != child_.size())
         return "the arrays of slots have wrong sizes";
+    for (std::uint32_t h = 0; h < root_link_.size(); ++h) {
+        const HalfedgeId twin = mesh_->twin(HalfedgeId(h));
+        const bool open = !twin.valid() || mesh_->is_hole(mesh_->face(twin)) || child_[h / 3] == k_dead;
+        if (root_link_[h] != (open ? k_boundary : 4 * (twin.value / 3) + twin.value % 3))
+            return about(h / 3, "edge " + std::to_string(h % 3) + " of the root has a wrong link");
+        if ((child_[h / 3] == k_dead) != mesh_->is_hole(FaceId(h / 3)))
+            return about(h / 3, "is a root that is no hole, but dead, or the reverse");
+    }
+    if (const auto mark = std::find(marks_.begin(), marks_.end(), std::uint8_t{1}); mark != marks_.end())
+        return about(static_cast<std::uint32_t>(mark - marks_.begin()), "kept a mark of the last call");
     std::vector<std::uint32_t> open;
     std::size_t leaves = 0, records = 0;
     for (std::uint32_t f = 0; f < root_count_; ++f)
@@ -82,7 +92,6 @@ std::optional<std::string> TriangleForest::check() const {
     while (!open.empty()) {
         const std::uint32_t slot = open.back();
         open.pop_back();
-        if (marks_[slot]) return about(slot, "is marked");
         if (!is_split(slot)) {
             if (child_[slot] == k_dead) return about(slot, "is dead, but its parent is split");
             if (hanging_mask(slot) == 7) return about(slot, "all neighbours of the leaf are split");
@@ -96,10 +105,12 @@ std::optional<std::string> TriangleForest::check() const {
     }
     if (leaves != leaf_count_) return "the number of leaves is wrong";
     if (records + free_records_.size() != records_.size()) return "a record is lost";
-    for (const std::uint32_t record : free_records_)
+    for (const std::uint32_t record : free_records_) {
+        if (record >= records_.size()) return "record " + std::to_string(record) + " is free, but does not exist";
         for (std::uint32_t k = 0; k < 4; ++k)
             if (child_[first_child(record) + k] != k_dead)
                 return "record " + std::to_string(record) + " is free and in use";
+    }
     return check_points();
 }
 

@@ -13,7 +13,9 @@
 namespace tetrakis {
 
 Hierarchy::Hierarchy(std::unique_ptr<HierarchyFamily> family, const SchemeInfo& scheme)
-    : family_(std::move(family)), scheme_(&scheme), generation_(family_->leaf_slots(), 0) {}
+    : family_(std::move(family)), scheme_(&scheme), generation_(family_->leaf_slots(), 0) {
+    for (std::uint32_t f = 0; f < mesh().face_count(); ++f) has_holes_ |= mesh().is_hole(FaceId(f));
+}
 
 // Handles.
 

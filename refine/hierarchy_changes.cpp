@@ -67,17 +67,44 @@ HierarchyChanges Hierarchy::changes_since(std::uint64_t stamp) const {
     std::vector<LeafHandle> added;
     for (const JournalLeaf& leaf : changes.added) added.push_back(leaf.leaf);
     std::sort(added.begin(), added.end());
-    for (const JournalLeaf& leaf : changes.added) {
+    const auto look_around = [&](const LeafView& view, std::size_t k) {
+        Levels& l = levels[view.corner[k]];
+        if (l.after >= 0) return;
+        visit_around(view.leaf.slot, static_cast<int>(k), [&](LeafId around) {
+            const int level = family_->view(around).level;
+            l.after = std::max(l.after, level);
+            if (!std::binary_search(added.begin(), added.end(), handle(around))) l.before = std::max(l.before, level);
+        });
+    };
+    if (has_holes_) {
+        // Holes may part the leaves around a vertex into several fans, of which a walk finds but one.
+        for (const JournalLeaf& leaf : changes.added) {
+            const LeafView view = family_->view(leaf.leaf.slot);
+            for (std::size_t k = 0; k < view.corner_count; ++k) (void)levels[view.corner[k]];
+        }
+        for (std::uint32_t slot = 0; slot < family_->leaf_slots(); ++slot) {
+            if (!family_->is_leaf(LeafId(slot))) continue;
+            const LeafView view = family_->view(LeafId(slot));
+            const bool is_old = !std::binary_search(added.begin(), added.end(), handle(LeafId(slot)));
+            for (std::size_t k = 0; k < view.corner_count; ++k)
+                if (const auto found = levels.find(view.corner[k]); found != levels.end()) {
+                    found->second.after = std::max<int>(found->second.after, view.level);
+                    if (is_old) found->second.before = std::max<int>(found->second.before, view.level);
+                }
+        }
+    }
+    for (const JournalLeaf& leaf : has_holes_ ? std::vector<JournalLeaf>{} : changes.added) {
         const LeafView view = family_->view(leaf.leaf.slot);
-        for (std::size_t k = 0; k < view.corner_count; ++k) {
-            Levels& l = levels[view.corner[k]];
-            if (l.after >= 0) continue;
-            visit_around(leaf.leaf.slot, static_cast<int>(k), [&](LeafId around) {
-                const int level = family_->view(around).level;
-                l.after = std::max(l.after, level);
-                if (!std::binary_search(added.begin(), added.end(), handle(around)))
-                    l.before = std::max(l.before, level);
-            });
+        for (std::size_t k = 0; k < view.corner_count; ++k) look_around(view, k);
+        // A vertex that hangs on a merged leaf may have been one of its parts' before: what the two finer leaves share.
+        for (int side = 0; side < view.corner_count; ++side) {
+            const auto [first, second] = family_->neighbours(view.leaf.slot, side);
+            if (!second.valid()) continue;
+            const LeafView a = family_->view(first), b = family_->view(second);
+            for (std::size_t k = 0; k < a.corner_count; ++k)
+                if (std::find(b.point.begin(), b.point.begin() + b.corner_count, a.point[k]) !=
+                    b.point.begin() + b.corner_count)
+                    look_around(a, k);
         }
     }
     for (const auto& [site, l] : levels)

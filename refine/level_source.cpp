@@ -6,8 +6,11 @@
 #include "tetrakis/hier/triangle_cell.hpp"
 #include "tetrakis/refine/closure.hpp"
 #include "tetrakis/refine/level_frames.hpp"
+#include "tetrakis/refine/partial_levels.hpp"
 #include "tetrakis/refine/site_stencils.hpp"
 
+#include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -90,6 +93,29 @@ class ClosureLevels final : public LatticeLevels {
     Closure closure_;
 };
 
+class RuleLevels final : public LatticeLevels {
+  public:
+    RuleLevels(const ControlMesh& mesh, const SchemeInfo& scheme, PartialLevels levels)
+        : LatticeLevels(mesh, scheme.family == MeshFamily::triangles), levels_(std::move(levels)) {}
+    void limit_positions(std::span<const Site> sites, std::span<Vec3d> out) const override {
+        levels_.positions(sites, out);
+    }
+    void limits(std::span<const Site> sites, std::span<LimitPoint> out) const override { levels_.limits(sites, out); }
+
+  private:
+    void lattice_positions(std::span<const Site> sites, int lattice_level, std::span<Vec3d> out) const override {
+        // Written at the level that is asked for.
+        std::vector<Site> at_level(sites.size());
+        for (std::size_t i = 0; i < sites.size(); ++i) {
+            const Site s = minimal_level(sites[i]);
+            const int up = lattice_level - s.level;
+            at_level[i] = {s.root, {s.at.x << up, s.at.y << up}, static_cast<std::uint8_t>(lattice_level)};
+        }
+        levels_.control_positions(at_level, out);
+    }
+    PartialLevels levels_;
+};
+
 class LinearLevels final : public LatticeLevels {
   public:
     LinearLevels(const ControlMesh& mesh, bool triangles) : LatticeLevels(mesh, triangles) {
@@ -136,6 +162,14 @@ class LinearLevels final : public LatticeLevels {
 
 std::unique_ptr<LevelSource> closure_levels(const ControlMesh& mesh, SchemeKind scheme) {
     return std::make_unique<ClosureLevels>(mesh, scheme);
+}
+
+std::unique_ptr<LevelSource> rule_levels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules) {
+    PartialLevels levels(mesh, scheme, rules);
+    if (levels.lattice() == FanLattice::dual)
+        throw Error(ErrorCode::unsupported,
+                    std::string(scheme.name) + " is a dual scheme with these choices: its vertices are no sites");
+    return std::make_unique<RuleLevels>(mesh, scheme, std::move(levels));
 }
 
 std::unique_ptr<LevelSource> linear_levels(const ControlMesh& mesh, bool triangles) {

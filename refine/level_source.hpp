@@ -5,6 +5,7 @@
 #include "tetrakis/hier/vec.hpp"
 #include "tetrakis/refine/vertex_ring.hpp"
 #include "tetrakis/schemes/scheme_kind.hpp"
+#include "tetrakis/schemes/scheme_table.hpp"
 
 #include <memory>
 #include <span>
@@ -30,13 +31,18 @@ class LevelSource {
     /// directions that span the plane across it. `has_tangent_plane` is false where the normals cancel out.
     virtual void frames(std::span<const Site> sites, int level, std::span<LimitPoint> out) const = 0;
     virtual void limit_positions(std::span<const Site> sites, std::span<Vec3d> out) const = 0;
-    /// Limit positions, tangents and normals.
+    /// Limit positions, tangents and normals. @throws Error  unsupported: the scheme has no limit mask for a vertex
     virtual void limits(std::span<const Site> sites, std::span<LimitPoint> out) const = 0;
 };
 
 /// Catmull-Clark or Loop by closure. Keeps a reference to the mesh.
 /// @throws Error  invalid_input: Loop on other faces than triangles
 std::unique_ptr<LevelSource> closure_levels(const ControlMesh& mesh, SchemeKind scheme);
+
+/// Any scheme of the table whose vertices are sites, by its rules on part of each level (PartialLevels). Keeps a
+/// reference to the mesh.
+/// @throws Error  as PartialLevels; unsupported: a dual scheme
+std::unique_ptr<LevelSource> rule_levels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules);
 
 /// Bilinear refinement into quads, or midpoint refinement of triangles: each level lies on the control mesh, and so
 /// does the limit. Its normals are those of frames(), as there are no tangent planes.

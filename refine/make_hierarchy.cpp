@@ -39,6 +39,12 @@ bool has_plain_rules(const RuleOptions& rules) {
            !rules.hoppe_crease && !rules.catmull_clark_beta && !rules.catmull_clark_gamma && rules.corner_angle == 0;
 }
 
+bool has_boundary(const ControlMesh& mesh) {
+    for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
+        if (mesh.is_boundary(EdgeId(e))) return true;
+    return false;
+}
+
 }  // namespace
 
 Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, const HierarchyOptions& options) {
@@ -51,18 +57,19 @@ Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, cons
     }
     const bool triangles = scheme.family == MeshFamily::triangles;
     std::unique_ptr<LevelSource> levels;
-    if (scheme.name == "bilinear" || scheme.name == "midpoint") {
+    if (scheme.name == "averaging" && options.rules.averaging_boundary == AveragingBoundary::recede &&
+        has_boundary(mesh))
+        throw Error(ErrorCode::unsupported,
+                    "a boundary that recedes leaves sites without vertex; hierarchies need one that is replicated");
+    if (scheme.refinement == Refinement::sqrt3 || scheme.refinement == Refinement::honeycomb)
+        throw Error(ErrorCode::unsupported, "there is no hierarchy for " + std::string(scheme.name) +
+                                                ": its vertices are no sites of corner cells or triangles");
+    if (scheme.name == "bilinear" || scheme.name == "midpoint")
         levels = linear_levels(mesh, triangles);
-    } else if (scheme.name == "catmull-clark" || scheme.name == "loop") {
-        if (!has_plain_rules(options.rules))
-            throw Error(ErrorCode::unsupported,
-                        "hierarchies of " + std::string(scheme.name) +
-                            " have the plain rules only; leave the scheme's choices as they are");
+    else if ((scheme.name == "catmull-clark" || scheme.name == "loop") && has_plain_rules(options.rules))
         levels = closure_levels(mesh, triangles ? SchemeKind::loop : SchemeKind::catmull_clark);
-    } else {
-        throw Error(ErrorCode::unsupported, "there is no hierarchy for \"" + std::string(scheme.name) +
-                                                "\"; there are for catmull-clark, bilinear, loop and midpoint");
-    }
+    else
+        levels = rule_levels(mesh, scheme, options.rules);
     if (options.limit_positions) levels = std::make_unique<OtherLimits>(std::move(levels), options.limit_positions);
     std::shared_ptr<const LevelSource> source = std::move(levels);
     return Hierarchy(triangles ? triangle_family(mesh, std::move(source)) : bisection_family(mesh, std::move(source)),

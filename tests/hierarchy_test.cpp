@@ -541,9 +541,12 @@ TEST_CASE("[bad-input] schemes without hierarchy, meshes and choices that a sche
     };
     CHECK(code([&] { make_hierarchy(quads, "catmull-klark"); }) == ErrorCode::invalid_input);
     CHECK(code([&] { make_hierarchy(quads, "loop"); }) == ErrorCode::invalid_input);
+    CHECK(code([&] { make_hierarchy(quads, "honeycomb"); }) == ErrorCode::unsupported);
     HierarchyOptions options;
-    options.rules.corner_angle = 1;
-    CHECK(code([&] { make_hierarchy(quads, "catmull-clark", options); }) == ErrorCode::unsupported);
+    options.rules.averaging_steps = 2;
+    options.rules.averaging_boundary = AveragingBoundary::recede;
+    const ControlMesh open = test::random_mesh(1, {.removed_faces = 2});
+    CHECK(code([&] { make_hierarchy(open, "averaging", options); }) == ErrorCode::unsupported);
 }
 
 TEST_CASE("cancelled calls leave a sound hierarchy") {

@@ -1,0 +1,171 @@
+#include "tetrakis/refine/hierarchy.hpp"
+
+#include "hierarchy_helpers.hpp"
+#include "surface_topology.hpp"
+
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/refine/rule_refiner.hpp"
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+
+using namespace tetrakis;
+using test::Random;
+
+namespace {
+
+/// Schemes whose points come from their rules on part of each level, and choices of Catmull-Clark and Loop.
+struct Choice {
+    std::string_view scheme;
+    RuleOptions rules{};
+};
+std::vector<Choice> choices() {
+    RuleOptions four, cosine;
+    four.averaging_steps = 4;
+    cosine.edge_beside_crease = EdgeBesideCrease::cosine;
+    return {{"kobbelt"},         {"4-8"},
+            {"averaging", four}, {"tuned-loop"},
+            {"butterfly"},       {"modified-butterfly"},
+            {"loop", cosine},    {"catmull-clark", cosine}};
+}
+
+ControlMesh mesh_for(const Choice& choice, std::uint64_t seed) {
+    test::RandomMeshOptions options = test::random_options(seed);
+    options.columns = options.rows = 3;
+    options.triangles_only = find_scheme(choice.scheme)->family == MeshFamily::triangles;
+    return test::random_mesh(seed, options);
+}
+
+bool less(const Vec3d& a, const Vec3d& b) { return std::array{a.x, a.y, a.z} < std::array{b.x, b.y, b.z}; }
+
+// All control points of a uniform level, by the whole mesh and the scheme's rules, holes included.
+std::vector<Vec3d> uniform_points(const ControlMesh& mesh, const Choice& choice, int level) {
+    RefineOptions options;
+    options.rules = choice.rules;
+    const RuleRefiner refiner(mesh, *find_scheme(choice.scheme), level, options);
+    std::vector<Vec3d> points(refiner.vertex_count());
+    refiner.refine(mesh.positions(), points);
+    std::sort(points.begin(), points.end(), less);
+    return points;
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("refine");
+
+TEST_CASE("[inv1] schemes by rules: vertices of an adaptive mesh are points of the uniform levels") {
+    for (const Choice& choice : choices())
+        for (const std::uint64_t seed : test::seeds(2)) {
+            CAPTURE(choice.scheme);
+            CAPTURE(seed);
+            const ControlMesh mesh = mesh_for(choice, seed);
+            HierarchyOptions options;
+            options.rules = choice.rules;
+            Hierarchy h = make_hierarchy(mesh, choice.scheme, options);
+            if (h.leaf_count() == 0) continue;
+            const bool triangles = h.family() == "triangles";
+            Random random(seed);
+            h.refine(test::random_subset(test::leaves_of(h), 0.4, random));
+            h.refine(test::random_subset(test::leaves_of(h), 0.2, random));
+            const int levels = triangles ? 2 : 3;
+            const double tolerance = 1e-12 * bounding_box(mesh.positions()).diagonal();
+            const HierarchyMesh finest = h.to_mesh({.positions = MeshPositions::finest});
+            std::vector<std::vector<Vec3d>> uniform;
+            for (int level = 0; level <= levels; ++level) uniform.push_back(uniform_points(mesh, choice, level));
+            // Of points in order the one that is nearest along x, or one as near: all of those are looked at.
+            const auto found = [&](const std::vector<Vec3d>& points, const Vec3d& p) {
+                auto at = std::lower_bound(points.begin(), points.end(), p - Vec3d(tolerance), less);
+                for (; at != points.end() && at->x <= p.x + tolerance; ++at)
+                    if (glm::length(*at - p) <= tolerance) return true;
+                return false;
+            };
+            for (int level = 1; level <= levels; ++level) {
+                CAPTURE(level);
+                const HierarchyMesh out = h.to_mesh({.positions = MeshPositions::level, .level = level});
+                for (std::size_t v = 0; v < out.sites.size(); ++v) {
+                    const int first = h.first_level(out.sites[v]);
+                    if (first > level) continue;
+                    REQUIRE(found(uniform[static_cast<std::size_t>(level)], out.mesh.positions[v]));
+                }
+            }
+            for (const Vec3d& p : finest.mesh.positions) {
+                bool any = false;
+                for (const auto& level : uniform) any |= found(level, p);
+                REQUIRE(any);
+            }
+            const auto topology = test::topology(test::faces_of(finest.mesh));
+            CHECK(topology.fault.empty());
+            CHECK(topology.euler == test::surface_topology(mesh).euler);
+        }
+}
+
+TEST_CASE("[inv1] schemes by rules: refined everywhere, the points of a level are those of uniform refinement, all") {
+    for (const Choice& choice : choices()) {
+        CAPTURE(choice.scheme);
+        test::RandomMeshOptions mesh_options;
+        mesh_options.columns = mesh_options.rows = 3;
+        mesh_options.hole = 0;
+        mesh_options.triangles_only = find_scheme(choice.scheme)->family == MeshFamily::triangles;
+        const ControlMesh mesh = test::random_mesh(3, mesh_options);
+        HierarchyOptions options;
+        options.rules = choice.rules;
+        Hierarchy h = make_hierarchy(mesh, choice.scheme, options);
+        const int levels = 2;
+        const int depth = h.family() == "triangles" ? levels : 2 * (levels - 1) + 1;
+        h.refine_where(each_leaf([](const LeafView&) { return true; }), depth);
+        auto points = h.to_mesh({.positions = MeshPositions::level, .level = levels}).mesh.positions;
+        std::sort(points.begin(), points.end(), less);
+        const std::vector<Vec3d> expected = uniform_points(mesh, choice, levels);
+        REQUIRE(points.size() == expected.size());
+        // The paths of Catmull-Clark and Loop sum in other orders.
+        double worst = 0;
+        for (std::size_t i = 0; i < points.size(); ++i) worst = std::max(worst, glm::length(points[i] - expected[i]));
+        CHECK(worst <= 1e-12 * bounding_box(mesh.positions()).diagonal());
+    }
+}
+
+TEST_CASE("[inv1] schemes by rules: limits are those of uniform refinement far down, and interpolating ones stay put") {
+    for (const Choice& choice : choices()) {
+        CAPTURE(choice.scheme);
+        test::RandomMeshOptions mesh_options;
+        mesh_options.topology = test::Topology::torus;
+        mesh_options.columns = mesh_options.rows = 3;
+        mesh_options.removed_faces = 0;
+        mesh_options.hole = mesh_options.crease = mesh_options.corner = 0;
+        mesh_options.triangles_only = find_scheme(choice.scheme)->family == MeshFamily::triangles;
+        const ControlMesh mesh = test::random_mesh(2, mesh_options);
+        HierarchyOptions options;
+        options.rules = choice.rules;
+        const Hierarchy h = make_hierarchy(mesh, choice.scheme, options);
+        const double size = bounding_box(mesh.positions()).diagonal();
+        for (std::size_t i = 0; i < h.leaf_count(); i += 17) {
+            const LeafView leaf = h.view(h.leaves()[i]);
+            const Site site = leaf.corner[0];
+            const Vec3d limit = h.limit(site).position;
+            // Ten levels shrink what is left by the subdominant eigenvalue, 0.7 at most here, to the tenth power.
+            const double far = glm::length(h.position(site, 2) - limit),
+                         near = glm::length(h.position(site, 12) - limit);
+            CHECK(near <= 0.05 * far + 1e-12 * size);
+            if (find_scheme(choice.scheme)->interpolating)
+                CHECK(glm::length(h.position(site, 0) - limit) < 1e-12 * size);
+        }
+    }
+}
+
+TEST_CASE("[bad-input] schemes whose vertices are no sites are refused by name") {
+    const ControlMesh mesh = test::hierarchy_mesh("loop", 1);
+    for (const char* name : {"sqrt3", "honeycomb"}) {
+        CAPTURE(name);
+        try {
+            make_hierarchy(mesh, name);
+            FAIL("no error");
+        } catch (const Error& e) {
+            CHECK(e.code() == ErrorCode::unsupported);
+            CHECK(std::string_view(e.what()).find(name) != std::string_view::npos);
+        }
+    }
+}
+
+TEST_SUITE_END();

@@ -1,0 +1,234 @@
+#include "hierarchy_helpers.hpp"
+#include "scratch_dir.hpp"
+
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/refine/hierarchy.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+using namespace tetrakis;
+using test::Random;
+
+namespace {
+
+constexpr std::string_view k_schemes[] = {"catmull-clark", "loop"};
+
+std::map<LeafHandle, HierarchyNode> leaf_map(const Hierarchy& h) {
+    std::map<LeafHandle, HierarchyNode> leaves;
+    for (LeafHandle leaf : h.leaves()) leaves[leaf] = h.node(leaf);
+    return leaves;
+}
+
+// The level of the finest leaf around each vertex, from all leaves.
+std::map<Site, int> finest_levels(const Hierarchy& h) {
+    std::map<Site, int> levels;
+    for (LeafHandle leaf : h.leaves()) {
+        const LeafView view = h.view(leaf);
+        for (std::size_t k = 0; k < view.corner_count; ++k) {
+            int& level = levels[view.corner[k]];
+            level = std::max(level, int{view.level});
+        }
+    }
+    return levels;
+}
+
+// Faces of the mesh by leaf, as sites.
+std::map<LeafHandle, std::set<std::vector<Site>>> shapes(const Hierarchy& h) {
+    std::map<LeafHandle, std::set<std::vector<Site>>> result;
+    const HierarchyMesh out = h.to_mesh();
+    const auto faces = test::faces_of(out.mesh);
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+        std::vector<Site> face;
+        for (std::uint32_t v : faces[f]) face.push_back(out.sites[v]);
+        result[out.leaves[f]].insert(face);
+    }
+    return result;
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("refine");
+
+TEST_CASE("the journal tells the leaves that came and went, the ones reshaped and the vertices moved since any stamp") {
+    for (const std::string_view scheme : k_schemes)
+        for (const std::uint64_t seed : test::seeds(4)) {
+            CAPTURE(scheme);
+            CAPTURE(seed);
+            const ControlMesh mesh = test::hierarchy_mesh(scheme, seed);
+            Hierarchy h = make_hierarchy(mesh, scheme);
+            Random random(seed);
+            test::random_changes(h, 8, 5, random, [] {});  // before the journal begins
+            struct Then {
+                std::uint64_t stamp;
+                std::map<LeafHandle, HierarchyNode> leaves;
+                std::map<Site, int> levels;
+                std::map<LeafHandle, std::set<std::vector<Site>>> shapes;
+            };
+            const auto now = [&] { return Then{h.stamp(), leaf_map(h), finest_levels(h), shapes(h)}; };
+            std::vector<Then> history{now()};
+            CHECK(h.changes_since(history[0].stamp).added.empty());
+            int moved = 0, reshaped = 0;
+            test::random_changes(h, 14, 5, random, [&] {
+                const Then here = now();
+                for (const Then& then : history) {
+                    const HierarchyChanges changes = h.changes_since(then.stamp);
+                    REQUIRE(changes.complete);
+                    std::map<LeafHandle, HierarchyNode> leaves = then.leaves;
+                    for (const JournalLeaf& leaf : changes.removed) {
+                        REQUIRE(leaves.at(leaf.leaf) == leaf.node);
+                        leaves.erase(leaf.leaf);
+                    }
+                    for (const JournalLeaf& leaf : changes.added) REQUIRE(leaves.emplace(leaf.leaf, leaf.node).second);
+                    REQUIRE(leaves == here.leaves);
+                    std::set<LeafHandle> told;
+                    for (const JournalLeaf& leaf : changes.reshaped) told.insert(leaf.leaf);
+                    for (const auto& [leaf, shape] : here.shapes)
+                        if (then.shapes.count(leaf) && then.shapes.at(leaf) != shape) {
+                            ++reshaped;
+                            REQUIRE(told.count(leaf) == 1);
+                        }
+                    std::vector<Site> expected;
+                    for (const auto& [site, level] : here.levels)
+                        if (const auto old = then.levels.find(site); old != then.levels.end() && old->second != level)
+                            expected.push_back(site);
+                    REQUIRE(changes.moved == expected);
+                    moved += !expected.empty();
+                }
+                history.push_back(here);
+            });
+            if (h.leaf_count() > 0) CHECK(moved > 0);
+            if (h.family() == "triangles" && h.leaf_count() > 0) CHECK(reshaped > 0);
+            // Forgetting keeps what is later.
+            const std::uint64_t middle = history[history.size() / 2].stamp;
+            h.forget_before(middle);
+            CHECK(h.changes_since(middle).complete);
+            if (middle > 0) CHECK(!h.changes_since(middle - 1).complete);
+            h.limit_journal(0);
+            CHECK(h.changes_since(h.stamp()).complete);
+            CHECK(h.changes_since(h.stamp()).added.empty());
+            if (h.leaf_count() > 0 && h.stamp() > middle) CHECK(!h.changes_since(middle).complete);
+        }
+}
+
+TEST_CASE("[bad-input] stamps that were never given") {
+    const ControlMesh mesh = test::hierarchy_mesh("loop", 1);
+    Hierarchy h = make_hierarchy(mesh, "loop");
+    CHECK_THROWS_AS((void)h.changes_since(0), Error);
+    const std::uint64_t stamp = h.stamp();
+    CHECK(h.changes_since(stamp).complete);
+    CHECK_THROWS_AS((void)h.changes_since(stamp + 1), Error);
+}
+
+TEST_CASE("saved leaves come back with the same bytes, in memory and by file") {
+    const ScratchDir scratch;
+    for (const std::string_view scheme : {"catmull-clark", "bilinear", "loop", "midpoint"})
+        for (const std::uint64_t seed : test::seeds(4)) {
+            CAPTURE(scheme);
+            CAPTURE(seed);
+            const ControlMesh mesh = test::hierarchy_mesh(scheme, seed);
+            Hierarchy h = make_hierarchy(mesh, scheme);
+            Random random(seed);
+            test::random_changes(h, 30, 6, random, [] {});
+            const std::vector<std::byte> bytes = h.saved();
+            // About two bits a leaf.
+            CHECK(bytes.size() < 100 + h.leaf_count() / 2 + h.leaf_count() / 8);
+            Hierarchy other = make_hierarchy(mesh, scheme);
+            const auto old = test::leaves_of(other);
+            const std::uint64_t stamp = other.stamp();
+            other.load(bytes);
+            CHECK(!other.check());
+            CHECK(test::nodes_of(other) == test::nodes_of(h));
+            CHECK(test::same_mesh(other.to_mesh(), h.to_mesh()));
+            CHECK(other.saved() == bytes);
+            for (LeafHandle leaf : old) CHECK(!other.is_leaf(leaf));
+            if (!old.empty()) CHECK(!other.changes_since(stamp).complete);
+            const std::filesystem::path file = scratch.path() / "leaves.bin";
+            h.save(file);
+            CHECK(std::filesystem::file_size(file) == bytes.size());
+            Hierarchy third = make_hierarchy(mesh, scheme);
+            third.load(file);
+            CHECK(test::same_mesh(third.to_mesh(), h.to_mesh()));
+            // It goes on like any other.
+            test::random_changes(third, 10, 6, random, [] {});
+            CHECK(!third.check());
+        }
+}
+
+TEST_CASE("[bad-input] corrupt, cut off and foreign files are refused, and nothing changes") {
+    const ScratchDir scratch;
+    for (const std::string_view scheme : k_schemes) {
+        CAPTURE(scheme);
+        const ControlMesh mesh = test::hierarchy_mesh(scheme, 1);
+        Hierarchy h = make_hierarchy(mesh, scheme);
+        Random random(1);
+        test::random_changes(h, 12, 5, random, [] {});
+        const std::vector<std::byte> good = h.saved();
+        test::random_changes(h, 3, 5, random, [] {});
+        const auto before = test::leaves_of(h);
+        const auto refused = [&](std::span<const std::byte> bytes, std::string_view text) {
+            try {
+                h.load(bytes);
+                FAIL("no error");
+            } catch (const Error& e) {
+                CHECK(e.code() == ErrorCode::invalid_input);
+                INFO(e.what());
+                CHECK(std::string_view(e.what()).find(text) != std::string_view::npos);
+            }
+            REQUIRE(test::leaves_of(h) == before);
+        };
+        for (std::size_t size = 0; size < good.size(); ++size) refused(std::span(good).first(size), "");
+        for (std::size_t i = 0; i < good.size(); ++i) {
+            std::vector<std::byte> bad = good;
+            bad[i] ^= static_cast<std::byte>(1u << random.below(8));
+            refused(bad, "");
+        }
+        std::vector<std::byte> bad = good;
+        bad[0] = std::byte{'T'};
+        refused(bad, "does not begin");
+        bad = good;
+        bad[8] = std::byte{9};
+        refused(bad, "version 9");
+        bad = good;
+        bad[good.size() - 6] ^= std::byte{1};
+        refused(bad, "checksum");
+        bad.resize(bad.size() - 1);
+        refused(bad, "cut off");
+        CHECK(!h.check());
+        // Another mesh, another scheme.
+        const ControlMesh other_mesh = test::hierarchy_mesh(scheme, 2);
+        refused(make_hierarchy(other_mesh, scheme).saved(), "another control mesh");
+        const std::string_view sibling = scheme == "loop" ? "midpoint" : "bilinear";
+        refused(make_hierarchy(mesh, sibling).saved(), sibling);
+        // Files.
+        try {
+            h.load(scratch.path() / "none.bin");
+            FAIL("no error");
+        } catch (const Error& e) {
+            CHECK(e.code() == ErrorCode::io);
+        }
+        const std::filesystem::path file = scratch.path() / "bad.bin";
+        std::ofstream(file, std::ios::binary) << "tetrakis, but not one";
+        try {
+            h.load(file);
+            FAIL("no error");
+        } catch (const Error& e) {
+            CHECK(e.code() == ErrorCode::invalid_input);
+            CHECK(std::string(e.what()).find("bad.bin") != std::string::npos);
+        }
+        try {
+            h.save(scratch.path() / "no" / "folder" / "leaves.bin");
+            FAIL("no error");
+        } catch (const Error& e) {
+            CHECK(e.code() == ErrorCode::io);
+        }
+        CHECK(!h.check());
+        CHECK(test::leaves_of(h) == before);
+    }
+}
+
+TEST_SUITE_END();
