@@ -1,13 +1,12 @@
 #include "tetrakis/schemes/catmull_clark.hpp"
+#include "tetrakis/schemes/dense_eigen.hpp"
 #include "tetrakis/schemes/loop.hpp"
 #include "tetrakis/schemes/ring_layout.hpp"
-
-#include <Eigen/Dense>
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 namespace tetrakis::detail {
 
@@ -35,21 +34,6 @@ struct MirrorOrbits {
     }
 };
 
-/// Left null vector of M - lambda I by inverse iteration from a full-pivot factorisation.
-Eigen::VectorXd left_eigenvector(const Eigen::MatrixXd& m, double lambda) {
-    const Eigen::Index n = m.rows();
-    // Off the eigenvalue by a few units of rounding, so that the factor is regular; two solves then reach full
-    // accuracy.
-    const double shift = lambda + 1e-14;
-    const Eigen::PartialPivLU<Eigen::MatrixXd> lu((m - shift * Eigen::MatrixXd::Identity(n, n)).transpose());
-    Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(n, 1.0, 2.0);
-    for (int i = 0; i < 3; ++i) {
-        x = lu.solve(x);
-        x /= x.cwiseAbs().maxCoeff();
-    }
-    return x;
-}
-
 }  // namespace
 
 RingLimit dart_limit(SchemeKind scheme, int n) {
@@ -61,37 +45,36 @@ RingLimit dart_limit(SchemeKind scheme, int n) {
 
     const MirrorOrbits orbits(at, n);
     const int count = orbits.count();
-    Eigen::MatrixXd m = Eigen::MatrixXd::Zero(count, count);
+    DenseMatrix<double> m(count);
     for (int a = 0; a < count; ++a)
         for (int j = 0; j < size; ++j)
             m(a, orbits.orbit[j]) += full[static_cast<std::size_t>(orbits.representative[a]) * size + j];
-    const auto spread = [&](const Eigen::VectorXd& y) {
+    const auto spread = [&](const std::vector<double>& y, double scale) {
         std::vector<double> weights(size);
-        for (int j = 0; j < size; ++j) weights[j] = y(orbits.orbit[j]) / orbits.length[orbits.orbit[j]];
+        for (int j = 0; j < size; ++j) weights[j] = scale * y[orbits.orbit[j]] / orbits.length[orbits.orbit[j]];
         return weights;
     };
 
     RingLimit limit;
-    Eigen::VectorXd position = left_eigenvector(m, 1.0);
-    limit.position = spread(position / position.sum());
+    const std::vector<double> position = left_eigenvector(m, 1.0);
+    limit.position = spread(position, 1 / std::accumulate(position.begin(), position.end(), 0.0));
 
-    Eigen::VectorXcd values = Eigen::EigenSolver<Eigen::MatrixXd>(m, false).eigenvalues();
+    const std::vector<Complex> values = eigenvalues(m);
     std::vector<double> magnitude(count);
-    for (int i = 0; i < count; ++i) magnitude[i] = std::abs(values(i));
+    for (int i = 0; i < count; ++i) magnitude[i] = std::abs(values[i]);
     std::vector<int> order(count);
     for (int i = 0; i < count; ++i) order[i] = i;
     std::sort(order.begin(), order.end(), [&](int a, int b) { return magnitude[a] > magnitude[b]; });
 
     const double angle = 2 * std::numbers::pi / n;
     RingLimit::Sector sector{.first_edge = 0, .faces = n};
-    sector.lambda1 = values(order[1]).real();
-    Eigen::VectorXd symmetric = left_eigenvector(m, sector.lambda1);
-    symmetric /= symmetric.cwiseAbs().maxCoeff();
+    sector.lambda1 = values[order[1]].real();
+    const std::vector<double> symmetric = left_eigenvector(m, sector.lambda1);
     // The mode grows towards the crease edge.
     double along = 0;
-    const std::vector<double> weights = spread(symmetric);
+    const std::vector<double> weights = spread(symmetric, 1);
     for (int i = 0; i < n; ++i) along += weights[at.edge(i)] * std::cos(i * angle);
-    sector.tangent1 = spread(along < 0 ? Eigen::VectorXd(-symmetric) : symmetric);
+    sector.tangent1 = spread(symmetric, along < 0 ? -1 : 1);
 
     // Antisymmetric modes vanish on the crease edge, so the smooth rules' sine mode is theirs as well.
     sector.tangent2.assign(size, 0.0);

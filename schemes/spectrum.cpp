@@ -1,67 +1,48 @@
 #include "tetrakis/schemes/spectrum.hpp"
 
-#include <Eigen/Dense>
-#include <Eigen/Eigenvalues>
+#include "tetrakis/schemes/dense_eigen.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 namespace tetrakis {
 
 namespace {
 
-using Complex = std::complex<double>;
-using Eigen::MatrixXcd;
-using Eigen::MatrixXd;
-using Eigen::VectorXcd;
+using detail::Complex;
+using detail::DenseMatrix;
+using detail::eigenvalues;
+using detail::left_eigenvector;
 
 // Eigenvalues closer than this count as one: those of defective blocks come out with the root of the rounding error.
 constexpr double k_same = 1e-6;
 
-VectorXcd eigenvalues_of(const MatrixXcd& m) { return Eigen::ComplexEigenSolver<MatrixXcd>(m, false).eigenvalues(); }
-VectorXcd eigenvalues_of(const MatrixXd& m) { return Eigen::EigenSolver<MatrixXd>(m, false).eigenvalues(); }
-
-/// Left eigenvector to a simple eigenvalue, by inverse iteration a little beside it.
-template <class Matrix, class Value>
-auto left_eigenvector(const Matrix& m, Value lambda) {
-    using Vector = Eigen::Matrix<typename Matrix::Scalar, Eigen::Dynamic, 1>;
-    const Eigen::Index n = m.rows();
-    const Eigen::PartialPivLU<Matrix> lu((m - (lambda + 1e-13) * Matrix::Identity(n, n)).transpose());
-    Vector x = Vector::LinSpaced(n, 1.0, 2.0);
-    for (int i = 0; i < 4; ++i) {
-        x = lu.solve(x);
-        x /= x.cwiseAbs().maxCoeff();
-    }
-    return x;
-}
-
 /// Number of eigenvalues that are the same as this one.
-int count_same(const VectorXcd& values, Complex value) {
+int count_same(const std::vector<Complex>& values, Complex value) {
     int count = 0;
-    for (Eigen::Index i = 0; i < values.size(); ++i) count += std::abs(values(i) - value) < k_same ? 1 : 0;
+    for (const Complex& z : values) count += std::abs(z - value) < k_same ? 1 : 0;
     return count;
 }
 
 /// The largest eigenvalue besides one that is 1.
-Complex largest(const VectorXcd& values, bool skip_one) {
+Complex largest(const std::vector<Complex>& values, bool skip_one) {
     Complex best = 0;
-    for (Eigen::Index i = 0; i < values.size(); ++i) {
-        if (skip_one && std::abs(values(i) - 1.0) < k_same) {
+    for (const Complex& z : values) {
+        if (skip_one && std::abs(z - 1.0) < k_same) {
             skip_one = false;
             continue;
         }
         // Of two of the same size the real positive one.
-        if (std::abs(values(i)) > std::abs(best) + k_same ||
-            (std::abs(values(i)) > std::abs(best) - k_same && values(i).real() > best.real()))
-            best = values(i);
+        if (std::abs(z) > std::abs(best) + k_same || (std::abs(z) > std::abs(best) - k_same && z.real() > best.real()))
+            best = z;
     }
     return best;
 }
 
-void add(SpectralAnalysis& analysis, const VectorXcd& values, int frequency, int multiplicity) {
-    for (Eigen::Index i = 0; i < values.size(); ++i)
-        analysis.eigenvalues.push_back({values(i), frequency, multiplicity});
+void add(SpectralAnalysis& analysis, const std::vector<Complex>& values, int frequency, int multiplicity) {
+    for (const Complex& z : values) analysis.eigenvalues.push_back({z, frequency, multiplicity});
 }
 
 /// Scales a tangent to a largest weight of one; the sign is that of its first large weight.
@@ -104,7 +85,7 @@ void analyse_rotation(SpectralAnalysis& analysis) {
     const int places = (s.size() - centre) / n;
     const auto index = [&](int place, int sector) { return centre + place * n + sector; };
 
-    MatrixXd zero(places + centre, places + centre);
+    DenseMatrix<double> zero(places + centre);
     if (centre == 1) {
         zero(0, 0) = s.at(0, 0);
         for (int p = 0; p < places; ++p) {
@@ -119,39 +100,40 @@ void analyse_rotation(SpectralAnalysis& analysis) {
             for (int t = 0; t < n; ++t) sum += s.at(index(p, 0), index(q, t));
             zero(centre + p, centre + q) = sum;
         }
-    add(analysis, eigenvalues_of(zero), 0, 1);
-    const Eigen::VectorXd limit = left_eigenvector(zero, 1.0);
-    const double total = limit.sum();
+    add(analysis, eigenvalues(zero), 0, 1);
+    const std::vector<double> limit = left_eigenvector(zero, 1.0);
+    const double total = std::accumulate(limit.begin(), limit.end(), 0.0);
     analysis.limit.assign(s.size(), 0.0);
-    if (centre == 1) analysis.limit[0] = limit(0) / total;
+    if (centre == 1) analysis.limit[0] = limit[0] / total;
     for (int p = 0; p < places; ++p)
-        for (int t = 0; t < n; ++t) analysis.limit[index(p, t)] = limit(centre + p) / total / n;
+        for (int t = 0; t < n; ++t) analysis.limit[index(p, t)] = limit[centre + p] / total / n;
 
     for (int j = 1; 2 * j <= n; ++j) {
-        MatrixXcd block = MatrixXcd::Zero(places, places);
+        DenseMatrix<Complex> block(places);
         for (int t = 0; t < n; ++t) {
             const double angle = 2 * std::numbers::pi * j * t / n;
             const Complex wave(std::cos(angle), std::sin(angle));
             for (int p = 0; p < places; ++p)
                 for (int q = 0; q < places; ++q) block(p, q) += wave * s.at(index(p, 0), index(q, t));
         }
-        const VectorXcd values = eigenvalues_of(block);
+        const std::vector<Complex> values = eigenvalues(block);
         add(analysis, values, j, 2 * j < n ? 2 : 1);
         if (j != 1) continue;
         const Complex lambda = largest(values, false);
         analysis.lambda1 = analysis.lambda2 = std::abs(lambda.imag()) < k_same ? lambda.real() : 0;
         if (count_same(values, lambda) != 1 || analysis.lambda1 <= 0) continue;
-        VectorXcd y = left_eigenvector(block, lambda);
+        std::vector<Complex> y = left_eigenvector(block, lambda);
         // The first place is on the ray itself (dual: on the face's diagonal): make its weight real.
         int lead = 0;
-        while (std::abs(y(lead)) < 1e-6) ++lead;
-        y *= std::conj(y(lead)) / std::abs(y(lead));
+        while (std::abs(y[lead]) < 1e-6) ++lead;
+        const Complex turn = std::conj(y[lead]) / std::abs(y[lead]);
+        for (Complex& z : y) z *= turn;
         analysis.tangent1.assign(s.size(), 0.0);
         analysis.tangent2.assign(s.size(), 0.0);
         for (int p = 0; p < places; ++p)
             for (int t = 0; t < n; ++t) {
                 const double angle = 2 * std::numbers::pi * t / n;
-                const Complex w = y(p) * Complex(std::cos(angle), -std::sin(angle));
+                const Complex w = y[p] * Complex(std::cos(angle), -std::sin(angle));
                 analysis.tangent1[index(p, t)] = w.real();
                 analysis.tangent2[index(p, t)] = -w.imag();
             }
@@ -183,31 +165,32 @@ void analyse_mirror(SpectralAnalysis& analysis) {
         if (mirror[i] > i) first.push_back(i);
     }
     const auto block = [&](const std::vector<int>& rows, double sign) {
-        MatrixXd m(rows.size(), rows.size());
+        DenseMatrix<double> m(static_cast<int>(rows.size()));
         for (std::size_t a = 0; a < rows.size(); ++a)
             for (std::size_t b = 0; b < rows.size(); ++b)
                 m(a, b) =
                     s.at(rows[a], rows[b]) + (mirror[rows[b]] == rows[b] ? 0 : sign * s.at(rows[a], mirror[rows[b]]));
         return m;
     };
-    const auto spread = [&](const std::vector<int>& rows, const Eigen::VectorXd& y, double sign) {
+    const auto spread = [&](const std::vector<int>& rows, const std::vector<double>& y, double sign) {
         std::vector<double> weights(size, 0.0);
         for (std::size_t a = 0; a < rows.size(); ++a) {
             if (mirror[rows[a]] == rows[a]) {
-                weights[rows[a]] = y(a);
+                weights[rows[a]] = y[a];
             } else {
-                weights[rows[a]] = y(a) / 2;
-                weights[mirror[rows[a]]] = sign * y(a) / 2;
+                weights[rows[a]] = y[a] / 2;
+                weights[mirror[rows[a]]] = sign * y[a] / 2;
             }
         }
         return weights;
     };
-    const MatrixXd even = block(fixed_or_first, 1), odd = block(first, -1);
-    const VectorXcd even_values = eigenvalues_of(even), odd_values = eigenvalues_of(odd);
+    const DenseMatrix<double> even = block(fixed_or_first, 1), odd = block(first, -1);
+    const std::vector<Complex> even_values = eigenvalues(even), odd_values = eigenvalues(odd);
     add(analysis, even_values, 0, 1);
     add(analysis, odd_values, 1, 1);
-    const Eigen::VectorXd limit = left_eigenvector(even, 1.0);
-    analysis.limit = spread(fixed_or_first, limit / limit.sum(), 1);
+    analysis.limit = spread(fixed_or_first, left_eigenvector(even, 1.0), 1);
+    const double total = std::accumulate(analysis.limit.begin(), analysis.limit.end(), 0.0);
+    for (double& w : analysis.limit) w /= total;
 
     const Complex e = largest(even_values, true);
     const auto real = [](Complex z) { return std::abs(z.imag()) < k_same ? z.real() : 0; };
@@ -222,8 +205,8 @@ void analyse_mirror(SpectralAnalysis& analysis) {
         std::erase_if(along, [&](int i) { return !on_boundary(s.labels, i); });
         if (!depends_on_itself(s)) along = first;
     }
-    const MatrixXd odd_part = along.size() == first.size() ? odd : block(along, -1);
-    const VectorXcd along_values = along.size() == first.size() ? odd_values : eigenvalues_of(odd_part);
+    const DenseMatrix<double> odd_part = along.size() == first.size() ? odd : block(along, -1);
+    const std::vector<Complex> along_values = along.size() == first.size() ? odd_values : eigenvalues(odd_part);
     const Complex o = largest(along_values, false);
     if (real(o) > 0 && count_same(along_values, o) == 1)
         odd_mask = spread(along, left_eigenvector(odd_part, o.real()), -1);

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <complex>
+#include <cstddef>
+#include <vector>
+
+namespace tetrakis::detail {
+
+using Complex = std::complex<double>;
+
+/// A small dense square matrix, by rows.
+template <class T>
+class DenseMatrix {
+  public:
+    DenseMatrix() = default;
+    explicit DenseMatrix(int size) : size_(size), values_(static_cast<std::size_t>(size) * size) {}
+    int size() const { return size_; }
+    T& operator()(int row, int column) { return values_[static_cast<std::size_t>(row) * size_ + column]; }
+    const T& operator()(int row, int column) const { return values_[static_cast<std::size_t>(row) * size_ + column]; }
+
+  private:
+    int size_ = 0;
+    std::vector<T> values_;
+};
+
+/// All eigenvalues, each as often as it counts, in no order; defective ones come out with the root of the rounding
+/// error. O(size^3).
+std::vector<Complex> eigenvalues(const DenseMatrix<double>& m);
+std::vector<Complex> eigenvalues(const DenseMatrix<Complex>& m);
+
+/// y with y^T M = lambda y^T for a simple eigenvalue, to rounding, its largest entry of size one: by inverse iteration
+/// a little beside it. O(size^3).
+std::vector<double> left_eigenvector(const DenseMatrix<double>& m, double lambda);
+std::vector<Complex> left_eigenvector(const DenseMatrix<Complex>& m, Complex lambda);
+
+}  // namespace tetrakis::detail
