@@ -1,0 +1,28 @@
+#pragma once
+
+#include "tetrakis/hier/sqrt3_forest.hpp"
+#include "tetrakis/refine/polygon_mesh.hpp"
+
+#include <vector>
+
+namespace tetrakis {
+
+struct Sqrt3MeshOptions {
+    bool limit = true;     ///< vertices on the limit surface; else in the net of the finest level around each
+    bool normals = false;  ///< limit normals
+};
+
+/// An adaptive sqrt(3) mesh: triangles in the order of Sqrt3Forest::leaves(), vertices in order of first use. It
+/// depends on the set of split faces alone. Materials and groups are those of the control face that a triangle comes
+/// from; no UVs.
+struct Sqrt3Mesh {
+    PolygonMesh mesh;
+    std::vector<Sqrt3Vertex> vertices;
+    std::vector<int> levels;  ///< per vertex: the finest level around it
+    std::vector<Sqrt3Leaf> leaves;
+};
+
+/// Cost: some microseconds a vertex and, where few are side by side, level.
+Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options = {});
+
+}  // namespace tetrakis

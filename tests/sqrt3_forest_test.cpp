@@ -1,0 +1,225 @@
+#include "random_mesh.hpp"
+#include "surface_topology.hpp"
+
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/obj_reader.hpp"
+#include "tetrakis/hier/triangulate.hpp"
+#include "tetrakis/refine/adaptive_sqrt3.hpp"
+#include "tetrakis/refine/refine.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <set>
+#include <string>
+
+using namespace tetrakis;
+
+namespace tetrakis {
+
+/// Splits a face without what it needs.
+struct Sqrt3ForestCorruptor {
+    static void split_alone(Sqrt3Forest& forest) {
+        forest.split_.resize(3);
+        forest.split_[2].insert(4);
+    }
+};
+
+}  // namespace tetrakis
+
+namespace {
+
+ControlMesh random_sqrt3_mesh(std::uint64_t seed) {
+    test::RandomMeshOptions options = test::random_options(seed);
+    options.triangles_only = true;
+    options.crease = options.corner = options.hole = 0;
+    options.boundary_rule = seed % 2 == 0 ? BoundaryRule::edge_and_corner : BoundaryRule::edge_only;
+    return test::random_mesh(seed, options);
+}
+
+std::vector<std::vector<std::uint32_t>> triangles(const PolygonMesh& mesh) {
+    std::vector<std::vector<std::uint32_t>> result;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+        result.emplace_back(mesh.face_vertices.begin() + 3 * f, mesh.face_vertices.begin() + 3 * f + 3);
+    return result;
+}
+
+bool same_mesh(const Sqrt3Mesh& a, const Sqrt3Mesh& b) {
+    return a.mesh.face_vertices == b.mesh.face_vertices && a.vertices == b.vertices &&
+           a.mesh.positions.size() == b.mesh.positions.size() &&
+           std::memcmp(a.mesh.positions.data(), b.mesh.positions.data(), a.mesh.positions.size() * sizeof(Vec3d)) == 0;
+}
+
+void refine_randomly(Sqrt3Forest& forest, test::Random& random, double chance, int deepest) {
+    for (const Sqrt3Leaf& leaf : forest.leaves())
+        if (random.chance(chance) && leaf.level < deepest && (leaf.half || !forest.is_split({leaf.level, leaf.face})))
+            if (!leaf.half || !forest.is_there({static_cast<std::uint8_t>(leaf.level + 1), leaf.face}))
+                forest.refine(leaf);
+}
+
+void coarsen_randomly(Sqrt3Forest& forest, test::Random& random, double chance) {
+    std::vector<Sqrt3Face> faces = forest.split_faces();
+    random.shuffle(faces);
+    for (const Sqrt3Face& face : faces)
+        if (random.chance(chance) && forest.can_coarsen(face)) forest.coarsen(face);
+}
+
+/// Distance of each point to the nearest of the others.
+double farthest_from(const std::vector<Vec3d>& points, std::vector<Vec3d> others) {
+    std::sort(others.begin(), others.end(), [](const Vec3d& a, const Vec3d& b) { return a.x < b.x; });
+    double most = 0;
+    for (const Vec3d& p : points) {
+        constexpr double k_near = 1e-6;
+        double best = 1;
+        for (auto at = std::lower_bound(others.begin(), others.end(), p.x - k_near,
+                                        [](const Vec3d&a, double x) { return a.x < x; });
+             at != others.end() && at->x <= p.x + k_near; ++at)
+            best = std::min(best, glm::length(*at - p));
+        most = std::max(most, best);
+    }
+    return most;
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("refine");
+
+TEST_CASE("[inv1] adaptive sqrt3, split everywhere, is uniform refinement: nets of both steps' levels, and limits") {
+    for (const std::uint64_t seed : test::seeds(6)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = random_sqrt3_mesh(seed);
+        Sqrt3Forest forest(mesh);
+        const double size = mesh.bounding_box().diagonal();
+        for (int level = 1; level <= 4; ++level) {
+            for (const Sqrt3Leaf& leaf : forest.leaves()) forest.refine(Sqrt3Face{leaf.level, leaf.face});
+            if (level % 2 != 0) continue;
+            const Sqrt3Mesh net = sqrt3_mesh(forest, {.limit = false});
+            for (const Sqrt3Leaf& leaf : net.leaves) CHECK((!leaf.half && leaf.level == level));
+            const PolygonMesh uniform = refine(mesh, "sqrt3", level / 2);
+            REQUIRE(net.mesh.positions.size() == uniform.positions.size());
+            REQUIRE(net.mesh.face_count() == uniform.face_count());
+            CHECK(farthest_from(net.mesh.positions, uniform.positions) < 1e-12 * size);
+            CHECK(farthest_from(uniform.positions, net.mesh.positions) < 1e-12 * size);
+            // Triangles by their centroids.
+            const auto centroids = [](const PolygonMesh& m) {
+                std::vector<Vec3d> result;
+                for (const auto& t : triangles(m))
+                    result.push_back((m.positions[t[0]] + m.positions[t[1]] + m.positions[t[2]]) / 3.0);
+                return result;
+            };
+            CHECK(farthest_from(centroids(net.mesh), centroids(uniform)) < 1e-12 * size);
+            RefineOptions limit;
+            limit.limit = limit.normals = true;
+            const PolygonMesh on_limit = refine(mesh, "sqrt3", level / 2, limit);
+            const Sqrt3Mesh limits = sqrt3_mesh(forest, {.normals = true});
+            CHECK(farthest_from(limits.mesh.positions, on_limit.positions) < 1e-12 * size);
+        }
+    }
+}
+
+TEST_CASE("[inv1] [inv3] adaptive sqrt3: conforming, with the control mesh's topology, each vertex as in uniform") {
+    std::set<int> levels;
+    for (const std::uint64_t seed : test::seeds(16)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = random_sqrt3_mesh(seed);
+        Sqrt3Forest forest(mesh);
+        test::Random random(seed);
+        for (int round = 0; round < 6; ++round) {
+            refine_randomly(forest, random, 0.15, 4);
+            const auto fault = forest.check();
+            CHECK_MESSAGE(!fault.has_value(), fault.value_or(""));
+            const Sqrt3Mesh net = sqrt3_mesh(forest, {.limit = false});
+            CHECK(test::topology(triangles(net.mesh)) == test::surface_topology(mesh));
+        }
+        if (seed > 3) continue;
+        const Sqrt3Mesh net = sqrt3_mesh(forest, {.limit = false}), limits = sqrt3_mesh(forest);
+        const PolygonMesh uniform[] = {refine(mesh, "sqrt3", 0), refine(mesh, "sqrt3", 1), refine(mesh, "sqrt3", 2)};
+        std::vector<Vec3d> even[3];
+        for (std::size_t v = 0; v < net.vertices.size(); ++v) {
+            levels.insert(net.levels[v]);
+            if (net.levels[v] % 2 == 0 && net.levels[v] <= 4) even[net.levels[v] / 2].push_back(net.mesh.positions[v]);
+        }
+        const double size = mesh.bounding_box().diagonal();
+        for (int i = 0; i < 3; ++i) CHECK(farthest_from(even[i], uniform[i].positions) < 1e-12 * size);
+        RefineOptions limit;
+        limit.limit = true;
+        std::vector<Vec3d> shallow;  // level 4 has those of all levels up to it
+        for (std::size_t v = 0; v < limits.vertices.size(); ++v)
+            if (limits.vertices[v].birth <= 4) shallow.push_back(limits.mesh.positions[v]);
+        CHECK(farthest_from(shallow, refine(mesh, "sqrt3", 2, limit).positions) < 1e-12 * size);
+    }
+    CHECK(levels.size() >= 4);
+}
+
+TEST_CASE("[inv2] [inv5] adaptive sqrt3: the way to a set of split faces does not matter, and all can be undone") {
+    for (const std::uint64_t seed : test::seeds(6)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = random_sqrt3_mesh(seed);
+        Sqrt3Forest one(mesh), other(mesh), deep(mesh);
+        test::Random random(seed);
+        for (int i = 0; i < 12; ++i) {
+            refine_randomly(one, random, 0.15, 4);
+            coarsen_randomly(one, random, 0.5);
+            CHECK(!one.check().has_value());
+        }
+        const std::vector<Sqrt3Face> wanted = one.split_faces();
+        REQUIRE(!wanted.empty());
+        std::vector<Sqrt3Face> order = wanted;
+        random.shuffle(order);
+        for (const Sqrt3Face& face : order) other.refine(face);
+        CHECK(other.split_faces() == wanted);
+        for (int i = 0; i < 3; ++i)
+            for (const Sqrt3Leaf& leaf : deep.leaves()) deep.refine(Sqrt3Face{leaf.level, leaf.face});
+        for (const Sqrt3Face& face : wanted) deep.refine(face);
+        const std::set<Sqrt3Face> keep(wanted.begin(), wanted.end());
+        std::vector<Sqrt3Face> split = deep.split_faces();
+        for (auto at = split.rbegin(); at != split.rend(); ++at)
+            if (keep.count(*at) == 0) deep.coarsen(*at);
+        CHECK(deep.split_faces() == wanted);
+        const Sqrt3Mesh expected = sqrt3_mesh(one);
+        CHECK(same_mesh(sqrt3_mesh(other), expected));
+        CHECK(same_mesh(sqrt3_mesh(deep), expected));
+        for (std::size_t n = one.split_count(); n > 0; n = one.split_count()) {
+            coarsen_randomly(one, random, 1);
+            REQUIRE(one.split_count() < n);
+        }
+        CHECK(same_mesh(sqrt3_mesh(one), sqrt3_mesh(Sqrt3Forest(mesh))));
+    }
+}
+
+TEST_CASE("adaptive sqrt3: a zoom of 30 levels at one spot; 64 bytes a leaf; bad input") {
+    const ControlMesh mesh =
+        triangulate(ControlMesh::build(read_obj(std::filesystem::path(TETRAKIS_SOURCE_DIR) / "data" / "cube.obj")));
+    Sqrt3Forest forest(mesh);
+    REQUIRE(forest.max_level() >= 30);
+    std::uint64_t face = 2;
+    for (std::uint8_t level = 0; level < 30; ++level) {
+        forest.refine(Sqrt3Face{level, face});
+        face = 3 * face + level % 3;
+    }
+    CHECK(!forest.check().has_value());
+    const Sqrt3Mesh out = sqrt3_mesh(forest, {.normals = true});
+    CHECK(out.leaves.size() < 30 * 40);
+    CHECK(test::topology(triangles(out.mesh)) == test::surface_topology(mesh));
+    for (const Vec3d& n : out.mesh.normals) CHECK(glm::length(n) == doctest::Approx(1));
+    CHECK(forest.memory_bytes() < 64 * out.leaves.size() + 4096);
+
+    const std::size_t before = forest.split_count();
+    CHECK_THROWS_AS(forest.refine(Sqrt3Face{0, 5000}), Error);
+    CHECK_THROWS_AS(forest.refine(Sqrt3Face{static_cast<std::uint8_t>(forest.max_level()), 0}), Error);
+    CHECK_THROWS_AS(forest.coarsen(Sqrt3Face{0, 2}), Error);
+    CHECK(forest.refine(Sqrt3Face{0, 2}) == 0);
+    CHECK(forest.split_count() == before);
+    Sqrt3Forest broken(mesh);
+    Sqrt3ForestCorruptor::split_alone(broken);
+    CHECK(broken.check().value_or("").find("not there") < 999);
+
+    ControlMeshData creased = mesh.data();
+    creased.creases.push_back({creased.face_vertices[0], creased.face_vertices[1], 2, 0});
+    CHECK_THROWS_WITH_AS(Sqrt3Forest(ControlMesh::build(creased)), doctest::Contains("creases"), Error);
+}
+
+TEST_SUITE_END();
