@@ -43,6 +43,10 @@ class FactoredDual final : public FactoredSteps {
     }
 
     void half_step(FactoredTrace* trace) override {
+        // Two half-steps make four half-edges of one (more at creases), each with its point, triangle and stencil row.
+        constexpr std::uint64_t k_per_halfedge = 240;
+        const auto halfedges = static_cast<std::uint64_t>(mesh_.halfedge_count());
+        check_memory(k_per_halfedge * halfedges * (midpoint_.empty() ? 1 : 4));
         if (midpoint_.empty())
             insert_midpoints(trace);
         else

@@ -2,6 +2,10 @@
 
 #include "tetrakis/refine/factored_steps.hpp"
 
+#include "tetrakis/hier/error.hpp"
+
+#include <string>
+
 namespace tetrakis {
 
 namespace {
@@ -44,9 +48,11 @@ struct FactoredMesh::State {
     int half_steps = 0;
 };
 
-FactoredMesh::FactoredMesh(const ControlMesh& mesh, FactoredScheme scheme) : state_(std::make_unique<State>()) {
+FactoredMesh::FactoredMesh(const ControlMesh& mesh, FactoredScheme scheme, std::uint64_t max_memory_bytes)
+    : state_(std::make_unique<State>()) {
     state_->steps =
         row(scheme).dual ? detail::make_factored_dual(mesh, scheme) : detail::make_factored_primal(mesh, scheme);
+    state_->steps->limit_memory(max_memory_bytes);
 }
 FactoredMesh::~FactoredMesh() = default;
 FactoredMesh::FactoredMesh(FactoredMesh&&) noexcept = default;
@@ -62,6 +68,13 @@ FactoredVertex FactoredMesh::state(std::uint32_t vertex) const { return state_->
 std::vector<std::array<std::uint32_t, 3>> FactoredMesh::triangles() const { return state_->steps->triangles(); }
 PolygonMesh FactoredMesh::mesh() const { return state_->steps->mesh(); }
 PolygonMesh FactoredMesh::active_mesh() const { return state_->steps->active_mesh(); }
+
+void detail::FactoredSteps::check_memory(std::uint64_t bytes) const {
+    if (max_memory_bytes_ == 0 || bytes <= max_memory_bytes_) return;
+    throw Error(ErrorCode::memory_limit, "the next half-step needs about " + std::to_string(bytes >> 20) +
+                                             " MiB, but the limit is " + std::to_string(max_memory_bytes_ >> 20) +
+                                             " MiB; ask for fewer half-steps or raise --max-memory");
+}
 
 void detail::drop_unused_vertices(PolygonMesh& mesh) {
     constexpr std::uint32_t unused = 0xFFFF'FFFFu;

@@ -66,15 +66,16 @@ struct FactoredTrace {
 /// Positions only: no UVs. Primal schemes leave holes out of mesh() and take materials and groups along.
 class FactoredMesh {
   public:
-    /// @param mesh  control mesh; is not kept beyond the call
-    FactoredMesh(const ControlMesh& mesh, FactoredScheme scheme);
+    /// @param mesh              control mesh; is not kept beyond the call
+    /// @param max_memory_bytes  what the meshes may take, as half_step() estimates it; 0: no limit
+    FactoredMesh(const ControlMesh& mesh, FactoredScheme scheme, std::uint64_t max_memory_bytes = 0);
     ~FactoredMesh();
     FactoredMesh(FactoredMesh&&) noexcept;
     FactoredMesh& operator=(FactoredMesh&&) noexcept;
 
     /// One more half-step. Cost: O(triangles), primal schemes in parallel; the same bytes for any number of threads.
     /// @param trace   receives what each rule reads (the work is then serial)
-    /// @throws Error  unsupported: more elements than can be counted; the mesh is then as it was
+    /// @throws Error  unsupported: more elements than can be counted; memory_limit; the mesh is then as it was
     void half_step(FactoredTrace* trace = nullptr);
     int half_steps() const;
 

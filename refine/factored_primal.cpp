@@ -114,6 +114,15 @@ class FactoredPrimal final : public FactoredSteps {
                         SchemeKind::catmull_clark);
         if (finer.halfedges > std::numeric_limits<std::uint32_t>::max() || finer.vertices >= none)
             throw Error(ErrorCode::unsupported, "so many half-steps have more elements than 32 bits can count");
+        // Points now, before and as output; connectivity of the level and of the next one; triangles as output.
+        const std::uint64_t H = level_.halfedge_count();
+        constexpr std::uint64_t k_per_point = 96, k_per_halfedge = 24, k_per_triangle = 24;
+        if (!centred_)
+            check_memory(k_per_point * (level_.vertex_count + level_.face_count) +
+                         (k_per_halfedge + k_per_triangle) * H);
+        else
+            check_memory(k_per_point * finer.vertices + k_per_halfedge * (H + finer.halfedges) +
+                         k_per_triangle * 2 * H);
     }
 
     Vec3d centre(std::uint32_t f, FactoredTrace* trace, std::span<const Vec3d> points) const {

@@ -17,9 +17,16 @@ class FactoredSteps {
     virtual PolygonMesh active_mesh() const = 0;
 
     std::span<const Vec3d> positions() const { return positions_; }
+    void limit_memory(std::uint64_t bytes) { max_memory_bytes_ = bytes; }
 
   protected:
+    /// @throws Error  memory_limit: what the next half-step and a mesh() of it take together is more than the limit
+    void check_memory(std::uint64_t bytes) const;
+
     std::vector<Vec3d> positions_;
+
+  private:
+    std::uint64_t max_memory_bytes_ = 0;
 };
 
 std::unique_ptr<FactoredSteps> make_factored_primal(const ControlMesh& mesh, FactoredScheme scheme);

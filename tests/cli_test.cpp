@@ -103,6 +103,36 @@ TEST_CASE("info reads every model of data/ and agrees with Euler") {
     }
 }
 
+TEST_CASE("refine --factored writes the 4-8 mesh after so many half-steps, or the scheme's own faces") {
+    const ScratchDir scratch;
+    const std::string out = (scratch / "out.ply").string(), report = (scratch / "report.json").string();
+    struct Row {
+        const char* scheme;
+        int steps;
+        bool active;
+        std::size_t faces;
+    };
+    // The cube has 24 half-edges: as many triangles after one half-step, twice as many after each further one.
+    for (const Row& row :
+         {Row{"catmull-clark", 1, false, 24}, Row{"catmull-clark", 4, false, 192}, Row{"catmull-clark", 4, true, 96},
+          Row{"doo-sabin", 0, false, 24}, Row{"doo-sabin", 2, false, 96}, Row{"doo-sabin", 2, true, 26}}) {
+        CAPTURE(row.scheme);
+        CAPTURE(row.steps);
+        std::vector<std::string> line = {"refine",  cli::data("cube.obj"),     "--factored", "--scheme", row.scheme,
+                                         "--steps", std::to_string(row.steps), "-o",         out,        "--report",
+                                         report};
+        if (row.active) line.push_back("--active");
+        const ProcessResult result = cli::run(line);
+        CAPTURE(result.err);
+        REQUIRE(result.code == 0);
+        const auto json = nlohmann::json::parse(slurp(report));
+        cli::check_report(json);
+        CHECK(json.at("scheme") == row.scheme);
+        CHECK(json.at("output_faces") == row.faces);
+        CHECK(json.at("half_steps") == row.steps);
+    }
+}
+
 TEST_CASE("refine writes every format, with the same bytes for one and two threads") {
     const ScratchDir scratch;
     for (const std::string extension : {".obj", ".ply", ".glb"})
@@ -217,6 +247,10 @@ TEST_CASE("[bad-input] the exit code says whose fault it is, the message what is
         {{"refine", cube, "--levels", "2", "-o", out, "--threads", "0"}, 2, "--threads"},
         {{"refine", cube, "--levels", "2", "-o", out, "--max-memory", "2X"}, 2, "500M"},
         {{"refine", cube, "--levels", "2", "-o", out, "--polish"}, 2, "--polish"},
+        {{"refine", cube, "--steps", "2", "-o", out}, 2, "--factored"},
+        {{"refine", cube, "--factored", "-o", out}, 2, "--steps"},
+        {{"refine", cube, "--factored", "--steps", "2", "--levels", "1", "-o", out}, 2, "--levels"},
+        {{"refine", cube, "--factored", "--steps", "2", "--scheme", "loop", "-o", out}, 2, "midedge-simplest"},
         {{"refine", missing, "--levels", "2", "-o", (scratch / "out.stl").string()}, 2, ".stl"},  // before any work
         {{"refine", cube, "--levels", "2", "-o", (scratch / "out").string()}, 2, ".obj, .ply or .glb"},
         {{"refine", cube, "--levels", "2", "-o", cube}, 2, "input"},
@@ -241,6 +275,7 @@ TEST_CASE("[bad-input] the exit code says whose fault it is, the message what is
         // run time
         {{"refine", cube, "--levels", "2", "-o", (scratch / "no" / "out.obj").string()}, 1, "no"},
         {{"refine", missing, "--levels", "2", "-o", "/proc/out.obj"}, 1, "/proc"},  // seen before any work
+        {{"refine", cube, "--factored", "--steps", "20", "--max-memory", "20M", "-o", out}, 1, "half-step"},
         {{"refine", cube, "--levels", "30", "-o", out}, 1, "32-bit"},
         {{"refine", cube, "--levels", "9", "-o", out, "--max-memory", "10M"}, 1, "10 MiB"},
     };

@@ -2,6 +2,7 @@
 #include "random_mesh.hpp"
 #include "surface_topology.hpp"
 
+#include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/factored_grid.hpp"
 #include "tetrakis/refine/factored_mesh.hpp"
@@ -349,6 +350,20 @@ TEST_CASE("factored corner masks: the dual rules again, with small weights") {
         }
         CHECK(largest < 1.7);
         MESSAGE("largest sum of magnitudes ", largest);
+    }
+}
+
+TEST_CASE("[bad-input] factored: a half-step that would not fit leaves the mesh as it was") {
+    for (const FactoredScheme scheme : {FactoredScheme::catmull_clark, FactoredScheme::doo_sabin}) {
+        FactoredMesh mesh(prism(5), scheme, std::uint64_t{1} << 20);
+        const auto refuse = [&] {
+            for (int i = 0; i < 20; ++i) mesh.half_step();
+        };
+        CHECK_THROWS_WITH_AS(refuse(), doctest::Contains("the limit is 1 MiB"), Error);
+        FactoredMesh same = factored(prism(5), scheme, mesh.half_steps());
+        CHECK(mesh.half_steps() > 4);
+        CHECK(mesh.triangles() == same.triangles());
+        CHECK(std::equal(mesh.positions().begin(), mesh.positions().end(), same.positions().begin()));
     }
 }
 

@@ -1,5 +1,6 @@
 #include "commands.hpp"
 #include "console.hpp"
+#include "factored_refine.hpp"
 #include "files.hpp"
 #include "report.hpp"
 #include "run_options.hpp"
@@ -15,6 +16,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace tetrakis::cli {
 namespace {
@@ -24,12 +26,15 @@ struct Options {
     std::filesystem::path stencils;
     std::string scheme{name(SchemeKind::catmull_clark)};
     RuleOptionFlags rules;
-    int levels = 0, smoothing = 0;
-    bool limit = false, repair = false;
+    int levels = 0, smoothing = 0, steps = 0;
+    bool limit = false, repair = false, factored = false, active = false;
     RunOptions run;
 };
 
 ExitCode run(const Options& options) {
+    if (options.factored)
+        return run_factored_refine({options.input, options.output, options.report, options.scheme, options.steps,
+                                    options.active, options.repair, options.run});
     const SchemeInfo& scheme = chosen_scheme(options.scheme);
     OutputFiles outputs;
     outputs.add(OutputFiles::Kind::mesh, "-o", options.output);
@@ -108,30 +113,55 @@ void add_refine_command(CLI::App& app, Command& chosen) {
                      "Subdivision scheme, any that \"tetrakis schemes\" lists (catmull-clark)")
         ->type_name("S");
     constexpr int k_most_levels = 31;  // far beyond what 32-bit indices allow; the library says so
-    command->add_option("--levels", options->levels, "Steps of the scheme")
-        ->required()
-        ->type_name("N")
-        ->check(CLI::Range(0, k_most_levels));
-    command->add_flag("--limit", options->limit, "Put the vertices on the limit surface, with its normals");
-    options->rules.add(*command);
+    CLI::Option* levels = command->add_option("--levels", options->levels, "Steps of the scheme")
+                              ->type_name("N")
+                              ->check(CLI::Range(0, k_most_levels));
+    CLI::Option* limit =
+        command->add_flag("--limit", options->limit, "Put the vertices on the limit surface, with its normals");
+    CLI::Option* steps = command
+                             ->add_option("--steps", options->steps,
+                                          "With --factored: half-steps, two for a level. Else, for averaging: its "
+                                          "number of averaging steps in a level (3)")
+                             ->type_name("K")
+                             ->check(CLI::Range(0, 2 * k_most_levels));
+    const std::vector<CLI::Option*> choices = options->rules.add(*command);
+    CLI::Option* smoothing = command
+                                 ->add_option("--smoothing", options->smoothing,
+                                              "Rounds of smoothing of the control points first, for interpolating "
+                                              "schemes (0)")
+                                 ->type_name("N")
+                                 ->check(CLI::Range(0, 100).description(""));
+    CLI::Option* factored = command->add_flag("--factored", options->factored,
+                                              "By half-steps on the 4-8 mesh, which is written as triangles; --steps "
+                                              "says how many. For " +
+                                                  factored_scheme_names());
     command
-        ->add_option("--smoothing", options->smoothing,
-                     "Rounds of smoothing of the control points first, for interpolating schemes (0)")
-        ->type_name("N")
-        ->check(CLI::Range(0, 100).description(""));
+        ->add_flag("--active", options->active,
+                   "With --factored: write the scheme's own faces after the last whole level, not the 4-8 mesh")
+        ->needs(factored);
     options->run.add_threads(*command);
     options->run.add_max_memory(*command);
     command->add_flag("--repair", options->repair, "Mend what can be mended safely, and say what was done");
     command->add_option("-o,--output", options->output, "Mesh to write: .obj, .ply or .glb")
         ->required()
         ->type_name("OUT");
-    command
-        ->add_option("--stencils", options->stencils,
-                     "Write the vertices as weights of control vertices (by the rules, so in their order)")
-        ->type_name("T.txt");
+    CLI::Option* stencils =
+        command
+            ->add_option("--stencils", options->stencils,
+                         "Write the vertices as weights of control vertices (by the rules, so in their order)")
+            ->type_name("T.txt");
+    factored->needs(steps);
+    for (CLI::Option* other : {levels, limit, smoothing, stencils}) factored->excludes(other);
+    for (CLI::Option* other : choices) factored->excludes(other);
     command->add_option("--report", options->report, "Write figures as JSON")->type_name("R.json");
     command->footer("Example:\n  tetrakis refine data/pawn.obj --scheme catmull-clark --levels 3 --limit -o pawn.obj");
-    command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+    command->callback([options, levels, steps, &chosen] {
+        if (!options->factored) {
+            if (levels->count() == 0) throw CLI::RequiredError("--levels, or --factored with --steps,");
+            if (steps->count() != 0) options->rules.set_averaging_steps(options->steps);
+        }
+        chosen = [options] { return run(*options); };
+    });
 }
 
 }  // namespace tetrakis::cli

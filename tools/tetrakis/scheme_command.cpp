@@ -322,6 +322,7 @@ void add_scheme_command(CLI::App& app, Command& chosen) {
     command->add_flag("--json", options->json, "Print JSON");
     command->add_option("--image", options->image, "Draw masks, characteristic map and basis function (.png)")
         ->type_name("PNG");
+    options->flags.add_averaging_steps(*command);
     options->flags.add(*command);
     command->footer("Example:\n  tetrakis scheme loop --valence 5 --image loop5.png");
     command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });

@@ -10,6 +10,12 @@
 
 namespace tetrakis::cli {
 
+namespace {
+
+constexpr int k_most_averaging_steps = 9;
+
+}
+
 void add_scheme_option(CLI::App& command, SchemeKind& scheme) {
     std::vector<std::string> names;
     for (const SchemeKind kind : {SchemeKind::catmull_clark, SchemeKind::loop}) names.emplace_back(name(kind));
@@ -29,24 +35,35 @@ const SchemeInfo& chosen_scheme(const std::string& text) {
     }
 }
 
-void RuleOptionFlags::add(CLI::App& command) {
+void RuleOptionFlags::add_averaging_steps(CLI::App& command) {
     command.add_option("--steps", rules_.averaging_steps, "averaging: number of steps (3)")
         ->type_name("M")
-        ->check(CLI::Range(0, 9).description(""));
-    command.add_option("--tuning", rules_.tuning, "tuned-loop: 0 (loop) to 1 (the default)")
-        ->type_name("T")
-        ->check(CLI::Range(0.0, 1.0).description(""));
-    command
-        .add_option("--edge-rule", edge_rule_,
-                    "loop, tuned-loop, catmull-clark: edges beside creases: plain, cosine or brief")
-        ->type_name("R")
-        ->check(CLI::IsMember({"plain", "cosine", "brief"}).description(""));
-    command.add_flag("--warren", warren_, "loop: Warren's weights");
-    command.add_flag("--hoppe", hoppe_, "loop: Hoppe's crease rule");
-    command.add_flag("--reflect", rules_.reflect_at_boundary,
-                     "modified-butterfly: points beyond the boundary by reflection");
-    command.add_flag("--recede", recede_,
-                     "biquartic, averaging: use up the outer ring of an open mesh instead of copying it");
+        ->check(CLI::Range(0, k_most_averaging_steps).description(""));
+}
+
+void RuleOptionFlags::set_averaging_steps(int steps) {
+    if (steps < 0 || steps > k_most_averaging_steps)
+        throw CLI::ValidationError("--steps", "averaging takes 0 to " + std::to_string(k_most_averaging_steps));
+    rules_.averaging_steps = steps;
+}
+
+std::vector<CLI::Option*> RuleOptionFlags::add(CLI::App& command) {
+    return {
+        command.add_option("--tuning", rules_.tuning, "tuned-loop: 0 (loop) to 1 (the default)")
+            ->type_name("T")
+            ->check(CLI::Range(0.0, 1.0).description("")),
+        command
+            .add_option("--edge-rule", edge_rule_,
+                        "loop, tuned-loop, catmull-clark: edges beside creases: plain, cosine or brief")
+            ->type_name("R")
+            ->check(CLI::IsMember({"plain", "cosine", "brief"}).description("")),
+        command.add_flag("--warren", warren_, "loop: Warren's weights"),
+        command.add_flag("--hoppe", hoppe_, "loop: Hoppe's crease rule"),
+        command.add_flag("--reflect", rules_.reflect_at_boundary,
+                         "modified-butterfly: points beyond the boundary by reflection"),
+        command.add_flag("--recede", recede_,
+                         "biquartic, averaging: use up the outer ring of an open mesh instead of copying it"),
+    };
 }
 
 RuleOptions RuleOptionFlags::rules() const {

@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 
 #include <string>
+#include <vector>
 
 namespace tetrakis::cli {
 
@@ -17,10 +18,14 @@ void add_scheme_option(CLI::App& command, SchemeKind& scheme);
 /// The scheme of that name in the whole table. @throws UsageError: an unknown one; says the nearest and all names
 const SchemeInfo& chosen_scheme(const std::string& text);
 
-/// The choices that rules offer, as options: --steps, --tuning, --edge-rule, --warren, --hoppe, ...
+/// The choices that rules offer, as options: --tuning, --edge-rule, --warren, --hoppe, ...
 class RuleOptionFlags {
   public:
-    void add(CLI::App& command);
+    /// All but --steps; returns them.
+    std::vector<CLI::Option*> add(CLI::App& command);
+    void add_averaging_steps(CLI::App& command);
+    /// @throws CLI::ValidationError  more than the rules allow
+    void set_averaging_steps(int steps);
     RuleOptions rules() const;
 
   private:

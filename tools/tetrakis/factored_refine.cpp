@@ -1,0 +1,86 @@
+#include "factored_refine.hpp"
+
+#include "console.hpp"
+#include "files.hpp"
+#include "report.hpp"
+
+#include "tetrakis/eval/io/mesh_writer.hpp"
+#include "tetrakis/refine/factored_mesh.hpp"
+
+#include <fmt/format.h>
+
+namespace tetrakis::cli {
+
+namespace {
+
+FactoredScheme chosen_scheme(const std::string& text) {
+    if (const auto scheme = factored_scheme_from_name(text)) return *scheme;
+    throw UsageError(fmt::format("\"{}\" has no factored form; these have one: {}", text, factored_scheme_names()));
+}
+
+}  // namespace
+
+std::string factored_scheme_names() {
+    std::string names;
+    for (const FactoredScheme scheme : factored_schemes())
+        names += fmt::format("{}{}", names.empty() ? "" : ", ", name(scheme));
+    return names;
+}
+
+ExitCode run_factored_refine(const FactoredRefine& options) {
+    const FactoredScheme scheme = chosen_scheme(options.scheme);
+    OutputFiles outputs;
+    outputs.add(OutputFiles::Kind::mesh, "-o", options.output);
+    outputs.add(OutputFiles::Kind::report, "--report", options.report);
+    outputs.check({options.input});
+
+    Run process(options.run);
+    LoadedModel model = load_model(options.input, options.repair, process.context());
+    Report report;
+    report.input = options.input;
+    report.scheme = name(scheme);
+    report.faces = model.mesh.face_count();
+    report.levels = options.half_steps / 2;
+    report.threads = options.run.thread_count();
+    report.seconds.load = model.load_seconds;
+    report.seconds.build = model.build_seconds;
+    report.warnings = model.mesh.warnings();
+
+    const Stopwatch refining;
+    FactoredMesh factored(model.mesh, scheme, process.context().max_memory_bytes);
+    for (int i = 0; i < options.half_steps; ++i) {
+        process.context().report("refine", static_cast<double>(i) / options.half_steps);
+        factored.half_step();
+    }
+    const PolygonMesh mesh = options.active ? factored.active_mesh() : factored.mesh();
+    std::uint64_t active = 0;
+    for (std::uint32_t v = 0; v < factored.positions().size(); ++v)
+        active += factored.state(v) == FactoredVertex::active;
+    report.seconds.refine = refining.seconds();
+    report.vertices = mesh.positions.size();
+    if (mesh.face_vertices.size() == std::uint64_t{3} * mesh.face_count()) report.triangles = mesh.face_count();
+    report.more = {{"output_faces", mesh.face_count()}, {"half_steps", options.half_steps}, {"active", active}};
+
+    const Stopwatch write;
+    write_mesh(options.output, mesh, process.context());
+    report.seconds.write = write.seconds();
+    if (!options.report.empty()) report.write(options.report);
+    process.end_progress();
+
+    print_warnings(report.warnings);
+    Table table;
+    table.row("input", fmt::format("{} ({} faces)", options.input.string(), format_count(report.faces)));
+    table.row("refined", fmt::format("{}, {} half-steps on the 4-8 mesh, {} active vertices", name(scheme),
+                                     options.half_steps, format_count(active)));
+    table.row("result",
+              fmt::format("{} faces, {} vertices", format_count(mesh.face_count()), format_count(report.vertices)));
+    table.row("time", fmt::format("load {}, build {}, refine {}, write {}", format_seconds(report.seconds.load),
+                                  format_seconds(report.seconds.build), format_seconds(report.seconds.refine),
+                                  format_seconds(report.seconds.write)));
+    table.row("written", options.output.string());
+    if (!options.report.empty()) table.row("", options.report.string());
+    table.print();
+    return ExitCode::done;
+}
+
+}  // namespace tetrakis::cli
