@@ -157,7 +157,7 @@ class FactoredDual final : public FactoredSteps {
             return StencilRow{};
         };
         const RuleStep step = split_vertices(
-            mesh_, [&](int h) { return row(corner(h, trace)); },
+            mesh_, nullptr, [&](int h) { return row(corner(h, trace)); },
             [&](int h, int near) {
                 const Reader read(positions_, trace, positions_.size());
                 // 3/4 and 1/4 of the ends.

@@ -12,6 +12,7 @@
 #include <numbers>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -198,7 +199,7 @@ class Finder {
         if (site.kind == Site::Kind::face) return around_face(mesh, site.halfedge);
         if (site.kind == Site::Kind::crease) {
             const FanShape shape{.faces = 4, .boundary = true};
-            return by_masks(mesh, shape, {site.halfedge});
+            return by_masks(mesh, shape, std::span(&site.halfedge, 1));
         }
         const int v = mesh.origin(site.halfedge);
         const RuleMesh::Ring ring = mesh.ring(v);
@@ -246,7 +247,7 @@ class Finder {
         return by_masks(mesh, {.faces = static_cast<int>(start.size())}, start);
     }
 
-    std::optional<Rows> by_masks(const RuleMesh& mesh, const FanShape& shape, const std::vector<int>& start) {
+    std::optional<Rows> by_masks(const RuleMesh& mesh, const FanShape& shape, std::span<const int> start) {
         const Masks& m = masks(shape);
         if (!m.any()) return std::nullopt;
         const std::optional<std::vector<int>> fan = find(mesh, shape, start, m.rings);
@@ -271,7 +272,7 @@ class Finder {
     }
 
     /// The vertices of the fan, where the mesh is there as the masks take it.
-    std::optional<std::vector<int>> find(const RuleMesh& mesh, const FanShape& shape, const std::vector<int>& start,
+    std::optional<std::vector<int>> find(const RuleMesh& mesh, const FanShape& shape, std::span<const int> start,
                                          int rings) {
         const FanLabels& labels = labels_of(shape, rings);
         const int size = lattice_ == FanLattice::triangles ? 3 : 4;

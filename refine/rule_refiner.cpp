@@ -64,7 +64,7 @@ StencilTable smoothing_stencils(const RuleMesh& mesh) {
             table.push({{v, 1}});
             continue;
         }
-        const std::vector<int> around = rule == VertexRule::crease ? mesh.sharp_neighbours(v) : mesh.ring(v).neighbour;
+        const auto around = rule == VertexRule::crease ? mesh.sharp_neighbours(v) : mesh.ring(v).neighbour;
         StencilRow row{{v, 0.5}};
         for (const int e : around) row.add(e, 0.5 / static_cast<double>(around.size()));
         table.push(std::move(row));
@@ -85,6 +85,14 @@ void apply(const StencilTable& table, const double* in, int width, double* out) 
         }
     });
 }
+
+class ParallelBlocks final : public BlockRunner {
+  public:
+    void run(int count, const std::function<void(int)>& block) const override {
+        for_each_index(
+            static_cast<std::uint32_t>(count), [&](std::uint32_t i) { block(static_cast<int>(i)); }, 1);
+    }
+};
 
 }  // namespace
 
@@ -131,6 +139,9 @@ RuleRefiner::RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int 
     State& s = *state_;
     s.control_vertices = mesh.vertex_count();
     s.options = options;
+    const ParallelBlocks runner;
+    RuleOptions rules = options.rules;
+    rules.runner = &runner;
     try {
         s.last = rule_mesh(mesh);
         s.control_face.resize(mesh.face_count());
@@ -140,7 +151,7 @@ RuleRefiner::RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int 
         for (std::uint64_t i = 0, size = 1; i < static_cast<std::uint64_t>(levels); ++i) all += size *= growth(scheme);
         for (std::uint64_t i = 0, size = 1; i < static_cast<std::uint64_t>(levels); ++i) {
             options.context.report("refine", static_cast<double>(done) / static_cast<double>(all));
-            RuleStep step = scheme.step(s.last, options.rules);
+            RuleStep step = scheme.step(s.last, rules);
             for (int& face : step.parent_face) face = s.control_face[face];
             s.control_face = std::move(step.parent_face);
             s.steps.push_back(std::move(step.stencils));

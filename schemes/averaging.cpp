@@ -97,7 +97,7 @@ StencilRow gathered(StencilRow row) {
     return table.row(0);
 }
 
-Averages average(const Layered& layered, int steps) {
+Averages average(const Layered& layered, int steps, const BlockRunner* runner) {
     const RuleMesh& mesh = layered.mesh;
     Averages a;
     a.split = detail::split_polygons(mesh);
@@ -115,10 +115,15 @@ Averages average(const Layered& layered, int steps) {
         for (const int v : mesh.corners(f)) row.add(at(v), 1.0 / mesh.face_size(f));
         a.vertex[mesh.vertex_count() + mesh.edge_count() + f] = gathered(std::move(row));
     }
+    const auto each = [&](int count, const auto& body) {
+        detail::for_row_blocks(runner, count, [&](int begin, int end) {
+            for (int i = begin; i < end; ++i) body(i);
+        });
+    };
     for (int step = 0; step < steps; ++step) {
         if (step % 2 == 0) {
             a.quad.assign(split.face_count(), {});
-            for (int q = 0; q < split.face_count(); ++q) {
+            each(split.face_count(), [&](int q) {
                 StencilRow row;
                 bool whole = true;
                 for (const int v : split.corners(q)) {
@@ -126,10 +131,10 @@ Averages average(const Layered& layered, int steps) {
                     row.add(a.vertex[v], 0.25);
                 }
                 if (whole) a.quad[q] = gathered(std::move(row));
-            }
+            });
             continue;
         }
-        for (int v = 0; v < split.vertex_count(); ++v) {
+        each(split.vertex_count(), [&](int v) {
             StencilRow row;
             bool whole = split.first(v) != RuleMesh::none && !split.on_boundary(v);
             if (whole) {
@@ -140,7 +145,7 @@ Averages average(const Layered& layered, int steps) {
                 }
             }
             a.vertex[v] = whole ? gathered(std::move(row)) : StencilRow{};
-        }
+        });
         a.quad.clear();
     }
     return a;
@@ -232,16 +237,16 @@ RuleStep averaging_step(const RuleMesh& mesh, const RuleOptions& options) {
     Layered layered = smooth_inside(mesh);
     if (sharp_rules) layered.mesh = mesh;
     if (recedes) {
-        const Averages a = average(layered, steps);
+        const Averages a = average(layered, steps, options.runner);
         return steps % 2 == 0 ? receding_primal(mesh, a) : receding_dual(mesh, a);
     }
     const RuleMesh inside = layered.mesh;
     if (!sharp_rules)
         for (int i = 0; i < layers_needed(steps); ++i) add_layer(layered);
-    const Averages a = average(layered, steps);
+    const Averages a = average(layered, steps, options.runner);
     if (steps % 2 == 1)
         return detail::split_vertices(
-            inside, [&](int h) { return a.quad[h]; },
+            inside, options.runner, [&](int h) { return a.quad[h]; },
             [&](int h, int near) {
                 const int from_origin = layered.outer[h];
                 return a.quad[inside.origin(h) == near ? from_origin : layered.mesh.prev(from_origin)];
@@ -251,7 +256,7 @@ RuleStep averaging_step(const RuleMesh& mesh, const RuleOptions& options) {
     const auto split_edge = [&](int h) { return layered.mesh.vertex_count() + layered.mesh.edge(h); };
     const auto split_face = [&](int f) { return layered.mesh.vertex_count() + layered.mesh.edge_count() + f; };
     return detail::split_polygons(
-        inside,
+        inside, options.runner,
         [&](int v) -> StencilRow {
             if (inside.first(v) == RuleMesh::none) return {{v, 1}};
             if (!sharp_rules) return a.vertex[v];

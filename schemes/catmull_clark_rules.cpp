@@ -124,7 +124,7 @@ StencilRow face_row(const RuleMesh& mesh, int f, const RuleOptions& options) {
 RuleStep catmull_clark_step(const RuleMesh& mesh, const RuleOptions& options) {
     detail::check_corner_angle(options);
     return detail::split_polygons(
-        mesh,
+        mesh, options.runner,
         [&](int v) -> StencilRow {
             const RuleMesh::Ring ring = mesh.ring(v);
             if (ring.faces() == 0) return {{v, 1}};

@@ -43,14 +43,17 @@ namespace {
 
 using Weights = std::vector<double> (*)(int);
 
-RuleStep dual_step(const RuleMesh& mesh, Weights weights) {
+RuleStep dual_step(const RuleMesh& mesh, const RuleOptions& options, Weights weights) {
     std::vector<std::vector<double>> of_size;
+    for (int f = 0; f < mesh.face_count(); ++f) {
+        const int k = mesh.face_size(f);
+        if (static_cast<int>(of_size.size()) <= k) of_size.resize(k + 1);
+        if (of_size[k].empty()) of_size[k] = weights(k);
+    }
     return detail::split_vertices(
-        mesh,
+        mesh, options.runner,
         [&](int h) {
             const int k = mesh.face_size(mesh.face(h));
-            if (static_cast<int>(of_size.size()) <= k) of_size.resize(k + 1);
-            if (of_size[k].empty()) of_size[k] = weights(k);
             StencilRow row;
             for (int i = 0, at = h; i < k; ++i, at = mesh.next(at)) row.add(mesh.origin(at), of_size[k][i]);
             return row;
@@ -86,13 +89,17 @@ ClosedMasks closed_masks(const FanShape& shape, double lambda) {
 
 }  // namespace
 
-RuleStep doo_sabin_step(const RuleMesh& mesh, const RuleOptions&) { return dual_step(mesh, DooSabin::weights); }
-RuleStep doo_sabin_catmull_clark_step(const RuleMesh& mesh, const RuleOptions&) {
-    return dual_step(mesh, DooSabin::weights_catmull_clark);
+RuleStep doo_sabin_step(const RuleMesh& mesh, const RuleOptions& options) {
+    return dual_step(mesh, options, DooSabin::weights);
 }
-RuleStep midedge_step(const RuleMesh& mesh, const RuleOptions&) { return dual_step(mesh, Midedge::weights); }
-RuleStep midedge_simplest_step(const RuleMesh& mesh, const RuleOptions&) {
-    return dual_step(mesh, Midedge::weights_simplest);
+RuleStep doo_sabin_catmull_clark_step(const RuleMesh& mesh, const RuleOptions& options) {
+    return dual_step(mesh, options, DooSabin::weights_catmull_clark);
+}
+RuleStep midedge_step(const RuleMesh& mesh, const RuleOptions& options) {
+    return dual_step(mesh, options, Midedge::weights);
+}
+RuleStep midedge_simplest_step(const RuleMesh& mesh, const RuleOptions& options) {
+    return dual_step(mesh, options, Midedge::weights_simplest);
 }
 
 ClosedMasks doo_sabin_closed_masks(const FanShape& shape, const RuleOptions&) { return closed_masks(shape, 0.5); }

@@ -13,15 +13,29 @@ inline std::vector<float> child_vertex_sharpness(const RuleMesh& mesh, int fine_
 }
 
 /// Each triangle in four. New points: the old vertices, then one per edge.
-/// @param vertex_row, edge_row  (vertex) and (half-edge of the edge) to StencilRow
+/// @param vertex_row, edge_row  (vertex) and (half-edge of the edge) to StencilRow; called by many threads at once
 template <class VertexRow, class EdgeRow>
-RuleStep split_triangles(const RuleMesh& mesh, VertexRow&& vertex_row, EdgeRow&& edge_row) {
+RuleStep split_triangles(const RuleMesh& mesh, const BlockRunner* runner, VertexRow&& vertex_row, EdgeRow&& edge_row) {
     RuleStep step;
-    const int V = mesh.vertex_count();
-    for (int v = 0; v < V; ++v) step.stencils.push(vertex_row(v));
-    for (int e = 0; e < mesh.edge_count(); ++e) step.stencils.push(edge_row(mesh.edge_halfedge(e)));
+    const int V = mesh.vertex_count(), H = mesh.halfedge_count();
+    step.stencils.push_rows(runner, V, vertex_row);
+    step.stencils.push_rows(runner, mesh.edge_count(), [&](int e) { return edge_row(mesh.edge_halfedge(e)); });
     RuleMesh::Builder faces;
-    step.child_halfedge.resize(mesh.halfedge_count());
+    const std::size_t fine = 4 * static_cast<std::size_t>(H);
+    faces.reserve(fine / 3, fine);
+    std::vector<int> twin(fine);
+    // Corner i of face f has triangle 4 f + i; the inner triangle is its face's fourth.
+    const auto child = [](int h) { return h + h / 3 * 9 + h % 3 * 2; };
+    for (int h = 0; h < H; ++h) {
+        const int t = mesh.twin(h), at = child(h), inner = h / 3 * 12 + 9 + mesh.prev(h) % 3;
+        const int before = mesh.twin(mesh.prev(h));
+        twin[at] = t == RuleMesh::none ? t : child(mesh.next(t)) + 2;
+        twin[at + 1] = inner;
+        twin[inner] = at + 1;
+        twin[at + 2] = before == RuleMesh::none ? before : child(before);
+    }
+    faces.set_twins(std::move(twin));
+    step.child_halfedge.resize(H);
     for (int f = 0; f < mesh.face_count(); ++f) {
         const int h = mesh.face_begin(f);
         for (int i = 0; i < 3; ++i) {
@@ -44,6 +58,10 @@ RuleStep split_triangles(const RuleMesh& mesh, VertexRow&& vertex_row, EdgeRow&&
 inline RuleMesh split_polygons(const RuleMesh& mesh) {
     const int V = mesh.vertex_count(), E = mesh.edge_count();
     RuleMesh::Builder faces;
+    const auto quads = static_cast<std::size_t>(mesh.halfedge_count());
+    faces.reserve(quads, 4 * quads);
+    std::vector<int> twin;
+    twin.reserve(4 * quads);
     for (int h = 0; h < mesh.halfedge_count(); ++h) {
         const int before = mesh.prev(h);
         faces.corner(mesh.origin(h), child_sharpness(mesh.sharpness(h)));
@@ -51,7 +69,13 @@ inline RuleMesh split_polygons(const RuleMesh& mesh) {
         faces.corner(V + E + mesh.face(h));
         faces.corner(V + mesh.edge(before), child_sharpness(mesh.sharpness(before)));
         faces.end_face();
+        const int t = mesh.twin(h), b = mesh.twin(before);
+        twin.push_back(t == RuleMesh::none ? t : 4 * mesh.next(t) + 3);
+        twin.push_back(4 * mesh.next(h) + 2);
+        twin.push_back(4 * before + 1);
+        twin.push_back(b == RuleMesh::none ? b : 4 * b);
     }
+    faces.set_twins(std::move(twin));
     const int count = V + E + mesh.face_count();
     return RuleMesh(count, std::move(faces), child_vertex_sharpness(mesh, count));
 }
@@ -64,11 +88,12 @@ inline std::vector<int> split_polygons_children(const RuleMesh& mesh) {
 
 /// Each k-gon in k quads. New points: the old vertices, then one per edge, then one per face.
 template <class VertexRow, class EdgeRow, class FaceRow>
-RuleStep split_polygons(const RuleMesh& mesh, VertexRow&& vertex_row, EdgeRow&& edge_row, FaceRow&& face_row) {
+RuleStep split_polygons(const RuleMesh& mesh, const BlockRunner* runner, VertexRow&& vertex_row, EdgeRow&& edge_row,
+                        FaceRow&& face_row) {
     RuleStep step;
-    for (int v = 0; v < mesh.vertex_count(); ++v) step.stencils.push(vertex_row(v));
-    for (int e = 0; e < mesh.edge_count(); ++e) step.stencils.push(edge_row(mesh.edge_halfedge(e)));
-    for (int f = 0; f < mesh.face_count(); ++f) step.stencils.push(face_row(f));
+    step.stencils.push_rows(runner, mesh.vertex_count(), vertex_row);
+    step.stencils.push_rows(runner, mesh.edge_count(), [&](int e) { return edge_row(mesh.edge_halfedge(e)); });
+    step.stencils.push_rows(runner, mesh.face_count(), face_row);
     step.mesh = split_polygons(mesh);
     for (int h = 0; h < mesh.halfedge_count(); ++h) step.parent_face.push_back(mesh.face(h));
     step.child_halfedge = split_polygons_children(mesh);
@@ -88,8 +113,8 @@ inline int opposite(const RuleMesh& mesh, int h) { return mesh.origin(mesh.prev(
 /// Value of a semi-sharp rule: the rows of the smooth rule, of the crease along ring edges a and b, and of the corner.
 template <class SmoothRow>
 StencilRow blended_vertex_row(const RuleMesh& mesh, int v, const RuleMesh::Ring& ring, SmoothRow&& smooth_row) {
-    std::vector<float> children(ring.sharpness.size());
-    for (std::size_t i = 0; i < children.size(); ++i) children[i] = child_sharpness(ring.sharpness[i]);
+    ShortList<float, 8> children;
+    for (const float s : ring.sharpness) children.push_back(child_sharpness(s));
     const float sharpness = mesh.vertex_sharpness(v);
     const VertexBlend blend = vertex_blend(ring.sharpness, sharpness, children, child_sharpness(sharpness));
     StencilRow row;

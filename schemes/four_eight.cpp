@@ -24,49 +24,50 @@ StencilRow midpoint(const RuleMesh& mesh, int h) { return {{mesh.origin(h), 0.5}
 
 }  // namespace
 
-RuleStep four_eight_step(const RuleMesh& mesh, const RuleOptions&) {
-    if (!mesh.all_faces_have(4)) return four_eight_first_step(mesh);
+RuleStep four_eight_step(const RuleMesh& mesh, const RuleOptions& options) {
+    if (!mesh.all_faces_have(4)) return four_eight_first_step(mesh, options);
+    const BlockRunner* runner = options.runner;
     // After the first bisection: old vertices, and the blocks' points.
-    std::vector<StencilRow> vertex(mesh.vertex_count()), block(mesh.face_count()), crease(mesh.vertex_count());
-    for (int v = 0; v < mesh.vertex_count(); ++v) {
-        crease[v] = crease_vertex_row(mesh, v);
-        if (!crease[v].terms.empty()) {
-            vertex[v] = {{v, 1}};
-            continue;
-        }
+    StencilTable vertex, crease;
+    crease.push_rows(runner, mesh.vertex_count(), [&](int v) { return crease_vertex_row(mesh, v); });
+    vertex.push_rows(runner, mesh.vertex_count(), [&](int v) -> StencilRow {
+        if (!crease.points(v).empty()) return {{v, 1}};
         const RuleMesh::Ring ring = mesh.ring(v);
-        vertex[v].add(v, 0.5);
-        for (const int e : ring.neighbour) vertex[v].add(e, 0.5 / ring.edges());
-    }
-    for (int f = 0; f < mesh.face_count(); ++f) block[f] = detail::face_mean(mesh, f);
+        StencilRow row{{v, 0.5}};
+        for (const int e : ring.neighbour) row.add(e, 0.5 / ring.edges());
+        return row;
+    });
+    const auto add_block = [&](int f, double weight, StencilRow& row) {
+        for (const int v : mesh.corners(f)) row.add(v, weight / 4);
+    };
     return detail::split_polygons(
-        mesh,
+        mesh, runner,
         [&](int v) {
-            if (!crease[v].terms.empty()) return crease[v];
+            if (!crease.points(v).empty()) return crease.row(v);
             const RuleMesh::Ring ring = mesh.ring(v);
             StencilRow row;
-            row.add(vertex[v], 0.5);
-            for (const int h : ring.halfedge) row.add(block[mesh.face(h)], 0.5 / ring.faces());
+            vertex.add_row(v, 0.5, row);
+            for (const int h : ring.halfedge) add_block(mesh.face(h), 0.5 / ring.faces(), row);
             return row;
         },
         [&](int h) {
             if (mesh.sharp(h)) return midpoint(mesh, h);
             StencilRow row;
-            for (const int v : {mesh.origin(h), mesh.target(h)}) row.add(vertex[v], 0.25);
-            for (const int side : {h, mesh.twin(h)}) row.add(block[mesh.face(side)], 0.25);
+            for (const int v : {mesh.origin(h), mesh.target(h)}) vertex.add_row(v, 0.25, row);
+            for (const int side : {h, mesh.twin(h)}) add_block(mesh.face(side), 0.25, row);
             return row;
         },
         [&](int f) {
             StencilRow row;
-            row.add(block[f], 0.5);
-            for (const int v : mesh.corners(f)) row.add(vertex[v], 0.125);
+            add_block(f, 0.5, row);
+            for (const int v : mesh.corners(f)) vertex.add_row(v, 0.125, row);
             return row;
         });
 }
 
-RuleStep four_eight_first_step(const RuleMesh& mesh) {
+RuleStep four_eight_first_step(const RuleMesh& mesh, const RuleOptions& options) {
     return detail::split_polygons(
-        mesh,
+        mesh, options.runner,
         [&](int v) {
             StencilRow row = crease_vertex_row(mesh, v);
             if (!row.terms.empty()) return row;

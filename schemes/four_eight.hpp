@@ -18,7 +18,7 @@ RuleStep four_eight_step(const RuleMesh& mesh, const RuleOptions& options);
 /// From any polygons to quads: the one bisection of the tetrakis mesh, whose blocks lie across the edges (an edge's two
 /// ends and the centroids of its faces). New points as for `bilinear`: vertices, edges, faces; a vertex takes 1/2 of
 /// the mean of its faces' centroids, a face its centroid, an edge the mean of its ends and of both centroids.
-RuleStep four_eight_first_step(const RuleMesh& mesh);
+RuleStep four_eight_first_step(const RuleMesh& mesh, const RuleOptions& options = {});
 
 /// Masks of four_eight_step(). Limits for every valence; tangents in the regular case and along boundaries.
 ClosedMasks four_eight_closed_masks(const FanShape& shape, const RuleOptions& options);

@@ -15,7 +15,7 @@ inline StencilRow four_point_edge(const RuleMesh& mesh, int h) {
     const int u = mesh.origin(h), v = mesh.target(h);
     StencilRow row{{u, k_four_point_end}, {v, k_four_point_end}};
     for (const auto& [at, from] : {std::pair(u, v), std::pair(v, u)}) {
-        const std::vector<int> sharp = mesh.sharp_neighbours(at);
+        const auto sharp = mesh.sharp_neighbours(at);
         if (sharp.size() == 2 && mesh.rule(at) == VertexRule::crease) {
             row.add(sharp[0] == from ? sharp[1] : sharp[0], k_four_point_far);
         } else {

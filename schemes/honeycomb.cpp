@@ -8,33 +8,40 @@
 
 namespace tetrakis {
 
-RuleStep honeycomb_step(const RuleMesh& mesh, const RuleOptions&) {
+RuleStep honeycomb_step(const RuleMesh& mesh, const RuleOptions& options) {
     RuleStep step;
     const int V = mesh.vertex_count(), H = mesh.halfedge_count();
-    std::vector<StencilRow> corner(H);
-    for (int h = 0; h < H; ++h) {
-        const int k = mesh.face_size(mesh.face(h));
-        const std::vector<double> w = DooSabin::weights(k);
-        for (int i = 0, at = h; i < k; ++i, at = mesh.next(at)) corner[h].add(mesh.origin(at), w[i]);
+    std::vector<std::vector<double>> weights;  // by size of face
+    for (int f = 0; f < mesh.face_count(); ++f) {
+        const int k = mesh.face_size(f);
+        if (static_cast<int>(weights.size()) <= k) weights.resize(k + 1);
+        if (weights[k].empty()) weights[k] = DooSabin::weights(k);
     }
-    for (int v = 0; v < V; ++v) {
+    const auto add_corner = [&](int h, double weight, StencilRow& row) {
+        const int k = mesh.face_size(mesh.face(h));
+        for (int i = 0, at = h; i < k; ++i, at = mesh.next(at)) row.add(mesh.origin(at), weight * weights[k][i]);
+    };
+    step.stencils.push_rows(options.runner, V, [&](int v) -> StencilRow {
         const RuleMesh::Ring ring = mesh.ring(v);
         const VertexRule rule = vertex_rule(ring.sharpness, mesh.vertex_sharpness(v));
+        if (ring.faces() == 0 || rule == VertexRule::corner) return {{v, 1}};
         StencilRow row;
-        if (ring.faces() == 0 || rule == VertexRule::corner) {
-            row.add(v, 1);
-        } else if (rule == VertexRule::crease) {
+        if (rule == VertexRule::crease) {
             row.add(v, 0.75);
             for (const int e : mesh.sharp_neighbours(v)) row.add(e, 0.125);
-        } else {
-            if (ring.edges() < 3)
-                throw std::invalid_argument("honeycomb needs three edges or more at each vertex inside, and vertex " +
-                                            std::to_string(v) + " has " + std::to_string(ring.edges()));
-            for (const int h : ring.halfedge) row.add(corner[h], 1.0 / ring.faces());
+            return row;
         }
-        step.stencils.push(std::move(row));
-    }
-    for (StencilRow& row : corner) step.stencils.push(std::move(row));
+        if (ring.edges() < 3)
+            throw std::invalid_argument("honeycomb needs three edges or more at each vertex inside, and vertex " +
+                                        std::to_string(v) + " has " + std::to_string(ring.edges()));
+        for (const int h : ring.halfedge) add_corner(h, 1.0 / ring.faces(), row);
+        return row;
+    });
+    step.stencils.push_rows(options.runner, H, [&](int h) {
+        StencilRow row;
+        add_corner(h, 1, row);
+        return row;
+    });
     int count = V + H;
     std::vector<int> middle(mesh.edge_count(), RuleMesh::none);
     for (int e = 0; e < mesh.edge_count(); ++e) {

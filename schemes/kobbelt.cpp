@@ -38,14 +38,14 @@ namespace {
 
 class Rules {
   public:
-    explicit Rules(const RuleMesh& mesh) : mesh_(mesh), extraordinary_(mesh.vertex_count(), 0) {
+    Rules(const RuleMesh& mesh, const BlockRunner* runner) : mesh_(mesh), extraordinary_(mesh.vertex_count(), 0) {
         for (int v = 0; v < mesh.vertex_count(); ++v)
             if (mesh.first(v) != RuleMesh::none && !mesh.on_boundary(v))
                 extraordinary_[v] = mesh.ring(v).edges() != 4 && mesh.sharp_neighbours(v).size() < 2;
-        for (int e = 0; e < mesh.edge_count(); ++e) edges_.push_back(make_edge(mesh.edge_halfedge(e)));
+        edges_.push_rows(runner, mesh.edge_count(), [&](int e) { return make_edge(mesh.edge_halfedge(e)); });
     }
 
-    const StencilRow& edge(int h) const { return edges_[mesh_.edge(h)]; }
+    StencilRow edge(int h) const { return edges_.row(mesh_.edge(h)); }
 
     StencilRow face(int f) const {
         const int h = mesh_.face_begin(f);
@@ -60,6 +60,7 @@ class Rules {
     }
 
   private:
+    void add_edge(StencilRow& row, int h, double weight) const { edges_.add_row(mesh_.edge(h), weight, row); }
     StencilRow make_edge(int h) const {
         if (mesh_.sharp(h)) return detail::four_point_edge(mesh_, h);
         StencilRow row{{mesh_.origin(h), Kobbelt::a}, {mesh_.target(h), Kobbelt::a}};
@@ -103,31 +104,31 @@ class Rules {
         met = 0;
         for (const auto& [near, opposite] : {std::pair(g, k), std::pair(k, g)}) {
             met += extraordinary_[mesh_.origin(near)] + extraordinary_[mesh_.target(near)];
-            row.add(edge(near), Kobbelt::a);
+            add_edge(row, near, Kobbelt::a);
             if (mesh_.sharp(near)) {
-                row.add(edge(near), 2 * Kobbelt::w);
-                row.add(edge(opposite), -Kobbelt::w);
+                add_edge(row, near, 2 * Kobbelt::w);
+                add_edge(row, opposite, -Kobbelt::w);
                 continue;
             }
             const int far = mesh_.next(mesh_.next(mesh_.twin(near)));
             met += extraordinary_[mesh_.origin(far)] + extraordinary_[mesh_.target(far)];
-            row.add(edge(far), Kobbelt::w);
+            add_edge(row, far, Kobbelt::w);
         }
         return row;
     }
 
     const RuleMesh& mesh_;
     std::vector<char> extraordinary_;
-    std::vector<StencilRow> edges_;
+    StencilTable edges_;
 };
 
 }  // namespace
 
 RuleStep kobbelt_step(const RuleMesh& mesh, const RuleOptions& options) {
     if (!mesh.all_faces_have(4)) return bilinear_step(mesh, options);
-    const Rules rules(mesh);
+    const Rules rules(mesh, options.runner);
     return detail::split_polygons(
-        mesh,
+        mesh, options.runner,
         [](int v) {
             return StencilRow{{v, 1}};
         },

@@ -15,13 +15,14 @@ StencilRow keep(int v) { return {{v, 1}}; }
 
 }  // namespace
 
-RuleStep midpoint_step(const RuleMesh& mesh, const RuleOptions&) {
+RuleStep midpoint_step(const RuleMesh& mesh, const RuleOptions& options) {
     detail::need_triangles(mesh, "midpoint");
-    return detail::split_triangles(mesh, keep, midpoint(mesh));
+    return detail::split_triangles(mesh, options.runner, keep, midpoint(mesh));
 }
 
-RuleStep bilinear_step(const RuleMesh& mesh, const RuleOptions&) {
-    return detail::split_polygons(mesh, keep, midpoint(mesh), [&](int f) { return detail::face_mean(mesh, f); });
+RuleStep bilinear_step(const RuleMesh& mesh, const RuleOptions& options) {
+    return detail::split_polygons(mesh, options.runner, keep, midpoint(mesh),
+                                  [&](int f) { return detail::face_mean(mesh, f); });
 }
 
 ClosedMasks linear_closed_masks(const FanShape&, const RuleOptions&) {

@@ -94,7 +94,7 @@ RuleStep loop_step(const RuleMesh& mesh, const RuleOptions& options) {
         if (crease != 1) row.add(detail::loop_smooth_edge_row(mesh, h, options), 1 - crease);
         return row;
     };
-    return detail::split_triangles(mesh, vertex_row, edge_row);
+    return detail::split_triangles(mesh, options.runner, vertex_row, edge_row);
 }
 
 ClosedMasks loop_closed_masks(const FanShape& shape, const RuleOptions& options) {

@@ -166,7 +166,7 @@ RuleStep modified_butterfly_step(const RuleMesh& mesh, const RuleOptions& option
     detail::need_triangles(mesh, "modified-butterfly");
     const Rules rules(mesh, options);
     return detail::split_triangles(
-        mesh,
+        mesh, options.runner,
         [](int v) {
             return StencilRow{{v, 1}};
         },
@@ -177,7 +177,7 @@ RuleStep butterfly_step(const RuleMesh& mesh, const RuleOptions& options) {
     detail::need_triangles(mesh, "butterfly");
     const Rules rules(mesh, options);
     return detail::split_triangles(
-        mesh,
+        mesh, options.runner,
         [](int v) {
             return StencilRow{{v, 1}};
         },

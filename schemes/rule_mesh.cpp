@@ -32,6 +32,33 @@ RuleMesh::RuleMesh(int vertex_count, Builder faces, std::vector<float> vertex_sh
     for (const int v : origin_)
         if (v < 0 || v >= vertex_count) refuse("a face uses a vertex that does not exist:", v);
 
+    const bool known = !faces.twin_.empty();
+    if (known)
+        twin_ = std::move(faces.twin_);
+    else
+        match_twins();
+    edge_.assign(halfedges, none);
+    edge_halfedge_.reserve(halfedges / 2 + 1);
+    for (int h = 0; h < halfedges; ++h) {
+        const int t = twin_[h];
+        sharpness_[h] = t == none ? std::numeric_limits<float>::infinity() : std::max(sharpness_[h], sharpness_[t]);
+        if (edge_[h] != none) continue;
+        edge_[h] = edge_count();
+        if (t != none) edge_[t] = edge_[h];
+        edge_halfedge_.push_back(h);
+    }
+    edge_halfedge_.shrink_to_fit();
+    first_.assign(vertex_count, none);
+    for (int h = 0; h < halfedges; ++h) {
+        int& first = first_[origin_[h]];
+        if (first == none || twin_[h] == none) first = h;
+    }
+    if (!known) check_fans();
+}
+
+void RuleMesh::match_twins() {
+    const int halfedges = halfedge_count();
+    const int vertex_count = origin_.empty() ? 0 : 1 + *std::max_element(origin_.begin(), origin_.end());
     // Half-edges by their lower vertex: the few of one vertex are matched with each other.
     std::vector<int> begin(vertex_count + 1, 0), at_lower(halfedges);
     const auto lower = [&](int h) { return std::min(origin(h), target(h)); };
@@ -51,23 +78,12 @@ RuleMesh::RuleMesh(int vertex_count, Builder faces, std::vector<float> vertex_sh
                 twin_[h] = other;
                 twin_[other] = h;
             }
-    edge_.assign(halfedges, none);
-    for (int h = 0; h < halfedges; ++h) {
-        const int t = twin_[h];
-        sharpness_[h] = t == none ? std::numeric_limits<float>::infinity() : std::max(sharpness_[h], sharpness_[t]);
-        if (edge_[h] != none) continue;
-        edge_[h] = edge_count();
-        if (t != none) edge_[t] = edge_[h];
-        edge_halfedge_.push_back(h);
-    }
-    first_.assign(vertex_count, none);
-    std::vector<int> leaving(vertex_count, 0);
-    for (int h = 0; h < halfedges; ++h) {
-        int& first = first_[origin_[h]];
-        if (first == none || twin_[h] == none) first = h;
-        ++leaving[origin_[h]];
-    }
-    for (int v = 0; v < vertex_count; ++v) {
+}
+
+void RuleMesh::check_fans() const {
+    std::vector<int> leaving(vertex_count(), 0);
+    for (const int v : origin_) ++leaving[v];
+    for (int v = 0; v < vertex_count(); ++v) {
         if (first_[v] == none) continue;
         int met = 0, h = first_[v];
         do {
@@ -132,9 +148,9 @@ RuleMesh::Ring RuleMesh::sector(int h) const {
 
 VertexRule RuleMesh::rule(int v) const { return vertex_rule(ring(v).sharpness, vertex_sharpness(v)); }
 
-std::vector<int> RuleMesh::sharp_neighbours(int v) const {
+ShortList<int, 8> RuleMesh::sharp_neighbours(int v) const {
     const Ring r = ring(v);
-    std::vector<int> result;
+    ShortList<int, 8> result;
     for (int i = 0; i < r.edges(); ++i)
         if (is_sharp(r.sharpness[i])) result.push_back(r.neighbour[i]);
     return result;

@@ -1,9 +1,11 @@
 #pragma once
 
 #include "tetrakis/schemes/sharpness.hpp"
+#include "tetrakis/schemes/short_list.hpp"
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace tetrakis {
@@ -28,12 +30,21 @@ class RuleMesh {
             for (const int v : corners) corner(v);
             end_face();
         }
+        void reserve(std::size_t faces, std::size_t corners) {
+            face_begin_.reserve(faces + 1);
+            origin_.reserve(corners);
+            sharpness_.reserve(corners);
+        }
         int halfedge_count() const { return static_cast<int>(origin_.size()); }
+        /// The other half of each half-edge, by someone who knows: `none` on a boundary. Nothing is searched then, and
+        /// nothing checked.
+        void set_twins(std::vector<int> twins) { twin_ = std::move(twins); }
 
       private:
         friend class RuleMesh;
         std::vector<int> face_begin_{0}, origin_;
         std::vector<float> sharpness_;
+        std::vector<int> twin_;
     };
 
     RuleMesh() = default;
@@ -75,9 +86,9 @@ class RuleMesh {
 
     /// What surrounds a vertex, counter-clockwise.
     struct Ring {
-        std::vector<int> neighbour;    ///< K if closed, K + 1 if not
-        std::vector<int> halfedge;     ///< leaves the vertex, one per face: from it to neighbour i, face i on its left
-        std::vector<float> sharpness;  ///< of each edge
+        ShortList<int, 8> neighbour;    ///< K if closed, K + 1 if not
+        ShortList<int, 8> halfedge;     ///< leaves the vertex, one per face: from it to neighbour i, face i on its left
+        ShortList<float, 8> sharpness;  ///< of each edge
         bool closed = true;
 
         int faces() const { return static_cast<int>(halfedge.size()); }
@@ -92,9 +103,12 @@ class RuleMesh {
     Ring sector(int h) const;
     VertexRule rule(int v) const;
     /// Neighbours of v along its sharp edges.
-    std::vector<int> sharp_neighbours(int v) const;
+    ShortList<int, 8> sharp_neighbours(int v) const;
 
   private:
+    void match_twins();
+    void check_fans() const;
+
     std::vector<int> face_begin_{0}, origin_, face_, twin_, edge_, edge_halfedge_, first_;
     std::vector<float> sharpness_, vertex_sharpness_;
 };

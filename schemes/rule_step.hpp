@@ -54,6 +54,7 @@ struct RuleOptions {
     AveragingBoundary averaging_boundary = AveragingBoundary::replicate;
     /// Interior angle at every tagged corner (loop, catmull-clark with the cosine rule); 0: the plain rule.
     double corner_angle = 0;
+    const BlockRunner* runner = nullptr;  ///< no choice of rules: who computes the rows of a step; nullptr: the caller
 };
 
 }  // namespace tetrakis

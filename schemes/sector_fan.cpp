@@ -174,7 +174,7 @@ SectorFan::SectorFan(FanLattice lattice, const FanShape& shape, int rings)
                                                     : halfedge({}, {s, 1, 0}));
 }
 
-std::vector<int> find_fan(const RuleMesh& mesh, const std::vector<int>& start, const FanLabels& labels) {
+std::vector<int> find_fan(const RuleMesh& mesh, std::span<const int> start, const FanLabels& labels) {
     const Walk walk{mesh};
     std::vector<int> found(labels.size(), -1);
     const auto see = [&](FanLabel label, int v) {

@@ -4,6 +4,7 @@
 
 #include <compare>
 #include <map>
+#include <span>
 #include <vector>
 
 namespace tetrakis {
@@ -73,7 +74,7 @@ struct SectorFan {
 
 /// The vertices of any mesh around such starting half-edges, in the order of the labels: a walk over faces.
 /// @throws std::logic_error  the mesh ends, or its faces are no lattice
-std::vector<int> find_fan(const RuleMesh& mesh, const std::vector<int>& start, const FanLabels& labels);
+std::vector<int> find_fan(const RuleMesh& mesh, std::span<const int> start, const FanLabels& labels);
 
 /// Where the same neighbourhood starts one level down.
 std::vector<int> child_start(const SectorFan& fan, const RuleStep& step);

@@ -35,16 +35,35 @@ StencilRow smooth_vertex_row(const RuleMesh::Ring& ring, int v) {
     return row;
 }
 
+/// The twins of the step that makes a triangle [origin, centre beyond, centre] of each half-edge, of a sharp one
+/// [origin, target, centre].
+std::vector<int> flipped_twins(const RuleMesh& mesh) {
+    std::vector<int> twin(3 * static_cast<std::size_t>(mesh.halfedge_count()));
+    for (int h = 0; h < mesh.halfedge_count(); ++h) {
+        const int t = mesh.twin(h), before = mesh.prev(h);
+        if (mesh.sharp(h)) {
+            twin[3 * h] = t == RuleMesh::none ? t : 3 * t;
+            twin[3 * h + 1] = 3 * mesh.next(h) + 2;
+        } else {
+            twin[3 * h] = 3 * mesh.next(t) + 2;
+            twin[3 * h + 1] = 3 * t + 1;
+        }
+        twin[3 * h + 2] = mesh.sharp(before) ? 3 * before + 1 : 3 * mesh.twin(before);
+    }
+    return twin;
+}
+
 /// The step that leaves sharp edges alone. Triangle h belongs to half-edge h; its first corner is h's origin.
-RuleStep odd_step(const RuleMesh& mesh) {
+RuleStep odd_step(const RuleMesh& mesh, const BlockRunner* runner) {
     RuleStep step;
     const int V = mesh.vertex_count();
-    for (int v = 0; v < V; ++v) {
+    step.stencils.push_rows(runner, V, [&](int v) {
         const RuleMesh::Ring ring = mesh.ring(v);
-        step.stencils.push(ring.faces() > 0 && smooth(mesh, v, ring) ? smooth_vertex_row(ring, v) : StencilRow{{v, 1}});
-    }
+        return ring.faces() > 0 && smooth(mesh, v, ring) ? smooth_vertex_row(ring, v) : StencilRow{{v, 1}};
+    });
     RuleMesh::Builder faces;
-    for (int f = 0; f < mesh.face_count(); ++f) step.stencils.push(detail::face_mean(mesh, f));
+    faces.reserve(mesh.halfedge_count(), 3 * std::size_t(mesh.halfedge_count()));
+    step.stencils.push_rows(runner, mesh.face_count(), [&](int f) { return detail::face_mean(mesh, f); });
     for (int h = 0; h < mesh.halfedge_count(); ++h) {
         const int centre = V + mesh.face(h);
         step.parent_face.push_back(mesh.face(h));
@@ -57,6 +76,7 @@ RuleStep odd_step(const RuleMesh& mesh) {
         faces.corner(centre);
         faces.end_face();
     }
+    faces.set_twins(flipped_twins(mesh));
     step.mesh = RuleMesh(V + mesh.face_count(), std::move(faces), [&] {
         std::vector<float> sharpness = mesh.vertex_sharpness();
         if (!sharpness.empty()) sharpness.resize(V + mesh.face_count(), 0.0f);
@@ -68,21 +88,24 @@ RuleStep odd_step(const RuleMesh& mesh) {
 /// The step that cuts sharp edges in three; every triangle of the mesh has at most one.
 class EvenStep {
   public:
-    explicit EvenStep(const RuleMesh& mesh) : mesh_(mesh), centre_(mesh.face_count(), RuleMesh::none) {
+    EvenStep(const RuleMesh& mesh, const BlockRunner* runner)
+        : mesh_(mesh), centre_(mesh.face_count(), RuleMesh::none) {
         const int V = mesh.vertex_count();
-        for (int v = 0; v < V; ++v) step_.stencils.push(vertex_row(v));
+        step_.stencils.push_rows(runner, V, [&](int v) { return vertex_row(v); });
         int count = V;
         for (int f = 0; f < mesh.face_count(); ++f) {
             if (sharp_side(f) != RuleMesh::none) continue;
             centre_[f] = count++;
             step_.stencils.push(detail::face_mean(mesh, f));
         }
+        int cut_count = 0;
         cut_.assign(mesh.edge_count(), RuleMesh::none);
         for (int e = 0; e < mesh.edge_count(); ++e) {
             const int h = mesh.edge_halfedge(e);
             if (!mesh.sharp(h)) continue;
             cut_[e] = count;
             count += 2;
+            ++cut_count;
             step_.stencils.push(crease_row(mesh.origin(h), mesh.target(h)));
             step_.stencils.push(crease_row(mesh.target(h), mesh.origin(h)));
         }
@@ -103,6 +126,7 @@ class EvenStep {
                 faces.end_face();
             }
         }
+        if (cut_count == 0) faces.set_twins(flipped_twins(mesh));
         step_.mesh = RuleMesh(count, std::move(faces), detail::child_vertex_sharpness(mesh, count));
     }
 
@@ -162,11 +186,11 @@ class EvenStep {
 
 }  // namespace
 
-RuleStep sqrt3_step(const RuleMesh& mesh, const RuleOptions&) {
+RuleStep sqrt3_step(const RuleMesh& mesh, const RuleOptions& options) {
     detail::need_triangles(mesh, "sqrt3");
-    const RuleStep odd = odd_step(mesh);
-    RuleStep step = EvenStep(odd.mesh).take();
-    step.stencils = odd.stencils.then(step.stencils);
+    const RuleStep odd = odd_step(mesh, options.runner);
+    RuleStep step = EvenStep(odd.mesh, options.runner).take();
+    step.stencils = odd.stencils.then(step.stencils, options.runner);
     for (int& face : step.parent_face) face = odd.parent_face[face];
     step.child_halfedge.resize(mesh.halfedge_count());
     // The first step turns by half a sector: its edge to the left of h's triangle is turned back onto h by the second.

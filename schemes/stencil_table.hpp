@@ -1,5 +1,9 @@
 #pragma once
 
+#include "tetrakis/schemes/block_runner.hpp"
+#include "tetrakis/schemes/short_list.hpp"
+
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <utility>
@@ -9,7 +13,7 @@ namespace tetrakis {
 
 /// A linear combination of points, while it is put together.
 struct StencilRow {
-    std::vector<std::pair<int, double>> terms;
+    ShortList<std::pair<int, double>, 16> terms;
 
     StencilRow() = default;
     StencilRow(std::initializer_list<std::pair<int, double>> t) : terms(t) {}
@@ -30,8 +34,12 @@ class StencilTable {
     void push(StencilRow row) {
         auto& t = row.terms;
         // By insertion: rows are short, and often nearly in order.
-        for (std::size_t i = 1; i < t.size(); ++i)
-            for (std::size_t j = i; j > 0 && t[j].first < t[j - 1].first; --j) std::swap(t[j], t[j - 1]);
+        constexpr std::size_t k_short = 32;
+        if (t.size() > k_short)
+            std::stable_sort(t.begin(), t.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+        else
+            for (std::size_t i = 1; i < t.size(); ++i)
+                for (std::size_t j = i; j > 0 && t[j].first < t[j - 1].first; --j) std::swap(t[j], t[j - 1]);
         for (std::size_t i = 0; i < t.size();) {
             double weight = 0;
             const int point = t[i].first;
@@ -42,20 +50,52 @@ class StencilTable {
         }
         begin_.push_back(points_.size());
     }
+    /// Appends row(i) for i in [0, count).
+    template <class Row>
+    void push_rows(const BlockRunner* runner, int count, Row&& row) {
+        if (runner == nullptr || count <= detail::k_rows_per_block) {
+            for (int i = 0; i < count; ++i) push(row(i));
+            return;
+        }
+        std::vector<StencilTable> parts((count + detail::k_rows_per_block - 1) / detail::k_rows_per_block);
+        detail::for_row_blocks(runner, count, [&](int begin, int end) {
+            StencilTable& part = parts[begin / detail::k_rows_per_block];
+            for (int i = begin; i < end; ++i) part.push(row(i));
+        });
+        std::size_t terms = points_.size(), rows = begin_.size();
+        for (const StencilTable& part : parts) {
+            terms += part.points_.size();
+            rows += part.begin_.size() - 1;
+        }
+        begin_.reserve(rows);
+        points_.reserve(terms);
+        weights_.reserve(terms);
+        for (StencilTable& part : parts) {
+            const std::size_t before = points_.size();
+            for (std::size_t i = 1; i < part.begin_.size(); ++i) begin_.push_back(before + part.begin_[i]);
+            points_.insert(points_.end(), part.points_.begin(), part.points_.end());
+            weights_.insert(weights_.end(), part.weights_.begin(), part.weights_.end());
+            part = StencilTable();
+        }
+    }
     StencilRow row(int r) const {
         StencilRow result;
         for (std::size_t i = begin_[r]; i < begin_[r + 1]; ++i) result.add(points_[i], weights_[i]);
         return result;
     }
+    /// Adds a row times a weight to another.
+    void add_row(int r, double weight, StencilRow& to) const {
+        for (std::size_t i = begin_[r]; i < begin_[r + 1]; ++i) to.add(points_[i], weight * weights_[i]);
+    }
     /// The points of the coarse level that `fine`'s rows are made of, where `this` goes from coarse to middle.
-    StencilTable then(const StencilTable& fine) const {
+    StencilTable then(const StencilTable& fine, const BlockRunner* runner = nullptr) const {
         StencilTable result;
-        for (int r = 0; r < fine.row_count(); ++r) {
+        result.push_rows(runner, fine.row_count(), [&](int r) {
             StencilRow sum;
             for (std::size_t i = fine.begin_[r]; i < fine.begin_[r + 1]; ++i)
-                sum.add(row(fine.points_[i]), fine.weights_[i]);
-            result.push(std::move(sum));
-        }
+                add_row(fine.points_[i], fine.weights_[i], sum);
+            return sum;
+        });
         return result;
     }
     /// out[r] = sum of weight times `in`; T has + and multiplication by double on the left. A row without terms gives

@@ -45,7 +45,7 @@ RuleStep tuned_loop_step(const RuleMesh& mesh, const RuleOptions& options) {
     detail::need_triangles(mesh, "tuned-loop");
     detail::check_corner_angle(options);
     return detail::split_triangles(
-        mesh,
+        mesh, options.runner,
         [&](int v) -> StencilRow {
             const RuleMesh::Ring ring = mesh.ring(v);
             if (ring.faces() == 0) return {{v, 1}};

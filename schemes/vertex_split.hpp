@@ -15,10 +15,11 @@ namespace tetrakis::detail {
 /// there.
 /// @param corner_row, crease_row, tip_row  (half-edge), (sharp half-edge: the point at its origin), (corner vertex)
 template <class CornerRow, class CreaseRow, class TipRow>
-RuleStep split_vertices(const RuleMesh& mesh, CornerRow&& corner_row, CreaseRow&& crease_row, TipRow&& tip_row) {
+RuleStep split_vertices(const RuleMesh& mesh, const BlockRunner* runner, CornerRow&& corner_row, CreaseRow&& crease_row,
+                        TipRow&& tip_row) {
     RuleStep step;
     const int H = mesh.halfedge_count();
-    for (int h = 0; h < H; ++h) step.stencils.push(corner_row(h));
+    step.stencils.push_rows(runner, H, corner_row);
     int count = H;
     std::vector<int> crease_point(mesh.edge_count(), -1);  // the first of its two
     for (int e = 0; e < mesh.edge_count(); ++e) {
@@ -63,7 +64,7 @@ RuleStep split_vertices(const RuleMesh& mesh, CornerRow&& corner_row, CreaseRow&
     for (int v = 0; v < mesh.vertex_count(); ++v) {
         if (mesh.first(v) == RuleMesh::none) continue;
         const RuleMesh::Ring ring = mesh.ring(v);
-        std::vector<int> sharp;
+        ShortList<int, 8> sharp;
         for (int i = 0; i < ring.edges(); ++i)
             if (is_sharp(ring.sharpness[i])) sharp.push_back(i);
         const int sharp_count = static_cast<int>(sharp.size());
