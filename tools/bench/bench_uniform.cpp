@@ -7,6 +7,7 @@
 #include "tetrakis/hier/obj_reader.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/hier/triangulate.hpp"
+#include "tetrakis/refine/rule_refiner.hpp"
 #include "tetrakis/refine/uniform_refiner.hpp"
 
 #include <benchmark/benchmark.h>
@@ -186,6 +187,37 @@ void in_place(benchmark::State& state, Case c, Make make) {
     if (vertices != 0) count(state, vertices);
 }
 
+/// Any scheme by its rules: from the control mesh to the last level, or positions only, again.
+struct RuleCase {
+    const BenchModel* model;
+    const SchemeInfo* scheme;
+    int levels, threads;
+    bool again;
+};
+
+void by_rules(benchmark::State& state, RuleCase c) {
+    const bool triangles = c.scheme->family == MeshFamily::triangles;
+    const ControlMesh& mesh = mesh_of(*c.model, triangles ? SchemeKind::loop : SchemeKind::catmull_clark);
+    RefineOptions options;
+    options.context.threads = c.threads;
+    const auto make = [&] {
+        return with_threads(options.context, [&] { return RuleRefiner(mesh, *c.scheme, c.levels, options); });
+    };
+    std::vector<Vec3d> positions;
+    RuleRefiner refiner = make();
+    for (auto _ : state) {
+        if (!c.again) refiner = make();
+        positions.resize(refiner.vertex_count());
+        refiner.refine(mesh.positions(), positions);
+        benchmark::ClobberMemory();
+    }
+    count(state, positions.size());
+    const double growth = c.scheme->refinement == Refinement::sqrt3 ? 9 : 4;
+    const double bytes = static_cast<double>(positions.size()) * sizeof(Vec3d) * (1 + 1 / growth);
+    state.counters["share"] =
+        benchmark::Counter(bytes / triad_bandwidth(c.threads), benchmark::Counter::kIsIterationInvariantRate);
+}
+
 constexpr BenchModel k_dense{"spot-quads", "data/models/spot-quads.obj", SchemeKind::catmull_clark};
 
 void add(const std::string& method, const Case& c, void (*run)(benchmark::State&, Case)) {
@@ -229,6 +261,21 @@ void register_all() {
             }
 }
 
+void register_schemes() {
+    const BenchModel* model = find_bench_model("pawn");
+    for (const SchemeInfo& scheme : scheme_table())
+        for (const bool again : {false, true})
+            for (const int threads : {1, 2}) {
+                // About 200 000 points each.
+                const int levels = scheme.refinement == Refinement::sqrt3 ? 3 : 4;
+                const RuleCase c{model, &scheme, levels, threads, again};
+                std::string full(model->name);
+                full += "/" + std::string(scheme.name) + "/" + std::to_string(levels) + "/rules_" +
+                        (again ? "again" : "fresh") + (threads == 2 ? "_2t" : "");
+                benchmark::RegisterBenchmark(full.c_str(), by_rules, c)->Unit(benchmark::kMillisecond)->UseRealTime();
+            }
+}
+
 }  // namespace
 
 }  // namespace tetrakis::bench
@@ -236,6 +283,7 @@ void register_all() {
 int main(int argc, char** argv) {
     benchmark::Initialize(&argc, argv);
     tetrakis::bench::register_all();
+    tetrakis::bench::register_schemes();
     benchmark::RunSpecifiedBenchmarks();
     benchmark::Shutdown();
     return 0;
