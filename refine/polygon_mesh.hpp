@@ -8,6 +8,13 @@
 
 namespace tetrakis {
 
+/// Numbers per vertex besides its position: colours, weights, temperatures.
+struct VertexAttribute {
+    std::string name;
+    int width = 1;              ///< numbers per vertex
+    std::vector<float> values;  ///< vertex by vertex
+};
+
 /// An indexed polygon mesh with shared vertices: what uniform refinement gives. V vertices, F faces, H face corners;
 /// empty optional arrays mean "none".
 struct PolygonMesh {
@@ -21,7 +28,8 @@ struct PolygonMesh {
     std::vector<std::string> materials;
     std::vector<std::uint32_t> face_group;  ///< F numbers into `groups`, or empty
     std::vector<std::string> groups;
-    std::vector<std::string> warnings;  ///< met on the way here, one sentence each
+    std::vector<VertexAttribute> attributes;  ///< V times the width values each
+    std::vector<std::string> warnings;        ///< met on the way here, one sentence each
 
     std::uint32_t face_count() const {
         return face_offsets.empty() ? 0 : static_cast<std::uint32_t>(face_offsets.size() - 1);

@@ -5,6 +5,7 @@
 #include "tetrakis/refine/uniform.hpp"
 #include "tetrakis/refine/used_values.hpp"
 #include "tetrakis/refine/uv_mesh.hpp"
+#include "tetrakis/refine/vertex_attributes.hpp"
 #include "tetrakis/schemes/linear.hpp"
 
 #include <optional>
@@ -28,8 +29,11 @@ std::optional<PolygonMesh> refine_structured(const ControlMesh& mesh, const Sche
     if (options.smoothing != 0 || !(linear || (smooth && plain_rules(options.rules)))) return std::nullopt;
     const bool triangles = scheme.family == MeshFamily::triangles;
     if (triangles && !mesh.all_triangles()) return std::nullopt;  // the rules say what is wrong
-    UniformOptions uniform{.limit = options.limit, .normals = options.normals, .context = options.context};
-    if (linear) uniform = {.linear = true, .context = options.context};
+    UniformOptions uniform{.limit = options.limit && !linear,
+                           .normals = options.normals && !linear,
+                           .linear = linear,
+                           .attributes = options.attributes,
+                           .context = options.context};
     return refine_uniform(mesh, triangles ? SchemeKind::loop : SchemeKind::catmull_clark, levels, uniform);
 }
 
@@ -75,12 +79,19 @@ void keep_faces(const std::vector<char>& kept, PolygonMesh& mesh) {
 
 PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options,
                            StencilTable* stencils) {
+    detail::check_attributes(mesh, options.attributes);
     const RuleRefiner refiner(mesh, scheme, levels, options);
     const RuleMesh& last = refiner.last();
     const ControlMeshData& data = mesh.data();
     PolygonMesh result;
     result.positions.resize(refiner.vertex_count());
     refiner.refine(mesh.positions(), result.positions);
+    for (const VertexAttribute& attribute : options.attributes) {
+        const std::vector<double> control(attribute.values.begin(), attribute.values.end());
+        std::vector<double> refined(refiner.vertex_count() * static_cast<std::size_t>(attribute.width));
+        refiner.refine(control, attribute.width, refined);
+        result.attributes.push_back({attribute.name, attribute.width, {refined.begin(), refined.end()}});
+    }
     if (options.normals) {
         result.normals.resize(refiner.vertex_count());
         refiner.normals(mesh.positions(), result.normals);
@@ -127,6 +138,7 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
         std::vector<std::uint32_t> again = result.face_vertices;
         detail::drop_unused(again, result.normals);
     }
+    detail::drop_unused_attributes(result.face_vertices, result.attributes);
     detail::drop_unused(result.face_vertices, result.positions);
     return result;
 }

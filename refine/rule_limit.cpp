@@ -1,5 +1,6 @@
 #include "tetrakis/refine/rule_limit.hpp"
 
+#include "tetrakis/refine/honeycomb_limit.hpp"
 #include "tetrakis/refine/mesh_part.hpp"
 #include "tetrakis/schemes/averaging.hpp"
 #include "tetrakis/schemes/linear.hpp"
@@ -61,6 +62,7 @@ class Finder {
           options_(options),
           lattice_(fan_lattice(scheme, options)),
           dual_(lattice_ == FanLattice::dual),
+          hexagons_(scheme.family == MeshFamily::hexagons),
           ignores_creases_(
               scheme.step == biquartic_step ||
               (scheme.step == averaging_step && options.averaging_steps != 0 &&
@@ -196,6 +198,7 @@ class Finder {
     }
 
     std::optional<Rows> here(const RuleMesh& mesh, const Site& site, int step) {
+        if (hexagons_) return on_honeycomb(mesh, mesh.origin(site.halfedge));
         if (site.kind == Site::Kind::face) return around_face(mesh, site.halfedge);
         if (site.kind == Site::Kind::crease) {
             const FanShape shape{.faces = 4, .boundary = true};
@@ -239,6 +242,26 @@ class Finder {
         // Both sides give the same point of the crease.
         for (auto& tangents : right->tangents) left->tangents.push_back(std::move(tangents));
         return left;
+    }
+
+    /// Its creases are cubic B-splines whatever is beside them.
+    std::optional<Rows> on_honeycomb(const RuleMesh& mesh, int v) {
+        const RuleMesh::Ring ring = mesh.ring(v);
+        if (semi_sharp(mesh, v, ring)) return std::nullopt;
+        const VertexRule rule = mesh.rule(v);
+        if (rule == VertexRule::corner) return Rows{{{v, 1}}, {}};
+        StencilRow row;
+        if (rule == VertexRule::crease) {
+            row.add(v, k_crease_limit_mask.vertex);
+            for (const int e : mesh.sharp_neighbours(v)) row.add(e, k_crease_limit_mask.neighbour);
+            return Rows{gathered(std::move(row)), {}};
+        }
+        const std::optional<std::vector<int>> fan = honeycomb_fan(mesh, v);
+        if (!fan) return std::nullopt;
+        std::vector<double>& weights = honeycomb_[ring.edges()];
+        if (weights.empty()) weights = honeycomb_limit_weights(ring.edges());
+        for (std::size_t i = 0; i < fan->size(); ++i) row.add((*fan)[i], weights[i]);
+        return Rows{gathered(std::move(row)), {}};
     }
 
     std::optional<Rows> around_face(const RuleMesh& mesh, int h) {
@@ -318,6 +341,7 @@ class Finder {
             return h == RuleMesh::none ? std::optional<Site>() : std::optional<Site>({kind, h});
         };
         const int h = site.halfedge;
+        if (hexagons_) return at(vertex, step.mesh.first(mesh.origin(h)));  // old vertices keep their numbers
         if (site.kind == crease) {
             const int along = step.child_crease.empty() ? RuleMesh::none : step.child_crease[h];
             if (along != RuleMesh::none) return at(crease, along);
@@ -355,11 +379,25 @@ class Finder {
     const SchemeInfo& scheme_;
     const RuleOptions& options_;
     FanLattice lattice_;
-    bool dual_, ignores_creases_, one_ring_;
+    bool dual_, hexagons_, ignores_creases_, one_ring_;
     MeshPartFinder parts_;
+    std::map<int, std::vector<double>> honeycomb_;
     std::map<std::tuple<int, bool, bool>, Masks> masks_;
     std::map<std::tuple<int, bool, int>, FanLabels> labels_;
 };
+
+/// Why a vertex may have no limit.
+const char* why_none(const SchemeInfo& scheme, const RuleOptions& options) {
+    const bool averages = scheme.step == averaging_step || scheme.step == biquartic_step;
+    if (averages && options.averaging_boundary == AveragingBoundary::recede)
+        return ": each step uses up the outer ring, so what lies near the end of the mesh has no place on the limit "
+               "surface";
+    if (averages)
+        return ": more than two averaging steps spread a tagged corner over copies of itself, for which there is no "
+               "mask";
+    if (scheme.family == MeshFamily::hexagons) return ": a crease that ends there, or a sharpness that lasts too long";
+    return "";
+}
 
 }  // namespace
 
@@ -390,8 +428,6 @@ RuleLimitFinder::RuleLimitFinder(RuleLimitFinder&&) noexcept = default;
 
 RuleLimits RuleLimitFinder::find(const RuleMesh& mesh, std::span<const int> vertices) {
     const SchemeInfo& scheme = state_->scheme;
-    if (scheme.family == MeshFamily::hexagons)
-        throw std::invalid_argument(std::string(scheme.name) + " has no known limit masks; leave out the limit");
     std::vector<Site> sites;
     for (const int v : vertices)
         if (mesh.first(v) != RuleMesh::none) sites.push_back({Site::Kind::vertex, mesh.first(v)});
@@ -407,7 +443,7 @@ RuleLimits RuleLimitFinder::find(const RuleMesh& mesh, std::span<const int> vert
                 throw std::invalid_argument(std::string(scheme.name) + " has no limit mask for vertex " +
                                             std::to_string(v) + " of the level, " +
                                             (mesh.on_boundary(v) ? "on the boundary" : "inside the mesh") +
-                                            "; leave out the limit");
+                                            why_none(scheme, state_->options) + "; leave out the limit");
             limits.positions.push(rows->limit);
             for (const auto& [t1, t2] : rows->tangents) {
                 limits.tangent1.push(t1);

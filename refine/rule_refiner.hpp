@@ -3,6 +3,7 @@
 #include "tetrakis/hier/control_mesh.hpp"
 #include "tetrakis/hier/run_context.hpp"
 #include "tetrakis/hier/vec.hpp"
+#include "tetrakis/refine/polygon_mesh.hpp"
 #include "tetrakis/schemes/scheme_table.hpp"
 
 #include <cstdint>
@@ -19,6 +20,8 @@ struct RefineOptions {
     int smoothing = 0;
     bool limit = false;    ///< put the vertices on the limit surface
     bool normals = false;  ///< limit normals (with or without `limit`)
+    /// refine() only: numbers per control vertex, refined by the same masks into PolygonMesh::attributes.
+    std::span<const VertexAttribute> attributes{};
     RunContext context{};
 };
 

@@ -6,6 +6,7 @@
 #include "tetrakis/refine/uniform_cost.hpp"
 #include "tetrakis/refine/used_values.hpp"
 #include "tetrakis/refine/uv_mesh.hpp"
+#include "tetrakis/refine/vertex_attributes.hpp"
 
 #include <utility>
 
@@ -26,6 +27,7 @@ class UniformRefinement {
 
     PolygonMesh run() {
         const bool rings = limit_ || normals_;
+        detail::check_attributes(mesh_, options_.attributes);
         check_memory();
         PolygonMesh result;
         // Roots are of one size: control faces of others are kept as they are, and their limits come from the first
@@ -46,8 +48,11 @@ class UniformRefinement {
                 result.face_vertices.resize(static_cast<std::size_t>(refiner.face_count()) * face_size());
                 refiner.faces(result.face_vertices);
             }
+            refine_attributes(refiner, polygons, result);
             if (!polygons || limit_) result.positions = std::move(positions);
             result.normals = std::move(normals);
+        } else {
+            result.attributes.assign(options_.attributes.begin(), options_.attributes.end());
         }
         if (mesh_.has_uvs()) refine_uvs(polygons, result);
         keep_surface(result);
@@ -69,6 +74,19 @@ class UniformRefinement {
         options.context.max_memory_bytes = 0;
         options.context.threads = 0;
         return options;
+    }
+
+    void refine_attributes(UniformRefiner<double>& refiner, bool polygons, PolygonMesh& result) const {
+        if (polygons && !limit_) {
+            result.attributes.assign(options_.attributes.begin(), options_.attributes.end());
+            return;
+        }
+        result.attributes =
+            detail::refine_by_threes(options_.attributes, mesh_.vertex_count(), refiner.vertex_count(),
+                                     [&](std::span<const Vec3d> in, std::span<Vec3d> out) { refiner.refine(in, out); });
+        if (!polygons) return;
+        for (VertexAttribute& attribute : result.attributes)
+            attribute.values.resize(std::size_t{mesh_.vertex_count()} * static_cast<std::size_t>(attribute.width));
     }
 
     void refine_uvs(bool polygons, PolygonMesh& result) const {
@@ -150,6 +168,7 @@ class UniformRefinement {
             std::vector<std::uint32_t> again =
                 result.normals.empty() ? std::vector<std::uint32_t>{} : result.face_vertices;
             if (!result.normals.empty()) detail::drop_unused(again, result.normals);
+            detail::drop_unused_attributes(result.face_vertices, result.attributes);
             detail::drop_unused(result.face_vertices, result.positions);
         }
     }

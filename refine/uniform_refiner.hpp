@@ -3,6 +3,7 @@
 #include "tetrakis/hier/control_mesh.hpp"
 #include "tetrakis/hier/run_context.hpp"
 #include "tetrakis/hier/vec.hpp"
+#include "tetrakis/refine/polygon_mesh.hpp"
 #include "tetrakis/schemes/scheme_kind.hpp"
 
 #include <memory>
@@ -17,6 +18,8 @@ struct UniformOptions {
     /// midpoints of its triangles (Loop's). These are their own limit, and there are no normals: the other options do
     /// nothing.
     bool linear = false;
+    /// refine_uniform() only: refined by the same masks into PolygonMesh::attributes.
+    std::span<const VertexAttribute> attributes{};
     RunContext context{};
 };
 

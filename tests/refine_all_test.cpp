@@ -206,6 +206,33 @@ TEST_CASE("limits of dual schemes: the splines' on a regular mesh, on a sphere's
         }
 }
 
+TEST_CASE("limits of honeycomb refinement are the same seen from any level, and are approached") {
+    for (const std::string name : {"cube", "pipe3", "extruded_pentagon"}) {
+        CAPTURE(name);
+        const ControlMesh mesh = model(name);
+        const SchemeInfo& scheme = *find_scheme("honeycomb");
+        const RefineOptions limit{.limit = true};
+        const Values first = values(RuleRefiner(mesh, scheme, 0, limit), mesh, false),
+                     third = values(RuleRefiner(mesh, scheme, 3, limit), mesh, false),
+                     fourth = values(RuleRefiner(mesh, scheme, 4), mesh, false);
+        const double size = mesh.bounding_box().diagonal();
+        double moved = 0, away = 0;
+        for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+            moved = std::max(moved, glm::length(first.positions[v] - third.positions[v]));
+            away = std::max(away, glm::length(first.positions[v] - fourth.positions[v]));
+        }
+        CHECK(moved < 1e-12 * size);
+        CHECK(away < 0.01 * size);
+        const RuleRefiner refiner(mesh, scheme, 0, limit);
+        const StencilTable table = refiner.stencils();
+        for (int v = 0; v < table.row_count(); ++v) {
+            double sum = 0;
+            for (const double w : table.weights(v)) sum += w;
+            CHECK(sum == doctest::Approx(1).epsilon(1e-13));
+        }
+    }
+}
+
 TEST_CASE("one call, every scheme: the structured path is the rules' result; attributes come along") {
     for (const std::string name : {"loop", "catmull-clark", "bilinear", "midpoint"}) {
         CAPTURE(name);
@@ -289,14 +316,50 @@ TEST_CASE("attributes of any width, and smoothing of the control points") {
         CHECK(glm::length(smooth.positions[v] - (2.0 / 3) * mesh.position(VertexId(v))) < 1e-15);
 }
 
+TEST_CASE("one call refines attributes as it refines positions, for every scheme, holes included") {
+    for (const bool hole : {false, true})
+        for (const bool limit : {false, true})
+            for (const SchemeInfo& scheme : scheme_table()) {
+                CAPTURE(scheme.name);
+                const ControlMesh mesh = fitting(scheme, ControlMesh::build(sheet(4, hole)));
+                // Five numbers: y, x, z, 1 and x.
+                VertexAttribute five{"five", 5, {}}, one{"one", 1, std::vector<float>(mesh.vertex_count(), 1.0f)};
+                for (const Vec3d& p : mesh.positions())
+                    for (const double x : {p.y, p.x, p.z, 1.0, p.x}) five.values.push_back(static_cast<float>(x));
+                const VertexAttribute attributes[] = {five, one};
+                const PolygonMesh fine = refine(mesh, scheme, 2, {.limit = limit, .attributes = attributes});
+                REQUIRE(fine.attributes.size() == 2);
+                const std::vector<float>& values = fine.attributes[0].values;
+                REQUIRE(values.size() == 5 * fine.positions.size());
+                REQUIRE(fine.attributes[1].values.size() == fine.positions.size());
+                double most = 0;
+                for (std::size_t v = 0; v < fine.positions.size(); ++v) {
+                    const Vec3d& p = fine.positions[v];
+                    const double expected[] = {p.y, p.x, p.z, 1, p.x};
+                    for (int k = 0; k < 5; ++k) most = std::max(most, std::abs(values[5 * v + k] - expected[k]));
+                    most = std::max(most, std::abs(fine.attributes[1].values[v] - 1.0));
+                }
+                CHECK(most < 1e-6);
+            }
+}
+
 TEST_CASE("[bad-input] refine() names what is wrong") {
     const ControlMesh cube = model("cube");
+    for (const std::string name : {"catmull-clark", "kobbelt"}) {
+        const VertexAttribute shorter[] = {{"heat", 2, std::vector<float>(15)}}, none[] = {{"heat", 0, {}}};
+        CHECK_THROWS_WITH_AS(refine(cube, name, 1, {.attributes = shorter}),
+                             doctest::Contains("\"heat\" has 15 values, but 8 vertices with 2 each need 16"), Error);
+        CHECK_THROWS_WITH_AS(refine(cube, name, 1, {.attributes = none}), doctest::Contains("heat"), Error);
+    }
     CHECK_THROWS_WITH_AS(refine(cube, "dosabin", 1), doctest::Contains("did you mean doo-sabin?"), Error);
     CHECK_THROWS_WITH_AS(refine(cube, "nonsense", 1), doctest::Contains("modified-butterfly"), Error);
     CHECK_THROWS_WITH_AS(refine(cube, "loop", 1), doctest::Contains("triangulate"), Error);
     CHECK_THROWS_AS(refine(cube, "sqrt3", 1), Error);
     CHECK_THROWS_WITH_AS(refine(cube, "doo-sabin", 1, {.smoothing = -1}), doctest::Contains("smoothing"), Error);
-    CHECK_THROWS_WITH_AS(refine(cube, "honeycomb", 1, {.limit = true}), doctest::Contains("limit"), Error);
+    RefineOptions receding{.limit = true};
+    receding.rules.averaging_boundary = AveragingBoundary::recede;
+    CHECK_THROWS_WITH_AS(refine(ControlMesh::build(sheet(6, false)), "biquartic", 1, receding),
+                         doctest::Contains("uses up the outer ring"), Error);
     RefineOptions small;
     small.context.max_memory_bytes = 1 << 20;
     for (const SchemeInfo& scheme : scheme_table()) {
