@@ -31,7 +31,7 @@ RuleMesh fan_mesh(int n) {
 
 std::optional<std::vector<int>> honeycomb_fan(const RuleMesh& mesh, int v) {
     const RuleMesh::Ring ring = mesh.ring(v);
-    if (ring.edges() < 3 || !plain(mesh, v, ring)) return std::nullopt;
+    if (ring.edges() < 2 || !plain(mesh, v, ring)) return std::nullopt;
     std::vector<int> fan{v};
     for (const int h : ring.halfedge) {
         const int e = mesh.target(h);

@@ -14,7 +14,7 @@ std::optional<std::vector<int>> honeycomb_fan(const RuleMesh& mesh, int v);
 
 /// Their weights, which sum to one: the left eigenvector of the fan's own subdivision matrix, by iteration of the
 /// rules.
-/// @param valence  >= 3
+/// @param valence  >= 2
 std::vector<double> honeycomb_limit_weights(int valence);
 
 }  // namespace tetrakis::detail

@@ -4,6 +4,7 @@
 #include "tetrakis/refine/mesh_part.hpp"
 #include "tetrakis/schemes/averaging.hpp"
 #include "tetrakis/schemes/linear.hpp"
+#include "tetrakis/schemes/ring_mask.hpp"
 #include "tetrakis/schemes/spectrum.hpp"
 
 #include <algorithm>

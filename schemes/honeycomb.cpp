@@ -3,9 +3,6 @@
 #include "tetrakis/schemes/doo_sabin.hpp"
 #include "tetrakis/schemes/face_split.hpp"
 
-#include <stdexcept>
-#include <string>
-
 namespace tetrakis {
 
 RuleStep honeycomb_step(const RuleMesh& mesh, const RuleOptions& options) {
@@ -31,9 +28,6 @@ RuleStep honeycomb_step(const RuleMesh& mesh, const RuleOptions& options) {
             for (const int e : mesh.sharp_neighbours(v)) row.add(e, 0.125);
             return row;
         }
-        if (ring.edges() < 3)
-            throw std::invalid_argument("honeycomb needs three edges or more at each vertex inside, and vertex " +
-                                        std::to_string(v) + " has " + std::to_string(ring.edges()));
         for (const int h : ring.halfedge) add_corner(h, 1.0 / ring.faces(), row);
         return row;
     });

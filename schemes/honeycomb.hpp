@@ -13,7 +13,6 @@ namespace tetrakis {
 /// The corner of the middle k-gon takes Doo-Sabin's weights, whose eigenvalues for every k are 1, 1/2 twice, 1/4: on
 /// hexagons they reproduce the plane, and no k-gon has another eigenvalue above 1/4. An old vertex goes to the mean of
 /// the new corners around it. Boundary and crease: cubic B-spline; corner: stays.
-/// @throws std::invalid_argument  a vertex inside has fewer than three edges
 RuleStep honeycomb_step(const RuleMesh& mesh, const RuleOptions& options);
 /// At the centre of a face.
 ClosedMasks honeycomb_closed_masks(const FanShape& shape, const RuleOptions& options);
