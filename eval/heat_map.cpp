@@ -1,22 +1,12 @@
 #include "tetrakis/eval/heat_map.hpp"
 
+#include "tetrakis/eval/text_rectangles.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-
-#if defined(__GNUC__)
-#    pragma GCC diagnostic push
-#    pragma GCC diagnostic ignored "-Wunused-function"
-#    pragma GCC diagnostic ignored "-Wshadow"
-#    pragma GCC diagnostic ignored "-Wsign-compare"
-#    pragma GCC diagnostic ignored "-Wmissing-field-initializers"
-#endif
-#include <stb/stb_easy_font.h>
-#if defined(__GNUC__)
-#    pragma GCC diagnostic pop
-#endif
 
 namespace tetrakis {
 
@@ -37,8 +27,6 @@ namespace detail {
 
 namespace {
 
-constexpr int k_glyph_height = 7;  // of stb_easy_font's capitals, in its units
-
 void fill(Image& image, int x0, int y0, int x1, int y1, const Vec3f& colour) {
     for (int y = std::max(0, y0); y < std::min(image.height, y1); ++y)
         for (int x = std::max(0, x0); x < std::min(image.width, x1); ++x)
@@ -47,26 +35,13 @@ void fill(Image& image, int x0, int y0, int x1, int y1, const Vec3f& colour) {
                     static_cast<std::uint8_t>(std::lround(255 * colour[c]));
 }
 
-void draw_text(Image& image, int x, int y, int scale, std::string text, const Vec3f& colour) {
-    struct Vertex {
-        float x, y, z;
-        unsigned char colour[4];
-    };
-    constexpr std::size_t k_quads_per_glyph = 18;
-    std::vector<Vertex> corners(4 * k_quads_per_glyph * (text.size() + 1));
-    const int quads = stb_easy_font_print(0, 0, text.data(), nullptr, corners.data(),
-                                          static_cast<int>(corners.size() * sizeof(Vertex)));
-    for (int q = 0; q < quads; ++q) {
-        const Vertex &low = corners[4 * q], &high = corners[4 * q + 2];
-        const auto at = [&](float value) { return static_cast<int>(std::lround(value * scale)); };
-        fill(image, x + at(low.x), y + at(low.y), x + at(high.x), y + at(high.y), colour);
-    }
+void draw_text(Image& image, int x, int y, int scale, const std::string& text, const Vec3f& colour) {
+    const auto at = [&](double value) { return static_cast<int>(std::lround(value * scale)); };
+    for (const TextRectangle& part : text_rectangles(text))
+        fill(image, x + at(part.low.x), y + at(part.low.y), x + at(part.high.x), y + at(part.high.y), colour);
 }
 
-int text_width(const std::string& text, int scale) {
-    std::string copy = text;
-    return stb_easy_font_width(copy.data()) * scale;
-}
+int text_width(const std::string& text, int scale) { return tetrakis::text_width(text) * scale; }
 
 }  // namespace
 
@@ -88,9 +63,9 @@ void draw_legend(Image& image, double lower, double upper, const std::string& ti
     for (int i = 0; i < k_ticks; ++i) {
         const int tick = y + bar_height - 1 - (bar_height - 1) * i / (k_ticks - 1);
         fill(image, x + bar_width, tick, x + bar_width + 3 * scale, tick + 1, ink);
-        draw_text(image, x + bar_width + 5 * scale, tick - k_glyph_height * scale / 2, scale, labels[i], ink);
+        draw_text(image, x + bar_width + 5 * scale, tick - k_text_height * scale / 2, scale, labels[i], ink);
     }
-    if (!title.empty()) draw_text(image, x, y - (k_glyph_height + 9) * scale, scale, title, ink);
+    if (!title.empty()) draw_text(image, x, y - (k_text_height + 9) * scale, scale, title, ink);
 }
 
 }  // namespace detail

@@ -1,27 +1,16 @@
 #include "canvas.hpp"
 
+#include "tetrakis/eval/text_rectangles.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <vector>
 
-#if defined(__GNUC__)
-#    pragma GCC diagnostic push
-#    pragma GCC diagnostic ignored "-Wunused-function"
-#    pragma GCC diagnostic ignored "-Wshadow"
-#    pragma GCC diagnostic ignored "-Wsign-compare"
-#    pragma GCC diagnostic ignored "-Wmissing-field-initializers"
-#endif
-#include <stb/stb_easy_font.h>
-#if defined(__GNUC__)
-#    pragma GCC diagnostic pop
-#endif
-
 namespace tetrakis::cli {
 namespace {
 
 constexpr int k_samples = 3;             // per pixel and axis
-constexpr double k_glyph_height = 7;     // of stb_easy_font's capitals, in its units
 constexpr double k_label_margin = 0.35;  // white around a label, in heights
 
 }  // namespace
@@ -68,25 +57,13 @@ void Canvas::rectangle(Vec2d low, Vec2d high, const Vec3f& colour) {
 }
 
 double Canvas::text_width(const std::string& text, double height) {
-    std::string copy = text;
-    return stb_easy_font_width(copy.data()) * height / k_glyph_height;
+    return tetrakis::text_width(text) * height / k_text_height;
 }
 
 void Canvas::text(Vec2d at, double height, const std::string& text, const Vec3f& colour) {
-    struct Vertex {
-        float x, y, z;
-        unsigned char colour[4];
-    };
-    constexpr std::size_t k_quads_per_glyph = 18;
-    std::string copy = text;
-    std::vector<Vertex> corners(4 * k_quads_per_glyph * (text.size() + 1));
-    const int quads = stb_easy_font_print(0, 0, copy.data(), nullptr, corners.data(),
-                                          static_cast<int>(corners.size() * sizeof(Vertex)));
-    const double scale = height / k_glyph_height;
-    for (int q = 0; q < quads; ++q) {
-        const Vertex &low = corners[4 * q], &high = corners[4 * q + 2];
-        rectangle(at + scale * Vec2d(low.x, low.y), at + scale * Vec2d(high.x, high.y), colour);
-    }
+    const double scale = height / k_text_height;
+    for (const TextRectangle& part : text_rectangles(text))
+        rectangle(at + scale * part.low, at + scale * part.high, colour);
 }
 
 void Canvas::label(Vec2d middle, double height, const std::string& text, const Vec3f& colour) {
