@@ -30,8 +30,9 @@ struct LevelCost {
 /// Results depend on the mesh, the scheme and the address alone, not on the batch, its order or the number of threads.
 /// Holes take part in the rules like all other faces. Keeps a reference to the mesh. All calls are const and safe from
 /// several threads. Memory: that of one block of addresses per thread (a few MiB), however deep they are.
-/// Cost: a few microseconds per vertex raised, limits some 20 (biquartic 200). A vertex alone needs its neighbourhood on every level (some 50 faces
-/// each, with a limit up to some hundred on the last one); many side by side, in one call, share theirs.
+/// Cost: a few microseconds per vertex raised, limits some 20 (biquartic 200). A vertex alone needs its neighbourhood
+/// on every level (some 50 faces each, with a limit up to some hundred on the last one); many side by side, in one
+/// call, share theirs.
 class PartialLevels : public PositionSource {
   public:
     /// @throws Error  invalid_input: a mesh that the scheme cannot take; unsupported: a scheme without such addresses
