@@ -121,9 +121,11 @@ std::size_t BisectionForest::coarsen(std::span<const LeafId> marked, std::vector
         for (std::uint32_t p = 0; p < diamonds[i].pair_count; ++p)
             merges[diamonds[i].first_merge + p] = plan_merge(diamonds[i], p);
     });
-    const std::size_t free_leaves = free_leaves_.size(), free_points = free_points_.size();
-    free_leaves_.resize(free_leaves + merges.size());
-    free_points_.resize(free_points + diamonds.size());
+    // Freed slots are used again from the end of the lists: put there backwards, they come in the order of their
+    // parents again, and a forest that grows anew lies in memory as before (bench hierarchy/forest_operations).
+    free_leaves_.resize(free_leaves_.size() + merges.size());
+    free_points_.resize(free_points_.size() + diamonds.size());
+    const std::size_t last_leaf = free_leaves_.size() - 1, last_point = free_points_.size() - 1;
     for_each_index(count, [&](std::uint32_t i) {
         const Diamond& d = diamonds[i];
         const PointId midpoint = leaves_[d.pairs[0][0]].vertex[2];
@@ -133,11 +135,11 @@ std::size_t BisectionForest::coarsen(std::span<const LeafId> marked, std::vector
             leaves_[parent.value] = m.parent;
             leaves_[m.freed_slot].depth = k_dead;
             if (m.relinked_slot != LeafId::none) leaves_[m.relinked_slot].neighbour[m.relinked_edge] = parent;
-            free_leaves_[free_leaves + d.first_merge + p] = m.freed_slot;
+            free_leaves_[last_leaf - d.first_merge - p] = m.freed_slot;
             created[d.first_merge + p] = parent;
         }
         sites_[midpoint.value] = Site{};
-        free_points_[free_points + i] = midpoint.value;
+        free_points_[last_point - i] = midpoint.value;
     });
     for (std::uint32_t s : unique) work[s].mark = 0;
     leaf_count_ -= static_cast<std::uint32_t>(merges.size());

@@ -1,0 +1,158 @@
+#include "piece_models.hpp"
+#include "tetrakis/eval/loop_patches.hpp"
+#include "tetrakis/eval/quad_patches.hpp"
+#include "tetrakis/hier/bisection_forest.hpp"
+#include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/hierarchy.hpp"
+
+#include <benchmark/benchmark.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+// What operations, vertices and leaves of hierarchies cost. One operation is a diamond split or merged: its leaves,
+// their neighbours and the point in the middle.
+namespace tetrakis::bench {
+
+namespace {
+
+RunContext with(std::int64_t threads) {
+    RunContext context;
+    context.threads = static_cast<int>(threads);
+    return context;
+}
+
+/// Limit positions by a patch tree.
+template <class Patches>
+class PatchPositions final : public PositionSource {
+  public:
+    explicit PatchPositions(const ControlMesh& mesh) : patches_(mesh) {}
+    void positions(std::span<const Site> sites, std::span<Vec3d> out) const override {
+        for_each_index(
+            static_cast<std::uint32_t>(sites.size()),
+            [&](std::uint32_t i) { out[i] = patches_.limit(sites[i].root, sites[i].at, sites[i].level); }, 256);
+    }
+
+  private:
+    Patches patches_;
+};
+
+void all_leaves(const BisectionForest& forest, std::vector<LeafId>& leaves) {
+    leaves.clear();
+    for (std::uint32_t s = 0; s < forest.leaf_slots(); ++s)
+        if (forest.is_leaf(LeafId(s))) leaves.push_back(LeafId(s));
+}
+
+enum Operations { bulk, single, with_limits };
+
+// Everything split, round by round, and merged again. With limits, each round's new points are put on the Catmull-Clark
+// surface of a regular torus.
+void forest_operations(benchmark::State& state, Operations kind) {
+    const ControlMesh mesh = ControlMesh::build(torus(32));
+    const PatchPositions<QuadPatches> patches(mesh);
+    BisectionForest forest(mesh);
+    std::vector<LeafId> leaves, created;
+    std::vector<Site> sites;
+    std::vector<Vec3d> positions;
+    std::int64_t operations = 0;
+    const auto put_on_surface = [&] {
+        // A new point is the apex of the two or four leaves around it; the lowest slot speaks for it.
+        sites.clear();
+        for (LeafId leaf : created) {
+            const BisectionLeaf& l = forest.leaf(leaf);
+            const LeafId right = l.neighbour[1], left = l.neighbour[2];
+            if (leaf < right && leaf < left && leaf < forest.leaf(right).neighbour[1])
+                sites.push_back(forest.point_site(l.vertex[2]));
+        }
+        positions.resize(sites.size());
+        patches.positions(sites, positions);
+    };
+    with_threads(with(1), [&] {
+        for (auto _ : state) {
+            all_leaves(forest, leaves);  // from then on the new leaves of a round are all
+            for (std::int64_t round = 0; round < state.range(0); ++round) {
+                if (kind == single) {
+                    for (LeafId leaf : leaves)
+                        if (forest.depth(leaf) == round) forest.split(leaf);
+                    all_leaves(forest, leaves);
+                    continue;
+                }
+                forest.refine(leaves, created);
+                if (kind == with_limits) put_on_surface();
+                std::swap(leaves, created);
+            }
+            operations += 2 * std::int64_t{forest.midpoint_count()};
+            while (forest.midpoint_count() > 0) {
+                if (kind == single) {
+                    for (LeafId leaf : leaves)
+                        if (forest.is_leaf(leaf) && forest.can_merge(leaf)) forest.merge(leaf);
+                    all_leaves(forest, leaves);
+                    continue;
+                }
+                forest.coarsen(leaves, created);
+                std::swap(leaves, created);
+            }
+            benchmark::DoNotOptimize(positions.data());
+        }
+    });
+    state.SetItemsProcessed(operations);
+}
+
+// All leaves down to a uniform level, and the mesh with its limit positions; bytes are those of the structure.
+void to_uniform_level(benchmark::State& state, const std::string& scheme, const std::string& model, bool by_patches) {
+    const ControlMesh mesh = data_model(model);
+    const bool triangles = scheme == "loop";
+    const int level = static_cast<int>(state.range(0));
+    HierarchyOptions options;
+    options.context = with(state.range(1));
+    if (by_patches && triangles) options.limit_positions = std::make_shared<PatchPositions<LoopPatches>>(mesh);
+    if (by_patches && !triangles) options.limit_positions = std::make_shared<PatchPositions<QuadPatches>>(mesh);
+    // Depth 2 l + 1 has all points of lattice level l, which is scheme level l + 1.
+    const bool bisection = make_hierarchy(mesh, scheme, options).family() == "bisection";
+    const int depth = bisection ? 2 * level - 1 : triangles ? level : level - 1;
+    std::int64_t vertices = 0;
+    for (auto _ : state) {
+        Hierarchy h = make_hierarchy(mesh, scheme, options);
+        h.refine_where(each_leaf([](const LeafView&) { return true; }), depth, options.context);
+        const HierarchyMesh out = h.to_mesh({.context = options.context});
+        vertices += static_cast<std::int64_t>(out.sites.size());
+        state.counters["bytes_per_leaf"] = static_cast<double>(h.memory_bytes()) / h.leaf_count();
+    }
+    state.SetItemsProcessed(vertices);
+    state.counters["vertices"] = static_cast<double>(vertices) / static_cast<double>(state.iterations());
+}
+
+}  // namespace
+
+BENCHMARK_CAPTURE(forest_operations, bulk, bulk)
+    ->Name("hierarchy/forest_operations/bulk")
+    ->Arg(4)
+    ->Arg(8)
+    ->ArgName("rounds");
+BENCHMARK_CAPTURE(forest_operations, single, single)
+    ->Name("hierarchy/forest_operations/single")
+    ->Arg(6)
+    ->ArgName("rounds");
+BENCHMARK_CAPTURE(forest_operations, with_limits, with_limits)
+    ->Name("hierarchy/forest_operations/with_catmull_clark_limits")
+    ->Arg(4)
+    ->Arg(8)
+    ->ArgName("rounds");
+
+#define TETRAKIS_BENCH_TO_LEVEL(name, scheme, model, patches)         \
+    BENCHMARK_CAPTURE(to_uniform_level, name, scheme, model, patches) \
+        ->Name("hierarchy/to_uniform_level/" #name)                   \
+        ->ArgsProduct({{5}, {1, 2}})                                  \
+        ->ArgNames({"level", "threads"})                              \
+        ->Unit(benchmark::kMillisecond)                               \
+        ->UseRealTime()
+TETRAKIS_BENCH_TO_LEVEL(catmull_clark_patches, "catmull-clark", "pawn", true);
+TETRAKIS_BENCH_TO_LEVEL(catmull_clark_closure, "catmull-clark", "pawn", false);
+TETRAKIS_BENCH_TO_LEVEL(loop_patches, "loop", "knot_tri", true);
+TETRAKIS_BENCH_TO_LEVEL(loop_closure, "loop", "knot_tri", false);
+TETRAKIS_BENCH_TO_LEVEL(kobbelt_rules, "kobbelt", "cube", false);
+TETRAKIS_BENCH_TO_LEVEL(doo_sabin_rules, "doo-sabin", "cube", false);
+
+}  // namespace tetrakis::bench
