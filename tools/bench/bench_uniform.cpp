@@ -11,6 +11,7 @@
 #include "tetrakis/refine/uniform_refiner.hpp"
 
 #include <benchmark/benchmark.h>
+#include <fmt/format.h>
 
 #include <map>
 #include <memory>
@@ -269,9 +270,8 @@ void register_schemes() {
                 // About 200 000 points each.
                 const int levels = scheme.refinement == Refinement::sqrt3 ? 3 : 4;
                 const RuleCase c{model, &scheme, levels, threads, again};
-                std::string full(model->name);
-                full += "/" + std::string(scheme.name) + "/" + std::to_string(levels) + "/rules_" +
-                        (again ? "again" : "fresh") + (threads == 2 ? "_2t" : "");
+                const std::string full = fmt::format("{}/{}/{}/rules_{}{}", model->name, scheme.name, levels,
+                                                     again ? "again" : "fresh", threads == 2 ? "_2t" : "");
                 benchmark::RegisterBenchmark(full.c_str(), by_rules, c)->Unit(benchmark::kMillisecond)->UseRealTime();
             }
 }
