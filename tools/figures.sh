@@ -1,11 +1,13 @@
 #!/bin/sh
-# Draws the standard comparisons of subdivision schemes as contact sheets: out/figures/*.png, and the meshes that they
-# show as out/figures/meshes/*.glb. Installs what is missing (Debian 12) and builds first. Some minutes.
-#   tools/figures.sh [SHEET...]         all sheets, or those that are named: curves, laves_tilings, rook, ...
-# Environment: TETRAKIS_BUILD_DIR (build/release), TETRAKIS_JOBS (one per processor).
+# Draws the standard comparisons of subdivision schemes, factored steps and adaptive hierarchies as contact sheets:
+# out/figures/*.png, and the meshes that they show as out/figures/meshes/*.glb. Installs what is missing (Debian 12) and
+# builds first; then some minutes.
+#   tools/figures.sh [SHEET...]         all sheets, or those that are named: curves, laves_tilings, rook, transitions, ...
+# Environment: TETRAKIS_BUILD_DIR (build/release), TETRAKIS_JOBS (one per processor), TETRAKIS_FIGURES_DIR (out/figures),
+# TETRAKIS_SHARED_DIR (../shared: has the scan of the bunny, whose pictures are left out without it).
 set -eu
 case "${1:-}" in
-    -*) sed -n '2,5s/^# //p' "$0"; exit 2 ;;
+    -*) sed -n '2,7s/^# //p' "$0"; exit 2 ;;
 esac
 cd "$(dirname "$0")/.."
 tools/install_deps.sh --figures
@@ -20,7 +22,7 @@ cmake --build "$build" --parallel "${TETRAKIS_JOBS:-$(nproc)}" --target tetrakis
 # Debian's packages serve Debian's interpreter, which need not be the first one.
 for python in python3 /usr/bin/python3; do
     if "$python" -c 'import PIL' 2>/dev/null; then
-        exec "$python" tools/figures.py "$build" out/figures "$@"
+        exec "$python" tools/figures.py "$build" "${TETRAKIS_FIGURES_DIR:-out/figures}" "$@"
     fi
 done
 echo "figures: no Python with Pillow (python3-pil) was found" >&2

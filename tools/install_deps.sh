@@ -14,7 +14,7 @@ optional="libosd-dev ccache"
 for argument in "$@"; do
     case "$argument" in
         --bench) optional="$optional libcgal-dev libopenmesh-dev libmeshoptimizer-dev libbenchmark-dev" ;;
-        --figures) required="$required python3 python3-pil fonts-dejavu-core" ;;
+        --figures) required="$required python3 python3-pil fonts-dejavu-core libmeshoptimizer-dev" ;;
         --ci) required="$required clang-format" ;;
         *) echo "usage: $0 [--bench] [--figures] [--ci]" >&2; exit 2 ;;
     esac

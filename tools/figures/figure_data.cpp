@@ -1,8 +1,12 @@
 // What tools/figures.py draws, computed by the library: meshes refined by any scheme, and curves.
 //   figure_data refine IN.obj SCHEME LEVELS OUT [STEPS_OR_TUNING]   prints {"faces": , "vertices": , "volume": }
-//   figure_data picture MESH CONTROL.obj OUT.png WIDTH HEIGHT AZIMUTH ELEVATION   the mesh in the control mesh's
-//   outline figure_data curves                                              prints the curves as JSON
+//   figure_data picture MESH CONTROL.obj OUT.png WIDTH HEIGHT AZIMUTH ELEVATION [edges]
+//                                            the mesh in the control mesh's outline, dashed where it is hidden;
+//                                            "edges": not drawn there, for the edges of the mesh's own polygons
+//   figure_data curves                       prints the curves as JSON
+//   figure_data adaptive, zoom, factored, simplify: figure_commands.hpp
 #include "canvas.hpp"
+#include "figure_commands.hpp"
 
 #include "tetrakis/eval/io/mesh_reader.hpp"
 #include "tetrakis/eval/io/mesh_writer.hpp"
@@ -19,6 +23,7 @@
 #include <cstdlib>
 #include <exception>
 #include <iostream>
+#include <map>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -59,7 +64,7 @@ int refine(const std::vector<std::string>& arguments) {
 
 /// Whether a triangle lies between two points (Moller, Trumbore 1997).
 bool between(const Vec3d& from, const Vec3d& to, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-    constexpr double k_touching = 1e-6;  // the far point may lie on the surface itself
+    constexpr double k_touching = 1e-4;  // the far point may lie on the surface itself
     const Vec3d along = to - from, e1 = b - a, e2 = c - a, p = glm::cross(along, e2);
     const double determinant = glm::dot(e1, p);
     if (determinant == 0) return false;
@@ -69,12 +74,14 @@ bool between(const Vec3d& from, const Vec3d& to, const Vec3d& a, const Vec3d& b,
 }
 
 int picture(const std::vector<std::string>& arguments) {
-    if (arguments.size() != 7)
-        throw std::invalid_argument("picture: MESH CONTROL.obj OUT.png WIDTH HEIGHT AZIMUTH ELEVATION");
+    if (arguments.size() < 7)
+        throw std::invalid_argument("picture: MESH CONTROL.obj OUT.png WIDTH HEIGHT AZIMUTH ELEVATION [edges]");
+    const bool own_edges = arguments.size() > 7 && arguments[7] == "edges";
     const TriangleMesh mesh = read_triangle_mesh(arguments[0]);
     const ControlMesh control = load_control_mesh(arguments[1]);
     const std::vector<Vec3d>& corners = control.data().positions;
     RenderOptions options;
+    if (own_edges) options.shading = Shading::flat;
     options.width = std::stoi(arguments[3]);
     options.height = std::stoi(arguments[4]);
     options.view.azimuth_degrees = std::stod(arguments[5]);
@@ -96,23 +103,28 @@ int picture(const std::vector<std::string>& arguments) {
         return Vec2d(0.5 * options.width + scale * glm::dot(d, right) / z,
                      0.5 * options.height - scale * glm::dot(d, above) / z);
     };
-    // What is behind the surface is dashed.
-    constexpr int k_pieces = 80, k_dash = 3;
+    // What is behind the surface is dashed, or left out.
+    constexpr int k_dash = 3;
+    const int pieces = own_edges ? 8 : 80;
     const Vec3f ink(0.12f, 0.20f, 0.36f), faint(0.36f, 0.38f, 0.42f);
     const RuleMesh edges = rule_mesh(control);
     for (int e = 0; e < edges.edge_count(); ++e) {
         const Vec3d from = corners[edges.origin(edges.edge_halfedge(e))],
                     to = corners[edges.target(edges.edge_halfedge(e))];
-        const auto at = [&](double t) { return from + t / k_pieces * (to - from); };
-        for (int i = 0; i < k_pieces; ++i) {
+        const auto at = [&](double t) { return from + t / pieces * (to - from); };
+        for (int i = 0; i < pieces; ++i) {
             bool hidden = false;
             for (const auto& [a, b, c] : mesh.triangles)
                 if (between(camera.eye, at(i + 0.5), mesh.positions[a], mesh.positions[b], mesh.positions[c])) {
                     hidden = true;
                     break;
                 }
-            if (!hidden || i / k_dash % 2 == 0)
-                canvas.line(project(at(i)), project(at(i + 1)), hidden ? 0.9 : 1.7, hidden ? faint : ink);
+            if (!hidden || (!own_edges && i / k_dash % 2 == 0))
+                canvas.line(project(at(i)), project(at(i + 1)),
+                            own_edges ? 0.6
+                            : hidden  ? 0.9
+                                      : 1.7,
+                            hidden ? faint : ink);
         }
     }
     write_png(arguments[2], canvas.image());
@@ -166,7 +178,15 @@ int main(int count, char** values) {
         if (command == "refine") return refine({values + 2, values + count});
         if (command == "picture") return picture({values + 2, values + count});
         if (command == "curves") return curves();
-        std::cerr << "figure_data: refine, picture or curves\n";
+        const std::map<std::string, Json (*)(const figures::Arguments&)> more{{"adaptive", figures::adaptive},
+                                                                              {"zoom", figures::zoom},
+                                                                              {"factored", figures::factored},
+                                                                              {"simplify", figures::simplify}};
+        if (const auto found = more.find(command); found != more.end()) {
+            std::cout << found->second({values + 2, values + count}) << '\n';
+            return 0;
+        }
+        std::cerr << "figure_data: refine, picture, curves, adaptive, zoom, factored or simplify\n";
         return 2;
     } catch (const std::exception& e) {
         std::cerr << "figure_data: " << e.what() << '\n';

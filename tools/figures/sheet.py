@@ -1,4 +1,6 @@
 """Contact sheets and drawings in the plane, with Pillow."""
+import math
+
 from PIL import Image, ImageDraw, ImageFont
 
 INK, GREY, PALE, BLUE, RED, ORANGE = (36, 43, 56), (150, 158, 170), (222, 228, 236), (31, 84, 158), (204, 56, 41), (224, 122, 26)
@@ -59,8 +61,17 @@ class Plane:
         self.draw.polygon([self.at(p) for p in points], fill)
 
     def line(self, points, colour, width=1.5, closed=False):
+        # By polygons: the library's own wide lines are thinner where they are slanted.
         corners = [self.at(p) for p in points]
-        self.draw.line(corners + (corners[:1] if closed else []), colour, max(1, round(width * SAMPLES)), joint="curve")
+        r = 0.5 * width * SAMPLES
+        for (ax, ay), (bx, by) in zip(corners, corners[1:] + (corners[:1] if closed else [])):
+            length = math.hypot(bx - ax, by - ay)
+            if length == 0 or max(ax, bx) < -r or min(ax, bx) > self.image.width + r or max(ay, by) < -r or min(ay, by) > self.image.height + r:
+                continue
+            nx, ny = (ay - by) * r / length, (bx - ax) * r / length
+            self.draw.polygon([(ax + nx, ay + ny), (bx + nx, by + ny), (bx - nx, by - ny), (ax - nx, ay - ny)], colour)
+            if r > 1:
+                self.draw.ellipse((bx - r, by - r, bx + r, by + r), colour)
 
     def dot(self, p, colour, radius=4):
         x, y = self.at(p)
