@@ -182,10 +182,13 @@ struct PartialLevels::Impl {
 
     void run(const std::vector<Query>& queries, Asked asked, std::span<Vec3d> positions,
              std::span<LimitPoint> points_out, LevelCost* cost) const;
-    void run_block(const std::vector<Query>& queries, std::span<const std::uint32_t> block, Asked asked,
-                   std::span<Vec3d> positions, std::span<LimitPoint> out, LevelCost& cost) const;
-    void write_limits(const RuleMesh& level, std::span<const Vec3d> net, std::span<const Walker> here,
-                      std::span<const int> vertices, std::span<LimitPoint> out) const;
+    /// Limits: `limit_rings` are raised around each vertex. Returns the addresses that this was not enough for.
+    std::vector<std::uint32_t> run_block(const std::vector<Query>& queries, std::span<const std::uint32_t> block,
+                                         Asked asked, int limit_rings, std::span<Vec3d> positions,
+                                         std::span<LimitPoint> out, LevelCost& cost) const;
+    std::vector<std::uint32_t> write_limits(const RuleMesh& level, std::span<const Vec3d> net,
+                                            std::span<const Walker> here, std::span<const int> vertices,
+                                            int whole_rings, std::span<LimitPoint> out) const;
 
     Walker start(const Query& q, std::uint32_t index) const {
         Walker w;
@@ -266,7 +269,17 @@ void PartialLevels::Impl::run(const std::vector<Query>& queries, Asked asked, st
             static_cast<std::uint32_t>(blocks),
             [&](std::uint32_t b) {
                 const std::size_t begin = b * k_block, count = std::min(k_block, order.size() - begin);
-                run_block(queries, {order.data() + begin, count}, asked, positions, out, costs[b]);
+                const std::span<const std::uint32_t> block(order.data() + begin, count);
+                if (asked != Asked::limits) {
+                    run_block(queries, block, asked, 0, positions, out, costs[b]);
+                    return;
+                }
+                // Most vertices are regular, and need little around them; the others are raised once more, with more.
+                const int most = detail::rule_limit_rings(scheme, rules);
+                const int few = worker().limits.regular_rings().value_or(most);
+                const std::vector<std::uint32_t> left =
+                    run_block(queries, block, asked, std::min(few, most), positions, out, costs[b]);
+                if (!left.empty()) run_block(queries, left, asked, most, positions, out, costs[b]);
             },
             1);
     } catch (const std::invalid_argument& e) {
@@ -280,10 +293,12 @@ void PartialLevels::Impl::run(const std::vector<Query>& queries, Asked asked, st
     }
 }
 
-void PartialLevels::Impl::run_block(const std::vector<Query>& queries, std::span<const std::uint32_t> block,
-                                    Asked asked, std::span<Vec3d> positions, std::span<LimitPoint> out,
-                                    LevelCost& cost) const {
+std::vector<std::uint32_t> PartialLevels::Impl::run_block(const std::vector<Query>& queries,
+                                                          std::span<const std::uint32_t> block, Asked asked,
+                                                          int limit_rings, std::span<Vec3d> positions,
+                                                          std::span<LimitPoint> out, LevelCost& cost) const {
     Worker& tools = worker();
+    std::vector<std::uint32_t> left;
     std::vector<Walker> walkers;
     walkers.reserve(block.size());
     int last = 0;
@@ -297,7 +312,7 @@ void PartialLevels::Impl::run_block(const std::vector<Query>& queries, std::span
     std::vector<char> ends(last + 1, 0);
     for (const Walker& w : walkers) ends[w.steps] = 1;
     for (int level = last; level >= 0; --level) {
-        if (asked == Asked::limits && ends[level] != 0) rings[level] = detail::rule_limit_rings(scheme, rules) + 1;
+        if (asked == Asked::limits && ends[level] != 0) rings[level] = limit_rings + 1;
         if (level == last) continue;
         rings[level] = std::max(rings[level], (rings[level + 1] + (dual() ? 2 : 1)) / 2 + reach);
     }
@@ -330,9 +345,11 @@ void PartialLevels::Impl::run_block(const std::vector<Query>& queries, std::span
             for (std::size_t i = 0; i < vertices.size(); ++i)
                 out[arrived[i].index] = frame(part.mesh, here, vertices[i]);
         else if (!vertices.empty())
-            write_limits(part.mesh, here, {arrived, walkers.end()}, vertices, out);
+            for (const std::uint32_t i :
+                 write_limits(part.mesh, here, {arrived, walkers.end()}, vertices, limit_rings, out))
+                left.push_back(i);
         walkers.erase(arrived, walkers.end());
-        if (walkers.empty()) return;
+        if (walkers.empty()) return left;
 
         const bool from_control = level == 0 && !dual();
         RuleStep next = (from_control ? first_step : scheme.step)(part.mesh, rules);
@@ -345,45 +362,33 @@ void PartialLevels::Impl::run_block(const std::vector<Query>& queries, std::span
     }
 }
 
-void PartialLevels::Impl::write_limits(const RuleMesh& level, std::span<const Vec3d> net, std::span<const Walker> here,
-                                       std::span<const int> vertices, std::span<LimitPoint> out) const {
+std::vector<std::uint32_t> PartialLevels::Impl::write_limits(const RuleMesh& level, std::span<const Vec3d> net,
+                                                             std::span<const Walker> here,
+                                                             std::span<const int> vertices, int whole_rings,
+                                                             std::span<LimitPoint> out) const {
     // Many addresses of a block name the same vertex.
-    std::vector<int> once(vertices.begin(), vertices.end());
-    std::sort(once.begin(), once.end());
-    once.erase(std::unique(once.begin(), once.end()), once.end());
-    const detail::RuleLimits limits = worker().limits.find(level, once);
-    const auto sum = [&](const StencilTable& table, int row) {
-        Vec3d result(0);
-        for (std::size_t i = 0; i < table.points(row).size(); ++i)
-            result += table.weights(row)[i] * net[table.points(row)[i]];
-        return result;
-    };
-    const auto unit = [](const Vec3d& v) {
-        const double length = glm::length(v);
-        return length > 0 ? v / length : Vec3d(0);
-    };
-    std::vector<LimitPoint> points_once(once.size());
-    for (std::size_t i = 0; i < once.size(); ++i) {
-        LimitPoint& point = points_once[i];
-        point.position = sum(limits.positions, static_cast<int>(i));
-        Vec3d normal(0);
-        for (int row = limits.begin[i]; row < limits.begin[i + 1]; ++row) {
-            const Vec3d t1 = sum(limits.tangent1, row), t2 = sum(limits.tangent2, row);
-            if (row == limits.begin[i]) {
-                point.tangent1 = t1;
-                point.tangent2 = t2;
-            }
-            normal += unit(glm::cross(t1, t2));
+    std::vector<int> once, number(level.vertex_count(), -1);
+    for (const int v : vertices)
+        if (number[v] < 0) {
+            number[v] = static_cast<int>(once.size());
+            once.push_back(v);
         }
-        point.has_tangent_plane = limits.begin[i + 1] == limits.begin[i] + 1 && normal != Vec3d(0);
-        if (normal == Vec3d(0))
-            for (const int h : level.ring(once[i]).halfedge)
-                normal += unit(
-                    glm::cross(net[level.target(h)] - net[once[i]], net[level.origin(level.prev(h))] - net[once[i]]));
-        point.normal = unit(normal);
+    std::vector<LimitPoint> points_once(once.size());
+    detail::RuleLimitFinder& limits = worker().limits;
+    std::vector<char> missing(once.size(), 0);
+    if (whole_rings >= detail::rule_limit_rings(scheme, rules))
+        limits.points(level, net, once, points_once);
+    else
+        for (const int i : limits.regular_points(level, net, once, whole_rings, points_once)) missing[i] = 1;
+    std::vector<std::uint32_t> left;
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+        const int at = number[vertices[i]];
+        if (missing[at] != 0)
+            left.push_back(here[i].index);
+        else
+            out[here[i].index] = points_once[at];
     }
-    for (std::size_t i = 0; i < vertices.size(); ++i)
-        out[here[i].index] = points_once[std::lower_bound(once.begin(), once.end(), vertices[i]) - once.begin()];
+    return left;
 }
 
 namespace {

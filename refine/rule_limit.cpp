@@ -1,7 +1,9 @@
 #include "tetrakis/refine/rule_limit.hpp"
 
+#include "tetrakis/refine/fan_limit.hpp"
 #include "tetrakis/refine/honeycomb_limit.hpp"
 #include "tetrakis/refine/mesh_part.hpp"
+#include "tetrakis/refine/regular_limit.hpp"
 #include "tetrakis/schemes/averaging.hpp"
 #include "tetrakis/schemes/linear.hpp"
 #include "tetrakis/schemes/ring_mask.hpp"
@@ -38,10 +40,7 @@ struct Masks {
     bool tangents() const { return !tangent1.empty() && !tangent2.empty(); }
 };
 
-struct Rows {
-    StencilRow limit;
-    std::vector<std::array<StencilRow, 2>> tangents;
-};
+using Rows = LimitRows;
 
 StencilRow gathered(StencilRow row) {
     StencilTable table;
@@ -414,12 +413,71 @@ RuleLimits rule_limits(const RuleMesh& mesh, const SchemeInfo& scheme, const Rul
     return RuleLimitFinder(scheme, options).find(mesh, all);
 }
 
+namespace {
+
+Vec3d unit(const Vec3d& v) {
+    const double length = glm::length(v);
+    return length > 0 ? v / length : Vec3d(0);
+}
+
+/// Mean of the normals of a vertex's corners.
+Vec3d corner_normals(const RuleMesh& mesh, std::span<const Vec3d> net, int v) {
+    Vec3d normal(0);
+    for (const int h : mesh.ring(v).halfedge)
+        normal += unit(glm::cross(net[mesh.target(h)] - net[v], net[mesh.origin(mesh.prev(h))] - net[v]));
+    return unit(normal);
+}
+
+}  // namespace
+
 struct RuleLimitFinder::State {
     State(const SchemeInfo& s, const RuleOptions& o) : scheme(s), options(o), finder(scheme, options) {}
+
+    /// The mask of regular vertices, made when it is first asked for; nullptr if there is none.
+    RegularLimit* regular() {
+        if (asked) return mask ? &*mask : nullptr;
+        asked = true;
+        if (scheme.family == MeshFamily::hexagons) return nullptr;
+        // One more ring than any limit depends on.
+        const int rings = rule_limit_rings(scheme, options) + 1;
+        const FanLattice lattice = fan_lattice(scheme, options);
+        const RuleMesh mesh = RegularLimit::lattice_mesh(lattice, rings);
+        const Site middle{Site::Kind::vertex, mesh.first(RegularLimit::middle(rings))};
+        const std::optional<Rows> rows = finder.find(mesh, {middle}, 0)[0];
+        if (!rows) return nullptr;
+        mask.emplace(lattice, rings, rows->limit,
+                     rows->tangents.empty() ? std::span<const StencilRow>() : rows->tangents[0]);
+        fans.emplace(lattice, mask->radius(), rings - 1, [this](const RuleMesh& fan, std::span<const int> vertices) {
+            return finder.find(fan, sites(fan, vertices), 0);
+        });
+        return &*mask;
+    }
+
+    static std::vector<Site> sites(const RuleMesh& mesh, std::span<const int> vertices) {
+        std::vector<Site> result;
+        for (const int v : vertices) result.push_back({Site::Kind::vertex, mesh.first(v)});
+        return result;
+    }
+
+    /// Rows of vertices that are not regular.
+    std::vector<std::optional<Rows>> others(const RuleMesh& mesh, std::span<const int> vertices) {
+        std::vector<std::optional<Rows>> rows(vertices.size());
+        if (fans) fans->find(mesh, mask->regular(), vertices, rows);
+        std::vector<int> left;
+        for (std::size_t i = 0; i < rows.size(); ++i)
+            if (!rows[i]) left.push_back(vertices[i]);
+        std::vector<std::optional<Rows>> found = finder.find(mesh, sites(mesh, left), 0);
+        for (std::size_t i = 0, k = 0; i < rows.size(); ++i)
+            if (!rows[i]) rows[i] = std::move(found[k++]);
+        return rows;
+    }
 
     const SchemeInfo& scheme;
     RuleOptions options;
     Finder finder;
+    bool asked = false;
+    std::optional<RegularLimit> mask;
+    std::optional<FanLimits> fans;
 };
 
 RuleLimitFinder::RuleLimitFinder(const SchemeInfo& scheme, const RuleOptions& options)
@@ -429,15 +487,24 @@ RuleLimitFinder::RuleLimitFinder(RuleLimitFinder&&) noexcept = default;
 
 RuleLimits RuleLimitFinder::find(const RuleMesh& mesh, std::span<const int> vertices) {
     const SchemeInfo& scheme = state_->scheme;
-    std::vector<Site> sites;
+    RegularLimit* regular = state_->regular();
+    if (regular != nullptr) regular->look_at(mesh);
+    const auto is_regular = [&](int v) { return regular != nullptr && regular->found(mesh, v); };
+    std::vector<int> others;
     for (const int v : vertices)
-        if (mesh.first(v) != RuleMesh::none) sites.push_back({Site::Kind::vertex, mesh.first(v)});
-    const std::vector<std::optional<Rows>> found = state_->finder.find(mesh, sites, 0);
+        if (mesh.first(v) != RuleMesh::none && !is_regular(v)) others.push_back(v);
+    const std::vector<std::optional<Rows>> found = state_->others(mesh, others);
     RuleLimits limits;
     std::size_t next = 0;
     for (const int v : vertices) {
         if (mesh.first(v) == RuleMesh::none) {
             limits.positions.push({{v, 1}});
+        } else if (is_regular(v)) {
+            limits.positions.push(regular->limit());
+            if (auto tangents = regular->tangents()) {
+                limits.tangent1.push(std::move(tangents->first));
+                limits.tangent2.push(std::move(tangents->second));
+            }
         } else {
             const std::optional<Rows>& rows = found[next++];
             if (!rows)
@@ -454,6 +521,63 @@ RuleLimits RuleLimitFinder::find(const RuleMesh& mesh, std::span<const int> vert
         limits.begin.push_back(limits.tangent1.row_count());
     }
     return limits;
+}
+
+std::optional<int> RuleLimitFinder::regular_rings() {
+    const RegularLimit* regular = state_->regular();
+    if (regular == nullptr) return std::nullopt;
+    return regular->radius() + 1;
+}
+
+std::vector<int> RuleLimitFinder::regular_points(const RuleMesh& mesh, std::span<const Vec3d> net,
+                                                 std::span<const int> vertices, int rings, std::span<LimitPoint> out) {
+    std::vector<int> others;
+    RegularLimit* regular = state_->regular();
+    const bool any = regular != nullptr && rings > regular->radius();
+    if (any) regular->look_at(mesh);
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+        const int v = vertices[i];
+        if (!any || !regular->found(mesh, v)) {
+            others.push_back(static_cast<int>(i));
+            continue;
+        }
+        out[i] = regular->point(net);
+        if (out[i].normal == Vec3d(0)) out[i].normal = corner_normals(mesh, net, v);
+    }
+    return others;
+}
+
+void RuleLimitFinder::points(const RuleMesh& mesh, std::span<const Vec3d> net, std::span<const int> vertices,
+                             std::span<LimitPoint> out) {
+    const std::vector<int> others =
+        regular_points(mesh, net, vertices, rule_limit_rings(state_->scheme, state_->options), out);
+    if (others.empty()) return;
+    std::vector<int> left;
+    for (const int i : others) left.push_back(vertices[i]);
+    const RuleLimits limits = find(mesh, left);
+    const auto sum = [&](const StencilTable& table, int row) {
+        Vec3d result(0);
+        const auto from = table.points(row);
+        const auto weights = table.weights(row);
+        for (std::size_t i = 0; i < from.size(); ++i) result += weights[i] * net[from[i]];
+        return result;
+    };
+    for (std::size_t i = 0; i < left.size(); ++i) {
+        LimitPoint& point = out[others[i]];
+        point = {};
+        point.position = sum(limits.positions, static_cast<int>(i));
+        Vec3d normal(0);
+        for (int row = limits.begin[i]; row < limits.begin[i + 1]; ++row) {
+            const Vec3d t1 = sum(limits.tangent1, row), t2 = sum(limits.tangent2, row);
+            if (row == limits.begin[i]) {
+                point.tangent1 = t1;
+                point.tangent2 = t2;
+            }
+            normal += unit(glm::cross(t1, t2));
+        }
+        point.has_tangent_plane = limits.begin[i + 1] == limits.begin[i] + 1 && normal != Vec3d(0);
+        point.normal = normal == Vec3d(0) ? corner_normals(mesh, net, left[i]) : unit(normal);
+    }
 }
 
 }  // namespace tetrakis::detail

@@ -1,8 +1,11 @@
 #pragma once
 
+#include "tetrakis/hier/vec.hpp"
+#include "tetrakis/refine/vertex_ring.hpp"
 #include "tetrakis/schemes/scheme_table.hpp"
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -36,6 +39,19 @@ class RuleLimitFinder {
 
     /// One row, or range of tangents, for each of the vertices in their order. A row does not depend on the others.
     RuleLimits find(const RuleMesh& mesh, std::span<const int> vertices);
+
+    /// Positions, tangents and normals of the vertices whose surroundings are regular; the numbers (in `vertices`) of
+    /// the others are returned.
+    /// @param rings  of faces that the mesh has, whole, around each of the vertices; with fewer than regular_rings()
+    /// none
+    ///               is found
+    std::vector<int> regular_points(const RuleMesh& mesh, std::span<const Vec3d> net, std::span<const int> vertices,
+                                    int rings, std::span<LimitPoint> out);
+    /// Of all vertices.
+    void points(const RuleMesh& mesh, std::span<const Vec3d> net, std::span<const int> vertices,
+                std::span<LimitPoint> out);
+    /// Rings of faces around a regular vertex that show it to be one; nothing where the scheme has no mask for it.
+    std::optional<int> regular_rings();
 
   private:
     struct State;
