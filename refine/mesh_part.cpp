@@ -35,7 +35,10 @@ MeshPart MeshPartFinder::find(const RuleMesh& mesh, std::span<const int> seeds, 
         vertex_seen_.resize(vertices, 0);
         number_.resize(vertices);
     }
-    if (face_kept_.size() < faces) face_kept_.resize(faces, 0);
+    if (face_kept_.size() < faces) {
+        face_kept_.resize(faces, 0);
+        face_begin_.resize(faces);
+    }
     if (++stamp_ == 0) {
         std::fill(vertex_seen_.begin(), vertex_seen_.end(), 0u);
         std::fill(face_kept_.begin(), face_kept_.end(), 0u);
@@ -84,13 +87,26 @@ MeshPart MeshPartFinder::find(const RuleMesh& mesh, std::span<const int> seeds, 
     // Seeds without faces have no place in the part.
     std::erase_if(part.vertex, [&](int v) { return mesh.first(v) == RuleMesh::none; });
     for (std::size_t i = 0; i < part.vertex.size(); ++i) number_[part.vertex[i]] = static_cast<int>(i);
+    int corners = 0;
+    for (const int f : part.face) {
+        face_begin_[f] = corners;
+        corners += mesh.face_size(f);
+    }
     RuleMesh::Builder builder;
+    builder.reserve(part.face.size(), static_cast<std::size_t>(corners));
+    std::vector<int> twins;
+    twins.reserve(static_cast<std::size_t>(corners));
     for (const int f : part.face) {
         const int begin = mesh.face_begin(f);
-        for (int h = begin; h < begin + mesh.face_size(f); ++h)
+        for (int h = begin; h < begin + mesh.face_size(f); ++h) {
             builder.corner(number_[mesh.origin(h)], mesh.sharpness(h));
+            const int t = mesh.twin(h), beyond = t == RuleMesh::none ? 0 : mesh.face(t);
+            const bool inside = t != RuleMesh::none && face_kept_[beyond] == stamp_;
+            twins.push_back(inside ? face_begin_[beyond] + (t - mesh.face_begin(beyond)) : RuleMesh::none);
+        }
         builder.end_face();
     }
+    builder.set_twins(std::move(twins));
     std::vector<float> sharpness;
     if (!mesh.vertex_sharpness().empty())
         for (const int v : part.vertex) sharpness.push_back(mesh.vertex_sharpness(v));

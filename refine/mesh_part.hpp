@@ -27,7 +27,7 @@ class MeshPartFinder {
 
   private:
     std::vector<unsigned> vertex_seen_, face_kept_;  // stamps
-    std::vector<int> number_;
+    std::vector<int> number_, face_begin_;           // in the part
     unsigned stamp_ = 0;
 };
 

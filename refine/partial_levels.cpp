@@ -32,6 +32,8 @@ using Step = RuleStep (*)(const RuleMesh&, const RuleOptions&);
 // Addresses that are evaluated together: enough that the rings around their part weigh little beside it, and few enough
 // to share the work and bound the memory.
 constexpr std::size_t k_block = 1024;
+// The same with wide surroundings, which may lie far apart.
+constexpr std::size_t k_block_of_others = 256;
 
 /// Rings of faces around a face, or around the corner of a face, that the rules of its new points look at.
 int reach(const SchemeInfo& scheme, const RuleOptions& options) {
@@ -262,35 +264,42 @@ void PartialLevels::Impl::run(const std::vector<Query>& queries, Asked asked, st
     std::sort(keys.begin(), keys.end());
     std::vector<std::uint32_t> order(keys.size());
     for (std::size_t i = 0; i < keys.size(); ++i) order[i] = keys[i].index;
-    const std::size_t blocks = (order.size() + k_block - 1) / k_block;
-    std::vector<LevelCost> costs(blocks);
-    try {
+    LevelCost all;
+    // Returns the addresses that were left, in order.
+    const auto run_all = [&](std::span<const std::uint32_t> addresses, std::size_t block_size, int limit_rings) {
+        const std::size_t blocks = (addresses.size() + block_size - 1) / block_size;
+        std::vector<LevelCost> costs(blocks);
+        std::vector<std::vector<std::uint32_t>> left(blocks);
         for_each_index(
             static_cast<std::uint32_t>(blocks),
             [&](std::uint32_t b) {
-                const std::size_t begin = b * k_block, count = std::min(k_block, order.size() - begin);
-                const std::span<const std::uint32_t> block(order.data() + begin, count);
-                if (asked != Asked::limits) {
-                    run_block(queries, block, asked, 0, positions, out, costs[b]);
-                    return;
-                }
-                // Most vertices are regular, and need little around them; the others are raised once more, with more.
-                const int most = detail::rule_limit_rings(scheme, rules);
-                const int few = worker().limits.regular_rings().value_or(most);
-                const std::vector<std::uint32_t> left =
-                    run_block(queries, block, asked, std::min(few, most), positions, out, costs[b]);
-                if (!left.empty()) run_block(queries, left, asked, most, positions, out, costs[b]);
+                const std::size_t begin = b * block_size, count = std::min(block_size, addresses.size() - begin);
+                left[b] =
+                    run_block(queries, addresses.subspan(begin, count), asked, limit_rings, positions, out, costs[b]);
             },
             1);
+        for (const LevelCost& c : costs) {
+            all.faces += c.faces;
+            all.most_faces = std::max(all.most_faces, c.most_faces);
+        }
+        std::vector<std::uint32_t> result;
+        for (const std::vector<std::uint32_t>& l : left) result.insert(result.end(), l.begin(), l.end());
+        return result;
+    };
+    try {
+        if (asked == Asked::limits) {
+            // Most vertices are regular, and need little around them; the others are raised once more, with more.
+            const int most = detail::rule_limit_rings(scheme, rules);
+            const int few = worker().limits.regular_rings().value_or(most);
+            const std::vector<std::uint32_t> left = run_all(order, k_block, std::min(few, most));
+            run_all(left, k_block_of_others, most);
+        } else {
+            run_all(order, k_block, 0);
+        }
     } catch (const std::invalid_argument& e) {
         throw Error(ErrorCode::unsupported, e.what(), mesh.data().source);
     }
-    if (cost == nullptr) return;
-    *cost = {};
-    for (const LevelCost& c : costs) {
-        cost->faces += c.faces;
-        cost->most_faces = std::max(cost->most_faces, c.most_faces);
-    }
+    if (cost != nullptr) *cost = all;
 }
 
 std::vector<std::uint32_t> PartialLevels::Impl::run_block(const std::vector<Query>& queries,

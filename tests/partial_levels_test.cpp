@@ -6,6 +6,7 @@
 #include "tetrakis/hier/triangulate.hpp"
 #include "tetrakis/refine/closure.hpp"
 #include "tetrakis/refine/level_walk.hpp"
+#include "tetrakis/refine/mesh_part.hpp"
 #include "tetrakis/refine/partial_levels.hpp"
 #include "tetrakis/refine/rule_limit.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
@@ -230,6 +231,92 @@ TEST_CASE("[inv1] partial levels: Loop and Catmull-Clark as the closure has them
             CHECK(limit < 1e-12 * size);
             CHECK(normal < 1e-9);
         }
+}
+
+namespace {
+
+int wrong_twins(const RuleMesh& mesh) {
+    RuleMesh::Builder faces;
+    for (int f = 0; f < mesh.face_count(); ++f) {
+        for (const int v : mesh.corners(f)) faces.corner(v);
+        faces.end_face();
+    }
+    const RuleMesh matched(mesh.vertex_count(), std::move(faces));
+    int wrong = 0;
+    for (int h = 0; h < mesh.halfedge_count(); ++h) wrong += mesh.twin(h) != matched.twin(h);
+    return wrong;
+}
+
+}  // namespace
+
+TEST_CASE("the split of vertices and the parts of a mesh know the twins that their corners give") {
+    for (const std::uint64_t seed : test::seeds(8)) {
+        CAPTURE(seed);
+        test::RandomMeshOptions options = test::random_options(seed);
+        options.edge_vertices = 0;
+        options.crease = options.corner = 0.2;
+        const RuleMesh whole = rule_mesh(test::random_mesh(seed, options));
+        const RuleStep step = find_scheme("doo-sabin")->step(whole, {});
+        CHECK(wrong_twins(step.mesh) == 0);
+        detail::MeshPartFinder parts;
+        test::Random random(seed);
+        const int seeds[] = {static_cast<int>(random.below(step.mesh.vertex_count())),
+                             static_cast<int>(random.below(step.mesh.vertex_count()))};
+        for (const int rings : {1, 2, 4}) {
+            const detail::MeshPart part = parts.find(step.mesh, seeds, rings);
+            CHECK(wrong_twins(part.mesh) == 0);
+            CHECK(wrong_twins(find_scheme("doo-sabin")->step(part.mesh, {}).mesh) == 0);
+        }
+    }
+}
+
+TEST_CASE(
+    "limits about extraordinary points by masks of their own are those of the next level, and of far deeper nets") {
+    const ControlMesh quads = cube(), triangles = triangulate(cube());
+    for (const char* name : {"kobbelt", "4-8", "loop", "tuned-loop", "butterfly", "modified-butterfly"}) {
+        CAPTURE(name);
+        const SchemeInfo& scheme = *find_scheme(name);
+        const ControlMesh& mesh = scheme.family == MeshFamily::triangles ? triangles : quads;
+        // Level 3 has eight edges between the extraordinary vertices: room for their masks.
+        const RefineOptions options{.limit = true, .normals = true};
+        const RuleRefiner coarse(mesh, scheme, 3, options), fine(mesh, scheme, 4, options);
+        std::vector<Vec3d> points(coarse.vertex_count()), again(fine.vertex_count());
+        coarse.refine(mesh.positions(), points);
+        fine.refine(mesh.positions(), again);
+        double worst = 0, normal = 0;
+        for (std::size_t v = 0; v < points.size(); ++v) worst = std::max(worst, glm::length(points[v] - again[v]));
+        CHECK(worst < 1e-12);
+        if (scheme.name == "butterfly") continue;  // not smooth at valence 3 and beside it
+        coarse.normals(mesh.positions(), points);
+        fine.normals(mesh.positions(), again);
+        for (std::size_t v = 0; v < points.size(); ++v) normal = std::max(normal, glm::length(points[v] - again[v]));
+        CHECK(normal < 1e-9);
+    }
+    for (const char* name : {"doo-sabin", "midedge", "biquartic"}) {
+        CAPTURE(name);
+        constexpr std::uint8_t k_level = 3, k_deeper = 12;
+        const PartialLevels partial(quads, *find_scheme(name));
+        std::vector<VertexCell> cells, deep;
+        const std::uint32_t n = 1u << k_level, half = 1u << (k_deeper - 1);
+        for (std::uint32_t y = 0; y < n; ++y)
+            for (std::uint32_t x = 0; x < n; ++x) {
+                cells.push_back({5, {x, y}, k_level});
+                for (std::uint32_t d = 0; d < 4; ++d)
+                    deep.push_back(
+                        {5, {(x << k_deeper) + half - (d & 1), (y << k_deeper) + half - (d >> 1)}, k_level + k_deeper});
+            }
+        std::vector<LimitPoint> limits(cells.size());
+        std::vector<Vec3d> net(deep.size());
+        partial.limits(cells, limits);
+        partial.control_positions(deep, net);
+        double worst = 0;
+        for (std::size_t i = 0; i < cells.size(); ++i) {
+            const Vec3d middle = (net[4 * i] + net[4 * i + 1] + net[4 * i + 2] + net[4 * i + 3]) / 4.0;
+            worst = std::max(worst, glm::length(middle - limits[i].position));
+        }
+        // The net is nearer to its limit by the square of its step, 2^-15.
+        CHECK(worst < 1e-8);
+    }
 }
 
 TEST_CASE("[inv10] partial levels: the batch, its order and the threads do not matter") {
