@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <queue>
 #include <tuple>
@@ -21,13 +22,21 @@ constexpr std::uint64_t k_reflex_budget = 100'000'000;
 
 struct Ear {
     bool bad;             ///< backward, holding a reflex corner, or leaving a backward triangle
-    double length2;       ///< of its diagonal, squared
+    double length2;       ///< of its diagonal, squared and rounded()
     std::uint32_t at;     ///< place of its tip in the polygon
     std::uint32_t round;  ///< of that place when the ear was looked at
     friend bool operator>(const Ear& a, const Ear& b) {
         return std::tie(a.bad, a.length2, a.at, a.round) > std::tie(b.bad, b.length2, b.at, b.round);
     }
 };
+
+/// To 12 bits: diagonals that are alike but for rounding tie, so that equal faces are cut alike.
+double rounded(double x) {
+    constexpr double k_steps = 4096;
+    int exponent = 0;
+    const double fraction = std::frexp(x, &exponent);
+    return std::ldexp(std::round(k_steps * fraction) / k_steps, exponent);
+}
 
 class Triangulator {
   public:
@@ -168,7 +177,7 @@ class Triangulator {
         if (left_ == 4) bad = bad || facing(a, b, next_[b]) <= 0;
         if (test_reflex_ && !bad) bad = holds_reflex_corner(a, tip, b);
         const Vec3d diagonal = point(b) - point(a);
-        ears_.push({bad, glm::dot(diagonal, diagonal), tip, ++round_[tip]});
+        ears_.push({bad, rounded(glm::dot(diagonal, diagonal)), tip, ++round_[tip]});
     }
 
     bool holds_reflex_corner(std::uint32_t a, std::uint32_t tip, std::uint32_t b) const {

@@ -10,7 +10,7 @@ namespace tetrakis {
 
 namespace {
 
-constexpr std::uint32_t k_block = 1u << 16;  // vertices evaluated between reports
+constexpr std::uint32_t k_vertex_block = 1u << 16;  // vertices evaluated between reports
 
 }  // namespace
 
@@ -44,9 +44,9 @@ void Hierarchy::evaluate(const HierarchyFaces& faces, const ToMeshOptions& optio
     std::vector<Site> sites;
     std::vector<Vec3d> positions;
     for (std::uint32_t l = 0; l < 256; ++l)
-        for (std::uint32_t begin = first[l]; begin < first[l + 1]; begin += k_block) {
+        for (std::uint32_t begin = first[l]; begin < first[l + 1]; begin += k_vertex_block) {
             options.context.report("vertices", static_cast<double>(begin) / count);
-            const std::uint32_t size = std::min(k_block, first[l + 1] - begin);
+            const std::uint32_t size = std::min(k_vertex_block, first[l + 1] - begin);
             sites.resize(size);
             for (std::uint32_t i = 0; i < size; ++i) sites[i] = faces.sites[order[begin + i]];
             if (options.normals) {
