@@ -275,7 +275,7 @@ TEST_CASE("[bad-input] the exit code says whose fault it is, the message what is
         // run time
         {{"refine", cube, "--levels", "2", "-o", (scratch / "no" / "out.obj").string()}, 1, "no"},
         {{"refine", missing, "--levels", "2", "-o", "/proc/out.obj"}, 1, "/proc"},  // seen before any work
-        {{"refine", cube, "--factored", "--steps", "20", "--max-memory", "20M", "-o", out}, 1, "half-step"},
+        {{"refine", cube, "--factored", "--steps", "20", "--max-memory", "200M", "-o", out}, 1, "half-step"},
         {{"refine", cube, "--levels", "30", "-o", out}, 1, "32-bit"},
         {{"refine", cube, "--levels", "9", "-o", out, "--max-memory", "10M"}, 1, "10 MiB"},
     };
