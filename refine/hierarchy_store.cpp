@@ -1,3 +1,4 @@
+#include "tetrakis/hier/atomic_file.hpp"
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/refine/hierarchy.hpp"
 #include "tetrakis/refine/hierarchy_file.hpp"
@@ -6,7 +7,6 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
-#include <system_error>
 #include <utility>
 
 namespace tetrakis {
@@ -53,20 +53,9 @@ std::vector<std::byte> Hierarchy::saved() const {
 }
 
 void Hierarchy::save(const std::filesystem::path& path) const {
-    const std::vector<std::byte> bytes = saved();
-    // Written beside and renamed, so that an old file is whole until the new one is.
-    std::filesystem::path part = path;
-    part += ".part";
-    std::ofstream out(part, std::ios::binary | std::ios::trunc);
-    out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-    out.close();
-    std::error_code error;
-    if (out) std::filesystem::rename(part, path, error);
-    if (!out || error) {
-        std::error_code ignored;
-        std::filesystem::remove(part, ignored);
-        throw Error(ErrorCode::io, "cannot write the hierarchy; is there such a folder, and room on the disk?", path);
-    }
+    AtomicFile file(path);
+    file.write(saved());
+    file.commit();
 }
 
 void Hierarchy::load(std::span<const std::byte> bytes) {

@@ -1,6 +1,7 @@
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/hier/triangle_cell.hpp"
 #include "tetrakis/hier/triangle_forest.hpp"
+#include "tetrakis/refine/hierarchy_faces.hpp"
 #include "tetrakis/refine/hierarchy_families.hpp"
 
 #include <algorithm>
@@ -122,22 +123,8 @@ class TriangleFamily final : public HierarchyFamily {
     }
 
     HierarchyFaces faces() const override {
-        ExportedTriangles exported = forest_.exported();
-        const auto count = static_cast<std::uint32_t>(exported.triangles.size());
-        HierarchyFaces faces;
-        faces.face_offsets.resize(count + std::size_t{1});
-        faces.face_vertices.resize(3 * std::size_t{count});
-        faces.levels.resize(count);
-        for_each_index(count, [&](std::uint32_t t) {
-            faces.face_offsets[t + std::size_t{1}] = 3 * (t + 1);
-            for (std::size_t k = 0; k < 3; ++k) faces.face_vertices[3 * std::size_t{t} + k] = exported.triangles[t][k];
-            faces.levels[t] = static_cast<std::uint8_t>(forest_.level(exported.leaves[t]));
-        });
-        faces.control_faces = std::move(exported.faces);
-        faces.sites = std::move(exported.sites);
-        faces.leaves = std::move(exported.leaves);
-        faces.points = std::move(exported.points);
-        return faces;
+        return detail::faces_of(forest_.exported(),
+                                [&](LeafId leaf) { return static_cast<std::uint8_t>(forest_.level(leaf)); });
     }
     std::optional<std::string> check() const override { return forest_.check(); }
     std::uint64_t memory_bytes() const override { return forest_.memory_bytes(); }

@@ -1,8 +1,8 @@
-#include "tetrakis/eval/io/atomic_file.hpp"
 #include "tetrakis/eval/io/height_image.hpp"
 #include "tetrakis/eval/io/mesh_reader.hpp"
 #include "tetrakis/eval/io/mesh_writer.hpp"
 #include "tetrakis/eval/io/png.hpp"
+#include "tetrakis/hier/atomic_file.hpp"
 
 #include "tests/scratch_dir.hpp"
 #include "tests/shapes.hpp"

@@ -2,8 +2,8 @@
 
 // Private to eval/io: one encoder per format; mesh_writer picks.
 
-#include "tetrakis/eval/io/atomic_file.hpp"
 #include "tetrakis/eval/io/mesh_view.hpp"
+#include "tetrakis/hier/atomic_file.hpp"
 #include "tetrakis/hier/parallel.hpp"
 
 #include <bit>

@@ -1,7 +1,7 @@
 #include "tetrakis/eval/io/mesh_writer.hpp"
 
-#include "tetrakis/eval/io/atomic_file.hpp"
 #include "tetrakis/eval/io/mesh_encoders.hpp"
+#include "tetrakis/hier/atomic_file.hpp"
 #include "tetrakis/hier/parallel.hpp"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #include "tetrakis/eval/io/png.hpp"
 
-#include "tetrakis/eval/io/atomic_file.hpp"
+#include "tetrakis/hier/atomic_file.hpp"
 #include "tetrakis/hier/error.hpp"
 
 #include <cstdlib>

@@ -36,15 +36,8 @@ ExitCode run_factored_refine(const FactoredRefine& options) {
 
     Run process(options.run);
     LoadedModel model = load_model(options.input, options.repair, process.context());
-    Report report;
-    report.input = options.input;
-    report.scheme = name(scheme);
-    report.faces = model.mesh.face_count();
+    Report report = Report::of(options.input, name(scheme), model, options.run);
     report.levels = options.half_steps / 2;
-    report.threads = options.run.thread_count();
-    report.seconds.load = model.load_seconds;
-    report.seconds.build = model.build_seconds;
-    report.warnings = model.mesh.warnings();
 
     const Stopwatch refining;
     FactoredMesh factored(model.mesh, scheme, process.context().max_memory_bytes);

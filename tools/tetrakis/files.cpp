@@ -1,7 +1,7 @@
 #include "files.hpp"
 
-#include "tetrakis/eval/io/atomic_file.hpp"
 #include "tetrakis/eval/io/mesh_writer.hpp"
+#include "tetrakis/hier/atomic_file.hpp"
 #include "tetrakis/hier/obj_reader.hpp"
 
 #include <fmt/format.h>

@@ -44,17 +44,13 @@ ExitCode run(const Options& options) {
 
     Run process(options.run);
     LoadedModel model = load_model(options.input, options.repair, process.context());
-    Report report;
-    report.input = options.input;
-    report.scheme = scheme.name;
-    report.faces = model.mesh.face_count();
-    report.levels = options.levels;
-    report.threads = options.run.thread_count();
-    report.seconds.load = model.load_seconds;
+    const std::uint64_t faces = model.mesh.face_count();
     const Stopwatch build;
     prepare_for(scheme, model.mesh, process.context());
-    report.seconds.build = model.build_seconds + build.seconds();
-    report.warnings = model.mesh.warnings();
+    model.build_seconds += build.seconds();
+    Report report = Report::of(options.input, scheme.name, model, options.run);
+    report.faces = faces;  // as read
+    report.levels = options.levels;
 
     const RefineOptions refine_options{.rules = options.rules.rules(),
                                        .smoothing = options.smoothing,

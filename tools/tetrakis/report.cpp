@@ -1,8 +1,6 @@
 #include "report.hpp"
 
-#include "run_options.hpp"
-
-#include "tetrakis/eval/io/atomic_file.hpp"
+#include "tetrakis/hier/atomic_file.hpp"
 #include "tetrakis/hier/version.hpp"
 
 namespace tetrakis::cli {
@@ -22,6 +20,19 @@ Json json_of(const std::optional<MeasuredError>& error) {
             {"hausdorff", error->hausdorff},
             {"mean", error->mean},
             {"rms", error->rms}};
+}
+
+Report Report::of(const std::filesystem::path& input, std::string_view scheme, const LoadedModel& model,
+                  const RunOptions& run) {
+    Report report;
+    report.input = input;
+    report.scheme = scheme;
+    report.faces = model.mesh.face_count();
+    report.threads = run.thread_count();
+    report.seconds.load = model.load_seconds;
+    report.seconds.build = model.build_seconds;
+    report.warnings = model.mesh.warnings();
+    return report;
 }
 
 Json Report::json() const {

@@ -1,5 +1,8 @@
 #pragma once
 
+#include "files.hpp"
+#include "run_options.hpp"
+
 #include "tetrakis/eval/tessellate.hpp"
 
 #include <nlohmann/json.hpp>
@@ -8,6 +11,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace tetrakis::cli {
@@ -28,6 +32,10 @@ struct Report {
     int threads = 0;
     std::vector<std::string> warnings;
     Json more = Json::object();  ///< keys of one command alone; they follow the others
+
+    /// What is known of every command's report once the model is there.
+    static Report of(const std::filesystem::path& input, std::string_view scheme, const LoadedModel& model,
+                     const RunOptions& run);
 
     Json json() const;
     /// Writes it as a file. @throws Error io

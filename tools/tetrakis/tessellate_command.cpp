@@ -70,9 +70,7 @@ std::string advice(const TessellateCommandOptions& options, const Tessellation& 
 }
 
 Report make_report(const TessellateCommandOptions& options, const LoadedModel& model, const Tessellation& result) {
-    Report report;
-    report.input = options.input;
-    report.scheme = name(options.tessellate.scheme);
+    Report report = Report::of(options.input, name(options.tessellate.scheme), model, options.run);
     report.vertices = result.mesh.positions.size();
     report.triangles = result.mesh.triangles.size();
     if (options.tessellate.tolerance) {
@@ -87,8 +85,6 @@ Report make_report(const TessellateCommandOptions& options, const LoadedModel& m
     report.seconds = result.seconds;
     report.seconds.load = model.load_seconds;
     report.seconds.build += model.build_seconds;
-    report.threads = options.run.thread_count();
-    report.warnings = model.mesh.warnings();
     report.warnings.insert(report.warnings.end(), result.warnings.begin(), result.warnings.end());
     report.more["estimator"] = options.tessellate.estimator == EstimatorKind::certified ? "certified" : "embree";
     report.more["tolerance_reached"] = options.tessellate.tolerance ? Json(result.tolerance_reached) : Json(nullptr);

@@ -1,4 +1,4 @@
-#include "tetrakis/eval/io/atomic_file.hpp"
+#include "tetrakis/hier/atomic_file.hpp"
 
 #include "tetrakis/hier/error.hpp"
 
