@@ -63,8 +63,7 @@ ThirdBounds ThirdBounds::in_frame(const Vec2d& u, const Vec2d& v) const {
     return {on_line(u), mixed(a, b), mixed(b, a), on_line(v)};
 }
 
-void CellFacts::fill(const Net16& net) {
-    double xxx[3][4], xxy[3][6], xyy[3][6], yyy[3][4];
+void CellFacts::find_points(const Net16& net) {
     for (int k = 0; k < 3; ++k) {
         const double* p = net.c[k];
         // Cubic B-splines at 0, 1/2 and 1, first along y.
@@ -80,9 +79,7 @@ void CellFacts::fill(const Net16& net) {
             point[3 * y + 1][k] = ((r[0] + r[3]) + 23 * (r[1] + r[2])) * (1.0 / 48);
             point[3 * y + 2][k] = ((r[1] + r[3]) + 4 * r[2]) * (1.0 / 6);
         }
-        third_differences(p, xxx[k], xxy[k], xyy[k], yyy[k]);
     }
-    third = {largest(xxx), largest(xxy), largest(xyy), largest(yyy)};
 }
 
 }  // namespace tetrakis::detail

@@ -26,7 +26,11 @@ struct CellFacts {
     std::array<Vec3d, 9> point;
     ThirdBounds third;
 
-    void fill(const Net16& net);
+    void find_points(const Net16& net);
+    void fill(const Net16& net) {
+        find_points(net);
+        third = ThirdBounds::of(net);
+    }
 };
 
 }  // namespace tetrakis::detail

@@ -124,8 +124,10 @@ double QuadBounder::hull_error(const QuadNode& node, const Piece& piece, const C
 }
 
 void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {
-    if (rejected_) return;
-    WalkCell& cell = home(piece);
+    if (!rejected_) bound(home(piece), piece, corners, depth);
+}
+
+void QuadBounder::bound(WalkCell& cell, const Piece& piece, const Corners& corners, int depth) {
     if (cell.irregular() || cell.crease) need_triangle();
     if (cell.irregular()) {
         double upper = tip_error(*cell.node, piece, corners);
@@ -143,12 +145,11 @@ void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {
         if (cell.beyond() <= k_small_strip * decide_at_ && bound_regular(cell.patch(), piece, corners)) return;
         if (bound_strips(cell, piece, corners)) return;
     }
-    split(piece, corners, depth);
+    split(cell, piece, corners, depth);
 }
 
-void QuadBounder::split(const Piece& piece, const Corners& corners, int depth) {
+void QuadBounder::split(WalkCell& cell, const Piece& piece, const Corners& corners, int depth) {
     // The new corners are the midpoints of the edges (of the base alone for a quarter).
-    WalkCell& cell = home(piece);
     const auto& L = corners.linear;
     const auto& D = corners.deviation;
     const auto& E = piece.edge;
@@ -212,8 +213,7 @@ QuadBounder::Piece QuadBounder::piece_of(const CellTriangle& leaf) {
     return piece;
 }
 
-QuadBounder::Corners QuadBounder::leaf_corners(const Piece& piece) {
-    WalkCell& cell = home(piece);
+QuadBounder::Corners QuadBounder::leaf_corners(WalkCell& cell, const Piece& piece) {
     const int k = piece.turn;
     Corners corners;
     if (piece.quarter) {
@@ -237,12 +237,12 @@ LeafError QuadBounder::leaf_error(const CellTriangle& leaf, double decide_at) {
     }
     // The middle of the base decides most leaves that must be split.
     const Piece piece = piece_of(leaf);
-    const Corners corners = leaf_corners(piece);
     WalkCell& cell = home(piece);
+    const Corners corners = leaf_corners(cell, piece);
     const Vec3d middle = cell.point(piece.quarter ? k_side_point[piece.turn] : k_centre_point);
     if (attain(detail::segment_distance(middle, corners.linear[1], corners.linear[2]))) {
         measure_distance(corners.linear);
-        bound(piece, corners, detail::k_max_refinement);
+        bound(cell, piece, corners, detail::k_max_refinement);
     }
     return finish();
 }
@@ -252,7 +252,7 @@ void QuadBounder::bound_root(HalfedgeId h, const Vec3d* centre) {
     // v, v to w, w to c.
     const HalfedgeId g = patches_.mesh().next(h);
     const Piece first{h, 0, 0, 0, 1, false, {-1, 0, 1}}, second{g, 0, 0, 0, 3, false, {1, 2, -1}};
-    Corners left = leaf_corners(first), right = leaf_corners(second);
+    Corners left = leaf_corners(home(first), first), right = leaf_corners(home(second), second);
     const Vec3d v = left.linear[2], c = left.linear[1], w = right.linear[1], m = left.linear[0];
     const Vec3d base = 0.5 * (v + w), linear_centre = centre ? *centre : c;
     if (!centre) {
@@ -302,8 +302,9 @@ QuickError QuadBounder::quick_error(const CellTriangle& leaf) {
         return quick;
     }
     const Piece piece = piece_of(leaf);
-    const Corners corners = leaf_corners(piece);
-    const Vec3d middle = home(piece).point(piece.quarter ? k_side_point[piece.turn] : k_centre_point);
+    WalkCell& cell = home(piece);
+    const Corners corners = leaf_corners(cell, piece);
+    const Vec3d middle = cell.point(piece.quarter ? k_side_point[piece.turn] : k_centre_point);
     // corners.linear starts at the apex or right angle, which is the leaf's corner 2; 1 and 2 follow counter-clockwise.
     quick.corners = {corners.linear[1], corners.linear[2], corners.linear[0]};
     quick.middle = middle - 0.5 * (quick.corners[0] + quick.corners[1]);

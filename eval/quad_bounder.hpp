@@ -69,12 +69,13 @@ class QuadBounder {
     static bool is_root(const CellTriangle& leaf);
     static Piece piece_of(const CellTriangle& leaf);
     detail::WalkCell& home(const Piece& piece) { return walk_.cell(piece.root, piece.level, piece.x, piece.y); }
-    Corners leaf_corners(const Piece& piece);
+    static Corners leaf_corners(detail::WalkCell& cell, const Piece& piece);
     void start(double decide_at, bool may_reject);
     LeafError finish() const;
     void bound_root(HalfedgeId root, const Vec3d* centre);
     void bound(const Piece& piece, const Corners& corners, int depth);
-    void split(const Piece& piece, const Corners& corners, int depth);
+    void bound(detail::WalkCell& cell, const Piece& piece, const Corners& corners, int depth);
+    void split(detail::WalkCell& cell, const Piece& piece, const Corners& corners, int depth);
     Remainder remainder(const detail::WalkCell::Patch& patch, const Piece& piece) const;
     /// Bounds a piece of a regular cell. False when it is not settled and splitting would help.
     bool bound_regular(const detail::WalkCell::Patch& patch, const Piece& piece, const Corners& corners);

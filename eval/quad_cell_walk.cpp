@@ -98,7 +98,8 @@ WalkCell::Patch WalkCell::patch() {
     const double difference = beyond();
     const Net16* smooth_net = crease ? &sharp_ : net;
     if (!facts_) {
-        own_.fill(*smooth_net);
+        if (!has_points_) own_.find_points(*smooth_net);
+        own_.third = ThirdBounds::of(*smooth_net);
         facts_ = &own_;
     }
     return {smooth_net, facts_, difference};
@@ -107,7 +108,12 @@ WalkCell::Patch WalkCell::patch() {
 const Vec3d& WalkCell::point(int i) {
     const std::size_t at = static_cast<std::size_t>(i);
     if (irregular()) return node->points()[at];
-    if (!crease) return patch().facts->point[at];
+    if (!crease) {
+        if (facts_) return facts_->point[at];
+        if (!has_points_) own_.find_points(*net);
+        has_points_ = true;
+        return own_.point[at];
+    }
     if (!(known_ >> i & 1)) {
         known_ = static_cast<std::uint16_t>(known_ | 1 << i);
         point_[at] = regular_position(*net, crease, 0.5 * (i % 3), 0.5 * (i / 3));

@@ -41,13 +41,14 @@ struct WalkCell {
     void forget() {
         facts_ = nullptr;
         known_ = 0;
-        has_sharp_ = false;
+        has_points_ = has_sharp_ = false;
         strips_.count = 0;
     }
 
     const CellFacts* facts_ = nullptr;  ///< of patch(), complete
     CellFacts own_;
-    Net16 sharp_;  ///< a crease's patch
+    bool has_points_ = false;  ///< own_ has those of a smooth cell: leaves that are split need no more
+    Net16 sharp_;              ///< a crease's patch
     double beyond_ = 0;
     bool has_sharp_ = false;
     Strips strips_;

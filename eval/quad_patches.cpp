@@ -402,9 +402,10 @@ SurfacePoint QuadPatches::evaluate(HalfedgeId root, double x, double y, bool sec
     Weights4 wx[3], wy[3];
     regular_basis(node->crease, x, y, wx, wy);
     SurfacePoint point;
-    point.position = kept ? *kept : combine(node->net, wx[0], wy[0]);
-    point.du = scale * combine(node->net, wx[1], wy[0]);
-    point.dv = scale * combine(node->net, wx[0], wy[1]);
+    const detail::NetTangents tangents = detail::combine_tangents(node->net, wx, wy);
+    point.position = kept ? *kept : tangents.position;
+    point.du = scale * tangents.du;
+    point.dv = scale * tangents.dv;
     point.has_second = second;
     point.normal = unit_or_zero(glm::cross(point.du, point.dv));
     if (!second) return point;

@@ -2,9 +2,8 @@
 
 #include "tetrakis/hier/ids.hpp"
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/hier/radix_sort.hpp"
 #include "tetrakis/refine/adaptive.hpp"
-
-#include <oneapi/tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <array>
@@ -80,19 +79,19 @@ class AdaptiveRefinement {
     /// Along a space-filling curve, cell by cell: estimators keep what neighbours share.
     void sort_along_curve(std::vector<LeafId>& leaves) {
         order_.resize(leaves.size());
-        // Root and place on the curve share 64 bits; leaves that these bits cannot tell apart may stand in any order.
+        // Root and place on the curve share 64 bits; leaves that these bits cannot tell apart keep their order.
         const int root_bits = std::bit_width(hierarchy_.root_bound());
         for_each_index(static_cast<std::uint32_t>(leaves.size()), [&](std::uint32_t i) {
             const CellTriangle t = hierarchy_.key(leaves[i]);
-            // Twice the centre of the triangle's box lies inside its cell at every level above its own.
+            // Halfway from the middle of an edge to the other corner: inside the triangle's cells at all levels.
             const int shift = k_max_level - t.level;
-            const auto [x0, x1] = std::minmax({t.corner[0].x, t.corner[1].x, t.corner[2].x});
-            const auto [y0, y1] = std::minmax({t.corner[0].y, t.corner[1].y, t.corner[2].y});
-            const std::uint64_t x = (std::uint64_t{x0} + x1) << shift, y = (std::uint64_t{y0} + y1) << shift;
+            const auto& c = t.corner;
+            const std::uint64_t x = (std::uint64_t{c[0].x} + c[1].x + 2 * std::uint64_t{c[2].x}) << shift;
+            const std::uint64_t y = (std::uint64_t{c[0].y} + c[1].y + 2 * std::uint64_t{c[2].y}) << shift;
             const std::uint64_t curve = spread(x) | spread(y) << 1;
             order_[i] = {std::uint64_t{t.root.value} << (64 - root_bits) | curve >> root_bits, leaves[i]};
         });
-        oneapi::tbb::parallel_sort(order_.begin(), order_.end());
+        radix_sort(order_, order_spare_, [](const Place& p) { return p.place; });
         for (std::size_t i = 0; i < leaves.size(); ++i) leaves[i] = order_[i].leaf;
     }
     /// Every bit moved to twice its place.
@@ -107,28 +106,36 @@ class AdaptiveRefinement {
     void estimate(std::vector<LeafId>& leaves) {
         if (leaves.size() > 2) sort_along_curve(leaves);
         if (errors_.size() < hierarchy_.slots()) errors_.resize(hierarchy_.slots(), 0.0);
-        // Leaves with green triangles have up to three triangles; the largest error counts.
         const std::uint32_t count = static_cast<std::uint32_t>(leaves.size());
         constexpr std::uint32_t k_block = 1u << 16;
         for (std::uint32_t begin = 0; begin < count; begin += k_block) {
-            const std::uint32_t end = std::min(count, begin + k_block);
-            triangles_.clear();
-            owner_.clear();
-            std::array<CellTriangle, 3> parts;
-            for (std::uint32_t i = begin; i < end; ++i) {
-                const int n = hierarchy_.triangles(leaves[i], parts);
-                errors_[leaves[i].value] = 0;
-                for (int k = 0; k < n; ++k) {
-                    triangles_.push_back(parts[static_cast<std::size_t>(k)]);
-                    owner_.push_back(leaves[i]);
-                }
-            }
+            const std::uint32_t size = std::min(count - begin, k_block);
+            gather(std::span(leaves).subspan(begin, size));
             values_.resize(triangles_.size());
             estimator_.estimate(triangles_, values_);
-            for (std::size_t i = 0; i < owner_.size(); ++i)
-                errors_[owner_[i].value] = std::max(errors_[owner_[i].value], values_[i]);
+            for (std::uint32_t i = 0; i < size; ++i) {
+                double& error = errors_[leaves[begin + i].value];
+                error = values_[first_[i]];
+                for (std::uint32_t t = first_[i] + 1; t < first_[i + 1]; ++t) error = std::max(error, values_[t]);
+            }
             context_.report("refine", progress_);
         }
+    }
+
+    /// The triangles of some leaves, those of leaf i from first_[i] on: leaves with green triangles have up to three,
+    /// and the largest error counts.
+    void gather(std::span<const LeafId> leaves) {
+        const auto count = static_cast<std::uint32_t>(leaves.size());
+        parts_.resize(count);
+        first_.resize(count + std::size_t{1});
+        for_each_index(count, [&](std::uint32_t i) {
+            first_[i + std::size_t{1}] = static_cast<std::uint32_t>(hierarchy_.triangles(leaves[i], parts_[i]));
+        });
+        first_[0] = 0;
+        for (std::uint32_t i = 0; i < count; ++i) first_[i + std::size_t{1}] += first_[i];
+        triangles_.resize(first_[count]);
+        for (std::uint32_t i = 0; i < count; ++i)
+            std::copy_n(parts_[i].begin(), first_[i + std::size_t{1}] - first_[i], triangles_.begin() + first_[i]);
     }
 
     void settle(std::vector<LeafId> fresh) {
@@ -253,14 +260,14 @@ class AdaptiveRefinement {
     AdaptiveOptions options_;
     const RunContext& context_;
     std::vector<double> errors_;
+    std::vector<std::array<CellTriangle, 3>> parts_;  ///< of gather(): by leaf
     std::vector<CellTriangle> triangles_;
-    std::vector<LeafId> owner_;
+    std::vector<std::uint32_t> first_;
     struct Place {
         std::uint64_t place;
         LeafId leaf;
-        friend auto operator<=>(const Place&, const Place&) = default;
     };
-    std::vector<Place> order_;
+    std::vector<Place> order_, order_spare_;
     std::vector<double> values_;
     double progress_ = 0;
     bool budget_spent_ = false, left_over_ = false;
