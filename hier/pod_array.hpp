@@ -1,8 +1,9 @@
 #pragma once
 
+#include "tetrakis/hier/huge_memory.hpp"
+
 #include <algorithm>
 #include <cstddef>
-#include <cstdlib>
 #include <cstring>
 #include <new>
 #include <type_traits>
@@ -11,7 +12,7 @@
 namespace tetrakis::detail {
 
 /// A growing array of plain records for pools of many gigabytes: new elements are not initialised, and growth goes
-/// through realloc, which moves large blocks by their page tables where std::vector holds and copies both.
+/// through grow_memory(), which moves large blocks by their page tables where std::vector holds and copies both.
 template <class T>
 class PodArray {
     static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= alignof(std::max_align_t));
@@ -27,7 +28,7 @@ class PodArray {
         swap(other);
         return *this;
     }
-    ~PodArray() { std::free(data_); }
+    ~PodArray() { free_memory(data_, capacity_ * sizeof(T)); }
 
     void swap(PodArray& other) noexcept {
         std::swap(data_, other.data_);
@@ -46,7 +47,7 @@ class PodArray {
     void reserve(std::size_t capacity) {
         if (capacity <= capacity_) return;
         capacity = std::max(capacity, capacity_ + capacity_ / 2);
-        void* moved = std::realloc(static_cast<void*>(data_), capacity * sizeof(T));
+        void* moved = grow_memory(static_cast<void*>(data_), capacity_ * sizeof(T), capacity * sizeof(T));
         if (moved == nullptr) throw std::bad_alloc();
         data_ = static_cast<T*>(moved);
         capacity_ = capacity;
