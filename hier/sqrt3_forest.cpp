@@ -1,13 +1,16 @@
 #include "tetrakis/hier/sqrt3_forest.hpp"
 
 #include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/huge_memory.hpp"
+#include "tetrakis/hier/sqrt3_levels.hpp"
 
 #include <algorithm>
-#include <utility>
+#include <cstddef>
 
 namespace tetrakis {
 
-Sqrt3Forest::Sqrt3Forest(const ControlMesh& mesh) : mesh_(&mesh), max_level_(Sqrt3Lattice::max_level(mesh)) {
+Sqrt3Forest::Sqrt3Forest(const ControlMesh& mesh)
+    : mesh_(&mesh), lattice_(mesh), max_level_(Sqrt3Lattice::max_level(mesh)) {
     const auto refuse = [&](const std::string& what) {
         throw Error(ErrorCode::unsupported, "adaptive sqrt3 refinement takes no " + what, mesh.data().source);
     };
@@ -51,53 +54,83 @@ bool Sqrt3Forest::is_split(const Sqrt3Face& face) const { return is_split(face.l
 
 bool Sqrt3Forest::is_there(const Sqrt3Face& face) const {
     require_face(face);
-    Sqrt3Lattice lattice(*mesh_);
+    Sqrt3Lattice lattice = lattice_;
     return is_there(lattice, face.level, face.face);
+}
+
+void Sqrt3Forest::refuse_depth() const {
+    throw Error(ErrorCode::unsupported,
+                "level " + std::to_string(max_level_) + " is the deepest that has numbers; its faces cannot be split");
 }
 
 std::size_t Sqrt3Forest::refine(const Sqrt3Face& face) {
     require_face(face);
-    if (face.level >= max_level_)
-        throw Error(ErrorCode::unsupported, "level " + std::to_string(max_level_) +
-                                                " is the deepest that has numbers; its faces cannot be split");
+    if (face.level >= max_level_) refuse_depth();
     if (is_split(face)) return 0;
-    // What has to be split, the finest first.
-    Sqrt3Lattice lattice(*mesh_);
-    std::vector<std::unordered_set<std::uint64_t>> wanted(face.level + std::size_t{1});
-    wanted[face.level].insert(face.face);
-    for (int level = face.level; level > 0; --level)
-        for (const std::uint64_t f : wanted[static_cast<std::size_t>(level)]) {
-            auto& above = wanted[static_cast<std::size_t>(level) - 1];
-            const auto need = [&](std::uint64_t parent) {
-                if (!is_split(level - 1, parent)) above.insert(parent);
-            };
-            need(Sqrt3Lattice::face(f));
-            if (const std::uint64_t t = lattice.twin(level - 1, f); t != Sqrt3Lattice::none)
-                need(Sqrt3Lattice::face(t));
-        }
-    std::size_t count = 0;
+    Sqrt3Lattice lattice = lattice_;
+    std::vector<Sqrt3Face> wanted{face};
+    add_needed(lattice, wanted);
+    return split_all(wanted);
+}
+
+// Adds to a face what has to be split before it, the finest first.
+void Sqrt3Forest::add_needed(Sqrt3Lattice& lattice, std::vector<Sqrt3Face>& wanted) const {
+    for (std::size_t i = 0; i < wanted.size() && wanted[i].level > 0; ++i) {
+        const auto above = static_cast<std::uint8_t>(wanted[i].level - 1);
+        const auto need = [&](std::uint64_t parent) {
+            const Sqrt3Face f{above, parent};
+            if (is_split(above, parent)) return;
+            // Those of one level come one after another.
+            for (std::size_t k = wanted.size(); k-- > 0 && wanted[k].level == above;)
+                if (wanted[k] == f) return;
+            wanted.push_back(f);
+        };
+        const std::uint64_t h = wanted[i].face, t = lattice.twin(above, h);
+        need(Sqrt3Lattice::face(h));
+        if (t != Sqrt3Lattice::none) need(Sqrt3Lattice::face(t));
+    }
+}
+
+// Faces that are split already do not count; all or nothing.
+std::size_t Sqrt3Forest::split_all(std::span<const Sqrt3Face> faces) {
     const std::size_t levels = split_.size();
-    std::vector<std::pair<std::size_t, std::uint64_t>> done;
+    std::size_t deepest = 0, done = 0, count = 0;
+    for (const Sqrt3Face& f : faces) deepest = std::max<std::size_t>(deepest, f.level + std::size_t{1});
+    std::vector<std::uint8_t> fresh(faces.size(), 0);
+    if (levels < deepest) split_.resize(deepest);
     try {
-        for (const auto& level : wanted) count += level.size();
-        done.reserve(count);
-        if (levels < wanted.size()) split_.resize(wanted.size());
-        for (std::size_t level = 0; level < wanted.size(); ++level)
-            for (const std::uint64_t f : wanted[level]) {
-                split_[level].insert(f);
-                done.emplace_back(level, f);
-            }
+        for (; done < faces.size(); ++done) count += fresh[done] = split_[faces[done].level].insert(faces[done].face);
     } catch (...) {
-        for (const auto& [level, f] : done) split_[level].erase(f);
+        while (done-- > 0)
+            if (fresh[done] != 0) split_[faces[done].level].erase(faces[done].face);
         split_.resize(levels);
         throw;
     }
     return count;
 }
 
+std::size_t Sqrt3Forest::refine_where(const std::function<bool(const Sqrt3Leaf&)>& wanted) {
+    std::vector<Sqrt3Face> faces, needed;
+    Sqrt3Lattice lattice = lattice_;
+    const Sqrt3Levels levels(*mesh_, split_, 0);
+    levels.for_each_leaf([&](int level, std::uint32_t face, bool half, FaceId control_face) {
+        const Sqrt3Leaf leaf = levels.leaf(level, face, half, control_face);
+        if (!wanted(leaf)) return;
+        if (level >= max_level_) refuse_depth();
+        if (!half) {
+            faces.push_back({leaf.level, leaf.face});  // it is there: what it needs has been split
+            return;
+        }
+        needed.assign(1, {leaf.level, Sqrt3Lattice::face(lattice.twin(level, leaf.face))});
+        add_needed(lattice, needed);
+        faces.insert(faces.end(), needed.begin(), needed.end());
+    });
+    return split_all(faces);
+}
+
 std::size_t Sqrt3Forest::refine(const Sqrt3Leaf& leaf) {
     if (!leaf.half) return refine(Sqrt3Face{leaf.level, leaf.face});
-    Sqrt3Lattice lattice(*mesh_);
+    Sqrt3Lattice lattice = lattice_;
     require_face({static_cast<std::uint8_t>(leaf.level + 1), leaf.face});
     const std::uint64_t twin = lattice.twin(leaf.level, leaf.face);
     if (twin == Sqrt3Lattice::none || !is_split(leaf.level, Sqrt3Lattice::face(leaf.face)))
@@ -109,7 +142,7 @@ std::size_t Sqrt3Forest::refine(const Sqrt3Leaf& leaf) {
 bool Sqrt3Forest::can_coarsen(const Sqrt3Face& face) const {
     if (!is_split(face)) return false;
     // Faces that come from it lie across its half-edges, each in two numbers, one for either face of the edge.
-    Sqrt3Lattice lattice(*mesh_);
+    Sqrt3Lattice lattice = lattice_;
     for (std::uint64_t h = 3 * face.face; h < 3 * face.face + 3; ++h) {
         if (is_split(face.level + 1, h)) return false;
         const std::uint64_t twin = lattice.twin(face.level, h);
@@ -128,56 +161,24 @@ void Sqrt3Forest::coarsen(const Sqrt3Face& face) {
 }
 
 std::vector<Sqrt3Leaf> Sqrt3Forest::leaves() const {
+    const Sqrt3Levels levels(*mesh_, split_, 0);
     std::vector<Sqrt3Leaf> result;
-    Sqrt3Lattice lattice(*mesh_);
-    std::vector<std::pair<int, std::uint64_t>> open;
-    for (std::uint32_t root = 0; root < mesh_->face_count(); ++root) {
-        open.emplace_back(0, root);
-        while (!open.empty()) {
-            const auto [level, face] = open.back();
-            open.pop_back();
-            Sqrt3Leaf leaf;
-            leaf.level = static_cast<std::uint8_t>(level);
-            leaf.control_face = FaceId(root);
-            if (!is_split(level, face)) {
-                leaf.face = face;
-                for (std::size_t k = 0; k < 3; ++k) {
-                    leaf.leaving[k] = 3 * face + k;
-                    leaf.vertex[k] = lattice.origin(level, leaf.leaving[k]);
-                    leaf.vertex_level[k] = leaf.level;
-                }
-                result.push_back(leaf);
-                continue;
-            }
-            for (std::uint64_t h = 3 * face + 3; h-- > 3 * face;) {
-                const std::uint64_t twin = lattice.twin(level, h);
-                if (twin == Sqrt3Lattice::none || is_split(level, Sqrt3Lattice::face(twin))) {
-                    open.emplace_back(level + 1, h);
-                    continue;
-                }
-                leaf.half = true;
-                leaf.face = h;
-                leaf.leaving = {h, Sqrt3Lattice::next(h), 3 * h + 2};
-                leaf.vertex = {lattice.origin(level, h), lattice.origin(level, leaf.leaving[1]),
-                               lattice.apex(level, h)};
-                leaf.vertex_level = {leaf.level, leaf.level, static_cast<std::uint8_t>(level + 1)};
-                result.push_back(leaf);
-            }
-        }
-    }
+    detail::reserve_large(result, leaf_count());
+    levels.for_each_leaf([&](int level, std::uint32_t face, bool half, FaceId control_face) {
+        result.push_back(levels.leaf(level, face, half, control_face));
+    });
     return result;
 }
 
 std::vector<Sqrt3Face> Sqrt3Forest::split_faces() const {
     std::vector<Sqrt3Face> faces;
     for (std::size_t level = 0; level < split_.size(); ++level)
-        for (const std::uint64_t f : split_[level]) faces.push_back({static_cast<std::uint8_t>(level), f});
-    std::sort(faces.begin(), faces.end());
+        for (const std::uint64_t f : split_[level].sorted()) faces.push_back({static_cast<std::uint8_t>(level), f});
     return faces;
 }
 
 std::optional<std::string> Sqrt3Forest::check() const {
-    Sqrt3Lattice lattice(*mesh_);
+    Sqrt3Lattice lattice = lattice_;
     for (const Sqrt3Face& face : split_faces())
         if (!is_there(lattice, face.level, face.face))
             return "face " + std::to_string(face.face) + " of level " + std::to_string(face.level) +
@@ -187,9 +188,7 @@ std::optional<std::string> Sqrt3Forest::check() const {
 
 std::uint64_t Sqrt3Forest::memory_bytes() const {
     std::uint64_t bytes = split_.capacity() * sizeof(split_[0]);
-    // A node per face (number, link, rounded up by the allocator) and a pointer per bucket.
-    constexpr std::uint64_t k_node = 32;
-    for (const auto& level : split_) bytes += level.size() * k_node + level.bucket_count() * sizeof(void*);
+    for (const NumberSet& level : split_) bytes += level.memory_bytes();
     return bytes;
 }
 

@@ -1,13 +1,16 @@
 #pragma once
 
+#include "tetrakis/hier/number_set.hpp"
 #include "tetrakis/hier/sqrt3_lattice.hpp"
+#include "tetrakis/hier/sqrt3_leaf.hpp"
 
-#include <array>
+#include <compare>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
-#include <unordered_set>
 #include <vector>
 
 namespace tetrakis {
@@ -19,28 +22,14 @@ struct Sqrt3Face {
     friend constexpr auto operator<=>(const Sqrt3Face&, const Sqrt3Face&) = default;
 };
 
-/// A triangle of an adaptive sqrt(3) mesh.
-struct Sqrt3Leaf {
-    /// The face of a level itself; or, where `half`, the part of a split face over one of its half-edges, `face` being
-    /// the half-edge's number: its edge is flipped when the face beyond is split, too.
-    std::uint8_t level = 0;
-    bool half = false;
-    std::uint64_t face = 0;
-    FaceId control_face;
-    std::array<Sqrt3Vertex, 3> vertex{};
-    /// Per vertex a level that has it (the finest that the leaf knows of), and a half-edge that leaves it there.
-    std::array<std::uint8_t, 3> vertex_level{};
-    std::array<std::uint64_t, 3> leaving{};
-};
-
 /// Adaptive sqrt(3) refinement (Kobbelt 2000, section 5, adaptive refinement): faces are split by a point inside, and
 /// an edge is flipped as soon as both its faces are split. The flipped triangle is a face of the next level, which can
 /// be split itself. So a face is there when the faces on both sides of the edge it lies across are split, and the mesh
 /// is conforming and graded whatever is split: nothing is needed to close it. Boundary edges are cut in three by every
 /// second step.
 ///
-/// The state is the set of split faces, whatever the way to it. Storage: about 50 bytes per split face, of which there
-/// is one for two leaves.
+/// The state is the set of split faces, whatever the way to it. Storage: a bit per split face, of which there is one
+/// for two leaves, where all around are split; 64 bytes where it is alone.
 class Sqrt3Forest {
   public:
     /// Nothing split. Keeps a reference to the mesh.
@@ -51,6 +40,8 @@ class Sqrt3Forest {
     const ControlMesh& mesh() const { return *mesh_; }
     int max_level() const { return max_level_; }
     std::size_t split_count() const;
+    /// Each split adds two, on the boundary, too.
+    std::size_t leaf_count() const { return mesh_->face_count() + 2 * split_count(); }
     bool is_split(const Sqrt3Face& face) const;
     /// Whether the face is part of the mesh, or has been split: the faces that it comes from are split.
     bool is_there(const Sqrt3Face& face) const;
@@ -61,12 +52,16 @@ class Sqrt3Forest {
     std::size_t refine(const Sqrt3Face& face);
     /// A leaf: splits its face; a half, the face beyond its edge, so that it becomes a face.
     std::size_t refine(const Sqrt3Leaf& leaf);
+    /// refine() of all leaves that are wanted, each as it is before the call. Returns the number of faces split.
+    std::size_t refine_where(const std::function<bool(const Sqrt3Leaf&)>& wanted);
     /// Whether a face is split and none of the faces that come from it is.
     bool can_coarsen(const Sqrt3Face& face) const;
     /// Takes a face's point out again: the inverse of the split of this face alone.
     /// @throws Error  invalid_input: can_coarsen() is false
     void coarsen(const Sqrt3Face& face);
 
+    /// Split faces per level.
+    std::span<const NumberSet> split() const { return split_; }
     /// The mesh: all leaves by control face, then by where they come from. O(leaves).
     std::vector<Sqrt3Leaf> leaves() const;
     /// All split faces, by level, then number.
@@ -80,14 +75,18 @@ class Sqrt3Forest {
 
     bool is_split(int level, std::uint64_t face) const {
         return static_cast<std::size_t>(level) < split_.size() &&
-               split_[static_cast<std::size_t>(level)].count(face) != 0;
+               split_[static_cast<std::size_t>(level)].contains(face);
     }
     bool is_there(Sqrt3Lattice& lattice, int level, std::uint64_t face) const;
+    void add_needed(Sqrt3Lattice& lattice, std::vector<Sqrt3Face>& wanted) const;
+    std::size_t split_all(std::span<const Sqrt3Face> faces);
     void require_face(const Sqrt3Face& face) const;
+    [[noreturn]] void refuse_depth() const;
 
     const ControlMesh* mesh_;
+    Sqrt3Lattice lattice_;  // has found nothing yet: copied where it is used
     int max_level_ = 0;
-    std::vector<std::unordered_set<std::uint64_t>> split_;  // per level
+    std::vector<NumberSet> split_;  // per level
 };
 
 }  // namespace tetrakis

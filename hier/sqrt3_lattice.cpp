@@ -9,6 +9,10 @@ constexpr std::size_t k_most_twins = 1u << 16;
 
 }  // namespace
 
+Sqrt3Lattice::Sqrt3Lattice(const ControlMesh& mesh) : mesh_(&mesh) {
+    for (std::uint32_t e = 0; e < mesh.edge_count() && closed_; ++e) closed_ = !mesh.is_boundary(EdgeId(e));
+}
+
 int Sqrt3Lattice::max_level(const ControlMesh& mesh) {
     std::uint64_t count = 3 * std::uint64_t{mesh.halfedge_count()};
     int level = 0;
@@ -26,6 +30,8 @@ std::uint64_t Sqrt3Lattice::twin(int level, std::uint64_t h) {
         const HalfedgeId t = mesh_->twin(HalfedgeId(static_cast<std::uint32_t>(h)));
         return t.valid() ? t.value : none;
     }
+    // Without boundary each level asks the one above for a single twin, which is cheaper than to look it up.
+    if (closed_) return find_twin(level, h);
     if (twins_.size() <= static_cast<std::size_t>(level)) twins_.resize(static_cast<std::size_t>(level) + 1);
     const auto& known = twins_[static_cast<std::size_t>(level)];
     if (const auto at = known.find(h); at != known.end()) return at->second;

@@ -33,13 +33,13 @@ struct Sqrt3Vertex {
 /// steps keeps the edge, (origin, target, centre), the second cuts it in three and leaves out the centre, (first,
 /// second, opposite corner).
 ///
-/// Remembers twins that it has found, up to a bound: not to be shared by threads.
+/// Remembers twins that it has found, up to a bound, where the mesh has a boundary: not to be shared by threads.
 class Sqrt3Lattice {
   public:
     static constexpr std::uint64_t none = ~std::uint64_t{0};
 
     /// @param mesh  of triangles. Keeps a reference.
-    explicit Sqrt3Lattice(const ControlMesh& mesh) : mesh_(&mesh) {}
+    explicit Sqrt3Lattice(const ControlMesh& mesh);
 
     /// Levels beyond which half-edges have no 64-bit numbers.
     static int max_level(const ControlMesh& mesh);
@@ -61,12 +61,13 @@ class Sqrt3Lattice {
     std::uint64_t after(int level, std::uint64_t h);
 
   private:
-    bool cuts_boundary(int level) const { return level % 2 != 0; }
+    bool cuts_boundary(int level) const { return !closed_ && level % 2 != 0; }
     /// The boundary edge of a face at a level whose step cuts it; none if there is none.
     std::uint64_t cut_side(int level, std::uint64_t f);
     std::uint64_t find_twin(int level, std::uint64_t h);
 
     const ControlMesh* mesh_;
+    bool closed_ = true;
     std::vector<std::unordered_map<std::uint64_t, std::uint64_t>> twins_;  // per level
 };
 

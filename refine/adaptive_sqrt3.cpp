@@ -1,48 +1,117 @@
 #include "tetrakis/refine/adaptive_sqrt3.hpp"
 
-#include "tetrakis/refine/sqrt3_points.hpp"
+#include "tetrakis/hier/huge_memory.hpp"
+#include "tetrakis/hier/sqrt3_levels.hpp"
+#include "tetrakis/refine/sqrt3_net.hpp"
 
-#include <unordered_map>
+#include <algorithm>
+#include <cstddef>
+#include <stdexcept>
 #include <utility>
 
 namespace tetrakis {
 
-Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options) {
-    Sqrt3Mesh out;
-    out.leaves = forest.leaves();
-    const ControlMeshData& data = forest.mesh().data();
-    std::unordered_map<Sqrt3Vertex, std::uint32_t> number;
-    std::vector<std::uint64_t> leaving;
+namespace {
+
+// Rings of faces around split ones that their vertices depend on: one for the fan of a vertex of the level, and those
+// of the finer ones, whose sum is that of 1 / sqrt(3) + 1 / 3 + ..., less than three. More are tried where irregular
+// vertices need it.
+constexpr int k_rings = 3;
+
+/// Numbers of the mesh's vertices, and its triangles.
+struct Numbering {
+    std::vector<std::uint32_t> number;    ///< per vertex of the levels
+    std::vector<std::uint32_t> vertices;  ///< the other way round
+};
+
+Numbering add_leaves(const Sqrt3Levels& levels, const ControlMeshData& data, std::size_t leaf_count, Sqrt3Mesh& out) {
+    using detail::reserve_large;
+    Numbering result;
+    reserve_large(result.number, levels.vertices.size());
+    result.number.assign(levels.vertices.size(), detail::Sqrt3Net::no_number);
+    reserve_large(out.leaves, leaf_count);
+    std::vector<std::uint32_t>& corners = out.mesh.face_vertices;
+    reserve_large(corners, 3 * leaf_count);
+    reserve_large(out.mesh.face_offsets, leaf_count + 1);
+    // Of a closed surface: half as many vertices as triangles.
+    const std::size_t vertex_count = leaf_count / 2;
+    reserve_large(result.vertices, vertex_count);
+    reserve_large(out.vertices, vertex_count);
+    reserve_large(out.levels, vertex_count);
     out.mesh.face_offsets.push_back(0);
-    for (const Sqrt3Leaf& leaf : out.leaves) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            const auto [at, fresh] =
-                number.try_emplace(leaf.vertex[k], static_cast<std::uint32_t>(out.vertices.size()));
-            if (fresh) {
-                out.vertices.push_back(leaf.vertex[k]);
-                out.levels.push_back(-1);
-                leaving.push_back(0);
+    levels.for_each_leaf([&](int k, std::uint32_t face, bool half, FaceId control_face) {
+        const auto add = [&](std::uint32_t vertex, int level) {
+            std::uint32_t& v = result.number[vertex];
+            if (v == detail::Sqrt3Net::no_number) {
+                v = static_cast<std::uint32_t>(result.vertices.size());
+                result.vertices.push_back(vertex);
+                out.vertices.push_back(levels.vertices[vertex]);
+                out.levels.push_back(level);
             }
-            const std::uint32_t v = at->second;
-            out.mesh.face_vertices.push_back(v);
-            if (leaf.vertex_level[k] <= out.levels[v]) continue;
-            out.levels[v] = leaf.vertex_level[k];
-            leaving[v] = leaf.leaving[k];
+            out.levels[v] = std::max(out.levels[v], level);
+            corners.push_back(v);
+        };
+        const Sqrt3Level& level = levels.levels[static_cast<std::size_t>(k)];
+        if (half) {
+            add(level.vertex[face], k);
+            add(level.vertex[Sqrt3Level::next(face)], k);
+            add(levels.apex(k, face), k + 1);
+        } else {
+            for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) add(level.vertex[h], k);
         }
-        out.mesh.face_offsets.push_back(static_cast<std::uint32_t>(out.mesh.face_vertices.size()));
-        if (!data.face_material.empty()) out.mesh.face_material.push_back(data.face_material[leaf.control_face.value]);
-        if (!data.face_group.empty()) out.mesh.face_group.push_back(data.face_group[leaf.control_face.value]);
+        out.leaves.push_back(levels.leaf(k, face, half, control_face));
+        out.mesh.face_offsets.push_back(static_cast<std::uint32_t>(corners.size()));
+        if (!data.face_material.empty()) out.mesh.face_material.push_back(data.face_material[control_face.value]);
+        if (!data.face_group.empty()) out.mesh.face_group.push_back(data.face_group[control_face.value]);
+    });
+    return result;
+}
+
+/// Points of the net, each vertex at its level. Whether there was all that they depend on.
+bool add_net(const ControlMesh& mesh, const Sqrt3Levels& levels, const Numbering& numbering, Sqrt3Mesh& out) {
+    detail::Sqrt3Net net(mesh, levels);
+    // Vertices by level.
+    std::vector<std::vector<std::uint32_t>> at(levels.levels.size());
+    for (std::uint32_t v = 0; v < out.levels.size(); ++v) at[static_cast<std::size_t>(out.levels[v])].push_back(v);
+    out.mesh.positions.resize(out.levels.size());
+    for (;; net.step({})) {
+        for (const std::uint32_t v : at[static_cast<std::size_t>(net.level())]) {
+            if (!net.has(numbering.vertices[v])) return false;
+            out.mesh.positions[v] = net.point(numbering.vertices[v]);
+        }
+        if (net.at_last()) return true;
     }
-    out.mesh.materials = data.materials;
-    out.mesh.groups = data.groups;
-    Sqrt3Points points(forest.mesh());
-    for (std::size_t v = 0; v < leaving.size(); ++v) {
-        LimitPoint limit;
-        if (options.limit || options.normals) limit = points.limit(out.levels[v], leaving[v]);
-        out.mesh.positions.push_back(options.limit ? limit.position : points.position(out.levels[v], leaving[v]));
-        if (options.normals) out.mesh.normals.push_back(limit.normal);
+}
+
+bool add_limits(const ControlMesh& mesh, const Sqrt3Levels& levels, const Numbering& numbering, bool normals,
+                Sqrt3Mesh& out) {
+    detail::Sqrt3Net net(mesh, levels);
+    detail::resize_large(out.mesh.positions, out.levels.size());
+    if (normals) detail::resize_large(out.mesh.normals, out.levels.size());
+    std::vector<std::uint8_t> found(out.levels.size(), 0);
+    for (bool last = false; !last;) {
+        last = net.at_last();
+        net.step({numbering.number, out.mesh.positions, out.mesh.normals, found});
     }
-    return out;
+    return std::find(found.begin(), found.end(), 0) == found.end();
+}
+
+}  // namespace
+
+Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options) {
+    const ControlMesh& mesh = forest.mesh();
+    const bool limits = options.limit || options.normals;
+    for (int rings = k_rings;; ++rings) {
+        const Sqrt3Levels levels(mesh, forest.split(), rings, limits);
+        Sqrt3Mesh out;
+        const Numbering numbering = add_leaves(levels, mesh.data(), forest.leaf_count(), out);
+        out.mesh.materials = mesh.data().materials;
+        out.mesh.groups = mesh.data().groups;
+        const bool all = (!limits || add_limits(mesh, levels, numbering, options.normals, out)) &&
+                         (options.limit || add_net(mesh, levels, numbering, out));
+        if (all) return out;
+        if (levels.complete) throw std::logic_error("a vertex of an adaptive sqrt3 mesh that its levels do not have");
+    }
 }
 
 }  // namespace tetrakis

@@ -22,8 +22,8 @@ struct Sqrt3Mesh {
     std::vector<Sqrt3Leaf> leaves;
 };
 
-/// Cost: 10 to 15 microseconds a vertex, limit included; where few are side by side, that for each level and some forty
-/// vertices around. One thread.
+/// Cost: half a microsecond to one a vertex, limit included, and half a kilobyte while it runs; where few are side by
+/// side, that for each level and some two hundred vertices around. One thread.
 Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options = {});
 
 }  // namespace tetrakis

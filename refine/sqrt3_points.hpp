@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/sqrt3_lattice.hpp"
 #include "tetrakis/hier/vec.hpp"
+#include "tetrakis/refine/sqrt3_rules.hpp"
 #include "tetrakis/refine/vertex_ring.hpp"
 
 #include <unordered_map>
@@ -32,13 +33,12 @@ class Sqrt3Points {
         bool closed = true;
     };
     Fan fan(int level, std::uint64_t leaving);
-    bool is_corner(const Sqrt3Vertex& v) const;
     Vec3d compute(int level, std::uint64_t leaving, const Sqrt3Vertex& v);
-    /// The ring of a fan: one more point than half-edges where it is open.
-    std::vector<Vec3d> ring(int level, const Fan& fan);
+    detail::Sqrt3Ring ring(int level, std::uint64_t leaving);
 
     const ControlMesh* mesh_;
     Sqrt3Lattice lattice_;
+    detail::Sqrt3Rules rules_;
     std::vector<std::unordered_map<Sqrt3Vertex, Vec3d>> known_;  // per level
 };
 

@@ -1,3 +1,4 @@
+#include "point_sets.hpp"
 #include "random_mesh.hpp"
 #include "surface_topology.hpp"
 
@@ -6,6 +7,7 @@
 #include "tetrakis/hier/triangulate.hpp"
 #include "tetrakis/refine/adaptive_sqrt3.hpp"
 #include "tetrakis/refine/refine.hpp"
+#include "tetrakis/refine/sqrt3_points.hpp"
 
 #include <doctest/doctest.h>
 
@@ -15,6 +17,7 @@
 #include <filesystem>
 #include <set>
 #include <string>
+#include <tuple>
 
 using namespace tetrakis;
 
@@ -67,22 +70,6 @@ void coarsen_randomly(Sqrt3Forest& forest, test::Random& random, double chance) 
         if (random.chance(chance) && forest.can_coarsen(face)) forest.coarsen(face);
 }
 
-/// Distance of each point to the nearest of the others.
-double farthest_from(const std::vector<Vec3d>& points, std::vector<Vec3d> others) {
-    std::sort(others.begin(), others.end(), [](const Vec3d& a, const Vec3d& b) { return a.x < b.x; });
-    double most = 0;
-    for (const Vec3d& p : points) {
-        constexpr double k_near = 1e-6;
-        double best = 1;
-        for (auto at = std::lower_bound(others.begin(), others.end(), p.x - k_near,
-                                        [](const Vec3d&a, double x) { return a.x < x; });
-             at != others.end() && at->x <= p.x + k_near; ++at)
-            best = std::min(best, glm::length(*at - p));
-        most = std::max(most, best);
-    }
-    return most;
-}
-
 }  // namespace
 
 TEST_SUITE_BEGIN("refine");
@@ -101,8 +88,8 @@ TEST_CASE("[inv1] adaptive sqrt3, split everywhere, is uniform refinement: nets 
             const PolygonMesh uniform = refine(mesh, "sqrt3", level / 2);
             REQUIRE(net.mesh.positions.size() == uniform.positions.size());
             REQUIRE(net.mesh.face_count() == uniform.face_count());
-            CHECK(farthest_from(net.mesh.positions, uniform.positions) < 1e-12 * size);
-            CHECK(farthest_from(uniform.positions, net.mesh.positions) < 1e-12 * size);
+            CHECK(test::farthest_from(net.mesh.positions, uniform.positions) < 1e-12 * size);
+            CHECK(test::farthest_from(uniform.positions, net.mesh.positions) < 1e-12 * size);
             // Triangles by their centroids.
             const auto centroids = [](const PolygonMesh& m) {
                 std::vector<Vec3d> result;
@@ -110,12 +97,12 @@ TEST_CASE("[inv1] adaptive sqrt3, split everywhere, is uniform refinement: nets 
                     result.push_back((m.positions[t[0]] + m.positions[t[1]] + m.positions[t[2]]) / 3.0);
                 return result;
             };
-            CHECK(farthest_from(centroids(net.mesh), centroids(uniform)) < 1e-12 * size);
+            CHECK(test::farthest_from(centroids(net.mesh), centroids(uniform)) < 1e-12 * size);
             RefineOptions limit;
             limit.limit = limit.normals = true;
             const PolygonMesh on_limit = refine(mesh, "sqrt3", level / 2, limit);
             const Sqrt3Mesh limits = sqrt3_mesh(forest, {.normals = true});
-            CHECK(farthest_from(limits.mesh.positions, on_limit.positions) < 1e-12 * size);
+            CHECK(test::farthest_from(limits.mesh.positions, on_limit.positions) < 1e-12 * size);
         }
     }
 }
@@ -143,15 +130,55 @@ TEST_CASE("[inv1] [inv3] adaptive sqrt3: conforming, with the control mesh's top
             if (net.levels[v] % 2 == 0 && net.levels[v] <= 4) even[net.levels[v] / 2].push_back(net.mesh.positions[v]);
         }
         const double size = mesh.bounding_box().diagonal();
-        for (int i = 0; i < 3; ++i) CHECK(farthest_from(even[i], uniform[i].positions) < 1e-12 * size);
+        for (int i = 0; i < 3; ++i) CHECK(test::farthest_from(even[i], uniform[i].positions) < 1e-12 * size);
         RefineOptions limit;
         limit.limit = true;
         std::vector<Vec3d> shallow;  // level 4 has those of all levels up to it
         for (std::size_t v = 0; v < limits.vertices.size(); ++v)
             if (limits.vertices[v].birth <= 4) shallow.push_back(limits.mesh.positions[v]);
-        CHECK(farthest_from(shallow, refine(mesh, "sqrt3", 2, limit).positions) < 1e-12 * size);
+        CHECK(test::farthest_from(shallow, refine(mesh, "sqrt3", 2, limit).positions) < 1e-12 * size);
     }
     CHECK(levels.size() >= 4);
+}
+
+TEST_CASE("[inv1] adaptive sqrt3: meshes have the points that vertices have alone, bit for bit") {
+    for (const std::uint64_t seed : test::seeds(8)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = random_sqrt3_mesh(seed);
+        Sqrt3Forest forest(mesh);
+        test::Random random(seed);
+        for (int round = 0; round < 5; ++round) {
+            Sqrt3Forest one_by_one = forest;
+            const auto name = [](const Sqrt3Leaf& leaf) { return std::tuple(leaf.level, leaf.half, leaf.face); };
+            std::set<decltype(name(Sqrt3Leaf{}))> chosen;
+            std::size_t splits = 0;
+            for (const Sqrt3Leaf& leaf : forest.leaves()) {
+                if (leaf.level > 5 || !random.chance(0.1)) continue;
+                chosen.insert(name(leaf));
+                // Another one may have made a face of it.
+                const Sqrt3Face across{static_cast<std::uint8_t>(leaf.level + 1), leaf.face};
+                if (!leaf.half || !one_by_one.is_there(across)) splits += one_by_one.refine(leaf);
+            }
+            CHECK(forest.refine_where([&](const Sqrt3Leaf& leaf) { return chosen.count(name(leaf)) != 0; }) == splits);
+            CHECK(forest.split_faces() == one_by_one.split_faces());
+        }
+        const Sqrt3Mesh net = sqrt3_mesh(forest, {.limit = false}), limits = sqrt3_mesh(forest, {.normals = true});
+        CHECK(forest.leaf_count() == net.leaves.size());
+        Sqrt3Points alone(mesh);
+        std::size_t different = 0;
+        for (std::size_t f = 0; f < net.leaves.size(); ++f)
+            for (std::size_t k = 0; k < 3; ++k) {
+                const Sqrt3Leaf& leaf = net.leaves[f];
+                const std::uint32_t v = net.mesh.face_vertices[3 * f + k];
+                CHECK(alone.lattice().origin(leaf.vertex_level[k], leaf.leaving[k]) == net.vertices[v]);
+                if (leaf.vertex_level[k] != net.levels[v]) continue;
+                const LimitPoint limit = alone.limit(leaf.vertex_level[k], leaf.leaving[k]);
+                different += alone.position(leaf.vertex_level[k], leaf.leaving[k]) != net.mesh.positions[v] ? 1 : 0;
+                different += limit.position != limits.mesh.positions[v] ? 1 : 0;
+                different += limit.normal != limits.mesh.normals[v] ? 1 : 0;
+            }
+        CHECK(different == 0);
+    }
 }
 
 TEST_CASE("[inv2] [inv5] adaptive sqrt3: the way to a set of split faces does not matter, and all can be undone") {

@@ -3,6 +3,8 @@
 #include "tetrakis/eval/quad_patches.hpp"
 #include "tetrakis/hier/bisection_forest.hpp"
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/hier/triangulate.hpp"
+#include "tetrakis/refine/adaptive_sqrt3.hpp"
 #include "tetrakis/refine/hierarchy.hpp"
 
 #include <benchmark/benchmark.h>
@@ -124,6 +126,23 @@ void to_uniform_level(benchmark::State& state, const std::string& scheme, const 
     state.counters["vertices"] = static_cast<double>(vertices) / static_cast<double>(state.iterations());
 }
 
+// The same for sqrt(3), which has a forest of its own; a level is two of its steps.
+void sqrt3_to_uniform_level(benchmark::State& state, const std::string& model) {
+    const ControlMesh mesh = triangulate(data_model(model));
+    std::int64_t vertices = 0;
+    for (auto _ : state) {
+        Sqrt3Forest forest(mesh);
+        for (std::int64_t step = 0; step < 2 * state.range(0); ++step)
+            forest.refine_where([](const Sqrt3Leaf&) { return true; });
+        const Sqrt3Mesh out = sqrt3_mesh(forest);
+        vertices += static_cast<std::int64_t>(out.vertices.size());
+        state.counters["bytes_per_leaf"] =
+            static_cast<double>(forest.memory_bytes()) / static_cast<double>(out.leaves.size());
+    }
+    state.SetItemsProcessed(vertices);
+    state.counters["vertices"] = static_cast<double>(vertices) / static_cast<double>(state.iterations());
+}
+
 }  // namespace
 
 BENCHMARK_CAPTURE(forest_operations, bulk, bulk)
@@ -154,5 +173,10 @@ TETRAKIS_BENCH_TO_LEVEL(loop_patches, "loop", "knot_tri", true);
 TETRAKIS_BENCH_TO_LEVEL(loop_closure, "loop", "knot_tri", false);
 TETRAKIS_BENCH_TO_LEVEL(kobbelt_rules, "kobbelt", "cube", false);
 TETRAKIS_BENCH_TO_LEVEL(doo_sabin_rules, "doo-sabin", "cube", false);
+BENCHMARK_CAPTURE(sqrt3_to_uniform_level, sqrt3, "cube")
+    ->Name("hierarchy/to_uniform_level/sqrt3")
+    ->Arg(5)
+    ->ArgName("level")
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace tetrakis::bench

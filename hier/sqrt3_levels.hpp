@@ -1,0 +1,96 @@
+#pragma once
+
+#include "tetrakis/hier/control_mesh.hpp"
+#include "tetrakis/hier/number_set.hpp"
+#include "tetrakis/hier/sqrt3_lattice.hpp"
+#include "tetrakis/hier/sqrt3_leaf.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace tetrakis {
+
+/// Faces of one level of sqrt(3) refinement, in the order of their numbers, and how they lie together. Half-edge
+/// 3 i + j is side j of face i; where a number below is none or outside, it is no half-edge.
+struct Sqrt3Level {
+    static constexpr std::uint32_t none = 0xFFFF'FFFFu;     ///< beyond the boundary
+    static constexpr std::uint32_t outside = 0xFFFF'FFFEu;  ///< a face that has not been raised, or its point
+
+    std::vector<std::uint64_t> number;  ///< per face: the lattice's
+    std::vector<std::uint32_t> twin;    ///< per half-edge
+    std::vector<std::uint32_t> vertex;  ///< per half-edge: its origin, in Sqrt3Levels::vertices
+    std::vector<std::uint32_t> apex;    ///< per face: its point of the next level, of which a cut side has two
+    std::vector<std::uint32_t> child;   ///< per face: the first of three of the next level, or outside
+    std::vector<std::uint8_t> split;    ///< per face
+
+    std::uint32_t face_count() const { return static_cast<std::uint32_t>(number.size()); }
+    static bool there(std::uint32_t h) { return h < outside; }
+    static std::uint32_t face(std::uint32_t h) { return h / 3; }
+    static std::uint32_t next(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+    static std::uint32_t prev(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
+    /// The face of the next level with the number of half-edge h.
+    std::uint32_t child_over(std::uint32_t h) const { return there(child[h / 3]) ? child[h / 3] + h % 3 : outside; }
+};
+
+/// The levels of an adaptive sqrt(3) mesh, side by side: all control faces; of the next level the faces over the sides
+/// of split faces and of those around them, and so on. O(faces), in one sweep.
+class Sqrt3Levels {
+  public:
+    /// @param split  per level: a face is split only where the forest has it
+    /// @param rings   of faces around the split ones whose sides' faces are raised, too
+    /// @param limits  also raise what the vertices beside edges that are cut next are surrounded by after the cut
+    Sqrt3Levels(const ControlMesh& mesh, std::span<const NumberSet> split, int rings, bool limits = false);
+
+    /// Calls visit(level, face, half, control face) for the triangles of the mesh, by control face, then by where they
+    /// come from. Where `half`, the face is split, and `face` is the half-edge over which its part remains.
+    template <class Visit>
+    void for_each_leaf(Visit&& visit) const {
+        struct Open {
+            std::uint32_t level, face;
+        };
+        std::vector<Open> open;
+        for (std::uint32_t root = 0; root < levels[0].face_count(); ++root) {
+            open.push_back({0, root});
+            while (!open.empty()) {
+                const auto [k, f] = open.back();
+                open.pop_back();
+                const Sqrt3Level& level = levels[k];
+                if (level.split[f] == 0) {
+                    visit(static_cast<int>(k), f, false, FaceId(root));
+                    continue;
+                }
+                for (std::uint32_t h = 3 * f + 3; h-- > 3 * f;) {
+                    const std::uint32_t t = level.twin[h];
+                    if (t == Sqrt3Level::none || (t != Sqrt3Level::outside && level.split[t / 3] != 0))
+                        open.push_back({k + 1, level.child_over(h)});
+                    else
+                        visit(static_cast<int>(k), h, true, FaceId(root));
+                }
+            }
+        }
+    }
+    /// The point that stands over a half-edge of a split face.
+    std::uint32_t apex(int level, std::uint32_t h) const {
+        const Sqrt3Level& at = levels[static_cast<std::size_t>(level)];
+        const std::uint32_t first = at.apex[h / 3];
+        return first + (vertices[first].kind == Sqrt3Vertex::Kind::first && h % 3 == 1 ? 1 : 0);
+    }
+    /// What a call of for_each_leaf() says, as the lattice names it.
+    Sqrt3Leaf leaf(int level, std::uint32_t face, bool half, FaceId control_face) const;
+
+    std::vector<Sqrt3Level> levels;
+    std::vector<Sqrt3Vertex> vertices;  ///< those of the control mesh first
+    bool complete = true;               ///< no face is left out
+
+  private:
+    void start(const ControlMesh& mesh);
+    void mark_split(Sqrt3Level& level, const NumberSet& numbers) const;
+    std::vector<std::uint8_t> with_rings(const Sqrt3Level& level, std::vector<std::uint8_t> faces, int rings) const;
+    void add_beside_cuts(const Sqrt3Level& level, std::vector<std::uint8_t>& faces) const;
+    void raise(Sqrt3Level& level, int index, std::span<const std::uint8_t> faces, Sqrt3Level& finer);
+    void link(const Sqrt3Level& level, bool cuts_boundary, Sqrt3Level& finer) const;
+};
+
+}  // namespace tetrakis

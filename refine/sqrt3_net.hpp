@@ -1,0 +1,54 @@
+#pragma once
+
+#include "tetrakis/hier/sqrt3_levels.hpp"
+#include "tetrakis/refine/sqrt3_rules.hpp"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// Points of all vertices of Sqrt3Levels, level by level, where what they depend on has been raised. They are those of
+/// Sqrt3Points, bit for bit.
+class Sqrt3Net {
+  public:
+    /// At level 0. Keeps references.
+    Sqrt3Net(const ControlMesh& mesh, const Sqrt3Levels& levels);
+
+    int level() const { return level_; }
+    bool at_last() const { return level_ + 1 == static_cast<int>(levels_->levels.size()); }
+    /// Whether the vertex has a point at this level.
+    bool has(std::uint32_t vertex) const { return has_[vertex] != 0; }
+    const Vec3d& point(std::uint32_t vertex) const { return points_[vertex]; }
+
+    /// Where limits go: vertex v has the place number[v], if it is there. Those found are marked.
+    struct Limits {
+        std::span<const std::uint32_t> number;
+        std::span<Vec3d> positions;
+        std::span<Vec3d> normals;  ///< may be empty
+        std::span<std::uint8_t> found;
+    };
+    /// Goes to the next level, unless this is the last, and writes the limits of the vertices whose rings have them
+    /// here.
+    void step(const Limits& limits);
+
+    static constexpr std::uint32_t no_number = 0xFFFF'FFFFu;
+
+  private:
+    const Sqrt3Level& here() const { return levels_->levels[static_cast<std::size_t>(level_)]; }
+    bool gather(std::uint32_t leaving);
+    bool beside_cut(std::uint32_t leaving) const;
+    bool has_limit(std::uint32_t vertex, std::uint32_t leaving) const;
+    void add_apex(std::uint32_t face);
+
+    const ControlMesh* mesh_;
+    const Sqrt3Levels* levels_;
+    Sqrt3Rules rules_;
+    Sqrt3Ring ring_;
+    int level_ = 0;
+    std::vector<Vec3d> points_, next_points_;  // per vertex
+    std::vector<std::uint8_t> has_, next_has_, seen_;
+};
+
+}  // namespace tetrakis::detail
