@@ -83,12 +83,12 @@ class VertexFamily final : public HierarchyFamily {
         if (with_removed)
             for (std::size_t i = 0; i < split.size(); ++i)
                 update.removed.emplace_back(split[i], tree_.parent(node(update.created[4 * i])));
-        list_reshaped(update);
+        list_reshaped(update, true);
     }
     void coarsen(std::span<const LeafId> marked, FamilyUpdate& update) override {
         update.removed.clear();
         forest_.coarsen(marked, update.created);
-        list_reshaped(update);
+        list_reshaped(update, false);
     }
     std::vector<LeafId> diamond(LeafId leaf) const override { return forest_.mergeable_siblings(leaf); }
 
@@ -128,20 +128,44 @@ class VertexFamily final : public HierarchyFamily {
         return view;
     }
     /// The leaves that share a point with new ones: its face is another one, or there was none.
-    void list_reshaped(FamilyUpdate& update) const {
+    /// @param siblings  the new leaves are groups of four
+    void list_reshaped(FamilyUpdate& update, bool siblings) const {
         update.reshaped.clear();
-        for (const LeafId leaf : update.created)
+        if (update.created.size() == forest_.leaf_count()) return;  // there are no others
+        std::vector<LeafId>& list = update.reshaped;
+        // Where most leaves are new, most of those around are, too: a mark for each leaf is cheaper than to sort them.
+        constexpr std::size_t k_few = 16;
+        std::vector<std::uint8_t> is_new;
+        if (update.created.size() > forest_.leaf_slots() / k_few) {
+            is_new.resize(forest_.leaf_slots(), 0);
+            for (const LeafId leaf : update.created) is_new[leaf.value] = 1;
+        }
+        const auto drop_new = [&](std::size_t from) {
+            if (is_new.empty()) return;
+            std::size_t kept = from;
+            for (std::size_t i = from; i < list.size(); ++i)
+                if (is_new[list[i].value] == 0) list[kept++] = list[i];
+            list.resize(kept);
+        };
+        for (std::size_t i = 0; i < update.created.size(); ++i) {
+            const LeafId leaf = update.created[i];
+            const std::size_t before = list.size();
             for (int k = 0; k < 4; ++k) {
-                forest_.add_leaves_around(leaf, k, update.reshaped);
+                // A sibling's own corner is its parent's; what lies at the others also lies across the sides there.
+                const int child = static_cast<int>(i % 4);
+                if (!siblings || k == child) forest_.add_leaves_around(leaf, k, list);
+                if (siblings && k != child && k != (child + 3) % 4) continue;
                 for (const LeafId across : forest_.neighbours(leaf, k))
-                    if (across.valid()) update.reshaped.push_back(across);
+                    if (across.valid()) list.push_back(across);
             }
+            drop_new(before);
+        }
+        std::sort(list.begin(), list.end());
+        list.erase(std::unique(list.begin(), list.end()), list.end());
+        if (!is_new.empty()) return;
         std::vector<LeafId> fresh = update.created;
         std::sort(fresh.begin(), fresh.end());
-        std::sort(update.reshaped.begin(), update.reshaped.end());
-        update.reshaped.erase(std::unique(update.reshaped.begin(), update.reshaped.end()), update.reshaped.end());
-        std::erase_if(update.reshaped,
-                      [&](LeafId leaf) { return std::binary_search(fresh.begin(), fresh.end(), leaf); });
+        std::erase_if(list, [&](LeafId leaf) { return std::binary_search(fresh.begin(), fresh.end(), leaf); });
     }
     [[noreturn]] static void refuse() {
         throw Error(ErrorCode::unsupported,

@@ -7,6 +7,7 @@
 #include "tetrakis/refine/level_frames.hpp"
 #include "tetrakis/refine/level_walk.hpp"
 #include "tetrakis/refine/mesh_part.hpp"
+#include "tetrakis/refine/regular_patch.hpp"
 #include "tetrakis/refine/rule_limit.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
 #include "tetrakis/schemes/averaging.hpp"
@@ -17,6 +18,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -34,6 +36,11 @@ using Step = RuleStep (*)(const RuleMesh&, const RuleOptions&);
 constexpr std::size_t k_block = 1024;
 // The same with wide surroundings, which may lie far apart.
 constexpr std::size_t k_block_of_others = 256;
+// The same where most are evaluated without a mesh: what is raised around an extraordinary point is then for all of
+// them around it.
+constexpr std::size_t k_block_of_patches = 16 * k_block;
+// How many rings more than a regular vertex one beside an extraordinary point needs for Doo-Sabin's masks.
+constexpr int k_rings_beside_a_point = 3;
 
 /// Rings of faces around a face, or around the corner of a face, that the rules of its new points look at.
 int reach(const SchemeInfo& scheme, const RuleOptions& options) {
@@ -90,8 +97,9 @@ int triangle_part(Walker& w) {
     return 3;
 }
 
-/// Where a cell comes along the Z-order curve of its root, whatever its level.
-std::uint64_t z_order(std::uint64_t x, std::uint64_t y, int level) {
+/// Where a cell comes along the curve through its root's tree, whatever its level: children counter-clockwise, as
+/// hierarchies have them.
+std::uint64_t curve(std::uint64_t x, std::uint64_t y, int level) {
     const auto spread = [](std::uint64_t v) {
         v = (v | v << 16) & 0x0000'FFFF'0000'FFFFull;
         v = (v | v << 8) & 0x00FF'00FF'00FF'00FFull;
@@ -100,10 +108,17 @@ std::uint64_t z_order(std::uint64_t x, std::uint64_t y, int level) {
         return (v | v << 1) & 0x5555'5555'5555'5555ull;
     };
     const int shift = k_max_level - level;
-    return spread(x << shift) | spread(y << shift) << 1;
+    return spread((x ^ y) << shift) | spread(y << shift) << 1;
 }
 
-enum class Asked { positions, limits, frames };
+enum class Asked {
+    positions,
+    limits,
+    limit_positions,  ///< the positions of limits alone; the rest may or may not be there
+    frames,
+};
+
+bool asks_for_limits(Asked asked) { return asked == Asked::limits || asked == Asked::limit_positions; }
 
 /// The net about one of its vertices.
 LimitPoint frame(const RuleMesh& mesh, std::span<const Vec3d> net, int v) {
@@ -133,6 +148,8 @@ struct PartialLevels::Impl {
     struct Worker {
         detail::MeshPartFinder parts;
         detail::RuleLimitFinder limits;
+        std::optional<detail::RegularPatch> patch;
+        bool asked_for_patch = false;
     };
 
     Impl(const ControlMesh& m, const SchemeInfo& s, const RuleOptions& r)
@@ -181,9 +198,23 @@ struct PartialLevels::Impl {
     }
 
     Worker& worker() const { return workers.local(); }
+    /// For limits of dual schemes; nullptr where regular vertices have no mask.
+    detail::RegularPatch* patch() const {
+        Worker& w = worker();
+        if (!dual()) return nullptr;
+        if (!std::exchange(w.asked_for_patch, true))
+            if (const detail::RegularLimit* regular = w.limits.regular())
+                w.patch.emplace(scheme, rules, *regular, detail::rule_limit_rings(scheme, rules) + 1);
+        return w.patch ? &*w.patch : nullptr;
+    }
+    /// Limits of those that have come to where the mesh is regular; takes them out.
+    void take_regular(const RuleMesh& level, std::span<const Vec3d> net, const std::vector<Query>& queries,
+                      bool positions_alone, detail::RegularPatch& patch, std::vector<Walker>& walkers,
+                      std::span<LimitPoint> out) const;
 
     void run(const std::vector<Query>& queries, Asked asked, std::span<Vec3d> positions,
              std::span<LimitPoint> points_out, LevelCost* cost) const;
+    void limit_positions(const std::vector<Query>& queries, std::span<Vec3d> positions) const;
     /// Limits: `limit_rings` are raised around each vertex. Returns the addresses that this was not enough for.
     std::vector<std::uint32_t> run_block(const std::vector<Query>& queries, std::span<const std::uint32_t> block,
                                          Asked asked, int limit_rings, std::span<Vec3d> positions,
@@ -244,7 +275,7 @@ struct PartialLevels::Impl {
     std::vector<CellFrame> roots;   // dual
     std::vector<FaceId> root_face;  // dual: of the corners' children
     mutable oneapi::tbb::enumerable_thread_specific<Worker> workers{[this] {
-        return Worker{{}, detail::RuleLimitFinder(scheme, rules)};
+        return Worker{{}, detail::RuleLimitFinder(scheme, rules), {}, false};
     }};
 };
 
@@ -252,16 +283,16 @@ void PartialLevels::Impl::run(const std::vector<Query>& queries, Asked asked, st
                               std::span<LimitPoint> out, LevelCost* cost) const {
     struct Key {
         std::uint32_t root;
-        std::uint64_t z;
+        std::uint64_t place;
         std::uint32_t level, index;
         auto operator<=>(const Key&) const = default;
     };
     std::vector<Key> keys(queries.size());
     for (std::size_t i = 0; i < keys.size(); ++i) {
         const Query& q = queries[i];
-        keys[i] = {q.root, z_order(q.cell.x, q.cell.y, q.level), q.level, static_cast<std::uint32_t>(i)};
+        keys[i] = {q.root, curve(q.cell.x, q.cell.y, q.level), q.level, static_cast<std::uint32_t>(i)};
     }
-    std::sort(keys.begin(), keys.end());
+    if (!std::is_sorted(keys.begin(), keys.end())) std::sort(keys.begin(), keys.end());
     std::vector<std::uint32_t> order(keys.size());
     for (std::size_t i = 0; i < keys.size(); ++i) order[i] = keys[i].index;
     LevelCost all;
@@ -287,12 +318,19 @@ void PartialLevels::Impl::run(const std::vector<Query>& queries, Asked asked, st
         return result;
     };
     try {
-        if (asked == Asked::limits) {
+        if (asks_for_limits(asked)) {
             // Most vertices are regular, and need little around them; the others are raised once more, with more.
             const int most = detail::rule_limit_rings(scheme, rules);
             const int few = worker().limits.regular_rings().value_or(most);
-            const std::vector<std::uint32_t> left = run_all(order, k_block, std::min(few, most));
-            run_all(left, k_block_of_others, most);
+            if (patch() == nullptr) {
+                const std::vector<std::uint32_t> left = run_all(order, k_block, std::min(few, most));
+                run_all(left, k_block_of_others, most);
+            } else {
+                // Regular ones leave early: what is raised on all levels are the others.
+                const std::vector<std::uint32_t> left =
+                    run_all(order, k_block_of_patches, std::min(few + k_rings_beside_a_point, most));
+                run_all(left, k_block_of_others, most);
+            }
         } else {
             run_all(order, k_block, 0);
         }
@@ -307,6 +345,7 @@ std::vector<std::uint32_t> PartialLevels::Impl::run_block(const std::vector<Quer
                                                           int limit_rings, std::span<Vec3d> positions,
                                                           std::span<LimitPoint> out, LevelCost& cost) const {
     Worker& tools = worker();
+    detail::RegularPatch* const patches = asks_for_limits(asked) ? patch() : nullptr;
     std::vector<std::uint32_t> left;
     std::vector<Walker> walkers;
     walkers.reserve(block.size());
@@ -321,7 +360,8 @@ std::vector<std::uint32_t> PartialLevels::Impl::run_block(const std::vector<Quer
     std::vector<char> ends(last + 1, 0);
     for (const Walker& w : walkers) ends[w.steps] = 1;
     for (int level = last; level >= 0; --level) {
-        if (asked == Asked::limits && ends[level] != 0) rings[level] = limit_rings + 1;
+        if (asks_for_limits(asked) && ends[level] != 0) rings[level] = limit_rings + 1;
+        if (patches != nullptr) rings[level] = std::max(rings[level], patches->radius() + 1);
         if (level == last) continue;
         rings[level] = std::max(rings[level], (rings[level + 1] + (dual() ? 2 : 1)) / 2 + reach);
     }
@@ -343,6 +383,10 @@ std::vector<std::uint32_t> PartialLevels::Impl::run_block(const std::vector<Quer
         std::vector<Vec3d> here(part.vertex.size());
         for (std::size_t i = 0; i < here.size(); ++i) here[i] = net[part.vertex[i]];
         for (Walker& w : walkers) w.frame.halfedge = part.halfedge(*above, w.frame.halfedge);
+        if (patches != nullptr) {
+            take_regular(part.mesh, here, queries, asked == Asked::limit_positions, *patches, walkers, out);
+            if (walkers.empty()) return left;
+        }
 
         const auto arrived =
             std::stable_partition(walkers.begin(), walkers.end(), [](const Walker& w) { return w.steps > 0; });
@@ -371,6 +415,31 @@ std::vector<std::uint32_t> PartialLevels::Impl::run_block(const std::vector<Quer
     }
 }
 
+void PartialLevels::Impl::take_regular(const RuleMesh& level, std::span<const Vec3d> net,
+                                       const std::vector<Query>& queries, bool positions_alone,
+                                       detail::RegularPatch& patch, std::vector<Walker>& walkers,
+                                       std::span<LimitPoint> out) const {
+    detail::RegularLimit& regular = *worker().limits.regular();
+    regular.look_at(level);
+    std::vector<detail::RegularPatch::Target> targets;
+    std::size_t kept = 0;
+    for (std::size_t begin = 0, end = 0; begin < walkers.size(); begin = end) {
+        // Those of one cell come one after another, and in the same frame.
+        const CellFrame frame = walkers[begin].frame;
+        for (end = begin + 1; end < walkers.size() && walkers[end].frame.halfedge == frame.halfedge;) ++end;
+        const int ahead = detail::vertex_corners(level, frame)[2];
+        if (ahead == RuleMesh::none || !patch.gather(level, regular.regular(), net, ahead)) {
+            for (std::size_t i = begin; i < end; ++i) walkers[kept++] = walkers[i];
+            continue;
+        }
+        targets.clear();
+        for (std::size_t i = begin; i < end; ++i)
+            targets.push_back({walkers[i].index, walkers[i].steps, queries[walkers[i].index].cell});
+        patch.limits(targets, positions_alone, out);
+    }
+    walkers.resize(kept);
+}
+
 std::vector<std::uint32_t> PartialLevels::Impl::write_limits(const RuleMesh& level, std::span<const Vec3d> net,
                                                              std::span<const Walker> here,
                                                              std::span<const int> vertices, int whole_rings,
@@ -388,7 +457,7 @@ std::vector<std::uint32_t> PartialLevels::Impl::write_limits(const RuleMesh& lev
     if (whole_rings >= detail::rule_limit_rings(scheme, rules))
         limits.points(level, net, once, points_once);
     else
-        for (const int i : limits.regular_points(level, net, once, whole_rings, points_once)) missing[i] = 1;
+        for (const int i : limits.known_points(level, net, once, whole_rings, points_once)) missing[i] = 1;
     std::vector<std::uint32_t> left;
     for (std::size_t i = 0; i < vertices.size(); ++i) {
         const int at = number[vertices[i]];
@@ -476,11 +545,19 @@ void PartialLevels::frames(std::span<const VertexCell> cells, std::span<LimitPoi
     impl_->run(cell_queries(impl_->lattice, impl_->roots.size(), cells), Asked::frames, {}, out, nullptr);
 }
 
+void PartialLevels::Impl::limit_positions(const std::vector<Query>& queries, std::span<Vec3d> positions) const {
+    detail::check_length("positions to write", positions.size(), queries.size());
+    std::vector<LimitPoint> found(queries.size());
+    run(queries, Asked::limit_positions, {}, found, nullptr);
+    for (std::size_t i = 0; i < found.size(); ++i) positions[i] = found[i].position;
+}
+
 void PartialLevels::positions(std::span<const Site> sites, std::span<Vec3d> positions) const {
-    detail::check_length("positions to write", positions.size(), sites.size());
-    std::vector<LimitPoint> points(sites.size());
-    limits(sites, points);
-    for (std::size_t i = 0; i < points.size(); ++i) positions[i] = points[i].position;
+    impl_->limit_positions(site_queries(impl_->mesh, impl_->lattice, sites, true), positions);
+}
+
+void PartialLevels::positions(std::span<const VertexCell> cells, std::span<Vec3d> positions) const {
+    impl_->limit_positions(cell_queries(impl_->lattice, impl_->roots.size(), cells), positions);
 }
 
 VertexRoots PartialLevels::vertex_roots() const {

@@ -30,8 +30,9 @@ struct LevelCost {
 /// Results depend on the mesh, the scheme and the address alone, not on the batch, its order or the number of threads.
 /// Holes take part in the rules like all other faces. Keeps a reference to the mesh. All calls are const and safe from
 /// several threads. Memory: that of one block of addresses per thread (a few MiB), however deep they are.
-/// Cost of a vertex, limit included, where many are side by side in one call: Doo-Sabin 2 microseconds, Kobbelt 5,
-/// biquartic 20 (cube, lattice level 5). A vertex alone needs its neighbourhood on every level (some 50 faces each);
+/// Limits of dual schemes where the mesh is regular come from the first level that shows it, without the mesh of those
+/// below. Cost of a vertex, limit included, where many are side by side in one call: Doo-Sabin half a microsecond (one
+/// on a cube's level 5, where extraordinary points are near), Kobbelt 5, biquartic 5 (cube, lattice level 5). A vertex alone needs its neighbourhood on every level (some 50 faces each);
 /// with a limit, an irregular one or one beside it 8 rings of faces on the last, and steps of these where tags, a
 /// boundary or a second extraordinary point are near.
 class PartialLevels : public PositionSource {
@@ -59,8 +60,9 @@ class PartialLevels : public PositionSource {
     /// The net about vertices of dual schemes, at the levels of their cells: position, mean normal of the faces around
     /// (by area), two directions that span the plane across it.
     void frames(std::span<const VertexCell> cells, std::span<LimitPoint> out) const;
-    /// Limit positions of sites.
+    /// Limit positions alone, which those of limits() are.
     void positions(std::span<const Site> sites, std::span<Vec3d> positions) const override;
+    void positions(std::span<const VertexCell> cells, std::span<Vec3d> positions) const;
 
     /// Of a dual scheme. O(H) the first time.
     /// @throws Error  unsupported: a mesh whose vertices do not all have four children: creases inside that the scheme

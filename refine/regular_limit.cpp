@@ -131,6 +131,15 @@ bool RegularLimit::walk(const RuleMesh& mesh, int v, int radius) {
 
 bool RegularLimit::found(const RuleMesh& mesh, int v) { return walk(mesh, v, radius_); }
 
+std::vector<RegularLimit::LatticeTerm> RegularLimit::lattice_terms(const Terms& terms) const {
+    std::vector<LatticeTerm> result;
+    for (const Term& t : terms) {
+        const int at = static_cast<int>(t.place);
+        result.push_back({at % side_ - radius_, at / side_ - radius_, t.weight});
+    }
+    return result;
+}
+
 StencilRow RegularLimit::row(const Terms& terms) const {
     StencilRow result;
     for (const Term& t : terms) result.add(around_[t.place], t.weight);

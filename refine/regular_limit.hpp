@@ -22,6 +22,12 @@ class RegularLimit {
     static RuleMesh lattice_mesh(FanLattice lattice, int rings);
     static int middle(int rings) { return 2 * rings * (rings + 1); }
 
+    /// A point of a mask, by its place relative to the vertex.
+    struct LatticeTerm {
+        int x = 0, y = 0;
+        double weight = 0;
+    };
+
     /// From the rows of the middle of lattice_mesh(lattice, rings), which they must not reach the rim of.
     /// @param tangents  none or two rows, t1 x t2 outwards
     RegularLimit(FanLattice lattice, int rings, const StencilRow& limit, std::span<const StencilRow> tangents);
@@ -35,6 +41,12 @@ class RegularLimit {
     std::span<const unsigned char> regular() const { return regular_; }
     /// Walks around a vertex; whether it has the mask. limit(), tangents() and point() are about this vertex then.
     bool found(const RuleMesh& mesh, int v);
+
+    std::vector<LatticeTerm> limit_terms() const { return lattice_terms(limit_); }
+    /// t1 x t2 points outwards; both may be missing.
+    std::vector<LatticeTerm> tangent_terms(int which) const {
+        return lattice_terms(which == 0 ? tangent1_ : tangent2_);
+    }
 
     StencilRow limit() const { return row(limit_); }
     std::optional<std::pair<StencilRow, StencilRow>> tangents() const;
@@ -52,6 +64,7 @@ class RegularLimit {
     bool walk(const RuleMesh& mesh, int v, int radius);
     std::size_t place(int x, int y) const;
     bool inside(int x, int y, int radius) const;
+    std::vector<LatticeTerm> lattice_terms(const Terms& terms) const;
     StencilRow row(const Terms& terms) const;
     Vec3d sum(const Terms& terms, std::span<const Vec3d> net) const;
 

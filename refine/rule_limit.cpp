@@ -523,6 +523,8 @@ RuleLimits RuleLimitFinder::find(const RuleMesh& mesh, std::span<const int> vert
     return limits;
 }
 
+RegularLimit* RuleLimitFinder::regular() { return state_->regular(); }
+
 std::optional<int> RuleLimitFinder::regular_rings() {
     const RegularLimit* regular = state_->regular();
     if (regular == nullptr) return std::nullopt;
@@ -547,6 +549,54 @@ std::vector<int> RuleLimitFinder::regular_points(const RuleMesh& mesh, std::span
     return others;
 }
 
+namespace {
+
+/// Puts the point of a vertex together from its rows: sums of terms, and the tangents of each side of a crease.
+template <class Sum>
+LimitPoint point_of(const RuleMesh& mesh, std::span<const Vec3d> net, int v, int tangent_count, const Sum& sum) {
+    LimitPoint point;
+    point.position = sum(-1, 0);
+    Vec3d normal(0);
+    for (int i = 0; i < tangent_count; ++i) {
+        const Vec3d t1 = sum(i, 0), t2 = sum(i, 1);
+        if (i == 0) {
+            point.tangent1 = t1;
+            point.tangent2 = t2;
+        }
+        normal += unit(glm::cross(t1, t2));
+    }
+    point.has_tangent_plane = tangent_count == 1 && normal != Vec3d(0);
+    point.normal = normal == Vec3d(0) ? corner_normals(mesh, net, v) : unit(normal);
+    return point;
+}
+
+}  // namespace
+
+std::vector<int> RuleLimitFinder::known_points(const RuleMesh& mesh, std::span<const Vec3d> net,
+                                               std::span<const int> vertices, int rings, std::span<LimitPoint> out) {
+    const std::vector<int> others = regular_points(mesh, net, vertices, rings, out);
+    if (others.empty() || !state_->fans || rings <= state_->mask->radius()) return others;
+    std::vector<int> those;
+    for (const int i : others) those.push_back(vertices[i]);
+    std::vector<std::optional<Rows>> rows(those.size());
+    state_->fans->find(mesh, state_->mask->regular(), those, rows);
+    std::vector<int> left;
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+        if (!rows[k]) {
+            left.push_back(others[k]);
+            continue;
+        }
+        const Rows& of = *rows[k];
+        out[others[k]] = point_of(mesh, net, those[k], static_cast<int>(of.tangents.size()), [&](int pair, int which) {
+            const StencilRow& row = pair < 0 ? of.limit : of.tangents[pair][which];
+            Vec3d result(0);
+            for (const auto& [point, weight] : row.terms) result += weight * net[point];
+            return result;
+        });
+    }
+    return left;
+}
+
 void RuleLimitFinder::points(const RuleMesh& mesh, std::span<const Vec3d> net, std::span<const int> vertices,
                              std::span<LimitPoint> out) {
     const std::vector<int> others =
@@ -555,28 +605,17 @@ void RuleLimitFinder::points(const RuleMesh& mesh, std::span<const Vec3d> net, s
     std::vector<int> left;
     for (const int i : others) left.push_back(vertices[i]);
     const RuleLimits limits = find(mesh, left);
-    const auto sum = [&](const StencilTable& table, int row) {
-        Vec3d result(0);
-        const auto from = table.points(row);
-        const auto weights = table.weights(row);
-        for (std::size_t i = 0; i < from.size(); ++i) result += weights[i] * net[from[i]];
-        return result;
-    };
     for (std::size_t i = 0; i < left.size(); ++i) {
-        LimitPoint& point = out[others[i]];
-        point = {};
-        point.position = sum(limits.positions, static_cast<int>(i));
-        Vec3d normal(0);
-        for (int row = limits.begin[i]; row < limits.begin[i + 1]; ++row) {
-            const Vec3d t1 = sum(limits.tangent1, row), t2 = sum(limits.tangent2, row);
-            if (row == limits.begin[i]) {
-                point.tangent1 = t1;
-                point.tangent2 = t2;
-            }
-            normal += unit(glm::cross(t1, t2));
-        }
-        point.has_tangent_plane = limits.begin[i + 1] == limits.begin[i] + 1 && normal != Vec3d(0);
-        point.normal = normal == Vec3d(0) ? corner_normals(mesh, net, left[i]) : unit(normal);
+        const int first = limits.begin[i], row = static_cast<int>(i);
+        out[others[i]] = point_of(mesh, net, left[i], limits.begin[i + 1] - first, [&](int pair, int which) {
+            const StencilTable& table = pair < 0 ? limits.positions : which == 0 ? limits.tangent1 : limits.tangent2;
+            const int at = pair < 0 ? row : first + pair;
+            const auto from = table.points(at);
+            const auto weights = table.weights(at);
+            Vec3d result(0);
+            for (std::size_t k = 0; k < from.size(); ++k) result += weights[k] * net[from[k]];
+            return result;
+        });
     }
 }
 

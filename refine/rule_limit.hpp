@@ -11,6 +11,8 @@
 
 namespace tetrakis::detail {
 
+class RegularLimit;
+
 /// Limits of all vertices of a mesh under a scheme, as combinations of its points.
 struct RuleLimits {
     StencilTable positions;  ///< one row per vertex
@@ -47,9 +49,14 @@ class RuleLimitFinder {
     ///               is found
     std::vector<int> regular_points(const RuleMesh& mesh, std::span<const Vec3d> net, std::span<const int> vertices,
                                     int rings, std::span<LimitPoint> out);
+    /// The same, and those beside a single extraordinary point: as many as can be told from so few rings.
+    std::vector<int> known_points(const RuleMesh& mesh, std::span<const Vec3d> net, std::span<const int> vertices,
+                                  int rings, std::span<LimitPoint> out);
     /// Of all vertices.
     void points(const RuleMesh& mesh, std::span<const Vec3d> net, std::span<const int> vertices,
                 std::span<LimitPoint> out);
+    /// The mask of regular vertices; nullptr where the scheme has none.
+    RegularLimit* regular();
     /// Rings of faces around a regular vertex that show it to be one; nothing where the scheme has no mask for it.
     std::optional<int> regular_rings();
 

@@ -23,9 +23,7 @@ class VertexLevels final : public LevelSource {
         levels_->frames(cells(sites, level), out);
     }
     void limit_positions(std::span<const Site> sites, std::span<Vec3d> out) const override {
-        std::vector<LimitPoint> points(sites.size());
-        limits(sites, points);
-        for (std::size_t i = 0; i < points.size(); ++i) out[i] = points[i].position;
+        levels_->positions(cells(sites), out);
     }
     void limits(std::span<const Site> sites, std::span<LimitPoint> out) const override {
         levels_->limits(cells(sites), out);
