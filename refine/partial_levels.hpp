@@ -32,9 +32,9 @@ struct LevelCost {
 /// several threads. Memory: that of one block of addresses per thread (a few MiB), however deep they are.
 /// Limits of dual schemes where the mesh is regular come from the first level that shows it, without the mesh of those
 /// below. Cost of a vertex, limit included, where many are side by side in one call: Doo-Sabin half a microsecond (one
-/// on a cube's level 5, where extraordinary points are near), Kobbelt 5, biquartic 5 (cube, lattice level 5). A vertex alone needs its neighbourhood on every level (some 50 faces each);
-/// with a limit, an irregular one or one beside it 8 rings of faces on the last, and steps of these where tags, a
-/// boundary or a second extraordinary point are near.
+/// on a cube's level 5, where extraordinary points are near), Kobbelt 5, biquartic 5 (cube, lattice level 5). A vertex
+/// alone needs its neighbourhood on every level (some 50 faces each); with a limit, an irregular one or one beside it 8
+/// rings of faces on the last, and steps of these where tags, a boundary or a second extraordinary point are near.
 class PartialLevels : public PositionSource {
   public:
     /// @throws Error  invalid_input: a mesh that the scheme cannot take; unsupported: a scheme without such addresses
