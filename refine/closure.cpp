@@ -71,9 +71,17 @@ class LevelVertices {
     std::vector<std::uint32_t> slots_;
 };
 
+/// What a site's ring is but for its points; tags are asked for again.
+struct Outline {
+    std::uint32_t points = 0;
+    int faces = 0;
+    bool boundary = false, tags = false;
+};
+
 struct Workspace {
     std::array<LevelVertices, k_max_level + 1> levels;
     std::vector<std::uint32_t> rings;  ///< per site: its ring's vertices at its level
+    std::vector<Outline> outlines;     ///< per site
     std::vector<StencilEntry> entries;
     KeyRing ring;
     VertexRing points;
@@ -125,33 +133,40 @@ void evaluate(const Stencils& stencils, int deepest, Workspace& work) {
     }
 }
 
+/// Calls write(number, ring) for each of the sites.
 template <class Stencils, class Write>
-void limit_block(const Stencils& stencils, CreaseMethod method, std::span<const Site> sites, Workspace& work,
-                 Write&& write) {
+void limit_block(const Stencils& stencils, std::span<const Site> sites, Workspace& work, Write&& write) {
     for (LevelVertices& level : work.levels) level.clear();
     work.rings.clear();
+    work.outlines.clear();
     int deepest = 0;
     for (const Site& site : sites) {
         const Vertex v = lowest(stencils, site);
         deepest = std::max(deepest, v.level);
         stencils.ring(v.key, v.level, work.ring);
-        for (const VertexKey& key : work.ring.keys) work.rings.push_back(work.levels[v.level].insert(key));
+        const KeyRing& ring = work.ring;
+        for (const VertexKey& key : ring.keys) work.rings.push_back(work.levels[v.level].insert(key));
+        work.outlines.push_back({static_cast<std::uint32_t>(ring.keys.size()), ring.faces, ring.boundary,
+                                 ring.vertex_sharpness != 0 || !ring.sharpness.empty() || !ring.outer_child.empty()});
     }
     evaluate(stencils, deepest, work);
     std::size_t at = 0;
     for (std::size_t i = 0; i < sites.size(); ++i) {
         const Vertex v = lowest(stencils, sites[i]);
-        stencils.ring(v.key, v.level, work.ring);
+        const Outline& outline = work.outlines[i];
         VertexRing& ring = work.points;
         ring.clear();
-        ring.faces = work.ring.faces;
-        ring.boundary = work.ring.boundary;
-        ring.vertex_sharpness = work.ring.vertex_sharpness;
-        ring.sharpness = work.ring.sharpness;
-        ring.outer_child = work.ring.outer_child;
-        for (std::size_t k = 0; k < work.ring.keys.size(); ++k)
+        ring.faces = outline.faces;
+        ring.boundary = outline.boundary;
+        if (outline.tags) {
+            stencils.ring(v.key, v.level, work.ring);
+            ring.vertex_sharpness = work.ring.vertex_sharpness;
+            ring.sharpness = work.ring.sharpness;
+            ring.outer_child = work.ring.outer_child;
+        }
+        for (std::uint32_t k = 0; k < outline.points; ++k)
             ring.points.push_back(work.levels[v.level].value[work.rings[at++]]);
-        write(i, limit_point(Stencils::scheme, method, ring));
+        write(i, ring);
     }
 }
 
@@ -210,16 +225,18 @@ Closure& Closure::operator=(Closure&&) noexcept = default;
 void Closure::positions(std::span<const Site> sites, std::span<Vec3d> positions) const {
     assert(sites.size() == positions.size());
     impl_->blocks(sites.size(), [&](const auto& s, std::size_t begin, std::size_t count, Workspace& work) {
-        limit_block(s, impl_->method, sites.subspan(begin, count), work,
-                    [&](std::size_t i, const LimitPoint& point) { positions[begin + i] = point.position; });
+        limit_block(s, sites.subspan(begin, count), work, [&](std::size_t i, VertexRing& ring) {
+            positions[begin + i] = limit_position(s.scheme, impl_->method, ring);
+        });
     });
 }
 
 void Closure::limits(std::span<const Site> sites, std::span<LimitPoint> out) const {
     assert(sites.size() == out.size());
     impl_->blocks(sites.size(), [&](const auto& s, std::size_t begin, std::size_t count, Workspace& work) {
-        limit_block(s, impl_->method, sites.subspan(begin, count), work,
-                    [&](std::size_t i, const LimitPoint& point) { out[begin + i] = point; });
+        limit_block(s, sites.subspan(begin, count), work, [&](std::size_t i, VertexRing& ring) {
+            out[begin + i] = limit_point(s.scheme, impl_->method, ring);
+        });
     });
 }
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 namespace tetrakis {
 
@@ -71,9 +72,8 @@ void refine_ring(SchemeKind scheme, CreaseMethod method, VertexRing& ring) {
     ring.vertex_sharpness = child_vertex;
 }
 
-}  // namespace
-
-LimitPoint limit_point(SchemeKind scheme, CreaseMethod method, VertexRing& ring) {
+/// Follows finite sharpness until it is gone. The masks of the ring then, and its shape, the calling thread's.
+std::pair<const RingLimit&, const RingShape&> masks(SchemeKind scheme, CreaseMethod method, VertexRing& ring) {
     while (any_semi_sharp(ring)) {
         // A semi-sharp vertex among smooth edges comes without an array of zeros.
         const int n = ring.faces + (ring.boundary ? 1 : 0);
@@ -91,8 +91,21 @@ LimitPoint limit_point(SchemeKind scheme, CreaseMethod method, VertexRing& ring)
     shape.sharp.clear();
     if (std::any_of(ring.sharpness.begin(), ring.sharpness.end(), is_sharp))
         for (const float s : ring.sharpness) shape.sharp.push_back(is_sharp(s));
-    const RingLimit& limit = ring_limit(scheme, shape);
+    return {ring_limit(scheme, shape), shape};
+}
 
+}  // namespace
+
+Vec3d limit_position(SchemeKind scheme, CreaseMethod method, VertexRing& ring) {
+    const RingLimit& limit = masks(scheme, method, ring).first;
+    Vec3d result(0);
+    const Vec3d& centre = ring.points[0];
+    for (std::size_t i = 1; i < ring.points.size(); ++i) result += limit.position[i] * (ring.points[i] - centre);
+    return result + centre;
+}
+
+LimitPoint limit_point(SchemeKind scheme, CreaseMethod method, VertexRing& ring) {
+    const auto& [limit, shape] = masks(scheme, method, ring);
     LimitPoint result;
     // Differences from the vertex: weights sum to one or zero, and an origin far away must not cost digits.
     const Vec3d& centre = ring.points[0];

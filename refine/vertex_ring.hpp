@@ -40,5 +40,7 @@ struct VertexRing {
 /// gone (the ring alone decides the finer rings), then the limit masks apply: exact for every combination of tags.
 /// @param ring  is used as scratch memory: holds a finer ring afterwards
 LimitPoint limit_point(SchemeKind scheme, CreaseMethod method, VertexRing& ring);
+/// Its position alone, the same bits.
+Vec3d limit_position(SchemeKind scheme, CreaseMethod method, VertexRing& ring);
 
 }  // namespace tetrakis
