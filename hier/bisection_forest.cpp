@@ -52,13 +52,18 @@ std::uint64_t BisectionForest::memory_bytes() const {
 }
 
 void BisectionForest::require_leaves(std::span<const LeafId> ids) const {
-    for (LeafId id : ids)
+    constexpr std::size_t k_ahead = 24;  // records asked for ahead of time: the loop waits for memory
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+        if (i + k_ahead < ids.size() && ids[i + k_ahead].value < leaves_.size())
+            __builtin_prefetch(&leaves_[ids[i + k_ahead].value].depth);
+        const LeafId id = ids[i];
         if (!is_leaf(id))
             throw Error(ErrorCode::invalid_input,
                         id.value < leaves_.size()
                             ? "slot " + std::to_string(id.value) + " holds no leaf: it was merged, or is a hole's"
                             : "leaf " + std::to_string(id.value) + " is beyond the forest's " +
                                   std::to_string(leaves_.size()) + " slots");
+    }
 }
 
 void BisectionForest::grow_work(std::size_t slots) {

@@ -1,6 +1,7 @@
 #include "tetrakis/hier/bisection_forest.hpp"
 
 #include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
 
 #include <algorithm>
@@ -16,6 +17,12 @@ constexpr std::uint8_t k_merging = 2;  // all leaves of its diamond are
 
 constexpr std::uint32_t k_block = 4096;
 constexpr std::uint32_t k_ahead = 12;  // leaves whose records are asked for ahead of time
+
+/// Most records lie across the end of a cache line.
+void prefetch_leaf(const BisectionLeaf& leaf) {
+    __builtin_prefetch(&leaf);
+    __builtin_prefetch(reinterpret_cast<const char*>(&leaf + 1) - 1);
+}
 
 // Room for more elements, growing in steps that keep many small calls linear.
 void make_room(std::vector<std::uint32_t>& items, std::size_t more) {
@@ -99,10 +106,12 @@ std::size_t BisectionForest::coarsen(std::span<const LeafId> marked, std::vector
     std::vector<Diamond> diamonds;
     std::vector<Merge> merges;
     try {
-        unique.reserve(marked.size());
-        for (LeafId id : marked)
-            if (std::exchange(work[id.value].mark, k_marked) == 0) unique.push_back(id.value);
-        merges.resize(find_marked_diamonds(unique, diamonds));
+        detail::reserve_large(unique, marked.size());
+        for (std::size_t i = 0; i < marked.size(); ++i) {
+            if (i + 2 * k_ahead < marked.size()) __builtin_prefetch(&work[marked[i + 2 * k_ahead].value], 1);
+            if (std::exchange(work[marked[i].value].mark, k_marked) == 0) unique.push_back(marked[i].value);
+        }
+        detail::resize_large(merges, find_marked_diamonds(unique, diamonds));
         created.resize(merges.size());
         make_room(free_leaves_, merges.size());
         make_room(free_points_, diamonds.size());
@@ -113,10 +122,20 @@ std::size_t BisectionForest::coarsen(std::span<const LeafId> marked, std::vector
     // From here on nothing throws: the room is there.
     const auto count = static_cast<std::uint32_t>(diamonds.size());
     for_each_index(count, [&](std::uint32_t i) {
+        if (i + k_ahead < count)
+            diamonds[i + k_ahead].all([&](std::uint32_t s) {
+                __builtin_prefetch(&work[s], 1);
+                return true;
+            });
         diamonds[i].all([&](std::uint32_t s) { return (work[s].mark |= k_merging) != 0; });
     });
     // Plan while all records are still whole, then write.
     for_each_index(count, [&](std::uint32_t i) {
+        if (i + 3 * k_ahead < count)
+            diamonds[i + 3 * k_ahead].all([&](std::uint32_t s) {
+                prefetch_leaf(leaves_[s]);
+                return true;
+            });
         if (i + k_ahead < count) prefetch_beyond(diamonds[i + k_ahead]);
         for (std::uint32_t p = 0; p < diamonds[i].pair_count; ++p)
             merges[diamonds[i].first_merge + p] = plan_merge(diamonds[i], p);
@@ -127,6 +146,17 @@ std::size_t BisectionForest::coarsen(std::span<const LeafId> marked, std::vector
     free_points_.resize(free_points_.size() + diamonds.size());
     const std::size_t last_leaf = free_leaves_.size() - 1, last_point = free_points_.size() - 1;
     for_each_index(count, [&](std::uint32_t i) {
+        if (i + k_ahead < count) {
+            const Diamond& ahead = diamonds[i + k_ahead];
+            for (std::uint32_t p = 0; p < ahead.pair_count; ++p) {
+                const std::uint32_t relinked = merges[ahead.first_merge + p].relinked_slot;
+                if (relinked != LeafId::none) __builtin_prefetch(&leaves_[relinked].neighbour, 1);
+            }
+            ahead.all([&](std::uint32_t s) {
+                prefetch_leaf(leaves_[s]);
+                return true;
+            });
+        }
         const Diamond& d = diamonds[i];
         const PointId midpoint = leaves_[d.pairs[0][0]].vertex[2];
         for (std::uint32_t p = 0; p < d.pair_count; ++p) {
@@ -152,23 +182,34 @@ std::size_t BisectionForest::find_marked_diamonds(std::span<const std::uint32_t>
                                                   std::vector<Diamond>& diamonds) const {
     const auto count = static_cast<std::uint32_t>(unique.size());
     const auto is_marked = [&](std::uint32_t s) { return scratch_.work[s].mark != 0; };
+    // Across its legs are the diamond's leaves, if there is one: a leaf that is not the lowest mostly sees so itself.
+    const auto may_be_lowest = [&](std::uint32_t s) {
+        const auto& across = leaves_[s].neighbour;
+        return s < across[1].value && s < across[2].value;
+    };
     std::vector<std::vector<Diamond>> found((count + k_block - 1) / k_block);
     for_each_index(
         static_cast<std::uint32_t>(found.size()),
         [&](std::uint32_t b) {
             Diamond diamond;
             for (std::uint32_t i = b * k_block; i < std::min(count, (b + 1) * k_block); ++i) {
-                if (i + 2 * k_ahead < count) __builtin_prefetch(&leaves_[unique[i + 2 * k_ahead]].neighbour);
-                if (i + k_ahead < count)
-                    for (LeafId across : leaves_[unique[i + k_ahead]].neighbour)
-                        if (across.valid()) __builtin_prefetch(&leaves_[across.value].neighbour);
+                if (i + 2 * k_ahead < count) prefetch_leaf(leaves_[unique[i + 2 * k_ahead]]);
+                if (i + k_ahead < count && may_be_lowest(unique[i + k_ahead]))
+                    for (const std::size_t leg : {1, 2})
+                        if (const LeafId across = leaves_[unique[i + k_ahead]].neighbour[leg]; across.valid()) {
+                            prefetch_leaf(leaves_[across.value]);
+                            __builtin_prefetch(&scratch_.work[across.value]);
+                        }
                 // Every leaf belongs to one diamond, that of its apex; the lowest slot speaks for it.
-                if (find_diamond(unique[i], diamond) && diamond.lowest_slot() == unique[i] && diamond.all(is_marked))
+                if (may_be_lowest(unique[i]) && find_diamond(unique[i], diamond) &&
+                    diamond.lowest_slot() == unique[i] && diamond.all(is_marked))
                     found[b].push_back(diamond);
             }
         },
         1);
-    std::size_t merge_count = 0;
+    std::size_t merge_count = 0, diamond_count = 0;
+    for (const auto& block : found) diamond_count += block.size();
+    detail::reserve_large(diamonds, diamond_count);
     for (auto& block : found)
         for (Diamond& d : block) {
             d.first_merge = static_cast<std::uint32_t>(merge_count);
@@ -181,7 +222,9 @@ std::size_t BisectionForest::find_marked_diamonds(std::span<const std::uint32_t>
 void BisectionForest::prefetch_beyond(const Diamond& diamond) const {
     diamond.all([&](std::uint32_t s) {
         const LeafId beyond = leaves_[s].neighbour[0];
-        if (beyond.valid()) __builtin_prefetch(&scratch_.work[beyond.value]);
+        if (!beyond.valid()) return true;
+        __builtin_prefetch(&scratch_.work[beyond.value]);
+        prefetch_leaf(leaves_[beyond.value]);
         return true;
     });
 }

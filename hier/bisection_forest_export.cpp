@@ -1,6 +1,7 @@
 #include "tetrakis/hier/bisection_forest.hpp"
 
 #include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
 
 #include <oneapi/tbb/parallel_sort.h>
@@ -30,7 +31,8 @@ std::vector<std::uint32_t> BisectionForest::leaves_in_order() const {
         std::uint32_t slot;
         bool operator<(const Key& o) const { return path < o.path; }
     };
-    std::vector<Key> keys(leaf_count_);
+    std::vector<Key> keys;
+    detail::resize_large(keys, leaf_count_);
     std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
     for (std::uint32_t s = 0; s < slots; ++s) {
         const BisectionLeaf& l = leaves_[s];
@@ -50,22 +52,26 @@ std::vector<std::uint32_t> BisectionForest::leaves_in_order() const {
     for (std::uint32_t r = 0; r < roots; ++r)
         if (first[r + 1] - first[r] >= k_large_root)
             oneapi::tbb::parallel_sort(keys.begin() + first[r], keys.begin() + first[r + 1]);
-    std::vector<std::uint32_t> order(leaf_count_);
+    std::vector<std::uint32_t> order;
+    detail::resize_large(order, leaf_count_);
     for_each_index(leaf_count_, [&](std::uint32_t i) { order[i] = keys[i].slot; });
     return order;
 }
 
 std::vector<LeafId> BisectionForest::ordered_leaves() const {
     const std::vector<std::uint32_t> order = leaves_in_order();
-    std::vector<LeafId> leaves(order.size());
+    std::vector<LeafId> leaves;
+    detail::resize_large(leaves, order.size());
     for_each_index(leaf_count_, [&](std::uint32_t i) { leaves[i] = LeafId(order[i]); });
     return leaves;
 }
 
 // Replaces points by numbers in the order of first use.
 void BisectionForest::number_points(ExportedTriangles& out) const {
-    std::vector<std::uint32_t> numbers(sites_.size(), PointId::none);
-    out.points.reserve(mesh_->vertex_count() + mesh_->face_count() + std::size_t{midpoint_count_});
+    std::vector<std::uint32_t> numbers;
+    detail::reserve_large(numbers, sites_.size());
+    numbers.assign(sites_.size(), PointId::none);
+    detail::reserve_large(out.points, mesh_->vertex_count() + mesh_->face_count() + std::size_t{midpoint_count_});
     const std::size_t count = out.triangles.size();
     for (std::size_t t = 0; t < count; ++t) {
         if (t + k_ahead < count)
@@ -79,7 +85,7 @@ void BisectionForest::number_points(ExportedTriangles& out) const {
             p = n;
         }
     }
-    out.sites.resize(out.points.size());
+    detail::resize_large(out.sites, out.points.size());
 }
 
 ExportedTriangles BisectionForest::exported() const { return exported(FanChoice{}, {}); }
@@ -110,9 +116,9 @@ ExportedTriangles BisectionForest::exported(const FanChoice& fans, std::span<con
             triangle_count -= 2 * fan_face[f];
         }
     }
-    out.triangles.resize(triangle_count);
-    out.faces.resize(triangle_count);
-    out.leaves.resize(triangle_count);
+    detail::resize_large(out.triangles, triangle_count);
+    detail::resize_large(out.faces, triangle_count);
+    detail::resize_large(out.leaves, triangle_count);
     // Corners as points, to be numbered afterwards.
     const auto put_leaf = [&](std::size_t t, std::uint32_t slot) {
         const BisectionLeaf& l = leaves_[slot];

@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/corner_cell.hpp"
 #include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
 
 #include <oneapi/tbb/task_arena.h>
@@ -56,7 +57,7 @@ void BisectionForest::list_marked(std::span<const LeafId> marked) {
     const auto count = static_cast<std::uint32_t>(marked.size());
     const bool atomic = count > k_block && !one_thread();
     std::atomic<bool> repeated = false;
-    affected.resize(count);
+    detail::resize_large(affected, count);
     for_each_block(count, k_block, [&](std::uint32_t begin, std::uint32_t end) {
         for (std::uint32_t i = begin; i < end; ++i) {
             affected[i] = marked[i].value;
@@ -79,7 +80,7 @@ void BisectionForest::close() {
     auto& affected = scratch_.affected;
     if (affected.size() > k_block && !one_thread()) return close_in_parallel();
     std::vector<std::uint32_t> listed;
-    listed.reserve(affected.size() + affected.size() / 2);
+    detail::reserve_large(listed, affected.size() + affected.size() / 2);
     listed.swap(affected);
     const auto count = static_cast<std::uint32_t>(listed.size());
     for (std::uint32_t i = 0; i < count; ++i) {
@@ -350,7 +351,10 @@ struct BisectionForest::SplitWriter {
 };
 
 void BisectionForest::refine(std::span<const LeafId> marked, std::vector<LeafId>& created) {
-    for (const LeafId& id : marked) {
+    for (std::size_t i = 0; i < marked.size(); ++i) {
+        if (i + 2 * k_ahead < marked.size() && marked[i + 2 * k_ahead].value < leaves_.size())
+            prefetch(leaves_[marked[i + 2 * k_ahead].value].depth);
+        const LeafId id = marked[i];
         if (!is_leaf(id)) require_leaves({&id, 1});
         if (depth(id) >= k_max_bisection_depth)
             throw Error(ErrorCode::unsupported, "leaf " + std::to_string(id.value) + " is at the largest depth, " +
@@ -365,7 +369,7 @@ void BisectionForest::refine(std::span<const LeafId> marked, std::vector<LeafId>
         list_marked(marked);
         close();
         news = plan_splits();
-        created.resize(scratch_.affected.size() + news[0]);
+        detail::resize_large(created, scratch_.affected.size() + news[0]);
     } catch (...) {
         clear_work();
         throw;
