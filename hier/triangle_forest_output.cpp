@@ -1,3 +1,4 @@
+#include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/hier/triangle_forest.hpp"
 
@@ -156,7 +157,7 @@ std::vector<TriangleForest::LeafRun> TriangleForest::leaf_runs() const {
 
 std::vector<LeafId> TriangleForest::ordered_leaves() const {
     std::vector<LeafId> leaves;
-    leaves.reserve(leaf_count_);
+    detail::reserve_large(leaves, leaf_count_);
     for (const LeafRun& run : leaf_runs())
         for (std::uint32_t slot : run.slots) leaves.push_back(LeafId(slot));
     return leaves;
@@ -171,14 +172,16 @@ ExportedTriangles TriangleForest::exported() const {
         total += run.triangles;
     }
     ExportedTriangles out;
-    out.triangles.resize(total);
-    out.faces.resize(total);
-    out.leaves.resize(total);
+    detail::resize_large(out.triangles, total);
+    detail::resize_large(out.faces, total);
+    detail::resize_large(out.leaves, total);
     for_each_index(
         run_count, [&](std::uint32_t i) { write_run(runs[i], out); }, 1);
     runs.clear();
-    std::vector<std::uint32_t> number(sites_.size(), PointId::none);
-    out.points.reserve(point_count_);
+    std::vector<std::uint32_t> number;
+    detail::reserve_large(number, sites_.size());
+    number.assign(sites_.size(), PointId::none);
+    detail::reserve_large(out.points, point_count_);
     for (auto& triangle : out.triangles)
         for (std::uint32_t& p : triangle) {
             if (number[p] == PointId::none) {
@@ -187,7 +190,7 @@ ExportedTriangles TriangleForest::exported() const {
             }
             p = number[p];
         }
-    out.sites.resize(out.points.size());
+    detail::resize_large(out.sites, out.points.size());
     for_each_index(static_cast<std::uint32_t>(out.points.size()),
                    [&](std::uint32_t i) { out.sites[i] = sites_[out.points[i].value]; });
     return out;

@@ -1,4 +1,5 @@
 #include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/hier/triangle_forest.hpp"
 
@@ -17,7 +18,7 @@ constexpr std::uint32_t k_split_grain = 2048;
 // Room for `size` elements without giving up geometric growth.
 template <class T>
 void make_room(std::vector<T>& v, std::size_t size) {
-    if (size > v.capacity()) v.reserve(std::max(size, v.capacity() + v.capacity() / 2));
+    if (size > v.capacity()) detail::reserve_large(v, std::max(size, v.capacity() + v.capacity() / 2));
 }
 
 }  // namespace
@@ -63,7 +64,7 @@ void TriangleForest::close_around(std::uint32_t slot, std::vector<std::uint32_t>
 
 // Lists the smallest closed set of splits that holds the marked leaves, in slot order, and leaves it in marks_.
 void TriangleForest::mark_closure(std::span<const LeafId> marked, std::vector<std::uint32_t>& splits) {
-    splits.reserve(marked.size() + marked.size() / 4);
+    detail::reserve_large(splits, marked.size() + marked.size() / 4);
     for (const LeafId leaf : marked)
         if (mark(leaf.value)) splits.push_back(leaf.value);
     for (std::size_t begin = 0; begin < splits.size();) {
@@ -200,7 +201,7 @@ void TriangleForest::refine(std::span<const LeafId> marked, std::vector<LeafId>&
     try {
         mark_closure(marked, splits);
         count = static_cast<std::uint32_t>(splits.size());
-        planned.resize(count);
+        detail::resize_large(planned, count);
         for_each_index(
             count, [&](std::uint32_t i) { planned[i] = plan(splits[i]); }, k_split_grain);
         for (PlannedSplit& p : planned) {
@@ -220,7 +221,7 @@ void TriangleForest::refine(std::span<const LeafId> marked, std::vector<LeafId>&
         make_room(child_, root_count_ + 4 * records);
         make_room(marks_, root_count_ + 4 * records);
         make_room(sites_, points);
-        created.resize(4 * std::size_t{count});
+        detail::resize_large(created, 4 * std::size_t{count});
         changed.resize(new_changed);
         records_.resize(records);
         child_.resize(root_count_ + 4 * records, k_dead);

@@ -1,6 +1,7 @@
 #include "tetrakis/refine/hierarchy.hpp"
 
 #include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/refine.hpp"
 
@@ -52,7 +53,7 @@ void Hierarchy::require_node(const HierarchyNode& node) const {
 
 std::vector<LeafHandle> Hierarchy::handles(std::span<const LeafId> slots) const {
     std::vector<LeafHandle> result;
-    result.reserve(slots.size());
+    detail::reserve_large(result, slots.size());
     for (LeafId slot : slots) result.push_back(handle(slot));
     return result;
 }
@@ -147,6 +148,8 @@ void Hierarchy::apply_refine(std::span<const LeafId> marked, FamilyUpdate& updat
     std::vector<JournalLeaf> removed;
     removed.reserve(update.removed.size());
     for (const auto& [slot, node] : update.removed) removed.push_back({handle(slot), node});
+    if (const std::size_t slots = family_->leaf_slots(); slots > generation_.capacity())
+        detail::reserve_large(generation_, std::max(slots, 2 * generation_.capacity()));
     generation_.resize(family_->leaf_slots(), 0);
     renumber(update);
     if (journal_.active()) write_journal(update, removed);

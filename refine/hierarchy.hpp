@@ -219,6 +219,7 @@ class Hierarchy {
     std::size_t coarsen_until(const RunContext& context, Marks&& marks);
     template <class Visit>
     void visit_around(LeafId start, int corner, Visit&& visit) const;
+    void evaluate_limits(const HierarchyFaces& faces, const ToMeshOptions& options, PolygonMesh& mesh) const;
     void evaluate(const HierarchyFaces& faces, const ToMeshOptions& options, PolygonMesh& mesh) const;
 
     std::unique_ptr<HierarchyFamily> family_;

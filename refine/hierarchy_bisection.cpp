@@ -49,6 +49,7 @@ class BisectionFamily final : public HierarchyFamily {
         const BisectionLeaf& l = forest_.leaf(leaf);
         return {forest_.root(leaf).value, l.depth == 0 ? 0 : l.path << (64 - l.depth), l.depth};
     }
+    int depth(LeafId leaf) const override { return forest_.depth(leaf); }
     LeafView view(LeafId leaf) const override {
         const BisectionLeaf& l = forest_.leaf(leaf);
         LeafView view;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "tetrakis/hier/exported_triangles.hpp"
+#include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/hierarchy_family.hpp"
 
@@ -13,9 +14,9 @@ template <class Level>
 HierarchyFaces faces_of(ExportedTriangles exported, const Level& level) {
     const auto count = static_cast<std::uint32_t>(exported.triangles.size());
     HierarchyFaces faces;
-    faces.face_offsets.resize(count + std::size_t{1});
-    faces.face_vertices.resize(3 * std::size_t{count});
-    faces.levels.resize(count);
+    resize_large(faces.face_offsets, count + std::size_t{1});
+    resize_large(faces.face_vertices, 3 * std::size_t{count});
+    resize_large(faces.levels, count);
     for_each_index(count, [&](std::uint32_t t) {
         faces.face_offsets[t + std::size_t{1}] = 3 * (t + 1);
         for (std::size_t k = 0; k < 3; ++k) faces.face_vertices[3 * std::size_t{t} + k] = exported.triangles[t][k];

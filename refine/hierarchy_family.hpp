@@ -63,6 +63,7 @@ class HierarchyFamily {
     virtual bool is_leaf(LeafId slot) const = 0;
     virtual std::uint32_t point_slots() const = 0;
     virtual HierarchyNode node(LeafId leaf) const = 0;
+    virtual int depth(LeafId leaf) const { return node(leaf).depth; }
     /// All but the handle's generation.
     virtual LeafView view(LeafId leaf) const = 0;
     virtual NodeView view(const HierarchyNode& node) const = 0;

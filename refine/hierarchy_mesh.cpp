@@ -1,4 +1,5 @@
 #include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/hierarchy.hpp"
 
@@ -14,27 +15,42 @@ constexpr std::uint32_t k_vertex_block = 1u << 16;  // vertices evaluated betwee
 
 }  // namespace
 
+void Hierarchy::evaluate_limits(const HierarchyFaces& faces, const ToMeshOptions& options, PolygonMesh& mesh) const {
+    const auto count = static_cast<std::uint32_t>(faces.sites.size());
+    std::vector<LimitPoint> points;
+    for (std::uint32_t begin = 0; begin < count; begin += k_vertex_block) {
+        options.context.report("vertices", static_cast<double>(begin) / count);
+        const std::uint32_t size = std::min(k_vertex_block, count - begin);
+        const std::span sites(faces.sites.data() + begin, size);
+        if (options.normals) {
+            points.assign(size, {});
+            family_->source().limits(sites, points);
+            for (std::uint32_t i = 0; i < size; ++i) mesh.normals[begin + i] = points[i].normal;
+        }
+        family_->source().limit_positions(sites, {mesh.positions.data() + begin, size});
+    }
+}
+
 // Positions (and normals) of all vertices. Those of levels go level by level, each vertex at its own.
 void Hierarchy::evaluate(const HierarchyFaces& faces, const ToMeshOptions& options, PolygonMesh& mesh) const {
     const auto count = static_cast<std::uint32_t>(faces.sites.size());
     const LevelSource& source = family_->source();
-    mesh.positions.resize(count);
-    if (options.normals) mesh.normals.resize(count);
+    detail::resize_large(mesh.positions, count);
+    if (options.normals) detail::resize_large(mesh.normals, count);
+    if (options.positions == MeshPositions::limit) return evaluate_limits(faces, options, mesh);
     std::vector<LimitPoint> points;
     std::vector<std::uint8_t> level(count, 0);
-    if (options.positions != MeshPositions::limit) {
-        for_each_index(count, [&](std::uint32_t v) {
-            const int first = source.first_level(faces.sites[v]);
-            const int asked = options.positions == MeshPositions::level ? options.level : 0;
-            level[v] = static_cast<std::uint8_t>(std::max(first, asked));
-        });
-        if (options.positions == MeshPositions::finest)
-            for (std::size_t f = 0; f + 1 < faces.face_offsets.size(); ++f)
-                for (std::uint32_t i = faces.face_offsets[f]; i < faces.face_offsets[f + 1]; ++i) {
-                    std::uint8_t& l = level[faces.face_vertices[i]];
-                    l = std::max(l, faces.levels[f]);
-                }
-    }
+    for_each_index(count, [&](std::uint32_t v) {
+        const int lowest = source.first_level(faces.sites[v]);
+        const int asked = options.positions == MeshPositions::level ? options.level : 0;
+        level[v] = static_cast<std::uint8_t>(std::max(lowest, asked));
+    });
+    if (options.positions == MeshPositions::finest)
+        for (std::size_t f = 0; f + 1 < faces.face_offsets.size(); ++f)
+            for (std::uint32_t i = faces.face_offsets[f]; i < faces.face_offsets[f + 1]; ++i) {
+                std::uint8_t& l = level[faces.face_vertices[i]];
+                l = std::max(l, faces.levels[f]);
+            }
     // Vertices by level, each group in their own order.
     std::vector<std::uint32_t> order(count), first(257, 0);
     for (std::uint8_t l : level) ++first[l + 1u];
@@ -51,17 +67,11 @@ void Hierarchy::evaluate(const HierarchyFaces& faces, const ToMeshOptions& optio
             for (std::uint32_t i = 0; i < size; ++i) sites[i] = faces.sites[order[begin + i]];
             if (options.normals) {
                 points.assign(size, {});
-                if (options.positions == MeshPositions::limit)
-                    source.limits(sites, points);
-                else
-                    source.frames(sites, static_cast<int>(l), points);
+                source.frames(sites, static_cast<int>(l), points);
                 for (std::uint32_t i = 0; i < size; ++i) mesh.normals[order[begin + i]] = points[i].normal;
             }
             positions.resize(size);
-            if (options.positions == MeshPositions::limit)
-                source.limit_positions(sites, positions);
-            else
-                source.positions(sites, static_cast<int>(l), positions);
+            source.positions(sites, static_cast<int>(l), positions);
             for (std::uint32_t i = 0; i < size; ++i) mesh.positions[order[begin + i]] = positions[i];
         }
 }

@@ -48,6 +48,7 @@ class TriangleFamily final : public HierarchyFamily {
         return {forest_.face(leaf).value, level == 0 ? 0 : forest_.path(leaf) << (64 - 2 * level),
                 static_cast<std::uint8_t>(level)};
     }
+    int depth(LeafId leaf) const override { return forest_.level(leaf); }
     LeafView view(LeafId leaf) const override {
         LeafView view;
         view.node = node(leaf);

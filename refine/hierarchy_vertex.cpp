@@ -57,6 +57,7 @@ class VertexFamily final : public HierarchyFamily {
         }
         return node;
     }
+    int depth(LeafId leaf) const override { return forest_.level(leaf); }
     LeafView view(LeafId leaf) const override {
         LeafView view;
         static_cast<NodeView&>(view) = view_of(node(leaf), forest_.cell(leaf));

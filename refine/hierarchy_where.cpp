@@ -47,7 +47,7 @@ std::size_t Hierarchy::refine_until(int max_depth, const RunContext& context, Ma
     std::size_t created = 0;
     for (int pass = 0; !open.empty(); ++pass) {
         context.report("refine", 1.0 - std::ldexp(1.0, -pass));
-        std::erase_if(open, [&](LeafId leaf) { return family_->node(leaf).depth >= max_depth; });
+        std::erase_if(open, [&](LeafId leaf) { return family_->depth(leaf) >= max_depth; });
         marks(open, answers);
         marked.clear();
         for (std::size_t i = 0; i < open.size(); ++i)
@@ -55,7 +55,7 @@ std::size_t Hierarchy::refine_until(int max_depth, const RunContext& context, Ma
         if (marked.empty()) break;
         apply_refine(marked, update);
         created += update.created.size();
-        open = update.created;
+        std::swap(open, update.created);
         open.insert(open.end(), update.reshaped.begin(), update.reshaped.end());
     }
     context.report("refine", 1);
