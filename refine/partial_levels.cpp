@@ -40,7 +40,7 @@ constexpr std::size_t k_block_of_others = 256;
 // them around it.
 constexpr std::size_t k_block_of_patches = 16 * k_block;
 // How many rings more than a regular vertex one beside an extraordinary point needs for Doo-Sabin's masks.
-constexpr int k_rings_beside_a_point = 3;
+constexpr int k_rings_beside_a_point = 2;
 
 /// Rings of faces around a face, or around the corner of a face, that the rules of its new points look at.
 int reach(const SchemeInfo& scheme, const RuleOptions& options) {
@@ -371,7 +371,10 @@ std::vector<std::uint32_t> PartialLevels::Impl::run_block(const std::vector<Quer
     std::vector<Vec3d> finer;
     for (int level = 0;; ++level) {
         std::vector<int> seeds;
+        // Those that are in one cell come one after another.
+        int before = RuleMesh::none;
         for (const Walker& w : walkers) {
+            if (std::exchange(before, w.frame.halfedge) == w.frame.halfedge) continue;
             if (dual())
                 seeds.push_back(above->origin(w.frame.halfedge));
             else
@@ -382,14 +385,22 @@ std::vector<std::uint32_t> PartialLevels::Impl::run_block(const std::vector<Quer
         cost.most_faces = std::max(cost.most_faces, static_cast<std::uint32_t>(part.face.size()));
         std::vector<Vec3d> here(part.vertex.size());
         for (std::size_t i = 0; i < here.size(); ++i) here[i] = net[part.vertex[i]];
-        for (Walker& w : walkers) w.frame.halfedge = part.halfedge(*above, w.frame.halfedge);
+        before = RuleMesh::none;
+        for (int now = RuleMesh::none; Walker & w : walkers) {
+            if (std::exchange(before, w.frame.halfedge) != w.frame.halfedge)
+                now = part.halfedge(*above, w.frame.halfedge);
+            w.frame.halfedge = now;
+        }
         if (patches != nullptr) {
             take_regular(part.mesh, here, queries, asked == Asked::limit_positions, *patches, walkers, out);
             if (walkers.empty()) return left;
         }
 
-        const auto arrived =
-            std::stable_partition(walkers.begin(), walkers.end(), [](const Walker& w) { return w.steps > 0; });
+        const bool any_arrived =
+            std::any_of(walkers.begin(), walkers.end(), [](const Walker& w) { return w.steps == 0; });
+        const auto arrived = !any_arrived ? walkers.end()
+                                          : std::stable_partition(walkers.begin(), walkers.end(),
+                                                                  [](const Walker& w) { return w.steps > 0; });
         std::vector<int> vertices;
         for (auto w = arrived; w != walkers.end(); ++w) vertices.push_back(vertex(part.mesh, *w));
         if (asked == Asked::positions)
