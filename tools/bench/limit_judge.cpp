@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <utility>
 
 namespace tetrakis::bench {
 
@@ -106,6 +107,7 @@ LimitJudge::LimitJudge(const ControlMeshData& data, SchemeKind scheme, std::uint
     // m intervals a side: (m + 1)^2 points a quad, half of that a triangle.
     const double share = static_cast<double>(samples) / static_cast<double>(std::max<std::size_t>(1, s.patches.size()));
     const int m = std::max(2, static_cast<int>(std::ceil(std::sqrt(share * (scheme == SchemeKind::loop ? 2 : 1)))));
+    intervals_ = m;
     std::vector<std::array<std::uint32_t, 3>> triangles;
     for (std::uint32_t patch_number = 0; patch_number < s.patches.size(); ++patch_number) {
         const auto& patch = s.patches[patch_number];
@@ -163,47 +165,142 @@ double LimitJudge::limit_to_mesh(const NearestTriangle& mesh, double enough) con
     return largest;
 }
 
-double LimitJudge::distance_to_patch(const Vec3d& point, const NearestTriangle::Hit& start) const {
-    constexpr int k_steps = 12;
-    const auto& patch = surfaces_->patches[grid_patch_[start.triangle]];
-    const bool triangle = surfaces_->is_triangle(patch);
-    const auto& corners = sampled_->triangle(start.triangle);
+/// A point of the limit surface on its way to the nearest one.
+struct LimitJudge::Foot {
+    const Surfaces::Patch* patch = nullptr;
+    bool triangle = false;
     double u = 0, v = 0;
-    for (int c = 0; c < 3; ++c) {
-        u += start.weights[c] * grid_uv_[corners[c]][0];
-        v += start.weights[c] * grid_uv_[corners[c]][1];
+    double distance = 0;
+
+    bool inside(double x, double y) const { return x >= 0 && y >= 0 && (triangle ? x + y <= 1 : x <= 1 && y <= 1); }
+    void clamp(double& x, double& y) const {
+        if (triangle && x + y > 1) {
+            const double over = (x + y - 1) / 2;
+            x -= over, y -= over;
+        }
+        x = std::clamp(x, 0.0, 1.0);
+        y = std::clamp(y, 0.0, triangle ? 1 - x : 1.0);
     }
+};
+
+LimitJudge::Foot LimitJudge::start_at(const NearestTriangle::Hit& hit, const Vec3d& point) const {
+    Foot foot;
+    foot.patch = &surfaces_->patches[grid_patch_[hit.triangle]];
+    foot.triangle = surfaces_->is_triangle(*foot.patch);
+    const auto& corners = sampled_->triangle(hit.triangle);
+    for (int c = 0; c < 3; ++c) {
+        foot.u += hit.weights[c] * grid_uv_[corners[c]][0];
+        foot.v += hit.weights[c] * grid_uv_[corners[c]][1];
+    }
+    foot.clamp(foot.u, foot.v);
+    Vec3d p;
+    surfaces_->evaluate(*foot.patch, foot.u, foot.v, p);
+    foot.distance = glm::length(p - point);
+    return foot;
+}
+
+/// Levenberg-Marquardt inside the patch, until `enough`; along its border where the way out is the way down.
+void LimitJudge::descend(Foot& foot, const Vec3d& point, double enough) const {
+    constexpr int k_steps = 30;
+    constexpr double k_first_damping = 0.01, k_most_damping = 1e6, k_gain = 1e-14;
     Vec3d p, du, dv;
-    surfaces_->evaluate(patch, u, v, p, &du, &dv);
-    double best = glm::length(p - point);
-    double damping = 0;  // Levenberg-Marquardt: raised where a Gauss-Newton step fails
-    for (int step = 0; step < k_steps; ++step) {
+    surfaces_->evaluate(*foot.patch, foot.u, foot.v, p, &du, &dv);
+    double damping = 0;
+    for (int step = 0; step < k_steps && damping <= k_most_damping && foot.distance > enough; ++step) {
         const Vec3d r = point - p;
         const double a = glm::dot(du, du), b = glm::dot(du, dv), c = glm::dot(dv, dv);
         const double extra = damping * (a + c), f = glm::dot(du, r), g = glm::dot(dv, r);
         const double determinant = (a + extra) * (c + extra) - b * b;
         if (!(determinant > 0)) break;
-        double next_u = std::clamp(u + ((c + extra) * f - b * g) / determinant, 0.0, 1.0);
-        double next_v = std::clamp(v + ((a + extra) * g - b * f) / determinant, 0.0, 1.0);
-        if (triangle && next_u + next_v > 1) {
-            const double over = (next_u + next_v - 1) / 2;
-            next_u = std::clamp(next_u - over, 0.0, 1.0);
-            next_v = 1 - next_u;
+        double u = foot.u + ((c + extra) * f - b * g) / determinant;
+        double v = foot.v + ((a + extra) * g - b * f) / determinant;
+        if (!foot.inside(u, v)) {
+            // The best of the steps along the sides that it is on, and of the step cut short.
+            double best = -1, best_u = foot.u, best_v = foot.v;
+            const auto along = [&](double x, double y) {  // direction
+                const Vec3d d = x * du + y * dv;
+                const double length2 = glm::dot(d, d) + extra;
+                if (!(length2 > 0)) return;
+                const double t = glm::dot(d, r) / length2;
+                double to_u = foot.u + t * x, to_v = foot.v + t * y;
+                foot.clamp(to_u, to_v);
+                const Vec3d left = r - (to_u - foot.u) * du - (to_v - foot.v) * dv;
+                const double gain = glm::dot(r, r) - glm::dot(left, left);
+                if (gain > best) best = gain, best_u = to_u, best_v = to_v;
+            };
+            foot.clamp(u, v);
+            along(u - foot.u, v - foot.v);
+            along(1, 0);
+            along(0, 1);
+            if (foot.triangle) along(1, -1);
+            u = best_u, v = best_v;
         }
         Vec3d next, next_du, next_dv;
-        surfaces_->evaluate(patch, next_u, next_v, next, &next_du, &next_dv);
+        surfaces_->evaluate(*foot.patch, u, v, next, &next_du, &next_dv);
         const double distance = glm::length(next - point);
-        if (distance < best) {
-            const bool done = best - distance < 1e-14 * diagonal_;
-            best = distance;
-            u = next_u, v = next_v, p = next, du = next_du, dv = next_dv;
+        if (distance < foot.distance) {
+            const bool done = foot.distance - distance < k_gain * diagonal_;
+            foot.distance = distance;
+            foot.u = u, foot.v = v, p = next, du = next_du, dv = next_dv;
             damping *= 0.1;
             if (done) break;
         } else {
-            damping = std::max(0.01, damping * 10);
+            damping = std::max(k_first_damping, damping * 10);
         }
     }
-    return best;
+}
+
+/// Steps in eight directions, halved where none leads down: needs no derivatives, which are of no use at extraordinary
+/// corners and where the surface folds.
+void LimitJudge::search_around(Foot& foot, const Vec3d& point) const {
+    constexpr int k_halvings = 30, k_most_moves = 16;
+    double size = 1.0 / intervals_;
+    for (int halving = 0; halving < k_halvings; ++halving, size /= 2)
+        for (int move = 0; move < k_most_moves; ++move) {
+            const double u = foot.u, v = foot.v, before = foot.distance;
+            for (int i = -1; i <= 1; ++i)
+                for (int j = -1; j <= 1; ++j) {
+                    double x = u + i * size, y = v + j * size;
+                    foot.clamp(x, y);
+                    if (x == u && y == v) continue;
+                    Vec3d p;
+                    surfaces_->evaluate(*foot.patch, x, y, p);
+                    const double distance = glm::length(p - point);
+                    if (distance < foot.distance) foot.distance = distance, foot.u = x, foot.v = y;
+                }
+            if (foot.distance == before) break;
+        }
+}
+
+/// From the sampled surface's nearest triangle first. While that leaves more than `enough`, from the triangles of every
+/// patch near enough to hold the nearest point: what is nearest in the grid need not be so on the surface.
+double LimitJudge::distance_to_limit(const Vec3d& point, const NearestTriangle::Hit& nearest, double enough) const {
+    constexpr std::size_t k_starts = 4;  // in each patch
+    Foot best = start_at(nearest, point);
+    descend(best, point, enough);
+    if (best.distance <= enough) return best.distance;
+    std::vector<std::pair<const Surfaces::Patch*, std::vector<Foot>>> starts;
+    for (const auto& hit : sampled_->within(point, nearest.distance + 2 * sampled_error_)) {
+        const Foot foot = start_at(hit, point);
+        auto of_patch =
+            std::find_if(starts.begin(), starts.end(), [&](const auto& s) { return s.first == foot.patch; });
+        if (of_patch == starts.end()) of_patch = starts.insert(starts.end(), {foot.patch, {}});
+        auto& feet = of_patch->second;
+        const double apart = 2.0 / intervals_;
+        const bool new_place = std::none_of(feet.begin(), feet.end(), [&](const Foot& other) {
+            return std::abs(other.u - foot.u) < apart && std::abs(other.v - foot.v) < apart;
+        });
+        if (feet.size() >= k_starts || !new_place) continue;
+        feet.push_back(foot);
+    }
+    for (auto& [patch, feet] : starts)
+        for (Foot& foot : feet) {
+            descend(foot, point, enough);
+            search_around(foot, point);
+            if (foot.distance < best.distance) best = foot;
+            if (best.distance <= enough) return best.distance;
+        }
+    return best.distance;
 }
 
 double LimitJudge::mesh_to_limit(const std::vector<Vec3d>& points,
@@ -237,11 +334,12 @@ double LimitJudge::mesh_to_limit(const std::vector<Vec3d>& points,
     });
     // Whoever is nearer to the sampled surface than the largest so far by more than that surface's own error cannot be
     // the largest.
-    double largest = 0;
-    for (const std::uint32_t i : order) {
-        if (hits[i].distance + sampled_error_ <= largest) break;
-        largest = std::max(largest, std::min(hits[i].distance + sampled_error_, distance_to_patch(spread[i], hits[i])));
-    }
+    std::atomic<double> largest = 0;
+    for_each_spread(order.size(), never, [&](std::size_t at) {
+        const std::uint32_t i = order[at];
+        const double known = largest.load(std::memory_order_relaxed);
+        if (hits[i].distance + sampled_error_ > known) raise(largest, distance_to_limit(spread[i], hits[i], known));
+    });
     return largest;
 }
 

@@ -30,13 +30,19 @@ class LimitJudge {
 
     /// Largest distance from the mesh to the limit surface, absolute: at least `samples` points spread over the
     /// triangles by area, every vertex, edge midpoint and centre among them; each one's nearest point of the sampled
-    /// surface, then Newton's method on the surface itself for all that can be the largest.
+    /// surface, then a descent on the surface itself for all that can be the largest: in every patch that has a
+    /// sampled triangle near enough, from several starts. Every distance is to a point of the surface, so what is
+    /// stated is never too small; it is too large only where all descents miss the nearest point.
     double mesh_to_limit(const std::vector<Vec3d>& points, const std::vector<std::array<std::uint32_t, 3>>& triangles,
                          std::uint64_t samples = 200'000) const;
 
   private:
     struct Surfaces;
-    double distance_to_patch(const Vec3d& point, const NearestTriangle::Hit& start) const;
+    struct Foot;
+    Foot start_at(const NearestTriangle::Hit& hit, const Vec3d& point) const;
+    void descend(Foot& foot, const Vec3d& point, double enough) const;
+    void search_around(Foot& foot, const Vec3d& point) const;
+    double distance_to_limit(const Vec3d& point, const NearestTriangle::Hit& nearest, double enough) const;
 
     std::unique_ptr<Surfaces> surfaces_;
     std::vector<Vec3d> grid_, jittered_;
@@ -44,6 +50,7 @@ class LimitJudge {
     std::vector<std::array<float, 2>> grid_uv_;  ///< per grid point, in its patch
     std::unique_ptr<NearestTriangle> sampled_;   ///< the grid as triangles
     double sampled_error_ = 0;                   ///< how far the jittered points are from it
+    int intervals_ = 1;                          ///< of the grid, on each side of a patch
     double diagonal_ = 0;
 };
 

@@ -49,6 +49,13 @@ struct NearestTriangle::Search {
     Hit hit;
 };
 
+struct NearestTriangle::Gathering {
+    const NearestTriangle* mesh;
+    Vec3d point;
+    double radius;
+    std::vector<Hit> hits;
+};
+
 NearestTriangle::NearestTriangle(std::vector<Vec3d> points, std::vector<std::array<std::uint32_t, 3>> triangles)
     : points_(std::move(points)), triangles_(std::move(triangles)) {
     const Box3d box = bounding_box(points_);
@@ -68,7 +75,6 @@ NearestTriangle::NearestTriangle(std::vector<Vec3d> points, std::vector<std::arr
     auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), triangles_.size()));
     for (std::size_t t = 0; t < triangles_.size(); ++t) std::copy_n(triangles_[t].data(), 3, indices + 3 * t);
-    rtcSetGeometryPointQueryFunction(geometry, &NearestTriangle::candidate);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene_, geometry);
     rtcReleaseGeometry(geometry);
@@ -80,33 +86,57 @@ NearestTriangle::~NearestTriangle() {
     rtcReleaseDevice(device_);
 }
 
+NearestTriangle::Hit NearestTriangle::nearest_on(std::uint32_t triangle, const Vec3d& point) const {
+    const auto& [i, j, k] = triangles_[triangle];
+    const Vec3d &a = points_[i], &b = points_[j], &c = points_[k];
+    const Vec3d w = nearest_weights(point, a, b, c);
+    return {triangle, glm::length(w.x * a + w.y * b + w.z * c - point), w};
+}
+
 bool NearestTriangle::candidate(RTCPointQueryFunctionArguments* arguments) {
     auto& search = *static_cast<Search*>(arguments->userPtr);
-    const NearestTriangle& mesh = *search.mesh;
-    const auto& [i, j, k] = mesh.triangles_[arguments->primID];
-    const Vec3d &a = mesh.points_[i], &b = mesh.points_[j], &c = mesh.points_[k];
-    const Vec3d w = nearest_weights(search.point, a, b, c);
-    const double distance = glm::length(w.x * a + w.y * b + w.z * c - search.point);
-    if (!(distance < search.hit.distance)) return false;
-    search.hit = {arguments->primID, distance, w};
-    arguments->query->radius = static_cast<float>(distance * mesh.scale_ + k_slack);
+    const Hit hit = search.mesh->nearest_on(arguments->primID, search.point);
+    if (!(hit.distance < search.hit.distance)) return false;
+    search.hit = hit;
+    arguments->query->radius = static_cast<float>(hit.distance * search.mesh->scale_ + k_slack);
     return true;
+}
+
+bool NearestTriangle::gather(RTCPointQueryFunctionArguments* arguments) {
+    auto& gathering = *static_cast<Gathering*>(arguments->userPtr);
+    const Hit hit = gathering.mesh->nearest_on(arguments->primID, gathering.point);
+    if (hit.distance <= gathering.radius) gathering.hits.push_back(hit);
+    return false;
+}
+
+template <class Query>
+void NearestTriangle::query(const Vec3d& point, double radius, RTCPointQueryFunction function, Query& query) const {
+    const Vec3d local = (point - centre_) * scale_;
+    RTCPointQuery ball;
+    ball.x = static_cast<float>(local.x);
+    ball.y = static_cast<float>(local.y);
+    ball.z = static_cast<float>(local.z);
+    ball.time = 0;
+    ball.radius = static_cast<float>(radius * scale_ + k_slack);
+    RTCPointQueryContext context;
+    rtcInitPointQueryContext(&context);
+    rtcPointQuery(scene_, &ball, &context, function, &query);
 }
 
 NearestTriangle::Hit NearestTriangle::nearest(const Vec3d& point, double within) const {
     Search search{this, point, {}};
     search.hit.distance = within;
-    const Vec3d local = (point - centre_) * scale_;
-    RTCPointQuery query;
-    query.x = static_cast<float>(local.x);
-    query.y = static_cast<float>(local.y);
-    query.z = static_cast<float>(local.z);
-    query.time = 0;
-    query.radius = static_cast<float>(within * scale_ + k_slack);
-    RTCPointQueryContext context;
-    rtcInitPointQueryContext(&context);
-    rtcPointQuery(scene_, &query, &context, nullptr, &search);
+    query(point, within, &NearestTriangle::candidate, search);
     return search.hit;
+}
+
+std::vector<NearestTriangle::Hit> NearestTriangle::within(const Vec3d& point, double radius) const {
+    Gathering gathering{this, point, radius, {}};
+    query(point, radius, &NearestTriangle::gather, gathering);
+    std::sort(gathering.hits.begin(), gathering.hits.end(), [](const Hit& a, const Hit& b) {
+        return a.distance != b.distance ? a.distance < b.distance : a.triangle < b.triangle;
+    });
+    return std::move(gathering.hits);
 }
 
 }  // namespace tetrakis::bench

@@ -29,11 +29,18 @@ class NearestTriangle {
 
     /// @param within  a distance that is known to suffice; the hit is none where nothing is nearer
     Hit nearest(const Vec3d& point, double within = std::numeric_limits<double>::infinity()) const;
+    /// All triangles that are no farther than `radius`, nearest first; those as near by their number.
+    std::vector<Hit> within(const Vec3d& point, double radius) const;
     const std::array<std::uint32_t, 3>& triangle(std::uint32_t t) const { return triangles_[t]; }
 
   private:
     struct Search;
+    struct Gathering;
     static bool candidate(RTCPointQueryFunctionArguments* arguments);
+    static bool gather(RTCPointQueryFunctionArguments* arguments);
+    Hit nearest_on(std::uint32_t triangle, const Vec3d& point) const;
+    template <class Query>
+    void query(const Vec3d& point, double radius, RTCPointQueryFunction function, Query& query) const;
 
     std::vector<Vec3d> points_;
     std::vector<std::array<std::uint32_t, 3>> triangles_;
