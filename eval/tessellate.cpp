@@ -183,9 +183,11 @@ class Tessellator {
         refinement.run();
         export_mesh(hierarchy, refinement);
         if (options_.max_triangles != 0 && result_.mesh.triangles.size() > options_.max_triangles)
-            result_.warnings.push_back("the coarsest mesh of this surface has " +
-                                       std::to_string(result_.mesh.triangles.size()) + " triangles, more than the " +
-                                       std::to_string(options_.max_triangles) + " allowed");
+            throw Error(ErrorCode::unsupported,
+                        fmt::format("the coarsest mesh of this surface has {0} triangles, more than the {1} allowed; "
+                                    "allow at least {0}{2}",
+                                    result_.mesh.triangles.size(), options_.max_triangles,
+                                    options_.min_level > 0 ? ", or lower the minimum level" : ""));
         result_.seconds.estimate = watched.seconds();
         result_.seconds.refine = watch.lap() - result_.seconds.estimate;
         result_.peak_memory_before_measure_bytes = peak_memory_bytes();

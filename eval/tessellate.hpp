@@ -27,9 +27,11 @@ struct TessellateOptions {
     /// only.
     std::optional<double> tolerance;
     bool tolerance_is_absolute = false;  ///< else relative to the diagonal of the control mesh's bounding_box()
-    std::uint64_t max_triangles = 0;     ///< 0: no limit; else the best mesh within it, largest errors first
-    int min_level = 0;                   ///< quadtree levels that every face gets
-    int max_level = 28;                  ///< no cell is refined beyond it
+    /// 0: no limit; else the best mesh within it, largest errors first. The coarsest mesh, which has all corners of the
+    /// control mesh, must fit.
+    std::uint64_t max_triangles = 0;
+    int min_level = 0;   ///< quadtree levels that every face gets
+    int max_level = 28;  ///< no cell is refined beyond it
     /// Project vertices onto this mesh and measure against it, in both directions: where it reaches beyond what the
     /// control mesh covers, the tolerance is not met, and a warning says so.
     const TriangleMesh* target = nullptr;
@@ -76,8 +78,9 @@ struct Tessellation {
 /// points (projected or displaced on request), the same bytes for any number of threads.
 /// @param mesh     control mesh; Loop needs triangles (triangulate() in hier/triangulate.hpp makes them, with a
 /// warning)
-/// @throws Error   invalid_input (options that contradict each other, UVs missing for a displacement), unsupported,
-///                 memory_limit, cancelled
+/// @throws Error   invalid_input (options that contradict each other, UVs missing for a displacement), unsupported
+/// (more
+///                 triangles in the coarsest mesh than max_triangles), memory_limit, cancelled
 /// Cost: O(triangles); about one patch evaluation per vertex and two bounds per triangle.
 Tessellation tessellate(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context = {});
 

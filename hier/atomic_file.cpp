@@ -111,12 +111,17 @@ void AtomicFile::write(std::span<const std::byte> bytes) {
     }
 }
 
-void AtomicFile::commit() {
+void AtomicFile::finish() {
+    if (descriptor_ < 0) return;
     // Some file systems report a full disk only now. Pipes and devices cannot be synchronised (EINVAL), nor need they.
     if (::fsync(descriptor_) != 0 && errno != EINVAL && errno != ENOTSUP) fail("cannot write");
     const int closed = ::close(descriptor_);
     descriptor_ = -1;
     if (closed != 0 && errno != EINTR) fail("cannot write");
+}
+
+void AtomicFile::commit() {
+    finish();
     if (temporary_.empty()) return;
     if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail("cannot put the finished file in place");
     temporary_.clear();
@@ -125,6 +130,17 @@ void AtomicFile::commit() {
 void AtomicFile::fail(const char* what) const {
     const int error = errno;
     throw Error(ErrorCode::io, fmt::format("{}: {}", what, reason(error)), path_);
+}
+
+AtomicFile& FileSet::add(const fs::path& path) { return files_.emplace_back(path); }
+
+void FileSet::finish() {
+    for (AtomicFile& file : files_) file.finish();
+}
+
+void FileSet::commit() {
+    finish();
+    for (AtomicFile& file : files_) file.commit();
 }
 
 void write_file(const fs::path& path, std::string_view bytes) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <list>
 #include <span>
 #include <string_view>
 
@@ -21,9 +22,13 @@ class AtomicFile {
     /// @throws Error io: disk full, file too large, device failure
     void write(std::span<const std::byte> bytes);
     void write(std::string_view text) { write(std::as_bytes(std::span(text))); }
+    /// Has everything written reach the disk and closes the file, which commit() does, too: what can fail fails here.
+    /// @throws Error io
+    void finish();
     /// Makes the file appear. @throws Error io
     void commit();
 
+    const std::filesystem::path& path() const { return path_; }  ///< as given
     std::uint64_t size() const { return size_; }
 
   private:
@@ -32,6 +37,21 @@ class AtomicFile {
     std::filesystem::path path_, target_, temporary_;  // as given; with links resolved; empty when written through
     std::uint64_t size_ = 0;
     int descriptor_ = -1;
+};
+
+/// Files that belong together and appear together: all are written and on the disk before the first gets its name, so
+/// that one that fails leaves none of them.
+class FileSet {
+  public:
+    /// One more; it stays valid as long as the set. @throws Error io: as AtomicFile
+    AtomicFile& add(const std::filesystem::path& path);
+    /// AtomicFile::finish() for all. @throws Error io
+    void finish();
+    /// Makes all appear. @throws Error io
+    void commit();
+
+  private:
+    std::list<AtomicFile> files_;
 };
 
 /// Writes a whole file in one go, by the rules of AtomicFile.

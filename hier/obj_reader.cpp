@@ -155,6 +155,15 @@ std::string read_file(const std::filesystem::path& path) {
     return text;
 }
 
+/// The first few of some sentences in one, and how many more there are.
+std::string first_of(const std::vector<std::string>& sentences) {
+    constexpr std::size_t k_most = 4;
+    std::string text;
+    for (std::size_t i = 0; i < std::min(k_most, sentences.size()); ++i) text += (i == 0 ? "" : "; ") + sentences[i];
+    if (sentences.size() > k_most) text += fmt::format("; and {} more", sentences.size() - k_most);
+    return text;
+}
+
 }  // namespace
 
 ControlMeshData parse_obj(std::string_view text, std::string source, const ReadOptions& options) {
@@ -164,8 +173,13 @@ ControlMeshData parse_obj(std::string_view text, std::string source, const ReadO
     detail::ObjScan scan = detail::prescan_obj(text, std::move(source));
     read_with_tinyobj(scan);
     ControlMeshData data = std::move(scan.data);
-    if (options.repair)
-        for (std::string& report : repair(data)) data.warnings.push_back("repaired: " + report);
+    if (!options.repair) return data;
+    const bool had_faces = !scan.face_sizes.empty();
+    const std::vector<std::string> reports = repair(data);
+    if (had_faces && data.face_vertices.empty())
+        throw Error(ErrorCode::invalid_input, "no face is left to work with; the repair " + first_of(reports),
+                    data.source);
+    for (const std::string& report : reports) data.warnings.push_back("repaired: " + report);
     return data;
 }
 

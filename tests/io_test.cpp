@@ -565,6 +565,33 @@ TEST_CASE("[bad-input] a disk that fills up leaves no partial file") {
     }
 }
 
+TEST_CASE("a set of files appears together or not at all") {
+    const ScratchDir dir;
+    write_file(dir / "b.txt", "old");
+    {
+        FileSet files;
+        files.add(dir / "a.txt").write("a");
+        files.add(dir / "b.txt").write("new");
+        files.finish();
+        CHECK(!std::filesystem::exists(dir / "a.txt"));
+        CHECK(slurp(dir / "b.txt") == "old");
+        files.add(dir / "c.txt").write("c");
+        files.commit();
+        CHECK(slurp(dir / "a.txt") == "a");
+        CHECK(slurp(dir / "b.txt") == "new");
+        CHECK(slurp(dir / "c.txt") == "c");
+        CHECK(dir.file_count() == 3);
+    }
+    {
+        FileSet abandoned;
+        abandoned.add(dir / "a.txt").write("other");
+        abandoned.add(dir / "d.txt").write("other");
+        CHECK_THROWS_AS(abandoned.add(dir / "none" / "e.txt"), Error);
+    }
+    CHECK(slurp(dir / "a.txt") == "a");
+    CHECK(dir.file_count() == 3);
+}
+
 TEST_CASE("links stay links, and a replaced file keeps its mode") {
     const ScratchDir dir;
     write_file(dir / "real.txt", "one");

@@ -24,10 +24,9 @@ MeshFormat mesh_format(const std::filesystem::path& path) {
 
 namespace {
 
-void write_view(const std::filesystem::path& path, const detail::MeshView& view, const RunContext& context) {
-    const MeshFormat format = mesh_format(path);
+void encode(AtomicFile& file, const detail::MeshView& view, const RunContext& context) {
+    const MeshFormat format = mesh_format(file.path());
     view.check();
-    AtomicFile file(path);
     with_threads(context, [&] {
         switch (format) {
             case MeshFormat::obj:
@@ -41,17 +40,32 @@ void write_view(const std::filesystem::path& path, const detail::MeshView& view,
                 break;
         }
     });
+}
+
+template <class Mesh>
+void write_whole(const std::filesystem::path& path, const Mesh& mesh, const RunContext& context) {
+    mesh_format(path);  // before the directory is touched
+    AtomicFile file(path);
+    write_mesh(file, mesh, context);
     file.commit();
 }
 
 }  // namespace
 
+void write_mesh(AtomicFile& file, const TriangleMesh& mesh, const RunContext& context) {
+    encode(file, detail::MeshView(mesh), context);
+}
+
+void write_mesh(AtomicFile& file, const PolygonMesh& mesh, const RunContext& context) {
+    encode(file, detail::MeshView(mesh), context);
+}
+
 void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh, const RunContext& context) {
-    write_view(path, detail::MeshView(mesh), context);
+    write_whole(path, mesh, context);
 }
 
 void write_mesh(const std::filesystem::path& path, const PolygonMesh& mesh, const RunContext& context) {
-    write_view(path, detail::MeshView(mesh), context);
+    write_whole(path, mesh, context);
 }
 
 }  // namespace tetrakis

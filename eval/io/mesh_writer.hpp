@@ -8,6 +8,8 @@
 
 namespace tetrakis {
 
+class AtomicFile;  // hier/atomic_file.hpp
+
 enum class MeshFormat {
     obj,  ///< text; doubles as their shortest round-trip form, g and usemtl lines where group or material changes
     ply,  ///< binary little-endian; doubles; UVs per face corner (texcoord), material_index and group_index per face
@@ -25,6 +27,9 @@ MeshFormat mesh_format(const std::filesystem::path& path);
 ///                number that is not finite), io (with the reason), cancelled
 void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh, const RunContext& context = {});
 void write_mesh(const std::filesystem::path& path, const PolygonMesh& mesh, const RunContext& context = {});
+/// The same into a file that the caller commits, alone or together with others (FileSet).
+void write_mesh(AtomicFile& file, const TriangleMesh& mesh, const RunContext& context = {});
+void write_mesh(AtomicFile& file, const PolygonMesh& mesh, const RunContext& context = {});
 
 /// The local origin of a GLB: its node's translation, exact in float. Zero where the model lies about the origin.
 Vec3d glb_origin(const Box3d& box);

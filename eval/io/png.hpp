@@ -6,6 +6,8 @@
 
 namespace tetrakis {
 
+class AtomicFile;  // hier/atomic_file.hpp
+
 /// An 8-bit RGB picture, row by row from the top.
 struct Image {
     int width = 0, height = 0;
@@ -14,5 +16,7 @@ struct Image {
 
 /// Writes a PNG; it appears whole or not at all. @throws Error io; invalid_input: a picture without pixels
 void write_png(const std::filesystem::path& path, const Image& image);
+/// The same into a file that the caller commits.
+void write_png(AtomicFile& file, const Image& image);
 
 }  // namespace tetrakis

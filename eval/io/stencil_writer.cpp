@@ -10,11 +10,10 @@
 
 namespace tetrakis {
 
-void write_stencils(const std::filesystem::path& path, const StencilTable& table, int control_vertices) {
+void write_stencils(AtomicFile& file, const StencilTable& table, int control_vertices) {
     constexpr std::size_t k_block = std::size_t{1} << 20;
     std::size_t terms = 0;
     for (int r = 0; r < table.row_count(); ++r) terms += table.points(r).size();
-    AtomicFile file(path);
     std::string text = fmt::format("tetrakis-stencils 1\n{} {} {}\n", table.row_count(), control_vertices, terms);
     for (int r = 0; r < table.row_count(); ++r) {
         const auto points = table.points(r);
@@ -28,6 +27,11 @@ void write_stencils(const std::filesystem::path& path, const StencilTable& table
         text.clear();
     }
     file.write(text);
+}
+
+void write_stencils(const std::filesystem::path& path, const StencilTable& table, int control_vertices) {
+    AtomicFile file(path);
+    write_stencils(file, table, control_vertices);
     file.commit();
 }
 

@@ -6,6 +6,8 @@
 
 namespace tetrakis {
 
+class AtomicFile;  // hier/atomic_file.hpp
+
 /// Writes a stencil table as text, for programs that refine with kernels of their own:
 ///
 ///     tetrakis-stencils 1
@@ -16,5 +18,7 @@ namespace tetrakis {
 /// the same. Row r applied to any value per control vertex, term by term from the left, gives that of vertex r.
 /// @throws Error  io
 void write_stencils(const std::filesystem::path& path, const StencilTable& table, int control_vertices);
+/// The same into a file that the caller commits.
+void write_stencils(AtomicFile& file, const StencilTable& table, int control_vertices);
 
 }  // namespace tetrakis

@@ -35,7 +35,7 @@ Json json_of_direction(const DirectedDistance& d) {
 ExitCode run(const CompareOptions& options) {
     Run process(options.run);
     const auto read = [&](const std::filesystem::path& path) {
-        return reading([&] { return read_triangle_mesh(path, process.context()); });
+        return reading(path, [&] { return read_triangle_mesh(path, process.context()); });
     };
     const TriangleMesh a = read(options.a), b = read(options.b);
     const MeshComparison result = compare(a, b, {.samples = options.samples}, process.context());

@@ -5,6 +5,7 @@
 #include "report.hpp"
 
 #include "tetrakis/eval/io/mesh_writer.hpp"
+#include "tetrakis/hier/atomic_file.hpp"
 #include "tetrakis/refine/factored_mesh.hpp"
 
 #include <fmt/format.h>
@@ -18,22 +19,7 @@ FactoredScheme chosen_scheme(const std::string& text) {
     throw UsageError(fmt::format("\"{}\" has no factored form; these have one: {}", text, factored_scheme_names()));
 }
 
-}  // namespace
-
-std::string factored_scheme_names() {
-    std::string names;
-    for (const FactoredScheme scheme : factored_schemes())
-        names += fmt::format("{}{}", names.empty() ? "" : ", ", name(scheme));
-    return names;
-}
-
-ExitCode run_factored_refine(const FactoredRefine& options) {
-    const FactoredScheme scheme = chosen_scheme(options.scheme);
-    OutputFiles outputs;
-    outputs.add(OutputFiles::Kind::mesh, "-o", options.output);
-    outputs.add(OutputFiles::Kind::report, "--report", options.report);
-    outputs.check({options.input});
-
+ExitCode run_checked(const FactoredRefine& options, FactoredScheme scheme) {
     Run process(options.run);
     LoadedModel model = load_model(options.input, options.repair, process.context());
     Report report = Report::of(options.input, name(scheme), model, options.run);
@@ -55,9 +41,12 @@ ExitCode run_factored_refine(const FactoredRefine& options) {
     report.more = {{"output_faces", mesh.face_count()}, {"half_steps", options.half_steps}, {"active", active}};
 
     const Stopwatch write;
-    write_mesh(options.output, mesh, process.context());
+    FileSet files;
+    write_mesh(files.add(options.output), mesh, process.context());
+    files.finish();
     report.seconds.write = write.seconds();
-    if (!options.report.empty()) report.write(options.report);
+    if (!options.report.empty()) report.write(files.add(options.report));
+    files.commit();
     process.end_progress();
 
     print_warnings(report.warnings);
@@ -74,6 +63,24 @@ ExitCode run_factored_refine(const FactoredRefine& options) {
     if (!options.report.empty()) table.row("", options.report.string());
     table.print();
     return ExitCode::done;
+}
+
+}  // namespace
+
+std::string factored_scheme_names() {
+    std::string names;
+    for (const FactoredScheme scheme : factored_schemes())
+        names += fmt::format("{}{}", names.empty() ? "" : ", ", name(scheme));
+    return names;
+}
+
+ExitCode run_factored_refine(const FactoredRefine& options) {
+    const FactoredScheme scheme = chosen_scheme(options.scheme);
+    OutputFiles outputs;
+    outputs.add(OutputFiles::Kind::mesh, "-o", options.output);
+    outputs.add(OutputFiles::Kind::report, "--report", options.report);
+    outputs.check({options.input});
+    return about(options.input, [&] { return run_checked(options, scheme); });
 }
 
 }  // namespace tetrakis::cli

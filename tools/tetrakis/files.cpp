@@ -39,7 +39,7 @@ LoadedModel load_model(const std::filesystem::path& path, bool repair, const Run
         if (extension == other)
             throw InputError(
                 fmt::format("{}: control meshes are read from OBJ files; export it as OBJ", path.string()));
-    return reading([&] {
+    return reading(path, [&] {
         LoadedModel model;
         const Stopwatch load;
         context.report("load", 0);

@@ -8,6 +8,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <new>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,11 +24,25 @@ class Stopwatch {
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// Runs `read`; whatever is wrong with the file it reads becomes an InputError.
-template <class Read>
-auto reading(Read&& read) {
+/// Runs `work`, which is about the file `input`: an error that names no file names this one.
+template <class Work>
+auto about(const std::filesystem::path& input, Work&& work) {
     try {
-        return std::forward<Read>(read)();
+        return std::forward<Work>(work)();
+    } catch (const Error& error) {
+        if (!error.file().empty() || error.code() == ErrorCode::cancelled) throw;
+        throw Error(error.code(), error.what(), input);
+    } catch (const std::bad_alloc&) {
+        throw Error(ErrorCode::memory_limit,
+                    "out of memory; ask for less (a larger tolerance, fewer levels, --max-triangles)", input);
+    }
+}
+
+/// Runs `read`, which reads the file `input`; whatever is wrong with it becomes an InputError.
+template <class Read>
+auto reading(const std::filesystem::path& input, Read&& read) {
+    try {
+        return about(input, std::forward<Read>(read));
     } catch (const Error& error) {
         if (error.code() == ErrorCode::memory_limit || error.code() == ErrorCode::cancelled) throw;
         throw InputError(error.what());

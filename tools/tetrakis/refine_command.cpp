@@ -8,6 +8,7 @@
 
 #include "tetrakis/eval/io/mesh_writer.hpp"
 #include "tetrakis/eval/io/stencil_writer.hpp"
+#include "tetrakis/hier/atomic_file.hpp"
 #include "tetrakis/refine/refine.hpp"
 
 #include <fmt/format.h>
@@ -31,17 +32,7 @@ struct Options {
     RunOptions run;
 };
 
-ExitCode run(const Options& options) {
-    if (options.factored)
-        return run_factored_refine({options.input, options.output, options.report, options.scheme, options.steps,
-                                    options.active, options.repair, options.run});
-    const SchemeInfo& scheme = chosen_scheme(options.scheme);
-    OutputFiles outputs;
-    outputs.add(OutputFiles::Kind::mesh, "-o", options.output);
-    outputs.add(OutputFiles::Kind::report, "--report", options.report);
-    outputs.add(OutputFiles::Kind::table, "--stencils", options.stencils);
-    outputs.check({options.input});
-
+ExitCode run_checked(const Options& options, const SchemeInfo& scheme) {
     Run process(options.run);
     LoadedModel model = load_model(options.input, options.repair, process.context());
     const std::uint64_t faces = model.mesh.face_count();
@@ -74,11 +65,14 @@ ExitCode run(const Options& options) {
     report.more = {{"output_faces", mesh.face_count()}, {"limit", options.limit}};
 
     const Stopwatch write;
+    FileSet files;
     if (!options.stencils.empty())
-        write_stencils(options.stencils, stencils, static_cast<int>(model.mesh.vertex_count()));
-    write_mesh(options.output, mesh, process.context());
+        write_stencils(files.add(options.stencils), stencils, static_cast<int>(model.mesh.vertex_count()));
+    write_mesh(files.add(options.output), mesh, process.context());
+    files.finish();
     report.seconds.write = write.seconds();
-    if (!options.report.empty()) report.write(options.report);
+    if (!options.report.empty()) report.write(files.add(options.report));
+    files.commit();
     process.end_progress();
 
     print_warnings(report.warnings);
@@ -96,6 +90,19 @@ ExitCode run(const Options& options) {
     if (!options.report.empty()) table.row("", options.report.string());
     table.print();
     return ExitCode::done;
+}
+
+ExitCode run(const Options& options) {
+    if (options.factored)
+        return run_factored_refine({options.input, options.output, options.report, options.scheme, options.steps,
+                                    options.active, options.repair, options.run});
+    const SchemeInfo& scheme = chosen_scheme(options.scheme);
+    OutputFiles outputs;
+    outputs.add(OutputFiles::Kind::mesh, "-o", options.output);
+    outputs.add(OutputFiles::Kind::report, "--report", options.report);
+    outputs.add(OutputFiles::Kind::table, "--stencils", options.stencils);
+    outputs.check({options.input});
+    return about(options.input, [&] { return run_checked(options, scheme); });
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ ExitCode run(const RenderCommandOptions& options) {
 
     Run process(options.run);
     const auto read = [&](const std::filesystem::path& path) {
-        return reading([&] { return read_triangle_mesh(path, process.context()); });
+        return reading(path, [&] { return read_triangle_mesh(path, process.context()); });
     };
     const TriangleMesh mesh = read(options.input);
     RenderOptions render_options = options.render;

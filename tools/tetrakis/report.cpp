@@ -1,6 +1,5 @@
 #include "report.hpp"
 
-#include "tetrakis/hier/atomic_file.hpp"
 #include "tetrakis/hier/version.hpp"
 
 namespace tetrakis::cli {
@@ -61,7 +60,7 @@ Json Report::json() const {
     return json;
 }
 
-void Report::write(const std::filesystem::path& path) const { write_file(path, dump(json())); }
+void Report::write(AtomicFile& file) const { file.write(dump(json())); }
 
 std::string dump(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
 

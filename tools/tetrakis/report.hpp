@@ -4,6 +4,7 @@
 #include "run_options.hpp"
 
 #include "tetrakis/eval/tessellate.hpp"
+#include "tetrakis/hier/atomic_file.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -38,8 +39,8 @@ struct Report {
                      const RunOptions& run);
 
     Json json() const;
-    /// Writes it as a file. @throws Error io
-    void write(const std::filesystem::path& path) const;
+    /// @throws Error io
+    void write(AtomicFile& file) const;
 };
 
 /// {forward, backward, hausdorff, mean, rms}, or null.

@@ -12,6 +12,7 @@
 #include "tetrakis/eval/io/png.hpp"
 #include "tetrakis/eval/render.hpp"
 #include "tetrakis/eval/tessellate.hpp"
+#include "tetrakis/hier/atomic_file.hpp"
 
 #include <fmt/format.h>
 
@@ -144,11 +145,17 @@ Image draw(const Tessellation& result, const TessellateCommandOptions& options, 
     return render(result.mesh, render_options, context);
 }
 
-ExitCode run(TessellateCommandOptions options) {
-    check_combination(options);
-    const OutputFiles outputs = output_files(options);
-    outputs.check({options.input, options.target, options.displacement});
+TriangleMesh read_target(const std::filesystem::path& path, const RunContext& context) {
+    TriangleMesh target = read_triangle_mesh(path, context);
+    const bool has_area = std::any_of(target.triangles.begin(), target.triangles.end(), [&](const auto& t) {
+        const Vec3d a = target.positions[t[0]], ab = target.positions[t[1]] - a, ac = target.positions[t[2]] - a;
+        return glm::length(glm::cross(ab, ac)) > 0;
+    });
+    if (!has_area) throw Error(ErrorCode::invalid_input, "no triangle of the target has any area", path);
+    return target;
+}
 
+ExitCode run_checked(TessellateCommandOptions& options) {
     Run process(options.run);
     const RunContext& context = process.context();
     LoadedModel model = load_model(options.input, options.repair, context);
@@ -160,7 +167,7 @@ ExitCode run(TessellateCommandOptions options) {
     const Stopwatch load_others;
     TriangleMesh target;
     if (!options.target.empty()) {
-        target = reading([&] { return read_triangle_mesh(options.target, context); });
+        target = reading(options.target, [&] { return read_target(options.target, context); });
         options.tessellate.target = &target;
     }
     HeightImage heights;
@@ -168,7 +175,7 @@ ExitCode run(TessellateCommandOptions options) {
         if (!model.mesh.has_uvs())
             throw InputError(options.input.string() +
                              ": --displacement needs texture coordinates, and the control mesh has none");
-        heights = reading([&] { return load_height_image(options.displacement); });
+        heights = reading(options.displacement, [&] { return load_height_image(options.displacement); });
         options.tessellate.displacement = &heights;
         options.tessellate.amplitude = *options.amplitude;
     }
@@ -182,13 +189,16 @@ ExitCode run(TessellateCommandOptions options) {
     if (!options.heat_image.empty()) heat_image = draw(result, options, true, context);
 
     const Stopwatch write;
-    write_mesh(options.output, result.mesh, context);
-    if (image) write_png(options.image, *image);
-    if (heat_image) write_png(options.heat_image, *heat_image);
+    FileSet files;
+    write_mesh(files.add(options.output), result.mesh, context);
+    if (image) write_png(files.add(options.image), *image);
+    if (heat_image) write_png(files.add(options.heat_image), *heat_image);
+    files.finish();
     Report report = make_report(options, model, result);
     report.faces = faces;
     report.seconds.write = write.seconds();
-    if (!options.report.empty()) report.write(options.report);
+    if (!options.report.empty()) report.write(files.add(options.report));
+    files.commit();
     process.end_progress();
 
     const bool missed = options.tessellate.tolerance && !result.tolerance_reached;
@@ -196,6 +206,12 @@ ExitCode run(TessellateCommandOptions options) {
     if (missed) print_warning(advice(options, result));
     print_summary(options, report);
     return missed ? ExitCode::tolerance_not_reached : ExitCode::done;
+}
+
+ExitCode run(TessellateCommandOptions options) {
+    check_combination(options);
+    output_files(options).check({options.input, options.target, options.displacement});
+    return about(options.input, [&] { return run_checked(options); });
 }
 
 /// Checks that an option's text is a finite number of some kind (the parser itself takes "nan").
@@ -219,8 +235,8 @@ void add_refinement_options(CLI::App& command, TessellateOptions& t) {
     command.add_flag("--absolute", t.tolerance_is_absolute, "The tolerance is a length in the unit of the model");
     command
         .add_option("--max-triangles", t.max_triangles,
-                    "Make the best mesh of at most so many triangles (but no fewer than the coarsest mesh has, which "
-                    "keeps the control mesh's corners)")
+                    "Make the best mesh of at most so many triangles. Where even the coarsest mesh, which keeps the\n"
+                    "control mesh's corners, has more, nothing is written, and the error says how many it has")
         ->type_name("N")
         ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{0xFFFF'FFFF}).description(""));
     command
