@@ -22,27 +22,53 @@ struct Sums {
     std::uint64_t samples = 0;
 };
 
-/// Distance from q to a nearby point of a displaced surface: Gauss-Newton with differences, inside the start's root.
-/// Never more than `best`, the distance to the start.
+/// A point of a displaced surface with its first derivatives: those of the surface and its normal in closed form, of
+/// the heights by differences.
 template <class Family>
-double mapped_distance(const SurfaceMap<Family>& map, const Vec3d& q, SurfaceParameter at, double best) {
+SurfacePoint displaced(const SurfaceMap<Family>& map, const SurfaceParameter& at) {
     // Differences over a thousandth of a root: displacement images are smooth at that scale or coarser than the mesh.
     constexpr double k_step = 1e-3;
-    for (int step = 0; step < 4 && best > 0; ++step) {
-        const double hx = at.x + at.y < 1 - k_step ? k_step : -k_step, hy = hx;
-        SurfacePoint s;
-        s.position = map(at);
-        s.du = (map({at.root, std::clamp(at.x + hx, 0.0, 1.0), at.y}) - s.position) / hx;
-        s.dv = (map({at.root, at.x, std::clamp(at.y + hy, 0.0, 1.0)}) - s.position) / hy;
+    SurfacePoint s = map.patches->evaluate(at.root, at.x, at.y);
+    const auto height = [&](double x, double y) {
+        return map.amplitude * map.displacement->sample(map.uv->at(at.root, x, y));
+    };
+    const double here = height(at.x, at.y);
+    const auto slope = [&](double ux, double uy) {
+        for (const double h : {k_step, -k_step})
+            if (const double x = at.x + h * ux, y = at.y + h * uy;
+                std::min(x, y) >= 0 && std::max(x, y) <= 1 && Family::inside(x, y))
+                return (height(x, y) - here) / h;
+        return 0.0;  // a corner of a triangle
+    };
+    const double across = glm::length(glm::cross(s.du, s.dv));
+    const auto turn = [&](const Vec3d& by) {  // of the normal, by the derivative of du x dv
+        return s.has_second && across > 0 ? (by - glm::dot(by, s.normal) * s.normal) / across : Vec3d(0);
+    };
+    const Vec3d normal_u = turn(glm::cross(s.duu, s.dv) + glm::cross(s.du, s.duv));
+    const Vec3d normal_v = turn(glm::cross(s.duv, s.dv) + glm::cross(s.du, s.dvv));
+    s.position += here * s.normal;
+    s.du += slope(1, 0) * s.normal + here * normal_u;
+    s.dv += slope(0, 1) * s.normal + here * normal_v;
+    return s;
+}
+
+/// Distance from q to a nearby point of a displaced surface: Gauss-Newton inside the root of the start `s`, at `at`.
+/// Never more than `best`, the distance to the start.
+template <class Family>
+double mapped_distance(const SurfaceMap<Family>& map, const Vec3d& q, SurfaceParameter at, SurfacePoint s,
+                       double best) {
+    constexpr int k_steps = 4;
+    constexpr double k_gain = 1e-6;  // relative; a step that gains less is the last
+    for (int step = 0; step < k_steps && best > 0; ++step) {
         double dx, dy;
         if (!detail::tangent_step(s, q, dx, dy)) break;
         const double x = std::clamp(at.x + dx, 0.0, 1.0), y = std::clamp(at.y + dy, 0.0, 1.0);
         if (!Family::inside(x, y)) break;
-        const SurfaceParameter next{at.root, x, y};
-        const double distance = glm::length(map(next) - q);
-        if (!(distance < best)) break;
-        best = distance;
-        at = next;
+        at = {at.root, x, y};
+        s = displaced(map, at);
+        const double distance = glm::length(s.position - q), before = best;
+        best = std::min(best, distance);
+        if (!(distance < before * (1 - k_gain))) break;
     }
     return best;
 }
@@ -129,7 +155,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
     std::vector<double> sideways(count, 0.0);  // per triangle: the largest upper bound from Newton's method alone
 
     // Against the limit surface itself Newton's bound is checked by a search where it counts.
-    const bool search = map.plain();
+    const bool search = map.plain(), by_displacement = map.displacement && !map.target;
     const auto run_block = [&](std::uint32_t block) {
         Sums& sum = sums[block];
         for (std::uint32_t t = block * k_block; t < std::min(count, (block + 1) * k_block); ++t) {
@@ -145,7 +171,9 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                                  b2 = static_cast<double>(n - row) / n;
                     if (b0 == 1 || b1 == 1 || b2 == 1) continue;
                     const SurfaceParameter at = from.parameter<Family>(control, b0, b1, b2);
-                    const Vec3d s = map(at), q = b0 * a + b1 * b + b2 * c;
+                    SurfacePoint point;
+                    if (by_displacement) point = displaced(map, at);
+                    const Vec3d s = by_displacement ? point.position : map(at), q = b0 * a + b1 * b + b2 * c;
                     const double own = std::sqrt(detail::nearest_on_triangle(s, a, b, c).squared_distance);
                     double forward = own, backward = 0;
                     if (own > 0) {
@@ -158,8 +186,8 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                         forward = std::min(forward, bvh.closest(s, own * (1 + 1e-9)).distance);
                     } else if (parametric == 0) {
                         backward = 0;
-                    } else if (map.displacement) {
-                        backward = mapped_distance(map, q, at, parametric);
+                    } else if (by_displacement) {
+                        backward = mapped_distance(map, q, at, point, parametric);
                     } else {
                         backward = closest.local(q, at);
                         local = std::max(local, backward);
