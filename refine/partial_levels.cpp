@@ -468,7 +468,10 @@ std::vector<std::uint32_t> PartialLevels::Impl::write_limits(const RuleMesh& lev
     if (whole_rings >= detail::rule_limit_rings(scheme, rules))
         limits.points(level, net, once, points_once);
     else
-        for (const int i : limits.known_points(level, net, once, whole_rings, points_once)) missing[i] = 1;
+        // Those beside extraordinary points take more rings than are there for regular ones alone.
+        for (const int i : patch() != nullptr ? limits.known_points(level, net, once, whole_rings, points_once)
+                                              : limits.regular_points(level, net, once, whole_rings, points_once))
+            missing[i] = 1;
     std::vector<std::uint32_t> left;
     for (std::size_t i = 0; i < vertices.size(); ++i) {
         const int at = number[vertices[i]];
