@@ -1,22 +1,19 @@
 #include "tetrakis/eval/tessellate.hpp"
 
 #include "tetrakis/eval/fan_error.hpp"
-#include "tetrakis/eval/io/mesh_writer.hpp"
 #include "tetrakis/eval/leaf_estimator.hpp"
 #include "tetrakis/eval/local_frame.hpp"
 #include "tetrakis/eval/measure.hpp"
 #include "tetrakis/eval/plane_measure.hpp"
+#include "tetrakis/eval/tessellate_limits.hpp"
+#include "tetrakis/eval/tessellate_run.hpp"
 #include "tetrakis/eval/tessellation_attributes.hpp"
-#include "tetrakis/hier/mesh_check.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/adaptive_refinement.hpp"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
-#include <chrono>
-#include <functional>
 #include <optional>
 #include <string>
 
@@ -41,72 +38,6 @@ constexpr std::uint64_t k_bytes_per_triangle = 200;
 /// Of the triangles only one in so many is sampled for a first guess at the largest error: it need not be the largest.
 constexpr std::uint32_t k_floor_stride = 8;
 
-class Stopwatch {
-  public:
-    double lap() {
-        const auto now = std::chrono::steady_clock::now();
-        const double seconds = std::chrono::duration<double>(now - last_).count();
-        last_ = now;
-        return seconds;
-    }
-
-  private:
-    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
-
-std::uint64_t peak_memory_bytes() {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
-}
-
-/// What the caller is told while a mesh is refined: how much of a budget is used, else what the refinement says.
-class RefineProgress {
-  public:
-    RefineProgress(const RunContext& outer, std::uint64_t budget, std::function<std::uint64_t()> triangle_count)
-        : context_(outer) {
-        if (!outer.progress) return;
-        context_.progress = [this, &outer, budget, triangle_count](std::string_view stage, double fraction) {
-            if (budget != 0) fraction = static_cast<double>(triangle_count()) / static_cast<double>(budget);
-            fraction_ = std::clamp(fraction, fraction_, 1.0);
-            return outer.progress(stage, fraction_);
-        };
-    }
-    RefineProgress(const RefineProgress&) = delete;
-    RefineProgress& operator=(const RefineProgress&) = delete;
-
-    const RunContext& context() const { return context_; }
-    /// Says the same once more, for the chance to cancel.
-    void again() const { context_.report("refine", fraction_); }
-
-  private:
-    RunContext context_;
-    double fraction_ = 0;
-};
-
-/// Adds up the time that an estimator takes, and lets the caller cancel between blocks of triangles.
-class WatchedEstimator final : public ErrorEstimator {
-  public:
-    WatchedEstimator(const ErrorEstimator& inner, const RefineProgress& progress)
-        : inner_(inner), progress_(progress) {}
-    void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override {
-        Stopwatch watch;
-        constexpr std::size_t k_block = 4096;
-        for (std::size_t begin = 0; begin < triangles.size(); begin += k_block) {
-            if (begin > 0) progress_.again();
-            const std::size_t size = std::min(k_block, triangles.size() - begin);
-            inner_.estimate(triangles.subspan(begin, size), errors.subspan(begin, size));
-        }
-        seconds_ += watch.lap();
-    }
-    double seconds() const { return seconds_; }
-
-  private:
-    const ErrorEstimator& inner_;
-    const RefineProgress& progress_;
-    mutable double seconds_ = 0;
-};
-
 void check(const ControlMesh& mesh, const TessellateOptions& options) {
     const auto refuse = [](const std::string& text) { throw Error(ErrorCode::invalid_input, text); };
     if (mesh.face_count() == 0) refuse("the control mesh has no faces");
@@ -125,8 +56,8 @@ void check(const ControlMesh& mesh, const TessellateOptions& options) {
             "the certified estimator bounds the limit surface itself; use the embree estimator with a target or a "
             "displacement");
     if (options.target && options.target->triangles.empty()) refuse("the target mesh has no triangles");
-    if (options.scheme == SchemeKind::loop && !mesh.all_triangles())
-        refuse("Loop needs a triangle mesh; triangulate() makes one");
+    if (options.scheme.info().family == MeshFamily::triangles && !mesh.all_triangles())
+        refuse(std::string(options.scheme.name()) + " needs a triangle mesh; triangulate() makes one");
 }
 
 template <class Family>
@@ -136,29 +67,10 @@ class Tessellator {
         : mesh_(mesh), options_(options), context_(context) {}
 
     Tessellation run() {
-        Stopwatch watch;
-        result_.tolerance_absolute = options_.tolerance.value_or(std::numeric_limits<double>::infinity());
-        if (options_.tolerance && !options_.tolerance_is_absolute)
-            result_.tolerance_absolute *= mesh_.bounding_box().diagonal();
+        detail::Stopwatch watch;
+        result_.tolerance_absolute = detail::tolerance_length(mesh_, options_);
         tolerance_ = options_.tolerance ? result_.tolerance_absolute : 0.0;
-        // What rounds to nothing beside the coordinates can never be reached.
-        constexpr double k_least_tolerance = 1e-14;
-        const Box3d box = mesh_.bounding_box();
-        const double largest = std::max(glm::length(box.lower), glm::length(box.upper));
-        if (options_.tolerance && !(tolerance_ > k_least_tolerance * largest))
-            throw Error(
-                ErrorCode::invalid_input,
-                box.diagonal() > 0
-                    ? "the tolerance is below the rounding of coordinates of this size; use a larger one, or move the "
-                      "model to the origin"
-                    : "the control mesh has no extent, so that a relative tolerance means nothing; give an absolute "
-                      "one");
-        // Squares of squares of lengths must not vanish.
-        if (box.diagonal() > 0 && box.diagonal() * k_max_coordinate < 1)
-            throw Error(ErrorCode::invalid_input,
-                        fmt::format("the control mesh is only {:.2g} across, too small to calculate with; scale it up",
-                                    box.diagonal()));
-        leave_room_for_rounding(box);
+        aim_ = detail::aim_beside_rounding(mesh_, options_, tolerance_, result_.warnings);
         prepare();
         context_.report("build", 0.5);
         result_.seconds.build = watch.lap();
@@ -169,8 +81,9 @@ class Tessellator {
         if (map_.plain() && options_.estimator == EstimatorKind::embree && mesh_.halfedge_count() > k_many_roots)
             closest_->prepare(context_);
         const LeafEstimator<Family> estimator(map_, *closest_, options_.estimator, aim_);
-        const RefineProgress progress(context_, options_.max_triangles, [&] { return hierarchy.triangle_count(); });
-        const WatchedEstimator watched(estimator, progress);
+        const detail::RefineProgress progress(context_, options_.max_triangles,
+                                              [&] { return hierarchy.triangle_count(); });
+        const detail::WatchedEstimator watched(estimator, progress);
         AdaptiveOptions adaptive{aim_, options_.max_triangles, options_.min_level, options_.max_level};
         adaptive.max_memory_bytes = context_.max_memory_bytes;
         adaptive.base_bytes = patches_->memory_bytes();
@@ -182,15 +95,10 @@ class Tessellator {
         AdaptiveRefinement<typename Family::Hierarchy> refinement(hierarchy, watched, adaptive, progress.context());
         refinement.run();
         export_mesh(hierarchy, refinement);
-        if (options_.max_triangles != 0 && result_.mesh.triangles.size() > options_.max_triangles)
-            throw Error(ErrorCode::unsupported,
-                        fmt::format("the coarsest mesh of this surface has {0} triangles, more than the {1} allowed; "
-                                    "allow at least {0}{2}",
-                                    result_.mesh.triangles.size(), options_.max_triangles,
-                                    options_.min_level > 0 ? ", or lower the minimum level" : ""));
+        detail::check_coarsest(options_, result_.mesh.triangles.size());
         result_.seconds.estimate = watched.seconds();
         result_.seconds.refine = watch.lap() - result_.seconds.estimate;
-        result_.peak_memory_before_measure_bytes = peak_memory_bytes();
+        result_.peak_memory_before_measure_bytes = detail::peak_memory_bytes();
 
         if (options_.measure) {
             double last = std::numeric_limits<double>::infinity();
@@ -215,7 +123,7 @@ class Tessellator {
         }
         if (map_.plain()) {
             const double certified = certify(hierarchy, estimator, refinement, fan_error);
-            result_.certified_error = certified + written_rounding();
+            result_.certified_error = certified + detail::written_rounding(options_, result_.mesh);
             // No point is farther than what is certified, wherever the search for its closest point ended.
             if (result_.measured_error) {
                 MeasuredError& measured = *result_.measured_error;
@@ -226,7 +134,8 @@ class Tessellator {
         }
         result_.tolerance_reached =
             !options_.tolerance ||
-            (!refinement.left_over() && !estimator.gave_up() && written_rounding() <= tolerance_ &&
+            (!refinement.left_over() && !estimator.gave_up() &&
+             detail::written_rounding(options_, result_.mesh) <= tolerance_ &&
              (!result_.measured_error || result_.measured_error->hausdorff <= tolerance_) &&
              (options_.estimator != EstimatorKind::certified || *result_.certified_error <= tolerance_));
         if (options_.target && options_.tolerance && result_.measured_error) warn_of_target(refinement.left_over());
@@ -235,33 +144,12 @@ class Tessellator {
                 "somewhere the mapped surface jumps (two sheets of the target are equally near, or heights differ "
                 "across a "
                 "seam or a crease): refinement stopped there, far below the tolerance");
-        if (result_.mesh.triangles.empty())
-            result_.warnings.push_back(
-                "no face of the control mesh is part of the surface: all are holes, or touch the boundary under "
-                "boundary "
-                "rule 0 (none); the mesh is empty");
+        detail::warn_of_nothing(result_);
         add_attributes(hierarchy);
         return std::move(result_);
     }
 
   private:
-    /// What is certified includes the rounding of the floats that are written: the estimator must do with the rest of
-    /// the tolerance.
-    void leave_room_for_rounding(const Box3d& box) {
-        aim_ = tolerance_;
-        if (!options_.tolerance || !options_.floats_written) return;
-        const double rounding = glb_rounding_bound_within(box);
-        constexpr double k_below = 1 - 1e-15;  // the sum of both is rounded once more
-        if (rounding < tolerance_ * k_below) {
-            if (options_.estimator == EstimatorKind::certified) aim_ = tolerance_ * k_below - rounding;
-            return;
-        }
-        result_.warnings.push_back(
-            fmt::format("the floats that are written may be off by {:.2g}, which alone is more than the tolerance of "
-                        "{:.2g}; write doubles (.obj or .ply) or use a larger tolerance",
-                        rounding, tolerance_));
-    }
-
     /// Which way a target is too far from the mesh, and by how much.
     void warn_of_target(bool left_over) {
         const MeasuredError& error = *result_.measured_error;
@@ -453,12 +341,6 @@ class Tessellator {
         return largest;
     }
 
-    /// What rounding the vertices to float may add.
-    double written_rounding() const {
-        if (!options_.floats_written) return 0;
-        return glb_rounding_bound(bounding_box(result_.mesh.positions));
-    }
-
     void add_attributes(const typename Family::Hierarchy& hierarchy) {
         context_.report("attributes", 0);
         if (options_.normals && !map_.plain()) geometric_normals(result_.mesh);
@@ -496,7 +378,9 @@ class Tessellator {
 Tessellation tessellate(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context) {
     check(mesh, options);
     return with_threads(context, [&] {
-        if (options.scheme == SchemeKind::loop) return Tessellator<LoopFamily>(mesh, options, context).run();
+        if (!scheme_support(options.scheme, options.rules).patches)
+            return detail::tessellate_by_limits(mesh, options, context);
+        if (options.scheme.kind() == SchemeKind::loop) return Tessellator<LoopFamily>(mesh, options, context).run();
         return Tessellator<QuadFamily>(mesh, options, context).run();
     });
 }

@@ -1,9 +1,9 @@
 #pragma once
 
+#include "tetrakis/eval/scheme_choice.hpp"
 #include "tetrakis/eval/triangle_mesh.hpp"
 #include "tetrakis/hier/control_mesh.hpp"
 #include "tetrakis/hier/run_context.hpp"
-#include "tetrakis/schemes/scheme_kind.hpp"
 
 #include <cstdint>
 #include <limits>
@@ -16,12 +16,27 @@ struct HeightImage;  // eval/io/height_image.hpp
 
 /// Which estimator decides where to refine (DESIGN 3.7).
 enum class EstimatorKind {
-    embree,     ///< cheap two-sided filters, then closest points and normal rays against the limit surface or a target
+    /// Cheap two-sided filters, then closest points and normal rays against the limit surface or a target. Of surfaces
+    /// without patches: the limit points that each triangle's edges and inside have one and two levels further down.
+    embree,
     certified,  ///< refines until the certified bound itself is within the tolerance
 };
 
+/// What tessellate() can do with a scheme.
+struct SchemeSupport {
+    bool any = false;  ///< limit points, their normals, and the distances between them and the mesh
+    /// Patches, exact anywhere: targets and displacements, and what is measured is measured against the surface itself;
+    /// else against a mesh of limit points that cuts the result's triangles in 16 or more (in 4 above 250 000 of them).
+    bool patches = false;
+    bool certified = false;  ///< bounds that hold for every point
+};
+/// Patches: Catmull-Clark and Loop by their plain rules. Certified: these, bilinear and midpoint refinement. None at
+/// all: sqrt3 and honeycomb refinement.
+SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rules = {});
+
 struct TessellateOptions {
-    SchemeKind scheme = SchemeKind::catmull_clark;
+    SchemeChoice scheme = SchemeKind::catmull_clark;  ///< see scheme_support()
+    RuleOptions rules{};                              ///< choices that the scheme's rules offer
     EstimatorKind estimator = EstimatorKind::embree;
     /// Largest allowed distance between mesh and limit surface, in both directions. Unset: refine to max_triangles
     /// only.
@@ -65,7 +80,8 @@ struct Tessellation {
         triangle_error;  ///< T: the error of each triangle, measured or else estimated, unit of the model
     double tolerance_absolute = std::numeric_limits<double>::infinity();
     bool tolerance_reached = true;
-    /// Upper bound on the distance between mesh and limit surface, both directions; empty with target or displacement.
+    /// Upper bound on the distance between mesh and limit surface, both directions; empty with target or displacement,
+    /// and for schemes without a bound (see scheme_support()).
     std::optional<double> certified_error;
     std::optional<MeasuredError> measured_error;
     int deepest_level = 0;  ///< quadtree level of the finest triangle
@@ -76,12 +92,13 @@ struct Tessellation {
 
 /// Tessellates the limit surface of a control mesh to a tolerance: one watertight indexed mesh whose vertices are limit
 /// points (projected or displaced on request), the same bytes for any number of threads.
-/// @param mesh     control mesh; Loop needs triangles (triangulate() in hier/triangulate.hpp makes them, with a
-/// warning)
+/// @param mesh     control mesh; triangle schemes need triangles (triangulate() in hier/triangulate.hpp makes them)
 /// @throws Error   invalid_input (options that contradict each other, UVs missing for a displacement), unsupported
-/// (more
-///                 triangles in the coarsest mesh than max_triangles), memory_limit, cancelled
-/// Cost: O(triangles); about one patch evaluation per vertex and two bounds per triangle.
+/// (what
+///                 scheme_support() says no to, a limit without a mask, more triangles in the coarsest mesh than
+///                 max_triangles), memory_limit, cancelled
+/// Cost: O(triangles); about one patch evaluation per vertex and two bounds per triangle. Without patches: about ten
+/// limit points per triangle and as many again to measure, at a few microseconds each.
 Tessellation tessellate(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context = {});
 
 }  // namespace tetrakis

@@ -10,10 +10,7 @@ namespace tetrakis {
 AdaptiveDual::AdaptiveDual(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules)
     : mesh_(&mesh), points_(mesh, scheme, rules), forest_(points_.vertex_roots()) {}
 
-namespace {
-
-/// Quads along the diagonal, larger faces as fans.
-void cut(DualFaces& faces) {
+void detail::cut_into_triangles(DualFaces& faces) {
     std::vector<std::uint32_t> offsets{0}, vertices;
     std::vector<FaceId> control;
     for (std::uint32_t f = 0; f < faces.control_faces.size(); ++f) {
@@ -31,8 +28,6 @@ void cut(DualFaces& faces) {
     faces.control_faces = std::move(control);
 }
 
-}  // namespace
-
 PolygonMesh AdaptiveDual::to_mesh(const DualMeshOptions& options) const {
     DualFaces faces = forest_.faces();
     PolygonMesh mesh;
@@ -48,7 +43,7 @@ PolygonMesh AdaptiveDual::to_mesh(const DualMeshOptions& options) const {
         mesh.normals.resize(limits.size());
         for (std::size_t v = 0; v < limits.size(); ++v) mesh.normals[v] = limits[v].normal;
     });
-    if (options.triangles) cut(faces);
+    if (options.triangles) detail::cut_into_triangles(faces);
     const ControlMeshData& data = mesh_->data();
     for (const FaceId f : faces.control_faces) {
         if (!data.face_material.empty()) mesh.face_material.push_back(data.face_material[f.value]);

@@ -39,4 +39,11 @@ class AdaptiveDual {
     VertexForest forest_;
 };
 
+namespace detail {
+
+/// Cuts quads along the diagonal in the 4-8 pattern, larger faces into fans. Without `diagonal_at_first` afterwards.
+void cut_into_triangles(DualFaces& faces);
+
+}  // namespace detail
+
 }  // namespace tetrakis

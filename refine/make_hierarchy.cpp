@@ -34,11 +34,6 @@ class OtherLimits final : public LevelSource {
     std::shared_ptr<const PositionSource> limits_;
 };
 
-bool has_plain_rules(const RuleOptions& rules) {
-    return rules.edge_beside_crease == EdgeBesideCrease::plain && rules.loop_weights == LoopWeights::loop &&
-           !rules.hoppe_crease && !rules.catmull_clark_beta && !rules.catmull_clark_gamma && rules.corner_angle == 0;
-}
-
 bool has_boundary(const ControlMesh& mesh) {
     for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
         if (mesh.is_boundary(EdgeId(e))) return true;
@@ -66,7 +61,7 @@ Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, cons
                                                 ": its vertices are no sites of corner cells or triangles");
     if (scheme.name == "bilinear" || scheme.name == "midpoint")
         levels = linear_levels(mesh, triangles);
-    else if ((scheme.name == "catmull-clark" || scheme.name == "loop") && has_plain_rules(options.rules))
+    else if ((scheme.name == "catmull-clark" || scheme.name == "loop") && detail::has_plain_rules(options.rules))
         levels = closure_levels(mesh, triangles ? SchemeKind::loop : SchemeKind::catmull_clark);
     else
         levels = rule_levels(mesh, scheme, options.rules);

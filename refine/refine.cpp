@@ -14,19 +14,19 @@
 
 namespace tetrakis {
 
-namespace {
-
-bool plain_rules(const RuleOptions& rules) {
+bool detail::has_plain_rules(const RuleOptions& rules) {
     return rules.edge_beside_crease == EdgeBesideCrease::plain && rules.loop_weights == LoopWeights::loop &&
            !rules.hoppe_crease && !rules.catmull_clark_beta && !rules.catmull_clark_gamma && rules.corner_angle == 0;
 }
+
+namespace {
 
 /// The structured path, where there is one.
 std::optional<PolygonMesh> refine_structured(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                                              const RefineOptions& options) {
     const bool linear = scheme.step == bilinear_step || scheme.step == midpoint_step;
     const bool smooth = scheme.name == name(SchemeKind::catmull_clark) || scheme.name == name(SchemeKind::loop);
-    if (options.smoothing != 0 || !(linear || (smooth && plain_rules(options.rules)))) return std::nullopt;
+    if (options.smoothing != 0 || !(linear || (smooth && detail::has_plain_rules(options.rules)))) return std::nullopt;
     const bool triangles = scheme.family == MeshFamily::triangles;
     if (triangles && !mesh.all_triangles()) return std::nullopt;  // the rules say what is wrong
     UniformOptions uniform{.limit = options.limit && !linear,

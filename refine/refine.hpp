@@ -40,4 +40,11 @@ RefinedStencils refine_stencils(const ControlMesh& mesh, const SchemeInfo& schem
 /// The scheme of that name. @throws Error invalid_input, as refine()
 const SchemeInfo& scheme_named(std::string_view name);
 
+namespace detail {
+
+/// Whether Catmull-Clark and Loop are those of the patches and structured kernels.
+bool has_plain_rules(const RuleOptions& rules);
+
+}  // namespace detail
+
 }  // namespace tetrakis

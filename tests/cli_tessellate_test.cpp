@@ -178,6 +178,84 @@ TEST_CASE("Loop cuts other faces into triangles, and says so") {
     CHECK(run.report["faces"] == 7);
 }
 
+TEST_CASE("any scheme of the table tessellates: watertight, measured within the tolerance, without a bound") {
+    struct Case {
+        std::string scheme, model;
+        std::vector<std::string> more;
+    };
+    for (const Case& c :
+         {Case{"kobbelt", "bracket.obj", {"--no-measure"}},
+          Case{"modified-butterfly", "tetrahedron.obj", {"--reflect"}},
+          Case{"biquartic", "pipe3.obj", {"--no-measure"}}, Case{"doo-sabin", "cube.obj", {"--threads", "1"}},
+          Case{"averaging", "cube.obj", {"--steps", "2"}}, Case{"loop", "tetrahedron.obj", {"--warren"}}}) {
+        CAPTURE(c.scheme);
+        std::vector<std::string> options = {"--tolerance", "1e-2", "--scheme", c.scheme};
+        options.insert(options.end(), c.more.begin(), c.more.end());
+        const Run run(cli::data(c.model), options);
+        CAPTURE(run.result.err);
+        REQUIRE(run.result.code == 0);
+        cli::check_report(run.report);
+        CHECK(run.report["scheme"] == c.scheme);
+        CHECK(run.report["certified_error"].is_null());
+        CHECK(run.report["tolerance_reached"] == true);
+        CHECK(run.report["triangles"] == run.mesh.triangles.size());
+        if (c.more[0] != "--no-measure")
+            CHECK(run.report["measured_error"]["hausdorff"].get<double>() <=
+                  run.report["tolerance_absolute"].get<double>());
+        const std::size_t boundary = boundary_edges(run.mesh);
+        const nlohmann::json info = cli::run_json({"info", cli::data(c.model), "--json"});
+        CHECK((boundary == 0) == (info["boundary_edges"] == 0));
+        CHECK(euler_characteristic(run.mesh, boundary) == info["euler_characteristic"].get<long>());
+    }
+}
+
+TEST_CASE("[inv10] other schemes: one and two threads write the same bytes; exit code 4; pictures") {
+    for (const std::string scheme : {"kobbelt", "doo-sabin"}) {
+        CAPTURE(scheme);
+        const auto run = [&](const std::string& threads) {
+            return Run(cli::data("cube.obj"),
+                       {"--tolerance", "4e-3", "--scheme", scheme, "--threads", threads, "--no-measure"});
+        };
+        const Run a = run("1"), b = run("2");
+        REQUIRE(a.result.code == 0);
+        REQUIRE(b.result.code == 0);
+        CHECK(a.bytes == b.bytes);
+        const ScratchDir pictures;
+        const Run budget(cli::data("cube.obj"),
+                         {"--tolerance", "1e-5", "--scheme", scheme, "--max-triangles", "300", "--no-measure", "--size",
+                          "48x48", "--image", (pictures / "a.png").string()});
+        CHECK(budget.result.code == 4);
+        CHECK(budget.result.err.find("--max-triangles") != std::string::npos);
+        CHECK(budget.mesh.triangles.size() <= 300);
+        CHECK(boundary_edges(budget.mesh) == 0);
+        CHECK(slurp(pictures / "a.png").starts_with("\x89PNG"));
+    }
+}
+
+TEST_CASE("[bad-input] what other schemes cannot do is refused before anything is read") {
+    struct Case {
+        std::vector<std::string> options;
+        std::string words;
+    };
+    for (const Case& c : {Case{{"--scheme", "sqrt3"}, "refine --scheme sqrt3 --limit"},
+                          Case{{"--scheme", "buterfly"}, "did you mean butterfly?"},
+                          Case{{"--scheme", "kobbelt", "--estimator", "certified"}, "--estimator embree"},
+                          Case{{"--scheme", "loop", "--warren", "--estimator", "certified"}, "with these rules"},
+                          Case{{"--scheme", "4-8", "--target", "x.obj"}, "--scheme catmull-clark or loop"}}) {
+        CAPTURE(c.words);
+        std::vector<std::string> options = {"--tolerance", "1e-2"};
+        options.insert(options.end(), c.options.begin(), c.options.end());
+        const Run run("missing.obj", options);
+        CHECK(run.result.code == 2);
+        CAPTURE(run.result.err);
+        CHECK(run.result.err.find(c.words) != std::string::npos);
+    }
+    const Run sharp(cli::data("extruded_pentagon.obj"), {"--tolerance", "1e-2", "--scheme", "doo-sabin"});
+    CHECK(sharp.result.code == 1);
+    CHECK(sharp.result.err.find("refine --limit") != std::string::npos);
+    CHECK(sharp.bytes.empty());
+}
+
 TEST_CASE("a displacement by a white picture moves the surface by its amplitude") {
     const ScratchDir scratch;
     const std::string white = (scratch / "white.pgm").string();

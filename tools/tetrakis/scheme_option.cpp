@@ -16,17 +16,6 @@ constexpr int k_most_averaging_steps = 9;
 
 }
 
-void add_scheme_option(CLI::App& command, SchemeKind& scheme) {
-    std::vector<std::string> names;
-    for (const SchemeKind kind : {SchemeKind::catmull_clark, SchemeKind::loop}) names.emplace_back(name(kind));
-    command
-        .add_option_function<std::string>(
-            "--scheme", [&scheme](const std::string& text) { scheme = scheme_from_name(text).value(); },
-            "Subdivision scheme: catmull-clark (any polygons; the default) or loop (triangles)")
-        ->type_name("S")
-        ->check(CLI::IsMember(names).description(""));
-}
-
 const SchemeInfo& chosen_scheme(const std::string& text) {
     try {
         return scheme_named(text);
@@ -74,10 +63,6 @@ RuleOptions RuleOptionFlags::rules() const {
     if (edge_rule_ == "cosine") rules.edge_beside_crease = EdgeBesideCrease::cosine;
     if (edge_rule_ == "brief") rules.edge_beside_crease = EdgeBesideCrease::brief;
     return rules;
-}
-
-void prepare_for(SchemeKind scheme, ControlMesh& mesh, const RunContext& context) {
-    prepare_for(*find_scheme(name(scheme)), mesh, context);
 }
 
 void prepare_for(const SchemeInfo& scheme, ControlMesh& mesh, const RunContext& context) {

@@ -2,7 +2,6 @@
 
 #include "tetrakis/hier/control_mesh.hpp"
 #include "tetrakis/hier/run_context.hpp"
-#include "tetrakis/schemes/scheme_kind.hpp"
 #include "tetrakis/schemes/scheme_table.hpp"
 
 #include <CLI/CLI.hpp>
@@ -11,9 +10,6 @@
 #include <vector>
 
 namespace tetrakis::cli {
-
-/// --scheme, one of the names that the library knows.
-void add_scheme_option(CLI::App& command, SchemeKind& scheme);
 
 /// The scheme of that name in the whole table. @throws UsageError: an unknown one; says the nearest and all names
 const SchemeInfo& chosen_scheme(const std::string& text);
@@ -36,7 +32,6 @@ class RuleOptionFlags {
 
 /// Makes the mesh one that the scheme can refine: for triangle schemes its faces are cut into triangles, with a
 /// warning.
-void prepare_for(SchemeKind scheme, ControlMesh& mesh, const RunContext& context);
 void prepare_for(const SchemeInfo& scheme, ControlMesh& mesh, const RunContext& context);
 
 }  // namespace tetrakis::cli

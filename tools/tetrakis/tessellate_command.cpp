@@ -29,6 +29,8 @@ namespace {
 
 struct TessellateCommandOptions {
     std::filesystem::path input, target, displacement, output, report, image, heat_image;
+    std::string scheme{name(SchemeKind::catmull_clark)};
+    RuleOptionFlags rules;
     TessellateOptions tessellate;
     std::optional<double> amplitude;
     bool no_measure = false, repair = false;
@@ -50,6 +52,19 @@ void check_combination(const TessellateCommandOptions& options) {
             "--estimator certified bounds the distance to the limit surface itself; with --target or --displacement "
             "use --estimator embree");
     if (t.min_level > t.max_level) throw UsageError("--min-level is above --max-level");
+    const SchemeSupport support = scheme_support(t.scheme, t.rules);
+    const std::string scheme(t.scheme.name());
+    if (!support.any)
+        throw UsageError(scheme + " has no adaptive tessellation; use \"tetrakis refine --scheme " + scheme +
+                         " --limit\", which refines by whole levels");
+    if (!support.patches && (!options.target.empty() || !options.displacement.empty()))
+        throw UsageError(std::string(options.target.empty() ? "--displacement" : "--target") +
+                         " needs exact points all over the surface: use --scheme catmull-clark or loop, without "
+                         "options for their rules");
+    if (!support.certified && t.estimator == EstimatorKind::certified)
+        throw UsageError("there is no certified bound for " + scheme + (t.scheme.kind() ? " with these rules" : "") +
+                         ", whose limit is known at points alone: use --estimator embree, which measures, or --scheme "
+                         "catmull-clark, loop, bilinear or midpoint");
 }
 
 OutputFiles output_files(const TessellateCommandOptions& options) {
@@ -71,7 +86,7 @@ std::string advice(const TessellateCommandOptions& options, const Tessellation& 
 }
 
 Report make_report(const TessellateCommandOptions& options, const LoadedModel& model, const Tessellation& result) {
-    Report report = Report::of(options.input, name(options.tessellate.scheme), model, options.run);
+    Report report = Report::of(options.input, options.tessellate.scheme.name(), model, options.run);
     report.vertices = result.mesh.positions.size();
     report.triangles = result.mesh.triangles.size();
     if (options.tessellate.tolerance) {
@@ -161,7 +176,7 @@ ExitCode run_checked(TessellateCommandOptions& options) {
     LoadedModel model = load_model(options.input, options.repair, context);
     const std::uint64_t faces = model.mesh.face_count();
     const Stopwatch prepare;
-    prepare_for(options.tessellate.scheme, model.mesh, context);
+    prepare_for(options.tessellate.scheme.info(), model.mesh, context);
     model.build_seconds += prepare.seconds();
 
     const Stopwatch load_others;
@@ -209,6 +224,8 @@ ExitCode run_checked(TessellateCommandOptions& options) {
 }
 
 ExitCode run(TessellateCommandOptions options) {
+    options.tessellate.scheme = chosen_scheme(options.scheme);
+    options.tessellate.rules = options.rules.rules();
     check_combination(options);
     output_files(options).check({options.input, options.target, options.displacement});
     return about(options.input, [&] { return run_checked(options); });
@@ -266,7 +283,16 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
     command->add_option("-o,--output", options->output, "Mesh to write: .obj, .ply or .glb")
         ->required()
         ->type_name("OUT");
-    add_scheme_option(*command, options->tessellate.scheme);
+    command
+        ->add_option(
+            "--scheme", options->scheme,
+            "Subdivision scheme, any that \"tetrakis schemes\" lists but sqrt3 and honeycomb (catmull-clark).\n"
+            "Catmull-clark and loop are exact everywhere and have certified errors; the others are known by\n"
+            "their limit points: errors are measured against a denser mesh of these, certified_error is null\n"
+            "(but for bilinear and midpoint), and there is no --target or --displacement")
+        ->type_name("S");
+    options->rules.add_averaging_steps(*command);
+    options->rules.add(*command);
     add_refinement_options(*command, options->tessellate);
     command
         ->add_option("--target", options->target,

@@ -1,0 +1,308 @@
+#include "tetrakis/eval/dual_tessellator.hpp"
+
+#include "tetrakis/eval/dual_leaf_error.hpp"
+#include "tetrakis/eval/limit_reference.hpp"
+#include "tetrakis/eval/local_frame.hpp"
+#include "tetrakis/eval/tessellate_run.hpp"
+#include "tetrakis/eval/tessellation_attributes.hpp"
+#include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/adaptive_dual.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+
+namespace tetrakis::detail {
+
+namespace {
+
+/// The surface may be a little farther between the points that the errors come from.
+constexpr double k_aim = 0.98;
+
+/// After a measurement, leaves found to be off are split and the mesh measured again, at most this often.
+constexpr int k_repairs = 8;
+
+/// Bytes a triangle that refining and exporting take at their peak (half a leaf with its points, faces), for the
+/// memory limit.
+constexpr std::uint64_t k_bytes_per_triangle = 600;
+
+/// Three vertices more for each leaf that is split, and two triangles for each of them.
+constexpr std::uint64_t k_triangles_per_split = 6;
+
+VertexRoots roots_of(const PartialLevels& points, std::string_view scheme) {
+    try {
+        return points.vertex_roots();
+    } catch (const Error& error) {
+        if (error.code() != ErrorCode::unsupported) throw;
+        throw Error(ErrorCode::unsupported, std::string(scheme) +
+                                                " tessellates meshes adaptively only without sharp edges inside and "
+                                                "without corner tags inside; remove these, or refine by whole levels "
+                                                "(refine --limit): " +
+                                                error.what());
+    }
+}
+
+class DualTessellator {
+  public:
+    DualTessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
+        : mesh_(mesh),
+          options_(options),
+          context_(context),
+          points_(mesh, options.scheme.info(), options.rules),
+          forest_(roots_of(points_, options.scheme.name())),
+          leaf_errors_(points_) {
+        for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+            if (mesh.is_hole(FaceId(f)))
+                throw Error(ErrorCode::unsupported,
+                            std::string(options.scheme.name()) +
+                                " puts its vertices inside faces, so that the edge of a hole is no edge of its meshes; "
+                                "remove the faces that are holes from the control mesh (or set another boundary rule "
+                                "than none)",
+                            mesh.data().source);
+    }
+
+    Tessellation run() {
+        Stopwatch watch;
+        result_.tolerance_absolute = tolerance_length(mesh_, options_);
+        tolerance_ = options_.tolerance ? result_.tolerance_absolute : 0.0;
+        aim_ = k_aim * aim_beside_rounding(mesh_, options_, tolerance_, result_.warnings);
+        result_.seconds.build = watch.lap();
+        refine_to_least_level();
+        refine({});
+        check_coarsest(options_, result_.mesh.triangles.size());
+        result_.seconds.estimate = estimating_;
+        result_.seconds.refine = watch.lap() - estimating_;
+        result_.peak_memory_before_measure_bytes = peak_memory_bytes();
+        if (options_.measure) {
+            for (int round = 0;; ++round) {
+                measure();
+                result_.seconds.measure += watch.lap();
+                if (!options_.tolerance || result_.measured_error->hausdorff <= tolerance_ ||
+                    options_.max_triangles != 0 || left_over_ || round == k_repairs)
+                    break;
+                const std::vector<LeafId> off = found_off();
+                if (off.empty()) break;
+                refine(off);
+                result_.seconds.refine += watch.lap();
+            }
+        }
+        export_mesh();
+        result_.tolerance_reached =
+            !options_.tolerance || (!left_over_ && written_rounding(options_, result_.mesh) <= tolerance_ &&
+                                    (!result_.measured_error || result_.measured_error->hausdorff <= tolerance_));
+        warn_of_nothing(result_);
+        return std::move(result_);
+    }
+
+  private:
+    void refine_to_least_level() {
+        std::vector<LeafId> low, created;
+        for (;;) {
+            low.clear();
+            for (const LeafId leaf : forest_.ordered_leaves())
+                if (forest_.level(leaf) < options_.min_level) low.push_back(leaf);
+            if (low.empty()) return;
+            forest_.refine(low, created);
+        }
+    }
+
+    /// Splits these leaves, then all whose error is above the aim, as far as levels and budget allow; ends with mesh,
+    /// positions and errors of the last state.
+    void refine(std::vector<LeafId> marked) {
+        std::vector<LeafId> created;
+        for (int pass = 1;; ++pass) {
+            const double done = 1.0 - 1.0 / pass;
+            if (!marked.empty()) forest_.refine(marked, created);
+            estimate(done);
+            check_memory();
+            if (options_.max_triangles != 0) return refine_in_budget();
+            marked.clear();
+            left_over_ = false;
+            for (std::uint32_t v = 0; v < errors_.size(); ++v) {
+                if (!(errors_[v] > aim_)) continue;
+                const LeafId leaf = triangles_.faces.leaves[v];
+                if (forest_.level(leaf) < options_.max_level)
+                    marked.push_back(leaf);
+                else
+                    left_over_ = true;
+            }
+            if (marked.empty()) return;
+        }
+    }
+
+    /// The worst leaves first: in each round those above half of the largest error, as many as the budget may take.
+    void refine_in_budget() {
+        constexpr double k_share = 0.5;
+        std::vector<LeafId> created;
+        std::vector<std::uint32_t> order;
+        std::uint64_t most = std::numeric_limits<std::uint64_t>::max();  // leaves to split in a round
+        for (;;) {
+            const std::uint64_t count = triangles_.triangle_count(), budget = options_.max_triangles;
+            order.clear();
+            left_over_ = false;
+            double largest = 0;
+            for (std::uint32_t v = 0; v < errors_.size(); ++v) {
+                if (!(errors_[v] > aim_)) continue;
+                left_over_ = true;
+                if (forest_.level(triangles_.faces.leaves[v]) >= options_.max_level) continue;
+                order.push_back(v);
+                largest = std::max(largest, errors_[v]);
+            }
+            std::erase_if(order, [&](std::uint32_t v) { return errors_[v] < k_share * largest; });
+            // Vertices stand in the order of their leaves' paths, whatever the history.
+            std::stable_sort(order.begin(), order.end(),
+                             [&](std::uint32_t a, std::uint32_t b) { return errors_[a] > errors_[b]; });
+            if (order.empty() || count >= budget) return;
+            most = std::min({most, std::uint64_t{order.size()}, (budget - count) / k_triangles_per_split});
+            if (most == 0) return;
+            order.resize(most);
+            const VertexForest before = forest_;
+            std::vector<LeafId> marked;
+            for (const std::uint32_t v : order) marked.push_back(triangles_.faces.leaves[v]);
+            forest_.refine(marked, created);
+            DualTriangles next = dual_triangles(forest_);
+            if (next.triangle_count() > budget) {  // closure took more than there was: fewer at a time
+                forest_ = before;
+                leaf_errors_.forget_from(forest_.leaf_slots());
+                most /= 2;
+                if (most == 0) return;
+                continue;
+            }
+            if (most == order.size()) most = std::numeric_limits<std::uint64_t>::max();
+            estimate(static_cast<double>(next.triangle_count()) / static_cast<double>(budget));
+        }
+    }
+
+    void check_memory() const {
+        const std::uint64_t bytes = triangles_.triangle_count() * k_bytes_per_triangle;
+        if (context_.max_memory_bytes == 0 || bytes <= context_.max_memory_bytes) return;
+        throw Error(ErrorCode::memory_limit, "more than " + std::to_string(triangles_.triangle_count()) +
+                                                 " triangles are needed, about " + std::to_string(bytes >> 20) +
+                                                 " MiB, and the limit is " +
+                                                 std::to_string(context_.max_memory_bytes >> 20) +
+                                                 " MiB; use a larger tolerance or a larger limit");
+    }
+
+    void estimate(double done) {
+        const auto report = [&](double) { context_.report("refine", std::min(done, 1.0)); };
+        triangles_ = dual_triangles(forest_);
+        Stopwatch watch;
+        positions_ = leaf_errors_.positions(forest_, triangles_, report);
+        // A budget compares errors with each other: there all are looked at closely.
+        const double decide_at = options_.max_triangles != 0 ? std::numeric_limits<double>::infinity() : aim_;
+        errors_ = leaf_errors_.errors(forest_, triangles_, positions_, decide_at, report);
+        estimating_ += watch.lap();
+        result_.mesh.positions = positions_;
+        result_.mesh.triangles.resize(triangles_.triangle_count());
+        result_.triangle_error.resize(triangles_.triangle_count());
+        for (std::uint32_t t = 0; t < triangles_.triangle_count(); ++t) {
+            const auto corners = triangles_.triangle(t);
+            result_.mesh.triangles[t] = corners;
+            result_.triangle_error[t] =
+                round_up(std::max({errors_[corners[0]], errors_[corners[1]], errors_[corners[2]]}));
+        }
+    }
+
+    /// Against the mesh of all leaves' descendants some levels down.
+    void measure() {
+        const std::size_t count = result_.mesh.triangles.size();
+        int deepest = 0;
+        for (const VertexCell& cell : triangles_.faces.cells) deepest = std::max<int>(deepest, cell.level);
+        const int bits = reference_bits(count, deepest);
+        check_reference_memory(std::uint64_t{count} << (2 * bits), context_);
+        VertexForest finer = forest_;
+        std::vector<LeafId> created;
+        for (int i = 0; i < bits; ++i) finer.refine(finer.ordered_leaves(), created);
+        DualFaces faces = finer.faces();
+        cut_into_triangles(faces);
+        LimitReference reference;
+        reference.mesh.positions.resize(faces.cells.size());
+        for_each_block_of_limits(faces.cells, "measure", 0.5,
+                                 [&](std::size_t begin, std::span<const LimitPoint> limits) {
+                                     for (std::size_t i = 0; i < limits.size(); ++i)
+                                         reference.mesh.positions[begin + i] = limits[i].position;
+                                 });
+        std::vector<Vec3d> centres(faces.control_faces.size());
+        reference.mesh.triangles.resize(centres.size());
+        for (std::size_t t = 0; t < centres.size(); ++t) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                reference.mesh.triangles[t][k] = faces.face_vertices[3 * t + k];
+                centres[t] += reference.mesh.positions[faces.face_vertices[3 * t + k]] / 3.0;
+            }
+        }
+        // What a reference's triangle is off counts for the triangle that it is nearest to.
+        std::vector<ClosestPoint> nearest(centres.size());
+        TriangleBvh(result_.mesh, context_).closest(centres, nearest, context_);
+        for (const ClosestPoint& point : nearest) reference.owner.push_back(point.triangle);
+        const ReferenceDistances distances = measure_reference(reference, count, result_.mesh, context_);
+        result_.measured_error = distances.error;
+        for (std::size_t t = 0; t < count; ++t)
+            result_.triangle_error[t] = std::max(distances.of_piece[t], distances.of_triangle[t]);
+    }
+
+    /// The leaves around triangles that a measurement found to be off.
+    std::vector<LeafId> found_off() const {
+        std::vector<LeafId> leaves;
+        for (std::uint32_t t = 0; t < result_.triangle_error.size(); ++t) {
+            if (!(static_cast<double>(result_.triangle_error[t]) > tolerance_)) continue;
+            for (const std::uint32_t v : triangles_.triangle(t))
+                if (const LeafId leaf = triangles_.faces.leaves[v]; forest_.level(leaf) < options_.max_level)
+                    leaves.push_back(leaf);
+        }
+        return leaves;
+    }
+
+    void export_mesh() {
+        TriangleMesh& mesh = result_.mesh;
+        if (options_.normals) {
+            mesh.normals.resize(mesh.positions.size());
+            for_each_block_of_limits(triangles_.faces.cells, "export", 1,
+                                     [&](std::size_t begin, std::span<const LimitPoint> limits) {
+                                         for (std::size_t i = 0; i < limits.size(); ++i)
+                                             mesh.normals[begin + i] = limits[i].normal;
+                                     });
+        }
+        for (const FaceId f : triangles_.faces.control_faces) result_.triangle_face.push_back(f.value);
+        for (const VertexCell& cell : triangles_.faces.cells)
+            result_.deepest_level = std::max<int>(result_.deepest_level, cell.level);
+        add_face_attributes(mesh_, result_.triangle_face, mesh);
+        if (options_.uvs && mesh_.has_uvs())
+            result_.warnings.push_back(std::string(options_.scheme.name()) +
+                                       " moves faces across the seams of texture coordinates; these are left out");
+    }
+
+    template <class Take>
+    void for_each_block_of_limits(std::span<const VertexCell> cells, std::string_view stage, double share,
+                                  Take&& take) {
+        constexpr std::size_t k_block = 1u << 15;
+        std::vector<LimitPoint> limits;
+        for (std::size_t begin = 0; begin < cells.size(); begin += k_block) {
+            context_.report(stage, share * static_cast<double>(begin) / static_cast<double>(cells.size()));
+            const auto some = cells.subspan(begin, std::min(k_block, cells.size() - begin));
+            limits.resize(some.size());
+            points_.limits(some, limits);
+            take(begin, limits);
+        }
+    }
+
+    const ControlMesh& mesh_;
+    const TessellateOptions& options_;
+    const RunContext& context_;
+    PartialLevels points_;
+    VertexForest forest_;
+    DualLeafErrors leaf_errors_;
+    Tessellation result_;
+    double tolerance_ = 0, aim_ = 0, estimating_ = 0;
+    bool left_over_ = false;
+    DualTriangles triangles_;
+    std::vector<Vec3d> positions_;
+    std::vector<double> errors_;  ///< per vertex
+};
+
+}  // namespace
+
+Tessellation tessellate_dual(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context) {
+    return DualTessellator(mesh, options, context).run();
+}
+
+}  // namespace tetrakis::detail

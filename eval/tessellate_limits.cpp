@@ -1,0 +1,63 @@
+#include "tetrakis/eval/tessellate_limits.hpp"
+
+#include "tetrakis/eval/dual_tessellator.hpp"
+#include "tetrakis/eval/lattice_tessellator.hpp"
+#include "tetrakis/eval/linear_bound.hpp"
+#include "tetrakis/refine/refine.hpp"
+
+#include <string>
+#include <string_view>
+
+namespace tetrakis {
+
+namespace {
+
+void check_scheme(const TessellateOptions& options) {
+    const SchemeInfo& scheme = options.scheme.info();
+    const std::string name(scheme.name);
+    const SchemeSupport support = scheme_support(options.scheme, options.rules);
+    if (!support.any)
+        throw Error(ErrorCode::unsupported,
+                    name +
+                        " has no adaptive tessellation; refine it by whole levels (refine() with limit, \"tetrakis "
+                        "refine --limit\"), or tessellate by another scheme");
+    if (options.target || options.displacement)
+        throw Error(ErrorCode::unsupported,
+                    std::string(options.target ? "a target" : "a displacement") +
+                        " needs exact points and normals all over the surface, which " + name +
+                        " has at its vertices only; use catmull-clark or loop with their plain rules");
+    if (options.estimator == EstimatorKind::certified && !support.certified)
+        throw Error(ErrorCode::unsupported,
+                    "there is no certified bound for " + name +
+                        " with these rules: its limit is known at points alone; use the embree estimator, or "
+                        "catmull-clark, loop, bilinear or midpoint");
+}
+
+}  // namespace
+
+SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rules) {
+    SchemeSupport support;
+    const SchemeInfo& info = scheme.info();
+    support.any = info.refinement != Refinement::sqrt3 && info.refinement != Refinement::honeycomb;
+    support.patches = scheme.kind().has_value() && detail::has_plain_rules(rules);
+    support.certified = support.patches || LinearBound::is_linear(info);
+    return support;
+}
+
+Tessellation detail::tessellate_by_limits(const ControlMesh& mesh, const TessellateOptions& options,
+                                          const RunContext& context) {
+    check_scheme(options);
+    const bool dual = fan_lattice(options.scheme.info(), options.rules) == FanLattice::dual;
+    try {
+        return dual ? tessellate_dual(mesh, options, context) : tessellate_on_lattice(mesh, options, context);
+    } catch (const Error& error) {
+        // Here nothing goes without limits.
+        constexpr std::string_view k_advice = "; leave out the limit";
+        const std::string text = error.what();
+        if (error.code() != ErrorCode::unsupported || !text.ends_with(k_advice)) throw;
+        throw Error(ErrorCode::unsupported, text.substr(0, text.size() - k_advice.size()) +
+                                                "; remove its tags, or tessellate by another scheme");
+    }
+}
+
+}  // namespace tetrakis

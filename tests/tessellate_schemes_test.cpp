@@ -1,0 +1,380 @@
+#include "point_match.hpp"
+#include "surface_topology.hpp"
+
+#include "tetrakis/eval/hausdorff.hpp"
+#include "tetrakis/eval/linear_bound.hpp"
+#include "tetrakis/eval/tessellate.hpp"
+#include "tetrakis/hier/obj_reader.hpp"
+#include "tetrakis/hier/triangulate.hpp"
+
+#include <doctest/doctest.h>
+
+#include <set>
+#include <string>
+#include <tuple>
+#include <vector>
+
+using namespace tetrakis;
+
+namespace {
+
+/// Every scheme that tessellate() takes without patches.
+std::vector<const SchemeInfo*> other_schemes() {
+    std::vector<const SchemeInfo*> schemes;
+    for (const SchemeInfo& scheme : scheme_table())
+        if (const SchemeSupport support = scheme_support(scheme); support.any && !support.patches)
+            schemes.push_back(&scheme);
+    return schemes;
+}
+
+ControlMesh mesh_for(const SchemeInfo& scheme, const std::string& text) {
+    ControlMesh mesh = ControlMesh::build(parse_obj(text, "test.obj"));
+    return scheme.family == MeshFamily::triangles && !mesh.all_triangles() ? triangulate(mesh) : mesh;
+}
+
+/// A cube with a roof on one side: vertices with three, four and five edges.
+const char* const k_closed =
+    "v -1 -1 -1\nv 1 -1 -1\nv -1 1 -1\nv 1 1 -1\nv -1 -1 1\nv 1 -1 1\nv -1 1 1\nv 1 1 1\nv 0.2 0 1.7\n"
+    "f 1 3 4 2\nf 1 2 6 5\nf 4 3 7 8\nf 3 1 5 7\nf 2 4 8 6\nf 5 6 9\nf 6 8 9\nf 8 7 9\nf 7 5 9\n";
+
+/// An open patch of two quads, a triangle and a pentagon around one vertex, not flat.
+const char* const k_open =
+    "v 0 0 0\nv 1 0 0.2\nv 2 0 0\nv 2.3 1 0.5\nv 1.2 1 0.9\nv 0 1 0.3\nv 1.7 2 0.2\nv 0.5 2 0\nv -0.7 1.6 -0.3\n"
+    "f 1 2 5 6\nf 2 3 4 5\nf 5 4 7\nf 6 5 7 8 9\n";
+
+TriangleMesh triangles_of(const PolygonMesh& mesh) {
+    TriangleMesh result;
+    result.positions = mesh.positions;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+        for (std::uint32_t i = mesh.face_offsets[f] + 1; i + 1 < mesh.face_offsets[f + 1]; ++i)
+            result.triangles.push_back(
+                {mesh.face_vertices[mesh.face_offsets[f]], mesh.face_vertices[i], mesh.face_vertices[i + 1]});
+    return result;
+}
+
+/// A tube of quads, wider in the middle: a boundary without corners.
+const char* const k_tube =
+    "v 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nv 1.3 0 1\nv 0 1.3 1\nv -1.3 0 1\nv 0 -1.3 1\nv 0.8 0 2\nv 0 0.8 2\n"
+    "v -0.8 0 2\nv 0 -0.8 2\n"
+    "f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\nf 5 6 10 9\nf 6 7 11 10\nf 7 8 12 11\nf 8 5 9 12\n";
+
+/// Three averaging steps have no limit at the corner of a boundary.
+const char* open_mesh(const SchemeInfo& scheme) { return scheme.name == "biquartic" ? k_tube : k_open; }
+
+/// Averaging in its primal form; in its own, with three steps, it is biquartic.
+RuleOptions rules_of(const SchemeInfo& scheme) {
+    return {.averaging_steps = scheme.name == "averaging" ? 2 : RuleOptions{}.averaging_steps};
+}
+
+/// Tolerance, place of vertices, normals and topology against uniform refinement with limits, which shares the masks
+/// alone.
+void check_against_uniform(const SchemeInfo& scheme, const ControlMesh& mesh, double tolerance) {
+    const RuleOptions rules = rules_of(scheme);
+    const Tessellation result =
+        tessellate(mesh, {.scheme = scheme, .rules = rules, .tolerance = tolerance, .measure = false});
+    CHECK(result.tolerance_reached);
+    CHECK(!result.measured_error);
+    CHECK(result.deepest_level >= 1);
+    CHECK(test::topology(result.mesh.triangles) == test::surface_topology(mesh));
+
+    const int deepest = result.deepest_level + 1;
+    const RefineOptions limits{.rules = rules, .limit = true, .normals = scheme.smoothness != "C0"};
+    PolygonMesh all;
+    for (int level = 1; level <= deepest; ++level) {
+        const PolygonMesh uniform = refine(mesh, scheme, level, limits);
+        all.positions.insert(all.positions.end(), uniform.positions.begin(), uniform.positions.end());
+        all.normals.insert(all.normals.end(), uniform.normals.begin(), uniform.normals.end());
+    }
+    const PointMatch match(all.positions), corners(mesh.positions());
+    const double diagonal = mesh.bounding_box().diagonal();
+    std::size_t off = 0, turned = 0;
+    REQUIRE(result.mesh.normals.size() == result.mesh.positions.size());
+    for (std::size_t v = 0; v < result.mesh.positions.size(); ++v) {
+        const std::uint32_t i = match.nearest(result.mesh.positions[v]);
+        off += glm::length(all.positions[i] - result.mesh.positions[v]) > 1e-10 * diagonal;
+        // Corners have no tangent plane, and so no one normal.
+        const Vec3d& corner = mesh.positions()[corners.nearest(result.mesh.positions[v])];
+        if (glm::length(corner - result.mesh.positions[v]) < 1e-10 * diagonal) continue;
+        if (!all.normals.empty()) turned += !(glm::dot(all.normals[i], result.mesh.normals[v]) > 1 - 1e-6);
+    }
+    CHECK(off == 0);
+    CHECK(turned == 0);
+
+    const TriangleMesh reference = triangles_of(refine(mesh, scheme, deepest + 1, {.rules = rules, .limit = true}));
+    const MeasuredError error = compare_meshes(reference, result.mesh, {.samples = 30'000});
+    CHECK(error.forward <= result.tolerance_absolute);
+    CHECK(error.backward <= result.tolerance_absolute);
+    // No more triangles than it takes: the coarsest level that uniform refinement would need has many more.
+    CHECK(error.hausdorff > 0.2 * result.tolerance_absolute);
+}
+
+template <class Call>
+std::string refusal(ErrorCode code, Call&& call) {
+    try {
+        call();
+    } catch (const Error& error) {
+        CHECK(error.code() == code);
+        return error.what();
+    }
+    FAIL("no error");
+    return {};
+}
+
+bool has(const std::string& text, const char* words) { return text.find(words) != std::string::npos; }
+
+}  // namespace
+
+TEST_SUITE_BEGIN("eval");
+
+TEST_CASE("[inv1] [inv3] every scheme tessellates a closed mesh within the tolerance, on its limit surface") {
+    for (const SchemeInfo* scheme : other_schemes()) {
+        CAPTURE(scheme->name);
+        const ControlMesh mesh = mesh_for(*scheme, k_closed);
+        if (scheme->smoothness == "C0") continue;  // flat faces are their own limit: below
+        check_against_uniform(*scheme, mesh, 8e-3);
+    }
+}
+
+TEST_CASE("[inv1] [inv3] every scheme tessellates an open mesh of n-gons within the tolerance, on its limit surface") {
+    for (const SchemeInfo* scheme : other_schemes()) {
+        CAPTURE(scheme->name);
+        const ControlMesh mesh = mesh_for(*scheme, open_mesh(*scheme));
+        if (scheme->name == "midpoint") continue;
+        check_against_uniform(*scheme, mesh, 5e-3);
+    }
+}
+
+TEST_CASE("Catmull-Clark and Loop by other than their plain rules go by limit points, too") {
+    const ControlMesh mesh = mesh_for(*find_scheme("loop"), k_closed);
+    const Tessellation warren =
+        tessellate(mesh, {.scheme = "loop", .rules = {.loop_weights = LoopWeights::warren}, .tolerance = 1e-2});
+    CHECK(!warren.certified_error);
+    CHECK(warren.tolerance_reached);
+    // By plain rules both ways agree.
+    const Tessellation patches = tessellate(mesh, {.scheme = "loop", .tolerance = 1e-2});
+    const Tessellation points = tessellate(mesh, {.scheme = "tuned-loop", .rules = {.tuning = 0}, .tolerance = 1e-2});
+    CHECK(patches.certified_error);
+    const double apart = compare_meshes(patches.mesh, points.mesh, {.samples = 20'000}).hausdorff;
+    CHECK(apart <= 2 * patches.tolerance_absolute);
+    const double ratio =
+        static_cast<double>(points.mesh.triangles.size()) / static_cast<double>(patches.mesh.triangles.size());
+    CHECK(ratio > 0.8);
+    CHECK(ratio < 1.25);
+}
+
+TEST_CASE("[slow] [inv10] every scheme gives the same bytes for any number of threads") {
+    for (const SchemeInfo* scheme : other_schemes()) {
+        CAPTURE(scheme->name);
+        const bool measured = scheme->name == "butterfly" || scheme->name == "doo-sabin";  // what takes longest
+        const ControlMesh mesh = mesh_for(*scheme, open_mesh(*scheme));
+        const TessellateOptions options{
+            .scheme = *scheme, .rules = rules_of(*scheme), .tolerance = 8e-3, .measure = measured};
+        RunContext one, three;
+        one.threads = 1;
+        three.threads = 3;
+        const Tessellation a = tessellate(mesh, options, one), b = tessellate(mesh, options, three);
+        CHECK(a.mesh.triangles == b.mesh.triangles);
+        CHECK(a.mesh.positions == b.mesh.positions);
+        CHECK(a.mesh.normals == b.mesh.normals);
+        CHECK(a.triangle_error == b.triangle_error);
+        if (measured) CHECK(a.measured_error->rms == b.measured_error->rms);
+    }
+}
+
+TEST_CASE("[slow] what is measured against limit points is what a finer uniform mesh says") {
+    for (const std::string name : {"modified-butterfly", "doo-sabin"}) {
+        CAPTURE(name);
+        const SchemeInfo& scheme = *find_scheme(name);
+        const ControlMesh mesh = mesh_for(scheme, k_closed);
+        const Tessellation result = tessellate(mesh, {.scheme = scheme, .tolerance = 1e-2});
+        REQUIRE(result.measured_error);
+        CHECK(result.measured_error->hausdorff <= result.tolerance_absolute);
+        CHECK(!result.certified_error);
+        const TriangleMesh reference = triangles_of(refine(mesh, scheme, result.deepest_level + 3, {.limit = true}));
+        const double other = compare_meshes(reference, result.mesh, {.samples = 100'000}).hausdorff;
+        CHECK(result.measured_error->hausdorff == doctest::Approx(other).epsilon(0.05));
+        double largest = 0;
+        for (const float e : result.triangle_error) largest = std::max(largest, static_cast<double>(e));
+        CHECK(largest == doctest::Approx(result.measured_error->hausdorff).epsilon(1e-6));
+    }
+}
+
+TEST_CASE("[slow] budgets are kept, and used where errors are largest") {
+    for (const std::string name : {"kobbelt", "butterfly", "doo-sabin"}) {
+        CAPTURE(name);
+        const SchemeInfo& scheme = *find_scheme(name);
+        const ControlMesh mesh = mesh_for(scheme, k_closed);
+        const TriangleMesh reference = triangles_of(refine(mesh, scheme, 4, {.limit = true}));
+        double last = 1e9;
+        for (const std::uint64_t budget : {200, 800}) {
+            CAPTURE(budget);
+            const Tessellation result = tessellate(
+                mesh, {.scheme = scheme, .tolerance = std::nullopt, .max_triangles = budget, .measure = false});
+            CHECK(result.tolerance_reached);  // none was given
+            CHECK(result.mesh.triangles.size() <= budget);
+            CHECK(result.mesh.triangles.size() > budget * 8 / 10);
+            CHECK(test::topology(result.mesh.triangles) == test::surface_topology(mesh));
+            const double error = compare_meshes(reference, result.mesh, {.samples = 10'000}).hausdorff;
+            CHECK(error < 0.5 * last);
+            last = error;
+        }
+        const Tessellation missed =
+            tessellate(mesh, {.scheme = scheme, .tolerance = 1e-5, .max_triangles = 300, .measure = false});
+        CHECK(!missed.tolerance_reached);
+        CHECK(missed.mesh.triangles.size() <= 300);
+        // Enough: what the tolerance asks for, and no more.
+        const Tessellation enough =
+            tessellate(mesh, {.scheme = scheme, .tolerance = 2e-2, .max_triangles = 100'000, .measure = false});
+        const Tessellation free = tessellate(mesh, {.scheme = scheme, .tolerance = 2e-2, .measure = false});
+        CHECK(enough.tolerance_reached);
+        CHECK(enough.mesh.triangles.size() < 1.2 * static_cast<double>(free.mesh.triangles.size()));
+        CHECK(enough.mesh.triangles.size() > 0.8 * static_cast<double>(free.mesh.triangles.size()));
+    }
+}
+
+TEST_CASE("levels are kept: at least so many, at most so many") {
+    for (const std::string name : {"kobbelt", "butterfly", "midedge"}) {
+        CAPTURE(name);
+        const SchemeInfo& scheme = *find_scheme(name);
+        const ControlMesh mesh = mesh_for(scheme, k_open);
+        const Tessellation least =
+            tessellate(mesh, {.scheme = scheme, .tolerance = 0.5, .min_level = 2, .measure = false});
+        const Tessellation free = tessellate(mesh, {.scheme = scheme, .tolerance = 0.5, .measure = false});
+        CHECK(least.deepest_level == 2);
+        CHECK(free.deepest_level < 2);
+        CHECK(least.mesh.triangles.size() > 3 * free.mesh.triangles.size());
+        const Tessellation most =
+            tessellate(mesh, {.scheme = scheme, .tolerance = 1e-4, .max_level = 2, .measure = false});
+        CHECK(!most.tolerance_reached);
+        CHECK(most.deepest_level == 2);
+    }
+}
+
+TEST_CASE("linear schemes: certified by their polynomials, and coarse where the control mesh is flat") {
+    const ControlMesh cube = mesh_for(*find_scheme("bilinear"),
+                                      "v -1 -1 -1\nv 1 -1 -1\nv -1 1 -1\nv 1 1 -1\nv -1 -1 1\nv 1 -1 1\nv -1 1 1\n"
+                                      "v 1 1 1\nf 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 4 3 7 8\nf 3 1 5 7\nf 2 4 8 6\n");
+    for (const EstimatorKind estimator : {EstimatorKind::embree, EstimatorKind::certified}) {
+        const Tessellation flat = tessellate(cube, {.scheme = "bilinear", .estimator = estimator, .tolerance = 1e-3});
+        CHECK(flat.mesh.triangles.size() == 12);
+        CHECK(*flat.certified_error < 1e-12);
+        const ControlMesh triangles = mesh_for(*find_scheme("midpoint"), k_open);
+        const Tessellation same =
+            tessellate(triangles, {.scheme = "midpoint", .estimator = estimator, .tolerance = 1e-3});
+        CHECK(same.mesh.triangles.size() == triangles.face_count());
+        CHECK(same.measured_error->hausdorff <= *same.certified_error);
+        CHECK(*same.certified_error < 1e-12);
+
+        const ControlMesh open = mesh_for(*find_scheme("bilinear"), k_open);
+        const Tessellation bent = tessellate(open, {.scheme = "bilinear", .estimator = estimator, .tolerance = 2e-3});
+        CHECK(bent.measured_error->hausdorff <= *bent.certified_error);
+        CHECK(bent.measured_error->hausdorff > 0.1 * *bent.certified_error);
+        if (estimator == EstimatorKind::certified) CHECK(*bent.certified_error <= bent.tolerance_absolute);
+        CHECK(bent.tolerance_reached);
+    }
+}
+
+TEST_CASE("texture coordinates follow a scheme that splits faces, seams included; dual schemes leave them out") {
+    // A flat grid whose two charts are linear in x and y: rules of linear precision leave them so.
+    std::string text;
+    for (int y = 0; y <= 4; ++y)
+        for (int x = 0; x <= 4; ++x)
+            for (const auto& [tag, a, b] :
+                 {std::tuple("v", 1.0 * x, 1.0 * y), {"vt", 0.1 * x, 0.2 * y}, {"vt", 0.1 * x + 0.5, 0.2 * y}})
+                text.append(tag)
+                    .append(1, ' ')
+                    .append(std::to_string(a))
+                    .append(1, ' ')
+                    .append(std::to_string(b))
+                    .append(tag == std::string("v") ? " 0\n" : "\n");
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 4; ++x) {
+            text += "f";
+            for (const int v : {5 * y + x, 5 * y + x + 1, 5 * y + x + 6, 5 * y + x + 5})
+                text.append(1, ' ')
+                    .append(std::to_string(v + 1))
+                    .append(1, '/')
+                    .append(std::to_string(2 * v + (x < 2 ? 1 : 2)));
+            text.append(1, '\n');
+        }
+    for (const std::string name : {"kobbelt", "bilinear", "midpoint"}) {
+        CAPTURE(name);
+        const ControlMesh mesh = mesh_for(*find_scheme(name), text);
+        const Tessellation result =
+            tessellate(mesh, {.scheme = std::string_view(name), .tolerance = 1e-2, .min_level = 2, .measure = false});
+        REQUIRE(result.mesh.triangle_uvs.size() == result.mesh.triangles.size());
+        double off = 0;
+        for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t) {
+            Vec3d centre(0);
+            for (const std::uint32_t v : result.mesh.triangles[t]) centre += result.mesh.positions[v] / 3.0;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const Vec3d p = result.mesh.positions[result.mesh.triangles[t][k]];
+                const Vec2d uv = result.mesh.uvs[result.mesh.triangle_uvs[t][k]];
+                off = std::max(off, glm::length(uv - Vec2d(0.1 * p.x + (centre.x < 2 ? 0 : 0.5), 0.2 * p.y)));
+            }
+        }
+        CHECK(off < 1e-6);  // the text's digits
+    }
+    const ControlMesh mesh = mesh_for(*find_scheme("doo-sabin"), text);
+    const Tessellation dual = tessellate(mesh, {.scheme = "doo-sabin", .tolerance = 1e-2, .measure = false});
+    CHECK(dual.mesh.uvs.empty());
+    REQUIRE(dual.warnings.size() == 1);
+    CHECK(has(dual.warnings[0], "texture"));
+}
+
+TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use instead") {
+    const ControlMesh mesh = mesh_for(*find_scheme("kobbelt"), k_closed);
+    const auto code = ErrorCode::unsupported;
+    CHECK(has(
+        refusal(code,
+                [&] { tessellate(mesh_for(*find_scheme("sqrt3"), k_closed), {.scheme = "sqrt3", .tolerance = 1e-2}); }),
+        "whole levels"));
+    CHECK(has(refusal(code, [&] { tessellate(mesh, {.scheme = "honeycomb", .tolerance = 1e-2}); }), "whole levels"));
+    CHECK(has(refusal(code,
+                      [&] {
+                          tessellate(mesh,
+                                     {.scheme = "kobbelt", .estimator = EstimatorKind::certified, .tolerance = 1e-2});
+                      }),
+              "embree estimator"));
+    const TriangleMesh target = triangles_of(refine(mesh, "kobbelt", 1));
+    CHECK(has(refusal(code, [&] { tessellate(mesh, {.scheme = "kobbelt", .tolerance = 1e-2, .target = &target}); }),
+              "catmull-clark or loop"));
+    CHECK(has(refusal(ErrorCode::invalid_input, [&] { tessellate(mesh, {.scheme = "buterfly", .tolerance = 1e-2}); }),
+              "did you mean butterfly?"));
+    CHECK(has(refusal(ErrorCode::invalid_input, [&] { tessellate(mesh, {.scheme = "butterfly", .tolerance = 1e-2}); }),
+              "triangulate()"));
+    CHECK(has(refusal(ErrorCode::invalid_input, [&] { tessellate(mesh, {.scheme = "kobbelt", .tolerance = 1e-18}); }),
+              "rounding"));
+    // Dual schemes: sharp edges inside, holes.
+    const ControlMesh sharp = mesh_for(*find_scheme("doo-sabin"), std::string(k_closed) + "t crease 2/1/0 0 1 10\n");
+    CHECK(has(refusal(code, [&] { tessellate(sharp, {.scheme = "doo-sabin", .tolerance = 1e-2}); }), "refine --limit"));
+    const ControlMesh hole = mesh_for(*find_scheme("doo-sabin"), std::string(k_closed) + "t hole 1/0/0 0\n");
+    CHECK(has(refusal(code, [&] { tessellate(hole, {.scheme = "doo-sabin", .tolerance = 1e-2}); }), "holes"));
+    const Tessellation open = tessellate(hole, {.scheme = "kobbelt", .tolerance = 1e-2});
+    CHECK(test::topology(open.mesh.triangles) == test::surface_topology(hole));
+    // A corner of the boundary under three averaging steps.
+    const ControlMesh corner = mesh_for(*find_scheme("biquartic"), k_open);
+    CHECK(
+        has(refusal(code, [&] { tessellate(corner, {.scheme = "biquartic", .tolerance = 1e-2}); }), "another scheme"));
+    // Memory, and a caller who has had enough.
+    RunContext small;
+    small.max_memory_bytes = 1 << 20;
+    CHECK(has(
+        refusal(ErrorCode::memory_limit, [&] { tessellate(mesh, {.scheme = "kobbelt", .tolerance = 1e-5}, small); }),
+        "limit"));
+    CHECK(has(
+        refusal(ErrorCode::memory_limit, [&] { tessellate(mesh, {.scheme = "doo-sabin", .tolerance = 1e-5}, small); }),
+        "limit"));
+    for (const char* name : {"kobbelt", "doo-sabin"}) {
+        std::set<std::string> stages;
+        RunContext impatient;
+        impatient.progress = [&](std::string_view stage, double) {
+            stages.emplace(stage);
+            return stage != "measure";
+        };
+        refusal(ErrorCode::cancelled, [&] { tessellate(mesh, {.scheme = name, .tolerance = 1e-2}, impatient); });
+        CHECK(stages.count("refine") == 1);
+    }
+}
+
+TEST_SUITE_END();
