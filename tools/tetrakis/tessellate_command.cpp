@@ -79,8 +79,9 @@ OutputFiles output_files(const TessellateCommandOptions& options) {
 /// Why the tolerance was missed, and what to do about it.
 std::string advice(const TessellateCommandOptions& options, const Tessellation& result) {
     const std::string what = "the tolerance was not reached; the best result is written all the same";
-    if (options.tessellate.max_triangles != 0 && result.mesh.triangles.size() + 1 >= options.tessellate.max_triangles)
-        return what + " (all of --max-triangles is used)";
+    // A split brings two triangles or more, those of dual schemes six and what has to be split with it.
+    const std::uint64_t budget = options.tessellate.max_triangles, room = budget / 50 + 8;
+    if (budget != 0 && result.mesh.triangles.size() + room >= budget) return what + " (all of --max-triangles is used)";
     if (result.deepest_level >= options.tessellate.max_level) return what + " (--max-level stopped the refinement)";
     return what;
 }
