@@ -295,13 +295,6 @@ QuadLocalMesh QuadPatches::local_mesh(HalfedgeId h, std::pmr::memory_resource* m
     return out;
 }
 
-namespace {
-Vec3d unit_or_zero(const Vec3d& n) {
-    const double length = glm::length(n);
-    return length > 0 ? n / length : Vec3d(0);
-}
-}  // namespace
-
 SurfacePoint QuadPatches::corner_limit(const QuadNode& node, int corner) {
     assert(node.kind != QuadNode::Kind::regular);
     detail::GrowthScratch scratch;

@@ -41,9 +41,7 @@ Vec3d face_normal(const TriangleMesh& mesh, std::size_t t) {
     const Vec3d ab = mesh.positions[b] - mesh.positions[a], ac = mesh.positions[c] - mesh.positions[a];
     const double l = glm::length(ab), m = glm::length(ac);
     if (!(l > 0) || !(m > 0)) return Vec3d(0);
-    const Vec3d n = glm::cross(ab / l, ac / m);
-    const double length = glm::length(n);
-    return length > 0 ? n / length : Vec3d(0);
+    return unit_or_zero(glm::cross(ab / l, ac / m));
 }
 
 std::vector<std::array<Vec3f, 3>> corner_normals(const TriangleMesh& mesh, double crease_degrees) {

@@ -15,10 +15,7 @@ void geometric_normals(TriangleMesh& mesh) {
         const Vec3d n = glm::cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a);
         for (std::uint32_t v : t) mesh.normals[v] += n;
     }
-    for (Vec3d& n : mesh.normals) {
-        const double length = glm::length(n);
-        n = length > 0 ? n / length : Vec3d(0);
-    }
+    for (Vec3d& n : mesh.normals) n = unit_or_zero(n);
 }
 
 void add_uvs(TriangleMesh& mesh, const std::function<Vec2d(std::uint32_t, std::size_t)>& corner_uv,

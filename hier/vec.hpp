@@ -17,6 +17,12 @@ using Vec3d = glm::dvec3;
 using Vec3f = glm::vec3;
 using Vec2d = glm::dvec2;
 
+/// The vector at length 1, or the zero vector where it has no length.
+inline Vec3d unit_or_zero(const Vec3d& v) {
+    const double length = glm::length(v);
+    return length > 0 ? v / length : Vec3d(0);
+}
+
 /// Axis-aligned box; empty when a lower bound exceeds its upper one.
 struct Box3d {
     Vec3d lower{std::numeric_limits<double>::infinity()};

@@ -174,15 +174,6 @@ void RegularPatch::descend(std::size_t depth, std::span<const Target> targets, s
     }
 }
 
-namespace {
-
-Vec3d unit(const Vec3d& v) {
-    const double length = glm::length(v);
-    return length > 0 ? v / length : Vec3d(0);
-}
-
-}  // namespace
-
 LimitPoint RegularPatch::limit(const Masks& masks, const Vec3d* middle) const {
     LimitPoint result;
     result.position = sum(masks.limit, middle);
@@ -190,7 +181,7 @@ LimitPoint RegularPatch::limit(const Masks& masks, const Vec3d* middle) const {
     if (!masks.tangent1.empty()) {
         result.tangent1 = sum(masks.tangent1, middle);
         result.tangent2 = sum(masks.tangent2, middle);
-        result.normal = unit(glm::cross(result.tangent1, result.tangent2));
+        result.normal = unit_or_zero(glm::cross(result.tangent1, result.tangent2));
         result.has_tangent_plane = result.normal != Vec3d(0);
     }
     if (&masks == &limit_ && result.normal == Vec3d(0)) result.normal = corner_normal(middle);
@@ -202,8 +193,8 @@ Vec3d RegularPatch::corner_normal(const Vec3d* middle) const {
     const Vec3d around[4] = {middle[1] - *middle, middle[side_] - *middle, middle[-1] - *middle,
                              middle[-side_] - *middle};
     Vec3d normal(0);
-    for (int i = 0; i < 4; ++i) normal += unit(glm::cross(around[i], around[(i + 1) % 4]));
-    return unit(normal);
+    for (int i = 0; i < 4; ++i) normal += unit_or_zero(glm::cross(around[i], around[(i + 1) % 4]));
+    return unit_or_zero(normal);
 }
 
 }  // namespace tetrakis::detail

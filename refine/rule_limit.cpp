@@ -415,17 +415,12 @@ RuleLimits rule_limits(const RuleMesh& mesh, const SchemeInfo& scheme, const Rul
 
 namespace {
 
-Vec3d unit(const Vec3d& v) {
-    const double length = glm::length(v);
-    return length > 0 ? v / length : Vec3d(0);
-}
-
 /// Mean of the normals of a vertex's corners.
 Vec3d corner_normals(const RuleMesh& mesh, std::span<const Vec3d> net, int v) {
     Vec3d normal(0);
     for (const int h : mesh.ring(v).halfedge)
-        normal += unit(glm::cross(net[mesh.target(h)] - net[v], net[mesh.origin(mesh.prev(h))] - net[v]));
-    return unit(normal);
+        normal += unit_or_zero(glm::cross(net[mesh.target(h)] - net[v], net[mesh.origin(mesh.prev(h))] - net[v]));
+    return unit_or_zero(normal);
 }
 
 }  // namespace
@@ -563,10 +558,10 @@ LimitPoint point_of(const RuleMesh& mesh, std::span<const Vec3d> net, int v, int
             point.tangent1 = t1;
             point.tangent2 = t2;
         }
-        normal += unit(glm::cross(t1, t2));
+        normal += unit_or_zero(glm::cross(t1, t2));
     }
     point.has_tangent_plane = tangent_count == 1 && normal != Vec3d(0);
-    point.normal = normal == Vec3d(0) ? corner_normals(mesh, net, v) : unit(normal);
+    point.normal = normal == Vec3d(0) ? corner_normals(mesh, net, v) : unit_or_zero(normal);
     return point;
 }
 

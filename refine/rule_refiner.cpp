@@ -225,20 +225,16 @@ void RuleRefiner::normals(std::span<const Vec3d> control, std::span<Vec3d> norma
             for (std::size_t i = 0; i < points.size(); ++i) result += table.weights(row)[i] * point(points[i]);
             return result;
         };
-        const auto unit = [](const Vec3d& v) {
-            const double length = glm::length(v);
-            return length > 0 ? v / length : Vec3d(0);
-        };
         for_each_index(vertex_count(), [&](std::uint32_t i) {
             const int v = static_cast<int>(i);
             Vec3d normal(0);
             for (int row = s.limits.begin[i]; row < s.limits.begin[i + 1]; ++row)
-                normal += unit(glm::cross(sum(s.limits.tangent1, row), sum(s.limits.tangent2, row)));
+                normal += unit_or_zero(glm::cross(sum(s.limits.tangent1, row), sum(s.limits.tangent2, row)));
             if (normal == Vec3d(0))
                 for (const int h : s.last.ring(v).halfedge)
-                    normal += unit(glm::cross(point(s.last.target(h)) - point(v),
-                                              point(s.last.origin(s.last.prev(h))) - point(v)));
-            normals[i] = unit(normal);
+                    normal += unit_or_zero(glm::cross(point(s.last.target(h)) - point(v),
+                                                      point(s.last.origin(s.last.prev(h))) - point(v)));
+            normals[i] = unit_or_zero(normal);
         });
     });
 }
