@@ -16,15 +16,9 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// The surface may be a little farther between the points that the errors come from.
-constexpr double k_aim = 0.98;
-
-/// After a measurement, leaves found to be off are split and the mesh measured again, at most this often.
-constexpr int k_repairs = 8;
-
 /// Bytes a triangle that refining and exporting take at their peak (half a leaf with its points, faces), for the
 /// memory limit.
-constexpr std::uint64_t k_bytes_per_triangle = 600;
+constexpr std::uint64_t k_dual_bytes = 600;
 
 /// Three vertices more for each leaf that is split, and two triangles for each of them.
 constexpr std::uint64_t k_triangles_per_split = 6;
@@ -65,7 +59,7 @@ class DualTessellator {
         Stopwatch watch;
         result_.tolerance_absolute = tolerance_length(mesh_, options_);
         tolerance_ = options_.tolerance ? result_.tolerance_absolute : 0.0;
-        aim_ = k_aim * aim_beside_rounding(mesh_, options_, tolerance_, result_.warnings);
+        aim_ = k_sampled_aim * aim_beside_rounding(mesh_, options_, tolerance_, result_.warnings);
         result_.seconds.build = watch.lap();
         refine_to_least_level();
         refine({});
@@ -174,7 +168,7 @@ class DualTessellator {
     }
 
     void check_memory() const {
-        const std::uint64_t bytes = triangles_.triangle_count() * k_bytes_per_triangle;
+        const std::uint64_t bytes = triangles_.triangle_count() * k_dual_bytes;
         if (context_.max_memory_bytes == 0 || bytes <= context_.max_memory_bytes) return;
         throw Error(ErrorCode::memory_limit, "more than " + std::to_string(triangles_.triangle_count()) +
                                                  " triangles are needed, about " + std::to_string(bytes >> 20) +

@@ -24,15 +24,9 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// The surface may be a little farther between the points that the estimator looks at.
-constexpr double k_aim = 0.98;
-
-/// After a measurement, leaves found to be off are split and the mesh measured again, at most this often.
-constexpr int k_repairs = 8;
-
 /// Bytes a triangle that refining and exporting take at their peak (leaf, samples, error, output), for the memory
 /// limit.
-constexpr std::uint64_t k_bytes_per_triangle = 800;
+constexpr std::uint64_t k_lattice_bytes = 800;
 
 /// Triangles estimated between two chances to cancel: enough for many blocks of limit points.
 constexpr std::size_t k_estimator_block = 1u << 14;
@@ -149,7 +143,7 @@ class LatticeTessellator {
         aim_ = aim_beside_rounding(mesh_, options_, tolerance_, result_.warnings);
         if (LinearBound::is_linear(options_.scheme.info())) bound_.emplace(mesh_, options_.scheme.info());
         const bool certified = options_.estimator == EstimatorKind::certified;
-        if (!certified) aim_ *= k_aim;
+        if (!certified) aim_ *= k_sampled_aim;
         result_.seconds.build = watch.lap();
 
         ForestView forest(mesh_);
@@ -163,7 +157,7 @@ class LatticeTessellator {
         AdaptiveOptions adaptive{aim_, options_.max_triangles, options_.min_level, options_.max_level};
         adaptive.max_memory_bytes = context_.max_memory_bytes;
         adaptive.base_bytes = points_.memory_bytes();
-        adaptive.bytes_per_triangle = k_bytes_per_triangle;
+        adaptive.bytes_per_triangle = k_lattice_bytes;
         if constexpr (std::is_same_v<Family, QuadFamily>) choose_coarsest(forest);
         if (options_.max_triangles != 0) foresee(kept, adaptive, progress.context());
         const ErrorEstimator& estimator =

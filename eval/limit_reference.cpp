@@ -16,7 +16,7 @@ constexpr std::size_t k_many_pieces = 250'000;
 constexpr int k_most_bits = 4;
 
 /// Mesh, search hierarchy and what is needed to number the vertices, per triangle of a reference.
-constexpr std::uint64_t k_bytes_per_triangle = 120;
+constexpr std::uint64_t k_reference_bytes = 120;
 
 }  // namespace
 
@@ -27,7 +27,7 @@ int reference_bits(std::size_t pieces, int deepest_lattice_level) {
 }
 
 void check_reference_memory(std::uint64_t triangles, const RunContext& context) {
-    const std::uint64_t bytes = triangles * k_bytes_per_triangle;
+    const std::uint64_t bytes = triangles * k_reference_bytes;
     if (context.max_memory_bytes == 0 || bytes <= context.max_memory_bytes) return;
     throw Error(ErrorCode::memory_limit,
                 "measuring the result against a mesh of " + std::to_string(triangles) + " triangles needs about " +

@@ -21,7 +21,6 @@ using detail::Net12;
 
 namespace {
 
-constexpr std::uint32_t k_none = HalfedgeId::none;
 constexpr std::array<Vec2d, 3> k_corner_parameters{Vec2d(0, 0), Vec2d(1, 0), Vec2d(0, 1)};
 
 /// An interior smooth vertex from its ring, itself first: the tangents are the ring's cosine and sine sums, the cosine
@@ -248,7 +247,7 @@ SurfacePoint LoopPatches::vertex(HalfedgeId root, LatticePoint at, int level) co
     for (std::uint32_t s = 0; s < 3; ++s) {
         if (b[(s + 2) % 3] != 0 || b[s] == 0 || b[(s + 1) % 3] == 0) continue;
         const std::uint32_t h = root.value + s, t = twin(h);
-        if (t == k_none || mesh_.sharpness(mesh_.edge(HalfedgeId(h))) != k_sharpness_infinity) continue;
+        if (t == HalfedgeId::none || mesh_.sharpness(mesh_.edge(HalfedgeId(h))) != k_sharpness_infinity) continue;
         const Vec2d from = k_corner_parameters[t % 3], to = k_corner_parameters[(t + 1) % 3];
         const Vec2d there = from + (b[s] * scale) * (to - from);
         const SurfacePoint other = tangents(HalfedgeId(t - t % 3), there.x, there.y);

@@ -21,9 +21,6 @@ namespace tetrakis {
 
 namespace {
 
-/// After a measurement, leaves found to be off are split and the mesh measured again, at most this often.
-constexpr int k_repairs = 8;
-
 /// A repair that leaves more than this share of the error has not helped; after two of them it is left at that.
 constexpr double k_progress = 0.98;
 
@@ -33,7 +30,7 @@ constexpr std::uint32_t k_many_roots = 1u << 18;
 
 /// Bytes a triangle that refining and exporting take at their peak (leaf, half a vertex, error, output), for the memory
 /// limit.
-constexpr std::uint64_t k_bytes_per_triangle = 200;
+constexpr std::uint64_t k_patch_bytes = 200;
 
 /// Of the triangles only one in so many is sampled for a first guess at the largest error: it need not be the largest.
 constexpr std::uint32_t k_floor_stride = 8;
@@ -87,7 +84,7 @@ class Tessellator {
         AdaptiveOptions adaptive{aim_, options_.max_triangles, options_.min_level, options_.max_level};
         adaptive.max_memory_bytes = context_.max_memory_bytes;
         adaptive.base_bytes = patches_->memory_bytes();
-        adaptive.bytes_per_triangle = k_bytes_per_triangle;
+        adaptive.bytes_per_triangle = k_patch_bytes;
         std::optional<FanError> fan_error;
         if constexpr (std::is_same_v<Family, QuadFamily>) {
             choose_coarsest(hierarchy, estimator, fan_error);
@@ -109,7 +106,7 @@ class Tessellator {
                     context_);
                 result_.seconds.measure += watch.lap();
                 if (!options_.tolerance || result_.measured_error->hausdorff <= tolerance_ ||
-                    refinement.budget_spent() || round == k_repairs)
+                    refinement.budget_spent() || round == detail::k_repairs)
                     break;
                 // Where splitting no longer helps (a map that jumps) more of it would not either.
                 stalled += result_.measured_error->hausdorff > k_progress * last;

@@ -11,6 +11,12 @@
 /// What all ways to tessellate have in common: lengths from options, time, memory, progress.
 namespace tetrakis::detail {
 
+/// After a measurement, leaves found to be off are split and the mesh measured again, at most this often.
+inline constexpr int k_repairs = 8;
+
+/// Where errors come from points of the surface, it may be a little farther between them: they aim at this share.
+inline constexpr double k_sampled_aim = 0.98;
+
 class Stopwatch {
   public:
     double lap() {

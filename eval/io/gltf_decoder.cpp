@@ -18,8 +18,6 @@ namespace tetrakis::detail {
 
 namespace {
 
-constexpr std::uint64_t k_most_elements = 0xFFFF'FFFEu;
-
 class GltfDecoder {
   public:
     GltfDecoder(std::string_view bytes, const std::filesystem::path& path) : path_(path) { parse(bytes); }

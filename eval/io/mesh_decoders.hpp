@@ -5,11 +5,15 @@
 #include "tetrakis/eval/triangle_mesh.hpp"
 #include "tetrakis/hier/run_context.hpp"
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
 
 namespace tetrakis::detail {
+
+/// Elements of a kind that 32-bit indices can tell apart, with one number left for none.
+inline constexpr std::uint32_t k_most_elements = 0xFFFF'FFFEu;
 
 TriangleMesh decode_obj(std::string_view text, const std::filesystem::path& path, const RunContext& context);
 TriangleMesh decode_ply(std::string_view bytes, const std::filesystem::path& path, const RunContext& context);

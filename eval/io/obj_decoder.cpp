@@ -11,7 +11,6 @@ namespace tetrakis::detail {
 namespace {
 
 constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
-constexpr long long k_most_elements = 0xFFFF'FFFEll;
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
 

@@ -64,7 +64,6 @@ class PlyDecoder {
 
   private:
     static constexpr std::uint64_t k_per_report = 1 << 18;
-    static constexpr std::uint64_t k_most_elements = 0xFFFF'FFFEu;
 
     void check_count(const PlyElement& element) const {
         if (element.count > k_most_elements)

@@ -144,7 +144,8 @@ double over(std::uint64_t a, std::uint64_t b) { return static_cast<double>(a) / 
 
 void print_counts(const std::vector<Row>& rows) {
     fmt::print(
-        "Triangles at equal measured error (limit to mesh; ours also from mesh to limit). `-`: not met within 5 million\n"
+        "Triangles at equal measured error (limit to mesh; ours also from mesh to limit). `-`: not met within 5 "
+        "million\n"
         "triangles. The last three columns are `--estimator certified` at the tolerance itself.\n\n"
         "| model | tolerance | Bfr, best rate | Bfr, rates per edge | tetrakis | to best rate | to rates per edge | "
         "mesh to "
