@@ -161,7 +161,7 @@ TEST_CASE("[bad-input] an unknown scheme is answered with the nearest name and a
     CHECK(cli::run({"scheme", "doo-sabin", "--boundary", "--valence", "4"}).code == 2);
 }
 
-TEST_CASE("scheme draws a sheet with masks, characteristic map and basis function") {
+TEST_CASE("[slow] scheme draws a sheet with masks, characteristic map and basis function") {
     const ScratchDir dir;
     const auto draw = [&](const std::string& name, std::vector<std::string> arguments) {
         arguments.insert(arguments.begin(), "scheme");

@@ -75,7 +75,7 @@ TEST_CASE("the example in each command's help works as it stands") {
     }
 }
 
-TEST_CASE("the command lines of the README work as they stand, in their order") {
+TEST_CASE("[slow] the command lines of the README work as they stand, in their order") {
     const ScratchDir scratch;
     std::filesystem::create_directory_symlink(cli::data(""), scratch / "data");
     const auto found = examples(slurp(std::string(TETRAKIS_SOURCE_DIR) + "/README.md"));
