@@ -1,11 +1,11 @@
 #include "tetrakis/eval/lattice_tessellator.hpp"
 
+#include "tetrakis/eval/exported_mesh.hpp"
 #include "tetrakis/eval/fan_limit_error.hpp"
 #include "tetrakis/eval/limit_estimator.hpp"
 #include "tetrakis/eval/limit_reference.hpp"
 #include "tetrakis/eval/linear_bound.hpp"
 #include "tetrakis/eval/local_frame.hpp"
-#include "tetrakis/eval/output_triangle.hpp"
 #include "tetrakis/eval/site_limits.hpp"
 #include "tetrakis/eval/tessellate_run.hpp"
 #include "tetrakis/eval/tessellation_attributes.hpp"
@@ -259,49 +259,18 @@ class LatticeTessellator {
 
     void export_mesh(const ForestView& forest, const Refinement& refinement) {
         context_.report("export", 0);
-        if constexpr (std::is_same_v<Family, QuadFamily>) {
-            exported_ =
-                fans_.offsets.empty() ? forest.forest().exported() : forest.forest().exported(fans_, forest.fans());
-        } else {
-            exported_ = forest.forest().exported();
-        }
+        exported_ = ExportedMesh<Family>(forest, fans_);
         TriangleMesh& mesh = result_.mesh;
         mesh.triangles = std::move(exported_.triangles);
         mesh.positions.resize(exported_.sites.size());
         limit_positions(points_, exported_.sites, mesh.positions,
                         [&](double done) { context_.report("export", 0.9 * done); });
-        const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
-        result_.triangle_face.resize(count);
-        result_.triangle_error.resize(count);
-        part_.assign(count, 0);
-        result_.deepest_level = 0;
-        for (std::uint32_t t = 0; t < count; ++t) {
-            const LeafId leaf = exported_.leaves[t];
-            result_.triangle_face[t] = exported_.faces[t].value;
-            // A fan's or a green leaf's triangles stand next to each other.
-            const bool continues = t > 0 && exported_.leaves[t - 1] == leaf &&
-                                   (leaf.valid() || exported_.faces[t - 1] == exported_.faces[t]);
-            part_[t] = static_cast<std::uint8_t>(continues ? part_[t - 1] + 1 : 0);
-            result_.triangle_error[t] =
-                round_up(leaf.valid() ? refinement.error(leaf) : forest.fan_error(exported_.faces[t]));
-            if (leaf.valid()) result_.deepest_level = std::max(result_.deepest_level, forest.level(leaf));
-        }
+        exported_.describe(forest, refinement, result_);
         context_.report("export", 1.0);
     }
 
     OutputTriangle origin(const ForestView& forest, std::uint32_t t) const {
-        OutputTriangle from;
-        const LeafId leaf = exported_.leaves[t];
-        if (leaf.valid()) {
-            std::array<CellTriangle, 3> parts;
-            forest.triangles(leaf, parts);
-            from.cell = parts[part_[t]];
-            return from;
-        }
-        from.fan = exported_.faces[t];
-        const auto corners = fans_.of(from.fan)[part_[t]];
-        for (std::size_t k = 0; k < 3; ++k) from.fan_corner[k] = corners[k];
-        return from;
+        return exported_.origin(forest, fans_, t);
     }
 
     /// Against a denser mesh of limit points over the same leaves. Those that fans hide are leaves like others.
@@ -320,7 +289,7 @@ class LatticeTessellator {
                 deepest = std::max<int>(deepest, from.cell.level);
                 continue;
             }
-            if (part_[t] != 0) continue;
+            if (exported_.part[t] != 0) continue;
             const std::uint32_t h0 = mesh_.face_halfedge(from.fan).value;
             for (std::uint32_t r = 0; r < mesh_.face_size(from.fan); ++r) {
                 pieces.push_back({HalfedgeId(h0 + r), 0, {LatticePoint{0, 0}, {2, 0}, {1, 1}}});
@@ -336,7 +305,9 @@ class LatticeTessellator {
         for (std::size_t p = 0; p < pieces.size(); ++p) {
             // A fan's triangles share what its face is off.
             for (std::uint32_t t = triangle[p]; t < count; ++t) {
-                if (t != triangle[p] && (!fan_of[p].valid() || exported_.faces[t] != fan_of[p] || part_[t] == 0)) break;
+                if (t != triangle[p] &&
+                    (!fan_of[p].valid() || exported_.faces[t] != fan_of[p] || exported_.part[t] == 0))
+                    break;
                 result_.triangle_error[t] = std::max(result_.triangle_error[t], distances.of_piece[p]);
             }
         }
@@ -407,8 +378,7 @@ class LatticeTessellator {
     double tolerance_ = 0, aim_ = 0;
     std::optional<LinearBound> bound_;
     FanChoice fans_;
-    ExportedTriangles exported_;
-    std::vector<std::uint8_t> part_;  ///< which of its leaf's or fan's triangles each is
+    ExportedMesh<Family> exported_;
 };
 
 }  // namespace

@@ -68,15 +68,6 @@ void LeafEstimator<Family>::estimate(std::span<const CellTriangle> triangles, st
 }
 
 template <class Family>
-bool LeafEstimator<Family>::is_hard_edge(const CellTriangle& leaf, std::size_t k) const {
-    const ControlMesh& mesh = map_.patches->mesh();
-    const HalfedgeId h = Family::control_edge(mesh, leaf, k);
-    if (!h.valid()) return false;
-    const HalfedgeId t = mesh.twin(h);
-    return !t.valid() || mesh.is_hole(mesh.face(t)) || mesh.sharpness(mesh.edge(h)) == k_sharpness_infinity;
-}
-
-template <class Family>
 double LeafEstimator<Family>::measured(const CellTriangle& leaf, typename Family::Bounder& bounder) const {
     const QuickError quick = bounder.quick_error(leaf);
     const detail::PlaneMeasure plane(quick.corners);
@@ -102,7 +93,7 @@ double LeafEstimator<Family>::measured(const CellTriangle& leaf, typename Family
         if (parametric > tolerance_) doubtful[static_cast<std::size_t>(doubtful_count++)] = i;
     });
     for (std::size_t k = 0; k < 3; ++k) {
-        if (!is_hard_edge(leaf, k)) continue;
+        if (!is_hard_edge<Family>(map_.patches->mesh(), leaf, k)) continue;
         const Vec3d ends[4] = {c0, c1, c2, c0};
         for_each_lattice_point(k_lattice, [&](int i, double b0, double b1, double b2) {
             const double across = k == 0 ? b2 : (k == 1 ? b0 : b1);
@@ -199,7 +190,7 @@ double LeafEstimator<Family>::mapped(const CellTriangle& leaf) const {
         }
     });
     for (std::size_t k = 0; k < 3; ++k) {
-        if (!is_hard_edge(leaf, k)) continue;
+        if (!is_hard_edge<Family>(map_.patches->mesh(), leaf, k)) continue;
         const Vec3d ends[4] = {c0, c1, c2, c0};
         for_each_lattice_point(n, [&](int i, double b0, double b1, double b2) {
             const double across = k == 0 ? b2 : (k == 1 ? b0 : b1);

@@ -34,7 +34,6 @@ class LeafEstimator final : public ErrorEstimator {
     double measured(const CellTriangle& leaf, typename Family::Bounder& bounder) const;
     /// Leaves much smaller than the tolerance are left as they are: there the map jumps, and refining would never end.
     double mapped(const CellTriangle& leaf) const;
-    bool is_hard_edge(const CellTriangle& leaf, std::size_t k) const;
 
     const SurfaceMap<Family>& map_;
     const typename Family::Closest& closest_;

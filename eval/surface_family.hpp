@@ -120,4 +120,13 @@ struct LoopFamily {
     }
 };
 
+/// Whether edge k of a triangle of a hierarchy lies where the surface ends or is sharp for good.
+template <class Family>
+bool is_hard_edge(const ControlMesh& mesh, const CellTriangle& triangle, std::size_t k) {
+    const HalfedgeId h = Family::control_edge(mesh, triangle, k);
+    if (!h.valid()) return false;
+    const HalfedgeId t = mesh.twin(h);
+    return !t.valid() || mesh.is_hole(mesh.face(t)) || mesh.sharpness(mesh.edge(h)) == k_sharpness_infinity;
+}
+
 }  // namespace tetrakis

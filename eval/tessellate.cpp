@@ -1,5 +1,6 @@
 #include "tetrakis/eval/tessellate.hpp"
 
+#include "tetrakis/eval/exported_mesh.hpp"
 #include "tetrakis/eval/fan_error.hpp"
 #include "tetrakis/eval/leaf_estimator.hpp"
 #include "tetrakis/eval/local_frame.hpp"
@@ -211,12 +212,7 @@ class Tessellator {
     void export_mesh(const typename Family::Hierarchy& hierarchy,
                      const AdaptiveRefinement<typename Family::Hierarchy>& refinement) {
         context_.report("export", 0);
-        if constexpr (std::is_same_v<Family, QuadFamily>) {
-            exported_ = fans_.offsets.empty() ? hierarchy.forest().exported()
-                                              : hierarchy.forest().exported(fans_, hierarchy.fans());
-        } else {
-            exported_ = hierarchy.forest().exported();
-        }
+        exported_ = detail::ExportedMesh<Family>(hierarchy, fans_);
         const std::uint32_t points = static_cast<std::uint32_t>(exported_.sites.size());
         TriangleMesh& mesh = result_.mesh;
         mesh.triangles = std::move(exported_.triangles);
@@ -225,42 +221,12 @@ class Tessellator {
         for_each_reported(points, 128, context_, "export", 0.2, 0.9, [&](std::uint32_t i) {
             mesh.positions[i] = map_.vertex(exported_.sites[i], options_.normals ? &mesh.normals[i] : nullptr);
         });
-        const std::uint32_t count = static_cast<std::uint32_t>(mesh.triangles.size());
-        result_.triangle_face.resize(count);
-        result_.triangle_error.resize(count);
-        part_.assign(count, 0);
-        result_.deepest_level = 0;
-        for (std::uint32_t t = 0; t < count; ++t) {
-            const LeafId leaf = exported_.leaves[t];
-            result_.triangle_face[t] = exported_.faces[t].value;
-            // A fan's or a green leaf's triangles stand next to each other.
-            const bool continues = t > 0 && (leaf.valid() ? exported_.leaves[t - 1] == leaf
-                                                          : !exported_.leaves[t - 1].valid() &&
-                                                                exported_.faces[t - 1] == exported_.faces[t]);
-            part_[t] = static_cast<std::uint8_t>(continues ? part_[t - 1] + 1 : 0);
-            if (leaf.valid()) {
-                result_.triangle_error[t] = detail::round_up(refinement.error(leaf));
-                result_.deepest_level = std::max(result_.deepest_level, hierarchy.level(leaf));
-            } else {
-                result_.triangle_error[t] = detail::round_up(hierarchy.fan_error(exported_.faces[t]));
-            }
-        }
+        exported_.describe(hierarchy, refinement, result_);
         context_.report("export", 1.0);
     }
 
     OutputTriangle origin(const typename Family::Hierarchy& hierarchy, std::uint32_t t) const {
-        OutputTriangle from;
-        const LeafId leaf = exported_.leaves[t];
-        if (leaf.valid()) {
-            std::array<CellTriangle, 3> parts;
-            hierarchy.triangles(leaf, parts);
-            from.cell = parts[part_[t]];
-            return from;
-        }
-        from.fan = exported_.faces[t];
-        const auto corners = fans_.of(from.fan)[part_[t]];
-        for (std::size_t k = 0; k < 3; ++k) from.fan_corner[k] = corners[k];
-        return from;
+        return exported_.origin(hierarchy, fans_, t);
     }
 
     /// Whether what a measurement finds may be mended: not where a level or a budget stopped the refinement.
@@ -317,7 +283,7 @@ class Tessellator {
                 errors[t] = bound;
             else if (leaf.valid())
                 errors[t] = estimator.bounder().certified_error(origin(hierarchy, t).cell, floor);
-            else if (part_[t] == 0 && fan_error)
+            else if (exported_.part[t] == 0 && fan_error)
                 errors[t] = fan_error->certified(exported_.faces[t], floor, false);
         };
         // In rounds, of every k_rounds-th block each: what one finds settles most triangles of the next at first sight.
@@ -365,9 +331,8 @@ class Tessellator {
     SurfaceMap<Family> map_;
     FanChoice fans_;
     std::vector<Vec3d> corner_positions_;
-    ExportedTriangles exported_;
+    detail::ExportedMesh<Family> exported_;
     std::vector<double> measured_errors_;  ///< by triangle; floats would not hold lengths above 1e38
-    std::vector<std::uint8_t> part_;       ///< which of its leaf's or fan's triangles each is
 };
 
 }  // namespace
