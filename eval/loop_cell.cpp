@@ -5,7 +5,7 @@
 
 namespace tetrakis::detail {
 
-LoopStarChain& LoopStarChain::make(LoopStarPool& pool, int valence, int size) {
+LoopStarChain& LoopStarChain::make(RecordPool& pool, int valence, int size) {
     static_assert(sizeof(LoopStarChain) % alignof(Vec3d) == 0 && std::is_trivially_destructible_v<LoopStarChain>);
     void* memory = pool.allocate(sizeof(LoopStarChain) + static_cast<std::size_t>(size) * sizeof(Vec3d));
     auto* link = new (memory) LoopStarChain(pool, valence);
@@ -21,7 +21,7 @@ const LoopStarChain& LoopStarChain::next() const {
     return next_.compare_exchange_strong(known, &fresh, std::memory_order_acq_rel) ? fresh : *known;
 }
 
-LoopNode::LoopNode(LoopRings rings, LoopStarPool& pool) : pool_(&pool) {
+LoopNode::LoopNode(LoopRings rings, RecordPool& pool) : pool_(&pool) {
     if (const auto net = rings.regular_net()) {
         kind_ = LoopCell::Kind::regular;
         net_ = std::make_unique<Net12>(*net);

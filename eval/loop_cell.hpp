@@ -2,7 +2,7 @@
 
 #include "tetrakis/eval/loop_ring.hpp"
 #include "tetrakis/eval/loop_star.hpp"
-#include "tetrakis/eval/loop_star_pool.hpp"
+#include "tetrakis/hier/record_pool.hpp"
 
 #include <atomic>
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace tetrakis::detail {
 class LoopStarChain {
   public:
     /// A link with room for `size` points.
-    static LoopStarChain& make(LoopStarPool& pool, int valence, int size);
+    static LoopStarChain& make(RecordPool& pool, int valence, int size);
     LoopStarChain(const LoopStarChain&) = delete;
     LoopStarChain& operator=(const LoopStarChain&) = delete;
 
@@ -27,10 +27,10 @@ class LoopStarChain {
     const LoopStarChain& next() const;
 
   private:
-    LoopStarChain(LoopStarPool& pool, int valence) : pool_(&pool), valence_(valence) {}
+    LoopStarChain(RecordPool& pool, int valence) : pool_(&pool), valence_(valence) {}
 
     mutable std::atomic<LoopStarChain*> next_{nullptr};
-    LoopStarPool* pool_;
+    RecordPool* pool_;
     int valence_;
 };
 
@@ -69,7 +69,7 @@ struct LoopCell {
 /// A node of the tree below a generic cell.
 class LoopNode {
   public:
-    LoopNode(LoopRings rings, LoopStarPool& pool);
+    LoopNode(LoopRings rings, RecordPool& pool);
     LoopNode(const LoopNode&) = delete;
     LoopNode& operator=(const LoopNode&) = delete;
     ~LoopNode();
@@ -87,7 +87,7 @@ class LoopNode {
     std::unique_ptr<LoopRings> rings_;
     using Children = std::array<std::unique_ptr<LoopNode>, 4>;
     mutable std::atomic<Children*> children_{nullptr};
-    LoopStarPool* pool_;
+    RecordPool* pool_;
 };
 
 /// Which quarter of its cell a point is in: 0, 1, 2 at the corners, 3 the centre. On the border of several, not 0 if it

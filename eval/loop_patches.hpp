@@ -101,7 +101,7 @@ class LoopPatches {
         Grown() : star(nullptr) {}
     };
     mutable std::vector<Grown> grown_;
-    mutable detail::LoopStarPool pool_;
+    mutable detail::RecordPool pool_;
     double largest_coordinate_ = 0;
 };
 

@@ -101,7 +101,9 @@ void find_points(const QuadNode& node, QuadQuarters& quarters) {
     }
 }
 
-QuadNode::~QuadNode() { delete quarters.load(std::memory_order_acquire); }
+QuadNode::~QuadNode() { drop_quarters(); }
+
+void QuadNode::drop_quarters() { delete quarters.exchange(nullptr, std::memory_order_acquire); }
 
 void QuadNode::adopt(std::unique_ptr<QuadStar> from) {
     kind = Kind::star;

@@ -5,6 +5,7 @@
 #include "tetrakis/eval/quad_local_mesh.hpp"
 #include "tetrakis/eval/quad_star.hpp"
 #include "tetrakis/eval/quad_tip.hpp"
+#include "tetrakis/hier/pool_memory.hpp"
 
 #include <array>
 #include <atomic>
@@ -42,12 +43,14 @@ struct QuadNode {
     const QuadNode* grown() const;
     /// Limit positions at (column / 2, row / 2), number 3 * row + column, of an irregular cell; grows it.
     const std::array<Vec3d, 9>& points() const;
+    /// Forgets what has grown, however deep; nobody else may be reading it.
+    void drop_quarters();
     /// Becomes a star cell.
     void adopt(std::unique_ptr<QuadStar> from);
 };
 
 /// What a node grows, in one block.
-struct QuadQuarters {
+struct QuadQuarters : PoolNew {
     std::array<QuadNode, 4> cell;
     std::array<CellFacts, 4> facts;
     std::array<Vec3d, 9> point;  ///< QuadNode::points()

@@ -44,7 +44,7 @@ QuadPatches::QuadPatches(const ControlMesh& mesh, const RunContext& context) : m
                         std::to_string(context.max_memory_bytes) +
                         "; cut up faces of very many corners and vertices of very many edges, or raise the limit");
     first_step(context);
-    roots_ = std::vector<QuadNode>(mesh.halfedge_count());
+    roots_ = decltype(roots_)(mesh.halfedge_count());
     constexpr std::uint64_t k_large_rings = 1 << 24;
     for_each_reported(mesh.halfedge_count(), rings > k_large_rings ? 4 : 256, context, "build", 0.1, 0.5,
                       [&](std::uint32_t h) { build_root(HalfedgeId(h)); });
@@ -54,7 +54,10 @@ QuadPatches::QuadPatches(const ControlMesh& mesh, const RunContext& context) : m
     smooth_ = {};
 }
 
-QuadPatches::~QuadPatches() = default;
+QuadPatches::~QuadPatches() {
+    for_each_index(
+        static_cast<std::uint32_t>(roots_.size()), [this](std::uint32_t h) { roots_[h].drop_quarters(); }, 64);
+}
 
 void QuadPatches::first_step(const RunContext&) {
     const ControlMesh& m = mesh_;

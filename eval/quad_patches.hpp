@@ -60,7 +60,7 @@ class QuadPatches {
     std::vector<float> half_sharpness_;  ///< per half-edge, level 1: of the half at its origin
     std::vector<float> vertex_sharpness_;
     std::vector<std::uint8_t> smooth_;  ///< per vertex: interior, nothing sharp at level 1
-    std::vector<detail::QuadNode> roots_;
+    detail::PoolVector<detail::QuadNode> roots_;
 };
 
 }  // namespace tetrakis

@@ -197,7 +197,7 @@ class Tessellator {
         fans_ = choose_fans(mesh_, corner_positions_, wanted);
         fan_error.emplace(map_, estimator, fans_, corner_positions_);
         std::vector<double> errors(mesh_.face_count(), 0.0);
-        for_each_reported(mesh_.face_count(), 16, context_, "coarsest", 0.4, 1, [&](std::uint32_t f) {
+        for_each_reported(mesh_.face_count(), 4, context_, "coarsest", 0.4, 1, [&](std::uint32_t f) {
             if (!fans_.has(FaceId(f))) return;
             // A budget opens the worst fans first: their errors must be known.
             errors[f] = options_.estimator == EstimatorKind::certified
@@ -218,7 +218,7 @@ class Tessellator {
         mesh.triangles = std::move(exported_.triangles);
         mesh.positions.resize(points);
         mesh.normals.resize(options_.normals ? points : 0);
-        for_each_reported(points, 128, context_, "export", 0.2, 0.9, [&](std::uint32_t i) {
+        for_each_reported(points, 32, context_, "export", 0.2, 0.9, [&](std::uint32_t i) {
             mesh.positions[i] = map_.vertex(exported_.sites[i], options_.normals ? &mesh.normals[i] : nullptr);
         });
         exported_.describe(hierarchy, refinement, result_);
@@ -260,48 +260,49 @@ class Tessellator {
         // The certified estimator's own errors are certified bounds already, where they are within the tolerance; above
         // it they are what a sample attained.
         const bool known = options_.estimator == EstimatorKind::certified;
-        std::vector<double> errors(count, 0.0);
-        double floor = 0;
-        if (!known) {
-            for_each_reported(count, 256, context_, "certify", 0, 0.2, [&](std::uint32_t t) {
-                if (t % k_floor_stride != 0 || !exported_.leaves[t].valid()) return;
+        constexpr std::uint32_t k_rounds = 8, k_block = 64;
+        const std::uint32_t blocks = (count + k_block - 1) / k_block;
+        std::vector<double> largest(blocks, 0.0);  // by block of triangles
+        const auto over_block = [&](std::uint32_t block, const auto& error_of) {
+            double error = 0;
+            for (std::uint32_t t = block * k_block; t < std::min((block + 1) * k_block, count); ++t)
+                error = std::max(error, error_of(t));
+            largest[block] = error;
+        };
+        for_each_reported(blocks, 4, context_, "certify", 0, 0.2, [&](std::uint32_t block) {
+            over_block(block, [&](std::uint32_t t) {
+                const LeafId leaf = exported_.leaves[t];
+                if (!leaf.valid()) return 0.0;
+                if (known) return refinement.error(leaf);
+                if (t % k_floor_stride != 0) return 0.0;
                 const QuickError quick = estimator.bounder().quick_error(origin(hierarchy, t).cell);
                 // Across the triangle: how far it slides is no error.
                 const detail::PlaneMeasure plane(quick.corners);
-                errors[t] = plane.flat() ? std::abs(glm::dot(plane.normal(), quick.middle)) : glm::length(quick.middle);
+                return plane.flat() ? std::abs(glm::dot(plane.normal(), quick.middle)) : glm::length(quick.middle);
             });
-        } else {
-            for (std::uint32_t t = 0; t < count; ++t)
-                if (exported_.leaves[t].valid()) errors[t] = refinement.error(exported_.leaves[t]);
-            floor = aim_;
-        }
-        for (double e : errors) floor = std::max(floor, e);
-        const auto certify_triangle = [&](std::uint32_t t) {
-            const LeafId leaf = exported_.leaves[t];
-            const double bound = leaf.valid() && known ? refinement.error(leaf) : 0.0;
-            if (bound > 0 && bound <= aim_)
-                errors[t] = bound;
-            else if (leaf.valid())
-                errors[t] = estimator.bounder().certified_error(origin(hierarchy, t).cell, floor);
-            else if (exported_.part[t] == 0 && fan_error)
-                errors[t] = fan_error->certified(exported_.faces[t], floor, false);
-        };
+        });
+        double floor = known ? aim_ : 0.0;
+        for (double e : largest) floor = std::max(floor, e);
         // In rounds, of every k_rounds-th block each: what one finds settles most triangles of the next at first sight.
-        constexpr std::uint32_t k_rounds = 8, k_block = 64;
-        const std::uint32_t blocks = (count + k_block - 1) / k_block;
         for (std::uint32_t round = 0; round < std::min(k_rounds, blocks); ++round) {
             const double from = 0.2 + 0.8 * round / k_rounds, to = 0.2 + 0.8 * (round + 1) / k_rounds;
             for_each_reported((blocks - round + k_rounds - 1) / k_rounds, 1, context_, "certify", from, to,
                               [&](std::uint32_t i) {
-                                  const std::uint32_t begin = (i * k_rounds + round) * k_block;
-                                  for (std::uint32_t t = begin; t < std::min(begin + k_block, count); ++t)
-                                      certify_triangle(t);
+                                  over_block(i * k_rounds + round, [&](std::uint32_t t) {
+                                      const LeafId leaf = exported_.leaves[t];
+                                      const double bound = leaf.valid() && known ? refinement.error(leaf) : 0.0;
+                                      if (bound > 0 && bound <= aim_) return bound;
+                                      if (leaf.valid())
+                                          return estimator.bounder().certified_error(origin(hierarchy, t).cell, floor);
+                                      if (exported_.part[t] == 0 && fan_error)
+                                          return fan_error->certified(exported_.faces[t], floor, false);
+                                      return 0.0;
+                                  });
                               });
-            for (double e : errors) floor = std::max(floor, e);
+            for (std::uint32_t block = round; block < blocks; block += k_rounds)
+                floor = std::max(floor, largest[block]);
         }
-        double largest = 0;
-        for (double e : errors) largest = std::max(largest, e);
-        return largest;
+        return blocks == 0 ? 0.0 : std::ranges::max(largest);
     }
 
     void add_attributes(const typename Family::Hierarchy& hierarchy) {

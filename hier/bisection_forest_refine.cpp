@@ -26,7 +26,7 @@ constexpr std::uint8_t k_listed = 8;                        // named by the call
 constexpr std::uint8_t k_no_link = 3;
 
 // Leaves per block of the parallel phases. The result does not depend on it.
-constexpr std::uint32_t k_block = 4096;
+constexpr std::uint32_t k_block = 512;
 
 // Leaves whose records are asked for ahead of time: the phases wait for memory, for little else.
 constexpr std::uint32_t k_ahead = 12;

@@ -7,10 +7,22 @@
 #if defined(__linux__)
 #    include <sys/mman.h>
 #endif
+#if !defined(__SANITIZE_ADDRESS__)
+#    include <oneapi/tbb/scalable_allocator.h>
+#endif
 
 namespace tetrakis::detail {
 
 namespace {
+
+// Under AddressSanitizer the system's allocator, which it watches.
+#if defined(__SANITIZE_ADDRESS__)
+void* grow_small(void* data, std::size_t bytes) { return std::realloc(data, bytes); }
+void free_small(void* data) noexcept { std::free(data); }
+#else
+void* grow_small(void* data, std::size_t bytes) { return scalable_realloc(data, bytes); }
+void free_small(void* data) noexcept { scalable_free(data); }
+#endif
 
 constexpr std::size_t k_huge = std::size_t{2} << 20;  // a huge page of x86-64, and of arm64 with pages of 4 KiB
 
@@ -49,14 +61,14 @@ void* grow_memory(void* data, std::size_t old_bytes, std::size_t bytes) {
             }
         } else if (old_bytes > 0) {
             std::memcpy(memory, data, old_bytes);
-            std::free(data);
+            free_small(data);
         }
         madvise(memory, rounded(bytes), MADV_HUGEPAGE);  // a wish: ordinary pages do as well
         return memory;
     }
 #endif
     (void)old_bytes;
-    return std::realloc(data, bytes);
+    return grow_small(data, bytes);
 }
 
 void free_memory(void* data, std::size_t bytes) noexcept {
@@ -67,7 +79,7 @@ void free_memory(void* data, std::size_t bytes) noexcept {
     }
 #endif
     (void)bytes;
-    std::free(data);
+    free_small(data);
 }
 
 void wish_for_huge_pages(void* data, std::size_t bytes) noexcept {

@@ -40,6 +40,10 @@ class PodArray {
     std::size_t capacity() const { return capacity_; }
     T* data() { return data_; }
     const T* data() const { return data_; }
+    T* begin() { return data_; }
+    const T* begin() const { return data_; }
+    T* end() { return data_ + size_; }
+    const T* end() const { return data_ + size_; }
     T& operator[](std::size_t i) { return data_[i]; }
     const T& operator[](std::size_t i) const { return data_[i]; }
 

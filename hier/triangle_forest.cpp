@@ -30,7 +30,8 @@ TriangleForest::TriangleForest(const ControlMesh& mesh)
             if (twin.valid() && !mesh.is_hole(mesh.face(twin)))
                 root_link_[h.value] = 4 * (twin.value / 3) + twin.value % 3;
             Site& site = sites_[mesh.origin(h).value];
-            if (!site.root.valid()) ++point_count_;
+            if (site.root.valid()) continue;
+            ++point_count_;
             site = canonical_.vertex(mesh.origin(h));
         }
     }

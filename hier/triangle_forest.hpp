@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/control_mesh.hpp"
 #include "tetrakis/hier/exported_triangles.hpp"
+#include "tetrakis/hier/pool_memory.hpp"
 #include "tetrakis/hier/site.hpp"
 #include "tetrakis/hier/triangle_cell.hpp"
 
@@ -165,9 +166,9 @@ class TriangleForest {
     Site midpoint_site(const Frame& frame, std::uint32_t edge) const;
 
     void require_leaves(std::span<const LeafId> leaves) const;
-    void mark_closure(std::span<const LeafId> marked, std::vector<std::uint32_t>& splits);
+    void mark_closure(std::span<const LeafId> marked, detail::PoolVector<std::uint32_t>& splits);
     bool mark(std::uint32_t slot);
-    void close_around(std::uint32_t slot, std::vector<std::uint32_t>& found);
+    void close_around(std::uint32_t slot, detail::PoolVector<std::uint32_t>& found);
     PlannedSplit plan(std::uint32_t slot) const;
     void write_record(std::uint32_t record, std::uint32_t slot, const PlannedSplit& planned,
                       std::uint32_t first_free_point);
@@ -189,12 +190,12 @@ class TriangleForest {
     std::uint32_t root_count_ = 0;
     std::uint32_t leaf_count_ = 0;
     std::uint32_t point_count_ = 0;
-    std::vector<std::uint32_t> root_link_;  // 3 per face: 4 * face + edge across it, or k_boundary
-    std::vector<std::uint32_t> child_;      // per slot: its record, or k_unsplit, k_dead
-    std::vector<Record> records_;
-    std::vector<Site> sites_;  // per point, canonical; no root: not in use
+    std::vector<std::uint32_t> root_link_;     // 3 per face: 4 * face + edge across it, or k_boundary
+    detail::PoolVector<std::uint32_t> child_;  // per slot: its record, or k_unsplit, k_dead
+    detail::PoolVector<Record> records_;
+    detail::PoolVector<Site> sites_;  // per point, canonical; no root: not in use
     std::vector<std::uint32_t> free_records_, free_points_;
-    std::vector<std::uint8_t> marks_;  // per slot: will be split, or (being split) merged; zero between calls
+    detail::PoolVector<std::uint8_t> marks_;  // per slot: will be split, or (being split) merged; zero between calls
 };
 
 // Inline: refinement and output spend most of their time here.

@@ -1,6 +1,6 @@
 #include "tetrakis/hier/error.hpp"
-#include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/hier/pool_memory.hpp"
 #include "tetrakis/hier/triangle_forest.hpp"
 
 #include <algorithm>
@@ -12,12 +12,12 @@ namespace tetrakis {
 
 namespace {
 
-// A few tenths of a millisecond of closure or record writing: far more than it costs to hand a block to a thread.
-constexpr std::uint32_t k_split_grain = 2048;
+// Some ten microseconds of closure or record writing: more than it costs to hand a block to a thread.
+constexpr std::uint32_t k_split_grain = 256;
 
 // Room for `size` elements without giving up geometric growth.
 template <class T>
-void make_room(std::vector<T>& v, std::size_t size) {
+void make_room(detail::PoolVector<T>& v, std::size_t size) {
     if (size > v.capacity()) detail::reserve_large(v, std::max(size, v.capacity() + v.capacity() / 2));
 }
 
@@ -38,7 +38,7 @@ bool TriangleForest::mark(std::uint32_t slot) {
 
 // Marks and lists what has to be split because `slot` is. A leaf that gets its third split neighbour is found by the
 // last of them to be closed around, because all marks of a round are visible in the next one.
-void TriangleForest::close_around(std::uint32_t slot, std::vector<std::uint32_t>& found) {
+void TriangleForest::close_around(std::uint32_t slot, detail::PoolVector<std::uint32_t>& found) {
     const auto is_marked = [&](std::uint32_t s) {
         return std::atomic_ref<std::uint8_t>(marks_[s]).load(std::memory_order_relaxed) != 0;
     };
@@ -63,7 +63,7 @@ void TriangleForest::close_around(std::uint32_t slot, std::vector<std::uint32_t>
 }
 
 // Lists the smallest closed set of splits that holds the marked leaves, in slot order, and leaves it in marks_.
-void TriangleForest::mark_closure(std::span<const LeafId> marked, std::vector<std::uint32_t>& splits) {
+void TriangleForest::mark_closure(std::span<const LeafId> marked, detail::PoolVector<std::uint32_t>& splits) {
     detail::reserve_large(splits, marked.size() + marked.size() / 4);
     for (const LeafId leaf : marked)
         if (mark(leaf.value)) splits.push_back(leaf.value);
@@ -73,7 +73,7 @@ void TriangleForest::mark_closure(std::span<const LeafId> marked, std::vector<st
             for (std::size_t i = begin; i < end; ++i) close_around(splits[i], splits);
         } else {
             const auto count = static_cast<std::uint32_t>(end - begin);
-            std::vector<std::vector<std::uint32_t>> found((count + k_split_grain - 1) / k_split_grain);
+            std::vector<detail::PoolVector<std::uint32_t>> found((count + k_split_grain - 1) / k_split_grain);
             const auto close_block = [&](std::uint32_t block) {
                 const std::size_t first = begin + std::size_t{block} * k_split_grain;
                 for (std::size_t i = first; i < std::min(first + k_split_grain, end); ++i)
@@ -192,8 +192,8 @@ void TriangleForest::refine(std::span<const LeafId> marked, std::vector<LeafId>&
             throw Error(ErrorCode::unsupported, "leaf " + std::to_string(leaf.value) + " of face " +
                                                     std::to_string(face(leaf).value) + " is at level " +
                                                     std::to_string(k_max_level) + ", the deepest one");
-    std::vector<std::uint32_t> splits;
-    std::vector<PlannedSplit> planned;
+    detail::PoolVector<std::uint32_t> splits;
+    detail::PoolVector<PlannedSplit> planned;
     std::uint32_t new_points = 0, new_changed = 0, count = 0;
     const auto old_records = static_cast<std::uint32_t>(records_.size());
     const auto old_points = static_cast<std::uint32_t>(sites_.size());

@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/ids.hpp"
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/hier/pod_array.hpp"
 #include "tetrakis/hier/radix_sort.hpp"
 #include "tetrakis/refine/adaptive.hpp"
 
@@ -92,7 +93,7 @@ class AdaptiveRefinement {
             order_[i] = {std::uint64_t{t.root.value} << (64 - root_bits) | curve >> root_bits, leaves[i]};
         });
         radix_sort(order_, order_spare_, [](const Place& p) { return p.place; });
-        for (std::size_t i = 0; i < leaves.size(); ++i) leaves[i] = order_[i].leaf;
+        for_each_index(static_cast<std::uint32_t>(leaves.size()), [&](std::uint32_t i) { leaves[i] = order_[i].leaf; });
     }
     /// Every bit moved to twice its place.
     static std::uint64_t spread(std::uint64_t x) {
@@ -105,7 +106,7 @@ class AdaptiveRefinement {
 
     void estimate(std::vector<LeafId>& leaves) {
         if (leaves.size() > 2) sort_along_curve(leaves);
-        if (errors_.size() < hierarchy_.slots()) errors_.resize(hierarchy_.slots(), 0.0);
+        if (errors_.size() < hierarchy_.slots()) errors_.resize_zeroed(hierarchy_.slots());
         const std::uint32_t count = static_cast<std::uint32_t>(leaves.size());
         constexpr std::uint32_t k_block = 1u << 16;
         for (std::uint32_t begin = 0; begin < count; begin += k_block) {
@@ -113,11 +114,11 @@ class AdaptiveRefinement {
             gather(std::span(leaves).subspan(begin, size));
             values_.resize(triangles_.size());
             estimator_.estimate(triangles_, values_);
-            for (std::uint32_t i = 0; i < size; ++i) {
+            for_each_index(size, [&](std::uint32_t i) {
                 double& error = errors_[leaves[begin + i].value];
                 error = values_[first_[i]];
                 for (std::uint32_t t = first_[i] + 1; t < first_[i + 1]; ++t) error = std::max(error, values_[t]);
-            }
+            });
             context_.report("refine", progress_);
         }
     }
@@ -134,8 +135,9 @@ class AdaptiveRefinement {
         first_[0] = 0;
         for (std::uint32_t i = 0; i < count; ++i) first_[i + std::size_t{1}] += first_[i];
         triangles_.resize(first_[count]);
-        for (std::uint32_t i = 0; i < count; ++i)
+        for_each_index(count, [&](std::uint32_t i) {
             std::copy_n(parts_[i].begin(), first_[i + std::size_t{1}] - first_[i], triangles_.begin() + first_[i]);
+        });
     }
 
     void settle(std::vector<LeafId> fresh) {
@@ -259,16 +261,16 @@ class AdaptiveRefinement {
     const ErrorEstimator& estimator_;
     AdaptiveOptions options_;
     const RunContext& context_;
-    std::vector<double> errors_;
-    std::vector<std::array<CellTriangle, 3>> parts_;  ///< of gather(): by leaf
-    std::vector<CellTriangle> triangles_;
-    std::vector<std::uint32_t> first_;
+    detail::PodArray<double> errors_;
+    detail::PodArray<std::array<CellTriangle, 3>> parts_;  ///< of gather(): by leaf
+    detail::PodArray<CellTriangle> triangles_;
+    detail::PodArray<std::uint32_t> first_;
     struct Place {
         std::uint64_t place;
         LeafId leaf;
     };
-    std::vector<Place> order_, order_spare_;
-    std::vector<double> values_;
+    detail::PodArray<Place> order_, order_spare_;
+    detail::PodArray<double> values_;
     double progress_ = 0;
     bool budget_spent_ = false, left_over_ = false;
 };

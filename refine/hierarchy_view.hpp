@@ -96,7 +96,9 @@ inline HalfedgeId triangle_control_edge(const ControlMesh& mesh, const CellTrian
 class TriangleHierarchy {
   public:
     explicit TriangleHierarchy(const ControlMesh& mesh)
-        : forest_(mesh), first_count_(forest_.leaf_count()), first_points_(forest_.point_count()) {}
+        : forest_(mesh), first_count_(forest_.leaf_count()), first_points_(forest_.point_count()) {
+        for (std::uint32_t h = 0; h < mesh.halfedge_count() && !ends_; ++h) ends_ = ends_at(HalfedgeId(h));
+    }
 
     /// The two faces of an interior vertex of valence 2 would both have the edge between the middles of the vertex'
     /// edges, which then had four triangles. In one of the faces the cell behind that edge is always split.
@@ -145,7 +147,8 @@ class TriangleHierarchy {
     void refine(std::span<const LeafId> marked, std::vector<LeafId>& fresh) {
         forest_.refine(marked, created_, changed_);
         std::uint64_t boundary_edges = 0;
-        for (LeafId leaf : created_) boundary_edges += count_boundary_edges(leaf);
+        if (ends_)
+            for (LeafId leaf : created_) boundary_edges += count_boundary_edges(leaf);
         boundary_points_ += boundary_edges / 2;
         fresh.insert(fresh.end(), created_.begin(), created_.end());
         fresh.insert(fresh.end(), changed_.begin(), changed_.end());
@@ -161,14 +164,18 @@ class TriangleHierarchy {
         const CellTriangle t = forest_.triangle(leaf);
         std::uint64_t count = 0;
         for (std::size_t k = 0; k < 3; ++k)
-            if (const HalfedgeId h = triangle_control_edge(mesh, t, k); h.valid()) {
-                const HalfedgeId twin = mesh.twin(h);
-                count += !twin.valid() || mesh.is_hole(mesh.face(twin));
-            }
+            if (const HalfedgeId h = triangle_control_edge(mesh, t, k); h.valid()) count += ends_at(h);
         return count;
     }
 
+    /// Whether nothing lies across a control half-edge.
+    bool ends_at(HalfedgeId h) const {
+        const HalfedgeId twin = forest_.mesh().twin(h);
+        return !twin.valid() || forest_.mesh().is_hole(forest_.mesh().face(twin));
+    }
+
     TriangleForest forest_;
+    bool ends_ = false;  ///< the surface has an end somewhere
     std::uint64_t first_count_, first_points_, boundary_points_ = 0;
     std::vector<LeafId> created_, changed_;
 };

@@ -1,0 +1,48 @@
+#pragma once
+
+#include "tetrakis/hier/huge_memory.hpp"
+
+#include <cstddef>
+#include <new>
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// grow_memory() for containers.
+template <class T>
+struct PoolAllocator {
+    static_assert(alignof(T) <= alignof(std::max_align_t));
+    using value_type = T;
+
+    PoolAllocator() = default;
+    template <class U>
+    PoolAllocator(const PoolAllocator<U>&) noexcept {}
+
+    T* allocate(std::size_t count) {
+        void* const memory = grow_memory(nullptr, 0, count * sizeof(T));
+        if (memory == nullptr) throw std::bad_alloc();
+        return static_cast<T*>(memory);
+    }
+    void deallocate(T* data, std::size_t count) noexcept { free_memory(data, count * sizeof(T)); }
+
+    template <class U>
+    friend bool operator==(const PoolAllocator&, const PoolAllocator<U>&) noexcept {
+        return true;
+    }
+};
+
+/// A vector that does not outlive the run it works for.
+template <class T>
+using PoolVector = std::vector<T, PoolAllocator<T>>;
+
+/// `new` and `delete` of what derives from it, by grow_memory().
+struct PoolNew {
+    static void* operator new(std::size_t bytes) {
+        void* const memory = grow_memory(nullptr, 0, bytes);
+        if (memory == nullptr) throw std::bad_alloc();
+        return memory;
+    }
+    static void operator delete(void* memory, std::size_t bytes) noexcept { free_memory(memory, bytes); }
+};
+
+}  // namespace tetrakis::detail

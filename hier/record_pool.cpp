@@ -1,0 +1,52 @@
+#include "tetrakis/hier/record_pool.hpp"
+
+#include "tetrakis/hier/pool_memory.hpp"
+
+#include <oneapi/tbb/enumerable_thread_specific.h>
+
+#include <cstddef>
+#include <vector>
+
+namespace tetrakis::detail {
+
+namespace {
+
+struct alignas(std::max_align_t) Unit {
+    std::byte bytes[alignof(std::max_align_t)];
+};
+
+// 32 KiB: a hundred stars, and little to waste for a small mesh.
+constexpr std::size_t k_block = 2048;
+
+struct Blocks {
+    std::vector<PoolVector<Unit>> blocks;
+    Unit* next = nullptr;
+    std::size_t left = 0;
+};
+
+}  // namespace
+
+struct RecordPool::Threads {
+    oneapi::tbb::enumerable_thread_specific<Blocks> blocks;
+};
+
+RecordPool::RecordPool() : threads_(std::make_unique<Threads>()) {}
+RecordPool::~RecordPool() = default;
+
+void* RecordPool::allocate(std::size_t bytes) {
+    Blocks& own = threads_->blocks.local();
+    const std::size_t units = (bytes + sizeof(Unit) - 1) / sizeof(Unit);
+    if (units > own.left) {
+        const std::size_t size = units > k_block ? units : k_block;
+        PoolVector<Unit>& block = own.blocks.emplace_back();
+        block.reserve(size);  // without a first touch
+        own.next = block.data();
+        own.left = size;
+    }
+    Unit* const out = own.next;
+    own.next += units;
+    own.left -= units;
+    return out;
+}
+
+}  // namespace tetrakis::detail
