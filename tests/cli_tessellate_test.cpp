@@ -178,7 +178,7 @@ TEST_CASE("Loop cuts other faces into triangles, and says so") {
     CHECK(run.report["faces"] == 7);
 }
 
-TEST_CASE("any scheme of the table tessellates: watertight, measured within the tolerance, without a bound") {
+TEST_CASE("[slow] any scheme of the table tessellates: watertight, measured within the tolerance, without a bound") {
     struct Case {
         std::string scheme, model;
         std::vector<std::string> more;

@@ -113,7 +113,7 @@ void check_masks(const Variant& v, const FanShape& shape) {
 
 TEST_SUITE_BEGIN("schemes");
 
-TEST_CASE("printed limit and tangent masks are eigenvectors of the scheme's own matrix, valence 3 to 64") {
+TEST_CASE("[slow] printed limit and tangent masks are eigenvectors of the scheme's own matrix, valence 3 to 64") {
     for (const Variant& v : variants()) {
         CAPTURE(v.name);
         // Every valence for every scheme; of its other choices the first and some beyond.

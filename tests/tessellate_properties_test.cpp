@@ -205,7 +205,7 @@ TEST_CASE("[inv10] measurements do not depend on the number of threads") {
     CHECK(a.measured_error->rms == b.measured_error->rms);
 }
 
-TEST_CASE("a budget of triangles is never exceeded, and the error falls as it grows") {
+TEST_CASE("[slow] a budget of triangles is never exceeded, and the error falls as it grows") {
     for (const SchemeKind scheme : k_schemes)
         for (const std::uint64_t seed : test::seeds(3)) {
             INFO(name(scheme));

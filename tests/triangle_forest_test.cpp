@@ -382,7 +382,7 @@ TEST_CASE("[inv5] merging undoes a split of a triangle forest; coarsening to the
     }
 }
 
-TEST_CASE("[inv10] a large parallel refinement of a triangle forest gives the serial one's slots and points") {
+TEST_CASE("[slow] [inv10] a large parallel refinement of a triangle forest gives the serial one's slots and points") {
     const ControlMesh mesh = test::random_triangle_mesh(6);
     const auto grow = [&](int threads) {
         RunContext context;
