@@ -15,8 +15,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace tetrakis {
 
@@ -137,6 +141,7 @@ class Tessellator {
              (!result_.measured_error || result_.measured_error->hausdorff <= tolerance_) &&
              (options_.estimator != EstimatorKind::certified || *result_.certified_error <= tolerance_));
         if (options_.target && options_.tolerance && result_.measured_error) warn_of_target(refinement.left_over());
+        if (options_.displacement && options_.tolerance) warn_of_torn_heights();
         if (estimator.gave_up())
             result_.warnings.push_back(
                 "somewhere the mapped surface jumps (two sheets of the target are equally near, or heights differ "
@@ -165,6 +170,38 @@ class Tessellator {
                 ": what the control mesh does not cover stays out of reach, however fine the mesh; cut it off the "
                 "target, or let the control mesh cover it";
         result_.warnings.push_back(text);
+    }
+
+    /// Where the texture coordinates of a control vertex differ from face to face, so may its heights: the surface is
+    /// torn there, and no refinement brings the triangles that bridge it within the tolerance.
+    void warn_of_torn_heights() {
+        const auto height = [&](HalfedgeId h) {
+            if constexpr (std::is_same_v<Family, QuadFamily>) return height_at(h, 0, 0);
+            const std::uint32_t corner = h.value % 3;
+            return height_at(HalfedgeId(h.value - corner), corner == 1, corner == 2);
+        };
+        double jump = 0;
+        VertexId where;
+        std::vector<std::array<double, 2>> range(
+            mesh_.vertex_count(), {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()});
+        for (std::uint32_t h = 0; h < mesh_.halfedge_count(); ++h) {
+            if (mesh_.is_hole(mesh_.face(HalfedgeId(h)))) continue;
+            const VertexId v = mesh_.origin(HalfedgeId(h));
+            auto& [low, high] = range[v.value];
+            const double here = height(HalfedgeId(h));
+            low = std::min(low, here), high = std::max(high, here);
+            if (high - low > jump) jump = high - low, where = v;
+        }
+        if (!(jump > tolerance_)) return;
+        const Vec3d at = mesh_.position(where);
+        result_.warnings.push_back(fmt::format(
+            "the height image lifts the faces around a control vertex on a UV seam, the one at ({:.4g}, {:.4g}, "
+            "{:.4g}), by heights that differ by {:.3g}, {:.3g} times the tolerance: the surface is torn there, and the "
+            "mesh bridges it; let the heights agree across seams",
+            at.x, at.y, at.z, jump, jump / tolerance_));
+    }
+    double height_at(HalfedgeId root, double x, double y) const {
+        return options_.amplitude * options_.displacement->sample(uv_->at(root, x, y));
     }
 
     void prepare() {

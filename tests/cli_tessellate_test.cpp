@@ -273,6 +273,20 @@ TEST_CASE("a displacement by a white picture moves the surface by its amplitude"
     CHECK(apart["mean"].get<double>() == doctest::Approx(0.05).epsilon(both / 0.05));
 }
 
+TEST_CASE("heights that differ across a UV seam are named") {
+    const ScratchDir scratch;
+    // All of the picture meets at the crown.
+    const std::string torn = (scratch / "torn.pgm").string(), even = (scratch / "even.pgm").string();
+    spill(torn, std::string("P5\n2 1\n255\n\0\xff", 13));
+    spill(even, "P5\n2 1\n255\n\xff\xff");
+    for (const std::string& image : {torn, even}) {
+        const Run run(cli::data("head.obj"),
+                      {"--tolerance", "1e-2", "--no-measure", "--displacement", image, "--amplitude", "0.1"});
+        CAPTURE(run.result.err);
+        CHECK((run.result.err.find("UV seam") != std::string::npos) == (image == torn));
+    }
+}
+
 TEST_CASE("a target takes the vertices onto itself") {
     const ScratchDir scratch;
     const std::string target = (scratch / "target.ply").string();
