@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/followed_uvs.hpp"
 #include "tetrakis/refine/uniform.hpp"
 #include "tetrakis/refine/used_values.hpp"
 #include "tetrakis/refine/uv_mesh.hpp"
@@ -37,11 +38,28 @@ std::optional<PolygonMesh> refine_structured(const ControlMesh& mesh, const Sche
     return refine_uniform(mesh, triangles ? SchemeKind::loop : SchemeKind::catmull_clark, levels, uniform);
 }
 
-/// Texture coordinates by the same scheme on the charts, whose faces and half-edges are the mesh's. False where the
-/// result has other faces.
+/// Texture coordinates by the same scheme on the charts, whose faces and half-edges are the mesh's. False where they
+/// cannot be had.
 bool refine_uvs(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options,
                 const RuleMesh& last, PolygonMesh& result) {
+    const bool triples = scheme.refinement == Refinement::sqrt3;
     const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
+    const bool across =
+        scheme.refinement == Refinement::honeycomb || fan_lattice(scheme, options.rules) == FanLattice::dual;
+    if (across && linear && levels > 0)
+        result.warnings.push_back(
+            "the texture coordinates were refined smoothly, not linearly as their tag asks: "
+            "faces of " +
+            std::string(scheme.name) + " do not lie in faces of the control mesh");
+    if (levels > 0 && (triples || across || (!linear && detail::takes_copies(scheme, options.rules)))) {
+        detail::FollowedUvs followed = triples ? detail::follow_triangles(mesh, scheme, levels, options.rules)
+                                               : detail::follow_across_seams(mesh, scheme, levels, options.rules);
+        if (followed.face_uvs.size() != static_cast<std::size_t>(last.halfedge_count())) return false;
+        detail::drop_unused(followed.face_uvs, followed.uvs);
+        result.uvs = std::move(followed.uvs);
+        result.face_uvs = std::move(followed.face_uvs);
+        return true;
+    }
     const SchemeInfo& by =
         linear ? *find_scheme(scheme.family == MeshFamily::triangles ? "midpoint" : "bilinear") : scheme;
     RefineOptions plain{.rules = options.rules, .context = options.context};
@@ -112,13 +130,9 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
         result.face_vertices[h] = static_cast<std::uint32_t>(last.origin(h));
     result.materials = data.materials;
     result.groups = data.groups;
-    if (mesh.has_uvs()) {
-        const bool splits_faces =
-            fan_lattice(scheme, options.rules) != FanLattice::dual && scheme.refinement != Refinement::sqrt3;
-        if (!(levels == 0 || splits_faces) || !refine_uvs(mesh, scheme, levels, options, last, result))
-            result.warnings.push_back("the texture coordinates were dropped: " + std::string(scheme.name) +
-                                      " does not split faces, so its new faces lie across the seams");
-    }
+    if (mesh.has_uvs() && !refine_uvs(mesh, scheme, levels, options, last, result))
+        result.warnings.push_back("the texture coordinates were dropped: " + std::string(scheme.name) +
+                                  " changes the charts otherwise than the mesh");
     if (mesh.crease_method() == CreaseMethod::chaikin)
         result.warnings.push_back(
             "the creases were refined by the uniform rule: Chaikin's is known to plain "

@@ -13,9 +13,10 @@ namespace tetrakis {
 /// Catmull-Clark, Loop, bilinear and midpoint refinement with their plain rules take the structured path of
 /// refine_uniform(), all else the schemes' rules point by point (RuleRefiner). Holes are left out, and then the
 /// vertices that no face uses. Materials and groups are those of the control face that a face belongs to. UVs are
-/// refined face-varying (see uv_mesh()) by the same scheme where it splits faces; the other schemes move faces across
-/// the seams, so there they are dropped, with a warning. Creases are refined by the uniform rule except by
-/// Catmull-Clark and Loop.
+/// refined face-varying (see uv_mesh()) by the same scheme, seams as boundaries. Faces of dual schemes and honeycomb
+/// lie across the seams; there charts go on straight beyond them, so that the smooth rules hold up to the seam, and a
+/// face takes the UVs of one side (the face-varying rule makes no difference to them). Creases are refined by the
+/// uniform rule except by Catmull-Clark and Loop.
 /// @param levels  >= 0: steps of the scheme (a sqrt3 or 4-8 step is two of its simple steps)
 /// @param options normals: none for the schemes whose surfaces have no tangent planes, bilinear and midpoint
 /// @throws Error  invalid_input: levels < 0, an attribute of the wrong length, or a mesh that the scheme cannot take

@@ -3,6 +3,7 @@
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/check_length.hpp"
+#include "tetrakis/refine/parallel_blocks.hpp"
 #include "tetrakis/refine/rule_limit.hpp"
 
 #include <algorithm>
@@ -86,14 +87,6 @@ void apply(const StencilTable& table, const double* in, int width, double* out) 
     });
 }
 
-class ParallelBlocks final : public BlockRunner {
-  public:
-    void run(int count, const std::function<void(int)>& block) const override {
-        for_each_index(
-            static_cast<std::uint32_t>(count), [&](std::uint32_t i) { block(static_cast<int>(i)); }, 1);
-    }
-};
-
 }  // namespace
 
 RuleMesh rule_mesh(const ControlMesh& mesh) {
@@ -139,7 +132,7 @@ RuleRefiner::RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int 
     State& s = *state_;
     s.control_vertices = mesh.vertex_count();
     s.options = options;
-    const ParallelBlocks runner;
+    const detail::ParallelBlocks runner;
     RuleOptions rules = options.rules;
     rules.runner = &runner;
     try {

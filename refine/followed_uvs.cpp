@@ -1,0 +1,233 @@
+#include "tetrakis/refine/followed_uvs.hpp"
+
+#include "tetrakis/refine/parallel_blocks.hpp"
+#include "tetrakis/refine/seam_extension.hpp"
+#include "tetrakis/refine/uv_mesh.hpp"
+#include "tetrakis/schemes/averaging.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace tetrakis::detail {
+
+namespace {
+
+/// Values of the next level.
+std::vector<Vec2d> next_uvs(const StencilTable& stencils, const std::vector<Vec2d>& uvs) {
+    std::vector<Vec2d> finer(stencils.row_count());
+    for_each_index(static_cast<std::uint32_t>(stencils.row_count()), [&](std::uint32_t r) {
+        const auto points = stencils.points(static_cast<int>(r));
+        const auto weights = stencils.weights(static_cast<int>(r));
+        Vec2d sum(0);
+        for (std::size_t i = 0; i < points.size(); ++i) sum += weights[i] * uvs[points[i]];
+        finer[r] = sum;
+    });
+    return finer;
+}
+
+/// The same faces with every edge and vertex sharp: each rule of a triangle scheme is then linear.
+RuleMesh all_sharp(const RuleMesh& mesh) {
+    constexpr float k_sharp = std::numeric_limits<float>::infinity();
+    RuleMesh::Builder faces;
+    for (int f = 0; f < mesh.face_count(); ++f) {
+        for (const int v : mesh.corners(f)) faces.corner(v, k_sharp);
+        faces.end_face();
+    }
+    return RuleMesh(mesh.vertex_count(), std::move(faces), std::vector<float>(mesh.vertex_count(), k_sharp));
+}
+
+/// The half-edges of the nine triangles that a triangle is cut into, three at each corner: the triangle at the corner,
+/// the one beside it inside, and the one on the edge.
+template <class Visit>
+void ninths(const RuleMesh& mesh, int at_corner, Visit&& visit) {
+    int first = at_corner, k = 0;
+    for (int triangle = 0; triangle < 3; ++triangle) {
+        for (int h = first, i = 0; i < 3; ++i, h = mesh.next(h)) visit(k++, h);
+        first = mesh.twin(mesh.next(first));
+    }
+}
+
+/// Both meshes at one level, and what corners of one are in the other.
+class SideBySide {
+  public:
+    SideBySide(RuleMesh surface, SeamExtension charts, const SchemeInfo& scheme, const RuleOptions& rules)
+        : surface_(std::move(surface)), charts_(std::move(charts)), scheme_(scheme), rules_(rules) {
+        partner_.resize(surface_.halfedge_count());
+        home_.resize(surface_.halfedge_count());
+        for (int h = 0; h < surface_.halfedge_count(); ++h) {
+            partner_[h] = h;
+            home_[h] = surface_.face(h);
+        }
+    }
+
+    void refine() {
+        RuleStep step = scheme_.step(surface_, rules_), chart_step = scheme_.step(charts_.mesh, rules_);
+        charts_.uvs = next_uvs(chart_step.stencils, charts_.uvs);
+        std::vector<int> old_partner(step.mesh.halfedge_count(), RuleMesh::none),
+            old_home(step.mesh.halfedge_count(), RuleMesh::none);
+        old_partner.swap(partner_);
+        old_home.swap(home_);
+        std::vector<char> child(step.mesh.vertex_count(), 0);
+        std::vector<int> queue;
+        const auto set = [&](int h, int partner, int home) {
+            if (partner == RuleMesh::none || partner_[h] != RuleMesh::none) return;
+            partner_[h] = partner;
+            home_[h] = home;
+            queue.push_back(h);
+        };
+        for (int h = 0; h < surface_.halfedge_count(); ++h) {
+            const int a = step.child_halfedge[h];
+            if (a == RuleMesh::none || old_partner[h] == RuleMesh::none) continue;
+            child[step.mesh.origin(a)] = 1;
+            set(a, chart_step.child_halfedge[old_partner[h]], old_home[h]);
+        }
+        // Around the children of corners, which lie on one side of every seam, then along faces to the other points.
+        const RuleMesh &fine = step.mesh, &chart = chart_step.mesh;
+        const auto twin = [](const RuleMesh& mesh, int h) { return h == RuleMesh::none ? h : mesh.twin(h); };
+        for (std::size_t i = 0; i < queue.size(); ++i) {
+            const int h = queue[i], p = partner_[h];
+            if (child[fine.origin(h)] != 0) {
+                if (const int left = twin(fine, fine.prev(h)); left != RuleMesh::none)
+                    set(left, twin(chart, chart.prev(p)), home_[h]);
+                if (const int t = twin(fine, h), q = twin(chart, p); t != RuleMesh::none && q != RuleMesh::none)
+                    set(fine.next(t), chart.next(q), home_[h]);
+            }
+            if (const int n = fine.next(h); child[fine.origin(n)] == 0) set(n, chart.next(p), home_[h]);
+            if (const int b = fine.prev(h); child[fine.origin(b)] == 0) set(b, chart.prev(p), home_[h]);
+        }
+        surface_ = std::move(step.mesh);
+        charts_.mesh = std::move(chart_step.mesh);
+    }
+
+    FollowedUvs result() {
+        FollowedUvs out;
+        if (std::find(partner_.begin(), partner_.end(), RuleMesh::none) != partner_.end()) return out;
+        out.uvs = std::move(charts_.uvs);
+        out.face_uvs.resize(surface_.halfedge_count());
+        for (int f = 0; f < surface_.face_count(); ++f) face(f, out);
+        return out;
+    }
+
+  private:
+    void face(int f, FollowedUvs& out) const {
+        const int begin = surface_.face_begin(f), size = surface_.face_size(f);
+        const auto at = [&](int i) { return begin + i % size; };
+        const auto number = [&](int h) { return static_cast<std::uint32_t>(charts_.mesh.origin(h)); };
+        const auto goes_on = [&](int i) { return charts_.mesh.next(partner_[at(i)]) == partner_[at(i + 1)]; };
+        for (int i = 0; i < size; ++i) out.face_uvs[at(i)] = number(partner_[at(i)]);
+        // Runs of corners on the same side.
+        int best = 0, best_size = 0;
+        for (int i = 0; i < size; ++i) {
+            if (goes_on(i + size - 1)) continue;
+            int length = 1;
+            while (length < size && goes_on(i + length - 1)) ++length;
+            if (length > best_size || (length == best_size && home_[at(i)] < home_[at(best)])) {
+                best = i;
+                best_size = length;
+            }
+        }
+        if (best_size == 0 || best_size == size) return;  // all of it on one side
+        std::vector<int> beyond;
+        for (int h = charts_.mesh.next(partner_[at(best + best_size - 1)]); h != partner_[at(best)];
+             h = charts_.mesh.next(h))
+            beyond.push_back(charts_.mesh.origin(h));
+        if (beyond.empty()) return;
+        const int missing = size - best_size, last = static_cast<int>(beyond.size()) - 1;
+        for (int i = 0; i < missing; ++i) {
+            // As many as there are in the extension: those; else evenly along them.
+            const double along = missing == 1 ? 0.5 * last : double(i) * last / (missing - 1);
+            const int k = std::min(static_cast<int>(along), std::max(last - 1, 0));
+            const double t = along - k;
+            std::uint32_t& to = out.face_uvs[at(best + best_size + i)];
+            if (t == 0 || t == 1) {
+                to = static_cast<std::uint32_t>(beyond[t == 0 ? k : k + 1]);
+            } else {
+                to = static_cast<std::uint32_t>(out.uvs.size());
+                out.uvs.push_back((1 - t) * out.uvs[beyond[k]] + t * out.uvs[beyond[k + 1]]);
+            }
+        }
+    }
+
+    RuleMesh surface_;
+    SeamExtension charts_;
+    const SchemeInfo& scheme_;
+    const RuleOptions& rules_;
+    std::vector<int> partner_;  ///< per half-edge of the surface, that of the charts
+    std::vector<int> home_;     ///< the control face that its origin lies in
+};
+
+}  // namespace
+
+FollowedUvs follow_triangles(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RuleOptions& rules) {
+    const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
+    const ParallelBlocks runner;
+    RuleOptions with_runner = rules;
+    with_runner.runner = &runner;
+    const ControlMesh charts = uv_mesh(mesh);
+    FollowedUvs out;
+    for (const Vec3d& p : charts.positions()) out.uvs.emplace_back(p);
+    RuleMesh surface = rule_mesh(mesh), chart = rule_mesh(charts);
+    std::vector<int> partner(surface.halfedge_count());
+    for (int h = 0; h < surface.halfedge_count(); ++h) partner[h] = h;
+    for (int level = 0; level < levels; ++level) {
+        if (linear) chart = all_sharp(chart);
+        RuleStep step = scheme.step(surface, with_runner), chart_step = scheme.step(chart, with_runner);
+        out.uvs = next_uvs(chart_step.stencils, out.uvs);
+        std::vector<int> finer(step.mesh.halfedge_count());
+        for (int h = 0; h < surface.halfedge_count(); ++h) {
+            int there[9];
+            ninths(chart_step.mesh, chart_step.child_halfedge[partner[h]], [&](int k, int p) { there[k] = p; });
+            ninths(step.mesh, step.child_halfedge[h], [&](int k, int fine) { finer[fine] = there[k]; });
+        }
+        partner = std::move(finer);
+        surface = std::move(step.mesh);
+        chart = std::move(chart_step.mesh);
+    }
+    out.face_uvs.resize(surface.halfedge_count());
+    for (int h = 0; h < surface.halfedge_count(); ++h)
+        out.face_uvs[h] = static_cast<std::uint32_t>(chart.origin(partner[h]));
+    return out;
+}
+
+bool takes_copies(const SchemeInfo& scheme, const RuleOptions& rules) {
+    return scheme.step == averaging_step && rules.averaging_steps > 2 && rules.averaging_steps % 2 == 0 &&
+           rules.averaging_boundary == AveragingBoundary::replicate;
+}
+
+FollowedUvs follow_across_seams(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                                const RuleOptions& rules) {
+    const ParallelBlocks runner;
+    RuleOptions with_runner = rules;
+    with_runner.runner = &runner;
+    const bool averages = scheme.step == averaging_step || scheme.step == biquartic_step;
+    const int steps = scheme.step == biquartic_step ? 3 : rules.averaging_steps;
+    // A step of averaging reaches half a face further; honeycomb's old vertices take from all faces around.
+    const int layers = averages ? (steps + 1) / 2 : scheme.refinement == Refinement::honeycomb ? 2 : 1;
+    RuleMesh surface = rule_mesh(mesh);
+    std::vector<char> across(mesh.halfedge_count(), 0);
+    for (int h = 0; h < surface.halfedge_count(); ++h) {
+        const float s = surface.sharpness(h);
+        across[h] = surface.twin(h) != RuleMesh::none && (averages || !is_sharp(s));
+    }
+    SeamExtension charts = extend_over_seams(mesh, surface, layers, across);
+    if (takes_copies(scheme, rules)) {
+        // Refined faces are numbered as the coarse ones, and the mesh's are the first of the charts'.
+        std::size_t corners = mesh.halfedge_count();
+        for (int level = 0; level < levels; ++level) {
+            RuleStep step = scheme.step(charts.mesh, with_runner);
+            charts.uvs = next_uvs(step.stencils, charts.uvs);
+            charts.mesh = std::move(step.mesh);
+            corners *= 4;
+        }
+        FollowedUvs out{std::move(charts.uvs), std::vector<std::uint32_t>(corners)};
+        for (std::size_t h = 0; h < corners; ++h)
+            out.face_uvs[h] = static_cast<std::uint32_t>(charts.mesh.origin(static_cast<int>(h)));
+        return out;
+    }
+    SideBySide both(std::move(surface), std::move(charts), scheme, with_runner);
+    for (int level = 0; level < levels; ++level) both.refine();
+    return both.result();
+}
+
+}  // namespace tetrakis::detail

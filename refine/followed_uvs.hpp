@@ -1,0 +1,34 @@
+#pragma once
+
+#include "tetrakis/hier/control_mesh.hpp"
+#include "tetrakis/refine/polygon_mesh.hpp"
+#include "tetrakis/refine/rule_refiner.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// UVs where the faces of the refined mesh are not those of the refined charts: one entry per face corner, in the order
+/// of the last level's half-edges.
+struct FollowedUvs {
+    std::vector<Vec2d> uvs;
+    std::vector<std::uint32_t> face_uvs;  ///< empty: the charts could not be followed
+};
+
+/// sqrt3: a step cuts every triangle in nine, whether its edges are seams or not, so the charts (with seams as
+/// boundaries, by the scheme's rules; or linear) have the same triangles in another order, found step by step.
+FollowedUvs follow_triangles(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RuleOptions& rules);
+
+/// Whether a scheme that splits faces has no boundary rule but copies of the boundary: the longer averages. A seam
+/// would then pull the chart together, so there it is continued, too.
+bool takes_copies(const SchemeInfo& scheme, const RuleOptions& rules);
+
+/// Dual schemes and honeycomb: mesh and extended charts (SeamExtension) are refined side by side; each corner inside a
+/// chart has its partner there. A face across a seam takes the UVs of one side, the one with the most of its corners,
+/// then the one of the lower control face; beyond the seam those of the extension. So the seam that is seen is the true
+/// one to half a face. Where takes_copies(), the charts' faces are the mesh's.
+FollowedUvs follow_across_seams(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                                const RuleOptions& rules);
+
+}  // namespace tetrakis::detail
