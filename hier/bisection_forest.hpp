@@ -5,6 +5,7 @@
 #include "tetrakis/hier/exported_triangles.hpp"
 #include "tetrakis/hier/fan_choice.hpp"
 #include "tetrakis/hier/pod_array.hpp"
+#include "tetrakis/hier/pool_memory.hpp"
 #include "tetrakis/hier/site.hpp"
 
 #include <array>
@@ -176,8 +177,7 @@ class BisectionForest {
     std::size_t find_marked_diamonds(std::span<const std::uint32_t> unique, std::vector<Diamond>& diamonds) const;
     void prefetch_beyond(const Diamond& diamond) const;
     Merge plan_merge(const Diamond& diamond, std::uint32_t pair) const;
-    std::vector<std::uint32_t> leaves_in_order() const;
-    void number_points(ExportedTriangles& out) const;
+    detail::PoolVector<std::uint32_t> leaves_in_order() const;
     std::optional<std::string> check_leaf(std::uint32_t slot) const;
     std::optional<std::string> check_pool() const;
 

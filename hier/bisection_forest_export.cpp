@@ -3,6 +3,7 @@
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/hier/point_numbers.hpp"
 
 #include <oneapi/tbb/parallel_sort.h>
 
@@ -19,9 +20,9 @@ constexpr std::uint32_t k_ahead = 16;  // records asked for ahead of time: the l
 
 // Slots of all leaves by root, then by path. Leaves are disjoint, so their paths differ within the shorter one and
 // compare as left-aligned numbers.
-std::vector<std::uint32_t> BisectionForest::leaves_in_order() const {
+detail::PoolVector<std::uint32_t> BisectionForest::leaves_in_order() const {
     const std::uint32_t slots = leaf_slots(), roots = mesh_->halfedge_count();
-    std::vector<std::uint32_t> first(roots + 1, 0);
+    detail::PoolVector<std::uint32_t> first(roots + 1, 0);
     for (std::uint32_t s = 0; s < slots; ++s)
         if (leaves_[s].depth != k_dead) ++first[root(LeafId(s)).value + 1];
     for (std::uint32_t r = 0; r < roots; ++r) first[r + 1] += first[r];
@@ -31,9 +32,9 @@ std::vector<std::uint32_t> BisectionForest::leaves_in_order() const {
         std::uint32_t slot;
         bool operator<(const Key& o) const { return path < o.path; }
     };
-    std::vector<Key> keys;
+    detail::PoolVector<Key> keys;
     detail::resize_large(keys, leaf_count_);
-    std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+    detail::PoolVector<std::uint32_t> next(first.begin(), first.end() - 1);
     for (std::uint32_t s = 0; s < slots; ++s) {
         const BisectionLeaf& l = leaves_[s];
         if (l.depth == k_dead) continue;
@@ -52,40 +53,18 @@ std::vector<std::uint32_t> BisectionForest::leaves_in_order() const {
     for (std::uint32_t r = 0; r < roots; ++r)
         if (first[r + 1] - first[r] >= k_large_root)
             oneapi::tbb::parallel_sort(keys.begin() + first[r], keys.begin() + first[r + 1]);
-    std::vector<std::uint32_t> order;
+    detail::PoolVector<std::uint32_t> order;
     detail::resize_large(order, leaf_count_);
     for_each_index(leaf_count_, [&](std::uint32_t i) { order[i] = keys[i].slot; });
     return order;
 }
 
 std::vector<LeafId> BisectionForest::ordered_leaves() const {
-    const std::vector<std::uint32_t> order = leaves_in_order();
+    const detail::PoolVector<std::uint32_t> order = leaves_in_order();
     std::vector<LeafId> leaves;
     detail::resize_large(leaves, order.size());
     for_each_index(leaf_count_, [&](std::uint32_t i) { leaves[i] = LeafId(order[i]); });
     return leaves;
-}
-
-// Replaces points by numbers in the order of first use.
-void BisectionForest::number_points(ExportedTriangles& out) const {
-    std::vector<std::uint32_t> numbers;
-    detail::reserve_large(numbers, sites_.size());
-    numbers.assign(sites_.size(), PointId::none);
-    detail::reserve_large(out.points, mesh_->vertex_count() + mesh_->face_count() + std::size_t{midpoint_count_});
-    const std::size_t count = out.triangles.size();
-    for (std::size_t t = 0; t < count; ++t) {
-        if (t + k_ahead < count)
-            for (std::uint32_t p : out.triangles[t + k_ahead]) __builtin_prefetch(&numbers[p]);
-        for (std::uint32_t& p : out.triangles[t]) {
-            std::uint32_t& n = numbers[p];
-            if (n == PointId::none) {
-                n = static_cast<std::uint32_t>(out.points.size());
-                out.points.push_back(PointId(p));
-            }
-            p = n;
-        }
-    }
-    detail::resize_large(out.sites, out.points.size());
 }
 
 ExportedTriangles BisectionForest::exported() const { return exported(FanChoice{}, {}); }
@@ -104,7 +83,7 @@ ExportedTriangles BisectionForest::exported(const FanChoice& fans, std::span<con
             if (!root_leaf(HalfedgeId(h + i)).valid()) return false;
         return true;
     };
-    const std::vector<std::uint32_t> order = leaves_in_order();
+    const detail::PoolVector<std::uint32_t> order = leaves_in_order();
     // Fans take their place among the leaves first; all else is then the same for both.
     ExportedTriangles out;
     std::vector<std::uint8_t> fan_face;
@@ -149,7 +128,8 @@ ExportedTriangles BisectionForest::exported(const FanChoice& fans, std::span<con
             i += mesh.face_size(f);  // its roots follow each other, the first one first
         }
     }
-    number_points(out);
+    detail::number_points(out, sites_.size(), mesh.vertex_count() + mesh.face_count() + std::size_t{midpoint_count_});
+    detail::resize_large(out.sites, out.points.size());
     for_each_index(static_cast<std::uint32_t>(out.points.size()),
                    [&](std::uint32_t p) { out.sites[p] = sites_[out.points[p].value]; });
     return out;

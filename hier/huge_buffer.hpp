@@ -1,15 +1,13 @@
 #pragma once
 
+#include "tetrakis/hier/huge_memory.hpp"
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdlib>
 #include <memory>
 #include <new>
 #include <type_traits>
-
-#if defined(__linux__)
-#    include <sys/mman.h>
-#endif
 
 namespace tetrakis::detail {
 
@@ -34,9 +32,7 @@ class HugeBuffer {
         if (memory == nullptr) throw std::bad_alloc();
         data_.reset(static_cast<T*>(memory));
         capacity_ = size;
-#if defined(__linux__)
-        if (huge) madvise(memory, bytes, MADV_HUGEPAGE);  // a wish: ordinary pages do as well
-#endif
+        wish_for_huge_pages(memory, bytes);
         return data_.get();
     }
     T* data() { return data_.get(); }

@@ -1,5 +1,6 @@
 #include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/hier/point_numbers.hpp"
 #include "tetrakis/hier/triangle_forest.hpp"
 
 #include <algorithm>
@@ -178,18 +179,7 @@ ExportedTriangles TriangleForest::exported() const {
     for_each_index(
         run_count, [&](std::uint32_t i) { write_run(runs[i], out); }, 1);
     runs.clear();
-    std::vector<std::uint32_t> number;
-    detail::reserve_large(number, sites_.size());
-    number.assign(sites_.size(), PointId::none);
-    detail::reserve_large(out.points, point_count_);
-    for (auto& triangle : out.triangles)
-        for (std::uint32_t& p : triangle) {
-            if (number[p] == PointId::none) {
-                number[p] = static_cast<std::uint32_t>(out.points.size());
-                out.points.push_back(PointId(p));
-            }
-            p = number[p];
-        }
+    detail::number_points(out, sites_.size(), point_count_);
     detail::resize_large(out.sites, out.points.size());
     for_each_index(static_cast<std::uint32_t>(out.points.size()),
                    [&](std::uint32_t i) { out.sites[i] = sites_[out.points[i].value]; });
