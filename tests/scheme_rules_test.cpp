@@ -8,6 +8,8 @@
 #include <doctest/doctest.h>
 #include <glm/geometric.hpp>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -117,6 +119,45 @@ TEST_CASE(
                 mesh = step.mesh;
             }
         }
+}
+
+TEST_CASE("Loop's worked example: a vertex with eight neighbours, one with three, and the edges between") {
+    // P1 to P8 around P9: here 0 to 7 around 8. Two more triangles outside each of P1, P3, P5 and P7 take these off the
+    // boundary.
+    RuleMesh::Builder faces;
+    for (int i = 0; i < 8; ++i) faces.face({8, i, (i + 1) % 8});
+    for (int i = 0; i < 8; i += 2) {
+        faces.face({i, (i + 7) % 8, 9 + i / 2});
+        faces.face({(i + 1) % 8, i, 9 + i / 2});
+    }
+    const RuleMesh mesh(13, std::move(faces));
+    const SchemeInfo& loop = *find_scheme("loop");
+    // The weights 5/8 and 3/(8 n), and 7/16 and 3/16 for three neighbours, are Warren's.
+    const RuleStep step = loop.step(mesh, {.loop_weights = LoopWeights::warren});
+    StencilTable expected;
+    StencilRow vertex{{8, 5.0 / 8}};
+    for (int i = 0; i < 8; ++i) vertex.add(i, 3.0 / (8 * 8));
+    expected.push(vertex);
+    expected.push({{1, 3.0 / 8}, {8, 3.0 / 8}, {0, 1.0 / 8}, {2, 1.0 / 8}});  // on the edge of P2 and P9
+    CHECK(row_of(step.stencils, 8) == row_of(expected, 0));
+    int found = 0;
+    for (int e = 0; e < mesh.edge_count(); ++e) {
+        const int h = mesh.edge_halfedge(e), u = mesh.origin(h), v = mesh.target(h);
+        if (std::minmax(u, v) != std::minmax(1, 8)) continue;
+        ++found;
+        // In the corner triangle at P9, the point on this edge is the other end of its side.
+        const int child = step.child_halfedge[u == 8 ? h : mesh.twin(h)];
+        CHECK(step.mesh.origin(child) == 8);
+        CHECK(row_of(step.stencils, step.mesh.target(child)) == row_of(expected, 1));
+    }
+    CHECK(found == 1);
+    RuleMesh::Builder tetrahedron;
+    for (const auto& f : {std::array{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {3, 2, 1}}) tetrahedron.face({f[0], f[1], f[2]});
+    const RuleMesh closed(4, std::move(tetrahedron));
+    StencilTable three;
+    three.push({{0, 7.0 / 16}, {1, 3.0 / 16}, {2, 3.0 / 16}, {3, 3.0 / 16}});
+    for (const LoopWeights weights : {LoopWeights::loop, LoopWeights::warren})
+        CHECK(row_of(loop.step(closed, {.loop_weights = weights}).stencils, 0) == row_of(three, 0));
 }
 
 TEST_CASE("interpolating schemes keep vertices bit for bit") {
