@@ -105,6 +105,7 @@ class SideBySide {
         if (std::find(partner_.begin(), partner_.end(), RuleMesh::none) != partner_.end()) return out;
         out.uvs = std::move(charts_.uvs);
         out.face_uvs.resize(surface_.halfedge_count());
+        out.control_face.resize(surface_.face_count());
         for (int f = 0; f < surface_.face_count(); ++f) face(f, out);
         return out;
     }
@@ -127,7 +128,9 @@ class SideBySide {
                 best_size = length;
             }
         }
-        if (best_size == 0 || best_size == size) return;  // all of it on one side
+        if (best_size == 0) best_size = size;  // all of it on one side, and round
+        out.control_face[f] = most_frequent_home(begin, size, best, best_size);
+        if (best_size == size) return;
         std::vector<int> beyond;
         for (int h = charts_.mesh.next(partner_[at(best + best_size - 1)]); h != partner_[at(best)];
              h = charts_.mesh.next(h))
@@ -147,6 +150,20 @@ class SideBySide {
                 out.uvs.push_back((1 - t) * out.uvs[beyond[k]] + t * out.uvs[beyond[k + 1]]);
             }
         }
+    }
+
+    /// Of a run of corners; the lowest of several.
+    std::uint32_t most_frequent_home(int begin, int size, int first, int count) const {
+        int found = RuleMesh::none, most = 0;
+        for (int i = 0; i < count; ++i) {
+            const int home = home_[begin + (first + i) % size];
+            int times = 0;
+            for (int k = 0; k < count; ++k) times += home_[begin + (first + k) % size] == home ? 1 : 0;
+            if (times < most || (times == most && home >= found)) continue;
+            most = times;
+            found = home;
+        }
+        return static_cast<std::uint32_t>(found);
     }
 
     RuleMesh surface_;
@@ -220,7 +237,7 @@ FollowedUvs follow_across_seams(const ControlMesh& mesh, const SchemeInfo& schem
             charts.mesh = std::move(step.mesh);
             corners *= 4;
         }
-        FollowedUvs out{std::move(charts.uvs), std::vector<std::uint32_t>(corners)};
+        FollowedUvs out{std::move(charts.uvs), std::vector<std::uint32_t>(corners), {}};
         for (std::size_t h = 0; h < corners; ++h)
             out.face_uvs[h] = static_cast<std::uint32_t>(charts.mesh.origin(static_cast<int>(h)));
         return out;

@@ -14,6 +14,8 @@ namespace tetrakis::detail {
 struct FollowedUvs {
     std::vector<Vec2d> uvs;
     std::vector<std::uint32_t> face_uvs;  ///< empty: the charts could not be followed
+    /// Per face, the control face that it lies in, or the most of it on the side whose UVs it has; empty: as ever.
+    std::vector<std::uint32_t> control_face;
 };
 
 /// sqrt3: a step cuts every triangle in nine, whether its edges are seams or not, so the charts (with seams as

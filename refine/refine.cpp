@@ -58,6 +58,13 @@ bool refine_uvs(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, c
         detail::drop_unused(followed.face_uvs, followed.uvs);
         result.uvs = std::move(followed.uvs);
         result.face_uvs = std::move(followed.face_uvs);
+        // What a face is made of goes with its UVs.
+        const ControlMeshData& data = mesh.data();
+        for (std::size_t f = 0; f < followed.control_face.size(); ++f) {
+            const std::uint32_t control = followed.control_face[f];
+            if (!data.face_material.empty()) result.face_material[f] = data.face_material[control];
+            if (!data.face_group.empty()) result.face_group[f] = data.face_group[control];
+        }
         return true;
     }
     const SchemeInfo& by =

@@ -191,7 +191,12 @@ RuleStep sqrt3_step(const RuleMesh& mesh, const RuleOptions& options) {
     const RuleStep odd = odd_step(mesh, options.runner);
     RuleStep step = EvenStep(odd.mesh, options.runner).take();
     step.stencils = odd.stencils.then(step.stencils, options.runner);
-    for (int& face : step.parent_face) face = odd.parent_face[face];
+    // Triangle g comes from the first step's half-edge g. Of the three of a smooth edge's triangle, which lies across
+    // it, the first two are on the other side.
+    for (std::size_t g = 0; g < step.parent_face.size(); ++g) {
+        const int h = static_cast<int>(g) / 3;
+        step.parent_face[g] = mesh.face(g % 3 == 2 || mesh.sharp(h) ? h : mesh.twin(h));
+    }
     step.child_halfedge.resize(mesh.halfedge_count());
     // The first step turns by half a sector: its edge to the left of h's triangle is turned back onto h by the second.
     for (int h = 0; h < mesh.halfedge_count(); ++h) step.child_halfedge[h] = 3 * odd.mesh.twin(3 * h + 2);
