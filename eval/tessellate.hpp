@@ -31,7 +31,7 @@ struct SchemeSupport {
     bool certified = false;  ///< bounds that hold for every point
 };
 /// Patches: Catmull-Clark and Loop by their plain rules. Certified: these, bilinear and midpoint refinement. None at
-/// all: sqrt3 and honeycomb refinement.
+/// all: honeycomb refinement.
 SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rules = {});
 
 struct TessellateOptions {
@@ -45,7 +45,7 @@ struct TessellateOptions {
     /// 0: no limit; else the best mesh within it, largest errors first. The coarsest mesh, which has all corners of the
     /// control mesh, must fit.
     std::uint64_t max_triangles = 0;
-    int min_level = 0;   ///< quadtree levels that every face gets
+    int min_level = 0;   ///< quadtree levels that every face gets (sqrt3: levels of refine())
     int max_level = 28;  ///< no cell is refined beyond it
     /// Project vertices onto this mesh and measure against it, in both directions: where it reaches beyond what the
     /// control mesh covers, the tolerance is not met, and a warning says so.
@@ -84,7 +84,7 @@ struct Tessellation {
     /// and for schemes without a bound (see scheme_support()).
     std::optional<double> certified_error;
     std::optional<MeasuredError> measured_error;
-    int deepest_level = 0;  ///< quadtree level of the finest triangle
+    int deepest_level = 0;  ///< quadtree level of the finest triangle (sqrt3: level of refine())
     StageSeconds seconds;
     std::uint64_t peak_memory_before_measure_bytes = 0;
     std::vector<std::string> warnings;

@@ -3,6 +3,7 @@
 #include "tetrakis/eval/dual_tessellator.hpp"
 #include "tetrakis/eval/lattice_tessellator.hpp"
 #include "tetrakis/eval/linear_bound.hpp"
+#include "tetrakis/eval/sqrt3_tessellator.hpp"
 #include "tetrakis/refine/refine.hpp"
 
 #include <string>
@@ -38,7 +39,7 @@ void check_scheme(const TessellateOptions& options) {
 SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rules) {
     SchemeSupport support;
     const SchemeInfo& info = scheme.info();
-    support.any = info.refinement != Refinement::sqrt3 && info.refinement != Refinement::honeycomb;
+    support.any = info.refinement != Refinement::honeycomb;
     support.patches = scheme.kind().has_value() && detail::has_plain_rules(rules);
     support.certified = support.patches || LinearBound::is_linear(info);
     return support;
@@ -47,8 +48,9 @@ SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rule
 Tessellation detail::tessellate_by_limits(const ControlMesh& mesh, const TessellateOptions& options,
                                           const RunContext& context) {
     check_scheme(options);
-    const bool dual = fan_lattice(options.scheme.info(), options.rules) == FanLattice::dual;
     try {
+        if (options.scheme.info().refinement == Refinement::sqrt3) return tessellate_sqrt3(mesh, options, context);
+        const bool dual = fan_lattice(options.scheme.info(), options.rules) == FanLattice::dual;
         return dual ? tessellate_dual(mesh, options, context) : tessellate_on_lattice(mesh, options, context);
     } catch (const Error& error) {
         // Here nothing goes without limits.

@@ -63,15 +63,17 @@ void Sqrt3Forest::refuse_depth() const {
                 "level " + std::to_string(max_level_) + " is the deepest that has numbers; its faces cannot be split");
 }
 
-std::size_t Sqrt3Forest::refine(const Sqrt3Face& face) {
+std::vector<Sqrt3Face> Sqrt3Forest::needed(const Sqrt3Face& face) const {
     require_face(face);
     if (face.level >= max_level_) refuse_depth();
-    if (is_split(face)) return 0;
+    if (is_split(face)) return {};
     Sqrt3Lattice lattice = lattice_;
     std::vector<Sqrt3Face> wanted{face};
     add_needed(lattice, wanted);
-    return split_all(wanted);
+    return wanted;
 }
+
+std::size_t Sqrt3Forest::refine(const Sqrt3Face& face) { return split_all(needed(face)); }
 
 // Adds to a face what has to be split before it, the finest first.
 void Sqrt3Forest::add_needed(Sqrt3Lattice& lattice, std::vector<Sqrt3Face>& wanted) const {
@@ -128,15 +130,30 @@ std::size_t Sqrt3Forest::refine_where(const std::function<bool(const Sqrt3Leaf&)
     return split_all(faces);
 }
 
-std::size_t Sqrt3Forest::refine(const Sqrt3Leaf& leaf) {
-    if (!leaf.half) return refine(Sqrt3Face{leaf.level, leaf.face});
+std::size_t Sqrt3Forest::refine(std::span<const Sqrt3Face> faces) {
+    std::vector<Sqrt3Face> all, wanted;
+    Sqrt3Lattice lattice = lattice_;
+    for (const Sqrt3Face& face : faces) {
+        require_face(face);
+        if (face.level >= max_level_) refuse_depth();
+        wanted.assign(1, face);
+        add_needed(lattice, wanted);
+        all.insert(all.end(), wanted.begin(), wanted.end());
+    }
+    return split_all(all);
+}
+
+std::size_t Sqrt3Forest::refine(const Sqrt3Leaf& leaf) { return split_all(needed(leaf)); }
+
+std::vector<Sqrt3Face> Sqrt3Forest::needed(const Sqrt3Leaf& leaf) const {
+    if (!leaf.half) return needed(Sqrt3Face{leaf.level, leaf.face});
     Sqrt3Lattice lattice = lattice_;
     require_face({static_cast<std::uint8_t>(leaf.level + 1), leaf.face});
     const std::uint64_t twin = lattice.twin(leaf.level, leaf.face);
     if (twin == Sqrt3Lattice::none || !is_split(leaf.level, Sqrt3Lattice::face(leaf.face)))
         throw Error(ErrorCode::invalid_input,
                     "there is no half triangle over half-edge " + std::to_string(leaf.face) + " any more");
-    return refine(Sqrt3Face{leaf.level, Sqrt3Lattice::face(twin)});
+    return needed(Sqrt3Face{leaf.level, Sqrt3Lattice::face(twin)});
 }
 
 bool Sqrt3Forest::can_coarsen(const Sqrt3Face& face) const {
@@ -151,12 +168,13 @@ bool Sqrt3Forest::can_coarsen(const Sqrt3Face& face) const {
     return true;
 }
 
-void Sqrt3Forest::coarsen(const Sqrt3Face& face) {
-    if (!can_coarsen(face))
-        throw Error(ErrorCode::invalid_input, "face " + std::to_string(face.face) + " of level " +
-                                                  std::to_string(face.level) +
-                                                  " is not split, or a face that comes from it is");
-    split_[face.level].erase(face.face);
+void Sqrt3Forest::coarsen(std::span<const Sqrt3Face> faces) {
+    for (const Sqrt3Face& face : faces)
+        if (!can_coarsen(face))
+            throw Error(ErrorCode::invalid_input, "face " + std::to_string(face.face) + " of level " +
+                                                      std::to_string(face.level) +
+                                                      " is not split, or a face that comes from it is");
+    for (const Sqrt3Face& face : faces) split_[face.level].erase(face.face);
     while (!split_.empty() && split_.back().empty()) split_.pop_back();
 }
 

@@ -50,15 +50,22 @@ class Sqrt3Forest {
     /// split already.
     /// @throws Error  invalid_input: no such face; unsupported: beyond max_level(). The forest is then unchanged.
     std::size_t refine(const Sqrt3Face& face);
+    /// The same for many, all or none.
+    std::size_t refine(std::span<const Sqrt3Face> faces);
     /// A leaf: splits its face; a half, the face beyond its edge, so that it becomes a face.
     std::size_t refine(const Sqrt3Leaf& leaf);
+    /// The faces that refine() would split, the finest first; none if nothing is left to split.
+    /// @throws Error  as refine()
+    std::vector<Sqrt3Face> needed(const Sqrt3Leaf& leaf) const;
     /// refine() of all leaves that are wanted, each as it is before the call. Returns the number of faces split.
     std::size_t refine_where(const std::function<bool(const Sqrt3Leaf&)>& wanted);
     /// Whether a face is split and none of the faces that come from it is.
     bool can_coarsen(const Sqrt3Face& face) const;
     /// Takes a face's point out again: the inverse of the split of this face alone.
     /// @throws Error  invalid_input: can_coarsen() is false
-    void coarsen(const Sqrt3Face& face);
+    void coarsen(const Sqrt3Face& face) { coarsen({&face, 1}); }
+    /// The same for many, all or none: none of them comes from another.
+    void coarsen(std::span<const Sqrt3Face> faces);
 
     /// Split faces per level.
     std::span<const NumberSet> split() const { return split_; }
@@ -81,6 +88,7 @@ class Sqrt3Forest {
     void add_needed(Sqrt3Lattice& lattice, std::vector<Sqrt3Face>& wanted) const;
     std::size_t split_all(std::span<const Sqrt3Face> faces);
     void require_face(const Sqrt3Face& face) const;
+    std::vector<Sqrt3Face> needed(const Sqrt3Face& face) const;
     [[noreturn]] void refuse_depth() const;
 
     const ControlMesh* mesh_;

@@ -187,7 +187,8 @@ TEST_CASE("[slow] any scheme of the table tessellates: watertight, measured with
          {Case{"kobbelt", "bracket.obj", {"--no-measure"}},
           Case{"modified-butterfly", "tetrahedron.obj", {"--reflect"}},
           Case{"biquartic", "pipe3.obj", {"--no-measure"}}, Case{"doo-sabin", "cube.obj", {"--threads", "1"}},
-          Case{"averaging", "cube.obj", {"--steps", "2"}}, Case{"loop", "tetrahedron.obj", {"--warren"}}}) {
+          Case{"averaging", "cube.obj", {"--steps", "2"}}, Case{"sqrt3", "tetrahedron.obj", {"--threads", "2"}},
+          Case{"loop", "tetrahedron.obj", {"--warren"}}}) {
         CAPTURE(c.scheme);
         std::vector<std::string> options = {"--tolerance", "1e-2", "--scheme", c.scheme};
         options.insert(options.end(), c.more.begin(), c.more.end());
@@ -210,7 +211,7 @@ TEST_CASE("[slow] any scheme of the table tessellates: watertight, measured with
 }
 
 TEST_CASE("[inv10] other schemes: one and two threads write the same bytes; exit code 4; pictures") {
-    for (const std::string scheme : {"kobbelt", "doo-sabin"}) {
+    for (const std::string scheme : {"kobbelt", "doo-sabin", "sqrt3"}) {
         CAPTURE(scheme);
         const auto run = [&](const std::string& threads) {
             return Run(cli::data("cube.obj"),
@@ -237,7 +238,7 @@ TEST_CASE("[bad-input] what other schemes cannot do is refused before anything i
         std::vector<std::string> options;
         std::string words;
     };
-    for (const Case& c : {Case{{"--scheme", "sqrt3"}, "refine --scheme sqrt3 --limit"},
+    for (const Case& c : {Case{{"--scheme", "honeycomb"}, "refine --scheme honeycomb --limit"},
                           Case{{"--scheme", "buterfly"}, "did you mean butterfly?"},
                           Case{{"--scheme", "kobbelt", "--estimator", "certified"}, "--estimator embree"},
                           Case{{"--scheme", "loop", "--warren", "--estimator", "certified"}, "with these rules"},
@@ -250,10 +251,13 @@ TEST_CASE("[bad-input] what other schemes cannot do is refused before anything i
         CAPTURE(run.result.err);
         CHECK(run.result.err.find(c.words) != std::string::npos);
     }
-    const Run sharp(cli::data("extruded_pentagon.obj"), {"--tolerance", "1e-2", "--scheme", "doo-sabin"});
-    CHECK(sharp.result.code == 1);
-    CHECK(sharp.result.err.find("refine --limit") != std::string::npos);
-    CHECK(sharp.bytes.empty());
+    for (const char* scheme : {"doo-sabin", "sqrt3"}) {
+        const Run sharp(cli::data("extruded_pentagon.obj"), {"--tolerance", "1e-2", "--scheme", scheme});
+        CHECK(sharp.result.code == 1);
+        CAPTURE(sharp.result.err);
+        CHECK(sharp.result.err.find("refine --limit") != std::string::npos);
+        CHECK(sharp.bytes.empty());
+    }
 }
 
 TEST_CASE("a displacement by a white picture moves the surface by its amplitude") {
