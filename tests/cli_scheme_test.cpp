@@ -197,10 +197,18 @@ TEST_CASE("[slow] scheme draws a sheet with masks, characteristic map and basis 
     }
 
     CHECK(cli::run({"scheme", "loop", "--image", (dir / "loop.obj").string()}).code == 2);
-    const ProcessResult boundary = cli::run({"scheme", "loop", "--boundary", "--image", (dir / "b.png").string()});
-    CHECK(boundary.code == 2);
-    CHECK(boundary.err.find("--boundary") != std::string::npos);
-    CHECK_FALSE(std::filesystem::exists(dir / "b.png"));
+    // At a boundary: one side of it, from the middle of the left half's height (the boundary) up.
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"loop", "--boundary", "--valence", "5"}, {"doo-sabin", "--boundary"}}) {
+        CAPTURE(arguments[0]);
+        const tetrakis::HeightImage sheet = draw("boundary.png", arguments);
+        CHECK(sheet.width == loop.width);
+        CHECK(ink(sheet, 0, 0.06, 1, 0.4) > 0.003);
+        CHECK(ink(sheet, 0, 0.06, 1, 0.4) < 0.2);
+        CHECK(ink(sheet, 0, 0.5, 0.48, 0.98) > 0.01);
+        CHECK(ink(sheet, 0, 0.5, 0.48, 0.98) < 0.2);
+        CHECK(ink(sheet, 0.5, 0.5, 1, 0.98) > 0.1);
+    }
 }
 
 TEST_SUITE_END();

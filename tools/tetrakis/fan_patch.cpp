@@ -72,11 +72,87 @@ FanPatch hexagon_patch(int valence) {
     return patch;
 }
 
+/// Straight sectors of half a disc (of less, where there are fewer faces than in half a lattice), or of the upper half
+/// of a grid.
+Vec2d rough_boundary_place(const FanLabels& labels, FanLabel l) {
+    if (labels.lattice() == FanLattice::dual) return {l.sector == 0 ? l.a + 0.5 : -l.a - 0.5, l.b};
+    const int faces = labels.shape().faces;
+    const double widest = std::numbers::pi / (labels.lattice() == FanLattice::triangles ? 3 : 2);
+    const double step = std::min(std::numbers::pi / faces, widest);
+    const auto ray = [&](int i) { return std::polar(1.0, 0.5 * std::numbers::pi + (i - 0.5 * faces) * step); };
+    const Complex z = double(l.a) * ray(l.sector) + double(l.b) * ray(l.sector + 1);
+    return {z.real(), z.imag()};
+}
+
+/// The largest magnitude becomes one.
+void scale_to_one(std::vector<double>& values) {
+    double most = 0;
+    for (const double x : values) most = std::max(most, std::abs(x));
+    for (double& x : values) x /= most;
+}
+
+/// Half a disc: along the boundary the largest mode that changes its sign in the mirror image, upwards the largest one
+/// but the constant that does not.
+FanPatch boundary_patch(const SchemeInfo& scheme, const SpectralAnalysis& analysis, const RuleOptions& rules) {
+    const FanLabels& inner = analysis.matrix.labels;
+    SectorFan fan(inner.lattice(), inner.shape(), k_control_rings);
+    const RuleStep step = scheme.step(fan.mesh, rules);
+    const bool dual = inner.lattice() == FanLattice::dual;
+    const std::vector<int> start = dual ? std::vector<int>{step.child_crease[fan.start[0]]} : child_start(fan, step);
+    const std::vector<int> rows = find_fan(step.mesh, start, fan.labels);
+    const int size = fan.labels.size();
+    std::vector<int> mirror(size), place_of_inner;
+    std::vector<double> x(size), y(size), finer(step.mesh.vertex_count());
+    for (int i = 0; i < size; ++i) {
+        const FanLabel label = fan.labels.all()[i];
+        mirror[i] = fan.labels.find(fan.labels.mirrored(label));
+        const Vec2d at = rough_boundary_place(fan.labels, label);
+        x[i] = at.x;
+        y[i] = at.y;
+    }
+    for (const FanLabel label : inner.all()) place_of_inner.push_back(fan.labels.find(label));
+    const auto symmetric = [&](std::vector<double>& values, double sign) {
+        const std::vector<double> old = values;
+        for (int i = 0; i < size; ++i) values[i] = 0.5 * (old[i] + sign * old[mirror[i]]);
+    };
+    const auto one_level_down = [&](std::vector<double>& values) {
+        step.stencils.apply<double>(values, finer);
+        for (int i = 0; i < size; ++i) values[i] = finer[rows[i]];
+    };
+    for (int i = 0; analysis.proper && i < k_iterations; ++i) {
+        one_level_down(x);
+        symmetric(x, -1);
+        one_level_down(y);
+        symmetric(y, 1);
+        double limit = 0;
+        for (int k = 0; k < inner.size(); ++k) limit += analysis.limit[k] * y[place_of_inner[k]];
+        for (double& value : y) value -= limit;
+        scale_to_one(x);
+        scale_to_one(y);
+    }
+    double right = 0, up = 0;
+    for (int i = 0; i < size; ++i) {
+        const Vec2d at = rough_boundary_place(fan.labels, fan.labels.all()[i]);
+        right += at.x * x[i];
+        up += at.y * y[i];
+    }
+    FanPatch patch;
+    for (int i = 0; i < size; ++i) patch.plane.emplace_back(right < 0 ? -x[i] : x[i], up < 0 ? -y[i] : y[i]);
+    patch.mesh = std::move(fan.mesh);
+    patch.start = std::move(fan.start);
+    patch.height.assign(size, 0.0);
+    patch.height[0] = 1;
+    patch.characteristic = analysis.proper;
+    return patch;
+}
+
 }  // namespace
 
-FanPatch fan_patch(const SchemeInfo& scheme, int valence, const RuleOptions& rules) {
-    if (scheme.family == MeshFamily::hexagons) return hexagon_patch(valence);
-    SectorFan fan(fan_lattice(scheme, rules), {.faces = valence}, k_control_rings);
+FanPatch fan_patch(const SchemeInfo& scheme, const SpectralAnalysis& analysis, const RuleOptions& rules) {
+    const FanShape shape = analysis.matrix.labels.shape();
+    if (shape.boundary) return boundary_patch(scheme, analysis, rules);
+    if (scheme.family == MeshFamily::hexagons) return hexagon_patch(shape.faces);
+    SectorFan fan(fan_lattice(scheme, rules), shape, k_control_rings);
     const RuleStep step = scheme.step(fan.mesh, rules);
     const std::vector<int> rows = find_fan(step.mesh, child_start(fan, step), fan.labels);
     std::vector<Complex> z(fan.labels.size()), finer(step.mesh.vertex_count());
@@ -109,7 +185,10 @@ void refine(FanPatch& patch, const SchemeInfo& scheme, const RuleOptions& rules)
     std::vector<double> height(step.mesh.vertex_count());
     step.stencils.apply<Vec2d>(patch.plane, plane);
     step.stencils.apply<double>(patch.height, height);
-    for (int& h : patch.start) h = step.child_halfedge[h];
+    // A dual boundary is walked from its edge, which has a child along the boundary.
+    const bool dual = fan_lattice(scheme, rules) == FanLattice::dual;
+    for (int& h : patch.start)
+        h = dual && patch.mesh.twin(h) == RuleMesh::none ? step.child_crease[h] : step.child_halfedge[h];
     patch.mesh = std::move(step.mesh);
     patch.plane = std::move(plane);
     patch.height = std::move(height);

@@ -111,6 +111,13 @@ std::string support_text(const Findings& f, FanLattice lattice) {
     return fmt::format("{} rings", number(*f.support));
 }
 
+std::string looked_at(const Findings& f, const FanLabels& labels) {
+    const bool dual = labels.lattice() == FanLattice::dual;
+    if (labels.shape().boundary)
+        return dual ? "a boundary edge between quads" : fmt::format("a boundary vertex with {} edges", f.valence);
+    return fmt::format("a {} with {} {}", dual ? "face" : "vertex", f.valence, dual ? "corners" : "edges");
+}
+
 void print_text(const Findings& f, const SchemeOptions& options) {
     const SpectralAnalysis& a = f.analysis;
     const FanLabels& labels = a.matrix.labels;
@@ -124,10 +131,7 @@ void print_text(const Findings& f, const SchemeOptions& options) {
     table.row("polynomials",
               fmt::format("reproduces degree {}, generates degree {}", f.reproduction, f.scheme.generation));
     table.row("support", support_text(f, labels.lattice()));
-    table.row("looked at", options.boundary ? dual ? std::string("a boundary edge between quads")
-                                                   : fmt::format("a boundary vertex with {} edges", f.valence)
-                                            : fmt::format("a {} with {} {}", dual ? "face" : "vertex", f.valence,
-                                                          dual ? "corners" : "edges"));
+    table.row("looked at", looked_at(f, labels));
     bool first = true;
     for (const int i : shown_rows(a.matrix)) {
         table.row(first ? "masks" : "", fmt::format("new {}: {}", place_name(labels, labels.all()[i]),
@@ -242,19 +246,20 @@ Json json_of(const Findings& f, const SchemeOptions& options) {
 }
 
 void draw(const Findings& f, const SchemeOptions& options) {
-    const FanLabels& labels = f.analysis.matrix.labels;
+    const SpectralAnalysis& a = f.analysis;
+    const FanLabels& labels = a.matrix.labels;
     SchemePicture picture{
-        .title = fmt::format("{}: {} at a {} with {} {}", f.scheme.name, f.scheme.title,
-                             labels.lattice() == FanLattice::dual ? "face" : "vertex", f.valence,
-                             labels.lattice() == FanLattice::dual ? "corners" : "edges"),
-        .subtitle = fmt::format("subdominant eigenvalue {:.6g}, third {:.6g}, curvature {}; red: where "
-                                "the new point lies",
-                                f.analysis.lambda1, f.analysis.third,
-                                f.analysis.proper ? name(f.analysis.curvature) : "not classified"),
+        .title = fmt::format("{}: {} at {}", f.scheme.name, f.scheme.title, looked_at(f, labels)),
+        .subtitle = fmt::format("{}, third {:.6g}, {}; red: where the new point lies",
+                                options.boundary ? fmt::format("eigenvalue along the boundary {:.6g}, across it {:.6g}",
+                                                               a.lambda1, a.lambda2)
+                                                 : fmt::format("subdominant eigenvalue {:.6g}", a.lambda1),
+                                a.third,
+                                options.boundary ? a.proper ? "tangent plane" : "no tangent plane by the spectrum"
+                                : a.proper       ? fmt::format("curvature {}", name(a.curvature))
+                                                 : "curvature not classified"),
         .scheme = f.scheme,
-        .labels = labels,
-        .valence = f.valence,
-        .lambda = f.analysis.lambda1,
+        .analysis = a,
         .rules = options.rules,
         .masks = {}};
     for (const int i : shown_rows(f.analysis.matrix))
@@ -274,8 +279,6 @@ ExitCode run(SchemeOptions options) {
     OutputFiles outputs;
     outputs.add(OutputFiles::Kind::picture, "--image", options.image);
     outputs.check({});
-    if (options.boundary && !options.image.empty())
-        throw UsageError("--image draws what is inside a mesh; leave out --boundary");
     options.rules = options.flags.rules();
     const int valence = options.valence.value_or(regular_valence(scheme, options.boundary));
     const bool dual = fan_lattice(scheme, options.rules) == FanLattice::dual;

@@ -69,7 +69,7 @@ std::vector<Vec2d> label_places(const FanLabels& labels, const FanPatch& patch) 
 }
 
 void draw_mask(Canvas& canvas, Vec2d corner, const SchemePicture::Mask& mask, const std::vector<Vec2d>& places,
-               const FanPatch& patch, const std::vector<bool>& inner, double lambda) {
+               const FanPatch& patch, const std::vector<bool>& inner, Vec2d lambda) {
     constexpr double k_clearance = 46;  // around the outermost weight, which has its text beside it
     std::vector<Vec2d> used;
     double heaviest = 0;
@@ -122,9 +122,9 @@ void draw_mask(Canvas& canvas, Vec2d corner, const SchemePicture::Mask& mask, co
 }
 
 /// The lines of the lattice over k_patch_rings rings, from the places of a refined patch.
-void draw_lines(Canvas& canvas, const Window& window, const SchemePicture& picture, const FanPatch& patch,
-                const std::vector<Vec2d>& places, const FanLabels& labels) {
-    const int n = picture.valence, m = patch.intervals, R = labels.rings();
+void draw_lines(Canvas& canvas, const Window& window, const FanPatch& patch, const std::vector<Vec2d>& places,
+                const FanLabels& labels) {
+    const int n = labels.shape().faces, m = patch.intervals, R = labels.rings();
     const auto draw = [&](const std::vector<FanLabel>& line, bool bold) {
         for (std::size_t i = 1; i < line.size(); ++i) {
             const int a = labels.find(line[i - 1]), b = labels.find(line[i]);
@@ -133,7 +133,24 @@ void draw_lines(Canvas& canvas, const Window& window, const SchemePicture& pictu
         }
     };
     const bool dual = labels.lattice() == FanLattice::dual, triangles = labels.lattice() == FanLattice::triangles;
-    for (int s = 0; s < n; ++s) {
+    const bool boundary = labels.shape().boundary;
+    if (dual && boundary) {
+        std::vector<FanLabel> line;
+        for (int b = 0; b < R; b += m) {
+            line.clear();
+            for (int a = R - 1; a >= 0; --a) line.push_back({1, a, b});
+            for (int a = 0; a < R; ++a) line.push_back({0, a, b});
+            draw(line, b == 0);
+        }
+        for (int a = m / 2; a < R; a += m)
+            for (int s = 0; s < 2; ++s) {
+                line.clear();
+                for (int b = 0; b < R; ++b) line.push_back({s, a, b});
+                draw(line, false);
+            }
+        return;
+    }
+    for (int s = 0; s < n + (boundary ? 1 : 0); ++s) {
         std::vector<FanLabel> line;
         if (dual) {
             // Around the middle face's shrunk children a whole interval ends one line short of a multiple. From
@@ -153,6 +170,7 @@ void draw_lines(Canvas& canvas, const Window& window, const SchemePicture& pictu
             line.clear();
             for (int i = 0; i <= R; ++i) line.push_back({s, i, c});
             draw(line, c == 0);
+            if (s == n) break;  // the boundary's other half
             if (c > 0) {
                 line.clear();
                 for (int i = 0; i <= R; ++i) line.push_back({s, c, i});
@@ -194,22 +212,27 @@ TriangleMesh basis_surface(const FanPatch& patch, const std::vector<bool>& shown
 }  // namespace
 
 Image draw_scheme(const SchemePicture& picture, const RunContext& context) {
-    FanPatch patch = fan_patch(picture.scheme, picture.valence, picture.rules);
+    const FanLabels& labels = picture.analysis.matrix.labels;
+    const bool boundary = labels.shape().boundary;
+    FanPatch patch = fan_patch(picture.scheme, picture.analysis, picture.rules);
+    // A sketch of straight lines shrinks alike in all directions.
+    const Vec2d lambda(picture.analysis.lambda1,
+                       patch.characteristic ? picture.analysis.lambda2 : picture.analysis.lambda1);
     const int mask_rows = (static_cast<int>(picture.masks.size()) + k_columns - 1) / k_columns;
     const int large_top = k_head + mask_rows * (k_cell + k_caption);
     Canvas canvas(k_width, large_top + k_caption + k_large + k_margin);
     canvas.text({k_margin, 22}, 22, picture.title, k_ink);
     canvas.text({k_margin, 56}, 13, picture.subtitle, k_blue);
 
-    const std::vector<Vec2d> places = label_places(picture.labels, patch);
+    const std::vector<Vec2d> places = label_places(labels, patch);
     std::vector<bool> inner;
-    for (const FanLabel label : picture.labels.all())
-        inner.push_back(picture.labels.ring_of(label) <= (picture.labels.lattice() == FanLattice::dual ? 0 : 1));
+    for (const FanLabel label : labels.all())
+        inner.push_back(labels.ring_of(label) <= (labels.lattice() == FanLattice::dual ? 0 : 1));
     for (std::size_t i = 0; i < picture.masks.size(); ++i)
         draw_mask(canvas,
                   {k_margin + static_cast<double>(i % k_columns) * k_cell,
                    k_head + static_cast<double>(i / k_columns) * (k_cell + k_caption)},
-                  picture.masks[i], places, patch, inner, picture.lambda);
+                  picture.masks[i], places, patch, inner, lambda);
 
     // How far out the two pictures go: four rings of the lattice; the support of the basis function.
     const bool hexagons = patch.start.empty();
@@ -219,10 +242,10 @@ Image draw_scheme(const SchemePicture& picture, const RunContext& context) {
     double basis_reach = 0.62 * hexagon_reach;
     int basis_rings = 0;
     if (!hexagons) {
-        const bool dual = picture.labels.lattice() == FanLattice::dual;
+        const bool dual = labels.lattice() == FanLattice::dual;
         const double support = support_radius(picture.scheme, picture.rules);
         basis_rings = std::clamp(static_cast<int>(std::ceil(support)) + (dual ? 1 : 0), 1, k_patch_rings);
-        const FanLabels near(picture.labels.lattice(), picture.labels.shape(), basis_rings);
+        const FanLabels near(labels.lattice(), labels.shape(), basis_rings);
         std::vector<Vec2d> points;
         for (const int v : find_fan(patch.mesh, patch.start, near)) points.push_back(patch.plane[v]);
         basis_reach = largest(points);
@@ -236,7 +259,10 @@ Image draw_scheme(const SchemePicture& picture, const RunContext& context) {
     const Vec2d middle(k_margin + 0.5 * k_large, large_top + k_caption + 0.5 * k_large);
     canvas.text({k_margin + 14.0, large_top + 10.0}, 15,
                 hexagons ? "characteristic map, approximately: the mesh after two steps"
-                         : fmt::format("characteristic map: isoparametric lines over {} rings", k_patch_rings),
+                         : fmt::format("{} over {} rings",
+                                       patch.characteristic ? "characteristic map: isoparametric lines"
+                                                            : "no characteristic map: a sketch",
+                                       k_patch_rings),
                 k_ink);
     if (hexagons) {
         FanPatch twice{coarse_mesh, coarse, std::vector<double>(coarse.size()), {}};
@@ -244,11 +270,15 @@ Image draw_scheme(const SchemePicture& picture, const RunContext& context) {
         const Window window{middle, 0.47 * k_large / hexagon_reach};
         draw_faces(canvas, window, twice.mesh, twice.plane, hexagon_reach);
     } else {
-        const FanLabels labels(picture.labels.lattice(), picture.labels.shape(), k_patch_rings * patch.intervals);
+        const FanLabels rings(labels.lattice(), labels.shape(), k_patch_rings * patch.intervals);
         std::vector<Vec2d> fine;
-        for (const int v : find_fan(patch.mesh, patch.start, labels)) fine.push_back(patch.plane[v]);
-        const Window window{middle, 0.47 * k_large / largest(fine)};
-        draw_lines(canvas, window, picture, patch, fine, labels);
+        for (const int v : find_fan(patch.mesh, patch.start, rings)) fine.push_back(patch.plane[v]);
+        // A boundary's half of the plane is drawn in the middle, too.
+        const double scale = 0.47 * k_large / largest(fine);
+        double top = 0;
+        for (const Vec2d& p : fine) top = std::max(top, p.y);
+        const Window window{boundary ? middle + Vec2d(0, 0.5 * scale * top) : middle, scale};
+        draw_lines(canvas, window, patch, fine, rings);
     }
 
     const int right = 2 * k_margin + k_large;
@@ -260,14 +290,13 @@ Image draw_scheme(const SchemePicture& picture, const RunContext& context) {
     if (hexagons)
         for (std::size_t v = 0; v < shown.size(); ++v) shown[v] = glm::length(patch.plane[v]) <= basis_reach;
     else
-        for (const int v :
-             find_fan(patch.mesh, patch.start,
-                      FanLabels(picture.labels.lattice(), picture.labels.shape(), basis_rings * patch.intervals - 1)))
+        for (const int v : find_fan(patch.mesh, patch.start,
+                                    FanLabels(labels.lattice(), labels.shape(), basis_rings * patch.intervals - 1)))
             shown[v] = true;
     RenderOptions options;
     options.occlusion_samples = 12;  // a smooth surface alone
     options.width = options.height = k_large;
-    options.view.azimuth_degrees = 20;
+    options.view.azimuth_degrees = boundary ? 200 : 20;  // not under the surface from its cut
     options.view.elevation_degrees = 30;
     options.view.margin = 0.04;
     options.crease_degrees = 180;

@@ -22,15 +22,13 @@ struct SchemePicture {
 
     std::string title, subtitle;
     const SchemeInfo& scheme;
-    const FanLabels& labels;
-    int valence = 0;
-    double lambda = 0;  ///< subdominant eigenvalue
+    const SpectralAnalysis& analysis;
     RuleOptions rules;
     std::vector<Mask> masks;
 };
 
 /// One sheet: the masks on the characteristic map's net, the isoparametric lines of that map over four rings, and a
-/// basis function as a shaded surface.
+/// basis function as a shaded surface. At a boundary all of it on one side of it.
 Image draw_scheme(const SchemePicture& picture, const RunContext& context);
 
 }  // namespace tetrakis::cli
