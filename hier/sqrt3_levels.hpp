@@ -49,24 +49,25 @@ class Sqrt3Levels {
     void for_each_leaf(Visit&& visit) const {
         struct Open {
             std::uint32_t level, face;
+            bool half;
         };
         std::vector<Open> open;
         for (std::uint32_t root = 0; root < levels[0].face_count(); ++root) {
-            open.push_back({0, root});
+            open.push_back({0, root, false});
             while (!open.empty()) {
-                const auto [k, f] = open.back();
+                const auto [k, f, half] = open.back();
                 open.pop_back();
                 const Sqrt3Level& level = levels[k];
-                if (level.split[f] == 0) {
-                    visit(static_cast<int>(k), f, false, FaceId(root));
+                if (half || level.split[f] == 0) {
+                    visit(static_cast<int>(k), f, half, FaceId(root));
                     continue;
                 }
                 for (std::uint32_t h = 3 * f + 3; h-- > 3 * f;) {
                     const std::uint32_t t = level.twin[h];
                     if (t == Sqrt3Level::none || (t != Sqrt3Level::outside && level.split[t / 3] != 0))
-                        open.push_back({k + 1, level.child_over(h)});
+                        open.push_back({k + 1, level.child_over(h), false});
                     else
-                        visit(static_cast<int>(k), h, true, FaceId(root));
+                        open.push_back({k, h, true});
                 }
             }
         }

@@ -108,7 +108,7 @@ std::vector<HierarchyNode> Hierarchy::children(const HierarchyNode& node) const 
     require_node(node);
     std::vector<HierarchyNode> result;
     if (node.depth >= tree().max_depth) return result;
-    for (int k = 0; k < tree().child_count; ++k) result.push_back(tree().child(node, k));
+    for (int k = 0; k < tree().children_of(node); ++k) result.push_back(tree().child(node, k));
     return result;
 }
 
@@ -166,6 +166,8 @@ void Hierarchy::apply_coarsen(std::span<const LeafId> marked, FamilyUpdate& upda
                       removed.end());
     }
     family_->coarsen(marked, update);
+    if (journal_.active())
+        for (const auto& [slot, node] : update.removed) removed.push_back({handle(slot), node});
     renumber(update);
     if (!journal_.active()) return;
     std::erase_if(removed, [&](const JournalLeaf& leaf) { return is_leaf(leaf.leaf); });

@@ -73,7 +73,15 @@ struct HierarchyMesh {
 ///   face triangles;
 /// * "vertices" (Doo-Sabin, midedge, biquartic, averaging with an odd number of steps): nodes are vertices, which have
 ///   four children; the mesh has the leaves as vertices and a face where they meet. Sites: cells (cell_site()); each is
-///   a vertex of its own level only. No estimators. See VertexForest.
+///   a vertex of its own level only. No estimators. See VertexForest;
+/// * "sqrt3" (triangles without sharp edges inside): roots are the faces. A split puts three half triangles in a
+///   triangle's place, from its edges to its centre; where the triangle beyond an edge is split, too, both half ones
+///   become whole, over the flipped edge. So a triangle's children are halves, and a half's only child is the whole
+///   one: two depths are one level, a simple step, two of which are one level of refine(). Splitting a half triangle is
+///   to split the triangle beyond its edge. A diamond is a split's three triangles; to merge it makes
+///   the whole ones beyond half again. A whole triangle beside two splits stands for its parent's diamond; where that
+///   cannot be merged, coarsen(leaf) takes the one beyond.
+///   Sites: vertices as they come about (sqrt3_site()). No estimators. See Sqrt3Slots.
 ///
 /// All errors leave the hierarchy unchanged. Const calls are safe from several threads while none changes.
 class Hierarchy {
@@ -107,7 +115,7 @@ class Hierarchy {
     std::optional<HierarchyNode> parent(const HierarchyNode& node) const;
     /// None at the largest depth.
     std::vector<HierarchyNode> children(const HierarchyNode& node) const;
-    /// The leaves across side k of a leaf. O(1).
+    /// The leaves across side k of a leaf. O(1) (sqrt3: O(level)).
     LeafNeighbours neighbours(LeafHandle leaf, int side) const;
     /// Vertices are numbered below this (LeafView::point).
     std::uint32_t point_slots() const { return family_->point_slots(); }
@@ -178,7 +186,7 @@ class Hierarchy {
     /// The journal keeps this many leaves of changes at most; the oldest are forgotten first.
     void limit_journal(std::size_t entries);
 
-    // Files: the leaves, two bits or less each, with checksum; mesh and scheme are only named by theirs.
+    // Files: the leaves, two bits or less each (sqrt3: three), with checksum; mesh and scheme are only named by theirs.
 
     std::vector<std::byte> saved() const;
     /// @throws Error  io

@@ -21,4 +21,12 @@ std::unique_ptr<HierarchyFamily> triangle_family(const ControlMesh& mesh, std::s
 std::unique_ptr<HierarchyFamily> vertex_family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source,
                                                VertexRoots roots);
 
+/// The family of the sqrt(3) scheme: triangles split at their centres and flipped; see Hierarchy. Keeps a reference to
+/// the mesh.
+/// @param source  points over sites as sqrt3_levels() gives them, for sqrt3_tree_levels() levels
+/// @throws Error  as Sqrt3Forest
+std::unique_ptr<HierarchyFamily> sqrt3_family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source);
+/// Levels that its paths have room for: 32, less on a mesh whose level 32 would have more than 2^64 half-edges.
+int sqrt3_tree_levels(const ControlMesh& mesh);
+
 }  // namespace tetrakis

@@ -76,8 +76,8 @@ class HierarchyFamily {
     /// @param marked        leaves, none at the largest depth; repetitions do no harm
     /// @param with_removed  fill update.removed
     virtual void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) = 0;
-    /// Merges all groups of leaves (diamonds) that may be merged and whose leaves are all marked. `removed` stays
-    /// empty: it is what of `marked` is no leaf afterwards or `created`.
+    /// Merges all groups of leaves (diamonds) that may be merged and whose leaves are all marked. `removed`
+    /// has what was not marked and is no leaf any more or `created`; the rest of it is among `marked`.
     virtual void coarsen(std::span<const LeafId> marked, FamilyUpdate& update) = 0;
     /// The leaves that a merge of this one would take away; empty where it cannot be merged.
     virtual std::vector<LeafId> diamond(LeafId leaf) const = 0;

@@ -122,7 +122,7 @@ std::vector<std::byte> encode_hierarchy(const HierarchyFileHeader& header, const
                 ++next;
                 continue;
             }
-            for (int k = tree.child_count; k-- > 0;) open.push_back(tree.child(node, k));
+            for (int k = tree.children_of(node); k-- > 0;) open.push_back(tree.child(node, k));
         }
     }
     const std::string text = names(header);
@@ -184,7 +184,7 @@ std::vector<HierarchyNode> decode_hierarchy(std::span<const std::byte> bytes, co
             }
             if (node.depth >= tree.max_depth)
                 refuse("a tree is deeper than " + std::to_string(tree.max_depth) + " splits");
-            for (int k = tree.child_count; k-- > 0;) open.push_back(tree.child(node, k));
+            for (int k = tree.children_of(node); k-- > 0;) open.push_back(tree.child(node, k));
         }
     }
     if (nodes.size() != leaf_count || (at + 7) / 8 != bit_bytes) refuse("its trees have another number of leaves");

@@ -31,35 +31,41 @@ struct HierarchyNode {
 struct HierarchyTree {
     int child_count = 2;           ///< of every split node
     int path_bits = 1;             ///< that hold a child's number
-    int max_depth = 0;             ///< no node is deeper; max_depth * path_bits <= 64
+    int max_depth = 0;             ///< no node is deeper; bits(max_depth) <= 64
     std::uint32_t root_bound = 0;  ///< roots are numbered below this; not all numbers need be roots
+    /// Nodes of odd depth have a single child, which adds nothing to the path (family "sqrt3").
+    bool halves = false;
 
+    /// Of the path that a node of this depth has.
+    int bits(int depth) const { return (halves ? (depth + 1) / 2 : depth) * path_bits; }
+    int children_of(const HierarchyNode& node) const { return halves && node.depth % 2 != 0 ? 1 : child_count; }
     HierarchyNode child(const HierarchyNode& node, int k) const {
-        const int shift = 64 - (node.depth + 1) * path_bits;
-        return {node.root, node.path | static_cast<std::uint64_t>(k) << shift,
-                static_cast<std::uint8_t>(node.depth + 1)};
+        const auto depth = static_cast<std::uint8_t>(node.depth + 1);
+        if (children_of(node) == 1) return {node.root, node.path, depth};
+        return {node.root, node.path | static_cast<std::uint64_t>(k) << (64 - bits(depth)), depth};
     }
     /// Of a node that is no root.
     HierarchyNode parent(const HierarchyNode& node) const {
-        const int bits = (node.depth - 1) * path_bits;
-        return {node.root, bits == 0 ? 0 : node.path & ~std::uint64_t{0} << (64 - bits),
+        const int kept = bits(node.depth - 1);
+        return {node.root, kept == 0 ? 0 : node.path & ~std::uint64_t{0} << (64 - kept),
                 static_cast<std::uint8_t>(node.depth - 1)};
     }
     /// Which child of its parent the node is.
     int child_number(const HierarchyNode& node) const {
-        return static_cast<int>(node.path >> (64 - node.depth * path_bits) & ((1u << path_bits) - 1));
+        if (halves && node.depth % 2 == 0) return 0;
+        return static_cast<int>(node.path >> (64 - bits(node.depth)) & ((1u << path_bits) - 1));
     }
     /// Whether `above` is a proper ancestor of `node`.
     bool is_ancestor(const HierarchyNode& above, const HierarchyNode& node) const {
         if (above.root != node.root || above.depth >= node.depth) return false;
-        const int bits = above.depth * path_bits;
-        return bits == 0 || (above.path ^ node.path) >> (64 - bits) == 0;
+        const int shared = bits(above.depth);
+        return shared == 0 || (above.path ^ node.path) >> (64 - shared) == 0;
     }
     /// Whether the node's numbers are those of a node at all.
     bool is_valid(const HierarchyNode& node) const {
         if (node.root >= root_bound || node.depth > max_depth) return false;
-        const int bits = node.depth * path_bits;
-        if (bits < 64 && node.path << bits != 0) return false;
+        const int used = bits(node.depth);
+        if (used < 64 && node.path << used != 0) return false;
         for (HierarchyNode n = node; n.depth > 0; n = parent(n))
             if (child_number(n) >= child_count) return false;
         return true;

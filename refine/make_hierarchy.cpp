@@ -2,6 +2,7 @@
 #include "tetrakis/refine/hierarchy.hpp"
 #include "tetrakis/refine/hierarchy_families.hpp"
 #include "tetrakis/refine/refine.hpp"
+#include "tetrakis/refine/sqrt3_sites.hpp"
 #include "tetrakis/refine/vertex_levels.hpp"
 
 #include <string>
@@ -56,7 +57,14 @@ Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, cons
         has_boundary(mesh))
         throw Error(ErrorCode::unsupported,
                     "a boundary that recedes leaves sites without vertex; hierarchies need one that is replicated");
-    if (scheme.refinement == Refinement::sqrt3 || scheme.refinement == Refinement::honeycomb)
+    if (scheme.refinement == Refinement::sqrt3) {
+        if (!mesh.all_triangles())
+            throw Error(ErrorCode::invalid_input, "sqrt3 needs a triangle mesh; triangulate() makes one");
+        levels = sqrt3_levels(mesh, sqrt3_tree_levels(mesh));
+        if (options.limit_positions) levels = std::make_unique<OtherLimits>(std::move(levels), options.limit_positions);
+        return Hierarchy(sqrt3_family(mesh, std::move(levels)), scheme);
+    }
+    if (scheme.refinement == Refinement::honeycomb)
         throw Error(ErrorCode::unsupported, "there is no hierarchy for " + std::string(scheme.name) +
                                                 ": its vertices are no sites of corner cells or triangles");
     if (scheme.name == "bilinear" || scheme.name == "midpoint")

@@ -25,6 +25,8 @@ class Sqrt3Points {
     /// Limit position and normal; tangents where the scheme has masks for them (not on the boundary: there the normal
     /// is the mean of those of the faces around).
     LimitPoint limit(int level, std::uint64_t leaving);
+    /// The vertex and those around it in the net of a level.
+    detail::Sqrt3Ring ring(int level, std::uint64_t leaving);
 
   private:
     /// The half-edges that leave a vertex, counter-clockwise from a start that all of them agree on.
@@ -34,7 +36,6 @@ class Sqrt3Points {
     };
     Fan fan(int level, std::uint64_t leaving);
     Vec3d compute(int level, std::uint64_t leaving, const Sqrt3Vertex& v);
-    detail::Sqrt3Ring ring(int level, std::uint64_t leaving);
 
     const ControlMesh* mesh_;
     Sqrt3Lattice lattice_;

@@ -14,7 +14,17 @@
 // Hierarchies for tests: random meshes that a scheme takes, random sequences of changes.
 namespace tetrakis::test {
 
+/// Random triangles without tags, closed or with a boundary that is sharp or round at its corners.
+inline ControlMesh random_sqrt3_mesh(std::uint64_t seed) {
+    RandomMeshOptions options = random_options(seed);
+    options.triangles_only = true;
+    options.crease = options.corner = options.hole = 0;
+    options.boundary_rule = seed % 2 == 0 ? BoundaryRule::edge_and_corner : BoundaryRule::edge_only;
+    return random_mesh(seed, options);
+}
+
 inline ControlMesh hierarchy_mesh(std::string_view scheme, std::uint64_t seed) {
+    if (scheme == "sqrt3") return random_sqrt3_mesh(seed);
     const ControlMesh mesh = random_mesh(seed);
     const bool triangles = find_scheme(scheme)->family == MeshFamily::triangles;
     return triangles ? triangulate(mesh) : ControlMesh::build(mesh.data());

@@ -16,7 +16,7 @@ using test::Random;
 
 namespace {
 
-constexpr std::string_view k_schemes[] = {"catmull-clark", "loop"};
+constexpr std::string_view k_schemes[] = {"catmull-clark", "loop", "sqrt3"};
 
 std::map<LeafHandle, HierarchyNode> leaf_map(const Hierarchy& h) {
     std::map<LeafHandle, HierarchyNode> leaves;
@@ -126,7 +126,7 @@ TEST_CASE("[bad-input] stamps that were never given") {
 
 TEST_CASE("saved leaves come back with the same bytes, in memory and by file") {
     const ScratchDir scratch;
-    for (const std::string_view scheme : {"catmull-clark", "bilinear", "loop", "midpoint"})
+    for (const std::string_view scheme : {"catmull-clark", "bilinear", "loop", "midpoint", "sqrt3"})
         for (const std::uint64_t seed : test::seeds(4)) {
             CAPTURE(scheme);
             CAPTURE(seed);

@@ -1,3 +1,4 @@
+#include "hierarchy_helpers.hpp"
 #include "point_sets.hpp"
 #include "random_mesh.hpp"
 #include "surface_topology.hpp"
@@ -35,13 +36,7 @@ struct Sqrt3ForestCorruptor {
 
 namespace {
 
-ControlMesh random_sqrt3_mesh(std::uint64_t seed) {
-    test::RandomMeshOptions options = test::random_options(seed);
-    options.triangles_only = true;
-    options.crease = options.corner = options.hole = 0;
-    options.boundary_rule = seed % 2 == 0 ? BoundaryRule::edge_and_corner : BoundaryRule::edge_only;
-    return test::random_mesh(seed, options);
-}
+using test::random_sqrt3_mesh;
 
 std::vector<std::vector<std::uint32_t>> triangles(const PolygonMesh& mesh) {
     std::vector<std::vector<std::uint32_t>> result;

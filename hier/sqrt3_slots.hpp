@@ -1,0 +1,121 @@
+#pragma once
+
+#include "tetrakis/hier/ids.hpp"
+#include "tetrakis/hier/sqrt3_forest.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace tetrakis {
+
+/// A triangle of an adaptive sqrt(3) mesh by name: the face `face` of level `level`; or, where `half`, the part that is
+/// there of it before the face beyond is split, as a triangle of its own (Sqrt3Leaf, where it has the level before).
+struct Sqrt3Triangle {
+    std::uint8_t level = 0;
+    bool half = false;
+    std::uint64_t face = 0;
+    friend constexpr bool operator==(const Sqrt3Triangle&, const Sqrt3Triangle&) = default;
+};
+
+/// A Sqrt3Forest whose leaves have slots, neighbours and points, to be changed one by one or many at once.
+///
+/// Splitting a triangle puts three in its place, over its edges: a half one where the triangle beyond the edge is
+/// whole, else a whole one, and there the half one of the triangle beyond becomes whole, too. Splitting a half triangle
+/// is to split the triangle beyond its edge. What a split has changed is its group: its three triangles, and those that
+/// became whole beyond its edges.
+///
+/// Storage: 16 bytes a split triangle and 4 a slot besides the forest's: some 14 bytes a leaf. Slots: face r is slot r,
+/// those over the edges of the k-th split triangle are F + 3 k + side. Const calls are safe from several threads.
+class Sqrt3Slots {
+  public:
+    /// The control faces as leaves. Keeps a reference. @throws Error  as Sqrt3Forest
+    explicit Sqrt3Slots(const ControlMesh& mesh);
+
+    const Sqrt3Forest& forest() const { return forest_; }
+    /// Leaves are numbered below this; not all of these numbers are leaves.
+    std::uint32_t leaf_slots() const { return static_cast<std::uint32_t>(child_.size()); }
+    std::uint32_t leaf_count() const { return static_cast<std::uint32_t>(forest_.leaf_count()); }
+    bool is_leaf(LeafId leaf) const { return leaf.value < child_.size() && is_leaf_slot(leaf.value); }
+    Sqrt3Triangle triangle(LeafId leaf) const;
+    /// Those of any triangle, counter-clockwise.
+    std::array<Sqrt3Vertex, 3> corners(const Sqrt3Triangle& triangle) const;
+    /// The number of a vertex of the mesh, which it keeps while it exists; below point_slots().
+    PointId point(const Sqrt3Vertex& vertex) const;
+    std::uint32_t point_slots() const {
+        return mesh().vertex_count() + 2 * static_cast<std::uint32_t>(records_.size());
+    }
+    /// The leaf across the side from corner `side` to the next one; invalid at the boundary. O(level).
+    LeafId neighbour(LeafId leaf, int side) const;
+    /// By control face, then by where they come from: as Sqrt3Forest::leaves().
+    std::vector<LeafId> ordered_leaves() const;
+    /// Whether a vertex is one of sqrt(3) refinement of this mesh.
+    bool is_vertex(const Sqrt3Vertex& vertex) const;
+
+    using Changed = std::vector<std::pair<LeafId, Sqrt3Triangle>>;
+    /// Splits the marked leaves, and what else has to be split. All or nothing.
+    /// @param created  receives the new leaves: those over the edges of split triangles, the coarsest first, then those
+    ///                 that became whole
+    /// @param removed  receives the leaves that are none any more or became whole, as they were
+    /// @throws Error   memory_limit
+    void refine(std::span<const LeafId> marked, std::vector<LeafId>& created, Changed& removed);
+    /// Undoes the splits whose three triangles are all marked, where their groups are leaves.
+    /// @param created  receives the triangles that are leaves again, then those that are half again
+    /// @param removed  receives those of the latter that were not marked, as they were
+    void coarsen(std::span<const LeafId> marked, std::vector<LeafId>& created, Changed& removed);
+    /// The three triangles of a split that the leaf is of and that can be undone, as all of its group are leaves: of
+    /// the one that it is over an edge of, else of the triangle beyond. Empty if there is none.
+    std::vector<LeafId> group(LeafId leaf) const;
+
+    std::optional<std::string> check() const;
+    std::uint64_t memory_bytes() const;
+
+  private:
+    friend struct Sqrt3SlotsCorruptor;  // of the tests
+
+    // child_: the record of a split triangle, or one of these.
+    static constexpr std::uint32_t k_whole = 0xFFFF'FFFFu, k_half = 0xFFFF'FFFEu, k_dead = 0xFFFF'FFFDu;
+    static constexpr std::uint32_t k_whole_now = 0xFFFF'FFFCu;  // since the call began
+    static constexpr std::uint32_t k_max_slots = 0xFFFF'FFF0u;
+    static constexpr std::uint32_t k_no_slot = 0xFFFF'FFFFu;
+
+    /// A split triangle.
+    struct Record {
+        std::uint64_t face;
+        std::uint32_t slot;
+        std::uint8_t level;
+        bool live;
+    };
+    static_assert(sizeof(Record) == 16);
+
+    const ControlMesh& mesh() const { return forest_.mesh(); }
+    bool is_split(std::uint32_t slot) const { return child_[slot] < k_whole_now; }
+    bool is_leaf_slot(std::uint32_t slot) const { return child_[slot] == k_whole || child_[slot] == k_half; }
+    std::uint32_t first_child(std::uint32_t record) const { return mesh().face_count() + 3 * record; }
+    std::uint32_t slot_of(int level, std::uint64_t face) const;
+    Sqrt3Triangle triangle_of(std::uint32_t slot) const;
+    LeafId leaf_with(Sqrt3Lattice& lattice, int level, std::uint64_t h) const;
+    std::vector<std::uint32_t> group_of(Sqrt3Lattice& lattice, std::uint32_t record) const;
+    std::uint32_t record_beyond(Sqrt3Lattice& lattice, std::uint32_t slot) const;
+    using Twins = std::array<std::uint64_t, 3>;
+    void split(const Sqrt3Face& face, const Twins& twins, Changed& changed);
+
+    Sqrt3Forest forest_;
+    std::vector<std::uint32_t> child_;  // per slot
+    std::vector<Record> records_;
+    std::vector<std::uint32_t> free_records_;
+    struct Shared {
+        explicit Shared(const ControlMesh& mesh) : lattice(mesh) {}
+        std::mutex mutex;
+        Sqrt3Lattice lattice;  // remembers twins
+    };
+    mutable Shared shared_;
+};
+
+}  // namespace tetrakis

@@ -1,0 +1,168 @@
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/sqrt3_levels.hpp"
+#include "tetrakis/hier/sqrt3_slots.hpp"
+#include "tetrakis/refine/hierarchy_families.hpp"
+#include "tetrakis/refine/sqrt3_sites.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+namespace tetrakis {
+
+namespace {
+
+constexpr int k_side_bits = 2;
+
+class Sqrt3Family final : public HierarchyFamily {
+  public:
+    Sqrt3Family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source)
+        : source_(std::move(source)),
+          slots_(mesh),
+          tree_{.child_count = 3,
+                .path_bits = k_side_bits,
+                .max_depth = 2 * sqrt3_tree_levels(mesh),
+                .root_bound = mesh.face_count(),
+                .halves = true} {}
+
+    std::string_view name() const override { return "sqrt3"; }
+    const ControlMesh& mesh() const override { return slots_.forest().mesh(); }
+    const LevelSource& source() const override { return *source_; }
+    const HierarchyTree& tree() const override { return tree_; }
+    std::unique_ptr<HierarchyFamily> fresh() const override { return std::make_unique<Sqrt3Family>(mesh(), source_); }
+
+    std::string check_site(const Site& site) const override {
+        if (site.root.value > static_cast<std::uint32_t>(Sqrt3Vertex::Kind::second))
+            return "its root is no kind of vertex (Sqrt3Vertex)";
+        if (site.level > source_->max_level()) return "its level is above " + std::to_string(source_->max_level());
+        if (!slots_.is_vertex(site_sqrt3(site))) return "its level has no such vertex";
+        return {};
+    }
+    bool has_root(std::uint32_t root) const override { return root < tree_.root_bound; }
+
+    std::uint32_t leaf_slots() const override { return slots_.leaf_slots(); }
+    std::uint32_t leaf_count() const override { return slots_.leaf_count(); }
+    bool is_leaf(LeafId slot) const override { return slots_.is_leaf(slot); }
+    std::uint32_t point_slots() const override { return slots_.point_slots(); }
+
+    HierarchyNode node(LeafId leaf) const override { return node_of(slots_.triangle(leaf)); }
+    int depth(LeafId leaf) const override { return depth_of(slots_.triangle(leaf)); }
+    LeafView view(LeafId leaf) const override {
+        LeafView view;
+        const auto corners = describe(slots_.triangle(leaf), view);
+        view.leaf.slot = leaf;
+        for (std::size_t k = 0; k < 3; ++k) view.point[k] = slots_.point(corners[k]);
+        return view;
+    }
+    NodeView view(const HierarchyNode& node) const override {
+        NodeView view;
+        describe(triangle_of(node), view);
+        return view;
+    }
+    std::array<LeafId, 2> neighbours(LeafId leaf, int side) const override {
+        return {slots_.neighbour(leaf, side), LeafId{}};
+    }
+    std::vector<LeafId> ordered_leaves() const override { return slots_.ordered_leaves(); }
+
+    void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) override {
+        Sqrt3Slots::Changed removed;
+        update.reshaped.clear();
+        slots_.refine(marked, update.created, removed);
+        update.removed.clear();
+        if (!with_removed) return;
+        for (const auto& [leaf, before] : removed) update.removed.emplace_back(leaf, node_of(before));
+    }
+    void coarsen(std::span<const LeafId> marked, FamilyUpdate& update) override {
+        Sqrt3Slots::Changed removed;
+        update.removed.clear();
+        update.reshaped.clear();
+        slots_.coarsen(marked, update.created, removed);
+        for (const auto& [leaf, before] : removed) update.removed.emplace_back(leaf, node_of(before));
+    }
+    std::vector<LeafId> diamond(LeafId leaf) const override { return slots_.group(leaf); }
+
+    void leaf_errors(std::span<const LeafId>, const ErrorEstimator&, std::span<double>) const override {
+        refuse_estimators();
+    }
+    void node_errors(std::span<const HierarchyNode>, const ErrorEstimator&, std::span<double>) const override {
+        refuse_estimators();
+    }
+
+    // Leaves are the triangles, in their order.
+    HierarchyFaces faces() const override {
+        const Sqrt3Levels levels(mesh(), slots_.forest().split(), 0);
+        HierarchyFaces faces;
+        faces.leaves = slots_.ordered_leaves();
+        faces.face_vertices.reserve(3 * faces.leaves.size());
+        constexpr std::uint32_t k_unseen = 0xFFFF'FFFFu;
+        std::vector<std::uint32_t> number(levels.vertices.size(), k_unseen);
+        const auto add = [&](std::uint32_t vertex) {
+            if (number[vertex] == k_unseen) {
+                number[vertex] = static_cast<std::uint32_t>(faces.sites.size());
+                faces.sites.push_back(sqrt3_site(levels.vertices[vertex]));
+                faces.points.push_back(slots_.point(levels.vertices[vertex]));
+            }
+            faces.face_vertices.push_back(number[vertex]);
+        };
+        levels.for_each_leaf([&](int k, std::uint32_t face, bool half, FaceId control_face) {
+            const Sqrt3Level& level = levels.levels[static_cast<std::size_t>(k)];
+            if (half) {
+                add(level.vertex[face]);
+                add(level.vertex[Sqrt3Level::next(face)]);
+                add(levels.apex(k, face));
+            } else {
+                for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) add(level.vertex[h]);
+            }
+            faces.face_offsets.push_back(static_cast<std::uint32_t>(faces.face_vertices.size()));
+            faces.control_faces.push_back(control_face);
+            faces.levels.push_back(static_cast<std::uint8_t>(half ? k + 1 : k));
+        });
+        return faces;
+    }
+    std::optional<std::string> check() const override { return slots_.check(); }
+    std::uint64_t memory_bytes() const override { return slots_.memory_bytes(); }
+
+  private:
+    static int depth_of(const Sqrt3Triangle& t) { return 2 * t.level - (t.half ? 1 : 0); }
+    HierarchyNode node_of(const Sqrt3Triangle& t) const {
+        HierarchyNode node;
+        std::uint64_t face = t.face;
+        for (int k = t.level; k > 0; --k, face /= 3) node.path |= face % 3 << (64 - k_side_bits * k);
+        node.root = static_cast<std::uint32_t>(face);
+        node.depth = static_cast<std::uint8_t>(depth_of(t));
+        return node;
+    }
+    static Sqrt3Triangle triangle_of(const HierarchyNode& node) {
+        Sqrt3Triangle t{static_cast<std::uint8_t>((node.depth + 1) / 2), node.depth % 2 != 0, node.root};
+        for (int k = 1; k <= t.level; ++k) t.face = 3 * t.face + (node.path >> (64 - k_side_bits * k) & 3);
+        return t;
+    }
+    std::array<Sqrt3Vertex, 3> describe(const Sqrt3Triangle& t, NodeView& view) const {
+        const std::array<Sqrt3Vertex, 3> corners = slots_.corners(t);
+        view.node = node_of(t);
+        view.face = FaceId(view.node.root);
+        view.level = t.level;
+        view.corner_count = 3;
+        for (std::size_t k = 0; k < 3; ++k) view.corner[k] = sqrt3_site(corners[k]);
+        return corners;
+    }
+    [[noreturn]] static void refuse_estimators() {
+        throw Error(ErrorCode::unsupported,
+                    "estimators measure triangles between points of binary lattices, and the vertices of sqrt3 lie "
+                    "elsewhere; refine where a predicate says so, or use tessellate()");
+    }
+
+    std::shared_ptr<const LevelSource> source_;
+    Sqrt3Slots slots_;
+    HierarchyTree tree_;
+};
+
+}  // namespace
+
+int sqrt3_tree_levels(const ControlMesh& mesh) { return std::min(64 / k_side_bits, Sqrt3Lattice::max_level(mesh)); }
+
+std::unique_ptr<HierarchyFamily> sqrt3_family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source) {
+    return std::make_unique<Sqrt3Family>(mesh, std::move(source));
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,243 @@
+#include "hierarchy_helpers.hpp"
+#include "point_sets.hpp"
+
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/sqrt3_slots.hpp"
+#include "tetrakis/refine/adaptive_sqrt3.hpp"
+#include "tetrakis/refine/hierarchy.hpp"
+#include "tetrakis/refine/refine.hpp"
+#include "tetrakis/refine/sqrt3_sites.hpp"
+
+#include <doctest/doctest.h>
+
+#include <string>
+
+using namespace tetrakis;
+using test::Random;
+
+namespace tetrakis {
+
+/// Makes a triangle half or whole against what lies beyond.
+struct Sqrt3SlotsCorruptor {
+    static void turn(Sqrt3Slots& slots, LeafId leaf) {
+        std::uint32_t& state = slots.child_[leaf.value];
+        state = state == Sqrt3Slots::k_half ? Sqrt3Slots::k_whole : Sqrt3Slots::k_half;
+    }
+    static void lose(Sqrt3Slots& slots) { slots.records_.front().live = false; }
+    static void move(Sqrt3Slots& slots) { ++slots.records_.front().slot; }
+};
+
+}  // namespace tetrakis
+
+namespace {
+
+/// The face of a level that a node is, or is half of.
+std::uint64_t face_of(const HierarchyNode& node) {
+    std::uint64_t face = node.root;
+    for (int k = 1; k <= (node.depth + 1) / 2; ++k) face = 3 * face + (node.path >> (64 - 2 * k) & 3);
+    return face;
+}
+
+/// The same leaves, split face by split face.
+Sqrt3Forest forest_of(const Hierarchy& h) {
+    Sqrt3Forest forest(h.mesh());
+    for (const LeafHandle leaf : h.leaves()) {
+        const HierarchyNode node = h.node(leaf);
+        const int level = (node.depth + 1) / 2;
+        if (level > 0) forest.refine(Sqrt3Face{static_cast<std::uint8_t>(level - 1), face_of(node) / 3});
+    }
+    return forest;
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("refine");
+
+TEST_CASE(
+    "[inv1] a sqrt3 hierarchy's mesh is that of the forest, bit for bit, and its points those of uniform levels") {
+    for (const std::uint64_t seed : test::seeds(6)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = test::random_sqrt3_mesh(seed);
+        Hierarchy h = make_hierarchy(mesh, "sqrt3");
+        CHECK(h.family() == "sqrt3");
+        Random random(seed);
+        test::random_changes(h, 30, 7, random, [] {});
+        const Sqrt3Forest forest = forest_of(h);
+        const Sqrt3Mesh expected = sqrt3_mesh(forest, {.limit = true, .normals = true});
+        const HierarchyMesh limits = h.to_mesh({.normals = true});
+        CHECK(h.leaf_count() == forest.leaf_count());
+        CHECK(limits.mesh.face_vertices == expected.mesh.face_vertices);
+        CHECK(test::same_bytes(limits.mesh.positions, expected.mesh.positions));
+        CHECK(test::same_bytes(limits.mesh.normals, expected.mesh.normals));
+        for (std::size_t v = 0; v < limits.sites.size(); ++v)
+            CHECK(site_sqrt3(limits.sites[v]) == expected.vertices[v]);
+        // Leaves one by one.
+        for (std::size_t f = 0; f < limits.leaves.size(); ++f) {
+            const LeafView view = h.view(limits.leaves[f]);
+            REQUIRE(limits.leaves[f] == h.leaves()[f]);
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::uint32_t v = limits.mesh.face_vertices[3 * f + k];
+                REQUIRE(view.corner[k] == limits.sites[v]);
+                REQUIRE(view.point[k] == limits.points[v]);
+                REQUIRE(view.point[k].value < h.point_slots());
+                REQUIRE(h.first_level(view.corner[k]) <= view.level);
+            }
+            CHECK(view.face == expected.leaves[f].control_face);
+        }
+        const double size = mesh.bounding_box().diagonal();
+        for (int level = 2; level <= 4; level += 2) {
+            const PolygonMesh uniform = refine(mesh, "sqrt3", level / 2);
+            const HierarchyMesh out = h.to_mesh({.positions = MeshPositions::level, .level = level, .normals = true});
+            std::vector<Vec3d> there;
+            for (std::size_t v = 0; v < out.sites.size(); ++v) {
+                if (h.first_level(out.sites[v]) > level) continue;
+                there.push_back(out.mesh.positions[v]);
+                const LimitPoint frame = h.frame(out.sites[v], level);
+                CHECK(frame.position == out.mesh.positions[v]);
+                CHECK(frame.normal == out.mesh.normals[v]);
+                if (!frame.has_tangent_plane) continue;
+                CHECK(glm::length(frame.normal) == doctest::Approx(1));
+                CHECK(std::abs(glm::dot(frame.normal, frame.tangent1)) <= 1e-9 * glm::length(frame.tangent1));
+            }
+            CHECK(test::farthest_from(there, uniform.positions) < 1e-12 * size);
+        }
+        // Level 0 is the control mesh.
+        for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
+            if (mesh.vertex_halfedge(VertexId(v)).valid())
+                CHECK(h.position(sqrt3_site({v, 0, Sqrt3Vertex::Kind::control}), 0) == mesh.position(VertexId(v)));
+    }
+}
+
+TEST_CASE("sqrt3 hierarchies: a split makes three triangles, and whole ones of those beyond") {
+    const ControlMesh mesh = test::random_sqrt3_mesh(2);
+    Hierarchy h = make_hierarchy(mesh, "sqrt3");
+    // A face all of whose neighbours are others.
+    const auto neighbours = [&](LeafHandle leaf) {
+        std::set<LeafHandle> found;
+        for (int side = 0; side < 3; ++side)
+            for (const LeafHandle across : h.neighbours(leaf, side)) found.insert(across);
+        return found;
+    };
+    LeafHandle inner;
+    for (const LeafHandle leaf : h.leaves())
+        if (neighbours(leaf).size() == 3) inner = leaf;
+    REQUIRE(inner.slot.valid());
+    const HierarchyNode root = h.node(inner);
+    const std::uint32_t before = h.leaf_count();
+    const auto halves = h.refine(inner);
+    REQUIRE(halves.size() == 3);
+    CHECK(h.leaf_count() == before + 2);
+    for (int k = 0; k < 3; ++k) {
+        const LeafView view = h.view(halves[static_cast<std::size_t>(k)]);
+        CHECK(view.node == h.children(root)[static_cast<std::size_t>(k)]);
+        CHECK(view.node.depth == 1);
+        CHECK(view.level == 1);
+        REQUIRE(h.children(view.node).size() == 1);
+    }
+    // The triangle beyond the first edge: both halves become whole ones, over the flipped edge.
+    const HierarchyNode half = h.node(halves[0]), whole = h.children(half)[0];
+    const auto created = h.refine(halves[0]);
+    CHECK(created.size() == 4);
+    CHECK(h.leaf_count() == before + 4);
+    CHECK(!h.is_leaf(halves[0]));
+    CHECK(h.is_leaf(halves[1]));
+    REQUIRE(h.find(whole).has_value());
+    CHECK(h.parent(whole) == half);
+    CHECK(neighbours(*h.find(whole)).size() == 3);
+    // Both ways back.
+    Hierarchy other = make_hierarchy(mesh, "sqrt3");
+    other.load(h.saved());
+    CHECK(h.can_coarsen(created.front()));
+    h.coarsen(created.front());
+    CHECK(h.find(half).has_value());
+    CHECK(h.leaf_count() == before + 2);
+    other.coarsen(*other.find(whole));
+    CHECK(other.leaf_count() == before + 2);
+    CHECK(other.find(root).has_value());
+    CHECK(!h.check());
+    CHECK(!other.check());
+}
+
+TEST_CASE(
+    "[bad-input] sqrt3 hierarchies: stale handles, sites, levels, depths and estimators are refused, nothing changes") {
+    const ControlMesh mesh = test::random_sqrt3_mesh(3);
+    Hierarchy h = make_hierarchy(mesh, "sqrt3");
+    const std::vector<LeafHandle> roots = test::leaves_of(h);
+    const auto first = h.refine(roots[0]);
+    h.refine(first);
+    const HierarchyMesh before = h.to_mesh();
+    const auto fails = [&](auto&& call, ErrorCode code, std::string_view text) {
+        try {
+            call();
+            FAIL("no error");
+        } catch (const Error& e) {
+            CHECK(e.code() == code);
+            INFO(e.what());
+            CHECK(std::string_view(e.what()).find(text) != std::string_view::npos);
+        }
+        CHECK(!h.check());
+        CHECK(test::same_mesh(h.to_mesh(), before));
+    };
+    fails([&] { h.refine(roots[0]); }, ErrorCode::invalid_input, "split or merged");
+    fails([&] { h.coarsen(roots[0]); }, ErrorCode::invalid_input, "split or merged");
+    for (const LeafHandle leaf : first)
+        if (!h.is_leaf(leaf)) fails([&] { (void)h.view(leaf); }, ErrorCode::invalid_input, "split or merged");
+    fails([&] { h.refine(LeafHandle{}); }, ErrorCode::invalid_input, "does not exist");
+    for (const LeafHandle leaf : test::leaves_of(h))
+        if (!h.can_coarsen(leaf)) fails([&] { h.coarsen(leaf); }, ErrorCode::invalid_input, "diamond");
+    fails([&] { (void)h.neighbours(h.leaves()[0], 3); }, ErrorCode::invalid_input, "side 3");
+    using Kind = Sqrt3Vertex::Kind;
+    const auto site = [](std::uint64_t key, int birth, Kind kind) {
+        return sqrt3_site({key, static_cast<std::uint8_t>(birth), kind});
+    };
+    fails([&] { (void)h.limit(Site{HalfedgeId(4), {0, 0}, 0}); }, ErrorCode::invalid_input, "kind");
+    fails([&] { (void)h.limit(site(0, 60, Kind::centre)); }, ErrorCode::invalid_input, "above");
+    fails([&] { (void)h.limit(site(mesh.vertex_count(), 0, Kind::control)); }, ErrorCode::invalid_input, "no such");
+    fails([&] { (void)h.limit(site(0, 1, Kind::control)); }, ErrorCode::invalid_input, "no such");
+    fails([&] { (void)h.limit(site(mesh.face_count(), 1, Kind::centre)); }, ErrorCode::invalid_input, "no such");
+    fails([&] { (void)h.limit(site(0, 1, Kind::first)); }, ErrorCode::invalid_input, "no such");
+    fails([&] { (void)h.limit(site(0, 0, Kind::centre)); }, ErrorCode::invalid_input, "no such");
+    fails([&] { (void)h.position(site(1, 2, Kind::centre), 1); }, ErrorCode::invalid_input, "first level");
+    fails([&] { (void)h.position(site(1, 2, Kind::centre), 99); }, ErrorCode::invalid_input, "99");
+    class Any final : public ErrorEstimator {
+        void estimate(std::span<const CellTriangle>, std::span<double>) const override {}
+    };
+    fails([&] { h.refine_where(Any(), 0.1, 5); }, ErrorCode::unsupported, "predicate");
+    // The deepest triangles.
+    Hierarchy deep = make_hierarchy(mesh, "sqrt3");
+    const int most = deep.tree().max_depth;
+    CHECK(most >= 50);
+    HierarchyNode deepest{1, 0, 0};
+    for (int d = 0; d < most; ++d) deepest = deep.tree().child(deepest, d % 2 == 0 ? d / 2 % 3 : 0);
+    CHECK(deep.tree().is_valid(deepest));
+    deep.refine_where(each_leaf([&](const LeafView& leaf) { return deep.tree().is_ancestor(leaf.node, deepest); }),
+                      most);
+    REQUIRE(deep.find(deepest).has_value());
+    const std::uint32_t count = deep.leaf_count();
+    CHECK_THROWS_WITH_AS(deep.refine(*deep.find(deepest)), doctest::Contains("deepest"), Error);
+    CHECK(deep.leaf_count() == count);
+    CHECK(deep.children(deepest).empty());
+    CHECK(!deep.check());
+    CHECK(deep.memory_bytes() < 80 * std::uint64_t{count} + 8192);
+}
+
+TEST_CASE("check() finds slots that are not as the split triangles say") {
+    const ControlMesh mesh = test::random_sqrt3_mesh(1);
+    const auto fault = [&](auto&& corrupt) {
+        Sqrt3Slots slots(mesh);
+        std::vector<LeafId> created;
+        Sqrt3Slots::Changed removed;
+        const LeafId root(4);
+        slots.refine({&root, 1}, created, removed);
+        REQUIRE(removed.size() == 1);
+        REQUIRE(!slots.check());
+        corrupt(slots, created.front());
+        return slots.check().value_or("");
+    };
+    using Corrupt = Sqrt3SlotsCorruptor;
+    CHECK(fault([](Sqrt3Slots& s, LeafId leaf) { Corrupt::turn(s, leaf); }).find("side 0") < 99);
+    CHECK(fault([](Sqrt3Slots& s, LeafId) { Corrupt::lose(s); }).find("more split") < 99);
+    CHECK(fault([](Sqrt3Slots& s, LeafId) { Corrupt::move(s); }).find("where its number") < 99);
+}
+
+TEST_SUITE_END();
