@@ -20,8 +20,16 @@ enum class BoundaryRule {
     edge_only = 2,        ///< boundary edges are sharp
 };
 
-/// How UVs are interpolated (OpenSubdiv's face-varying rules, by their numbers in the tag).
-enum class FaceVaryingRule { smooth_all = 0, corners_and_edges = 1, edges_only = 2, linear_all = 3 };
+/// How UVs are interpolated: OpenSubdiv's face-varying rules, by their numbers in the tag. Charts end at seams and at
+/// the boundary; each rule keeps what the ones before it keep, and more.
+enum class FaceVaryingRule {
+    smooth_all = 0,     ///< ends of charts are smooth curves
+    corners_only = 1,   ///< corners of charts, with one face, stay
+    corners_plus1 = 2,  ///< and the UVs of a vertex where three charts or more meet
+    corners_plus2 = 3,  ///< and ends of seams inside the mesh, and what lies opposite a chart's corner
+    boundaries = 4,     ///< ends of charts are linear
+    linear_all = 5,     ///< everything is
+};
 
 /// How finite sharpness passes from an edge to its halves.
 enum class CreaseMethod { uniform, chaikin };
@@ -61,7 +69,7 @@ struct ControlMeshData {
     std::vector<std::string> groups;
 
     BoundaryRule boundary_rule = BoundaryRule::edge_and_corner;
-    FaceVaryingRule face_varying_rule = FaceVaryingRule::corners_and_edges;
+    FaceVaryingRule face_varying_rule = FaceVaryingRule::corners_only;
     CreaseMethod crease_method = CreaseMethod::uniform;
 
     std::uint32_t first_number = 0;           ///< what messages call the first vertex, face, ...; 1 if `source` does

@@ -35,8 +35,8 @@ class TagReader {
         }
         if (tag_.name == "facevaryinginterpolateboundary") {
             read_arguments();
-            data_.face_varying_rule = static_cast<FaceVaryingRule>(
-                choice(3, "0 smooth, 1 corners and edges, 2 edges only, 3 linear everywhere"));
+            data_.face_varying_rule = static_cast<FaceVaryingRule>(choice(
+                5, "0 smooth, 1 corners only, 2 corners plus 1, 3 corners plus 2, 4 boundaries, 5 linear everywhere"));
             return true;
         }
         if (tag_.name == "creasemethod") return read_arguments(), crease_method(), true;

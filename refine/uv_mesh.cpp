@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <compare>
+#include <span>
 #include <vector>
 
 namespace tetrakis {
@@ -17,6 +18,28 @@ bool is_seam(const ControlMesh& mesh, HalfedgeId h) {
            mesh.uv_index(mesh.next(h)) != mesh.uv_index(t);
 }
 
+/// The corners around a vertex between two seams: one point.
+struct Fan {
+    std::uint32_t vertex, uv, number, faces;
+    bool closed;  // no seam at it
+    auto operator<=>(const Fan&) const = default;
+};
+
+/// Whether the rule keeps all UVs of a vertex where they are. Source: OpenSubdiv's subdivision manual, face-varying
+/// interpolation rules; where they act is tested against the library.
+/// @param fans  of the vertex, in the order of their UVs
+bool stays(const ControlMesh& mesh, FaceVaryingRule rule, std::span<const Fan> fans) {
+    if (fans[0].closed) return false;
+    if (rule == FaceVaryingRule::boundaries) return true;
+    if (rule != FaceVaryingRule::corners_plus1 && rule != FaceVaryingRule::corners_plus2) return false;
+    std::size_t uvs = 1;
+    for (std::size_t i = 1; i < fans.size(); ++i) uvs += fans[i].uv != fans[i - 1].uv;
+    if (uvs > 2) return true;
+    if (rule == FaceVaryingRule::corners_plus1) return false;
+    const bool dart = uvs == 1 && !mesh.is_boundary(VertexId(fans[0].vertex));
+    return dart || (uvs == 2 && std::ranges::any_of(fans, [](const Fan& fan) { return fan.faces == 1; }));
+}
+
 }  // namespace
 
 ControlMesh uv_mesh(const ControlMesh& mesh) {
@@ -27,13 +50,8 @@ ControlMesh uv_mesh(const ControlMesh& mesh) {
     data.face_lines = mesh.data().face_lines;
     data.face_offsets = mesh.data().face_offsets;
     data.crease_method = mesh.crease_method();
-    data.boundary_rule = mesh.face_varying_rule() == FaceVaryingRule::corners_and_edges ? BoundaryRule::edge_and_corner
-                                                                                        : BoundaryRule::edge_only;
-    // One point per fan of corners around a vertex that no seam cuts.
-    struct Fan {
-        std::uint32_t vertex, uv, number;
-        auto operator<=>(const Fan&) const = default;
-    };
+    const FaceVaryingRule rule = mesh.face_varying_rule();
+    data.boundary_rule = rule == FaceVaryingRule::smooth_all ? BoundaryRule::edge_only : BoundaryRule::edge_and_corner;
     std::vector<Fan> fans;
     data.face_vertices.assign(mesh.halfedge_count(), HalfedgeId::none);
     for (std::uint32_t i = 0; i < mesh.halfedge_count(); ++i) {
@@ -42,7 +60,6 @@ ControlMesh uv_mesh(const ControlMesh& mesh) {
         const auto number = static_cast<std::uint32_t>(data.positions.size());
         const Vec2d& uv = mesh.data().uvs[mesh.uv_index(start)];
         data.positions.emplace_back(uv.x, uv.y, 0.0);
-        fans.push_back({mesh.origin(start).value, mesh.uv_index(start), number});
         std::uint32_t faces = 0;
         // Clockwise to the seam that starts the fan, if there is one; then counter-clockwise over the fan.
         HalfedgeId first = start;
@@ -57,18 +74,25 @@ ControlMesh uv_mesh(const ControlMesh& mesh) {
             if (is_seam(mesh, mesh.prev(h))) break;
             h = mesh.ccw_outgoing(h);
         } while (h != first);
+        fans.push_back({mesh.origin(start).value, mesh.uv_index(start), number, faces, !is_seam(mesh, first)});
         const VertexId v = mesh.origin(start);
         if (is_sharp(mesh.sharpness(v)) && !mesh.is_boundary(v) && faces == mesh.face_valence(v) &&
             !is_seam(mesh, first))
             data.corners.push_back({number, mesh.sharpness(v)});
     }
-    // Where several fans share a UV, charts touch in a point, which has to stay one: it stays where it is.
     std::sort(fans.begin(), fans.end());
-    for (std::size_t i = 0; i < fans.size(); ++i) {
-        const auto touches = [&](std::size_t j) {
-            return j < fans.size() && fans[i].vertex == fans[j].vertex && fans[i].uv == fans[j].uv;
-        };
-        if (touches(i + 1) || (i > 0 && touches(i - 1))) data.corners.push_back({fans[i].number, k_infinite_sharpness});
+    for (std::size_t begin = 0, end = 0; begin < fans.size(); begin = end) {
+        while (end < fans.size() && fans[end].vertex == fans[begin].vertex) ++end;
+        const std::span at_vertex(fans.data() + begin, end - begin);
+        const bool all = stays(mesh, rule, at_vertex);
+        for (std::size_t i = 0; i < at_vertex.size(); ++i) {
+            // Where several fans share a UV, charts touch in a point, which has to stay one: it stays where it is.
+            const auto touches = [&](std::size_t j) {
+                return j < at_vertex.size() && at_vertex[j].uv == at_vertex[i].uv;
+            };
+            if (all || touches(i + 1) || (i > 0 && touches(i - 1)))
+                data.corners.push_back({at_vertex[i].number, k_infinite_sharpness});
+        }
     }
     for (std::uint32_t e = 0; e < mesh.edge_count(); ++e) {
         const HalfedgeId h = mesh.edge_halfedge(EdgeId(e));

@@ -46,7 +46,7 @@ const std::string k_good =
     "red metal\ns 1\n"
     "f 1/1/1 2/2/1 3/3/1 \\\n 4/4/1\ng\tright\nusemtl blue\nf -5//-1 -2//-1 -1//1 3//1 # end\n"
     "t crease 2/1/0 1 2 2.5\nt corner 2/2/0 0 3 1.5 20\nt hole 1/0/0 1\nt interpolateboundary 1/0/0 2\n"
-    "t facevaryinginterpolateboundary 1/0/0 3\nt creasemethod 0/0/1 chaikin\nt smoothtriangles 1/0/0 1";
+    "t facevaryinginterpolateboundary 1/0/0 5\nt creasemethod 0/0/1 chaikin\nt smoothtriangles 1/0/0 1";
 
 // Reading this text must end in data or in an Error with advice, never in anything else.
 bool survives(const std::string& text) {
@@ -285,7 +285,7 @@ TEST_CASE("[bad-input] tags that make no sense are refused with their line") {
     check_refused(mesh + "t hole 0/0/0\n", 6, "at least one face", "at least one face");
     check_refused(mesh + "t hole 1/0/0 1\n", 6, "names face 1, but there are 1", "from 0");
     check_refused(mesh + "t interpolateboundary 1/0/0 3\n", 6, "one integer", "2 edge only");
-    check_refused(mesh + "t facevaryinginterpolateboundary 1/0/0 4\n", 6, "one integer", "3 linear");
+    check_refused(mesh + "t facevaryinginterpolateboundary 1/0/0 6\n", 6, "one integer", "5 linear");
     check_refused(mesh + "t creasemethod 0/0/1 smooth\n", 6, "one word", "normal or chaikin");
 }
 

@@ -32,15 +32,20 @@ struct FarPoint {
 
 Sdc::Options::FVarLinearInterpolation far_rule(FaceVaryingRule rule) {
     switch (rule) {
-        case FaceVaryingRule::corners_and_edges:
-            return Sdc::Options::FVAR_LINEAR_CORNERS_ONLY;
-        case FaceVaryingRule::linear_all:
-            return Sdc::Options::FVAR_LINEAR_ALL;
         case FaceVaryingRule::smooth_all:
-        case FaceVaryingRule::edges_only:
+            return Sdc::Options::FVAR_LINEAR_NONE;
+        case FaceVaryingRule::corners_only:
+            return Sdc::Options::FVAR_LINEAR_CORNERS_ONLY;
+        case FaceVaryingRule::corners_plus1:
+            return Sdc::Options::FVAR_LINEAR_CORNERS_PLUS1;
+        case FaceVaryingRule::corners_plus2:
+            return Sdc::Options::FVAR_LINEAR_CORNERS_PLUS2;
+        case FaceVaryingRule::boundaries:
+            return Sdc::Options::FVAR_LINEAR_BOUNDARIES;
+        case FaceVaryingRule::linear_all:
             break;
     }
-    return Sdc::Options::FVAR_LINEAR_NONE;
+    return Sdc::Options::FVAR_LINEAR_ALL;
 }
 
 std::unique_ptr<Far::TopologyRefiner> far_refiner(const ControlMeshData& data, SchemeKind scheme) {
@@ -224,13 +229,13 @@ TEST_SUITE_BEGIN("refine");
 
 TEST_CASE("[peer] UVs are OpenSubdiv's by every face-varying rule: seams, corners of charts, ends of seams, creases") {
     for (const std::string name : {"head", "knot", "pieces"})
-        for (const FaceVaryingRule rule : {FaceVaryingRule::smooth_all, FaceVaryingRule::corners_and_edges,
-                                           FaceVaryingRule::edges_only, FaceVaryingRule::linear_all})
+        for (const FaceVaryingRule rule :
+             {FaceVaryingRule::smooth_all, FaceVaryingRule::corners_only, FaceVaryingRule::corners_plus1,
+              FaceVaryingRule::corners_plus2, FaceVaryingRule::boundaries, FaceVaryingRule::linear_all})
             for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop}) {
                 // Where three charts meet OpenSubdiv's smoothest rule keeps some points of theirs that its next rule,
                 // with more sharp corners, does not: no example to follow.
-                if (name == "pieces" && (rule == FaceVaryingRule::smooth_all || rule == FaceVaryingRule::edges_only))
-                    continue;
+                if (name == "pieces" && rule == FaceVaryingRule::smooth_all) continue;
                 CAPTURE(name);
                 CAPTURE(static_cast<int>(rule));
                 CAPTURE(static_cast<int>(scheme));

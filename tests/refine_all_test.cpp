@@ -51,7 +51,7 @@ ControlMeshData sheet(std::uint32_t n, bool hole) {
     data.materials = {"even", "odd"};
     // No corners, which the triangulated mesh would keep and its charts not.
     data.boundary_rule = BoundaryRule::edge_only;
-    data.face_varying_rule = FaceVaryingRule::edges_only;
+    data.face_varying_rule = FaceVaryingRule::smooth_all;
     if (hole) data.holes = {n + 1};
     return data;
 }

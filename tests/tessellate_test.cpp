@@ -328,8 +328,8 @@ TEST_CASE("[slow] [inv3] a displacement opens no crack at seams and creases") {
 }
 
 TEST_CASE("UVs at control corners are those of the UV layer's own limit, by every face-varying rule") {
-    for (const FaceVaryingRule rule : {FaceVaryingRule::smooth_all, FaceVaryingRule::corners_and_edges,
-                                       FaceVaryingRule::edges_only, FaceVaryingRule::linear_all})
+    for (const FaceVaryingRule rule :
+         {FaceVaryingRule::smooth_all, FaceVaryingRule::corners_only, FaceVaryingRule::linear_all})
         for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop}) {
             CAPTURE(static_cast<int>(rule));
             INFO(name(scheme));
@@ -344,7 +344,7 @@ TEST_CASE("UVs at control corners are those of the UV layer's own limit, by ever
             layer.face_offsets = mesh.data().face_offsets;
             layer.face_vertices = mesh.data().face_uvs;
             layer.boundary_rule =
-                rule == FaceVaryingRule::corners_and_edges ? BoundaryRule::edge_and_corner : BoundaryRule::edge_only;
+                rule == FaceVaryingRule::smooth_all ? BoundaryRule::edge_only : BoundaryRule::edge_and_corner;
             const ControlMesh uv_mesh = ControlMesh::build(std::move(layer));
             const Closure uv_limit(uv_mesh, scheme), limit(mesh, scheme);
             TessellateOptions options;
@@ -379,7 +379,7 @@ TEST_CASE("UVs at control corners are those of the UV layer's own limit, by ever
 }
 
 TEST_CASE("linear UVs are bilinear in the corner cells; UVs can be left out") {
-    const ControlMesh mesh = parse(cube_text() + "t facevaryinginterpolateboundary 1/0/0 3\n");
+    const ControlMesh mesh = parse(cube_text() + "t facevaryinginterpolateboundary 1/0/0 5\n");
     TessellateOptions options;
     options.tolerance = 0.01;
     options.min_level = 3;

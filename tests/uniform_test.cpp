@@ -156,7 +156,7 @@ TEST_CASE("UVs: charts stay apart along a seam, corners as the tag says, materia
         INFO(name(scheme));
         const bool triangles = scheme == SchemeKind::loop;
         for (const FaceVaryingRule rule :
-             {FaceVaryingRule::linear_all, FaceVaryingRule::corners_and_edges, FaceVaryingRule::edges_only}) {
+             {FaceVaryingRule::linear_all, FaceVaryingRule::corners_only, FaceVaryingRule::smooth_all}) {
             const ControlMesh mesh = ControlMesh::build(grid(4, triangles, true, rule));
             const PolygonMesh fine = refine_uniform(mesh, scheme, 3);
             REQUIRE(fine.face_uvs.size() == fine.face_vertices.size());
@@ -177,7 +177,7 @@ TEST_CASE("UVs: charts stay apart along a seam, corners as the tag says, materia
             CHECK(on_seam == 4 * 8 + 1);
             // In the triangle grid two faces meet at this corner, so only the linear rule keeps it.
             const bool kept =
-                rule == FaceVaryingRule::linear_all || (rule == FaceVaryingRule::corners_and_edges && !triangles);
+                rule == FaceVaryingRule::linear_all || (rule == FaceVaryingRule::corners_only && !triangles);
             CHECK((corner < 1e-14) == kept);
             REQUIRE(fine.face_material.size() == fine.face_count());
             for (std::uint32_t f = 0; f < fine.face_count(); ++f) {

@@ -37,10 +37,14 @@ std::string_view name_of(FaceVaryingRule rule) {
     switch (rule) {
         case FaceVaryingRule::smooth_all:
             return "smooth-all";
-        case FaceVaryingRule::corners_and_edges:
-            return "corners-and-edges";
-        case FaceVaryingRule::edges_only:
-            return "edges-only";
+        case FaceVaryingRule::corners_only:
+            return "corners-only";
+        case FaceVaryingRule::corners_plus1:
+            return "corners-plus-1";
+        case FaceVaryingRule::corners_plus2:
+            return "corners-plus-2";
+        case FaceVaryingRule::boundaries:
+            return "boundaries";
         case FaceVaryingRule::linear_all:
             break;
     }
