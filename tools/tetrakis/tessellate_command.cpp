@@ -285,12 +285,11 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
         ->required()
         ->type_name("OUT");
     command
-        ->add_option(
-            "--scheme", options->scheme,
-            "Subdivision scheme, any that \"tetrakis schemes\" lists but honeycomb (catmull-clark).\n"
-            "Catmull-clark and loop are exact everywhere and have certified errors; the others are known by\n"
-            "their limit points: errors are measured against a denser mesh of these, certified_error is null\n"
-            "(but for bilinear and midpoint), and there is no --target or --displacement")
+        ->add_option("--scheme", options->scheme,
+                     "Subdivision scheme, any that \"tetrakis schemes\" lists but honeycomb (catmull-clark).\n"
+                     "Catmull-clark and loop are exact everywhere and have certified errors; the others are known by\n"
+                     "their limit points: errors are measured against a denser mesh of these, certified_error is null\n"
+                     "(but for bilinear and midpoint), and there is no --target or --displacement")
         ->type_name("S");
     options->rules.add_averaging_steps(*command);
     options->rules.add(*command);
