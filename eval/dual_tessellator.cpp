@@ -7,6 +7,7 @@
 #include "tetrakis/eval/tessellation_attributes.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/adaptive_dual.hpp"
+#include "tetrakis/refine/triangle_memory.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -81,9 +82,7 @@ class DualTessellator {
             }
         }
         export_mesh();
-        result_.tolerance_reached =
-            !options_.tolerance || (!left_over_ && written_rounding(options_, result_.mesh) <= tolerance_ &&
-                                    (!result_.measured_error || result_.measured_error->hausdorff <= tolerance_));
+        result_.tolerance_reached = tolerance_reached(options_, result_, tolerance_, left_over_);
         warn_of_nothing(result_);
         return std::move(result_);
     }
@@ -108,7 +107,8 @@ class DualTessellator {
             const double done = 1.0 - 1.0 / pass;
             if (!marked.empty()) forest_.refine(marked, created);
             estimate(done);
-            check_memory();
+            check_triangle_memory(triangles_.triangle_count(), triangles_.triangle_count() * k_dual_bytes,
+                                  context_.max_memory_bytes);
             if (options_.max_triangles != 0) return refine_in_budget();
             marked.clear();
             left_over_ = false;
@@ -167,16 +167,6 @@ class DualTessellator {
         }
     }
 
-    void check_memory() const {
-        const std::uint64_t bytes = triangles_.triangle_count() * k_dual_bytes;
-        if (context_.max_memory_bytes == 0 || bytes <= context_.max_memory_bytes) return;
-        throw Error(ErrorCode::memory_limit, "more than " + std::to_string(triangles_.triangle_count()) +
-                                                 " triangles are needed, about " + std::to_string(bytes >> 20) +
-                                                 " MiB, and the limit is " +
-                                                 std::to_string(context_.max_memory_bytes >> 20) +
-                                                 " MiB; use a larger tolerance or a larger limit");
-    }
-
     void estimate(double done) {
         const auto report = [&](double) { context_.report("refine", std::min(done, 1.0)); };
         triangles_ = dual_triangles(forest_);
@@ -216,22 +206,10 @@ class DualTessellator {
                                      for (std::size_t i = 0; i < limits.size(); ++i)
                                          reference.mesh.positions[begin + i] = limits[i].position;
                                  });
-        std::vector<Vec3d> centres(faces.control_faces.size());
-        reference.mesh.triangles.resize(centres.size());
-        for (std::size_t t = 0; t < centres.size(); ++t) {
-            for (std::size_t k = 0; k < 3; ++k) {
-                reference.mesh.triangles[t][k] = faces.face_vertices[3 * t + k];
-                centres[t] += reference.mesh.positions[faces.face_vertices[3 * t + k]] / 3.0;
-            }
-        }
-        // What a reference's triangle is off counts for the triangle that it is nearest to.
-        std::vector<ClosestPoint> nearest(centres.size());
-        TriangleBvh(result_.mesh, context_).closest(centres, nearest, context_);
-        for (const ClosestPoint& point : nearest) reference.owner.push_back(point.triangle);
-        const ReferenceDistances distances = measure_reference(reference, count, result_.mesh, context_);
-        result_.measured_error = distances.error;
-        for (std::size_t t = 0; t < count; ++t)
-            result_.triangle_error[t] = std::max(distances.of_piece[t], distances.of_triangle[t]);
+        reference.mesh.triangles.resize(faces.control_faces.size());
+        for (std::size_t t = 0; t < reference.mesh.triangles.size(); ++t)
+            for (std::size_t k = 0; k < 3; ++k) reference.mesh.triangles[t][k] = faces.face_vertices[3 * t + k];
+        measure_triangles(std::move(reference), result_, context_);
     }
 
     /// The leaves around triangles that a measurement found to be off.

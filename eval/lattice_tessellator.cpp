@@ -183,10 +183,7 @@ class LatticeTessellator {
             }
         }
         if (bound_) result_.certified_error = certify(forest) + written_rounding(options_, result_.mesh);
-        result_.tolerance_reached =
-            !options_.tolerance || (!refinement.left_over() && written_rounding(options_, result_.mesh) <= tolerance_ &&
-                                    (!result_.measured_error || result_.measured_error->hausdorff <= tolerance_) &&
-                                    (!certified || *result_.certified_error <= tolerance_));
+        result_.tolerance_reached = tolerance_reached(options_, result_, tolerance_, refinement.left_over());
         warn_of_nothing(result_);
         add_attributes(forest);
         return std::move(result_);

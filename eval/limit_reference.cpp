@@ -1,6 +1,7 @@
 #include "tetrakis/eval/limit_reference.hpp"
 
 #include "tetrakis/eval/site_limits.hpp"
+#include "tetrakis/eval/triangle_bvh.hpp"
 #include "tetrakis/hier/parallel.hpp"
 
 #include <algorithm>
@@ -93,5 +94,21 @@ template LimitReference limit_reference<QuadFamily>(const Hierarchy&, std::span<
                                                     const RunContext&, double);
 template LimitReference limit_reference<LoopFamily>(const Hierarchy&, std::span<const CellTriangle>, int,
                                                     const RunContext&, double);
+
+void measure_triangles(LimitReference reference, Tessellation& result, const RunContext& context) {
+    const std::vector<Vec3d>& p = reference.mesh.positions;
+    std::vector<Vec3d> centres;
+    centres.reserve(reference.mesh.triangles.size());
+    for (const auto& t : reference.mesh.triangles) centres.push_back((p[t[0]] + p[t[1]] + p[t[2]]) / 3.0);
+    std::vector<ClosestPoint> nearest(centres.size());
+    TriangleBvh(result.mesh, context).closest(centres, nearest, context);
+    reference.owner.clear();
+    for (const ClosestPoint& point : nearest) reference.owner.push_back(point.triangle);
+    const std::size_t count = result.mesh.triangles.size();
+    const ReferenceDistances distances = measure_reference(reference, count, result.mesh, context);
+    result.measured_error = distances.error;
+    for (std::size_t t = 0; t < count; ++t)
+        result.triangle_error[t] = std::max(distances.of_piece[t], distances.of_triangle[t]);
+}
 
 }  // namespace tetrakis::detail

@@ -2,6 +2,7 @@
 
 #include "tetrakis/eval/hausdorff.hpp"
 #include "tetrakis/eval/limit_samples.hpp"
+#include "tetrakis/eval/tessellate.hpp"
 #include "tetrakis/refine/hierarchy.hpp"
 
 #include <functional>
@@ -35,5 +36,10 @@ struct ReferenceDistances {
 };
 ReferenceDistances measure_reference(const LimitReference& reference, std::size_t pieces, const TriangleMesh& mesh,
                                      const RunContext& context);
+
+/// The same for a tessellation whose triangles are pieces, into its measured_error and triangle_error: what a triangle
+/// of the reference is off counts for the triangle that it is nearest to.
+/// @param reference  its owners are found here
+void measure_triangles(LimitReference reference, Tessellation& result, const RunContext& context);
 
 }  // namespace tetrakis::detail

@@ -6,6 +6,7 @@
 #include "tetrakis/eval/tessellate_run.hpp"
 #include "tetrakis/eval/tessellation_attributes.hpp"
 #include "tetrakis/refine/adaptive_sqrt3.hpp"
+#include "tetrakis/refine/triangle_memory.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -75,9 +76,7 @@ class Sqrt3Tessellator {
             }
         }
         add_attributes();
-        result_.tolerance_reached =
-            !options_.tolerance || (!left_over_ && written_rounding(options_, result_.mesh) <= tolerance_ &&
-                                    (!result_.measured_error || result_.measured_error->hausdorff <= tolerance_));
+        result_.tolerance_reached = tolerance_reached(options_, result_, tolerance_, left_over_);
         warn_of_nothing(result_);
         return std::move(result_);
     }
@@ -144,7 +143,7 @@ class Sqrt3Tessellator {
     }
 
     void estimate(double done) {
-        check_memory();
+        check_triangle_memory(forest_.leaf_count(), forest_.leaf_count() * k_sqrt3_bytes, context_.max_memory_bytes);
         leaves_ = forest_.leaves();
         Stopwatch watch;
         // A budget compares errors with each other: there all are looked at closely.
@@ -152,16 +151,6 @@ class Sqrt3Tessellator {
         errors_ =
             leaf_errors_.errors(leaves_, decide_at, [&](double) { context_.report("refine", std::min(done, 1.0)); });
         estimating_ += watch.lap();
-    }
-
-    void check_memory() const {
-        const std::uint64_t bytes = forest_.leaf_count() * k_sqrt3_bytes;
-        if (context_.max_memory_bytes == 0 || bytes <= context_.max_memory_bytes) return;
-        throw Error(ErrorCode::memory_limit, "more than " + std::to_string(forest_.leaf_count()) +
-                                                 " triangles are needed, about " + std::to_string(bytes >> 20) +
-                                                 " MiB, and the limit is " +
-                                                 std::to_string(context_.max_memory_bytes >> 20) +
-                                                 " MiB; use a larger tolerance or a larger limit");
     }
 
     static TriangleMesh triangle_mesh(Sqrt3Mesh&& from) {
@@ -199,18 +188,7 @@ class Sqrt3Tessellator {
         LimitReference reference;
         reference.mesh = triangle_mesh(sqrt3_mesh(finer));
         context_.report("measure", 0.3);
-        const std::vector<Vec3d>& p = reference.mesh.positions;
-        std::vector<Vec3d> centres;
-        centres.reserve(reference.mesh.triangles.size());
-        for (const auto& t : reference.mesh.triangles) centres.push_back((p[t[0]] + p[t[1]] + p[t[2]]) / 3.0);
-        // What a reference's triangle is off counts for the triangle that it is nearest to.
-        std::vector<ClosestPoint> nearest(centres.size());
-        TriangleBvh(result_.mesh, context_).closest(centres, nearest, context_);
-        for (const ClosestPoint& point : nearest) reference.owner.push_back(point.triangle);
-        const ReferenceDistances distances = measure_reference(reference, count, result_.mesh, context_);
-        result_.measured_error = distances.error;
-        for (std::size_t t = 0; t < count; ++t)
-            result_.triangle_error[t] = std::max(distances.of_piece[t], distances.of_triangle[t]);
+        measure_triangles(std::move(reference), result_, context_);
     }
 
     /// Splits the triangles that a measurement found to be off. False when there is nothing to split.

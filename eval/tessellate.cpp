@@ -135,11 +135,7 @@ class Tessellator {
             result_.seconds.estimate += watch.lap();
         }
         result_.tolerance_reached =
-            !options_.tolerance ||
-            (!refinement.left_over() && !estimator.gave_up() &&
-             detail::written_rounding(options_, result_.mesh) <= tolerance_ &&
-             (!result_.measured_error || result_.measured_error->hausdorff <= tolerance_) &&
-             (options_.estimator != EstimatorKind::certified || *result_.certified_error <= tolerance_));
+            detail::tolerance_reached(options_, result_, tolerance_, refinement.left_over() || estimator.gave_up());
         if (options_.target && options_.tolerance && result_.measured_error) warn_of_target(refinement.left_over());
         if (options_.displacement && options_.tolerance) warn_of_torn_heights();
         if (estimator.gave_up())

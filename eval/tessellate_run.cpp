@@ -57,6 +57,13 @@ double written_rounding(const TessellateOptions& options, const TriangleMesh& me
     return options.floats_written ? glb_rounding_bound(bounding_box(mesh.positions)) : 0;
 }
 
+bool tolerance_reached(const TessellateOptions& options, const Tessellation& result, double tolerance, bool left_over) {
+    if (!options.tolerance) return true;
+    return !left_over && written_rounding(options, result.mesh) <= tolerance &&
+           (!result.measured_error || result.measured_error->hausdorff <= tolerance) &&
+           (options.estimator != EstimatorKind::certified || *result.certified_error <= tolerance);
+}
+
 void check_coarsest(const TessellateOptions& options, std::size_t triangles) {
     if (options.max_triangles == 0 || triangles <= options.max_triangles) return;
     throw Error(

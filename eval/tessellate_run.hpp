@@ -46,6 +46,11 @@ double aim_beside_rounding(const ControlMesh& mesh, const TessellateOptions& opt
 /// What rounding the result's vertices to float may add, where floats are written.
 double written_rounding(const TessellateOptions& options, const TriangleMesh& mesh);
 
+/// Whether a result, its rounding included, is within the tolerance as far as it was measured and certified.
+/// @param tolerance  as a length
+/// @param left_over  parts were left above it, for a level or a budget
+bool tolerance_reached(const TessellateOptions& options, const Tessellation& result, double tolerance, bool left_over);
+
 /// @throws Error  unsupported: a result that has more triangles than allowed, which then is the coarsest one
 void check_coarsest(const TessellateOptions& options, std::size_t triangles);
 /// Says so where nothing of the control mesh is part of the surface.

@@ -5,6 +5,7 @@
 #include "tetrakis/hier/pod_array.hpp"
 #include "tetrakis/hier/radix_sort.hpp"
 #include "tetrakis/refine/adaptive.hpp"
+#include "tetrakis/refine/triangle_memory.hpp"
 
 #include <algorithm>
 #include <array>
@@ -162,15 +163,9 @@ class AdaptiveRefinement {
     }
 
     void check_memory(std::uint64_t splits) const {
-        if (options_.max_memory_bytes == 0) return;
         const std::uint64_t triangles = hierarchy_.triangle_count() + 2 * splits;
-        const std::uint64_t bytes = options_.base_bytes + triangles * options_.bytes_per_triangle;
-        if (bytes > options_.max_memory_bytes)
-            throw Error(ErrorCode::memory_limit, "more than " + std::to_string(triangles) +
-                                                     " triangles are needed, about " + std::to_string(bytes >> 20) +
-                                                     " MiB, and the limit is " +
-                                                     std::to_string(options_.max_memory_bytes >> 20) +
-                                                     " MiB; use a larger tolerance or a larger limit");
+        detail::check_triangle_memory(triangles, options_.base_bytes + triangles * options_.bytes_per_triangle,
+                                      options_.max_memory_bytes);
     }
 
     struct Candidate {
