@@ -74,9 +74,8 @@ void find_points(const QuadNode& node, QuadQuarters& quarters) {
     };
     for (int i = 0; i < 9; ++i) {
         const int column = i % 3, row = i / 3;
-        if (node.has_corners && column != 1 && row != 1) {
-            const int k = row == 0 ? column / 2 : 3 - column / 2;
-            quarters.point[static_cast<std::size_t>(i)] = node.corner[static_cast<std::size_t>(k)];
+        if (node.corners && column != 1 && row != 1) {
+            quarters.point[static_cast<std::size_t>(i)] = node.corners[3 * (row / 2) + column / 2];
             continue;
         }
         const QuadNode* best = nullptr;
@@ -93,11 +92,7 @@ void find_points(const QuadNode& node, QuadQuarters& quarters) {
     }
     for (int q = 0; q < 4; ++q) {
         QuadNode& quarter = quarters.cell[static_cast<std::size_t>(q)];
-        if (quarter.kind == QuadNode::Kind::regular) continue;
-        quarter.has_corners = true;
-        for (int k = 0; k < 4; ++k)
-            quarter.corner[static_cast<std::size_t>(k)] =
-                quarters.point[static_cast<std::size_t>(3 * ((q >> 1) + k_corner_y[k]) + (q & 1) + k_corner_x[k])];
+        if (quarter.kind != QuadNode::Kind::regular) quarter.corners = &quarters.point[3u * (q >> 1) + (q & 1)];
     }
 }
 
