@@ -1,8 +1,9 @@
 #include "tetrakis/hier/quadtree_view.hpp"
 
+#include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
-
-#include <oneapi/tbb/parallel_sort.h>
+#include "tetrakis/hier/pod_array.hpp"
+#include "tetrakis/hier/radix_sort.hpp"
 
 #include <algorithm>
 #include <tuple>
@@ -12,7 +13,7 @@ namespace tetrakis {
 namespace {
 
 /// Puts a zero before each bit of a number below 2^32.
-std::uint64_t spread(std::uint64_t x) {
+std::uint64_t spread_bits(std::uint64_t x) {
     x = (x | x << 16) & 0x0000'FFFF'0000'FFFFull;
     x = (x | x << 8) & 0x00FF'00FF'00FF'00FFull;
     x = (x | x << 4) & 0x0F0F'0F0F'0F0F'0F0Full;
@@ -22,54 +23,89 @@ std::uint64_t spread(std::uint64_t x) {
 
 std::uint64_t z_order(int level, LatticePoint p) {
     const int shift = k_max_level - level;
-    return spread(std::uint64_t{p.x} << shift) | spread(std::uint64_t{p.y} << shift) << 1;
+    return spread_bits(std::uint64_t{p.x} << shift) | spread_bits(std::uint64_t{p.y} << shift) << 1;
 }
 
-/// Half a cell, covered by a leaf.
-struct Half {
+/// Inverse of spread_bits(): every second bit.
+std::uint32_t gather_bits(std::uint64_t x) {
+    x &= 0x5555'5555'5555'5555ull;
+    x = (x | x >> 1) & 0x3333'3333'3333'3333ull;
+    x = (x | x >> 2) & 0x0F0F'0F0F'0F0F'0F0Full;
+    x = (x | x >> 4) & 0x00FF'00FF'00FF'00FFull;
+    x = (x | x >> 8) & 0x0000'FFFF'0000'FFFFull;
+    return static_cast<std::uint32_t>(x | x >> 16);
+}
+
+struct ViewCell {
     std::uint64_t key;
-    HalfedgeId root;
-    LatticePoint at;
-    LeafId leaf;
-    std::uint8_t level, index;
-    bool operator<(const Half& o) const { return std::tie(root, key, index) < std::tie(o.root, o.key, o.index); }
+    std::array<LeafId, 2> half;
+    std::uint8_t level;
 };
 
-/// @param shape  of a triangle of odd depth: half a cell
-Half half(LeafId leaf, HalfedgeId root, int depth, const BisectionShape& shape) {
-    const LatticePoint a = shape.a(), b = shape.b(), p = shape.apex;
-    const LatticePoint at{std::min({a.x, b.x, p.x}), std::min({a.y, b.y, p.y})};
-    const std::uint8_t level = lattice_level(depth);
-    // The two halves of a cell have their apices at opposite corners.
-    return {z_order(level, at), root, at, leaf, level, static_cast<std::uint8_t>(shape.direction >= 4)};
+/// Calls visit(root, shape, leaf across its base) for the halves of cells that the leaf covers, of each cell the one
+/// half with a direction below 4. The base is the cell's diagonal, so the leaf across covers the other half.
+template <class Visit>
+void for_each_first_half(const BisectionForest& forest, LeafId id, Visit&& visit) {
+    const auto is_first = [](const BisectionShape& shape) { return shape.direction < 4; };
+    const BisectionLeaf& leaf = forest.leaf(id);
+    const BisectionShape shape = leaf.shape();
+    if (leaf.depth % 2 != 0) {
+        if (is_first(shape)) visit(leaf.cell, shape, leaf.neighbour[0]);
+        return;
+    }
+    // Both children are halves; their bases are the leaf's legs.
+    for (int bit : {0, 1}) {
+        const BisectionShape child = shape.child(leaf.depth, bit);
+        if (!is_first(child)) continue;
+        const HalfedgeId cell = leaf.depth == 0 && bit == 1 ? forest.mesh().next(leaf.cell) : leaf.cell;
+        visit(cell, child, leaf.neighbour[bit == 0 ? 2 : 1]);
+    }
 }
 
 }  // namespace
 
 QuadtreeView::QuadtreeView(const BisectionForest& forest) : mesh_(&forest.mesh()) {
-    std::vector<Half> halves;
-    halves.reserve(forest.leaf_count() + forest.leaf_count() / 2);
-    for (std::uint32_t s = 0; s < forest.leaf_slots(); ++s) {
-        const LeafId id(s);
-        if (!forest.is_leaf(id)) continue;
-        const BisectionLeaf& leaf = forest.leaf(id);
-        if (leaf.depth % 2 != 0) {
-            halves.push_back(half(id, leaf.cell, leaf.depth, leaf.shape()));
-            continue;
-        }
-        for (int bit : {0, 1}) {
-            const HalfedgeId cell = leaf.depth == 0 && bit == 1 ? mesh_->next(leaf.cell) : leaf.cell;
-            halves.push_back(half(id, cell, leaf.depth + 1, leaf.shape().child(leaf.depth, bit)));
-        }
+    const std::uint32_t slots = forest.leaf_slots(), roots = mesh_->halfedge_count();
+    std::vector<std::uint32_t> first(roots + 1, 0);
+    for (std::uint32_t s = 0; s < slots; ++s)
+        if (forest.is_leaf(LeafId(s)))
+            for_each_first_half(forest, LeafId(s),
+                                [&](HalfedgeId root, const BisectionShape&, LeafId) { ++first[root.value + 1]; });
+    for (std::uint32_t r = 0; r < roots; ++r) first[r + 1] += first[r];
+
+    const std::uint32_t count = first[roots];
+    detail::PodArray<ViewCell> all;
+    all.resize(count);
+    std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+    for (std::uint32_t s = 0; s < slots; ++s) {
+        const LeafId leaf(s);
+        if (!forest.is_leaf(leaf)) continue;
+        for_each_first_half(forest, leaf, [&](HalfedgeId root, const BisectionShape& shape, LeafId other) {
+            const LatticePoint a = shape.a(), b = shape.b(), p = shape.apex;
+            const LatticePoint at{std::min({a.x, b.x, p.x}), std::min({a.y, b.y, p.y})};
+            const std::uint8_t level = lattice_level(forest.depth(leaf));
+            all[next[root.value]++] = {z_order(level, at), {leaf, other}, level};
+        });
     }
-    oneapi::tbb::parallel_sort(halves.begin(), halves.end());
-    const auto count = static_cast<std::uint32_t>(halves.size() / 2);
-    keys_.resize(count);
-    cells_.resize(count);
-    for_each_index(count, [&](std::uint32_t i) {
-        const Half &first = halves[2 * i], &second = halves[2 * i + 1];
-        keys_[i] = first.key;
-        cells_[i] = {first.root, first.at, first.level, {first.leaf, second.leaf}};
+    detail::resize_large(keys_, count);
+    detail::resize_large(cells_, count);
+    constexpr std::uint32_t k_roots_per_task = 8;
+    for_each_block(roots, k_roots_per_task, [&](std::uint32_t begin, std::uint32_t end) {
+        std::vector<ViewCell> cells, spare;
+        for (std::uint32_t r = begin; r < end; ++r) {
+            detail::reserve_large(cells, first[r + 1] - first[r]);
+            detail::reserve_large(spare, first[r + 1] - first[r]);
+            cells.assign(all.data() + first[r], all.data() + first[r + 1]);
+            radix_sort(cells, spare, [](const ViewCell& cell) { return cell.key; });
+            for (std::uint32_t i = first[r]; const ViewCell& cell : cells) {
+                const int shift = k_max_level - cell.level;
+                keys_[i] = cell.key;
+                cells_[i++] = {HalfedgeId(r),
+                               {gather_bits(cell.key) >> shift, gather_bits(cell.key >> 1) >> shift},
+                               cell.level,
+                               cell.half};
+            }
+        }
     });
 }
 

@@ -26,7 +26,7 @@ struct QuadtreeCell {
 /// snapshot: later changes of the forest do not show.
 class QuadtreeView {
   public:
-    /// O(leaves log leaves), parallel; the same cells for the same set of leaves.
+    /// O(leaves x levels), the sorting parallel over roots; the same cells for the same set of leaves.
     explicit QuadtreeView(const BisectionForest& forest);
 
     /// Leaf cells by root, then along the Z-order curve.

@@ -4,6 +4,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <set>
 #include <tuple>
@@ -25,6 +26,19 @@ void collect(const ControlMesh& mesh, const std::set<Site>& vertices, HalfedgeId
     }
     for (std::uint32_t k = 0; k < 4; ++k)
         collect(mesh, vertices, root, level + 1, {2 * at.x + k % 2, 2 * at.y + k / 2}, cells);
+}
+
+/// Whether the leaf is the half of that number of the cell, or has it for a child.
+bool covers_half(const BisectionForest& forest, LeafId leaf, const QuadtreeCell& cell, std::size_t number) {
+    const BisectionLeaf& l = forest.leaf(leaf);
+    const auto is_half = [&](HalfedgeId root, const BisectionShape& shape) {
+        const LatticePoint at{std::min({shape.a().x, shape.b().x, shape.apex.x}),
+                              std::min({shape.a().y, shape.b().y, shape.apex.y})};
+        return root == cell.root && at == cell.at && (shape.direction >= 4) == (number == 1);
+    };
+    if (l.depth % 2 != 0) return is_half(l.cell, l.shape());
+    const HalfedgeId beside = l.depth == 0 ? forest.mesh().next(l.cell) : l.cell;
+    return is_half(l.cell, l.shape().child(l.depth, 0)) || is_half(beside, l.shape().child(l.depth, 1));
 }
 
 BisectionForest random_forest(const ControlMesh& mesh, std::uint64_t seed) {
@@ -59,9 +73,11 @@ TEST_CASE("the quadtree view has a cell's children exactly where the forest has 
         for (const QuadtreeCell& c : view.cells()) {
             CHECK(found.emplace(c.root.value, c.level, c.at.x, c.at.y).second);
             CHECK(c.half[0] != c.half[1]);
-            for (LeafId leaf : c.half) {
+            for (std::size_t k = 0; k < 2; ++k) {
+                const LeafId leaf = c.half[k];
                 const int depth = forest.depth(leaf);
                 CHECK((depth == 2 * c.level + 1 || depth == 2 * c.level));
+                CHECK(covers_half(forest, leaf, c, k));
                 // Of a leaf that is the half itself all corners are corners of the cell.
                 if (depth % 2 == 0) continue;
                 const CellTriangle t = forest.triangle(leaf);
