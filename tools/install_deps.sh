@@ -13,7 +13,8 @@ libcli11-dev nlohmann-json3-dev libstb-dev libtinygltf-dev doctest-dev zlib1g-de
 optional="libosd-dev ccache"
 for argument in "$@"; do
     case "$argument" in
-        --bench) optional="$optional libcgal-dev libopenmesh-dev libmeshoptimizer-dev libbenchmark-dev" ;;
+        --bench) optional="$optional libcgal-dev libopenmesh-dev libmeshoptimizer-dev libbenchmark-dev libp4est-dev \
+libopenmpi-dev openmpi-bin" ;;
         --figures) required="$required python3 python3-pil fonts-dejavu-core libmeshoptimizer-dev" ;;
         --ci) required="$required clang-format" ;;
         *) echo "usage: $0 [--bench] [--figures] [--ci]" >&2; exit 2 ;;

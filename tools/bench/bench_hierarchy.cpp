@@ -1,3 +1,4 @@
+#include "patch_positions.hpp"
 #include "piece_models.hpp"
 #include "tetrakis/eval/loop_patches.hpp"
 #include "tetrakis/eval/quad_patches.hpp"
@@ -25,21 +26,6 @@ RunContext with(std::int64_t threads) {
     context.threads = static_cast<int>(threads);
     return context;
 }
-
-/// Limit positions by a patch tree.
-template <class Patches>
-class PatchPositions final : public PositionSource {
-  public:
-    explicit PatchPositions(const ControlMesh& mesh) : patches_(mesh) {}
-    void positions(std::span<const Site> sites, std::span<Vec3d> out) const override {
-        for_each_index(
-            static_cast<std::uint32_t>(sites.size()),
-            [&](std::uint32_t i) { out[i] = patches_.limit(sites[i].root, sites[i].at, sites[i].level); }, 256);
-    }
-
-  private:
-    Patches patches_;
-};
 
 void all_leaves(const BisectionForest& forest, std::vector<LeafId>& leaves) {
     leaves.clear();

@@ -1,0 +1,103 @@
+#include "adaptive_peers.hpp"
+
+#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
+#include <OpenMesh/Tools/Subdivider/Adaptive/Composite/CompositeT.hh>
+#include <OpenMesh/Tools/Subdivider/Adaptive/Composite/RulesT.hh>
+
+#include <vector>
+
+namespace tetrakis::bench {
+
+namespace {
+
+namespace Adaptive = OpenMesh::Subdivider::Adaptive;
+
+struct Traits : Adaptive::CompositeTraits {
+    using Point = OpenMesh::Vec3d;
+    using Normal = OpenMesh::Vec3d;
+};
+using Mesh = OpenMesh::TriMesh_ArrayKernelT<Traits>;
+using Composite = Adaptive::CompositeT<Mesh>;
+
+}  // namespace
+
+struct OpenMeshAdaptive::Impl {
+    AdaptiveTask task;
+    Mesh control;
+    std::vector<std::vector<Mesh::FaceHandle>> rounds;
+    std::unique_ptr<Mesh> mesh;
+    std::unique_ptr<Composite> composite;
+
+    explicit Impl(const AdaptiveTask& t) : task(t) {
+        std::vector<Mesh::VertexHandle> vertices;
+        for (const Vec3d& p : task.data.positions) vertices.push_back(control.add_vertex({p.x, p.y, p.z}));
+        const auto& corner = task.data.face_vertices;
+        for (std::size_t i = 0; i + 2 < corner.size(); i += 3)
+            control.add_face(vertices[corner[i]], vertices[corner[i + 1]], vertices[corner[i + 2]]);
+        prepare();
+        for (int round = 0; round < task.rounds; ++round) {
+            rounds.emplace_back();
+            for (Mesh::FaceHandle face : mesh->faces())
+                if (level(face) == round && mesh->data(face).final() && selected(face)) rounds.back().push_back(face);
+            split(round);
+        }
+    }
+
+    void prepare() {
+        composite.reset();
+        mesh = std::make_unique<Mesh>(control);
+        composite = std::make_unique<Composite>(*mesh);
+        // The sequences of rules that OpenMesh's own adaptive program has for these schemes.
+        if (task.sqrt3) {
+            composite->add<Adaptive::Tvv3<Mesh>>();
+            composite->add<Adaptive::VF<Mesh>>();
+            composite->add<Adaptive::FF<Mesh>>();
+            composite->add<Adaptive::FVc<Mesh>>();
+        } else {
+            composite->add<Adaptive::Tvv4<Mesh>>();
+            composite->add<Adaptive::VdE<Mesh>>();
+            composite->add<Adaptive::EVc<Mesh>>();
+            composite->add<Adaptive::VdE<Mesh>>();
+            composite->add<Adaptive::EVc<Mesh>>();
+        }
+        composite->initialize();
+    }
+
+    // States count rules; the first of a level splits.
+    int level(Mesh::FaceHandle face) const {
+        const int rules = static_cast<int>(composite->n_rules());
+        return (mesh->data(face).state() + rules - 1) / rules;
+    }
+
+    bool selected(Mesh::FaceHandle face) const {
+        std::array<Vec3d, 3> corner;
+        std::size_t k = 0;
+        for (Mesh::VertexHandle v : mesh->fv_range(face)) {
+            const auto& p = mesh->point(v);
+            corner[k++] = {p[0], p[1], p[2]};
+        }
+        return selects(task.selection, corner);
+    }
+
+    void split(int round) {
+        // Some are split by then for the sake of others.
+        for (Mesh::FaceHandle face : rounds[static_cast<std::size_t>(round)])
+            if (level(face) <= round) composite->refine(face);
+    }
+};
+
+OpenMeshAdaptive::OpenMeshAdaptive(const AdaptiveTask& task) : impl_(std::make_unique<Impl>(task)) {}
+OpenMeshAdaptive::~OpenMeshAdaptive() = default;
+void OpenMeshAdaptive::prepare() { impl_->prepare(); }
+void OpenMeshAdaptive::refine() {
+    for (int round = 0; round < impl_->task.rounds; ++round) impl_->split(round);
+}
+
+AdaptiveResult OpenMeshAdaptive::result() const {
+    AdaptiveResult result{impl_->mesh->n_vertices(), impl_->mesh->n_faces()};
+    for (Mesh::VertexHandle v : impl_->mesh->vertices()) result.moment += impl_->mesh->point(v).sqrnorm();
+    result.moment /= static_cast<double>(result.vertices);
+    return result;
+}
+
+}  // namespace tetrakis::bench

@@ -1,0 +1,216 @@
+#include "adaptive_peers.hpp"
+#include "patch_positions.hpp"
+#include "piece_models.hpp"
+#include "tetrakis/eval/loop_patches.hpp"
+#include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/adaptive_sqrt3.hpp"
+#include "tetrakis/refine/hierarchy.hpp"
+
+#include <benchmark/benchmark.h>
+
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+// Adaptive refinement of triangles: from the control mesh with its data structure to the refined mesh with positions.
+// What is to be split is known beforehand on both sides, round by round, so that nobody is timed while looking for it.
+namespace tetrakis::bench {
+
+namespace {
+
+/// A pillow over the square [-1/2, 1/2]^2: two regular triangulations that meet in the rim, the upper one flat.
+ControlMeshData pillow(std::uint32_t n) {
+    ControlMeshData data;
+    data.face_offsets.push_back(0);
+    std::vector<std::uint32_t> number[2];
+    for (int side = 0; side < 2; ++side)
+        for (std::uint32_t j = 0; j <= n; ++j)
+            for (std::uint32_t i = 0; i <= n; ++i) {
+                const bool rim = i == 0 || j == 0 || i == n || j == n;
+                if (rim && side == 1) {
+                    number[1].push_back(number[0][j * (n + 1) + i]);
+                    continue;
+                }
+                number[side].push_back(static_cast<std::uint32_t>(data.positions.size()));
+                data.positions.emplace_back(double(i) / n - 0.5, double(j) / n - 0.5, side == 0 ? 0.0 : -0.25);
+            }
+    const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+        for (const std::uint32_t v : {a, b, c}) data.face_vertices.push_back(v);
+        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+    };
+    for (int side = 0; side < 2; ++side)
+        for (std::uint32_t j = 0; j < n; ++j)
+            for (std::uint32_t i = 0; i < n; ++i) {
+                const auto at = [&](std::uint32_t x, std::uint32_t y) { return number[side][y * (n + 1) + x]; };
+                const std::uint32_t a = at(i, j), b = at(i + 1, j), c = at(i + 1, j + 1), d = at(i, j + 1);
+                // On either side the diagonals of two opposite corners are turned, so that each triangle has a
+                // neighbour and no two share all their corners.
+                if (side == 0) {
+                    add(a, b, c);
+                    add(a, c, d);
+                } else {
+                    add(a, d, b);
+                    add(b, d, c);
+                }
+            }
+    return data;
+}
+
+struct Case {
+    const char* name;
+    bool sqrt3;
+    int rounds;
+    Selection selection;
+};
+
+const ControlMesh& control(const Case& c) {
+    static const ControlMesh flat = ControlMesh::build(pillow(24)), knot = data_model("knot_tri");
+    return c.selection == Selection::all ? knot : flat;
+}
+
+class Ours {
+  public:
+    explicit Ours(const Case& c) : case_(c) {
+        Hierarchy h = fresh();
+        for (int round = 0; round < c.rounds; ++round) {
+            rounds_.emplace_back();
+            for (LeafHandle leaf : h.leaves()) {
+                const LeafView view = h.view(leaf);
+                // A half triangle of sqrt(3) has an odd depth.
+                if (view.node.depth != (c.sqrt3 ? 2 * round : round)) continue;
+                std::array<Vec3d, 3> corner;
+                if (c.selection != Selection::all) h.limit_positions(std::span(view.corner).first(3), corner);
+                if (!selects(c.selection, corner)) continue;
+                rounds_.back().push_back(leaf);
+                if (c.sqrt3) faces_.resize(rounds_.size());
+                if (c.sqrt3) faces_.back().push_back(face(view.node));
+            }
+            h.refine(rounds_.back());
+        }
+    }
+    Hierarchy fresh(bool patches = false) const {
+        HierarchyOptions options;
+        if (patches) options.limit_positions = std::make_shared<PatchPositions<LoopPatches>>(control(case_));
+        return make_hierarchy(control(case_), case_.sqrt3 ? "sqrt3" : "loop", options);
+    }
+    HierarchyMesh refine(Hierarchy& h, MeshPositions positions) const {
+        for (const auto& leaves : rounds_) h.refine(leaves);
+        return h.to_mesh({.positions = positions});
+    }
+
+    /// Without leaves that have handles and neighbours, by the set of split faces alone.
+    Sqrt3Mesh refine(Sqrt3Forest& forest, bool limit) const {
+        for (const auto& faces : faces_) forest.refine(faces);
+        return sqrt3_mesh(forest, {.limit = limit});
+    }
+
+  private:
+    static Sqrt3Face face(const HierarchyNode& node) {
+        Sqrt3Face face{static_cast<std::uint8_t>(node.depth / 2), node.root};
+        for (int k = 1; k <= face.level; ++k) face.face = 3 * face.face + (node.path >> (64 - 2 * k) & 3);
+        return face;
+    }
+
+    Case case_;
+    std::vector<std::vector<LeafHandle>> rounds_;
+    std::vector<std::vector<Sqrt3Face>> faces_;  // of sqrt(3)
+};
+
+void report(benchmark::State& state, const AdaptiveResult& result) {
+    state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(result.vertices));
+    state.counters["vertices"] = static_cast<double>(result.vertices);
+    state.counters["faces"] = static_cast<double>(result.faces);
+    state.counters["moment"] = result.moment;
+}
+
+AdaptiveResult result_of(const PolygonMesh& mesh) {
+    AdaptiveResult result{mesh.positions.size(), mesh.face_offsets.size() - 1};
+    for (const Vec3d& p : mesh.positions) result.moment += glm::dot(p, p);
+    result.moment /= static_cast<double>(result.vertices);
+    return result;
+}
+
+template <class Run>
+void timed(benchmark::State& state, Run&& run) {
+    const auto start = std::chrono::steady_clock::now();
+    run();
+    state.SetIterationTime(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+}
+
+void ours(benchmark::State& state, Case c, MeshPositions positions, bool patches) {
+    RunContext context;
+    context.threads = 1;
+    with_threads(context, [&] {
+        const Ours run(c);
+        HierarchyMesh mesh;
+        for (auto _ : state) {
+            Hierarchy h = run.fresh(patches);
+            timed(state, [&] { mesh = run.refine(h, positions); });
+        }
+        report(state, result_of(mesh.mesh));
+    });
+}
+
+void ours_sqrt3(benchmark::State& state, Case c, bool limit) {
+    const Ours run(c);
+    Sqrt3Mesh mesh;
+    for (auto _ : state) {
+        Sqrt3Forest forest(control(c));
+        timed(state, [&] { mesh = run.refine(forest, limit); });
+    }
+    report(state, result_of(mesh.mesh));
+}
+
+#ifdef TETRAKIS_BENCH_OPENMESH
+void openmesh(benchmark::State& state, Case c) {
+    OpenMeshAdaptive run({control(c).data(), c.sqrt3, c.rounds, c.selection});
+    for (auto _ : state) {
+        run.prepare();
+        timed(state, [&] { run.refine(); });
+    }
+    report(state, run.result());
+}
+#endif
+
+template <class Run>
+void add(const Case& c, const std::string& method, Run run) {
+    benchmark::RegisterBenchmark((std::string("adaptive/") + c.name + "/" + method).c_str(), run)
+        ->Unit(benchmark::kMillisecond)
+        ->UseManualTime();
+}
+
+void register_all() {
+    constexpr Case k_cases[] = {
+        {"loop/all", false, 3, Selection::all},       {"loop/disc", false, 4, Selection::disc},
+        {"loop/circle", false, 7, Selection::circle}, {"sqrt3/all", true, 4, Selection::all},
+        {"sqrt3/disc", true, 5, Selection::disc},
+    };
+    for (const Case& c : k_cases) {
+        add(c, "levels", [c](benchmark::State& state) { ours(state, c, MeshPositions::finest, false); });
+        add(c, "limits", [c](benchmark::State& state) { ours(state, c, MeshPositions::limit, false); });
+        if (!c.sqrt3)
+            add(c, "patch_limits", [c](benchmark::State& state) { ours(state, c, MeshPositions::limit, true); });
+        if (c.sqrt3) {
+            add(c, "forest_levels", [c](benchmark::State& state) { ours_sqrt3(state, c, false); });
+            add(c, "forest_limits", [c](benchmark::State& state) { ours_sqrt3(state, c, true); });
+        }
+#ifdef TETRAKIS_BENCH_OPENMESH
+        add(c, "openmesh", [c](benchmark::State& state) { openmesh(state, c); });
+#endif
+    }
+}
+
+}  // namespace
+
+}  // namespace tetrakis::bench
+
+int main(int argc, char** argv) {
+    benchmark::Initialize(&argc, argv);
+    tetrakis::bench::register_all();
+    benchmark::RunSpecifiedBenchmarks();
+    benchmark::Shutdown();
+    return 0;
+}

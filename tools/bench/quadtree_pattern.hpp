@@ -1,0 +1,93 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+// Which squares of a cube's surface are cut in four: the same question, put to two quadtrees with frames of their own.
+namespace tetrakis::bench {
+
+using CubePoint = std::array<std::int64_t, 3>;
+
+/// Edge of the cube [0, k_cube_edge]^3: squares down to level 28 have an even edge, so that centres are whole numbers.
+inline constexpr std::int64_t k_cube_edge = std::int64_t{1} << 29;
+
+/// A square region of the surface: its lower corner, and the directions of its axes (unit vectors).
+struct SquareFrame {
+    CubePoint corner, x, y;
+    CubePoint at(std::int64_t u, std::int64_t v) const {
+        CubePoint p = corner;
+        for (std::size_t k = 0; k < 3; ++k) p[k] += u * x[k] + v * y[k];
+        return p;
+    }
+};
+
+/// A linear function over a frame, so that asking costs a few integer operations whoever asks.
+struct FramePattern {
+    std::int64_t value = 0, along_x = 0, along_y = 0;
+    /// Whether the closed square of this edge length, with this lower corner, has a zero of the function.
+    bool wants(std::int64_t u, std::int64_t v, std::int64_t edge) const {
+        const std::int64_t low = value + along_x * u + along_y * v;
+        const std::int64_t smallest =
+            low + edge * (std::min<std::int64_t>(along_x, 0) + std::min<std::int64_t>(along_y, 0));
+        const std::int64_t largest =
+            low + edge * (std::max<std::int64_t>(along_x, 0) + std::max<std::int64_t>(along_y, 0));
+        return smallest <= 0 && largest >= 0;
+    }
+};
+
+/// Squares are cut down to `level` (of a whole face of the cube) everywhere, or where a tilted plane meets them.
+struct CubePattern {
+    int level = 0;
+    bool everywhere = false;
+
+    FramePattern in(const SquareFrame& frame) const {
+        if (everywhere) return {};
+        // Through all six faces, in a slope that no lattice has, just beside the centre.
+        constexpr CubePoint k_normal{523, 811, 1009};
+        constexpr std::int64_t k_beside = 12345;
+        const auto dot = [&](const CubePoint& p) {
+            return k_normal[0] * p[0] + k_normal[1] * p[1] + k_normal[2] * p[2];
+        };
+        return {dot(frame.corner) - dot({k_cube_edge / 2, k_cube_edge / 2, k_cube_edge / 2}) - k_beside, dot(frame.x),
+                dot(frame.y)};
+    }
+};
+
+/// A leaf: its centre in the cube and its level.
+struct CubeSquare {
+    CubePoint centre;
+    int level;
+    friend auto operator<=>(const CubeSquare&, const CubeSquare&) = default;
+};
+
+/// What one run of a quadtree took and made.
+struct QuadtreeRun {
+    double refine_seconds = 0, balance_seconds = 0, neighbour_seconds = 0;
+    std::int64_t squares = 0;
+};
+
+#ifdef TETRAKIS_BENCH_P4EST
+/// p4est, one forest over all ranks of the program; every rank calls these. Seconds are the slowest rank's.
+class P4est {
+  public:
+    P4est(int* argc, char*** argv);
+    ~P4est();
+    P4est(const P4est&) = delete;
+    P4est& operator=(const P4est&) = delete;
+    int ranks() const { return ranks_; }
+    int rank() const { return rank_; }
+    /// Refine, then balance across sides.
+    /// @param neighbours  find the leaves across sides, too (as p4est_mesh)
+    /// @param leaves      if not null, receives this rank's
+    QuadtreeRun run(const CubePattern& pattern, bool neighbours, std::vector<CubeSquare>* leaves = nullptr) const;
+
+  private:
+    int ranks_ = 1, rank_ = 0;
+};
+#endif
+
+}  // namespace tetrakis::bench
