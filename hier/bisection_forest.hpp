@@ -155,6 +155,7 @@ class BisectionForest {
 
     void require_leaves(std::span<const LeafId> ids) const;
     void list_marked(std::span<const LeafId> marked);
+    void prefetch_bases(std::span<const std::uint32_t> slots, std::uint32_t i) const;
     void close();
     void close_in_parallel();
     std::array<std::uint32_t, 2> plan_splits();

@@ -73,6 +73,16 @@ void BisectionForest::list_marked(std::span<const LeafId> marked) {
     std::erase_if(affected, [&](std::uint32_t s) { return std::exchange(work[s].mark, k_base | k_listed) != 0; });
 }
 
+// What close() reads first of the slots that come next in a list: their neighbours across the bases.
+void BisectionForest::prefetch_bases(std::span<const std::uint32_t> slots, std::uint32_t i) const {
+    if (i + 2 * k_ahead < slots.size()) prefetch(leaves_[slots[i + 2 * k_ahead]].neighbour);
+    if (i + k_ahead >= slots.size()) return;
+    const LeafId across = leaves_[slots[i + k_ahead]].neighbour[0];
+    if (!across.valid()) return;
+    prefetch(leaves_[across.value].neighbour);
+    prefetch(scratch_.work[across.value]);
+}
+
 // Follows the base edges from each listed leaf to whatever has to be split with it, and puts that behind it in the
 // list, unless an earlier leaf led there.
 void BisectionForest::close() {
@@ -84,14 +94,7 @@ void BisectionForest::close() {
     listed.swap(affected);
     const auto count = static_cast<std::uint32_t>(listed.size());
     for (std::uint32_t i = 0; i < count; ++i) {
-        if (i + 2 * k_ahead < count) prefetch(leaves_[listed[i + 2 * k_ahead]].neighbour);
-        if (i + k_ahead < count) {
-            const LeafId across = leaves_[listed[i + k_ahead]].neighbour[0];
-            if (across.valid()) {
-                prefetch(leaves_[across.value].neighbour);
-                prefetch(work[across.value]);
-            }
-        }
+        prefetch_bases(listed, i);
         std::uint32_t slot = listed[i];
         affected.push_back(slot);
         for (;;) {
@@ -123,6 +126,7 @@ void BisectionForest::close_in_parallel() {
     };
     for_each_block(count, k_block, [&](std::uint32_t begin, std::uint32_t end) {
         for (std::uint32_t i = begin; i < end; ++i) {
+            prefetch_bases(affected, i);
             std::uint32_t slot = affected[i];
             for (;;) {
                 const LeafId across = leaves_[slot].neighbour[0];
@@ -149,7 +153,9 @@ void BisectionForest::close_in_parallel() {
     for_each_index(
         block_count,
         [&](std::uint32_t b) {
+            lists[b].reserve(2 * k_block);
             for (std::uint32_t i = b * k_block; i < std::min(count, (b + 1) * k_block); ++i) {
+                prefetch_bases(affected, i);
                 std::uint32_t slot = affected[i];
                 lists[b].push_back(slot);
                 for (;;) {
