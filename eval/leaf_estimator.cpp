@@ -2,6 +2,7 @@
 
 #include "tetrakis/eval/plane_measure.hpp"
 #include "tetrakis/eval/sample_sheet.hpp"
+#include "tetrakis/eval/strip_samples.hpp"
 #include "tetrakis/hier/parallel.hpp"
 
 #include <array>
@@ -103,7 +104,7 @@ double LeafEstimator<Family>::measured(const CellTriangle& leaf, typename Family
     }
     if (error > tolerance_) return error;
     // The way back: from points of the triangle whose own sample has drifted away sideways.
-    if (doubtful_count == 0) return error;
+    if (doubtful_count == 0) return std::max(error, measured_in_strips(leaf, quick.corners, plane));
     const ControlMesh& mesh = map_.patches->mesh();
     std::optional<detail::SampleSheet<k_lattice>> sheet;
     if (plane.flat()) sheet.emplace(plane, s);
@@ -122,6 +123,24 @@ double LeafEstimator<Family>::measured(const CellTriangle& leaf, typename Family
         // Never above the deviation at q, so that refining ends it.
         const double back = closest_.local(q, Family::parameter(mesh, leaf, b0, b1, b2));
         error = std::max(error, back);
+    });
+    if (error > tolerance_) return error;
+    return std::max(error, measured_in_strips(leaf, quick.corners, plane));
+}
+
+template <class Family>
+double LeafEstimator<Family>::measured_in_strips(const CellTriangle& leaf, const std::array<Vec3d, 3>& corners,
+                                                 const detail::PlaneMeasure& plane) const {
+    const ControlMesh& mesh = map_.patches->mesh();
+    double error = 0;
+    detail::for_each_strip_point<Family>(mesh, leaf, [&](double b0, double b1, double b2) {
+        if (error > tolerance_) return;
+        const SurfaceParameter at = Family::parameter(mesh, leaf, b0, b1, b2);
+        const Vec3d s = map_(at), q = b0 * corners[0] + b1 * corners[1] + b2 * corners[2];
+        const double parametric = glm::length(s - q);
+        if (parametric <= error) return;
+        error = std::max(error, std::min(parametric, plane(s)));
+        if (parametric > tolerance_ && error <= tolerance_) error = std::max(error, closest_.local(q, at));
     });
     return error;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "tetrakis/eval/plane_measure.hpp"
 #include "tetrakis/eval/surface_map.hpp"
 #include "tetrakis/eval/tessellate.hpp"
 #include "tetrakis/refine/adaptive.hpp"
@@ -14,9 +15,9 @@ namespace tetrakis {
 ///
 /// certified: the certified bound itself. embree: the bound where it accepts; else the deviation of samples from the
 /// triangle's plane (two-sided, see PlaneMeasure) and, where tangential drift makes the way back doubtful, the leaf's
-/// own samples and Newton's method for a closest point. Edges on boundaries and hard creases are measured against
-/// themselves. With a target mesh or a displacement everything is sampled; against a target also by rays along the
-/// normal.
+/// own samples and Newton's method for a closest point; ever more samples towards creases of finite sharpness. Edges on
+/// boundaries and hard creases are measured against themselves. With a target mesh or a displacement everything is
+/// sampled; against a target also by rays along the normal.
 template <class Family>
 class LeafEstimator final : public ErrorEstimator {
   public:
@@ -32,6 +33,9 @@ class LeafEstimator final : public ErrorEstimator {
 
   private:
     double measured(const CellTriangle& leaf, typename Family::Bounder& bounder) const;
+    /// The same at points of the leaf where creases of finite sharpness are rounded off.
+    double measured_in_strips(const CellTriangle& leaf, const std::array<Vec3d, 3>& corners,
+                              const detail::PlaneMeasure& plane) const;
     /// Leaves much smaller than the tolerance are left as they are: there the map jumps, and refining would never end.
     double mapped(const CellTriangle& leaf) const;
 

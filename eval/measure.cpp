@@ -2,6 +2,7 @@
 
 #include "tetrakis/eval/local_frame.hpp"
 #include "tetrakis/eval/point_triangle.hpp"
+#include "tetrakis/eval/strip_samples.hpp"
 #include "tetrakis/hier/parallel.hpp"
 
 #include <algorithm>
@@ -130,6 +131,21 @@ Sums measure_from_target(const TriangleMesh& target, const TriangleMesh& mesh, c
     return total;
 }
 
+/// Visits the samples of a triangle: a lattice with n intervals a side without the corners; and points towards creases
+/// of finite sharpness, which do not count for means.
+template <class Family, class Visit>
+void for_each_sample(const ControlMesh& control, const OutputTriangle& triangle, int n, Visit&& visit) {
+    for (int row = 0; row <= n; ++row)
+        for (int i = 0; i <= row; ++i) {
+            const double b0 = static_cast<double>(row - i) / n, b1 = static_cast<double>(i) / n,
+                         b2 = static_cast<double>(n - row) / n;
+            if (b0 != 1 && b1 != 1 && b2 != 1) visit(b0, b1, b2, true);
+        }
+    if (!triangle.fan.valid())
+        detail::for_each_strip_point<Family>(control, triangle.cell,
+                                             [&](double b0, double b1, double b2) { visit(b0, b1, b2, false); });
+}
+
 }  // namespace
 
 template <class Family>
@@ -165,43 +181,40 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
             const double area = 0.5 * glm::length(glm::cross(b - a, c - a));
             const double weight = area / (n * n);
             double largest = 0, local = 0;
-            for (int row = 0; row <= n; ++row)
-                for (int i = 0; i <= row; ++i) {
-                    const double b0 = static_cast<double>(row - i) / n, b1 = static_cast<double>(i) / n,
-                                 b2 = static_cast<double>(n - row) / n;
-                    if (b0 == 1 || b1 == 1 || b2 == 1) continue;
-                    const SurfaceParameter at = from.parameter<Family>(control, b0, b1, b2);
-                    SurfacePoint point;
-                    if (by_displacement) point = displaced(map, at);
-                    const Vec3d s = by_displacement ? point.position : map(at), q = b0 * a + b1 * b + b2 * c;
-                    const double own = std::sqrt(detail::nearest_on_triangle(s, a, b, c).squared_distance);
-                    double forward = own, backward = 0;
-                    if (own > 0) {
-                        const ClosestPoint hit = bvh.closest(s, own * (1 + 1e-9));
-                        if (hit.found()) forward = std::min(own, hit.distance);
-                    }
-                    const double parametric = glm::length(s - q);
-                    if (map.target) {
-                        backward = map.target->closest(q).distance;
-                        forward = std::min(forward, bvh.closest(s, own * (1 + 1e-9)).distance);
-                    } else if (parametric == 0) {
-                        backward = 0;
-                    } else if (by_displacement) {
-                        backward = mapped_distance(map, q, at, point, parametric);
-                    } else {
-                        backward = closest.local(q, at);
-                        local = std::max(local, backward);
-                    }
-                    sum.forward = std::max(sum.forward, forward);
-                    if (!search) sum.backward = std::max(sum.backward, backward);
-                    largest = std::max(largest, search ? forward : std::max(forward, backward));
-                    sum.weighted += weight * forward;
-                    sum.squared += weight * forward * forward;
-                    way_back[t].weighted += weight * backward;
-                    way_back[t].squared += weight * backward * backward;
-                    sum.weight += 2 * weight;
-                    ++sum.samples;
+            for_each_sample<Family>(control, from, n, [&](double b0, double b1, double b2, bool counts) {
+                const double share = counts ? weight : 0;
+                const SurfaceParameter at = from.parameter<Family>(control, b0, b1, b2);
+                SurfacePoint point;
+                if (by_displacement) point = displaced(map, at);
+                const Vec3d s = by_displacement ? point.position : map(at), q = b0 * a + b1 * b + b2 * c;
+                const double own = std::sqrt(detail::nearest_on_triangle(s, a, b, c).squared_distance);
+                double forward = own, backward = 0;
+                if (own > 0) {
+                    const ClosestPoint hit = bvh.closest(s, own * (1 + 1e-9));
+                    if (hit.found()) forward = std::min(own, hit.distance);
                 }
+                const double parametric = glm::length(s - q);
+                if (map.target) {
+                    backward = map.target->closest(q).distance;
+                    forward = std::min(forward, bvh.closest(s, own * (1 + 1e-9)).distance);
+                } else if (parametric == 0) {
+                    backward = 0;
+                } else if (by_displacement) {
+                    backward = mapped_distance(map, q, at, point, parametric);
+                } else {
+                    backward = closest.local(q, at);
+                    local = std::max(local, backward);
+                }
+                sum.forward = std::max(sum.forward, forward);
+                if (!search) sum.backward = std::max(sum.backward, backward);
+                largest = std::max(largest, search ? forward : std::max(forward, backward));
+                sum.weighted += share * forward;
+                sum.squared += share * forward * forward;
+                way_back[t].weighted += share * backward;
+                way_back[t].squared += share * backward * backward;
+                sum.weight += 2 * share;
+                ++sum.samples;
+            });
             triangle_error[t] = largest;
             sideways[t] = local;
         }
@@ -235,18 +248,15 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
             const double weight = 0.5 * glm::length(glm::cross(b - a, c - a)) / (n * n);
             way_back[t] = {};
             double here = 0;
-            for (int row = 0; row <= n; ++row)
-                for (int i = 0; i <= row; ++i) {
-                    const double b0 = static_cast<double>(row - i) / n, b1 = static_cast<double>(i) / n,
-                                 b2 = static_cast<double>(n - row) / n;
-                    if (b0 == 1 || b1 == 1 || b2 == 1) continue;
-                    const Vec3d q = b0 * a + b1 * b + b2 * c;
-                    const double bound = closest.local(q, from.parameter<Family>(control, b0, b1, b2));
-                    const double distance = bound > here ? closest.global(q, bound) : bound;
-                    way_back[t].weighted += weight * distance;
-                    way_back[t].squared += weight * distance * distance;
-                    here = std::max(here, distance);
-                }
+            for_each_sample<Family>(control, from, n, [&](double b0, double b1, double b2, bool counts) {
+                const double share = counts ? weight : 0;
+                const Vec3d q = b0 * a + b1 * b + b2 * c;
+                const double bound = closest.local(q, from.parameter<Family>(control, b0, b1, b2));
+                const double distance = bound > here ? closest.global(q, bound) : bound;
+                way_back[t].weighted += share * distance;
+                way_back[t].squared += share * distance * distance;
+                here = std::max(here, distance);
+            });
             exact = std::max(exact, here);
             sideways[t] = here;
         }

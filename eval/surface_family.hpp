@@ -27,6 +27,18 @@ struct QuadFamily {
     static HalfedgeId control_edge(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
         return bisection_control_edge(mesh, t, k);
     }
+    /// The control edge that corner k lies on, away from its ends; or an invalid one.
+    static HalfedgeId control_edge_at(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
+        const LatticePoint p = t.corner[k];
+        if (control_vertex_at(mesh, t, k).valid()) return {};
+        return p.y == 0 ? t.root : p.x == 0 ? mesh.prev(t.root) : HalfedgeId{};
+    }
+    /// The control vertex that corner k is; or an invalid one.
+    static VertexId control_vertex_at(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
+        const LatticePoint p = t.corner[k];
+        if (p == LatticePoint{0, 0}) return mesh.origin(t.root);
+        return t.level == 0 && p.x == 2 ? mesh.origin(mesh.next(t.root)) : VertexId{};
+    }
     /// The point of a leaf with barycentrics (b0, b1, b2).
     static SurfaceParameter parameter(const ControlMesh& mesh, const CellTriangle& t, double b0, double b1, double b2) {
         const double unit = std::ldexp(1.0, -t.level);
@@ -100,6 +112,18 @@ struct LoopFamily {
     static bool inside(double x, double y) { return x + y <= 1; }
     static HalfedgeId control_edge(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
         return triangle_control_edge(mesh, t, k);
+    }
+    static HalfedgeId control_edge_at(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
+        const LatticePoint p = t.corner[k];
+        if (control_vertex_at(mesh, t, k).valid()) return {};
+        if (p.x + p.y == 1u << t.level) return mesh.next(t.root);
+        return p.y == 0 ? t.root : p.x == 0 ? mesh.prev(t.root) : HalfedgeId{};
+    }
+    static VertexId control_vertex_at(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
+        const LatticePoint p = t.corner[k];
+        if (p == LatticePoint{0, 0}) return mesh.origin(t.root);
+        if (p == LatticePoint{1u << t.level, 0}) return mesh.origin(mesh.next(t.root));
+        return p == LatticePoint{0, 1u << t.level} ? mesh.origin(mesh.prev(t.root)) : VertexId{};
     }
     static SurfaceParameter parameter(const ControlMesh&, const CellTriangle& t, double b0, double b1, double b2) {
         const double unit = std::ldexp(1.0, -t.level);
