@@ -24,7 +24,8 @@ struct Numbering {
     std::vector<std::uint32_t> vertices;  ///< the other way round
 };
 
-Numbering add_leaves(const Sqrt3Levels& levels, const ControlMeshData& data, std::size_t leaf_count, Sqrt3Mesh& out) {
+Numbering add_leaves(const Sqrt3Levels& levels, const ControlMeshData& data, std::size_t leaf_count, int half_level,
+                     Sqrt3Mesh& out) {
     using detail::reserve_large;
     Numbering result;
     reserve_large(result.number, levels.vertices.size());
@@ -53,8 +54,8 @@ Numbering add_leaves(const Sqrt3Levels& levels, const ControlMeshData& data, std
         };
         const Sqrt3Level& level = levels.levels[static_cast<std::size_t>(k)];
         if (half) {
-            add(level.vertex[face], k);
-            add(level.vertex[Sqrt3Level::next(face)], k);
+            add(level.vertex[face], k + half_level);
+            add(level.vertex[Sqrt3Level::next(face)], k + half_level);
             add(levels.apex(k, face), k + 1);
         } else {
             for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) add(level.vertex[h], k);
@@ -104,7 +105,8 @@ Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options)
     for (int rings = k_rings;; ++rings) {
         const Sqrt3Levels levels(mesh, forest.split(), rings, limits);
         Sqrt3Mesh out;
-        const Numbering numbering = add_leaves(levels, mesh.data(), forest.leaf_count(), out);
+        const Numbering numbering =
+            add_leaves(levels, mesh.data(), forest.leaf_count(), options.halves_are_finer ? 1 : 0, out);
         out.mesh.materials = mesh.data().materials;
         out.mesh.groups = mesh.data().groups;
         const bool all = (!limits || add_limits(mesh, levels, numbering, options.normals, out)) &&

@@ -10,6 +10,9 @@ namespace tetrakis {
 struct Sqrt3MeshOptions {
     bool limit = true;     ///< vertices on the limit surface; else in the net of the finest level around each
     bool normals = false;  ///< limit normals
+    /// In the net a half triangle counts as one of the level that the whole one over its edge belongs to, at all its
+    /// corners; else at its apex alone, which is the first to have it.
+    bool halves_are_finer = false;
 };
 
 /// An adaptive sqrt(3) mesh: triangles in the order of Sqrt3Forest::leaves(), vertices in order of first use. It

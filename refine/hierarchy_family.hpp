@@ -4,6 +4,7 @@
 #include "tetrakis/refine/adaptive.hpp"
 #include "tetrakis/refine/hierarchy_leaf.hpp"
 #include "tetrakis/refine/level_source.hpp"
+#include "tetrakis/refine/polygon_mesh.hpp"
 
 #include <array>
 #include <cstdint>
@@ -90,6 +91,10 @@ class HierarchyFamily {
                              std::span<double> errors) const = 0;
 
     virtual HierarchyFaces faces() const = 0;
+    /// Positions (and normals, where asked for) of all vertices of faces(), in their order: on the limit surface, or
+    /// each at the level of the finest leaf around it. False, with the mesh as it was, for families whose source finds
+    /// them as fast one by one.
+    virtual bool points_of_faces(bool /*limit*/, bool /*normals*/, PolygonMesh& /*mesh*/) const { return false; }
     /// The first violation of the structure's invariants, or nothing.
     virtual std::optional<std::string> check() const = 0;
     virtual std::uint64_t memory_bytes() const = 0;

@@ -35,9 +35,14 @@ void Hierarchy::evaluate_limits(const HierarchyFaces& faces, const ToMeshOptions
 void Hierarchy::evaluate(const HierarchyFaces& faces, const ToMeshOptions& options, PolygonMesh& mesh) const {
     const auto count = static_cast<std::uint32_t>(faces.sites.size());
     const LevelSource& source = family_->source();
+    const bool limit = options.positions == MeshPositions::limit;
+    if (limit || (options.positions == MeshPositions::finest && !options.normals)) {
+        options.context.report("vertices", 0);
+        if (family_->points_of_faces(limit, options.normals, mesh)) return;
+    }
     detail::resize_large(mesh.positions, count);
     if (options.normals) detail::resize_large(mesh.normals, count);
-    if (options.positions == MeshPositions::limit) return evaluate_limits(faces, options, mesh);
+    if (limit) return evaluate_limits(faces, options, mesh);
     std::vector<LimitPoint> points;
     std::vector<std::uint8_t> level(count, 0);
     for_each_index(count, [&](std::uint32_t v) {

@@ -1,6 +1,7 @@
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/sqrt3_levels.hpp"
 #include "tetrakis/hier/sqrt3_slots.hpp"
+#include "tetrakis/refine/adaptive_sqrt3.hpp"
 #include "tetrakis/refine/hierarchy_families.hpp"
 #include "tetrakis/refine/sqrt3_sites.hpp"
 
@@ -118,6 +119,12 @@ class Sqrt3Family final : public HierarchyFamily {
             faces.levels.push_back(static_cast<std::uint8_t>(half ? k + 1 : k));
         });
         return faces;
+    }
+    bool points_of_faces(bool limit, bool normals, PolygonMesh& mesh) const override {
+        Sqrt3Mesh found = sqrt3_mesh(slots_.forest(), {.limit = limit, .normals = normals, .halves_are_finer = true});
+        mesh.positions = std::move(found.mesh.positions);
+        mesh.normals = std::move(found.mesh.normals);
+        return true;
     }
     std::optional<std::string> check() const override { return slots_.check(); }
     std::uint64_t memory_bytes() const override { return slots_.memory_bytes(); }

@@ -71,6 +71,20 @@ TEST_CASE(
         CHECK(test::same_bytes(limits.mesh.normals, expected.mesh.normals));
         for (std::size_t v = 0; v < limits.sites.size(); ++v)
             CHECK(site_sqrt3(limits.sites[v]) == expected.vertices[v]);
+        const HierarchyMesh finest = h.to_mesh({.positions = MeshPositions::finest});
+        std::vector<int> level_of(finest.sites.size(), 0);
+        for (std::size_t f = 0; f < finest.leaves.size(); ++f)
+            for (std::size_t k = 0; k < 3; ++k) {
+                int& level = level_of[finest.mesh.face_vertices[3 * f + k]];
+                level = std::max<int>(level, h.view(finest.leaves[f]).level);
+            }
+        for (std::size_t v = 0; v < finest.sites.size(); ++v)
+            CHECK(finest.mesh.positions[v] == h.position(finest.sites[v], level_of[v]));
+        for (std::size_t v = 0; v < limits.sites.size(); ++v) {
+            const LimitPoint point = h.limit(limits.sites[v]);
+            CHECK(point.position == limits.mesh.positions[v]);
+            CHECK(point.normal == limits.mesh.normals[v]);
+        }
         // Leaves one by one.
         for (std::size_t f = 0; f < limits.leaves.size(); ++f) {
             const LeafView view = h.view(limits.leaves[f]);
