@@ -46,12 +46,18 @@ std::uint64_t line_of(const ControlMeshData& data, const detail::RawFault& fault
     }
 }
 
+/// A number of a tag, where the file has one that a mesh can have.
+std::string tag_number(std::uint32_t n) {
+    return n == VertexId::none ? "a number below 0 or too large for any mesh" : std::to_string(n);
+}
+
 std::string tag_text(const ControlMeshData& data, const detail::RawFault& fault) {
     const std::string_view subject = fault.subject ? fault.subject : "";
     const std::uint64_t number = std::uint64_t{fault.element} + data.first_number;
-    const std::string tag = fault.kind == Kind::crease_tag
-                                ? fmt::format("crease tag {} ({}, {})", number, fault.a, fault.b)
-                                : fmt::format("corner tag {} ({})", number, fault.a);
+    const std::string tag =
+        fault.kind == Kind::crease_tag
+            ? fmt::format("crease tag {} ({}, {})", number, tag_number(fault.a), tag_number(fault.b))
+            : fmt::format("corner tag {} ({})", number, tag_number(fault.a));
     if (subject == "sharpness") {
         const float s = fault.kind == Kind::crease_tag ? data.creases[fault.element].sharpness
                                                        : data.corners[fault.element].sharpness;
@@ -114,7 +120,8 @@ std::string_view name(MeshFaultKind kind) {
 namespace detail {
 
 std::string vertex_name(const ControlMeshData& data, std::uint32_t v) {
-    if (v == VertexId::none) return "a vertex that no number can name";
+    if (v == VertexId::none)
+        return "a vertex that no number can name (it counts back before the first one, or has too many digits)";
     return with_line(fmt::format("vertex {}", std::uint64_t{v} + data.first_number), line_at(data.vertex_lines, v));
 }
 
@@ -180,7 +187,7 @@ MeshFault describe(const ControlMeshData& data, const RawFault& fault) {
                 return fmt::format(
                     "hole tag {} names face {}, but there are {} faces; tags count faces from 0, or use "
                     "--repair to drop the tag",
-                    e, fault.a, data.face_offsets.size() - 1);
+                    e, tag_number(fault.a), data.face_offsets.size() - 1);
             case Kind::duplicate_face:
                 return fmt::format("face {} has the same vertices as {}; delete one, or use --repair", e,
                                    face(fault.a));

@@ -242,6 +242,8 @@ TEST_CASE("[bad-input] what the reader leaves to the check is reported with its 
     check_refused(k_square + "f 1 2 -5\n", 5, "face 1 uses a vertex that no number can name", "--repair");
     check_refused(k_square + "f 1 2 99999999999999999999\n", 5, "a vertex that no number can name", "--repair");
     check_refused(k_square + "f 1 2 3 2\n", 5, "face 1 has vertex 2 (line 2) twice", "--repair");
+    check_refused(k_square + "f 1 2 3 4\nt hole 1/0/0 -1\n", 6, "names face a number below 0", "--repair");
+    check_refused(k_square + "f 1 2 3 4\nt corner 1/1/0 3000000000000 2\n", 6, "too large for any mesh", "--repair");
     check_refused(k_square + "vt 0 0\nf 1/1 2/1 3/2\n", 6, "texture coordinate 2, but there are 1 (numbers start at 1)",
                   "--repair");
     check_refused(k_square + "vt 0 0\nf 1/-2 2/1 3/1\n", 6, "texture coordinate", "--repair");
