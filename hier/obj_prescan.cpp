@@ -179,8 +179,8 @@ class Prescan {
         const auto value = obj_integer(digits);
         if (!value) fail(fmt::format("{} is no face corner; write it as v, v/vt, v//vn or v/vt/vn", obj_quote(word)));
         if (*value == 0)
-            fail(fmt::format("{} in a face has {} number 0; OBJ counts from 1 (or back from -1)", obj_quote(word),
-                             what));
+            fail(fmt::format("{} in a face has {} number 0; OBJ counts from 1 (or back from -1); correct the number",
+                             obj_quote(word), what));
         const std::int64_t i = *value > 0 ? *value : static_cast<std::int64_t>(so_far) + 1 + *value;
         return i < 1 || i > ObjScan::k_no_element ? ObjScan::k_no_element : i;
     }

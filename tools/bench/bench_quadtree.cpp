@@ -43,13 +43,7 @@ std::vector<SquareFrame> cell_frames(const ControlMesh& mesh) {
     std::vector<SquareFrame> frames;
     for (std::uint32_t i = 0; i < mesh.halfedge_count(); ++i) {
         const HalfedgeId h(i);
-        SquareFrame frame{point(h), point(mesh.next(h)), point(mesh.prev(h))};
-        for (std::size_t k = 0; k < 3; ++k) {
-            frame.x[k] -= frame.corner[k];
-            frame.y[k] -= frame.corner[k];
-            frame.corner[k] *= k_cube_edge;
-        }
-        frames.push_back(frame);
+        frames.push_back(face_frame(point(h), point(mesh.next(h)), point(mesh.prev(h))));
     }
     return frames;
 }

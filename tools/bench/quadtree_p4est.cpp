@@ -28,13 +28,7 @@ std::vector<SquareFrame> tree_frames(const p4est_connectivity_t& cube) {
             return CubePoint{static_cast<std::int64_t>(p[0]), static_cast<std::int64_t>(p[1]),
                              static_cast<std::int64_t>(p[2])};
         };
-        SquareFrame frame{corner(0), corner(1), corner(2)};
-        for (std::size_t k = 0; k < 3; ++k) {
-            frame.x[k] -= frame.corner[k];
-            frame.y[k] -= frame.corner[k];
-            frame.corner[k] *= k_cube_edge;
-        }
-        frames.push_back(frame);
+        frames.push_back(face_frame(corner(0), corner(1), corner(2)));
     }
     return frames;
 }

@@ -25,6 +25,17 @@ struct SquareFrame {
     }
 };
 
+/// Of a face of the unit cube, from its lower corner and the corners beside it.
+inline SquareFrame face_frame(const CubePoint& corner, const CubePoint& beside_x, const CubePoint& beside_y) {
+    SquareFrame frame{corner, beside_x, beside_y};
+    for (std::size_t k = 0; k < 3; ++k) {
+        frame.x[k] -= corner[k];
+        frame.y[k] -= corner[k];
+        frame.corner[k] *= k_cube_edge;
+    }
+    return frame;
+}
+
 /// A linear function over a frame, so that asking costs a few integer operations whoever asks.
 struct FramePattern {
     std::int64_t value = 0, along_x = 0, along_y = 0;
