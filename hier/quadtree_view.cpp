@@ -1,13 +1,13 @@
 #include "tetrakis/hier/quadtree_view.hpp"
 
-#include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
-#include "tetrakis/hier/pod_array.hpp"
 #include "tetrakis/hier/radix_sort.hpp"
 
 #include <algorithm>
-#include <tuple>
+#include <utility>
 
+// The cells are dealt out, in the order of slots, to buckets that follow each other in the order wanted, and each
+// bucket is sorted while it is in the cache. Places are unique, so nothing depends on how the work was cut up.
 namespace tetrakis {
 
 namespace {
@@ -21,109 +21,188 @@ std::uint64_t spread_bits(std::uint64_t x) {
     return (x | x << 1) & 0x5555'5555'5555'5555ull;
 }
 
-std::uint64_t z_order(int level, LatticePoint p) {
+std::uint64_t z_order(LatticePoint p) { return spread_bits(p.x) | spread_bits(p.y) << 1; }
+
+/// The lower corner at k_max_level.
+LatticePoint finest(int level, LatticePoint p) {
     const int shift = k_max_level - level;
-    return spread_bits(std::uint64_t{p.x} << shift) | spread_bits(std::uint64_t{p.y} << shift) << 1;
+    return {p.x << shift, p.y << shift};
 }
 
-/// Inverse of spread_bits(): every second bit.
-std::uint32_t gather_bits(std::uint64_t x) {
-    x &= 0x5555'5555'5555'5555ull;
-    x = (x | x >> 1) & 0x3333'3333'3333'3333ull;
-    x = (x | x >> 2) & 0x0F0F'0F0F'0F0F'0F0Full;
-    x = (x | x >> 4) & 0x00FF'00FF'00FF'00FFull;
-    x = (x | x >> 8) & 0x0000'FFFF'0000'FFFFull;
-    return static_cast<std::uint32_t>(x | x >> 16);
+/// Whether one point comes before another along the curve: the highest bit in which they differ says it, y's before
+/// x's of the same rank.
+bool z_before(LatticePoint p, LatticePoint q) {
+    const std::uint32_t x = p.x ^ q.x, y = p.y ^ q.y;
+    return x > y && (x ^ y) > y ? p.x < q.x : p.y < q.y;
 }
 
-struct ViewCell {
-    std::uint64_t key;
-    std::array<LeafId, 2> half;
-    std::uint8_t level;
-};
-
-/// Calls visit(root, shape, leaf across its base) for the halves of cells that the leaf covers, of each cell the one
+/// Calls visit(root, square, leaf across its base) for the halves of cells that the leaf covers, of each cell the one
 /// half with a direction below 4. The base is the cell's diagonal, so the leaf across covers the other half.
 template <class Visit>
-void for_each_first_half(const BisectionForest& forest, LeafId id, Visit&& visit) {
-    const auto is_first = [](const BisectionShape& shape) { return shape.direction < 4; };
-    const BisectionLeaf& leaf = forest.leaf(id);
+void for_each_first_half(const ControlMesh& mesh, const BisectionLeaf& leaf, Visit&& visit) {
+    // From the apex, which is the right angle, of direction 0 or 2 to the square's lower corner.
+    const auto lower = [](const BisectionShape& half) {
+        return LatticePoint{half.apex.x - half.direction / 2, half.apex.y};
+    };
     const BisectionShape shape = leaf.shape();
     if (leaf.depth % 2 != 0) {
-        if (is_first(shape)) visit(leaf.cell, shape, leaf.neighbour[0]);
+        if (shape.direction < 4) visit(leaf.cell, lower(shape), leaf.neighbour[0]);
         return;
     }
     // Both children are halves; their bases are the leaf's legs.
     for (int bit : {0, 1}) {
         const BisectionShape child = shape.child(leaf.depth, bit);
-        if (!is_first(child)) continue;
-        const HalfedgeId cell = leaf.depth == 0 && bit == 1 ? forest.mesh().next(leaf.cell) : leaf.cell;
-        visit(cell, child, leaf.neighbour[bit == 0 ? 2 : 1]);
+        if (child.direction >= 4) continue;
+        const HalfedgeId cell = leaf.depth == 0 && bit == 1 ? mesh.next(leaf.cell) : leaf.cell;
+        visit(cell, lower(child), leaf.neighbour[bit == 0 ? 2 : 1]);
     }
 }
+
+/// How the order of cells is cut: a bucket is a few roots, or a square of one root.
+struct Buckets {
+    // Of cells, on average: so many, with what sorts them, stay in a cache of half a megabyte (bench_quadtree).
+    static constexpr std::uint32_t k_cells = 4096;
+    // The bits of a sort key that are left for roots.
+    static constexpr int k_most_root_bits = 64 - 2 * k_max_level;
+    // So that squares are looked up in a table.
+    static constexpr int k_most_levels = 6;
+
+    int root_bits = 0;  ///< a bucket has 2^root_bits roots
+    int levels = 0;     ///< or is a square of this level
+    std::array<std::uint16_t, 1u << k_most_levels> spread{};
+
+    Buckets(std::uint32_t roots, std::uint32_t slots) {
+        const auto cells = [&] { return std::uint64_t{k_cells} * (roots >> root_bits) << 2 * levels; };
+        while (root_bits < k_most_root_bits && cells() > 2 * std::uint64_t{slots}) ++root_bits;
+        while (root_bits == 0 && levels < k_most_levels && cells() < slots) ++levels;
+        for (std::uint32_t i = 0; i < spread.size(); ++i) spread[i] = static_cast<std::uint16_t>(spread_bits(i));
+    }
+    std::uint32_t count(std::uint32_t roots) const { return (((roots - 1) >> root_bits) + 1) << 2 * levels; }
+    std::uint32_t of(HalfedgeId root, int level, LatticePoint at) const {
+        const std::uint64_t x = std::uint64_t{at.x} << levels >> level, y = std::uint64_t{at.y} << levels >> level;
+        return ((root.value >> root_bits) << 2 * levels) | spread[x] | std::uint32_t{spread[y]} << 1;
+    }
+    /// Rank in a bucket.
+    std::uint64_t key(const QuadtreeCell& cell) const {
+        const std::uint64_t root = cell.root.value & ((1u << root_bits) - 1);
+        return root << 2 * k_max_level | z_order(finest(cell.level, cell.at));
+    }
+};
+
+struct Ranked {
+    std::uint64_t key;
+    std::uint32_t number;
+};
+
+/// Puts the cells of one bucket in order. The working memory is kept from one to the next.
+class BucketSorter {
+  public:
+    explicit BucketSorter(const Buckets& buckets) : buckets_(buckets) {}
+
+    void sort(QuadtreeCell* cells, std::uint32_t count) {
+        ranked_.resize(count);
+        for (std::uint32_t i = 0; i < count; ++i) {
+            ranked_[i].key = buckets_.key(cells[i]);
+            ranked_[i].number = i;
+        }
+        radix_sort(ranked_, spare_, [](const Ranked& r) { return r.key; });
+        copy_.resize(count);
+        std::copy_n(cells, count, copy_.data());
+        for (std::uint32_t i = 0; i < count; ++i) cells[i] = copy_[ranked_[i].number];
+    }
+
+  private:
+    const Buckets& buckets_;
+    detail::PodArray<Ranked> ranked_, spare_;
+    detail::PodArray<QuadtreeCell> copy_;
+};
 
 }  // namespace
 
 QuadtreeView::QuadtreeView(const BisectionForest& forest) : mesh_(&forest.mesh()) {
     const std::uint32_t slots = forest.leaf_slots(), roots = mesh_->halfedge_count();
-    std::vector<std::uint32_t> first(roots + 1, 0);
-    for (std::uint32_t s = 0; s < slots; ++s)
-        if (forest.is_leaf(LeafId(s)))
-            for_each_first_half(forest, LeafId(s),
-                                [&](HalfedgeId root, const BisectionShape&, LeafId) { ++first[root.value + 1]; });
-    for (std::uint32_t r = 0; r < roots; ++r) first[r + 1] += first[r];
+    first_.assign(std::size_t{roots} + 1, 0);
+    if (roots == 0) return;
+    const Buckets buckets(roots, slots);
+    const std::uint32_t bucket_count = buckets.count(roots);
 
-    const std::uint32_t count = first[roots];
-    detail::PodArray<ViewCell> all;
-    all.resize(count);
-    std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
-    for (std::uint32_t s = 0; s < slots; ++s) {
-        const LeafId leaf(s);
-        if (!forest.is_leaf(leaf)) continue;
-        for_each_first_half(forest, leaf, [&](HalfedgeId root, const BisectionShape& shape, LeafId other) {
-            const LatticePoint a = shape.a(), b = shape.b(), p = shape.apex;
-            const LatticePoint at{std::min({a.x, b.x, p.x}), std::min({a.y, b.y, p.y})};
-            const std::uint8_t level = lattice_level(forest.depth(leaf));
-            all[next[root.value]++] = {z_order(level, at), {leaf, other}, level};
-        });
+    // Blocks of slots, not so many that their counts outweigh the leaves.
+    constexpr std::uint32_t k_slots = 1u << 15;
+    const std::uint32_t block = std::max(k_slots, bucket_count), block_count = (slots - 1) / block + 1;
+    const auto visit_block = [&](std::uint32_t b, auto&& visit) {
+        for (std::uint32_t s = b * block, end = std::min<std::uint64_t>(slots, s + std::uint64_t{block}); s < end; ++s)
+            if (forest.is_leaf(LeafId(s))) visit(LeafId(s), forest.leaf(LeafId(s)));
+    };
+    std::vector<std::uint32_t> places(std::size_t{block_count} * bucket_count, 0);
+    for_each_index(
+        block_count,
+        [&](std::uint32_t b) {
+            std::uint32_t* const counts = places.data() + std::size_t{b} * bucket_count;
+            visit_block(b, [&](LeafId, const BisectionLeaf& leaf) {
+                const int level = lattice_level(leaf.depth);
+                for_each_first_half(*mesh_, leaf, [&](HalfedgeId root, LatticePoint at, LeafId) {
+                    ++counts[buckets.of(root, level, at)];
+                });
+            });
+        },
+        1);
+    std::vector<std::uint32_t> first(std::size_t{bucket_count} + 1);
+    std::uint32_t count = 0;
+    for (std::uint32_t k = 0; k < bucket_count; ++k) {
+        first[k] = count;
+        for (std::uint32_t b = 0; b < block_count; ++b)
+            count += std::exchange(places[std::size_t{b} * bucket_count + k], count);
     }
-    detail::resize_large(keys_, count);
-    detail::resize_large(cells_, count);
-    constexpr std::uint32_t k_roots_per_task = 8;
-    for_each_block(roots, k_roots_per_task, [&](std::uint32_t begin, std::uint32_t end) {
-        std::vector<ViewCell> cells, spare;
-        for (std::uint32_t r = begin; r < end; ++r) {
-            detail::reserve_large(cells, first[r + 1] - first[r]);
-            detail::reserve_large(spare, first[r + 1] - first[r]);
-            cells.assign(all.data() + first[r], all.data() + first[r + 1]);
-            radix_sort(cells, spare, [](const ViewCell& cell) { return cell.key; });
-            for (std::uint32_t i = first[r]; const ViewCell& cell : cells) {
-                const int shift = k_max_level - cell.level;
-                keys_[i] = cell.key;
-                cells_[i++] = {HalfedgeId(r),
-                               {gather_bits(cell.key) >> shift, gather_bits(cell.key >> 1) >> shift},
-                               cell.level,
-                               cell.half};
-            }
+    first[bucket_count] = count;
+
+    cells_.resize(count);
+    for_each_index(
+        block_count,
+        [&](std::uint32_t b) {
+            std::uint32_t* const next = places.data() + std::size_t{b} * bucket_count;
+            visit_block(b, [&](LeafId id, const BisectionLeaf& leaf) {
+                const std::uint8_t level = lattice_level(leaf.depth);
+                for_each_first_half(*mesh_, leaf, [&](HalfedgeId root, LatticePoint at, LeafId other) {
+                    // Field by field: a record put together elsewhere and copied in larger pieces waits for its stores.
+                    QuadtreeCell& cell = cells_[next[buckets.of(root, level, at)]++];
+                    cell.root.value = root.value;
+                    cell.at.x = at.x;
+                    cell.at.y = at.y;
+                    cell.level = level;
+                    cell.half[0].value = id.value;
+                    cell.half[1].value = other.value;
+                });
+            });
+        },
+        1);
+    const std::uint32_t grain = bucket_count / (count / Buckets::k_cells + 1) + 1;
+    for_each_block(bucket_count, grain, [&](std::uint32_t begin, std::uint32_t end) {
+        BucketSorter sorter(buckets);
+        for (std::uint32_t k = begin; k < end; ++k) {
+            sorter.sort(cells_.data() + first[k], first[k + 1] - first[k]);
+            if (buckets.levels > 0) continue;
+            const std::uint32_t first_root = k << buckets.root_bits;
+            const std::uint32_t end_root = std::min(roots - first_root, 1u << buckets.root_bits) + first_root;
+            for (std::uint32_t r = first_root, i = first[k]; r < end_root; first_[r++] = i)
+                while (i < first[k + 1] && cells_[i].root.value < r) ++i;
         }
     });
+    if (buckets.levels > 0)
+        for (std::uint32_t r = 0; r < roots; ++r) first_[r] = first[r << 2 * buckets.levels];
+    first_[roots] = count;
 }
 
-std::optional<std::uint32_t> QuadtreeView::find_key(HalfedgeId root, std::uint64_t key) const {
-    std::uint32_t low = 0, high = static_cast<std::uint32_t>(cells_.size());
-    while (low < high) {  // first cell after the place asked for
-        const std::uint32_t middle = low + (high - low) / 2;
-        if (std::tie(root, key) < std::tie(cells_[middle].root, keys_[middle]))
-            high = middle;
-        else
-            low = middle + 1;
-    }
-    if (low == 0 || cells_[low - 1].root != root) return std::nullopt;
-    return low - 1;
+std::optional<std::uint32_t> QuadtreeView::find_finest(HalfedgeId root, LatticePoint at) const {
+    const auto begin = cells_.begin() + first_[root.value], end = cells_.begin() + first_[root.value + 1];
+    if (begin == end) return std::nullopt;
+    const auto after = std::upper_bound(begin, end, at, [](LatticePoint p, const QuadtreeCell& cell) {
+        return z_before(p, finest(cell.level, cell.at));
+    });
+    return static_cast<std::uint32_t>(after - cells_.begin()) - 1;
 }
 
 std::optional<std::uint32_t> QuadtreeView::find(HalfedgeId root, int level, LatticePoint at) const {
-    const auto found = find_key(root, z_order(level, at));
+    const auto found = find_finest(root, finest(level, at));
     if (!found || cells_[*found].level > level) return std::nullopt;
     return found;
 }
@@ -154,7 +233,7 @@ QuadtreeView::Neighbours QuadtreeView::neighbours(std::uint32_t cell, CellSide s
         // At the largest level there is nothing finer, and the quarters do not show.
         const int finer = c.level < k_max_level ? 1 : 0;
         const auto square = [&](std::int64_t q) { return static_cast<std::uint32_t>(q >> (2 - finer)); };
-        const auto found = find_key(p.root, z_order(c.level + finer, {square(p.x), square(p.y)}));
+        const auto found = find_finest(p.root, finest(c.level + finer, {square(p.x), square(p.y)}));
         if (!found) return {};
         if (result.count == 0 || result.cell[0] != *found) result.cell[result.count++] = *found;
     }

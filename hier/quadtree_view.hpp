@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/bisection_forest.hpp"
 #include "tetrakis/hier/corner_cell.hpp"
+#include "tetrakis/hier/pod_array.hpp"
 
 #include <array>
 #include <cstdint>
@@ -26,11 +27,12 @@ struct QuadtreeCell {
 /// snapshot: later changes of the forest do not show.
 class QuadtreeView {
   public:
-    /// O(leaves x levels), the sorting parallel over roots; the same cells for the same set of leaves.
+    /// O(leaves x levels) at most, and less the more evenly they are spread; parallel. The same cells in the same order
+    /// for the same set of leaves.
     explicit QuadtreeView(const BisectionForest& forest);
 
     /// Leaf cells by root, then along the Z-order curve.
-    std::span<const QuadtreeCell> cells() const { return cells_; }
+    std::span<const QuadtreeCell> cells() const { return {cells_.data(), cells_.size()}; }
 
     /// Index of the leaf cell that contains the lattice square `at` of a level; none where the leaf cells are finer, or
     /// the root is a hole's. O(log cells).
@@ -46,11 +48,11 @@ class QuadtreeView {
     Neighbours neighbours(std::uint32_t cell, CellSide side) const;
 
   private:
-    std::optional<std::uint32_t> find_key(HalfedgeId root, std::uint64_t key) const;
+    std::optional<std::uint32_t> find_finest(HalfedgeId root, LatticePoint at) const;
 
     const ControlMesh* mesh_;
-    std::vector<std::uint64_t> keys_;  // per cell: Z-order of its lower corner at k_max_level
-    std::vector<QuadtreeCell> cells_;
+    std::vector<std::uint32_t> first_;  // of the root's cells, and one past them
+    detail::PodArray<QuadtreeCell> cells_;
 };
 
 }  // namespace tetrakis

@@ -6,11 +6,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
+#include <utility>
 
 namespace tetrakis {
 
-/// Sorts by a 64-bit key; equal keys keep their order. Least significant digits first, a pass for every 11 bits between
-/// the lowest and the highest in which keys differ: keys that share most bits cost little.
+/// Sorts by a 64-bit key; equal keys keep their order. Least significant digits first, a pass for about as many bits as
+/// the number of items has (at most 12) between the lowest and the highest in which keys differ: keys that share most
+/// bits cost little.
 /// @param items  std::vector or detail::PodArray
 /// @param spare  working memory that is kept between calls
 /// @param key    key(item) -> std::uint64_t, cheap: it is called in every pass
@@ -23,8 +25,6 @@ void radix_sort(Items& items, Items& spare, const Key& key) {
         std::stable_sort(items.begin(), items.end(), [&](const Item& a, const Item& b) { return key(a) < key(b); });
         return;
     }
-    constexpr int k_digit = 11;
-    constexpr std::uint64_t k_mask = (std::uint64_t{1} << k_digit) - 1;
     const std::uint64_t first = key(items[0]);
     std::uint64_t differing = 0, before = first;
     bool sorted = true;
@@ -36,17 +36,20 @@ void radix_sort(Items& items, Items& spare, const Key& key) {
     }
     if (sorted) return;
     spare.resize(items.size());
-    std::array<std::size_t, k_mask + 1> place;
-    for (int shift = std::countr_zero(differing); shift < 64 && differing >> shift != 0; shift += k_digit) {
-        place.fill(0);
-        for (const Item& item : items) ++place[key(item) >> shift & k_mask];
+    // Digits of equal length; more counts than items would cost more than they save.
+    constexpr int k_most = 12;
+    const int lowest = std::countr_zero(differing), bits = std::bit_width(differing) - lowest;
+    const int most = std::min(k_most, static_cast<int>(std::bit_width(items.size())));
+    const int passes = (bits + most - 1) / most, digit = (bits + passes - 1) / passes;
+    const std::size_t places = std::size_t{1} << digit;
+    const std::uint64_t mask = places - 1;
+    std::array<std::size_t, std::size_t{1} << k_most> place;
+    for (int shift = lowest; shift < lowest + bits; shift += digit) {
+        std::fill_n(place.begin(), places, std::size_t{0});
+        for (const Item& item : items) ++place[key(item) >> shift & mask];
         std::size_t sum = 0;
-        for (std::size_t& p : place) {
-            const std::size_t count = p;
-            p = sum;
-            sum += count;
-        }
-        for (const Item& item : items) spare[place[key(item) >> shift & k_mask]++] = item;
+        for (std::size_t d = 0; d < places; ++d) sum += std::exchange(place[d], sum);
+        for (const Item& item : items) spare[place[key(item) >> shift & mask]++] = item;
         items.swap(spare);
     }
 }
