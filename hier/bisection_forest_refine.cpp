@@ -279,15 +279,11 @@ struct BisectionForest::SplitWriter {
 
     // The descendants at the first and second half of a bisected edge of a split leaf, as it runs around the leaf.
     std::array<LeafId, 2> halves(std::uint32_t slot, std::uint32_t edge) const {
+        // Chosen, not branched to: which edge it is cannot be foretold.
         const Slots n = slots(slot);
-        switch (edge) {
-            case 0:
-                return {LeafId(work[slot].mark & k_leg2 ? n.s01 : n.s), LeafId(n.s1)};
-            case 1:
-                return {LeafId(n.s1), LeafId(n.s11)};
-            default:
-                return {LeafId(n.s), LeafId(n.s01)};
-        }
+        const std::uint32_t base_first = work[slot].mark & k_leg2 ? n.s01 : n.s;
+        const std::uint32_t leg_first = edge == 1 ? n.s1 : n.s, leg_second = edge == 1 ? n.s11 : n.s01;
+        return {LeafId(edge == 0 ? base_first : leg_first), LeafId(edge == 0 ? n.s1 : leg_second)};
     }
     // The same as the leaf on the other side sees them: in reverse.
     std::array<LeafId, 2> halves_across(LeafId across, std::uint32_t edge) const {
@@ -311,9 +307,15 @@ struct BisectionForest::SplitWriter {
 
         const bool makes_point = base_link != 0 || slot < across0.value;
         const PointId m0 = midpoint(makes_point ? slot : across0.value);
-        if (makes_point)
-            forest.sites_[m0.value] =
+        if (makes_point) {
+            const auto [root, at, level] =
                 canonical(*forest.mesh_, {old.cell, old.shape().middle(old.depth), lattice_level(old.depth + 1)});
+            Site& site = forest.sites_[m0.value];
+            site.root.value = root.value;
+            site.at.x = at.x;
+            site.at.y = at.y;
+            site.level = level;
+        }
         const auto [first0, second0] = halves_across(across0, base_link);
 
         const auto depth1 = static_cast<std::uint8_t>(old.depth + 1), depth2 = static_cast<std::uint8_t>(old.depth + 2);
@@ -327,8 +329,18 @@ struct BisectionForest::SplitWriter {
         const auto put = [&](LeafId at, std::uint64_t path, HalfedgeId cell, const BisectionShape& shape,
                              std::uint8_t depth, const std::array<LeafId, 3>& neighbour,
                              const std::array<PointId, 3>& vertex) {
-            forest.leaves_[at.value] = {path, cell, shape.apex, neighbour, vertex, depth, shape.direction};
-            *created++ = at;
+            // Field by field: a record put together elsewhere and copied in larger pieces waits for its own stores.
+            BisectionLeaf& leaf = forest.leaves_[at.value];
+            leaf.path = path;
+            leaf.cell = cell;
+            leaf.apex.x = shape.apex.x;
+            leaf.apex.y = shape.apex.y;
+            for (std::size_t k = 0; k < 3; ++k) leaf.neighbour[k].value = neighbour[k].value;
+            for (std::size_t k = 0; k < 3; ++k) leaf.vertex[k].value = vertex[k].value;
+            leaf.depth = depth;
+            leaf.direction = shape.direction;
+            created->value = at.value;
+            ++created;
         };
         if (mark & k_leg2) {
             const LeafId slot01(n.s01);

@@ -95,8 +95,9 @@ Site canonical_on_side(const ControlMesh& mesh, const Site& minimal);
 inline Site canonical(const ControlMesh& mesh, const Site& site) {
     const std::uint32_t n = 1u << site.level;
     const bool interior = site.at.x - 1u < n - 1u && site.at.y - 1u < n - 1u;  // 0 < x, y < n
-    const Site minimal = minimal_level(site);
-    return interior ? minimal : detail::canonical_on_side(mesh, minimal);
+    // Not one variable for both: whatever has its address taken is put together in memory, and waited for.
+    if (interior) return minimal_level(site);
+    return detail::canonical_on_side(mesh, minimal_level(site));
 }
 
 }  // namespace tetrakis
