@@ -76,6 +76,7 @@ struct ControlMeshData {
     std::string source;                       ///< file the data came from, for messages; may be empty
     std::vector<std::uint64_t> vertex_lines;  ///< V line numbers in `source`, or empty
     std::vector<std::uint64_t> face_lines;    ///< F line numbers in `source`, or empty
+    std::vector<std::uint64_t> uv_lines;      ///< line numbers of `uvs` in `source`, or empty
     std::vector<std::string> warnings;        ///< met on the way here (reading, repairing), one sentence each
 };
 

@@ -60,6 +60,7 @@ void check_sizes(const ControlMeshData& data, std::vector<RawFault>& faults) {
     if (!fits(data.face_group.size(), faces)) complain("face_group needs one number per face");
     if (!fits(data.face_lines.size(), faces)) complain("face_lines needs one number per face");
     if (!fits(data.vertex_lines.size(), data.positions.size())) complain("vertex_lines needs one number per vertex");
+    if (!fits(data.uv_lines.size(), data.uvs.size())) complain("uv_lines needs one number per texture coordinate");
     if (!fits(data.hole_lines.size(), data.holes.size())) complain("hole_lines needs one number per hole");
 }
 

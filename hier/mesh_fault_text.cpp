@@ -29,8 +29,9 @@ std::uint64_t line_of(const ControlMeshData& data, const detail::RawFault& fault
     switch (fault.kind) {
         case Kind::array_size:
         case Kind::no_faces:
-        case Kind::non_finite_uv:
             return 0;
+        case Kind::non_finite_uv:
+            return at(data.uv_lines);
         case Kind::non_finite_vertex:
         case Kind::absurd_coordinate:
         case Kind::non_manifold_vertex:

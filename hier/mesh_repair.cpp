@@ -98,6 +98,7 @@ class Repair {
         drop_misfit(data_.face_group, faces, "the groups");
         drop_misfit(data_.face_lines, faces, "the faces' line numbers");
         drop_misfit(data_.vertex_lines, data_.positions.size(), "the vertices' line numbers");
+        drop_misfit(data_.uv_lines, data_.uvs.size(), "the texture coordinates' line numbers");
         drop_misfit(data_.hole_lines, data_.holes.size(), "the holes' line numbers");
         const auto beyond = [](const std::vector<std::uint32_t>& numbers, std::size_t limit) {
             return std::ranges::any_of(numbers, [limit](std::uint32_t n) { return n >= limit; });
@@ -134,6 +135,7 @@ class Repair {
             }
         if (beyond == 0) return;
         data_.uvs.emplace_back(0.0, 0.0);
+        if (!data_.uv_lines.empty()) data_.uv_lines.push_back(0);
         report("gave {} face corners the texture coordinate (0, 0) for one that is not there", beyond);
     }
 

@@ -149,6 +149,7 @@ class Prescan {
         const Numbers n = numbers(words, "the vertex", 3, k_most_numbers);
         // x y z w, or with a colour behind: 3 + 1, 3 + 1 + 3.
         if ((n.count == 4 || n.count >= 7) && n.value[3] != 1.0 && weighted_++ == 0) first_weight_ = line_;
+        if ((n.count == 5 || n.count == 8) && surplus_++ == 0) first_surplus_ = line_;
         scan_.data.positions.emplace_back(n.value[0], n.value[1], n.value[2]);
         scan_.data.vertex_lines.push_back(line_);
         if (scan_.data.positions.size() >= ObjScan::k_no_element) fail("more than 2^31 vertices; split the model");
@@ -162,6 +163,7 @@ class Prescan {
         const std::string_view raw = words.remainder();
         const Numbers n = numbers(words, "the texture coordinate", 1, 3);
         if (!n.plain) scan_.uvs.emplace_back(scan_.uv_count, Vec2d(n.value[0], n.count > 1 ? n.value[1] : 0.0));
+        scan_.data.uv_lines.push_back(line_);
         append_numbers("vt ", raw, n.plain, "0 0");
         if (++scan_.uv_count == ObjScan::k_no_element) fail("more than 2^31 texture coordinates; split the model");
     }
@@ -248,6 +250,11 @@ class Prescan {
                 fmt::format("{} vertices have a weight other than 1 (the first is on line {}); "
                             "weights are ignored",
                             weighted_, first_weight_));
+        if (surplus_ != 0)
+            data.warnings.push_back(fmt::format(
+                "{} vertices have a number more than x y z, a weight and a colour (the first is on line {}); "
+                "it is ignored",
+                surplus_, first_surplus_));
         std::uint64_t others = 0;
         for (std::size_t i = 0; i < ignored_list_.size(); ++i) {
             const Ignored& ignored = ignored_list_[i];
@@ -270,7 +277,7 @@ class Prescan {
     ObjScan scan_;
     std::uint64_t line_ = 0;
     CurrentName material_, group_;
-    std::uint64_t corner_count_ = 0, weighted_ = 0, first_weight_ = 0;
+    std::uint64_t corner_count_ = 0, weighted_ = 0, first_weight_ = 0, surplus_ = 0, first_surplus_ = 0;
     std::unordered_map<std::string, std::size_t> ignored_;
     std::vector<Ignored> ignored_list_;
 };

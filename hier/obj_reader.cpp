@@ -79,6 +79,7 @@ void take_layers(ControlMeshData& data, Receiver& receiver) {
         if (receiver.bare_uvs != 0) {
             const auto origin = static_cast<std::uint32_t>(data.uvs.size());
             data.uvs.emplace_back(0.0, 0.0);
+            data.uv_lines.push_back(0);
             for (std::uint32_t& i : data.face_uvs)
                 if (i == Receiver::k_absent) i = origin;
             data.warnings.push_back(fmt::format("{} of {} face corners have no texture coordinate; they get (0, 0)",
@@ -86,6 +87,7 @@ void take_layers(ControlMeshData& data, Receiver& receiver) {
         }
     } else {
         data.uvs.clear();
+        data.uv_lines.clear();
     }
     if (receiver.bare_normals == 0 && corners != 0) {
         data.face_normals = std::move(receiver.face_normals);

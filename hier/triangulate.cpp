@@ -204,7 +204,10 @@ class Triangulator {
         const auto v = static_cast<std::uint32_t>(out_.positions.size());
         out_.positions.push_back(centre * share);
         if (!in_.vertex_lines.empty()) out_.vertex_lines.push_back(in_.face_lines.empty() ? 0 : in_.face_lines[face_]);
-        if (!in_.face_uvs.empty()) out_.uvs.push_back(uv * share);
+        if (!in_.face_uvs.empty()) {
+            out_.uvs.push_back(uv * share);
+            if (!in_.uv_lines.empty()) out_.uv_lines.push_back(0);
+        }
         if (!in_.face_normals.empty()) out_.normals.push_back(normal * share);
         do {
             begin_triangle();

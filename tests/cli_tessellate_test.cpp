@@ -342,6 +342,7 @@ TEST_CASE("[bad-input] tessellate refuses options that make no sense before any 
         {{missing, "--tolerance", "1e-3", "--estimator", "certified", "--target", cube}, 2, "certified"},
         {{missing, "--tolerance", "1e-3", "--min-level", "5", "--max-level", "3"}, 2, "--min-level"},
         {{missing, "--tolerance", "1e-3", "--image", "a.jpg"}, 2, "--image"},
+        {{missing, "--tolerance", "1e-3", "--size", "90x90"}, 2, "--size"},
         {{missing, "--tolerance", "1e-3"}, 3, "missing.obj"},
         {{cube, "--tolerance", "1e-3", "--target", missing}, 3, "missing.obj"},
         {{cube, "--tolerance", "1e-3", "--displacement", "a.png", "--amplitude", "1"}, 3, "texture coordinates"},

@@ -126,11 +126,15 @@ class ObjDecoder {
         for (int i = 0; i < N; ++i) {
             std::string_view word = take_word(rest);
             if (word.empty() && i >= required) break;
-            if (word.empty()) reject(fmt::format("this {} has {} of {} coordinates", what, i, required), line_number_);
+            if (word.empty())
+                reject(fmt::format("this {} has {} of {} coordinates; complete the line", what, i, required),
+                       line_number_);
             if (!take_number(word, values[i]) || !word.empty())
-                reject(fmt::format("coordinate {} of this {} is not a number", i + 1, what), line_number_);
+                reject(fmt::format("coordinate {} of this {} is not a number; correct the line", i + 1, what),
+                       line_number_);
             if (!std::isfinite(values[i]))
-                reject(fmt::format("coordinate {} of this {} is not finite", i + 1, what), line_number_);
+                reject(fmt::format("coordinate {} of this {} is not finite; give a finite number", i + 1, what),
+                       line_number_);
         }
         return values;
     }
@@ -139,12 +143,22 @@ class ObjDecoder {
     std::uint32_t index(std::string_view& word, std::size_t count, const char* what, std::uint64_t& needed) {
         long long number = 0;
         if (!take_integer(word, number))
-            reject(fmt::format("a {} index of this face is not a number", what), line_number_);
+            reject(fmt::format("a {} index of this face is not a number; write corners as v, v/vt, v//vn or v/vt/vn",
+                               what),
+                   line_number_);
+        if (number == 0)
+            reject(
+                fmt::format("this face has {} number 0; OBJ counts from 1 (or back from -1); correct the number", what),
+                line_number_);
         if (number < 0) number += static_cast<long long>(count) + 1;
         if (number < 1)
-            reject(fmt::format("this face counts back to a {} before the first; there are {} so far", what, count),
+            reject(
+                fmt::format("this face counts back to a {} before the first; there are {} so far; correct the number",
+                            what, count),
+                line_number_);
+        if (number > k_most_elements)
+            reject(fmt::format("a {} index of this face is too large for any mesh; correct the number", what),
                    line_number_);
-        if (number > k_most_elements) reject(fmt::format("a {} index of this face is too large", what), line_number_);
         if (static_cast<unsigned long long>(number) > count)
             needed = std::max(needed, static_cast<std::uint64_t>(number));
         return static_cast<std::uint32_t>(number - 1);
@@ -166,11 +180,13 @@ class ObjDecoder {
                     if (!word.empty()) corner.normal = index(word, normals_.size(), "normal", normals);
                 }
             }
-            if (!word.empty()) reject("a corner of this face is not vertex/texture/normal", line_number_);
+            if (!word.empty())
+                reject("a corner of this face is not v, v/vt, v//vn or v/vt/vn; correct the line", line_number_);
             corners_.push_back(corner);
         }
         if (corners_.size() < 3)
-            reject(fmt::format("this face has {} corners; it needs three", corners_.size()), line_number_);
+            reject(fmt::format("this face has {} corners; complete it to three or more, or remove it", corners_.size()),
+                   line_number_);
         if (vertices > 0 || uvs > 0 || normals > 0) forward_.push_back({line_number_, vertices, uvs, normals});
         const std::uint32_t material = material_.use(mesh_.materials), group = group_.use(mesh_.groups);
         for (const Corner& corner : corners_) {

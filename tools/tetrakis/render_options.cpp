@@ -65,4 +65,10 @@ void add_view_options(CLI::App& command, RenderOptions& render) {
         ->check(CLI::IsMember({"y", "z"}).description(""));
 }
 
+std::string given_view_option(const CLI::App& command) {
+    for (const char* name : {"--size", "--camera", "--up"})
+        if (command.count(name) != 0) return name;
+    return {};
+}
+
 }  // namespace tetrakis::cli

@@ -35,6 +35,7 @@ struct TessellateCommandOptions {
     std::optional<double> amplitude;
     bool no_measure = false, repair = false;
     RenderOptions render;
+    std::string view_option;  ///< of --size, --camera and --up one that is given, or empty
     RunOptions run;
 };
 
@@ -51,6 +52,8 @@ void check_combination(const TessellateCommandOptions& options) {
         throw UsageError(
             "--estimator certified bounds the distance to the limit surface itself; with --target or --displacement "
             "use --estimator embree");
+    if (!options.view_option.empty() && options.image.empty() && options.heat_image.empty())
+        throw UsageError(options.view_option + " is about pictures: give --image or --image-heat too");
     if (t.min_level > t.max_level) throw UsageError("--min-level is above --max-level");
     const SchemeSupport support = scheme_support(t.scheme, t.rules);
     const std::string scheme(t.scheme.name());
@@ -297,7 +300,8 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
     command
         ->add_option("--target", options->target,
                      "Project the vertices onto this mesh (a scan, a sculpt). The tolerance holds both ways: a target\n"
-                     "that reaches beyond what the control mesh covers makes exit code 4, with a warning")
+                     "that reaches beyond what the control mesh covers makes exit code 4, with a warning. With\n"
+                     "--displacement too, vertices are raised first and then projected")
         ->type_name("MESH");
     command->add_option("--displacement", options->displacement, "Raise the surface by this picture's heights, by UV")
         ->type_name("IMG");
@@ -316,7 +320,10 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
     command->footer(
         "Exit code 4: the tolerance was not reached, the best result is written all the same.\n"
         "Example:\n  tetrakis tessellate data/rook.obj --tolerance 1e-3 -o rook.glb --report rook.json");
-    command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+    command->callback([options, command, &chosen] {
+        options->view_option = given_view_option(*command);
+        chosen = [options] { return run(*options); };
+    });
 }
 
 }  // namespace tetrakis::cli
