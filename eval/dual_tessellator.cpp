@@ -209,7 +209,7 @@ class DualTessellator {
         reference.mesh.triangles.resize(faces.control_faces.size());
         for (std::size_t t = 0; t < reference.mesh.triangles.size(); ++t)
             for (std::size_t k = 0; k < 3; ++k) reference.mesh.triangles[t][k] = faces.face_vertices[3 * t + k];
-        measure_triangles(std::move(reference), result_, context_);
+        measure_triangles(std::move(reference), result_, options_.measure_samples / 2, context_);
     }
 
     /// The leaves around triangles that a measurement found to be off.

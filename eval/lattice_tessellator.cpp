@@ -296,7 +296,8 @@ class LatticeTessellator {
         }
         const LimitReference reference =
             limit_reference<Family>(points_, pieces, reference_bits(pieces.size(), deepest), context_, 0.5);
-        const ReferenceDistances distances = measure_reference(reference, pieces.size(), result_.mesh, context_);
+        const ReferenceDistances distances =
+            measure_reference(reference, pieces.size(), result_.mesh, options_.measure_samples / 2, context_);
         result_.measured_error = distances.error;
         result_.triangle_error = distances.of_triangle;
         for (std::size_t p = 0; p < pieces.size(); ++p) {

@@ -12,7 +12,6 @@ namespace tetrakis::detail {
 namespace {
 
 constexpr std::size_t k_wanted_triangles = 60'000;
-constexpr std::uint64_t k_wanted_samples = 250'000;  // each way
 constexpr std::size_t k_many_pieces = 250'000;
 constexpr int k_most_bits = 4;
 
@@ -74,12 +73,12 @@ LimitReference limit_reference(const Hierarchy& points, std::span<const CellTria
 }
 
 ReferenceDistances measure_reference(const LimitReference& reference, std::size_t pieces, const TriangleMesh& mesh,
-                                     const RunContext& context) {
+                                     std::uint64_t samples, const RunContext& context) {
     ReferenceDistances result;
     result.of_piece.assign(pieces, 0.0f);
     result.of_triangle.assign(mesh.triangles.size(), 0.0f);
     if (mesh.triangles.empty() || reference.mesh.triangles.empty()) return result;
-    const SamplingOptions sampling{.samples = k_wanted_samples, .per_triangle = true};
+    const SamplingOptions sampling{.samples = samples, .per_triangle = true};
     MeshComparison comparison = compare(reference.mesh, mesh, sampling, context);
     for (std::size_t t = 0; t < reference.owner.size(); ++t) {
         float& largest = result.of_piece[reference.owner[t]];
@@ -95,7 +94,8 @@ template LimitReference limit_reference<QuadFamily>(const Hierarchy&, std::span<
 template LimitReference limit_reference<LoopFamily>(const Hierarchy&, std::span<const CellTriangle>, int,
                                                     const RunContext&, double);
 
-void measure_triangles(LimitReference reference, Tessellation& result, const RunContext& context) {
+void measure_triangles(LimitReference reference, Tessellation& result, std::uint64_t samples,
+                       const RunContext& context) {
     const std::vector<Vec3d>& p = reference.mesh.positions;
     std::vector<Vec3d> centres;
     centres.reserve(reference.mesh.triangles.size());
@@ -105,7 +105,7 @@ void measure_triangles(LimitReference reference, Tessellation& result, const Run
     reference.owner.clear();
     for (const ClosestPoint& point : nearest) reference.owner.push_back(point.triangle);
     const std::size_t count = result.mesh.triangles.size();
-    const ReferenceDistances distances = measure_reference(reference, count, result.mesh, context);
+    const ReferenceDistances distances = measure_reference(reference, count, result.mesh, samples, context);
     result.measured_error = distances.error;
     for (std::size_t t = 0; t < count; ++t)
         result.triangle_error[t] = std::max(distances.of_piece[t], distances.of_triangle[t]);

@@ -28,18 +28,19 @@ template <class Family>
 LimitReference limit_reference(const Hierarchy& points, std::span<const CellTriangle> pieces, int bits,
                                const RunContext& context, double share);
 
-/// The distances between a tessellation and its reference, both ways, by compare()'s samples.
+/// The distances between a tessellation and its reference, both ways, by so many of compare()'s samples.
 struct ReferenceDistances {
     MeasuredError error;
     std::vector<float> of_piece;     ///< largest from the reference to the mesh, per piece
     std::vector<float> of_triangle;  ///< largest from the mesh to the reference, per triangle of the mesh
 };
 ReferenceDistances measure_reference(const LimitReference& reference, std::size_t pieces, const TriangleMesh& mesh,
-                                     const RunContext& context);
+                                     std::uint64_t samples, const RunContext& context);
 
 /// The same for a tessellation whose triangles are pieces, into its measured_error and triangle_error: what a triangle
 /// of the reference is off counts for the triangle that it is nearest to.
 /// @param reference  its owners are found here
-void measure_triangles(LimitReference reference, Tessellation& result, const RunContext& context);
+void measure_triangles(LimitReference reference, Tessellation& result, std::uint64_t samples,
+                       const RunContext& context);
 
 }  // namespace tetrakis::detail

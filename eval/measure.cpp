@@ -13,7 +13,6 @@ namespace tetrakis {
 
 namespace {
 
-constexpr std::uint64_t k_wanted_samples = 500'000;
 constexpr int k_least_intervals = 3, k_most_intervals = 24;
 constexpr std::uint32_t k_block = 64;  // triangles; fixed, so that sums do not depend on the number of threads
 
@@ -22,6 +21,12 @@ struct Sums {
     double weighted = 0, squared = 0, weight = 0;
     std::uint64_t samples = 0;
 };
+
+/// Intervals a side of a triangle's lattice of samples, `least` or more, for so many samples in all.
+int lattice_intervals(std::uint64_t samples, std::uint32_t triangles, int least) {
+    const double each = 2.0 * static_cast<double>(samples) / triangles;
+    return static_cast<int>(std::ceil(std::clamp(std::sqrt(each), double(least), double(k_most_intervals))));
+}
 
 /// A point of a displaced surface with its first derivatives: those of the surface and its normal in closed form, of
 /// the heights by differences.
@@ -78,11 +83,9 @@ double mapped_distance(const SurfaceMap<Family>& map, const Vec3d& q, SurfacePar
 /// @param triangle_error  raised where a point of the target is nearest to a triangle and within its size, so that
 ///                        splitting the triangle may help
 Sums measure_from_target(const TriangleMesh& target, const TriangleMesh& mesh, const TriangleBvh& bvh,
-                         std::vector<double>& triangle_error, const RunContext& context) {
+                         std::uint64_t samples, std::vector<double>& triangle_error, const RunContext& context) {
     const auto count = static_cast<std::uint32_t>(target.triangles.size());
-    const int n =
-        std::clamp(static_cast<int>(std::ceil(std::sqrt(2.0 * static_cast<double>(k_wanted_samples) / count))), 1,
-                   k_most_intervals);
+    const int n = lattice_intervals(samples, count, 1);
     const std::uint32_t blocks = (count + k_block - 1) / k_block;
     std::vector<Sums> sums(blocks);
     struct Worst {
@@ -150,17 +153,15 @@ void for_each_sample(const ControlMesh& control, const OutputTriangle& triangle,
 
 template <class Family>
 MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriangle(std::uint32_t)>& origin,
-                      const SurfaceMap<Family>& map, const typename Family::Closest& closest, double tolerance,
-                      std::vector<double>& triangle_error, const RunContext& context) {
+                      const SurfaceMap<Family>& map, const typename Family::Closest& closest, std::uint64_t samples,
+                      double tolerance, std::vector<double>& triangle_error, const RunContext& context) {
     const std::uint32_t count = static_cast<std::uint32_t>(mesh.triangles.size());
     triangle_error.assign(count, 0.0);
     MeasuredError result;
     if (count == 0) return result;
     const TriangleBvh bvh(mesh, context);
     const ControlMesh& control = map.patches->mesh();
-    const int n =
-        std::clamp(static_cast<int>(std::ceil(std::sqrt(2.0 * static_cast<double>(k_wanted_samples) / count))),
-                   k_least_intervals, k_most_intervals);
+    const int n = lattice_intervals(samples, count, k_least_intervals);
     const std::uint32_t blocks = (count + k_block - 1) / k_block;
     std::vector<Sums> sums(blocks);
     // Apart, because the search below may put better distances in the place of Newton's bounds.
@@ -269,7 +270,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
     }
     Sums from_target;
     if (map.target) {
-        from_target = measure_from_target(*map.target_mesh, mesh, bvh, triangle_error, context);
+        from_target = measure_from_target(*map.target_mesh, mesh, bvh, samples, triangle_error, context);
         total.forward = std::max(total.forward, from_target.forward);
         total.weighted += from_target.weighted;
         total.squared += from_target.squared;
@@ -289,10 +290,10 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
 }
 
 template MeasuredError measure<QuadFamily>(const TriangleMesh&, const std::function<OutputTriangle(std::uint32_t)>&,
-                                           const SurfaceMap<QuadFamily>&, const QuadClosest&, double,
+                                           const SurfaceMap<QuadFamily>&, const QuadClosest&, std::uint64_t, double,
                                            std::vector<double>&, const RunContext&);
 template MeasuredError measure<LoopFamily>(const TriangleMesh&, const std::function<OutputTriangle(std::uint32_t)>&,
-                                           const SurfaceMap<LoopFamily>&, const LoopClosest&, double,
+                                           const SurfaceMap<LoopFamily>&, const LoopClosest&, std::uint64_t, double,
                                            std::vector<double>&, const RunContext&);
 
 }  // namespace tetrakis

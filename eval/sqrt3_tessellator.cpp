@@ -188,7 +188,7 @@ class Sqrt3Tessellator {
         LimitReference reference;
         reference.mesh = triangle_mesh(sqrt3_mesh(finer));
         context_.report("measure", 0.3);
-        measure_triangles(std::move(reference), result_, context_);
+        measure_triangles(std::move(reference), result_, options_.measure_samples / 2, context_);
     }
 
     /// Splits the triangles that a measurement found to be off. False when there is nothing to split.

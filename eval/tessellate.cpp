@@ -107,6 +107,7 @@ class Tessellator {
             for (int round = 0, stalled = 0;; ++round) {
                 result_.measured_error = measure<Family>(
                     result_.mesh, [&](std::uint32_t t) { return origin(hierarchy, t); }, map_, *closest_,
+                    options_.measure_samples,
                     may_repair(refinement) ? tolerance_ : std::numeric_limits<double>::infinity(), measured_errors_,
                     context_);
                 result_.seconds.measure += watch.lap();

@@ -5,6 +5,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <map>
@@ -23,11 +24,14 @@ struct Run {
     std::string bytes;
     TriangleMesh mesh;
 
+    /// Measured by few samples, which is what takes longest, unless `more` says how many.
     explicit Run(const std::string& model, const std::vector<std::string>& more,
                  const std::string& extension = ".ply") {
         const std::string out = (scratch / ("out" + extension)).string();
         std::vector<std::string> arguments = {"tessellate", model,      "-o",
                                               out,          "--report", (scratch / "report.json").string()};
+        if (std::ranges::find(more, "--samples") == more.end())
+            arguments.insert(arguments.end(), {"--samples", "50000"});
         arguments.insert(arguments.end(), more.begin(), more.end());
         result = cli::run(arguments);
         if (!std::filesystem::exists(out)) return;

@@ -404,7 +404,7 @@ TEST_CASE("[bad-input] bytes of a good file flipped at random crash nothing") {
         write_mesh(dir / name, mesh);
         const std::string good = slurp(dir / name);
         int refused = 0;
-        for (int i = 0; i < 1500; ++i) {
+        for (int i = 0; i < 600; ++i) {
             std::string bytes = good;
             for (int k = 0; k < 1 + i % 3; ++k) bytes[random() % bytes.size()] = static_cast<char>(random());
             spill(dir / name, bytes);
@@ -416,7 +416,7 @@ TEST_CASE("[bad-input] bytes of a good file flipped at random crash nothing") {
                 ++refused;
             }
         }
-        CHECK(refused > 100);
+        CHECK(refused > 40);
     }
 }
 

@@ -219,6 +219,7 @@ TEST_CASE("[slow] a budget of triangles is never exceeded, and the error falls a
                 TessellateOptions options;
                 options.scheme = scheme;
                 options.max_triangles = most;
+                options.measure_samples = 100'000;
                 const Tessellation result = tessellate(mesh, options);
                 if (result.mesh.triangles.empty()) break;
                 check_conforming(mesh, result);

@@ -19,6 +19,8 @@ using namespace tetrakis;
 
 namespace {
 
+constexpr std::uint64_t k_samples = 50'000;  // of a measurement: fewer than by default, for time
+
 /// Every scheme that tessellate() takes without patches.
 std::vector<const SchemeInfo*> other_schemes() {
     std::vector<const SchemeInfo*> schemes;
@@ -162,13 +164,16 @@ TEST_CASE("[inv1] [inv3] every scheme tessellates an open mesh of n-gons within 
 
 TEST_CASE("Catmull-Clark and Loop by other than their plain rules go by limit points, too") {
     const ControlMesh mesh = mesh_for(*find_scheme("loop"), k_closed);
-    const Tessellation warren =
-        tessellate(mesh, {.scheme = "loop", .rules = {.loop_weights = LoopWeights::warren}, .tolerance = 1e-2});
+    const Tessellation warren = tessellate(mesh, {.scheme = "loop",
+                                                  .rules = {.loop_weights = LoopWeights::warren},
+                                                  .tolerance = 1e-2,
+                                                  .measure_samples = k_samples});
     CHECK(!warren.certified_error);
     CHECK(warren.tolerance_reached);
     // By plain rules both ways agree.
-    const Tessellation patches = tessellate(mesh, {.scheme = "loop", .tolerance = 1e-2});
-    const Tessellation points = tessellate(mesh, {.scheme = "tuned-loop", .rules = {.tuning = 0}, .tolerance = 1e-2});
+    const Tessellation patches = tessellate(mesh, {.scheme = "loop", .tolerance = 1e-2, .measure = false});
+    const Tessellation points =
+        tessellate(mesh, {.scheme = "tuned-loop", .rules = {.tuning = 0}, .tolerance = 1e-2, .measure = false});
     CHECK(patches.certified_error);
     const double apart = compare_meshes(patches.mesh, points.mesh, {.samples = 20'000}).hausdorff;
     CHECK(apart <= 2 * patches.tolerance_absolute);
@@ -273,18 +278,20 @@ TEST_CASE("linear schemes: certified by their polynomials, and coarse where the 
                                       "v -1 -1 -1\nv 1 -1 -1\nv -1 1 -1\nv 1 1 -1\nv -1 -1 1\nv 1 -1 1\nv -1 1 1\n"
                                       "v 1 1 1\nf 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 4 3 7 8\nf 3 1 5 7\nf 2 4 8 6\n");
     for (const EstimatorKind estimator : {EstimatorKind::embree, EstimatorKind::certified}) {
-        const Tessellation flat = tessellate(cube, {.scheme = "bilinear", .estimator = estimator, .tolerance = 1e-3});
+        const Tessellation flat = tessellate(
+            cube, {.scheme = "bilinear", .estimator = estimator, .tolerance = 1e-3, .measure_samples = k_samples});
         CHECK(flat.mesh.triangles.size() == 12);
         CHECK(*flat.certified_error < 1e-12);
         const ControlMesh triangles = mesh_for(*find_scheme("midpoint"), k_open);
-        const Tessellation same =
-            tessellate(triangles, {.scheme = "midpoint", .estimator = estimator, .tolerance = 1e-3});
+        const Tessellation same = tessellate(
+            triangles, {.scheme = "midpoint", .estimator = estimator, .tolerance = 1e-3, .measure_samples = k_samples});
         CHECK(same.mesh.triangles.size() == triangles.face_count());
         CHECK(same.measured_error->hausdorff <= *same.certified_error);
         CHECK(*same.certified_error < 1e-12);
 
         const ControlMesh open = mesh_for(*find_scheme("bilinear"), k_open);
-        const Tessellation bent = tessellate(open, {.scheme = "bilinear", .estimator = estimator, .tolerance = 2e-3});
+        const Tessellation bent = tessellate(
+            open, {.scheme = "bilinear", .estimator = estimator, .tolerance = 2e-3, .measure_samples = k_samples});
         CHECK(bent.measured_error->hausdorff <= *bent.certified_error);
         CHECK(bent.measured_error->hausdorff > 0.1 * *bent.certified_error);
         if (estimator == EstimatorKind::certified) CHECK(*bent.certified_error <= bent.tolerance_absolute);
@@ -364,7 +371,7 @@ TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use inst
     CHECK(has(refusal(code, [&] { tessellate(sharp, {.scheme = "doo-sabin", .tolerance = 1e-2}); }), "refine --limit"));
     const ControlMesh hole = mesh_for(*find_scheme("doo-sabin"), std::string(k_closed) + "t hole 1/0/0 0\n");
     CHECK(has(refusal(code, [&] { tessellate(hole, {.scheme = "doo-sabin", .tolerance = 1e-2}); }), "holes"));
-    const Tessellation open = tessellate(hole, {.scheme = "kobbelt", .tolerance = 1e-2});
+    const Tessellation open = tessellate(hole, {.scheme = "kobbelt", .tolerance = 1e-2, .measure = false});
     CHECK(test::topology(open.mesh.triangles) == test::surface_topology(hole));
     // A corner of the boundary under three averaging steps.
     const ControlMesh corner = mesh_for(*find_scheme("biquartic"), k_open);

@@ -140,6 +140,7 @@ TEST_CASE("[slow] [inv3] [inv9] valence 2, darts, poles, holes, creases: the ref
             options.estimator = estimator;
             options.tolerance = 1e-2;
             options.measure = estimator == EstimatorKind::embree;
+            options.measure_samples = 100'000;
             const Tessellation result = tessellate(mesh, options);
             check_conforming(mesh, result);
             CHECK(result.tolerance_reached);
@@ -193,6 +194,7 @@ TEST_CASE("a control mesh is projected onto a target within the tolerance") {
     TessellateOptions options;
     options.tolerance = 0.01;
     options.target = &sphere;
+    options.measure_samples = 50'000;
     const Tessellation result = tessellate(mesh, options);
     check_conforming(mesh, result);
     CHECK(result.tolerance_reached);
@@ -267,6 +269,7 @@ TEST_CASE("a displacement stands on the limit surface along its normal") {
     options.tolerance = 2e-3;
     options.displacement = &image;
     options.amplitude = 0.1;
+    options.measure_samples = 50'000;
     const Tessellation result = tessellate(mesh, options);
     check_conforming(mesh, result);
     CHECK(result.tolerance_reached);
@@ -307,6 +310,7 @@ TEST_CASE("[slow] [inv3] a displacement opens no crack at seams and creases") {
         options.tolerance = 0.02;
         options.displacement = &image;
         options.amplitude = 0.1;
+        options.measure_samples = 50'000;
         const Tessellation result = tessellate(mesh, options);
         check_conforming(mesh, result);
         CAPTURE(result.measured_error->forward);
@@ -601,6 +605,7 @@ TEST_CASE("[inv3] beside an interior vertex of valence 2 no edge has more than t
             TessellateOptions options;
             options.scheme = scheme;
             options.tolerance = tolerance;
+            options.measure = false;
             const Tessellation result = tessellate(mesh, options);
             std::map<std::pair<std::uint32_t, std::uint32_t>, int> uses;
             for (const auto& t : result.mesh.triangles)

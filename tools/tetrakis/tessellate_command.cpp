@@ -309,6 +309,13 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
         ->type_name("A")
         ->check(number("a finite number", [](double) { return true; }));
     command->add_flag("--no-measure", options->no_measure, "Do not measure the result at the end");
+    constexpr std::uint64_t k_most_samples = 10'000'000'000;
+    command
+        ->add_option("--samples", options->tessellate.measure_samples,
+                     "Points to sample in each direction when the result is measured, about")
+        ->type_name("N")
+        ->capture_default_str()
+        ->check(CLI::Range(std::uint64_t{1}, k_most_samples));
     command->add_flag("--repair", options->repair, "Mend what can be mended safely, and say what was done");
     command->add_option("--report", options->report, "Write figures as JSON")->type_name("R.json");
     command->add_option("--image", options->image, "Draw the result with its wireframe")->type_name("I.png");
