@@ -45,8 +45,8 @@ BisectionForest::BisectionForest(const ControlMesh& mesh) : mesh_(&mesh) {
 
 std::uint64_t BisectionForest::memory_bytes() const {
     return leaves_.capacity() * sizeof(BisectionLeaf) + sites_.capacity() * sizeof(Site) +
-           (free_leaves_.capacity() + free_points_.capacity() + scratch_.affected.capacity() +
-            scratch_.created.capacity()) *
+           (free_leaves_.capacity() + free_points_.capacity() + scratch_.listed.capacity() +
+            scratch_.affected.capacity() + scratch_.created.capacity()) *
                sizeof(std::uint32_t) +
            scratch_.work.capacity() * sizeof(Work);
 }

@@ -133,9 +133,9 @@ class BisectionForest {
         // Places among the new leaves and points, in the order of allocation; while the closure is sought, `first_leaf`
         // is the number of the first marked leaf that leads here.
         std::uint32_t first_leaf = LeafId::none, midpoint = PointId::none;
-        std::uint8_t mark = 0;
-        std::uint8_t base_link = 0;  // the edge by which the neighbour across the base sees this leaf
-        std::uint8_t leg_link = 0;   // the edge of an unaffected neighbour across edge 1 that has to be relinked
+        std::uint8_t mark = 0;              // not zero: the leaf is split (or merged)
+        std::uint8_t base = 0;              // what split_base() says
+        std::array<std::uint8_t, 2> leg{};  // whether edges 1 and 2 get a midpoint
     };
     static_assert(sizeof(Work) == 12);
     // Memory kept from call to call; a copy of a forest starts without.
@@ -145,8 +145,8 @@ class BisectionForest {
         Scratch(Scratch&&) = default;
         Scratch& operator=(const Scratch&) { return *this; }
         Scratch& operator=(Scratch&&) = default;
-        detail::PodArray<Work> work;          // per slot; Work{} between calls
-        std::vector<std::uint32_t> affected;  // slots
+        detail::PodArray<Work> work;                       // per slot; Work{} between calls
+        detail::PodArray<std::uint32_t> listed, affected;  // slots
         std::vector<LeafId> created;
     };
     struct Diamond;
@@ -154,11 +154,14 @@ class BisectionForest {
     struct SplitWriter;
 
     void require_leaves(std::span<const LeafId> ids) const;
-    void list_marked(std::span<const LeafId> marked);
-    void prefetch_bases(std::span<const std::uint32_t> slots, std::uint32_t i) const;
-    void close();
-    void close_in_parallel();
-    std::array<std::uint32_t, 2> plan_splits();
+    struct SplitSums;
+    bool is_splittable(LeafId id) const { return is_leaf(id) && depth(id) < k_max_bisection_depth; }
+    void require_splittable(LeafId id) const;
+    void list_marked(std::span<const LeafId> marked, bool parallel);
+    void prefetch_bases(std::uint32_t i) const;
+    bool claim_bases();
+    SplitSums plan_serially();
+    SplitSums plan_in_parallel(std::span<const LeafId> marked);
     void reserve_for(std::uint64_t new_leaves, std::uint64_t new_points);
     void grow_work(std::size_t slots);
     void clear_work();

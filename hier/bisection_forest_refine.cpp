@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <atomic>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 // A call splits a leaf up to three times: at its base, and then each child at its own, which is a leg of the leaf. So
@@ -19,11 +20,18 @@ namespace tetrakis {
 
 namespace {
 
-constexpr std::uint8_t k_base = 1, k_leg1 = 2, k_leg2 = 4;  // edges to be bisected: 1 << edge
-constexpr std::uint8_t k_listed = 8;                        // named by the caller
+// Why a leaf is split.
+constexpr std::uint8_t k_closure = 1, k_listed = 2;
 
-// Links that there is no need for: no neighbour, or nothing to be relinked.
-constexpr std::uint8_t k_no_link = 3;
+// Of Work::base: the edge by which the neighbour across the base sees the leaf, and whether the leaf is the one of the
+// two that makes the midpoint, the one in the lower slot where both are split at this edge.
+constexpr std::uint8_t k_link = 3, k_makes_point = 4;
+
+constexpr std::uint8_t split_base(std::uint32_t link, std::uint32_t slot, std::uint32_t across) {
+    return static_cast<std::uint8_t>(link | (link != 0 || slot < across ? k_makes_point : 0));
+}
+// Without a neighbour across the base.
+constexpr std::uint8_t k_boundary_base = k_link | k_makes_point;
 
 // Leaves per block of the parallel phases. The result does not depend on it.
 constexpr std::uint32_t k_block = 512;
@@ -33,13 +41,19 @@ constexpr std::uint32_t k_ahead = 12;
 
 bool one_thread() { return oneapi::tbb::this_task_arena::max_concurrency() == 1; }
 
-std::uint32_t extra_leaves(std::uint8_t mark) { return 1u + (mark >> 1 & 1u) + (mark >> 2 & 1u); }
-
 template <class T>
 void prefetch(const T& where) {
     __builtin_prefetch(&where);
 }
 
+template <class T>
+T load(T& shared) {
+    return std::atomic_ref(shared).load(std::memory_order_relaxed);
+}
+template <class T>
+void store(T& shared, std::type_identity_t<T> value) {
+    std::atomic_ref(shared).store(value, std::memory_order_relaxed);
+}
 std::uint32_t fetch_min(std::uint32_t& number, std::uint32_t value) {
     std::atomic_ref ref(number);
     std::uint32_t before = ref.load(std::memory_order_relaxed);
@@ -50,32 +64,76 @@ std::uint32_t fetch_min(std::uint32_t& number, std::uint32_t value) {
 
 }  // namespace
 
-// Marks the bases of what the caller named and lists it, in order, without repetitions.
-void BisectionForest::list_marked(std::span<const LeafId> marked) {
-    auto& work = scratch_.work;
-    auto& affected = scratch_.affected;
+// Numbers of new leaves and points.
+struct BisectionForest::SplitSums {
+    std::uint64_t leaves = 0, points = 0;
+    void add(const Work& w) {
+        leaves += 1u + w.leg[0] + w.leg[1];
+        points += w.base >= k_makes_point;
+    }
+    // Gives a leaf its places, which come after those counted so far. Sums that wrap are refused in the end.
+    void place(Work& w) {
+        w.first_leaf = static_cast<std::uint32_t>(leaves);
+        w.midpoint = static_cast<std::uint32_t>(points);
+        add(w);
+    }
+};
+
+// Marks what the caller named and lists it, in order; with repetitions if `parallel`, for claim_bases() to find.
+void BisectionForest::list_marked(std::span<const LeafId> marked, bool parallel) {
+    auto& [work, listed, affected, created] = scratch_;
     const auto count = static_cast<std::uint32_t>(marked.size());
-    const bool atomic = count > k_block && !one_thread();
-    std::atomic<bool> repeated = false;
-    detail::resize_large(affected, count);
-    for_each_block(count, k_block, [&](std::uint32_t begin, std::uint32_t end) {
-        for (std::uint32_t i = begin; i < end; ++i) {
-            affected[i] = marked[i].value;
-            std::uint8_t& mark = work[affected[i]].mark;
-            const std::uint8_t before =
-                atomic ? std::atomic_ref(mark).exchange(k_base | k_listed, std::memory_order_relaxed)
-                       : std::exchange(mark, k_base | k_listed);
-            if (before != 0) repeated.store(true, std::memory_order_relaxed);
-        }
-    });
-    if (!repeated) return;
-    for (std::uint32_t s : affected) work[s].mark = 0;
-    std::erase_if(affected, [&](std::uint32_t s) { return std::exchange(work[s].mark, k_base | k_listed) != 0; });
+    const auto prefetch_marked = [&](std::uint32_t i) {
+        if (i + 2 * k_ahead < count && marked[i + 2 * k_ahead].value < leaf_top_)
+            prefetch(work[marked[i + 2 * k_ahead].value]);
+    };
+    listed.resize(count);
+    if (parallel) {
+        std::uint32_t first_refused = count;
+        for_each_block(count, k_block, [&](std::uint32_t begin, std::uint32_t end) {
+            for (std::uint32_t i = begin; i < end; ++i) {
+                prefetch_marked(i);
+                listed[i] = marked[i].value;
+                if (listed[i] >= leaf_top_) {
+                    fetch_min(first_refused, i);
+                    continue;
+                }
+                store(work[listed[i]].mark, k_listed);
+                store(work[listed[i]].first_leaf, i);
+            }
+        });
+        // One before it may be no leaf either.
+        if (first_refused < count)
+            for (std::uint32_t i = 0; i <= first_refused; ++i) require_splittable(marked[i]);
+        return;
+    }
+    std::uint32_t unique = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        prefetch_marked(i);
+        if (marked[i].value >= leaf_top_)
+            for (std::uint32_t k = 0; k <= i; ++k) require_splittable(marked[k]);
+        listed[unique] = marked[i].value;
+        Work& w = work[marked[i].value];
+        if (std::exchange(w.mark, k_listed) == 0) w.first_leaf = unique++;
+    }
+    listed.resize(unique);
 }
 
-// What close() reads first of the slots that come next in a list: their neighbours across the bases.
-void BisectionForest::prefetch_bases(std::span<const std::uint32_t> slots, std::uint32_t i) const {
-    if (i + 2 * k_ahead < slots.size()) prefetch(leaves_[slots[i + 2 * k_ahead]].neighbour);
+void BisectionForest::require_splittable(LeafId id) const {
+    if (is_splittable(id)) return;
+    require_leaves({&id, 1});
+    throw Error(ErrorCode::unsupported, "leaf " + std::to_string(id.value) + " is at the largest depth, " +
+                                            std::to_string(k_max_bisection_depth) +
+                                            "; the tolerance is out of reach here");
+}
+
+// What the closure reads first of the slots that come next in the list: their neighbours across the bases.
+void BisectionForest::prefetch_bases(std::uint32_t i) const {
+    const auto& slots = scratch_.listed;
+    if (i + 2 * k_ahead < slots.size()) {
+        prefetch(leaves_[slots[i + 2 * k_ahead]].neighbour);
+        prefetch(leaves_[slots[i + 2 * k_ahead]].depth);
+    }
     if (i + k_ahead >= slots.size()) return;
     const LeafId across = leaves_[slots[i + k_ahead]].neighbour[0];
     if (!across.valid()) return;
@@ -83,171 +141,143 @@ void BisectionForest::prefetch_bases(std::span<const std::uint32_t> slots, std::
     prefetch(scratch_.work[across.value]);
 }
 
-// Follows the base edges from each listed leaf to whatever has to be split with it, and puts that behind it in the
-// list, unless an earlier leaf led there.
-void BisectionForest::close() {
-    auto& work = scratch_.work;
-    auto& affected = scratch_.affected;
-    if (affected.size() > k_block && !one_thread()) return close_in_parallel();
-    std::vector<std::uint32_t> listed;
-    detail::reserve_large(listed, affected.size() + affected.size() / 2);
-    listed.swap(affected);
+// Follows the base edges from each listed leaf to whatever has to be split with it, and lists that behind it among the
+// affected leaves, unless an earlier leaf led there. Then gives each its places among the new leaves and points.
+BisectionForest::SplitSums BisectionForest::plan_serially() {
+    auto& [work, listed, affected, created] = scratch_;
     const auto count = static_cast<std::uint32_t>(listed.size());
+    affected.resize(0);
+    affected.reserve(count + count / 2);
     for (std::uint32_t i = 0; i < count; ++i) {
-        prefetch_bases(listed, i);
+        prefetch_bases(i);
         std::uint32_t slot = listed[i];
+        require_splittable(LeafId(slot));
         affected.push_back(slot);
         for (;;) {
             const LeafId across = leaves_[slot].neighbour[0];
-            work[slot].base_link = k_no_link;
+            work[slot].base = k_boundary_base;
             if (!across.valid()) break;
             const std::uint32_t edge = edge_towards(across.value, slot);
-            work[slot].base_link = static_cast<std::uint8_t>(edge);
+            work[slot].base = split_base(edge, slot, across.value);
             Work& w = work[across.value];
-            const std::uint8_t before = w.mark;
-            w.mark = static_cast<std::uint8_t>(before | k_base | 1u << edge);
-            if (before & k_base) break;  // it follows its own base, or did so
+            if (edge != 0) w.leg[edge - 1] = 1;
+            if (w.mark != 0) break;  // it follows its own base, or did so
+            w.mark = k_closure;
             affected.push_back(across.value);
-            w.base_link = 0;
+            w.base = split_base(0, across.value, slot);
             if (edge == 0) break;
             slot = across.value;
         }
     }
+    SplitSums sums;
+    for (std::size_t i = 0; i < affected.size(); ++i) {
+        if (i + k_ahead < affected.size()) prefetch(work[affected[i + k_ahead]]);
+        sums.place(work[affected[i]]);
+    }
+    return sums;
 }
 
-// The same list: a leaf is claimed by the first listed one that leads there, whichever thread comes by first; when all
-// claims are settled, each listed leaf collects its own. Links are written by all who pass, but all write the same.
-void BisectionForest::close_in_parallel() {
-    auto& work = scratch_.work;
-    auto& affected = scratch_.affected;
-    const auto count = static_cast<std::uint32_t>(affected.size());
-    const auto set = [](std::uint8_t& byte, std::uint32_t value) {
-        std::atomic_ref(byte).store(static_cast<std::uint8_t>(value), std::memory_order_relaxed);
-    };
+// The first half of the closure: a leaf is claimed by the first listed one that leads there, whichever thread comes by
+// first. All else that is written is the same whoever passes. Returns false if leaves were named repeatedly.
+bool BisectionForest::claim_bases() {
+    auto& [work, listed, affected, created] = scratch_;
+    const auto count = static_cast<std::uint32_t>(listed.size());
+    bool repeated = false;
+    std::uint32_t first_refused = count;
     for_each_block(count, k_block, [&](std::uint32_t begin, std::uint32_t end) {
         for (std::uint32_t i = begin; i < end; ++i) {
-            prefetch_bases(affected, i);
-            std::uint32_t slot = affected[i];
+            prefetch_bases(i);
+            std::uint32_t slot = listed[i];
+            if (work[slot].first_leaf != i) store(repeated, true);
+            if (!is_splittable(LeafId(slot))) {
+                fetch_min(first_refused, i);
+                continue;
+            }
             for (;;) {
                 const LeafId across = leaves_[slot].neighbour[0];
                 if (!across.valid()) {
-                    set(work[slot].base_link, k_no_link);
+                    store(work[slot].base, k_boundary_base);
                     break;
                 }
                 const std::uint32_t edge = edge_towards(across.value, slot);
-                set(work[slot].base_link, edge);
+                store(work[slot].base, split_base(edge, slot, across.value));
                 Work& w = work[across.value];
-                const std::uint8_t before = std::atomic_ref(w.mark).fetch_or(
-                    static_cast<std::uint8_t>(k_base | 1u << edge), std::memory_order_relaxed);
-                if ((before & k_listed) != 0 || fetch_min(w.first_leaf, i) <= i) break;
+                if (edge != 0) store(w.leg[edge - 1], 1);
+                if (load(w.mark) == k_listed) break;
+                store(w.mark, k_closure);
+                if (fetch_min(w.first_leaf, i) <= i) break;
                 if (edge == 0) {
-                    set(w.base_link, 0);
+                    store(w.base, split_base(0, across.value, slot));
                     break;
                 }
                 slot = across.value;
             }
         }
     });
+    if (first_refused < count) require_splittable(LeafId(listed[first_refused]));
+    return !repeated;
+}
+
+// The same as plan_serially().
+BisectionForest::SplitSums BisectionForest::plan_in_parallel(std::span<const LeafId> marked) {
+    auto& [work, listed, affected, created] = scratch_;
+    if (!claim_bases()) {
+        clear_work();
+        list_marked(marked, false);
+        claim_bases();
+    }
+    // Each listed leaf collects what it has claimed.
+    const auto count = static_cast<std::uint32_t>(listed.size());
     const std::uint32_t block_count = (count + k_block - 1) / k_block;
-    std::vector<std::vector<std::uint32_t>> lists(block_count);
+    struct Block {
+        std::vector<std::uint32_t> slots;
+        std::size_t first = 0;
+        SplitSums sums;
+    };
+    std::vector<Block> blocks(block_count);
     for_each_index(
         block_count,
         [&](std::uint32_t b) {
-            lists[b].reserve(2 * k_block);
+            Block& block = blocks[b];
+            block.slots.reserve(2 * k_block);
             for (std::uint32_t i = b * k_block; i < std::min(count, (b + 1) * k_block); ++i) {
-                prefetch_bases(affected, i);
-                std::uint32_t slot = affected[i];
-                lists[b].push_back(slot);
+                prefetch_bases(i);
+                std::uint32_t slot = listed[i];
                 for (;;) {
+                    block.slots.push_back(slot);
+                    block.sums.add(work[slot]);
                     const LeafId across = leaves_[slot].neighbour[0];
                     if (!across.valid()) break;
                     const Work& w = work[across.value];
-                    if ((w.mark & k_listed) != 0 || w.first_leaf != i) break;
-                    lists[b].push_back(across.value);
-                    if (work[slot].base_link == 0) break;
+                    if (w.mark == k_listed || w.first_leaf != i) break;
+                    if ((work[slot].base & k_link) == 0) {
+                        block.slots.push_back(across.value);
+                        block.sums.add(w);
+                        break;
+                    }
                     slot = across.value;
                 }
             }
         },
         1);
-    std::vector<std::size_t> first(block_count + 1, 0);
-    for (std::uint32_t b = 0; b < block_count; ++b) first[b + 1] = first[b] + lists[b].size();
-    affected.resize(first[block_count]);
+    SplitSums sums;
+    std::size_t first = 0;
+    for (Block& block : blocks) {
+        block.first = std::exchange(first, first + block.slots.size());
+        const SplitSums own = std::exchange(block.sums, sums);
+        sums.leaves += own.leaves;
+        sums.points += own.points;
+    }
+    affected.resize(first);
     for_each_index(
         block_count,
         [&](std::uint32_t b) {
-            std::copy(lists[b].begin(), lists[b].end(), affected.begin() + static_cast<std::ptrdiff_t>(first[b]));
+            Block& block = blocks[b];
+            std::copy(block.slots.begin(), block.slots.end(), affected.data() + block.first);
+            for (std::uint32_t slot : block.slots) block.sums.place(work[slot]);
         },
         1);
-}
-
-// Gives each affected leaf its places among the new leaves and points; returns their numbers.
-std::array<std::uint32_t, 2> BisectionForest::plan_splits() {
-    auto& work = scratch_.work;
-    const auto& affected = scratch_.affected;
-    const auto count = static_cast<std::uint32_t>(affected.size());
-    const std::uint32_t block_count = (count + k_block - 1) / k_block;
-    struct Sums {
-        std::uint32_t leaves = 0, points = 0;
-    };
-    std::vector<Sums> sums(block_count + 1);
-    const auto last = [&](std::uint32_t b) { return std::min(count, (b + 1) * k_block); };
-    const auto add_up = [&](std::uint32_t b, Sums sum) {
-        for (std::uint32_t i = b * k_block; i < last(b); ++i) {
-            if (i + 2 * k_ahead < count) prefetch(leaves_[affected[i + 2 * k_ahead]].neighbour);
-            if (i + k_ahead < count) {
-                const LeafId leg = leaves_[affected[i + k_ahead]].neighbour[1];
-                if (leg.valid()) prefetch(work[leg.value]);
-            }
-            const std::uint32_t slot = affected[i];
-            const auto& across = leaves_[slot].neighbour;
-            Work& w = work[slot];
-            w.leg_link = k_no_link;
-            if (!(w.mark & k_leg1) && across[1].valid() && work[across[1].value].mark == 0)
-                w.leg_link = static_cast<std::uint8_t>(edge_towards(across[1].value, slot));
-            w.first_leaf = sum.leaves;
-            w.midpoint = sum.points;
-            sum.leaves += extra_leaves(w.mark);
-            // Of two leaves with one base edge the one in the lower slot makes the midpoint.
-            sum.points += w.base_link != 0 || slot < across[0].value;
-        }
-        return sum;
-    };
-    std::uint64_t leaf_sum = 0, point_sum = 0;
-    if (block_count <= 1 || one_thread()) {
-        // At most three new leaves for each of less than 2^32: the sum may wrap, but a larger one is refused first.
-        leaf_sum = std::uint64_t{3} * count;
-        if (leaf_sum + leaves_.size() >= LeafId::none) {
-            leaf_sum = 0;
-            for (std::uint32_t s : affected) leaf_sum += extra_leaves(work[s].mark);
-            reserve_for(leaf_sum, 0);
-        }
-        Sums sum;
-        for (std::uint32_t b = 0; b < block_count; ++b) sum = add_up(b, sum);
-        reserve_for(sum.leaves, sum.points);
-        return {sum.leaves, sum.points};
-    }
-    for_each_index(
-        block_count, [&](std::uint32_t b) { sums[b + 1] = add_up(b, {}); }, 1);
-    leaf_sum = 0;
-    for (Sums& s : sums) {
-        leaf_sum += s.leaves;
-        point_sum += s.points;
-        s = {static_cast<std::uint32_t>(leaf_sum), static_cast<std::uint32_t>(point_sum)};
-    }
-    reserve_for(leaf_sum, point_sum);  // refuses sums that wrapped
-    for_each_index(
-        block_count,
-        [&](std::uint32_t b) {
-            if (b == 0) return;
-            for (std::uint32_t i = b * k_block; i < last(b); ++i) {
-                Work& w = work[affected[i]];
-                w.first_leaf += sums[b].leaves;
-                w.midpoint += sums[b].points;
-            }
-        },
-        1);
-    return {sums[block_count].leaves, sums[block_count].points};
+    return sums;
 }
 
 void BisectionForest::reserve_for(std::uint64_t new_leaves, std::uint64_t new_points) {
@@ -271,7 +301,7 @@ struct BisectionForest::SplitWriter {
         std::uint32_t s, s01, s1, s11;
     };
     Slots slots(std::uint32_t s) const {
-        const std::uint32_t first = work[s].first_leaf, has01 = work[s].mark >> 2 & 1u;
+        const std::uint32_t first = work[s].first_leaf, has01 = work[s].leg[1];
         return {s, forest.new_leaf_slot(first), forest.new_leaf_slot(first + has01),
                 forest.new_leaf_slot(first + has01 + 1)};
     }
@@ -281,7 +311,7 @@ struct BisectionForest::SplitWriter {
     std::array<LeafId, 2> halves(std::uint32_t slot, std::uint32_t edge) const {
         // Chosen, not branched to: which edge it is cannot be foretold.
         const Slots n = slots(slot);
-        const std::uint32_t base_first = work[slot].mark & k_leg2 ? n.s01 : n.s;
+        const std::uint32_t base_first = work[slot].leg[1] != 0 ? n.s01 : n.s;
         const std::uint32_t leg_first = edge == 1 ? n.s1 : n.s, leg_second = edge == 1 ? n.s11 : n.s01;
         return {LeafId(edge == 0 ? base_first : leg_first), LeafId(edge == 0 ? n.s1 : leg_second)};
     }
@@ -292,6 +322,14 @@ struct BisectionForest::SplitWriter {
         return {second, first};
     }
 
+    // In the record of an unaffected leaf, of whose links several leaves may write one each.
+    void relink(std::uint32_t unaffected, std::uint32_t from, LeafId to) const {
+        auto& n = forest.leaves_[unaffected].neighbour;
+        std::size_t edge = 0;
+        while (edge < 2 && load(n[edge].value) != from) ++edge;
+        store(n[edge].value, to.value);
+    }
+
     // For a leaf of the caller's own block: nobody else writes its record.
     void prefetch_neighbours(std::uint32_t slot) const {
         for (LeafId across : forest.leaves_[slot].neighbour)
@@ -300,12 +338,12 @@ struct BisectionForest::SplitWriter {
 
     void write(std::uint32_t slot, LeafId* created) const {
         const BisectionLeaf old = forest.leaves_[slot];
-        const auto [first_leaf, midpoint_place, mark, base_link, leg_link] = work[slot];
+        const auto [first_leaf, midpoint_place, mark, base, leg] = work[slot];
         const Slots n = slots(slot);
         const auto [a, b, apex] = old.vertex;
         const auto [across0, across1, across2] = old.neighbour;
 
-        const bool makes_point = base_link != 0 || slot < across0.value;
+        const bool makes_point = base >= k_makes_point;
         const PointId m0 = midpoint(makes_point ? slot : across0.value);
         if (makes_point) {
             const auto [root, at, level] =
@@ -316,7 +354,7 @@ struct BisectionForest::SplitWriter {
             site.at.y = at.y;
             site.level = level;
         }
-        const auto [first0, second0] = halves_across(across0, base_link);
+        const auto [first0, second0] = halves_across(across0, base & k_link);
 
         const auto depth1 = static_cast<std::uint8_t>(old.depth + 1), depth2 = static_cast<std::uint8_t>(old.depth + 2);
         const BisectionShape shape0 = old.shape().child(old.depth, 0), shape1 = old.shape().child(old.depth, 1);
@@ -324,7 +362,7 @@ struct BisectionForest::SplitWriter {
         const std::uint64_t path0 = old.path << 1, path1 = path0 | 1;
         const LeafId slot0(slot), slot1(n.s1);
         // Child 0 and child 1 meet in the edge from the apex to m0.
-        const LeafId beside0 = mark & k_leg1 ? LeafId(n.s11) : slot1;
+        const LeafId beside0 = leg[0] != 0 ? LeafId(n.s11) : slot1;
 
         const auto put = [&](LeafId at, std::uint64_t path, HalfedgeId cell, const BisectionShape& shape,
                              std::uint8_t depth, const std::array<LeafId, 3>& neighbour,
@@ -342,7 +380,7 @@ struct BisectionForest::SplitWriter {
             created->value = at.value;
             ++created;
         };
-        if (mark & k_leg2) {
+        if (leg[1] != 0) {
             const LeafId slot01(n.s01);
             const PointId m2 = midpoint(across2.value);
             const auto [first2, second2] = halves_across(across2, 0);
@@ -354,7 +392,7 @@ struct BisectionForest::SplitWriter {
             if (beyond.valid() && work[beyond.value].mark != 0) beyond = LeafId(slots(beyond.value).s1);
             put(slot0, path0, cell0, shape0, depth1, {beyond, first0, beside0}, {apex, a, m0});
         }
-        if (mark & k_leg1) {
+        if (leg[0] != 0) {
             const LeafId slot11(n.s11);
             const PointId m1 = midpoint(across1.value);
             const auto [first1, second1] = halves_across(across1, 0);
@@ -363,43 +401,37 @@ struct BisectionForest::SplitWriter {
                 {apex, m0, m1});
         } else {
             put(slot1, path1, cell1, shape1, depth1, {across1, slot0, second0}, {b, apex, m0});
-            if (leg_link != k_no_link) forest.leaves_[across1.value].neighbour[leg_link] = slot1;
+            if (across1.valid() && work[across1.value].mark == 0) relink(across1.value, slot, slot1);
         }
     }
 };
 
 void BisectionForest::refine(std::span<const LeafId> marked, std::vector<LeafId>& created) {
-    for (std::size_t i = 0; i < marked.size(); ++i) {
-        if (i + 2 * k_ahead < marked.size() && marked[i + 2 * k_ahead].value < leaves_.size())
-            prefetch(leaves_[marked[i + 2 * k_ahead].value].depth);
-        const LeafId id = marked[i];
-        if (!is_leaf(id)) require_leaves({&id, 1});
-        if (depth(id) >= k_max_bisection_depth)
-            throw Error(ErrorCode::unsupported, "leaf " + std::to_string(id.value) + " is at the largest depth, " +
-                                                    std::to_string(k_max_bisection_depth) +
-                                                    "; the tolerance is out of reach here");
-    }
-    std::array<std::uint32_t, 2> news{};
     leaf_top_ = leaf_slots();
     point_top_ = point_slots();
     grow_work(leaf_top_);
+    auto& [work, listed, affected, own_created] = scratch_;
+    const bool parallel = marked.size() > k_block && !one_thread();
+    // What is refused is found while it is looked at anyway, and then all marks are cleared. A few are looked at first.
+    if (marked.size() <= k_block)
+        for (LeafId id : marked) require_splittable(id);
+    SplitSums sums;
     try {
-        list_marked(marked);
-        close();
-        news = plan_splits();
-        detail::resize_large(created, scratch_.affected.size() + news[0]);
+        list_marked(marked, parallel);
+        sums = parallel ? plan_in_parallel(marked) : plan_serially();
+        reserve_for(sums.leaves, sums.points);
+        detail::resize_large(created, affected.size() + static_cast<std::size_t>(sums.leaves));
     } catch (...) {
         clear_work();
         throw;
     }
     // From here on nothing throws: the room is reserved.
-    const auto [new_leaves, new_points] = news;
+    const auto new_leaves = static_cast<std::uint32_t>(sums.leaves);
+    const auto new_points = static_cast<std::uint32_t>(sums.points);
     const auto reused_leaves = std::min<std::size_t>(new_leaves, free_leaves_.size());
     const auto reused_points = std::min<std::size_t>(new_points, free_points_.size());
     leaves_.resize(leaf_top_ + new_leaves - reused_leaves);
     sites_.resize(point_top_ + new_points - reused_points);
-    auto& work = scratch_.work;
-    const auto& affected = scratch_.affected;
     const SplitWriter writer{*this, work};
     const auto count = static_cast<std::uint32_t>(affected.size());
     for_each_block(count, k_block, [&](std::uint32_t begin, std::uint32_t end) {
@@ -410,9 +442,16 @@ void BisectionForest::refine(std::span<const LeafId> marked, std::vector<LeafId>
             writer.write(slot, created.data() + i + work[slot].first_leaf);
         }
     });
-    for_each_block(count, k_block, [&](std::uint32_t begin, std::uint32_t end) {
-        for (std::uint32_t i = begin; i < end; ++i) work[affected[i]] = Work{};
-    });
+    // Writing all in a row is as good as jumping to some.
+    constexpr std::uint32_t k_some = 8;
+    if (count > leaf_top_ / k_some)
+        for_each_block(
+            static_cast<std::uint32_t>(work.size()), k_some * k_block,
+            [&](std::uint32_t begin, std::uint32_t end) { std::fill(work.data() + begin, work.data() + end, Work{}); });
+    else
+        for_each_block(count, k_block, [&](std::uint32_t begin, std::uint32_t end) {
+            for (std::uint32_t i = begin; i < end; ++i) work[affected[i]] = Work{};
+        });
     free_leaves_.resize(free_leaves_.size() - reused_leaves);
     free_points_.resize(free_points_.size() - reused_points);
     leaf_count_ += new_leaves;

@@ -424,6 +424,51 @@ TEST_CASE("repeated marks split a leaf once") {
     check_sound(often);
 }
 
+TEST_CASE("[bad-input] [inv10] of thousands of marks the first bad one is named and repeated ones count once") {
+    const ControlMesh mesh = test::random_mesh(4);
+    BisectionForest start(mesh);
+    std::vector<LeafId> created;
+    while (start.leaf_count() < 4000) start.refine(leaves_of(start), created);
+    LeafId stale;
+    for (LeafId id : created)
+        if (id.value >= mesh.halfedge_count() && start.can_merge(id)) stale = id;
+    REQUIRE(stale.valid());
+    start.merge(stale);
+    const ExportedTriangles before = start.exported();
+    const std::vector<LeafId> marked = leaves_of(start);
+    std::vector<LeafId> repeated = marked, expected_created;
+    repeated.insert(repeated.end(), marked.rbegin(), marked.rend());
+    BisectionForest expected = start;
+    expected.refine(marked, expected_created);
+    for (const int threads : {1, 2, 7}) {
+        CAPTURE(threads);
+        RunContext context;
+        context.threads = threads;
+        with_threads(context, [&] {
+            BisectionForest forest = start;
+            for (const auto& [first, second] :
+                 {std::pair{stale, LeafId(start.leaf_slots())}, std::pair{LeafId(start.leaf_slots()), stale}}) {
+                std::vector<LeafId> bad = marked;
+                bad[3001] = second;
+                bad[2000] = first;
+                try {
+                    forest.refine(bad, created);
+                    FAIL("no error");
+                } catch (const Error& e) {
+                    CHECK(e.code() == ErrorCode::invalid_input);
+                    CHECK(std::string(e.what()).find(' ' + std::to_string(first.value) + ' ') != std::string::npos);
+                }
+                check_sound(forest);
+                check_same_export(forest.exported(), before);
+            }
+            forest.refine(repeated, created);
+            CHECK(created == expected_created);
+            check_sound(forest);
+            check_same_export(forest.exported(), expected.exported());
+        });
+    }
+}
+
 TEST_CASE("a copy of a forest goes its own way") {
     const ControlMesh mesh = test::random_mesh(6);
     BisectionForest forest(mesh);
