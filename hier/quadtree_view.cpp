@@ -36,26 +36,50 @@ bool z_before(LatticePoint p, LatticePoint q) {
     return x > y && (x ^ y) > y ? p.x < q.x : p.y < q.y;
 }
 
-/// Calls visit(root, square, leaf across its base) for the halves of cells that the leaf covers, of each cell the one
-/// half with a direction below 4. The base is the cell's diagonal, so the leaf across covers the other half.
-template <class Visit>
-void for_each_first_half(const ControlMesh& mesh, const BisectionLeaf& leaf, Visit&& visit) {
-    // From the apex, which is the right angle, of direction 0 or 2 to the square's lower corner.
-    const auto lower = [](const BisectionShape& half) {
-        return LatticePoint{half.apex.x - half.direction / 2, half.apex.y};
+/// The halves of cells that a leaf covers, of each cell the one half with a direction below 4; the other is covered by
+/// the leaf across the cell's diagonal. Leaves of odd depth, which have even directions, are such a half or are not; of
+/// the others both children are halves, whose bases are the leaf's legs.
+struct FirstHalves {
+    struct Half {
+        std::uint32_t x, y;  // from the leaf's apex to the cell's lower corner, as numbers that wrap
+        std::uint8_t edge;   // of the leaf, on the cell's diagonal
     };
-    const BisectionShape shape = leaf.shape();
-    if (leaf.depth % 2 != 0) {
-        if (shape.direction < 4) visit(leaf.cell, lower(shape), leaf.neighbour[0]);
-        return;
+    std::uint32_t count;
+    std::array<Half, 2> half;
+};
+constexpr std::array<FirstHalves, 8> make_first_halves() {
+    // From the apex, which is the right angle, of direction 0 or 2 to the square's lower corner.
+    const auto half = [](const BisectionShape& shape, std::uint8_t edge) {
+        return FirstHalves::Half{shape.apex.x - shape.direction / 2, shape.apex.y, edge};
+    };
+    std::array<FirstHalves, 8> result{};
+    for (std::uint8_t direction = 0; direction < 8; ++direction) {
+        FirstHalves& first = result[direction];
+        const BisectionShape shape{{0, 0}, direction};
+        if (direction % 2 == 0) {
+            if (direction < 4) first.half[first.count++] = half(shape, 0);
+            continue;
+        }
+        constexpr int k_even_depth = 2;
+        for (int bit : {0, 1})
+            if (const BisectionShape child = shape.child(k_even_depth, bit); child.direction < 4)
+                first.half[first.count++] = half(child, bit == 0 ? 2 : 1);
     }
-    // Both children are halves; their bases are the leaf's legs.
-    for (int bit : {0, 1}) {
-        const BisectionShape child = shape.child(leaf.depth, bit);
-        if (child.direction >= 4) continue;
-        const HalfedgeId cell = leaf.depth == 0 && bit == 1 ? mesh.next(leaf.cell) : leaf.cell;
-        visit(cell, lower(child), leaf.neighbour[bit == 0 ? 2 : 1]);
-    }
+    return result;
+}
+constexpr std::array<FirstHalves, 8> k_first_halves = make_first_halves();
+// Of a root the second child lies in the next cell, and is no first half there.
+static_assert(k_first_halves[BisectionShape::root().direction].half[0].edge == 2 &&
+              BisectionShape::root().child(0, 0).direction < 4 && BisectionShape::root().child(0, 1).direction >= 4);
+
+/// Calls visit(lower corner, leaf across) for these halves.
+template <class Visit>
+void for_each_first_half(const BisectionLeaf& leaf, Visit&& visit) {
+    const FirstHalves& first = k_first_halves[leaf.direction];
+    const std::uint32_t count = leaf.depth == 0 ? 1 : first.count;
+    for (std::uint32_t k = 0; k < count; ++k)
+        visit(LatticePoint{leaf.apex.x + first.half[k].x, leaf.apex.y + first.half[k].y},
+              leaf.neighbour[first.half[k].edge]);
 }
 
 /// How the order of cells is cut: a bucket is a few roots, or a square of one root.
@@ -140,9 +164,7 @@ QuadtreeView::QuadtreeView(const BisectionForest& forest) : mesh_(&forest.mesh()
             std::uint32_t* const counts = places.data() + std::size_t{b} * bucket_count;
             visit_block(b, [&](LeafId, const BisectionLeaf& leaf) {
                 const int level = lattice_level(leaf.depth);
-                for_each_first_half(*mesh_, leaf, [&](HalfedgeId root, LatticePoint at, LeafId) {
-                    ++counts[buckets.of(root, level, at)];
-                });
+                for_each_first_half(leaf, [&](LatticePoint at, LeafId) { ++counts[buckets.of(leaf.cell, level, at)]; });
             });
         },
         1);
@@ -162,10 +184,10 @@ QuadtreeView::QuadtreeView(const BisectionForest& forest) : mesh_(&forest.mesh()
             std::uint32_t* const next = places.data() + std::size_t{b} * bucket_count;
             visit_block(b, [&](LeafId id, const BisectionLeaf& leaf) {
                 const std::uint8_t level = lattice_level(leaf.depth);
-                for_each_first_half(*mesh_, leaf, [&](HalfedgeId root, LatticePoint at, LeafId other) {
+                for_each_first_half(leaf, [&](LatticePoint at, LeafId other) {
                     // Field by field: a record put together elsewhere and copied in larger pieces waits for its stores.
-                    QuadtreeCell& cell = cells_[next[buckets.of(root, level, at)]++];
-                    cell.root.value = root.value;
+                    QuadtreeCell& cell = cells_[next[buckets.of(leaf.cell, level, at)]++];
+                    cell.root.value = leaf.cell.value;
                     cell.at.x = at.x;
                     cell.at.y = at.y;
                     cell.level = level;
