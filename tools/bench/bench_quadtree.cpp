@@ -7,7 +7,6 @@
 #include "tetrakis/schemes/scheme_table.hpp"
 
 #include <benchmark/benchmark.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <chrono>
@@ -104,38 +103,56 @@ class CubeQuadtree {
     bool wants(HalfedgeId root, LatticePoint at, int level) const {
         return level < level_ && wanted_[root.value].wants(edge(level) * at.x, edge(level) * at.y, edge(level));
     }
-    bool wants_half(HalfedgeId root, const BisectionShape& shape, int level) const {
-        // From the right angle to the square's lower corner, by quarters of a turn.
-        constexpr std::array<LatticePoint, 4> k_lower{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
-        const LatticePoint back = k_lower[shape.direction / 2];
-        return wants(root, {shape.apex.x - back.x, shape.apex.y - back.y}, level);
-    }
     bool wants(const BisectionForest& forest, LeafId id) const {
         const BisectionLeaf& leaf = forest.leaf(id);
         const int level = lattice_level(leaf.depth);
         if (level >= level_) return false;
-        if (leaf.depth % 2 != 0) return wants_half(leaf.cell, leaf.shape(), level);
-        return wants_half(leaf.cell, leaf.shape().child(leaf.depth, 0), level) ||
-               wants_half(leaf.depth == 0 ? mesh_.next(leaf.cell) : leaf.cell, leaf.shape().child(leaf.depth, 1),
-                          level);
+        if (leaf.depth == 0) return wants(leaf.cell, {0, 0}, 0) || wants(mesh_.next(leaf.cell), {0, 0}, 0);
+        // By direction: the one square that the leaf is half of, or the two, side by side, that it has a quarter of
+        // each; a linear function has a zero in one of these if it has one in both together.
+        struct Covered {
+            std::int8_t x, y, width, height;  // from the apex
+        };
+        constexpr std::array<Covered, 8> k_covered{{{0, 0, 1, 1},
+                                                    {-1, 0, 2, 1},
+                                                    {-1, 0, 1, 1},
+                                                    {-1, -1, 1, 2},
+                                                    {-1, -1, 1, 1},
+                                                    {-1, -1, 2, 1},
+                                                    {0, -1, 1, 1},
+                                                    {0, -1, 1, 2}}};
+        const Covered& c = k_covered[leaf.direction];
+        const std::int64_t unit = edge(level);
+        return wanted_[leaf.cell.value].wants(unit * (std::int64_t{leaf.apex.x} + c.x),
+                                              unit * (std::int64_t{leaf.apex.y} + c.y), unit * c.width,
+                                              unit * c.height);
     }
 
     /// Those that pass the test, in order.
     template <class Test>
     static void keep(const std::vector<LeafId>& leaves, std::vector<LeafId>& kept, Test&& test) {
-        const auto count = static_cast<std::uint32_t>(leaves.size());
-        kept.clear();
-        if (oneapi::tbb::this_task_arena::max_concurrency() == 1) {
-            for (std::uint32_t i = 0; i < count; ++i)
-                if (test(i)) kept.push_back(leaves[i]);
-            return;
-        }
         constexpr std::uint32_t k_block = 4096;
-        std::vector<std::uint8_t> passed(count);
+        const auto count = static_cast<std::uint32_t>(leaves.size());
+        const std::uint32_t blocks = (count + k_block - 1) / k_block;
+        std::vector<std::uint32_t> first(blocks + 1, 0);
+        kept.resize(count);
         for_each_index(
-            count, [&](std::uint32_t i) { passed[i] = test(i); }, k_block);
-        for (std::uint32_t i = 0; i < count; ++i)
-            if (passed[i]) kept.push_back(leaves[i]);
+            blocks,
+            [&](std::uint32_t b) {
+                std::uint32_t next = b * k_block;
+                for (std::uint32_t i = next; i < std::min(count, (b + 1) * k_block); ++i) {
+                    kept[next] = leaves[i];
+                    next += test(i);
+                }
+                first[b + 1] = next - b * k_block;
+            },
+            1);
+        for (std::uint32_t b = 0; b < blocks; ++b) {
+            const auto begin = kept.begin() + b * k_block;
+            std::copy(begin, begin + first[b + 1], kept.begin() + first[b]);
+            first[b + 1] += first[b];
+        }
+        kept.resize(first[blocks]);
     }
 
     ControlMesh mesh_;

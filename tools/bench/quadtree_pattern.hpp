@@ -39,15 +39,16 @@ inline SquareFrame face_frame(const CubePoint& corner, const CubePoint& beside_x
 /// A linear function over a frame, so that asking costs a few integer operations whoever asks.
 struct FramePattern {
     std::int64_t value = 0, along_x = 0, along_y = 0;
-    /// Whether the closed square of this edge length, with this lower corner, has a zero of the function.
-    bool wants(std::int64_t u, std::int64_t v, std::int64_t edge) const {
+    /// Whether the closed rectangle of this size, with this lower corner, has a zero of the function.
+    bool wants(std::int64_t u, std::int64_t v, std::int64_t width, std::int64_t height) const {
         const std::int64_t low = value + along_x * u + along_y * v;
         const std::int64_t smallest =
-            low + edge * (std::min<std::int64_t>(along_x, 0) + std::min<std::int64_t>(along_y, 0));
+            low + width * std::min<std::int64_t>(along_x, 0) + height * std::min<std::int64_t>(along_y, 0);
         const std::int64_t largest =
-            low + edge * (std::max<std::int64_t>(along_x, 0) + std::max<std::int64_t>(along_y, 0));
-        return smallest <= 0 && largest >= 0;
+            low + width * std::max<std::int64_t>(along_x, 0) + height * std::max<std::int64_t>(along_y, 0);
+        return (smallest <= 0) & (largest >= 0);
     }
+    bool wants(std::int64_t u, std::int64_t v, std::int64_t edge) const { return wants(u, v, edge, edge); }
 };
 
 /// Squares are cut down to `level` (of a whole face of the cube) everywhere, or where a tilted plane meets them.
