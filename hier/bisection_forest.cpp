@@ -70,7 +70,11 @@ void BisectionForest::grow_work(std::size_t slots) {
     const std::size_t old = scratch_.work.size();
     if (slots <= old) return;
     scratch_.work.resize(slots);
-    std::fill(scratch_.work.data() + old, scratch_.work.data() + slots, Work{});
+    // Mostly the first touch of fresh pages.
+    constexpr std::uint32_t k_block = 1u << 15;
+    for_each_block(static_cast<std::uint32_t>(slots - old), k_block, [&](std::uint32_t begin, std::uint32_t end) {
+        std::fill(scratch_.work.data() + old + begin, scratch_.work.data() + old + end, Work{});
+    });
 }
 
 void BisectionForest::clear_work() {

@@ -36,6 +36,9 @@ constexpr std::uint8_t k_boundary_base = k_link | k_makes_point;
 // Leaves per block of the parallel phases. The result does not depend on it.
 constexpr std::uint32_t k_block = 512;
 
+// Marks below which one thread is not slower: each phase wakes the others up.
+constexpr std::uint32_t k_few = 4096;
+
 // Leaves whose records are asked for ahead of time: the phases wait for memory, for little else.
 constexpr std::uint32_t k_ahead = 12;
 
@@ -411,7 +414,7 @@ void BisectionForest::refine(std::span<const LeafId> marked, std::vector<LeafId>
     point_top_ = point_slots();
     grow_work(leaf_top_);
     auto& [work, listed, affected, own_created] = scratch_;
-    const bool parallel = marked.size() > k_block && !one_thread();
+    const bool parallel = marked.size() > k_few && !one_thread();
     // What is refused is found while it is looked at anyway, and then all marks are cleared. A few are looked at first.
     if (marked.size() <= k_block)
         for (LeafId id : marked) require_splittable(id);
@@ -434,7 +437,8 @@ void BisectionForest::refine(std::span<const LeafId> marked, std::vector<LeafId>
     sites_.resize(point_top_ + new_points - reused_points);
     const SplitWriter writer{*this, work};
     const auto count = static_cast<std::uint32_t>(affected.size());
-    for_each_block(count, k_block, [&](std::uint32_t begin, std::uint32_t end) {
+    const std::uint32_t block = count > k_few ? k_block : k_few;
+    for_each_block(count, block, [&](std::uint32_t begin, std::uint32_t end) {
         for (std::uint32_t i = begin; i < end; ++i) {
             if (i + 2 * k_ahead < end) prefetch(leaves_[affected[i + 2 * k_ahead]]);
             if (i + k_ahead < end) writer.prefetch_neighbours(affected[i + k_ahead]);
@@ -449,7 +453,7 @@ void BisectionForest::refine(std::span<const LeafId> marked, std::vector<LeafId>
             static_cast<std::uint32_t>(work.size()), k_some * k_block,
             [&](std::uint32_t begin, std::uint32_t end) { std::fill(work.data() + begin, work.data() + end, Work{}); });
     else
-        for_each_block(count, k_block, [&](std::uint32_t begin, std::uint32_t end) {
+        for_each_block(count, block, [&](std::uint32_t begin, std::uint32_t end) {
             for (std::uint32_t i = begin; i < end; ++i) work[affected[i]] = Work{};
         });
     free_leaves_.resize(free_leaves_.size() - reused_leaves);

@@ -428,7 +428,7 @@ TEST_CASE("[bad-input] [inv10] of thousands of marks the first bad one is named 
     const ControlMesh mesh = test::random_mesh(4);
     BisectionForest start(mesh);
     std::vector<LeafId> created;
-    while (start.leaf_count() < 4000) start.refine(leaves_of(start), created);
+    while (start.leaf_count() < 6000) start.refine(leaves_of(start), created);
     LeafId stale;
     for (LeafId id : created)
         if (id.value >= mesh.halfedge_count() && start.can_merge(id)) stale = id;
