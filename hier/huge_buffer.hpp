@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdlib>
+#include <cstdint>
 #include <memory>
 #include <new>
 #include <type_traits>
@@ -22,24 +22,24 @@ class HugeBuffer {
     /// @throws std::bad_alloc
     T* reserve(std::size_t size) {
         if (size <= capacity_) return data_.get();
-        constexpr std::size_t k_line = 64, k_huge = std::size_t{2} << 20;
-        const bool huge = size * sizeof(T) >= 2 * k_huge;
-        const std::size_t unit = huge ? k_huge : k_line;
-        const std::size_t bytes = (size * sizeof(T) + unit - 1) / unit * unit;
+        constexpr std::size_t k_line = 64;
+        const std::size_t bytes = size * sizeof(T) + k_line;
         data_.reset();
         capacity_ = 0;
-        void* memory = std::aligned_alloc(unit, bytes);
+        void* const memory = grow_memory(nullptr, 0, bytes);
         if (memory == nullptr) throw std::bad_alloc();
-        data_.reset(static_cast<T*>(memory));
+        const std::size_t past = reinterpret_cast<std::uintptr_t>(memory) % k_line;
+        const std::size_t before = past == 0 ? 0 : k_line - past;
+        data_ = {reinterpret_cast<T*>(static_cast<char*>(memory) + before), Free{bytes, before}};
         capacity_ = size;
-        wish_for_huge_pages(memory, bytes);
         return data_.get();
     }
     T* data() { return data_.get(); }
 
   private:
     struct Free {
-        void operator()(T* p) const { std::free(p); }
+        std::size_t bytes = 0, before = 0;
+        void operator()(T* p) const { free_memory(reinterpret_cast<char*>(p) - before, bytes); }
     };
     std::unique_ptr<T, Free> data_;
     std::size_t capacity_ = 0;

@@ -1,11 +1,20 @@
 #include "tetrakis/hier/huge_memory.hpp"
 
+#include "tetrakis/hier/freed_memory.hpp"
+
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <mutex>
+#include <vector>
 
+// Under AddressSanitizer everything comes from the system's allocator, which it watches.
 #if defined(__linux__)
 #    include <sys/mman.h>
+#    if !defined(__SANITIZE_ADDRESS__)
+#        define TETRAKIS_MAPS_PAGES
+#    endif
 #endif
 #if !defined(__SANITIZE_ADDRESS__)
 #    include <oneapi/tbb/scalable_allocator.h>
@@ -15,7 +24,6 @@ namespace tetrakis::detail {
 
 namespace {
 
-// Under AddressSanitizer the system's allocator, which it watches.
 #if defined(__SANITIZE_ADDRESS__)
 void* grow_small(void* data, std::size_t bytes) { return std::realloc(data, bytes); }
 void free_small(void* data) noexcept { std::free(data); }
@@ -26,23 +34,91 @@ void free_small(void* data) noexcept { scalable_free(data); }
 
 constexpr std::size_t k_huge = std::size_t{2} << 20;  // a huge page of x86-64, and of arm64 with pages of 4 KiB
 
-#if defined(__linux__)
+#if defined(TETRAKIS_MAPS_PAGES)
 
-// Below that the parts of pages at the ends outweigh.
+// Blocks from here on have pages of their own; below, the parts of pages at the ends outweigh.
+constexpr std::size_t k_mapped = std::size_t{1} << 20;
+// On huge pages from here on.
 constexpr std::size_t k_large = 2 * k_huge;
 
-std::size_t rounded(std::size_t bytes) { return (bytes + k_huge - 1) / k_huge * k_huge; }
+std::size_t rounded(std::size_t bytes) {
+    constexpr std::size_t k_unit = std::size_t{64} << 10;  // few different sizes, so that kept blocks fit again
+    const std::size_t unit = bytes >= k_large ? k_huge : k_unit;
+    return (bytes + unit - 1) / unit * unit;
+}
 
-/// Fresh pages, aligned to huge ones; nullptr where there are none.
+/// Fresh pages for a rounded size, large ones huge where the system has them; nullptr where there are none.
 void* map_pages(std::size_t bytes) {
-    const std::size_t all = bytes + k_huge;
+    const bool large = bytes >= k_large;
+    const std::size_t all = large ? bytes + k_huge : bytes;
     void* const memory = mmap(nullptr, all, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (memory == MAP_FAILED) return nullptr;
+    if (!large) return memory;
     char* const begin = static_cast<char*>(memory);
     const std::size_t before = (k_huge - reinterpret_cast<std::uintptr_t>(begin) % k_huge) % k_huge;
     if (before > 0) munmap(begin, before);
     munmap(begin + before + bytes, k_huge - before);
+    madvise(begin + before, bytes, MADV_HUGEPAGE);  // a wish: ordinary pages do as well
     return begin + before;
+}
+
+/// Mapped blocks that were freed, the oldest first: what was touched once is ready for the next run.
+class KeptBlocks {
+  public:
+    /// One of exactly that size; nullptr: there is none.
+    void* take(std::size_t bytes) {
+        const std::lock_guard lock(mutex_);
+        for (std::size_t i = blocks_.size(); i-- > 0;) {
+            if (blocks_[i].bytes != bytes) continue;
+            void* const data = blocks_[i].data;
+            blocks_.erase(blocks_.begin() + static_cast<std::ptrdiff_t>(i));
+            total_ -= bytes;
+            return data;
+        }
+        return nullptr;
+    }
+    void put(void* data, std::size_t bytes) noexcept {
+        const std::lock_guard lock(mutex_);
+        blocks_.push_back({data, bytes});  // within the capacity: drop() sees to it
+        total_ += bytes;
+        drop();
+    }
+    void keep_at_most(std::size_t bytes) {
+        const std::lock_guard lock(mutex_);
+        most_ = bytes;
+        drop();
+    }
+
+  private:
+    void drop() noexcept {
+        std::size_t gone = 0;
+        while (gone < blocks_.size() && (total_ > most_ || blocks_.size() - gone == k_most_blocks)) {
+            munmap(blocks_[gone].data, blocks_[gone].bytes);
+            total_ -= blocks_[gone++].bytes;
+        }
+        blocks_.erase(blocks_.begin(), blocks_.begin() + static_cast<std::ptrdiff_t>(gone));
+    }
+
+    struct Block {
+        void* data;
+        std::size_t bytes;
+    };
+    static constexpr std::size_t k_most_blocks = 256;
+    std::mutex mutex_;
+    std::vector<Block> blocks_ = with_room();
+    std::size_t total_ = 0;
+    std::size_t most_ = std::size_t{128} << 20;
+    static std::vector<Block> with_room() {
+        std::vector<Block> blocks;
+        blocks.reserve(k_most_blocks);
+        return blocks;
+    }
+};
+
+/// Never destroyed: blocks of static objects may come back after everything else.
+KeptBlocks& kept_blocks() {
+    static KeptBlocks& blocks = *new KeptBlocks;
+    return blocks;
 }
 
 #endif
@@ -50,20 +126,25 @@ void* map_pages(std::size_t bytes) {
 }  // namespace
 
 void* grow_memory(void* data, std::size_t old_bytes, std::size_t bytes) {
-#if defined(__linux__)
-    if (bytes >= k_large) {
-        void* const memory = map_pages(rounded(bytes));
+#if defined(TETRAKIS_MAPS_PAGES)
+    if (bytes >= k_mapped) {
+        const std::size_t size = rounded(bytes), old_size = rounded(old_bytes);
+        const bool was_mapped = old_bytes >= k_mapped;
+        if (was_mapped && size == old_size) return data;
+        void* memory = kept_blocks().take(size);
+        const bool fresh = memory == nullptr;
+        if (fresh) memory = map_pages(size);
         if (memory == nullptr) return nullptr;
-        if (old_bytes >= k_large) {
-            if (mremap(data, rounded(old_bytes), rounded(bytes), MREMAP_MAYMOVE | MREMAP_FIXED, memory) == MAP_FAILED) {
-                munmap(memory, rounded(bytes));
+        if (fresh && old_bytes >= k_large) {
+            if (mremap(data, old_size, size, MREMAP_MAYMOVE | MREMAP_FIXED, memory) == MAP_FAILED) {
+                munmap(memory, size);
                 return nullptr;
             }
+            madvise(memory, size, MADV_HUGEPAGE);
         } else if (old_bytes > 0) {
-            std::memcpy(memory, data, old_bytes);
-            free_small(data);
+            std::memcpy(memory, data, std::min(old_bytes, bytes));
+            free_memory(data, old_bytes);
         }
-        madvise(memory, rounded(bytes), MADV_HUGEPAGE);  // a wish: ordinary pages do as well
         return memory;
     }
 #endif
@@ -72,9 +153,9 @@ void* grow_memory(void* data, std::size_t old_bytes, std::size_t bytes) {
 }
 
 void free_memory(void* data, std::size_t bytes) noexcept {
-#if defined(__linux__)
-    if (bytes >= k_large) {
-        munmap(data, rounded(bytes));
+#if defined(TETRAKIS_MAPS_PAGES)
+    if (bytes >= k_mapped) {
+        if (data != nullptr) kept_blocks().put(data, rounded(bytes));
         return;
     }
 #endif
@@ -94,3 +175,15 @@ void wish_for_huge_pages(void* data, std::size_t bytes) noexcept {
 }
 
 }  // namespace tetrakis::detail
+
+namespace tetrakis {
+
+void keep_freed_memory(std::size_t bytes) {
+#if defined(TETRAKIS_MAPS_PAGES)
+    detail::kept_blocks().keep_at_most(bytes);
+#else
+    (void)bytes;
+#endif
+}
+
+}  // namespace tetrakis

@@ -7,8 +7,9 @@ namespace tetrakis::detail {
 
 /// Memory that is not the caller's to keep. The first touch of a page costs more than what is done with its contents
 /// (a fifth of a run of ten thousand triangles), so small blocks come from oneTBB's allocator, which has them ready for
-/// the next run, and large ones are on huge pages where the system has them. Contents stay as blocks grow, and large
-/// ones are moved by their page tables.
+/// the next run; large ones are kept for it when they are freed (freed_memory.hpp says how many) and are on huge pages
+/// where the system has them. Contents stay as blocks grow; large ones are moved by their page tables where none is
+/// kept.
 /// @param data       from this function, or nullptr
 /// @param old_bytes  what it was asked for
 /// @return nullptr where memory runs out; `data` is then as it was

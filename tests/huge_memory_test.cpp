@@ -1,0 +1,102 @@
+#include "tetrakis/hier/huge_memory.hpp"
+#include "tetrakis/hier/freed_memory.hpp"
+#include "tetrakis/hier/huge_buffer.hpp"
+#include "tetrakis/hier/parallel.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cstdint>
+#include <cstring>
+#include <random>
+
+using namespace tetrakis;
+
+namespace {
+
+struct Block {
+    unsigned char* data = nullptr;
+    std::size_t bytes = 0;
+    unsigned char mark = 0;
+
+    /// The number of bytes that do not say what was written, looked at here and there.
+    std::size_t wrong(std::size_t size) const {
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < size; i += 509) count += data[i] != mark;
+        return count + (size > 0 && data[size - 1] != mark);
+    }
+};
+
+/// Blocks that grow and are freed in random order, of sizes from bytes to several huge pages.
+std::size_t mistakes_of_random_blocks(std::uint64_t seed) {
+    std::mt19937_64 random(seed);
+    std::vector<Block> blocks(8);
+    std::size_t mistakes = 0;
+    for (int step = 0; step < 150; ++step) {
+        Block& b = blocks[random() % blocks.size()];
+        if (random() % 4 == 0) {
+            mistakes += b.wrong(b.bytes);
+            detail::free_memory(b.data, b.bytes);
+            b = {};
+            continue;
+        }
+        const std::size_t bytes = b.bytes + (std::size_t{1} << random() % 22) + random() % 1000;
+        void* const grown = detail::grow_memory(b.data, b.bytes, bytes);
+        if (grown == nullptr) return mistakes + 1;
+        b.data = static_cast<unsigned char*>(grown);
+        mistakes += b.wrong(b.bytes);
+        b.bytes = bytes;
+        b.mark = static_cast<unsigned char>(random());
+        std::memset(grown, b.mark, bytes);
+    }
+    for (const Block& b : blocks) {
+        mistakes += b.wrong(b.bytes);
+        detail::free_memory(b.data, b.bytes);
+    }
+    return mistakes;
+}
+
+}  // namespace
+
+TEST_CASE("memory keeps its contents as it grows, whatever was freed before, in any thread") {
+    for (const std::size_t kept : {std::size_t{0}, std::size_t{4} << 20, std::size_t{128} << 20}) {
+        CAPTURE(kept);
+        keep_freed_memory(kept);
+        std::vector<std::size_t> mistakes(8, 1);
+        for_each_index(
+            8, [&](std::uint32_t i) { mistakes[i] = mistakes_of_random_blocks(i); }, 1);
+        for (const std::size_t count : mistakes) CHECK(count == 0);
+    }
+}
+
+#if defined(__linux__) && !defined(__SANITIZE_ADDRESS__)
+TEST_CASE("a large block that was freed is there for the next run, unless nothing is to be kept") {
+    for (const std::size_t bytes : {std::size_t{1500} << 10, std::size_t{9} << 20}) {
+        CAPTURE(bytes);
+        keep_freed_memory(0);
+        keep_freed_memory(std::size_t{16} << 20);
+        void* const first = detail::grow_memory(nullptr, 0, bytes);
+        std::memset(first, 1, bytes);
+        detail::free_memory(first, bytes);
+        void* const second = detail::grow_memory(nullptr, 0, bytes - 1000);
+        CHECK(second == first);
+        CHECK(static_cast<unsigned char*>(second)[bytes / 2] == 1);  // the very pages
+        detail::free_memory(second, bytes - 1000);
+        keep_freed_memory(0);
+        keep_freed_memory(std::size_t{16} << 20);
+        void* const third = detail::grow_memory(nullptr, 0, bytes);
+        CHECK(static_cast<unsigned char*>(third)[bytes / 2] == 0);
+        detail::free_memory(third, bytes);
+    }
+    keep_freed_memory(std::size_t{128} << 20);
+}
+#endif
+
+TEST_CASE("buffers begin at a cache line") {
+    for (const std::size_t size : {1, 100, 50'000, 3'000'000}) {
+        detail::HugeBuffer<float> buffer;
+        float* const data = buffer.reserve(size);
+        CHECK(reinterpret_cast<std::uintptr_t>(data) % 64 == 0);
+        data[0] = data[size - 1] = 1.0f;
+        CHECK(buffer.reserve(size / 2) == data);
+    }
+}
