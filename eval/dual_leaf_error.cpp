@@ -66,11 +66,52 @@ DualTriangles dual_triangles(const VertexForest& forest) {
     return mesh;
 }
 
+void add_cells_below(const VertexCell& cell, int bits, std::vector<VertexCell>& cells) {
+    const std::uint32_t side = 1u << bits;
+    for (std::uint32_t y = 0; y < side; ++y)
+        for (std::uint32_t x = 0; x < side; ++x)
+            cells.push_back({cell.root,
+                             {(cell.at.x << bits) + x, (cell.at.y << bits) + y},
+                             static_cast<std::uint8_t>(cell.level + bits)});
+}
+
+double dual_leaf_error(const VertexForest& forest, const DualTriangles& mesh, std::span<const Vec3d> positions,
+                       std::uint32_t vertex, int bits, std::span<const Vec3d> points) {
+    const auto to_mesh = [&](const Vec3d& p) {
+        double squared = std::numeric_limits<double>::infinity();
+        for (std::uint32_t i = mesh.around_begin[vertex]; i < mesh.around_begin[vertex + std::size_t{1}]; ++i) {
+            const auto t = mesh.triangle(mesh.around[i]);
+            squared = std::min(
+                squared, nearest_on_triangle(p, positions[t[0]], positions[t[1]], positions[t[2]]).squared_distance);
+        }
+        return std::sqrt(squared);
+    };
+    double error = 0;
+    for (const Vec3d& p : points) error = std::max(error, to_mesh(p));
+    // Sides where the surface ends: the points along them, to the mesh's boundary.
+    const std::uint32_t side = 1u << bits;
+    const auto point = [&](std::uint32_t x, std::uint32_t y) { return points[std::size_t{y} * side + x]; };
+    for (int s = 0; s < 4; ++s) {
+        if (forest.neighbours(mesh.faces.leaves[vertex], s)[0].valid()) continue;
+        for (std::uint32_t i = 0; i < side; ++i) {
+            const Vec3d p = s == 0   ? point(i, 0)
+                            : s == 1 ? point(side - 1, i)
+                            : s == 2 ? point(i, side - 1)
+                                     : point(0, i);
+            double nearest = std::numeric_limits<double>::infinity();
+            for (const std::uint32_t w : mesh.beside[vertex])
+                nearest = std::min(nearest, segment_distance(p, positions[vertex], positions[w]));
+            error = std::max(error, nearest);
+        }
+    }
+    return error;
+}
+
 void DualLeafErrors::find(Layer& layer, const VertexForest& forest, std::span<const LeafId> leaves,
                           const std::function<void(double)>& report) {
-    const std::uint32_t side = 1u << layer.bits, each = side * side;
+    const std::size_t each = std::size_t{1} << (2 * layer.bits);
     layer.known.resize(forest.leaf_slots(), 0);
-    layer.points.resize(std::size_t{forest.leaf_slots()} * each);
+    layer.points.resize(forest.leaf_slots() * each);
     std::vector<LeafId> fresh;
     for (const LeafId leaf : leaves)
         if (layer.known[leaf.value] == 0) fresh.push_back(leaf);
@@ -82,19 +123,12 @@ void DualLeafErrors::find(Layer& layer, const VertexForest& forest, std::span<co
         report(static_cast<double>(begin) / static_cast<double>(fresh.size()));
         const auto some = std::span(fresh).subspan(begin, std::min(block, fresh.size() - begin));
         cells.clear();
-        for (const LeafId leaf : some) {
-            const VertexCell cell = forest.cell(leaf);
-            for (std::uint32_t y = 0; y < side; ++y)
-                for (std::uint32_t x = 0; x < side; ++x)
-                    cells.push_back({cell.root,
-                                     {(cell.at.x << layer.bits) + x, (cell.at.y << layer.bits) + y},
-                                     static_cast<std::uint8_t>(cell.level + layer.bits)});
-        }
+        for (const LeafId leaf : some) add_cells_below(forest.cell(leaf), layer.bits, cells);
         limits.resize(cells.size());
         points_.limits(cells, limits);
         for (std::size_t i = 0; i < some.size(); ++i)
             for (std::size_t k = 0; k < each; ++k)
-                layer.points[std::size_t{some[i].value} * each + k] = limits[i * each + k].position;
+                layer.points[some[i].value * each + k] = limits[i * each + k].position;
     }
     for (const LeafId leaf : fresh) layer.known[leaf.value] = 1;
 }
@@ -116,39 +150,10 @@ std::vector<Vec3d> DualLeafErrors::positions(const VertexForest& forest, const D
 std::vector<double> DualLeafErrors::errors(const VertexForest& forest, const DualTriangles& mesh,
                                            std::span<const Vec3d> positions, double decide_at,
                                            const std::function<void(double)>& report) {
-    const auto to_mesh = [&](std::uint32_t v, const Vec3d& p) {
-        double squared = std::numeric_limits<double>::infinity();
-        for (std::uint32_t i = mesh.around_begin[v]; i < mesh.around_begin[v + std::size_t{1}]; ++i) {
-            const auto t = mesh.triangle(mesh.around[i]);
-            squared = std::min(
-                squared, nearest_on_triangle(p, positions[t[0]], positions[t[1]], positions[t[2]]).squared_distance);
-        }
-        return std::sqrt(squared);
-    };
     const auto error_by = [&](const Layer& layer, std::uint32_t v) {
-        const LeafId leaf = mesh.faces.leaves[v];
-        const std::uint32_t side = 1u << layer.bits;
-        const auto point = [&](std::uint32_t x, std::uint32_t y) {
-            return layer.points[std::size_t{leaf.value} * side * side + y * side + x];
-        };
-        double error = 0;
-        for (std::uint32_t y = 0; y < side; ++y)
-            for (std::uint32_t x = 0; x < side; ++x) error = std::max(error, to_mesh(v, point(x, y)));
-        // Sides where the surface ends: the points along them, to the mesh's boundary.
-        for (int s = 0; s < 4; ++s) {
-            if (forest.neighbours(leaf, s)[0].valid()) continue;
-            for (std::uint32_t i = 0; i < side; ++i) {
-                const Vec3d p = s == 0   ? point(i, 0)
-                                : s == 1 ? point(side - 1, i)
-                                : s == 2 ? point(i, side - 1)
-                                         : point(0, i);
-                double nearest = std::numeric_limits<double>::infinity();
-                for (const std::uint32_t w : mesh.beside[v])
-                    nearest = std::min(nearest, segment_distance(p, positions[v], positions[w]));
-                error = std::max(error, nearest);
-            }
-        }
-        return error;
+        const std::size_t each = std::size_t{1} << (2 * layer.bits);
+        return dual_leaf_error(forest, mesh, positions, v, layer.bits,
+                               std::span(layer.points).subspan(mesh.faces.leaves[v].value * each, each));
     };
     const auto& leaves = mesh.faces.leaves;
     std::vector<double> errors(mesh.vertex_count());

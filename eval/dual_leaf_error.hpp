@@ -29,6 +29,16 @@ struct DualTriangles {
 };
 DualTriangles dual_triangles(const VertexForest& forest);
 
+/// Appends the cells that a cell has `bits` levels down, row by row.
+void add_cells_below(const VertexCell& cell, int bits, std::vector<VertexCell>& cells);
+
+/// How far the surface over a vertex's cell is from the triangles around it, and along the boundary from the mesh's, by
+/// limit points of the cells below it.
+/// @param positions  of the mesh's vertices: the vertex itself, those of the triangles around it and beside it are used
+/// @param points     as add_cells_below() orders them
+double dual_leaf_error(const VertexForest& forest, const DualTriangles& mesh, std::span<const Vec3d> positions,
+                       std::uint32_t vertex, int bits, std::span<const Vec3d> points);
+
 /// Limit points of a forest's leaves, and of their cells' children and grandchildren, which tell how far the surface is
 /// from the mesh between the leaves. Each is found when it is first needed, in large batches, and kept.
 class DualLeafErrors {

@@ -73,7 +73,7 @@ struct HierarchyMesh {
 ///   face triangles;
 /// * "vertices" (Doo-Sabin, midedge, biquartic, averaging with an odd number of steps): nodes are vertices, which have
 ///   four children; the mesh has the leaves as vertices and a face where they meet. Sites: cells (cell_site()); each is
-///   a vertex of its own level only. No estimators. See VertexForest;
+///   a vertex of its own level only. See VertexForest;
 /// * "sqrt3" (triangles without sharp edges inside): roots are the faces. A split puts three half triangles in a
 ///   triangle's place, from its edges to its centre; where the triangle beyond an edge is split, too, both half ones
 ///   become whole, over the flipped edge. So a triangle's children are halves, and a half's only child is the whole
@@ -81,7 +81,7 @@ struct HierarchyMesh {
 ///   to split the triangle beyond its edge. A diamond is a split's three triangles; to merge it makes
 ///   the whole ones beyond half again. A whole triangle beside two splits stands for its parent's diamond; where that
 ///   cannot be merged, coarsen(leaf) takes the one beyond.
-///   Sites: vertices as they come about (sqrt3_site()). No estimators. See Sqrt3Slots.
+///   Sites: vertices as they come about (sqrt3_site()). See Sqrt3Slots.
 ///
 /// All errors leave the hierarchy unchanged. Const calls are safe from several threads while none changes.
 class Hierarchy {
@@ -138,7 +138,10 @@ class Hierarchy {
     /// Refines until no leaf above the depth is wanted any more. Returns the number of new leaves.
     /// @throws Error  as refine(); cancelled: what was refined until then stays
     std::size_t refine_where(const LeafPredicate& wanted, int max_depth, const RunContext& context = {});
-    /// Refines until no leaf above the depth has an error over the tolerance.
+    /// Refines until no leaf above the depth has an error over the tolerance. HierarchyEstimator
+    /// (eval/hierarchy_estimator.hpp) measures leaves of every family against the limit surface.
+    /// @throws Error  as above; invalid_input: a tolerance below zero or no number; unsupported: the estimator is not
+    ///                for this family. What was refined until then stays
     std::size_t refine_where(const ErrorEstimator& estimator, double tolerance, int max_depth,
                              const RunContext& context = {});
     /// Coarsens until no diamond of leaves that are all wanted can be merged. Returns the number of new leaves.

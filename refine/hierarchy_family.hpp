@@ -86,7 +86,8 @@ class HierarchyFamily {
     /// The largest of the estimator's errors over a leaf's output triangles.
     virtual void leaf_errors(std::span<const LeafId> leaves, const ErrorEstimator& estimator,
                              std::span<double> errors) const = 0;
-    /// The same for nodes as they would be as leaves among leaves of their own size.
+    /// The same for what merging their children makes of nodes: leaves among leaves of their own size (sqrt3: of a half
+    /// one whose whole one is merged away, the whole parent and the half one beyond).
     virtual void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
                              std::span<double> errors) const = 0;
 

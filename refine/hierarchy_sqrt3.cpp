@@ -1,4 +1,4 @@
-#include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/sqrt3_leaf.hpp"
 #include "tetrakis/hier/sqrt3_levels.hpp"
 #include "tetrakis/hier/sqrt3_slots.hpp"
 #include "tetrakis/refine/adaptive_sqrt3.hpp"
@@ -82,11 +82,41 @@ class Sqrt3Family final : public HierarchyFamily {
     }
     std::vector<LeafId> diamond(LeafId leaf) const override { return slots_.group(leaf); }
 
-    void leaf_errors(std::span<const LeafId>, const ErrorEstimator&, std::span<double>) const override {
-        refuse_estimators();
+    void leaf_errors(std::span<const LeafId> leaves, const ErrorEstimator& estimator,
+                     std::span<double> errors) const override {
+        std::vector<Sqrt3Leaf> triangles;
+        triangles.reserve(leaves.size());
+        for (const LeafId leaf : leaves) triangles.push_back(leaf_of(slots_.triangle(leaf)));
+        estimator.estimate_sqrt3(triangles, errors);
     }
-    void node_errors(std::span<const HierarchyNode>, const ErrorEstimator&, std::span<double>) const override {
-        refuse_estimators();
+    // A whole triangle has half ones for parents on both sides. Merging one side's splits leaves that side's triangle
+    // whole and the half one beyond.
+    void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
+                     std::span<double> errors) const override {
+        Sqrt3Lattice lattice(mesh());
+        std::vector<Sqrt3Leaf> triangles;
+        std::vector<std::size_t> owner;
+        for (std::size_t i = 0; i < nodes.size(); ++i) {
+            const Sqrt3Triangle t = triangle_of(nodes[i]);
+            const auto add = [&](const Sqrt3Triangle& made) {
+                triangles.push_back(leaf_of(made));
+                owner.push_back(i);
+            };
+            if (!t.half) {
+                add(t);
+                continue;
+            }
+            const auto above = static_cast<std::uint8_t>(t.level - 1);
+            add({above, false, Sqrt3Lattice::face(t.face)});
+            if (const std::uint64_t twin = lattice.twin(above, t.face); twin != Sqrt3Lattice::none)
+                add({t.level, true, twin});
+        }
+        std::vector<double> found(triangles.size());
+        estimator.estimate_sqrt3(triangles, found);
+        std::fill(errors.begin(), errors.end(), 0.0);
+        // Not std::max: an error that is no number has to get through.
+        for (std::size_t k = 0; k < found.size(); ++k)
+            if (!(found[k] <= errors[owner[k]])) errors[owner[k]] = found[k];
     }
 
     // Leaves are the triangles, in their order.
@@ -153,10 +183,25 @@ class Sqrt3Family final : public HierarchyFamily {
         for (std::size_t k = 0; k < 3; ++k) view.corner[k] = sqrt3_site(corners[k]);
         return corners;
     }
-    [[noreturn]] static void refuse_estimators() {
-        throw Error(ErrorCode::unsupported,
-                    "estimators measure triangles between points of binary lattices, and the vertices of sqrt3 lie "
-                    "elsewhere; refine where a predicate says so, or use tessellate()");
+    Sqrt3Leaf leaf_of(const Sqrt3Triangle& t) const {
+        Sqrt3Leaf leaf;
+        leaf.level = t.level;
+        leaf.half = t.half;
+        leaf.face = t.face;
+        std::uint64_t face = t.face;
+        for (int k = t.level; k > 0; --k) face /= 3;
+        leaf.control_face = FaceId(static_cast<std::uint32_t>(face));
+        leaf.vertex = slots_.corners(t);
+        if (!t.half) {
+            leaf.vertex_level.fill(t.level);
+            leaf.leaving = {3 * t.face, 3 * t.face + 1, 3 * t.face + 2};
+            return leaf;
+        }
+        // A leaf names a half one by its edge, of the level before; its apex is there from this one on.
+        --leaf.level;
+        leaf.vertex_level = {leaf.level, leaf.level, t.level};
+        leaf.leaving = {t.face, Sqrt3Lattice::next(t.face), 3 * t.face + 2};
+        return leaf;
     }
 
     std::shared_ptr<const LevelSource> source_;

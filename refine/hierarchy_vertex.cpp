@@ -1,9 +1,9 @@
-#include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/vertex_forest.hpp"
 #include "tetrakis/refine/hierarchy_families.hpp"
 #include "tetrakis/refine/vertex_levels.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -12,6 +12,48 @@ namespace tetrakis {
 namespace {
 
 constexpr int k_path_bits = 2;
+
+VertexCell ancestor(const VertexCell& cell, int level) {
+    const int up = cell.level - level;
+    return {cell.root, {cell.at.x >> up, cell.at.y >> up}, static_cast<std::uint8_t>(level)};
+}
+
+/// Refines a forest of roots until cells of one level are leaves, and all that touch them are leaves of that level.
+/// @param leaves  receives them, in the order of `cells`
+void refine_towards(VertexForest& forest, std::span<const VertexCell> cells, std::vector<LeafId>& leaves) {
+    std::vector<LeafId> open = forest.ordered_leaves(), marked;
+    // Those of a level that cells come from, or are, and their leaves.
+    std::vector<std::pair<VertexCell, LeafId>> above;
+    const auto find_above = [&](int level) {
+        std::vector<VertexCell> wanted;
+        for (const VertexCell& cell : cells) wanted.push_back(ancestor(cell, level));
+        std::sort(wanted.begin(), wanted.end());
+        wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+        above.clear();
+        for (const LeafId leaf : open)
+            if (const VertexCell cell = forest.cell(leaf); std::binary_search(wanted.begin(), wanted.end(), cell))
+                above.emplace_back(cell, leaf);
+    };
+    const int level = cells.front().level;
+    find_above(0);
+    for (int l = 0; l < level; ++l) {
+        marked.clear();
+        for (const auto& [cell, leaf] : above) {
+            marked.push_back(leaf);
+            for (int k = 0; k < 4; ++k) {
+                forest.add_leaves_around(leaf, k, marked);
+                // At points where the surface ends there is no round, but a neighbour along it.
+                for (const LeafId across : forest.neighbours(leaf, k))
+                    if (across.valid()) marked.push_back(across);
+            }
+        }
+        forest.refine(marked, open);
+        find_above(l + 1);
+    }
+    std::sort(above.begin(), above.end());
+    for (const VertexCell& cell : cells)
+        leaves.push_back(std::lower_bound(above.begin(), above.end(), std::pair(cell, LeafId(0)))->second);
+}
 
 class VertexFamily final : public HierarchyFamily {
   public:
@@ -65,15 +107,7 @@ class VertexFamily final : public HierarchyFamily {
         view.point[0] = PointId(leaf.value);
         return view;
     }
-    NodeView view(const HierarchyNode& node) const override {
-        VertexCell cell{node.root, {0, 0}, node.depth};
-        for (HierarchyNode n = node; n.depth > 0; n = tree_.parent(n)) {
-            const int child = tree_.child_number(n), bit = node.depth - n.depth;
-            cell.at.x |= (child == 1 || child == 2 ? 1u : 0u) << bit;
-            cell.at.y |= (child >= 2 ? 1u : 0u) << bit;
-        }
-        return view_of(node, cell);
-    }
+    NodeView view(const HierarchyNode& node) const override { return view_of(node, cell_of(node)); }
     std::array<LeafId, 2> neighbours(LeafId leaf, int side) const override { return forest_.neighbours(leaf, side); }
     std::vector<LeafId> ordered_leaves() const override { return forest_.ordered_leaves(); }
 
@@ -93,9 +127,31 @@ class VertexFamily final : public HierarchyFamily {
     }
     std::vector<LeafId> diamond(LeafId leaf) const override { return forest_.mergeable_siblings(leaf); }
 
-    void leaf_errors(std::span<const LeafId>, const ErrorEstimator&, std::span<double>) const override { refuse(); }
-    void node_errors(std::span<const HierarchyNode>, const ErrorEstimator&, std::span<double>) const override {
-        refuse();
+    void leaf_errors(std::span<const LeafId> leaves, const ErrorEstimator& estimator,
+                     std::span<double> errors) const override {
+        estimator.estimate_vertices(forest_, leaves, errors);
+    }
+    // Level by level, over the cells of one that are wanted and those around them.
+    void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
+                     std::span<double> errors) const override {
+        std::vector<std::size_t> order(nodes.size());
+        std::iota(order.begin(), order.end(), std::size_t{0});
+        std::stable_sort(order.begin(), order.end(),
+                         [&](std::size_t a, std::size_t b) { return nodes[a].depth < nodes[b].depth; });
+        std::vector<VertexCell> cells;
+        std::vector<LeafId> leaves;
+        std::vector<double> found;
+        for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+            cells.clear();
+            while (end < order.size() && nodes[order[end]].depth == nodes[order[begin]].depth)
+                cells.push_back(cell_of(nodes[order[end++]]));
+            VertexForest forest(forest_.roots());
+            leaves.clear();
+            refine_towards(forest, cells, leaves);
+            found.resize(leaves.size());
+            estimator.estimate_vertices(forest, leaves, found);
+            for (std::size_t i = begin; i < end; ++i) errors[order[i]] = found[i - begin];
+        }
     }
 
     HierarchyFaces faces() const override {
@@ -118,6 +174,15 @@ class VertexFamily final : public HierarchyFamily {
     std::uint64_t memory_bytes() const override { return forest_.memory_bytes(); }
 
   private:
+    VertexCell cell_of(const HierarchyNode& node) const {
+        VertexCell cell{node.root, {0, 0}, node.depth};
+        for (HierarchyNode n = node; n.depth > 0; n = tree_.parent(n)) {
+            const int child = tree_.child_number(n), bit = node.depth - n.depth;
+            cell.at.x |= (child == 1 || child == 2 ? 1u : 0u) << bit;
+            cell.at.y |= (child >= 2 ? 1u : 0u) << bit;
+        }
+        return cell;
+    }
     NodeView view_of(const HierarchyNode& node, const VertexCell& cell) const {
         NodeView view;
         view.node = node;
@@ -168,12 +233,6 @@ class VertexFamily final : public HierarchyFamily {
         std::sort(fresh.begin(), fresh.end());
         std::erase_if(list, [&](LeafId leaf) { return std::binary_search(fresh.begin(), fresh.end(), leaf); });
     }
-    [[noreturn]] static void refuse() {
-        throw Error(ErrorCode::unsupported,
-                    "estimators measure triangles between lattice points, and a dual scheme's vertices lie between "
-                    "those; refine where a predicate says so");
-    }
-
     const ControlMesh* mesh_;
     std::shared_ptr<const LevelSource> source_;
     VertexForest forest_;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <string>
 
 namespace tetrakis {
@@ -11,6 +13,20 @@ namespace tetrakis {
 namespace {
 
 constexpr std::size_t k_batch = 4096;  // leaves that a predicate sees at once
+
+// Leaves that are estimated between two chances to cancel; more of many, as to look at some may cost as much as to find
+// what lies around them all.
+constexpr std::size_t k_least_estimated = 1u << 15, k_most_turns = 16;
+
+/// Calls estimate(begin, count) for all of `count` leaves or nodes, in turns.
+template <class Estimate>
+void estimate_in_turns(std::size_t count, const std::function<void(double)>& report, Estimate&& estimate) {
+    const std::size_t turn = std::max(k_least_estimated, (count + k_most_turns - 1) / k_most_turns);
+    for (std::size_t begin = 0; begin < count; begin += turn) {
+        if (begin != 0) report(static_cast<double>(begin) / static_cast<double>(count));
+        estimate(begin, std::min(turn, count - begin));
+    }
+}
 
 void require_tolerance(double tolerance) {
     if (!(tolerance >= 0))
@@ -35,7 +51,7 @@ void Hierarchy::ask(const LeafPredicate& wanted, std::span<const LeafId> leaves,
     }
 }
 
-/// @param marks  marks(leaves, answers): which of these leaves are to be split
+/// @param marks  marks(leaves, answers, report): which of these leaves are to be split
 template <class Marks>
 std::size_t Hierarchy::refine_until(int max_depth, const RunContext& context, Marks&& marks) {
     if (max_depth < 0 || max_depth > tree().max_depth)
@@ -46,9 +62,10 @@ std::size_t Hierarchy::refine_until(int max_depth, const RunContext& context, Ma
     FamilyUpdate update;
     std::size_t created = 0;
     for (int pass = 0; !open.empty(); ++pass) {
-        context.report("refine", 1.0 - std::ldexp(1.0, -pass));
+        const auto report = [&](double done) { context.report("refine", 1.0 - std::ldexp(1.0 - done / 2, -pass)); };
+        report(0);
         std::erase_if(open, [&](LeafId leaf) { return family_->depth(leaf) >= max_depth; });
-        marks(open, answers);
+        marks(open, answers, report);
         marked.clear();
         for (std::size_t i = 0; i < open.size(); ++i)
             if (answers[i]) marked.push_back(open[i]);
@@ -69,8 +86,9 @@ std::size_t Hierarchy::coarsen_until(const RunContext& context, Marks&& marks) {
     FamilyUpdate update;
     std::size_t created = 0;
     for (int pass = 0; !open.empty(); ++pass) {
-        context.report("coarsen", 1.0 - std::ldexp(1.0, -pass));
-        marks(open, answers);
+        const auto report = [&](double done) { context.report("coarsen", 1.0 - std::ldexp(1.0 - done / 2, -pass)); };
+        report(0);
+        marks(open, answers, report);
         for (std::size_t i = 0; i < open.size(); ++i)
             if (answers[i]) wanted.push_back(open[i]);
         const std::vector<LeafHandle> before = handles(wanted);
@@ -89,9 +107,9 @@ std::size_t Hierarchy::coarsen_until(const RunContext& context, Marks&& marks) {
 
 std::size_t Hierarchy::refine_where(const LeafPredicate& wanted, int max_depth, const RunContext& context) {
     return with_threads(context, [&] {
-        return refine_until(
-            max_depth, context,
-            [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers) { ask(wanted, leaves, answers); });
+        return refine_until(max_depth, context,
+                            [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers,
+                                const std::function<void(double)>&) { ask(wanted, leaves, answers); });
     });
 }
 
@@ -101,10 +119,14 @@ std::size_t Hierarchy::refine_where(const ErrorEstimator& estimator, double tole
     return with_threads(context, [&] {
         std::vector<double> errors;
         return refine_until(max_depth, context,
-                            [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers) {
+                            [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers,
+                                const std::function<void(double)>& report) {
                                 errors.resize(leaves.size());
                                 answers.resize(leaves.size());
-                                family_->leaf_errors(leaves, estimator, errors);
+                                estimate_in_turns(leaves.size(), report, [&](std::size_t begin, std::size_t count) {
+                                    family_->leaf_errors(leaves.subspan(begin, count), estimator,
+                                                         std::span(errors).subspan(begin, count));
+                                });
                                 // An error that is no number is not within the tolerance.
                                 for (std::size_t i = 0; i < leaves.size(); ++i) answers[i] = !(errors[i] <= tolerance);
                             });
@@ -113,9 +135,8 @@ std::size_t Hierarchy::refine_where(const ErrorEstimator& estimator, double tole
 
 std::size_t Hierarchy::coarsen_where(const LeafPredicate& wanted, const RunContext& context) {
     return with_threads(context, [&] {
-        return coarsen_until(context, [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers) {
-            ask(wanted, leaves, answers);
-        });
+        return coarsen_until(context, [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers,
+                                          const std::function<void(double)>&) { ask(wanted, leaves, answers); });
     });
 }
 
@@ -123,21 +144,29 @@ std::size_t Hierarchy::coarsen_where(const ErrorEstimator& estimator, double tol
     require_tolerance(tolerance);
     return with_threads(context, [&] {
         std::vector<HierarchyNode> parents;
-        std::vector<std::size_t> owner;
+        std::vector<std::size_t> parent;  // per leaf
         std::vector<double> errors;
-        return coarsen_until(context, [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers) {
+        return coarsen_until(context, [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers,
+                                          const std::function<void(double)>& report) {
+            constexpr auto k_root = std::numeric_limits<std::size_t>::max();
             answers.assign(leaves.size(), 0);
             parents.clear();
-            owner.clear();
+            parent.assign(leaves.size(), k_root);
             for (std::size_t i = 0; i < leaves.size(); ++i) {
                 const HierarchyNode node = family_->node(leaves[i]);
                 if (node.depth == 0) continue;
-                parents.push_back(tree().parent(node));
-                owner.push_back(i);
+                // Siblings mostly follow each other.
+                if (const HierarchyNode above = tree().parent(node); parents.empty() || parents.back() != above)
+                    parents.push_back(above);
+                parent[i] = parents.size() - 1;
             }
             errors.resize(parents.size());
-            family_->node_errors(parents, estimator, errors);
-            for (std::size_t i = 0; i < parents.size(); ++i) answers[owner[i]] = errors[i] <= tolerance;
+            estimate_in_turns(parents.size(), report, [&](std::size_t begin, std::size_t count) {
+                family_->node_errors(std::span(parents).subspan(begin, count), estimator,
+                                     std::span(errors).subspan(begin, count));
+            });
+            for (std::size_t i = 0; i < leaves.size(); ++i)
+                if (parent[i] != k_root) answers[i] = errors[parent[i]] <= tolerance;
         });
     });
 }

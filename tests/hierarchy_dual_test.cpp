@@ -9,6 +9,8 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <map>
 
@@ -175,8 +177,58 @@ TEST_CASE("hierarchies of dual schemes: a zoom of 25 levels, points, neighbours,
     class None final : public ErrorEstimator {
         void estimate(std::span<const CellTriangle>, std::span<double>) const override {}
     };
-    CHECK_THROWS_AS(h.refine_where(None(), 0.1, 5), Error);
+    CHECK_THROWS_WITH_AS(h.refine_where(None(), 0.1, 5), doctest::Contains("estimate_vertices"), Error);
     check_sound(h);
+}
+
+TEST_CASE("an estimator of vertices drives refinement to the smallest set within the tolerance, and coarsening back") {
+    /// The size of a cell, larger in one root: known without a surface. Sees that what is around is as it should be.
+    class Size final : public ErrorEstimator {
+      public:
+        explicit Size(std::uint32_t fine) : fine_(fine) {}
+        void estimate(std::span<const CellTriangle>, std::span<double>) const override { FAIL("no such triangles"); }
+        void estimate_vertices(const VertexForest& forest, std::span<const LeafId> leaves,
+                               std::span<double> errors) const override {
+            CHECK(!forest.check());
+            for (std::size_t i = 0; i < leaves.size(); ++i) {
+                const VertexCell cell = forest.cell(leaves[i]);
+                errors[i] = (cell.root == fine_ ? 8.0 : 1.0) / static_cast<double>(1u << cell.level);
+                if (!equals_wanted) continue;
+                std::vector<LeafId> around;
+                for (int k = 0; k < 4; ++k) {
+                    forest.add_leaves_around(leaves[i], k, around);
+                    for (const LeafId leaf : forest.neighbours(leaves[i], k))
+                        if (leaf.valid()) around.push_back(leaf);
+                }
+                for (const LeafId leaf : around) CHECK(forest.level(leaf) == cell.level);
+            }
+        }
+        bool equals_wanted = false;  ///< all leaves around must be of the same level
+
+      private:
+        std::uint32_t fine_;
+    };
+    for (const std::uint64_t seed : test::seeds(4)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = test::random_dual_mesh(seed);
+        Hierarchy h = make_hierarchy(mesh, "doo-sabin");
+        Size size(h.node(h.leaves()[h.leaf_count() / 2]).root);
+        h.refine_where(size, 0.5, 12);
+        check_sound(h);
+        const std::set<HierarchyNode> wanted = test::nodes_of(h);
+        int deepest = 0;
+        for (const HierarchyNode& node : wanted) deepest = std::max<int>(deepest, node.depth);
+        // 8 / 2^4 = 0.5: level 4, the other roots at 1 away from it.
+        CHECK(deepest == 4);
+        CHECK(h.refine_where(size, 0.5, 12) == 0);
+        h.refine_where(each_leaf([](const LeafView&) { return true; }), deepest);
+        size.equals_wanted = true;
+        h.coarsen_where(size, 0.5);
+        check_sound(h);
+        CHECK(test::nodes_of(h) == wanted);
+        CHECK_THROWS_AS(h.refine_where(size, std::nan(""), 12), Error);
+        CHECK_THROWS_AS(h.coarsen_where(size, -1), Error);
+    }
 }
 
 TEST_SUITE_END();

@@ -10,6 +10,8 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 
 using namespace tetrakis;
@@ -216,7 +218,7 @@ TEST_CASE(
     class Any final : public ErrorEstimator {
         void estimate(std::span<const CellTriangle>, std::span<double>) const override {}
     };
-    fails([&] { h.refine_where(Any(), 0.1, 5); }, ErrorCode::unsupported, "predicate");
+    fails([&] { h.refine_where(Any(), 0.1, 5); }, ErrorCode::unsupported, "estimate_sqrt3");
     // The deepest triangles.
     Hierarchy deep = make_hierarchy(mesh, "sqrt3");
     const int most = deep.tree().max_depth;
@@ -252,6 +254,67 @@ TEST_CASE("check() finds slots that are not as the split triangles say") {
     CHECK(fault([](Sqrt3Slots& s, LeafId leaf) { Corrupt::turn(s, leaf); }).find("side 0") < 99);
     CHECK(fault([](Sqrt3Slots& s, LeafId) { Corrupt::lose(s); }).find("more split") < 99);
     CHECK(fault([](Sqrt3Slots& s, LeafId) { Corrupt::move(s); }).find("where its number") < 99);
+}
+
+TEST_CASE("an estimator of sqrt3 triangles drives refinement to the smallest set within the tolerance, and back") {
+    /// The size of a triangle, larger over one control face: known without a surface.
+    class Size final : public ErrorEstimator {
+      public:
+        explicit Size(FaceId fine) : fine_(fine) {}
+        void estimate(std::span<const CellTriangle>, std::span<double>) const override { FAIL("no such triangles"); }
+        void estimate_sqrt3(std::span<const Sqrt3Leaf> triangles, std::span<double> errors) const override {
+            for (std::size_t i = 0; i < triangles.size(); ++i) {
+                const int level = triangles[i].level + (triangles[i].half ? 1 : 0);
+                errors[i] = (triangles[i].control_face == fine_ ? 8.0 : 1.0) / static_cast<double>(1u << level);
+            }
+        }
+
+      private:
+        FaceId fine_;
+    };
+    /// Keeps what it is asked about.
+    class Listener final : public ErrorEstimator {
+      public:
+        void estimate(std::span<const CellTriangle>, std::span<double>) const override { FAIL("no such triangles"); }
+        void estimate_sqrt3(std::span<const Sqrt3Leaf> triangles, std::span<double> errors) const override {
+            seen.insert(seen.end(), triangles.begin(), triangles.end());
+            std::fill(errors.begin(), errors.end(), 0.0);
+        }
+        mutable std::vector<Sqrt3Leaf> seen;
+    };
+    for (const std::uint64_t seed : test::seeds(4)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = test::random_sqrt3_mesh(seed);
+        Hierarchy h = make_hierarchy(mesh, "sqrt3");
+        const Size size(h.view(h.leaves()[h.leaf_count() / 2]).face);
+        h.refine_where(size, 0.5, 20);
+        CHECK(!h.check());
+        const std::set<HierarchyNode> wanted = test::nodes_of(h);
+        int deepest = 0;
+        for (const HierarchyNode& node : wanted) deepest = std::max<int>(deepest, node.depth);
+        // 8 / 2^4 = 0.5: simple step 4, the other faces at 1 away from it.
+        CHECK((deepest == 7 || deepest == 8));  // half triangles, or whole ones
+        CHECK(h.refine_where(size, 0.5, 20) == 0);
+
+        // What an estimator is told of leaves is what the forest says of them.
+        const Listener listener;
+        CHECK(h.refine_where(listener, 0.0, 20) == 0);
+        const std::vector<Sqrt3Leaf> leaves = forest_of(h).leaves();
+        REQUIRE(listener.seen.size() == leaves.size());
+        for (std::size_t i = 0; i < leaves.size(); ++i) {
+            const Sqrt3Leaf &a = listener.seen[i], &b = leaves[i];
+            CHECK((a.level == b.level && a.half == b.half && a.face == b.face && a.control_face == b.control_face));
+            CHECK(a.vertex == b.vertex);
+            CHECK((a.vertex_level == b.vertex_level && a.leaving == b.leaving));
+        }
+
+        h.refine_where(each_leaf([](const LeafView&) { return true; }), deepest);
+        h.coarsen_where(size, 0.5);
+        CHECK(!h.check());
+        CHECK(test::nodes_of(h) == wanted);
+        CHECK_THROWS_AS(h.refine_where(size, std::nan(""), 20), Error);
+        CHECK_THROWS_AS(h.coarsen_where(size, -1), Error);
+    }
 }
 
 TEST_SUITE_END();
