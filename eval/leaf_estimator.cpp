@@ -28,7 +28,7 @@ constexpr int k_mapped_lattice = 1 << k_mapped_bits;
 /// Leaves of a mapped surface below this share of the tolerance are not split: there the map jumps.
 constexpr double k_least_leaf = 1.0 / 32;
 
-constexpr std::uint32_t k_estimator_grain = 8;  // one leaf may take as long as a hundred others
+constexpr std::uint32_t k_estimator_grain = 2;  // one leaf may take as long as a hundred others
 
 /// Number and barycentrics of lattice points: rows from corner 2 towards the edge corner 0 - corner 1.
 template <class Visit>
