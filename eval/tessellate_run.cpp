@@ -75,7 +75,7 @@ void check_coarsest(const TessellateOptions& options, std::size_t triangles) {
 
 void warn_of_nothing(Tessellation& result) {
     if (result.mesh.triangles.empty())
-        result.warnings.push_back(
+        result.warnings.emplace_back(
             "no face of the control mesh is part of the surface: all are holes, or touch the boundary under boundary "
             "rule 0 (none); the mesh is empty");
 }

@@ -33,14 +33,12 @@ void free_small(void* data) noexcept { scalable_free(data); }
 #endif
 
 constexpr std::size_t k_huge = std::size_t{2} << 20;  // a huge page of x86-64, and of arm64 with pages of 4 KiB
+constexpr std::size_t k_large = 2 * k_huge;           // blocks from here on are on huge pages
 
 #if defined(TETRAKIS_MAPS_PAGES)
 
 // Blocks from here on have pages of their own; below, the parts of pages at the ends outweigh.
 constexpr std::size_t k_mapped = std::size_t{1} << 20;
-// On huge pages from here on.
-constexpr std::size_t k_large = 2 * k_huge;
-
 std::size_t rounded(std::size_t bytes) {
     constexpr std::size_t k_unit = std::size_t{64} << 10;  // few different sizes, so that kept blocks fit again
     const std::size_t unit = bytes >= k_large ? k_huge : k_unit;
