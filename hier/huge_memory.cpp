@@ -12,6 +12,7 @@
 // Under AddressSanitizer everything comes from the system's allocator, which it watches.
 #if defined(__linux__)
 #    include <sys/mman.h>
+#    include <unistd.h>
 #    if !defined(__SANITIZE_ADDRESS__)
 #        define TETRAKIS_MAPS_PAGES
 #    endif
@@ -105,7 +106,7 @@ class KeptBlocks {
     std::mutex mutex_;
     std::vector<Block> blocks_ = with_room();
     std::size_t total_ = 0;
-    std::size_t most_ = std::size_t{128} << 20;
+    std::size_t most_ = default_freed_memory();
     static std::vector<Block> with_room() {
         std::vector<Block> blocks;
         blocks.reserve(k_most_blocks);
@@ -175,6 +176,15 @@ void wish_for_huge_pages(void* data, std::size_t bytes) noexcept {
 }  // namespace tetrakis::detail
 
 namespace tetrakis {
+
+std::size_t default_freed_memory() {
+#if defined(__linux__)
+    const long pages = sysconf(_SC_PHYS_PAGES), bytes = sysconf(_SC_PAGESIZE);
+    return pages > 0 && bytes > 0 ? static_cast<std::size_t>(pages) / 64 * static_cast<std::size_t>(bytes) : 0;
+#else
+    return 0;
+#endif
+}
 
 void keep_freed_memory(std::size_t bytes) {
 #if defined(TETRAKIS_MAPS_PAGES)

@@ -135,7 +135,8 @@ class Hierarchy {
     std::vector<LeafHandle> coarsen(std::span<const LeafHandle> leaves);
     bool can_coarsen(LeafHandle leaf) const;
 
-    /// Refines until no leaf above the depth is wanted any more. Returns the number of new leaves.
+    /// Refines until no leaf above the depth is wanted any more. Returns the number of new leaves. What a split takes
+    /// with it may be one deeper ("sqrt3": half triangles that become whole).
     /// @throws Error  as refine(); cancelled: what was refined until then stays
     std::size_t refine_where(const LeafPredicate& wanted, int max_depth, const RunContext& context = {});
     /// Refines until no leaf above the depth has an error over the tolerance. HierarchyEstimator

@@ -111,7 +111,7 @@ void check_whole(const Hierarchy& h) {
 
 TEST_SUITE_BEGIN("eval");
 
-TEST_CASE("hierarchies of every family are refined to a tolerance, tighter ones only adding leaves") {
+TEST_CASE("[slow] hierarchies of every family are refined to a tolerance, tighter ones only adding leaves") {
     for (const std::string_view scheme : {"catmull-clark", "loop", "sqrt3", "midedge", "doo-sabin", "biquartic"})
         for (const bool closed : {true, false}) {
             CAPTURE(scheme);
@@ -145,7 +145,8 @@ TEST_CASE("hierarchies of every family are refined to a tolerance, tighter ones 
         }
 }
 
-TEST_CASE("[peer] refining a hierarchy by an estimator finds the mesh that tessellate() makes of the same errors") {
+TEST_CASE(
+    "[slow] [peer] refining a hierarchy by an estimator finds the mesh that tessellate() makes of the same errors") {
     for (const std::string_view scheme : k_structured)
         for (const bool closed : {true, false}) {
             CAPTURE(scheme);
@@ -269,7 +270,7 @@ TEST_CASE("depths, tolerances and estimators: limits are kept, bad values and ot
     }
 }
 
-TEST_CASE("where the lattice ends before a leaf's points, nothing is refined for them") {
+TEST_CASE("[slow] where the lattice ends before a leaf's points, nothing is refined for them") {
     for (const std::string_view scheme : {"catmull-clark", "loop", "sqrt3", "doo-sabin"}) {
         CAPTURE(scheme);
         const ControlMesh mesh = roofed_box(scheme);

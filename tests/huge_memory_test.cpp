@@ -58,7 +58,7 @@ std::size_t mistakes_of_random_blocks(std::uint64_t seed) {
 }  // namespace
 
 TEST_CASE("memory keeps its contents as it grows, whatever was freed before, in any thread") {
-    for (const std::size_t kept : {std::size_t{0}, std::size_t{4} << 20, std::size_t{128} << 20}) {
+    for (const std::size_t kept : {std::size_t{0}, std::size_t{4} << 20, default_freed_memory()}) {
         CAPTURE(kept);
         keep_freed_memory(kept);
         std::vector<std::size_t> mistakes(8, 1);
@@ -87,7 +87,7 @@ TEST_CASE("a large block that was freed is there for the next run, unless nothin
         CHECK(static_cast<unsigned char*>(third)[bytes / 2] == 0);
         detail::free_memory(third, bytes);
     }
-    keep_freed_memory(std::size_t{128} << 20);
+    keep_freed_memory(default_freed_memory());
 }
 #endif
 
