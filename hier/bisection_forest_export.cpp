@@ -32,7 +32,7 @@ detail::PoolVector<std::uint32_t> BisectionForest::leaves_in_order() const {
         std::uint32_t slot;
         bool operator<(const Key& o) const { return path < o.path; }
     };
-    detail::PoolVector<Key> keys;
+    std::vector<Key> keys;  // of no pool: large, and what comes next must fit beside what is kept of it
     detail::resize_large(keys, leaf_count_);
     detail::PoolVector<std::uint32_t> next(first.begin(), first.end() - 1);
     for (std::uint32_t s = 0; s < slots; ++s) {

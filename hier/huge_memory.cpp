@@ -61,20 +61,44 @@ void* map_pages(std::size_t bytes) {
     return begin + before;
 }
 
+/// A mapped block with its pages in a larger one; nullptr, with the block as it was: there is no room.
+void* moved(void* data, std::size_t old_bytes, std::size_t bytes) {
+    void* const memory = map_pages(bytes);
+    if (memory == nullptr) return nullptr;
+    if (mremap(data, old_bytes, bytes, MREMAP_MAYMOVE | MREMAP_FIXED, memory) == MAP_FAILED) {
+        munmap(memory, bytes);
+        return nullptr;
+    }
+    if (bytes >= k_large) madvise(memory, bytes, MADV_HUGEPAGE);
+    return memory;
+}
+
 /// Mapped blocks that were freed, the oldest first: what was touched once is ready for the next run.
 class KeptBlocks {
   public:
-    /// One of exactly that size; nullptr: there is none.
+    struct Block {
+        void* data = nullptr;
+        std::size_t bytes = 0;
+    };
+    /// The latest of exactly that size; nullptr: there is none.
     void* take(std::size_t bytes) {
         const std::lock_guard lock(mutex_);
-        for (std::size_t i = blocks_.size(); i-- > 0;) {
-            if (blocks_[i].bytes != bytes) continue;
-            void* const data = blocks_[i].data;
-            blocks_.erase(blocks_.begin() + static_cast<std::ptrdiff_t>(i));
-            total_ -= bytes;
-            return data;
-        }
+        for (std::size_t i = blocks_.size(); i-- > 0;)
+            if (blocks_[i].bytes == bytes) return remove(i).data;
         return nullptr;
+    }
+    /// One that is no larger and not much smaller, of pages of the same kind, as large as there is; no data: none.
+    Block take_most_of(std::size_t bytes) {
+        const std::lock_guard lock(mutex_);
+        constexpr std::size_t k_least_share = 4;
+        std::size_t best = blocks_.size();
+        for (std::size_t i = blocks_.size(); i-- > 0;) {
+            const std::size_t b = blocks_[i].bytes;
+            if (b < bytes && b >= bytes / k_least_share && (b >= k_large) == (bytes >= k_large) &&
+                (best == blocks_.size() || b > blocks_[best].bytes))
+                best = i;
+        }
+        return best == blocks_.size() ? Block{} : remove(best);
     }
     void put(void* data, std::size_t bytes) noexcept {
         const std::lock_guard lock(mutex_);
@@ -98,10 +122,13 @@ class KeptBlocks {
         blocks_.erase(blocks_.begin(), blocks_.begin() + static_cast<std::ptrdiff_t>(gone));
     }
 
-    struct Block {
-        void* data;
-        std::size_t bytes;
-    };
+    Block remove(std::size_t i) {
+        const Block block = blocks_[i];
+        blocks_.erase(blocks_.begin() + static_cast<std::ptrdiff_t>(i));
+        total_ -= block.bytes;
+        return block;
+    }
+
     static constexpr std::size_t k_most_blocks = 256;
     std::mutex mutex_;
     std::vector<Block> blocks_ = with_room();
@@ -128,19 +155,17 @@ void* grow_memory(void* data, std::size_t old_bytes, std::size_t bytes) {
 #if defined(TETRAKIS_MAPS_PAGES)
     if (bytes >= k_mapped) {
         const std::size_t size = rounded(bytes), old_size = rounded(old_bytes);
-        const bool was_mapped = old_bytes >= k_mapped;
-        if (was_mapped && size == old_size) return data;
+        if (old_bytes >= k_mapped && size == old_size) return data;
         void* memory = kept_blocks().take(size);
-        const bool fresh = memory == nullptr;
-        if (fresh) memory = map_pages(size);
-        if (memory == nullptr) return nullptr;
-        if (fresh && old_bytes >= k_large) {
-            if (mremap(data, old_size, size, MREMAP_MAYMOVE | MREMAP_FIXED, memory) == MAP_FAILED) {
-                munmap(memory, size);
-                return nullptr;
+        if (memory == nullptr && old_bytes >= k_large) return moved(data, old_size, size);
+        if (memory == nullptr) {
+            if (const KeptBlocks::Block part = kept_blocks().take_most_of(size); part.data != nullptr) {
+                memory = moved(part.data, part.bytes, size);
+                if (memory == nullptr) munmap(part.data, part.bytes);
             }
-            madvise(memory, size, MADV_HUGEPAGE);
-        } else if (old_bytes > 0) {
+        }
+        if (memory == nullptr) memory = map_pages(size);
+        if (memory != nullptr && old_bytes > 0) {
             std::memcpy(memory, data, std::min(old_bytes, bytes));
             free_memory(data, old_bytes);
         }
