@@ -85,7 +85,14 @@ double mapped_distance(const SurfaceMap<Family>& map, const Vec3d& q, SurfacePar
 Sums measure_from_target(const TriangleMesh& target, const TriangleMesh& mesh, const TriangleBvh& bvh,
                          std::uint64_t samples, std::vector<double>& triangle_error, const RunContext& context) {
     const auto count = static_cast<std::uint32_t>(target.triangles.size());
-    const int n = lattice_intervals(samples, count, 1);
+    const auto area = [&](std::uint32_t t) {
+        const auto& tri = target.triangles[t];
+        const Vec3d& a = target.positions[tri[0]];
+        return 0.5 * glm::length(glm::cross(target.positions[tri[1]] - a, target.positions[tri[2]] - a));
+    };
+    double whole = 0;
+    for (std::uint32_t t = 0; t < count; ++t) whole += area(t);
+    const double spacing = std::sqrt(whole / static_cast<double>(samples));
     const std::uint32_t blocks = (count + k_block - 1) / k_block;
     std::vector<Sums> sums(blocks);
     struct Worst {
@@ -99,7 +106,13 @@ Sums measure_from_target(const TriangleMesh& target, const TriangleMesh& mesh, c
         for (std::uint32_t t = block * k_block; t < std::min(count, (block + 1) * k_block); ++t) {
             const auto& tri = target.triangles[t];
             const Vec3d a = target.positions[tri[0]], b = target.positions[tri[1]], c = target.positions[tri[2]];
-            const double weight = 0.5 * glm::length(glm::cross(b - a, c - a)) / ((n + 1) * (n + 2) / 2);
+            // By its share of the area: a target may have few large triangles, or both large and small ones. Long thin
+            // ones, which have little area, get points along them.
+            const double longest = std::max({glm::length(b - a), glm::length(c - b), glm::length(a - c)});
+            const double along = std::min<double>(k_most_intervals, spacing > 0 ? longest / spacing : 0.0);
+            const double within = spacing > 0 ? std::sqrt(2 * area(t)) / spacing : 0.0;
+            const int n = std::max(1, static_cast<int>(std::ceil(std::max(along, within))));
+            const double weight = area(t) / (0.5 * (n + 1.0) * (n + 2.0));
             for (int i = 0; i <= n; ++i)
                 for (int j = 0; i + j <= n; ++j) {
                     const double b0 = static_cast<double>(n - i - j) / n, b1 = static_cast<double>(i) / n,

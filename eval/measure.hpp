@@ -17,8 +17,8 @@ namespace tetrakis {
 /// `samples` in all), on the surface and on the triangle. Forward: each surface point to the nearest triangle by
 /// Embree, in double. Backward: each point of a triangle to the surface, by Newton's method from the parameters it came
 /// with; the largest by Embree's search of the whole surface, until no other can exceed it. Mean and RMS weigh samples
-/// by the area of their triangle. With a target, forward is sampled on the target too: what no point was projected to
-/// counts.
+/// by the area of their triangle. With a target, forward is sampled on the target too,
+/// evenly by area: what no point was projected to counts.
 /// @param samples         that are aimed at, each way
 /// @param tolerance       triangles beyond it are searched exactly, whatever the largest error is
 /// @param origin          where the triangle of that number comes from

@@ -3,6 +3,8 @@
 #include "tetrakis/hier/freed_memory.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cassert>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
@@ -101,23 +103,49 @@ class KeptBlocks {
         return best == blocks_.size() ? Block{} : remove(best);
     }
     void put(void* data, std::size_t bytes) noexcept {
+        Dropped dropped;
         const std::lock_guard lock(mutex_);
-        blocks_.push_back({data, bytes});  // within the capacity: drop() sees to it
+        if (bytes > most_) return dropped.add({data, bytes});  // rather than all the others
+        blocks_.push_back({data, bytes});                      // within the capacity: drop() sees to it
         total_ += bytes;
-        drop();
+        drop(most_, dropped);
     }
-    void keep_at_most(std::size_t bytes) {
+    void keep_at_most(std::size_t bytes) noexcept {
+        Dropped dropped;
         const std::lock_guard lock(mutex_);
         most_ = bytes;
-        drop();
+        drop(most_, dropped);
+    }
+    /// Gives all back. Returns whether there were any.
+    bool give_back() noexcept {
+        Dropped dropped;
+        const std::lock_guard lock(mutex_);
+        const bool any = !blocks_.empty();
+        drop(0, dropped);
+        return any;
     }
 
   private:
-    void drop() noexcept {
+    static constexpr std::size_t k_most_blocks = 256;
+
+    /// Unmaps at the end of its life, which comes after that of the lock: large blocks take milliseconds.
+    class Dropped {
+      public:
+        ~Dropped() {
+            for (std::size_t i = 0; i < count_; ++i) munmap(blocks_[i].data, blocks_[i].bytes);
+        }
+        void add(const Block& block) noexcept { blocks_[count_++] = block; }
+
+      private:
+        std::array<Block, k_most_blocks> blocks_;
+        std::size_t count_ = 0;
+    };
+
+    void drop(std::size_t most, Dropped& dropped) noexcept {
         std::size_t gone = 0;
-        while (gone < blocks_.size() && (total_ > most_ || blocks_.size() - gone == k_most_blocks)) {
-            munmap(blocks_[gone].data, blocks_[gone].bytes);
-            total_ -= blocks_[gone++].bytes;
+        while (gone < blocks_.size() && (total_ > most || blocks_.size() - gone == k_most_blocks)) {
+            total_ -= blocks_[gone].bytes;
+            dropped.add(blocks_[gone++]);
         }
         blocks_.erase(blocks_.begin(), blocks_.begin() + static_cast<std::ptrdiff_t>(gone));
     }
@@ -129,7 +157,6 @@ class KeptBlocks {
         return block;
     }
 
-    static constexpr std::size_t k_most_blocks = 256;
     std::mutex mutex_;
     std::vector<Block> blocks_ = with_room();
     std::size_t total_ = 0;
@@ -151,7 +178,10 @@ KeptBlocks& kept_blocks() {
 
 }  // namespace
 
-void* grow_memory(void* data, std::size_t old_bytes, std::size_t bytes) {
+namespace {
+
+/// grow_memory() without giving back what is kept.
+void* grown(void* data, std::size_t old_bytes, std::size_t bytes) {
 #if defined(TETRAKIS_MAPS_PAGES)
     if (bytes >= k_mapped) {
         const std::size_t size = rounded(bytes), old_size = rounded(old_bytes);
@@ -166,7 +196,7 @@ void* grow_memory(void* data, std::size_t old_bytes, std::size_t bytes) {
         }
         if (memory == nullptr) memory = map_pages(size);
         if (memory != nullptr && old_bytes > 0) {
-            std::memcpy(memory, data, std::min(old_bytes, bytes));
+            std::memcpy(memory, data, old_bytes);
             free_memory(data, old_bytes);
         }
         return memory;
@@ -174,6 +204,17 @@ void* grow_memory(void* data, std::size_t old_bytes, std::size_t bytes) {
 #endif
     (void)old_bytes;
     return grow_small(data, bytes);
+}
+
+}  // namespace
+
+void* grow_memory(void* data, std::size_t old_bytes, std::size_t bytes) {
+    assert(bytes >= old_bytes);
+    void* memory = grown(data, old_bytes, bytes);
+#if defined(TETRAKIS_MAPS_PAGES)
+    if (memory == nullptr && kept_blocks().give_back()) memory = grown(data, old_bytes, bytes);
+#endif
+    return memory;
 }
 
 void free_memory(void* data, std::size_t bytes) noexcept {
@@ -204,8 +245,10 @@ namespace tetrakis {
 
 std::size_t default_freed_memory() {
 #if defined(__linux__)
+    constexpr std::size_t k_most = std::size_t{512} << 20;  // the machine may be larger than the container that sees it
     const long pages = sysconf(_SC_PHYS_PAGES), bytes = sysconf(_SC_PAGESIZE);
-    return pages > 0 && bytes > 0 ? static_cast<std::size_t>(pages) / 64 * static_cast<std::size_t>(bytes) : 0;
+    if (pages <= 0 || bytes <= 0) return 0;
+    return std::min(static_cast<std::size_t>(pages) / 64 * static_cast<std::size_t>(bytes), k_most);
 #else
     return 0;
 #endif

@@ -12,6 +12,7 @@ namespace tetrakis::detail {
 /// kept.
 /// @param data       from this function, or nullptr
 /// @param old_bytes  what it was asked for
+/// @param bytes      not less than that
 /// @return nullptr where memory runs out; `data` is then as it was
 void* grow_memory(void* data, std::size_t old_bytes, std::size_t bytes);
 void free_memory(void* data, std::size_t bytes) noexcept;

@@ -209,7 +209,7 @@ std::vector<RawFault> element_faults(const ControlMeshData& data) {
     scan_elements(count_of(data.face_offsets.size() - 1), faults,
                   [&](std::uint32_t f, auto& found) { check_face(data, f, found); });
     for (std::uint32_t i = 0; i < data.uvs.size(); ++i)
-        if (!std::isfinite(data.uvs[i].x) || !std::isfinite(data.uvs[i].y)) faults.push_back({Kind::non_finite_uv, i});
+        if (!is_sound_uv(data.uvs[i])) faults.push_back({Kind::non_finite_uv, i});
     check_tags(data, faults);
     sort_faults(faults);
     return faults;

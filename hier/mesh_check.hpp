@@ -3,6 +3,7 @@
 #include "tetrakis/hier/control_mesh.hpp"
 #include "tetrakis/hier/mesh_links.hpp"
 
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -14,6 +15,13 @@ namespace tetrakis {
 /// overflow a double, and neither must their sums.
 inline constexpr double k_max_coordinate = 1e60;
 
+/// Texture coordinates beyond it would leave the floats of GLB.
+inline constexpr double k_max_uv = 1e30;
+inline bool is_sound_uv(const Vec2d& uv) {
+    // No number compares.
+    return std::abs(uv.x) <= k_max_uv && std::abs(uv.y) <= k_max_uv;
+}
+
 /// What can be wrong with control mesh data, in the order in which faults are listed.
 enum class MeshFaultKind {
     array_size,            ///< arrays that do not fit together; element: 0
@@ -23,7 +31,7 @@ enum class MeshFaultKind {
     face_too_small,        ///< element: the face
     vertex_out_of_range,   ///< element: the face
     repeated_vertex,       ///< element: the face; a vertex twice in one face
-    non_finite_uv,         ///< element: the texture coordinate
+    non_finite_uv,         ///< element: the texture coordinate; or beyond k_max_uv
     uv_out_of_range,       ///< element: the face
     normal_out_of_range,   ///< element: the face
     group_out_of_range,    ///< element: the face; its material or group number

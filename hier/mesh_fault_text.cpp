@@ -163,7 +163,9 @@ MeshFault describe(const ControlMeshData& data, const RawFault& fault) {
             case Kind::repeated_vertex:
                 return fmt::format("face {} has {} twice; {}", e, vertex(fault.a), k_repair_advice);
             case Kind::non_finite_uv:
-                return fmt::format("texture coordinate {} is not finite; correct it, or use --repair to put (0, 0)", e);
+                return fmt::format(
+                    "texture coordinate {} is not finite or beyond {:g}; correct it, or use --repair to put (0, 0)", e,
+                    k_max_uv);
             case Kind::uv_out_of_range:
                 return fmt::format(
                     "face {} uses texture coordinate {}, but there are {} (numbers start at {}); check the export or "

@@ -121,11 +121,11 @@ class Repair {
     void mend_uvs() {
         std::uint64_t bad = 0;
         for (Vec2d& uv : data_.uvs)
-            if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) {
+            if (!is_sound_uv(uv)) {
                 uv = Vec2d(0.0);
                 ++bad;
             }
-        if (bad != 0) report("set {} texture coordinates that are not finite to (0, 0)", bad);
+        if (bad != 0) report("set {} texture coordinates that are not finite or absurd to (0, 0)", bad);
         const std::size_t known = data_.uvs.size();
         std::uint64_t beyond = 0;
         for (std::uint32_t& i : data_.face_uvs)

@@ -148,7 +148,8 @@ class Prescan {
     void vertex(ObjWords& words) {
         const Numbers n = numbers(words, "the vertex", 3, k_most_numbers);
         // x y z w, or with a colour behind: 3 + 1, 3 + 1 + 3.
-        if ((n.count == 4 || n.count >= 7) && n.value[3] != 1.0 && weighted_++ == 0) first_weight_ = line_;
+        if ((n.count == 4 || n.count == 5 || n.count >= 7) && n.value[3] != 1.0 && weighted_++ == 0)
+            first_weight_ = line_;
         if ((n.count == 5 || n.count == 8) && surplus_++ == 0) first_surplus_ = line_;
         scan_.data.positions.emplace_back(n.value[0], n.value[1], n.value[2]);
         scan_.data.vertex_lines.push_back(line_);
@@ -251,10 +252,11 @@ class Prescan {
                             "weights are ignored",
                             weighted_, first_weight_));
         if (surplus_ != 0)
-            data.warnings.push_back(fmt::format(
-                "{} vertices have a number more than x y z, a weight and a colour (the first is on line {}); "
-                "it is ignored",
-                surplus_, first_surplus_));
+            data.warnings.push_back(
+                fmt::format("{} vertices have 5 or 8 numbers, one more than x y z with a weight or a colour or both "
+                            "(the first is on "
+                            "line {}); it is ignored",
+                            surplus_, first_surplus_));
         std::uint64_t others = 0;
         for (std::size_t i = 0; i < ignored_list_.size(); ++i) {
             const Ignored& ignored = ignored_list_[i];

@@ -30,7 +30,7 @@ struct Run {
         const std::string out = (scratch / ("out" + extension)).string();
         std::vector<std::string> arguments = {"tessellate", model,      "-o",
                                               out,          "--report", (scratch / "report.json").string()};
-        if (std::ranges::find(more, "--samples") == more.end())
+        if (std::ranges::find(more, "--samples") == more.end() && std::ranges::find(more, "--no-measure") == more.end())
             arguments.insert(arguments.end(), {"--samples", "50000"});
         arguments.insert(arguments.end(), more.begin(), more.end());
         result = cli::run(arguments);
@@ -347,6 +347,7 @@ TEST_CASE("[bad-input] tessellate refuses options that make no sense before any 
         {{missing, "--tolerance", "1e-3", "--min-level", "5", "--max-level", "3"}, 2, "--min-level"},
         {{missing, "--tolerance", "1e-3", "--image", "a.jpg"}, 2, "--image"},
         {{missing, "--tolerance", "1e-3", "--size", "90x90"}, 2, "--size"},
+        {{missing, "--tolerance", "1e-3", "--samples", "900", "--no-measure"}, 2, "--samples"},
         {{missing, "--tolerance", "1e-3"}, 3, "missing.obj"},
         {{cube, "--tolerance", "1e-3", "--target", missing}, 3, "missing.obj"},
         {{cube, "--tolerance", "1e-3", "--displacement", "a.png", "--amplitude", "1"}, 3, "texture coordinates"},

@@ -248,6 +248,8 @@ TEST_CASE("[bad-input] what the reader leaves to the check is reported with its 
                   "--repair");
     check_refused(k_square + "vt 0 0\nf 1/-2 2/1 3/1\n", 6, "texture coordinate", "--repair");
     check_refused(k_square + "vt 0 0\nvt 0 nan\nf 1/1 2/2 3/1\n", 6, "texture coordinate 2 is not finite", "--repair");
+    check_refused(k_square + "vt 0 0\nvt 1e45 0\nf 1/1 2/2 3/1\n", 6, "texture coordinate 2 is not finite or beyond",
+                  "--repair");
     check_refused(k_square + "vn 0 0 1\nf 1//1 2//1 3//2\n", 6, "normal 2, but there are 1 (numbers start at 1)",
                   "--repair");
     check_refused(k_square + "f 1 2 3\nf 2 3 1\n", 6, "face 2 has the same vertices as face 1 (line 5)", "--repair");
@@ -309,7 +311,7 @@ TEST_CASE("what is left out or filled in is a warning") {
     CHECK(data.normals.empty());
     REQUIRE(data.warnings.size() == 5);
     CHECK(contains(data.warnings[0], "1 vertices have a weight other than 1 (the first is on line 5)"));
-    CHECK(contains(data.warnings[1], "a weight and a colour (the first is on line 6)"));
+    CHECK(contains(data.warnings[1], "a weight or a colour or both (the first is on line 6)"));
     CHECK(contains(data.warnings[2], "2 lines of kind 'curv' ignored (the first is line 8)"));
     CHECK(contains(data.warnings[3], "1 line of kind 'l' ignored"));
     CHECK(contains(data.warnings[4], "1 of 3 face corners have no normal"));

@@ -131,6 +131,25 @@ TEST_CASE("[golden] Catmull-Clark limits and normals of the patch tree are those
     CHECK(count > 1000);
 }
 
+TEST_CASE("Catmull-Clark patches: second derivatives are absent at extraordinary points alone") {
+    for (const std::uint64_t seed : test::seeds(4)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = test::random_quad_mesh(seed, CreaseMethod::uniform);
+        const QuadPatches patches(mesh);
+        int absent = 0, present = 0;
+        for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
+            const HalfedgeId root(h);
+            const VertexId v = mesh.origin(root);
+            if (mesh.is_boundary(v)) continue;
+            const bool second = patches.evaluate(root, 0.0, 0.0).has_second;
+            if (mesh.valence(v) != 4) CHECK_FALSE(second);
+            (second ? present : absent)++;
+            CHECK(patches.evaluate(root, 0.013, 0.007).has_second);
+        }
+        CHECK(absent > 0);
+    }
+}
+
 TEST_CASE("Catmull-Clark patches: derivatives are those of finite differences") {
     int checked = 0;
     for (const CreaseMethod method : {CreaseMethod::uniform, CreaseMethod::chaikin})

@@ -169,6 +169,23 @@ TEST_CASE("[inv9] a rook with creases of sharpness 7.9 at 1e-3, certified") {
     CHECK(result.mesh.triangles.size() < 100'000);
 }
 
+TEST_CASE("a hole of the control mesh over a target of two large triangles is seen") {
+    // A flat frame about a square hole, onto the whole square.
+    const ControlMesh frame = parse(
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.61 0.61 0\nv 0.64 0.61 0\nv 0.64 0.64 0\nv 0.61 0.64 0\n"
+        "f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\nt corner 8/8/0 0 1 2 3 4 5 6 7 10 10 10 10 10 10 10 10\n");
+    TriangleMesh square;
+    square.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+    square.triangles = {{0, 1, 2}, {0, 2, 3}};
+    TessellateOptions options;
+    options.tolerance = 2e-3;
+    options.target = &square;
+    const Tessellation result = tessellate(frame, options);
+    CHECK_FALSE(result.tolerance_reached);
+    CHECK(result.measured_error->forward > 0.01);
+    CHECK(result.measured_error->forward < 0.025);
+}
+
 TEST_CASE("a control mesh is projected onto a target within the tolerance") {
     // A cube onto the unit sphere.
     const ControlMesh mesh = parse(cube_text());

@@ -35,6 +35,7 @@ struct TessellateCommandOptions {
     std::optional<double> amplitude;
     bool no_measure = false, repair = false;
     RenderOptions render;
+    bool samples_given = false;
     std::string view_option;  ///< of --size, --camera and --up one that is given, or empty
     RunOptions run;
 };
@@ -52,6 +53,8 @@ void check_combination(const TessellateCommandOptions& options) {
         throw UsageError(
             "--estimator certified bounds the distance to the limit surface itself; with --target or --displacement "
             "use --estimator embree");
+    if (options.samples_given && options.no_measure)
+        throw UsageError("--samples is about measuring: leave out --no-measure");
     if (!options.view_option.empty() && options.image.empty() && options.heat_image.empty())
         throw UsageError(options.view_option + " is about pictures: give --image or --image-heat too");
     if (t.min_level > t.max_level) throw UsageError("--min-level is above --max-level");
@@ -311,8 +314,9 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
     command->add_flag("--no-measure", options->no_measure, "Do not measure the result at the end");
     constexpr std::uint64_t k_most_samples = 10'000'000'000;
     command
-        ->add_option("--samples", options->tessellate.measure_samples,
-                     "Points to sample in each direction when the result is measured, about")
+        ->add_option(
+            "--samples", options->tessellate.measure_samples,
+            "Points to sample in each direction when the result is measured, about; at most some 300 a triangle")
         ->type_name("N")
         ->capture_default_str()
         ->check(CLI::Range(std::uint64_t{1}, k_most_samples));
@@ -328,6 +332,7 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
         "Exit code 4: the tolerance was not reached, the best result is written all the same.\n"
         "Example:\n  tetrakis tessellate data/rook.obj --tolerance 1e-3 -o rook.glb --report rook.json");
     command->callback([options, command, &chosen] {
+        options->samples_given = command->count("--samples") != 0;
         options->view_option = given_view_option(*command);
         chosen = [options] { return run(*options); };
     });
