@@ -42,6 +42,7 @@ constexpr std::size_t k_large = 2 * k_huge;           // blocks from here on are
 
 // Blocks from here on have pages of their own; below, the parts of pages at the ends outweigh.
 constexpr std::size_t k_mapped = std::size_t{1} << 20;
+
 std::size_t rounded(std::size_t bytes) {
     constexpr std::size_t k_unit = std::size_t{64} << 10;  // few different sizes, so that kept blocks fit again
     const std::size_t unit = bytes >= k_large ? k_huge : k_unit;
@@ -63,7 +64,7 @@ void* map_pages(std::size_t bytes) {
     return begin + before;
 }
 
-/// A mapped block with its pages in a larger one; nullptr, with the block as it was: there is no room.
+/// A large block with its pages in a larger one; nullptr, with the block as it was: there is no room.
 void* moved(void* data, std::size_t old_bytes, std::size_t bytes) {
     void* const memory = map_pages(bytes);
     if (memory == nullptr) return nullptr;
@@ -71,36 +72,24 @@ void* moved(void* data, std::size_t old_bytes, std::size_t bytes) {
         munmap(memory, bytes);
         return nullptr;
     }
-    if (bytes >= k_large) madvise(memory, bytes, MADV_HUGEPAGE);
+    madvise(memory, bytes, MADV_HUGEPAGE);
     return memory;
 }
 
 /// Mapped blocks that were freed, the oldest first: what was touched once is ready for the next run.
 class KeptBlocks {
   public:
-    struct Block {
-        void* data = nullptr;
-        std::size_t bytes = 0;
-    };
     /// The latest of exactly that size; nullptr: there is none.
     void* take(std::size_t bytes) {
         const std::lock_guard lock(mutex_);
-        for (std::size_t i = blocks_.size(); i-- > 0;)
-            if (blocks_[i].bytes == bytes) return remove(i).data;
-        return nullptr;
-    }
-    /// One that is no larger and not much smaller, of pages of the same kind, as large as there is; no data: none.
-    Block take_most_of(std::size_t bytes) {
-        const std::lock_guard lock(mutex_);
-        constexpr std::size_t k_least_share = 4;
-        std::size_t best = blocks_.size();
         for (std::size_t i = blocks_.size(); i-- > 0;) {
-            const std::size_t b = blocks_[i].bytes;
-            if (b < bytes && b >= bytes / k_least_share && (b >= k_large) == (bytes >= k_large) &&
-                (best == blocks_.size() || b > blocks_[best].bytes))
-                best = i;
+            if (blocks_[i].bytes != bytes) continue;
+            void* const data = blocks_[i].data;
+            blocks_.erase(blocks_.begin() + static_cast<std::ptrdiff_t>(i));
+            total_ -= bytes;
+            return data;
         }
-        return best == blocks_.size() ? Block{} : remove(best);
+        return nullptr;
     }
     void put(void* data, std::size_t bytes) noexcept {
         Dropped dropped;
@@ -127,6 +116,10 @@ class KeptBlocks {
 
   private:
     static constexpr std::size_t k_most_blocks = 256;
+    struct Block {
+        void* data = nullptr;
+        std::size_t bytes = 0;
+    };
 
     /// Unmaps at the end of its life, which comes after that of the lock: large blocks take milliseconds.
     class Dropped {
@@ -150,13 +143,6 @@ class KeptBlocks {
         blocks_.erase(blocks_.begin(), blocks_.begin() + static_cast<std::ptrdiff_t>(gone));
     }
 
-    Block remove(std::size_t i) {
-        const Block block = blocks_[i];
-        blocks_.erase(blocks_.begin() + static_cast<std::ptrdiff_t>(i));
-        total_ -= block.bytes;
-        return block;
-    }
-
     std::mutex mutex_;
     std::vector<Block> blocks_ = with_room();
     std::size_t total_ = 0;
@@ -176,10 +162,6 @@ KeptBlocks& kept_blocks() {
 
 #endif
 
-}  // namespace
-
-namespace {
-
 /// grow_memory() without giving back what is kept.
 void* grown(void* data, std::size_t old_bytes, std::size_t bytes) {
 #if defined(TETRAKIS_MAPS_PAGES)
@@ -188,12 +170,6 @@ void* grown(void* data, std::size_t old_bytes, std::size_t bytes) {
         if (old_bytes >= k_mapped && size == old_size) return data;
         void* memory = kept_blocks().take(size);
         if (memory == nullptr && old_bytes >= k_large) return moved(data, old_size, size);
-        if (memory == nullptr) {
-            if (const KeptBlocks::Block part = kept_blocks().take_most_of(size); part.data != nullptr) {
-                memory = moved(part.data, part.bytes, size);
-                if (memory == nullptr) munmap(part.data, part.bytes);
-            }
-        }
         if (memory == nullptr) memory = map_pages(size);
         if (memory != nullptr && old_bytes > 0) {
             std::memcpy(memory, data, old_bytes);

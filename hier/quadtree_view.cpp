@@ -146,7 +146,7 @@ class BucketSorter {
 QuadtreeView::QuadtreeView(const BisectionForest& forest) : mesh_(&forest.mesh()) {
     const std::uint32_t slots = forest.leaf_slots(), roots = mesh_->halfedge_count();
     first_.assign(std::size_t{roots} + 1, 0);
-    if (roots == 0) return;
+    if (slots == 0) return;  // holes only
     const Buckets buckets(roots, slots);
     const std::uint32_t bucket_count = buckets.count(roots);
 

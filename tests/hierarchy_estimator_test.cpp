@@ -1,5 +1,6 @@
 #include "dual_mesh.hpp"
 #include "hierarchy_helpers.hpp"
+#include "scheme_meshes.hpp"
 
 #include "tetrakis/eval/hausdorff.hpp"
 #include "tetrakis/eval/hierarchy_estimator.hpp"
@@ -20,6 +21,7 @@
 
 using namespace tetrakis;
 using test::Random;
+using test::triangles_of;
 
 namespace {
 
@@ -41,28 +43,10 @@ int depths_a_level(std::string_view scheme) {
                : 2;
 }
 
-ControlMesh estimated_mesh(std::string_view scheme, ControlMeshData data) {
+ControlMesh estimated_mesh(std::string_view scheme, const std::string& text) {
     const bool triangles = find_scheme(scheme)->family == MeshFamily::triangles || is_steps(scheme);
-    ControlMesh mesh = ControlMesh::build(std::move(data));
+    ControlMesh mesh = ControlMesh::build(parse_obj(text, "test.obj"));
     return triangles && !mesh.all_triangles() ? triangulate(mesh) : ControlMesh::build(mesh.data());
-}
-
-/// A box with a roof on one side: vertices with three, four and five edges.
-ControlMesh roofed_box(std::string_view scheme) {
-    return estimated_mesh(scheme,
-                          parse_obj("v -1 -1 -1\nv 1 -1 -1\nv -1 1 -1\nv 1 1 -1\nv -1 -1 1\nv 1 -1 1\nv -1 1 1\n"
-                                    "v 1 1 1\nv 0.2 0 1.7\nf 1 3 4 2\nf 1 2 6 5\nf 4 3 7 8\nf 3 1 5 7\nf 2 4 8 6\n"
-                                    "f 5 6 9\nf 6 8 9\nf 8 7 9\nf 7 5 9\n",
-                                    "box.obj"));
-}
-
-/// A tube of quads, wider in the middle: a boundary without corners.
-ControlMesh open_tube(std::string_view scheme) {
-    return estimated_mesh(scheme,
-                          parse_obj("v 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nv 1.3 0 1\nv 0 1.3 1\nv -1.3 0 1\n"
-                                    "v 0 -1.3 1\nv 0.8 0 2\nv 0 0.8 2\nv -0.8 0 2\nv 0 -0.8 2\nf 1 2 6 5\nf 2 3 7 6\n"
-                                    "f 3 4 8 7\nf 4 1 5 8\nf 5 6 10 9\nf 6 7 11 10\nf 7 8 12 11\nf 8 5 9 12\n",
-                                    "tube.obj"));
 }
 
 constexpr int k_side = 12;  ///< quads a side of hill()
@@ -80,26 +64,16 @@ ControlMesh hill(std::string_view scheme) {
             text += "f " + std::to_string(v) + ' ' + std::to_string(v + 1) + ' ' + std::to_string(v + k_side + 2) +
                     ' ' + std::to_string(v + k_side + 1) + '\n';
         }
-    return estimated_mesh(scheme, parse_obj(text, "hill.obj"));
-}
-
-TriangleMesh fans_of(const PolygonMesh& mesh) {
-    TriangleMesh result;
-    result.positions = mesh.positions;
-    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
-        for (std::uint32_t i = mesh.face_offsets[f] + 1; i + 1 < mesh.face_offsets[f + 1]; ++i)
-            result.triangles.push_back(
-                {mesh.face_vertices[mesh.face_offsets[f]], mesh.face_vertices[i], mesh.face_vertices[i + 1]});
-    return result;
+    return estimated_mesh(scheme, text);
 }
 
 /// Limit points of uniform refinement, far finer than what is compared with it.
 TriangleMesh dense_surface(const ControlMesh& mesh, std::string_view scheme) {
-    return fans_of(refine(mesh, scheme, is_steps(scheme) ? 3 : 4, {.limit = true}));
+    return triangles_of(refine(mesh, scheme, is_steps(scheme) ? 3 : 4, {.limit = true}));
 }
 
 double distance_to(const TriangleMesh& surface, const Hierarchy& h) {
-    return compare_meshes(surface, fans_of(h.to_mesh().mesh), {.samples = 20'000, .climbs = 8}).hausdorff;
+    return compare_meshes(surface, triangles_of(h.to_mesh().mesh), {.samples = 20'000, .climbs = 8}).hausdorff;
 }
 
 void check_whole(const Hierarchy& h) {
@@ -116,7 +90,7 @@ TEST_CASE("[slow] hierarchies of every family are refined to a tolerance, tighte
         for (const bool closed : {true, false}) {
             CAPTURE(scheme);
             CAPTURE(closed);
-            const ControlMesh mesh = closed ? roofed_box(scheme) : open_tube(scheme);
+            const ControlMesh mesh = estimated_mesh(scheme, closed ? test::k_closed : test::k_tube);
             const TriangleMesh surface = dense_surface(mesh, scheme);
             Hierarchy h = make_hierarchy(mesh, scheme);
             const int deep = 8 * depths_a_level(scheme);
@@ -151,7 +125,7 @@ TEST_CASE(
         for (const bool closed : {true, false}) {
             CAPTURE(scheme);
             CAPTURE(closed);
-            const ControlMesh mesh = closed ? roofed_box(scheme) : open_tube(scheme);
+            const ControlMesh mesh = estimated_mesh(scheme, closed ? test::k_closed : test::k_tube);
             TessellateOptions options;
             options.scheme = scheme;
             // tessellate() measures, so it can do with a smaller margin for what lies between the points looked at.
@@ -162,7 +136,7 @@ TEST_CASE(
             Hierarchy h = make_hierarchy(mesh, scheme);
             h.refine_where(HierarchyEstimator(h, 0.01), 0.01, 10 * depths_a_level(scheme));
             const HierarchyMesh mine = h.to_mesh();
-            CHECK(fans_of(mine.mesh).triangles.size() == expected.mesh.triangles.size());
+            CHECK(triangles_of(mine.mesh).triangles.size() == expected.mesh.triangles.size());
             REQUIRE(mine.mesh.positions.size() == expected.mesh.positions.size());
             for (std::size_t v = 0; v < mine.mesh.positions.size(); ++v)
                 CHECK(glm::length(mine.mesh.positions[v] - expected.mesh.positions[v]) < 1e-12);
@@ -228,7 +202,7 @@ TEST_CASE("[inv10] refining by an estimator: the same bytes for any number of th
 TEST_CASE("depths, tolerances and estimators: limits are kept, bad values and other families' estimators refused") {
     for (const std::string_view scheme : std::initializer_list<std::string_view>{"sqrt3", "doo-sabin", "biquartic"}) {
         CAPTURE(scheme);
-        const ControlMesh mesh = roofed_box(scheme);
+        const ControlMesh mesh = estimated_mesh(scheme, test::k_closed);
         Hierarchy h = make_hierarchy(mesh, scheme);
         const HierarchyEstimator estimator(h, 0.0);
         // Nothing is ever exact.
@@ -273,7 +247,7 @@ TEST_CASE("depths, tolerances and estimators: limits are kept, bad values and ot
 TEST_CASE("[slow] where the lattice ends before a leaf's points, nothing is refined for them") {
     for (const std::string_view scheme : {"catmull-clark", "loop", "sqrt3", "doo-sabin"}) {
         CAPTURE(scheme);
-        const ControlMesh mesh = roofed_box(scheme);
+        const ControlMesh mesh = estimated_mesh(scheme, test::k_closed);
         Hierarchy h = make_hierarchy(mesh, scheme);
         const int most = h.tree().max_depth;
         HierarchyNode deepest{h.node(h.leaves()[0]).root, 0, 0};
@@ -291,7 +265,7 @@ TEST_CASE("[slow] where the lattice ends before a leaf's points, nothing is refi
 TEST_CASE("coarsening by an estimator undoes what a tolerance does not need, and keeps what it does") {
     for (const std::string_view scheme : k_estimated) {
         CAPTURE(scheme);
-        const ControlMesh mesh = open_tube(scheme);
+        const ControlMesh mesh = estimated_mesh(scheme, test::k_tube);
         const TriangleMesh surface = dense_surface(mesh, scheme);
         const double tolerance = 0.05;
         Hierarchy h = make_hierarchy(mesh, scheme);

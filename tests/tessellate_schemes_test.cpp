@@ -1,4 +1,5 @@
 #include "point_match.hpp"
+#include "scheme_meshes.hpp"
 #include "surface_topology.hpp"
 
 #include "tetrakis/eval/hausdorff.hpp"
@@ -16,6 +17,9 @@
 #include <vector>
 
 using namespace tetrakis;
+using test::k_closed;
+using test::k_tube;
+using test::triangles_of;
 
 namespace {
 
@@ -35,31 +39,10 @@ ControlMesh mesh_for(const SchemeInfo& scheme, const std::string& text) {
     return scheme.family == MeshFamily::triangles && !mesh.all_triangles() ? triangulate(mesh) : mesh;
 }
 
-/// A cube with a roof on one side: vertices with three, four and five edges.
-const char* const k_closed =
-    "v -1 -1 -1\nv 1 -1 -1\nv -1 1 -1\nv 1 1 -1\nv -1 -1 1\nv 1 -1 1\nv -1 1 1\nv 1 1 1\nv 0.2 0 1.7\n"
-    "f 1 3 4 2\nf 1 2 6 5\nf 4 3 7 8\nf 3 1 5 7\nf 2 4 8 6\nf 5 6 9\nf 6 8 9\nf 8 7 9\nf 7 5 9\n";
-
 /// An open patch of two quads, a triangle and a pentagon around one vertex, not flat.
 const char* const k_open =
     "v 0 0 0\nv 1 0 0.2\nv 2 0 0\nv 2.3 1 0.5\nv 1.2 1 0.9\nv 0 1 0.3\nv 1.7 2 0.2\nv 0.5 2 0\nv -0.7 1.6 -0.3\n"
     "f 1 2 5 6\nf 2 3 4 5\nf 5 4 7\nf 6 5 7 8 9\n";
-
-TriangleMesh triangles_of(const PolygonMesh& mesh) {
-    TriangleMesh result;
-    result.positions = mesh.positions;
-    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
-        for (std::uint32_t i = mesh.face_offsets[f] + 1; i + 1 < mesh.face_offsets[f + 1]; ++i)
-            result.triangles.push_back(
-                {mesh.face_vertices[mesh.face_offsets[f]], mesh.face_vertices[i], mesh.face_vertices[i + 1]});
-    return result;
-}
-
-/// A tube of quads, wider in the middle: a boundary without corners.
-const char* const k_tube =
-    "v 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nv 1.3 0 1\nv 0 1.3 1\nv -1.3 0 1\nv 0 -1.3 1\nv 0.8 0 2\nv 0 0.8 2\n"
-    "v -0.8 0 2\nv 0 -0.8 2\n"
-    "f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\nf 5 6 10 9\nf 6 7 11 10\nf 7 8 12 11\nf 8 5 9 12\n";
 
 /// Three averaging steps have no limit at the corner of a boundary.
 const char* open_mesh(const SchemeInfo& scheme) { return scheme.name == "biquartic" ? k_tube : k_open; }
