@@ -129,9 +129,12 @@ void print_summary(const TessellateCommandOptions& options, const Report& report
               fmt::format("{} ({} faces, {})", options.input.string(), format_count(report.faces), report.scheme));
     table.row("result", fmt::format("{} triangles, {} vertices, deepest level {}", format_count(*report.triangles),
                                     format_count(report.vertices), report.levels));
-    if (report.tolerance)
+    // A model without extent has no share of its diagonal.
+    if (report.tolerance && std::isfinite(*report.tolerance))
         table.row("tolerance",
                   fmt::format("{:<10} {:.3g} of the diagonal", format_length(tolerance), *report.tolerance));
+    else if (report.tolerance_absolute)
+        table.row("tolerance", format_length(tolerance));
     if (report.certified_error) table.row("certified error", share(*report.certified_error));
     if (const auto& error = report.measured_error) {
         table.row("measured error", share(error->hausdorff));
