@@ -44,28 +44,40 @@ void for_each_lattice_point(int n, Visit&& visit) {
 
 template <class Family>
 LeafEstimator<Family>::LeafEstimator(const SurfaceMap<Family>& map, const typename Family::Closest& closest,
-                                     EstimatorKind kind, double tolerance)
-    : map_(map), closest_(closest), kind_(kind), tolerance_(tolerance), bounders_([patches = map.patches] {
-          return typename Family::Bounder(*patches);
-      }) {}
+                                     EstimatorKind kind, double tolerance, bool slide)
+    : map_(map),
+      closest_(closest),
+      kind_(kind),
+      tolerance_(tolerance),
+      slide_(slide),
+      bounders_([patches = map.patches] { return typename Family::Bounder(*patches); }) {}
 
 template <class Family>
 void LeafEstimator<Family>::estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const {
-    for_each_block(static_cast<std::uint32_t>(triangles.size()), k_estimator_grain,
-                   [&](std::uint32_t begin, std::uint32_t end) {
-                       typename Family::Bounder& bounder = bounders_.local();
-                       for (std::uint32_t i = begin; i < end; ++i) {
-                           const CellTriangle& leaf = triangles[i];
-                           if (!map_.plain()) {
-                               errors[i] = mapped(leaf);
-                           } else if (kind_ == EstimatorKind::certified) {
-                               const LeafError e = bounder.leaf_error(leaf, tolerance_);
-                               errors[i] = e.lower > tolerance_ ? e.lower : e.upper;
-                           } else {
-                               errors[i] = measured(leaf, bounder);
-                           }
-                       }
-                   });
+    for_each_block(
+        static_cast<std::uint32_t>(triangles.size()), k_estimator_grain, [&](std::uint32_t begin, std::uint32_t end) {
+            typename Family::Bounder& bounder = bounders_.local();
+            for (std::uint32_t i = begin; i < end; ++i) {
+                const CellTriangle& leaf = triangles[i];
+                if (!map_.plain()) {
+                    errors[i] = mapped(leaf);
+                } else if (kind_ == EstimatorKind::certified) {
+                    const LeafError e = bounder.leaf_error(
+                        leaf, tolerance_, slide_ ? LeafSlack::assumed(tolerance_, soft_edges(leaf)) : LeafSlack{});
+                    const double error = e.lower > tolerance_ ? e.lower : e.upper;
+                    errors[i] = e.slides ? -error : error;
+                } else {
+                    errors[i] = measured(leaf, bounder);
+                }
+            }
+        });
+}
+
+template <class Family>
+std::array<bool, 3> LeafEstimator<Family>::soft_edges(const CellTriangle& leaf) const {
+    const ControlMesh& mesh = map_.patches->mesh();
+    return {!is_hard_edge<Family>(mesh, leaf, 0), !is_hard_edge<Family>(mesh, leaf, 1),
+            !is_hard_edge<Family>(mesh, leaf, 2)};
 }
 
 template <class Family>

@@ -21,8 +21,9 @@ namespace tetrakis {
 template <class Family>
 class LeafEstimator final : public ErrorEstimator {
   public:
+    /// @param slide  whether leaves take slack of their neighbours for granted (assumed_slack); to be checked
     LeafEstimator(const SurfaceMap<Family>& map, const typename Family::Closest& closest, EstimatorKind kind,
-                  double tolerance);
+                  double tolerance, bool slide = false);
 
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
 
@@ -30,6 +31,8 @@ class LeafEstimator final : public ErrorEstimator {
     bool gave_up() const { return gave_up_.load(std::memory_order_relaxed); }
     /// The calling thread's bounder.
     typename Family::Bounder& bounder() const { return bounders_.local(); }
+    /// The edges that a leaf may slide over.
+    std::array<bool, 3> soft_edges(const CellTriangle& leaf) const;
 
   private:
     double measured(const CellTriangle& leaf, typename Family::Bounder& bounder) const;
@@ -43,6 +46,7 @@ class LeafEstimator final : public ErrorEstimator {
     const typename Family::Closest& closest_;
     EstimatorKind kind_;
     double tolerance_;
+    bool slide_;
     mutable std::atomic<bool> gave_up_ = false;
     mutable oneapi::tbb::enumerable_thread_specific<typename Family::Bounder> bounders_;
 };

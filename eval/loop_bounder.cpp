@@ -122,7 +122,7 @@ bool LoopBounder::on_one_side(const Point& a, const Point& b) {
     return (a.b1 == 0 && b.b1 == 0) || (a.b2 == 0 && b.b2 == 0) || (a.b1 + a.b2 == 1 && b.b1 + b.b2 == 1);
 }
 
-void LoopBounder::set_leaf(const std::array<Vec3d, 3>& corners) {
+void LoopBounder::set_leaf(const std::array<Vec3d, 3>& corners, const EdgeSlack& slack) {
     corners_ = corners;
     for (std::size_t k = 0; k < 3; ++k) {
         side_[k] = corners[(k + 1) % 3] - corners[k];
@@ -130,10 +130,24 @@ void LoopBounder::set_leaf(const std::array<Vec3d, 3>& corners) {
         inverse_squared_[k] = size > 0 ? 1 / size : 0;
     }
     has_triangle_ = false;
+    if (slack.any()) set_slack(slack);
+}
+
+/// False where the triangle is too thin for any.
+bool LoopBounder::set_slack(const EdgeSlack& slack) {
+    triangle_ = detail::TriangleDistance(corners_);
+    has_triangle_ = true;
+    if (triangle_.sliver()) return false;
+    triangle_.set_slack(slack);
+    stretch_ = triangle_.stretch();
+    decide_at_ /= stretch_ * detail::k_stretch_rounding;
+    return true;
 }
 
 /// Of a point with parameters on side k.
 double LoopBounder::to_side(const Point& p, std::size_t k) const {
+    if (stretch_ > 1 && triangle_.slides(k))
+        return triangle_.to_edge(triangle_.inside(p.b1, p.b2) + triangle_.local_vector(p.deviation), k);
     const double place = k == 0 ? p.b1 : (k == 1 ? p.b2 : 1 - p.b1 - p.b2);
     const double foot = place + glm::dot(p.deviation, side_[k]) * inverse_squared_[k];
     return std::sqrt(squared(p.deviation - (std::clamp(foot, 0.0, 1.0) - place) * side_[k]));
@@ -174,7 +188,12 @@ inline void LoopBounder::attain_where_needed(Point& point, double rest) {
 void LoopBounder::attain(Point& point) {
     point.error = error_of(point);
     lower_ = std::max(lower_, point.error);
-    if (lower_ > decide_at_) rejected_ = true;
+    if (point.error > decide_at_ && !rejected_) reject(point);
+}
+
+void LoopBounder::reject(const Point& point) {
+    rejected_ = true;
+    rejecting_ = point;
 }
 
 /// Whether a piece with this bound needs no further work.
@@ -211,8 +230,9 @@ void LoopBounder::attain_centroid(const Points& p, const Vec3d& bend) {
     c.deviation = (1.0 / 3) * (p[0].deviation + p[1].deviation + p[2].deviation) + bend;
     if (squared(c.deviation) <= lower_ * lower_) return;
     // Inside the leaf, whatever its rounded parameters say.
-    lower_ = std::max(lower_, to_triangle(c));
-    if (lower_ > decide_at_) rejected_ = true;
+    c.error = to_triangle(c);
+    lower_ = std::max(lower_, c.error);
+    if (c.error > decide_at_) reject(c);
 }
 
 /// S lies in the hull of the cell's points, and T is no further off than any of its own points. For edges of the leaf
@@ -521,8 +541,34 @@ LoopBounder::Point LoopBounder::surface_halfway(const Point& a, const Point& b, 
     return p;
 }
 
-LeafError LoopBounder::leaf_error(const CellTriangle& leaf, double decide_at) {
+LeafError LoopBounder::leaf_error(const CellTriangle& leaf, double decide_at, const LeafSlack& slack) {
+    if (slack.needed()) return find_error(leaf, decide_at, slack.at({}));
+    const LeafError still = find_error(leaf, decide_at, {});
+    if (still.upper <= decide_at || slack.none()) return still;
+    if (rejected_) {
+        // A height is an error, wherever the leaf may slide.
+        const Vec3d n = glm::cross(side_[0], side_[1]);
+        const double height = glm::dot(n, rejecting_.deviation);
+        if (height * height > decide_at * decide_at * squared(n))
+            return {std::abs(height) / std::sqrt(squared(n)), std::numeric_limits<double>::infinity()};
+    }
+    const EdgeSlack edges = slack.at(corners_);
+    if (!edges.any()) return still;
+    if (rejected_) {
+        // The same point decides most leaves again.
+        if (!set_slack(edges)) return still;
+        const double error = stretch_ * error_of(rejecting_);
+        if (error > decide_at) return {error, std::numeric_limits<double>::infinity()};
+    }
+    LeafError sliding = find_error(leaf, decide_at, edges);
+    if (sliding.upper >= still.upper) return {std::min(sliding.lower, still.lower), still.upper};
+    sliding.slides = true;
+    return sliding;
+}
+
+LeafError LoopBounder::find_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack) {
     decide_at_ = decide_at;
+    stretch_ = 1;
     lower_ = upper_ = 0;
     rejected_ = false;
     Corners at;
@@ -539,17 +585,17 @@ LeafError LoopBounder::leaf_error(const CellTriangle& leaf, double decide_at) {
         if (size == 0 || !settle(own + pad_)) {
             std::array<Vec3d, 3> c;
             for (std::size_t i = 0; i < 3; ++i) c[i] = detail::BoxSplineLattice::position(level.cell.net, at[i]);
-            set_leaf(c);
+            set_leaf(c, slack);
             bound_regular(level.hessian, at, corner, size == 0 ? k_unknown : own, k_max_refinement);
         }
     } else {
         std::array<Vec3d, 3> c;
         for (std::size_t i = 0; i < 3; ++i) c[i] = corner_or_inner(level.cell, at[i]);
-        set_leaf(c);
+        set_leaf(c, slack);
         bound_irregular(level.cell, {at, corner}, k_max_refinement);
     }
     if (rejected_) upper_ = std::numeric_limits<double>::infinity();
-    return {lower_, std::max(upper_, lower_)};
+    return {stretch_ * lower_, stretch_ * std::max(upper_, lower_)};
 }
 
 void LoopBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions, std::span<Vec3d> normals) {

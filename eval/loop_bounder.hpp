@@ -24,7 +24,8 @@ class LoopBounder {
 
     /// Bounds on the error of a leaf, refined until they lie on one side of `decide_at` or within a twentieth; where
     /// `lower` exceeds `decide_at`, `upper` may be infinite.
-    LeafError leaf_error(const CellTriangle& leaf, double decide_at);
+    /// Where they exceed that, and the leaf has slack, with it: the error of EdgeSlack.
+    LeafError leaf_error(const CellTriangle& leaf, double decide_at, const LeafSlack& slack = {});
 
     /// Samples of a leaf on a barycentric lattice with n intervals a side: (n + 1)(n + 2) / 2 points in the order
     /// corner 2 first, rows parallel to the edge corner 0 - corner 1. Positions and (unnormalised) normals of the limit
@@ -64,6 +65,7 @@ class LoopBounder {
     /// Whether a line between two points lies on a side of the leaf.
     static bool on_one_side(const Point& a, const Point& b);
 
+    LeafError find_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack);
     Level& locate(const CellTriangle& leaf, Corners& at);
     void bound_star(const detail::LoopStarChain& star, const Piece& piece, int depth);
     bool bound_star_part(const detail::LoopStarChain& star, const Piece& piece);
@@ -88,11 +90,13 @@ class LoopBounder {
     double error_of(const Point& point);
     double to_side(const Point& point, std::size_t k) const;
     double to_triangle(const Point& point);
-    void set_leaf(const std::array<Vec3d, 3>& corners);
+    void set_leaf(const std::array<Vec3d, 3>& corners, const EdgeSlack& slack);
+    bool set_slack(const EdgeSlack& slack);
     Vec3d corner_or_inner(const detail::LoopCell& cell, const detail::Bary& at) const;
     bool accept(double upper);
     bool settle(double upper);
     void attain(Point& point);
+    void reject(const Point& point);
     bool small(Point& point, double rest) const;
     void attain_where_needed(Point& point, double rest);
     Point surface_halfway(const Point& a, const Point& b, const Vec3d& surface);
@@ -104,7 +108,9 @@ class LoopBounder {
     int known_ = 0;  ///< levels of way_ that belong to root_
     // State of one leaf_error() call.
     double decide_at_ = 0, lower_ = 0, upper_ = 0;
+    double stretch_ = 1;  ///< all three are divided by it
     bool rejected_ = false;
+    Point rejecting_;                          ///< the first point to do so
     std::array<Vec3d, 3> corners_, side_;      ///< of T; side k from corner k to the next
     std::array<double, 3> inverse_squared_{};  ///< lengths of the sides; 0 for no length
     bool has_triangle_ = false;

@@ -32,13 +32,14 @@ void QuadBounder::start(double decide_at, bool may_reject) {
     decide_at_ = decide_at;
     may_reject_ = may_reject;
     lower_ = upper_ = 0;
+    stretch_ = 1;
     rejected_ = false;
     distance_ = false;
 }
 
 LeafError QuadBounder::finish() const {
-    if (rejected_) return {lower_, std::numeric_limits<double>::infinity()};
-    return {lower_, std::max(upper_, lower_)};
+    if (rejected_) return {stretch_ * lower_, std::numeric_limits<double>::infinity()};
+    return {stretch_ * lower_, stretch_ * std::max(upper_, lower_)};
 }
 
 bool QuadBounder::attain(double error) {
@@ -54,10 +55,21 @@ bool QuadBounder::settled(double upper) {
     return true;
 }
 
-void QuadBounder::measure_distance(const std::array<Vec3d, 3>& corners) {
+/// @param corners  of the leaf, corner 2 first
+void QuadBounder::measure_distance(const std::array<Vec3d, 3>& corners, const EdgeSlack& slack) {
     distance_ = true;
     has_triangle_ = false;
     leaf_ = corners;
+    if (slack.any()) set_slack(slack);
+}
+
+void QuadBounder::set_slack(const EdgeSlack& slack) {
+    need_triangle();
+    if (triangle_.sliver()) return;
+    const auto turned = [](const std::array<double, 3>& of) { return std::array<double, 3>{of[2], of[0], of[1]}; };
+    triangle_.set_slack({turned(slack.fold), turned(slack.tent)});
+    stretch_ = triangle_.stretch();
+    decide_at_ /= stretch_ * detail::k_stretch_rounding;
 }
 
 void QuadBounder::need_triangle() {
@@ -229,10 +241,32 @@ QuadBounder::Corners QuadBounder::leaf_corners(WalkCell& cell, const Piece& piec
 
 bool QuadBounder::is_root(const CellTriangle& leaf) { return leaf.level == 0 && leaf.corner[1].x == 2; }
 
-LeafError QuadBounder::leaf_error(const CellTriangle& leaf, double decide_at) {
+LeafError QuadBounder::leaf_error(const CellTriangle& leaf, double decide_at, const LeafSlack& slack) {
+    if (slack.needed()) return find_error(leaf, decide_at, slack.at({}));
+    const LeafError still = find_error(leaf, decide_at, {});
+    if (still.upper <= decide_at || slack.none()) return still;
+    // A height is an error, wherever the leaf may slide.
+    if (const double high = rejected_ ? height(rejecting_) : 0; high > decide_at)
+        return {high, std::numeric_limits<double>::infinity()};
+    const EdgeSlack edges = slack.at({leaf_[1], leaf_[2], leaf_[0]});
+    if (!edges.any()) return still;
+    LeafError sliding = find_error(leaf, decide_at, edges);
+    if (sliding.upper >= still.upper) return {std::min(sliding.lower, still.lower), still.upper};
+    sliding.slides = true;
+    return sliding;
+}
+
+/// Of a point over the plane of leaf_.
+double QuadBounder::height(const Vec3d& p) const {
+    const Vec3d n = glm::cross(leaf_[1] - leaf_[0], leaf_[2] - leaf_[0]);
+    const double area = glm::length(n);
+    return area > 0 ? std::abs(glm::dot(n, p - leaf_[0])) / area : 0;
+}
+
+LeafError QuadBounder::find_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack) {
     start(decide_at, may_reject_);
     if (is_root(leaf)) {
-        bound_root(leaf.root, nullptr);
+        bound_root(leaf.root, nullptr, slack);
         return finish();
     }
     // The middle of the base decides most leaves that must be split.
@@ -240,14 +274,16 @@ LeafError QuadBounder::leaf_error(const CellTriangle& leaf, double decide_at) {
     WalkCell& cell = home(piece);
     const Corners corners = leaf_corners(cell, piece);
     const Vec3d middle = cell.point(piece.quarter ? k_side_point[piece.turn] : k_centre_point);
-    if (attain(detail::segment_distance(middle, corners.linear[1], corners.linear[2]))) {
-        measure_distance(corners.linear);
+    measure_distance(corners.linear, slack);
+    rejecting_ = middle;
+    const bool slides = stretch_ > 1 && triangle_.slides(1);
+    if (attain(slides ? triangle_.to_edge(triangle_.local(middle), 1)
+                      : detail::segment_distance(middle, corners.linear[1], corners.linear[2])))
         bound(cell, piece, corners, detail::k_max_refinement);
-    }
     return finish();
 }
 
-void QuadBounder::bound_root(HalfedgeId h, const Vec3d* centre) {
+void QuadBounder::bound_root(HalfedgeId h, const Vec3d* centre, const EdgeSlack& slack) {
     // Two half-cells that share the edge from the midpoint m of the base to the centre c. Edges of the leaf: from c to
     // v, v to w, w to c.
     const HalfedgeId g = patches_.mesh().next(h);
@@ -256,15 +292,16 @@ void QuadBounder::bound_root(HalfedgeId h, const Vec3d* centre) {
     const Vec3d v = left.linear[2], c = left.linear[1], w = right.linear[1], m = left.linear[0];
     const Vec3d base = 0.5 * (v + w), linear_centre = centre ? *centre : c;
     if (!centre) {
-        // The middles of the edges decide most leaves that must be split.
-        const auto reject = [&](const Vec3d& p, const Vec3d& a, const Vec3d& b) {
-            return !attain(detail::segment_distance(p, a, b));
-        };
-        if (reject(m, v, w) || reject(home(second).point(k_centre_point), w, c) ||
-            reject(home(first).point(k_centre_point), c, v))
-            return;
-        measure_distance({c, v, w});
+        measure_distance({c, v, w}, slack);
         need_triangle();
+        // The middles of the edges decide most leaves that must be split.
+        const auto reject = [&](const Vec3d& p, std::size_t edge) {
+            rejecting_ = p;
+            return !attain(triangle_.to_edge(triangle_.local(p), edge));
+        };
+        if (reject(m, 1) || reject(home(second).point(k_centre_point), 2) ||
+            reject(home(first).point(k_centre_point), 0))
+            return;
     }
     left.linear = {base, linear_centre, v};
     right.linear = {base, w, linear_centre};
@@ -278,14 +315,14 @@ void QuadBounder::bound_root(HalfedgeId h, const Vec3d* centre) {
 
 LeafError QuadBounder::root_error(HalfedgeId root, const Vec3d& centre, double decide_at, bool may_reject) {
     start(decide_at, may_reject);
-    bound_root(root, &centre);
+    bound_root(root, &centre, {});
     may_reject_ = true;
     return finish();
 }
 
-double QuadBounder::certified_error(const CellTriangle& leaf, double floor) {
+double QuadBounder::certified_error(const CellTriangle& leaf, double floor, const LeafSlack& slack) {
     may_reject_ = false;
-    const LeafError e = leaf_error(leaf, floor);
+    const LeafError e = leaf_error(leaf, floor, slack);
     may_reject_ = true;
     return e.upper;
 }

@@ -23,11 +23,12 @@ class QuadBounder {
     explicit QuadBounder(const QuadPatches& patches);
 
     /// The error of a leaf, or bounds on it: refined until they lie on one side of `decide_at` or within a twentieth.
-    LeafError leaf_error(const CellTriangle& leaf, double decide_at);
+    /// Where they exceed that, and the leaf has slack, with it: the error of EdgeSlack.
+    LeafError leaf_error(const CellTriangle& leaf, double decide_at, const LeafSlack& slack = {});
 
     /// Certified bound, tight to a twentieth where it exceeds `floor`: the largest over many leaves takes little more
     /// than one pass.
-    double certified_error(const CellTriangle& leaf, double floor);
+    double certified_error(const CellTriangle& leaf, double floor, const LeafSlack& slack = {});
 
     /// Size of S - L over the depth-0 leaf of a root, L linear over each of its two cells with the value at the face's
     /// centre given (it need not lie on the surface).
@@ -72,7 +73,7 @@ class QuadBounder {
     static Corners leaf_corners(detail::WalkCell& cell, const Piece& piece);
     void start(double decide_at, bool may_reject);
     LeafError finish() const;
-    void bound_root(HalfedgeId root, const Vec3d* centre);
+    void bound_root(HalfedgeId root, const Vec3d* centre, const EdgeSlack& slack);
     void bound(const Piece& piece, const Corners& corners, int depth);
     void bound(detail::WalkCell& cell, const Piece& piece, const Corners& corners, int depth);
     void split(detail::WalkCell& cell, const Piece& piece, const Corners& corners, int depth);
@@ -112,7 +113,10 @@ class QuadBounder {
         return distance_ ? triangle_.local(position) : deviation;
     }
     double node_error(const Vec3d& node, int edge) const;
-    void measure_distance(const std::array<Vec3d, 3>& corners);
+    void measure_distance(const std::array<Vec3d, 3>& corners, const EdgeSlack& slack);
+    void set_slack(const EdgeSlack& slack);
+    double height(const Vec3d& p) const;
+    LeafError find_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack);
     void need_triangle();
     bool settled(double upper);
     /// Takes note of an error that is attained. False when that rejects the leaf.
@@ -123,7 +127,9 @@ class QuadBounder {
     detail::QuadCellWalk walk_;
     // State of one call.
     double decide_at_ = 0, lower_ = 0, upper_ = 0;
+    double stretch_ = 1;  ///< all three are divided by it
     bool rejected_ = false, may_reject_ = true;
+    Vec3d rejecting_{0};                 ///< the first point of the surface that was looked at: it rejects most leaves
     bool distance_ = false;              ///< to the leaf's triangle; else S - L counts
     std::array<Vec3d, 3> leaf_;          ///< corners, where distance_ is set
     detail::TriangleDistance triangle_;  ///< of leaf_, once need_triangle() was called

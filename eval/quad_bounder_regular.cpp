@@ -33,6 +33,17 @@ double QuadBounder::quadratic_error(const std::array<Vec3d, 3>& corner, const st
         return std::sqrt(most) + rest.whole;
     }
     std::array<double, 3> on_edge{};  // squared
+    if (triangle_.has_slack()) {
+        double error = 0;
+        detail::for_each_coefficient(
+            corner, middle,
+            [&](std::size_t k, const Vec3d& c) {
+                if (edge[k] >= 0)
+                    error = std::max(error, triangle_.to_edge(c, static_cast<std::size_t>(edge[k])) + rest.edge[k]);
+            },
+            [&](const Vec3d& c) { error = std::max(error, triangle_.around(c, rest.height, rest.whole)); });
+        return error;
+    }
     const auto look = [&](const Vec3d& c) {
         const auto at = triangle_.split(c);
         const double height = at.height + rest.height, beside = at.squared_beside == 0
@@ -136,7 +147,7 @@ bool QuadBounder::bound_regular(const WalkCell::Patch& patch, const Piece& piece
     }
     need_triangle();
     const bool whole_leaf = piece.edge == std::array<std::int8_t, 3>{0, 1, 2};
-    if (distance_ && whole_leaf && !triangle_.sliver()) {
+    if (distance_ && whole_leaf && !triangle_.sliver() && !triangle_.has_slack()) {
         const Remainder rest = remainder(patch, piece);
         const FlatError flat = flat_error(d, rest);
         if (flat.known) {

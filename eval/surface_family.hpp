@@ -88,12 +88,12 @@ class LoopLeafBounder : public LoopBounder {
             if (glm::dot(m, m) > glm::dot(quick.middle, quick.middle)) quick.middle = m;
         return quick;
     }
-    double certified_error(const CellTriangle& leaf, double floor) {
-        LeafError e = leaf_error(leaf, floor);
+    double certified_error(const CellTriangle& leaf, double floor, const LeafSlack& slack = {}) {
+        LeafError e = leaf_error(leaf, floor, slack);
         while (e.lower > floor) {
             // A bound is tight to a twentieth, so a little more settles it unless a larger sample turns up.
             floor = 1.06 * e.lower;
-            e = leaf_error(leaf, floor);
+            e = leaf_error(leaf, floor, slack);
         }
         return e.upper;
     }

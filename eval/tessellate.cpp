@@ -5,7 +5,9 @@
 #include "tetrakis/eval/leaf_estimator.hpp"
 #include "tetrakis/eval/local_frame.hpp"
 #include "tetrakis/eval/measure.hpp"
+#include "tetrakis/eval/mesh_slack.hpp"
 #include "tetrakis/eval/plane_measure.hpp"
+#include "tetrakis/eval/slide_check.hpp"
 #include "tetrakis/eval/tessellate_limits.hpp"
 #include "tetrakis/eval/tessellate_run.hpp"
 #include "tetrakis/eval/tessellation_attributes.hpp"
@@ -36,6 +38,8 @@ constexpr std::uint32_t k_many_roots = 1u << 18;
 /// Bytes a triangle that refining and exporting take at their peak (leaf, half a vertex, error, output), for the memory
 /// limit.
 constexpr std::uint64_t k_patch_bytes = 200;
+/// The same where leaves slide: the mesh is there twice, with its folds.
+constexpr std::uint64_t k_sliding_bytes = 340;
 
 /// Of the triangles only one in so many is sampled for a first guess at the largest error: it need not be the largest.
 constexpr std::uint32_t k_floor_stride = 8;
@@ -57,6 +61,12 @@ void check(const ControlMesh& mesh, const TessellateOptions& options) {
         refuse(
             "the certified estimator bounds the limit surface itself; use the embree estimator with a target or a "
             "displacement");
+    if (options.slide &&
+        (options.estimator != EstimatorKind::certified || !options.tolerance || options.max_triangles != 0))
+        refuse("sliding needs the certified estimator and a tolerance, and no maximum number of triangles");
+    if (options.slide && !scheme_support(options.scheme, options.rules).patches)
+        throw Error(ErrorCode::unsupported,
+                    "sliding needs a scheme with patches: catmull-clark or loop, by their plain rules");
     if (options.target && options.target->triangles.empty()) refuse("the target mesh has no triangles");
     if (options.scheme.info().family == MeshFamily::triangles && !mesh.all_triangles())
         refuse(std::string(options.scheme.name()) + " needs a triangle mesh; triangulate() makes one");
@@ -82,14 +92,14 @@ class Tessellator {
         // Built on demand, by whatever thread needs them, these could not be cancelled.
         if (map_.plain() && options_.estimator == EstimatorKind::embree && mesh_.halfedge_count() > k_many_roots)
             closest_->prepare(context_);
-        const LeafEstimator<Family> estimator(map_, *closest_, options_.estimator, aim_);
+        const LeafEstimator<Family> estimator(map_, *closest_, options_.estimator, aim_, options_.slide);
         const detail::RefineProgress progress(context_, options_.max_triangles,
                                               [&] { return hierarchy.triangle_count(); });
         const detail::WatchedEstimator watched(estimator, progress);
         AdaptiveOptions adaptive{aim_, options_.max_triangles, options_.min_level, options_.max_level};
         adaptive.max_memory_bytes = context_.max_memory_bytes;
         adaptive.base_bytes = patches_->memory_bytes();
-        adaptive.bytes_per_triangle = k_patch_bytes;
+        adaptive.bytes_per_triangle = options_.slide ? k_sliding_bytes : k_patch_bytes;
         std::optional<FanError> fan_error;
         if constexpr (std::is_same_v<Family, QuadFamily>) {
             choose_coarsest(hierarchy, estimator, fan_error);
@@ -97,6 +107,12 @@ class Tessellator {
         AdaptiveRefinement<typename Family::Hierarchy> refinement(hierarchy, watched, adaptive, progress.context());
         refinement.run();
         export_mesh(hierarchy, refinement);
+        if (options_.slide) {
+            detail::SlideCheck<Family> check(estimator, aim_, context_);
+            while (split_where_refused(check, hierarchy, refinement)) export_mesh(hierarchy, refinement);
+            for (std::uint32_t t = 0; t < slide_bounds_.size(); ++t)
+                if (slide_bounds_[t] > 0) result_.triangle_error[t] = detail::round_up(slide_bounds_[t]);
+        }
         detail::check_coarsest(options_, result_.mesh.triangles.size());
         result_.seconds.estimate = watched.seconds();
         result_.seconds.refine = watch.lap() - result_.seconds.estimate;
@@ -111,7 +127,8 @@ class Tessellator {
                     may_repair(refinement) ? tolerance_ : std::numeric_limits<double>::infinity(), measured_errors_,
                     context_);
                 result_.seconds.measure += watch.lap();
-                if (!options_.tolerance || result_.measured_error->hausdorff <= tolerance_ ||
+                // A mesh that slides is what its bounds were checked for.
+                if (!options_.tolerance || options_.slide || result_.measured_error->hausdorff <= tolerance_ ||
                     refinement.budget_spent() || round == detail::k_repairs)
                     break;
                 // Where splitting no longer helps (a map that jumps) more of it would not either.
@@ -246,13 +263,24 @@ class Tessellator {
     void export_mesh(const typename Family::Hierarchy& hierarchy,
                      const AdaptiveRefinement<typename Family::Hierarchy>& refinement) {
         context_.report("export", 0);
+        const detail::ExportedMesh<Family> before = std::move(exported_);
         exported_ = detail::ExportedMesh<Family>(hierarchy, fans_);
         const std::uint32_t points = static_cast<std::uint32_t>(exported_.sites.size());
         TriangleMesh& mesh = result_.mesh;
+        const TriangleMesh mesh_before = std::move(mesh);
+        mesh = {};
         mesh.triangles = std::move(exported_.triangles);
         mesh.positions.resize(points);
         mesh.normals.resize(options_.normals ? points : 0);
+        change_ = mesh_before.triangles.empty() ? MeshChange{}
+                                                : MeshChange(before, mesh_before.triangles, exported_, mesh.triangles);
         for_each_reported(points, 32, context_, "export", 0.2, 0.9, [&](std::uint32_t i) {
+            const std::uint32_t known = change_.vertex.empty() ? MeshChange::k_new : change_.vertex[i];
+            if (known != MeshChange::k_new) {
+                mesh.positions[i] = mesh_before.positions[known];
+                if (options_.normals) mesh.normals[i] = mesh_before.normals[known];
+                return;
+            }
             mesh.positions[i] = map_.vertex(exported_.sites[i], options_.normals ? &mesh.normals[i] : nullptr);
         });
         exported_.describe(hierarchy, refinement, result_);
@@ -287,6 +315,30 @@ class Tessellator {
         return true;
     }
 
+    /// Splits the leaves that were to slide farther than the mesh around them allows. False when there are none.
+    bool split_where_refused(detail::SlideCheck<Family>& check, typename Family::Hierarchy& hierarchy,
+                             AdaptiveRefinement<typename Family::Hierarchy>& refinement) {
+        slide_bounds_ = check.bounds(
+            result_.mesh, change_,
+            [&](std::uint32_t t) { return exported_.leaves[t].valid() && refinement.marked(exported_.leaves[t]); },
+            [&](std::uint32_t t) { return origin(hierarchy, t).cell; });
+        std::vector<LeafId> leaves;
+        for (std::uint32_t t = 0; t < slide_bounds_.size(); ++t)
+            if (slide_bounds_[t] > aim_ && hierarchy.level(exported_.leaves[t]) < options_.max_level)
+                leaves.push_back(exported_.leaves[t]);
+        if (leaves.empty()) return false;
+        refinement.split(leaves, {});
+        return true;
+    }
+
+    /// With what the mesh grants a triangle or without, whichever is less.
+    double certified_error(const typename Family::Hierarchy& hierarchy, const LeafEstimator<Family>& estimator,
+                           const MeshSlack* granted, std::uint32_t t, double floor) const {
+        const CellTriangle leaf = origin(hierarchy, t).cell;
+        return estimator.bounder().certified_error(
+            leaf, floor, granted ? LeafSlack::known(granted->of(t, estimator.soft_edges(leaf))) : LeafSlack{});
+    }
+
     double certify(const typename Family::Hierarchy& hierarchy, const LeafEstimator<Family>& estimator,
                    const AdaptiveRefinement<typename Family::Hierarchy>& refinement,
                    const std::optional<FanError>& fan_error) const {
@@ -294,6 +346,10 @@ class Tessellator {
         // The certified estimator's own errors are certified bounds already, where they are within the tolerance; above
         // it they are what a sample attained.
         const bool known = options_.estimator == EstimatorKind::certified;
+        std::optional<MeshSlack> granted;
+        if (!known || refinement.left_over() ||
+            std::ranges::any_of(slide_bounds_, [&](double bound) { return bound > aim_; }))
+            granted.emplace(result_.mesh.triangles, result_.mesh.positions);
         constexpr std::uint32_t k_rounds = 8, k_block = 64;
         const std::uint32_t blocks = (count + k_block - 1) / k_block;
         std::vector<double> largest(blocks, 0.0);  // by block of triangles
@@ -320,19 +376,20 @@ class Tessellator {
         // In rounds, of every k_rounds-th block each: what one finds settles most triangles of the next at first sight.
         for (std::uint32_t round = 0; round < std::min(k_rounds, blocks); ++round) {
             const double from = 0.2 + 0.8 * round / k_rounds, to = 0.2 + 0.8 * (round + 1) / k_rounds;
-            for_each_reported((blocks - round + k_rounds - 1) / k_rounds, 1, context_, "certify", from, to,
-                              [&](std::uint32_t i) {
-                                  over_block(i * k_rounds + round, [&](std::uint32_t t) {
-                                      const LeafId leaf = exported_.leaves[t];
-                                      const double bound = leaf.valid() && known ? refinement.error(leaf) : 0.0;
-                                      if (bound > 0 && bound <= aim_) return bound;
-                                      if (leaf.valid())
-                                          return estimator.bounder().certified_error(origin(hierarchy, t).cell, floor);
-                                      if (exported_.part[t] == 0 && fan_error)
-                                          return fan_error->certified(exported_.faces[t], floor, false);
-                                      return 0.0;
-                                  });
-                              });
+            for_each_reported(
+                (blocks - round + k_rounds - 1) / k_rounds, 1, context_, "certify", from, to, [&](std::uint32_t i) {
+                    over_block(i * k_rounds + round, [&](std::uint32_t t) {
+                        const LeafId leaf = exported_.leaves[t];
+                        double bound = leaf.valid() && known ? refinement.error(leaf) : 0.0;
+                        if (!slide_bounds_.empty() && slide_bounds_[t] > 0) bound = slide_bounds_[t];
+                        if (bound > 0 && bound <= aim_) return bound;
+                        if (leaf.valid())
+                            return certified_error(hierarchy, estimator, granted ? &*granted : nullptr, t, floor);
+                        if (exported_.part[t] == 0 && fan_error)
+                            return fan_error->certified(exported_.faces[t], floor, false);
+                        return 0.0;
+                    });
+                });
             for (std::uint32_t block = round; block < blocks; block += k_rounds)
                 floor = std::max(floor, largest[block]);
         }
@@ -367,6 +424,8 @@ class Tessellator {
     FanChoice fans_;
     std::vector<Vec3d> corner_positions_;
     detail::ExportedMesh<Family> exported_;
+    MeshChange change_;                    ///< since the export before
+    std::vector<double> slide_bounds_;     ///< by triangle: SlideCheck::bounds()
     std::vector<double> measured_errors_;  ///< by triangle; floats would not hold lengths above 1e38
 };
 

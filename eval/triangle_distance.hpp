@@ -1,10 +1,16 @@
 #pragma once
 
+#include "tetrakis/eval/edge_slack.hpp"
 #include "tetrakis/hier/vec.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace tetrakis::detail {
+
+/// So that what is not above a limit divided by a stretch is not above the limit when multiplied by it.
+inline constexpr double k_stretch_rounding = 1 + 1e-15;
 
 /// Distances to one triangle and to its edges (edge k from corner k to the next). Rounding aside they are never too
 /// small, slivers included.
@@ -12,6 +18,10 @@ namespace tetrakis::detail {
 /// Points are given in the triangle's own frame: barycentrics of corners 1 and 2 of the foot on the plane, and the
 /// height over it. A sliver has no normal to rely on: its frame is the space around corner 0. Either is affine, so that
 /// means of points may be taken in the frame.
+///
+/// With slack at some edges (EdgeSlack) to_triangle() and to_edge() are bounds on the errors there, divided by
+/// stretch(): like distances they are at most the distance from any point of the triangle or the edge, and differ
+/// between two points by at most their distance. At the ends of a line they bound a convex function on all of it.
 class TriangleDistance {
   public:
     TriangleDistance() = default;
@@ -51,11 +61,26 @@ class TriangleDistance {
         if (sliver_) return 0;
         return std::min({local.y * height_[0], (1 - local.x - local.y) * height_[1], local.x * height_[2]});
     }
+    /// No slivers.
+    void set_slack(const EdgeSlack& slack);
+    bool has_slack() const { return has_slack_; }
+    bool slides(std::size_t k) const { return has_slack_ && slack_.fold[k] >= 0; }
+    /// What the errors have been divided by; 1 without slack.
+    double stretch() const { return stretch_; }
+
     double to_triangle(const Vec3d& local) const {
+        if (has_slack_) return sliding(local, 0, 0);
         const Split s = split(local);
         return s.squared_beside == 0 ? s.height : std::sqrt(s.height * s.height + s.squared_beside);
     }
-    double to_edge(const Vec3d& local, std::size_t k) const { return std::sqrt(squared_to_edge(local, k)); }
+    /// With slack: to_triangle() of any point whose height differs by at most `height`, and whose foot lies within
+    /// `beside`.
+    double around(const Vec3d& local, double height, double beside) const { return sliding(local, height, beside); }
+    double to_edge(const Vec3d& local, std::size_t k) const {
+        if (slides(k)) return sliding_over(local, k);
+        return std::sqrt(squared_to_edge(local, k));
+    }
+    /// Without slack.
     double squared_to_edge(const Vec3d& local, std::size_t k) const {
         if (!sliver_) {
             const double over = opposite(local, k, 1), place = forward(local, k, 1) + foot_[k] * over;
@@ -83,6 +108,8 @@ class TriangleDistance {
     static double forward(const Vec3d& local, std::size_t k, double one) {
         return k == 0 ? local.x : (k == 1 ? local.y : one - local.x - local.y);
     }
+    double sliding(const Vec3d& local, double height, double beside) const;
+    double sliding_over(const Vec3d& local, std::size_t k) const;
     Vec3d position(const Vec3d& local) const;
     Split split_beside(const Vec3d& local) const;
     double squared_beyond_edge(const Vec3d& local, std::size_t k) const;
@@ -92,7 +119,10 @@ class TriangleDistance {
     std::array<double, 3> height_{};  ///< over edge k
     std::array<double, 3>
         foot_{};  ///< of the corner opposite edge k: place on the edge, 0 at its start and 1 at its end
-    bool sliver_ = true;
+    bool sliver_ = true, has_slack_ = false;
+    EdgeSlack slack_;
+    double fold_ = 0, stretch_ = 1;
+    std::array<double, 3> length_{};  ///< of edge k, with slack
 };
 
 }  // namespace tetrakis::detail

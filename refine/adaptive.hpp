@@ -30,7 +30,7 @@ class ErrorEstimator {
     virtual ~ErrorEstimator() = default;
     /// Called with large batches, from several threads at once.
     /// @param triangles  triangles of the hierarchy (CellTriangle; quad family: depth-0 ones in their extended frame)
-    /// @param errors     receives triangles.size() errors
+    /// @param errors     receives triangles.size() errors; a negative one is as large as its size and marks the leaf
     virtual void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const = 0;
     /// Triangles of the sqrt(3) scheme; from one thread, all that are wanted at a time together.
     /// @throws Error  unsupported: not overridden

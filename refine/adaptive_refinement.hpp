@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -55,13 +56,16 @@ class AdaptiveRefinement {
     void split(std::span<const LeafId> marked, std::span<const FaceId> fans) {
         std::vector<LeafId> fresh;
         if (options_.max_triangles != 0) return settle_in_budget(fresh, marked, fans);
+        check_memory(marked.size());
         if (!marked.empty()) hierarchy_.refine(marked, fresh);
         for (FaceId f : fans) hierarchy_.open(f, fresh);
         settle(fresh);
     }
 
     /// The error of a leaf, 0 for leaves that were never estimated (those of accepted fans).
-    double error(LeafId leaf) const { return leaf.value < errors_.size() ? errors_[leaf.value] : 0.0; }
+    double error(LeafId leaf) const { return leaf.value < errors_.size() ? std::abs(errors_[leaf.value]) : 0.0; }
+    /// Whether the estimator has marked the leaf.
+    bool marked(LeafId leaf) const { return leaf.value < errors_.size() && std::signbit(errors_[leaf.value]); }
     bool budget_spent() const { return budget_spent_; }
     /// True when some leaf at the maximum level, or one that the budget left, exceeds the tolerance.
     bool left_over() const { return left_over_; }
@@ -69,7 +73,7 @@ class AdaptiveRefinement {
   private:
     bool wants_split(LeafId leaf) const {
         if (is_first(leaf)) return true;
-        return errors_[leaf.value] > options_.tolerance;
+        return std::abs(errors_[leaf.value]) > options_.tolerance;
     }
     bool may_split(LeafId leaf) const {
         return hierarchy_.level(leaf) < options_.max_level || hierarchy_.must_split(leaf);
@@ -116,9 +120,13 @@ class AdaptiveRefinement {
             values_.resize(triangles_.size());
             estimator_.estimate(triangles_, values_);
             for_each_index(size, [&](std::uint32_t i) {
-                double& error = errors_[leaves[begin + i].value];
-                error = values_[first_[i]];
-                for (std::uint32_t t = first_[i] + 1; t < first_[i + 1]; ++t) error = std::max(error, values_[t]);
+                double error = 0;
+                bool marked = false;
+                for (std::uint32_t t = first_[i]; t < first_[i + 1]; ++t) {
+                    error = std::max(error, std::abs(values_[t]));
+                    marked |= std::signbit(values_[t]);
+                }
+                errors_[leaves[begin + i].value] = marked ? -error : error;
             });
             context_.report("refine", progress_);
         }
@@ -198,7 +206,7 @@ class AdaptiveRefinement {
                     left_over_ = true;
                     continue;
                 }
-                const double error = is_first(leaf) ? k_first : errors_[leaf.value];
+                const double error = is_first(leaf) ? k_first : this->error(leaf);
                 queue.push({error, leaf, FaceId{}, key(leaf)});
             }
         };
@@ -229,7 +237,7 @@ class AdaptiveRefinement {
             if (top.leaf.valid()) {
                 if (!hierarchy_.is_leaf(top.leaf) || Candidate::order(key(top.leaf)) != Candidate::order(top.key))
                     continue;
-                if (errors_[top.leaf.value] != top.error && top.error != k_first) continue;
+                if (error(top.leaf) != top.error && top.error != k_first) continue;
             }
             check_memory(1);
             if (!checkpoint && hierarchy_.triangle_count() + k_margin > options_.max_triangles)

@@ -53,6 +53,10 @@ void check_combination(const TessellateCommandOptions& options) {
         throw UsageError(
             "--estimator certified bounds the distance to the limit surface itself; with --target or --displacement "
             "use --estimator embree");
+    if (options.tessellate.slide && options.tessellate.estimator != EstimatorKind::certified)
+        throw UsageError("--slide needs --estimator certified");
+    if (options.tessellate.slide && options.tessellate.max_triangles != 0)
+        throw UsageError("--slide needs a tolerance alone: leave out --max-triangles");
     if (options.samples_given && options.no_measure)
         throw UsageError("--samples is about measuring: leave out --no-measure");
     if (!options.view_option.empty() && options.image.empty() && options.heat_image.empty())
@@ -67,6 +71,8 @@ void check_combination(const TessellateCommandOptions& options) {
         throw UsageError(std::string(options.target.empty() ? "--displacement" : "--target") +
                          " needs exact points all over the surface: use --scheme catmull-clark or loop, without "
                          "options for their rules");
+    if (!support.patches && t.slide)
+        throw UsageError("--slide needs --scheme catmull-clark or loop, without options for their rules");
     if (!support.certified && t.estimator == EstimatorKind::certified)
         throw UsageError("there is no certified bound for " + scheme + (t.scheme.kind() ? " with these rules" : "") +
                          ", whose limit is known at points alone: use --estimator embree, which measures, or --scheme "
@@ -275,6 +281,10 @@ void add_refinement_options(CLI::App& command, TessellateOptions& t) {
             "What decides where to refine: embree (default; measures, fewest triangles) or certified (a proven bound)")
         ->type_name("E")
         ->check(CLI::IsMember({"embree", "certified"}).description(""));
+    command.add_flag(
+        "--slide", t.slide,
+        "With --estimator certified: the surface may slide over edges that hardly fold. As well certified,\n"
+        "for up to a half more time, and at tight tolerances with up to half the triangles");
     command.add_option("--min-level", t.min_level, "Cut every face at least so often")
         ->type_name("N")
         ->check(CLI::Range(0, TessellateOptions{}.max_level));
