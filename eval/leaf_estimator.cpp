@@ -89,7 +89,13 @@ double LeafEstimator<Family>::measured(const CellTriangle& leaf, typename Family
     if (middle > tolerance_ && tolerance_ > 0) return middle;
     const LeafError bound = bounder.leaf_error(leaf, tolerance_);
     if (bound.upper <= tolerance_) return bound.upper;
+    return -sampled(leaf, bounder, quick.corners, middle);
+}
 
+template <class Family>
+double LeafEstimator<Family>::sampled(const CellTriangle& leaf, typename Family::Bounder& bounder,
+                                      const std::array<Vec3d, 3>& corners, double middle) const {
+    const detail::PlaneMeasure plane(corners);
     std::array<Vec3d, k_samples> s;
     bounder.sample(leaf, k_lattice, s, {});
     const Vec3d c2 = s[0], c0 = s[k_samples - 1 - k_lattice], c1 = s[k_samples - 1];
@@ -116,7 +122,7 @@ double LeafEstimator<Family>::measured(const CellTriangle& leaf, typename Family
     }
     if (error > tolerance_) return error;
     // The way back: from points of the triangle whose own sample has drifted away sideways.
-    if (doubtful_count == 0) return std::max(error, measured_in_strips(leaf, quick.corners, plane));
+    if (doubtful_count == 0) return std::max(error, measured_in_strips(leaf, corners, plane));
     const ControlMesh& mesh = map_.patches->mesh();
     std::optional<detail::SampleSheet<k_lattice>> sheet;
     if (plane.flat()) sheet.emplace(plane, s);
@@ -137,7 +143,7 @@ double LeafEstimator<Family>::measured(const CellTriangle& leaf, typename Family
         error = std::max(error, back);
     });
     if (error > tolerance_) return error;
-    return std::max(error, measured_in_strips(leaf, quick.corners, plane));
+    return std::max(error, measured_in_strips(leaf, corners, plane));
 }
 
 template <class Family>

@@ -18,6 +18,8 @@ namespace tetrakis {
 /// own samples and Newton's method for a closest point; ever more samples towards creases of finite sharpness. Edges on
 /// boundaries and hard creases are measured against themselves. With a target mesh or a displacement everything is
 /// sampled; against a target also by rays along the normal.
+///
+/// Errors within the tolerance that are not certified are negative: sampled ones, and those of leaves that slide.
 template <class Family>
 class LeafEstimator final : public ErrorEstimator {
   public:
@@ -36,6 +38,9 @@ class LeafEstimator final : public ErrorEstimator {
 
   private:
     double measured(const CellTriangle& leaf, typename Family::Bounder& bounder) const;
+    /// @param middle  an error that is attained
+    double sampled(const CellTriangle& leaf, typename Family::Bounder& bounder, const std::array<Vec3d, 3>& corners,
+                   double middle) const;
     /// The same at points of the leaf where creases of finite sharpness are rounded off.
     double measured_in_strips(const CellTriangle& leaf, const std::array<Vec3d, 3>& corners,
                               const detail::PlaneMeasure& plane) const;

@@ -18,6 +18,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -332,38 +333,53 @@ class Tessellator {
     }
 
     /// With what the mesh grants a triangle or without, whichever is less.
+    /// @param still  whether it might do without
     double certified_error(const typename Family::Hierarchy& hierarchy, const LeafEstimator<Family>& estimator,
-                           const MeshSlack* granted, std::uint32_t t, double floor) const {
+                           const MeshSlack& granted, std::uint32_t t, double floor, bool still) const {
         const CellTriangle leaf = origin(hierarchy, t).cell;
-        return estimator.bounder().certified_error(
-            leaf, floor, granted ? LeafSlack::known(granted->of(t, estimator.soft_edges(leaf))) : LeafSlack{});
+        const EdgeSlack slack = granted.of(t, estimator.soft_edges(leaf));
+        auto& bounder = estimator.bounder();
+        if (still || !slack.any()) return bounder.certified_error(leaf, floor, LeafSlack::known(slack));
+        const double sliding = bounder.certified_error(leaf, floor, LeafSlack::known(slack, true));
+        return sliding <= floor ? sliding : std::min(sliding, bounder.certified_error(leaf, floor));
     }
 
     double certify(const typename Family::Hierarchy& hierarchy, const LeafEstimator<Family>& estimator,
                    const AdaptiveRefinement<typename Family::Hierarchy>& refinement,
                    const std::optional<FanError>& fan_error) const {
         const std::uint32_t count = static_cast<std::uint32_t>(result_.mesh.triangles.size());
-        // The certified estimator's own errors are certified bounds already, where they are within the tolerance; above
-        // it they are what a sample attained.
-        const bool known = options_.estimator == EstimatorKind::certified;
-        std::optional<MeshSlack> granted;
-        if (!known || refinement.left_over() ||
-            std::ranges::any_of(slide_bounds_, [&](double bound) { return bound > aim_; }))
-            granted.emplace(result_.mesh.triangles, result_.mesh.positions);
+        // Errors within the tolerance that the estimator has not marked are certified bounds already, and so are those
+        // of leaves that slide, where the check has found no other.
+        const auto known = [&](std::uint32_t t) {
+            const LeafId leaf = exported_.leaves[t];
+            if (!leaf.valid() || (refinement.marked(leaf) && slide_bounds_.empty())) return 0.0;
+            const bool checked = !slide_bounds_.empty() && slide_bounds_[t] > 0;
+            const double bound = checked ? slide_bounds_[t] : refinement.error(leaf);
+            return bound <= aim_ ? bound : 0.0;
+        };
         constexpr std::uint32_t k_rounds = 8, k_block = 64;
         const std::uint32_t blocks = (count + k_block - 1) / k_block;
         std::vector<double> largest(blocks, 0.0);  // by block of triangles
         const auto over_block = [&](std::uint32_t block, const auto& error_of) {
-            double error = 0;
             for (std::uint32_t t = block * k_block; t < std::min((block + 1) * k_block, count); ++t)
-                error = std::max(error, error_of(t));
-            largest[block] = error;
+                largest[block] = std::max(largest[block], error_of(t));
         };
+        // A first guess at the largest error, which settles most triangles at first sight.
+        const bool by_bounds = options_.estimator == EstimatorKind::certified;
+        std::atomic<bool> all_known = by_bounds, fans = false;
         for_each_reported(blocks, 4, context_, "certify", 0, 0.2, [&](std::uint32_t block) {
             over_block(block, [&](std::uint32_t t) {
                 const LeafId leaf = exported_.leaves[t];
-                if (!leaf.valid()) return 0.0;
-                if (known) return refinement.error(leaf);
+                if (!leaf.valid()) {
+                    fans.store(true, std::memory_order_relaxed);
+                    return 0.0;
+                }
+                if (by_bounds) {
+                    const double bound = known(t);
+                    if (bound > 0) return bound;
+                    all_known.store(false, std::memory_order_relaxed);
+                    return refinement.error(leaf);
+                }
                 if (t % k_floor_stride != 0) return 0.0;
                 const QuickError quick = estimator.bounder().quick_error(origin(hierarchy, t).cell);
                 // Across the triangle: how far it slides is no error.
@@ -371,28 +387,36 @@ class Tessellator {
                 return plane.flat() ? std::abs(glm::dot(plane.normal(), quick.middle)) : glm::length(quick.middle);
             });
         });
-        double floor = known ? aim_ : 0.0;
+        if (all_known && !fans) return blocks == 0 ? 0.0 : std::ranges::max(largest);
+        double floor = by_bounds ? aim_ : 0.0;
         for (double e : largest) floor = std::max(floor, e);
-        // In rounds, of every k_rounds-th block each: what one finds settles most triangles of the next at first sight.
-        for (std::uint32_t round = 0; round < std::min(k_rounds, blocks); ++round) {
-            const double from = 0.2 + 0.8 * round / k_rounds, to = 0.2 + 0.8 * (round + 1) / k_rounds;
-            for_each_reported(
-                (blocks - round + k_rounds - 1) / k_rounds, 1, context_, "certify", from, to, [&](std::uint32_t i) {
-                    over_block(i * k_rounds + round, [&](std::uint32_t t) {
-                        const LeafId leaf = exported_.leaves[t];
-                        double bound = leaf.valid() && known ? refinement.error(leaf) : 0.0;
-                        if (!slide_bounds_.empty() && slide_bounds_[t] > 0) bound = slide_bounds_[t];
-                        if (bound > 0 && bound <= aim_) return bound;
-                        if (leaf.valid())
-                            return certified_error(hierarchy, estimator, granted ? &*granted : nullptr, t, floor);
-                        if (exported_.part[t] == 0 && fan_error)
-                            return fan_error->certified(exported_.faces[t], floor, false);
-                        return 0.0;
-                    });
-                });
-            for (std::uint32_t block = round; block < blocks; block += k_rounds)
-                floor = std::max(floor, largest[block]);
-        }
+        std::ranges::fill(largest, 0.0);
+        std::optional<MeshSlack> granted;
+        if (!all_known) granted.emplace(result_.mesh.triangles, result_.mesh.positions);
+        // In rounds, of every k_rounds-th block each: what one finds settles most triangles of the next. First those
+        // that nothing is known of; what is known may be loose, where all of it matters.
+        const auto pass = [&](double from, double to, const auto& error_of) {
+            for (std::uint32_t round = 0; round < std::min(k_rounds, blocks); ++round) {
+                const double begin = from + (to - from) * round / k_rounds,
+                             end = from + (to - from) * (round + 1) / k_rounds;
+                for_each_reported((blocks - round + k_rounds - 1) / k_rounds, 1, context_, "certify", begin, end,
+                                  [&](std::uint32_t i) { over_block(i * k_rounds + round, error_of); });
+                for (std::uint32_t block = round; block < blocks; block += k_rounds)
+                    floor = std::max(floor, largest[block]);
+            }
+        };
+        pass(0.2, 0.9, [&](std::uint32_t t) {
+            const LeafId leaf = exported_.leaves[t];
+            if (leaf.valid())
+                return known(t) > 0
+                           ? 0.0
+                           : certified_error(hierarchy, estimator, *granted, t, floor, !refinement.marked(leaf));
+            return exported_.part[t] == 0 && fan_error ? fan_error->certified(exported_.faces[t], floor, false) : 0.0;
+        });
+        pass(0.9, 1, [&](std::uint32_t t) {
+            const double bound = known(t);
+            return bound <= floor ? bound : certified_error(hierarchy, estimator, *granted, t, floor, true);
+        });
         return blocks == 0 ? 0.0 : std::ranges::max(largest);
     }
 

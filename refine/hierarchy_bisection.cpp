@@ -4,6 +4,7 @@
 #include "tetrakis/refine/hierarchy_families.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -131,6 +132,7 @@ class BisectionFamily final : public HierarchyFamily {
             std::vector<CellTriangle> triangles;
             for (std::uint32_t i = begin; i < end; ++i) triangles.push_back(triangle(i));
             estimator.estimate(triangles, errors.subspan(begin, end - begin));
+            for (std::uint32_t i = begin; i < end; ++i) errors[i] = std::abs(errors[i]);
         });
     }
     // The leaves that a refinement splits: base by base from each marked one.

@@ -5,6 +5,7 @@
 #include "tetrakis/refine/hierarchy_families.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -110,6 +111,7 @@ class TriangleFamily final : public HierarchyFamily {
             }
             std::vector<double> values(triangles.size());
             estimator.estimate(triangles, values);
+            for (double& value : values) value = std::abs(value);
             std::fill(errors.begin() + begin, errors.begin() + end, 0.0);
             // Not std::max: an error that is no number has to get through.
             for (std::size_t t = 0; t < values.size(); ++t)
@@ -121,6 +123,7 @@ class TriangleFamily final : public HierarchyFamily {
         std::vector<CellTriangle> triangles;
         for (const HierarchyNode& node : nodes) triangles.push_back(triangle(node));
         estimator.estimate(triangles, errors);
+        for (double& error : errors) error = std::abs(error);
     }
 
     HierarchyFaces faces() const override {
