@@ -33,6 +33,7 @@ class LeafEstimator final : public ErrorEstimator {
     bool gave_up() const { return gave_up_.load(std::memory_order_relaxed); }
     /// The calling thread's bounder.
     typename Family::Bounder& bounder() const { return bounders_.local(); }
+    EstimatorKind kind() const { return kind_; }
     /// The edges that a leaf may slide over.
     std::array<bool, 3> soft_edges(const CellTriangle& leaf) const;
 

@@ -1,11 +1,11 @@
 #include "tetrakis/eval/tessellate.hpp"
 
+#include "tetrakis/eval/certifier.hpp"
 #include "tetrakis/eval/exported_mesh.hpp"
 #include "tetrakis/eval/fan_error.hpp"
 #include "tetrakis/eval/leaf_estimator.hpp"
 #include "tetrakis/eval/local_frame.hpp"
 #include "tetrakis/eval/measure.hpp"
-#include "tetrakis/eval/mesh_slack.hpp"
 #include "tetrakis/eval/plane_measure.hpp"
 #include "tetrakis/eval/slide_check.hpp"
 #include "tetrakis/eval/tessellate_limits.hpp"
@@ -18,7 +18,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -41,9 +40,6 @@ constexpr std::uint32_t k_many_roots = 1u << 18;
 constexpr std::uint64_t k_patch_bytes = 200;
 /// The same where leaves slide: the mesh is there twice, with its folds.
 constexpr std::uint64_t k_sliding_bytes = 340;
-
-/// Of the triangles only one in so many is sampled for a first guess at the largest error: it need not be the largest.
-constexpr std::uint32_t k_floor_stride = 8;
 
 void check(const ControlMesh& mesh, const TessellateOptions& options) {
     const auto refuse = [](const std::string& text) { throw Error(ErrorCode::invalid_input, text); };
@@ -143,7 +139,11 @@ class Tessellator {
             measured_errors_ = {};
         }
         if (map_.plain()) {
-            const double certified = certify(hierarchy, estimator, refinement, fan_error);
+            const double certified =
+                detail::Certifier<Family>(result_.mesh,
+                                          {exported_, [&](std::uint32_t t) { return origin(hierarchy, t).cell; }},
+                                          estimator, refinement, fan_error, slide_bounds_, aim_, context_)
+                    .run();
             result_.certified_error = certified + detail::written_rounding(options_, result_.mesh);
             // No point is farther than what is certified, wherever the search for its closest point ended.
             if (result_.measured_error) {
@@ -330,94 +330,6 @@ class Tessellator {
         if (leaves.empty()) return false;
         refinement.split(leaves, {});
         return true;
-    }
-
-    /// With what the mesh grants a triangle or without, whichever is less.
-    /// @param still  whether it might do without
-    double certified_error(const typename Family::Hierarchy& hierarchy, const LeafEstimator<Family>& estimator,
-                           const MeshSlack& granted, std::uint32_t t, double floor, bool still) const {
-        const CellTriangle leaf = origin(hierarchy, t).cell;
-        const EdgeSlack slack = granted.of(t, estimator.soft_edges(leaf));
-        auto& bounder = estimator.bounder();
-        if (still || !slack.any()) return bounder.certified_error(leaf, floor, LeafSlack::known(slack));
-        const double sliding = bounder.certified_error(leaf, floor, LeafSlack::known(slack, true));
-        return sliding <= floor ? sliding : std::min(sliding, bounder.certified_error(leaf, floor));
-    }
-
-    double certify(const typename Family::Hierarchy& hierarchy, const LeafEstimator<Family>& estimator,
-                   const AdaptiveRefinement<typename Family::Hierarchy>& refinement,
-                   const std::optional<FanError>& fan_error) const {
-        const std::uint32_t count = static_cast<std::uint32_t>(result_.mesh.triangles.size());
-        // Errors within the tolerance that the estimator has not marked are certified bounds already, and so are those
-        // of leaves that slide, where the check has found no other.
-        const auto known = [&](std::uint32_t t) {
-            const LeafId leaf = exported_.leaves[t];
-            if (!leaf.valid() || (refinement.marked(leaf) && slide_bounds_.empty())) return 0.0;
-            const bool checked = !slide_bounds_.empty() && slide_bounds_[t] > 0;
-            const double bound = checked ? slide_bounds_[t] : refinement.error(leaf);
-            return bound <= aim_ ? bound : 0.0;
-        };
-        constexpr std::uint32_t k_rounds = 8, k_block = 64;
-        const std::uint32_t blocks = (count + k_block - 1) / k_block;
-        std::vector<double> largest(blocks, 0.0);  // by block of triangles
-        const auto over_block = [&](std::uint32_t block, const auto& error_of) {
-            for (std::uint32_t t = block * k_block; t < std::min((block + 1) * k_block, count); ++t)
-                largest[block] = std::max(largest[block], error_of(t));
-        };
-        // A first guess at the largest error, which settles most triangles at first sight.
-        const bool by_bounds = options_.estimator == EstimatorKind::certified;
-        std::atomic<bool> all_known = by_bounds, fans = false;
-        for_each_reported(blocks, 4, context_, "certify", 0, 0.2, [&](std::uint32_t block) {
-            over_block(block, [&](std::uint32_t t) {
-                const LeafId leaf = exported_.leaves[t];
-                if (!leaf.valid()) {
-                    fans.store(true, std::memory_order_relaxed);
-                    return 0.0;
-                }
-                if (by_bounds) {
-                    const double bound = known(t);
-                    if (bound > 0) return bound;
-                    all_known.store(false, std::memory_order_relaxed);
-                    return refinement.error(leaf);
-                }
-                if (t % k_floor_stride != 0) return 0.0;
-                const QuickError quick = estimator.bounder().quick_error(origin(hierarchy, t).cell);
-                // Across the triangle: how far it slides is no error.
-                const detail::PlaneMeasure plane(quick.corners);
-                return plane.flat() ? std::abs(glm::dot(plane.normal(), quick.middle)) : glm::length(quick.middle);
-            });
-        });
-        if (all_known && !fans) return blocks == 0 ? 0.0 : std::ranges::max(largest);
-        double floor = by_bounds ? aim_ : 0.0;
-        for (double e : largest) floor = std::max(floor, e);
-        std::ranges::fill(largest, 0.0);
-        std::optional<MeshSlack> granted;
-        if (!all_known) granted.emplace(result_.mesh.triangles, result_.mesh.positions);
-        // In rounds, of every k_rounds-th block each: what one finds settles most triangles of the next. First those
-        // that nothing is known of; what is known may be loose, where all of it matters.
-        const auto pass = [&](double from, double to, const auto& error_of) {
-            for (std::uint32_t round = 0; round < std::min(k_rounds, blocks); ++round) {
-                const double begin = from + (to - from) * round / k_rounds,
-                             end = from + (to - from) * (round + 1) / k_rounds;
-                for_each_reported((blocks - round + k_rounds - 1) / k_rounds, 1, context_, "certify", begin, end,
-                                  [&](std::uint32_t i) { over_block(i * k_rounds + round, error_of); });
-                for (std::uint32_t block = round; block < blocks; block += k_rounds)
-                    floor = std::max(floor, largest[block]);
-            }
-        };
-        pass(0.2, 0.9, [&](std::uint32_t t) {
-            const LeafId leaf = exported_.leaves[t];
-            if (leaf.valid())
-                return known(t) > 0
-                           ? 0.0
-                           : certified_error(hierarchy, estimator, *granted, t, floor, !refinement.marked(leaf));
-            return exported_.part[t] == 0 && fan_error ? fan_error->certified(exported_.faces[t], floor, false) : 0.0;
-        });
-        pass(0.9, 1, [&](std::uint32_t t) {
-            const double bound = known(t);
-            return bound <= floor ? bound : certified_error(hierarchy, estimator, *granted, t, floor, true);
-        });
-        return blocks == 0 ? 0.0 : std::ranges::max(largest);
     }
 
     void add_attributes(const typename Family::Hierarchy& hierarchy) {
