@@ -78,6 +78,22 @@ double triad_bandwidth(int threads) {
     return cache[threads] = best;
 }
 
+/// Times how much longer `whole` takes than `part`, each after a run of its own.
+template <class Part, class Whole>
+void add_time(benchmark::State& state, Part&& part, Whole&& whole) {
+    const auto seconds = [](auto&& work) {
+        work();
+        const auto start = std::chrono::steady_clock::now();
+        work();
+        benchmark::ClobberMemory();
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    };
+    for (auto _ : state) {
+        const double less = seconds(part), more = seconds(whole);
+        state.SetIterationTime(std::max(more - less, 1e-9));
+    }
+}
+
 /// From the control mesh in memory to an indexed level, in whatever memory the library has: what the last round freed,
 /// as far as it keeps that.
 template <class T>
@@ -152,6 +168,21 @@ void again(benchmark::State& state, Case c) {
         benchmark::Counter(bytes / triad_bandwidth(c.threads), benchmark::Counter::kIsIterationInvariantRate);
 }
 
+/// What the last level adds to the one above: "share" is then that level's own.
+template <class T>
+void last(benchmark::State& state, Case c) {
+    const ControlMesh& mesh = mesh_of(*c.model, c.scheme);
+    const std::vector<Vec3<T>> control(mesh.positions().begin(), mesh.positions().end());
+    UniformRefiner<T> above(mesh, c.scheme, c.levels - 1, options_for(c.threads, c.limit)),
+        whole(mesh, c.scheme, c.levels, options_for(c.threads, c.limit));
+    add_time(
+        state, [&] { above.refine(control); }, [&] { whole.refine(control); });
+    count(state, whole.vertex_count());
+    const double bytes = static_cast<double>(whole.vertex_count()) * sizeof(Vec3<T>) * 1.25;
+    state.counters["share"] =
+        benchmark::Counter(bytes / triad_bandwidth(c.threads), benchmark::Counter::kIsIterationInvariantRate);
+}
+
 /// The face indices, again, in a buffer that is kept.
 void indices(benchmark::State& state, Case c) {
     UniformRefiner<float> refiner(mesh_of(*c.model, c.scheme), c.scheme, c.levels, options_for(c.threads, false));
@@ -203,7 +234,7 @@ struct RuleCase {
     const BenchModel* model;
     const SchemeInfo* scheme;
     int levels, threads;
-    bool again;
+    enum class Part { fresh, again, last } part;
 };
 
 void by_rules(benchmark::State& state, RuleCase c) {
@@ -211,16 +242,26 @@ void by_rules(benchmark::State& state, RuleCase c) {
     const ControlMesh& mesh = mesh_of(*c.model, triangles ? SchemeKind::loop : SchemeKind::catmull_clark);
     RefineOptions options;
     options.context.threads = c.threads;
-    const auto make = [&] {
-        return with_threads(options.context, [&] { return RuleRefiner(mesh, *c.scheme, c.levels, options); });
+    const auto make = [&](int levels) {
+        return with_threads(options.context, [&] { return RuleRefiner(mesh, *c.scheme, levels, options); });
     };
     std::vector<Vec3d> positions;
-    RuleRefiner refiner = make();
-    for (auto _ : state) {
-        if (!c.again) refiner = make();
+    RuleRefiner refiner = make(c.levels);
+    const auto refine = [&] {
         positions.resize(refiner.vertex_count());
         refiner.refine(mesh.positions(), positions);
         benchmark::ClobberMemory();
+    };
+    if (c.part == RuleCase::Part::last) {
+        RuleRefiner above = make(c.levels - 1);
+        std::vector<Vec3d> coarser(above.vertex_count());
+        add_time(
+            state, [&] { above.refine(mesh.positions(), coarser); }, refine);
+    } else {
+        for (auto _ : state) {
+            if (c.part == RuleCase::Part::fresh) refiner = make(c.levels);
+            refine();
+        }
     }
     count(state, positions.size());
     const double growth = c.scheme->refinement == Refinement::sqrt3 ? 9 : 4;
@@ -236,7 +277,8 @@ void add(const std::string& method, const Case& c, void (*run)(benchmark::State&
     full += c.scheme == SchemeKind::loop ? "/loop/" : "/cc/";
     full += std::to_string(c.levels) + "/" + method + (c.limit ? "_limit" : "");
     if (c.threads == 2) full += "_2t";
-    benchmark::RegisterBenchmark(full.c_str(), run, c)->Unit(benchmark::kMillisecond)->UseRealTime();
+    auto* const registered = benchmark::RegisterBenchmark(full.c_str(), run, c)->Unit(benchmark::kMillisecond);
+    method.starts_with("last") ? registered->UseManualTime() : registered->UseRealTime();
 }
 
 void register_all() {
@@ -255,6 +297,8 @@ void register_all() {
                     add("again_float", one, again<float>);
                     add("again_double", two, again<double>);
                     add("again_float", two, again<float>);
+                    if (!limit)
+                        for (const Case& k : {one, two}) add("last_double", k, last<double>);
                     add("far_double", one, far<double>);
                     add("far_float", one, far<float>);
                 }
@@ -277,14 +321,18 @@ void register_all() {
 void register_schemes() {
     const BenchModel* model = find_bench_model("pawn");
     for (const SchemeInfo& scheme : scheme_table())
-        for (const bool again : {false, true})
+        for (const auto& [part, method] :
+             {std::pair(RuleCase::Part::fresh, "fresh"), std::pair(RuleCase::Part::again, "again"),
+              std::pair(RuleCase::Part::last, "last")})
             for (const int threads : {1, 2}) {
                 // About 200 000 points each.
                 const int levels = scheme.refinement == Refinement::sqrt3 ? 3 : 4;
-                const RuleCase c{model, &scheme, levels, threads, again};
-                const std::string full = fmt::format("{}/{}/{}/rules_{}{}", model->name, scheme.name, levels,
-                                                     again ? "again" : "fresh", threads == 2 ? "_2t" : "");
-                benchmark::RegisterBenchmark(full.c_str(), by_rules, c)->Unit(benchmark::kMillisecond)->UseRealTime();
+                const RuleCase c{model, &scheme, levels, threads, part};
+                const std::string full = fmt::format("{}/{}/{}/rules_{}{}", model->name, scheme.name, levels, method,
+                                                     threads == 2 ? "_2t" : "");
+                auto* const registered =
+                    benchmark::RegisterBenchmark(full.c_str(), by_rules, c)->Unit(benchmark::kMillisecond);
+                part == RuleCase::Part::last ? registered->UseManualTime() : registered->UseRealTime();
             }
 }
 
