@@ -151,10 +151,10 @@ void QuadBounder::bound(WalkCell& cell, const Piece& piece, const Corners& corne
             return;
         }
     } else if (!cell.crease) {
-        if (bound_regular(cell.patch(), piece, corners)) return;
+        if (bound_regular(cell.patch(), piece, corners, depth > 0)) return;
     } else {
         // Where the crease's strip is next to nothing, as if the crease were sharp: that is cheaper.
-        if (cell.beyond() <= k_small_strip * decide_at_ && bound_regular(cell.patch(), piece, corners)) return;
+        if (cell.beyond() <= k_small_strip * decide_at_ && bound_regular(cell.patch(), piece, corners, false)) return;
         if (bound_strips(cell, piece, corners)) return;
     }
     split(cell, piece, corners, depth);

@@ -79,11 +79,12 @@ class QuadBounder {
     void split(detail::WalkCell& cell, const Piece& piece, const Corners& corners, int depth);
     Remainder remainder(const detail::WalkCell::Patch& patch, const Piece& piece) const;
     /// Bounds a piece of a regular cell. False when it is not settled and splitting would help.
-    bool bound_regular(const detail::WalkCell::Patch& patch, const Piece& piece, const Corners& corners);
+    bool bound_regular(const detail::WalkCell::Patch& patch, const Piece& piece, const Corners& corners,
+                       bool may_split);
     bool one_to_one(const detail::Net16& net, const Piece& piece) const;
     bool bound_flat(const detail::Net16& net, const Piece& piece, const Remainder& rest);
     bool bound_on_lattice(const detail::WalkCell::Patch& patch, const Piece& piece, const Corners& corners,
-                          const Remainder& rest);
+                          const Remainder& rest, bool may_split);
     /// Part of a piece within one bicubic net: any triangle in the net's parameters.
     struct Part {
         std::array<Vec2d, 3> at;

@@ -39,7 +39,8 @@ double QuadBounder::quadratic_error(const std::array<Vec3d, 3>& corner, const st
             corner, middle,
             [&](std::size_t k, const Vec3d& c) {
                 if (edge[k] >= 0)
-                    error = std::max(error, triangle_.to_edge(c, static_cast<std::size_t>(edge[k])) + rest.edge[k]);
+                    error = std::max(
+                        error, triangle_.around_edge(c, static_cast<std::size_t>(edge[k]), rest.height, rest.edge[k]));
             },
             [&](const Vec3d& c) { error = std::max(error, triangle_.around(c, rest.height, rest.whole)); });
         return error;
@@ -110,7 +111,8 @@ QuadBounder::Remainder QuadBounder::remainder(const WalkCell::Patch& patch, cons
     return rest;
 }
 
-bool QuadBounder::bound_regular(const WalkCell::Patch& patch, const Piece& piece, const Corners& corners) {
+bool QuadBounder::bound_regular(const WalkCell::Patch& patch, const Piece& piece, const Corners& corners,
+                                bool may_split) {
     const double pad = k_rounding * scale_ + patch.beyond;
     const Vec3d* point = patch.facts->point.data();
     const int k = piece.turn;
@@ -177,7 +179,7 @@ bool QuadBounder::bound_regular(const WalkCell::Patch& patch, const Piece& piece
     }
     if (settled(quadratic_error(corner, middle, piece.edge, rest) + pad)) return true;
     if (patch.beyond > 0) return false;  // its strips tell more than finer lattices
-    return bound_on_lattice(patch, piece, corners, rest);
+    return bound_on_lattice(patch, piece, corners, rest, may_split);
 }
 
 /// Whether the foot of the surface on the leaf's plane is a one-to-one map of a piece that is the whole leaf: what it
@@ -279,9 +281,11 @@ bool QuadBounder::bound_flat(const detail::Net16& net, const Piece& piece, const
 }
 
 bool QuadBounder::bound_on_lattice(const WalkCell::Patch& patch, const Piece& piece, const Corners& corners,
-                                   const Remainder& rest) {
+                                   const Remainder& rest, bool may_split) {
     const auto& L = corners.linear;
     const double pad = k_rounding * scale_ + patch.beyond;
+    // At the corners of a leaf that slides there is no room for what the quadratics leave out.
+    const bool splits = may_split && distance_ && triangle_.has_slack();
     constexpr int k_side = k_finest_lattice + 1;
     std::array<Vec3d, k_side * k_side> node, surface;
     const auto at = [&](int i, int j) -> Vec3d& { return node[static_cast<std::size_t>(k_side * j + i)]; };
@@ -346,9 +350,9 @@ bool QuadBounder::bound_on_lattice(const WalkCell::Patch& patch, const Piece& pi
                                                           {-1, -1, -1}, part));
             }
         if (settled(most + pad)) return true;
-        if (n == k_finest_lattice && patch.beyond == 0) upper_ = std::max(upper_, most + pad);
+        if (n == k_finest_lattice && patch.beyond == 0 && !splits) upper_ = std::max(upper_, most + pad);
     }
-    return patch.beyond == 0;
+    return patch.beyond == 0 && !splits;
 }
 
 }  // namespace tetrakis

@@ -55,14 +55,14 @@ double TriangleDistance::sliding(const Vec3d& local, double height, double besid
     return (std::sqrt(high * high + off * off) + fold_ * off) / stretch_;
 }
 
-double TriangleDistance::sliding_over(const Vec3d& local, std::size_t k) const {
+double TriangleDistance::sliding_over(const Vec3d& local, std::size_t k, double height, double whole) const {
     const double beyond = opposite(local, k, 1), place = forward(local, k, 1) + foot_[k] * beyond;
-    const double off = std::abs(beyond) * height_[k];
+    const double off = std::abs(beyond) * height_[k] + whole;
     double error = 0;
-    if (off <= slack_.tent[k] * std::min(place, 1 - place) * length_[k]) {
-        error = std::abs(local.z) + fold_ * off;
+    if (off <= slack_.tent[k] * (std::min(place, 1 - place) * length_[k] - whole)) {
+        error = std::abs(local.z) + height + fold_ * off;
     } else {
-        const double far = std::sqrt(squared_to_edge(local, k));
+        const double far = std::sqrt(squared_to_edge(local, k)) + whole;
         error = far + fold_ * far;
     }
     return error * (1 + 0.25 * fold_ * fold_) / stretch_;

@@ -77,8 +77,12 @@ class TriangleDistance {
     /// `beside`.
     double around(const Vec3d& local, double height, double beside) const { return sliding(local, height, beside); }
     double to_edge(const Vec3d& local, std::size_t k) const {
-        if (slides(k)) return sliding_over(local, k);
+        if (slides(k)) return sliding_over(local, k, 0, 0);
         return std::sqrt(squared_to_edge(local, k));
+    }
+    /// to_edge() of any point that is at most `whole` away, and whose height differs by at most `height`.
+    double around_edge(const Vec3d& local, std::size_t k, double height, double whole) const {
+        return slides(k) ? sliding_over(local, k, std::min(height, whole), whole) : to_edge(local, k) + whole;
     }
     /// Without slack.
     double squared_to_edge(const Vec3d& local, std::size_t k) const {
@@ -109,7 +113,7 @@ class TriangleDistance {
         return k == 0 ? local.x : (k == 1 ? local.y : one - local.x - local.y);
     }
     double sliding(const Vec3d& local, double height, double beside) const;
-    double sliding_over(const Vec3d& local, std::size_t k) const;
+    double sliding_over(const Vec3d& local, std::size_t k, double height, double whole) const;
     Vec3d position(const Vec3d& local) const;
     Split split_beside(const Vec3d& local) const;
     double squared_beyond_edge(const Vec3d& local, std::size_t k) const;

@@ -118,6 +118,10 @@ TEST_CASE("[inv9] with slack, errors bound the distance from a triangle and what
             const Vec3d q = p + random.uniform(-height, height) * normal +
                             (glm::length(flat) > 0 ? beside / glm::length(flat) : 0.0) * flat;
             if (!slack.any()) continue;
+            if (sliding.slides(k)) {
+                const double around = sliding.stretch() * sliding.around_edge(local, k, height, glm::length(q - p));
+                CHECK(around >= std::min(distance_to(q, c), distance_to(q, tent(c, k, slack.tent[k], 0))) - rounding);
+            }
             double nearest_to_q = 1e300;
             for (const Corners& t : mesh) nearest_to_q = std::min(nearest_to_q, distance_to(q, t));
             CHECK(sliding.stretch() * sliding.around(local, height, beside) >= nearest_to_q - rounding);
