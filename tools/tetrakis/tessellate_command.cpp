@@ -283,8 +283,9 @@ void add_refinement_options(CLI::App& command, TessellateOptions& t) {
         ->check(CLI::IsMember({"embree", "certified"}).description(""));
     command.add_flag(
         "--slide", t.slide,
-        "With --estimator certified: the surface may slide over edges that hardly fold. As well certified,\n"
-        "for up to a half more time, and at tight tolerances with up to half the triangles");
+        "With --estimator certified and a tolerance alone, catmull-clark and loop: the surface may slide over edges\n"
+        "that hardly fold. As well certified, and at tight tolerances with up to half the triangles, for up to two\n"
+        "thirds more time and memory a triangle");
     command.add_option("--min-level", t.min_level, "Cut every face at least so often")
         ->type_name("N")
         ->check(CLI::Range(0, TessellateOptions{}.max_level));
