@@ -34,8 +34,9 @@ namespace tetrakis {
 /// For fold 0 at all edges it is sliding in a plane, which costs nothing.
 struct EdgeSlack {
     std::array<double, 3> fold{-1, -1, -1};  ///< by edge (corner k to k + 1), in radians; negative: no slack
-    std::array<double, 3> tent{};
+    std::array<double, 3> tent{};            ///< by edge; tangents
 
+    /// Whether there is slack at some edge.
     bool any() const { return fold[0] >= 0 || fold[1] >= 0 || fold[2] >= 0; }
 };
 
@@ -53,6 +54,7 @@ EdgeSlack assumed_slack(const std::array<Vec3d, 3>& corners, double tolerance, c
 class LeafSlack {
   public:
     LeafSlack() = default;
+    /// What a mesh grants.
     /// @param needed  it is known that the leaf is not within the tolerance without
     static LeafSlack known(const EdgeSlack& edges, bool needed = false) {
         LeafSlack slack;
@@ -60,6 +62,7 @@ class LeafSlack {
         slack.needed_ = needed;
         return slack;
     }
+    /// assumed_slack() of the leaf's triangle.
     static LeafSlack assumed(double tolerance, const std::array<bool, 3>& soft) {
         LeafSlack slack;
         slack.tolerance_ = tolerance;
@@ -67,6 +70,7 @@ class LeafSlack {
         return slack;
     }
     bool needed() const { return needed_; }
+    /// Whether there is none whatever the triangle.
     bool none() const { return !(tolerance_ > 0) && !edges_.any(); }
     /// @param corners  of the leaf's triangle
     EdgeSlack at(const std::array<Vec3d, 3>& corners) const {

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -41,6 +43,9 @@ class LoopBounder {
         detail::BoxSplineHessian hessian;
         double patch_deviation = 0;  ///< with the hessian
     };
+    /// No bound yet.
+    static constexpr double k_unknown = std::numeric_limits<double>::infinity();
+
     using Corners = std::array<detail::Bary, 3>;
     /// A point of the surface, or of a linear interpolant of such points.
     struct Point {
@@ -97,8 +102,17 @@ class LoopBounder {
     bool settle(double upper);
     void attain(Point& point);
     void reject(const Point& point);
-    bool small(Point& point, double rest) const;
-    void attain_where_needed(Point& point, double rest);
+    /// Whether S - L and `rest` are acceptable together. The size of S - L, which is never below the error and cheaper,
+    /// stands for it then.
+    bool small(Point& point, double rest) const {
+        const double room = decide_at_ - rest, size = glm::dot(point.deviation, point.deviation);
+        if (!(room >= 0 && size <= room * room)) return false;
+        point.error = std::sqrt(size);
+        return true;
+    }
+    void attain_where_needed(Point& point, double rest) {
+        if (!small(point, rest)) attain(point);
+    }
     Point surface_halfway(const Point& a, const Point& b, const Vec3d& surface);
 
     const LoopPatches& patches_;

@@ -61,9 +61,10 @@ class TriangleDistance {
         if (sliver_) return 0;
         return std::min({local.y * height_[0], (1 - local.x - local.y) * height_[1], local.x * height_[2]});
     }
-    /// No slivers.
+    /// From here on errors are those of EdgeSlack; slivers take no slack.
     void set_slack(const EdgeSlack& slack);
     bool has_slack() const { return has_slack_; }
+    /// Whether edge k has slack.
     bool slides(std::size_t k) const { return has_slack_ && slack_.fold[k] >= 0; }
     /// What the errors have been divided by; 1 without slack.
     double stretch() const { return stretch_; }
