@@ -47,16 +47,6 @@ GridTopology::GridTopology(const ControlMesh& mesh, SchemeKind kind, int level_c
 }
 
 template <class T>
-struct GridPoints<T>::Scratch {
-    std::vector<T> lines;
-    /// Room for five lines of N + 1 points; one scalar more may be read.
-    T* of(std::uint32_t segments) {
-        lines.resize(15 * (std::size_t{segments} + 1) + 1);
-        return lines.data();
-    }
-};
-
-template <class T>
 void GridPoints<T>::start(std::span<const Vec3<T>> control, T* out) {
     if (topology_.base_level == 0) {
         static_assert(sizeof(Vec3<T>) == 3 * sizeof(T));
@@ -110,13 +100,11 @@ void GridPoints<T>::step(int level, const T* coarse, T* fine, const RunContext& 
     corners(at, tags, coarse, fine);
     for_each_block(topology_.base.edge_count, grain_of(finer.edge_points()),
                    [&](std::uint32_t begin, std::uint32_t end) {
-                       Scratch scratch;
-                       for (std::uint32_t e = begin; e < end; ++e) edge(at, finer, tags, e, coarse, fine, scratch);
+                       for (std::uint32_t e = begin; e < end; ++e) edge(at, finer, tags, e, coarse, fine);
                    });
     for_each_reported_block(topology_.base.face_count, grain_of(finer.root_points()), context, "refine", from, to,
                             [&](std::uint32_t begin, std::uint32_t end) {
-                                Scratch scratch;
-                                for (std::uint32_t f = begin; f < end; ++f) root(at, finer, f, coarse, fine, scratch);
+                                for (std::uint32_t f = begin; f < end; ++f) root(at, finer, f, coarse, fine);
                             });
 }
 
@@ -192,13 +180,11 @@ void GridPoints<T>::corners(const RootLayout& at, const TagStep& step, const T* 
 
 template <class T>
 void GridPoints<T>::edge(const RootLayout& at, const RootLayout& finer, const TagStep& step, std::uint32_t e,
-                         const T* coarse, T* fine, Scratch& scratch) const {
+                         const T* coarse, T* fine) const {
     const MeshLevel& base = topology_.base;
     const std::uint32_t n = at.segments(), h = base.edge_halfedge[e];
-    const std::uint64_t length = 3 * (std::uint64_t{n} + 1);
-    T* line = scratch.of(n);
     T* out = fine + 3 * std::uint64_t{finer.edge_begin(e)};
-    gather_side(at, h, false, coarse, line);
+    const PointLine<T> line = side_line(at, h, false, coarse);
     if (topology_.rule == PointRule::linear) return kernels_.refine_line(line, n, {T(0), T(1)}, out);
 
     constexpr QuadWeights<T> crease_weights{static_cast<T>(k_crease_vertex_mask.neighbour),
@@ -209,8 +195,7 @@ void GridPoints<T>::edge(const RootLayout& at, const RootLayout& finer, const Ta
         if (const auto found = step.varying.find(e); found != step.varying.end()) varying = &found->second;
     if (varying == nullptr && crease == 1) return kernels_.refine_line(line, n, crease_weights, out);
 
-    T *left = line + length, *right = left + length;
-    gather_beside(at, h, coarse, left, right);
+    const PointLine<T> left = beside_line(at, h, false, coarse), right = beside_line(at, base.twin[h], true, coarse);
     if (at.quads())
         kernels_.refine_strip_quads(left, line, right, n, crease_weights, out);
     else
@@ -227,16 +212,16 @@ void GridPoints<T>::edge(const RootLayout& at, const RootLayout& finer, const Ta
 }
 
 template <class T>
-void GridPoints<T>::root(const RootLayout& at, const RootLayout& finer, std::uint32_t f, const T* coarse, T* fine,
-                         Scratch& scratch) const {
-    const RootRows<T> rows = gather_sides(at, f, coarse, scratch.of(at.segments()));
+void GridPoints<T>::root(const RootLayout& at, const RootLayout& finer, std::uint32_t f, const T* coarse,
+                         T* fine) const {
+    const RootLines<T> lines = root_lines(at, f, coarse);
     T* out = fine + 3 * std::uint64_t{finer.root_begin(f)};
     const bool linear = topology_.rule == PointRule::linear;
     if (at.quads()) {
-        kernels_.refine_quad(rows, linear ? QuadWeights<T>{0, 1} : QuadWeights<T>{T(0.125), T(0.75)}, out);
+        kernels_.refine_quad(lines, linear ? QuadWeights<T>{0, 1} : QuadWeights<T>{T(0.125), T(0.75)}, out);
         return;
     }
-    kernels_.refine_triangle(rows, linear ? TriangleWeights<T>{1, 0, T(0.5), 0} : loop_weights<T>(), out);
+    kernels_.refine_triangle(lines, linear ? TriangleWeights<T>{1, 0, T(0.5), 0} : loop_weights<T>(), out);
 }
 
 void write_faces(const RootLayout& at, std::span<std::uint32_t> corners, const RunContext& context, KernelSet set) {

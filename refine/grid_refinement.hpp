@@ -56,14 +56,12 @@ class GridPoints {
     const T* run(std::span<const Vec3<T>> control, T* out, const RunContext& context);
 
   private:
-    struct Scratch;
     void start(std::span<const Vec3<T>> control, T* out);
     void step(int level, const T* coarse, T* fine, const RunContext& context, double from, double to);
     void corners(const RootLayout& at, const TagStep& step, const T* coarse, T* fine) const;
     void edge(const RootLayout& at, const RootLayout& finer, const TagStep& step, std::uint32_t e, const T* coarse,
-              T* fine, Scratch& scratch) const;
-    void root(const RootLayout& at, const RootLayout& finer, std::uint32_t f, const T* coarse, T* fine,
-              Scratch& scratch) const;
+              T* fine) const;
+    void root(const RootLayout& at, const RootLayout& finer, std::uint32_t f, const T* coarse, T* fine) const;
 
     const GridTopology& topology_;
     const RootKernels<T>& kernels_;

@@ -25,6 +25,46 @@ inline void copy_run(const T* points, RootLayout::Run run, std::uint32_t count, 
     }
 }
 
+template <class T>
+inline PointLine<T> line_between(const T* points, std::uint32_t first, RootLayout::Run run, std::uint32_t last) {
+    const auto at = [&](std::uint32_t v) { return points + 3 * std::uint64_t{v}; };
+    const auto scalars = [](std::uint32_t vertices) { return std::ptrdiff_t{3} * static_cast<std::int32_t>(vertices); };
+    return {at(first), at(run.begin), at(last), scalars(run.step), scalars(run.turn)};
+}
+
+/// The line of N + 1 points along side h, from its start (or its end), where it is.
+template <class T>
+inline PointLine<T> side_line(const RootLayout& at, std::uint32_t h, bool reversed, const T* points) {
+    const MeshLevel& base = at.base();
+    const std::uint32_t n = at.segments(), from = base.origin[h], to = base.origin[base.next(h)];
+    RootLayout::Run run{from, 0, 0};
+    if (n > 1) run = reversed ? at.inner_along(h).reversed(n - 1) : at.inner_along(h);
+    return line_between(points, reversed ? to : from, run, reversed ? from : to);
+}
+
+/// The sides of a root where they are.
+template <class T>
+inline RootLines<T> root_lines(const RootLayout& at, std::uint32_t f, const T* points) {
+    const T* inner = points + 3 * std::uint64_t{at.root_begin(f)};
+    const auto side = [&](std::uint32_t h, bool reversed) { return side_line(at, h, reversed, points); };
+    if (at.quads())
+        return {inner,        side(4 * f, false), side(4 * f + 2, true), side(4 * f + 3, true), side(4 * f + 1, false),
+                at.segments()};
+    return {inner, side(3 * f, false), {}, side(3 * f + 2, true), side(3 * f + 1, false), at.segments()};
+}
+
+/// The lattice line one step off side h in h's root, where it is: N + 1 points (triangles: N) in h's direction, or
+/// against it.
+template <class T>
+inline PointLine<T> beside_line(const RootLayout& at, std::uint32_t h, bool reversed, const T* points) {
+    const MeshLevel& base = at.base();
+    const std::uint32_t last = at.quads() ? at.segments() : at.segments() - 1;
+    const std::uint32_t from = at.last_along(base.prev(h)), to = last == 0 ? from : at.first_along(base.next(h));
+    RootLayout::Run run{from, 0, 0};
+    if (last > 1) run = reversed ? at.inner_beside(h).reversed(last - 1) : at.inner_beside(h);
+    return line_between(points, reversed ? to : from, run, reversed ? from : to);
+}
+
 /// The line of N + 1 points along side h, from its start (or its end).
 template <class T>
 inline void gather_side(const RootLayout& at, std::uint32_t h, bool reversed, const T* points, T* line) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 namespace tetrakis::detail {
@@ -12,6 +13,22 @@ template <class T>
 struct RootRows {
     const T* inner;
     const T *bottom, *top, *left, *right;
+    std::uint32_t segments;
+};
+
+/// A line of points where they are: its ends, and its inner points, which lie `step` scalars apart; the step itself
+/// grows by `turn`. A line of one point is its first.
+template <class T>
+struct PointLine {
+    const T *first, *inner, *last;
+    std::ptrdiff_t step, turn;
+};
+
+/// As RootRows, with its sides where they are.
+template <class T>
+struct RootLines {
+    const T* inner;
+    PointLine<T> bottom, top, left, right;
     std::uint32_t segments;
 };
 
@@ -46,22 +63,22 @@ inline constexpr std::uint32_t k_limit_padding = 16;
 template <class T>
 struct RootKernels {
     /// Inner points of a quad root one level on: 2 N - 1 rows of 2 N - 1 points.
-    void (*refine_quad)(const RootRows<T>& root, QuadWeights<T> weights, T* finer);
+    void (*refine_quad)(const RootLines<T>& root, QuadWeights<T> weights, T* finer);
     /// The same in two half-steps. First: the N x N centres of the root's faces (means of their corners), row by row,
     /// and from them the (N - 1) x (N - 1) inner vertices moved by Catmull-Clark's corner rule.
     void (*factored_centres)(const RootRows<T>& root, T* centres, T* moved);
     /// Second: the inner edge points between the vertices as they were and the centres; all goes to its place.
     void (*factored_edges)(const RootRows<T>& root, const T* centres, const T* moved, T* finer);
     /// Inner points of a triangle root one level on, in RootLayout's order.
-    void (*refine_triangle)(const RootRows<T>& root, TriangleWeights<T> weights, T* finer);
+    void (*refine_triangle)(const RootLines<T>& root, TriangleWeights<T> weights, T* finer);
     /// The 2 N - 1 inner points of a line of N + 1 points by the vertex rule given and midpoints.
-    void (*refine_line)(const T* line, std::uint32_t segments, QuadWeights<T> weights, T* finer);
+    void (*refine_line)(const PointLine<T>& line, std::uint32_t segments, QuadWeights<T> weights, T* finer);
     /// The same between lines beside it, by the smooth rules; triangles: N points in each, the first beside the line's
     /// first piece.
-    void (*refine_strip_quads)(const T* left, const T* line, const T* right, std::uint32_t segments,
-                               QuadWeights<T> weights, T* finer);
-    void (*refine_strip_triangles)(const T* left, const T* line, const T* right, std::uint32_t segments,
-                                   TriangleWeights<T> weights, T* finer);
+    void (*refine_strip_quads)(const PointLine<T>& left, const PointLine<T>& line, const PointLine<T>& right,
+                               std::uint32_t segments, QuadWeights<T> weights, T* finer);
+    void (*refine_strip_triangles)(const PointLine<T>& left, const PointLine<T>& line, const PointLine<T>& right,
+                                   std::uint32_t segments, TriangleWeights<T> weights, T* finer);
     /// Limit positions and unit normals, where not null, of the points 1 ... count of lattice line `at` between the
     /// lines below (y - 1) and above; x is the place in each. Their normals point to x cross y.
     /// Returns false where the tangents of some point may not span a plane: its normal is then worth nothing.

@@ -38,18 +38,33 @@ TETRAKIS_INLINE inline void store_last(T* p, const Lane<T>& v) {
     __builtin_memcpy(p, &v, 3 * sizeof(T));
 }
 
-/// Two finer rows between and on coarse rows r and r + 1, r = row; the first of them only for r > 0.
-template <bool On, class T>
-TETRAKIS_INLINE inline void refine_quad_rows(const RootRows<T>& root, std::uint32_t row, const QuadWeights<T>& w,
+/// Point i of a line of n + 1 without turns.
+template <class T>
+TETRAKIS_INLINE inline const T* point_of(const PointLine<T>& line, std::uint32_t i, std::uint32_t n) {
+    return i == 0 ? line.first : i == n ? line.last : line.inner + (static_cast<std::ptrdiff_t>(i) - 1) * line.step;
+}
+
+/// Two finer rows between and on coarse rows r and r + 1, r = row; the first of them only for r > 0. `Side`: one of the
+/// rows is a side of the root.
+template <bool On, bool Side, class T>
+TETRAKIS_INLINE inline void refine_quad_rows(const RootLines<T>& root, std::uint32_t row, const QuadWeights<T>& w,
                                              T* finer) {
     const std::uint32_t n = root.segments, inner = n - 1;
-    const auto line = [&](std::uint32_t r) TETRAKIS_INLINE {
-        // So that column x of any row is 3 x scalars on.
-        return r == 0 ? root.bottom : r == n ? root.top : root.inner + 3 * (std::uint64_t{r - 1} * inner) - 3;
+    struct Row {
+        const T* next;
+        std::ptrdiff_t step;
+        TETRAKIS_INLINE const T* take() {
+            const T* p = next;
+            next += Side ? step : 3;
+            return p;
+        }
     };
-    const T* b = line(row);
-    const T* c = line(row + 1);
-    const T* a = On ? line(row - 1) : b;
+    const auto line = [&](std::uint32_t r) TETRAKIS_INLINE -> Row {
+        if (Side && r == 0) return {root.bottom.inner, root.bottom.step};
+        if (Side && r == n) return {root.top.inner, root.top.step};
+        return {root.inner + 3 * (std::uint64_t{r - 1} * inner), 3};
+    };
+    Row b = line(row), c = line(row + 1), a = On ? line(row - 1) : b;
     const std::uint64_t stride = 3 * std::uint64_t{2 * n - 1};
     T* between = finer + 2 * row * stride;
     T* on = between - (On ? stride : 0);
@@ -61,17 +76,17 @@ TETRAKIS_INLINE inline void refine_quad_rows(const RootRows<T>& root, std::uint3
         if constexpr (On) out_on = w.side * (load(pa) + vc) + w.centre * vb;
         out_mid = half * (vb + vc);
     };
-    const auto left = [&](std::uint32_t r) TETRAKIS_INLINE { return root.left + 3 * std::uint64_t{r}; };
-    const auto right = [&](std::uint32_t r) TETRAKIS_INLINE { return root.right + 3 * std::uint64_t{r}; };
+    const auto side = [&](const PointLine<T>& s, Lane<T>& out_on, Lane<T>& out_mid) TETRAKIS_INLINE {
+        column(point_of(s, On ? row - 1 : 0, n), point_of(s, row, n), point_of(s, row + 1, n), out_on, out_mid);
+    };
     const auto even = [&](std::uint32_t x) TETRAKIS_INLINE {
         const std::uint64_t at = 6 * std::uint64_t{x} - 3;
         if constexpr (On) store(on + at, w.side * (on0 + on2) + w.centre * on1);
         store(between + at, w.side * (mid0 + mid2) + w.centre * mid1);
     };
-    column(left(On ? row - 1 : 0), left(row), left(row + 1), on1, mid1);
+    side(root.left, on1, mid1);
     for (std::uint32_t x = 0; x + 1 < n; ++x) {
-        const std::uint64_t next = 3 * std::uint64_t{x} + 3;
-        column(a + next, b + next, c + next, on2, mid2);
+        column(On ? a.take() : nullptr, b.take(), c.take(), on2, mid2);
         if (x > 0) even(x);
         const std::uint64_t at = 6 * std::uint64_t{x};
         if constexpr (On) store(on + at, half * (on1 + on2));
@@ -81,7 +96,7 @@ TETRAKIS_INLINE inline void refine_quad_rows(const RootRows<T>& root, std::uint3
         mid0 = mid1;
         mid1 = mid2;
     }
-    column(right(On ? row - 1 : 0), right(row), right(row + 1), on2, mid2);
+    side(root.right, on2, mid2);
     if (n > 1) even(n - 1);
     const std::uint64_t at = 6 * std::uint64_t{n - 1};
     if constexpr (On) store_last(on + at, half * (on1 + on2));
@@ -89,9 +104,15 @@ TETRAKIS_INLINE inline void refine_quad_rows(const RootRows<T>& root, std::uint3
 }
 
 template <class T>
-void refine_quad(const RootRows<T>& root, QuadWeights<T> w, T* finer) {
-    refine_quad_rows<false>(root, 0, w, finer);
-    for (std::uint32_t row = 1; row < root.segments; ++row) refine_quad_rows<true>(root, row, w, finer);
+void refine_quad(const RootLines<T>& root, QuadWeights<T> w, T* finer) {
+    const std::uint32_t n = root.segments;
+    refine_quad_rows<false, true>(root, 0, w, finer);
+    for (std::uint32_t row = 1; row < n; ++row) {
+        if (row == 1 || row + 1 == n)
+            refine_quad_rows<true, true>(root, row, w, finer);
+        else
+            refine_quad_rows<true, false>(root, row, w, finer);
+    }
 }
 
 /// Row `row` of the centres, and for row > 0 of the moved vertices.
@@ -197,33 +218,37 @@ void factored_edges(const RootRows<T>& root, const T* centres, const T* moved, T
     for (std::uint32_t row = 1; row < root.segments; ++row) factored_edge_rows<true>(root, row, centres, moved, finer);
 }
 
-/// Finer rows 2 row (for row > 0) and 2 row + 1.
-template <bool On, class T>
-TETRAKIS_INLINE inline void refine_triangle_rows(const RootRows<T>& root, std::uint32_t row,
+/// Finer rows 2 row (for row > 0) and 2 row + 1. `Side`: the row or the one below it is the root's bottom.
+template <bool On, bool Side, class T>
+TETRAKIS_INLINE inline void refine_triangle_rows(const RootLines<T>& root, std::uint32_t row,
                                                  const TriangleWeights<T>& w, T* on) {
     const std::uint32_t n = root.segments, last = n - row;  // of row `row`; one more below it, one less above
+    const std::ptrdiff_t bottom = Side ? root.bottom.step : 3;
+    /// What point x = 1 of a line lies at.
     const auto line = [&](std::uint32_t y) TETRAKIS_INLINE {
-        if (y == 0) return root.bottom;
+        if (Side && y == 0) return root.bottom.inner;
         const std::uint64_t begin = std::uint64_t{y - 1} * (n - 1) - std::uint64_t{y - 1} * y / 2;
-        return root.inner + 3 * begin - 3;
+        return root.inner + 3 * begin;
     };
-    const T* u = On ? line(row - 1) : root.bottom;
+    const T* u = On ? line(row - 1) : nullptr;
     const T* b = line(row);
     const T* c = line(row + 1);
     T* between = on + (On ? 3 * std::uint64_t{2 * last - 1} : 0);
-    const auto left = [&](std::uint32_t y) TETRAKIS_INLINE { return root.left + 3 * std::uint64_t{y}; };
-    const auto right = [&](std::uint32_t y) TETRAKIS_INLINE { return root.right + 3 * std::uint64_t{y}; };
 
     Lane<T> u1{}, u2{}, b0{}, b1, b2, c0{}, c1, c2{};
-    if constexpr (On) u1 = load(left(row - 1));
-    b1 = load(left(row));
-    c1 = load(left(row + 1));
+    if constexpr (On) u1 = load(point_of(root.left, row - 1, n));
+    b1 = load(point_of(root.left, row, n));
+    c1 = load(point_of(root.left, row + 1, n));
     for (std::uint32_t x = 0; x < last; ++x) {
-        const std::uint64_t next = 3 * std::uint64_t{x} + 3;
         const bool end = x + 1 == last;
-        if constexpr (On) u2 = load(u + next);
-        b2 = load(end ? right(row) : b + next);
-        if (!end) c2 = load(x + 2 == last ? right(row + 1) : c + next);
+        if constexpr (On) {
+            u2 = load(u);
+            u += row == 1 ? bottom : 3;
+        }
+        b2 = load(end ? point_of(root.right, row, n) : b);
+        if (!end) c2 = load(x + 2 == last ? point_of(root.right, row + 1, n) : c);
+        b += On ? 3 : bottom;
+        c += 3;
         const std::uint64_t at = 6 * std::uint64_t{x};
         if (x > 0) {
             if constexpr (On) store(on + at - 3, w.vertex * b1 + w.neighbour * (((b0 + b2) + (u1 + u2)) + (c0 + c1)));
@@ -250,67 +275,93 @@ TETRAKIS_INLINE inline void refine_triangle_rows(const RootRows<T>& root, std::u
 }
 
 template <class T>
-void refine_triangle(const RootRows<T>& root, TriangleWeights<T> w, T* finer) {
+void refine_triangle(const RootLines<T>& root, TriangleWeights<T> w, T* finer) {
     const std::uint32_t n = root.segments;
-    refine_triangle_rows<false>(root, 0, w, finer);
+    refine_triangle_rows<false, true>(root, 0, w, finer);
     T* out = finer + 3 * std::uint64_t{2 * n - 2};
     for (std::uint32_t row = 1; row < n; ++row) {
-        refine_triangle_rows<true>(root, row, w, out);
+        if (row == 1)
+            refine_triangle_rows<true, true>(root, row, w, out);
+        else
+            refine_triangle_rows<true, false>(root, row, w, out);
         out += 3 * (std::uint64_t{4} * (n - row) - 3);
     }
 }
 
 template <class T>
-void refine_line(const T* line, std::uint32_t n, QuadWeights<T> w, T* finer) {
+void refine_line(const PointLine<T>& line, std::uint32_t n, QuadWeights<T> w, T* finer) {
     const T half = T(0.5);
-    Lane<T> p0{}, p1 = load(line), p2;
-    for (std::uint32_t x = 0; x + 1 < n; ++x) {
-        p2 = load(line + 3 * std::uint64_t{x} + 3);
-        const std::uint64_t at = 6 * std::uint64_t{x};
+    const T* next = line.inner;
+    Lane<T> p0{}, p1 = load(line.first), p2;
+    std::uint64_t at = 0;
+    for (std::uint32_t x = 0; x + 1 < n; ++x, at += 6, next += line.step) {
+        p2 = load(next);
         if (x > 0) store(finer + at - 3, w.side * (p0 + p2) + w.centre * p1);
         store(finer + at, half * (p1 + p2));
         p0 = p1;
         p1 = p2;
     }
-    p2 = load(line + 3 * std::uint64_t{n});
-    const std::uint64_t at = 6 * std::uint64_t{n - 1};
+    p2 = load(line.last);
     if (n > 1) store(finer + at - 3, w.side * (p0 + p2) + w.centre * p1);
     store_last(finer + at, half * (p1 + p2));
 }
 
 template <class T>
-void refine_strip_quads(const T* left, const T* line, const T* right, std::uint32_t n, QuadWeights<T> w, T* finer) {
+void refine_strip_quads(const PointLine<T>& left, const PointLine<T>& line, const PointLine<T>& right, std::uint32_t n,
+                        QuadWeights<T> w, T* finer) {
     const T half = T(0.5);
-    const auto mean = [&](std::uint64_t i) TETRAKIS_INLINE {
-        return w.side * (load(left + i) + load(right + i)) + w.centre * load(line + i);
-    };
-    Lane<T> p0{}, p1 = mean(0), p2;
+    const auto mean = [&](const T* l, const T* m, const T* r)
+                          TETRAKIS_INLINE { return w.side * (load(l) + load(r)) + w.centre * load(m); };
+    const T *l = left.inner, *m = line.inner, *r = right.inner;
+    Lane<T> p0{}, p1 = mean(left.first, line.first, right.first), p2;
     std::uint64_t at = 0;
-    for (std::uint32_t x = 0; x + 1 < n; ++x, at += 3) {
-        p2 = mean(at + 3);
-        if (x > 0) store(finer + 2 * at - 3, w.side * (p0 + p2) + w.centre * p1);
-        store(finer + 2 * at, half * (p1 + p2));
+    for (std::uint32_t x = 0; x + 1 < n; ++x, at += 6) {
+        p2 = mean(l, m, r);
+        l += left.step;
+        m += line.step;
+        r += right.step;
+        if (x > 0) store(finer + at - 3, w.side * (p0 + p2) + w.centre * p1);
+        store(finer + at, half * (p1 + p2));
         p0 = p1;
         p1 = p2;
     }
-    p2 = mean(at + 3);
-    if (n > 1) store(finer + 2 * at - 3, w.side * (p0 + p2) + w.centre * p1);
-    store_last(finer + 2 * at, half * (p1 + p2));
+    p2 = mean(left.last, line.last, right.last);
+    if (n > 1) store(finer + at - 3, w.side * (p0 + p2) + w.centre * p1);
+    store_last(finer + at, half * (p1 + p2));
 }
 
 template <class T>
-void refine_strip_triangles(const T* left, const T* line, const T* right, std::uint32_t n, TriangleWeights<T> w,
-                            T* finer) {
-    Lane<T> p0{}, p1 = load(line), a0{}, b0{};
+void refine_strip_triangles(const PointLine<T>& left, const PointLine<T>& line, const PointLine<T>& right,
+                            std::uint32_t n, TriangleWeights<T> w, T* finer) {
+    struct Beside {
+        const T* next;
+        std::ptrdiff_t step, turn;
+        TETRAKIS_INLINE const T* take() {
+            const T* p = next;
+            next += step;
+            step += turn;
+            return p;
+        }
+    };
+    Beside l{left.inner, left.step, left.turn}, r{right.inner, right.step, right.turn};
+    const T* m = line.inner;
+    Lane<T> p0{}, p1 = load(line.first), a0{}, b0{};
     std::uint64_t at = 0;
-    for (std::uint32_t x = 0; x < n; ++x, at += 3) {
-        const Lane<T> p2 = load(line + at + 3), a1 = load(left + at), b1 = load(right + at);
-        if (x > 0) store(finer + 2 * at - 3, w.vertex * p1 + w.neighbour * (((p0 + p2) + (a0 + a1)) + (b0 + b1)));
+    for (std::uint32_t x = 0; x < n; ++x, at += 6, m += line.step) {
+        const bool end = x + 1 == n;
+        const Lane<T> p2 = load(end ? line.last : m),
+                      a1 = load(x == 0 ? left.first
+                                : end  ? left.last
+                                       : l.take()),
+                      b1 = load(x == 0 ? right.first
+                                : end  ? right.last
+                                       : r.take());
+        if (x > 0) store(finer + at - 3, w.vertex * p1 + w.neighbour * (((p0 + p2) + (a0 + a1)) + (b0 + b1)));
         const Lane<T> middle = w.end * (p1 + p2) + w.opposite * (a1 + b1);
-        if (x + 1 < n)
-            store(finer + 2 * at, middle);
+        if (end)
+            store_last(finer + at, middle);
         else
-            store_last(finer + 2 * at, middle);
+            store(finer + at, middle);
         p0 = p1;
         p1 = p2;
         a0 = a1;

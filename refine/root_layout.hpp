@@ -70,6 +70,13 @@ class RootLayout {
     /// Vertex numbers begin, begin + step, ...; the step itself grows by `turn`. Modulo 2^32, so they also go back.
     struct Run {
         std::uint32_t begin, step, turn;
+        /// Its first `count` >= 1 vertices, last first.
+        Run reversed(std::uint32_t count) const {
+            const std::uint64_t last = count - 1;
+            const auto turns = static_cast<std::uint32_t>(last * (last == 0 ? 0 : last - 1) / 2);
+            return {begin + static_cast<std::uint32_t>(last) * step + turns * turn,
+                    0u - (step + static_cast<std::uint32_t>(last - 1) * turn), turn};
+        }
     };
     /// The N - 1 inner vertices of side h, from where half-edge h starts; N > 1.
     Run inner_along(std::uint32_t h) const {
