@@ -111,8 +111,8 @@ void FactoredGrid<T>::first_half(int level, const T* old) {
     for_each_block(faces, grain_of(n * n), [&](std::uint32_t begin, std::uint32_t end) {
         std::vector<T> lines(12 * (std::size_t{n} + 1) + 1);
         for (std::uint32_t f = begin; f < end; ++f)
-            kernels_.factored_centres(gather_sides(at, f, old, lines.data()), centres + 3 * (std::uint64_t{f} * n * n),
-                                      moved_points_ + 3 * std::uint64_t{at.root_begin(f)});
+            kernels_.factored_centres(gather(at.root(f), old, lines.data()), centres + 3 * (std::uint64_t{f} * n * n),
+                                      moved_points_ + 3 * std::uint64_t{at.face_begin(f)});
     });
     if (n > 1)
         for_each_block(topology_.base.edge_count, grain_of(n), [&](std::uint32_t begin, std::uint32_t end) {
@@ -138,8 +138,8 @@ void FactoredGrid<T>::second_half(int level, const T* old, T* fine) const {
             std::vector<T> lines(12 * (std::size_t{n} + 1) + 1);
             for (std::uint32_t f = begin; f < end; ++f)
                 kernels_.factored_edges(
-                    gather_sides(at, f, old, lines.data()), centre_points_ + 3 * (std::uint64_t{f} * n * n),
-                    moved_points_ + 3 * std::uint64_t{at.root_begin(f)}, fine + 3 * std::uint64_t{finer.root_begin(f)});
+                    gather(at.root(f), old, lines.data()), centre_points_ + 3 * (std::uint64_t{f} * n * n),
+                    moved_points_ + 3 * std::uint64_t{at.face_begin(f)}, fine + 3 * std::uint64_t{finer.face_begin(f)});
         });
 }
 
@@ -151,9 +151,12 @@ void FactoredGrid<T>::move_edge(const RootLayout& at, const TagStep& step, std::
     const std::uint64_t length = 3 * (std::uint64_t{n} + 1);
     lines.resize(3 * length);
     T *line = lines.data(), *left = line + length, *right = left + length;
-    gather_side(at, h, false, old, line);
+    gather(at.side(h), n + 1, old, line);
     const EdgeRule rule(step, e);
-    if (!rule.crease_alone()) gather_beside(at, h, old, left, right);
+    if (!rule.crease_alone()) {
+        gather_beside(at, h, false, old, left);
+        gather_beside(at, t, true, old, right);
+    }
     for (std::uint32_t j = 1; j < n; ++j) {
         const Vec3<T> p = point(line, j), along = point(line, j - 1) + point(line, j + 1);
         const T w = rule.at(2 * j);
@@ -176,7 +179,7 @@ void FactoredGrid<T>::edge_points(const RootLayout& at, const RootLayout& finer,
     const MeshLevel& base = topology_.base;
     const std::uint32_t n = at.segments(), h = base.edge_halfedge[e], t = base.twin[h];
     lines.resize(3 * (std::uint64_t{n} + 1));
-    gather_side(at, h, false, old, lines.data());
+    gather(at.side(h), n + 1, old, lines.data());
     const EdgeRule rule(step, e);
     const std::uint64_t out = finer.edge_begin(e);
     for (std::uint32_t j = 0; j < n; ++j) {

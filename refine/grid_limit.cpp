@@ -40,7 +40,7 @@ class GridLimits {
         for_each_reported_block(base_.face_count, 4, context, "limit", 0, 1,
                                 [&](std::uint32_t begin, std::uint32_t end) {
                                     Scratch scratch(n_);
-                                    for (std::uint32_t f = begin; f < end; ++f) root(f, scratch);
+                                    for (std::uint32_t f = begin; f < end; ++f) face(f, scratch);
                                 });
     }
 
@@ -67,8 +67,9 @@ class GridLimits {
             const std::uint32_t h = base_.edge_halfedge[e];
             const std::uint64_t length = 3 * (std::uint64_t{n_} + 1);
             T *at = scratch.lines.data(), *above = at + length, *below = above + length;
-            gather_side(at_, h, false, points_, at);
-            gather_beside(at_, h, points_, above, below);
+            gather(at_.side(h), n_ + 1, points_, at);
+            gather_beside(at_, h, false, points_, above);
+            gather_beside(at_, base_.twin[h], true, points_, below);
             // In the lattice of h's root the line below a triangle's side has its first point at x = 1.
             if (!at_.quads()) below -= 3;
             if (limit_line(below, at, above, n_ - 1, at_.edge_begin(e), nullptr, nullptr, scratch)) return;
@@ -76,31 +77,72 @@ class GridLimits {
         for (std::uint32_t j = 1; j < n_; ++j) edge_point(e, j, scratch.ring);
     }
 
-    void root(std::uint32_t f, Scratch& scratch) {
-        const std::uint64_t length = 3 * (std::uint64_t{n_} + 1);
-        const RootRows<T> rows = gather_sides(at_, f, points_, scratch.lines.data() + 3 * length);
+    void face(std::uint32_t f, Scratch& scratch) {
+        if (!at_.is_root(f)) return other_face(f, scratch);
         if (at_.quads())
-            quad(f, rows, scratch);
+            quad(at_.root(f), scratch, [&](std::uint32_t x, std::uint32_t y) { return at_.at(f, x, y); });
         else
-            triangle(f, rows, scratch);
+            triangle(f, scratch);
     }
 
-    /// Rows are read in place.
-    void quad(std::uint32_t f, const RootRows<T>& rows, Scratch& scratch) {
-        const std::uint64_t stride = 3 * std::uint64_t{n_ - 1};
+    RootRows<T> sides(const RootLayout::Root& root, Scratch& scratch) const {
+        return gather(root, points_, scratch.lines.data() + 9 * (std::uint64_t{n_} + 1));
+    }
+
+    /// Rows are read in place. `at` gives the root's lattice points.
+    template <class At>
+    void quad(const RootLayout::Root& root, Scratch& scratch, const At& at) {
+        const std::uint32_t n = root.segments;
+        const RootRows<T> rows = sides(root, scratch);
+        const std::uint64_t stride = 3 * std::uint64_t{n - 1};
         const auto line = [&](std::uint32_t y) {
-            return y == 0 ? rows.bottom : y == n_ ? rows.top : rows.inner + (y - 1) * stride - 3;
+            return y == 0 ? rows.bottom : y == n ? rows.top : rows.inner + (y - 1) * stride - 3;
         };
-        for (std::uint32_t y = 1; y < n_; ++y) {
+        for (std::uint32_t y = 1; y < n; ++y) {
             const std::uint64_t side = 3 * std::uint64_t{y - 1};
-            if (!limit_line(line(y - 1), line(y), line(y + 1), n_ - 1, at_.root_begin(f) + (y - 1) * (n_ - 1),
-                            rows.left + side, rows.right + side, scratch))
-                for (std::uint32_t x = 1; x < n_; ++x) inside(f, x, y, scratch.ring);
+            if (!limit_line(line(y - 1), line(y), line(y + 1), n - 1, root.inner + (y - 1) * (n - 1), rows.left + side,
+                            rows.right + side, scratch))
+                for (std::uint32_t x = 1; x < n; ++x) inside(x, y, at, scratch.ring);
+        }
+    }
+
+    /// A face that is no root: its centre, its spokes, the roots at its corners.
+    void other_face(std::uint32_t f, Scratch& scratch) {
+        const std::uint32_t sides = base_.size_of(f), m = at_.corner_segments();
+        VertexRing& ring = scratch.ring;
+        restart(ring, at_.centre(f));
+        ring.faces = static_cast<int>(sides);
+        // Counter-clockwise: a spoke, then the root at the corner after it.
+        for (std::uint32_t i = 0; i < sides; ++i) {
+            ring.points.push_back(point(at_.before_centre(f, i)));
+            ring.points.push_back(point(at_.diagonal_to_centre(f, at_.next_side(f, i))));
+        }
+        finish(at_.centre(f), false, ring);
+        if (m == 1) return;
+        const std::uint64_t length = 3 * (std::uint64_t{m} + 1);
+        T *at = scratch.lines.data(), *above = at + length, *below = above + length;
+        for (std::uint32_t i = 0; i < sides; ++i) {
+            gather(at_.spoke(f, i), m + 1, points_, at);
+            gather(at_.left_of_spoke(f, i), m + 1, points_, above);
+            gather(at_.right_of_spoke(f, i), m + 1, points_, below);
+            if (!limit_line(below, at, above, m - 1, at_.spoke_begin(f, i), nullptr, nullptr, scratch))
+                for (std::uint32_t j = 1; j < m; ++j) {
+                    const auto place = [&](std::uint32_t x, std::uint32_t y) {
+                        return (y == 1   ? at_.spoke(f, i)
+                                : y == 2 ? at_.left_of_spoke(f, i)
+                                         : at_.right_of_spoke(f, i))
+                            .at(x, m + 1);
+                    };
+                    inside(j, 1, place, ring);
+                }
+            const RootLayout::Root root = at_.corner_root(f, i);
+            quad(root, scratch, [&](std::uint32_t x, std::uint32_t y) { return root.at(x, y); });
         }
     }
 
     /// Rows get shorter, so they are copied with their ends.
-    void triangle(std::uint32_t f, const RootRows<T>& rows, Scratch& scratch) {
+    void triangle(std::uint32_t f, Scratch& scratch) {
+        const RootRows<T> rows = sides(at_.root(f), scratch);
         const std::uint64_t length = 3 * (std::uint64_t{n_} + 1);
         T* lines[3] = {scratch.lines.data(), scratch.lines.data() + length, scratch.lines.data() + 2 * length};
         const T* inner = rows.inner;
@@ -114,12 +156,14 @@ class GridLimits {
         };
         std::copy_n(rows.bottom, length, lines[0]);
         copy(lines[1], 1);
-        std::uint32_t first = at_.root_begin(f);
+        std::uint32_t first = at_.face_begin(f);
         for (std::uint32_t y = 1; y + 1 < n_; ++y) {
             copy(lines[2], y + 1);
             const std::uint32_t count = n_ - 1 - y;
             if (!limit_line(lines[0], lines[1], lines[2], count, first, nullptr, nullptr, scratch))
-                for (std::uint32_t x = 1; x <= count; ++x) inside(f, x, y, scratch.ring);
+                for (std::uint32_t x = 1; x <= count; ++x)
+                    inside(
+                        x, y, [&](std::uint32_t i, std::uint32_t j) { return at_.at(f, i, j); }, scratch.ring);
             first += count;
             std::swap(lines[0], lines[1]);
             std::swap(lines[1], lines[2]);
@@ -220,10 +264,12 @@ class GridLimits {
         finish(v, !ring.sharpness.empty(), ring);
     }
 
-    void inside(std::uint32_t f, std::uint32_t x, std::uint32_t y, VertexRing& ring) {
-        const std::uint32_t v = at_.at(f, x, y);
+    /// `at` gives lattice points.
+    template <class At>
+    void inside(std::uint32_t x, std::uint32_t y, const At& at, VertexRing& ring) {
+        const std::uint32_t v = at(x, y);
         restart(ring, v);
-        const auto add = [&](std::uint32_t i, std::uint32_t j) { ring.points.push_back(point(at_.at(f, i, j))); };
+        const auto add = [&](std::uint32_t i, std::uint32_t j) { ring.points.push_back(point(at(i, j))); };
         add(x + 1, y);
         if (at_.quads()) add(x + 1, y + 1);
         add(x, y + 1);

@@ -26,19 +26,24 @@ constexpr TriangleWeights<T> loop_weights() {
     return {T(0.625), T(0.0625), static_cast<T>(Loop::edge_end), static_cast<T>(Loop::edge_opposite)};
 }
 
+/// Of a cubic B-spline: along one direction of Catmull-Clark's regular vertices, and along creases.
+template <class T>
+constexpr QuadWeights<T> k_quad_weights{static_cast<T>(k_crease_vertex_mask.neighbour),
+                                        static_cast<T>(k_crease_vertex_mask.vertex)};
+
 }  // namespace
 
-GridTopology::GridTopology(const ControlMesh& mesh, SchemeKind kind, int level_count, PointRule point_rule)
-    : scheme(kind), rule(point_rule), method(mesh.crease_method()), control(control_level(mesh)), levels(level_count) {
+GridTopology::GridTopology(const ControlMesh& mesh, SchemeKind kind, int level_count, PointRule point_rule,
+                           RootPlace place)
+    : scheme(kind), rule(point_rule), method(mesh.crease_method()), levels(level_count) {
     const bool quads = scheme == SchemeKind::catmull_clark;
-    if (quads && all_quads(mesh)) control.face_size = 4;
-    if (quads && control.face_size != 4) {
+    base = control_level(mesh);
+    if (quads) base.face_size = all_quads(mesh) ? 4 : 0;
+    if (base.face_size == 0 && place == RootPlace::corners) {
+        control = std::move(base);
         base = refine_to_quads(control, method);
         base_level = 1;
         --levels;
-    } else {
-        base = std::move(control);
-        control = {};
     }
     tags = UniformTags(base, method, levels);
     for (std::uint32_t v = 0; v < base.vertex_count; ++v)
@@ -48,15 +53,17 @@ GridTopology::GridTopology(const ControlMesh& mesh, SchemeKind kind, int level_c
 
 template <class T>
 void GridPoints<T>::start(std::span<const Vec3<T>> control, T* out) {
-    if (topology_.base_level == 0) {
+    const MeshLevel& base = topology_.base;
+    if (base.face_size != 0) {
         static_assert(sizeof(Vec3<T>) == 3 * sizeof(T));
         std::memcpy(static_cast<void*>(out), control.data(), control.size_bytes());
         return;
     }
-    // The first refinement of n-gons is the general one, in double.
-    std::vector<Vec3d> finer(topology_.base.vertex_count);
+    // The first refinement of n-gons is the general one, in double: vertices, faces, edges.
+    const std::size_t faces = base.face_count, edges = base.edge_count;
+    std::vector<Vec3d> finer(base.vertex_count + faces + edges);
     const auto refine = [&](std::span<const Vec3d> points) {
-        refine_points(topology_.control, topology_.method, topology_.rule, points, finer);
+        refine_points(base, topology_.method, topology_.rule, points, finer);
     };
     if constexpr (std::is_same_v<T, double>) {
         refine(control);
@@ -64,8 +71,13 @@ void GridPoints<T>::start(std::span<const Vec3<T>> control, T* out) {
         const std::vector<Vec3d> points(control.begin(), control.end());
         refine(points);
     }
-    for (std::size_t v = 0; v < finer.size(); ++v)
-        for (int i = 0; i < 3; ++i) out[3 * v + i] = static_cast<T>(finer[v][i]);
+    const auto copy = [&](std::size_t begin, std::size_t count) {
+        for (std::size_t v = begin; v < begin + count; ++v)
+            for (int i = 0; i < 3; ++i) *out++ = static_cast<T>(finer[v][i]);
+    };
+    copy(0, base.vertex_count);
+    copy(base.vertex_count + faces, edges);
+    copy(base.vertex_count, faces);
 }
 
 template <class T>
@@ -76,12 +88,12 @@ const T* GridPoints<T>::run(std::span<const Vec3<T>> control, T* out, const RunC
         std::fill_n(data + size, k_limit_padding, T(0));
         return data;
     };
-    const int levels = topology_.levels;
+    const int levels = topology_.levels, first = topology_.base.face_size == 0 ? 1 : 0;
     const auto target = [&](int level) { return level == levels && out != nullptr ? out : buffer(level); };
-    T* now = target(0);
+    T* now = target(first);
     start(control, now);
     double done = 0;
-    for (int l = 0; l < levels; ++l) {
+    for (int l = first; l < levels; ++l) {
         // Each level takes four times as long as the one before.
         const double next = l + 1 == levels ? 1 : 1.0 / static_cast<double>(std::uint64_t{1} << 2 * (levels - 1 - l));
         T* finer = target(l + 1);
@@ -100,11 +112,17 @@ void GridPoints<T>::step(int level, const T* coarse, T* fine, const RunContext& 
     corners(at, tags, coarse, fine);
     for_each_block(topology_.base.edge_count, grain_of(finer.edge_points()),
                    [&](std::uint32_t begin, std::uint32_t end) {
-                       for (std::uint32_t e = begin; e < end; ++e) edge(at, finer, tags, e, coarse, fine);
+                       Copy left, right;
+                       for (std::uint32_t e = begin; e < end; ++e) edge(at, finer, tags, e, coarse, fine, left, right);
                    });
     for_each_reported_block(topology_.base.face_count, grain_of(finer.root_points()), context, "refine", from, to,
                             [&](std::uint32_t begin, std::uint32_t end) {
-                                for (std::uint32_t f = begin; f < end; ++f) root(at, finer, f, coarse, fine);
+                                for (std::uint32_t f = begin; f < end; ++f) {
+                                    if (at.is_root(f))
+                                        root(at, finer, f, coarse, fine);
+                                    else
+                                        other_face(at, finer, f, coarse, fine);
+                                }
                             });
 }
 
@@ -142,9 +160,7 @@ void GridPoints<T>::corners(const RootLayout& at, const TagStep& step, const T* 
                 ++n;
             }
         } while (h != start && h != none);
-        const RingMask m = n < 64       ? topology_.masks[n]
-                           : at.quads() ? CatmullClark::vertex_mask_quads(static_cast<int>(n))
-                                        : Loop::vertex_mask(static_cast<int>(n));
+        const RingMask m = vertex_mask(n);
         return static_cast<T>(m.vertex) * point(v) + static_cast<T>(m.edge) * edges + static_cast<T>(m.face) * faces;
     };
     for_each_index(static_cast<std::uint32_t>(topology_.smooth.size()),
@@ -180,30 +196,29 @@ void GridPoints<T>::corners(const RootLayout& at, const TagStep& step, const T* 
 
 template <class T>
 void GridPoints<T>::edge(const RootLayout& at, const RootLayout& finer, const TagStep& step, std::uint32_t e,
-                         const T* coarse, T* fine) const {
+                         const T* coarse, T* fine, Copy& left_copy, Copy& right_copy) const {
     const MeshLevel& base = topology_.base;
     const std::uint32_t n = at.segments(), h = base.edge_halfedge[e];
     T* out = fine + 3 * std::uint64_t{finer.edge_begin(e)};
-    const PointLine<T> line = side_line(at, h, false, coarse);
+    const PointLine<T> line = points_of(at.side(h), coarse);
     if (topology_.rule == PointRule::linear) return kernels_.refine_line(line, n, {T(0), T(1)}, out);
 
-    constexpr QuadWeights<T> crease_weights{static_cast<T>(k_crease_vertex_mask.neighbour),
-                                            static_cast<T>(k_crease_vertex_mask.vertex)};
     const T crease = step.crease.empty() ? T(0) : static_cast<T>(step.crease[e]);
     const std::vector<float>* varying = nullptr;
     if (!step.varying.empty())
         if (const auto found = step.varying.find(e); found != step.varying.end()) varying = &found->second;
-    if (varying == nullptr && crease == 1) return kernels_.refine_line(line, n, crease_weights, out);
+    if (varying == nullptr && crease == 1) return kernels_.refine_line(line, n, k_quad_weights<T>, out);
 
-    const PointLine<T> left = beside_line(at, h, false, coarse), right = beside_line(at, base.twin[h], true, coarse);
+    const PointLine<T> left = beside(at, h, false, coarse, left_copy),
+                       right = beside(at, base.twin[h], true, coarse, right_copy);
     if (at.quads())
-        kernels_.refine_strip_quads(left, line, right, n, crease_weights, out);
+        kernels_.refine_strip_quads(left, line, right, n, k_quad_weights<T>, out);
     else
         kernels_.refine_strip_triangles(left, line, right, n, loop_weights<T>(), out);
     if (varying == nullptr && crease == 0) return;
     // Mixed point by point: out has the smooth points.
     std::vector<T> sharp(6 * std::uint64_t{n} - 3);
-    kernels_.refine_line(line, n, crease_weights, sharp.data());
+    kernels_.refine_line(line, n, k_quad_weights<T>, sharp.data());
     for (std::uint32_t j = 0; j + 1 < 2 * n; ++j) {
         const T w = varying == nullptr ? crease : static_cast<T>((*varying)[j]);
         for (std::uint64_t i = 3 * std::uint64_t{j}; i < 3 * std::uint64_t{j} + 3; ++i)
@@ -212,53 +227,107 @@ void GridPoints<T>::edge(const RootLayout& at, const RootLayout& finer, const Ta
 }
 
 template <class T>
+PointLine<T> GridPoints<T>::beside(const RootLayout& at, std::uint32_t h, bool reversed, const T* coarse,
+                                   Copy& copy) const {
+    const std::uint32_t count = at.segments() + (at.quads() ? 1 : 0);
+    if (at.is_root(topology_.base.face_of(h))) {
+        const RootLayout::Line line = at.beside(h);
+        return points_of(reversed ? line.reversed(count) : line, coarse);
+    }
+    copy.resize(3 * std::size_t{count} + 1);  // one scalar more may be read
+    gather_beside(at, h, reversed, coarse, copy.data());
+    return {copy.data(), copy.data() + 3, copy.data() + 3 * std::size_t{count - 1}, 3, 0};
+}
+
+template <class T>
 void GridPoints<T>::root(const RootLayout& at, const RootLayout& finer, std::uint32_t f, const T* coarse,
                          T* fine) const {
-    const RootLines<T> lines = root_lines(at, f, coarse);
-    T* out = fine + 3 * std::uint64_t{finer.root_begin(f)};
+    const RootLines<T> lines = points_of(at.root(f), coarse);
+    T* out = fine + 3 * std::uint64_t{finer.face_begin(f)};
     const bool linear = topology_.rule == PointRule::linear;
     if (at.quads()) {
-        kernels_.refine_quad(lines, linear ? QuadWeights<T>{0, 1} : QuadWeights<T>{T(0.125), T(0.75)}, out);
+        kernels_.refine_quad(lines, linear ? QuadWeights<T>{0, 1} : k_quad_weights<T>, out);
         return;
     }
     kernels_.refine_triangle(lines, linear ? TriangleWeights<T>{1, 0, T(0.5), 0} : loop_weights<T>(), out);
 }
 
+template <class T>
+void GridPoints<T>::other_face(const RootLayout& at, const RootLayout& finer, std::uint32_t f, const T* coarse,
+                               T* fine) const {
+    const std::uint32_t sides = topology_.base.size_of(f), n = at.corner_segments();
+    const bool linear = topology_.rule == PointRule::linear;
+    const auto place = [&](std::uint32_t v) { return fine + 3 * std::uint64_t{v}; };
+    const auto point = [&](std::uint32_t v) {
+        const T* p = coarse + 3 * std::uint64_t{v};
+        return Vec3<T>(p[0], p[1], p[2]);
+    };
+    Vec3<T> edges(0), corners(0);
+    for (std::uint32_t i = 0; i < sides; ++i) {
+        const PointLine<T> line = points_of(at.spoke(f, i), coarse);
+        T* out = place(finer.spoke_begin(f, i));
+        if (linear)
+            kernels_.refine_line(line, n, {T(0), T(1)}, out);
+        else
+            kernels_.refine_strip_quads(points_of(at.left_of_spoke(f, i), coarse), line,
+                                        points_of(at.right_of_spoke(f, i), coarse), n, k_quad_weights<T>, out);
+        kernels_.refine_quad(points_of(at.corner_root(f, i), coarse), linear ? QuadWeights<T>{0, 1} : k_quad_weights<T>,
+                             place(finer.corner_begin(f, i)));
+        edges += point(at.before_centre(f, i));
+        corners += point(at.diagonal_to_centre(f, i));
+    }
+    Vec3<T> centre = point(at.centre(f));
+    if (!linear) {
+        const RingMask m = vertex_mask(sides);
+        centre = static_cast<T>(m.vertex) * centre + static_cast<T>(m.edge) * edges + static_cast<T>(m.face) * corners;
+    }
+    T* out = place(finer.centre(f));
+    for (int i = 0; i < 3; ++i) out[i] = centre[i];
+}
+
+template <class T>
+RingMask GridPoints<T>::vertex_mask(std::uint32_t valence) const {
+    if (valence < std::size(topology_.masks)) return topology_.masks[valence];
+    const int n = static_cast<int>(valence);
+    return topology_.base.face_size == 3 ? Loop::vertex_mask(n) : CatmullClark::vertex_mask_quads(n);
+}
+
 void write_faces(const RootLayout& at, std::span<std::uint32_t> corners, const RunContext& context, KernelSet set) {
     const std::uint32_t n = at.segments(), size = at.quads() ? 4 : 3;
-    const std::uint64_t root_corners = std::uint64_t{size} * n * n;
     const RootKernels<double>& kernels = root_kernels<double>(set);
-    for_each_reported_block(at.base().face_count, grain_of(n * n), context, "faces", 0, 1,
-                            [&](std::uint32_t begin, std::uint32_t end) {
-                                std::vector<std::uint32_t> sides(4 * (std::size_t{n} + 1));
-                                RootNumbers root{.left = sides.data(),
-                                                 .right = &sides[n + 1],
-                                                 .bottom = &sides[2 * n + 2],
-                                                 .top = &sides[3 * n + 3],
-                                                 .inner = 0,
-                                                 .segments = n};
-                                for (std::uint32_t f = begin; f < end; ++f) {
-                                    const auto number_side = [&](std::uint32_t h, bool reversed, std::uint32_t* line) {
-                                        line[reversed ? n : 0] = at.base().origin[h];
-                                        line[reversed ? 0 : n] = at.base().origin[at.base().next(h)];
-                                        if (n == 1) return;
-                                        RootLayout::Run run = at.inner_along(h);
-                                        for (std::uint32_t j = 1; j < n; ++j, run.begin += run.step)
-                                            line[reversed ? n - j : j] = run.begin;
-                                    };
-                                    root.inner = at.root_begin(f);
-                                    number_side(size * f, false, root.bottom);
-                                    number_side(size * f + 1, false, root.right);
-                                    number_side(size * f + size - 1, true, root.left);
-                                    std::uint32_t* out = &corners[f * root_corners];
-                                    if (size == 4) {
-                                        number_side(4 * f + 2, true, root.top);
-                                        kernels.number_quads(root, out);
-                                    } else {
-                                        kernels.number_triangles(root, out);
-                                    }
-                                }
-                            });
+    for_each_reported_block(
+        at.base().face_count, grain_of(n * n), context, "faces", 0, 1, [&](std::uint32_t begin, std::uint32_t end) {
+            std::vector<std::uint32_t> sides(4 * (std::size_t{n} + 1));
+            std::uint32_t* out = &corners[size * at.cell_begin(begin)];
+            const auto number = [&](const RootLayout::Root& root) {
+                const std::uint32_t m = root.segments;
+                const RootNumbers numbers{.left = sides.data(),
+                                          .right = &sides[m + 1],
+                                          .bottom = &sides[2 * m + 2],
+                                          .top = &sides[3 * m + 3],
+                                          .inner = root.inner,
+                                          .segments = m};
+                const auto side = [&](const RootLayout::Line& line, std::uint32_t* to) {
+                    to[0] = line.first;
+                    for (std::uint32_t j = 1, v = line.inner.begin; j < m; ++j, v += line.inner.step) to[j] = v;
+                    to[m] = line.last;
+                };
+                side(root.bottom, numbers.bottom);
+                side(root.right, numbers.right);
+                side(root.left, numbers.left);
+                side(root.top, numbers.top);
+                (size == 4 ? kernels.number_quads : kernels.number_triangles)(numbers, out);
+                out += std::uint64_t{size} * m * m;
+            };
+            for (std::uint32_t f = begin; f < end; ++f) {
+                if (at.is_root(f)) {
+                    number(at.root(f));
+                    continue;
+                }
+                const std::uint32_t count = at.base().size_of(f);
+                for (std::uint32_t i = 0; i < count; ++i) number(at.corner_root(f, i));
+            }
+        });
 }
 
 template class GridPoints<float>;

@@ -16,13 +16,16 @@
 
 namespace tetrakis::detail {
 
-/// What structured refinement of a control mesh needs besides points. The roots are the control faces where all are of
-/// the scheme's size, else the quads of the first refinement.
+/// Where roots are: at control faces that are quads, and at the corners of others; or at the corners of all faces, as
+/// soon as one is no quad.
+enum class RootPlace { faces, corners };
+
+/// What structured refinement of a control mesh needs besides points.
 struct GridTopology {
     SchemeKind scheme;
     PointRule rule;
     CreaseMethod method;
-    MeshLevel control;  ///< used where the first refinement is the general one
+    MeshLevel control;  ///< RootPlace::corners: what the base is the first refinement of
     MeshLevel base;
     int base_level = 0;  ///< 0 or 1
     int levels;          ///< below the base
@@ -31,15 +34,11 @@ struct GridTopology {
     RingMask masks[64];                 ///< vertex masks of valences below 64
 
     /// @param levels  those asked for; at least 1 where the faces are not all of the scheme's size
-    GridTopology(const ControlMesh& mesh, SchemeKind scheme, int levels, PointRule rule);
+    GridTopology(const ControlMesh& mesh, SchemeKind scheme, int levels, PointRule rule,
+                 RootPlace place = RootPlace::faces);
     GridTopology(const GridTopology&) = delete;
     GridTopology& operator=(const GridTopology&) = delete;
 
-    /// The control face that a face of the last level comes from: its root's.
-    std::uint32_t control_face(const ControlMesh& mesh, std::uint32_t face) const {
-        const std::uint32_t root = face >> 2 * levels;
-        return base_level == 0 ? root : mesh.face(HalfedgeId(root)).value;
-    }
     RootLayout layout(int level) const { return {base, level}; }
     RootLayout last() const { return layout(levels); }
 };
@@ -56,12 +55,16 @@ class GridPoints {
     const T* run(std::span<const Vec3<T>> control, T* out, const RunContext& context);
 
   private:
+    using Copy = std::vector<T>;  ///< a line that has no place of its own
     void start(std::span<const Vec3<T>> control, T* out);
     void step(int level, const T* coarse, T* fine, const RunContext& context, double from, double to);
     void corners(const RootLayout& at, const TagStep& step, const T* coarse, T* fine) const;
     void edge(const RootLayout& at, const RootLayout& finer, const TagStep& step, std::uint32_t e, const T* coarse,
-              T* fine) const;
+              T* fine, Copy& left, Copy& right) const;
+    PointLine<T> beside(const RootLayout& at, std::uint32_t h, bool reversed, const T* coarse, Copy& copy) const;
     void root(const RootLayout& at, const RootLayout& finer, std::uint32_t f, const T* coarse, T* fine) const;
+    RingMask vertex_mask(std::uint32_t valence) const;
+    void other_face(const RootLayout& at, const RootLayout& finer, std::uint32_t f, const T* coarse, T* fine) const;
 
     const GridTopology& topology_;
     const RootKernels<T>& kernels_;

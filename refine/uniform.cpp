@@ -112,7 +112,7 @@ class UniformRefinement {
     /// The control face that each face comes from: faces follow their root, roots their control face.
     std::uint32_t control_face(std::uint32_t face) const {
         if (levels_ == 0) return face;
-        if (whole_faces_) return face >> 2 * levels_;
+        if (scheme_ == SchemeKind::loop) return face >> 2 * levels_;
         return mesh_.face(HalfedgeId(face >> 2 * (levels_ - 1))).value;
     }
 
@@ -178,7 +178,7 @@ class UniformRefinement {
     int levels_;
     const UniformOptions& options_;
     bool normals_, limit_;
-    bool whole_faces_;  ///< roots are control faces
+    bool whole_faces_;  ///< control faces are all of the size that the scheme makes
 };
 
 }  // namespace

@@ -59,17 +59,17 @@ std::uint32_t UniformRefiner<T>::vertex_count() const {
 
 template <class T>
 std::uint32_t UniformRefiner<T>::face_count() const {
-    return state_->topology.base.face_count << 2 * state_->topology.levels;
+    return static_cast<std::uint32_t>(state_->topology.last().cell_count());
 }
 
 template <class T>
 int UniformRefiner<T>::face_size() const {
-    return state_->topology.base.face_size;
+    return state_->topology.last().quads() ? 4 : 3;
 }
 
 template <class T>
 std::uint32_t UniformRefiner<T>::control_face(std::uint32_t face) const {
-    return state_->topology.control_face(state_->mesh, face);
+    return state_->topology.last().face_of_cell(face);
 }
 
 template <class T>

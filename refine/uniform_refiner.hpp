@@ -33,13 +33,15 @@ struct UniformLevel {
 /// Refines a control mesh everywhere, again and again: connectivity and tags are looked at once, then refine() turns
 /// any control positions (an animated mesh) into those of the last level, in buffers that are kept.
 ///
-/// The roots are the faces of the control mesh where all are quads (Loop: triangles), else its corners, i.e. the quads
-/// of the first refinement, by half-edge. With N pieces per side, corners (x, y) of root r: (0, 0) at the face's first
-/// corner (of a corner root: at the half-edge's origin), x along its first side, y along its last.
+/// The roots are the control faces, if these are quads (Loop: triangles), with N = 2^levels pieces per side; a face
+/// with another number of sides has a root at each corner, with N / 2 pieces. Corners (x, y) of a root: (0, 0) at the
+/// face's first corner (of a root at a corner: at that), x along the side that starts there, y back along the one that
+/// ends there.
 /// * Faces: root by root, row by row (y, then x); quads [(x, y), (x+1, y), (x+1, y+1), (x, y+1)]; Loop: [(x, y),
 ///   (x+1, y), (x, y+1)], each but a row's last followed by [(x+1, y), (x+1, y+1), (x, y+1)].
-/// * Vertices: control vertices (and for corner roots one per face, then one per edge); the N - 1 inner ones of each
-///   side of the roots; the inner ones of each root, row by row. Holes and isolated vertices are left in.
+/// * Vertices: control vertices; the N - 1 inner ones of each control edge; the inner ones of each control face: of a
+///   root row by row, else its centre, those between it and the middle of each side, and the inner ones of each root.
+///   Holes and isolated vertices are left in.
 ///
 /// float or double. One object serves one thread at a time; the work is parallel, and gives the same bytes for any
 /// number of threads.

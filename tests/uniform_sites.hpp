@@ -14,13 +14,11 @@ namespace tetrakis::test {
 /// Catmull-Clark: levels >= 1.
 inline std::vector<Site> uniform_sites(const ControlMesh& mesh, SchemeKind scheme, int levels) {
     const bool quads = scheme == SchemeKind::catmull_clark;
-    bool whole_faces = true;  // roots are control faces
-    for (std::uint32_t f = 0; quads && f < mesh.face_count(); ++f) whole_faces &= mesh.face_size(FaceId(f)) == 4;
     const int depth = quads ? levels - 1 : levels;
     const std::uint32_t cell = 1u << depth;  // side of a site's root
     std::vector<Site> sites;
-    const auto emit = [&](HalfedgeId first, std::uint32_t x, std::uint32_t y) {
-        if (!quads || !whole_faces) {
+    const auto emit = [&](HalfedgeId first, bool four_cells, std::uint32_t x, std::uint32_t y) {
+        if (!four_cells) {
             sites.push_back({first, {x, y}, static_cast<std::uint8_t>(depth)});
             return;
         }
@@ -39,20 +37,20 @@ inline std::vector<Site> uniform_sites(const ControlMesh& mesh, SchemeKind schem
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
         if (mesh.is_hole(FaceId(f))) continue;
         const HalfedgeId first = mesh.face_halfedge(FaceId(f));
-        const std::uint32_t roots = quads && !whole_faces ? mesh.face_size(FaceId(f)) : 1;
-        const std::uint32_t n = quads && whole_faces ? 2 * cell : cell;
+        const bool whole = quads && mesh.face_size(FaceId(f)) == 4;  // else quads are at its corners
+        const std::uint32_t roots = quads && !whole ? mesh.face_size(FaceId(f)) : 1, n = whole ? 2 * cell : cell;
         for (std::uint32_t i = 0; i < roots; ++i)
             for (std::uint32_t y = 0; y < n; ++y)
                 for (std::uint32_t x = 0; x < (quads ? n : n - y); ++x) {
                     const HalfedgeId root(first.value + i);
-                    emit(root, x, y);
-                    emit(root, x + 1, y);
-                    if (quads) emit(root, x + 1, y + 1);
-                    emit(root, x, y + 1);
+                    emit(root, whole, x, y);
+                    emit(root, whole, x + 1, y);
+                    if (quads) emit(root, whole, x + 1, y + 1);
+                    emit(root, whole, x, y + 1);
                     if (quads || x + y + 1 == n) continue;
-                    emit(root, x + 1, y);
-                    emit(root, x + 1, y + 1);
-                    emit(root, x, y + 1);
+                    emit(root, whole, x + 1, y);
+                    emit(root, whole, x + 1, y + 1);
+                    emit(root, whole, x, y + 1);
                 }
     }
     return sites;

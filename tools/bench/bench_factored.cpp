@@ -15,7 +15,8 @@ void levels(benchmark::State& state) {
     const ControlMesh mesh = data_model("head");
     const std::vector<Vec3<T>> control(mesh.positions().begin(), mesh.positions().end());
     const detail::GridTopology topology(mesh, SchemeKind::catmull_clark, static_cast<int>(state.range(0)),
-                                        detail::PointRule::scheme);
+                                        detail::PointRule::scheme,
+                                        Factored ? detail::RootPlace::corners : detail::RootPlace::faces);
     detail::GridPoints<T> direct(topology);
     detail::FactoredGrid<T> factored(topology);
     RunContext context;
