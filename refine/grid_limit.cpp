@@ -85,13 +85,13 @@ class GridLimits {
             triangle(f, scratch);
     }
 
-    RootRows<T> sides(const RootLayout::Root& root, Scratch& scratch) const {
+    RootRows<T> sides(const VertexRoot& root, Scratch& scratch) const {
         return gather(root, points_, scratch.lines.data() + 9 * (std::uint64_t{n_} + 1));
     }
 
     /// Rows are read in place. `at` gives the root's lattice points.
     template <class At>
-    void quad(const RootLayout::Root& root, Scratch& scratch, const At& at) {
+    void quad(const VertexRoot& root, Scratch& scratch, const At& at) {
         const std::uint32_t n = root.segments;
         const RootRows<T> rows = sides(root, scratch);
         const std::uint64_t stride = 3 * std::uint64_t{n - 1};
@@ -135,7 +135,7 @@ class GridLimits {
                     };
                     inside(j, 1, place, ring);
                 }
-            const RootLayout::Root root = at_.corner_root(f, i);
+            const VertexRoot root = at_.corner_root(f, i);
             quad(root, scratch, [&](std::uint32_t x, std::uint32_t y) { return root.at(x, y); });
         }
     }

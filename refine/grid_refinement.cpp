@@ -97,7 +97,16 @@ const T* GridPoints<T>::run(std::span<const Vec3<T>> control, T* out, const RunC
         // Each level takes four times as long as the one before.
         const double next = l + 1 == levels ? 1 : 1.0 / static_cast<double>(std::uint64_t{1} << 2 * (levels - 1 - l));
         T* finer = target(l + 1);
-        step(l, now, finer, context, done, next);
+        switch (topology_.base.face_size) {
+            case 3:
+                step<RootLayoutOf<3>>(l, now, finer, context, done, next);
+                break;
+            case 4:
+                step<RootLayoutOf<4>>(l, now, finer, context, done, next);
+                break;
+            default:
+                step<RootLayoutOf<0>>(l, now, finer, context, done, next);
+        }
         now = finer;
         done = next;
     }
@@ -105,8 +114,9 @@ const T* GridPoints<T>::run(std::span<const Vec3<T>> control, T* out, const RunC
 }
 
 template <class T>
+template <class Layout>
 void GridPoints<T>::step(int level, const T* coarse, T* fine, const RunContext& context, double from, double to) {
-    const RootLayout at = topology_.layout(level), finer = topology_.layout(level + 1);
+    const Layout at(topology_.base, level), finer(topology_.base, level + 1);
     const TagStep& tags = topology_.tags.step(level);
     context.report("refine", from);
     corners(at, tags, coarse, fine);
@@ -127,7 +137,8 @@ void GridPoints<T>::step(int level, const T* coarse, T* fine, const RunContext& 
 }
 
 template <class T>
-void GridPoints<T>::corners(const RootLayout& at, const TagStep& step, const T* coarse, T* fine) const {
+template <class Layout>
+void GridPoints<T>::corners(const Layout& at, const TagStep& step, const T* coarse, T* fine) const {
     const MeshLevel& base = topology_.base;
     const auto point = [&](std::uint32_t v) {
         const T* p = coarse + 3 * std::uint64_t{v};
@@ -152,7 +163,7 @@ void GridPoints<T>::corners(const RootLayout& at, const TagStep& step, const T* 
             edges += point(at.first_along(h));
             if (quads) faces += point(at.diagonal(h));
             ++n;
-            const std::uint32_t before = base.prev(h);
+            const std::uint32_t before = at.prev(h);
             h = base.twin[before];
             // A boundary's last edge; only where a vertex is on the way from sharp to smooth.
             if (h == none) {
@@ -179,7 +190,7 @@ void GridPoints<T>::corners(const RootLayout& at, const TagStep& step, const T* 
             do {
                 if (edge == blend.crease.a || edge == blend.crease.b) ends += point(at.first_along(h));
                 ++edge;
-                const std::uint32_t before = base.prev(h);
+                const std::uint32_t before = at.prev(h);
                 h = base.twin[before];
                 if (h == none && (edge == blend.crease.a || edge == blend.crease.b))
                     ends += point(at.last_along(before));
@@ -195,8 +206,9 @@ void GridPoints<T>::corners(const RootLayout& at, const TagStep& step, const T* 
 }
 
 template <class T>
-void GridPoints<T>::edge(const RootLayout& at, const RootLayout& finer, const TagStep& step, std::uint32_t e,
-                         const T* coarse, T* fine, Copy& left_copy, Copy& right_copy) const {
+template <class Layout>
+void GridPoints<T>::edge(const Layout& at, const Layout& finer, const TagStep& step, std::uint32_t e, const T* coarse,
+                         T* fine, Copy& left_copy, Copy& right_copy) const {
     const MeshLevel& base = topology_.base;
     const std::uint32_t n = at.segments(), h = base.edge_halfedge[e];
     T* out = fine + 3 * std::uint64_t{finer.edge_begin(e)};
@@ -227,11 +239,12 @@ void GridPoints<T>::edge(const RootLayout& at, const RootLayout& finer, const Ta
 }
 
 template <class T>
-PointLine<T> GridPoints<T>::beside(const RootLayout& at, std::uint32_t h, bool reversed, const T* coarse,
+template <class Layout>
+PointLine<T> GridPoints<T>::beside(const Layout& at, std::uint32_t h, bool reversed, const T* coarse,
                                    Copy& copy) const {
     const std::uint32_t count = at.segments() + (at.quads() ? 1 : 0);
-    if (at.is_root(topology_.base.face_of(h))) {
-        const RootLayout::Line line = at.beside(h);
+    if (at.is_root(at.face_of(h))) {
+        const VertexLine line = at.beside(h);
         return points_of(reversed ? line.reversed(count) : line, coarse);
     }
     copy.resize(3 * std::size_t{count} + 1);  // one scalar more may be read
@@ -240,8 +253,8 @@ PointLine<T> GridPoints<T>::beside(const RootLayout& at, std::uint32_t h, bool r
 }
 
 template <class T>
-void GridPoints<T>::root(const RootLayout& at, const RootLayout& finer, std::uint32_t f, const T* coarse,
-                         T* fine) const {
+template <class Layout>
+void GridPoints<T>::root(const Layout& at, const Layout& finer, std::uint32_t f, const T* coarse, T* fine) const {
     const RootLines<T> lines = points_of(at.root(f), coarse);
     T* out = fine + 3 * std::uint64_t{finer.face_begin(f)};
     const bool linear = topology_.rule == PointRule::linear;
@@ -253,9 +266,9 @@ void GridPoints<T>::root(const RootLayout& at, const RootLayout& finer, std::uin
 }
 
 template <class T>
-void GridPoints<T>::other_face(const RootLayout& at, const RootLayout& finer, std::uint32_t f, const T* coarse,
-                               T* fine) const {
-    const std::uint32_t sides = topology_.base.size_of(f), n = at.corner_segments();
+template <class Layout>
+void GridPoints<T>::other_face(const Layout& at, const Layout& finer, std::uint32_t f, const T* coarse, T* fine) const {
+    const std::uint32_t sides = at.size_of(f), n = at.corner_segments();
     const bool linear = topology_.rule == PointRule::linear;
     const auto place = [&](std::uint32_t v) { return fine + 3 * std::uint64_t{v}; };
     const auto point = [&](std::uint32_t v) {
@@ -299,7 +312,7 @@ void write_faces(const RootLayout& at, std::span<std::uint32_t> corners, const R
         at.base().face_count, grain_of(n * n), context, "faces", 0, 1, [&](std::uint32_t begin, std::uint32_t end) {
             std::vector<std::uint32_t> sides(4 * (std::size_t{n} + 1));
             std::uint32_t* out = &corners[size * at.cell_begin(begin)];
-            const auto number = [&](const RootLayout::Root& root) {
+            const auto number = [&](const VertexRoot& root) {
                 const std::uint32_t m = root.segments;
                 const RootNumbers numbers{.left = sides.data(),
                                           .right = &sides[m + 1],
@@ -307,7 +320,7 @@ void write_faces(const RootLayout& at, std::span<std::uint32_t> corners, const R
                                           .top = &sides[3 * m + 3],
                                           .inner = root.inner,
                                           .segments = m};
-                const auto side = [&](const RootLayout::Line& line, std::uint32_t* to) {
+                const auto side = [&](const VertexLine& line, std::uint32_t* to) {
                     to[0] = line.first;
                     for (std::uint32_t j = 1, v = line.inner.begin; j < m; ++j, v += line.inner.step) to[j] = v;
                     to[m] = line.last;

@@ -57,14 +57,20 @@ class GridPoints {
   private:
     using Copy = std::vector<T>;  ///< a line that has no place of its own
     void start(std::span<const Vec3<T>> control, T* out);
+    template <class Layout>
     void step(int level, const T* coarse, T* fine, const RunContext& context, double from, double to);
-    void corners(const RootLayout& at, const TagStep& step, const T* coarse, T* fine) const;
-    void edge(const RootLayout& at, const RootLayout& finer, const TagStep& step, std::uint32_t e, const T* coarse,
-              T* fine, Copy& left, Copy& right) const;
-    PointLine<T> beside(const RootLayout& at, std::uint32_t h, bool reversed, const T* coarse, Copy& copy) const;
-    void root(const RootLayout& at, const RootLayout& finer, std::uint32_t f, const T* coarse, T* fine) const;
+    template <class Layout>
+    void corners(const Layout& at, const TagStep& step, const T* coarse, T* fine) const;
+    template <class Layout>
+    void edge(const Layout& at, const Layout& finer, const TagStep& step, std::uint32_t e, const T* coarse, T* fine,
+              Copy& left, Copy& right) const;
+    template <class Layout>
+    PointLine<T> beside(const Layout& at, std::uint32_t h, bool reversed, const T* coarse, Copy& copy) const;
+    template <class Layout>
+    void root(const Layout& at, const Layout& finer, std::uint32_t f, const T* coarse, T* fine) const;
     RingMask vertex_mask(std::uint32_t valence) const;
-    void other_face(const RootLayout& at, const RootLayout& finer, std::uint32_t f, const T* coarse, T* fine) const;
+    template <class Layout>
+    void other_face(const Layout& at, const Layout& finer, std::uint32_t f, const T* coarse, T* fine) const;
 
     const GridTopology& topology_;
     const RootKernels<T>& kernels_;

@@ -15,20 +15,20 @@ inline void copy_point(T* to, const T* points, std::uint32_t v) {
 
 /// A line of points where they are.
 template <class T>
-inline PointLine<T> points_of(const RootLayout::Line& line, const T* points) {
+[[gnu::always_inline]] inline PointLine<T> points_of(const VertexLine& line, const T* points) {
     const auto at = [&](std::uint32_t v) { return points + 3 * std::uint64_t{v}; };
     const auto scalars = [](std::uint32_t vertices) { return std::ptrdiff_t{3} * static_cast<std::int32_t>(vertices); };
     return {at(line.first), at(line.inner.begin), at(line.last), scalars(line.inner.step), scalars(line.inner.turn)};
 }
 template <class T>
-inline RootLines<T> points_of(const RootLayout::Root& root, const T* points) {
+[[gnu::always_inline]] inline RootLines<T> points_of(const VertexRoot& root, const T* points) {
     return {points + 3 * std::uint64_t{root.inner}, points_of(root.bottom, points), points_of(root.top, points),
             points_of(root.left, points),           points_of(root.right, points),  root.segments};
 }
 
 /// Copies a line of `count` >= 1 points.
 template <class T>
-inline void gather(RootLayout::Line line, std::uint32_t count, const T* points, T* to) {
+inline void gather(VertexLine line, std::uint32_t count, const T* points, T* to) {
     copy_point(to, points, line.first);
     for (std::uint32_t i = 1; i + 1 < count; ++i) {
         copy_point(to + 3 * std::uint64_t{i}, points, line.inner.begin);
@@ -40,7 +40,7 @@ inline void gather(RootLayout::Line line, std::uint32_t count, const T* points, 
 
 /// Copies of a root's sides; `lines` has room for 4 (N + 1) points and a scalar.
 template <class T>
-inline RootRows<T> gather(const RootLayout::Root& root, const T* points, T* lines) {
+inline RootRows<T> gather(const VertexRoot& root, const T* points, T* lines) {
     const std::uint32_t count = root.segments + 1;
     const std::uint64_t length = 3 * std::uint64_t{count};
     T *bottom = lines, *right = lines + length, *left = right + length, *top = left + length;
@@ -52,11 +52,11 @@ inline RootRows<T> gather(const RootLayout::Root& root, const T* points, T* line
 }
 
 /// Points of the lattice line one step off side h in its face, in its direction or against it: N + 1; triangles: N.
-template <class T>
-inline void gather_beside(const RootLayout& at, std::uint32_t h, bool reversed, const T* points, T* to) {
+template <class T, class Layout>
+inline void gather_beside(const Layout& at, std::uint32_t h, bool reversed, const T* points, T* to) {
     const std::uint32_t count = at.segments() + (at.quads() ? 1 : 0);
-    if (at.is_root(at.base().face_of(h))) {
-        const RootLayout::Line line = at.beside(h);
+    if (at.is_root(at.face_of(h))) {
+        const VertexLine line = at.beside(h);
         return gather(reversed ? line.reversed(count) : line, count, points, to);
     }
     for (std::uint32_t j = 0; j < count; ++j)
