@@ -23,6 +23,7 @@ void sort_group(EdgeUse* first, EdgeUse* last) {
         std::sort(first, last, less);
         return;
     }
+    if (first == last) return;
     for (EdgeUse* i = first + 1; i < last; ++i) {
         const EdgeUse use = *i;
         EdgeUse* j = i;
@@ -31,17 +32,26 @@ void sort_group(EdgeUse* first, EdgeUse* last) {
     }
 }
 
-// Sorts one bucket, whose smaller vertices all lie in [base, base + width).
-void sort_bucket(std::span<EdgeUse> bucket, std::uint32_t base, std::uint32_t width) {
-    std::vector<std::uint32_t> start(std::size_t{width} + 1, 0);
-    for (const EdgeUse& use : bucket) ++start[use.low - base + 1];
-    for (std::uint32_t i = 0; i < width; ++i) start[i + 1] += start[i];
-    std::vector<EdgeUse> sorted(bucket.size());
-    std::vector<std::uint32_t> head(start.begin(), start.end() - 1);
-    for (const EdgeUse& use : bucket) sorted[head[use.low - base]++] = use;
-    for (std::uint32_t i = 0; i < width; ++i) sort_group(sorted.data() + start[i], sorted.data() + start[i + 1]);
-    std::copy(sorted.begin(), sorted.end(), bucket.begin());
-}
+// Sorts buckets one after the other in the same memory.
+class BucketSorter {
+  public:
+    /// @param bucket  its smaller vertices all lie in [base, base + width)
+    void run(std::span<EdgeUse> bucket, std::uint32_t base, std::uint32_t width) {
+        if (width == 1) return sort_group(bucket.data(), bucket.data() + bucket.size());
+        start_.assign(std::size_t{width} + 1, 0);
+        for (const EdgeUse& use : bucket) ++start_[use.low - base + 1];
+        for (std::uint32_t i = 0; i < width; ++i) start_[i + 1] += start_[i];
+        uses_.assign(bucket.begin(), bucket.end());
+        for (const EdgeUse& use : uses_) bucket[start_[use.low - base]++] = use;
+        // Each start is now the end of its group.
+        for (std::uint32_t i = 0, begin = 0; i < width; begin = start_[i++])
+            sort_group(bucket.data() + begin, bucket.data() + start_[i]);
+    }
+
+  private:
+    std::vector<std::uint32_t> start_;
+    std::vector<EdgeUse> uses_;
+};
 
 }  // namespace
 
@@ -96,14 +106,14 @@ std::vector<EdgeUse> sorted_edge_uses(std::span<const std::uint32_t> face_offset
             });
         },
         1);
-    for_each_index(
-        bucket_count,
-        [&](std::uint32_t bucket) {
+    for_each_block(bucket_count, 1, [&](std::uint32_t begin, std::uint32_t end) {
+        BucketSorter sorter;
+        for (std::uint32_t bucket = begin; bucket < end; ++bucket) {
             const std::uint32_t base = bucket << shift;
-            sort_bucket(std::span(uses).subspan(bucket_start[bucket], bucket_start[bucket + 1] - bucket_start[bucket]),
-                        base, std::min(std::uint32_t{1} << shift, vertex_count - base));
-        },
-        1);
+            sorter.run(std::span(uses).subspan(bucket_start[bucket], bucket_start[bucket + 1] - bucket_start[bucket]),
+                       base, std::min(std::uint32_t{1} << shift, vertex_count - base));
+        }
+    });
     return uses;
 }
 

@@ -97,16 +97,8 @@ const T* GridPoints<T>::run(std::span<const Vec3<T>> control, T* out, const RunC
         // Each level takes four times as long as the one before.
         const double next = l + 1 == levels ? 1 : 1.0 / static_cast<double>(std::uint64_t{1} << 2 * (levels - 1 - l));
         T* finer = target(l + 1);
-        switch (topology_.base.face_size) {
-            case 3:
-                step<RootLayoutOf<3>>(l, now, finer, context, done, next);
-                break;
-            case 4:
-                step<RootLayoutOf<4>>(l, now, finer, context, done, next);
-                break;
-            default:
-                step<RootLayoutOf<0>>(l, now, finer, context, done, next);
-        }
+        with_known_size(topology_.layout(l),
+                        [&](const auto& at) { step(at, topology_.tags.step(l), now, finer, context, done, next); });
         now = finer;
         done = next;
     }
@@ -115,9 +107,9 @@ const T* GridPoints<T>::run(std::span<const Vec3<T>> control, T* out, const RunC
 
 template <class T>
 template <class Layout>
-void GridPoints<T>::step(int level, const T* coarse, T* fine, const RunContext& context, double from, double to) {
-    const Layout at(topology_.base, level), finer(topology_.base, level + 1);
-    const TagStep& tags = topology_.tags.step(level);
+void GridPoints<T>::step(const Layout& at, const TagStep& tags, const T* coarse, T* fine, const RunContext& context,
+                         double from, double to) {
+    const Layout finer(topology_.base, at.levels() + 1);
     context.report("refine", from);
     corners(at, tags, coarse, fine);
     for_each_block(topology_.base.edge_count, grain_of(finer.edge_points()),
@@ -220,6 +212,7 @@ void GridPoints<T>::edge(const Layout& at, const Layout& finer, const TagStep& s
     if (!step.varying.empty())
         if (const auto found = step.varying.find(e); found != step.varying.end()) varying = &found->second;
     if (varying == nullptr && crease == 1) return kernels_.refine_line(line, n, k_quad_weights<T>, out);
+    if (varying == nullptr && crease == 0 && n == 1) return only_piece(at, h, coarse, out);
 
     const PointLine<T> left = beside(at, h, false, coarse, left_copy),
                        right = beside(at, base.twin[h], true, coarse, right_copy);
@@ -240,6 +233,24 @@ void GridPoints<T>::edge(const Layout& at, const Layout& finer, const TagStep& s
 
 template <class T>
 template <class Layout>
+void GridPoints<T>::only_piece(const Layout& at, std::uint32_t h, const T* coarse, T* out) const {
+    const MeshLevel& base = topology_.base;
+    const auto point = [&](std::uint32_t v) { return coarse + 3 * std::uint64_t{v}; };
+    const std::uint32_t t = base.twin[h];
+    const T *a = point(base.origin[h]), *b = point(base.origin[t]);
+    const T *c = point(base.origin[at.prev(h)]), *d = point(base.origin[at.prev(t)]);
+    if (at.quads()) {
+        const T *e = point(base.origin[at.next(at.next(h))]), *f = point(base.origin[at.next(at.next(t))]);
+        for (int i = 0; i < 3; ++i)
+            out[i] = T(CatmullClark::edge_end + CatmullClark::edge_face_point / 2) * (a[i] + b[i]) +
+                     T(CatmullClark::edge_face_point / 4) * ((c[i] + e[i]) + (d[i] + f[i]));
+        return;
+    }
+    for (int i = 0; i < 3; ++i) out[i] = T(Loop::edge_end) * (a[i] + b[i]) + T(Loop::edge_opposite) * (c[i] + d[i]);
+}
+
+template <class T>
+template <class Layout>
 PointLine<T> GridPoints<T>::beside(const Layout& at, std::uint32_t h, bool reversed, const T* coarse,
                                    Copy& copy) const {
     const std::uint32_t count = at.segments() + (at.quads() ? 1 : 0);
@@ -255,9 +266,17 @@ PointLine<T> GridPoints<T>::beside(const Layout& at, std::uint32_t h, bool rever
 template <class T>
 template <class Layout>
 void GridPoints<T>::root(const Layout& at, const Layout& finer, std::uint32_t f, const T* coarse, T* fine) const {
-    const RootLines<T> lines = points_of(at.root(f), coarse);
     T* out = fine + 3 * std::uint64_t{finer.face_begin(f)};
     const bool linear = topology_.rule == PointRule::linear;
+    if (at.segments() == 1) {
+        if (!at.quads()) return;
+        const std::uint32_t* v = &topology_.base.origin[at.first_halfedge(f)];
+        const auto point = [&](std::uint32_t w) { return coarse + 3 * std::uint64_t{w}; };
+        const T *a = point(v[0]), *b = point(v[1]), *c = point(v[2]), *d = point(v[3]);
+        for (int i = 0; i < 3; ++i) out[i] = T(0.25) * ((a[i] + b[i]) + (c[i] + d[i]));
+        return;
+    }
+    const RootLines<T> lines = points_of(at.root(f), coarse);
     if (at.quads()) {
         kernels_.refine_quad(lines, linear ? QuadWeights<T>{0, 1} : k_quad_weights<T>, out);
         return;
@@ -305,7 +324,10 @@ RingMask GridPoints<T>::vertex_mask(std::uint32_t valence) const {
     return topology_.base.face_size == 3 ? Loop::vertex_mask(n) : CatmullClark::vertex_mask_quads(n);
 }
 
-void write_faces(const RootLayout& at, std::span<std::uint32_t> corners, const RunContext& context, KernelSet set) {
+namespace {
+
+template <class Layout>
+void number_cells(const Layout& at, std::span<std::uint32_t> corners, const RunContext& context, KernelSet set) {
     const std::uint32_t n = at.segments(), size = at.quads() ? 4 : 3;
     const RootKernels<double>& kernels = root_kernels<double>(set);
     for_each_reported_block(
@@ -337,10 +359,16 @@ void write_faces(const RootLayout& at, std::span<std::uint32_t> corners, const R
                     number(at.root(f));
                     continue;
                 }
-                const std::uint32_t count = at.base().size_of(f);
+                const std::uint32_t count = at.size_of(f);
                 for (std::uint32_t i = 0; i < count; ++i) number(at.corner_root(f, i));
             }
         });
+}
+
+}  // namespace
+
+void write_faces(const RootLayout& at, std::span<std::uint32_t> corners, const RunContext& context, KernelSet set) {
+    with_known_size(at, [&](const auto& known) { number_cells(known, corners, context, set); });
 }
 
 template class GridPoints<float>;

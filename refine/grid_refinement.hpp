@@ -58,12 +58,16 @@ class GridPoints {
     using Copy = std::vector<T>;  ///< a line that has no place of its own
     void start(std::span<const Vec3<T>> control, T* out);
     template <class Layout>
-    void step(int level, const T* coarse, T* fine, const RunContext& context, double from, double to);
+    void step(const Layout& at, const TagStep& tags, const T* coarse, T* fine, const RunContext& context, double from,
+              double to);
     template <class Layout>
     void corners(const Layout& at, const TagStep& step, const T* coarse, T* fine) const;
     template <class Layout>
     void edge(const Layout& at, const Layout& finer, const TagStep& step, std::uint32_t e, const T* coarse, T* fine,
               Copy& left, Copy& right) const;
+    /// The smooth point of a side of one piece.
+    template <class Layout>
+    void only_piece(const Layout& at, std::uint32_t h, const T* coarse, T* out) const;
     template <class Layout>
     PointLine<T> beside(const Layout& at, std::uint32_t h, bool reversed, const T* coarse, Copy& copy) const;
     template <class Layout>

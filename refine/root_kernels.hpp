@@ -32,7 +32,8 @@ struct RootLines {
     std::uint32_t segments;
 };
 
-/// The vertex numbers of a root: lines along its sides as in RootRows, and the first of its inner ones.
+/// The vertex numbers of a root: lines along its sides as in RootRows, and the first of its inner ones. N + 1 places
+/// each, for triangles also in `top`; what numbers triangles writes over bottom and top.
 struct RootNumbers {
     std::uint32_t *left, *right, *bottom, *top;
     std::uint32_t inner;

@@ -399,41 +399,34 @@ void number_quads(const RootNumbers& root, std::uint32_t* out) {
     quad(last + inner - 1, root.right[inner], root.top[n], root.top[inner]);
 }
 
+/// Line y has the points 0 ... n - y; both lines at hand are copied to where the root's bottom and top were.
 void number_triangles(const RootNumbers& root, std::uint32_t* out) {
-    const unsigned n = root.segments;
-    unsigned row = root.inner;  // first inner vertex of line y + 1
-    const auto triangle = [&](unsigned a, unsigned b, unsigned c) TETRAKIS_INLINE {
-        out[0] = a;
-        out[1] = b;
-        out[2] = c;
-        out += 3;
-    };
-    for (unsigned y = 0; y < n; ++y) {
-        // Line y has the points 0 ... last, line y + 1 one less; their inner ones are low + x - 1 and high + x - 1.
-        const unsigned last = n - y, high = row, low = y == 0 ? 0 : row - (last - 1);
-        const auto lower = [&](unsigned x) TETRAKIS_INLINE {
-            return y == 0 ? root.bottom[x] : x == 0 ? root.left[y] : x == last ? root.right[y] : low + x - 1;
-        };
-        const auto upper = [&](unsigned x) TETRAKIS_INLINE {
-            return x == 0 ? root.left[y + 1] : x + 1 == last ? root.right[y + 1] : high + x - 1;
-        };
-        const auto pair = [&](unsigned x) TETRAKIS_INLINE {
-            triangle(lower(x), lower(x + 1), upper(x));
-            if (x + 1 < last) triangle(lower(x + 1), upper(x + 1), upper(x));
-        };
+    unsigned *low = root.bottom, *high = root.top, inner = root.inner;
+    for (unsigned y = 0, last = root.segments; last > 0; ++y, --last) {
+        high[0] = root.left[y + 1];
+        for (unsigned x = 1; x + 1 < last; ++x) high[x] = inner++;
+        high[last - 1] = root.right[y + 1];
         unsigned x = 0;
-        if (y > 0 && last > 4) {
-            pair(x++);
-            Numbers v{low, low + 1, high, low + 1}, w{high + 1, high, 0, 0};
-            for (; x + 2 < last; ++x, out += 6) {
-                store_numbers(out, v);
-                store_numbers(out + 4, w);  // its other half is written over
-                v += 1;
-                w += 1;
-            }
+        for (; x + 2 < last; x += 2, out += 12) {
+            Numbers a, b;
+            __builtin_memcpy(&a, low + x, sizeof a);
+            __builtin_memcpy(&b, high + x, sizeof b);
+            store_numbers(out, __builtin_shufflevector(a, b, 0, 1, 4, 1));
+            store_numbers(out + 4, __builtin_shufflevector(a, b, 5, 4, 1, 2));
+            store_numbers(out + 8, __builtin_shufflevector(a, b, 5, 2, 6, 5));
         }
-        for (; x < last; ++x) pair(x);
-        if (last > 1) row += last - 2;
+        for (; x < last; ++x) {
+            *out++ = low[x];
+            *out++ = low[x + 1];
+            *out++ = high[x];
+            if (x + 1 == last) break;
+            *out++ = low[x + 1];
+            *out++ = high[x + 1];
+            *out++ = high[x];
+        }
+        unsigned* const next = high;
+        high = low;
+        low = next;
     }
 }
 

@@ -2,6 +2,7 @@
 
 #include "tetrakis/refine/mesh_level.hpp"
 
+#include <bit>
 #include <cstdint>
 
 namespace tetrakis::detail {
@@ -54,7 +55,8 @@ constexpr int k_any_size = -1;
 ///
 /// * corners: the base level's vertices;
 /// * edge e: its N - 1 inner points, along its first half-edge;
-/// * quad or triangle f, a root: the lattice points (x, y) off its sides, row by row (y), with x from corner 0 to corner
+/// * quad or triangle f, a root: the lattice points (x, y) off its sides, row by row (y), with x from corner 0 to
+/// corner
 ///   1 and y from corner 0 to the last corner: 0 < x, y < N for quads; 0 < x, y and x + y < N for triangles;
 /// * another face with k sides, among quads: k roots, one per corner, of M = N / 2 segments a side, with x along the
 ///   first half of the side that starts there and y back along the second half of the side before. Its centre; the
@@ -99,6 +101,7 @@ class RootLayoutOf {
     /// Whether face f is a root.
     bool is_root(std::uint32_t f) const { return !mixed() || size_of(f) == 4; }
     std::uint32_t segments() const { return segments_; }
+    int levels() const { return std::countr_zero(segments_); }
     /// Segments of the roots at the corners of other faces: M.
     std::uint32_t corner_segments() const { return half_; }
     std::uint32_t edge_points() const { return inner_; }
@@ -264,5 +267,18 @@ class RootLayoutOf {
 };
 
 using RootLayout = RootLayoutOf<k_any_size>;
+
+/// Calls work(layout) with one whose face size the compiler knows.
+template <class Work>
+void with_known_size(const RootLayout& at, Work&& work) {
+    switch (at.face_size()) {
+        case 3:
+            return work(RootLayoutOf<3>(at.base(), at.levels()));
+        case 4:
+            return work(RootLayoutOf<4>(at.base(), at.levels()));
+        default:
+            return work(RootLayoutOf<0>(at.base(), at.levels()));
+    }
+}
 
 }  // namespace tetrakis::detail

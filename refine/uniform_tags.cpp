@@ -28,12 +28,19 @@ UniformTags::UniformTags(const MeshLevel& base, CreaseMethod method, int levels)
     ends_.resize(2 * std::size_t{base.edge_count});
     for (std::uint32_t e = 0; e < base.edge_count; ++e) {
         const float s = base.edge_sharpness[e];
+        if (!is_sharp(s)) continue;
+        sharp_edges_.push_back(e);
         ends_[2 * e] = ends_[2 * e + 1] = s;
         if (method == CreaseMethod::chaikin && is_semi_sharp(s)) pieces_[e] = {s};
     }
     for (int k = 0; k < levels; ++k) {
-        const bool semi = std::any_of(ends_.begin(), ends_.end(), is_semi_sharp) || !pieces_.empty() ||
-                          std::any_of(vertex_sharpness_.begin(), vertex_sharpness_.end(), is_semi_sharp);
+        const bool semi = !pieces_.empty() ||
+                          std::any_of(sharp_edges_.begin(), sharp_edges_.end(),
+                                      [&](std::uint32_t e) {
+                                          return is_semi_sharp(ends_[2 * e]) || is_semi_sharp(ends_[2 * e + 1]);
+                                      }) ||
+                          std::any_of(vertices_.begin(), vertices_.end(),
+                                      [&](std::uint32_t v) { return is_semi_sharp(vertex_sharpness_[v]); });
         advance();
         // What is left is sharp for ever: this step repeats itself.
         if (!semi) break;
@@ -59,7 +66,10 @@ void UniformTags::advance() {
     const std::uint32_t edges = base_->edge_count;
     std::vector<float> finer(ends_.size()), around, child;
     step.crease.assign(edges, 0.0f);
-    for (std::uint32_t i = 0; i < 2 * edges; ++i) finer[i] = child_sharpness(ends_[i]);
+    for (const std::uint32_t e : sharp_edges_) {
+        finer[2 * e] = child_sharpness(ends_[2 * e]);
+        finer[2 * e + 1] = child_sharpness(ends_[2 * e + 1]);
+    }
     if (!pieces_.empty()) {
         // The two ends see all sharp edges of their vertex.
         for (const std::uint32_t v : vertices_) {
@@ -79,7 +89,7 @@ void UniformTags::advance() {
             } while (h != start && h != none);
         }
     }
-    for (std::uint32_t e = 0; e < edges; ++e)
+    for (const std::uint32_t e : sharp_edges_)
         step.crease[e] = static_cast<float>(edge_crease_weight(ends_[2 * e], finer[2 * e], finer[2 * e + 1]));
     for (auto& [e, pieces] : pieces_) {
         std::vector<float> halves(2 * pieces.size()), weights(2 * pieces.size() - 1);
@@ -100,7 +110,7 @@ void UniformTags::advance() {
                   [](const auto& entry) { return std::none_of(entry.second.begin(), entry.second.end(), is_sharp); });
 
     std::vector<float> finer_vertex(vertex_sharpness_.size());
-    for (std::size_t v = 0; v < finer_vertex.size(); ++v) finer_vertex[v] = child_sharpness(vertex_sharpness_[v]);
+    for (const std::uint32_t v : vertices_) finer_vertex[v] = child_sharpness(vertex_sharpness_[v]);
     step.blend.resize(vertices_.size());
     for (std::size_t i = 0; i < vertices_.size(); ++i) {
         const std::uint32_t v = vertices_[i];

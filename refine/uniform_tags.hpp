@@ -57,6 +57,7 @@ class UniformTags {
     const MeshLevel* base_ = nullptr;
     CreaseMethod method_ = CreaseMethod::uniform;
     std::vector<std::uint32_t> vertices_;
+    std::vector<std::uint32_t> sharp_edges_;  ///< of the base level
     std::vector<TagStep> steps_;
     // The level reached. Ends: [2 e + side], the piece at the edge's start and end; both for an edge whose pieces are
     // alike. Pieces: of semi-sharp edges under Chaikin creasing.
