@@ -211,11 +211,11 @@ void stencils(benchmark::State& state, Case c) {
 }
 
 template <class Make>
-void in_place(benchmark::State& state, Case c, Make make) {
+void in_place(benchmark::State& state, Case c, Make make, std::string_view name = {}) {
     std::uint64_t vertices = 0;
     for (auto _ : state) {
         state.PauseTiming();
-        auto refine = make(UniformTask{mesh_of(*c.model, c.scheme).data(), c.scheme, c.levels});
+        auto refine = make(UniformTask{mesh_of(*c.model, c.scheme).data(), c.scheme, c.levels, false, name});
         if (!refine) {
             state.SkipWithError("the peer does not take this mesh");
             break;
@@ -318,8 +318,29 @@ void register_all() {
             }
 }
 
+/// What peers have besides Catmull-Clark and Loop.
+template <class Make>
+void add_peer(const BenchModel& model, const SchemeInfo& scheme, int levels, const char* peer, Make make) {
+    // A level of ours is two of the peers' steps of sqrt3.
+    const Case c{&model, scheme.family == MeshFamily::triangles ? SchemeKind::loop : SchemeKind::catmull_clark,
+                 scheme.refinement == Refinement::sqrt3 ? 2 * levels : levels, 1, false};
+    const std::string full = fmt::format("{}/{}/{}/{}", model.name, scheme.name, levels, peer);
+    benchmark::RegisterBenchmark(full.c_str(),
+                                 [=, name = scheme.name](benchmark::State& state) { in_place(state, c, make, name); })
+        ->Unit(benchmark::kMillisecond)
+        ->UseRealTime();
+}
+
 void register_schemes() {
     const BenchModel* model = find_bench_model("pawn");
+#ifdef TETRAKIS_BENCH_CGAL
+    add_peer(*model, *find_scheme("doo-sabin"), 4, "cgal", cgal_uniform);
+    add_peer(*model, *find_scheme("sqrt3"), 3, "cgal", cgal_uniform);
+#endif
+#ifdef TETRAKIS_BENCH_OPENMESH
+    add_peer(*model, *find_scheme("modified-butterfly"), 4, "openmesh", openmesh_uniform);
+    add_peer(*model, *find_scheme("sqrt3"), 3, "openmesh", openmesh_uniform);
+#endif
     for (const SchemeInfo& scheme : scheme_table())
         for (const auto& [part, method] :
              {std::pair(RuleCase::Part::fresh, "fresh"), std::pair(RuleCase::Part::again, "again"),
