@@ -3,7 +3,7 @@
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/check_length.hpp"
-#include "tetrakis/refine/parallel_blocks.hpp"
+#include "tetrakis/refine/rule_levels.hpp"
 #include "tetrakis/refine/rule_limit.hpp"
 
 #include <algorithm>
@@ -57,36 +57,6 @@ void check_size(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, c
                 mesh.data().source);
 }
 
-StencilTable smoothing_stencils(const RuleMesh& mesh) {
-    StencilTable table;
-    for (int v = 0; v < mesh.vertex_count(); ++v) {
-        const VertexRule rule = mesh.first(v) == RuleMesh::none ? VertexRule::corner : mesh.rule(v);
-        if (rule == VertexRule::corner) {
-            table.push({{v, 1}});
-            continue;
-        }
-        const auto around = rule == VertexRule::crease ? mesh.sharp_neighbours(v) : mesh.ring(v).neighbour;
-        StencilRow row{{v, 0.5}};
-        for (const int e : around) row.add(e, 0.5 / static_cast<double>(around.size()));
-        table.push(std::move(row));
-    }
-    return table;
-}
-
-/// Row by row, in the order of its terms whatever the width.
-void apply(const StencilTable& table, const double* in, int width, double* out) {
-    for_each_index(static_cast<std::uint32_t>(table.row_count()), [&](std::uint32_t r) {
-        const auto points = table.points(static_cast<int>(r));
-        const auto weights = table.weights(static_cast<int>(r));
-        double* to = out + std::size_t{r} * width;
-        std::fill_n(to, width, 0.0);
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            const double* from = in + static_cast<std::size_t>(points[i]) * width;
-            for (int k = 0; k < width; ++k) to[k] += weights[i] * from[k];
-        }
-    });
-}
-
 }  // namespace
 
 RuleMesh rule_mesh(const ControlMesh& mesh) {
@@ -103,61 +73,36 @@ RuleMesh rule_mesh(const ControlMesh& mesh) {
 }
 
 struct RuleRefiner::State {
-    std::uint32_t control_vertices = 0;
-    RefineOptions options;
-    std::vector<StencilTable> steps;
-    RuleMesh last;
-    std::vector<int> control_face;
-    detail::RuleLimits limits;
+    State(const ControlMesh& mesh, const SchemeInfo& scheme, const RefineOptions& refine_options)
+        : control_vertices(mesh.vertex_count()),
+          options(refine_options),
+          levels(mesh, scheme, refine_options.rules, refine_options.smoothing) {}
 
-    /// The last level's control values.
-    std::vector<double> net(std::span<const double> control, int width) const {
-        std::vector<double> values(control.begin(), control.end());
-        for (const StencilTable& step : steps) {
-            std::vector<double> finer(static_cast<std::size_t>(step.row_count()) * width);
-            apply(step, values.data(), width, finer.data());
-            values = std::move(finer);
-        }
-        return values;
-    }
+    std::uint32_t control_vertices;
+    RefineOptions options;
+    detail::RuleLevels levels;
+    detail::RuleLimits limits;
 };
 
-RuleRefiner::RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options)
-    : state_(std::make_unique<State>()) {
+RuleRefiner::RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options) {
     if (levels < 0)
         throw Error(ErrorCode::invalid_input, "the number of levels must not be negative; 0 is the control mesh");
     if (options.smoothing < 0)
         throw Error(ErrorCode::invalid_input, "the number of smoothing rounds must not be negative");
     check_size(mesh, scheme, levels, options.context);
+    state_ = std::make_unique<State>(mesh, scheme, options);
     State& s = *state_;
-    s.control_vertices = mesh.vertex_count();
-    s.options = options;
-    const detail::ParallelBlocks runner;
-    RuleOptions rules = options.rules;
-    rules.runner = &runner;
-    try {
-        s.last = rule_mesh(mesh);
-        s.control_face.resize(mesh.face_count());
-        for (std::uint32_t f = 0; f < mesh.face_count(); ++f) s.control_face[f] = static_cast<int>(f);
-        for (int i = 0; i < options.smoothing; ++i) s.steps.push_back(smoothing_stencils(s.last));
-        std::uint64_t done = 0, all = 0;
-        for (std::uint64_t i = 0, size = 1; i < static_cast<std::uint64_t>(levels); ++i) all += size *= growth(scheme);
-        for (std::uint64_t i = 0, size = 1; i < static_cast<std::uint64_t>(levels); ++i) {
-            options.context.report("refine", static_cast<double>(done) / static_cast<double>(all));
-            RuleStep step = scheme.step(s.last, rules);
-            for (int& face : step.parent_face) face = s.control_face[face];
-            s.control_face = std::move(step.parent_face);
-            s.steps.push_back(std::move(step.stencils));
-            s.last = std::move(step.mesh);
-            done += size *= growth(scheme);
-        }
-        options.context.report("refine", 1);
-    } catch (const std::invalid_argument& e) {
-        throw Error(ErrorCode::invalid_input, e.what(), mesh.data().source);
+    std::uint64_t done = 0, all = 0;
+    for (std::uint64_t i = 0, size = 1; i < static_cast<std::uint64_t>(levels); ++i) all += size *= growth(scheme);
+    for (std::uint64_t i = 0, size = 1; i < static_cast<std::uint64_t>(levels); ++i) {
+        options.context.report("refine", static_cast<double>(done) / static_cast<double>(all));
+        s.levels.advance();
+        done += size *= growth(scheme);
     }
+    options.context.report("refine", 1);
     if (!options.limit && !options.normals) return;
     try {
-        s.limits = detail::rule_limits(s.last, scheme, options.rules);
+        s.limits = detail::rule_limits(s.levels.last(), scheme, options.rules);
     } catch (const std::invalid_argument& e) {
         throw Error(ErrorCode::unsupported, e.what(), mesh.data().source);
     }
@@ -168,12 +113,14 @@ RuleRefiner::RuleRefiner(RuleRefiner&&) noexcept = default;
 RuleRefiner& RuleRefiner::operator=(RuleRefiner&&) noexcept = default;
 
 std::uint32_t RuleRefiner::control_vertex_count() const { return state_->control_vertices; }
-std::uint32_t RuleRefiner::vertex_count() const { return static_cast<std::uint32_t>(state_->last.vertex_count()); }
-std::uint32_t RuleRefiner::face_count() const { return static_cast<std::uint32_t>(state_->last.face_count()); }
-const RuleMesh& RuleRefiner::last() const { return state_->last; }
+std::uint32_t RuleRefiner::vertex_count() const {
+    return static_cast<std::uint32_t>(state_->levels.last().vertex_count());
+}
+std::uint32_t RuleRefiner::face_count() const { return static_cast<std::uint32_t>(state_->levels.last().face_count()); }
+const RuleMesh& RuleRefiner::last() const { return state_->levels.last(); }
 
 std::uint32_t RuleRefiner::control_face(std::uint32_t face) const {
-    return static_cast<std::uint32_t>(state_->control_face[face]);
+    return static_cast<std::uint32_t>(state_->levels.control_face(static_cast<int>(face)));
 }
 
 void RuleRefiner::refine(std::span<const double> control, int width, std::span<double> out) const {
@@ -182,9 +129,9 @@ void RuleRefiner::refine(std::span<const double> control, int width, std::span<d
     check_length("control values", control.size(), state_->control_vertices * w);
     check_length("values to write", out.size(), vertex_count() * w);
     with_threads(state_->options.context, [&] {
-        const std::vector<double> net = state_->net(control, width);
+        const std::vector<double> net = state_->levels.net(control, width);
         if (state_->options.limit)
-            apply(state_->limits.positions, net.data(), width, out.data());
+            detail::apply(state_->limits.positions, net.data(), width, out.data());
         else
             std::copy(net.begin(), net.end(), out.begin());
     });
@@ -207,7 +154,7 @@ void RuleRefiner::normals(std::span<const Vec3d> control, std::span<Vec3d> norma
     check_length("normals to write", normals.size(), vertex_count());
     if (normals.empty()) return;
     with_threads(s.options.context, [&] {
-        const std::vector<double> net = s.net({&control.data()->x, 3 * control.size()}, 3);
+        const std::vector<double> net = s.levels.net({&control.data()->x, 3 * control.size()}, 3);
         const auto point = [&](int v) {
             const double* p = net.data() + 3 * static_cast<std::size_t>(v);
             return Vec3d(p[0], p[1], p[2]);
@@ -224,9 +171,10 @@ void RuleRefiner::normals(std::span<const Vec3d> control, std::span<Vec3d> norma
             for (int row = s.limits.begin[i]; row < s.limits.begin[i + 1]; ++row)
                 normal += unit_or_zero(glm::cross(sum(s.limits.tangent1, row), sum(s.limits.tangent2, row)));
             if (normal == Vec3d(0))
-                for (const int h : s.last.ring(v).halfedge)
-                    normal += unit_or_zero(glm::cross(point(s.last.target(h)) - point(v),
-                                                      point(s.last.origin(s.last.prev(h))) - point(v)));
+                for (const int h : s.levels.last().ring(v).halfedge)
+                    normal +=
+                        unit_or_zero(glm::cross(point(s.levels.last().target(h)) - point(v),
+                                                point(s.levels.last().origin(s.levels.last().prev(h))) - point(v)));
             normals[i] = unit_or_zero(normal);
         });
     });
@@ -236,7 +184,7 @@ StencilTable RuleRefiner::stencils() const {
     const State& s = *state_;
     StencilTable all;
     for (int v = 0; v < static_cast<int>(s.control_vertices); ++v) all.push({{v, 1}});
-    for (const StencilTable& step : s.steps) all = all.then(step);
+    for (const StencilTable& step : s.levels.steps()) all = all.then(step);
     return s.options.limit ? all.then(s.limits.positions) : all;
 }
 

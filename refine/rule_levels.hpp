@@ -1,0 +1,45 @@
+#pragma once
+
+#include "tetrakis/hier/control_mesh.hpp"
+#include "tetrakis/refine/parallel_blocks.hpp"
+#include "tetrakis/schemes/scheme_table.hpp"
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// Writes every row's combination of `width` numbers a point: row by row, in the order of its terms whatever the width.
+void apply(const StencilTable& table, const double* in, int width, double* out);
+
+/// A control mesh refined step by step by the rules of a scheme; what depends on connectivity and tags is kept.
+class RuleLevels {
+  public:
+    /// @param smoothing  rounds before the first step; see RefineOptions
+    RuleLevels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, int smoothing);
+    RuleLevels(const RuleLevels&) = delete;
+    RuleLevels& operator=(const RuleLevels&) = delete;
+
+    /// One step more. Returns RuleStep::child_halfedge.
+    /// @throws Error  invalid_input: the scheme cannot take the mesh
+    std::vector<int> advance();
+
+    const RuleMesh& last() const { return last_; }
+    int control_face(int face) const { return control_face_[face]; }
+    /// The steps so far, each from one level to the next.
+    std::span<const StencilTable> steps() const { return steps_; }
+    /// The last level's values from the control mesh's.
+    std::vector<double> net(std::span<const double> control, int width) const;
+
+  private:
+    ParallelBlocks runner_;
+    const SchemeInfo& scheme_;
+    RuleOptions rules_;
+    std::string source_;
+    RuleMesh last_;
+    std::vector<StencilTable> steps_;
+    std::vector<int> control_face_;
+};
+
+}  // namespace tetrakis::detail
