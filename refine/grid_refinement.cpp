@@ -109,7 +109,7 @@ template <class T>
 template <class Layout>
 void GridPoints<T>::step(const Layout& at, const TagStep& tags, const T* coarse, T* fine, const RunContext& context,
                          double from, double to) {
-    const Layout finer(topology_.base, at.levels() + 1);
+    const Layout finer(topology_.base, 2 * at.segments());
     context.report("refine", from);
     corners(at, tags, coarse, fine);
     for_each_block(topology_.base.edge_count, grain_of(finer.edge_points()),

@@ -39,7 +39,7 @@ struct GridTopology {
     GridTopology(const GridTopology&) = delete;
     GridTopology& operator=(const GridTopology&) = delete;
 
-    RootLayout layout(int level) const { return {base, level}; }
+    RootLayout layout(int level) const { return {base, 1u << level}; }
     RootLayout last() const { return layout(levels); }
 };
 

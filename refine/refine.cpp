@@ -3,6 +3,9 @@
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/followed_uvs.hpp"
+#include "tetrakis/refine/grid_refinement.hpp"
+#include "tetrakis/refine/repeated_rows.hpp"
+#include "tetrakis/refine/rule_levels.hpp"
 #include "tetrakis/refine/uniform.hpp"
 #include "tetrakis/refine/used_values.hpp"
 #include "tetrakis/refine/uv_mesh.hpp"
@@ -60,10 +63,9 @@ bool refine_uvs(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, c
         result.face_uvs = std::move(followed.face_uvs);
         // What a face is made of goes with its UVs.
         const ControlMeshData& data = mesh.data();
-        for (std::size_t f = 0; f < followed.control_face.size(); ++f) {
-            const std::uint32_t control = followed.control_face[f];
-            if (!data.face_material.empty()) result.face_material[f] = data.face_material[control];
-            if (!data.face_group.empty()) result.face_group[f] = data.face_group[control];
+        for (const std::uint32_t control : followed.control_face) {
+            if (!data.face_material.empty()) result.face_material.push_back(data.face_material[control]);
+            if (!data.face_group.empty()) result.face_group.push_back(data.face_group[control]);
         }
         return true;
     }
@@ -102,12 +104,104 @@ void keep_faces(const std::vector<char>& kept, PolygonMesh& mesh) {
     mesh.face_group = std::move(group);
 }
 
+void drop_what_no_face_has(PolygonMesh& mesh) {
+    if (!mesh.normals.empty()) {
+        std::vector<std::uint32_t> again = mesh.face_vertices;
+        detail::drop_unused(again, mesh.normals);
+    }
+    detail::drop_unused_attributes(mesh.face_vertices, mesh.attributes);
+    detail::drop_unused(mesh.face_vertices, mesh.positions);
+}
+
+/// What of a mesh goes with its faces, and only the faces outside holes.
+/// @param control_face  gives the control face that a face belongs to
+template <class ControlFace>
+void keep_surface(const ControlMesh& mesh, const ControlFace& control_face, PolygonMesh& result) {
+    const ControlMeshData& data = mesh.data();
+    std::vector<char> kept(result.face_count(), 1);
+    bool all_kept = true;
+    for (std::uint32_t f = 0; f < result.face_count(); ++f) {
+        const std::uint32_t control = control_face(f);
+        if (mesh.is_hole(FaceId(control))) kept[f] = 0;
+        all_kept = all_kept && kept[f] != 0;
+    }
+    // Followed texture coordinates bring their own.
+    const auto per_face = [&](const std::vector<std::uint32_t>& from, std::vector<std::uint32_t>& to) {
+        if (from.empty() || !to.empty()) return;
+        to.resize(result.face_count());
+        for_each_index(result.face_count(), [&](std::uint32_t f) { to[f] = from[control_face(f)]; });
+    };
+    per_face(data.face_material, result.face_material);
+    per_face(data.face_group, result.face_group);
+    result.materials = data.materials;
+    result.groups = data.groups;
+    if (mesh.crease_method() == CreaseMethod::chaikin)
+        result.warnings.push_back(
+            "the creases were refined by the uniform rule: Chaikin's is known to plain "
+            "catmull-clark and loop only");
+    if (all_kept) return;
+    keep_faces(kept, result);
+    if (!result.uvs.empty()) detail::drop_unused(result.face_uvs, result.uvs);
+}
+
+/// Refined by rows that repeat themselves: the fast way of the schemes that have no kernels of their own. Nothing where
+/// there is none; `first_levels` then has what was done by rules.
+std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                                           const RefineOptions& options,
+                                           std::unique_ptr<detail::RuleLevels>& first_levels) {
+    if (options.limit || options.normals) return std::nullopt;
+    const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
+    std::unique_ptr<detail::RepeatedRows> chart_rows;
+    std::optional<ControlMesh> charts;
+    if (mesh.has_uvs()) {
+        if (scheme.refinement == Refinement::sqrt3 || detail::takes_copies(scheme, options.rules)) return std::nullopt;
+        const SchemeInfo& by =
+            linear ? *find_scheme(scheme.family == MeshFamily::triangles ? "midpoint" : "bilinear") : scheme;
+        charts = uv_mesh(mesh);
+        auto chart_levels = std::make_unique<detail::RuleLevels>(*charts, by, options.rules, 0);
+        chart_rows = detail::RepeatedRows::make(*charts, by, levels, options.rules, chart_levels, {});
+        if (!chart_rows) return std::nullopt;
+    }
+    const std::unique_ptr<detail::RepeatedRows> rows =
+        detail::RepeatedRows::make(mesh, scheme, levels, options.rules, first_levels, options.context);
+    if (!rows) return std::nullopt;
+    const detail::RootLayout at = rows->layout();
+    PolygonMesh result;
+    result.positions.resize(at.vertex_count());
+    rows->refine(mesh.positions(), result.positions, options.context);
+    result.attributes = detail::refine_by_threes(
+        options.attributes, mesh.vertex_count(), at.vertex_count(),
+        [&](std::span<const Vec3d> in, std::span<Vec3d> out) { rows->refine(in, out, options.context); });
+    const std::uint32_t size = at.quads() ? 4 : 3, faces = static_cast<std::uint32_t>(at.cell_count());
+    result.face_offsets.resize(faces + std::size_t{1});
+    for_each_index(faces + 1, [&](std::uint32_t f) { result.face_offsets[f] = size * f; });
+    result.face_vertices.resize(std::size_t{size} * faces);
+    detail::write_faces(at, result.face_vertices, options.context);
+    if (chart_rows) {
+        std::vector<Vec3d> points(chart_rows->layout().vertex_count());
+        chart_rows->refine(charts->positions(), points, {});
+        result.uvs.assign(points.begin(), points.end());
+        result.face_uvs.resize(result.face_vertices.size());
+        detail::write_faces(chart_rows->layout(), result.face_uvs, options.context);
+    }
+    keep_surface(
+        mesh, [&](std::uint32_t f) { return rows->control_face(f); }, result);
+    drop_what_no_face_has(result);
+    return result;
+}
+
 PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options,
                            StencilTable* stencils) {
     detail::check_attributes(mesh, options.attributes);
-    const RuleRefiner refiner(mesh, scheme, levels, options);
+    std::unique_ptr<detail::RuleLevels> first_levels;
+    if (stencils == nullptr) {
+        detail::check_refinement(mesh, scheme, levels, options);
+        first_levels = std::make_unique<detail::RuleLevels>(mesh, scheme, options.rules, options.smoothing);
+        if (std::optional<PolygonMesh> result = refine_repeated(mesh, scheme, levels, options, first_levels))
+            return std::move(*result);
+    }
+    const RuleRefiner refiner(mesh, scheme, levels, options, std::move(first_levels));
     const RuleMesh& last = refiner.last();
-    const ControlMeshData& data = mesh.data();
     PolygonMesh result;
     result.positions.resize(refiner.vertex_count());
     refiner.refine(mesh.positions(), result.positions);
@@ -123,31 +217,15 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
     }
     result.face_offsets.resize(refiner.face_count() + std::size_t{1});
     result.face_vertices.resize(last.halfedge_count());
-    std::vector<char> kept(refiner.face_count(), 1);
-    bool all_kept = true;
-    for (int f = 0; f < last.face_count(); ++f) {
+    for (int f = 0; f < last.face_count(); ++f)
         result.face_offsets[f + 1] = result.face_offsets[f] + static_cast<std::uint32_t>(last.face_size(f));
-        const std::uint32_t control = refiner.control_face(static_cast<std::uint32_t>(f));
-        if (mesh.is_hole(FaceId(control))) kept[f] = 0;
-        all_kept = all_kept && kept[f] != 0;
-        if (!data.face_material.empty()) result.face_material.push_back(data.face_material[control]);
-        if (!data.face_group.empty()) result.face_group.push_back(data.face_group[control]);
-    }
     for (int h = 0; h < last.halfedge_count(); ++h)
         result.face_vertices[h] = static_cast<std::uint32_t>(last.origin(h));
-    result.materials = data.materials;
-    result.groups = data.groups;
     if (mesh.has_uvs() && !refine_uvs(mesh, scheme, levels, options, last, result))
         result.warnings.push_back("the texture coordinates were dropped: " + std::string(scheme.name) +
                                   " changes the charts otherwise than the mesh");
-    if (mesh.crease_method() == CreaseMethod::chaikin)
-        result.warnings.push_back(
-            "the creases were refined by the uniform rule: Chaikin's is known to plain "
-            "catmull-clark and loop only");
-    if (!all_kept) {
-        keep_faces(kept, result);
-        if (!result.uvs.empty()) detail::drop_unused(result.face_uvs, result.uvs);
-    }
+    keep_surface(
+        mesh, [&](std::uint32_t f) { return refiner.control_face(f); }, result);
     if (stencils != nullptr) {
         std::vector<char> used(result.positions.size(), 0);
         for (const std::uint32_t v : result.face_vertices) used[v] = 1;
@@ -155,12 +233,7 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
         for (int v = 0; v < all.row_count(); ++v)
             if (used[v] != 0) stencils->push(all.row(v));
     }
-    if (!result.normals.empty()) {
-        std::vector<std::uint32_t> again = result.face_vertices;
-        detail::drop_unused(again, result.normals);
-    }
-    detail::drop_unused_attributes(result.face_vertices, result.attributes);
-    detail::drop_unused(result.face_vertices, result.positions);
+    drop_what_no_face_has(result);
     return result;
 }
 

@@ -2,7 +2,6 @@
 
 #include "tetrakis/refine/mesh_level.hpp"
 
-#include <bit>
 #include <cstdint>
 
 namespace tetrakis::detail {
@@ -70,8 +69,9 @@ constexpr int k_any_size = -1;
 template <int Size>
 class RootLayoutOf {
   public:
-    RootLayoutOf(const MeshLevel& base, int levels)
-        : base_(&base), segments_(1u << levels), inner_(segments_ - 1), half_(segments_ / 2) {
+    /// @param segments  pieces of a side of the base's faces; even where these are of several sizes
+    RootLayoutOf(const MeshLevel& base, std::uint32_t segments)
+        : base_(&base), segments_(segments), inner_(segments - 1), half_(segments / 2) {
         if (quads()) {
             const std::uint32_t last = inner_ - 1;
             set_side(0, 0, 1, 0);
@@ -101,7 +101,6 @@ class RootLayoutOf {
     /// Whether face f is a root.
     bool is_root(std::uint32_t f) const { return !mixed() || size_of(f) == 4; }
     std::uint32_t segments() const { return segments_; }
-    int levels() const { return std::countr_zero(segments_); }
     /// Segments of the roots at the corners of other faces: M.
     std::uint32_t corner_segments() const { return half_; }
     std::uint32_t edge_points() const { return inner_; }
@@ -273,11 +272,11 @@ template <class Work>
 void with_known_size(const RootLayout& at, Work&& work) {
     switch (at.face_size()) {
         case 3:
-            return work(RootLayoutOf<3>(at.base(), at.levels()));
+            return work(RootLayoutOf<3>(at.base(), at.segments()));
         case 4:
-            return work(RootLayoutOf<4>(at.base(), at.levels()));
+            return work(RootLayoutOf<4>(at.base(), at.segments()));
         default:
-            return work(RootLayoutOf<0>(at.base(), at.levels()));
+            return work(RootLayoutOf<0>(at.base(), at.segments()));
     }
 }
 

@@ -62,6 +62,7 @@ std::vector<int> RuleLevels::advance() {
     control_face_ = std::move(step.parent_face);
     steps_.push_back(std::move(step.stencils));
     last_ = std::move(step.mesh);
+    ++level_;
     return std::move(step.child_halfedge);
 }
 

@@ -25,9 +25,10 @@ class RuleLevels {
     /// @throws Error  invalid_input: the scheme cannot take the mesh
     std::vector<int> advance();
 
+    int level() const { return level_; }
     const RuleMesh& last() const { return last_; }
     int control_face(int face) const { return control_face_[face]; }
-    /// The steps so far, each from one level to the next.
+    /// The rounds of smoothing and the steps so far, each from one level to the next.
     std::span<const StencilTable> steps() const { return steps_; }
     /// The last level's values from the control mesh's.
     std::vector<double> net(std::span<const double> control, int width) const;
@@ -37,6 +38,7 @@ class RuleLevels {
     const SchemeInfo& scheme_;
     RuleOptions rules_;
     std::string source_;
+    int level_ = 0;
     RuleMesh last_;
     std::vector<StencilTable> steps_;
     std::vector<int> control_face_;

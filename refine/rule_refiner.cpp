@@ -73,36 +73,43 @@ RuleMesh rule_mesh(const ControlMesh& mesh) {
 }
 
 struct RuleRefiner::State {
-    State(const ControlMesh& mesh, const SchemeInfo& scheme, const RefineOptions& refine_options)
-        : control_vertices(mesh.vertex_count()),
-          options(refine_options),
-          levels(mesh, scheme, refine_options.rules, refine_options.smoothing) {}
-
     std::uint32_t control_vertices;
     RefineOptions options;
-    detail::RuleLevels levels;
-    detail::RuleLimits limits;
+    std::unique_ptr<detail::RuleLevels> levels;
+    detail::RuleLimits limits{};
 };
 
-RuleRefiner::RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options) {
+void detail::check_refinement(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                              const RefineOptions& options) {
     if (levels < 0)
         throw Error(ErrorCode::invalid_input, "the number of levels must not be negative; 0 is the control mesh");
     if (options.smoothing < 0)
         throw Error(ErrorCode::invalid_input, "the number of smoothing rounds must not be negative");
     check_size(mesh, scheme, levels, options.context);
-    state_ = std::make_unique<State>(mesh, scheme, options);
+}
+
+RuleRefiner::RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options)
+    : RuleRefiner(mesh, scheme, levels, options, nullptr) {}
+
+RuleRefiner::RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options,
+                         std::unique_ptr<detail::RuleLevels> first_levels) {
+    detail::check_refinement(mesh, scheme, levels, options);
+    if (!first_levels)
+        first_levels = std::make_unique<detail::RuleLevels>(mesh, scheme, options.rules, options.smoothing);
+    state_ = std::make_unique<State>(State{mesh.vertex_count(), options, std::move(first_levels)});
     State& s = *state_;
     std::uint64_t done = 0, all = 0;
     for (std::uint64_t i = 0, size = 1; i < static_cast<std::uint64_t>(levels); ++i) all += size *= growth(scheme);
-    for (std::uint64_t i = 0, size = 1; i < static_cast<std::uint64_t>(levels); ++i) {
+    std::uint64_t size = 1;
+    for (int level = 0; level < levels; ++level) {
         options.context.report("refine", static_cast<double>(done) / static_cast<double>(all));
-        s.levels.advance();
+        if (level >= s.levels->level()) s.levels->advance();
         done += size *= growth(scheme);
     }
     options.context.report("refine", 1);
     if (!options.limit && !options.normals) return;
     try {
-        s.limits = detail::rule_limits(s.levels.last(), scheme, options.rules);
+        s.limits = detail::rule_limits(s.levels->last(), scheme, options.rules);
     } catch (const std::invalid_argument& e) {
         throw Error(ErrorCode::unsupported, e.what(), mesh.data().source);
     }
@@ -114,13 +121,15 @@ RuleRefiner& RuleRefiner::operator=(RuleRefiner&&) noexcept = default;
 
 std::uint32_t RuleRefiner::control_vertex_count() const { return state_->control_vertices; }
 std::uint32_t RuleRefiner::vertex_count() const {
-    return static_cast<std::uint32_t>(state_->levels.last().vertex_count());
+    return static_cast<std::uint32_t>(state_->levels->last().vertex_count());
 }
-std::uint32_t RuleRefiner::face_count() const { return static_cast<std::uint32_t>(state_->levels.last().face_count()); }
-const RuleMesh& RuleRefiner::last() const { return state_->levels.last(); }
+std::uint32_t RuleRefiner::face_count() const {
+    return static_cast<std::uint32_t>(state_->levels->last().face_count());
+}
+const RuleMesh& RuleRefiner::last() const { return state_->levels->last(); }
 
 std::uint32_t RuleRefiner::control_face(std::uint32_t face) const {
-    return static_cast<std::uint32_t>(state_->levels.control_face(static_cast<int>(face)));
+    return static_cast<std::uint32_t>(state_->levels->control_face(static_cast<int>(face)));
 }
 
 void RuleRefiner::refine(std::span<const double> control, int width, std::span<double> out) const {
@@ -129,7 +138,7 @@ void RuleRefiner::refine(std::span<const double> control, int width, std::span<d
     check_length("control values", control.size(), state_->control_vertices * w);
     check_length("values to write", out.size(), vertex_count() * w);
     with_threads(state_->options.context, [&] {
-        const std::vector<double> net = state_->levels.net(control, width);
+        const std::vector<double> net = state_->levels->net(control, width);
         if (state_->options.limit)
             detail::apply(state_->limits.positions, net.data(), width, out.data());
         else
@@ -154,7 +163,7 @@ void RuleRefiner::normals(std::span<const Vec3d> control, std::span<Vec3d> norma
     check_length("normals to write", normals.size(), vertex_count());
     if (normals.empty()) return;
     with_threads(s.options.context, [&] {
-        const std::vector<double> net = s.levels.net({&control.data()->x, 3 * control.size()}, 3);
+        const std::vector<double> net = s.levels->net({&control.data()->x, 3 * control.size()}, 3);
         const auto point = [&](int v) {
             const double* p = net.data() + 3 * static_cast<std::size_t>(v);
             return Vec3d(p[0], p[1], p[2]);
@@ -171,10 +180,10 @@ void RuleRefiner::normals(std::span<const Vec3d> control, std::span<Vec3d> norma
             for (int row = s.limits.begin[i]; row < s.limits.begin[i + 1]; ++row)
                 normal += unit_or_zero(glm::cross(sum(s.limits.tangent1, row), sum(s.limits.tangent2, row)));
             if (normal == Vec3d(0))
-                for (const int h : s.levels.last().ring(v).halfedge)
+                for (const int h : s.levels->last().ring(v).halfedge)
                     normal +=
-                        unit_or_zero(glm::cross(point(s.levels.last().target(h)) - point(v),
-                                                point(s.levels.last().origin(s.levels.last().prev(h))) - point(v)));
+                        unit_or_zero(glm::cross(point(s.levels->last().target(h)) - point(v),
+                                                point(s.levels->last().origin(s.levels->last().prev(h))) - point(v)));
             normals[i] = unit_or_zero(normal);
         });
     });
@@ -184,7 +193,7 @@ StencilTable RuleRefiner::stencils() const {
     const State& s = *state_;
     StencilTable all;
     for (int v = 0; v < static_cast<int>(s.control_vertices); ++v) all.push({{v, 1}});
-    for (const StencilTable& step : s.levels.steps()) all = all.then(step);
+    for (const StencilTable& step : s.levels->steps()) all = all.then(step);
     return s.options.limit ? all.then(s.limits.positions) : all;
 }
 

@@ -12,6 +12,13 @@
 
 namespace tetrakis {
 
+struct RefineOptions;
+namespace detail {
+class RuleLevels;
+/// @throws Error  as RuleRefiner, before anything is allocated
+void check_refinement(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options);
+}  // namespace detail
+
 struct RefineOptions {
     RuleOptions rules{};
     /// Rounds of smoothing of the control points before the first level, for interpolating schemes, which show every
@@ -42,6 +49,9 @@ class RuleRefiner {
     /// Cost: one to six microseconds per point of the last level (Doo-Sabin 1, Loop to Kobbelt 3, biquartic 6), one
     /// thread.
     RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options = {});
+    /// From the first levels on, where someone has them already.
+    RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options,
+                std::unique_ptr<detail::RuleLevels> first_levels);
     ~RuleRefiner();
     RuleRefiner(RuleRefiner&&) noexcept;
     RuleRefiner& operator=(RuleRefiner&&) noexcept;

@@ -1,0 +1,112 @@
+#pragma once
+
+#include "tetrakis/hier/run_context.hpp"
+#include "tetrakis/hier/vec.hpp"
+#include "tetrakis/refine/root_layout.hpp"
+#include "tetrakis/refine/rule_levels.hpp"
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// Structured refinement by the rules of any scheme that cuts faces into lattices (face splits, 4-8, sqrt3 by two steps
+/// at a time).
+///
+/// The first levels go by rules. One step of theirs, from lattices large enough that what is special at a corner of a
+/// root is not seen from its other corners, says everything about all later ones: rows of weights are the same
+/// inside every root; along each side; around each corner, at the same places counted from there. So the later levels
+/// only read those rows again, at other places, which are found by arithmetic.
+///
+/// The roots are the faces of the control mesh, or (quads, on a mesh with other faces) of its first refinement; points
+/// are in the order of RootLayout.
+class RepeatedRows {
+  public:
+    /// Null where there is nothing to gain or it cannot be done: too few levels; a scheme or mesh (boundaries that
+    /// recede, something that turns from sharp to smooth on the way, roots glued to themselves) whose rows do not
+    /// repeat.
+    /// @param levels_by_rules  not advanced yet; taken, or else left with the levels that the attempt has needed
+    /// @param levels           from the control mesh to the last
+    /// @throws Error  as RuleRefiner
+    static std::unique_ptr<RepeatedRows> make(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                                              const RuleOptions& rules, std::unique_ptr<RuleLevels>& levels_by_rules,
+                                              const RunContext& context);
+
+    /// Of the last level.
+    RootLayout layout() const { return {base_, segments_.back()}; }
+    std::uint32_t control_face(std::uint32_t cell) const;
+
+    /// Points of the last level. The same bytes for any number of threads.
+    void refine(std::span<const Vec3d> control, std::span<Vec3d> points, const RunContext& context) const;
+
+  private:
+    /// A term of a row near a corner: point (a, b) of the lattice of the root `turn` half-edges counter-clockwise
+    /// around the corner, from there; or, near a side, of its own root (0) or the one beyond (1).
+    struct Term {
+        std::int16_t turn, a, b;
+        double weight;
+        auto operator<=>(const Term&) const = default;
+    };
+    using Row = std::vector<Term>;
+    using Pattern = std::vector<Row>;
+    /// A term inside a root: the point (dx, dy) from where the new one lies.
+    struct Offset {
+        int dx, dy;
+        double weight;
+    };
+    struct Place {
+        std::uint32_t x, y;
+    };
+
+    explicit RepeatedRows(std::uint32_t factor) : factor_(factor) {}
+
+    bool set_base(const RuleLevels& levels);
+    bool has_simple_roots() const;
+    std::optional<std::vector<int>> lattice(const RootLayout& at, const RuleMesh& mesh,
+                                            std::span<const int> corner_halfedge) const;
+    bool learn(const RootLayout& coarse, const RootLayout& fine, std::span<const int> coarse_number,
+               std::span<const int> fine_vertex, const StencilTable& rows);
+    bool learn_inside(const RootLayout& coarse, const RootLayout& fine, std::span<const int> coarse_number,
+                      std::span<const int> fine_vertex, const StencilTable& rows);
+
+    // Lattices seen from half-edge h: a along it, b away from it.
+    std::uint32_t side_count() const { return static_cast<std::uint32_t>(base_.face_size); }
+    Place turned(std::uint32_t n, std::uint32_t side, std::uint32_t a, std::uint32_t b) const;
+    Place seen_from(std::uint32_t n, std::uint32_t side, const Place& p) const;
+    std::uint32_t number(const RootLayout& at, std::uint32_t h, std::uint32_t a, std::uint32_t b) const;
+    std::optional<Place> place_in(const RootLayout& at, std::uint32_t f, std::uint32_t number) const;
+    std::optional<Term> at_corner(const RootLayout& at, std::uint32_t h, std::uint32_t number) const;
+    std::optional<Term> at_side(const RootLayout& at, std::uint32_t h, std::uint32_t number) const;
+    /// What is left beyond a from the other end of the line b away from the side.
+    std::uint32_t rest(std::uint32_t n, std::uint32_t a, std::uint32_t b) const {
+        return base_.face_size == 4 ? n - a : n - a - b;
+    }
+
+    struct Work;
+    void step(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out) const;
+    void inside(const RootLayout& coarse, const RootLayout& fine, std::uint32_t f, Vec3d* out, const Work& work) const;
+    void side(const RootLayout& coarse, const RootLayout& fine, std::uint32_t h, const Vec3d* in, Vec3d* out,
+              Work& work) const;
+    void corner(const RootLayout& coarse, const RootLayout& fine, std::uint32_t h, const Vec3d* in, Vec3d* out) const;
+
+    std::unique_ptr<RuleLevels> levels_;
+    std::uint32_t factor_;
+    MeshLevel base_;
+    std::vector<std::uint32_t> base_face_;  ///< control face of each root
+    std::vector<std::uint32_t> segments_;   ///< of the last level by rules, and of those after it
+    std::vector<int> vertices_;             ///< the rules' number of each point of that level
+    std::uint32_t template_segments_ = 0;   ///< of the level whose step all later ones repeat
+
+    std::uint32_t depth_ = 0;                  ///< points that far from all sides go by the rows inside
+    std::uint32_t reach_ = 0;                  ///< from a corner along a side: points nearer than that are its
+    std::vector<std::vector<Offset>> inside_;  ///< by the place modulo the factor: y, then x
+    std::vector<Place> corner_places_;
+    std::vector<Pattern> corner_patterns_, side_patterns_;
+    std::vector<std::uint32_t> corner_pattern_, side_pattern_;  ///< of each half-edge
+};
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,222 @@
+#include "point_match.hpp"
+#include "random_mesh.hpp"
+
+#include "tetrakis/hier/vec.hpp"
+#include "tetrakis/hier/triangulate.hpp"
+#include "tetrakis/refine/grid_refinement.hpp"
+#include "tetrakis/refine/refine.hpp"
+#include "tetrakis/refine/repeated_rows.hpp"
+#include "tetrakis/refine/rule_refiner.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <string_view>
+#include <vector>
+
+using namespace tetrakis;
+
+namespace {
+
+struct Case {
+    std::string_view scheme;
+    int levels;
+    RuleOptions rules{};
+};
+
+std::vector<Case> cases() {
+    RuleOptions warren, cosine, two, four;
+    warren.loop_weights = LoopWeights::warren;
+    cosine.edge_beside_crease = EdgeBesideCrease::cosine;
+    two.averaging_steps = 2;
+    four.averaging_steps = 4;
+    return {{"loop", 4, warren},
+            {"loop", 4, cosine},
+            {"tuned-loop", 5},
+            {"butterfly", 4},
+            {"modified-butterfly", 5},
+            {"sqrt3", 4},
+            {"catmull-clark", 5, cosine},
+            {"kobbelt", 5},
+            {"4-8", 5},
+            {"bilinear", 4},
+            {"midpoint", 4},
+            {"averaging", 5, two},
+            {"averaging", 5, four}};
+}
+
+/// @param sharp_for_ever  or without anything sharp but boundaries
+ControlMesh make_mesh(std::uint64_t seed, bool triangles, bool sharp_for_ever, bool with_uvs = false) {
+    test::RandomMeshOptions options = test::random_options(seed);
+    options.columns = 3 + static_cast<int>(seed % 2);
+    options.rows = 3;
+    ControlMeshData data = test::random_mesh_data(seed, options);
+    if (!sharp_for_ever) {
+        data.creases.clear();
+        data.corners.clear();
+    }
+    for (auto& tag : data.creases) tag.sharpness = k_sharpness_infinity;
+    for (auto& tag : data.corners) tag.sharpness = k_sharpness_infinity;
+    if (with_uvs) {
+        // Two charts; every third face is in the second one.
+        const auto count = static_cast<std::uint32_t>(data.positions.size());
+        for (const double shift : {0.0, 100.0})
+            for (const Vec3d& p : data.positions) data.uvs.emplace_back(p.x + shift, p.y + 0.5 * p.z);
+        for (std::size_t f = 0; f + 1 < data.face_offsets.size(); ++f)
+            for (std::uint32_t c = data.face_offsets[f]; c < data.face_offsets[f + 1]; ++c)
+                data.face_uvs.push_back(data.face_vertices[c] + (f % 3 == 2 ? count : 0));
+    }
+    ControlMesh mesh = ControlMesh::build(std::move(data));
+    return triangles ? triangulate(mesh) : mesh;
+}
+
+/// Largest distance of a point of one set from the other.
+double disagreement(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
+    REQUIRE(a.size() == b.size());
+    if (a.empty()) return 0;
+    const PointMatch in_a(a), in_b(b);
+    double worst = 0;
+    for (const Vec3d& p : a) worst = std::max(worst, glm::length(p - b[in_b.nearest(p)]));
+    for (const Vec3d& p : b) worst = std::max(worst, glm::length(p - a[in_a.nearest(p)]));
+    return worst;
+}
+
+/// One point per face, other ones for faces whose corners are turned or exchanged.
+std::vector<Vec3d> marks(const PolygonMesh& mesh, bool uvs) {
+    std::vector<Vec3d> result;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
+        const std::uint32_t begin = mesh.face_offsets[f], end = mesh.face_offsets[f + 1];
+        Vec3d sum(0), turn(0);
+        for (std::uint32_t c = begin; c < end; ++c) {
+            const std::uint32_t next = c + 1 == end ? begin : c + 1;
+            const Vec3d p = uvs ? Vec3d(mesh.uvs[mesh.face_uvs[c]], 0) : mesh.positions[mesh.face_vertices[c]];
+            const Vec3d q = uvs ? Vec3d(mesh.uvs[mesh.face_uvs[next]], 0) : mesh.positions[mesh.face_vertices[next]];
+            sum += p;
+            turn += glm::cross(p, q);
+        }
+        result.push_back(sum + turn);
+    }
+    return result;
+}
+
+std::unique_ptr<detail::RepeatedRows> rows_of(const ControlMesh& mesh, const Case& c) {
+    const SchemeInfo& scheme = *find_scheme(c.scheme);
+    auto levels = std::make_unique<detail::RuleLevels>(mesh, scheme, c.rules, 0);
+    return detail::RepeatedRows::make(mesh, scheme, c.levels, c.rules, levels, {});
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("refine");
+
+TEST_CASE("[inv1] [slow] rows that repeat themselves give what the rules give, point by point and face by face") {
+    for (const Case& c : cases()) {
+        CAPTURE(c.scheme);
+        const SchemeInfo& scheme = *find_scheme(c.scheme);
+        const bool triangles = scheme.family == MeshFamily::triangles;
+        int repeated = 0;
+        for (const std::uint64_t seed : test::seeds(6)) {
+            CAPTURE(seed);
+            const ControlMesh mesh = make_mesh(seed, triangles, seed % 2 == 1);
+            const auto rows = rows_of(mesh, c);
+            if (!rows) continue;
+            ++repeated;
+            const RefineOptions options{.rules = c.rules};
+            const RuleRefiner by_rules(mesh, scheme, c.levels, options);
+            const double size = bounding_box(mesh.positions()).diagonal();
+            PolygonMesh ours, expected;
+            ours.positions.resize(rows->layout().vertex_count());
+            rows->refine(mesh.positions(), ours.positions, {});
+            expected.positions.resize(by_rules.vertex_count());
+            by_rules.refine(mesh.positions(), expected.positions);
+            CHECK(disagreement(ours.positions, expected.positions) < 1e-12 * size);
+
+            const std::uint32_t corners = triangles ? 3 : 4;
+            ours.face_vertices.resize(corners * rows->layout().cell_count());
+            detail::write_faces(rows->layout(), ours.face_vertices, {});
+            for (int h = 0; h < by_rules.last().halfedge_count(); ++h)
+                expected.face_vertices.push_back(static_cast<std::uint32_t>(by_rules.last().origin(h)));
+            for (PolygonMesh* m : {&ours, &expected})
+                for (std::uint32_t i = 0; i <= m->face_vertices.size(); i += corners) m->face_offsets.push_back(i);
+            CHECK(disagreement(marks(ours, false), marks(expected, false)) < 1e-11 * (size + size * size));
+            // Control faces: as many cells each as by the rules.
+            std::vector<int> cells(mesh.face_count(), 0);
+            for (std::uint32_t f = 0; f < by_rules.face_count(); ++f) --cells[by_rules.control_face(f)];
+            for (std::uint32_t f = 0; f < rows->layout().cell_count(); ++f) ++cells[rows->control_face(f)];
+            CHECK(std::ranges::count(cells, 0) == static_cast<std::ptrdiff_t>(cells.size()));
+        }
+        CHECK(repeated > 0);
+    }
+}
+
+TEST_CASE(
+    "[inv10] rows that repeat themselves give the same bytes for any number of threads, and for a refiner used again") {
+    for (const Case& c : cases()) {
+        CAPTURE(c.scheme);
+        const ControlMesh mesh = make_mesh(4, find_scheme(c.scheme)->family == MeshFamily::triangles, false);
+        const auto rows = rows_of(mesh, c);
+        if (!rows) continue;
+        std::vector<Vec3d> first;
+        for (const int threads : {1, 2, 4, 1}) {
+            RunContext context;
+            context.threads = threads;
+            std::vector<Vec3d> points(rows->layout().vertex_count(), Vec3d(threads));
+            with_threads(context, [&] { rows->refine(mesh.positions(), points, context); });
+            if (first.empty()) first = points;
+            CHECK(std::memcmp(points.data(), first.data(), points.size() * sizeof(Vec3d)) == 0);
+        }
+    }
+}
+
+TEST_CASE("refine() by rows that repeat themselves: texture coordinates, attributes, holes as by the rules") {
+    for (const Case& c : cases()) {
+        CAPTURE(c.scheme);
+        const SchemeInfo& scheme = *find_scheme(c.scheme);
+        const bool triangles = scheme.family == MeshFamily::triangles;
+        for (const std::uint64_t seed : test::seeds(3)) {
+            CAPTURE(seed);
+            const ControlMesh mesh = make_mesh(seed, triangles, seed % 2 == 1, true);
+            // An attribute that is the position: the same masks give the same numbers.
+            VertexAttribute attribute{"p", 3, {}};
+            for (const Vec3d& p : mesh.positions())
+                for (int i = 0; i < 3; ++i) attribute.values.push_back(static_cast<float>(p[i]));
+            RefineOptions options{.rules = c.rules};
+            options.attributes = {&attribute, 1};
+            const PolygonMesh ours = refine(mesh, scheme, c.levels, options);
+            // Stencils are always made by the rules.
+            const PolygonMesh expected = refine_stencils(mesh, scheme, c.levels, options).mesh;
+            const double size = bounding_box(mesh.positions()).diagonal();
+            REQUIRE(ours.face_count() == expected.face_count());
+            CHECK(disagreement(ours.positions, expected.positions) < 1e-12 * size);
+            CHECK(disagreement(marks(ours, false), marks(expected, false)) < 1e-11 * (size + size * size));
+            REQUIRE(ours.face_uvs.size() == expected.face_uvs.size());
+            CHECK(ours.uvs.size() == expected.uvs.size());
+            CHECK(disagreement(marks(ours, true), marks(expected, true)) < 1e-11 * (100 + size) * (100 + size));
+            REQUIRE(ours.attributes.size() == 1);
+            double worst = 0;
+            for (std::size_t v = 0; v < ours.positions.size(); ++v)
+                for (int i = 0; i < 3; ++i)
+                    worst = std::max(worst, std::abs(ours.attributes[0].values[3 * v + i] - ours.positions[v][i]));
+            CHECK(worst < 1e-5 * size);
+            CHECK(ours.face_material == expected.face_material);
+        }
+    }
+}
+
+TEST_CASE("rows do not repeat themselves where something turns smooth on the way, or where there are too few levels") {
+    const ControlMesh smooth = make_mesh(2, true, false);
+    CHECK(rows_of(smooth, {"modified-butterfly", 4}) != nullptr);
+    CHECK(rows_of(smooth, {"modified-butterfly", 2}) == nullptr);
+    CHECK(rows_of(smooth, {"doo-sabin", 6}) == nullptr);
+    CHECK(rows_of(smooth, {"honeycomb", 5}) == nullptr);
+    ControlMeshData data = smooth.data();
+    std::uint32_t inner = 0;
+    while (!smooth.twin(HalfedgeId(inner)).valid()) ++inner;
+    data.creases.push_back({smooth.origin(HalfedgeId(inner)).value, smooth.target(HalfedgeId(inner)).value, 3.5f});
+    CHECK(rows_of(ControlMesh::build(data), {"modified-butterfly", 4}) == nullptr);
+    // Sharp beyond the last level: as if for ever.
+    data.creases.back().sharpness = 7.5f;
+    CHECK(rows_of(ControlMesh::build(data), {"modified-butterfly", 4}) != nullptr);
+}
+
+TEST_SUITE_END();
