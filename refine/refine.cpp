@@ -3,7 +3,6 @@
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/followed_uvs.hpp"
-#include "tetrakis/refine/grid_refinement.hpp"
 #include "tetrakis/refine/repeated_rows.hpp"
 #include "tetrakis/refine/rule_levels.hpp"
 #include "tetrakis/refine/uniform.hpp"
@@ -150,11 +149,17 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
                                            const RefineOptions& options,
                                            std::unique_ptr<detail::RuleLevels>& first_levels) {
     if (options.limit || options.normals) return std::nullopt;
+    // Which faces of a dual scheme's mesh a hole takes with it the rules say.
+    if (fan_lattice(scheme, options.rules) == FanLattice::dual)
+        for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+            if (mesh.is_hole(FaceId(f))) return std::nullopt;
     const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
     std::unique_ptr<detail::RepeatedRows> chart_rows;
     std::optional<ControlMesh> charts;
     if (mesh.has_uvs()) {
-        if (scheme.refinement == Refinement::sqrt3 || detail::takes_copies(scheme, options.rules)) return std::nullopt;
+        if (scheme.refinement == Refinement::sqrt3 || detail::takes_copies(scheme, options.rules) ||
+            fan_lattice(scheme, options.rules) == FanLattice::dual)
+            return std::nullopt;
         const SchemeInfo& by =
             linear ? *find_scheme(scheme.family == MeshFamily::triangles ? "midpoint" : "bilinear") : scheme;
         charts = uv_mesh(mesh);
@@ -165,27 +170,23 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
     const std::unique_ptr<detail::RepeatedRows> rows =
         detail::RepeatedRows::make(mesh, scheme, levels, options.rules, first_levels, options.context);
     if (!rows) return std::nullopt;
-    const detail::RootLayout at = rows->layout();
     PolygonMesh result;
-    result.positions.resize(at.vertex_count());
+    result.positions.resize(rows->point_count());
     rows->refine(mesh.positions(), result.positions, options.context);
     result.attributes = detail::refine_by_threes(
-        options.attributes, mesh.vertex_count(), at.vertex_count(),
+        options.attributes, mesh.vertex_count(), rows->point_count(),
         [&](std::span<const Vec3d> in, std::span<Vec3d> out) { rows->refine(in, out, options.context); });
-    const std::uint32_t size = at.quads() ? 4 : 3, faces = static_cast<std::uint32_t>(at.cell_count());
-    result.face_offsets.resize(faces + std::size_t{1});
-    for_each_index(faces + 1, [&](std::uint32_t f) { result.face_offsets[f] = size * f; });
-    result.face_vertices.resize(std::size_t{size} * faces);
-    detail::write_faces(at, result.face_vertices, options.context);
+    detail::RepeatedRows::Faces faces = rows->faces(options.context);
+    result.face_offsets = std::move(faces.offsets);
+    result.face_vertices = std::move(faces.vertices);
     if (chart_rows) {
-        std::vector<Vec3d> points(chart_rows->layout().vertex_count());
+        std::vector<Vec3d> points(chart_rows->point_count());
         chart_rows->refine(charts->positions(), points, {});
         result.uvs.assign(points.begin(), points.end());
-        result.face_uvs.resize(result.face_vertices.size());
-        detail::write_faces(chart_rows->layout(), result.face_uvs, options.context);
+        result.face_uvs = chart_rows->faces(options.context).vertices;
     }
     keep_surface(
-        mesh, [&](std::uint32_t f) { return rows->control_face(f); }, result);
+        mesh, [&](std::uint32_t f) { return faces.control[f]; }, result);
     drop_what_no_face_has(result);
     return result;
 }

@@ -3,6 +3,8 @@
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/huge_buffer.hpp"
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/grid_refinement.hpp"
+#include "tetrakis/schemes/face_split.hpp"
 
 #include <algorithm>
 #include <array>
@@ -34,6 +36,15 @@ bool stays_as_it_is(const RuleMesh& mesh, int steps) {
     for (int h = 0; h < mesh.halfedge_count(); ++h)
         if (turns(mesh.sharpness(h))) return false;
     return std::none_of(mesh.vertex_sharpness().begin(), mesh.vertex_sharpness().end(), turns);
+}
+
+bool is_closed_and_smooth(const RuleMesh& mesh) {
+    for (int h = 0; h < mesh.halfedge_count(); ++h)
+        if (mesh.sharp(h) || mesh.twin(h) == RuleMesh::none) return false;
+    for (int v = 0; v < mesh.vertex_count(); ++v)
+        if (is_sharp(mesh.vertex_sharpness(v)) || mesh.first(v) == RuleMesh::none || mesh.ring(v).faces() < 3)
+            return false;
+    return true;
 }
 
 /// Calls visit(i, number(i)) for each i < count of a line of RootLayout, whose inner numbers have one second
@@ -73,31 +84,51 @@ struct RepeatedRows::Work {
 std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                                                  const RuleOptions& rules, std::unique_ptr<RuleLevels>& levels_by_rules,
                                                  const RunContext& context) {
-    const bool triangles = scheme.family == MeshFamily::triangles;
-    if (scheme.refinement == Refinement::honeycomb || fan_lattice(scheme, rules) == FanLattice::dual) return nullptr;
+    const bool triangles = scheme.family == MeshFamily::triangles,
+               dual = fan_lattice(scheme, rules) == FanLattice::dual;
+    if (scheme.refinement == Refinement::honeycomb) return nullptr;
     if (triangles && !mesh.all_triangles()) return nullptr;  // the rules say what is wrong
     bool quads = true;
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) quads = quads && mesh.face_size(FaceId(f)) == 4;
-    const int base_level = triangles || quads ? 0 : 1, last_by_rules = levels - 1;
+    // Level at which a root has one segment.
+    const int base_level = dual ? 1 : triangles || quads ? 0 : 1, last_by_rules = levels - 1;
     if (last_by_rules < base_level + 2) return nullptr;
 
     RuleLevels& by_rules = *levels_by_rules;
     std::unique_ptr<RepeatedRows> all(new RepeatedRows(scheme.refinement == Refinement::sqrt3 ? 3 : 2));
-    for (int level = 0; level < base_level; ++level) by_rules.advance();
-    if (!all->set_base(by_rules)) return nullptr;
-    const int sides = all->base_.face_size;
+    all->in_cells_ = dual;
+    if (dual) {
+        if (!is_closed_and_smooth(by_rules.last())) return nullptr;
+        if (!all->set_base(split_polygons(by_rules.last()), by_rules)) return nullptr;
+    }
+    for (int level = 0; level < base_level; ++level) {
+        const std::vector<int> child = by_rules.advance();
+        if (!dual) continue;
+        // Root h is at corner h; the children of the corners are the first points.
+        if (static_cast<std::size_t>(by_rules.last().vertex_count()) != child.size()) return nullptr;
+        all->last_halfedge_ = child;
+    }
+    if (!dual && !all->set_base(by_rules.last(), by_rules)) return nullptr;
     // The child of each of the roots' half-edges at its origin, level by level.
-    std::vector<int> first(all->base_.halfedge_count());
-    for (std::size_t h = 0; h < first.size(); ++h) first[h] = static_cast<int>(h);
+    // Dual: the half-edge of a root's last cell that stays in its face.
+    std::vector<int> first = std::move(all->last_halfedge_);
+    if (!dual) {
+        first.resize(all->base_.halfedge_count());
+        for (std::size_t h = 0; h < first.size(); ++h) first[h] = static_cast<int>(h);
+    }
+    const auto lattice_of = [&](const RootLayout& at) {
+        return dual ? all->cells(at, by_rules.last(), first) : all->lattice(at, by_rules.last(), first);
+    };
     std::uint32_t segments = 1;
     std::optional<std::vector<int>> vertices;
     for (int level = base_level; level < last_by_rules; ++level) {
         context.report("refine", 0);
-        const bool stationary = segments >= k_least_segments && stays_as_it_is(by_rules.last(), levels - level);
+        const bool stationary =
+            segments >= (dual ? 2 : k_least_segments) && stays_as_it_is(by_rules.last(), levels - level);
         const RootLayout coarse(all->base_, segments);
         std::vector<int> number(stationary ? by_rules.last().vertex_count() : 0, -1);
         if (stationary) {
-            vertices = all->lattice(coarse, by_rules.last(), first);
+            vertices = lattice_of(coarse);
             if (!vertices) return nullptr;
             for (std::size_t i = 0; i < vertices->size(); ++i) number[(*vertices)[i]] = static_cast<int>(i);
         }
@@ -109,16 +140,16 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         segments *= all->factor_;
         if (!stationary) continue;
         const RootLayout fine(all->base_, segments);
-        vertices = all->lattice(fine, by_rules.last(), first);
+        vertices = lattice_of(fine);
         if (!vertices) return nullptr;
         if (!all->learn(coarse, fine, number, *vertices, by_rules.steps().back())) continue;
         all->vertices_ = std::move(*vertices);
         all->levels_ = std::move(levels_by_rules);
-        all->template_segments_ = coarse.segments();
+        all->template_segments_ = static_cast<std::ptrdiff_t>(coarse.segments());
         all->segments_ = {segments};
         for (++level; level < levels; ++level) all->segments_.push_back(segments *= all->factor_);
         const std::uint64_t cells = std::uint64_t{segments} * segments * all->base_.face_count;
-        if (cells * static_cast<std::uint64_t>(sides) > std::numeric_limits<std::int32_t>::max())
+        if (cells * static_cast<std::uint64_t>(all->base_.face_size) > std::numeric_limits<std::int32_t>::max())
             throw Error(ErrorCode::unsupported,
                         std::to_string(levels) + " levels give more elements than 32-bit numbers can count",
                         mesh.data().source);
@@ -127,12 +158,8 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     return nullptr;
 }
 
-std::uint32_t RepeatedRows::control_face(std::uint32_t cell) const {
-    return base_face_[cell / (segments_.back() * segments_.back())];
-}
-
-bool RepeatedRows::set_base(const RuleLevels& levels) {
-    const RuleMesh& mesh = levels.last();
+/// @param levels  whose faces the roots are, or whose half-edges
+bool RepeatedRows::set_base(const RuleMesh& mesh, const RuleLevels& levels) {
     const auto H = static_cast<std::size_t>(mesh.halfedge_count());
     base_.face_size = mesh.face_size(0);
     if (!mesh.all_faces_have(base_.face_size) || base_.face_size > 4) return false;
@@ -155,7 +182,8 @@ bool RepeatedRows::set_base(const RuleLevels& levels) {
     for (int v = 0; v < mesh.vertex_count(); ++v) base_.vertex_halfedge[v] = static_cast<std::uint32_t>(mesh.first(v));
     base_face_.resize(base_.face_count);
     for (std::uint32_t f = 0; f < base_.face_count; ++f)
-        base_face_[f] = static_cast<std::uint32_t>(levels.control_face(static_cast<int>(f)));
+        base_face_[f] = static_cast<std::uint32_t>(
+            levels.control_face(in_cells_ ? levels.last().face(static_cast<int>(f)) : static_cast<int>(f)));
     return has_simple_roots();
 }
 
@@ -211,6 +239,40 @@ std::optional<std::vector<int>> RepeatedRows::lattice(const RootLayout& at, cons
     return vertices;
 }
 
+/// The rules' numbers of the points of a dual scheme's level, all of which have four neighbours.
+std::optional<std::vector<int>> RepeatedRows::cells(const RootLayout& at, const RuleMesh& mesh,
+                                                    std::span<const int> last_halfedge) const {
+    const std::uint32_t n = at.segments();
+    if (points_of(at) != static_cast<std::uint32_t>(mesh.vertex_count())) return std::nullopt;
+    std::vector<int> vertices(points_of(at), -1);
+    bool whole = true;
+    const auto turn = [&](int h) {
+        const int left = mesh.twin(mesh.prev(h));
+        whole = whole && left >= 0;
+        return left >= 0 ? left : h;
+    };
+    const auto ahead = [&](int h) {
+        const int back = mesh.twin(h);
+        whole = whole && back >= 0;
+        return back >= 0 ? turn(turn(back)) : h;
+    };
+    for (std::uint32_t f = 0; f < base_.face_count && whole; ++f) {
+        // From the last cell back: -x is two turns from +x, -y one more.
+        int row = turn(turn(last_halfedge[f]));
+        for (std::uint32_t y = n; y-- > 0;) {
+            int h = row;
+            for (std::uint32_t x = n; x-- > 0;) {
+                vertices[number_at(at, f, {x, y})] = mesh.origin(h);
+                if (x > 0) h = ahead(h);
+            }
+            // Down, then to the left again.
+            if (y > 0) row = turn(turn(turn(ahead(turn(row)))));
+        }
+    }
+    if (!whole || std::find(vertices.begin(), vertices.end(), -1) != vertices.end()) return std::nullopt;
+    return vertices;
+}
+
 RepeatedRows::Place RepeatedRows::turned(std::uint32_t n, std::uint32_t side, std::uint32_t a, std::uint32_t b) const {
     if (base_.face_size == 4) {
         const Place places[4] = {{a, b}, {n - b, a}, {n - a, n - b}, {b, n - a}};
@@ -230,14 +292,17 @@ RepeatedRows::Place RepeatedRows::seen_from(std::uint32_t n, std::uint32_t side,
 }
 
 std::uint32_t RepeatedRows::number(const RootLayout& at, std::uint32_t h, std::uint32_t a, std::uint32_t b) const {
-    const Place p = turned(at.segments(), h % side_count(), a, b);
-    return at.at(h / side_count(), p.x, p.y);
+    return number_at(at, h / side_count(), turned(last_place(at.segments()), h % side_count(), a, b));
 }
 
 /// Where a point is in the lattice of root f, sides included; nothing if it is not there.
 std::optional<RepeatedRows::Place> RepeatedRows::place_in(const RootLayout& at, std::uint32_t f,
                                                           std::uint32_t number) const {
     const std::uint32_t n = at.segments(), sides = side_count(), inner = n - 1;
+    if (in_cells_) {
+        if (number / (n * n) != f) return std::nullopt;
+        return Place{number % n, number / n % n};
+    }
     if (number < base_.vertex_count) {
         for (std::uint32_t s = 0; s < sides; ++s)
             if (base_.origin[sides * f + s] == number) return turned(n, s, 0, 0);
@@ -266,9 +331,9 @@ std::optional<RepeatedRows::Term> RepeatedRows::at_corner(const RootLayout& at, 
         const std::uint32_t f = g / side_count();
         const std::optional<Place> p = place_in(at, f, number);
         if (!p) return std::nullopt;
-        const Place seen = seen_from(n, g % side_count(), *p);
+        const Place seen = seen_from(last_place(n), g % side_count(), *p);
         // What lies on the far sides belongs to other corners as well.
-        if (seen.x == n || seen.y == n || rest(n, seen.x, seen.y) == 0) return std::nullopt;
+        if (!in_cells_ && (seen.x == n || seen.y == n || rest(n, seen.x, seen.y) == 0)) return std::nullopt;
         return Term{static_cast<std::int16_t>(turn), static_cast<std::int16_t>(seen.x),
                     static_cast<std::int16_t>(seen.y), 0};
     };
@@ -296,8 +361,8 @@ std::optional<RepeatedRows::Term> RepeatedRows::at_side(const RootLayout& at, st
     for (const std::uint32_t g : {h, base_.twin[h]}) {
         if (g == none) break;
         if (const std::optional<Place> p = place_in(at, g / side_count(), number)) {
-            const Place seen = seen_from(n, g % side_count(), *p);
-            if (seen.y == n) return std::nullopt;
+            const Place seen = seen_from(last_place(n), g % side_count(), *p);
+            if (!in_cells_ && seen.y == n) return std::nullopt;
             return Term{static_cast<std::int16_t>(beyond), static_cast<std::int16_t>(seen.x),
                         static_cast<std::int16_t>(seen.y), 0};
         }
@@ -309,11 +374,11 @@ std::optional<RepeatedRows::Term> RepeatedRows::at_side(const RootLayout& at, st
 /// The rows inside, and how far from the sides they hold.
 bool RepeatedRows::learn_inside(const RootLayout& coarse, const RootLayout& fine, std::span<const int> coarse_number,
                                 std::span<const int> fine_vertex, const StencilTable& rows) {
-    const std::uint32_t m = fine.segments(), sides = side_count();
+    const std::uint32_t m = fine.segments(), sides = side_count(), last = last_place(m);
     inside_.assign(std::size_t{factor_} * factor_, {});
     const auto offsets = [&](std::uint32_t f, std::uint32_t x, std::uint32_t y, std::vector<Offset>& out) {
         out.clear();
-        const int row = fine_vertex[fine.at(f, x, y)];
+        const int row = fine_vertex[number_at(fine, f, {x, y})];
         const auto points = rows.points(row);
         for (std::size_t i = 0; i < points.size(); ++i) {
             const auto p = place_in(coarse, f, static_cast<std::uint32_t>(coarse_number[points[i]]));
@@ -326,7 +391,7 @@ bool RepeatedRows::learn_inside(const RootLayout& coarse, const RootLayout& fine
         return true;
     };
     // From the middle of the first root.
-    const std::uint32_t middle = sides == 4 ? m / 2 : m / 3;
+    const std::uint32_t middle = sides == 4 ? m / 2 - (in_cells_ ? 1 : 0) : m / 3;
     for (std::uint32_t y = middle; y < middle + factor_; ++y)
         for (std::uint32_t x = middle; x < middle + factor_; ++x)
             if (!offsets(0, x, y, inside_[y % factor_ * factor_ + x % factor_])) return false;
@@ -335,12 +400,14 @@ bool RepeatedRows::learn_inside(const RootLayout& coarse, const RootLayout& fine
             return a.dx == b.dx && a.dy == b.dy && std::abs(a.weight - b.weight) <= k_same_weight;
         });
     };
-    depth_ = 1;
+    const std::uint32_t least = in_cells_ ? 0 : 1;
+    depth_ = least;
     std::vector<Offset> found;
     for (std::uint32_t f = 0; f < base_.face_count; ++f)
-        for (std::uint32_t y = 1; y < m; ++y)
-            for (std::uint32_t x = 1; x < (sides == 4 ? m : m - y); ++x) {
-                const std::uint32_t nearest = sides == 4 ? std::min({x, y, m - x, m - y}) : std::min({x, y, m - x - y});
+        for (std::uint32_t y = least; y + least <= last; ++y)
+            for (std::uint32_t x = least; x + least + (sides == 4 ? 0 : y) <= last; ++x) {
+                const std::uint32_t nearest =
+                    sides == 4 ? std::min({x, y, last - x, last - y}) : std::min({x, y, last - x - y});
                 if (nearest < depth_) continue;
                 if (!offsets(f, x, y, found) || !same(found, inside_[y % factor_ * factor_ + x % factor_]))
                     depth_ = nearest + 1;
@@ -350,7 +417,7 @@ bool RepeatedRows::learn_inside(const RootLayout& coarse, const RootLayout& fine
 
 bool RepeatedRows::learn(const RootLayout& coarse, const RootLayout& fine, std::span<const int> coarse_number,
                          std::span<const int> fine_vertex, const StencilTable& rows) {
-    const std::uint32_t m = fine.segments(), sides = side_count();
+    const std::uint32_t m = last_place(fine.segments()), sides = side_count();
     if (!learn_inside(coarse, fine, coarse_number, fine_vertex, rows)) return false;
     // Along a side there must be places for all remainders, as far from one corner as from the other.
     const std::uint32_t longest = sides == 4 ? m : m - depth_ + 1;
@@ -428,7 +495,7 @@ void RepeatedRows::refine(std::span<const Vec3d> control, std::span<Vec3d> point
     const auto buffer = [&](std::size_t i) -> Vec3d* {
         if (i + 1 == segments_.size()) return points.data();
         return reinterpret_cast<Vec3d*>(
-            buffers[i & 1].reserve(3 * std::size_t{RootLayout(base_, segments_[i]).vertex_count()}));
+            buffers[i & 1].reserve(3 * std::size_t{points_of(RootLayout(base_, segments_[i]))}));
     };
     Vec3d* now = buffer(0);
     for_each_index(static_cast<std::uint32_t>(vertices_.size()), [&](std::uint32_t i) {
@@ -444,8 +511,8 @@ void RepeatedRows::refine(std::span<const Vec3d> control, std::span<Vec3d> point
 }
 
 void RepeatedRows::step(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out) const {
-    const std::uint32_t n = coarse.segments(), sides = side_count();
-    for (std::uint32_t v = 0; v < base_.vertex_count; ++v)
+    const std::uint32_t n = last_place(coarse.segments()), sides = side_count();
+    for (std::uint32_t v = 0; v < base_.vertex_count && !in_cells_; ++v)
         if (base_.vertex_halfedge[v] == none) out[v] = in[v];
     for_each_block(base_.face_count, k_grain, [&](std::uint32_t begin, std::uint32_t end) {
         Work work;
@@ -454,6 +521,10 @@ void RepeatedRows::step(const RootLayout& coarse, const RootLayout& fine, const 
             for (std::uint32_t y = 0; y <= n; ++y) {
                 Vec3d* const row = work.lattice.data() + std::size_t{y} * (n + 1);
                 const std::uint32_t last = sides == 4 ? n : n - y;
+                if (in_cells_) {
+                    std::copy_n(in + number_at(coarse, f, {0, y}), last + 1, row);
+                    continue;
+                }
                 const bool side_row = y == 0 || last < 2 || (sides == 4 && y == n);
                 if (side_row) {
                     for (std::uint32_t x = 0; x <= last; ++x) row[x] = in[coarse.at(f, x, y)];
@@ -485,7 +556,7 @@ inline void combine(const double* at, const Terms& terms, std::ptrdiff_t stride,
 
 void RepeatedRows::inside(const RootLayout& coarse, const RootLayout& fine, std::uint32_t f, Vec3d* out,
                           const Work& work) const {
-    const std::uint32_t m = fine.segments(), stride = coarse.segments() + 1;
+    const std::uint32_t m = last_place(fine.segments()), stride = last_place(coarse.segments()) + 1;
     constexpr std::uint32_t k_block = 4;  // points at a time: 12 numbers, in registers
     for (std::uint32_t y = depth_; y + depth_ <= m; ++y) {
         const std::uint32_t end = base_.face_size == 4 ? m - depth_ : m - depth_ - std::min(y, m - depth_);
@@ -493,7 +564,7 @@ void RepeatedRows::inside(const RootLayout& coarse, const RootLayout& fine, std:
             const std::vector<Offset>& terms = inside_[y % factor_ * factor_ + first % factor_];
             const std::uint32_t count = (end - first) / factor_ + 1;
             const double* const at = &work.lattice[std::size_t{y / factor_} * stride + first / factor_].x;
-            Vec3d* const to = out + fine.at(f, first, y);
+            Vec3d* const to = out + number_at(fine, f, {first, y});
             if (count < k_block) {
                 for (std::uint32_t i = 0; i < count; ++i)
                     combine<1>(at + 3 * std::size_t{i}, terms, stride, factor_, to + i * factor_);
@@ -510,7 +581,8 @@ void RepeatedRows::inside(const RootLayout& coarse, const RootLayout& fine, std:
 
 void RepeatedRows::side(const RootLayout& coarse, const RootLayout& fine, std::uint32_t h, const Vec3d* in, Vec3d* out,
                         Work& work) const {
-    const std::uint32_t n = coarse.segments(), m = fine.segments(), t = base_.twin[h], stride = n + 1;
+    const std::uint32_t n = last_place(coarse.segments()), m = last_place(fine.segments()), t = base_.twin[h],
+                        stride = n + 1;
     const std::uint32_t s = h % side_count();
     const Pattern& pattern = side_patterns_[side_pattern_[h]];
     std::uint32_t deepest = 0;
@@ -518,7 +590,7 @@ void RepeatedRows::side(const RootLayout& coarse, const RootLayout& fine, std::u
         for (const Term& term : row)
             if (term.turn == 1) deepest = std::max(deepest, static_cast<std::uint32_t>(term.b));
     work.beyond.resize(std::size_t{deepest + 1} * stride);
-    for (std::uint32_t b = 1; b <= deepest; ++b)
+    for (std::uint32_t b = in_cells_ ? 0 : 1; b <= deepest; ++b)
         run_of(
             n - (side_count() == 3 ? b : 0) + 1, [&](std::uint32_t a) { return number(coarse, t, a, b); },
             [&](std::uint32_t a, std::uint32_t v) { work.beyond[std::size_t{b} * stride + a] = in[v]; });
@@ -527,8 +599,8 @@ void RepeatedRows::side(const RootLayout& coarse, const RootLayout& fine, std::u
         return static_cast<std::ptrdiff_t>(std::size_t{p.y} * stride + p.x);
     };
     const std::ptrdiff_t along = own(1, 0) - own(0, 0), away = own(0, 1) - own(0, 0), origin = own(0, 0);
-    const std::ptrdiff_t longer = static_cast<std::ptrdiff_t>(n) - static_cast<std::ptrdiff_t>(template_segments_);
-    const bool owns_edge = (base_.edge_side[h] & 1) == 0;
+    const std::ptrdiff_t longer = static_cast<std::ptrdiff_t>(coarse.segments()) - template_segments_;
+    const bool owns_edge = in_cells_ || (base_.edge_side[h] & 1) == 0;
     for (std::uint32_t b = owns_edge ? 0 : 1; b < depth_; ++b) {
         const std::uint32_t last = rest(m, reach_, b);
         if (last < reach_) continue;
@@ -563,8 +635,9 @@ void RepeatedRows::side(const RootLayout& coarse, const RootLayout& fine, std::u
 
 void RepeatedRows::corner(const RootLayout& coarse, const RootLayout& fine, std::uint32_t h, const Vec3d* in,
                           Vec3d* out) const {
-    const bool owns_vertex = base_.vertex_halfedge[base_.origin[h]] == h, owns_edge = (base_.edge_side[h] & 1) == 0,
-               owns_other = (base_.edge_side[base_.prev(h)] & 1) == 0;
+    const bool owns_vertex = in_cells_ || base_.vertex_halfedge[base_.origin[h]] == h,
+               owns_edge = in_cells_ || (base_.edge_side[h] & 1) == 0,
+               owns_other = in_cells_ || (base_.edge_side[base_.prev(h)] & 1) == 0;
     const Pattern& pattern = corner_patterns_[corner_pattern_[h]];
     for (std::size_t i = 0; i < corner_places_.size(); ++i) {
         const Place place = corner_places_[i];
@@ -582,6 +655,75 @@ void RepeatedRows::corner(const RootLayout& coarse, const RootLayout& fine, std:
         }
         out[number(fine, h, place.x, place.y)] = sum;
     }
+}
+
+RepeatedRows::Faces RepeatedRows::faces(const RunContext& context) const {
+    if (in_cells_) return cell_faces();
+    const RootLayout at(base_, segments_.back());
+    const std::uint32_t size = side_count(), count = static_cast<std::uint32_t>(at.cell_count()),
+                        cells = at.segments() * at.segments();
+    Faces faces;
+    faces.offsets.resize(count + std::size_t{1});
+    faces.control.resize(count);
+    faces.vertices.resize(std::size_t{size} * count);
+    for_each_index(count + 1, [&](std::uint32_t f) { faces.offsets[f] = size * f; });
+    for_each_index(count, [&](std::uint32_t f) { faces.control[f] = base_face_[f / cells]; });
+    write_faces(at, faces.vertices, context);
+    return faces;
+}
+
+/// Root by root the faces inside, edge by edge those across it, those around the corners.
+RepeatedRows::Faces RepeatedRows::cell_faces() const {
+    const RootLayout at(base_, segments_.back());
+    const std::uint32_t n = at.segments(), inner = n - 1;
+    const std::uint32_t quads = base_.face_count * inner * inner + base_.edge_count * inner;
+    Faces faces;
+    faces.offsets.reserve(quads + std::size_t{base_.vertex_count} + 1);
+    faces.offsets.resize(quads + std::size_t{1});
+    for_each_index(quads + 1, [&](std::uint32_t f) { faces.offsets[f] = 4 * f; });
+    faces.control.resize(quads);
+    faces.vertices.reserve(4 * std::size_t{quads} + base_.halfedge_count());
+    faces.vertices.resize(4 * std::size_t{quads});
+    const auto quad = [&](std::uint32_t f, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+        const std::uint32_t corners[4] = {a, b, c, d};
+        std::copy_n(corners, 4, &faces.vertices[4 * std::size_t{f}]);
+    };
+    for_each_index(
+        base_.face_count,
+        [&](std::uint32_t r) {
+            std::uint32_t f = r * inner * inner;
+            for (std::uint32_t y = 0; y < inner; ++y)
+                for (std::uint32_t x = 0; x < inner; ++x, ++f) {
+                    const std::uint32_t low = number_at(at, r, {x, y}), high = low + n;
+                    quad(f, low, low + 1, high + 1, high);
+                    faces.control[f] = base_face_[r];
+                }
+        },
+        k_grain);
+    for_each_index(
+        base_.edge_count,
+        [&](std::uint32_t e) {
+            const std::uint32_t h = base_.edge_halfedge[e], t = base_.twin[h];
+            std::uint32_t f = base_.face_count * inner * inner + e * inner;
+            for (std::uint32_t j = 1; j < n; ++j, ++f) {
+                quad(f, number(at, t, n - j, 0), number(at, t, n - 1 - j, 0), number(at, h, j, 0),
+                     number(at, h, j - 1, 0));
+                faces.control[f] = base_face_[h / 4];
+            }
+        },
+        k_grain);
+    for (std::uint32_t v = 0; v < base_.vertex_count; ++v) {
+        const std::uint32_t first = base_.vertex_halfedge[v];
+        if (first == none) continue;
+        std::uint32_t h = first;
+        do {
+            faces.vertices.push_back(number(at, h, 0, 0));
+            h = base_.twin[base_.prev(h)];
+        } while (h != first);
+        faces.offsets.push_back(static_cast<std::uint32_t>(faces.vertices.size()));
+        faces.control.push_back(base_face_[first / 4]);
+    }
+    return faces;
 }
 
 }  // namespace tetrakis::detail

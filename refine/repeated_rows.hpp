@@ -15,7 +15,7 @@
 namespace tetrakis::detail {
 
 /// Structured refinement by the rules of any scheme that cuts faces into lattices (face splits, 4-8, sqrt3 by two steps
-/// at a time).
+/// at a time), and of dual schemes on meshes without anything sharp.
 ///
 /// The first levels go by rules. One step of theirs, from lattices large enough that what is special at a corner of a
 /// root is not seen from its other corners, says everything about all later ones: rows of weights are the same
@@ -23,7 +23,8 @@ namespace tetrakis::detail {
 /// only read those rows again, at other places, which are found by arithmetic.
 ///
 /// The roots are the faces of the control mesh, or (quads, on a mesh with other faces) of its first refinement; points
-/// are in the order of RootLayout.
+/// are in the order of RootLayout. Of a dual scheme the roots are the quads of the first refinement by face splits, one
+/// per half-edge, and the points lie in the cells of their lattices: root by root, row by row.
 class RepeatedRows {
   public:
     /// Null where there is nothing to gain or it cannot be done: too few levels; a scheme or mesh (boundaries that
@@ -36,14 +37,21 @@ class RepeatedRows {
                                               const RuleOptions& rules, std::unique_ptr<RuleLevels>& levels_by_rules,
                                               const RunContext& context);
 
-    /// Of the last level.
-    RootLayout layout() const { return {base_, segments_.back()}; }
-    std::uint32_t control_face(std::uint32_t cell) const;
+    std::uint32_t point_count() const { return points_of({base_, segments_.back()}); }
+    /// Faces of the last level, and the control face that each belongs to; corners of the same face of two refinements
+    /// of meshes with the same faces are in the same places.
+    struct Faces {
+        std::vector<std::uint32_t> offsets, vertices, control;
+    };
+    Faces faces(const RunContext& context) const;
 
     /// Points of the last level. The same bytes for any number of threads.
     void refine(std::span<const Vec3d> control, std::span<Vec3d> points, const RunContext& context) const;
 
   private:
+    struct Place {
+        std::uint32_t x, y;
+    };
     /// A term of a row near a corner: point (a, b) of the lattice of the root `turn` half-edges counter-clockwise
     /// around the corner, from there; or, near a side, of its own root (0) or the one beyond (1).
     struct Term {
@@ -58,22 +66,31 @@ class RepeatedRows {
         int dx, dy;
         double weight;
     };
-    struct Place {
-        std::uint32_t x, y;
-    };
 
     explicit RepeatedRows(std::uint32_t factor) : factor_(factor) {}
 
-    bool set_base(const RuleLevels& levels);
+    bool set_base(const RuleMesh& mesh, const RuleLevels& levels);
     bool has_simple_roots() const;
     std::optional<std::vector<int>> lattice(const RootLayout& at, const RuleMesh& mesh,
                                             std::span<const int> corner_halfedge) const;
+    std::optional<std::vector<int>> cells(const RootLayout& at, const RuleMesh& mesh,
+                                          std::span<const int> last_halfedge) const;
+    Faces cell_faces() const;
+    // Points of a level: of lattices or in their cells.
+    std::uint32_t points_of(const RootLayout& at) const {
+        return in_cells_ ? static_cast<std::uint32_t>(at.cell_count()) : at.vertex_count();
+    }
+    std::uint32_t last_place(std::uint32_t segments) const { return in_cells_ ? segments - 1 : segments; }
+    std::uint32_t number_at(const RootLayout& at, std::uint32_t f, const Place& p) const {
+        const std::uint32_t n = at.segments();
+        return in_cells_ ? (f * n + p.y) * n + p.x : at.at(f, p.x, p.y);
+    }
     bool learn(const RootLayout& coarse, const RootLayout& fine, std::span<const int> coarse_number,
                std::span<const int> fine_vertex, const StencilTable& rows);
     bool learn_inside(const RootLayout& coarse, const RootLayout& fine, std::span<const int> coarse_number,
                       std::span<const int> fine_vertex, const StencilTable& rows);
 
-    // Lattices seen from half-edge h: a along it, b away from it.
+    // Lattices seen from half-edge h: a along it, b away from it; n is the last place.
     std::uint32_t side_count() const { return static_cast<std::uint32_t>(base_.face_size); }
     Place turned(std::uint32_t n, std::uint32_t side, std::uint32_t a, std::uint32_t b) const;
     Place seen_from(std::uint32_t n, std::uint32_t side, const Place& p) const;
@@ -95,11 +112,13 @@ class RepeatedRows {
 
     std::unique_ptr<RuleLevels> levels_;
     std::uint32_t factor_;
+    bool in_cells_ = false;
     MeshLevel base_;
+    std::vector<int> last_halfedge_;        ///< while made
     std::vector<std::uint32_t> base_face_;  ///< control face of each root
     std::vector<std::uint32_t> segments_;   ///< of the last level by rules, and of those after it
     std::vector<int> vertices_;             ///< the rules' number of each point of that level
-    std::uint32_t template_segments_ = 0;   ///< of the level whose step all later ones repeat
+    std::ptrdiff_t template_segments_ = 0;  ///< of the level whose step all later ones repeat
 
     std::uint32_t depth_ = 0;                  ///< points that far from all sides go by the rows inside
     std::uint32_t reach_ = 0;                  ///< from a corner along a side: points nearer than that are its

@@ -8,6 +8,7 @@
 #include "tetrakis/hier/obj_reader.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/hier/triangulate.hpp"
+#include "tetrakis/refine/refine.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
 #include "tetrakis/refine/uniform_refiner.hpp"
 
@@ -318,6 +319,21 @@ void register_all() {
             }
 }
 
+/// refine(): from the control mesh to a mesh of the last level, by whatever way is the fastest.
+void whole_mesh(benchmark::State& state, RuleCase c) {
+    const bool triangles = c.scheme->family == MeshFamily::triangles;
+    const ControlMesh& mesh = mesh_of(*c.model, triangles ? SchemeKind::loop : SchemeKind::catmull_clark);
+    RefineOptions options;
+    options.context.threads = c.threads;
+    std::uint64_t vertices = 0;
+    for (auto _ : state) {
+        const PolygonMesh last = refine(mesh, *c.scheme, c.levels, options);
+        vertices = last.positions.size();
+        benchmark::ClobberMemory();
+    }
+    count(state, vertices);
+}
+
 /// What peers have besides Catmull-Clark and Loop.
 template <class Make>
 void add_peer(const BenchModel& model, const SchemeInfo& scheme, int levels, const char* peer, Make make) {
@@ -332,15 +348,26 @@ void add_peer(const BenchModel& model, const SchemeInfo& scheme, int levels, con
 }
 
 void register_schemes() {
-    const BenchModel* model = find_bench_model("pawn");
+    for (const char* name : {"spot-control", "suzanne"}) {
+        const BenchModel& smooth = *find_bench_model(name);
+        for (const SchemeInfo& scheme : scheme_table())
+            for (const int threads : {1, 2}) {
+                const RuleCase c{&smooth, &scheme, scheme.refinement == Refinement::sqrt3 ? 4 : 5, threads,
+                                 RuleCase::Part::fresh};
+                const std::string full =
+                    fmt::format("{}/{}/{}/refine{}", name, scheme.name, c.levels, threads == 2 ? "_2t" : "");
+                benchmark::RegisterBenchmark(full.c_str(), whole_mesh, c)->Unit(benchmark::kMillisecond)->UseRealTime();
+            }
 #ifdef TETRAKIS_BENCH_CGAL
-    add_peer(*model, *find_scheme("doo-sabin"), 4, "cgal", cgal_uniform);
-    add_peer(*model, *find_scheme("sqrt3"), 3, "cgal", cgal_uniform);
+        add_peer(smooth, *find_scheme("doo-sabin"), 5, "cgal", cgal_uniform);
+        add_peer(smooth, *find_scheme("sqrt3"), 4, "cgal", cgal_uniform);
 #endif
 #ifdef TETRAKIS_BENCH_OPENMESH
-    add_peer(*model, *find_scheme("modified-butterfly"), 4, "openmesh", openmesh_uniform);
-    add_peer(*model, *find_scheme("sqrt3"), 3, "openmesh", openmesh_uniform);
+        add_peer(smooth, *find_scheme("modified-butterfly"), 5, "openmesh", openmesh_uniform);
+        add_peer(smooth, *find_scheme("sqrt3"), 4, "openmesh", openmesh_uniform);
 #endif
+    }
+    const BenchModel* model = find_bench_model("pawn");
     for (const SchemeInfo& scheme : scheme_table())
         for (const auto& [part, method] :
              {std::pair(RuleCase::Part::fresh, "fresh"), std::pair(RuleCase::Part::again, "again"),
