@@ -157,7 +157,7 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
     std::unique_ptr<detail::RepeatedRows> chart_rows;
     std::optional<ControlMesh> charts;
     if (mesh.has_uvs()) {
-        if (scheme.refinement == Refinement::sqrt3 || detail::takes_copies(scheme, options.rules) ||
+        if ((scheme.refinement == Refinement::sqrt3 && linear) || detail::takes_copies(scheme, options.rules) ||
             fan_lattice(scheme, options.rules) == FanLattice::dual)
             return std::nullopt;
         const SchemeInfo& by =
@@ -196,7 +196,7 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
     detail::check_attributes(mesh, options.attributes);
     std::unique_ptr<detail::RuleLevels> first_levels;
     if (stencils == nullptr) {
-        detail::check_refinement(mesh, scheme, levels, options);
+        detail::check_rounds(levels, options);
         first_levels = std::make_unique<detail::RuleLevels>(mesh, scheme, options.rules, options.smoothing);
         if (std::optional<PolygonMesh> result = refine_repeated(mesh, scheme, levels, options, first_levels))
             return std::move(*result);

@@ -4,6 +4,7 @@
 #include "tetrakis/hier/huge_buffer.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/grid_refinement.hpp"
+#include "tetrakis/refine/rule_refiner.hpp"
 #include "tetrakis/schemes/face_split.hpp"
 
 #include <algorithm>
@@ -102,6 +103,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         if (!all->set_base(split_polygons(by_rules.last()), by_rules)) return nullptr;
     }
     for (int level = 0; level < base_level; ++level) {
+        check_rule_memory(mesh, scheme, level + 1, context);
         const std::vector<int> child = by_rules.advance();
         if (!dual) continue;
         // Root h is at corner h; the children of the corners are the first points.
@@ -123,6 +125,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     std::optional<std::vector<int>> vertices;
     for (int level = base_level; level < last_by_rules; ++level) {
         context.report("refine", 0);
+        check_rule_memory(mesh, scheme, level + 1, context);
         const bool stationary =
             segments >= (dual ? 2 : k_least_segments) && stays_as_it_is(by_rules.last(), levels - level);
         const RootLayout coarse(all->base_, segments);
@@ -147,15 +150,35 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         all->levels_ = std::move(levels_by_rules);
         all->template_segments_ = static_cast<std::ptrdiff_t>(coarse.segments());
         all->segments_ = {segments};
-        for (++level; level < levels; ++level) all->segments_.push_back(segments *= all->factor_);
-        const std::uint64_t cells = std::uint64_t{segments} * segments * all->base_.face_count;
-        if (cells * static_cast<std::uint64_t>(all->base_.face_size) > std::numeric_limits<std::int32_t>::max())
-            throw Error(ErrorCode::unsupported,
-                        std::to_string(levels) + " levels give more elements than 32-bit numbers can count",
-                        mesh.data().source);
+        // More than that no 32-bit numbers can count.
+        constexpr std::uint32_t k_most_segments = 1u << 20;
+        for (++level; level < levels; ++level)
+            all->segments_.push_back(segments = std::min(segments * all->factor_, k_most_segments));
+        all->check_size(mesh, levels, context);
         return all;
     }
     return nullptr;
+}
+
+void RepeatedRows::check_size(const ControlMesh& mesh, int levels, const RunContext& context) const {
+    const auto cells_of = [&](std::uint32_t n) { return std::uint64_t{n} * n * base_.face_count; };
+    const std::uint64_t n = segments_.back(), cells = cells_of(segments_.back()),
+                        corners = cells * static_cast<std::uint64_t>(base_.face_size);
+    // Points on the sides are at most as many as their pieces and ends.
+    const std::uint64_t points = cells + n * base_.edge_count + base_.vertex_count;
+    if (corners >= std::numeric_limits<std::uint32_t>::max() || points >= std::numeric_limits<std::uint32_t>::max())
+        throw Error(ErrorCode::unsupported,
+                    std::to_string(levels) + " levels give more elements than 32-bit numbers can count; the last has " +
+                        std::to_string(corners) + " face corners",
+                    mesh.data().source);
+    const std::uint64_t above = cells_of(segments_[segments_.size() < 2 ? 0 : segments_.size() - 2]);
+    const std::uint64_t bytes = sizeof(Vec3d) * (points + 2 * above) + 4 * (corners + 2 * cells);
+    if (context.max_memory_bytes == 0 || bytes <= context.max_memory_bytes) return;
+    throw Error(ErrorCode::memory_limit,
+                std::to_string(levels) + " levels, about " + std::to_string(points) + " vertices, need about " +
+                    std::to_string(bytes >> 20) + " MiB, and the limit is " +
+                    std::to_string(context.max_memory_bytes >> 20) + " MiB; ask for fewer levels",
+                mesh.data().source);
 }
 
 /// @param levels  whose faces the roots are, or whose half-edges

@@ -71,6 +71,7 @@ class RepeatedRows {
 
     bool set_base(const RuleMesh& mesh, const RuleLevels& levels);
     bool has_simple_roots() const;
+    void check_size(const ControlMesh& mesh, int levels, const RunContext& context) const;
     std::optional<std::vector<int>> lattice(const RootLayout& at, const RuleMesh& mesh,
                                             std::span<const int> corner_halfedge) const;
     std::optional<std::vector<int>> cells(const RootLayout& at, const RuleMesh& mesh,

@@ -15,8 +15,10 @@ namespace tetrakis {
 struct RefineOptions;
 namespace detail {
 class RuleLevels;
-/// @throws Error  as RuleRefiner, before anything is allocated
-void check_refinement(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options);
+/// @throws Error  invalid_input, as RuleRefiner
+void check_rounds(int levels, const RefineOptions& options);
+/// @throws Error  unsupported, memory_limit, as RuleRefiner; before anything is allocated
+void check_rule_memory(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RunContext& context);
 }  // namespace detail
 
 struct RefineOptions {

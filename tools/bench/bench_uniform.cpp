@@ -319,10 +319,15 @@ void register_all() {
             }
 }
 
-/// refine(): from the control mesh to a mesh of the last level, by whatever way is the fastest.
+/// refine(): from the control mesh to a mesh of the last level, by whatever way is the fastest. Without texture
+/// coordinates, which peers leave alone.
 void whole_mesh(benchmark::State& state, RuleCase c) {
     const bool triangles = c.scheme->family == MeshFamily::triangles;
-    const ControlMesh& mesh = mesh_of(*c.model, triangles ? SchemeKind::loop : SchemeKind::catmull_clark);
+    ControlMeshData data = mesh_of(*c.model, triangles ? SchemeKind::loop : SchemeKind::catmull_clark).data();
+    data.uvs.clear();
+    data.face_uvs.clear();
+    data.uv_lines.clear();
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
     RefineOptions options;
     options.context.threads = c.threads;
     std::uint64_t vertices = 0;
