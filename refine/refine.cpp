@@ -11,6 +11,7 @@
 #include "tetrakis/refine/vertex_attributes.hpp"
 #include "tetrakis/schemes/linear.hpp"
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <utility>
@@ -143,6 +144,24 @@ void keep_surface(const ControlMesh& mesh, const ControlFace& control_face, Poly
     if (!result.uvs.empty()) detail::drop_unused(result.face_uvs, result.uvs);
 }
 
+/// What a refined mesh takes, in points and corners.
+detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const RefineOptions& options) {
+    detail::RepeatedRows::Demand demand;
+    for (const VertexAttribute& attribute : options.attributes)
+        demand.point_bytes += sizeof(float) * static_cast<std::uint64_t>(std::max(attribute.width, 0));
+    if (!options.attributes.empty()) demand.point_bytes += sizeof(Vec3d);  // three numbers at a time
+    if (mesh.has_uvs()) {
+        demand.point_bytes += sizeof(Vec3d) + sizeof(Vec2d);
+        demand.corner_bytes += sizeof(std::uint32_t);
+    }
+    // Holes are taken out of a copy.
+    if (!mesh.data().holes.empty() || mesh.boundary_rule() == BoundaryRule::none) {
+        demand.point_bytes *= 2;
+        demand.corner_bytes *= 2;
+    }
+    return demand;
+}
+
 /// Refined by rows that repeat themselves: the fast way of the schemes that have no kernels of their own. Nothing where
 /// there is none; `first_levels` then has what was done by rules.
 std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
@@ -156,6 +175,11 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
     const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
     std::unique_ptr<detail::RepeatedRows> chart_rows;
     std::optional<ControlMesh> charts;
+    const detail::RepeatedRows::Demand demand = demand_of(mesh, options);
+    // Charts are told about by the mesh's own progress.
+    RunContext quiet = options.context;
+    if (options.context.progress)
+        quiet.progress = [&](std::string_view stage, double) { return options.context.progress(stage, 0); };
     if (mesh.has_uvs()) {
         if ((scheme.refinement == Refinement::sqrt3 && linear) || detail::takes_copies(scheme, options.rules) ||
             fan_lattice(scheme, options.rules) == FanLattice::dual)
@@ -164,11 +188,11 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
             linear ? *find_scheme(scheme.family == MeshFamily::triangles ? "midpoint" : "bilinear") : scheme;
         charts = uv_mesh(mesh);
         auto chart_levels = std::make_unique<detail::RuleLevels>(*charts, by, options.rules, 0);
-        chart_rows = detail::RepeatedRows::make(*charts, by, levels, options.rules, chart_levels, {});
+        chart_rows = detail::RepeatedRows::make(*charts, by, levels, options.rules, chart_levels, demand, quiet);
         if (!chart_rows) return std::nullopt;
     }
     const std::unique_ptr<detail::RepeatedRows> rows =
-        detail::RepeatedRows::make(mesh, scheme, levels, options.rules, first_levels, options.context);
+        detail::RepeatedRows::make(mesh, scheme, levels, options.rules, first_levels, demand, options.context);
     if (!rows) return std::nullopt;
     PolygonMesh result;
     result.positions.resize(rows->point_count());
@@ -181,7 +205,7 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
     result.face_vertices = std::move(faces.vertices);
     if (chart_rows) {
         std::vector<Vec3d> points(chart_rows->point_count());
-        chart_rows->refine(charts->positions(), points, {});
+        chart_rows->refine(charts->positions(), points, quiet);
         result.uvs.assign(points.begin(), points.end());
         result.face_uvs = chart_rows->faces(options.context).vertices;
     }

@@ -6,7 +6,6 @@
 #include "tetrakis/refine/rule_levels.hpp"
 
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -27,6 +26,10 @@ namespace tetrakis::detail {
 /// per half-edge, and the points lie in the cells of their lattices: root by root, row by row.
 class RepeatedRows {
   public:
+    /// What a result takes: points (24 bytes each are counted with them), and corners of faces.
+    struct Demand {
+        std::uint64_t point_bytes = sizeof(Vec3d), corner_bytes = sizeof(std::uint32_t);
+    };
     /// Null where there is nothing to gain or it cannot be done: too few levels; a scheme or mesh (boundaries that
     /// recede, something that turns from sharp to smooth on the way, roots glued to themselves) whose rows do not
     /// repeat.
@@ -35,7 +38,7 @@ class RepeatedRows {
     /// @throws Error  as RuleRefiner
     static std::unique_ptr<RepeatedRows> make(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                                               const RuleOptions& rules, std::unique_ptr<RuleLevels>& levels_by_rules,
-                                              const RunContext& context);
+                                              const Demand& demand, const RunContext& context);
 
     std::uint32_t point_count() const { return points_of({base_, segments_.back()}); }
     /// Faces of the last level, and the control face that each belongs to; corners of the same face of two refinements
@@ -71,7 +74,6 @@ class RepeatedRows {
 
     bool set_base(const RuleMesh& mesh, const RuleLevels& levels);
     bool has_simple_roots() const;
-    void check_size(const ControlMesh& mesh, int levels, const RunContext& context) const;
     std::optional<std::vector<int>> lattice(const RootLayout& at, const RuleMesh& mesh,
                                             std::span<const int> corner_halfedge) const;
     std::optional<std::vector<int>> cells(const RootLayout& at, const RuleMesh& mesh,
@@ -128,5 +130,29 @@ class RepeatedRows {
     std::vector<Pattern> corner_patterns_, side_patterns_;
     std::vector<std::uint32_t> corner_pattern_, side_pattern_;  ///< of each half-edge
 };
+
+inline RepeatedRows::Place RepeatedRows::turned(std::uint32_t n, std::uint32_t side, std::uint32_t a,
+                                                std::uint32_t b) const {
+    if (base_.face_size == 4) {
+        const Place places[4] = {{a, b}, {n - b, a}, {n - a, n - b}, {b, n - a}};
+        return places[side];
+    }
+    const Place places[3] = {{a, b}, {n - a - b, a}, {b, n - a - b}};
+    return places[side];
+}
+
+inline RepeatedRows::Place RepeatedRows::seen_from(std::uint32_t n, std::uint32_t side, const Place& p) const {
+    if (base_.face_size == 4) {
+        const Place places[4] = {p, {p.y, n - p.x}, {n - p.x, n - p.y}, {n - p.y, p.x}};
+        return places[side];
+    }
+    const Place places[3] = {p, {p.y, n - p.x - p.y}, {n - p.x - p.y, p.x}};
+    return places[side];
+}
+
+inline std::uint32_t RepeatedRows::number(const RootLayout& at, std::uint32_t h, std::uint32_t a,
+                                          std::uint32_t b) const {
+    return number_at(at, h / side_count(), turned(last_place(at.segments()), h % side_count(), a, b));
+}
 
 }  // namespace tetrakis::detail

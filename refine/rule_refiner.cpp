@@ -67,21 +67,21 @@ void detail::check_rounds(int levels, const RefineOptions& options) {
         throw Error(ErrorCode::invalid_input, "the number of smoothing rounds must not be negative");
 }
 
-void detail::check_rule_memory(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+void detail::check_rule_memory(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, int asked,
                                const RunContext& context) {
     std::uint64_t halfedges = mesh.halfedge_count();
     for (int level = 1; level <= levels; ++level) {
         halfedges *= growth(scheme);
         if (halfedges > std::uint64_t{std::numeric_limits<int>::max()} / 2)
             throw Error(ErrorCode::unsupported,
-                        std::to_string(levels) + " levels give more elements than 32-bit numbers can count; level " +
+                        std::to_string(asked) + " levels give more elements than 32-bit numbers can count; level " +
                             std::to_string(level) + " has up to " + std::to_string(halfedges) + " face corners",
                         mesh.data().source);
     }
     const std::uint64_t bytes = halfedges * k_bytes_per_halfedge, limit = context.max_memory_bytes;
     if (limit == 0 || bytes <= limit) return;
     throw Error(ErrorCode::memory_limit,
-                std::to_string(levels) + " levels, up to " + std::to_string(halfedges) + " face corners, need about " +
+                std::to_string(asked) + " levels, up to " + std::to_string(halfedges) + " face corners, need about " +
                     std::to_string(bytes >> 20) + " MiB, and the limit is " + std::to_string(limit >> 20) +
                     " MiB; ask for fewer levels",
                 mesh.data().source);
@@ -93,7 +93,7 @@ RuleRefiner::RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int 
 RuleRefiner::RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options,
                          std::unique_ptr<detail::RuleLevels> first_levels) {
     detail::check_rounds(levels, options);
-    detail::check_rule_memory(mesh, scheme, levels, options.context);
+    detail::check_rule_memory(mesh, scheme, levels, levels, options.context);
     if (!first_levels)
         first_levels = std::make_unique<detail::RuleLevels>(mesh, scheme, options.rules, options.smoothing);
     state_ = std::make_unique<State>(State{mesh.vertex_count(), options, std::move(first_levels)});

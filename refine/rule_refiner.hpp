@@ -17,8 +17,10 @@ namespace detail {
 class RuleLevels;
 /// @throws Error  invalid_input, as RuleRefiner
 void check_rounds(int levels, const RefineOptions& options);
+/// Of the first levels of those asked for.
 /// @throws Error  unsupported, memory_limit, as RuleRefiner; before anything is allocated
-void check_rule_memory(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RunContext& context);
+void check_rule_memory(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, int asked,
+                       const RunContext& context);
 }  // namespace detail
 
 struct RefineOptions {

@@ -10,6 +10,7 @@
 #include <doctest/doctest.h>
 
 #include <cstring>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -111,10 +112,10 @@ std::vector<Vec3d> marks(const PolygonMesh& mesh, bool uvs) {
     return result;
 }
 
-std::unique_ptr<detail::RepeatedRows> rows_of(const ControlMesh& mesh, const Case& c) {
+std::unique_ptr<detail::RepeatedRows> rows_of(const ControlMesh& mesh, const Case& c, const RunContext& context = {}) {
     const SchemeInfo& scheme = *find_scheme(c.scheme);
     auto levels = std::make_unique<detail::RuleLevels>(mesh, scheme, c.rules, 0);
-    return detail::RepeatedRows::make(mesh, scheme, c.levels, c.rules, levels, {});
+    return detail::RepeatedRows::make(mesh, scheme, c.levels, c.rules, levels, {}, context);
 }
 
 }  // namespace
@@ -231,6 +232,43 @@ TEST_CASE("rows do not repeat themselves where something turns smooth on the way
     // Sharp beyond the last level: as if for ever.
     data.creases.back().sharpness = 7.5f;
     CHECK(rows_of(ControlMesh::build(data), {"modified-butterfly", 4}) != nullptr);
+}
+
+TEST_CASE("too many levels and too little memory are refused before the first one is made, with or without a limit") {
+    const ControlMesh mesh = make_mesh(3, false, false, true);
+    const auto code = [&](int levels, std::uint64_t limit) -> std::optional<ErrorCode> {
+        RefineOptions options;
+        options.context.max_memory_bytes = limit;
+        bool started = false;
+        options.context.progress = [&](std::string_view, double) { return started = true; };
+        try {
+            refine(mesh, "4-8", levels, options);
+        } catch (const Error& e) {
+            CHECK(std::string(e.what()).find(std::to_string(levels) + " levels") != std::string::npos);
+            CHECK_FALSE(started);
+            return e.code();
+        }
+        return std::nullopt;
+    };
+    CHECK(code(20, 0) == ErrorCode::unsupported);
+    CHECK(code(40, 0) == ErrorCode::unsupported);
+    CHECK(code(9, std::uint64_t{64} << 20) == ErrorCode::memory_limit);
+    CHECK(code(5, std::uint64_t{1} << 30) == std::nullopt);
+}
+
+TEST_CASE("refinement by repeated rows can be cancelled, charts as well") {
+    const ControlMesh mesh = make_mesh(3, true, false, true);
+    int calls = 0;
+    RefineOptions options;
+    options.context.progress = [&](std::string_view, double) { return ++calls > 0; };
+    refine(mesh, "butterfly", 5, options);
+    const int all = calls;
+    CHECK(all > 4);
+    for (int stop = 1; stop <= all; ++stop) {
+        calls = 0;
+        options.context.progress = [&](std::string_view, double) { return ++calls < stop; };
+        CHECK_THROWS_AS(refine(mesh, "butterfly", 5, options), Error);
+    }
 }
 
 TEST_SUITE_END();
