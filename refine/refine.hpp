@@ -11,7 +11,11 @@ namespace tetrakis {
 /// The control mesh refined everywhere by any scheme, as many levels as asked.
 ///
 /// Catmull-Clark, Loop, bilinear and midpoint refinement with their plain rules take the structured path of
-/// refine_uniform(), all else the schemes' rules point by point (RuleRefiner). Holes are left out, and then the
+/// refine_uniform(). The others go by the schemes' rules (RuleRefiner) for the first levels, two to four; from there on
+/// their roots are lattices as well, whose rows of weights repeat themselves, and no connectivity is made any more.
+/// What does not repeat goes by the rules to the end: honeycomb, dual schemes on meshes with anything sharp (boundaries,
+/// too) or with texture coordinates, receding boundaries, creases that turn smooth on the way, and limits and normals.
+/// Vertices and faces are in no order to rely on. Holes are left out, and then the
 /// vertices that no face uses. Materials and groups are those of the control face that a face belongs to. UVs are
 /// refined face-varying (see uv_mesh()) by the same scheme, seams as boundaries. Faces of dual schemes and honeycomb
 /// lie across the seams; there charts go on straight beyond them, so that the smooth rules hold up to the seam, and a
@@ -23,8 +27,8 @@ namespace tetrakis {
 /// (the message says why); unsupported:
 ///                more elements than 32 bits can count, or a limit that the scheme has no mask for; memory_limit;
 ///                cancelled
-/// Cost: nanoseconds per vertex on the structured path, microseconds by rules; the same bytes for any number of
-/// threads.
+/// Cost: 2 to 5 ns per vertex on the structured path, 10 to 30 where rows repeat, 0.2 to 3 us by rules; the same bytes
+/// for any number of threads.
 PolygonMesh refine(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options = {});
 /// @throws Error  invalid_input as well for an unknown name; the message has the nearest one and all that there are
 PolygonMesh refine(const ControlMesh& mesh, std::string_view scheme, int levels, const RefineOptions& options = {});

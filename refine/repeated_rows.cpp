@@ -141,7 +141,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         const RootLayout fine(all->base_, segments);
         vertices = lattice_of(fine);
         if (!vertices) return nullptr;
-        if (!all->learn(coarse, fine, number, *vertices, by_rules.steps().back())) continue;
+        if (!all->learn({coarse, fine, number, *vertices, by_rules.steps().back()})) continue;
         all->vertices_ = std::move(*vertices);
         all->levels_ = std::move(levels_by_rules);
         all->template_segments_ = static_cast<std::ptrdiff_t>(coarse.segments());

@@ -88,10 +88,21 @@ class RepeatedRows {
         const std::uint32_t n = at.segments();
         return in_cells_ ? (f * n + p.y) * n + p.x : at.at(f, p.x, p.y);
     }
-    bool learn(const RootLayout& coarse, const RootLayout& fine, std::span<const int> coarse_number,
-               std::span<const int> fine_vertex, const StencilTable& rows);
-    bool learn_inside(const RootLayout& coarse, const RootLayout& fine, std::span<const int> coarse_number,
-                      std::span<const int> fine_vertex, const StencilTable& rows);
+    /// A step of the rules, with the numbers that its points have in the layouts and the other way round.
+    struct Lesson {
+        const RootLayout &coarse, &fine;
+        std::span<const int> coarse_number, fine_vertex;
+        const StencilTable& rows;
+        std::uint32_t number(int coarse_vertex) const {
+            return static_cast<std::uint32_t>(coarse_number[coarse_vertex]);
+        }
+    };
+    bool learn(const Lesson& lesson);
+    bool learn_inside(const Lesson& lesson);
+    template <class TermAt>
+    bool row_of(const Lesson& lesson, std::uint32_t h, const Place& place, const TermAt& term_at, Row& out) const;
+    bool corner_rows(const Lesson& lesson, std::uint32_t h, Pattern& out) const;
+    bool side_rows(const Lesson& lesson, std::uint32_t h, Pattern& out) const;
 
     // Lattices seen from half-edge h: a along it, b away from it; n is the last place.
     std::uint32_t side_count() const { return static_cast<std::uint32_t>(base_.face_size); }

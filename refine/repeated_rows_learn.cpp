@@ -1,6 +1,9 @@
 #include "tetrakis/refine/repeated_rows.hpp"
 
+#include "tetrakis/hier/parallel.hpp"
+
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -12,6 +15,7 @@ namespace {
 
 constexpr std::uint32_t none = MeshLevel::none;
 
+constexpr std::uint32_t k_roots_per_task = 16;
 /// Weights of one row found in two places differ by rounding at most.
 constexpr double k_same_weight = 1e-13;
 
@@ -94,19 +98,18 @@ std::optional<RepeatedRows::Term> RepeatedRows::at_side(const RootLayout& at, st
 }
 
 /// The rows inside, and how far from the sides they hold.
-bool RepeatedRows::learn_inside(const RootLayout& coarse, const RootLayout& fine, std::span<const int> coarse_number,
-                                std::span<const int> fine_vertex, const StencilTable& rows) {
-    const std::uint32_t m = fine.segments(), sides = side_count(), last = last_place(m);
+bool RepeatedRows::learn_inside(const Lesson& lesson) {
+    const std::uint32_t m = lesson.fine.segments(), sides = side_count(), last = last_place(m);
     inside_.assign(std::size_t{factor_} * factor_, {});
     const auto offsets = [&](std::uint32_t f, std::uint32_t x, std::uint32_t y, std::vector<Offset>& out) {
         out.clear();
-        const int row = fine_vertex[number_at(fine, f, {x, y})];
-        const auto points = rows.points(row);
+        const int row = lesson.fine_vertex[number_at(lesson.fine, f, {x, y})];
+        const auto points = lesson.rows.points(row);
         for (std::size_t i = 0; i < points.size(); ++i) {
-            const auto p = place_in(coarse, f, static_cast<std::uint32_t>(coarse_number[points[i]]));
+            const auto p = place_in(lesson.coarse, f, lesson.number(points[i]));
             if (!p) return false;
             out.push_back({static_cast<int>(p->x) - static_cast<int>(x / factor_),
-                           static_cast<int>(p->y) - static_cast<int>(y / factor_), rows.weights(row)[i]});
+                           static_cast<int>(p->y) - static_cast<int>(y / factor_), lesson.rows.weights(row)[i]});
         }
         std::sort(out.begin(), out.end(),
                   [](const Offset& s, const Offset& t) { return std::pair(s.dy, s.dx) < std::pair(t.dy, t.dx); });
@@ -123,26 +126,80 @@ bool RepeatedRows::learn_inside(const RootLayout& coarse, const RootLayout& fine
         });
     };
     const std::uint32_t least = in_cells_ ? 0 : 1;
-    depth_ = least;
-    std::vector<Offset> found;
-    for (std::uint32_t f = 0; f < base_.face_count; ++f)
-        for (std::uint32_t y = least; y + least <= last; ++y)
-            for (std::uint32_t x = least; x + least + (sides == 4 ? 0 : y) <= last; ++x) {
-                const std::uint32_t nearest =
-                    sides == 4 ? std::min({x, y, last - x, last - y}) : std::min({x, y, last - x - y});
-                if (nearest < depth_) continue;
-                if (!offsets(f, x, y, found) || !same(found, inside_[y % factor_ * factor_ + x % factor_]))
-                    depth_ = nearest + 1;
-            }
+    std::atomic<std::uint32_t> depth = least;
+    for_each_block(base_.face_count, k_roots_per_task, [&](std::uint32_t begin, std::uint32_t end) {
+        std::vector<Offset> found;
+        std::uint32_t deepest = least;
+        for (std::uint32_t f = begin; f < end; ++f)
+            for (std::uint32_t y = least; y + least <= last; ++y)
+                for (std::uint32_t x = least; x + least + (sides == 4 ? 0 : y) <= last; ++x) {
+                    const std::uint32_t nearest =
+                        sides == 4 ? std::min({x, y, last - x, last - y}) : std::min({x, y, last - x - y});
+                    if (nearest < deepest) continue;
+                    if (!offsets(f, x, y, found) || !same(found, inside_[y % factor_ * factor_ + x % factor_]))
+                        deepest = nearest + 1;
+                }
+        for (std::uint32_t known = depth; known < deepest && !depth.compare_exchange_weak(known, deepest);) {
+        }
+    });
+    depth_ = depth;
     return true;
 }
 
-bool RepeatedRows::learn(const RootLayout& coarse, const RootLayout& fine, std::span<const int> coarse_number,
-                         std::span<const int> fine_vertex, const StencilTable& rows) {
-    const std::uint32_t m = last_place(fine.segments()), sides = side_count();
-    if (!learn_inside(coarse, fine, coarse_number, fine_vertex, rows)) return false;
+template <class TermAt>
+bool RepeatedRows::row_of(const Lesson& lesson, std::uint32_t h, const Place& place, const TermAt& term_at,
+                          Row& out) const {
+    out.clear();
+    const int row = lesson.fine_vertex[number(lesson.fine, h, place.x, place.y)];
+    const auto points = lesson.rows.points(row);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        std::optional<Term> term = term_at(lesson.number(points[i]));
+        if (!term) return false;
+        term->weight = lesson.rows.weights(row)[i];
+        out.push_back(*term);
+    }
+    std::sort(out.begin(), out.end());
+    return true;
+}
+
+bool RepeatedRows::corner_rows(const Lesson& lesson, std::uint32_t h, Pattern& out) const {
+    out.resize(corner_places_.size());
+    const auto term_at = [&](std::uint32_t number) { return at_corner(lesson.coarse, h, number); };
+    for (std::size_t i = 0; i < corner_places_.size(); ++i)
+        if (!row_of(lesson, h, corner_places_[i], term_at, out[i])) return false;
+    return true;
+}
+
+bool RepeatedRows::side_rows(const Lesson& lesson, std::uint32_t h, Pattern& out) const {
+    const std::uint32_t m = last_place(lesson.fine.segments());
+    out.resize(std::size_t{depth_} * factor_);
+    const auto term_at = [&](std::uint32_t number) { return at_side(lesson.coarse, h, number); };
+    const auto same = [](const Term& s, const Term& t) {
+        return s.turn == t.turn && s.a == t.a && s.b == t.b && std::abs(s.weight - t.weight) <= k_same_weight;
+    };
+    Row other;
+    for (std::uint32_t b = 0; b < depth_; ++b)
+        for (std::uint32_t a = reach_; a + b <= m && rest(m, a, b) >= reach_; ++a) {
+            Row& row = out[b * factor_ + (a - reach_) % factor_];
+            if (a < reach_ + factor_) {
+                if (!row_of(lesson, h, {a, b}, term_at, row)) return false;
+                continue;
+            }
+            // Another place of the same kind: the rows there must be the same ones.
+            const int shift = static_cast<int>((a - reach_) / factor_);
+            if (!row_of(lesson, h, {a, b}, term_at, other)) return false;
+            for (Term& term : other) term.a = static_cast<std::int16_t>(term.a + (term.turn == 0 ? -shift : shift));
+            std::sort(other.begin(), other.end());
+            if (!std::equal(row.begin(), row.end(), other.begin(), other.end(), same)) return false;
+        }
+    return true;
+}
+
+bool RepeatedRows::learn(const Lesson& lesson) {
+    const std::uint32_t m = last_place(lesson.fine.segments());
+    if (!learn_inside(lesson)) return false;
     // Along a side there must be places for all remainders, as far from one corner as from the other.
-    const std::uint32_t longest = sides == 4 ? m : m - depth_ + 1;
+    const std::uint32_t longest = side_count() == 4 ? m : m - depth_ + 1;
     if (depth_ < 1 || longest + 1 < factor_ + 2 * depth_) return false;
     reach_ = (longest + 1 - factor_) / 2;
     corner_places_.clear();
@@ -150,64 +207,51 @@ bool RepeatedRows::learn(const RootLayout& coarse, const RootLayout& fine, std::
         for (std::uint32_t a = 0; a < reach_; ++a)
             if (a < depth_ || b < depth_) corner_places_.push_back({a, b});
 
-    const auto add_row = [&](std::uint32_t h, std::uint32_t a, std::uint32_t b, auto&& term_at, Row& out) {
-        out.clear();
-        const int row = fine_vertex[number(fine, h, a, b)];
-        const auto points = rows.points(row);
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            std::optional<Term> term = term_at(coarse, h, static_cast<std::uint32_t>(coarse_number[points[i]]));
-            if (!term) return false;
-            term->weight = rows.weights(row)[i];
-            out.push_back(*term);
-        }
-        std::sort(out.begin(), out.end());
-        return true;
-    };
-    const auto corner_term = [&](auto&&... args) { return at_corner(args...); };
-    const auto side_term = [&](auto&&... args) { return at_side(args...); };
-    const std::uint32_t halfedges = base_.halfedge_count();
-    std::map<Pattern, std::uint32_t> corners, along;
-    const auto kept = [](std::map<Pattern, std::uint32_t>& patterns, Pattern& pattern) {
-        return patterns.try_emplace(pattern, static_cast<std::uint32_t>(patterns.size())).first->second;
-    };
-    corner_pattern_.resize(halfedges);
-    side_pattern_.resize(halfedges);
-    Pattern pattern;
-    Row other;
-    for (std::uint32_t h = 0; h < halfedges; ++h) {
-        pattern.resize(corner_places_.size());
-        for (std::size_t i = 0; i < corner_places_.size(); ++i)
-            if (!add_row(h, corner_places_[i].x, corner_places_[i].y, corner_term, pattern[i])) return false;
-        corner_pattern_[h] = kept(corners, pattern);
+    // Block by block, so that patterns have the same numbers whatever the threads; few of them differ.
+    struct Found {
+        std::map<Pattern, std::uint32_t> number;
+        std::vector<std::uint32_t> of;  // of each of the block's half-edges
 
-        pattern.resize(std::size_t{depth_} * factor_);
-        for (std::uint32_t b = 0; b < depth_; ++b)
-            for (std::uint32_t a = reach_; rest(m, a, b) >= reach_ && a + b <= m; ++a) {
-                Row& row = pattern[b * factor_ + (a - reach_) % factor_];
-                if (a < reach_ + factor_) {
-                    if (!add_row(h, a, b, side_term, row)) return false;
-                    continue;
-                }
-                // Another place of the same kind: the rows there must be the same ones.
-                const int shift = static_cast<int>((a - reach_) / factor_);
-                if (!add_row(h, a, b, side_term, other)) return false;
-                for (Term& term : other) term.a = static_cast<std::int16_t>(term.a + (term.turn == 0 ? -shift : shift));
-                std::sort(other.begin(), other.end());
-                if (!std::equal(row.begin(), row.end(), other.begin(), other.end(), [](const Term& s, const Term& t) {
-                        return s.turn == t.turn && s.a == t.a && s.b == t.b &&
-                               std::abs(s.weight - t.weight) <= k_same_weight;
-                    }))
-                    return false;
-            }
-        side_pattern_[h] = kept(along, pattern);
-    }
-    const auto listed = [](std::map<Pattern, std::uint32_t>& patterns) {
-        std::vector<Pattern> list(patterns.size());
-        for (const auto& [rows_of, i] : patterns) list[i] = rows_of;
-        return list;
+        void add(const Pattern& pattern) {
+            of.push_back(number.try_emplace(pattern, static_cast<std::uint32_t>(number.size())).first->second);
+        }
+        /// Adds them to all, and says which each half-edge has.
+        void join(std::map<Pattern, std::uint32_t>& all, std::vector<std::uint32_t>& of_all) const {
+            std::vector<const Pattern*> in_order(number.size());
+            for (const auto& [pattern, i] : number) in_order[i] = &pattern;
+            std::vector<std::uint32_t> renamed;
+            for (const Pattern* pattern : in_order)
+                renamed.push_back(all.try_emplace(*pattern, static_cast<std::uint32_t>(all.size())).first->second);
+            for (const std::uint32_t i : of) of_all.push_back(renamed[i]);
+        }
     };
-    corner_patterns_ = listed(corners);
-    side_patterns_ = listed(along);
+    constexpr std::uint32_t k_block = 256;
+    const std::uint32_t halfedges = base_.halfedge_count(), blocks = (halfedges + k_block - 1) / k_block;
+    std::vector<Found> corners(blocks), sides(blocks);
+    std::atomic<bool> fits = true;
+    for_each_index(
+        blocks,
+        [&](std::uint32_t i) {
+            Pattern pattern;
+            for (std::uint32_t h = i * k_block; h < std::min(halfedges, (i + 1) * k_block) && fits; ++h) {
+                if (!corner_rows(lesson, h, pattern)) fits = false;
+                corners[i].add(pattern);
+                if (!side_rows(lesson, h, pattern)) fits = false;
+                sides[i].add(pattern);
+            }
+        },
+        1);
+    if (!fits) return false;
+    const auto join = [&](const std::vector<Found>& found, std::vector<Pattern>& patterns,
+                          std::vector<std::uint32_t>& of) {
+        std::map<Pattern, std::uint32_t> all;
+        of.clear();
+        for (const Found& block : found) block.join(all, of);
+        patterns.resize(all.size());
+        for (const auto& [pattern, i] : all) patterns[i] = pattern;
+    };
+    join(corners, corner_patterns_, corner_pattern_);
+    join(sides, side_patterns_, side_pattern_);
     return true;
 }
 

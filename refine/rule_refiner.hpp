@@ -41,7 +41,7 @@ RuleMesh rule_mesh(const ControlMesh& mesh);
 
 /// Refines by any scheme of the table, by its rules: the general path, for every scheme, choice and kind of mesh. All
 /// that depends on connectivity and tags is done once and kept as stencils; refine() then applies them to any control
-/// values. Catmull-Clark, Loop, bilinear and midpoint refinement have a much faster path: refine().
+/// values. refine() has much faster ways for most of them.
 ///
 /// Faces and vertices are in the order of the schemes' rules (RuleStep). Holes and isolated vertices are left in.
 class RuleRefiner {
