@@ -92,9 +92,8 @@ struct Averages {
 };
 
 StencilRow gathered(StencilRow row) {
-    StencilTable table;
-    table.push(std::move(row));
-    return table.row(0);
+    row.gather();
+    return row;
 }
 
 Averages average(const Layered& layered, int steps, const BlockRunner* runner) {

@@ -49,6 +49,8 @@ class ShortList {
     const T& back() const { return data()[size_ - 1]; }
 
     void clear() { size_ = 0; }
+    /// Keeps the first `count` <= size().
+    void shorten(std::size_t count) { size_ = count; }
     void push_back(const T& value) {
         const T copy = value;
         if (size_ == capacity_) grow(2 * capacity_);

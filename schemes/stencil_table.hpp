@@ -21,6 +21,30 @@ struct StencilRow {
     void add(const StencilRow& row, double weight) {
         for (const auto& [point, w] : row.terms) add(point, weight * w);
     }
+    /// Puts points in increasing order, each once: its weights are summed in the order in which they were added, and it
+    /// is left out where that gives 0.
+    void gather() {
+        // By insertion: rows are short, and often nearly in order.
+        constexpr std::size_t k_short = 32;
+        auto& t = terms;
+        if (t.size() > k_short)
+            std::stable_sort(t.begin(), t.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+        else
+            for (std::size_t i = 1; i < t.size(); ++i) {
+                const std::pair<int, double> term = t[i];
+                std::size_t j = i;
+                for (; j > 0 && term.first < t[j - 1].first; --j) t[j] = t[j - 1];
+                t[j] = term;
+            }
+        std::size_t kept = 0;
+        for (std::size_t i = 0; i < t.size();) {
+            double weight = 0;
+            const int point = t[i].first;
+            for (; i < t.size() && t[i].first == point; ++i) weight += t[i].second;
+            if (weight != 0) t[kept++] = {point, weight};
+        }
+        t.shorten(kept);
+    }
 };
 
 /// Rows of a sparse matrix: new points from old ones. Points within a row are in increasing order, each once.
@@ -30,21 +54,10 @@ class StencilTable {
     std::span<const int> points(int row) const { return {points_.data() + begin_[row], size(row)}; }
     std::span<const double> weights(int row) const { return {weights_.data() + begin_[row], size(row)}; }
 
-    /// Appends a row; terms of the same point are summed, in the order in which they were added.
+    /// Appends a row, gathered.
     void push(StencilRow row) {
-        auto& t = row.terms;
-        // By insertion: rows are short, and often nearly in order.
-        constexpr std::size_t k_short = 32;
-        if (t.size() > k_short)
-            std::stable_sort(t.begin(), t.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-        else
-            for (std::size_t i = 1; i < t.size(); ++i)
-                for (std::size_t j = i; j > 0 && t[j].first < t[j - 1].first; --j) std::swap(t[j], t[j - 1]);
-        for (std::size_t i = 0; i < t.size();) {
-            double weight = 0;
-            const int point = t[i].first;
-            for (; i < t.size() && t[i].first == point; ++i) weight += t[i].second;
-            if (weight == 0) continue;
+        row.gather();
+        for (const auto& [point, weight] : row.terms) {
             points_.push_back(point);
             weights_.push_back(weight);
         }
