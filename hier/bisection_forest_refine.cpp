@@ -5,8 +5,6 @@
 #include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
 
-#include <oneapi/tbb/task_arena.h>
-
 #include <algorithm>
 #include <atomic>
 #include <string>
@@ -41,8 +39,6 @@ constexpr std::uint32_t k_few = 4096;
 
 // Leaves whose records are asked for ahead of time: the phases wait for memory, for little else.
 constexpr std::uint32_t k_ahead = 12;
-
-bool one_thread() { return oneapi::tbb::this_task_arena::max_concurrency() == 1; }
 
 template <class T>
 void prefetch(const T& where) {
@@ -414,7 +410,7 @@ void BisectionForest::refine(std::span<const LeafId> marked, std::vector<LeafId>
     point_top_ = point_slots();
     grow_work(leaf_top_);
     auto& [work, listed, affected, own_created] = scratch_;
-    const bool parallel = marked.size() > k_few && !one_thread();
+    const bool parallel = marked.size() > k_few && !detail::one_thread();
     // What is refused is found while it is looked at anyway, and then all marks are cleared. A few are looked at first.
     if (marked.size() <= k_block)
         for (LeafId id : marked) require_splittable(id);

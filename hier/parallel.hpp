@@ -19,6 +19,8 @@ void run_blocks(std::uint32_t count, std::uint32_t grain, void (*call)(const voi
                 const void* body);
 /// call(work) in an arena of `threads` threads.
 void run_in_arena(int threads, void (*call)(const void*), const void* work);
+/// Whether what is called from here runs on the calling thread alone.
+bool one_thread();
 
 }  // namespace detail
 

@@ -15,6 +15,7 @@ class ParallelBlocks final : public BlockRunner {
         for_each_index(
             static_cast<std::uint32_t>(count), [&](std::uint32_t i) { block(static_cast<int>(i)); }, 1);
     }
+    bool is_parallel() const override { return !one_thread(); }
 };
 
 }  // namespace tetrakis::detail

@@ -12,6 +12,8 @@ class BlockRunner {
     virtual ~BlockRunner() = default;
     /// Calls block(i) for each i in [0, count), in any order and at the same time; throws what one of them throws.
     virtual void run(int count, const std::function<void(int)>& block) const = 0;
+    /// Whether several blocks may run at the same time; if not, results can be put together as they come.
+    virtual bool is_parallel() const { return true; }
 };
 
 namespace detail {

@@ -66,8 +66,18 @@ class StencilTable {
     /// Appends row(i) for i in [0, count).
     template <class Row>
     void push_rows(const BlockRunner* runner, int count, Row&& row) {
-        if (runner == nullptr || count <= detail::k_rows_per_block) {
-            for (int i = 0; i < count; ++i) push(row(i));
+        if (runner == nullptr || count <= detail::k_rows_per_block || !runner->is_parallel()) {
+            begin_.reserve(begin_.size() + static_cast<std::size_t>(count));
+            const std::size_t before = points_.size();
+            for (int i = 0; i < count; ++i) {
+                push(row(i));
+                if (i != detail::k_rows_per_block) continue;
+                // The others are like these.
+                const std::size_t each = (points_.size() - before) * 9 / 8;
+                const std::size_t all = before + each * static_cast<std::size_t>(count) / detail::k_rows_per_block;
+                points_.reserve(all);
+                weights_.reserve(all);
+            }
             return;
         }
         std::vector<StencilTable> parts((count + detail::k_rows_per_block - 1) / detail::k_rows_per_block);

@@ -9,6 +9,7 @@
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/hier/triangulate.hpp"
 #include "tetrakis/refine/refine.hpp"
+#include "tetrakis/refine/repeated_rows.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
 #include "tetrakis/refine/uniform_refiner.hpp"
 
@@ -339,6 +340,29 @@ void whole_mesh(benchmark::State& state, RuleCase c) {
     count(state, vertices);
 }
 
+/// Positions again by rows that repeat themselves, where the scheme and the mesh let them.
+void by_repeated_rows(benchmark::State& state, RuleCase c) {
+    const bool triangles = c.scheme->family == MeshFamily::triangles;
+    const ControlMesh& mesh = mesh_of(*c.model, triangles ? SchemeKind::loop : SchemeKind::catmull_clark);
+    RunContext context;
+    context.threads = c.threads;
+    with_threads(context, [&] {
+        auto levels = std::make_unique<detail::RuleLevels>(mesh, *c.scheme, RuleOptions{}, 0);
+        const auto rows = detail::RepeatedRows::make(mesh, *c.scheme, c.levels, {}, levels, {}, context);
+        if (!rows) return state.SkipWithError("rows do not repeat themselves");
+        std::vector<Vec3d> positions(rows->point_count());
+        for (auto _ : state) {
+            rows->refine(mesh.positions(), positions, context);
+            benchmark::ClobberMemory();
+        }
+        count(state, positions.size());
+        const double growth = c.scheme->refinement == Refinement::sqrt3 ? 9 : 4;
+        const double bytes = static_cast<double>(positions.size()) * sizeof(Vec3d) * (1 + 1 / growth);
+        state.counters["share"] =
+            benchmark::Counter(bytes / triad_bandwidth(c.threads), benchmark::Counter::kIsIterationInvariantRate);
+    });
+}
+
 /// What peers have besides Catmull-Clark and Loop.
 template <class Make>
 void add_peer(const BenchModel& model, const SchemeInfo& scheme, int levels, const char* peer, Make make) {
@@ -359,9 +383,12 @@ void register_schemes() {
             for (const int threads : {1, 2}) {
                 const RuleCase c{&smooth, &scheme, scheme.refinement == Refinement::sqrt3 ? 4 : 5, threads,
                                  RuleCase::Part::fresh};
-                const std::string full =
-                    fmt::format("{}/{}/{}/refine{}", name, scheme.name, c.levels, threads == 2 ? "_2t" : "");
-                benchmark::RegisterBenchmark(full.c_str(), whole_mesh, c)->Unit(benchmark::kMillisecond)->UseRealTime();
+                for (const auto& [method, run] :
+                     {std::pair("refine", &whole_mesh), std::pair("rows_again", &by_repeated_rows)}) {
+                    const std::string full =
+                        fmt::format("{}/{}/{}/{}{}", name, scheme.name, c.levels, method, threads == 2 ? "_2t" : "");
+                    benchmark::RegisterBenchmark(full.c_str(), run, c)->Unit(benchmark::kMillisecond)->UseRealTime();
+                }
             }
 #ifdef TETRAKIS_BENCH_CGAL
         add_peer(smooth, *find_scheme("doo-sabin"), 5, "cgal", cgal_uniform);
