@@ -35,13 +35,50 @@ bool stays_as_it_is(const RuleMesh& mesh, int steps) {
     return std::none_of(mesh.vertex_sharpness().begin(), mesh.vertex_sharpness().end(), turns);
 }
 
-bool is_closed_and_smooth(const RuleMesh& mesh) {
+/// Whether nothing inside is sharp or without a face of its own on the next level.
+bool is_smooth_inside(const RuleMesh& mesh) {
     for (int h = 0; h < mesh.halfedge_count(); ++h)
-        if (mesh.sharp(h) || mesh.twin(h) == RuleMesh::none) return false;
-    for (int v = 0; v < mesh.vertex_count(); ++v)
-        if (is_sharp(mesh.vertex_sharpness(v)) || mesh.first(v) == RuleMesh::none || mesh.ring(v).faces() < 3)
-            return false;
+        if (mesh.sharp(h) && mesh.twin(h) != RuleMesh::none) return false;
+    for (int v = 0; v < mesh.vertex_count(); ++v) {
+        if (mesh.first(v) == RuleMesh::none) return false;
+        if (!mesh.on_boundary(v) && (is_sharp(mesh.vertex_sharpness(v)) || mesh.ring(v).faces() < 3)) return false;
+    }
     return true;
+}
+
+/// Quads with a row of them beyond the boundary: a dual scheme's points there lie in their cells, the outermost ones on
+/// the boundary. First the mesh's own; then one for each half-edge on the boundary, in their order, which is beyond the
+/// first half-edge of it; then one at each corner, whose first half-edge is beside the quad of the edge that ends
+/// there.
+RuleMesh with_border(const RuleMesh& mesh) {
+    RuleMesh::Builder faces;
+    for (int f = 0; f < mesh.face_count(); ++f) {
+        for (const int v : mesh.corners(f)) faces.corner(v);
+        faces.end_face();
+    }
+    int count = mesh.vertex_count();
+    struct Outer {
+        int ahead = -1, behind = -1, tip = -1;  // seen from the edges that start and end at a vertex
+    };
+    std::vector<Outer> outer(static_cast<std::size_t>(count));
+    for (int v = 0; v < mesh.vertex_count(); ++v) {
+        if (!mesh.on_boundary(v)) continue;
+        Outer& o = outer[static_cast<std::size_t>(v)];
+        o.ahead = o.behind = count++;
+        if (!is_sharp(mesh.vertex_sharpness(v))) continue;
+        o.behind = count++;
+        o.tip = count++;
+    }
+    for (int h = 0; h < mesh.halfedge_count(); ++h) {
+        if (mesh.twin(h) != RuleMesh::none) continue;
+        const int u = mesh.origin(h), v = mesh.target(h);
+        faces.face({v, u, outer[static_cast<std::size_t>(u)].ahead, outer[static_cast<std::size_t>(v)].behind});
+    }
+    for (int v = 0; v < mesh.vertex_count(); ++v) {
+        const Outer& o = outer[static_cast<std::size_t>(v)];
+        if (o.tip >= 0) faces.face({v, o.behind, o.tip, o.ahead});
+    }
+    return RuleMesh(count, std::move(faces));
 }
 
 /// What the last level will be, before anything is made.
@@ -95,15 +132,16 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     std::unique_ptr<RepeatedRows> all(new RepeatedRows(scheme.refinement == Refinement::sqrt3 ? 3 : 2));
     all->in_cells_ = dual;
     if (dual) {
-        if (!is_closed_and_smooth(by_rules.last())) return nullptr;
-        if (!all->set_base(split_polygons(by_rules.last()), by_rules)) return nullptr;
+        if (!is_smooth_inside(by_rules.last())) return nullptr;
+        const RuleMesh split = split_polygons(by_rules.last());
+        if (!all->set_base(with_border(split), by_rules)) return nullptr;
+        all->own_roots_ = static_cast<std::uint32_t>(split.face_count());
     }
     for (int level = 0; level < base_level; ++level) {
         check_rule_memory(mesh, scheme, level + 1, levels, context);
         const std::vector<int> child = by_rules.advance();
         if (!dual) continue;
-        // Root h is at corner h; the children of the corners are the first points.
-        if (static_cast<std::size_t>(by_rules.last().vertex_count()) != child.size()) return nullptr;
+        // Root h is at corner h.
         all->last_halfedge_ = child;
     }
     if (!dual && !all->set_base(by_rules.last(), by_rules)) return nullptr;
@@ -175,9 +213,12 @@ bool RepeatedRows::set_base(const RuleMesh& mesh, const RuleLevels& levels) {
         base_.edge_halfedge[e] = static_cast<std::uint32_t>(mesh.edge_halfedge(e));
     for (int v = 0; v < mesh.vertex_count(); ++v) base_.vertex_halfedge[v] = static_cast<std::uint32_t>(mesh.first(v));
     base_face_.resize(base_.face_count);
-    for (std::uint32_t f = 0; f < base_.face_count; ++f)
+    const auto own = in_cells_ ? static_cast<std::uint32_t>(levels.last().halfedge_count()) : base_.face_count;
+    for (std::uint32_t f = 0; f < own; ++f)
         base_face_[f] = static_cast<std::uint32_t>(
             levels.control_face(in_cells_ ? levels.last().face(static_cast<int>(f)) : static_cast<int>(f)));
+    // What lies beyond a side belongs to the face there.
+    for (std::uint32_t f = own; f < base_.face_count; ++f) base_face_[f] = base_face_[base_.twin[4 * f] / 4];
     return has_simple_roots();
 }
 
@@ -239,6 +280,7 @@ std::optional<std::vector<int>> RepeatedRows::cells(const RootLayout& at, const 
     const std::uint32_t n = at.segments();
     if (points_of(at) != static_cast<std::uint32_t>(mesh.vertex_count())) return std::nullopt;
     std::vector<int> vertices(points_of(at), -1);
+    std::vector<int> out_of(points_of(at), -1);  // the half-edge along -x; beyond the boundary along y
     bool whole = true;
     const auto turn = [&](int h) {
         const int left = mesh.twin(mesh.prev(h));
@@ -250,20 +292,57 @@ std::optional<std::vector<int>> RepeatedRows::cells(const RootLayout& at, const 
         whole = whole && back >= 0;
         return back >= 0 ? turn(turn(back)) : h;
     };
-    for (std::uint32_t f = 0; f < base_.face_count && whole; ++f) {
+    for (std::uint32_t f = 0; f < own_roots_ && whole; ++f) {
         // From the last cell back: -x is two turns from +x, -y one more.
         int row = turn(turn(last_halfedge[f]));
         for (std::uint32_t y = n; y-- > 0;) {
             int h = row;
             for (std::uint32_t x = n; x-- > 0;) {
                 vertices[number_at(at, f, {x, y})] = mesh.origin(h);
+                out_of[number_at(at, f, {x, y})] = h;
                 if (x > 0) h = ahead(h);
             }
             // Down, then to the left again.
             if (y > 0) row = turn(turn(turn(ahead(turn(row)))));
         }
     }
-    if (!whole || std::find(vertices.begin(), vertices.end(), -1) != vertices.end()) return std::nullopt;
+    for (std::uint32_t f = own_roots_; f < base_.face_count && whole; ++f) {
+        const std::uint32_t h = base_.twin[4 * f], root = h / 4;
+        if (root < own_roots_) {
+            // Outwards from the cells along the side. Four neighbours have all but the last, on the boundary.
+            for (std::uint32_t x = 0; x < n; ++x) {
+                int out = out_of[number(at, h, n - 1 - x, 0)];
+                for (std::uint32_t i = 0; i < (h + 1) % 4; ++i) out = turn(out);
+                for (std::uint32_t y = 0; y < n; ++y) {
+                    vertices[number_at(at, f, {x, y})] = mesh.target(out);
+                    if (y + 1 < n) out = out_of[number_at(at, f, {x, y})] = ahead(out);
+                }
+            }
+            continue;
+        }
+        // A corner's: sideways from the quads of both edges, but for the last cell, which is beside two that are not.
+        const std::uint32_t other = base_.twin[4 * f + 3] / 4;
+        for (std::uint32_t i = 0; i + 1 < n; ++i) {
+            int left = turn(out_of[number_at(at, root, {0, i})]);
+            int right = turn(turn(turn(out_of[number_at(at, other, {n - 1, i})])));
+            for (std::uint32_t k = 0; k < n; ++k) {
+                vertices[number_at(at, f, {i, k})] = mesh.target(left);
+                vertices[number_at(at, f, {k, i})] = mesh.target(right);
+                if (i + 2 == n && k + 2 == n)
+                    vertices[number_at(at, f, {n - 1, n - 1})] = mesh.target(mesh.next(ahead(right)));
+                if (k + 1 == n) break;
+                left = ahead(left);
+                right = ahead(right);
+            }
+        }
+    }
+    if (!whole) return std::nullopt;
+    // A level that is made otherwise has other points.
+    std::vector<char> found(vertices.size(), 0);
+    for (const int v : vertices) {
+        if (v < 0 || found[static_cast<std::size_t>(v)] != 0) return std::nullopt;
+        found[static_cast<std::size_t>(v)] = 1;
+    }
     return vertices;
 }
 
@@ -286,7 +365,11 @@ RepeatedRows::Faces RepeatedRows::faces(const RunContext& context) const {
 RepeatedRows::Faces RepeatedRows::cell_faces() const {
     const RootLayout at(base_, segments_.back());
     const std::uint32_t n = at.segments(), inner = n - 1;
-    const std::uint32_t quads = base_.face_count * inner * inner + base_.edge_count * inner;
+    std::vector<std::uint32_t> inner_edges;
+    for (std::uint32_t e = 0; e < base_.edge_count; ++e)
+        if (base_.twin[base_.edge_halfedge[e]] != none) inner_edges.push_back(e);
+    const auto across = static_cast<std::uint32_t>(inner_edges.size());
+    const std::uint32_t quads = base_.face_count * inner * inner + across * inner;
     Faces faces;
     faces.offsets.reserve(quads + std::size_t{base_.vertex_count} + 1);
     faces.offsets.resize(quads + std::size_t{1});
@@ -311,10 +394,10 @@ RepeatedRows::Faces RepeatedRows::cell_faces() const {
         },
         k_grain);
     for_each_index(
-        base_.edge_count,
-        [&](std::uint32_t e) {
-            const std::uint32_t h = base_.edge_halfedge[e], t = base_.twin[h];
-            std::uint32_t f = base_.face_count * inner * inner + e * inner;
+        across,
+        [&](std::uint32_t i) {
+            const std::uint32_t h = base_.edge_halfedge[inner_edges[i]], t = base_.twin[h];
+            std::uint32_t f = base_.face_count * inner * inner + i * inner;
             for (std::uint32_t j = 1; j < n; ++j, ++f) {
                 quad(f, number(at, t, n - j, 0), number(at, t, n - 1 - j, 0), number(at, h, j, 0),
                      number(at, h, j - 1, 0));
@@ -324,7 +407,7 @@ RepeatedRows::Faces RepeatedRows::cell_faces() const {
         k_grain);
     for (std::uint32_t v = 0; v < base_.vertex_count; ++v) {
         const std::uint32_t first = base_.vertex_halfedge[v];
-        if (first == none) continue;
+        if (first == none || base_.twin[first] == none) continue;  // the outermost points are the boundary
         std::uint32_t h = first;
         do {
             faces.vertices.push_back(number(at, h, 0, 0));

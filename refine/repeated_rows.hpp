@@ -14,7 +14,7 @@
 namespace tetrakis::detail {
 
 /// Structured refinement by the rules of any scheme that cuts faces into lattices (face splits, 4-8, sqrt3 by two steps
-/// at a time), and of dual schemes on meshes without anything sharp.
+/// at a time), and of dual schemes on meshes without creases.
 ///
 /// The first levels go by rules. One step of theirs, from lattices large enough that what is special at a corner of a
 /// root is not seen from its other corners, says everything about all later ones: rows of weights are the same
@@ -23,7 +23,8 @@ namespace tetrakis::detail {
 ///
 /// The roots are the faces of the control mesh, or (quads, on a mesh with other faces) of its first refinement; points
 /// are in the order of RootLayout. Of a dual scheme the roots are the quads of the first refinement by face splits, one
-/// per half-edge, and the points lie in the cells of their lattices: root by root, row by row.
+/// per half-edge, and one beyond each side on the boundary; points lie in the cells of their lattices: root by root,
+/// row by row.
 class RepeatedRows {
   public:
     /// What a result takes: points (24 bytes each are counted with them), and corners of faces.
@@ -127,6 +128,7 @@ class RepeatedRows {
     std::unique_ptr<RuleLevels> levels_;
     std::uint32_t factor_;
     bool in_cells_ = false;
+    std::uint32_t own_roots_ = 0;  ///< in cells: the others lie beyond the boundary
     MeshLevel base_;
     std::vector<int> last_halfedge_;        ///< while made
     std::vector<std::uint32_t> base_face_;  ///< control face of each root

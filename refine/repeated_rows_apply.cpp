@@ -151,7 +151,7 @@ void RepeatedRows::side(const RootLayout& coarse, const RootLayout& fine, std::u
         for (const Term& term : row)
             if (term.turn == 1) deepest = std::max(deepest, static_cast<std::uint32_t>(term.b));
     work.beyond.resize(std::size_t{deepest + 1} * stride);
-    for (std::uint32_t b = in_cells_ ? 0 : 1; b <= deepest; ++b)
+    for (std::uint32_t b = in_cells_ ? 0 : 1; t != none && b <= deepest; ++b)
         run_of(
             n - (side_count() == 3 ? b : 0) + 1, [&](std::uint32_t a) { return number(coarse, t, a, b); },
             [&](std::uint32_t a, std::uint32_t v) { work.beyond[std::size_t{b} * stride + a] = in[v]; });
