@@ -167,7 +167,7 @@ detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const RefineOpti
 std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                                            const RefineOptions& options,
                                            std::unique_ptr<detail::RuleLevels>& first_levels) {
-    if (options.limit || options.normals) return std::nullopt;
+    if (options.normals || (options.limit && !scheme.interpolating)) return std::nullopt;
     // Which faces of a dual scheme's mesh a hole takes with it the rules say.
     if (fan_lattice(scheme, options.rules) == FanLattice::dual)
         for (std::uint32_t f = 0; f < mesh.face_count(); ++f)

@@ -198,10 +198,11 @@ bool RepeatedRows::side_rows(const Lesson& lesson, std::uint32_t h, Pattern& out
 bool RepeatedRows::learn(const Lesson& lesson) {
     const std::uint32_t m = last_place(lesson.fine.segments());
     if (!learn_inside(lesson)) return false;
-    // Along a side there must be places for all remainders, as far from one corner as from the other.
-    const std::uint32_t longest = side_count() == 4 ? m : m - depth_ + 1;
-    if (depth_ < 1 || longest + 1 < factor_ + 2 * depth_) return false;
-    reach_ = (longest + 1 - factor_) / 2;
+    // Along a side there must be places for all remainders, as far from one corner as from the other, and one more to
+    // compare with: a corner's influence would be seen there from one side only. Rules that reach one ring need none.
+    const std::uint32_t longest = side_count() == 4 ? m : m - depth_ + 1, places = factor_ + (depth_ > 1 ? 1 : 0);
+    if (depth_ < 1 || longest + 1 < places + 2 * depth_) return false;
+    reach_ = (longest + 1 - places) / 2;
     corner_places_.clear();
     for (std::uint32_t b = 0; b < reach_; ++b)
         for (std::uint32_t a = 0; a < reach_; ++a)
