@@ -9,6 +9,7 @@
 #include "tetrakis/refine/used_values.hpp"
 #include "tetrakis/refine/uv_mesh.hpp"
 #include "tetrakis/refine/vertex_attributes.hpp"
+#include "tetrakis/schemes/averaging.hpp"
 #include "tetrakis/schemes/linear.hpp"
 
 #include <algorithm>
@@ -116,7 +117,8 @@ void drop_what_no_face_has(PolygonMesh& mesh) {
 /// What of a mesh goes with its faces, and only the faces outside holes.
 /// @param control_face  gives the control face that a face belongs to
 template <class ControlFace>
-void keep_surface(const ControlMesh& mesh, const ControlFace& control_face, PolygonMesh& result) {
+void keep_surface(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
+                  const ControlFace& control_face, PolygonMesh& result) {
     const ControlMeshData& data = mesh.data();
     std::vector<char> kept(result.face_count(), 1);
     bool all_kept = true;
@@ -139,14 +141,24 @@ void keep_surface(const ControlMesh& mesh, const ControlFace& control_face, Poly
         result.warnings.push_back(
             "the creases were refined by the uniform rule: Chaikin's is known to plain "
             "catmull-clark and loop only");
+    const bool averages =
+        scheme.step == biquartic_step || (scheme.step == averaging_step && rules.averaging_steps != 2);
+    bool creased = false;
+    for (std::uint32_t e = 0; e < mesh.edge_count() && averages; ++e)
+        creased = creased || (is_sharp(mesh.sharpness(EdgeId(e))) && !mesh.is_boundary(EdgeId(e)));
+    if (creased)
+        result.warnings.push_back("the creases were ignored: " + std::string(scheme.name) +
+                                  " has no rule for them, unless in two steps");
     if (all_kept) return;
     keep_faces(kept, result);
     if (!result.uvs.empty()) detail::drop_unused(result.face_uvs, result.uvs);
 }
 
-/// What a refined mesh takes, in points and corners.
+/// What a refined mesh takes.
 detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const RefineOptions& options) {
     detail::RepeatedRows::Demand demand;
+    if (!mesh.data().face_material.empty()) demand.face_bytes += sizeof(std::uint32_t);
+    if (!mesh.data().face_group.empty()) demand.face_bytes += sizeof(std::uint32_t);
     for (const VertexAttribute& attribute : options.attributes)
         demand.point_bytes += sizeof(float) * static_cast<std::uint64_t>(std::max(attribute.width, 0));
     if (!options.attributes.empty()) demand.point_bytes += sizeof(Vec3d);  // three numbers at a time
@@ -210,7 +222,7 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
         result.face_uvs = chart_rows->faces(options.context).vertices;
     }
     keep_surface(
-        mesh, [&](std::uint32_t f) { return faces.control[f]; }, result);
+        mesh, scheme, options.rules, [&](std::uint32_t f) { return faces.control[f]; }, result);
     drop_what_no_face_has(result);
     return result;
 }
@@ -250,7 +262,7 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
         result.warnings.push_back("the texture coordinates were dropped: " + std::string(scheme.name) +
                                   " changes the charts otherwise than the mesh");
     keep_surface(
-        mesh, [&](std::uint32_t f) { return refiner.control_face(f); }, result);
+        mesh, scheme, options.rules, [&](std::uint32_t f) { return refiner.control_face(f); }, result);
     if (stencils != nullptr) {
         std::vector<char> used(result.positions.size(), 0);
         for (const std::uint32_t v : result.face_vertices) used[v] = 1;

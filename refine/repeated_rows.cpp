@@ -102,7 +102,8 @@ void check_size(const ControlMesh& mesh, bool split, bool dual, bool triangles, 
     // The points of the level above, and of that above it.
     constexpr double k_above = 0.3;
     const double bytes = points * (static_cast<double>(demand.point_bytes) + k_above * sizeof(Vec3d)) +
-                         corners * static_cast<double>(demand.corner_bytes) + cells * 8;
+                         corners * static_cast<double>(demand.corner_bytes) +
+                         cells * static_cast<double>(demand.face_bytes);
     if (context.max_memory_bytes == 0 || bytes <= static_cast<double>(context.max_memory_bytes)) return;
     throw Error(ErrorCode::memory_limit,
                 fmt::format("{} levels, {:.0f} vertices, need about {:.0f} MiB, and the limit is {} MiB; ask for fewer "

@@ -27,9 +27,10 @@ namespace tetrakis::detail {
 /// row by row.
 class RepeatedRows {
   public:
-    /// What a result takes: points (24 bytes each are counted with them), and corners of faces.
+    /// What a result takes: points, faces (with where they begin and the control face of each) and their corners.
     struct Demand {
-        std::uint64_t point_bytes = sizeof(Vec3d), corner_bytes = sizeof(std::uint32_t);
+        std::uint64_t point_bytes = sizeof(Vec3d), face_bytes = 2 * sizeof(std::uint32_t),
+                      corner_bytes = sizeof(std::uint32_t);
     };
     /// Null where there is nothing to gain or it cannot be done: too few levels; a scheme or mesh (boundaries that
     /// recede, something that turns from sharp to smooth on the way, roots glued to themselves) whose rows do not

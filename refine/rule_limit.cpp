@@ -387,7 +387,7 @@ class Finder {
 };
 
 /// Why a vertex may have no limit.
-const char* why_none(const SchemeInfo& scheme, const RuleOptions& options) {
+const char* why_none(const RuleMesh& mesh, const SchemeInfo& scheme, const RuleOptions& options) {
     const bool averages = scheme.step == averaging_step || scheme.step == biquartic_step;
     if (averages && options.averaging_boundary == AveragingBoundary::recede)
         return ": each step uses up the outer ring, so what lies near the end of the mesh has no place on the limit "
@@ -396,6 +396,11 @@ const char* why_none(const SchemeInfo& scheme, const RuleOptions& options) {
         return ": more than two averaging steps spread a tagged corner over copies of itself, for which there is no "
                "mask";
     if (scheme.family == MeshFamily::hexagons) return ": a crease that ends there, or a sharpness that lasts too long";
+    for (int h = 0; h < mesh.halfedge_count(); ++h)
+        if (is_semi_sharp(mesh.sharpness(h)))
+            return ": creases near there stay semi-sharp for longer than limits are followed; refine by more levels, "
+                   "or "
+                   "tag them with 10, sharp for ever";
     return "";
 }
 
@@ -506,7 +511,7 @@ RuleLimits RuleLimitFinder::find(const RuleMesh& mesh, std::span<const int> vert
                 throw std::invalid_argument(std::string(scheme.name) + " has no limit mask for vertex " +
                                             std::to_string(v) + " of the level, " +
                                             (mesh.on_boundary(v) ? "on the boundary" : "inside the mesh") +
-                                            why_none(scheme, state_->options) + "; leave out the limit");
+                                            why_none(mesh, scheme, state_->options) + ", or leave out the limit");
             limits.positions.push(rows->limit);
             for (const auto& [t1, t2] : rows->tangents) {
                 limits.tangent1.push(t1);

@@ -63,8 +63,19 @@ class UniformRefinement {
     std::uint32_t face_size() const { return scheme_ == SchemeKind::catmull_clark ? 4 : 3; }
 
     void check_memory() const {
-        const detail::UniformCost cost =
+        detail::UniformCost cost =
             detail::uniform_cost(mesh_, {scheme_, levels_, sizeof(double), limit_, normals_, mesh_.has_uvs()});
+        // What PolygonMesh has besides: where faces begin, what they are made of, attributes.
+        const ControlMeshData& data = mesh_.data();
+        constexpr std::uint64_t k_number = sizeof(std::uint32_t);
+        cost.bytes +=
+            cost.faces * k_number * (1 + (data.face_material.empty() ? 0 : 1) + (data.face_group.empty() ? 0 : 1));
+        if (!options_.attributes.empty()) cost.bytes += cost.vertices * sizeof(Vec3d);
+        for (const VertexAttribute& attribute : options_.attributes)
+            cost.bytes += cost.vertices * sizeof(float) * static_cast<std::uint64_t>(attribute.width);
+        // Holes are taken out of copies.
+        if (!data.holes.empty() || data.boundary_rule == BoundaryRule::none)
+            cost.bytes += k_number * (2 * cost.corners + cost.faces);
         detail::check_memory(mesh_, levels_, cost, options_.context);
     }
 

@@ -27,6 +27,7 @@ std::vector<VertexAttribute> refine_by_threes(
     std::span<const VertexAttribute> attributes, std::uint32_t control_count, std::uint32_t vertex_count,
     const std::function<void(std::span<const Vec3d>, std::span<Vec3d>)>& refine) {
     std::vector<VertexAttribute> result;
+    if (attributes.empty()) return result;
     std::vector<Vec3d> control(control_count), refined(vertex_count);
     for (const VertexAttribute& attribute : attributes) {
         const auto width = static_cast<std::size_t>(attribute.width);

@@ -1,5 +1,7 @@
 #include "tetrakis/schemes/spectrum.hpp"
 
+#include "tetrakis/schemes/averaging.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -70,6 +72,12 @@ double scale(const SchemeInfo& scheme) { return scheme.refinement == Refinement:
 LocalMatrix local_matrix(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options) {
     const FanLattice lattice = fan_lattice(scheme, options);
     check_shape(scheme, shape, lattice);
+    const bool averages =
+        scheme.step == biquartic_step || (scheme.step == averaging_step && options.averaging_steps > 0);
+    if (averages && shape.boundary && options.averaging_boundary == AveragingBoundary::recede)
+        throw std::invalid_argument(std::string(scheme.name) +
+                                    " uses up the boundary in each step, so that nothing there maps to itself; leave "
+                                    "out the boundary, or replicate it");
     // The lattice beside a dual boundary edge is the same whatever the valence.
     const int rings = fan_rings(scheme, shape, options);
     const SectorFan fan(lattice, shape, rings + margin(scheme, options));

@@ -161,6 +161,38 @@ TEST_CASE("[bad-input] an unknown scheme is answered with the nearest name and a
     CHECK(cli::run({"scheme", "doo-sabin", "--boundary", "--valence", "4"}).code == 2);
 }
 
+TEST_CASE("[bad-input] scheme says why there is nothing to print for a boundary that is used up") {
+    for (const std::vector<std::string>& scheme :
+         {std::vector<std::string>{"biquartic"}, {"averaging", "--steps", "1"}, {"averaging", "--steps", "4"}}) {
+        std::vector<std::string> arguments{"scheme"};
+        arguments.insert(arguments.end(), scheme.begin(), scheme.end());
+        arguments.insert(arguments.end(), {"--boundary", "--recede"});
+        const auto result = cli::run(arguments);
+        CHECK(result.code == 2);
+        CHECK(result.err.find("uses up the boundary") != std::string::npos);
+    }
+}
+
+TEST_CASE("refine and tessellate say which options a scheme has no use for, and which tags") {
+    const ScratchDir scratch;
+    const std::string out = (scratch / "out.obj").string(), pawn = cli::data("pawn.obj");
+    const auto warned = [&](std::vector<std::string> arguments, const char* text) {
+        arguments.insert(arguments.end(), {"-o", out});
+        const auto result = cli::run(arguments);
+        CHECK(result.code == 0);
+        return (result.out + result.err).find(text) != std::string::npos;
+    };
+    CHECK(warned({"refine", pawn, "--levels", "1", "--scheme", "modified-butterfly", "--warren"},
+                 "--warren has no effect on modified-butterfly"));
+    CHECK(warned({"refine", pawn, "--levels", "1", "--smoothing", "2"}, "--smoothing is for interpolating schemes"));
+    CHECK(warned({"refine", pawn, "--levels", "1", "--scheme", "kobbelt", "--edge-rule", "cosine"}, "--edge-rule has"));
+    CHECK(
+        warned({"tessellate", pawn, "--tolerance", "1e-2", "--scheme", "kobbelt", "--hoppe"}, "--hoppe has no effect"));
+    CHECK(warned({"refine", pawn, "--levels", "1", "--scheme", "biquartic"}, "the creases were ignored"));
+    CHECK_FALSE(warned({"refine", pawn, "--levels", "1", "--scheme", "doo-sabin"}, "ignored"));
+    CHECK_FALSE(warned({"refine", pawn, "--levels", "1", "--scheme", "loop", "--warren"}, "no effect"));
+}
+
 TEST_CASE("[slow] scheme draws a sheet with masks, characteristic map and basis function") {
     const ScratchDir dir;
     const auto draw = [&](const std::string& name, std::vector<std::string> arguments) {

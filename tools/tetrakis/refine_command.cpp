@@ -60,6 +60,10 @@ ExitCode run_checked(const Options& options, const SchemeInfo& scheme) {
     }
     report.seconds.refine = refining.seconds();
     report.warnings.insert(report.warnings.end(), mesh.warnings.begin(), mesh.warnings.end());
+    for (std::string& warning : options.rules.unused(scheme)) report.warnings.push_back(std::move(warning));
+    if (options.smoothing > 0 && !scheme.interpolating)
+        report.warnings.push_back(
+            fmt::format("--smoothing is for interpolating schemes; {} smooths by itself", scheme.name));
     report.vertices = mesh.positions.size();
     if (mesh.face_vertices.size() == std::uint64_t{3} * mesh.face_count()) report.triangles = mesh.face_count();
     report.more = {{"output_faces", mesh.face_count()}, {"limit", options.limit}};
@@ -124,7 +128,7 @@ void add_refine_command(CLI::App& app, Command& chosen) {
     CLI::Option* steps = command
                              ->add_option("--steps", options->steps,
                                           "With --factored: half-steps, two for a level. Else, for averaging: its "
-                                          "number of averaging steps in a level (3)")
+                                          "number of averaging steps in a level, 0 to 9 (3)")
                              ->type_name("K")
                              ->check(CLI::Range(0, 2 * k_most_levels));
     const std::vector<CLI::Option*> choices = options->rules.add(*command);

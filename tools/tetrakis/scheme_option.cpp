@@ -5,7 +5,10 @@
 #include "tetrakis/hier/triangulate.hpp"
 #include "tetrakis/refine/refine.hpp"
 
+#include <algorithm>
+#include <initializer_list>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace tetrakis::cli {
@@ -63,6 +66,26 @@ RuleOptions RuleOptionFlags::rules() const {
     if (edge_rule_ == "cosine") rules.edge_beside_crease = EdgeBesideCrease::cosine;
     if (edge_rule_ == "brief") rules.edge_beside_crease = EdgeBesideCrease::brief;
     return rules;
+}
+
+std::vector<std::string> RuleOptionFlags::unused(const SchemeInfo& scheme) const {
+    const RuleOptions plain;
+    const auto is_one_of = [&](std::initializer_list<std::string_view> names) {
+        return std::find(names.begin(), names.end(), scheme.name) != names.end();
+    };
+    std::vector<std::string> warnings;
+    const auto look = [&](bool given, std::initializer_list<std::string_view> users, const char* option) {
+        if (given && !is_one_of(users))
+            warnings.push_back(std::string(option) + " has no effect on " + std::string(scheme.name));
+    };
+    look(rules_.tuning != plain.tuning, {"tuned-loop"}, "--tuning");
+    look(edge_rule_ != "plain", {"loop", "tuned-loop", "catmull-clark"}, "--edge-rule");
+    look(warren_, {"loop"}, "--warren");
+    look(hoppe_, {"loop"}, "--hoppe");
+    look(rules_.reflect_at_boundary, {"modified-butterfly"}, "--reflect");
+    look(recede_, {"biquartic", "averaging"}, "--recede");
+    look(rules_.averaging_steps != plain.averaging_steps, {"averaging"}, "--steps");
+    return warnings;
 }
 
 void prepare_for(const SchemeInfo& scheme, ControlMesh& mesh, const RunContext& context) {

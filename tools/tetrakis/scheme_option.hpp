@@ -23,6 +23,8 @@ class RuleOptionFlags {
     /// @throws CLI::ValidationError  more than the rules allow
     void set_averaging_steps(int steps);
     RuleOptions rules() const;
+    /// Of those given, the ones that the scheme has no use for, as warnings.
+    std::vector<std::string> unused(const SchemeInfo& scheme) const;
 
   private:
     RuleOptions rules_;

@@ -115,6 +115,8 @@ Report make_report(const TessellateCommandOptions& options, const LoadedModel& m
     report.seconds.load = model.load_seconds;
     report.seconds.build += model.build_seconds;
     report.warnings.insert(report.warnings.end(), result.warnings.begin(), result.warnings.end());
+    for (std::string& warning : options.rules.unused(options.tessellate.scheme.info()))
+        report.warnings.push_back(std::move(warning));
     report.more["estimator"] = options.tessellate.estimator == EstimatorKind::certified ? "certified" : "embree";
     report.more["tolerance_reached"] = options.tessellate.tolerance ? Json(result.tolerance_reached) : Json(nullptr);
     report.more["samples"] = result.measured_error ? Json{{"forward", result.measured_error->forward_samples},
