@@ -189,7 +189,8 @@ TEST_CASE("[inv7] [slow] every scheme: the weights of UVs sum to one in charts o
             const ControlMeshData surface = fitting(*choice.scheme, ControlMesh::build(model_data(name))).data();
             const ControlMesh mesh = charts_of_one_face(surface);
             const PolygonMesh fine = refine(mesh, *choice.scheme, name == "bracket" ? 1 : 2, {.rules = choice.rules});
-            CHECK(fine.warnings.empty());
+            // Averaging says that it leaves creases alone.
+            for (const std::string& warning : fine.warnings) CHECK(warning.starts_with("the creases were ignored"));
             REQUIRE(fine.face_uvs.size() == fine.face_vertices.size());
             double off = 0;
             std::vector<char> met(mesh.face_count(), 0);
