@@ -5,6 +5,7 @@
 #include "tetrakis/hier/obj_reader.hpp"
 #include "tetrakis/refine/adaptive_dual.hpp"
 #include "tetrakis/refine/refine.hpp"
+#include "tetrakis/refine/rule_refinement.hpp"
 
 #include <doctest/doctest.h>
 
@@ -169,7 +170,8 @@ TEST_CASE("[inv1] vertex quadtrees: in an adaptive mesh each vertex is where uni
     const PolygonMesh got = dual.to_mesh({.limit = false});
     std::set<std::tuple<double, double, double>> uniform[5];
     for (int level = 0; level <= 3; ++level)
-        for (const Vec3d& p : refine(mesh, scheme, level + 1).positions) uniform[level].insert({p.x, p.y, p.z});
+        for (const Vec3d& p : refine_by_rules(mesh, scheme, level + 1).positions)
+            uniform[level].insert({p.x, p.y, p.z});
     std::set<int> levels;
     for (std::size_t v = 0; v < faces.cells.size(); ++v) {
         const Vec3d& p = got.positions[v];
