@@ -398,9 +398,8 @@ const char* why_none(const RuleMesh& mesh, const SchemeInfo& scheme, const RuleO
     if (scheme.family == MeshFamily::hexagons) return ": a crease that ends there, or a sharpness that lasts too long";
     for (int h = 0; h < mesh.halfedge_count(); ++h)
         if (is_semi_sharp(mesh.sharpness(h)))
-            return ": creases near there stay semi-sharp for longer than limits are followed; refine by more levels, "
-                   "or "
-                   "tag them with 10, sharp for ever";
+            return ": creases near there stay semi-sharp for longer than limits are followed (they have one with more "
+                   "levels, or tagged with 10, sharp for ever)";
     return "";
 }
 
@@ -511,7 +510,7 @@ RuleLimits RuleLimitFinder::find(const RuleMesh& mesh, std::span<const int> vert
                 throw std::invalid_argument(std::string(scheme.name) + " has no limit mask for vertex " +
                                             std::to_string(v) + " of the level, " +
                                             (mesh.on_boundary(v) ? "on the boundary" : "inside the mesh") +
-                                            why_none(mesh, scheme, state_->options) + ", or leave out the limit");
+                                            why_none(mesh, scheme, state_->options) + "; leave out the limit");
             limits.positions.push(rows->limit);
             for (const auto& [t1, t2] : rows->tangents) {
                 limits.tangent1.push(t1);
