@@ -536,4 +536,42 @@ TEST_CASE("[bad-input] what a scheme or a rule mesh cannot take is refused with 
     CHECK_THROWS_AS(mesh(5, {{0, 1, 2}, {0, 3, 4}}), std::invalid_argument);
 }
 
+TEST_CASE("kobbelt: the face points of regular meshes are the same along both directions") {
+    constexpr int n = 7;
+    const RuleMesh torus = tube(false, n, n, n, {}, 0);
+    const RuleStep step = find_scheme("kobbelt")->step(torus, {});
+    const int vertices = torus.vertex_count(), edges = torus.edge_count();
+    const auto row_of = [&](int point) {
+        std::map<int, double> row;
+        for (std::size_t i = 0; i < step.stencils.points(point).size(); ++i)
+            row[step.stencils.points(point)[i]] += step.stencils.weights(point)[i];
+        return row;
+    };
+    // The four-point rule over the points of an edge, its opposite one in the face, and the next ones beyond both.
+    const auto along = [&](int h) {
+        const auto opposite = [&](int g) { return torus.next(torus.next(g)); };
+        const int far = opposite(h);
+        std::map<int, double> row;
+        const auto add = [&](int g, double weight) {
+            for (const auto& [point, w] : row_of(vertices + torus.edge(g))) row[point] += weight * w;
+        };
+        add(h, 9.0 / 16);
+        add(far, 9.0 / 16);
+        add(opposite(torus.twin(h)), -1.0 / 16);
+        add(opposite(torus.twin(far)), -1.0 / 16);
+        return row;
+    };
+    for (int f = 0; f < torus.face_count(); ++f) {
+        const std::map<int, double> rows = along(torus.face_begin(f)), columns = along(torus.face_begin(f) + 1),
+                                    ours = row_of(vertices + edges + f);
+        REQUIRE(ours.size() == 16);
+        REQUIRE(rows.size() == 16);
+        REQUIRE(columns.size() == 16);
+        for (const auto& [point, weight] : ours) {
+            CHECK(rows.at(point) == doctest::Approx(weight).epsilon(1e-14));
+            CHECK(columns.at(point) == doctest::Approx(weight).epsilon(1e-14));
+        }
+    }
+}
+
 TEST_SUITE_END();
