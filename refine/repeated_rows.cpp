@@ -17,11 +17,6 @@ namespace tetrakis::detail {
 
 namespace {
 
-constexpr std::uint32_t none = MeshLevel::none;
-
-/// Roots per task.
-constexpr std::uint32_t k_grain = 4;
-
 /// Of the first level whose step is worth a look: to 8 segments a side, or 9.
 constexpr std::uint32_t k_least_segments = 3;
 

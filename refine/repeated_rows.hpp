@@ -54,6 +54,8 @@ class RepeatedRows {
     void refine(std::span<const Vec3d> control, std::span<Vec3d> points, const RunContext& context) const;
 
   private:
+    static constexpr std::uint32_t none = MeshLevel::none;
+    static constexpr std::uint32_t k_grain = 4;  ///< roots per task
     struct Place {
         std::uint32_t x, y;
     };

@@ -11,11 +11,6 @@ namespace tetrakis::detail {
 
 namespace {
 
-constexpr std::uint32_t none = MeshLevel::none;
-
-/// Roots per task.
-constexpr std::uint32_t k_grain = 4;
-
 /// `Points` points that lie `factor` apart, from coarse ones side by side.
 template <std::uint32_t Points, class Terms>
 void combine(const double* at, const Terms& terms, std::ptrdiff_t stride, std::uint32_t factor, Vec3d* to) {

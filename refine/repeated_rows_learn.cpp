@@ -13,8 +13,6 @@ namespace tetrakis::detail {
 
 namespace {
 
-constexpr std::uint32_t none = MeshLevel::none;
-
 constexpr std::uint32_t k_roots_per_task = 16;
 /// Weights of one row found in two places differ by rounding at most.
 constexpr double k_same_weight = 1e-13;

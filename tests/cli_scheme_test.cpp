@@ -190,6 +190,10 @@ TEST_CASE("refine and tessellate say which options a scheme has no use for, and 
         warned({"tessellate", pawn, "--tolerance", "1e-2", "--scheme", "kobbelt", "--hoppe"}, "--hoppe has no effect"));
     CHECK(warned({"refine", pawn, "--levels", "1", "--scheme", "biquartic"}, "the creases were ignored"));
     CHECK_FALSE(warned({"refine", pawn, "--levels", "1", "--scheme", "doo-sabin"}, "ignored"));
+    CHECK(warned({"refine", pawn, "--levels", "1", "--scheme", "kobbelt", "--beta", "0.6"}, "--beta has no effect"));
+    const auto refused = cli::run({"refine", cli::data("cube.obj"), "--levels", "1", "--beta", "5", "-o", out});
+    CHECK(refused.code == 3);
+    CHECK(refused.err.find("they must lie inside the triangle") != std::string::npos);
     CHECK_FALSE(warned({"refine", pawn, "--levels", "1", "--scheme", "loop", "--warren"}, "no effect"));
 }
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <initializer_list>
+#include <numbers>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -49,6 +50,17 @@ std::vector<CLI::Option*> RuleOptionFlags::add(CLI::App& command) {
                         "loop, tuned-loop, catmull-clark: edges beside creases: plain, cosine or brief")
             ->type_name("R")
             ->check(CLI::IsMember({"plain", "cosine", "brief"}).description("")),
+        command
+            .add_option("--beta", rules_.catmull_clark_beta,
+                        "catmull-clark: total weight of the edge neighbours at extraordinary vertices between quads")
+            ->type_name("B"),
+        command.add_option("--gamma", rules_.catmull_clark_gamma, "catmull-clark: that of the opposite corners")
+            ->type_name("G"),
+        command
+            .add_option("--corner-angle", corner_angle_,
+                        "loop, catmull-clark: interior angle at tagged corners, in degrees")
+            ->type_name("A")
+            ->check(CLI::Range(1.0, 359.0).description("")),
         command.add_flag("--warren", warren_, "loop: Warren's weights"),
         command.add_flag("--hoppe", hoppe_, "loop: Hoppe's crease rule"),
         command.add_flag("--reflect", rules_.reflect_at_boundary,
@@ -62,6 +74,7 @@ RuleOptions RuleOptionFlags::rules() const {
     RuleOptions rules = rules_;
     if (warren_) rules.loop_weights = LoopWeights::warren;
     rules.hoppe_crease = hoppe_;
+    rules.corner_angle = corner_angle_ * std::numbers::pi / 180;
     if (recede_) rules.averaging_boundary = AveragingBoundary::recede;
     if (edge_rule_ == "cosine") rules.edge_beside_crease = EdgeBesideCrease::cosine;
     if (edge_rule_ == "brief") rules.edge_beside_crease = EdgeBesideCrease::brief;
@@ -80,6 +93,9 @@ std::vector<std::string> RuleOptionFlags::unused(const SchemeInfo& scheme) const
     };
     look(rules_.tuning != plain.tuning, {"tuned-loop"}, "--tuning");
     look(edge_rule_ != "plain", {"loop", "tuned-loop", "catmull-clark"}, "--edge-rule");
+    look(rules_.catmull_clark_beta.has_value(), {"catmull-clark"}, "--beta");
+    look(rules_.catmull_clark_gamma.has_value(), {"catmull-clark"}, "--gamma");
+    look(corner_angle_ != 0, {"loop", "catmull-clark"}, "--corner-angle");
     look(warren_, {"loop"}, "--warren");
     look(hoppe_, {"loop"}, "--hoppe");
     look(rules_.reflect_at_boundary, {"modified-butterfly"}, "--reflect");

@@ -29,6 +29,7 @@ class RuleOptionFlags {
   private:
     RuleOptions rules_;
     std::string edge_rule_ = "plain";
+    double corner_angle_ = 0;  // degrees; 0: none
     bool warren_ = false, hoppe_ = false, recede_ = false;
 };
 
