@@ -17,8 +17,8 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Of the first level whose step is worth a look: to 8 segments a side, or 9.
-constexpr std::uint32_t k_least_segments = 3;
+/// Of the first level whose step is worth a look: to 8 segments a side, or 9; in cells to 4.
+constexpr std::uint32_t k_least_segments = 3, k_least_segments_in_cells = 2;
 
 /// Whether nothing turns from sharp to smooth within that many steps.
 bool stays_as_it_is(const RuleMesh& mesh, int steps) {
@@ -76,17 +76,28 @@ RuleMesh with_border(const RuleMesh& mesh) {
     return RuleMesh(count, std::move(faces));
 }
 
+/// What the roots of a mesh are.
+struct RootKind {
+    bool triangles = false;
+    bool split = false;     ///< the quads of the first refinement
+    bool in_cells = false;  ///< with those beyond the boundary
+    int factor = 2;         ///< segments of a level to one of the level above
+};
+
 /// What the last level will be, before anything is made.
-/// @param split  the roots are the quads of the first refinement
-void check_size(const ControlMesh& mesh, bool split, bool dual, bool triangles, bool by_three, int levels,
-                const RepeatedRows::Demand& demand, const RunContext& context) {
-    const double faces = split ? mesh.halfedge_count() : mesh.face_count(),
-                 edges = mesh.edge_count() * (split ? 2.0 : 1.0) + (split ? mesh.halfedge_count() : 0.0),
+void check_size(const ControlMesh& mesh, const RootKind& roots, int levels, const RepeatedRows::Demand& demand,
+                const RunContext& context) {
+    const bool split = roots.split, triangles = roots.triangles;
+    double faces = split ? mesh.halfedge_count() : mesh.face_count();
+    const double edges = mesh.edge_count() * (split ? 2.0 : 1.0) + (split ? mesh.halfedge_count() : 0.0),
                  vertices = mesh.vertex_count() + (split ? double(mesh.edge_count()) + mesh.face_count() : 0.0),
-                 n = std::pow(by_three ? 3.0 : 2.0, levels - (split ? 1 : 0));
+                 n = std::pow(roots.factor, levels - (split ? 1 : 0));
+    // Two for each boundary edge, and at most one more for each of its vertices.
+    for (std::uint32_t e = 0; e < mesh.edge_count() && roots.in_cells; ++e)
+        if (mesh.is_boundary(EdgeId(e))) faces += 3;
     const double cells = faces * n * n, corners = cells * (triangles ? 3 : 4);
     const double inner = triangles ? 0.5 * (n - 1) * (n - 2) : (n - 1) * (n - 1);
-    const double points = dual ? cells : faces * inner + edges * (n - 1) + vertices;
+    const double points = roots.in_cells ? cells : faces * inner + edges * (n - 1) + vertices;
     constexpr double k_most = std::numeric_limits<std::uint32_t>::max();
     if (std::max(corners, points) >= k_most)
         throw Error(ErrorCode::unsupported,
@@ -121,11 +132,11 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     // Level at which a root has one segment.
     const int base_level = dual ? 1 : triangles || quads ? 0 : 1, last_by_rules = levels - 1;
     if (last_by_rules < base_level + 2) return nullptr;
-    check_size(mesh, !triangles && (dual || !quads), dual, triangles, scheme.refinement == Refinement::sqrt3, levels,
-               demand, context);
+    const int factor = scheme.refinement == Refinement::sqrt3 ? 3 : 2;
+    check_size(mesh, {triangles, !triangles && (dual || !quads), dual, factor}, levels, demand, context);
 
     RuleLevels& by_rules = *levels_by_rules;
-    std::unique_ptr<RepeatedRows> all(new RepeatedRows(scheme.refinement == Refinement::sqrt3 ? 3 : 2));
+    std::unique_ptr<RepeatedRows> all(new RepeatedRows(static_cast<std::uint32_t>(factor)));
     all->in_cells_ = dual;
     if (dual) {
         if (!is_smooth_inside(by_rules.last())) return nullptr;
@@ -133,18 +144,15 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         if (!all->set_base(with_border(split), by_rules)) return nullptr;
         all->own_roots_ = static_cast<std::uint32_t>(split.face_count());
     }
+    // The child of each of the roots' half-edges at its origin, level by level. Dual: the half-edge of a root's last
+    // cell that stays in its face; root h is at corner h.
+    std::vector<int> first;
     for (int level = 0; level < base_level; ++level) {
         check_rule_memory(mesh, scheme, level + 1, levels, context);
-        const std::vector<int> child = by_rules.advance();
-        if (!dual) continue;
-        // Root h is at corner h.
-        all->last_halfedge_ = child;
+        first = by_rules.advance();
     }
-    if (!dual && !all->set_base(by_rules.last(), by_rules)) return nullptr;
-    // The child of each of the roots' half-edges at its origin, level by level.
-    // Dual: the half-edge of a root's last cell that stays in its face.
-    std::vector<int> first = std::move(all->last_halfedge_);
     if (!dual) {
+        if (!all->set_base(by_rules.last(), by_rules)) return nullptr;
         first.resize(all->base_.halfedge_count());
         for (std::size_t h = 0; h < first.size(); ++h) first[h] = static_cast<int>(h);
     }
@@ -156,8 +164,8 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     for (int level = base_level; level < last_by_rules; ++level) {
         context.report("refine", 0);
         check_rule_memory(mesh, scheme, level + 1, levels, context);
-        const bool stationary =
-            segments >= (dual ? 2 : k_least_segments) && stays_as_it_is(by_rules.last(), levels - level);
+        const bool stationary = segments >= (dual ? k_least_segments_in_cells : k_least_segments) &&
+                                stays_as_it_is(by_rules.last(), levels - level);
         const RootLayout coarse(all->base_, segments);
         std::vector<int> number(stationary ? by_rules.last().vertex_count() : 0, -1);
         if (stationary) {

@@ -133,7 +133,6 @@ class RepeatedRows {
     bool in_cells_ = false;
     std::uint32_t own_roots_ = 0;  ///< in cells: the others lie beyond the boundary
     MeshLevel base_;
-    std::vector<int> last_halfedge_;        ///< while made
     std::vector<std::uint32_t> base_face_;  ///< control face of each root
     std::vector<std::uint32_t> segments_;   ///< of the last level by rules, and of those after it
     std::vector<int> vertices_;             ///< the rules' number of each point of that level
