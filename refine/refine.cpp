@@ -154,9 +154,14 @@ void keep_surface(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleO
     if (!result.uvs.empty()) detail::drop_unused(result.face_uvs, result.uvs);
 }
 
-/// What a refined mesh takes.
-detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const RefineOptions& options) {
+/// What a refined mesh is, and takes.
+detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const SchemeInfo& scheme,
+                                       const RefineOptions& options) {
     detail::RepeatedRows::Demand demand;
+    demand.limit = options.limit && !scheme.interpolating;
+    demand.normals = options.normals;
+    if (demand.limit) demand.point_bytes += sizeof(Vec3d);  // the last level's points, too
+    if (demand.normals) demand.point_bytes += sizeof(Vec3d);
     if (!mesh.data().face_material.empty()) demand.face_bytes += sizeof(std::uint32_t);
     if (!mesh.data().face_group.empty()) demand.face_bytes += sizeof(std::uint32_t);
     for (const VertexAttribute& attribute : options.attributes)
@@ -179,7 +184,6 @@ detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const RefineOpti
 std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                                            const RefineOptions& options,
                                            std::unique_ptr<detail::RuleLevels>& first_levels) {
-    if (options.normals || (options.limit && !scheme.interpolating)) return std::nullopt;
     // Which faces of a dual scheme's mesh a hole takes with it the rules say.
     if (fan_lattice(scheme, options.rules) == FanLattice::dual)
         for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
@@ -187,7 +191,7 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
     const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
     std::unique_ptr<detail::RepeatedRows> chart_rows;
     std::optional<ControlMesh> charts;
-    const detail::RepeatedRows::Demand demand = demand_of(mesh, options);
+    const detail::RepeatedRows::Demand demand = demand_of(mesh, scheme, options);
     // Charts are told about by the mesh's own progress.
     RunContext quiet = options.context;
     if (options.context.progress)
@@ -200,7 +204,9 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
             linear ? *find_scheme(scheme.family == MeshFamily::triangles ? "midpoint" : "bilinear") : scheme;
         charts = uv_mesh(mesh);
         auto chart_levels = std::make_unique<detail::RuleLevels>(*charts, by, options.rules, 0);
-        chart_rows = detail::RepeatedRows::make(*charts, by, levels, options.rules, chart_levels, demand, quiet);
+        detail::RepeatedRows::Demand plain = demand;
+        plain.limit = plain.normals = false;
+        chart_rows = detail::RepeatedRows::make(*charts, by, levels, options.rules, chart_levels, plain, quiet);
         if (!chart_rows) return std::nullopt;
     }
     const std::unique_ptr<detail::RepeatedRows> rows =
@@ -208,16 +214,17 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
     if (!rows) return std::nullopt;
     PolygonMesh result;
     result.positions.resize(rows->point_count());
-    rows->refine(mesh.positions(), result.positions, options.context);
+    if (options.normals) result.normals.resize(rows->point_count());
+    rows->refine(mesh.positions(), result.positions, result.normals, options.context);
     result.attributes = detail::refine_by_threes(
         options.attributes, mesh.vertex_count(), rows->point_count(),
-        [&](std::span<const Vec3d> in, std::span<Vec3d> out) { rows->refine(in, out, options.context); });
+        [&](std::span<const Vec3d> in, std::span<Vec3d> out) { rows->refine(in, out, {}, options.context); });
     detail::RepeatedRows::Faces faces = rows->faces(options.context);
     result.face_offsets = std::move(faces.offsets);
     result.face_vertices = std::move(faces.vertices);
     if (chart_rows) {
         std::vector<Vec3d> points(chart_rows->point_count());
-        chart_rows->refine(charts->positions(), points, quiet);
+        chart_rows->refine(charts->positions(), points, {}, quiet);
         result.uvs.assign(points.begin(), points.end());
         result.face_uvs = chart_rows->faces(options.context).vertices;
     }

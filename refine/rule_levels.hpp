@@ -28,6 +28,7 @@ class RuleLevels {
     int level() const { return level_; }
     const RuleMesh& last() const { return last_; }
     int control_face(int face) const { return control_face_[face]; }
+    std::span<const int> control_faces() const { return control_face_; }
     /// The rounds of smoothing and the steps so far, each from one level to the next.
     std::span<const StencilTable> steps() const { return steps_; }
     /// The last level's values from the control mesh's.

@@ -137,7 +137,7 @@ TEST_CASE("[inv1] [slow] rows that repeat themselves give what the rules give, p
             const double size = bounding_box(mesh.positions()).diagonal();
             PolygonMesh ours, expected;
             ours.positions.resize(rows->point_count());
-            rows->refine(mesh.positions(), ours.positions, {});
+            rows->refine(mesh.positions(), ours.positions, {}, {});
             expected.positions.resize(by_rules.vertex_count());
             by_rules.refine(mesh.positions(), expected.positions);
             CHECK(disagreement(ours.positions, expected.positions) < 1e-12 * size);
@@ -175,7 +175,7 @@ TEST_CASE(
             RunContext context;
             context.threads = threads;
             std::vector<Vec3d> points(rows->point_count(), Vec3d(threads));
-            with_threads(context, [&] { rows->refine(mesh.positions(), points, context); });
+            with_threads(context, [&] { rows->refine(mesh.positions(), points, {}, context); });
             if (first.empty()) first = points;
             CHECK(std::memcmp(points.data(), first.data(), points.size() * sizeof(Vec3d)) == 0);
         }
@@ -194,8 +194,7 @@ TEST_CASE("refine() by rows that repeat themselves: texture coordinates, attribu
             VertexAttribute attribute{"p", 3, {}};
             for (const Vec3d& p : mesh.positions())
                 for (int i = 0; i < 3; ++i) attribute.values.push_back(static_cast<float>(p[i]));
-            // Where a scheme interpolates its points are their own limits.
-            RefineOptions options{.rules = c.rules, .limit = scheme.interpolating && seed == 1};
+            RefineOptions options{.rules = c.rules, .limit = seed == 1, .normals = seed == 1};
             options.attributes = {&attribute, 1};
             const PolygonMesh ours = refine(mesh, scheme, c.levels, options);
             // Stencils are always made by the rules.
@@ -215,6 +214,44 @@ TEST_CASE("refine() by rows that repeat themselves: texture coordinates, attribu
             CHECK(worst < 1e-5 * size);
             CHECK(ours.face_material == expected.face_material);
         }
+    }
+}
+
+TEST_CASE("[slow] limits and normals by rows that repeat themselves are those of the rules") {
+    for (const Case& c : cases()) {
+        CAPTURE(c.scheme);
+        const SchemeInfo& scheme = *find_scheme(c.scheme);
+        if (c.scheme == "bilinear" || c.scheme == "midpoint") continue;  // no tangents, and their own ways
+        const bool triangles = scheme.family == MeshFamily::triangles;
+        int repeated = 0;
+        for (const std::uint64_t seed : test::seeds(4)) {
+            CAPTURE(seed);
+            const ControlMesh mesh = make_mesh(seed, triangles, seed % 2 == 1);
+            const bool limit = seed % 4 != 2;
+            auto levels = std::make_unique<detail::RuleLevels>(mesh, scheme, c.rules, 0);
+            detail::RepeatedRows::Demand demand;
+            demand.limit = limit && !scheme.interpolating;
+            demand.normals = true;
+            const auto rows = detail::RepeatedRows::make(mesh, scheme, c.levels, c.rules, levels, demand, {});
+            if (!rows) continue;
+            ++repeated;
+            const RefineOptions options{.rules = c.rules, .limit = limit, .normals = true};
+            const RuleRefiner by_rules(mesh, scheme, c.levels, options);
+            std::vector<Vec3d> points(rows->point_count()), normals(points.size()), expected(by_rules.vertex_count()),
+                expected_normals(expected.size());
+            rows->refine(mesh.positions(), points, normals, {});
+            by_rules.refine(mesh.positions(), expected);
+            by_rules.normals(mesh.positions(), expected_normals);
+            const double size = bounding_box(mesh.positions()).diagonal();
+            CHECK(disagreement(points, expected) < 1e-12 * size);
+            // Points at the same place have their normals in any order.
+            const auto with = [](std::vector<Vec3d> p, const std::vector<Vec3d>& n) {
+                for (std::size_t i = 0; i < p.size(); ++i) p[i] += n[i];
+                return p;
+            };
+            CHECK(disagreement(with(points, normals), with(expected, expected_normals)) < 1e-7);
+        }
+        CHECK(repeated > 1);
     }
 }
 

@@ -322,6 +322,7 @@ void register_all() {
 
 /// refine(): from the control mesh to a mesh of the last level, by whatever way is the fastest. Without texture
 /// coordinates, which peers leave alone.
+template <bool WithLimit>
 void whole_mesh(benchmark::State& state, RuleCase c) {
     const bool triangles = c.scheme->family == MeshFamily::triangles;
     ControlMeshData data = mesh_of(*c.model, triangles ? SchemeKind::loop : SchemeKind::catmull_clark).data();
@@ -330,6 +331,7 @@ void whole_mesh(benchmark::State& state, RuleCase c) {
     data.uv_lines.clear();
     const ControlMesh mesh = ControlMesh::build(std::move(data));
     RefineOptions options;
+    options.limit = options.normals = WithLimit;
     options.context.threads = c.threads;
     std::uint64_t vertices = 0;
     for (auto _ : state) {
@@ -352,7 +354,7 @@ void by_repeated_rows(benchmark::State& state, RuleCase c) {
         if (!rows) return state.SkipWithError("rows do not repeat themselves");
         std::vector<Vec3d> positions(rows->point_count());
         for (auto _ : state) {
-            rows->refine(mesh.positions(), positions, context);
+            rows->refine(mesh.positions(), positions, {}, context);
             benchmark::ClobberMemory();
         }
         count(state, positions.size());
@@ -384,7 +386,8 @@ void register_schemes() {
                 const RuleCase c{&smooth, &scheme, scheme.refinement == Refinement::sqrt3 ? 4 : 5, threads,
                                  RuleCase::Part::fresh};
                 for (const auto& [method, run] :
-                     {std::pair("refine", &whole_mesh), std::pair("rows_again", &by_repeated_rows)}) {
+                     {std::pair("refine", &whole_mesh<false>), std::pair("refine_limit", &whole_mesh<true>),
+                      std::pair("rows_again", &by_repeated_rows)}) {
                     const std::string full =
                         fmt::format("{}/{}/{}/{}{}", name, scheme.name, c.levels, method, threads == 2 ? "_2t" : "");
                     benchmark::RegisterBenchmark(full.c_str(), run, c)->Unit(benchmark::kMillisecond)->UseRealTime();

@@ -1,0 +1,376 @@
+#include "tetrakis/refine/root_net.hpp"
+
+#include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/grid_refinement.hpp"
+#include "tetrakis/schemes/face_split.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace tetrakis::detail {
+
+namespace {
+
+constexpr std::uint32_t k_grain = 4;  // roots per task
+
+/// Quads with a row of them beyond the boundary: a dual scheme's points there lie in their cells, the outermost ones on
+/// the boundary. First the mesh's own; then one for each half-edge on the boundary, in their order, which is beyond the
+/// first half-edge of it; then one at each corner, whose first half-edge is beside the quad of the edge that ends
+/// there.
+RuleMesh with_border(const RuleMesh& mesh) {
+    RuleMesh::Builder faces;
+    for (int f = 0; f < mesh.face_count(); ++f) {
+        for (const int v : mesh.corners(f)) faces.corner(v);
+        faces.end_face();
+    }
+    int count = mesh.vertex_count();
+    struct Outer {
+        int ahead = -1, behind = -1, tip = -1;  // seen from the edges that start and end at a vertex
+    };
+    std::vector<Outer> outer(static_cast<std::size_t>(count));
+    for (int v = 0; v < mesh.vertex_count(); ++v) {
+        if (!mesh.on_boundary(v)) continue;
+        Outer& o = outer[static_cast<std::size_t>(v)];
+        o.ahead = o.behind = count++;
+        if (!is_sharp(mesh.vertex_sharpness(v))) continue;
+        o.behind = count++;
+        o.tip = count++;
+    }
+    for (int h = 0; h < mesh.halfedge_count(); ++h) {
+        if (mesh.twin(h) != RuleMesh::none) continue;
+        const int u = mesh.origin(h), v = mesh.target(h);
+        faces.face({v, u, outer[static_cast<std::size_t>(u)].ahead, outer[static_cast<std::size_t>(v)].behind});
+    }
+    for (int v = 0; v < mesh.vertex_count(); ++v) {
+        const Outer& o = outer[static_cast<std::size_t>(v)];
+        if (o.tip >= 0) faces.face({v, o.behind, o.tip, o.ahead});
+    }
+    return RuleMesh(count, std::move(faces));
+}
+
+}  // namespace
+
+std::optional<RootNet> RootNet::of_faces(const RuleMesh& mesh, std::span<const int> control_face) {
+    RootNet net;
+    if (!net.set_base(mesh)) return std::nullopt;
+    net.own_roots_ = net.base_.face_count;
+    net.base_face_.assign(control_face.begin(), control_face.end());
+    return net;
+}
+
+std::optional<RootNet> RootNet::of_corners(const RuleMesh& mesh, std::span<const int> control_face) {
+    RootNet net;
+    net.in_cells_ = true;
+    if (!net.set_base(with_border(split_polygons(mesh)))) return std::nullopt;
+    net.own_roots_ = static_cast<std::uint32_t>(mesh.halfedge_count());
+    for (int h = 0; h < mesh.halfedge_count(); ++h)
+        net.base_face_.push_back(static_cast<std::uint32_t>(control_face[static_cast<std::size_t>(mesh.face(h))]));
+    // What lies beyond a side belongs to the face there.
+    for (std::uint32_t f = net.own_roots_; f < net.base_.face_count; ++f)
+        net.base_face_.push_back(net.base_face_[net.base_.twin[4 * f] / 4]);
+    return net;
+}
+
+bool RootNet::set_base(const RuleMesh& mesh) {
+    const auto H = static_cast<std::size_t>(mesh.halfedge_count());
+    base_.face_size = mesh.face_size(0);
+    if (!mesh.all_faces_have(base_.face_size) || base_.face_size > 4) return false;
+    base_.vertex_count = static_cast<std::uint32_t>(mesh.vertex_count());
+    base_.edge_count = static_cast<std::uint32_t>(mesh.edge_count());
+    base_.face_count = static_cast<std::uint32_t>(mesh.face_count());
+    base_.origin.resize(H);
+    base_.twin.resize(H);
+    base_.edge_side.resize(H);
+    base_.edge_halfedge.resize(base_.edge_count);
+    base_.vertex_halfedge.resize(base_.vertex_count);
+    for (int h = 0; h < mesh.halfedge_count(); ++h) {
+        const int e = mesh.edge(h);
+        base_.origin[h] = static_cast<std::uint32_t>(mesh.origin(h));
+        base_.twin[h] = static_cast<std::uint32_t>(mesh.twin(h));  // none is none
+        base_.edge_side[h] = 2 * static_cast<std::uint32_t>(e) + (mesh.edge_halfedge(e) == h ? 0 : 1);
+    }
+    for (int e = 0; e < mesh.edge_count(); ++e)
+        base_.edge_halfedge[e] = static_cast<std::uint32_t>(mesh.edge_halfedge(e));
+    for (int v = 0; v < mesh.vertex_count(); ++v) base_.vertex_halfedge[v] = static_cast<std::uint32_t>(mesh.first(v));
+    return has_simple_roots();
+}
+
+/// Whether each root is between different vertices and edges.
+bool RootNet::has_simple_roots() const {
+    const std::uint32_t sides = side_count();
+    for (std::uint32_t f = 0; f < base_.face_count; ++f)
+        for (std::uint32_t i = sides * f; i < sides * (f + 1); ++i)
+            for (std::uint32_t j = sides * f; j < i; ++j)
+                if (base_.origin[i] == base_.origin[j] || base_.edge(i) == base_.edge(j)) return false;
+    return true;
+}
+
+/// The rules' numbers of a level's points in the order of its layout; nothing where its faces are no such lattices.
+std::optional<std::vector<int>> RootNet::lattice(const RootLayout& at, const RuleMesh& mesh,
+                                                 std::span<const int> corner_halfedge) const {
+    const std::uint32_t n = at.segments(), sides = side_count();
+    if (at.vertex_count() != static_cast<std::uint32_t>(mesh.vertex_count())) return std::nullopt;
+    std::vector<int> vertices(at.vertex_count(), -1);
+    for (std::uint32_t v = 0; v < base_.vertex_count; ++v)
+        if (base_.vertex_halfedge[v] == none) vertices[v] = static_cast<int>(v);
+    const auto across = [&](int h) { return h < 0 ? h : mesh.twin(h); };
+    for (std::uint32_t f = 0; f < base_.face_count; ++f) {
+        // Along the bottom edges of each row's cells (triangles: of those that point up).
+        int row = corner_halfedge[sides * f];
+        for (std::uint32_t y = 0; y < n; ++y) {
+            if (row < 0) return std::nullopt;
+            int h = row;
+            const std::uint32_t last = sides == 4 ? n : n - y;
+            for (std::uint32_t x = 0; x < last; ++x) {
+                if (h < 0) return std::nullopt;
+                vertices[at.at(f, x, y)] = mesh.origin(h);
+                const int up = mesh.next(h);
+                if (x + 1 == last) vertices[at.at(f, x + 1, y)] = mesh.origin(up);
+                if (y + 1 == n) {
+                    vertices[at.at(f, x, n)] = mesh.origin(mesh.prev(h));
+                    if (sides == 4 && x + 1 == n) vertices[at.at(f, n, n)] = mesh.target(up);
+                }
+                if (x + 1 == last) break;
+                h = across(up);
+                if (h >= 0) h = mesh.next(h);
+                if (sides == 3) {
+                    h = across(h);
+                    if (h >= 0) h = mesh.next(h);
+                }
+            }
+            if (y + 1 == n) break;
+            row = sides == 4 ? across(mesh.next(mesh.next(row))) : across(mesh.next(row));
+            if (sides == 3 && row >= 0) row = across(mesh.next(mesh.next(row)));
+        }
+    }
+    if (std::find(vertices.begin(), vertices.end(), -1) != vertices.end()) return std::nullopt;
+    return vertices;
+}
+
+/// The rules' numbers of the points of a dual scheme's level, all of which have four neighbours.
+std::optional<std::vector<int>> RootNet::cells(const RootLayout& at, const RuleMesh& mesh,
+                                               std::span<const int> last_halfedge) const {
+    const std::uint32_t n = at.segments();
+    if (points_of(at) != static_cast<std::uint32_t>(mesh.vertex_count())) return std::nullopt;
+    std::vector<int> vertices(points_of(at), -1);
+    std::vector<int> out_of(points_of(at), -1);  // the half-edge along -x; beyond the boundary along y
+    bool whole = true;
+    const auto turn = [&](int h) {
+        const int left = mesh.twin(mesh.prev(h));
+        whole = whole && left >= 0;
+        return left >= 0 ? left : h;
+    };
+    const auto ahead = [&](int h) {
+        const int back = mesh.twin(h);
+        whole = whole && back >= 0;
+        return back >= 0 ? turn(turn(back)) : h;
+    };
+    for (std::uint32_t f = 0; f < own_roots_ && whole; ++f) {
+        // From the last cell back: -x is two turns from +x, -y one more.
+        int row = turn(turn(last_halfedge[f]));
+        for (std::uint32_t y = n; y-- > 0;) {
+            int h = row;
+            for (std::uint32_t x = n; x-- > 0;) {
+                vertices[number_at(at, f, {x, y})] = mesh.origin(h);
+                out_of[number_at(at, f, {x, y})] = h;
+                if (x > 0) h = ahead(h);
+            }
+            // Down, then to the left again.
+            if (y > 0) row = turn(turn(turn(ahead(turn(row)))));
+        }
+    }
+    for (std::uint32_t f = own_roots_; f < base_.face_count && whole; ++f) {
+        const std::uint32_t h = base_.twin[4 * f], root = h / 4;
+        if (root < own_roots_) {
+            // Outwards from the cells along the side. Four neighbours have all but the last, on the boundary.
+            for (std::uint32_t x = 0; x < n; ++x) {
+                int out = out_of[number(at, h, n - 1 - x, 0)];
+                for (std::uint32_t i = 0; i < (h + 1) % 4; ++i) out = turn(out);
+                for (std::uint32_t y = 0; y < n; ++y) {
+                    vertices[number_at(at, f, {x, y})] = mesh.target(out);
+                    if (y + 1 < n) out = out_of[number_at(at, f, {x, y})] = ahead(out);
+                }
+            }
+            continue;
+        }
+        // A corner's: sideways from the quads of both edges, but for the last cell, which is beside two that are not.
+        const std::uint32_t other = base_.twin[4 * f + 3] / 4;
+        for (std::uint32_t i = 0; i + 1 < n; ++i) {
+            int left = turn(out_of[number_at(at, root, {0, i})]);
+            int right = turn(turn(turn(out_of[number_at(at, other, {n - 1, i})])));
+            for (std::uint32_t k = 0; k < n; ++k) {
+                vertices[number_at(at, f, {i, k})] = mesh.target(left);
+                vertices[number_at(at, f, {k, i})] = mesh.target(right);
+                if (i + 2 == n && k + 2 == n)
+                    vertices[number_at(at, f, {n - 1, n - 1})] = mesh.target(mesh.next(ahead(right)));
+                if (k + 1 == n) break;
+                left = ahead(left);
+                right = ahead(right);
+            }
+        }
+    }
+    if (!whole) return std::nullopt;
+    // A level that is made otherwise has other points.
+    std::vector<char> found(vertices.size(), 0);
+    for (const int v : vertices) {
+        if (v < 0 || found[static_cast<std::size_t>(v)] != 0) return std::nullopt;
+        found[static_cast<std::size_t>(v)] = 1;
+    }
+    return vertices;
+}
+
+/// Where a point is in the lattice of root f, sides included; nothing if it is not there.
+std::optional<RootNet::Place> RootNet::place_in(const RootLayout& at, std::uint32_t f, std::uint32_t number) const {
+    const std::uint32_t n = at.segments(), sides = side_count(), inner = n - 1;
+    if (in_cells_) {
+        if (number / (n * n) != f) return std::nullopt;
+        return Place{number % n, number / n % n};
+    }
+    if (number < base_.vertex_count) {
+        for (std::uint32_t s = 0; s < sides; ++s)
+            if (base_.origin[sides * f + s] == number) return turned(n, s, 0, 0);
+        return std::nullopt;
+    }
+    if (number < at.face_begin(0)) {
+        const std::uint32_t e = (number - base_.vertex_count) / inner, j = (number - base_.vertex_count) % inner + 1;
+        for (std::uint32_t s = 0; s < sides; ++s) {
+            const std::uint32_t side = base_.edge_side[sides * f + s];
+            if (side >> 1 == e) return turned(n, s, (side & 1) == 0 ? j : n - j, 0);
+        }
+        return std::nullopt;
+    }
+    if (number < at.face_begin(f) || number >= at.face_begin(f) + at.root_points()) return std::nullopt;
+    std::uint32_t i = number - at.face_begin(f);
+    if (sides == 4) return Place{i % inner + 1, i / inner + 1};
+    std::uint32_t y = 1;
+    for (; i >= n - 1 - y; ++y) i -= n - 1 - y;
+    return Place{i + 1, y};
+}
+
+std::optional<RootNet::Seen> RootNet::at_corner(const RootLayout& at, std::uint32_t h, std::uint32_t number) const {
+    const std::uint32_t n = at.segments();
+    const auto in = [&](std::uint32_t g, int turn) -> std::optional<Seen> {
+        const std::uint32_t f = g / side_count();
+        const std::optional<Place> p = place_in(at, f, number);
+        if (!p) return std::nullopt;
+        const Place seen = seen_from(last_place(at), g % side_count(), *p);
+        // What lies on the far sides belongs to other corners as well.
+        if (!in_cells_ && (seen.x == n || seen.y == n || rest(n, seen.x, seen.y) == 0)) return std::nullopt;
+        return Seen{static_cast<std::int16_t>(turn), static_cast<std::int16_t>(seen.x),
+                    static_cast<std::int16_t>(seen.y)};
+    };
+    std::uint32_t g = h;
+    int turn = 0;
+    do {
+        if (const auto term = in(g, turn)) return term;
+        g = base_.twin[base_.prev(g)];
+        ++turn;
+    } while (g != none && g != h);
+    if (g == h) return std::nullopt;
+    // A boundary: the other way round, too.
+    turn = 0;
+    for (g = base_.twin[h]; g != none; g = base_.twin[g]) {
+        g = base_.next(g);
+        if (const auto term = in(g, --turn)) return term;
+    }
+    return std::nullopt;
+}
+
+std::optional<RootNet::Seen> RootNet::at_side(const RootLayout& at, std::uint32_t h, std::uint32_t number) const {
+    const std::uint32_t n = at.segments();
+    int beyond = 0;
+    for (const std::uint32_t g : {h, base_.twin[h]}) {
+        if (g == none) break;
+        if (const std::optional<Place> p = place_in(at, g / side_count(), number)) {
+            const Place seen = seen_from(last_place(at), g % side_count(), *p);
+            if (!in_cells_ && seen.y == n) return std::nullopt;
+            return Seen{static_cast<std::int16_t>(beyond), static_cast<std::int16_t>(seen.x),
+                        static_cast<std::int16_t>(seen.y)};
+        }
+        ++beyond;
+    }
+    return std::nullopt;
+}
+
+RootNet::Place RootNet::seen_from(std::uint32_t n, std::uint32_t side, const Place& p) const {
+    if (base_.face_size == 4) {
+        const Place places[4] = {p, {p.y, n - p.x}, {n - p.x, n - p.y}, {n - p.y, p.x}};
+        return places[side];
+    }
+    const Place places[3] = {p, {p.y, n - p.x - p.y}, {n - p.x - p.y, p.x}};
+    return places[side];
+}
+
+RootNet::Faces RootNet::faces(std::uint32_t segments, const RunContext& context) const {
+    const RootLayout at(base_, segments);
+    if (in_cells_) return cell_faces(at);
+    const std::uint32_t size = side_count(), count = static_cast<std::uint32_t>(at.cell_count()),
+                        cells = at.segments() * at.segments();
+    Faces faces;
+    faces.offsets.resize(count + std::size_t{1});
+    faces.control.resize(count);
+    faces.vertices.resize(std::size_t{size} * count);
+    for_each_index(count + 1, [&](std::uint32_t f) { faces.offsets[f] = size * f; });
+    for_each_index(count, [&](std::uint32_t f) { faces.control[f] = base_face_[f / cells]; });
+    write_faces(at, faces.vertices, context);
+    return faces;
+}
+
+/// Root by root the faces inside, edge by edge those across it, those around the corners.
+RootNet::Faces RootNet::cell_faces(const RootLayout& at) const {
+    const std::uint32_t n = at.segments(), inner = n - 1;
+    std::vector<std::uint32_t> inner_edges;
+    for (std::uint32_t e = 0; e < base_.edge_count; ++e)
+        if (base_.twin[base_.edge_halfedge[e]] != none) inner_edges.push_back(e);
+    const auto across = static_cast<std::uint32_t>(inner_edges.size());
+    const std::uint32_t quads = base_.face_count * inner * inner + across * inner;
+    Faces faces;
+    faces.offsets.reserve(quads + std::size_t{base_.vertex_count} + 1);
+    faces.offsets.resize(quads + std::size_t{1});
+    for_each_index(quads + 1, [&](std::uint32_t f) { faces.offsets[f] = 4 * f; });
+    faces.control.resize(quads);
+    faces.vertices.reserve(4 * std::size_t{quads} + base_.halfedge_count());
+    faces.vertices.resize(4 * std::size_t{quads});
+    const auto quad = [&](std::uint32_t f, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+        const std::uint32_t corners[4] = {a, b, c, d};
+        std::copy_n(corners, 4, &faces.vertices[4 * std::size_t{f}]);
+    };
+    for_each_index(
+        base_.face_count,
+        [&](std::uint32_t r) {
+            std::uint32_t f = r * inner * inner;
+            for (std::uint32_t y = 0; y < inner; ++y)
+                for (std::uint32_t x = 0; x < inner; ++x, ++f) {
+                    const std::uint32_t low = number_at(at, r, {x, y}), high = low + n;
+                    quad(f, low, low + 1, high + 1, high);
+                    faces.control[f] = base_face_[r];
+                }
+        },
+        k_grain);
+    for_each_index(
+        across,
+        [&](std::uint32_t i) {
+            const std::uint32_t h = base_.edge_halfedge[inner_edges[i]], t = base_.twin[h];
+            std::uint32_t f = base_.face_count * inner * inner + i * inner;
+            for (std::uint32_t j = 1; j < n; ++j, ++f) {
+                quad(f, number(at, t, n - j, 0), number(at, t, n - 1 - j, 0), number(at, h, j, 0),
+                     number(at, h, j - 1, 0));
+                faces.control[f] = base_face_[h / 4];
+            }
+        },
+        k_grain);
+    for (std::uint32_t v = 0; v < base_.vertex_count; ++v) {
+        const std::uint32_t first = base_.vertex_halfedge[v];
+        if (first == none || base_.twin[first] == none) continue;  // the outermost points are the boundary
+        std::uint32_t h = first;
+        do {
+            faces.vertices.push_back(number(at, h, 0, 0));
+            h = base_.twin[base_.prev(h)];
+        } while (h != first);
+        faces.offsets.push_back(static_cast<std::uint32_t>(faces.vertices.size()));
+        faces.control.push_back(base_face_[first / 4]);
+    }
+    return faces;
+}
+
+}  // namespace tetrakis::detail
