@@ -141,10 +141,9 @@ void keep_surface(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleO
         result.warnings.push_back(
             "the creases were refined by the uniform rule: Chaikin's is known to plain "
             "catmull-clark and loop only");
-    const bool averages =
-        scheme.step == biquartic_step || (scheme.step == averaging_step && rules.averaging_steps != 2);
+    const bool ignored = ignores_creases(scheme, rules);
     bool creased = false;
-    for (std::uint32_t e = 0; e < mesh.edge_count() && averages; ++e)
+    for (std::uint32_t e = 0; e < mesh.edge_count() && ignored; ++e)
         creased = creased || (is_sharp(mesh.sharpness(EdgeId(e))) && !mesh.is_boundary(EdgeId(e)));
     if (creased)
         result.warnings.push_back("the creases were ignored: " + std::string(scheme.name) +

@@ -32,46 +32,48 @@ bool stays_as_it_is(const RuleMesh& mesh, int steps) {
     return std::none_of(mesh.vertex_sharpness().begin(), mesh.vertex_sharpness().end(), turns);
 }
 
-bool has_sharp_inside(const RuleMesh& mesh) {
-    for (int h = 0; h < mesh.halfedge_count(); ++h)
-        if (mesh.sharp(h) && mesh.twin(h) != RuleMesh::none) return true;
-    for (int v = 0; v < mesh.vertex_count(); ++v)
-        if (!mesh.on_boundary(v) && is_sharp(mesh.vertex_sharpness(v))) return true;
-    return false;
-}
-
-/// Whether nothing inside is sharp or without a face of its own on the next level.
-bool is_smooth_inside(const RuleMesh& mesh) {
-    for (int v = 0; v < mesh.vertex_count(); ++v)
-        if (mesh.first(v) == RuleMesh::none || (!mesh.on_boundary(v) && mesh.ring(v).faces() < 3)) return false;
-    return !has_sharp_inside(mesh);
-}
-
-/// The place of each number in a list of all.
-std::vector<int> inverse(std::span<const int> list) {
-    std::vector<int> place(list.size());
-    for (std::size_t i = 0; i < list.size(); ++i) place[static_cast<std::size_t>(list[i])] = static_cast<int>(i);
-    return place;
+/// Whether each vertex inside becomes a face on the next level of a dual scheme.
+bool has_whole_faces(const RuleMesh& mesh, bool creases) {
+    for (int v = 0; v < mesh.vertex_count(); ++v) {
+        if (mesh.first(v) == RuleMesh::none) return false;
+        const RuleMesh::Ring ring = mesh.ring(v);
+        const bool smooth = !creases || std::none_of(ring.sharpness.begin(), ring.sharpness.end(), is_sharp);
+        if (ring.closed && smooth && ring.faces() < 3) return false;
+    }
+    return true;
 }
 
 /// Normals that are zero: the means of those of the faces around.
-void add_face_normals(const RepeatedRows::Faces& faces, const Vec3d* points, std::span<Vec3d> normals) {
-    std::vector<std::pair<std::uint32_t, Vec3d>> sums;
+/// @param points  at the places of the numbers
+void add_face_normals(const RepeatedRows::Faces& faces, const RootNet::Numbers& numbers, const Vec3d* points,
+                      std::span<Vec3d> normals) {
+    struct Sum {
+        std::uint32_t vertex;
+        Vec3d normal;
+    };
+    std::vector<Sum> sums;
     for (std::uint32_t i = 0; i < normals.size(); ++i)
-        if (normals[i] == Vec3d(0)) sums.emplace_back(i, Vec3d(0));
+        if (normals[i] == Vec3d(0)) sums.push_back({i, Vec3d(0)});
+    std::vector<std::uint32_t> place(numbers.count - numbers.first_shared);
+    for (std::size_t i = numbers.number.size(); i-- > 0;)
+        place[numbers.number[i] - numbers.first_shared] = numbers.first_shared + static_cast<std::uint32_t>(i);
+    const auto point = [&](std::uint32_t corner) {
+        const std::uint32_t v = faces.vertices[corner];
+        return points[v < numbers.first_shared ? v : place[v - numbers.first_shared]];
+    };
     for (std::size_t f = 0; f + 1 < faces.offsets.size(); ++f) {
         const std::uint32_t begin = faces.offsets[f], end = faces.offsets[f + 1];
         for (std::uint32_t c = begin; c < end; ++c) {
             const std::uint32_t v = faces.vertices[c];
             if (normals[v] != Vec3d(0)) continue;
-            const Vec3d& next = points[faces.vertices[c + 1 == end ? begin : c + 1]];
-            const Vec3d& before = points[faces.vertices[c == begin ? end - 1 : c - 1]];
+            const Vec3d at = point(c), next = point(c + 1 == end ? begin : c + 1),
+                        before = point(c == begin ? end - 1 : c - 1);
             const auto sum = std::lower_bound(sums.begin(), sums.end(), v,
-                                              [](const auto& s, std::uint32_t number) { return s.first < number; });
-            sum->second += unit_or_zero(glm::cross(next - points[v], before - points[v]));
+                                              [](const Sum& s, std::uint32_t vertex) { return s.vertex < vertex; });
+            sum->normal += unit_or_zero(glm::cross(next - at, before - at));
         }
     }
-    for (const auto& [v, sum] : sums) normals[v] = unit_or_zero(sum);
+    for (const Sum& sum : sums) normals[sum.vertex] = unit_or_zero(sum.normal);
 }
 
 /// What the roots of a mesh are.
@@ -90,9 +92,9 @@ void check_size(const ControlMesh& mesh, const RootKind& roots, int levels, cons
     const double edges = mesh.edge_count() * (split ? 2.0 : 1.0) + (split ? mesh.halfedge_count() : 0.0),
                  vertices = mesh.vertex_count() + (split ? double(mesh.edge_count()) + mesh.face_count() : 0.0),
                  n = std::pow(roots.factor, levels - (split ? 1 : 0));
-    // Two for each boundary edge, and at most one more for each of its vertices.
+    // Two for each boundary edge, and at most one more for each of its vertices; a crease has two sides.
     for (std::uint32_t e = 0; e < mesh.edge_count() && roots.in_cells; ++e)
-        if (mesh.is_boundary(EdgeId(e))) faces += 3;
+        if (is_sharp(mesh.sharpness(EdgeId(e)))) faces += mesh.is_boundary(EdgeId(e)) ? 3 : 6;
     const double cells = faces * n * n, corners = cells * (triangles ? 3 : 4);
     const double inner = triangles ? 0.5 * (n - 1) * (n - 2) : (n - 1) * (n - 1);
     const double points = roots.in_cells ? cells : faces * inner + edges * (n - 1) + vertices;
@@ -142,17 +144,18 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         check_rule_memory(mesh, scheme, by_rules.level() + 1, levels, context);
         return by_rules.advance();
     };
-    // A vertex with two faces becomes no face of a dual scheme, and there the quads of that level are the roots.
-    if (dual && !is_smooth_inside(by_rules.last())) {
-        if (has_sharp_inside(by_rules.last()) || last_by_rules < ++base_level + 2) return nullptr;
+    // A vertex with two faces becomes no face of a dual scheme: there the quads of the level after that are the roots.
+    const bool creases = dual && !ignores_creases(scheme, rules);
+    if (dual && !has_whole_faces(by_rules.last(), creases)) {
+        if (last_by_rules < ++base_level + 2) return nullptr;
         advance();
-        if (!is_smooth_inside(by_rules.last())) return nullptr;
+        if (!has_whole_faces(by_rules.last(), creases)) return nullptr;
     }
     // The child of each of the roots' half-edges at its origin, level by level. Dual: the half-edge of a root's last
     // cell that stays in its face; root h is at corner h.
     std::vector<int> first;
     std::optional<RootNet> net;
-    if (dual) net = RootNet::of_corners(by_rules.last(), by_rules.control_faces());
+    if (dual) net = RootNet::of_corners(by_rules.last(), by_rules.control_faces(), creases);
     if (dual && !net) return nullptr;
     while (by_rules.level() < base_level) first = advance();
     if (!dual) {
@@ -172,12 +175,12 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         const bool stationary = segments >= (dual ? k_least_segments_in_cells : k_least_segments) &&
                                 stays_as_it_is(by_rules.last(), levels - level);
         const RootLayout coarse = all->net_.layout(segments);
-        std::vector<int> number;
+        std::optional<RowPatterns::Places> places;
         bool has_limits = false;
         if (stationary) {
             vertices = all->net_.vertices(coarse, by_rules.last(), first);
             if (!vertices) return nullptr;
-            number = inverse(*vertices);
+            places.emplace(*vertices);
             has_limits = one_ring && all->learn_limits(by_rules.last(), scheme, rules, coarse, *vertices, demand);
         }
         const std::vector<int> child = advance();
@@ -190,7 +193,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         const RootLayout fine = all->net_.layout(segments);
         vertices = all->net_.vertices(fine, by_rules.last(), first);
         if (!vertices) return nullptr;
-        if (!all->step_.learn({coarse, fine, number, *vertices, by_rules.steps().back()})) continue;
+        if (!all->step_.learn({coarse, fine, *places, *vertices, by_rules.steps().back()})) continue;
         if (!has_limits && !all->learn_limits(by_rules.last(), scheme, rules, fine, *vertices, demand)) continue;
         all->vertices_ = std::move(*vertices);
         all->levels_ = std::move(levels_by_rules);
@@ -210,21 +213,23 @@ bool RepeatedRows::learn_limits(const RuleMesh& mesh, const SchemeInfo& scheme, 
     } catch (const std::invalid_argument&) {
         return false;  // the rules say what is wrong
     }
-    const std::vector<int> number = inverse(vertices);
+    const RowPatterns::Places places(vertices);
     if (demand.limit &&
-        !limit_.emplace(net_, 1, RowPatterns::Kind::points).learn({at, at, number, vertices, limits.positions}))
+        !limit_.emplace(net_, 1, RowPatterns::Kind::points).learn({at, at, places, vertices, limits.positions}))
         return false;
     return !demand.normals || normals_.emplace(net_, 1, RowPatterns::Kind::normals)
-                                  .learn({at, at, number, vertices, limits.tangent1, &limits.tangent2, limits.begin});
+                                  .learn({at, at, places, vertices, limits.tangent1, &limits.tangent2, limits.begin});
 }
 
 void RepeatedRows::refine(std::span<const Vec3d> control, std::span<Vec3d> points, std::span<Vec3d> normals,
                           const RunContext& context) const {
     const std::vector<double> first = levels_->net({&control.data()->x, 3 * control.size()}, 3);
+    const bool shared = net_.shares_points();
     HugeBuffer<double> buffers[2];
     const auto buffer = [&](std::size_t i) -> Vec3d* {
-        if (i + 1 == segments_.size() && !limit_) return points.data();
-        return reinterpret_cast<Vec3d*>(buffers[i & 1].reserve(3 * std::size_t{net_.point_count(segments_[i])}));
+        if (i + 1 == segments_.size() && !limit_ && !shared) return points.data();
+        return reinterpret_cast<Vec3d*>(
+            buffers[i & 1].reserve(3 * std::size_t{net_.place_count(net_.layout(segments_[i]))}));
     };
     Vec3d* now = buffer(0);
     for_each_index(static_cast<std::uint32_t>(vertices_.size()), [&](std::uint32_t i) {
@@ -238,11 +243,34 @@ void RepeatedRows::refine(std::span<const Vec3d> control, std::span<Vec3d> point
         now = finer;
     }
     const RootLayout last = net_.layout(segments_.back());
-    if (limit_) limit_->apply(last, last, now, points.data());
-    if (normals.empty()) return;
-    normals_->apply(last, last, now, normals.data());
+    if (shared) {
+        at_shared_places(last, now, points, normals);
+    } else {
+        if (limit_) limit_->apply(last, last, now, points.data());
+        if (!normals.empty()) normals_->apply(last, last, now, normals.data());
+    }
     if (std::find(normals.begin(), normals.end(), Vec3d(0)) != normals.end())
-        add_face_normals(faces(context), now, normals);
+        add_face_normals(faces(context), net_.point_numbers(last), now, normals);
+}
+
+/// Of places of the same point the first one gives it; its normal is the mean of theirs.
+void RepeatedRows::at_shared_places(const RootLayout& last, const Vec3d* now, std::span<Vec3d> points,
+                                    std::span<Vec3d> normals) const {
+    const RootNet::Numbers numbers = net_.point_numbers(last);
+    const std::uint32_t places = net_.place_count(last);
+    HugeBuffer<double> buffer;
+    const auto results = [&](const RowPatterns& patterns) {
+        Vec3d* const out = reinterpret_cast<Vec3d*>(buffer.reserve(3 * std::size_t{places}));
+        patterns.apply(last, last, now, out);
+        return out;
+    };
+    const Vec3d* const at = limit_ ? results(*limit_) : now;
+    for (std::uint32_t place = places; place-- > 0;) points[numbers.of(place)] = at[place];
+    if (normals.empty()) return;
+    const Vec3d* const sides = results(*normals_);
+    std::fill(normals.begin(), normals.end(), Vec3d(0));
+    for (std::uint32_t place = 0; place < places; ++place) normals[numbers.of(place)] += sides[place];
+    for (std::size_t i = numbers.first_shared; i < normals.size(); ++i) normals[i] = unit_or_zero(normals[i]);
 }
 
 }  // namespace tetrakis::detail

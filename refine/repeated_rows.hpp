@@ -15,7 +15,7 @@
 namespace tetrakis::detail {
 
 /// Structured refinement by the rules of any scheme that cuts faces into lattices (face splits, 4-8, sqrt3 by two steps
-/// at a time), and of dual schemes on meshes without creases.
+/// at a time), and of dual schemes, but for meshes with darts.
 ///
 /// The first levels go by rules. One step of theirs, from lattices large enough that what is special at a corner of a
 /// root is not seen from its other corners, says everything about all later ones (RowPatterns), and the limits there
@@ -39,7 +39,7 @@ class RepeatedRows {
                                               const RuleOptions& rules, std::unique_ptr<RuleLevels>& levels_by_rules,
                                               const Demand& demand, const RunContext& context);
 
-    std::uint32_t point_count() const { return net_.point_count(segments_.back()); }
+    std::uint32_t point_count() const { return net_.point_numbers(net_.layout(segments_.back())).count; }
     using Faces = RootNet::Faces;
     Faces faces(const RunContext& context) const { return net_.faces(segments_.back(), context); }
 
@@ -55,13 +55,15 @@ class RepeatedRows {
 
     bool learn_limits(const RuleMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, const RootLayout& at,
                       std::span<const int> vertices, const Demand& demand);
+    void at_shared_places(const RootLayout& last, const Vec3d* now, std::span<Vec3d> points,
+                          std::span<Vec3d> normals) const;
 
     RootNet net_;
     RowPatterns step_;
     std::optional<RowPatterns> limit_, normals_;
     std::unique_ptr<RuleLevels> levels_;
     std::vector<std::uint32_t> segments_;  ///< of the last level by rules, and of those after it
-    std::vector<int> vertices_;            ///< the rules' number of each point of that level
+    std::vector<int> vertices_;            ///< the rules' number at each place of that level
 };
 
 }  // namespace tetrakis::detail

@@ -5,6 +5,7 @@
 #include "tetrakis/schemes/face_split.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace tetrakis::detail {
@@ -13,19 +14,60 @@ namespace {
 
 constexpr std::uint32_t k_grain = 4;  // roots per task
 
+/// A mesh cut along its creases: a vertex for each of the parts around one between them, sharp where these are corners.
+/// Half-edges keep their numbers. Nothing where a crease ends at a dart.
+std::optional<RuleMesh> cut_creases(const RuleMesh& mesh) {
+    int count = mesh.vertex_count();
+    std::vector<int> origin(static_cast<std::size_t>(mesh.halfedge_count()));
+    std::vector<float> sharpness(static_cast<std::size_t>(count), 0.0f);
+    for (int v = 0; v < mesh.vertex_count(); ++v) {
+        const RuleMesh::Ring ring = mesh.ring(v);
+        int sharp = 0;
+        for (int i = 0; i < ring.edges(); ++i) sharp += is_sharp(ring.sharpness[i]) ? 1 : 0;
+        if (ring.closed && sharp == 1) return std::nullopt;
+        const bool corner = sharp > 2 || (sharp == 2 && is_sharp(mesh.vertex_sharpness(v)));
+        if (corner) sharpness[static_cast<std::size_t>(v)] = k_sharpness_infinity;
+        int copy = v, start = 0;
+        while (ring.closed && sharp > 0 && !is_sharp(ring.sharpness[start])) ++start;
+        for (int i = 0; i < ring.faces(); ++i) {
+            const int at = (start + i) % ring.faces();
+            if (i > 0 && is_sharp(ring.sharpness[at])) {
+                copy = count++;
+                sharpness.push_back(corner ? k_sharpness_infinity : 0);
+            }
+            origin[static_cast<std::size_t>(ring.halfedge[at])] = copy;
+        }
+    }
+    RuleMesh::Builder faces;
+    for (int f = 0; f < mesh.face_count(); ++f) {
+        for (int h = mesh.face_begin(f); h < mesh.face_begin(f) + mesh.face_size(f); ++h)
+            faces.corner(origin[static_cast<std::size_t>(h)]);
+        faces.end_face();
+    }
+    return RuleMesh(count, std::move(faces), std::move(sharpness));
+}
+
+struct Bordered {
+    RuleMesh mesh;
+    /// Half-edges on its boundary that are beyond the two sides of one edge.
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> glued;
+};
+
 /// Quads with a row of them beyond the boundary: a dual scheme's points there lie in their cells, the outermost ones on
 /// the boundary. First the mesh's own; then one for each half-edge on the boundary, in their order, which is beyond the
 /// first half-edge of it; then one at each corner, whose first half-edge is beside the quad of the edge that ends
 /// there.
-RuleMesh with_border(const RuleMesh& mesh) {
+/// @param uncut  the same half-edges, with the twins that were cut
+Bordered with_border(const RuleMesh& mesh, const RuleMesh& uncut) {
     RuleMesh::Builder faces;
     for (int f = 0; f < mesh.face_count(); ++f) {
         for (const int v : mesh.corners(f)) faces.corner(v);
         faces.end_face();
     }
-    int count = mesh.vertex_count();
+    int count = mesh.vertex_count(), quads = mesh.face_count();
     struct Outer {
         int ahead = -1, behind = -1, tip = -1;  // seen from the edges that start and end at a vertex
+        int quad = -1;                          // a corner's
     };
     std::vector<Outer> outer(static_cast<std::size_t>(count));
     for (int v = 0; v < mesh.vertex_count(); ++v) {
@@ -36,16 +78,32 @@ RuleMesh with_border(const RuleMesh& mesh) {
         o.behind = count++;
         o.tip = count++;
     }
+    std::vector<int> beyond(static_cast<std::size_t>(mesh.halfedge_count()), -1);
     for (int h = 0; h < mesh.halfedge_count(); ++h) {
         if (mesh.twin(h) != RuleMesh::none) continue;
         const int u = mesh.origin(h), v = mesh.target(h);
         faces.face({v, u, outer[static_cast<std::size_t>(u)].ahead, outer[static_cast<std::size_t>(v)].behind});
+        beyond[static_cast<std::size_t>(h)] = quads++;
     }
     for (int v = 0; v < mesh.vertex_count(); ++v) {
-        const Outer& o = outer[static_cast<std::size_t>(v)];
-        if (o.tip >= 0) faces.face({v, o.behind, o.tip, o.ahead});
+        Outer& o = outer[static_cast<std::size_t>(v)];
+        if (o.tip < 0) continue;
+        faces.face({v, o.behind, o.tip, o.ahead});
+        o.quad = quads++;
     }
-    return RuleMesh(count, std::move(faces));
+    Bordered result{RuleMesh(count, std::move(faces)), {}};
+    const auto glue = [&](int a, int b) {
+        result.glued.emplace_back(static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b));
+    };
+    for (int h = 0; h < mesh.halfedge_count(); ++h) {
+        const int t = uncut.twin(h);
+        if (mesh.twin(h) != RuleMesh::none || t == RuleMesh::none) continue;
+        if (h < t) glue(4 * beyond[static_cast<std::size_t>(h)] + 2, 4 * beyond[static_cast<std::size_t>(t)] + 2);
+        const Outer &ahead = outer[static_cast<std::size_t>(mesh.origin(h))],
+                    &behind = outer[static_cast<std::size_t>(mesh.target(t))];
+        if (ahead.quad >= 0) glue(4 * ahead.quad + 2, 4 * behind.quad + 1);
+    }
+    return result;
 }
 
 }  // namespace
@@ -58,10 +116,15 @@ std::optional<RootNet> RootNet::of_faces(const RuleMesh& mesh, std::span<const i
     return net;
 }
 
-std::optional<RootNet> RootNet::of_corners(const RuleMesh& mesh, std::span<const int> control_face) {
+std::optional<RootNet> RootNet::of_corners(const RuleMesh& mesh, std::span<const int> control_face, bool creases) {
     RootNet net;
     net.in_cells_ = true;
-    if (!net.set_base(with_border(split_polygons(mesh)))) return std::nullopt;
+    const RuleMesh split = split_polygons(mesh);
+    std::optional<RuleMesh> cut;
+    if (creases && !(cut = cut_creases(split))) return std::nullopt;
+    Bordered bordered = with_border(cut ? *cut : split, split);
+    net.glued_ = std::move(bordered.glued);
+    if (!net.set_base(bordered.mesh)) return std::nullopt;
     net.own_roots_ = static_cast<std::uint32_t>(mesh.halfedge_count());
     for (int h = 0; h < mesh.halfedge_count(); ++h)
         net.base_face_.push_back(static_cast<std::uint32_t>(control_face[static_cast<std::size_t>(mesh.face(h))]));
@@ -69,6 +132,31 @@ std::optional<RootNet> RootNet::of_corners(const RuleMesh& mesh, std::span<const
     for (std::uint32_t f = net.own_roots_; f < net.base_.face_count; ++f)
         net.base_face_.push_back(net.base_face_[net.base_.twin[4 * f] / 4]);
     return net;
+}
+
+RootNet::Numbers RootNet::point_numbers(const RootLayout& at) const {
+    const std::uint32_t places = place_count(at);
+    if (glued_.empty()) return {places, places, {}};
+    // The first of the places of each point, found from any of them.
+    const std::uint32_t begin = number_at(at, own_roots_, {0, 0});
+    std::vector<std::uint32_t> number(places - begin);
+    std::iota(number.begin(), number.end(), begin);
+    const auto first_of = [&](std::uint32_t place) {
+        while (number[place - begin] != place) place = number[place - begin];
+        return place;
+    };
+    const std::uint32_t last = at.segments() - 1;
+    for (const auto& [g, h] : glued_)
+        for (std::uint32_t a = 0; a <= last; ++a) {
+            const std::uint32_t s = first_of(this->number(at, g, a, 0)), t = first_of(this->number(at, h, last - a, 0));
+            number[std::max(s, t) - begin] = std::min(s, t);
+        }
+    std::uint32_t count = begin;
+    for (std::uint32_t place = begin; place < places; ++place) {
+        std::uint32_t& of = number[place - begin];
+        of = of == place ? count++ : number[of - begin];
+    }
+    return {count, begin, std::move(number)};
 }
 
 bool RootNet::set_base(const RuleMesh& mesh) {
@@ -151,9 +239,10 @@ std::optional<std::vector<int>> RootNet::lattice(const RootLayout& at, const Rul
 std::optional<std::vector<int>> RootNet::cells(const RootLayout& at, const RuleMesh& mesh,
                                                std::span<const int> last_halfedge) const {
     const std::uint32_t n = at.segments();
-    if (points_of(at) != static_cast<std::uint32_t>(mesh.vertex_count())) return std::nullopt;
-    std::vector<int> vertices(points_of(at), -1);
-    std::vector<int> out_of(points_of(at), -1);  // the half-edge along -x; beyond the boundary along y
+    const Numbers numbers = point_numbers(at);
+    if (numbers.count != static_cast<std::uint32_t>(mesh.vertex_count())) return std::nullopt;
+    std::vector<int> vertices(place_count(at), -1);
+    std::vector<int> out_of(vertices.size(), -1);  // the half-edge along -x; beyond the boundary along y
     bool whole = true;
     const auto turn = [&](int h) {
         const int left = mesh.twin(mesh.prev(h));
@@ -211,10 +300,14 @@ std::optional<std::vector<int>> RootNet::cells(const RootLayout& at, const RuleM
     }
     if (!whole) return std::nullopt;
     // A level that is made otherwise has other points.
-    std::vector<char> found(vertices.size(), 0);
-    for (const int v : vertices) {
-        if (v < 0 || found[static_cast<std::size_t>(v)] != 0) return std::nullopt;
-        found[static_cast<std::size_t>(v)] = 1;
+    std::vector<int> of_point(numbers.count, -1);
+    std::vector<char> found(numbers.count, 0);
+    for (std::uint32_t place = 0; place < vertices.size(); ++place) {
+        const int v = vertices[place];
+        int& known = of_point[numbers.of(place)];
+        if (v < 0 || (known >= 0 && known != v)) return std::nullopt;
+        if (known < 0 && std::exchange(found[static_cast<std::size_t>(v)], 1) != 0) return std::nullopt;
+        known = v;
     }
     return vertices;
 }
@@ -369,6 +462,10 @@ RootNet::Faces RootNet::cell_faces(const RootLayout& at) const {
         } while (h != first);
         faces.offsets.push_back(static_cast<std::uint32_t>(faces.vertices.size()));
         faces.control.push_back(base_face_[first / 4]);
+    }
+    if (shares_points()) {
+        const Numbers numbers = point_numbers(at);
+        for (std::uint32_t& v : faces.vertices) v = numbers.of(v);
     }
     return faces;
 }

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -16,7 +17,8 @@ namespace tetrakis::detail {
 ///
 /// Of a scheme that cuts faces into lattices the roots are the faces of a level; points are in the order of RootLayout.
 /// Of a dual scheme they are the quads of its first refinement by face splits, one per half-edge, and one beyond each
-/// side on the boundary; points lie in the cells of their lattices: root by root, row by row.
+/// side on the boundary; points lie in the cells of their lattices: root by root, row by row. A crease is a boundary of
+/// both of its sides, so points on it have a place on each.
 class RootNet {
   public:
     static constexpr std::uint32_t none = MeshLevel::none;
@@ -33,15 +35,30 @@ class RootNet {
     /// The faces of a level as roots. Nothing where one of them is not between different vertices and edges.
     /// @param control_face  of each face of the mesh
     static std::optional<RootNet> of_faces(const RuleMesh& mesh, std::span<const int> control_face);
-    /// The quads at the corners of a level's faces.
-    static std::optional<RootNet> of_corners(const RuleMesh& mesh, std::span<const int> control_face);
+    /// The quads at the corners of a level's faces. Nothing where a crease ends at a dart.
+    /// @param creases  whether the scheme has them
+    static std::optional<RootNet> of_corners(const RuleMesh& mesh, std::span<const int> control_face, bool creases);
 
     bool in_cells() const { return in_cells_; }
     const MeshLevel& base() const { return base_; }
     RootLayout layout(std::uint32_t segments) const { return {base_, segments}; }
-    std::uint32_t point_count(std::uint32_t segments) const { return points_of(layout(segments)); }
+    std::uint32_t place_count(const RootLayout& at) const {
+        return in_cells_ ? static_cast<std::uint32_t>(at.cell_count()) : at.vertex_count();
+    }
+    /// The points of a level, of which some may have several places.
+    struct Numbers {
+        std::uint32_t count;
+        std::uint32_t first_shared;  ///< places before that are points with the same numbers
+        std::vector<std::uint32_t> number;
 
-    /// The rules' numbers of a level's points in the order of its layout; nothing where its faces are no such lattices.
+        std::uint32_t of(std::uint32_t place) const {
+            return place < first_shared ? place : number[place - first_shared];
+        }
+    };
+    Numbers point_numbers(const RootLayout& at) const;
+    bool shares_points() const { return !glued_.empty(); }
+
+    /// The rules' vertices at a level's places; nothing where its faces are no such lattices.
     /// @param halfedge  of each root's half-edges the child at its origin; in cells of each root the half-edge of its
     ///                  last cell that stays in its face (the roots beyond the boundary have none)
     std::optional<std::vector<int>> vertices(const RootLayout& at, const RuleMesh& mesh,
@@ -80,9 +97,6 @@ class RootNet {
     RootNet() = default;
     bool set_base(const RuleMesh& mesh);
     bool has_simple_roots() const;
-    std::uint32_t points_of(const RootLayout& at) const {
-        return in_cells_ ? static_cast<std::uint32_t>(at.cell_count()) : at.vertex_count();
-    }
     Place seen_from(std::uint32_t n, std::uint32_t side, const Place& p) const;
     std::optional<std::vector<int>> lattice(const RootLayout& at, const RuleMesh& mesh,
                                             std::span<const int> corner_halfedge) const;
@@ -94,6 +108,9 @@ class RootNet {
     std::uint32_t own_roots_ = 0;  ///< in cells: the others lie beyond the boundary
     MeshLevel base_;
     std::vector<std::uint32_t> base_face_;  ///< control face of each root
+    /// Half-edges of roots beyond the two sides of a crease, along which cells are the same points, the last of the one
+    /// at the first of the other.
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> glued_;
 };
 
 inline RootNet::Place RootNet::turned(std::uint32_t n, std::uint32_t side, std::uint32_t a, std::uint32_t b) const {

@@ -51,6 +51,14 @@ void make_canonical(std::vector<Column>& columns) {
 
 }  // namespace
 
+RowPatterns::Places::Places(std::span<const int> vertices) : next(vertices.size(), -1) {
+    for (std::size_t i = vertices.size(); i-- > 0;) {
+        const auto v = static_cast<std::size_t>(vertices[i]);
+        if (v >= first.size()) first.resize(v + 1, -1);
+        next[i] = std::exchange(first[v], static_cast<int>(i));
+    }
+}
+
 /// By points, and by weights that differ by more than rounding.
 struct RowPatterns::PatternOrder {
     double tolerance;
@@ -85,7 +93,9 @@ bool RowPatterns::rows_of(const Lesson& lesson, int fine_vertex, const SeenAt& s
     const auto terms = [&](const StencilTable& table, int row, Row& to) {
         const auto points = table.points(row);
         for (std::size_t i = 0; i < points.size(); ++i) {
-            const std::optional<Seen> seen = seen_at(lesson.number(points[i]));
+            std::optional<Seen> seen;
+            for (int place = lesson.places.first[points[i]]; place >= 0 && !seen; place = lesson.places.next[place])
+                seen = seen_at(static_cast<std::uint32_t>(place));
             if (!seen) return false;
             to.push_back({*seen, table.weights(row)[i]});
         }
@@ -96,7 +106,7 @@ bool RowPatterns::rows_of(const Lesson& lesson, int fine_vertex, const SeenAt& s
 
     const int begin = lesson.begin[static_cast<std::size_t>(fine_vertex)],
               end = lesson.begin[static_cast<std::size_t>(fine_vertex) + 1];
-    if (static_cast<std::size_t>(2 * (end - begin)) > out.size()) return false;
+    std::size_t found = 0;
     struct Column {
         Seen at;
         double w1, w2;
@@ -105,7 +115,11 @@ bool RowPatterns::rows_of(const Lesson& lesson, int fine_vertex, const SeenAt& s
     Row rows[2];
     for (int i = begin; i < end; ++i) {
         for (Row& row : rows) row.clear();
-        if (!terms(lesson.rows, i, rows[0]) || !terms(*lesson.second_rows, i, rows[1])) return false;
+        if (!terms(lesson.rows, i, rows[0]) || !terms(*lesson.second_rows, i, rows[1])) {
+            if (lesson.places.several(fine_vertex)) continue;  // of a crease's other side
+            return false;
+        }
+        if (2 * found + 2 > out.size()) return false;
         columns.clear();
         for (auto a = rows[0].begin(), b = rows[1].begin(); a != rows[0].end() || b != rows[1].end();) {
             const bool first = b == rows[1].end() || (a != rows[0].end() && a->at <= b->at),
@@ -115,7 +129,7 @@ bool RowPatterns::rows_of(const Lesson& lesson, int fine_vertex, const SeenAt& s
             if (second) ++b;
         }
         make_canonical(columns);
-        Row* const pair = &out[2 * static_cast<std::size_t>(i - begin)];
+        Row* const pair = &out[2 * found++];
         constexpr double k_no_weight = 1e-12;
         for (const Column& c : columns) {
             if (std::abs(c.w1) > k_no_weight) pair[0].push_back({c.at, c.w1});
@@ -123,7 +137,7 @@ bool RowPatterns::rows_of(const Lesson& lesson, int fine_vertex, const SeenAt& s
         }
     }
     // Which of two surfaces comes first the rules leave open.
-    if (end - begin == 2) {
+    if (found == 2) {
         const PatternOrder order{same_weight(kind_)};
         const auto c = order.compare(out[0], out[2]);
         if (c > 0 || (c == 0 && order.compare(out[1], out[3]) > 0)) {

@@ -23,25 +23,30 @@ class RowPatterns {
     /// @param factor  segments of the level of the results to one of the level of the points; 1: the same level
     RowPatterns(const RootNet& net, std::uint32_t factor, Kind kind) : net_(net), factor_(factor), kind_(kind) {}
 
+    /// Places in a layout of the rules' vertices.
+    struct Places {
+        std::vector<int> first;  ///< of each vertex
+        std::vector<int> next;   ///< of each place the vertex's next one, or -1
+
+        explicit Places(std::span<const int> vertices);
+        bool several(int vertex) const { return next[first[vertex]] >= 0; }
+    };
     /// What the rules say of a level.
     struct Lesson {
-        RootLayout coarse, fine;             ///< of the points; of the results
-        std::span<const int> coarse_number;  ///< in the layout, of the rules' vertices
-        std::span<const int> fine_vertex;    ///< the other way round
-        const StencilTable& rows;            ///< points: one for each fine vertex; normals: of tangents t1
+        RootLayout coarse, fine;           ///< of the points; of the results
+        const Places& places;              ///< of the points
+        std::span<const int> fine_vertex;  ///< at the results' places
+        const StencilTable& rows;          ///< points: one for each fine vertex; normals: of tangents t1
         // Normals only: the tangents of fine vertex v are rows [begin[v], begin[v + 1]).
         const StencilTable* second_rows = nullptr;  ///< of tangents t2
         std::span<const int> begin{};
-
-        std::uint32_t number(int coarse_vertex) const {
-            return static_cast<std::uint32_t>(coarse_number[static_cast<std::size_t>(coarse_vertex)]);
-        }
     };
     /// False where the rows do not repeat, or lattices are too small to see whether they do.
     bool learn(const Lesson& lesson);
 
-    /// Results of a level from the points of the one above, or of the same one: unit normals are zero where there are
-    /// no rows. The same bytes for any number of threads.
+    /// Results at a level's places from the points of the one above, or of the same one: unit normals are zero where
+    /// there are no rows; at places of the same point (RootNet::point_numbers) each is of its own side of a crease. The
+    /// same bytes for any number of threads.
     void apply(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out) const;
 
   private:

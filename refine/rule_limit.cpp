@@ -202,7 +202,13 @@ class Finder {
         if (site.kind == Site::Kind::face) return around_face(mesh, site.halfedge);
         if (site.kind == Site::Kind::crease) {
             const FanShape shape{.faces = 4, .boundary = true};
-            return by_masks(mesh, shape, std::span(&site.halfedge, 1));
+            std::optional<Rows> rows = by_masks(mesh, shape, std::span(&site.halfedge, 1));
+            const int twin = mesh.twin(site.halfedge);
+            if (!rows || twin == RuleMesh::none) return rows;
+            std::optional<Rows> behind = by_masks(mesh, shape, std::span(&twin, 1));
+            if (!behind) return std::nullopt;
+            for (auto& tangents : behind->tangents) rows->tangents.push_back(std::move(tangents));
+            return rows;
         }
         const int v = mesh.origin(site.halfedge);
         const RuleMesh::Ring ring = mesh.ring(v);

@@ -134,6 +134,12 @@ FanLattice fan_lattice(const SchemeInfo& scheme, const RuleOptions& options) {
     return scheme.lattice;
 }
 
+bool ignores_creases(const SchemeInfo& scheme, const RuleOptions& options) {
+    if (scheme.step == biquartic_step) return true;
+    return scheme.step == averaging_step && options.averaging_steps != 0 &&
+           (options.averaging_steps != 2 || options.averaging_boundary == AveragingBoundary::recede);
+}
+
 int fan_rings(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options) {
     const bool averaging = scheme.step == averaging_step;
     const int m = options.averaging_steps;

@@ -110,6 +110,17 @@ std::vector<Vec3d> marks(const PolygonMesh& mesh, bool uvs) {
     return result;
 }
 
+PolygonMesh mesh_of(const RuleRefiner& refiner, const std::vector<Vec3d>& points) {
+    PolygonMesh mesh;
+    mesh.positions = points;
+    mesh.face_offsets.push_back(0);
+    for (int f = 0; f < refiner.last().face_count(); ++f) {
+        for (const int v : refiner.last().corners(f)) mesh.face_vertices.push_back(static_cast<std::uint32_t>(v));
+        mesh.face_offsets.push_back(static_cast<std::uint32_t>(mesh.face_vertices.size()));
+    }
+    return mesh;
+}
+
 std::unique_ptr<detail::RepeatedRows> rows_of(const ControlMesh& mesh, const Case& c, const RunContext& context = {}) {
     const SchemeInfo& scheme = *find_scheme(c.scheme);
     auto levels = std::make_unique<detail::RuleLevels>(mesh, scheme, c.rules, 0);
@@ -135,22 +146,17 @@ TEST_CASE("[inv1] [slow] rows that repeat themselves give what the rules give, p
             const RefineOptions options{.rules = c.rules};
             const RuleRefiner by_rules(mesh, scheme, c.levels, options);
             const double size = bounding_box(mesh.positions()).diagonal();
-            PolygonMesh ours, expected;
+            PolygonMesh ours;
             ours.positions.resize(rows->point_count());
             rows->refine(mesh.positions(), ours.positions, {}, {});
-            expected.positions.resize(by_rules.vertex_count());
-            by_rules.refine(mesh.positions(), expected.positions);
+            std::vector<Vec3d> points(by_rules.vertex_count());
+            by_rules.refine(mesh.positions(), points);
+            const PolygonMesh expected = mesh_of(by_rules, points);
             CHECK(disagreement(ours.positions, expected.positions) < 1e-12 * size);
 
             detail::RepeatedRows::Faces faces = rows->faces({});
             ours.face_offsets = std::move(faces.offsets);
             ours.face_vertices = std::move(faces.vertices);
-            expected.face_offsets.push_back(0);
-            for (int f = 0; f < by_rules.last().face_count(); ++f) {
-                for (const int v : by_rules.last().corners(f))
-                    expected.face_vertices.push_back(static_cast<std::uint32_t>(v));
-                expected.face_offsets.push_back(static_cast<std::uint32_t>(expected.face_vertices.size()));
-            }
             CHECK(disagreement(marks(ours, false), marks(expected, false)) < 1e-11 * (size + size * size));
             // Control faces: as many faces each as by the rules. Those of a dual scheme belong to several.
             if (fan_lattice(scheme, c.rules) == FanLattice::dual) continue;
@@ -214,6 +220,79 @@ TEST_CASE("refine() by rows that repeat themselves: texture coordinates, attribu
             CHECK(worst < 1e-5 * size);
             CHECK(ours.face_material == expected.face_material);
         }
+    }
+}
+
+/// Creases around regions of faces: none ends at a dart.
+ControlMesh with_regions(const ControlMesh& mesh, std::uint64_t seed, bool with_limit) {
+    ControlMeshData data = mesh.data();
+    const auto region = [&](HalfedgeId h) {
+        const std::uint32_t f = mesh.face(h).value;
+        return (f * 2654435761u + seed * 40503u) >> 7 & 3;
+    };
+    for (std::uint32_t i = 0; i < mesh.halfedge_count(); ++i) {
+        const HalfedgeId h(i), t = mesh.twin(h);
+        if (!t.valid() || t.value < i || region(h) == region(t)) continue;
+        // Sharp beyond the last level is as sharp as for ever; but not for limits.
+        const bool finite = !with_limit && i % 3 == 0;
+        data.creases.push_back({mesh.origin(h).value, mesh.target(h).value, finite ? 8.5f : k_sharpness_infinity});
+    }
+    data.corners.push_back({static_cast<std::uint32_t>(seed) % mesh.vertex_count(), k_sharpness_infinity});
+    return ControlMesh::build(std::move(data));
+}
+
+TEST_CASE("[slow] creases of dual schemes by rows that repeat themselves are those of the rules") {
+    for (const Case& c : cases()) {
+        const SchemeInfo& scheme = *find_scheme(c.scheme);
+        if (fan_lattice(scheme, c.rules) != FanLattice::dual) continue;
+        CAPTURE(c.scheme);
+        int repeated = 0;
+        double worst = 0;  // of points with their normals
+        for (const std::uint64_t seed : test::seeds(6)) {
+            CAPTURE(seed);
+            const bool limit = seed % 2 == 0;
+            const ControlMesh mesh = with_regions(make_mesh(3 * (seed % 3) + seed % 2, false, false), seed, limit);
+            auto levels = std::make_unique<detail::RuleLevels>(mesh, scheme, c.rules, 0);
+            detail::RepeatedRows::Demand demand;
+            demand.limit = demand.normals = limit;
+            const auto rows = detail::RepeatedRows::make(mesh, scheme, c.levels, c.rules, levels, demand, {});
+            if (!rows) continue;
+            ++repeated;
+            const RefineOptions options{.rules = c.rules, .limit = limit, .normals = limit};
+            const RuleRefiner by_rules(mesh, scheme, c.levels, options);
+            REQUIRE(rows->point_count() == by_rules.vertex_count());
+            std::vector<Vec3d> points(rows->point_count()), normals(limit ? points.size() : 0), expected(points.size()),
+                expected_normals(normals.size());
+            rows->refine(mesh.positions(), points, normals, {});
+            by_rules.refine(mesh.positions(), expected);
+            const double size = bounding_box(mesh.positions()).diagonal();
+            CHECK(disagreement(points, expected) < 1e-12 * size);
+            PolygonMesh ours;
+            detail::RepeatedRows::Faces faces = rows->faces({});
+            ours.positions = points;
+            ours.face_offsets = std::move(faces.offsets);
+            ours.face_vertices = std::move(faces.vertices);
+            CHECK(disagreement(marks(ours, false), marks(mesh_of(by_rules, expected), false)) <
+                  1e-11 * (size + size * size));
+            if (!limit) continue;
+            by_rules.normals(mesh.positions(), expected_normals);
+            for (std::size_t i = 0; i < points.size(); ++i) points[i] += normals[i];
+            const PointMatch with_normals(points);
+            std::vector<Vec3d> net(expected.size());
+            RuleRefiner(mesh, scheme, c.levels, {.rules = c.rules}).refine(mesh.positions(), net);
+            for (std::size_t i = 0; i < expected.size(); ++i) {
+                // Where a mesh is folded together, both sides of a crease on one another, rounding has the last word.
+                Vec3d sum(0);
+                for (const int h : by_rules.last().ring(static_cast<int>(i)).halfedge)
+                    sum += unit_or_zero(glm::cross(net[by_rules.last().target(h)] - net[i],
+                                                   net[by_rules.last().origin(by_rules.last().prev(h))] - net[i]));
+                if (glm::length(sum) < 0.5) continue;
+                const Vec3d at = expected[i] + expected_normals[i];
+                worst = std::max(worst, glm::length(at - points[with_normals.nearest(at)]));
+            }
+        }
+        CHECK(repeated == 6);
+        CHECK(worst < 1e-7);
     }
 }
 
