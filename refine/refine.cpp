@@ -183,10 +183,6 @@ detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const SchemeInfo
 std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                                            const RefineOptions& options,
                                            std::unique_ptr<detail::RuleLevels>& first_levels) {
-    // Which faces of a dual scheme's mesh a hole takes with it the rules say.
-    if (fan_lattice(scheme, options.rules) == FanLattice::dual)
-        for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
-            if (mesh.is_hole(FaceId(f))) return std::nullopt;
     const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
     std::unique_ptr<detail::RepeatedRows> chart_rows;
     std::optional<ControlMesh> charts;

@@ -137,9 +137,6 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     check_size(mesh, {triangles, !triangles && (dual || !quads), dual, factor}, levels, demand, context);
 
     RuleLevels& by_rules = *levels_by_rules;
-    // What limits see of a sharpness that runs out further down differs from level to level.
-    if ((demand.limit || demand.normals) && !stays_as_it_is(by_rules.last(), std::numeric_limits<int>::max()))
-        return nullptr;
     const auto advance = [&] {
         check_rule_memory(mesh, scheme, by_rules.level() + 1, levels, context);
         return by_rules.advance();
@@ -155,16 +152,22 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     // cell that stays in its face; root h is at corner h.
     std::vector<int> first;
     std::optional<RootNet> net;
-    if (dual) net = RootNet::of_corners(by_rules.last(), by_rules.control_faces(), creases);
+    if (dual) net = RootNet::of_corners(by_rules.last(), by_rules.control_face_of_corners(), creases);
     if (dual && !net) return nullptr;
     while (by_rules.level() < base_level) first = advance();
     if (!dual) {
-        net = RootNet::of_faces(by_rules.last(), by_rules.control_faces());
+        std::vector<std::uint32_t> control(static_cast<std::size_t>(by_rules.last().face_count()));
+        for (std::size_t f = 0; f < control.size(); ++f)
+            control[f] = static_cast<std::uint32_t>(by_rules.control_face(static_cast<int>(f)));
+        net = RootNet::of_faces(by_rules.last(), std::move(control));
         if (!net) return nullptr;
         first.resize(net->base().halfedge_count());
         for (std::size_t h = 0; h < first.size(); ++h) first[h] = static_cast<int>(h);
     }
     std::unique_ptr<RepeatedRows> all(new RepeatedRows(std::move(*net), static_cast<std::uint32_t>(factor)));
+    // What limits see of a sharpness that runs out further down differs from level to level.
+    const bool any_limits = demand.limit || demand.normals;
+    constexpr int k_for_ever = std::numeric_limits<int>::max();
     // Limits by one ring are seen well enough where a step is not: above it.
     const bool one_ring =
         !dual && (demand.limit || demand.normals) && RuleLimitFinder(scheme, rules).regular_rings().value_or(0) == 2;
@@ -173,7 +176,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     for (int level = base_level; level < last_by_rules; ++level) {
         context.report("refine", 0);
         const bool stationary = segments >= (dual ? k_least_segments_in_cells : k_least_segments) &&
-                                stays_as_it_is(by_rules.last(), levels - level);
+                                stays_as_it_is(by_rules.last(), any_limits ? k_for_ever : levels - level);
         const RootLayout coarse = all->net_.layout(segments);
         std::optional<RowPatterns::Places> places;
         bool has_limits = false;

@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/grid_refinement.hpp"
+#include "tetrakis/refine/rule_levels.hpp"
 #include "tetrakis/schemes/face_split.hpp"
 
 #include <algorithm>
@@ -108,15 +109,16 @@ Bordered with_border(const RuleMesh& mesh, const RuleMesh& uncut) {
 
 }  // namespace
 
-std::optional<RootNet> RootNet::of_faces(const RuleMesh& mesh, std::span<const int> control_face) {
+std::optional<RootNet> RootNet::of_faces(const RuleMesh& mesh, std::vector<std::uint32_t> control_face) {
     RootNet net;
     if (!net.set_base(mesh)) return std::nullopt;
     net.own_roots_ = net.base_.face_count;
-    net.base_face_.assign(control_face.begin(), control_face.end());
+    net.base_face_ = std::move(control_face);
     return net;
 }
 
-std::optional<RootNet> RootNet::of_corners(const RuleMesh& mesh, std::span<const int> control_face, bool creases) {
+std::optional<RootNet> RootNet::of_corners(const RuleMesh& mesh, std::vector<std::uint32_t> control_face,
+                                           bool creases) {
     RootNet net;
     net.in_cells_ = true;
     const RuleMesh split = split_polygons(mesh);
@@ -126,8 +128,7 @@ std::optional<RootNet> RootNet::of_corners(const RuleMesh& mesh, std::span<const
     net.glued_ = std::move(bordered.glued);
     if (!net.set_base(bordered.mesh)) return std::nullopt;
     net.own_roots_ = static_cast<std::uint32_t>(mesh.halfedge_count());
-    for (int h = 0; h < mesh.halfedge_count(); ++h)
-        net.base_face_.push_back(static_cast<std::uint32_t>(control_face[static_cast<std::size_t>(mesh.face(h))]));
+    net.base_face_ = std::move(control_face);
     // What lies beyond a side belongs to the face there.
     for (std::uint32_t f = net.own_roots_; f < net.base_.face_count; ++f)
         net.base_face_.push_back(net.base_face_[net.base_.twin[4 * f] / 4]);
@@ -448,20 +449,23 @@ RootNet::Faces RootNet::cell_faces(const RootLayout& at) const {
             for (std::uint32_t j = 1; j < n; ++j, ++f) {
                 quad(f, number(at, t, n - j, 0), number(at, t, n - 1 - j, 0), number(at, h, j, 0),
                      number(at, h, j - 1, 0));
-                faces.control[f] = base_face_[h / 4];
+                faces.control[f] = std::min(base_face_[h / 4], base_face_[t / 4]);
             }
         },
         k_grain);
+    std::vector<int> around;
     for (std::uint32_t v = 0; v < base_.vertex_count; ++v) {
         const std::uint32_t first = base_.vertex_halfedge[v];
         if (first == none || base_.twin[first] == none) continue;  // the outermost points are the boundary
         std::uint32_t h = first;
+        around.clear();
         do {
             faces.vertices.push_back(number(at, h, 0, 0));
+            around.push_back(static_cast<int>(base_face_[h / 4]));
             h = base_.twin[base_.prev(h)];
         } while (h != first);
         faces.offsets.push_back(static_cast<std::uint32_t>(faces.vertices.size()));
-        faces.control.push_back(base_face_[first / 4]);
+        faces.control.push_back(static_cast<std::uint32_t>(most_frequent(around)));
     }
     if (shares_points()) {
         const Numbers numbers = point_numbers(at);

@@ -34,10 +34,12 @@ class RootNet {
 
     /// The faces of a level as roots. Nothing where one of them is not between different vertices and edges.
     /// @param control_face  of each face of the mesh
-    static std::optional<RootNet> of_faces(const RuleMesh& mesh, std::span<const int> control_face);
+    static std::optional<RootNet> of_faces(const RuleMesh& mesh, std::vector<std::uint32_t> control_face);
     /// The quads at the corners of a level's faces. Nothing where a crease ends at a dart.
-    /// @param creases  whether the scheme has them
-    static std::optional<RootNet> of_corners(const RuleMesh& mesh, std::span<const int> control_face, bool creases);
+    /// @param control_face  of each corner, by half-edge
+    /// @param creases       whether the scheme has them
+    static std::optional<RootNet> of_corners(const RuleMesh& mesh, std::vector<std::uint32_t> control_face,
+                                             bool creases);
 
     bool in_cells() const { return in_cells_; }
     const MeshLevel& base() const { return base_; }

@@ -30,6 +30,21 @@ StencilTable smoothing_stencils(const RuleMesh& mesh) {
 
 }  // namespace
 
+int most_frequent(std::vector<int>& values) {
+    std::sort(values.begin(), values.end());
+    int best = values[0];
+    std::ptrdiff_t most = 0;
+    for (auto at = values.begin(); at != values.end();) {
+        const auto end = std::upper_bound(at, values.end(), *at);
+        if (end - at > most) {
+            most = end - at;
+            best = *at;
+        }
+        at = end;
+    }
+    return best;
+}
+
 void apply(const StencilTable& table, const double* in, int width, double* out) {
     for_each_index(static_cast<std::uint32_t>(table.row_count()), [&](std::uint32_t r) {
         const auto points = table.points(static_cast<int>(r));
@@ -58,12 +73,54 @@ std::vector<int> RuleLevels::advance() {
     } catch (const std::invalid_argument& e) {
         throw Error(ErrorCode::invalid_input, e.what(), source_);
     }
-    for (int& face : step.parent_face) face = control_face_[face];
-    control_face_ = std::move(step.parent_face);
+    if (fan_lattice(scheme_, rules_) == FanLattice::dual && scheme_.refinement == Refinement::vertex_split) {
+        follow_corners(step);
+    } else {
+        for (int& face : step.parent_face) face = control_face_[face];
+        control_face_ = std::move(step.parent_face);
+    }
     steps_.push_back(std::move(step.stencils));
     last_ = std::move(step.mesh);
     ++level_;
     return std::move(step.child_halfedge);
+}
+
+std::vector<std::uint32_t> RuleLevels::control_face_of_corners() const {
+    std::vector<std::uint32_t> of(static_cast<std::size_t>(last_.halfedge_count()));
+    for (int h = 0; h < last_.halfedge_count(); ++h)
+        of[h] = static_cast<std::uint32_t>(corner_face_.empty() ? control_face_[last_.face(h)] : corner_face_[h]);
+    return of;
+}
+
+/// The points of a dual scheme lie in faces, its faces anywhere.
+void RuleLevels::follow_corners(const RuleStep& step) {
+    const RuleMesh& finer = step.mesh;
+    const std::vector<std::uint32_t> parent = control_face_of_corners();
+    std::vector<int> control(static_cast<std::size_t>(finer.face_count())),
+        of(static_cast<std::size_t>(finer.halfedge_count()));
+    std::vector<int> corners, next;
+    for (int f = 0; f < finer.face_count(); ++f) {
+        corners.clear();
+        for (const int v : finer.corners(f))
+            corners.push_back(v < last_.halfedge_count() ? static_cast<int>(parent[v]) : RuleMesh::none);
+        if (std::all_of(corners.begin(), corners.end(), [](int c) { return c == RuleMesh::none; }))
+            corners[0] = control_face_[step.parent_face[f]];
+        // Points on boundaries and creases belong to what is beside them on this side.
+        while (std::find(corners.begin(), corners.end(), RuleMesh::none) != corners.end()) {
+            next = corners;
+            const std::size_t size = corners.size();
+            for (std::size_t i = 0; i < size; ++i) {
+                if (corners[i] != RuleMesh::none) continue;
+                const int before = corners[(i + size - 1) % size];
+                next[i] = before != RuleMesh::none ? before : corners[(i + 1) % size];
+            }
+            corners.swap(next);
+        }
+        std::copy(corners.begin(), corners.end(), of.begin() + finer.face_begin(f));
+        control[f] = most_frequent(corners);
+    }
+    control_face_ = std::move(control);
+    corner_face_ = std::move(of);
 }
 
 std::vector<double> RuleLevels::net(std::span<const double> control, int width) const {

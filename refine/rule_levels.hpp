@@ -4,6 +4,7 @@
 #include "tetrakis/refine/parallel_blocks.hpp"
 #include "tetrakis/schemes/scheme_table.hpp"
 
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -12,6 +13,9 @@ namespace tetrakis::detail {
 
 /// Writes every row's combination of `width` numbers a point: row by row, in the order of its terms whatever the width.
 void apply(const StencilTable& table, const double* in, int width, double* out);
+
+/// The value that is there most often, the least one of several. Sorts them.
+int most_frequent(std::vector<int>& values);
 
 /// A control mesh refined step by step by the rules of a scheme; what depends on connectivity and tags is kept.
 class RuleLevels {
@@ -27,14 +31,18 @@ class RuleLevels {
 
     int level() const { return level_; }
     const RuleMesh& last() const { return last_; }
-    int control_face(int face) const { return control_face_[face]; }
-    std::span<const int> control_faces() const { return control_face_; }
+    /// The control face that a face lies in. Dual schemes: most of its corners, or the first such face of several.
+    int control_face(int face) const { return control_face_[static_cast<std::size_t>(face)]; }
+    /// The control faces that the corners at the half-edges' origins come from.
+    std::vector<std::uint32_t> control_face_of_corners() const;
     /// The rounds of smoothing and the steps so far, each from one level to the next.
     std::span<const StencilTable> steps() const { return steps_; }
     /// The last level's values from the control mesh's.
     std::vector<double> net(std::span<const double> control, int width) const;
 
   private:
+    void follow_corners(const RuleStep& step);
+
     ParallelBlocks runner_;
     const SchemeInfo& scheme_;
     RuleOptions rules_;
@@ -43,6 +51,7 @@ class RuleLevels {
     RuleMesh last_;
     std::vector<StencilTable> steps_;
     std::vector<int> control_face_;
+    std::vector<int> corner_face_;  ///< by half-edge; dual schemes, from level 1 on
 };
 
 }  // namespace tetrakis::detail

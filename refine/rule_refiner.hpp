@@ -65,7 +65,8 @@ class RuleRefiner {
     std::uint32_t face_count() const;
     /// Connectivity and tags of the last level.
     const RuleMesh& last() const;
-    /// The control face that a face belongs to; see RuleStep::parent_face.
+    /// The control face that a face belongs to: that in which it lies, of a dual scheme that in which most of its
+    /// corners do, the first one of several.
     std::uint32_t control_face(std::uint32_t face) const;
 
     /// Values of the last level (limits where the options say so), `width` numbers per vertex: positions or any other
