@@ -158,7 +158,7 @@ TETRAKIS_BENCH_TO_LEVEL(catmull_clark_closure, "catmull-clark", "pawn", false);
 TETRAKIS_BENCH_TO_LEVEL(loop_patches, "loop", "knot_tri", true);
 TETRAKIS_BENCH_TO_LEVEL(loop_closure, "loop", "knot_tri", false);
 TETRAKIS_BENCH_TO_LEVEL(kobbelt_rules, "kobbelt", "cube", false);
-TETRAKIS_BENCH_TO_LEVEL(doo_sabin_rules, "doo-sabin", "cube", false);
+TETRAKIS_BENCH_TO_LEVEL(doo_sabin_rules, "doo-sabin", "knot", false);
 BENCHMARK_CAPTURE(sqrt3_to_uniform_level, sqrt3, "cube")
     ->Name("hierarchy/to_uniform_level/sqrt3")
     ->Arg(5)
