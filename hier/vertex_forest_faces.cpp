@@ -29,18 +29,36 @@ void VertexForest::add_leaves_around(LeafId leaf, int corner, std::vector<LeafId
     }
 }
 
+namespace {
+
+/// Whether a sibling of a lower number has that corner of a child, too: all but the parent's own corner, and what the
+/// child shares with later ones.
+constexpr bool meets_earlier_sibling(int child, int corner) {
+    const int along = (corner - child + 4) % 4;
+    return (along == 1 && child == 3) || (along >= 2 && child != 0);
+}
+
+}  // namespace
+
 DualFaces VertexForest::faces() const {
     const std::vector<LeafId> leaves = ordered_leaves();
     std::vector<std::uint32_t> rank(child_.size(), 0);
     for (std::size_t i = 0; i < leaves.size(); ++i) rank[leaves[i].value] = static_cast<std::uint32_t>(i);
     const auto root = [&](std::uint32_t slot) { return is_root(slot) ? slot : records_[record_of(slot)].root; };
 
+    const bool any_holes = std::find(roots_.hole.begin(), roots_.hole.end(), 1) != roots_.hole.end();
+
     DualFaces out;
+    out.face_offsets.reserve(leaves.size() + 1);
+    out.face_vertices.reserve(4 * leaves.size());
+    out.control_faces.reserve(leaves.size());
+    out.diagonal_at_first.reserve(leaves.size());
     std::vector<std::uint32_t> around;  // ranks of the leaves that meet in a point
     for (std::uint32_t i = 0; i < leaves.size(); ++i)
         for (int c = 0; c < 4; ++c) {
             // The first of the corners that meet has the face; a coarser cell that has the point on its side has no
             // corner there.
+            if (!is_root(leaves[i].value) && meets_earlier_sibling(number(leaves[i].value), c)) continue;
             around.assign(1, i);
             bool ours = true;
             for (Turn at = turn(leaves[i].value, c);; at = turn(at.slot, at.corner)) {
@@ -51,8 +69,9 @@ DualFaces VertexForest::faces() const {
                 around.push_back(rank[at.slot]);
             }
             if (!ours) continue;
-            const auto of_surface = std::find_if(
-                around.begin(), around.end(), [&](std::uint32_t r) { return roots_.hole[root(leaves[r].value)] == 0; });
+            auto of_surface = around.begin();
+            while (any_holes && of_surface != around.end() && roots_.hole[root(leaves[*of_surface].value)] != 0)
+                ++of_surface;
             if (of_surface == around.end()) continue;
             out.face_vertices.insert(out.face_vertices.end(), around.begin(), around.end());
             out.face_offsets.push_back(static_cast<std::uint32_t>(out.face_vertices.size()));
