@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <optional>
 
 namespace tetrakis {
 
@@ -53,7 +54,15 @@ void normalise(std::vector<double>& weights) {
     for (double& w : weights) w /= most;
 }
 
-void finish(SpectralAnalysis& analysis, bool interior) {
+/// Takes the one nearest to a value out of a list.
+void take_out(std::vector<double>& values, double taken) {
+    const auto at = std::min_element(values.begin(), values.end(),
+                                     [&](double a, double b) { return std::abs(a - taken) < std::abs(b - taken); });
+    if (at != values.end()) values.erase(at);
+}
+
+/// @param bends  of a boundary: the eigenvalues, besides 1 and the tangent's, of what varies along it alone
+void finish(SpectralAnalysis& analysis, bool interior, const std::vector<double>& bends) {
     auto& values = analysis.eigenvalues;
     std::stable_sort(values.begin(), values.end(), [](const Eigenvalue& a, const Eigenvalue& b) {
         return std::abs(a.value) > std::abs(b.value) + 1e-12;
@@ -62,15 +71,17 @@ void finish(SpectralAnalysis& analysis, bool interior) {
     std::vector<double> rest;
     for (const Eigenvalue& e : values)
         for (int i = 0; i < e.multiplicity; ++i) rest.push_back(std::abs(e.value));
-    for (const double taken : {1.0, analysis.lambda1, analysis.lambda2}) {
-        const auto at = std::min_element(rest.begin(), rest.end(),
-                                         [&](double a, double b) { return std::abs(a - taken) < std::abs(b - taken); });
-        if (at != rest.end()) rest.erase(at);
-    }
-    analysis.third = rest.empty() ? 0 : *std::max_element(rest.begin(), rest.end());
+    for (const double taken : {1.0, analysis.lambda1, analysis.lambda2}) take_out(rest, taken);
+    const auto most = [](const std::vector<double>& of) {
+        return of.empty() ? 0 : *std::max_element(of.begin(), of.end());
+    };
+    analysis.third = most(rest);
+    // The normal goes with Jacobians of pairs of modes. That of two which vary along the boundary alone is zero, so
+    // these need be smaller than the first tangent only.
+    for (const double bend : bends) take_out(rest, bend);
     const double smaller = std::min(analysis.lambda1, analysis.lambda2);
     analysis.proper = smaller > k_same && std::max(analysis.lambda1, analysis.lambda2) < 1 - k_same &&
-                      analysis.third < smaller - k_same;
+                      most(rest) < smaller - k_same && most(bends) < analysis.lambda1 - k_same;
     if (!interior) return;
     const double square = analysis.lambda1 * analysis.lambda2;
     analysis.curvature = analysis.third < square - k_same   ? CurvatureClass::zero
@@ -154,8 +165,39 @@ bool depends_on_itself(const LocalMatrix& s) {
     return true;
 }
 
-/// Mirror-symmetric: the even and the odd part.
-void analyse_mirror(SpectralAnalysis& analysis) {
+/// Beside a dual scheme's boundary edge, where what is the same from row to row inwards stays so: it then maps to
+/// itself, as do the differences from row to row.
+struct Rows {
+    std::vector<double> differences;  ///< as those of the matrix; of a point less the one before it in its column
+    std::vector<double> columns;      ///< as those of the matrix; of the boundary's points, for the whole column
+    std::vector<int> before;          ///< per label; -1 on the boundary
+};
+
+std::optional<Rows> rows_inwards(const LocalMatrix& s) {
+    if (s.labels.lattice() != FanLattice::dual || !s.labels.shape().boundary) return std::nullopt;
+    constexpr double k_rounding = 1e-12;
+    const int size = s.size();
+    const auto square = static_cast<std::size_t>(size) * size;
+    Rows rows{std::vector<double>(square, 0.0), std::vector<double>(square, 0.0), {}};
+    for (const FanLabel l : s.labels.all()) rows.before.push_back(s.labels.find({l.sector, l.a, l.b - 1}));
+    for (int i = 0; i < size; ++i)
+        for (int j = 0; j < size; ++j) {
+            const int before = rows.before[i];
+            const double weight = s.at(i, j) - (before < 0 ? 0 : s.at(before, j));
+            // The point j is the sum of the differences up to it, and of the boundary's point.
+            int k = j;
+            for (; rows.before[k] >= 0; k = rows.before[k])
+                if (before >= 0) rows.differences[static_cast<std::size_t>(i) * size + k] += weight;
+            rows.columns[static_cast<std::size_t>(i) * size + k] += weight;
+        }
+    for (int i = 0; i < size; ++i)
+        for (int j = 0; rows.before[i] >= 0 && j < size; ++j)
+            if (std::abs(rows.columns[static_cast<std::size_t>(i) * size + j]) > k_rounding) return std::nullopt;
+    return rows;
+}
+
+/// Mirror-symmetric: the even and the odd part. The result is what finish() takes as bends.
+std::vector<double> analyse_mirror(SpectralAnalysis& analysis) {
     const LocalMatrix& s = analysis.matrix;
     const int size = s.size();
     std::vector<int> mirror(size), fixed_or_first, first;
@@ -164,14 +206,15 @@ void analyse_mirror(SpectralAnalysis& analysis) {
         if (mirror[i] >= i) fixed_or_first.push_back(i);
         if (mirror[i] > i) first.push_back(i);
     }
-    const auto block = [&](const std::vector<int>& rows, double sign) {
+    const auto block_of = [&](const std::vector<double>& weights, const std::vector<int>& rows, double sign) {
+        const auto at = [&](int i, int j) { return weights[static_cast<std::size_t>(i) * size + j]; };
         DenseMatrix<double> m(static_cast<int>(rows.size()));
         for (std::size_t a = 0; a < rows.size(); ++a)
             for (std::size_t b = 0; b < rows.size(); ++b)
-                m(a, b) =
-                    s.at(rows[a], rows[b]) + (mirror[rows[b]] == rows[b] ? 0 : sign * s.at(rows[a], mirror[rows[b]]));
+                m(a, b) = at(rows[a], rows[b]) + (mirror[rows[b]] == rows[b] ? 0 : sign * at(rows[a], mirror[rows[b]]));
         return m;
     };
+    const auto block = [&](const std::vector<int>& rows, double sign) { return block_of(s.weights, rows, sign); };
     const auto spread = [&](const std::vector<int>& rows, const std::vector<double>& y, double sign) {
         std::vector<double> weights(size, 0.0);
         for (std::size_t a = 0; a < rows.size(); ++a) {
@@ -192,7 +235,7 @@ void analyse_mirror(SpectralAnalysis& analysis) {
     const double total = std::accumulate(analysis.limit.begin(), analysis.limit.end(), 0.0);
     for (double& w : analysis.limit) w /= total;
 
-    const Complex e = largest(even_values, true);
+    Complex e = largest(even_values, true);
     const auto real = [](Complex z) { return std::abs(z.imag()) < k_same ? z.real() : 0; };
     std::vector<double> even_mask, odd_mask;
     if (real(e) > 0 && count_same(even_values, e) == 1)
@@ -210,10 +253,40 @@ void analyse_mirror(SpectralAnalysis& analysis) {
     const Complex o = largest(along_values, false);
     if (real(o) > 0 && count_same(along_values, o) == 1)
         odd_mask = spread(along, left_eigenvector(odd_part, o.real()), -1);
+    // What varies along the boundary alone is no tangent across it, even where its eigenvalue is as large (u^2 beside
+    // v^2, where the surface ends as an even function): that is the largest one of the differences across.
+    std::vector<double> bends;
+    if (const std::optional<Rows> inwards = rows_inwards(s)) {
+        const auto on = [&](std::vector<int> rows, bool outermost) {
+            std::erase_if(rows, [&](int i) { return (inwards->before[i] < 0) != outermost; });
+            return rows;
+        };
+        const std::vector<int> inner = on(fixed_or_first, false);
+        const DenseMatrix<double> across = block_of(inwards->differences, inner, 1);
+        const std::vector<Complex> across_values = eigenvalues(across);
+        e = largest(across_values, false);
+        even_mask.clear();
+        if (real(e) > 0 && count_same(across_values, e) == 1) {
+            even_mask.assign(size, 0.0);
+            const std::vector<double> weights = spread(inner, left_eigenvector(across, e.real()), 1);
+            for (int i = 0; i < size; ++i) {
+                if (inwards->before[i] < 0) continue;
+                even_mask[i] += weights[i];
+                even_mask[inwards->before[i]] -= weights[i];
+            }
+        }
+        for (const double sign : {1.0, -1.0})
+            for (const Complex z :
+                 eigenvalues(block_of(inwards->columns, on(sign > 0 ? fixed_or_first : first, true), sign)))
+                bends.push_back(std::abs(z));
+        take_out(bends, 1);
+        take_out(bends, real(o));
+    }
     analysis.lambda1 = real(boundary ? o : e);
     analysis.lambda2 = real(boundary ? e : o);
     analysis.tangent1 = boundary ? odd_mask : even_mask;
     analysis.tangent2 = boundary ? even_mask : odd_mask;
+    return bends;
 }
 
 }  // namespace
@@ -233,11 +306,12 @@ std::string_view name(CurvatureClass curvature) {
 SpectralAnalysis analyse(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options) {
     SpectralAnalysis analysis{.matrix = local_matrix(scheme, shape, options)};
     const bool rotates = !shape.boundary && !shape.dart;
+    std::vector<double> bends;
     if (rotates)
         analyse_rotation(analysis);
     else
-        analyse_mirror(analysis);
-    finish(analysis, rotates);
+        bends = analyse_mirror(analysis);
+    finish(analysis, rotates, bends);
     normalise(analysis.tangent1);
     normalise(analysis.tangent2);
     return analysis;

@@ -39,11 +39,13 @@ struct SpectralAnalysis {
     /// The two tangents' eigenvalues. Interior: both the largest of Fourier mode 1. Boundary: along, then across.
     double lambda1 = 0, lambda2 = 0;
     double third = 0;  ///< magnitude of the next one
-    /// 1 is simple, the tangents' eigenvalues are real and positive, and all others are smaller.
+    /// 1 is simple, the tangents' eigenvalues are real and positive, and all others are smaller, but for what varies
+    /// along a boundary alone and so does not tilt the plane: smaller than the tangent's along it is enough.
     bool proper = false;
     CurvatureClass curvature{};  ///< interior only; the third against lambda1 lambda2
     /// Left eigenvectors, in the order of the labels. Position sums to one, the tangents to zero and their largest
-    /// weight is one. A tangent whose eigenvalue is not simple within its symmetry is not determined: empty.
+    /// weight is one. A tangent whose eigenvalue is not simple within its symmetry is not determined: empty. Across a
+    /// dual scheme's boundary, modes that vary along it alone do not count; the tangent annihilates them.
     std::vector<double> limit{}, tangent1{}, tangent2{};
 };
 

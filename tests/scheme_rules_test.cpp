@@ -362,6 +362,26 @@ TEST_CASE("boundary vertices have a tangent plane wherever the scheme's rules ar
     CHECK_FALSE(analyse(*find_scheme("catmull-clark"), {.faces = 4, .boundary = true}, {}).proper);
 }
 
+TEST_CASE("beside a biquartic boundary the tangent plane is that of a tensor product whose end is even") {
+    const SpectralAnalysis a = analyse(*find_scheme("biquartic"), {.faces = 4, .boundary = true}, {});
+    CHECK(a.proper);
+    CHECK(a.lambda1 == doctest::Approx(0.5));
+    CHECK(a.lambda2 == doctest::Approx(0.25));
+    // That of u^2, along the boundary: as large as that of v^2 across it.
+    CHECK(a.third == doctest::Approx(0.25));
+    // The quartic spline in the middle between two control points, and the coefficient of v^2 across.
+    const double along[] = {11, 1}, across[] = {-1, 1, 0};
+    const FanLabels& labels = a.matrix.labels;
+    REQUIRE(a.tangent2.size() == static_cast<std::size_t>(labels.size()));
+    for (int i = 0; i < labels.size(); ++i) {
+        const FanLabel l = labels.all()[i];
+        CAPTURE(i);
+        CHECK(std::abs(a.tangent2[i] - along[l.a] * across[l.b] / 11) < 1e-12);
+    }
+    // And no more than a claim where another mode across is as large: midedge's are both 1/4.
+    CHECK_FALSE(analyse(*find_scheme("midedge"), {.faces = 4, .boundary = true}, {}).proper);
+}
+
 TEST_CASE("corners of any angle have the two edges as tangents, concave ones too") {
     for (const char* name : {"loop", "catmull-clark"})
         for (int K = 2; K <= 9; ++K)

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -162,9 +163,12 @@ void print_text(const Findings& f, const SchemeOptions& options) {
                                                     : fmt::format("{} and {}", number(a.lambda1), number(a.lambda2)));
     table.row("third",
               fmt::format("{}; the subdominant ones' product is {}", number(a.third), number(a.lambda1 * a.lambda2)));
-    table.row("tangent plane", a.proper
-                                   ? "the spectrum allows it: 1, the tangents', all others smaller"
-                                   : "not shown by the spectrum: another eigenvalue is not smaller than the tangents'");
+    const bool smaller = a.third < std::min(a.lambda1, a.lambda2) - k_same_eigenvalue;
+    table.row("tangent plane",
+              !a.proper ? "not shown by the spectrum: another eigenvalue is not smaller than the tangents'"
+              : smaller ? "the spectrum allows it: 1, the tangents', all others smaller"
+                        : "the spectrum allows it: what is not smaller than the tangents' varies along the boundary "
+                          "alone");
     if (!options.boundary && a.proper) table.row("curvature", std::string(name(a.curvature)));
     const auto kind = [](bool formula) { return formula ? "" : " (numeric)"; };
     table.row("limit", mask_text(labels, f.masks.limit) + kind(f.masks.limit_is_formula));
