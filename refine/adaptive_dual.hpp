@@ -30,7 +30,7 @@ class AdaptiveDual {
 
     /// The leaves as a mesh without cracks: vertices are leaves, edges are the sides that two of them share, faces the
     /// points where they meet. Materials and groups are those of control faces; no UVs.
-    /// @throws Error  unsupported: a limit that the scheme has no mask for (biquartic at corners)
+    /// @throws Error  unsupported: a limit that the scheme has no mask for
     PolygonMesh to_mesh(const DualMeshOptions& options = {}) const;
 
   private:

@@ -126,7 +126,7 @@ class Finder {
     }
 
     const Masks& masks(const FanShape& shape) {
-        const auto key = std::tuple(shape.faces, shape.boundary, shape.dart);
+        const auto key = std::tuple(shape.faces, shape.boundary, shape.dart, shape.corner);
         const auto at = masks_.find(key);
         if (at != masks_.end()) return at->second;
         Masks& masks = masks_[key];
@@ -153,7 +153,7 @@ class Finder {
                 masks.tangent1.clear();  // a shape that has no matrix; a limit may have its formula all the same
             }
         }
-        const FanLabels labels(lattice_, shape, 0);
+        const FanLabels labels(lattice(shape), shape, 0);
         for (const Mask* mask : {&masks.limit, &masks.tangent1, &masks.tangent2})
             for (const auto& [label, weight] : *mask) masks.rings = std::max(masks.rings, labels.ring_of(label));
         if (masks.tangents() && !outwards(masks, shape)) std::swap(masks.tangent1, masks.tangent2);
@@ -166,12 +166,14 @@ class Finder {
             double x = 0, y = 0;
         };
         const int n = shape.faces;
-        const double turn = (shape.boundary ? 1 : 2) * std::numbers::pi / n;
+        const bool dual = lattice(shape) == FanLattice::dual;
+        // A single face does not fill the half plane.
+        const double turn = std::min((shape.boundary ? 1 : 2) * std::numbers::pi / n, 2 * std::numbers::pi / 3);
         const auto ray = [&](int s) { return Point{std::cos(s * turn), std::sin(s * turn)}; };
         const auto place = [&](FanLabel l) -> Point {
-            if (dual_ && shape.boundary) return {l.sector == 0 ? 0.5 + l.a : -0.5 - l.a, double(l.b)};
+            if (dual && shape.boundary) return {l.sector == 0 ? 0.5 + l.a : -0.5 - l.a, double(l.b)};
             const Point p = ray(l.sector);
-            if (!dual_) {
+            if (!dual) {
                 const Point q = ray(l.sector + 1);
                 return {l.a * p.x + l.b * q.x, l.a * p.y + l.b * q.y};
             }
@@ -191,6 +193,8 @@ class Finder {
         const Point a = apply(masks.tangent1), b = apply(masks.tangent2);
         return a.x * b.y - a.y * b.x > 0;
     }
+
+    FanLattice lattice(const FanShape& shape) const { return fan_lattice(scheme_, shape, options_); }
 
     bool semi_sharp(const RuleMesh& mesh, int v, const RuleMesh::Ring& ring) const {
         return is_semi_sharp(mesh.vertex_sharpness(v)) ||
@@ -212,18 +216,22 @@ class Finder {
         }
         const int v = mesh.origin(site.halfedge);
         const RuleMesh::Ring ring = mesh.ring(v);
+        const auto tagged_corner = [&] {
+            return by_masks(mesh, {.faces = ring.faces(), .boundary = true, .corner = true}, ring.halfedge);
+        };
         // A dual vertex, and creases that are not looked at, are seen after a step.
         if (dual_) {
-            if (!semi_sharp(mesh, v, ring) && mesh.rule(v) == VertexRule::corner && !ignores_creases_)
-                return Rows{{{v, 1}}, {}};
-            return std::nullopt;
+            if (semi_sharp(mesh, v, ring) || mesh.rule(v) != VertexRule::corner) return std::nullopt;
+            if (!ignores_creases_) return Rows{{{v, 1}}, {}};
+            if (ring.closed || ring.faces() != 1) return std::nullopt;
+            return tagged_corner();
         }
         if (ignores_creases_ && step == 0) return std::nullopt;
         if (semi_sharp(mesh, v, ring)) return std::nullopt;
         VertexRule rule = mesh.rule(v);
         if (ignores_creases_) {
             if (rule == VertexRule::corner && ring.closed) rule = VertexRule::smooth;
-            if (rule == VertexRule::corner) return std::nullopt;
+            if (rule == VertexRule::corner) return tagged_corner();
         }
         if (rule == VertexRule::corner) return Rows{{{v, 1}}, {}};
         if (rule == VertexRule::smooth) return by_masks(mesh, {.faces = ring.faces()}, ring.halfedge);
@@ -296,7 +304,8 @@ class Finder {
     }
 
     const FanLabels& labels_of(const FanShape& shape, int rings) {
-        return labels_.try_emplace(std::tuple(shape.faces, shape.boundary, rings), lattice_, shape, rings)
+        return labels_
+            .try_emplace(std::tuple(shape.faces, shape.boundary, shape.corner, rings), lattice(shape), shape, rings)
             .first->second;
     }
 
@@ -305,7 +314,7 @@ class Finder {
                                          int rings) {
         const FanLabels& labels = labels_of(shape, rings);
         const int size = lattice_ == FanLattice::triangles ? 3 : 4;
-        const bool dual_face = dual_ && !shape.boundary;
+        const bool dual = lattice(shape) == FanLattice::dual, dual_face = dual && !shape.boundary;
         if (!dual_face)
             for (const int h : start)
                 if (mesh.face_size(mesh.face(h)) != size) return std::nullopt;
@@ -319,11 +328,11 @@ class Finder {
         // Everything around the middle must be regular.
         for (int i = 0; i < labels.size(); ++i) {
             const FanLabel l = labels.all()[i];
-            const bool middle = !dual_ && l.a == 0 && l.b == 0;
+            const bool middle = !dual && l.a == 0 && l.b == 0;
             if (middle) continue;
             const bool on_ray = l.b == 0 && (l.sector == 0 || l.sector == shape.faces);
             const bool sharp =
-                dual_ ? shape.boundary && l.b == 0 : on_ray && (shape.boundary || (shape.dart && l.sector == 0));
+                dual ? shape.boundary && l.b == 0 : on_ray && (shape.boundary || (shape.dart && l.sector == 0));
             const RuleMesh::Ring ring = mesh.ring(fan[i]);
             if (semi_sharp(mesh, fan[i], ring)) return std::nullopt;
             if (sharp) {
@@ -356,7 +365,8 @@ class Finder {
             return at(face, side == RuleMesh::none ? side : step.mesh.twin(side));
         }
         if (site.kind == face || !dual_) return at(site.kind, step.child_halfedge[h]);
-        // The face that a vertex of a dual scheme becomes; beside a crease, the crease's edge of one of the two.
+        // The face that a vertex of a dual scheme becomes; beside a crease, the crease's edge of one of the two; at a
+        // tagged corner of the boundary, the corner's own point.
         const RuleMesh& fine = step.mesh;
         const int v = mesh.origin(h);
         const RuleMesh::Ring ring = mesh.ring(v);
@@ -371,9 +381,9 @@ class Finder {
         }
         if (sharp_count >= 2) {
             if (step.child_crease.empty() || step.child_crease[sharp] == RuleMesh::none) return std::nullopt;
-            const int corner = fine.twin(fine.prev(step.child_crease[sharp]));
-            if (corner == RuleMesh::none || is_sharp(mesh.vertex_sharpness(v)) || sharp_count > 2) return std::nullopt;
-            return at(crease, fine.prev(corner));
+            const bool corner = is_sharp(mesh.vertex_sharpness(v));
+            if (sharp_count > 2 || (corner && ring.closed)) return std::nullopt;
+            return at(corner ? vertex : crease, tip_halfedge(fine, step.child_crease[sharp]));
         }
         if (ring.faces() < 3 || smooth == RuleMesh::none || step.child_halfedge[smooth] == RuleMesh::none)
             return std::nullopt;
@@ -388,8 +398,8 @@ class Finder {
     bool dual_, hexagons_, ignores_creases_, one_ring_;
     MeshPartFinder parts_;
     std::map<int, std::vector<double>> honeycomb_;
-    std::map<std::tuple<int, bool, bool>, Masks> masks_;
-    std::map<std::tuple<int, bool, int>, FanLabels> labels_;
+    std::map<std::tuple<int, bool, bool, bool>, Masks> masks_;
+    std::map<std::tuple<int, bool, bool, int>, FanLabels> labels_;
 };
 
 /// Why a vertex may have no limit.
@@ -398,13 +408,12 @@ const char* why_none(const RuleMesh& mesh, const SchemeInfo& scheme, const RuleO
     if (averages && options.averaging_boundary == AveragingBoundary::recede)
         return ": each step uses up the outer ring, so what lies near the end of the mesh has no place on the limit "
                "surface";
-    if (averages)
-        return ": more than two averaging steps spread a tagged corner over copies of itself, for which there is no "
-               "mask";
     if (scheme.family == MeshFamily::hexagons) return ": a crease that ends there, or a sharpness that lasts too long";
+    // Averaging looks at corners alone.
     for (int h = 0; h < mesh.halfedge_count(); ++h)
-        if (is_semi_sharp(mesh.sharpness(h)))
-            return ": creases near there stay semi-sharp for longer than limits are followed (they have one with more "
+        if (is_semi_sharp(mesh.vertex_sharpness(mesh.origin(h))) || (!averages && is_semi_sharp(mesh.sharpness(h))))
+            return ": creases or corners near there stay semi-sharp for longer than limits are followed (they have one "
+                   "with more "
                    "levels, or tagged with 10, sharp for ever)";
     return "";
 }

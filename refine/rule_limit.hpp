@@ -27,9 +27,8 @@ struct RuleLimits {
 ///
 /// The limit of a vertex of a dual scheme is that of the face that it becomes: on a regular mesh the spline at the
 /// vertex's own parameters.
-/// @throws std::invalid_argument  a vertex for which there is no mask: a corner of an averaging scheme, a
-///                                vertex that its boundary rule uses up, one of valence 2 inside a dual scheme's mesh,
-///                                or what stays semi-sharp too long
+/// @throws std::invalid_argument  a vertex for which there is no mask: one that its boundary rule uses
+///                                up, one of valence 2 inside a dual scheme's mesh, or what stays semi-sharp too long
 RuleLimits rule_limits(const RuleMesh& mesh, const SchemeInfo& scheme, const RuleOptions& options);
 
 /// The same for parts of meshes; keeps the masks that it has found.

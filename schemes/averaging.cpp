@@ -314,8 +314,15 @@ ClosedMasks averaging_closed_masks(const FanShape& shape, const RuleOptions& opt
         return masks;
     }
     if (m != 3) return masks;
+    // At an end, in one direction: children (15, 1) / 16 and (11, 5) / 16 of p_0, p_1; the fixed point is (11, 1) / 12.
+    if (shape.corner) {
+        for (const FanLabel edge : {FanLabel{0, 1, 0}, FanLabel{1, 1, 0}}) add(edge, 11.0 / 144);
+        add({}, 121.0 / 144);
+        add({0, 1, 1}, 1.0 / 144);
+        masks.lambda1 = masks.lambda2 = 0.25;
+        return masks;
+    }
     if (shape.boundary) {
-        // One direction: children of p_0 (15, 1) / 16 and (11, 5) / 16 of p_0, p_1; the fixed point is (11, 1) / 12.
         masks.lambda1 = 0.5;
         return masks;
     }

@@ -69,6 +69,10 @@ RuleStep dual_step(const RuleMesh& mesh, const RuleOptions& options, Weights wei
 
 ClosedMasks closed_masks(const FanShape& shape, double lambda) {
     ClosedMasks masks;
+    if (shape.corner) {
+        masks.limit = {{{}, 1}};
+        return masks;
+    }
     if (shape.boundary) {
         masks.lambda1 = 0.5;
         masks.lambda2 = 0.25;

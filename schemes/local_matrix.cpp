@@ -22,9 +22,12 @@ void check_shape(const SchemeInfo& scheme, const FanShape& shape, FanLattice lat
     const bool dual = lattice == FanLattice::dual;
     if (scheme.family == MeshFamily::hexagons && (shape.boundary || shape.corner || shape.dart))
         throw std::invalid_argument(std::string(scheme.name) + " is analysed at faces inside the mesh only");
-    if (dual && (shape.corner || shape.dart))
-        throw std::invalid_argument(std::string(scheme.name) +
-                                    " is a dual scheme: corners and darts have no limit mask of a ring");
+    if (dual && shape.dart)
+        throw std::invalid_argument(std::string(scheme.name) + " is a dual scheme: darts have no limit mask of a ring");
+    if (dual && shape.corner && !(shape.boundary && shape.faces == 1))
+        throw std::invalid_argument(
+            std::string(scheme.name) +
+            " is a dual scheme: its corners are on the boundary and have one face after a step");
     if (shape.dart && shape.boundary) throw std::invalid_argument("a dart is inside the mesh");
     const int least = shape.boundary ? 1 : 3;
     if (shape.faces < least)
@@ -70,8 +73,8 @@ double scale(const SchemeInfo& scheme) { return scheme.refinement == Refinement:
 }  // namespace
 
 LocalMatrix local_matrix(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options) {
-    const FanLattice lattice = fan_lattice(scheme, options);
-    check_shape(scheme, shape, lattice);
+    check_shape(scheme, shape, fan_lattice(scheme, options));
+    const FanLattice lattice = fan_lattice(scheme, shape, options);
     const bool averages =
         scheme.step == biquartic_step || (scheme.step == averaging_step && options.averaging_steps > 0);
     if (averages && shape.boundary && options.averaging_boundary == AveragingBoundary::recede)
@@ -83,9 +86,7 @@ LocalMatrix local_matrix(const SchemeInfo& scheme, const FanShape& shape, const 
     const SectorFan fan(lattice, shape, rings + margin(scheme, options));
     const RuleStep step = scheme.step(fan.mesh, options);
     LocalMatrix matrix{FanLabels(lattice, shape, rings), {}};
-    std::vector<int> start = child_start(fan, step);
-    if (lattice == FanLattice::dual && shape.boundary) start = {step.child_crease[fan.start[0]]};
-    const std::vector<int> rows = find_fan(step.mesh, start, matrix.labels);
+    const std::vector<int> rows = find_fan(step.mesh, child_start(fan, step), matrix.labels);
     const int size = matrix.size();
     matrix.weights.assign(static_cast<std::size_t>(size) * size, 0.0);
     for (int i = 0; i < size; ++i) {

@@ -140,12 +140,17 @@ bool ignores_creases(const SchemeInfo& scheme, const RuleOptions& options) {
            (options.averaging_steps != 2 || options.averaging_boundary == AveragingBoundary::recede);
 }
 
+FanLattice fan_lattice(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options) {
+    const FanLattice lattice = fan_lattice(scheme, options);
+    return lattice == FanLattice::dual && shape.corner ? FanLattice::quads : lattice;
+}
+
 int fan_rings(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options) {
     const bool averaging = scheme.step == averaging_step;
     const int m = options.averaging_steps;
     const int rings = !averaging ? scheme.rings : m % 2 == 1 ? (m + 1) / 2 : m / 2 + 1;
     // Beside a boundary edge of a dual scheme a ring is two rows deep.
-    return fan_lattice(scheme, options) == FanLattice::dual && shape.boundary ? rings - 1 : rings;
+    return fan_lattice(scheme, shape, options) == FanLattice::dual && shape.boundary ? rings - 1 : rings;
 }
 
 }  // namespace tetrakis

@@ -16,11 +16,12 @@ enum class FanLattice {
     dual,       ///< around a face, quads: dual schemes
 };
 
-/// A neighbourhood with one extraordinary point in the middle.
+/// A neighbourhood with one extraordinary point in the middle. A corner of a dual scheme, which has one face after a
+/// step, is a corner between quads.
 struct FanShape {
     int faces = 0;          ///< around the vertex (primal), or corners of the face (dual, interior)
     bool boundary = false;  ///< the vertex is on the boundary (primal); half a lattice along a boundary edge (dual)
-    bool corner = false;    ///< the vertex is tagged a corner (primal)
+    bool corner = false;    ///< the vertex is tagged a corner
     bool dart = false;      ///< the edges on the first ray are sharp (primal, interior)
 
     friend bool operator==(const FanShape&, const FanShape&) = default;
@@ -75,6 +76,11 @@ struct SectorFan {
 /// The vertices of any mesh around such starting half-edges, in the order of the labels: a walk over faces.
 /// @throws std::logic_error  the mesh ends, or its faces are no lattice
 std::vector<int> find_fan(const RuleMesh& mesh, std::span<const int> start, const FanLabels& labels);
+
+/// What a dual step makes of the vertex that a crease's half-edge leaves: of the finer half-edge along that crease
+/// (RuleStep::child_crease), the one before it. At a boundary corner it leaves the corner's own point, elsewhere the
+/// crease's last point before the vertex.
+int tip_halfedge(const RuleMesh& fine, int along);
 
 /// Where the same neighbourhood starts one level down.
 std::vector<int> child_start(const SectorFan& fan, const RuleStep& step);

@@ -1,10 +1,12 @@
 #include "tetrakis/hier/control_mesh.hpp"
+#include "tetrakis/refine/mesh_part.hpp"
 #include "tetrakis/refine/refine.hpp"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <vector>
 
 // The ends of open meshes under repeated averaging with copies of the boundary.
@@ -14,7 +16,7 @@ using namespace tetrakis;
 namespace {
 
 /// columns x rows vertices over a rectangle, faces counter-clockwise from above, all of it curved.
-ControlMeshData curved_grid(int columns, int rows, BoundaryRule rule) {
+ControlMeshData curved_grid(int columns, int rows) {
     ControlMeshData data;
     data.face_offsets.push_back(0);
     for (int y = 0; y < rows; ++y)
@@ -28,7 +30,6 @@ ControlMeshData curved_grid(int columns, int rows, BoundaryRule rule) {
                 data.face_vertices.push_back(v);
             data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
         }
-    data.boundary_rule = rule;
     return data;
 }
 
@@ -50,6 +51,35 @@ SplineRow quartic(int i, int count) {
         i == 0 ? -2 : i - 1, {1.0 / 24, 11.0 / 24, 11.0 / 24, 1.0 / 24}, {sign / 2, -sign / 2, -sign / 2, sign / 2}};
 }
 
+/// Number of the tagged corner that lies nearest: of those of finer meshes, the one that comes out of a corner.
+int tip(const RuleMesh& mesh, const std::vector<Vec3d>& positions, const Vec3d& near) {
+    int best = -1;
+    for (int v = 0; v < mesh.vertex_count(); ++v)
+        if (mesh.vertex_sharpness(v) > 0 &&
+            (best < 0 || glm::length(positions[v] - near) < glm::length(positions[best] - near)))
+            best = v;
+    return best;
+}
+
+/// Where so many refinements of what is around a corner end.
+Vec3d refined_away(RuleMesh mesh, std::vector<Vec3d> positions, int v, const SchemeInfo& scheme,
+                   const RuleOptions& rules) {
+    constexpr int k_steps = 50, k_rings = 10;
+    detail::MeshPartFinder parts;
+    for (int i = 0; i < k_steps; ++i) {
+        const detail::MeshPart part = parts.find(mesh, std::span(&v, 1), k_rings);
+        RuleStep step = scheme.step(part.mesh, rules);
+        std::vector<Vec3d> finer(step.mesh.vertex_count(), Vec3d(0));
+        for (int r = 0; r < step.mesh.vertex_count(); ++r)
+            for (std::size_t t = 0; t < step.stencils.points(r).size(); ++t)
+                finer[r] += step.stencils.weights(r)[t] * positions[part.vertex[step.stencils.points(r)[t]]];
+        v = tip(step.mesh, finer, positions[v]);
+        mesh = std::move(step.mesh);
+        positions = std::move(finer);
+    }
+    return positions[v];
+}
+
 int reflected(int i, int count) { return i < 0 ? -1 - i : i >= count ? 2 * count - 1 - i : i; }
 
 }  // namespace
@@ -58,14 +88,12 @@ TEST_SUITE_BEGIN("refine");
 
 TEST_CASE("biquartic limits of an open grid are the even spline's, normals included") {
     constexpr int columns = 7, rows = 6;
-    const ControlMeshData data = curved_grid(columns, rows, BoundaryRule::edge_only);
+    const ControlMeshData data = curved_grid(columns, rows);
     const ControlMesh mesh = ControlMesh::build(data);
     const PolygonMesh limit = refine(mesh, "biquartic", 0, {.limit = true, .normals = true});
     double apart = 0, tilted = 0;
     for (int y = 0; y < rows; ++y)
         for (int x = 0; x < columns; ++x) {
-            // Without tags, what is near the end of two boundary lines is rounded off.
-            if (std::min(x, columns - 1 - x) < 2 && std::min(y, rows - 1 - y) < 2) continue;
             const SplineRow u = quartic(x, columns), v = quartic(y, rows);
             Vec3d position(0), along_u(0), along_v(0);
             for (std::size_t j = 0; j < v.value.size(); ++j)
@@ -83,6 +111,58 @@ TEST_CASE("biquartic limits of an open grid are the even spline's, normals inclu
         }
     CHECK(apart < 1e-12);
     CHECK(tilted < 1e-12);
+}
+
+TEST_CASE("limits of tagged corners under averaging are the same seen from any level, and where refinement ends") {
+    // An L of quads: corners with one face by the boundary rule, and the one in the bend, with three, by a tag.
+    ControlMeshData data = curved_grid(4, 4);
+    constexpr std::size_t removed = 8;  // the last face
+    data.face_vertices.resize(4 * removed);
+    data.face_offsets.resize(removed + 1);
+    data.positions.pop_back();
+    constexpr int bend = 10;
+    data.corners = {{bend, k_infinite_sharpness}};
+    const ControlMesh mesh = ControlMesh::build(data);
+    for (int m = 1; m <= 7; ++m) {
+        if (m == 2) continue;
+        CAPTURE(m);
+        const SchemeInfo& scheme = *find_scheme("averaging");
+        RefineOptions options{.limit = true, .normals = true};
+        options.rules.averaging_steps = m;
+        const RuleRefiner here(mesh, scheme, 0, options), below(mesh, scheme, 2, options);
+        std::vector<Vec3d> positions(here.vertex_count()), normals(here.vertex_count()), finer(below.vertex_count()),
+            finer_normals(below.vertex_count());
+        here.refine(mesh.positions(), positions);
+        here.normals(mesh.positions(), normals);
+        below.refine(mesh.positions(), finer);
+        below.normals(mesh.positions(), finer_normals);
+        for (const int v : {0, 3, 12, bend}) {
+            CAPTURE(v);
+            CHECK(glm::length(finer[tip(below.last(), finer, positions[v])] - positions[v]) < 1e-12);
+            const Vec3d end = refined_away(rule_mesh(mesh), {data.positions}, v, scheme, options.rules);
+            CHECK(glm::length(end - positions[v]) < 1e-12);
+            CHECK(glm::length(finer_normals[tip(below.last(), finer, positions[v])] - normals[v]) < 1e-9);
+            // In the bend a dual scheme's surface, there that of one quad, may lie folded over.
+            if (v != bend) CHECK(normals[v].z > 0.1);
+        }
+    }
+}
+
+TEST_CASE("limits of semi-sharp corners of dual schemes are approached by refinement") {
+    ControlMeshData data = curved_grid(4, 4);
+    data.boundary_rule = BoundaryRule::edge_only;
+    data.corners = {{0, 1.0f}, {3, 1.5f}, {1, 1.0f}};
+    const ControlMesh mesh = ControlMesh::build(data);
+    for (const char* name : {"doo-sabin", "biquartic", "midedge"}) {
+        CAPTURE(name);
+        const PolygonMesh limits = refine(mesh, name, 0, {.limit = true}), deep = refine(mesh, name, 6);
+        for (const int v : {0, 3, 1}) {
+            CAPTURE(v);
+            double nearest = 1e9;
+            for (const Vec3d& p : deep.positions) nearest = std::min(nearest, glm::length(p - limits.positions[v]));
+            CHECK(nearest < 0.02);
+        }
+    }
 }
 
 TEST_SUITE_END();

@@ -134,4 +134,16 @@ TEST_CASE("the same at boundaries") {
     }
 }
 
+TEST_CASE("the same at corners that copies of the boundary or dual faces surround") {
+    for (const Variant& v : variants()) {
+        CAPTURE(v.name);
+        const bool dual = fan_lattice(*v.scheme, v.options) == FanLattice::dual;
+        if (v.scheme->family == MeshFamily::hexagons || (!dual && v.scheme->name != "averaging")) continue;
+        for (int K = 1; K <= (dual ? 1 : 6); ++K) {
+            CAPTURE(K);
+            check_masks(v, {.faces = K, .boundary = true, .corner = true});
+        }
+    }
+}
+
 TEST_SUITE_END();

@@ -18,7 +18,6 @@
 
 using namespace tetrakis;
 using test::k_closed;
-using test::k_tube;
 using test::triangles_of;
 
 namespace {
@@ -43,9 +42,6 @@ ControlMesh mesh_for(const SchemeInfo& scheme, const std::string& text) {
 const char* const k_open =
     "v 0 0 0\nv 1 0 0.2\nv 2 0 0\nv 2.3 1 0.5\nv 1.2 1 0.9\nv 0 1 0.3\nv 1.7 2 0.2\nv 0.5 2 0\nv -0.7 1.6 -0.3\n"
     "f 1 2 5 6\nf 2 3 4 5\nf 5 4 7\nf 6 5 7 8 9\n";
-
-/// Three averaging steps have no limit at the corner of a boundary.
-const char* open_mesh(const SchemeInfo& scheme) { return scheme.name == "biquartic" ? k_tube : k_open; }
 
 /// Averaging in its primal form; in its own, with three steps, it is biquartic.
 RuleOptions rules_of(const SchemeInfo& scheme) {
@@ -139,7 +135,7 @@ TEST_CASE("[inv1] [inv3] every scheme tessellates a closed mesh within the toler
 TEST_CASE("[inv1] [inv3] every scheme tessellates an open mesh of n-gons within the tolerance, on its limit surface") {
     for (const SchemeInfo* scheme : other_schemes()) {
         CAPTURE(scheme->name);
-        const ControlMesh mesh = mesh_for(*scheme, open_mesh(*scheme));
+        const ControlMesh mesh = mesh_for(*scheme, k_open);
         if (scheme->name == "midpoint") continue;
         check_against_uniform(*scheme, mesh, 5e-3);
     }
@@ -171,7 +167,7 @@ TEST_CASE("[slow] [inv10] every scheme gives the same bytes for any number of th
         CAPTURE(scheme->name);
         const bool measured = scheme->name == "butterfly" || scheme->name == "doo-sabin" ||
                               scheme->name == "sqrt3";  // what takes longest
-        const ControlMesh mesh = mesh_for(*scheme, open_mesh(*scheme));
+        const ControlMesh mesh = mesh_for(*scheme, k_open);
         const TessellateOptions options{
             .scheme = *scheme, .rules = rules_of(*scheme), .tolerance = 8e-3, .measure = measured};
         RunContext one, three;
@@ -356,10 +352,9 @@ TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use inst
     CHECK(has(refusal(code, [&] { tessellate(hole, {.scheme = "doo-sabin", .tolerance = 1e-2}); }), "holes"));
     const Tessellation open = tessellate(hole, {.scheme = "kobbelt", .tolerance = 1e-2, .measure = false});
     CHECK(test::topology(open.mesh.triangles) == test::surface_topology(hole));
-    // A corner of the boundary under three averaging steps.
-    const ControlMesh corner = mesh_for(*find_scheme("biquartic"), k_open);
-    CHECK(
-        has(refusal(code, [&] { tessellate(corner, {.scheme = "biquartic", .tolerance = 1e-2}); }), "another scheme"));
+    // A crease that is semi-sharp for more levels than limits are followed.
+    const ControlMesh crease = mesh_for(*find_scheme("kobbelt"), std::string(k_closed) + "t crease 2/1/0 0 1 7.5\n");
+    CHECK(has(refusal(code, [&] { tessellate(crease, {.scheme = "kobbelt", .tolerance = 1e-2}); }), "another scheme"));
     // Memory, and a caller who has had enough.
     RunContext small;
     small.max_memory_bytes = 1 << 20;
