@@ -2,6 +2,7 @@
 
 #include "tetrakis/schemes/doo_sabin.hpp"
 #include "tetrakis/schemes/face_split.hpp"
+#include "tetrakis/schemes/ring_mask.hpp"
 
 namespace tetrakis {
 
@@ -75,6 +76,16 @@ RuleStep honeycomb_step(const RuleMesh& mesh, const RuleOptions& options) {
 }
 
 ClosedMasks honeycomb_closed_masks(const FanShape& shape, const RuleOptions& options) {
+    if (shape.boundary) {
+        const FanLabel ahead{0, 1, 0}, behind{1, 1, 0};
+        ClosedMasks masks;
+        masks.lambda1 = 0.5;
+        masks.limit = {{{}, k_crease_limit_mask.vertex},
+                       {ahead, k_crease_limit_mask.neighbour},
+                       {behind, k_crease_limit_mask.neighbour}};
+        masks.tangent1 = {{ahead, 1}, {behind, -1}};
+        return masks;
+    }
     return doo_sabin_closed_masks(shape, options);
 }
 

@@ -14,7 +14,8 @@ namespace tetrakis {
 /// hexagons they reproduce the plane, and no k-gon has another eigenvalue above 1/4. An old vertex goes to the mean of
 /// the new corners around it. Boundary and crease: cubic B-spline; corner: stays.
 RuleStep honeycomb_step(const RuleMesh& mesh, const RuleOptions& options);
-/// At the centre of a face.
+/// At the centre of a face, or at a boundary vertex. Of its faces, one more after each step, those along the boundary
+/// are pentagons, which map to themselves and each to its own half of the boundary.
 ClosedMasks honeycomb_closed_masks(const FanShape& shape, const RuleOptions& options);
 
 }  // namespace tetrakis

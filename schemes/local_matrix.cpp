@@ -20,8 +20,9 @@ int margin(const SchemeInfo& scheme, const RuleOptions& options) {
 
 void check_shape(const SchemeInfo& scheme, const FanShape& shape, FanLattice lattice) {
     const bool dual = lattice == FanLattice::dual;
-    if (scheme.family == MeshFamily::hexagons && (shape.boundary || shape.corner || shape.dart))
-        throw std::invalid_argument(std::string(scheme.name) + " is analysed at faces inside the mesh only");
+    if (scheme.family == MeshFamily::hexagons && (shape.corner || shape.dart))
+        throw std::invalid_argument(std::string(scheme.name) +
+                                    " is analysed at faces inside the mesh and at its boundary; corners stay");
     if (dual && shape.dart)
         throw std::invalid_argument(std::string(scheme.name) + " is a dual scheme: darts have no limit mask of a ring");
     if (dual && shape.corner && !(shape.boundary && shape.faces == 1))

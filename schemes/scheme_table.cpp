@@ -142,10 +142,12 @@ bool ignores_creases(const SchemeInfo& scheme, const RuleOptions& options) {
 
 FanLattice fan_lattice(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options) {
     const FanLattice lattice = fan_lattice(scheme, options);
+    if (scheme.family == hexagons && shape.boundary) return FanLattice::pentagons;
     return lattice == FanLattice::dual && shape.corner ? FanLattice::quads : lattice;
 }
 
 int fan_rings(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options) {
+    if (fan_lattice(scheme, shape, options) == FanLattice::pentagons) return 1;
     const bool averaging = scheme.step == averaging_step;
     const int m = options.averaging_steps;
     const int rings = !averaging ? scheme.rings : m % 2 == 1 ? (m + 1) / 2 : m / 2 + 1;

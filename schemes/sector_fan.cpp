@@ -4,6 +4,7 @@
 #include <limits>
 #include <stdexcept>
 #include <tuple>
+#include <utility>
 
 namespace tetrakis {
 
@@ -13,6 +14,16 @@ FanLabels::FanLabels(FanLattice lattice, const FanShape& shape, int rings)
     const bool dual = lattice == FanLattice::dual;
     const int n = shape.faces;
     if (!dual) labels_.push_back({});
+    if (lattice == FanLattice::pentagons) {
+        // The two faces in the order of their corners; beyond them a face of six corners between.
+        constexpr std::pair<int, int> beside[] = {{1, 0}, {2, 0}, {2, 1}, {0, 1}};
+        for (const auto& [a, b] : beside)
+            for (int s = 0; s < 2 && rings >= 1; ++s) labels_.push_back({s, a, b});
+        for (const FanLabel l : {FanLabel{0, 0, 2}, FanLabel{1, 0, 2}, FanLabel{0, 0, 3}})
+            if (rings >= 2) labels_.push_back(l);
+        for (int i = 0; i < size(); ++i) number_[labels_[i]] = i;
+        return;
+    }
     struct Place {
         int ring, a, b;
     };
@@ -35,6 +46,7 @@ FanLabels::FanLabels(FanLattice lattice, const FanShape& shape, int rings)
 
 int FanLabels::ring_of(FanLabel label) const {
     if (lattice_ == FanLattice::triangles) return label.a + label.b;
+    if (lattice_ == FanLattice::pentagons) return label.b > 1 ? 2 : label.a + label.b > 0 ? 1 : 0;
     if (lattice_ == FanLattice::dual && shape_.boundary) return std::max(label.a, label.b - 1);
     return std::max(label.a, label.b);
 }
@@ -42,6 +54,7 @@ int FanLabels::ring_of(FanLabel label) const {
 FanLabel FanLabels::canonical(FanLabel label) const {
     if (lattice_ == FanLattice::dual) return label;
     if (label.a == 0 && label.b == 0) return {};
+    if (lattice_ == FanLattice::pentagons) return label;
     if (label.a == 0) label = {label.sector + 1, label.b, 0};
     if (!shape_.boundary) label.sector = (label.sector % shape_.faces + shape_.faces) % shape_.faces;
     return label;
@@ -57,6 +70,10 @@ FanLabel FanLabels::mirrored(FanLabel label) const {
     if (lattice_ == FanLattice::dual) {
         if (shape_.boundary) return {1 - label.sector, label.a, label.b};
         return {(n - label.sector) % n, label.b, label.a};
+    }
+    if (lattice_ == FanLattice::pentagons) {
+        const bool on_axis = label.a == 0 && label.b != 1 && label.b != 2;
+        return {on_axis ? label.sector : 1 - label.sector, label.a, label.b};
     }
     if (label.a == 0) return label;
     if (shape_.boundary)
@@ -115,6 +132,13 @@ void dual_boundary_faces(const FanLabels& labels, Face&& face) {
     }
 }
 
+template <class Face>
+void pentagon_faces(Face&& face) {
+    face({{}, {0, 1, 0}, {0, 2, 0}, {0, 2, 1}, {0, 0, 1}});
+    face({{}, {0, 0, 1}, {0, 0, 2}, {0, 0, 3}, {1, 0, 2}, {1, 0, 1}});
+    face({{}, {1, 0, 1}, {1, 2, 1}, {1, 2, 0}, {1, 1, 0}});
+}
+
 RuleMesh fan_mesh(const FanLabels& labels) {
     const FanShape& shape = labels.shape();
     RuleMesh::Builder faces;
@@ -128,7 +152,9 @@ RuleMesh fan_mesh(const FanLabels& labels) {
         }
         faces.end_face();
     };
-    if (labels.lattice() != FanLattice::dual)
+    if (labels.lattice() == FanLattice::pentagons)
+        pentagon_faces(face);
+    else if (labels.lattice() != FanLattice::dual)
         primal_faces(labels, face);
     else if (shape.boundary)
         dual_boundary_faces(labels, face);
@@ -169,6 +195,10 @@ SectorFan::SectorFan(FanLattice lattice, const FanShape& shape, int rings)
         start = {halfedge({1, 0, 0}, {0, 0, 0})};
         return;
     }
+    if (lattice == FanLattice::pentagons) {
+        start = {halfedge({}, {0, 1, 0})};
+        return;
+    }
     for (int s = 0; s < n; ++s)
         start.push_back(lattice == FanLattice::dual ? halfedge({s, 0, 0}, {(s + 1) % n, 0, 0})
                                                     : halfedge({}, {s, 1, 0}));
@@ -185,7 +215,22 @@ std::vector<int> find_fan(const RuleMesh& mesh, std::span<const int> start, cons
     };
     const int R = labels.rings(), n = labels.shape().faces;
     const bool dual = labels.lattice() == FanLattice::dual;
-    if (dual && labels.shape().boundary) {
+    if (labels.lattice() == FanLattice::pentagons) {
+        const int ahead = start[0];
+        int behind = ahead;
+        while (mesh.twin(mesh.prev(behind)) != RuleMesh::none) behind = mesh.twin(mesh.prev(behind));
+        if (mesh.face_size(mesh.face(ahead)) != 5 || mesh.face_size(mesh.face(behind)) != 5)
+            throw std::logic_error("the faces along the boundary are no pentagons");
+        see({}, mesh.origin(ahead));
+        constexpr std::pair<int, int> corners[] = {{1, 0}, {2, 0}, {2, 1}, {0, 1}};
+        int h = ahead, back = behind;
+        for (const auto& [a, b] : corners) {
+            see({0, a, b}, mesh.target(h));
+            back = mesh.prev(back);
+            see({1, a, b}, mesh.origin(back));
+            h = mesh.next(h);
+        }
+    } else if (dual && labels.shape().boundary) {
         for (const bool ahead : {true, false}) {
             int column = start[0];
             for (int a = 0; a <= R; ++a) {
@@ -262,6 +307,8 @@ int tip_halfedge(const RuleMesh& fine, int along) {
 }
 
 std::vector<int> child_start(const SectorFan& fan, const RuleStep& step) {
+    // Old vertices keep their numbers there.
+    if (fan.labels.lattice() == FanLattice::pentagons) return {step.mesh.first(fan.mesh.origin(fan.start[0]))};
     if (fan.labels.shape().boundary && !step.child_crease.empty()) {
         const int along = step.child_crease[fan.start[0]];
         if (fan.labels.lattice() == FanLattice::dual) return {along};

@@ -14,6 +14,7 @@ enum class FanLattice {
     triangles,  ///< around a vertex, triangles
     quads,      ///< around a vertex, quads
     dual,       ///< around a face, quads: dual schemes
+    pentagons,  ///< around a boundary vertex of hexagons, the two faces along the boundary
 };
 
 /// A neighbourhood with one extraordinary point in the middle. A corner of a dual scheme, which has one face after a
@@ -28,9 +29,10 @@ struct FanShape {
 };
 
 /// Place of a vertex in a fan. Primal: a steps along ray `sector`, then b along the next ray, a >= 1; the centre is
-/// {0, 0, 0}. Dual: from corner `sector` of the middle face, a steps out along the side before it and b along the side
-/// after it; at a boundary a steps away from the middle of the edge along the boundary (sector 0 ahead, 1 behind) and b
-/// steps inwards.
+/// {0, 0, 0}. Pentagons: a steps along the boundary from the vertex (sector 0 ahead, 1 behind), b = 1 across the face;
+/// b > 1 between the two. Dual: from corner `sector` of the middle face, a steps out along the side before it and b
+/// along the side after it; at a boundary a steps away from the middle of the edge along the boundary (sector 0 ahead,
+/// 1 behind) and b steps inwards.
 struct FanLabel {
     int sector = 0, a = 0, b = 0;
     friend auto operator<=>(const FanLabel&, const FanLabel&) = default;
@@ -67,7 +69,7 @@ struct SectorFan {
     FanLabels labels;
     RuleMesh mesh;
     /// Per sector a half-edge to walk from: primal, it leaves the centre along the ray; dual, it leaves the corner
-    /// within the middle face; dual boundary, the boundary edge itself.
+    /// within the middle face; dual boundary, the boundary edge itself; pentagons, the edge ahead.
     std::vector<int> start;
 
     SectorFan(FanLattice lattice, const FanShape& shape, int rings);

@@ -153,7 +153,7 @@ void analyse_rotation(SpectralAnalysis& analysis) {
 
 bool on_boundary(const FanLabels& labels, int i) {
     const FanLabel label = labels.all()[i];
-    if (labels.lattice() == FanLattice::dual) return label.b == 0;
+    if (labels.lattice() == FanLattice::dual || labels.lattice() == FanLattice::pentagons) return label.b == 0;
     return label.a == 0 || (label.b == 0 && (label.sector == 0 || label.sector == labels.shape().faces));
 }
 
@@ -312,6 +312,8 @@ SpectralAnalysis analyse(const SchemeInfo& scheme, const FanShape& shape, const 
     else
         bends = analyse_mirror(analysis);
     finish(analysis, rotates, bends);
+    // Two of the faces at the vertex; what those between do is not in the matrix.
+    if (analysis.matrix.labels.lattice() == FanLattice::pentagons) analysis.proper = false;
     normalise(analysis.tangent1);
     normalise(analysis.tangent2);
     return analysis;

@@ -23,7 +23,7 @@ struct LocalMatrix {
     double at(int row, int column) const { return weights[static_cast<std::size_t>(row) * labels.size() + column]; }
 };
 /// @throws std::invalid_argument  the shape is not one of the scheme: a valence below 3 (interior) or 1 (boundary), a
-///                                corner or dart where it has none, a boundary of hexagons
+///                                corner or dart where it has none
 LocalMatrix local_matrix(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options);
 
 struct Eigenvalue {
@@ -40,7 +40,8 @@ struct SpectralAnalysis {
     double lambda1 = 0, lambda2 = 0;
     double third = 0;  ///< magnitude of the next one
     /// 1 is simple, the tangents' eigenvalues are real and positive, and all others are smaller, but for what varies
-    /// along a boundary alone and so does not tilt the plane: smaller than the tangent's along it is enough.
+    /// along a boundary alone and so does not tilt the plane: smaller than the tangent's along it is enough. Never at a
+    /// boundary of hexagons, where the matrix has two faces of many.
     bool proper = false;
     CurvatureClass curvature{};  ///< interior only; the third against lambda1 lambda2
     /// Left eigenvectors, in the order of the labels. Position sums to one, the tangents to zero and their largest

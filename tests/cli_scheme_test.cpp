@@ -64,6 +64,10 @@ TEST_CASE(
     const nlohmann::json boundary = cli::run_json({"scheme", "loop", "--boundary", "--json"});
     CHECK(boundary.at("valence") == 4);
     CHECK(boundary.at("subdominant")[0].get<double>() == doctest::Approx(0.5));
+    const nlohmann::json pentagons = cli::run_json({"scheme", "honeycomb", "--boundary", "--matrix", "--json"});
+    CHECK(pentagons.at("matrix").size() == 9);
+    CHECK(pentagons.at("limit").at("weights")[0].get<double>() == doctest::Approx(2.0 / 3));
+    CHECK(pentagons.at("subdominant")[0].get<double>() == doctest::Approx(0.5));
     CHECK(cli::run({"scheme", "catmull-clark", "--valence", "7", "--matrix"}).out.find("unbounded") !=
           std::string::npos);
 }
@@ -157,7 +161,11 @@ TEST_CASE("[bad-input] an unknown scheme is answered with the nearest name and a
     CHECK(cli::run({"scheme"}).code == 2);
     CHECK(cli::run({"scheme", "loop", "--valence", "2"}).code == 2);
     CHECK(cli::run({"scheme", "loop", "--valence", "x"}).code == 2);
-    CHECK(cli::run({"scheme", "honeycomb", "--boundary"}).code == 2);
+    CHECK(cli::run({"scheme", "honeycomb", "--boundary", "--valence", "4"}).code == 2);
+    const ProcessResult undrawn = cli::run({"scheme", "honeycomb", "--boundary", "--image", "no.png"});
+    CHECK(undrawn.code == 2);
+    CHECK(undrawn.err.find("no picture of the boundary") != std::string::npos);
+    CHECK(!std::filesystem::exists("no.png"));
     CHECK(cli::run({"scheme", "doo-sabin", "--boundary", "--valence", "4"}).code == 2);
 }
 

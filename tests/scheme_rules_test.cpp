@@ -537,7 +537,7 @@ TEST_CASE("[bad-input] what a scheme or a rule mesh cannot take is refused with 
                          std::invalid_argument);
     CHECK_THROWS_WITH_AS(analyse(*find_scheme("loop"), {.faces = 2}, {}), doctest::Contains("at least 3"),
                          std::invalid_argument);
-    CHECK_THROWS_AS(analyse(*find_scheme("honeycomb"), {.faces = 6, .boundary = true}, {}), std::invalid_argument);
+    CHECK_THROWS_AS(analyse(*find_scheme("honeycomb"), {.faces = 6, .corner = true}, {}), std::invalid_argument);
     CHECK(find_scheme("nothing") == nullptr);
     CHECK(nearest_scheme_name("catmul-clarck") == "catmull-clark");
     CHECK(nearest_scheme_name("doosabin") == "doo-sabin");

@@ -45,11 +45,14 @@ std::string number(double x) {
     return fmt::format("{:.10g}", x);
 }
 
+/// Whether the points lie on and between edges that leave a vertex.
+bool has_edges(const FanLabels& labels) {
+    return labels.lattice() == FanLattice::triangles || labels.lattice() == FanLattice::quads;
+}
+
 std::string place_name(const FanLabels& labels, FanLabel label) {
-    if (labels.lattice() != FanLattice::dual) {
-        if (label.a == 0) return "c";
-        if (label.a == 1 && label.b == 0) return fmt::format("e{}", label.sector);
-    }
+    if (labels.lattice() != FanLattice::dual && label.a == 0 && label.b == 0) return "c";
+    if (has_edges(labels) && label.a == 1 && label.b == 0) return fmt::format("e{}", label.sector);
     return fmt::format("({}; {}, {})", label.sector, label.a, label.b);
 }
 
@@ -85,8 +88,8 @@ std::vector<int> shown_rows(const LocalMatrix& m) {
         const FanLabel l = labels.all()[i];
         const bool near = labels.ring_of(l) <= 1 || (labels.lattice() == FanLattice::triangles && l.a == 1 && l.b == 1);
         // All edges of a boundary differ; of the rest sector 0 stands for the others.
-        const bool first = l.sector == 0 || (labels.shape().boundary && labels.lattice() != FanLattice::dual &&
-                                             2 * l.sector <= labels.shape().faces);
+        const bool first =
+            l.sector == 0 || (labels.shape().boundary && has_edges(labels) && 2 * l.sector <= labels.shape().faces);
         if (near && first) rows.push_back(i);
     }
     return rows;
@@ -114,6 +117,8 @@ std::string support_text(const Findings& f, FanLattice lattice) {
 
 std::string looked_at(const Findings& f, const FanLabels& labels) {
     const bool dual = labels.lattice() == FanLattice::dual;
+    if (labels.lattice() == FanLattice::pentagons)
+        return "a boundary vertex after two steps: its two faces along the boundary";
     if (labels.shape().boundary)
         return dual ? "a boundary edge between quads" : fmt::format("a boundary vertex with {} edges", f.valence);
     return fmt::format("a {} with {} {}", dual ? "face" : "vertex", f.valence, dual ? "corners" : "edges");
@@ -164,11 +169,13 @@ void print_text(const Findings& f, const SchemeOptions& options) {
     table.row("third",
               fmt::format("{}; the subdominant ones' product is {}", number(a.third), number(a.lambda1 * a.lambda2)));
     const bool smaller = a.third < std::min(a.lambda1, a.lambda2) - k_same_eigenvalue;
+    const bool pentagons = labels.lattice() == FanLattice::pentagons;
     table.row("tangent plane",
-              !a.proper ? "not shown by the spectrum: another eigenvalue is not smaller than the tangents'"
-              : smaller ? "the spectrum allows it: 1, the tangents', all others smaller"
-                        : "the spectrum allows it: what is not smaller than the tangents' varies along the boundary "
-                          "alone");
+              pentagons   ? "not shown: the faces between the two, one more in each step, are not in the matrix"
+              : !a.proper ? "not shown by the spectrum: another eigenvalue is not smaller than the tangents'"
+              : smaller   ? "the spectrum allows it: 1, the tangents', all others smaller"
+                          : "the spectrum allows it: what is not smaller than the tangents' varies along the boundary "
+                            "alone");
     if (!options.boundary && a.proper) table.row("curvature", std::string(name(a.curvature)));
     const auto kind = [](bool formula) { return formula ? "" : " (numeric)"; };
     table.row("limit", mask_text(labels, f.masks.limit) + kind(f.masks.limit_is_formula));
@@ -176,7 +183,13 @@ void print_text(const Findings& f, const SchemeOptions& options) {
               mask_text(labels, f.masks.tangent1) + kind(f.masks.tangent1_is_formula || f.masks.tangent1.empty()));
     table.row("", mask_text(labels, f.masks.tangent2) + kind(f.masks.tangent2_is_formula || f.masks.tangent2.empty()));
     table.print();
-    if (dual && options.boundary)
+    if (pentagons)
+        fmt::print(
+            "\nPoints: c the vertex, (s; a, 0) a steps along the boundary (s = 0 ahead, 1 behind), (s; a, 1) across "
+            "the "
+            "face from there.\nThe second tangent is that of the two faces, which get narrow faster than the boundary "
+            "bends: they end in its osculating plane.\n");
+    else if (dual && options.boundary)
         fmt::print(
             "\nPoints: (s; a, b) is a steps along the boundary from the edge's middle (s = 0 ahead, 1 behind), b steps "
             "inwards.\n");
@@ -252,6 +265,11 @@ Json json_of(const Findings& f, const SchemeOptions& options) {
 void draw(const Findings& f, const SchemeOptions& options) {
     const SpectralAnalysis& a = f.analysis;
     const FanLabels& labels = a.matrix.labels;
+    if (labels.lattice() == FanLattice::pentagons)
+        throw std::invalid_argument(fmt::format(
+            "there is no picture of the boundary of {}, whose vertices have one face more in each step; leave "
+            "out --image, or --boundary",
+            f.scheme.name));
     SchemePicture picture{
         .title = fmt::format("{}: {} at {}", f.scheme.name, f.scheme.title, looked_at(f, labels)),
         .subtitle = fmt::format("{}, third {:.6g}, {}; red: where the new point lies",
@@ -285,13 +303,17 @@ ExitCode run(SchemeOptions options) {
     outputs.check({});
     options.rules = options.flags.rules();
     const int valence = options.valence.value_or(regular_valence(scheme, options.boundary));
-    const bool dual = fan_lattice(scheme, options.rules) == FanLattice::dual;
     FanShape shape{.faces = valence, .boundary = options.boundary};
+    const FanLattice lattice = fan_lattice(scheme, shape, options.rules);
+    const bool dual = lattice == FanLattice::dual;
     // Beside a boundary vertex there is one face less than edges; a dual scheme's boundary has no valence.
     if (options.boundary && !dual) shape.faces = valence - 1;
     if (options.boundary && dual && options.valence)
         throw UsageError(
             fmt::format("{} is a dual scheme: its boundary is regular after a step and has no --valence", scheme.name));
+    if (lattice == FanLattice::pentagons && options.valence)
+        throw UsageError(
+            fmt::format("a boundary vertex of {} has one edge more in each step and so no --valence", scheme.name));
     try {
         SpectralAnalysis analysis = analyse(scheme, shape, options.rules);
         SchemeMasks masks = scheme_masks(scheme, analysis, options.rules);
