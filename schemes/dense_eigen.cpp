@@ -3,6 +3,11 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
 // All of Eigen that the project uses: its templates take long to compile, so they are compiled here once, and for
 // complex matrices alone.
 
@@ -21,10 +26,68 @@ MatrixXcd to_eigen(const DenseMatrix<T>& m) {
     return out;
 }
 
+// Nothing is told apart from zero below this, and nothing farther apart than this part of itself is put together.
+constexpr double k_cluster = 1e-4;
+
+/// Whether two eigenvalues are near each other, yet not the same.
+bool apart_a_little(Complex a, Complex b) {
+    constexpr double k_rounding = 1e-13;
+    const double distance = std::abs(a - b), size = std::max(std::abs(a), std::abs(b));
+    return size > k_cluster && distance > k_rounding && distance < k_cluster * size;
+}
+
+/// How far off rounding may have put each eigenvalue, to first order: the backward error over the cosine between its
+/// left and right eigenvectors. That of what a defective eigenvalue of multiplicity k has become is of the size of its
+/// distance from the others, the k-th root of the rounding error; that of others is near the rounding error itself.
+std::vector<double> uncertainties(const MatrixXcd& m, const MatrixXcd& right) {
+    constexpr double k_backward_error = 10 * std::numeric_limits<double>::epsilon();
+    const MatrixXcd left = right.partialPivLu().inverse();
+    std::vector<double> result;
+    for (Eigen::Index i = 0; i < m.rows(); ++i) {
+        const double secant = left.row(i).norm() * right.col(i).norm();
+        result.push_back(std::isfinite(secant) ? k_backward_error * m.norm() * secant : 1);
+    }
+    return result;
+}
+
+/// Eigenvalues that rounding alone may hold apart become their mean, which a perturbation moves no more than a simple
+/// one.
+void join(std::vector<Complex>& values, const std::vector<double>& uncertain) {
+    const std::size_t n = values.size();
+    std::vector<bool> done(n, false);
+    const std::vector<Complex> old = values;
+    for (std::size_t first = 0; first < n; ++first) {
+        if (done[first]) continue;
+        std::vector<std::size_t> cluster{first};
+        done[first] = true;
+        Complex sum = old[first];
+        for (std::size_t k = 0; k < cluster.size(); ++k)
+            for (std::size_t i = 0; i < n; ++i) {
+                const std::size_t from = cluster[k];
+                if (done[i] || !apart_a_little(old[from], old[i]) ||
+                    std::abs(old[from] - old[i]) > uncertain[from] + uncertain[i])
+                    continue;
+                done[i] = true;
+                sum += old[i];
+                cluster.push_back(i);
+            }
+        for (const std::size_t i : cluster) values[i] = sum / static_cast<double>(cluster.size());
+    }
+}
+
 std::vector<Complex> eigenvalues_of(const MatrixXcd& m) {
     if (m.rows() == 0) return {};
-    const VectorXcd values = Eigen::ComplexEigenSolver<MatrixXcd>(m, false).eigenvalues();
-    return {values.begin(), values.end()};
+    const VectorXcd computed = Eigen::ComplexEigenSolver<MatrixXcd>(m, false).eigenvalues();
+    std::vector<Complex> values(computed.begin(), computed.end());
+    for (std::size_t i = 0; i < values.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j) {
+            if (!apart_a_little(values[i], values[j])) continue;
+            const Eigen::ComplexEigenSolver<MatrixXcd> whole(m, true);
+            values.assign(whole.eigenvalues().begin(), whole.eigenvalues().end());
+            join(values, uncertainties(m, whole.eigenvectors()));
+            return values;
+        }
+    return values;
 }
 
 }  // namespace

@@ -23,8 +23,8 @@ class DenseMatrix {
     std::vector<T> values_;
 };
 
-/// All eigenvalues, each as often as it counts, in no order; defective ones come out with the root of the rounding
-/// error. O(size^3).
+/// All eigenvalues, each as often as it counts, in no order. Those that rounding alone may hold apart, as it does with
+/// defective ones (by the root of the rounding error), come out as their mean. O(size^3).
 std::vector<Complex> eigenvalues(const DenseMatrix<double>& m);
 std::vector<Complex> eigenvalues(const DenseMatrix<Complex>& m);
 

@@ -17,7 +17,7 @@ using detail::DenseMatrix;
 using detail::eigenvalues;
 using detail::left_eigenvector;
 
-// Eigenvalues closer than this count as one: those of defective blocks come out with the root of the rounding error.
+// Eigenvalues closer than this count as one.
 constexpr double k_same = 1e-6;
 
 /// Number of eigenvalues that are the same as this one.

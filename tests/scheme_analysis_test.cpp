@@ -1,7 +1,9 @@
+#include "tetrakis/schemes/dense_eigen.hpp"
 #include "tetrakis/schemes/spectrum.hpp"
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -113,6 +115,51 @@ void check_masks(const Variant& v, const FanShape& shape) {
 }  // namespace
 
 TEST_SUITE_BEGIN("schemes");
+
+TEST_CASE("a defective eigenvalue comes out as often as it counts, and others that are near stay apart") {
+    const auto near = [](const std::vector<detail::Complex>& values, double value, double distance) {
+        return std::count_if(values.begin(), values.end(),
+                             [&](const detail::Complex& z) { return std::abs(z - value) < distance; });
+    };
+    // In one basis, not orthogonal: Jordan blocks, and three eigenvalues as near as the noise of a block of three,
+    // which are known far better than that.
+    constexpr double basis[3][3] = {{1, 2, 0.5}, {-1, 1, 3}, {0.3, -2, 1}};
+    constexpr double gap = 1e-5;
+    const auto in_basis = [&](const double(&diagonal)[3], double coupling) {
+        // T with the basis as columns: T B = B J, solved column by column with B's inverse.
+        const auto minor = [&](int i, int j) {
+            const int a = (i + 1) % 3, b = (i + 2) % 3, c = (j + 1) % 3, d = (j + 2) % 3;
+            return basis[a][c] * basis[b][d] - basis[a][d] * basis[b][c];
+        };
+        const double determinant = basis[0][0] * minor(0, 0) + basis[0][1] * minor(0, 1) + basis[0][2] * minor(0, 2);
+        detail::DenseMatrix<double> m(3);
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j)
+                for (int k = 0; k < 3; ++k) {
+                    m(i, j) += basis[i][k] * diagonal[k] * minor(j, k) / determinant;
+                    if (k < 2) m(i, j) += basis[i][k] * coupling * minor(j, k + 1) / determinant;
+                }
+        return detail::eigenvalues(m);
+    };
+    CHECK(near(in_basis({0.25, 0.25, 0.25}, 1), 0.25, 1e-12) == 3);
+    CHECK(near(in_basis({0.25, 0.25, 0.5}, 0.1), 0.25, 1e-12) == 2);
+    for (const double coupling : {0.0, 1e-6, 1e-4})
+        for (int i = 0; i < 3; ++i)
+            CHECK(near(in_basis({0.25 - gap, 0.25, 0.25 + gap}, coupling), 0.25 + (i - 1) * gap, 1e-9) == 1);
+    // Butterfly's mode 0 has 1/4 three times and one eigenvector for them.
+    int count = 0;
+    for (const Eigenvalue& e : analyse(*find_scheme("butterfly"), {.faces = 5}, {}).eigenvalues)
+        if (e.frequency == 0 && std::abs(e.value - 0.25) < 1e-12) ++count;
+    CHECK(count == 3);
+    // Nine averaging steps have two that are 1e-5 apart.
+    RuleOptions nine;
+    nine.averaging_steps = 9;
+    std::vector<double> close;
+    for (const Eigenvalue& e : analyse(*find_scheme("averaging"), {.faces = 5}, nine).eigenvalues)
+        if (e.frequency == 2 && std::abs(e.value - 0.02062) < 2e-5) close.push_back(e.value.real());
+    REQUIRE(close.size() == 2);
+    CHECK(std::abs(close[0] - close[1]) == doctest::Approx(1.0452e-5).epsilon(1e-3));
+}
 
 TEST_CASE("[slow] printed limit and tangent masks are eigenvectors of the scheme's own matrix, valence 3 to 64") {
     for (const Variant& v : variants()) {

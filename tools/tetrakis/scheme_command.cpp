@@ -146,15 +146,24 @@ void print_text(const Findings& f, const SchemeOptions& options) {
     }
     std::string values;
     std::size_t shown = 0, groups = 0;
-    for (std::size_t i = 0; i < a.eigenvalues.size(); ++groups) {
+    std::vector<bool> counted(a.eigenvalues.size(), false);
+    for (std::size_t i = 0; i < a.eigenvalues.size(); ++i) {
+        if (counted[i]) continue;
         Eigenvalue e = a.eigenvalues[i];
         int count = 0;
         const bool zero = std::abs(e.value) < k_zero_eigenvalue;
         if (zero) e.value = 0;
-        for (; i < a.eigenvalues.size() && (zero || std::abs(a.eigenvalues[i].value - e.value) < k_same_eigenvalue);
-             ++i)
-            count += a.eigenvalues[i].multiplicity;
-        if (groups >= k_shown_eigenvalues) continue;
+        // Others of the same size may lie between.
+        for (std::size_t k = i; k < a.eigenvalues.size(); ++k) {
+            const auto value = a.eigenvalues[k].value;
+            if (counted[k] ||
+                (zero ? std::abs(value) >= k_zero_eigenvalue : std::abs(value - e.value) >= k_same_eigenvalue))
+                continue;
+            counted[k] = true;
+            count += a.eigenvalues[k].multiplicity;
+        }
+        ++groups;
+        if (groups > k_shown_eigenvalues) continue;
         ++shown;
         std::string value = fmt::format("{:.6g}", std::abs(e.value.real()) < k_same_eigenvalue ? 0.0 : e.value.real());
         if (std::abs(e.value.imag()) > k_same_eigenvalue) value += fmt::format("{:+.6g}i", e.value.imag());
