@@ -63,10 +63,7 @@ class Finder {
           lattice_(fan_lattice(scheme, options)),
           dual_(lattice_ == FanLattice::dual),
           hexagons_(scheme.family == MeshFamily::hexagons),
-          ignores_creases_(
-              scheme.step == biquartic_step ||
-              (scheme.step == averaging_step && options.averaging_steps != 0 &&
-               (options.averaging_steps != 2 || options.averaging_boundary == AveragingBoundary::recede))) {
+          ignores_creases_(ignores_creases(scheme, options)) {
         // The plain rules of these look no further than one ring, whatever is beyond it.
         const bool plain =
             options.edge_beside_crease == EdgeBesideCrease::plain && !options.hoppe_crease && options.corner_angle == 0;

@@ -45,10 +45,10 @@ std::string_view name(MeshFamily family);
 int regular_valence(const SchemeInfo& scheme, bool boundary);
 /// Dual or primal, and how far its rules reach: only repeated averaging depends on its options.
 FanLattice fan_lattice(const SchemeInfo& scheme, const RuleOptions& options);
-/// Whether tags inside a mesh have no effect: longer averages, unless they have Catmull-Clark's rules.
-bool ignores_creases(const SchemeInfo& scheme, const RuleOptions& options);
 /// The same around one point: a dual scheme's corner is a vertex, and so is a boundary of hexagons.
 FanLattice fan_lattice(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options);
 int fan_rings(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options);
+/// Whether tags inside a mesh have no effect: longer averages, unless they have Catmull-Clark's rules.
+bool ignores_creases(const SchemeInfo& scheme, const RuleOptions& options);
 
 }  // namespace tetrakis
