@@ -157,7 +157,7 @@ class Sqrt3Tessellator {
         TriangleMesh mesh;
         mesh.positions = std::move(from.mesh.positions);
         mesh.normals = std::move(from.mesh.normals);
-        mesh.triangles.resize(from.leaves.size());
+        mesh.triangles.resize(from.mesh.face_count());
         for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
             for (std::size_t k = 0; k < 3; ++k) mesh.triangles[t][k] = from.mesh.face_vertices[3 * t + k];
         return mesh;
@@ -165,7 +165,8 @@ class Sqrt3Tessellator {
 
     void export_mesh() {
         context_.report("export", 0);
-        result_.mesh = triangle_mesh(sqrt3_mesh(forest_, {.limit = true, .normals = options_.normals}));
+        result_.mesh =
+            triangle_mesh(sqrt3_mesh(forest_, {.limit = true, .normals = options_.normals, .leaves = false}));
         result_.triangle_error.resize(leaves_.size());
         for (std::size_t t = 0; t < leaves_.size(); ++t) result_.triangle_error[t] = round_up(errors_[t]);
         context_.report("export", 1);
@@ -186,7 +187,7 @@ class Sqrt3Tessellator {
         for (int i = 0; i < steps; ++i) finer.refine_where([](const Sqrt3Leaf&) { return true; });
         context_.report("measure", 0.1);
         LimitReference reference;
-        reference.mesh = triangle_mesh(sqrt3_mesh(finer));
+        reference.mesh = triangle_mesh(sqrt3_mesh(finer, {.leaves = false}));
         context_.report("measure", 0.3);
         measure_triangles(std::move(reference), result_, options_.measure_samples / 2, context_);
     }

@@ -98,7 +98,7 @@ std::size_t Sqrt3Forest::split_all(std::span<const Sqrt3Face> faces) {
     const std::size_t levels = split_.size();
     std::size_t deepest = 0, done = 0, count = 0;
     for (const Sqrt3Face& f : faces) deepest = std::max<std::size_t>(deepest, f.level + std::size_t{1});
-    std::vector<std::uint8_t> fresh(faces.size(), 0);
+    detail::PoolVector<std::uint8_t> fresh(faces.size(), 0);
     if (levels < deepest) split_.resize(deepest);
     try {
         for (; done < faces.size(); ++done) count += fresh[done] = split_[faces[done].level].insert(faces[done].face);
@@ -112,7 +112,8 @@ std::size_t Sqrt3Forest::split_all(std::span<const Sqrt3Face> faces) {
 }
 
 std::size_t Sqrt3Forest::refine_where(const std::function<bool(const Sqrt3Leaf&)>& wanted) {
-    std::vector<Sqrt3Face> faces, needed;
+    detail::PoolVector<Sqrt3Face> faces;
+    std::vector<Sqrt3Face> needed;
     Sqrt3Lattice lattice = lattice_;
     const Sqrt3Levels levels(*mesh_, split_, 0);
     levels.for_each_leaf([&](int level, std::uint32_t face, bool half, FaceId control_face) {

@@ -24,7 +24,7 @@ Sqrt3Levels::Sqrt3Levels(const ControlMesh& mesh, std::span<const NumberSet> spl
     for (std::size_t k = 0; k + 1 < levels.size(); ++k) {
         const bool cuts = cuts_boundary(static_cast<int>(k));
         mark_split(levels[k], k < split.size() ? split[k] : nothing);
-        std::vector<std::uint8_t> faces = levels[k].split;
+        detail::PoolVector<std::uint8_t> faces = levels[k].split;
         if (limits && cuts) add_beside_cuts(levels[k], faces);
         raise(levels[k], static_cast<int>(k), with_rings(levels[k], std::move(faces), rings), levels[k + 1]);
         link(levels[k], cuts, levels[k + 1]);
@@ -55,8 +55,8 @@ void Sqrt3Levels::mark_split(Sqrt3Level& level, const NumberSet& numbers) const 
 }
 
 // The point of a face opposite the side that will be cut has come with the step before.
-void Sqrt3Levels::add_beside_cuts(const Sqrt3Level& level, std::vector<std::uint8_t>& faces) const {
-    std::vector<std::uint8_t> beside;
+void Sqrt3Levels::add_beside_cuts(const Sqrt3Level& level, detail::PoolVector<std::uint8_t>& faces) const {
+    detail::PoolVector<std::uint8_t> beside;
     for (std::uint32_t f = 0; f < level.face_count(); ++f)
         if (is_cut(level, f)) {
             beside.resize(vertices.size(), 0);
@@ -67,10 +67,10 @@ void Sqrt3Levels::add_beside_cuts(const Sqrt3Level& level, std::vector<std::uint
         if (Sqrt3Level::there(level.vertex[h]) && beside[level.vertex[h]] != 0) faces[h / 3] = 1;
 }
 
-std::vector<std::uint8_t> Sqrt3Levels::with_rings(const Sqrt3Level& level, std::vector<std::uint8_t> faces,
-                                                  int rings) const {
+detail::PoolVector<std::uint8_t> Sqrt3Levels::with_rings(const Sqrt3Level& level,
+                                                         detail::PoolVector<std::uint8_t> faces, int rings) const {
     if (rings == 0 || std::find(faces.begin(), faces.end(), 0) == faces.end()) return faces;
-    std::vector<std::uint8_t> seen(vertices.size(), 0);
+    detail::PoolVector<std::uint8_t> seen(vertices.size(), 0);
     for (int ring = 0; ring < rings; ++ring) {
         for (std::uint32_t f = 0; f < faces.size(); ++f)
             for (std::uint32_t h = 3 * f; faces[f] != 0 && h < 3 * f + 3; ++h)

@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/control_mesh.hpp"
 #include "tetrakis/hier/number_set.hpp"
+#include "tetrakis/hier/pool_memory.hpp"
 #include "tetrakis/hier/sqrt3_lattice.hpp"
 #include "tetrakis/hier/sqrt3_leaf.hpp"
 
@@ -18,12 +19,12 @@ struct Sqrt3Level {
     static constexpr std::uint32_t none = 0xFFFF'FFFFu;     ///< beyond the boundary
     static constexpr std::uint32_t outside = 0xFFFF'FFFEu;  ///< a face that has not been raised, or its point
 
-    std::vector<std::uint64_t> number;  ///< per face: the lattice's
-    std::vector<std::uint32_t> twin;    ///< per half-edge
-    std::vector<std::uint32_t> vertex;  ///< per half-edge: its origin, in Sqrt3Levels::vertices
-    std::vector<std::uint32_t> apex;    ///< per face: its point of the next level, of which a cut side has two
-    std::vector<std::uint32_t> child;   ///< per face: the first of three of the next level, or outside
-    std::vector<std::uint8_t> split;    ///< per face
+    detail::PoolVector<std::uint64_t> number;  ///< per face: the lattice's
+    detail::PoolVector<std::uint32_t> twin;    ///< per half-edge
+    detail::PoolVector<std::uint32_t> vertex;  ///< per half-edge: its origin, in Sqrt3Levels::vertices
+    detail::PoolVector<std::uint32_t> apex;    ///< per face: its point of the next level, of which a cut side has two
+    detail::PoolVector<std::uint32_t> child;   ///< per face: the first of three of the next level, or outside
+    detail::PoolVector<std::uint8_t> split;    ///< per face
 
     std::uint32_t face_count() const { return static_cast<std::uint32_t>(number.size()); }
     static bool there(std::uint32_t h) { return h < outside; }
@@ -82,14 +83,15 @@ class Sqrt3Levels {
     Sqrt3Leaf leaf(int level, std::uint32_t face, bool half, FaceId control_face) const;
 
     std::vector<Sqrt3Level> levels;
-    std::vector<Sqrt3Vertex> vertices;  ///< those of the control mesh first
-    bool complete = true;               ///< no face is left out
+    detail::PoolVector<Sqrt3Vertex> vertices;  ///< those of the control mesh first
+    bool complete = true;                      ///< no face is left out
 
   private:
     void start(const ControlMesh& mesh);
     void mark_split(Sqrt3Level& level, const NumberSet& numbers) const;
-    std::vector<std::uint8_t> with_rings(const Sqrt3Level& level, std::vector<std::uint8_t> faces, int rings) const;
-    void add_beside_cuts(const Sqrt3Level& level, std::vector<std::uint8_t>& faces) const;
+    detail::PoolVector<std::uint8_t> with_rings(const Sqrt3Level& level, detail::PoolVector<std::uint8_t> faces,
+                                                int rings) const;
+    void add_beside_cuts(const Sqrt3Level& level, detail::PoolVector<std::uint8_t>& faces) const;
     void raise(Sqrt3Level& level, int index, std::span<const std::uint8_t> faces, Sqrt3Level& finer);
     void link(const Sqrt3Level& level, bool cuts_boundary, Sqrt3Level& finer) const;
 };

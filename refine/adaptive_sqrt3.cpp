@@ -20,17 +20,18 @@ constexpr int k_rings = 3;
 
 /// Numbers of the mesh's vertices, and its triangles.
 struct Numbering {
-    std::vector<std::uint32_t> number;    ///< per vertex of the levels
-    std::vector<std::uint32_t> vertices;  ///< the other way round
+    detail::PoolVector<std::uint32_t> number;    ///< per vertex of the levels
+    detail::PoolVector<std::uint32_t> vertices;  ///< the other way round
 };
 
-Numbering add_leaves(const Sqrt3Levels& levels, const ControlMeshData& data, std::size_t leaf_count, int half_level,
-                     Sqrt3Mesh& out) {
+Numbering add_leaves(const Sqrt3Levels& levels, const ControlMeshData& data, std::size_t leaf_count,
+                     const Sqrt3MeshOptions& options, Sqrt3Mesh& out) {
     using detail::reserve_large;
     Numbering result;
     reserve_large(result.number, levels.vertices.size());
     result.number.assign(levels.vertices.size(), detail::Sqrt3Net::no_number);
-    reserve_large(out.leaves, leaf_count);
+    if (options.leaves) reserve_large(out.leaves, leaf_count);
+    const int half_level = options.halves_are_finer ? 1 : 0;
     std::vector<std::uint32_t>& corners = out.mesh.face_vertices;
     reserve_large(corners, 3 * leaf_count);
     reserve_large(out.mesh.face_offsets, leaf_count + 1);
@@ -60,7 +61,7 @@ Numbering add_leaves(const Sqrt3Levels& levels, const ControlMeshData& data, std
         } else {
             for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) add(level.vertex[h], k);
         }
-        out.leaves.push_back(levels.leaf(k, face, half, control_face));
+        if (options.leaves) out.leaves.push_back(levels.leaf(k, face, half, control_face));
         out.mesh.face_offsets.push_back(static_cast<std::uint32_t>(corners.size()));
         if (!data.face_material.empty()) out.mesh.face_material.push_back(data.face_material[control_face.value]);
         if (!data.face_group.empty()) out.mesh.face_group.push_back(data.face_group[control_face.value]);
@@ -89,7 +90,7 @@ bool add_limits(const ControlMesh& mesh, const Sqrt3Levels& levels, const Number
     detail::Sqrt3Net net(mesh, levels);
     detail::resize_large(out.mesh.positions, out.levels.size());
     if (normals) detail::resize_large(out.mesh.normals, out.levels.size());
-    std::vector<std::uint8_t> found(out.levels.size(), 0);
+    detail::PoolVector<std::uint8_t> found(out.levels.size(), 0);
     for (bool last = false; !last;) {
         last = net.at_last();
         net.step({numbering.number, out.mesh.positions, out.mesh.normals, found});
@@ -105,8 +106,7 @@ Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options)
     for (int rings = k_rings;; ++rings) {
         const Sqrt3Levels levels(mesh, forest.split(), rings, limits);
         Sqrt3Mesh out;
-        const Numbering numbering =
-            add_leaves(levels, mesh.data(), forest.leaf_count(), options.halves_are_finer ? 1 : 0, out);
+        const Numbering numbering = add_leaves(levels, mesh.data(), forest.leaf_count(), options, out);
         out.mesh.materials = mesh.data().materials;
         out.mesh.groups = mesh.data().groups;
         const bool all = (!limits || add_limits(mesh, levels, numbering, options.normals, out)) &&

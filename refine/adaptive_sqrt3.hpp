@@ -13,6 +13,7 @@ struct Sqrt3MeshOptions {
     /// In the net a half triangle counts as one of the level that the whole one over its edge belongs to, at all its
     /// corners; else at its apex alone, which is the first to have it.
     bool halves_are_finer = false;
+    bool leaves = true;  ///< list them, a hundred bytes each
 };
 
 /// An adaptive sqrt(3) mesh: triangles in the order of Sqrt3Forest::leaves(), vertices in order of first use. It
@@ -22,7 +23,7 @@ struct Sqrt3Mesh {
     PolygonMesh mesh;
     std::vector<Sqrt3Vertex> vertices;
     std::vector<int> levels;  ///< per vertex: the finest level around it
-    std::vector<Sqrt3Leaf> leaves;
+    std::vector<Sqrt3Leaf> leaves;  ///< of the triangles; empty unless the options ask for them
 };
 
 /// Cost: half a microsecond to one a vertex, limit included, and half a kilobyte while it runs; where few are side by

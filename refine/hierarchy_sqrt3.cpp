@@ -151,7 +151,8 @@ class Sqrt3Family final : public HierarchyFamily {
         return faces;
     }
     bool points_of_faces(bool limit, bool normals, PolygonMesh& mesh) const override {
-        Sqrt3Mesh found = sqrt3_mesh(slots_.forest(), {.limit = limit, .normals = normals, .halves_are_finer = true});
+        Sqrt3Mesh found = sqrt3_mesh(slots_.forest(),
+                                     {.limit = limit, .normals = normals, .halves_are_finer = true, .leaves = false});
         mesh.positions = std::move(found.mesh.positions);
         mesh.normals = std::move(found.mesh.normals);
         return true;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "tetrakis/hier/pool_memory.hpp"
 #include "tetrakis/hier/sqrt3_levels.hpp"
 #include "tetrakis/refine/sqrt3_rules.hpp"
 
@@ -47,8 +48,8 @@ class Sqrt3Net {
     Sqrt3Rules rules_;
     Sqrt3Ring ring_;
     int level_ = 0;
-    std::vector<Vec3d> points_, next_points_;  // per vertex
-    std::vector<std::uint8_t> has_, next_has_, seen_;
+    PoolVector<Vec3d> points_, next_points_;  // per vertex
+    PoolVector<std::uint8_t> has_, next_has_, seen_;
 };
 
 }  // namespace tetrakis::detail

@@ -104,7 +104,7 @@ class Ours {
     /// Without leaves that have handles and neighbours, by the set of split faces alone.
     Sqrt3Mesh refine(Sqrt3Forest& forest, bool limit) const {
         for (const auto& faces : faces_) forest.refine(faces);
-        return sqrt3_mesh(forest, {.limit = limit});
+        return sqrt3_mesh(forest, {.limit = limit, .leaves = false});
     }
 
   private:
