@@ -8,6 +8,7 @@
 #include <oneapi/tbb/parallel_sort.h>
 
 #include <algorithm>
+#include <bit>
 #include <string>
 
 namespace tetrakis {
@@ -16,7 +17,30 @@ namespace {
 
 constexpr std::uint32_t k_ahead = 16;  // records asked for ahead of time: the loops wait for memory
 
+struct Key {
+    std::uint64_t path;  // its bits at the upper end
+    std::uint32_t slot;
+    bool operator<(const Key& o) const { return path < o.path; }
+};
+
+/// Sorts the leaves of a root whose depths hardly differ: each has its place among all nodes of the deepest level.
+/// False, and nothing is done, where that has many more of them.
+bool put_in_place(std::span<Key> keys, std::vector<std::uint32_t>& places) {
+    constexpr std::uint32_t k_free = 0xFFFF'FFFFu;
+    std::uint64_t all = 0;
+    for (const Key& key : keys) all |= key.path;
+    const int shift = std::countr_zero(all);
+    const std::size_t nodes = std::size_t{1} << std::min(64 - shift, 40);
+    if (nodes > 4 * keys.size()) return false;
+    places.assign(nodes, k_free);
+    for (const Key& key : keys) places[key.path >> shift] = key.slot;
+    std::size_t next = 0;
+    for (std::size_t node = 0; node < nodes; ++node)
+        if (places[node] != k_free) keys[next++] = {std::uint64_t{node} << shift, places[node]};
+    return true;
 }
+
+}  // namespace
 
 // Slots of all leaves by root, then by path. Leaves are disjoint, so their paths differ within the shorter one and
 // compare as left-aligned numbers.
@@ -27,11 +51,6 @@ detail::PoolVector<std::uint32_t> BisectionForest::leaves_in_order() const {
         if (leaves_[s].depth != k_dead) ++first[root(LeafId(s)).value + 1];
     for (std::uint32_t r = 0; r < roots; ++r) first[r + 1] += first[r];
 
-    struct Key {
-        std::uint64_t path;
-        std::uint32_t slot;
-        bool operator<(const Key& o) const { return path < o.path; }
-    };
     std::vector<Key> keys;  // of no pool: large, and what comes next must fit beside what is kept of it
     detail::resize_large(keys, leaf_count_);
     detail::PoolVector<std::uint32_t> next(first.begin(), first.end() - 1);
@@ -43,13 +62,14 @@ detail::PoolVector<std::uint32_t> BisectionForest::leaves_in_order() const {
     }
     constexpr std::uint32_t k_roots_per_task = 64;
     constexpr std::uint32_t k_large_root = 1u << 16;  // worth a parallel sort of its own
-    for_each_index(
-        roots,
-        [&](std::uint32_t r) {
-            if (const auto count = first[r + 1] - first[r]; count >= 2 && count < k_large_root)
-                std::sort(keys.begin() + first[r], keys.begin() + first[r + 1]);
-        },
-        k_roots_per_task);
+    for_each_block(roots, k_roots_per_task, [&](std::uint32_t begin, std::uint32_t end) {
+        std::vector<std::uint32_t> places;
+        for (std::uint32_t r = begin; r < end; ++r) {
+            const std::span<Key> of_root(keys.data() + first[r], first[r + 1] - first[r]);
+            if (of_root.size() < 2 || of_root.size() >= k_large_root || put_in_place(of_root, places)) continue;
+            std::sort(of_root.begin(), of_root.end());
+        }
+    });
     for (std::uint32_t r = 0; r < roots; ++r)
         if (first[r + 1] - first[r] >= k_large_root)
             oneapi::tbb::parallel_sort(keys.begin() + first[r], keys.begin() + first[r + 1]);

@@ -46,6 +46,10 @@ DualFaces VertexForest::faces() const {
     for (std::size_t i = 0; i < leaves.size(); ++i) rank[leaves[i].value] = static_cast<std::uint32_t>(i);
     const auto root = [&](std::uint32_t slot) { return is_root(slot) ? slot : records_[record_of(slot)].root; };
 
+    // The first of four siblings that are leaves: they meet in the middle.
+    const auto is_whole_group = [&](std::uint32_t slot) {
+        return !is_root(slot) && number(slot) == 0 && !is_split(slot + 1) && !is_split(slot + 2) && !is_split(slot + 3);
+    };
     const bool any_holes = std::find(roots_.hole.begin(), roots_.hole.end(), 1) != roots_.hole.end();
 
     DualFaces out;
@@ -60,15 +64,19 @@ DualFaces VertexForest::faces() const {
             // corner there.
             if (!is_root(leaves[i].value) && meets_earlier_sibling(number(leaves[i].value), c)) continue;
             around.assign(1, i);
-            bool ours = true;
-            for (Turn at = turn(leaves[i].value, c);; at = turn(at.slot, at.corner)) {
-                if (at.coarse != k_boundary) around.push_back(rank[at.coarse]);
-                if (at.slot == leaves[i].value && at.corner == c) break;
-                ours = at.slot != k_boundary && (rank[at.slot] != i ? rank[at.slot] > i : at.corner > c);
-                if (!ours) break;
-                around.push_back(rank[at.slot]);
+            if (c == 2 && i + 3 < leaves.size() && is_whole_group(leaves[i].value)) {
+                around.insert(around.end(), {i + 1, i + 2, i + 3});
+            } else {
+                bool ours = true;
+                for (Turn at = turn(leaves[i].value, c);; at = turn(at.slot, at.corner)) {
+                    if (at.coarse != k_boundary) around.push_back(rank[at.coarse]);
+                    if (at.slot == leaves[i].value && at.corner == c) break;
+                    ours = at.slot != k_boundary && (rank[at.slot] != i ? rank[at.slot] > i : at.corner > c);
+                    if (!ours) break;
+                    around.push_back(rank[at.slot]);
+                }
+                if (!ours) continue;
             }
-            if (!ours) continue;
             auto of_surface = around.begin();
             while (any_holes && of_surface != around.end() && roots_.hole[root(leaves[*of_surface].value)] != 0)
                 ++of_surface;
