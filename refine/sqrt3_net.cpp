@@ -10,9 +10,10 @@ namespace tetrakis::detail {
 
 Sqrt3Net::Sqrt3Net(const ControlMesh& mesh, const Sqrt3Levels& levels) : mesh_(&mesh), levels_(&levels) {
     const std::size_t count = levels.vertices.size();
-    for (auto* points : {&points_, &next_points_}) resize_large(*points, count);
+    points_ = reinterpret_cast<Vec3d*>(memory_[0].reserve(3 * count));
+    next_points_ = reinterpret_cast<Vec3d*>(memory_[1].reserve(3 * count));
     for (auto* flags : {&has_, &next_has_, &seen_}) resize_large(*flags, count);
-    std::copy(mesh.positions().begin(), mesh.positions().end(), points_.begin());
+    std::copy(mesh.positions().begin(), mesh.positions().end(), points_);
     std::fill_n(has_.begin(), mesh.vertex_count(), std::uint8_t{1});
 }
 

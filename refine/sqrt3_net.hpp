@@ -1,5 +1,6 @@
 #pragma once
 
+#include "tetrakis/hier/huge_buffer.hpp"
 #include "tetrakis/hier/pool_memory.hpp"
 #include "tetrakis/hier/sqrt3_levels.hpp"
 #include "tetrakis/refine/sqrt3_rules.hpp"
@@ -48,7 +49,8 @@ class Sqrt3Net {
     Sqrt3Rules rules_;
     Sqrt3Ring ring_;
     int level_ = 0;
-    PoolVector<Vec3d> points_, next_points_;  // per vertex
+    HugeBuffer<double> memory_[2];
+    Vec3d *points_, *next_points_;  // per vertex, of which those that has_ says are written
     PoolVector<std::uint8_t> has_, next_has_, seen_;
 };
 
