@@ -33,12 +33,12 @@ class LevelVertices {
 
     std::uint32_t insert(const VertexKey& key) {
         if (2 * (keys.size() + 1) > slots_.size()) grow();
-        std::uint32_t& slot = find_slot(key);
-        if (slot == k_empty) {
-            slot = static_cast<std::uint32_t>(keys.size());
+        Slot& slot = find_slot(key);
+        if (slot.number == k_empty) {
+            slot = {key, static_cast<std::uint32_t>(keys.size())};
             keys.push_back(key);
         }
-        return slot;
+        return slot.number;
     }
     void clear() {
         keys.clear();
@@ -46,11 +46,15 @@ class LevelVertices {
         source.clear();
         weight.clear();
         value.clear();
-        std::fill(slots_.begin(), slots_.end(), k_empty);
+        std::fill(slots_.begin(), slots_.end(), Slot{});
     }
 
   private:
     static constexpr std::uint32_t k_empty = 0xFFFF'FFFFu;
+    struct Slot {
+        VertexKey key{};
+        std::uint32_t number = k_empty;
+    };
 
     static std::uint64_t hash(const VertexKey& key) {
         // Multiplicative mixing (Knuth, TAOCP 3, 6.4, with 64-bit odd constants), the upper bits being the good ones.
@@ -58,17 +62,17 @@ class LevelVertices {
         h = (h ^ h >> 29 ^ key.root) * 0xBF58'476D'1CE4'E5B9u;
         return h ^ h >> 32;
     }
-    std::uint32_t& find_slot(const VertexKey& key) {
+    Slot& find_slot(const VertexKey& key) {
         const std::size_t mask = slots_.size() - 1;
         for (std::size_t i = hash(key) & mask;; i = (i + 1) & mask)
-            if (slots_[i] == k_empty || keys[slots_[i]] == key) return slots_[i];
+            if (slots_[i].number == k_empty || slots_[i].key == key) return slots_[i];
     }
     void grow() {
-        slots_.assign(std::max<std::size_t>(64, 2 * slots_.size()), k_empty);
-        for (std::uint32_t i = 0; i < keys.size(); ++i) find_slot(keys[i]) = i;
+        slots_.assign(std::max<std::size_t>(64, 2 * slots_.size()), Slot{});
+        for (std::uint32_t i = 0; i < keys.size(); ++i) find_slot(keys[i]) = {keys[i], i};
     }
 
-    std::vector<std::uint32_t> slots_;
+    std::vector<Slot> slots_;
 };
 
 /// What a site's ring is but for its points; tags are asked for again.

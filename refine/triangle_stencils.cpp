@@ -35,8 +35,10 @@ void TriangleStencils::ring(VertexKey key, int level, KeyRing& ring) const {
     const HalfedgeId h(key.root);
     ring.clear();
     ring.faces = 6;
+    const bool inside = x != 0 && y != 0;  // the root is then its face's first, and what is inside, too, has that frame
     const auto add = [&](HalfedgeId root, std::uint32_t px, std::uint32_t py) {
-        ring.keys.push_back(canonical({root.value, px, py}, level));
+        const VertexKey at{root.value, px, py};
+        ring.keys.push_back(inside && px != 0 && py != 0 && px + py < n ? at : canonical(at, level));
     };
     ring.keys.push_back(key);
     if (x == 0 && y == 0) {
@@ -82,8 +84,10 @@ void TriangleStencils::stencil(VertexKey key, int level, KeyRing& scratch, std::
     const HalfedgeId h(key.root);
     const std::uint32_t a = key.x / 2, b = key.y / 2, n = std::uint32_t{1} << (level - 1);
     const bool x_odd = (key.x & 1) != 0, y_odd = (key.y & 1) != 0;
+    const bool inside = key.x != 0 && key.y != 0;
     const auto add = [&](HalfedgeId root, std::uint32_t x, std::uint32_t y, double w) {
-        out.push_back({canonical({root.value, x, y}, level - 1), w});
+        const VertexKey at{root.value, x, y};
+        out.push_back({inside && x != 0 && y != 0 && x + y < n ? at : canonical(at, level - 1), w});
     };
     if (!x_odd && !y_odd) {
         ring({key.root, a, b}, level - 1, scratch);
