@@ -22,7 +22,7 @@ struct Sqrt3MeshOptions {
 struct Sqrt3Mesh {
     PolygonMesh mesh;
     std::vector<Sqrt3Vertex> vertices;
-    std::vector<int> levels;  ///< per vertex: the finest level around it
+    std::vector<int> levels;        ///< per vertex: the finest level around it
     std::vector<Sqrt3Leaf> leaves;  ///< of the triangles; empty unless the options ask for them
 };
 

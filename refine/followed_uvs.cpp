@@ -2,6 +2,7 @@
 
 #include "tetrakis/refine/parallel_blocks.hpp"
 #include "tetrakis/refine/seam_extension.hpp"
+#include "tetrakis/refine/seam_face.hpp"
 #include "tetrakis/refine/uv_mesh.hpp"
 #include "tetrakis/schemes/averaging.hpp"
 
@@ -113,57 +114,22 @@ class SideBySide {
   private:
     void face(int f, FollowedUvs& out) const {
         const int begin = surface_.face_begin(f), size = surface_.face_size(f);
-        const auto at = [&](int i) { return begin + i % size; };
-        const auto number = [&](int h) { return static_cast<std::uint32_t>(charts_.mesh.origin(h)); };
-        const auto goes_on = [&](int i) { return charts_.mesh.next(partner_[at(i)]) == partner_[at(i + 1)]; };
-        for (int i = 0; i < size; ++i) out.face_uvs[at(i)] = number(partner_[at(i)]);
-        // Runs of corners on the same side.
-        int best = 0, best_size = 0;
-        for (int i = 0; i < size; ++i) {
-            if (goes_on(i + size - 1)) continue;
-            int length = 1;
-            while (length < size && goes_on(i + length - 1)) ++length;
-            if (length > best_size || (length == best_size && home_[at(i)] < home_[at(best)])) {
-                best = i;
-                best_size = length;
-            }
-        }
-        if (best_size == 0) best_size = size;  // all of it on one side, and round
-        out.control_face[f] = most_frequent_home(begin, size, best, best_size);
-        if (best_size == size) return;
-        std::vector<int> beyond;
-        for (int h = charts_.mesh.next(partner_[at(best + best_size - 1)]); h != partner_[at(best)];
+        const auto partner = [&](int i) { return partner_[static_cast<std::size_t>(begin + i % size)]; };
+        const auto home = [&](int i) {
+            return static_cast<std::uint32_t>(home_[static_cast<std::size_t>(begin + i % size)]);
+        };
+        const std::span corners(out.face_uvs.data() + begin, static_cast<std::size_t>(size));
+        for (int i = 0; i < size; ++i)
+            corners[static_cast<std::size_t>(i)] = static_cast<std::uint32_t>(charts_.mesh.origin(partner(i)));
+        const SeamRun run = longest_run(
+            size, [&](int i) { return charts_.mesh.next(partner(i)) == partner(i + 1); }, home);
+        out.control_face[f] = home_of(run, size, home);
+        if (run.size == size) return;
+        std::vector<std::uint32_t> beyond;
+        for (int h = charts_.mesh.next(partner(run.first + run.size - 1)); h != partner(run.first);
              h = charts_.mesh.next(h))
-            beyond.push_back(charts_.mesh.origin(h));
-        if (beyond.empty()) return;
-        const int missing = size - best_size, last = static_cast<int>(beyond.size()) - 1;
-        for (int i = 0; i < missing; ++i) {
-            // As many as there are in the extension: those; else evenly along them.
-            const double along = missing == 1 ? 0.5 * last : double(i) * last / (missing - 1);
-            const int k = std::min(static_cast<int>(along), std::max(last - 1, 0));
-            const double t = along - k;
-            std::uint32_t& to = out.face_uvs[at(best + best_size + i)];
-            if (t == 0 || t == 1) {
-                to = static_cast<std::uint32_t>(beyond[t == 0 ? k : k + 1]);
-            } else {
-                to = static_cast<std::uint32_t>(out.uvs.size());
-                out.uvs.push_back((1 - t) * out.uvs[beyond[k]] + t * out.uvs[beyond[k + 1]]);
-            }
-        }
-    }
-
-    /// Of a run of corners; the lowest of several.
-    std::uint32_t most_frequent_home(int begin, int size, int first, int count) const {
-        int found = RuleMesh::none, most = 0;
-        for (int i = 0; i < count; ++i) {
-            const int home = home_[begin + (first + i) % size];
-            int times = 0;
-            for (int k = 0; k < count; ++k) times += home_[begin + (first + k) % size] == home ? 1 : 0;
-            if (times < most || (times == most && home >= found)) continue;
-            most = times;
-            found = home;
-        }
-        return static_cast<std::uint32_t>(found);
+            beyond.push_back(static_cast<std::uint32_t>(charts_.mesh.origin(h)));
+        continue_uvs(run, beyond, corners, out.uvs);
     }
 
     RuleMesh surface_;
@@ -212,22 +178,27 @@ bool takes_copies(const SchemeInfo& scheme, const RuleOptions& rules) {
            rules.averaging_boundary == AveragingBoundary::replicate;
 }
 
-FollowedUvs follow_across_seams(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+SeamExtension extend_over_seams(const ControlMesh& mesh, const RuleMesh& surface, const SchemeInfo& scheme,
                                 const RuleOptions& rules) {
-    const ParallelBlocks runner;
-    RuleOptions with_runner = rules;
-    with_runner.runner = &runner;
     const bool averages = scheme.step == averaging_step || scheme.step == biquartic_step;
     const int steps = scheme.step == biquartic_step ? 3 : rules.averaging_steps;
     // A step of averaging reaches half a face further; honeycomb's old vertices take from all faces around.
     const int layers = averages ? (steps + 1) / 2 : scheme.refinement == Refinement::honeycomb ? 2 : 1;
-    RuleMesh surface = rule_mesh(mesh);
     std::vector<char> across(mesh.halfedge_count(), 0);
     for (int h = 0; h < surface.halfedge_count(); ++h) {
         const float s = surface.sharpness(h);
         across[h] = surface.twin(h) != RuleMesh::none && (averages || !is_sharp(s));
     }
-    SeamExtension charts = extend_over_seams(mesh, surface, layers, across);
+    return extend_over_seams(mesh, surface, layers, across);
+}
+
+FollowedUvs follow_across_seams(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                                const RuleOptions& rules) {
+    const ParallelBlocks runner;
+    RuleOptions with_runner = rules;
+    with_runner.runner = &runner;
+    RuleMesh surface = rule_mesh(mesh);
+    SeamExtension charts = extend_over_seams(mesh, surface, scheme, rules);
     if (takes_copies(scheme, rules)) {
         // Refined faces are numbered as the coarse ones, and the mesh's are the first of the charts'.
         std::size_t corners = mesh.halfedge_count();

@@ -3,6 +3,7 @@
 #include "tetrakis/hier/control_mesh.hpp"
 #include "tetrakis/refine/polygon_mesh.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
+#include "tetrakis/refine/seam_extension.hpp"
 
 #include <cstdint>
 #include <vector>
@@ -25,6 +26,11 @@ FollowedUvs follow_triangles(const ControlMesh& mesh, const SchemeInfo& scheme, 
 /// Whether a scheme that splits faces has no boundary rule but copies of the boundary: the longer averages. A seam
 /// would then pull the chart together, so there it is continued, too.
 bool takes_copies(const SchemeInfo& scheme, const RuleOptions& rules);
+
+/// The extension that the scheme's rules need: for dual schemes, honeycomb, and where takes_copies().
+/// @param surface  rule_mesh(mesh)
+SeamExtension extend_over_seams(const ControlMesh& mesh, const RuleMesh& surface, const SchemeInfo& scheme,
+                                const RuleOptions& rules);
 
 /// Dual schemes and honeycomb: mesh and extended charts (SeamExtension) are refined side by side; each corner inside a
 /// chart has its partner there. A face across a seam takes the UVs of one side, the one with the most of its corners,

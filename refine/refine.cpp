@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/chart_cells.hpp"
 #include "tetrakis/refine/followed_uvs.hpp"
 #include "tetrakis/refine/repeated_rows.hpp"
 #include "tetrakis/refine/rule_levels.hpp"
@@ -42,6 +43,22 @@ std::optional<PolygonMesh> refine_structured(const ControlMesh& mesh, const Sche
     return refine_uniform(mesh, triangles ? SchemeKind::loop : SchemeKind::catmull_clark, levels, uniform);
 }
 
+void warn_of_smooth_uvs(const SchemeInfo& scheme, PolygonMesh& result) {
+    result.warnings.push_back(
+        "the texture coordinates were refined smoothly, not linearly as their tag asks: "
+        "faces of " +
+        std::string(scheme.name) + " do not lie in faces of the control mesh");
+}
+
+/// What a face is made of goes with its UVs.
+void take_materials(const ControlMesh& mesh, const std::vector<std::uint32_t>& control_face, PolygonMesh& result) {
+    const ControlMeshData& data = mesh.data();
+    for (const std::uint32_t control : control_face) {
+        if (!data.face_material.empty()) result.face_material.push_back(data.face_material[control]);
+        if (!data.face_group.empty()) result.face_group.push_back(data.face_group[control]);
+    }
+}
+
 /// Texture coordinates by the same scheme on the charts, whose faces and half-edges are the mesh's. False where they
 /// cannot be had.
 bool refine_uvs(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options,
@@ -50,11 +67,7 @@ bool refine_uvs(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, c
     const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
     const bool across =
         scheme.refinement == Refinement::honeycomb || fan_lattice(scheme, options.rules) == FanLattice::dual;
-    if (across && linear && levels > 0)
-        result.warnings.push_back(
-            "the texture coordinates were refined smoothly, not linearly as their tag asks: "
-            "faces of " +
-            std::string(scheme.name) + " do not lie in faces of the control mesh");
+    if (across && linear && levels > 0) warn_of_smooth_uvs(scheme, result);
     if (levels > 0 && (triples || across || (!linear && detail::takes_copies(scheme, options.rules)))) {
         detail::FollowedUvs followed = triples ? detail::follow_triangles(mesh, scheme, levels, options.rules)
                                                : detail::follow_across_seams(mesh, scheme, levels, options.rules);
@@ -62,12 +75,7 @@ bool refine_uvs(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, c
         detail::drop_unused(followed.face_uvs, followed.uvs);
         result.uvs = std::move(followed.uvs);
         result.face_uvs = std::move(followed.face_uvs);
-        // What a face is made of goes with its UVs.
-        const ControlMeshData& data = mesh.data();
-        for (const std::uint32_t control : followed.control_face) {
-            if (!data.face_material.empty()) result.face_material.push_back(data.face_material[control]);
-            if (!data.face_group.empty()) result.face_group.push_back(data.face_group[control]);
-        }
+        take_materials(mesh, followed.control_face, result);
         return true;
     }
     const SchemeInfo& by =
@@ -183,7 +191,8 @@ detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const SchemeInfo
 std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                                            const RefineOptions& options,
                                            std::unique_ptr<detail::RuleLevels>& first_levels) {
-    const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
+    const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all,
+               dual = fan_lattice(scheme, options.rules) == FanLattice::dual;
     std::unique_ptr<detail::RepeatedRows> chart_rows;
     std::optional<ControlMesh> charts;
     const detail::RepeatedRows::Demand demand = demand_of(mesh, scheme, options);
@@ -192,12 +201,12 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
     if (options.context.progress)
         quiet.progress = [&](std::string_view stage, double) { return options.context.progress(stage, 0); };
     if (mesh.has_uvs()) {
-        if ((scheme.refinement == Refinement::sqrt3 && linear) || detail::takes_copies(scheme, options.rules) ||
-            fan_lattice(scheme, options.rules) == FanLattice::dual)
+        if ((scheme.refinement == Refinement::sqrt3 && linear) || detail::takes_copies(scheme, options.rules))
             return std::nullopt;
         const SchemeInfo& by =
-            linear ? *find_scheme(scheme.family == MeshFamily::triangles ? "midpoint" : "bilinear") : scheme;
-        charts = uv_mesh(mesh);
+            linear && !dual ? *find_scheme(scheme.family == MeshFamily::triangles ? "midpoint" : "bilinear") : scheme;
+        charts = dual ? detail::chart_mesh(detail::extend_over_seams(mesh, rule_mesh(mesh), scheme, options.rules))
+                      : uv_mesh(mesh);
         auto chart_levels = std::make_unique<detail::RuleLevels>(*charts, by, options.rules, 0);
         detail::RepeatedRows::Demand plain = demand;
         plain.limit = plain.normals = false;
@@ -215,14 +224,23 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
         options.attributes, mesh.vertex_count(), rows->point_count(),
         [&](std::span<const Vec3d> in, std::span<Vec3d> out) { rows->refine(in, out, {}, options.context); });
     detail::RepeatedRows::Faces faces = rows->faces(options.context);
-    result.face_offsets = std::move(faces.offsets);
-    result.face_vertices = std::move(faces.vertices);
     if (chart_rows) {
         std::vector<Vec3d> points(chart_rows->point_count());
         chart_rows->refine(charts->positions(), points, {}, quiet);
         result.uvs.assign(points.begin(), points.end());
-        result.face_uvs = chart_rows->faces(options.context).vertices;
+        if (dual) {
+            auto cells = detail::cell_uvs(rows->net(), chart_rows->net(), rows->segments(), faces, result.uvs);
+            if (!cells) return std::nullopt;
+            if (linear) warn_of_smooth_uvs(scheme, result);
+            result.face_uvs = std::move(cells->face_uvs);
+            detail::drop_unused(result.face_uvs, result.uvs);
+            take_materials(mesh, cells->control_face, result);
+        } else {
+            result.face_uvs = chart_rows->faces(options.context).vertices;
+        }
     }
+    result.face_offsets = std::move(faces.offsets);
+    result.face_vertices = std::move(faces.vertices);
     keep_surface(
         mesh, scheme, options.rules, [&](std::uint32_t f) { return faces.control[f]; }, result);
     drop_what_no_face_has(result);

@@ -40,6 +40,8 @@ class RepeatedRows {
                                               const Demand& demand, const RunContext& context);
 
     std::uint32_t point_count() const { return net_.point_numbers(net_.layout(segments_.back())).count; }
+    const RootNet& net() const { return net_; }
+    std::uint32_t segments() const { return segments_.back(); }
     using Faces = RootNet::Faces;
     Faces faces(const RunContext& context) const { return net_.faces(segments_.back(), context); }
 

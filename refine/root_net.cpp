@@ -295,8 +295,7 @@ RootNet::Faces RootNet::faces(std::uint32_t segments, const RunContext& context)
 RootNet::Faces RootNet::cell_faces(const RootLayout& at) const {
     const std::uint32_t n = at.segments(), inner = n - 1;
     std::vector<std::uint32_t> inner_edges;
-    for (std::uint32_t e = 0; e < base_.edge_count; ++e)
-        if (base_.twin[base_.edge_halfedge[e]] != none) inner_edges.push_back(e);
+    for_each_inner_edge([&](std::uint32_t h) { inner_edges.push_back(h); });
     const auto across = static_cast<std::uint32_t>(inner_edges.size());
     const std::uint32_t quads = base_.face_count * inner * inner + across * inner;
     Faces faces;
@@ -325,7 +324,7 @@ RootNet::Faces RootNet::cell_faces(const RootLayout& at) const {
     for_each_index(
         across,
         [&](std::uint32_t i) {
-            const std::uint32_t h = base_.edge_halfedge[inner_edges[i]], t = base_.twin[h];
+            const std::uint32_t h = inner_edges[i], t = base_.twin[h];
             std::uint32_t f = base_.face_count * inner * inner + i * inner;
             for (std::uint32_t j = 1; j < n; ++j, ++f) {
                 quad(f, number(at, t, n - j, 0), number(at, t, n - 1 - j, 0), number(at, h, j, 0),
@@ -335,9 +334,8 @@ RootNet::Faces RootNet::cell_faces(const RootLayout& at) const {
         },
         k_grain);
     std::vector<int> around;
-    for (std::uint32_t v = 0; v < base_.vertex_count; ++v) {
-        const std::uint32_t first = base_.vertex_halfedge[v];
-        if (first == none || base_.twin[first] == none) continue;  // the outermost points are the boundary
+    // The outermost points are the boundary.
+    for_each_inner_vertex([&](std::uint32_t first) {
         std::uint32_t h = first;
         around.clear();
         do {
@@ -347,7 +345,7 @@ RootNet::Faces RootNet::cell_faces(const RootLayout& at) const {
         } while (h != first);
         faces.offsets.push_back(static_cast<std::uint32_t>(faces.vertices.size()));
         faces.control.push_back(static_cast<std::uint32_t>(most_frequent(around)));
-    }
+    });
     if (shares_points()) {
         const Numbers numbers = point_numbers(at);
         for (std::uint32_t& v : faces.vertices) v = numbers.of(v);

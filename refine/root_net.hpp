@@ -43,6 +43,23 @@ class RootNet {
 
     bool in_cells() const { return in_cells_; }
     const MeshLevel& base() const { return base_; }
+    /// In cells: the roots before those beyond boundaries and creases.
+    std::uint32_t own_roots() const { return own_roots_; }
+    std::uint32_t control_face(std::uint32_t root) const { return base_face_[root]; }
+    /// Calls visit(half-edge) for each edge between two roots, in the order of their numbers.
+    template <class Visit>
+    void for_each_inner_edge(Visit&& visit) const {
+        for (std::uint32_t e = 0; e < base_.edge_count; ++e)
+            if (base_.twin[base_.edge_halfedge[e]] != none) visit(base_.edge_halfedge[e]);
+    }
+    /// Calls visit(half-edge that leaves it) for each vertex that roots lie around.
+    template <class Visit>
+    void for_each_inner_vertex(Visit&& visit) const {
+        for (std::uint32_t v = 0; v < base_.vertex_count; ++v) {
+            const std::uint32_t first = base_.vertex_halfedge[v];
+            if (first != none && base_.twin[first] != none) visit(first);
+        }
+    }
     RootLayout layout(std::uint32_t segments) const { return {base_, segments}; }
     std::uint32_t place_count(const RootLayout& at) const {
         return in_cells_ ? static_cast<std::uint32_t>(at.cell_count()) : at.vertex_count();

@@ -81,6 +81,24 @@ ControlMesh make_mesh(std::uint64_t seed, bool triangles, bool sharp_for_ever, b
     return triangles ? triangulate(mesh) : mesh;
 }
 
+/// Creases around regions of faces: none ends at a dart.
+ControlMesh with_regions(const ControlMesh& mesh, std::uint64_t seed, bool with_limit) {
+    ControlMeshData data = mesh.data();
+    const auto region = [&](HalfedgeId h) {
+        const std::uint32_t f = mesh.face(h).value;
+        return (f * 2654435761u + seed * 40503u) >> 7 & 3;
+    };
+    for (std::uint32_t i = 0; i < mesh.halfedge_count(); ++i) {
+        const HalfedgeId h(i), t = mesh.twin(h);
+        if (!t.valid() || t.value < i || region(h) == region(t)) continue;
+        // Sharp beyond the last level is as sharp as for ever; but not for limits.
+        const bool finite = !with_limit && i % 3 == 0;
+        data.creases.push_back({mesh.origin(h).value, mesh.target(h).value, finite ? 8.5f : k_sharpness_infinity});
+    }
+    data.corners.push_back({static_cast<std::uint32_t>(seed) % mesh.vertex_count(), k_sharpness_infinity});
+    return ControlMesh::build(std::move(data));
+}
+
 /// Largest distance of a point of one set from the other.
 double disagreement(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
     REQUIRE(a.size() == b.size());
@@ -192,9 +210,11 @@ TEST_CASE("refine() by rows that repeat themselves: texture coordinates, attribu
         CAPTURE(c.scheme);
         const SchemeInfo& scheme = *find_scheme(c.scheme);
         const bool triangles = scheme.family == MeshFamily::triangles;
-        for (const std::uint64_t seed : test::seeds(3)) {
+        for (const std::uint64_t seed : test::seeds(8)) {
             CAPTURE(seed);
-            const ControlMesh mesh = make_mesh(seed, triangles, seed % 2 == 1, true);
+            ControlMesh mesh = make_mesh(seed, triangles, seed % 2 == 1, true);
+            const bool regions = seed >= 6 && fan_lattice(scheme, c.rules) == FanLattice::dual;
+            if (regions) mesh = with_regions(mesh, seed, true);
             // An attribute that is the position: the same masks give the same numbers.
             VertexAttribute attribute{"p", 3, {}};
             for (const Vec3d& p : mesh.positions())
@@ -209,8 +229,20 @@ TEST_CASE("refine() by rows that repeat themselves: texture coordinates, attribu
             CHECK(disagreement(ours.positions, expected.positions) < 1e-12 * size);
             CHECK(disagreement(marks(ours, false), marks(expected, false)) < 1e-11 * (size + size * size));
             REQUIRE(ours.face_uvs.size() == expected.face_uvs.size());
-            CHECK(ours.uvs.size() == expected.uvs.size());
-            CHECK(disagreement(marks(ours, true), marks(expected, true)) < 1e-11 * (100 + size) * (100 + size));
+            const double close = 1e-11 * (100 + size) * (100 + size);
+            if (regions) {
+                // Where a seam ends in a corner between creases the faces at its tip lie on both sides.
+                const std::vector<Vec3d> found = marks(ours, true), wanted = marks(expected, true),
+                                         places = marks(ours, false), wanted_places = marks(expected, false);
+                const PointMatch by_place(wanted_places);
+                std::size_t others = 0;
+                for (std::size_t f = 0; f < found.size(); ++f)
+                    others += glm::length(found[f] - wanted[by_place.nearest(places[f])]) < close ? 0 : 1;
+                CHECK(others < found.size() / 50);
+            } else {
+                CHECK(ours.uvs.size() == expected.uvs.size());
+                CHECK(disagreement(marks(ours, true), marks(expected, true)) < close);
+            }
             REQUIRE(ours.attributes.size() == 1);
             double worst = 0;
             for (std::size_t v = 0; v < ours.positions.size(); ++v)
@@ -220,24 +252,6 @@ TEST_CASE("refine() by rows that repeat themselves: texture coordinates, attribu
             CHECK(ours.face_material == expected.face_material);
         }
     }
-}
-
-/// Creases around regions of faces: none ends at a dart.
-ControlMesh with_regions(const ControlMesh& mesh, std::uint64_t seed, bool with_limit) {
-    ControlMeshData data = mesh.data();
-    const auto region = [&](HalfedgeId h) {
-        const std::uint32_t f = mesh.face(h).value;
-        return (f * 2654435761u + seed * 40503u) >> 7 & 3;
-    };
-    for (std::uint32_t i = 0; i < mesh.halfedge_count(); ++i) {
-        const HalfedgeId h(i), t = mesh.twin(h);
-        if (!t.valid() || t.value < i || region(h) == region(t)) continue;
-        // Sharp beyond the last level is as sharp as for ever; but not for limits.
-        const bool finite = !with_limit && i % 3 == 0;
-        data.creases.push_back({mesh.origin(h).value, mesh.target(h).value, finite ? 8.5f : k_sharpness_infinity});
-    }
-    data.corners.push_back({static_cast<std::uint32_t>(seed) % mesh.vertex_count(), k_sharpness_infinity});
-    return ControlMesh::build(std::move(data));
 }
 
 TEST_CASE("[slow] creases of dual schemes by rows that repeat themselves are those of the rules") {

@@ -1,0 +1,159 @@
+#include "tetrakis/refine/chart_cells.hpp"
+
+#include "tetrakis/refine/seam_face.hpp"
+
+#include <utility>
+
+namespace tetrakis::detail {
+
+ControlMesh chart_mesh(const SeamExtension& charts) {
+    const RuleMesh& mesh = charts.mesh;
+    ControlMeshData data;
+    data.boundary_rule = BoundaryRule::edge_only;
+    data.face_offsets = {0};
+    for (const Vec2d& uv : charts.uvs) data.positions.emplace_back(uv.x, uv.y, 0.0);
+    for (int f = 0; f < mesh.face_count(); ++f) {
+        for (const int v : mesh.corners(f)) data.face_vertices.push_back(static_cast<std::uint32_t>(v));
+        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+    }
+    for (int e = 0; e < mesh.edge_count(); ++e) {
+        const int h = mesh.edge_halfedge(e);
+        if (mesh.twin(h) == RuleMesh::none || !mesh.sharp(h)) continue;
+        data.creases.push_back({static_cast<std::uint32_t>(mesh.origin(h)), static_cast<std::uint32_t>(mesh.target(h)),
+                                mesh.sharpness(h)});
+    }
+    for (std::size_t v = 0; v < mesh.vertex_sharpness().size(); ++v)
+        if (is_sharp(mesh.vertex_sharpness()[v]))
+            data.corners.push_back({static_cast<std::uint32_t>(v), mesh.vertex_sharpness()[v]});
+    return ControlMesh::build(std::move(data));
+}
+
+namespace {
+
+/// The cells of the chart beside those of the surface.
+class CellFollower {
+  public:
+    CellFollower(const RootNet& surface, const RootNet& chart, std::uint32_t segments, const RootNet::Faces& faces,
+                 std::vector<Vec2d>& uvs)
+        : surface_(surface),
+          chart_(chart),
+          at_(chart.layout(segments)),
+          numbers_(chart.point_numbers(at_)),
+          faces_(faces),
+          uvs_(uvs),
+          n_(segments) {}
+
+    std::optional<CellUvs> run() {
+        if (!find_roots()) return std::nullopt;
+        out_.face_uvs.reserve(faces_.vertices.size());
+        out_.control_face = faces_.control;
+        // In the order of RootNet::faces().
+        const MeshLevel& base = surface_.base();
+        for (std::uint32_t r = 0; r < base.face_count; ++r)
+            for (std::uint32_t y = 0; y + 1 < n_; ++y)
+                for (std::uint32_t x = 0; x + 1 < n_; ++x)
+                    for (const auto& [i, k] : {std::pair(0u, 0u), {1u, 0u}, {1u, 1u}, {0u, 1u}})
+                        add(chart_.number_at(at_, root_[r], {x + i, y + k}));
+        bool whole = true;
+        surface_.for_each_inner_edge([&](std::uint32_t h) { whole = whole && across(h); });
+        surface_.for_each_inner_vertex([&](std::uint32_t h) { whole = whole && around(h); });
+        if (!whole) return std::nullopt;
+        return std::move(out_);
+    }
+
+  private:
+    static constexpr std::uint32_t none = RootNet::none;
+
+    std::uint32_t there(std::uint32_t h) const { return 4 * root_[h / 4] + h % 4; }
+    void add(std::uint32_t place) { out_.face_uvs.push_back(numbers_.of(place)); }
+
+    /// Those beyond boundaries and creases, whose first side is beside an earlier one.
+    bool find_roots() {
+        const MeshLevel &base = surface_.base(), &charts = chart_.base();
+        if (surface_.own_roots() > chart_.own_roots()) return false;
+        for (std::uint32_t r = 0; r < base.face_count; ++r) {
+            if (r < surface_.own_roots()) {
+                root_.push_back(r);
+                continue;
+            }
+            const std::uint32_t beside = charts.twin[there(base.twin[4 * r])];
+            if (beside == none || beside % 4 != 0 || beside / 4 < chart_.own_roots()) return false;
+            root_.push_back(beside / 4);
+        }
+        return true;
+    }
+
+    bool across(std::uint32_t h) {
+        const MeshLevel &base = surface_.base(), &charts = chart_.base();
+        const std::uint32_t t = base.twin[h];
+        std::uint32_t ch = there(h), ct = there(t);
+        if (charts.twin[ch] != ct) {
+            // A seam: two corners on either side.
+            if (surface_.control_face(h / 4) < surface_.control_face(t / 4))
+                ct = charts.twin[ch];
+            else
+                ch = charts.twin[ct];
+            if (ch == none || ct == none) return false;
+        }
+        for (std::uint32_t j = 1; j < n_; ++j) {
+            add(chart_.number(at_, ct, n_ - j, 0));
+            add(chart_.number(at_, ct, n_ - 1 - j, 0));
+            add(chart_.number(at_, ch, j, 0));
+            add(chart_.number(at_, ch, j - 1, 0));
+        }
+        return true;
+    }
+
+    bool around(std::uint32_t first) {
+        const MeshLevel &base = surface_.base(), &charts = chart_.base();
+        ring_.clear();
+        std::uint32_t h = first;
+        do {
+            ring_.push_back(h);
+            h = base.twin[base.prev(h)];
+        } while (h != first);
+        const int size = static_cast<int>(ring_.size());
+        const auto corner = [&](int i) { return ring_[static_cast<std::size_t>(i)]; };
+        const auto turned = [&](std::uint32_t c) { return charts.twin[charts.prev(c)]; };
+        const auto home = [&](int i) { return surface_.control_face(corner(i) / 4); };
+        const SeamRun run = longest_run(
+            size, [&](int i) { return turned(there(corner(i))) == there(corner((i + 1) % size)); }, home);
+        const std::size_t begin = out_.face_uvs.size();
+        for (const std::uint32_t c : ring_) add(chart_.number(at_, there(c), 0, 0));
+        if (run.size == size) return true;
+        beyond_.clear();
+        const std::uint32_t start = there(corner(run.first));
+        for (std::uint32_t c = turned(there(corner((run.first + run.size - 1) % size))); c != start; c = turned(c)) {
+            if (c == none) return false;
+            beyond_.push_back(numbers_.of(chart_.number(at_, c, 0, 0)));
+        }
+        continue_uvs(run, beyond_, std::span(out_.face_uvs).subspan(begin), uvs_);
+        out_.control_face[face_written()] = home_of(run, size, home);
+        return true;
+    }
+    /// The face that has just been written.
+    std::size_t face_written() const {
+        const auto end = static_cast<std::uint32_t>(out_.face_uvs.size());
+        return static_cast<std::size_t>(std::lower_bound(faces_.offsets.begin(), faces_.offsets.end(), end) -
+                                        faces_.offsets.begin() - 1);
+    }
+
+    const RootNet &surface_, &chart_;
+    RootLayout at_;
+    RootNet::Numbers numbers_;
+    const RootNet::Faces& faces_;
+    std::vector<Vec2d>& uvs_;
+    std::uint32_t n_;
+    std::vector<std::uint32_t> root_;  ///< of the chart, for each of the surface
+    std::vector<std::uint32_t> ring_, beyond_;
+    CellUvs out_;
+};
+
+}  // namespace
+
+std::optional<CellUvs> cell_uvs(const RootNet& surface, const RootNet& chart, std::uint32_t segments,
+                                const RootNet::Faces& faces, std::vector<Vec2d>& uvs) {
+    return CellFollower(surface, chart, segments, faces, uvs).run();
+}
+
+}  // namespace tetrakis::detail
