@@ -23,6 +23,13 @@ inline Vec3d unit_or_zero(const Vec3d& v) {
     return length > 0 ? v / length : Vec3d(0);
 }
 
+/// The mean of unit vectors at length 1, from their sum; the zero vector where they cancel each other to rounding.
+inline Vec3d unit_of_sum(const Vec3d& sum) {
+    constexpr double k_nothing = 1e-6;
+    const double length = glm::length(sum);
+    return length > k_nothing ? sum / length : Vec3d(0);
+}
+
 /// Axis-aligned box; empty when a lower bound exceeds its upper one.
 struct Box3d {
     Vec3d lower{std::numeric_limits<double>::infinity()};

@@ -3,6 +3,7 @@
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/huge_buffer.hpp"
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/face_normals.hpp"
 #include "tetrakis/refine/rule_limit.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
 
@@ -43,37 +44,32 @@ bool has_whole_faces(const RuleMesh& mesh, bool creases) {
     return true;
 }
 
-/// Normals that are zero: the means of those of the faces around.
+/// Normals that are zero, from the faces around (FaceNormals).
 /// @param points  at the places of the numbers
 void add_face_normals(const RepeatedRows::Faces& faces, const RootNet::Numbers& numbers, const Vec3d* points,
                       std::span<Vec3d> normals) {
-    struct Sum {
-        std::uint32_t vertex;
-        Vec3d normal;
-    };
-    std::vector<Sum> sums;
+    std::vector<std::uint32_t> vertices;
     for (std::uint32_t i = 0; i < normals.size(); ++i)
-        if (normals[i] == Vec3d(0)) sums.push_back({i, Vec3d(0)});
+        if (normals[i] == Vec3d(0)) vertices.push_back(i);
+    std::vector<FaceNormals> sums(vertices.size());
     std::vector<std::uint32_t> place(numbers.count - numbers.first_shared);
     for (std::size_t i = numbers.number.size(); i-- > 0;)
         place[numbers.number[i] - numbers.first_shared] = numbers.first_shared + static_cast<std::uint32_t>(i);
-    const auto point = [&](std::uint32_t corner) {
-        const std::uint32_t v = faces.vertices[corner];
-        return points[v < numbers.first_shared ? v : place[v - numbers.first_shared]];
-    };
+    std::vector<Vec3d> corners;
     for (std::size_t f = 0; f + 1 < faces.offsets.size(); ++f) {
         const std::uint32_t begin = faces.offsets[f], end = faces.offsets[f + 1];
         for (std::uint32_t c = begin; c < end; ++c) {
-            const std::uint32_t v = faces.vertices[c];
-            if (normals[v] != Vec3d(0)) continue;
-            const Vec3d at = point(c), next = point(c + 1 == end ? begin : c + 1),
-                        before = point(c == begin ? end - 1 : c - 1);
-            const auto sum = std::lower_bound(sums.begin(), sums.end(), v,
-                                              [](const Sum& s, std::uint32_t vertex) { return s.vertex < vertex; });
-            sum->normal += unit_or_zero(glm::cross(next - at, before - at));
+            if (normals[faces.vertices[c]] != Vec3d(0)) continue;
+            corners.clear();
+            for (std::uint32_t k = begin; k < end; ++k) {
+                const std::uint32_t v = faces.vertices[k];
+                corners.push_back(points[v < numbers.first_shared ? v : place[v - numbers.first_shared]]);
+            }
+            const auto at = std::lower_bound(vertices.begin(), vertices.end(), faces.vertices[c]) - vertices.begin();
+            sums[static_cast<std::size_t>(at)].add(corners, c - begin);
         }
     }
-    for (const Sum& sum : sums) normals[sum.vertex] = unit_or_zero(sum.normal);
+    for (std::size_t i = 0; i < sums.size(); ++i) normals[vertices[i]] = sums[i].normal();
 }
 
 /// What the roots of a mesh are.
@@ -273,7 +269,7 @@ void RepeatedRows::at_shared_places(const RootLayout& last, const Vec3d* now, st
     const Vec3d* const sides = results(*normals_);
     std::fill(normals.begin(), normals.end(), Vec3d(0));
     for (std::uint32_t place = 0; place < places; ++place) normals[numbers.of(place)] += sides[place];
-    for (std::size_t i = numbers.first_shared; i < normals.size(); ++i) normals[i] = unit_or_zero(normals[i]);
+    for (std::size_t i = numbers.first_shared; i < normals.size(); ++i) normals[i] = unit_of_sum(normals[i]);
 }
 
 }  // namespace tetrakis::detail

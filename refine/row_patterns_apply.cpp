@@ -19,7 +19,7 @@ struct PointOfRow {
 struct NormalOfTangents {
     static constexpr std::size_t rows = 4, rows_inside = 2;
     static Vec3d result_inside(const Vec3d* sums) { return unit_or_zero(glm::cross(sums[0], sums[1])); }
-    static Vec3d result(const Vec3d* sums) { return unit_or_zero(result_inside(sums) + result_inside(sums + 2)); }
+    static Vec3d result(const Vec3d* sums) { return unit_of_sum(result_inside(sums) + result_inside(sums + 2)); }
 };
 
 /// Sums of rows for `Points` points side by side.

@@ -1,5 +1,6 @@
 #include "tetrakis/refine/rule_limit.hpp"
 
+#include "tetrakis/refine/face_normals.hpp"
 #include "tetrakis/refine/fan_limit.hpp"
 #include "tetrakis/refine/honeycomb_limit.hpp"
 #include "tetrakis/refine/mesh_part.hpp"
@@ -28,7 +29,7 @@ namespace {
 
 using Mask = ClosedMasks::Mask;
 
-// Steps below the mesh that are tried: a fan of up to four rings is regular after three, and a sharpness of 5 is gone.
+// Steps below the mesh that are tried once nothing is semi-sharp: a fan of up to four rings is regular after three.
 constexpr int k_most_steps = 5;
 // Rounding errors of numeric eigenvectors, whose largest weights are of order one.
 constexpr double k_no_weight = 1e-12;
@@ -79,7 +80,8 @@ class Finder {
             found[i] = here(mesh, sites[i], step);
             if (!found[i]) open.push_back(i);
         }
-        if (open.empty() || step == k_most_steps) return found;
+        if (step == 0 && !open.empty()) most_steps_ = k_most_steps + steps_until_smooth(mesh);
+        if (open.empty() || step == most_steps_) return found;
 
         std::vector<Site> left;
         for (const std::size_t i : open) left.push_back(sites[i]);
@@ -111,6 +113,15 @@ class Finder {
     }
 
   private:
+    static int steps_until_smooth(const RuleMesh& mesh) {
+        float sharpest = 0;
+        const auto look = [&](float sharpness) {
+            if (is_semi_sharp(sharpness)) sharpest = std::max(sharpest, sharpness);
+        };
+        for (int h = 0; h < mesh.halfedge_count(); ++h) look(mesh.sharpness(h));
+        for (const float sharpness : mesh.vertex_sharpness()) look(sharpness);
+        return static_cast<int>(std::ceil(sharpest));
+    }
     static std::vector<int> seeds(const RuleMesh& mesh, const std::vector<Site>& sites) {
         std::vector<int> result;
         for (const Site& site : sites) {
@@ -363,7 +374,7 @@ class Finder {
         }
         if (site.kind == face || !dual_) return at(site.kind, step.child_halfedge[h]);
         // The face that a vertex of a dual scheme becomes; beside a crease, the crease's edge of one of the two; at a
-        // tagged corner of the boundary, the corner's own point.
+        // corner its own point.
         const RuleMesh& fine = step.mesh;
         const int v = mesh.origin(h);
         const RuleMesh::Ring ring = mesh.ring(v);
@@ -378,8 +389,7 @@ class Finder {
         }
         if (sharp_count >= 2) {
             if (step.child_crease.empty() || step.child_crease[sharp] == RuleMesh::none) return std::nullopt;
-            const bool corner = is_sharp(mesh.vertex_sharpness(v));
-            if (sharp_count > 2 || (corner && ring.closed)) return std::nullopt;
+            const bool corner = sharp_count > 2 || is_sharp(mesh.vertex_sharpness(v));
             return at(corner ? vertex : crease, tip_halfedge(fine, step.child_crease[sharp]));
         }
         if (ring.faces() < 3 || smooth == RuleMesh::none || step.child_halfedge[smooth] == RuleMesh::none)
@@ -393,6 +403,7 @@ class Finder {
     const RuleOptions& options_;
     FanLattice lattice_;
     bool dual_, hexagons_, ignores_creases_, one_ring_;
+    int most_steps_ = k_most_steps;
     MeshPartFinder parts_;
     std::map<int, std::vector<double>> honeycomb_;
     std::map<std::tuple<int, bool, bool, bool>, Masks> masks_;
@@ -400,18 +411,12 @@ class Finder {
 };
 
 /// Why a vertex may have no limit.
-const char* why_none(const RuleMesh& mesh, const SchemeInfo& scheme, const RuleOptions& options) {
+const char* why_none(const SchemeInfo& scheme, const RuleOptions& options) {
     const bool averages = scheme.step == averaging_step || scheme.step == biquartic_step;
     if (averages && options.averaging_boundary == AveragingBoundary::recede)
         return ": each step uses up the outer ring, so what lies near the end of the mesh has no place on the limit "
                "surface";
-    if (scheme.family == MeshFamily::hexagons) return ": a crease that ends there, or a sharpness that lasts too long";
-    // Averaging looks at corners alone.
-    for (int h = 0; h < mesh.halfedge_count(); ++h)
-        if (is_semi_sharp(mesh.vertex_sharpness(mesh.origin(h))) || (!averages && is_semi_sharp(mesh.sharpness(h))))
-            return ": creases or corners near there stay semi-sharp for longer than limits are followed (they have one "
-                   "with more "
-                   "levels, or tagged with 10, sharp for ever)";
+    if (scheme.family == MeshFamily::hexagons) return ": a crease that ends there";
     return "";
 }
 
@@ -429,17 +434,16 @@ RuleLimits rule_limits(const RuleMesh& mesh, const SchemeInfo& scheme, const Rul
     return RuleLimitFinder(scheme, options).find(mesh, all);
 }
 
-namespace {
-
-/// Mean of the normals of a vertex's corners.
-Vec3d corner_normals(const RuleMesh& mesh, std::span<const Vec3d> net, int v) {
-    Vec3d normal(0);
-    for (const int h : mesh.ring(v).halfedge)
-        normal += unit_or_zero(glm::cross(net[mesh.target(h)] - net[v], net[mesh.origin(mesh.prev(h))] - net[v]));
-    return unit_or_zero(normal);
+Vec3d face_normal_at(const RuleMesh& mesh, std::span<const Vec3d> net, int v) {
+    FaceNormals normals;
+    std::vector<Vec3d> points;
+    for (const int h : mesh.ring(v).halfedge) {
+        points.clear();
+        for (const int w : mesh.corners(mesh.face(h))) points.push_back(net[w]);
+        normals.add(points, static_cast<std::size_t>(h - mesh.face_begin(mesh.face(h))));
+    }
+    return normals.normal();
 }
-
-}  // namespace
 
 struct RuleLimitFinder::State {
     State(const SchemeInfo& s, const RuleOptions& o) : scheme(s), options(o), finder(scheme, options) {}
@@ -522,7 +526,7 @@ RuleLimits RuleLimitFinder::find(const RuleMesh& mesh, std::span<const int> vert
                 throw std::invalid_argument(std::string(scheme.name) + " has no limit mask for vertex " +
                                             std::to_string(v) + " of the level, " +
                                             (mesh.on_boundary(v) ? "on the boundary" : "inside the mesh") +
-                                            why_none(mesh, scheme, state_->options) + "; leave out the limit");
+                                            why_none(scheme, state_->options) + "; leave out the limit");
             limits.positions.push(rows->limit);
             for (const auto& [t1, t2] : rows->tangents) {
                 limits.tangent1.push(t1);
@@ -555,7 +559,7 @@ std::vector<int> RuleLimitFinder::regular_points(const RuleMesh& mesh, std::span
             continue;
         }
         out[i] = regular->point(net);
-        if (out[i].normal == Vec3d(0)) out[i].normal = corner_normals(mesh, net, v);
+        if (out[i].normal == Vec3d(0)) out[i].normal = face_normal_at(mesh, net, v);
     }
     return others;
 }
@@ -577,7 +581,8 @@ LimitPoint point_of(const RuleMesh& mesh, std::span<const Vec3d> net, int v, int
         normal += unit_or_zero(glm::cross(t1, t2));
     }
     point.has_tangent_plane = tangent_count == 1 && normal != Vec3d(0);
-    point.normal = normal == Vec3d(0) ? corner_normals(mesh, net, v) : unit_or_zero(normal);
+    point.normal = unit_of_sum(normal);
+    if (point.normal == Vec3d(0)) point.normal = face_normal_at(mesh, net, v);
     return point;
 }
 

@@ -28,7 +28,7 @@ struct RuleLimits {
 /// The limit of a vertex of a dual scheme is that of the face that it becomes: on a regular mesh the spline at the
 /// vertex's own parameters.
 /// @throws std::invalid_argument  a vertex for which there is no mask: one that its boundary rule uses
-///                                up, one of valence 2 inside a dual scheme's mesh, or what stays semi-sharp too long
+///                                up, one of valence 2 inside a dual scheme's mesh
 RuleLimits rule_limits(const RuleMesh& mesh, const SchemeInfo& scheme, const RuleOptions& options);
 
 /// The same for parts of meshes; keeps the masks that it has found.
@@ -63,6 +63,9 @@ class RuleLimitFinder {
     struct State;
     std::unique_ptr<State> state_;
 };
+
+/// The normal of a vertex without tangents (FaceNormals).
+Vec3d face_normal_at(const RuleMesh& mesh, std::span<const Vec3d> net, int v);
 
 /// Rings of faces around a vertex that its limit depends on at most, where its sharpness runs out in time.
 int rule_limit_rings(const SchemeInfo& scheme, const RuleOptions& options);

@@ -69,13 +69,16 @@ void detail::check_rounds(int levels, const RefineOptions& options) {
 
 void detail::check_rule_memory(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, int asked,
                                const RunContext& context) {
+    constexpr std::uint64_t most = std::uint64_t{std::numeric_limits<int>::max()} / 2;
     std::uint64_t halfedges = mesh.halfedge_count();
     for (int level = 1; level <= levels; ++level) {
         halfedges *= growth(scheme);
-        if (halfedges > std::uint64_t{std::numeric_limits<int>::max()} / 2)
+        if (halfedges > most)
             throw Error(ErrorCode::unsupported,
-                        std::to_string(asked) + " levels give more elements than 32-bit numbers can count; level " +
-                            std::to_string(level) + " has up to " + std::to_string(halfedges) + " face corners",
+                        std::to_string(asked) +
+                            " levels give more elements than the rules can count in 32-bit numbers; level " +
+                            std::to_string(level) + " has up to " + std::to_string(halfedges) +
+                            " face corners, and the limit is " + std::to_string(most),
                         mesh.data().source);
     }
     const std::uint64_t bytes = halfedges * k_bytes_per_halfedge, limit = context.max_memory_bytes;
@@ -164,14 +167,11 @@ void RuleRefiner::normals(std::span<const Vec3d> control, std::span<Vec3d> norma
     if (normals.empty()) return;
     with_threads(s.options.context, [&] {
         const std::vector<double> net = s.levels->net({&control.data()->x, 3 * control.size()}, 3);
-        const auto point = [&](int v) {
-            const double* p = net.data() + 3 * static_cast<std::size_t>(v);
-            return Vec3d(p[0], p[1], p[2]);
-        };
+        const std::span points(reinterpret_cast<const Vec3d*>(net.data()), net.size() / 3);
         const auto sum = [&](const StencilTable& table, int row) {
             Vec3d result(0);
-            const auto points = table.points(row);
-            for (std::size_t i = 0; i < points.size(); ++i) result += table.weights(row)[i] * point(points[i]);
+            const auto from = table.points(row);
+            for (std::size_t i = 0; i < from.size(); ++i) result += table.weights(row)[i] * points[from[i]];
             return result;
         };
         for_each_index(vertex_count(), [&](std::uint32_t i) {
@@ -179,12 +179,8 @@ void RuleRefiner::normals(std::span<const Vec3d> control, std::span<Vec3d> norma
             Vec3d normal(0);
             for (int row = s.limits.begin[i]; row < s.limits.begin[i + 1]; ++row)
                 normal += unit_or_zero(glm::cross(sum(s.limits.tangent1, row), sum(s.limits.tangent2, row)));
-            if (normal == Vec3d(0))
-                for (const int h : s.levels->last().ring(v).halfedge)
-                    normal +=
-                        unit_or_zero(glm::cross(point(s.levels->last().target(h)) - point(v),
-                                                point(s.levels->last().origin(s.levels->last().prev(h))) - point(v)));
-            normals[i] = unit_or_zero(normal);
+            normals[i] = unit_of_sum(normal);
+            if (normals[i] == Vec3d(0)) normals[i] = detail::face_normal_at(s.levels->last(), points, v);
         });
     });
 }

@@ -33,6 +33,7 @@ void check_shape(const SchemeInfo& scheme, const FanShape& shape, FanLattice lat
     const int least = shape.boundary ? 1 : 3;
     if (shape.faces < least)
         throw std::invalid_argument(shape.boundary ? "a boundary vertex has at least two edges"
+                                    : dual         ? "a face has at least 3 corners"
                                                    : "the valence of a vertex inside must be at least 3");
 }
 

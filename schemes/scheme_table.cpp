@@ -90,10 +90,14 @@ const SchemeInfo* find_scheme(std::string_view name) {
 }
 
 std::string_view nearest_scheme_name(std::string_view text) {
+    // The start or another part of a name is that name.
+    constexpr std::size_t k_telling = 3;
+    const auto distance = [&](const SchemeInfo& scheme) {
+        const bool part = text.size() >= k_telling && scheme.name.find(text) != std::string_view::npos;
+        return std::pair(part ? 0 : 1, edit_distance(text, scheme.name));
+    };
     return std::min_element(std::begin(k_table), std::end(k_table),
-                            [&](const SchemeInfo& a, const SchemeInfo& b) {
-                                return edit_distance(text, a.name) < edit_distance(text, b.name);
-                            })
+                            [&](const SchemeInfo& a, const SchemeInfo& b) { return distance(a) < distance(b); })
         ->name;
 }
 

@@ -154,6 +154,41 @@ TEST_CASE("limits of primal schemes are the same seen from any level, and are ap
         }
 }
 
+TEST_CASE("limits of creases that stay semi-sharp for long, and end or meet: from any level the same, and approached") {
+    // A cube's edges: a loop around a face, three in a corner, one that ends at both of its ends.
+    const auto cube = [](float scale) {
+        ControlMeshData data = read_obj(std::filesystem::path(TETRAKIS_SOURCE_DIR) / "data" / "cube.obj");
+        const std::vector<std::uint32_t>& f = data.face_vertices;
+        for (std::uint32_t i = 0; i < 4; ++i) data.creases.push_back({f[i], f[(i + 1) % 4], scale * (1 + 0.3f * i)});
+        data.creases.push_back({f[4], f[5], scale});
+        data.creases.push_back({f[9], f[10], 0.5f * scale});
+        return ControlMesh::build(std::move(data));
+    };
+    for (const float scale : {1.3f, 4.5f})
+        for (const SchemeInfo& scheme : scheme_table()) {
+            if (scheme.family == MeshFamily::hexagons || scheme.name == "bilinear" || scheme.name == "midpoint")
+                continue;
+            CAPTURE(scheme.name);
+            CAPTURE(scale);
+            const ControlMesh mesh = fitting(scheme, cube(scale));
+            const RefineOptions options{.limit = true};
+            const RuleRefiner first(mesh, scheme, 1, options);
+            const Values a = values(first, mesh, false);
+            if (scheme.lattice == FanLattice::dual) {
+                const PolygonMesh deep = refine(mesh, scheme, 6);
+                const PointMatch in_deep(deep.positions);
+                double worst = 0;
+                for (const Vec3d& p : a.positions)
+                    worst = std::max(worst, glm::length(p - deep.positions[in_deep.nearest(p)]));
+                CHECK(worst < 0.01 * mesh.bounding_box().diagonal());
+                continue;
+            }
+            const Values b = values(RuleRefiner(mesh, scheme, 2, options), mesh, false);
+            const std::vector<Vec3d> seen(b.positions.begin(), b.positions.begin() + first.vertex_count());
+            CHECK(most_apart(a.positions, seen) < 1e-11 * mesh.bounding_box().diagonal());
+        }
+}
+
 TEST_CASE("limits of dual schemes: the splines' on a regular mesh, on a sphere's inside elsewhere") {
     // A torus of 8 x 8 quads: 1/64 (1, 6, 1) x (1, 6, 1) for biquadratic splines.
     constexpr int n = 8;

@@ -352,9 +352,10 @@ TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use inst
     CHECK(has(refusal(code, [&] { tessellate(hole, {.scheme = "doo-sabin", .tolerance = 1e-2}); }), "holes"));
     const Tessellation open = tessellate(hole, {.scheme = "kobbelt", .tolerance = 1e-2, .measure = false});
     CHECK(test::topology(open.mesh.triangles) == test::surface_topology(hole));
-    // A crease that is semi-sharp for more levels than limits are followed.
+    // A crease that is semi-sharp for long has a limit like any other.
     const ControlMesh crease = mesh_for(*find_scheme("kobbelt"), std::string(k_closed) + "t crease 2/1/0 0 1 7.5\n");
-    CHECK(has(refusal(code, [&] { tessellate(crease, {.scheme = "kobbelt", .tolerance = 1e-2}); }), "another scheme"));
+    const Tessellation creased = tessellate(crease, {.scheme = "kobbelt", .tolerance = 1e-2});
+    CHECK(creased.tolerance_reached);
     // Memory, and a caller who has had enough.
     RunContext small;
     small.max_memory_bytes = 1 << 20;

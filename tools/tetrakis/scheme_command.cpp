@@ -115,6 +115,15 @@ std::string support_text(const Findings& f, FanLattice lattice) {
     return fmt::format("{} rings", number(*f.support));
 }
 
+/// What the table says of averaging depends on the number of steps.
+std::string smoothness(const SchemeInfo& scheme, const RuleOptions& rules) {
+    return scheme.name == "averaging" ? fmt::format("C{}", rules.averaging_steps) : std::string(scheme.smoothness);
+}
+std::string generation(const SchemeInfo& scheme, const RuleOptions& rules) {
+    return scheme.name == "averaging" ? fmt::format("bi-{}", rules.averaging_steps + 1)
+                                      : std::string(scheme.generation);
+}
+
 std::string looked_at(const Findings& f, const FanLabels& labels) {
     const bool dual = labels.lattice() == FanLattice::dual;
     if (labels.lattice() == FanLattice::pentagons)
@@ -133,9 +142,9 @@ void print_text(const Findings& f, const SchemeOptions& options) {
     table.row("refinement", fmt::format("{}, {}, {}", name(f.scheme.refinement), name(f.scheme.family),
                                         f.scheme.interpolating ? "interpolating" : "approximating"));
     table.row("takes", std::string(f.scheme.notes));
-    table.row("smoothness", fmt::format("{} on regular meshes", f.scheme.smoothness));
-    table.row("polynomials",
-              fmt::format("reproduces degree {}, generates degree {}", f.reproduction, f.scheme.generation));
+    table.row("smoothness", fmt::format("{} on regular meshes", smoothness(f.scheme, options.rules)));
+    table.row("polynomials", fmt::format("reproduces degree {}, generates degree {}", f.reproduction,
+                                         generation(f.scheme, options.rules)));
     table.row("support", support_text(f, labels.lattice()));
     table.row("looked at", looked_at(f, labels));
     bool first = true;
@@ -174,7 +183,9 @@ void print_text(const Findings& f, const SchemeOptions& options) {
     table.row("matrix", fmt::format("{0} x {0}, rows sum to one", a.matrix.size()));
     table.row("eigenvalues", values);
     table.row("subdominant", a.lambda1 == a.lambda2 ? number(a.lambda1)
-                                                    : fmt::format("{} and {}", number(a.lambda1), number(a.lambda2)));
+                             : options.boundary ? fmt::format("{} along the boundary, {} across it", number(a.lambda1),
+                                                              number(a.lambda2))
+                                                : fmt::format("{} and {}", number(a.lambda1), number(a.lambda2)));
     table.row("third",
               fmt::format("{}; the subdominant ones' product is {}", number(a.third), number(a.lambda1 * a.lambda2)));
     const bool smaller = a.third < std::min(a.lambda1, a.lambda2) - k_same_eigenvalue;
@@ -229,9 +240,9 @@ Json json_of(const Findings& f, const SchemeOptions& options) {
                  {"faces", name(f.scheme.family)},
                  {"interpolating", f.scheme.interpolating},
                  {"notes", f.scheme.notes},
-                 {"smoothness", f.scheme.smoothness},
+                 {"smoothness", smoothness(f.scheme, options.rules)},
                  {"reproduction_degree", f.reproduction},
-                 {"generation_degree", f.scheme.generation},
+                 {"generation_degree", generation(f.scheme, options.rules)},
                  {"support", f.support ? Json(*f.support) : Json()},
                  {"dual", labels.lattice() == FanLattice::dual},
                  {"valence", f.valence},
@@ -311,6 +322,11 @@ ExitCode run(SchemeOptions options) {
     outputs.add(OutputFiles::Kind::picture, "--image", options.image);
     outputs.check({});
     options.rules = options.flags.rules();
+    std::vector<std::string> warnings = options.flags.unused(scheme);
+    if (options.rules.corner_angle != 0 && warnings.empty())
+        warnings.push_back(
+            "--corner-angle has no effect here: at no vertex but a tagged corner, which stays where it is");
+    print_warnings(warnings);
     const int valence = options.valence.value_or(regular_valence(scheme, options.boundary));
     FanShape shape{.faces = valence, .boundary = options.boundary};
     const FanLattice lattice = fan_lattice(scheme, shape, options.rules);
