@@ -9,7 +9,7 @@ namespace tetrakis::detail {
 
 namespace {
 
-constexpr std::uint32_t k_grain = 4;  // roots per task
+constexpr std::uint32_t k_roots_at_once = 4;  // roots per task
 
 /// What a result is made of, and how.
 struct PointOfRow {
@@ -102,7 +102,7 @@ void RowPatterns::apply(const RootLayout& coarse, const RootLayout& fine, const 
     const std::uint32_t n = net_.last_place(coarse), sides = net_.side_count();
     for (std::uint32_t v = 0; v < base.vertex_count && !net_.in_cells(); ++v)
         if (base.vertex_halfedge[v] == none) out[v] = kind_ == Kind::points ? in[v] : Vec3d(0);
-    for_each_block(base.face_count, k_grain, [&](std::uint32_t begin, std::uint32_t end) {
+    for_each_block(base.face_count, k_roots_at_once, [&](std::uint32_t begin, std::uint32_t end) {
         Work work;
         work.lattice.resize(std::size_t{n + 1} * (n + 1));
         for (const Row& row : inside_) {
