@@ -110,13 +110,21 @@ inline StencilRow face_mean(const RuleMesh& mesh, int f) {
 /// The corner of a triangle opposite its half-edge.
 inline int opposite(const RuleMesh& mesh, int h) { return mesh.origin(mesh.prev(h)); }
 
+/// The blends of rules under uniform creasing, where sharpness goes down by one.
+inline VertexBlend uniform_vertex_blend(const ShortList<float, 8>& edges, float vertex) {
+    ShortList<float, 8> children;
+    for (const float s : edges) children.push_back(child_sharpness(s));
+    return vertex_blend(edges, vertex, children, child_sharpness(vertex));
+}
+inline double uniform_crease_weight(float sharpness) {
+    const float child = child_sharpness(sharpness);
+    return edge_crease_weight(sharpness, child, child);
+}
+
 /// Value of a semi-sharp rule: the rows of the smooth rule, of the crease along ring edges a and b, and of the corner.
 template <class SmoothRow>
 StencilRow blended_vertex_row(const RuleMesh& mesh, int v, const RuleMesh::Ring& ring, SmoothRow&& smooth_row) {
-    ShortList<float, 8> children;
-    for (const float s : ring.sharpness) children.push_back(child_sharpness(s));
-    const float sharpness = mesh.vertex_sharpness(v);
-    const VertexBlend blend = vertex_blend(ring.sharpness, sharpness, children, child_sharpness(sharpness));
+    const VertexBlend blend = uniform_vertex_blend(ring.sharpness, mesh.vertex_sharpness(v));
     StencilRow row;
     if (blend.corner != 0) row.add(v, blend.corner);
     if (blend.crease.weight != 0) {

@@ -203,4 +203,20 @@ RuleStep split_vertices(const RuleMesh& mesh, const BlockRunner* runner, CornerR
     return step;
 }
 
+/// What the faces of split_vertices() lie around, in their order: calls face(face), edge(half-edge), once for each side
+/// of a sharp edge, and vertex(vertex, i), i = 0, 1, ... for its sectors between sharp edges.
+template <class Face, class Edge, class Vertex>
+void for_each_split_face(const RuleMesh& mesh, Face&& face, Edge&& edge, Vertex&& vertex) {
+    for (int f = 0; f < mesh.face_count(); ++f) face(f);
+    for (int h = 0; h < mesh.halfedge_count(); ++h)
+        if (mesh.sharp(h) || h < mesh.twin(h)) edge(h);
+    for (int v = 0; v < mesh.vertex_count(); ++v) {
+        if (mesh.first(v) == RuleMesh::none) continue;
+        const int sharp = static_cast<int>(mesh.sharp_neighbours(v).size());
+        if (sharp == 0 && mesh.ring(v).faces() < 3) continue;
+        const int sectors = sharp < 2 ? 1 : mesh.on_boundary(v) ? sharp - 1 : sharp;
+        for (int i = 0; i < sectors; ++i) vertex(v, i);
+    }
+}
+
 }  // namespace tetrakis::detail
