@@ -10,27 +10,45 @@ namespace tetrakis {
 
 namespace {
 
+enum class Family { primal, dual, averaging };
 struct Named {
     FactoredScheme scheme;
     std::string_view name;
-    bool dual;
+    Family family;
 };
 constexpr Named k_schemes[] = {
-    {FactoredScheme::catmull_clark, "catmull-clark", false},
-    {FactoredScheme::four_eight, "4-8", false},
-    {FactoredScheme::doo_sabin, "doo-sabin", true},
-    {FactoredScheme::doo_sabin_catmull_clark, "doo-sabin-cc", true},
-    {FactoredScheme::midedge, "midedge", true},
-    {FactoredScheme::midedge_simplest, "midedge-simplest", true},
+    {FactoredScheme::catmull_clark, "catmull-clark", Family::primal},
+    {FactoredScheme::four_eight, "4-8", Family::primal},
+    {FactoredScheme::doo_sabin, "doo-sabin", Family::dual},
+    {FactoredScheme::doo_sabin_catmull_clark, "doo-sabin-cc", Family::dual},
+    {FactoredScheme::midedge, "midedge", Family::dual},
+    {FactoredScheme::midedge_simplest, "midedge-simplest", Family::dual},
+    {FactoredScheme::averaging, "averaging", Family::averaging},
+    {FactoredScheme::biquartic, "biquartic", Family::averaging},
 };
 constexpr FactoredScheme k_list[] = {FactoredScheme::catmull_clark, FactoredScheme::four_eight,
                                      FactoredScheme::doo_sabin,     FactoredScheme::doo_sabin_catmull_clark,
-                                     FactoredScheme::midedge,       FactoredScheme::midedge_simplest};
+                                     FactoredScheme::midedge,       FactoredScheme::midedge_simplest,
+                                     FactoredScheme::averaging,     FactoredScheme::biquartic};
 
 const Named& row(FactoredScheme scheme) {
     for (const Named& n : k_schemes)
         if (n.scheme == scheme) return n;
     return k_schemes[0];
+}
+
+constexpr int k_biquartic_steps = 3;
+
+std::unique_ptr<detail::FactoredSteps> make_steps(const ControlMesh& mesh, FactoredScheme scheme, RuleOptions rules) {
+    switch (row(scheme).family) {
+        case Family::dual:
+            return detail::make_factored_dual(mesh, scheme);
+        case Family::averaging:
+            if (scheme == FactoredScheme::biquartic) rules.averaging_steps = k_biquartic_steps;
+            return detail::make_factored_averaging(mesh, rules);
+        default:
+            return detail::make_factored_primal(mesh, scheme);
+    }
 }
 
 }  // namespace
@@ -48,10 +66,10 @@ struct FactoredMesh::State {
     int half_steps = 0;
 };
 
-FactoredMesh::FactoredMesh(const ControlMesh& mesh, FactoredScheme scheme, std::uint64_t max_memory_bytes)
+FactoredMesh::FactoredMesh(const ControlMesh& mesh, FactoredScheme scheme, std::uint64_t max_memory_bytes,
+                           const RuleOptions& rules)
     : state_(std::make_unique<State>()) {
-    state_->steps =
-        row(scheme).dual ? detail::make_factored_dual(mesh, scheme) : detail::make_factored_primal(mesh, scheme);
+    state_->steps = make_steps(mesh, scheme, rules);
     state_->steps->limit_memory(max_memory_bytes);
 }
 FactoredMesh::~FactoredMesh() = default;
@@ -63,6 +81,7 @@ void FactoredMesh::half_step(FactoredTrace* trace) {
     ++state_->half_steps;
 }
 int FactoredMesh::half_steps() const { return state_->half_steps; }
+int FactoredMesh::half_steps_per_level() const { return state_->steps->half_steps_per_level(); }
 std::span<const Vec3d> FactoredMesh::positions() const { return state_->steps->positions(); }
 FactoredVertex FactoredMesh::state(std::uint32_t vertex) const { return state_->steps->state(vertex); }
 std::vector<std::array<std::uint32_t, 3>> FactoredMesh::triangles() const { return state_->steps->triangles(); }

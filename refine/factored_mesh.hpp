@@ -3,6 +3,7 @@
 #include "tetrakis/hier/control_mesh.hpp"
 #include "tetrakis/hier/run_context.hpp"
 #include "tetrakis/refine/polygon_mesh.hpp"
+#include "tetrakis/schemes/rule_step.hpp"
 
 #include <array>
 #include <cstdint>
@@ -23,6 +24,8 @@ enum class FactoredScheme {
     doo_sabin_catmull_clark,
     midedge,
     midedge_simplest,
+    averaging,
+    biquartic,
 };
 std::span<const FactoredScheme> factored_schemes();
 std::string_view name(FactoredScheme scheme);
@@ -43,7 +46,8 @@ struct FactoredTrace {
 };
 
 /// A subdivision scheme in binary steps (Velho; DESIGN 3.6): each half-step cuts the blocks of a 4-8 mesh at their
-/// centres, and two give the classical step's points to rounding error. Every mesh on the way is a conforming triangle
+/// centres, and two (of repeated averaging: two more than averagings) give the classical step's points to rounding
+/// error. Every mesh on the way is a conforming triangle
 /// mesh. A vertex keeps its number for ever, also when it becomes inactive.
 ///
 /// Primal schemes (catmull-clark, 4-8) start from the control faces. Half-steps 1, 3, ... put a point into every face
@@ -59,25 +63,42 @@ struct FactoredTrace {
 /// boundary, half a cell is added outside of the old one; a crease is a boundary on each side. An inner vertex between
 /// two faces alone is no centre of a face, and is unused afterwards.
 ///
+/// Repeated averaging of m steps has m + 2 half-steps in a level. It starts like a dual scheme: the first half-step
+/// makes the centres points, the second puts the midpoints on the edges, and all are active. Each of the others is an
+/// averaging, from the corners of a face to its centre: the first puts a point into every quad of the split mesh, the
+/// next puts those of the split mesh's vertices between them, and so on. After an odd number of averagings only the
+/// points in the quads are active, the vertices being the centres of the dual faces (whose sides are not edges yet
+/// inside the mesh); after an even number only the vertices, with the quads' points as their centres. Copies of the
+/// boundary (AveragingBoundary::replicate) lie on their vertices until the first averaging, and then around the mesh
+/// until the level is done: triangles() has them, mesh() has not. Two steps take Catmull-Clark's rules at boundaries,
+/// creases and corners in the last half-step. With AveragingBoundary::recede the outer faces go as their points do
+/// (between averagings some may touch in a vertex alone).
+///
 /// Tags act when a point that follows them is made: Catmull-Clark's blends of smooth, crease and corner rules for old
 /// vertices in the first half-step, for new points on edges in the second, dual boundary and crease points (and tagged
-/// corners) in the second. Sharpness goes down once per two half-steps.
+/// corners) in the second. Sharpness goes down once per level.
 ///
-/// Positions only: no UVs. Primal schemes leave holes out of mesh() and take materials and groups along.
+/// Positions only: no UVs. Catmull-Clark and 4-8 leave holes out of mesh() and take materials and groups along; for the
+/// others holes are faces.
 class FactoredMesh {
   public:
     /// @param mesh              control mesh; is not kept beyond the call
     /// @param max_memory_bytes  what the meshes may take, as half_step() estimates it; 0: no limit
-    FactoredMesh(const ControlMesh& mesh, FactoredScheme scheme, std::uint64_t max_memory_bytes = 0);
+    /// @param rules             averaging: averaging_steps and averaging_boundary; biquartic: averaging_boundary
+    /// @throws Error  invalid_input: averaging_steps < 0
+    FactoredMesh(const ControlMesh& mesh, FactoredScheme scheme, std::uint64_t max_memory_bytes = 0,
+                 const RuleOptions& rules = {});
     ~FactoredMesh();
     FactoredMesh(FactoredMesh&&) noexcept;
     FactoredMesh& operator=(FactoredMesh&&) noexcept;
 
     /// One more half-step. Cost: O(triangles), primal schemes in parallel; the same bytes for any number of threads.
     /// @param trace   receives what each rule reads (the work is then serial)
-    /// @throws Error  unsupported: more elements than can be counted; memory_limit; the mesh is then as it was
+    /// @throws Error  unsupported: more elements than can be counted; memory_limit; invalid_input: AveragingBoundary::
+    ///                recede would use up the whole mesh in this level; the mesh is then as it was
     void half_step(FactoredTrace* trace = nullptr);
     int half_steps() const;
+    int half_steps_per_level() const;  ///< that make a step of the scheme
 
     std::span<const Vec3d> positions() const;  ///< of all vertices
     FactoredVertex state(std::uint32_t vertex) const;

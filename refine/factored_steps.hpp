@@ -11,6 +11,7 @@ class FactoredSteps {
     virtual ~FactoredSteps() = default;
 
     virtual void half_step(FactoredTrace* trace) = 0;
+    virtual int half_steps_per_level() const { return 2; }
     virtual FactoredVertex state(std::uint32_t vertex) const = 0;
     virtual std::vector<std::array<std::uint32_t, 3>> triangles() const = 0;
     virtual PolygonMesh mesh() const = 0;
@@ -31,6 +32,7 @@ class FactoredSteps {
 
 std::unique_ptr<FactoredSteps> make_factored_primal(const ControlMesh& mesh, FactoredScheme scheme);
 std::unique_ptr<FactoredSteps> make_factored_dual(const ControlMesh& mesh, FactoredScheme scheme);
+std::unique_ptr<FactoredSteps> make_factored_averaging(const ControlMesh& mesh, const RuleOptions& rules);
 
 /// Takes the vertices that no face has out; the others keep their order.
 void drop_unused_vertices(PolygonMesh& mesh);
