@@ -12,7 +12,7 @@ namespace tetrakis::detail {
 
 namespace {
 
-constexpr std::uint32_t none = 0xFFFF'FFFFu;
+constexpr std::uint32_t k_no_number = 0xFFFF'FFFFu;
 
 /// Repeated averaging: the centres of faces become points, then the midpoints of edges, and then the points change
 /// between the vertices and the quads of the split mesh, whose centres rest.
@@ -84,7 +84,7 @@ class FactoredAveraging final : public FactoredFaces {
         // From here on copies go their own ways.
         if (averaging == 0)
             for (std::size_t v = 0; v < run_->at_vertex.size(); ++v)
-                if (run_->level.is_copy(static_cast<int>(v))) run_->at_vertex[v] = none;
+                if (run_->level.is_copy(static_cast<int>(v))) run_->at_vertex[v] = k_no_number;
         if (averaging + 1 == rules_.averaging_steps)
             finish(trace);
         else
@@ -104,7 +104,7 @@ class FactoredAveraging final : public FactoredFaces {
             for (int i = 0; i < level.averagings(); ++i) last = level.made(i, last);
             AveragingLevel::End end = level.end(last, nullptr, [](int point) { return StencilRow{{point, 1}}; });
             const std::vector<std::uint32_t> at = places();
-            std::vector<std::uint32_t> at_vertex(first.size()), at_quad(level.split().face_count(), none);
+            std::vector<std::uint32_t> at_vertex(first.size()), at_quad(level.split().face_count(), k_no_number);
             for (std::size_t v = 0; v < at_vertex.size(); ++v) at_vertex[v] = at[level.place(static_cast<int>(v))];
             Run run{std::move(level), std::move(end), std::move(first), std::move(at_vertex), std::move(at_quad)};
             if (run.level.has_sharp_rules()) run.split = positions_;
@@ -124,7 +124,7 @@ class FactoredAveraging final : public FactoredFaces {
             if (!made[i]) continue;
             const auto around = run_->level.around(averaging, i);
             if (rest && around.size() < 3) continue;
-            if (to[i] == none) to[i] = add({});
+            if (to[i] == k_no_number) to[i] = add({});
             const Reader read(positions_, trace, to[i]);
             const auto mean = [&] {
                 Vec3d sum(0);
@@ -230,7 +230,7 @@ class FactoredAveraging final : public FactoredFaces {
         for (const auto& t : averaged_triangles(true))
             for (const std::uint32_t v : t) state_[v] = FactoredVertex::active;
         for (const std::uint32_t c : done_ % 2 == 0 ? run_->at_quad : run_->at_vertex)
-            if (c != none && state_[c] == FactoredVertex::active) state_[c] = FactoredVertex::inactive;
+            if (c != k_no_number && state_[c] == FactoredVertex::active) state_[c] = FactoredVertex::inactive;
     }
 
     RuleOptions rules_;

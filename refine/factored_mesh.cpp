@@ -3,6 +3,7 @@
 #include "tetrakis/refine/factored_steps.hpp"
 
 #include "tetrakis/hier/error.hpp"
+#include "tetrakis/refine/refine.hpp"
 
 #include <string>
 
@@ -63,7 +64,12 @@ std::optional<FactoredScheme> factored_scheme_from_name(std::string_view name) {
 
 struct FactoredMesh::State {
     std::unique_ptr<detail::FactoredSteps> steps;
+    std::optional<std::string> warning{};
     int half_steps = 0;
+    PolygonMesh warned(PolygonMesh mesh) const {
+        if (warning) mesh.warnings.push_back(*warning);
+        return mesh;
+    }
 };
 
 FactoredMesh::FactoredMesh(const ControlMesh& mesh, FactoredScheme scheme, std::uint64_t max_memory_bytes,
@@ -71,6 +77,7 @@ FactoredMesh::FactoredMesh(const ControlMesh& mesh, FactoredScheme scheme, std::
     : state_(std::make_unique<State>()) {
     state_->steps = make_steps(mesh, scheme, rules);
     state_->steps->limit_memory(max_memory_bytes);
+    state_->warning = detail::ignored_creases(mesh, *find_scheme(name(scheme)), rules);
 }
 FactoredMesh::~FactoredMesh() = default;
 FactoredMesh::FactoredMesh(FactoredMesh&&) noexcept = default;
@@ -85,8 +92,8 @@ int FactoredMesh::half_steps_per_level() const { return state_->steps->half_step
 std::span<const Vec3d> FactoredMesh::positions() const { return state_->steps->positions(); }
 FactoredVertex FactoredMesh::state(std::uint32_t vertex) const { return state_->steps->state(vertex); }
 std::vector<std::array<std::uint32_t, 3>> FactoredMesh::triangles() const { return state_->steps->triangles(); }
-PolygonMesh FactoredMesh::mesh() const { return state_->steps->mesh(); }
-PolygonMesh FactoredMesh::active_mesh() const { return state_->steps->active_mesh(); }
+PolygonMesh FactoredMesh::mesh() const { return state_->warned(state_->steps->mesh()); }
+PolygonMesh FactoredMesh::active_mesh() const { return state_->warned(state_->steps->active_mesh()); }
 
 void detail::FactoredSteps::check_memory(std::uint64_t bytes) const {
     if (max_memory_bytes_ == 0 || bytes <= max_memory_bytes_) return;

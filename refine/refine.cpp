@@ -20,6 +20,16 @@
 
 namespace tetrakis {
 
+std::optional<std::string> detail::ignored_creases(const ControlMesh& mesh, const SchemeInfo& scheme,
+                                                   const RuleOptions& rules) {
+    if (!ignores_creases(scheme, rules)) return std::nullopt;
+    for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
+        if (is_sharp(mesh.sharpness(EdgeId(e))) && !mesh.is_boundary(EdgeId(e)))
+            return "the creases were ignored: " + std::string(scheme.name) +
+                   " has no rule for them, unless in two steps";
+    return std::nullopt;
+}
+
 bool detail::has_plain_rules(const RuleOptions& rules) {
     return rules.edge_beside_crease == EdgeBesideCrease::plain && rules.loop_weights == LoopWeights::loop &&
            !rules.hoppe_crease && !rules.catmull_clark_beta && !rules.catmull_clark_gamma && rules.corner_angle == 0;
@@ -149,13 +159,7 @@ void keep_surface(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleO
         result.warnings.push_back(
             "the creases were refined by the uniform rule: Chaikin's is known to plain "
             "catmull-clark and loop only");
-    const bool ignored = ignores_creases(scheme, rules);
-    bool creased = false;
-    for (std::uint32_t e = 0; e < mesh.edge_count() && ignored; ++e)
-        creased = creased || (is_sharp(mesh.sharpness(EdgeId(e))) && !mesh.is_boundary(EdgeId(e)));
-    if (creased)
-        result.warnings.push_back("the creases were ignored: " + std::string(scheme.name) +
-                                  " has no rule for them, unless in two steps");
+    if (auto warning = detail::ignored_creases(mesh, scheme, rules)) result.warnings.push_back(std::move(*warning));
     if (all_kept) return;
     keep_faces(kept, result);
     if (!result.uvs.empty()) detail::drop_unused(result.face_uvs, result.uvs);

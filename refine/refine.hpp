@@ -4,6 +4,8 @@
 #include "tetrakis/refine/polygon_mesh.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
 
+#include <optional>
+#include <string>
 #include <string_view>
 
 namespace tetrakis {
@@ -49,6 +51,9 @@ namespace detail {
 
 /// Whether Catmull-Clark and Loop are those of the patches and structured kernels.
 bool has_plain_rules(const RuleOptions& rules);
+
+/// A warning, if the mesh has creases and the scheme no rule for them.
+std::optional<std::string> ignored_creases(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules);
 
 }  // namespace detail
 
