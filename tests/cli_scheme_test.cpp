@@ -198,6 +198,14 @@ TEST_CASE("refine and tessellate say which options a scheme has no use for, and 
         warned({"tessellate", pawn, "--tolerance", "1e-2", "--scheme", "kobbelt", "--hoppe"}, "--hoppe has no effect"));
     CHECK(warned({"refine", pawn, "--levels", "1", "--scheme", "biquartic"}, "the creases were ignored"));
     CHECK_FALSE(warned({"refine", pawn, "--levels", "1", "--scheme", "doo-sabin"}, "ignored"));
+    const auto half_steps = [&](std::vector<std::string> more, const char* text) {
+        more.insert(more.begin(), {"refine", pawn, "--factored", "--steps", "3"});
+        return warned(std::move(more), text);
+    };
+    CHECK(half_steps({"--scheme", "biquartic"}, "the creases were ignored"));
+    CHECK_FALSE(half_steps({"--scheme", "averaging", "--averaging-steps", "2"}, "ignored"));
+    CHECK(half_steps({"--scheme", "doo-sabin", "--recede"}, "--recede has no effect on doo-sabin"));
+    CHECK(half_steps({"--scheme", "biquartic", "--averaging-steps", "2"}, "--averaging-steps has no effect"));
     CHECK(warned({"refine", pawn, "--levels", "1", "--scheme", "kobbelt", "--beta", "0.6"}, "--beta has no effect"));
     const auto refused = cli::run({"refine", cli::data("cube.obj"), "--levels", "1", "--beta", "5", "-o", out});
     CHECK(refused.code == 3);

@@ -111,17 +111,23 @@ TEST_CASE("refine --factored writes the 4-8 mesh after so many half-steps, or th
         int steps;
         bool active;
         std::size_t faces;
+        const char* averaging_steps = nullptr;
+        int levels = steps / 2;
     };
-    // The cube has 24 half-edges: as many triangles after one half-step, twice as many after each further one.
+    // The cube has 24 half-edges: as many triangles after one half-step, twice as many after each further one;
+    // averaging takes one more to cut each quad of a level, and none after that.
     for (const Row& row :
          {Row{"catmull-clark", 1, false, 24}, Row{"catmull-clark", 4, false, 192}, Row{"catmull-clark", 4, true, 96},
-          Row{"doo-sabin", 0, false, 24}, Row{"doo-sabin", 2, false, 96}, Row{"doo-sabin", 2, true, 26}}) {
+          Row{"doo-sabin", 0, false, 24}, Row{"doo-sabin", 2, false, 96}, Row{"doo-sabin", 2, true, 26},
+          Row{"biquartic", 5, true, 26, nullptr, 1}, Row{"averaging", 4, false, 96, nullptr, 0},
+          Row{"averaging", 4, true, 24, "2", 1}, Row{"averaging", 4, true, 96, "0", 2}}) {
         CAPTURE(row.scheme);
         CAPTURE(row.steps);
         std::vector<std::string> line = {"refine",  cli::data("cube.obj"),     "--factored", "--scheme", row.scheme,
                                          "--steps", std::to_string(row.steps), "-o",         out,        "--report",
                                          report};
         if (row.active) line.push_back("--active");
+        if (row.averaging_steps != nullptr) line.insert(line.end(), {"--averaging-steps", row.averaging_steps});
         const ProcessResult result = cli::run(line);
         CAPTURE(result.err);
         REQUIRE(result.code == 0);
@@ -130,6 +136,7 @@ TEST_CASE("refine --factored writes the 4-8 mesh after so many half-steps, or th
         CHECK(json.at("scheme") == row.scheme);
         CHECK(json.at("output_faces") == row.faces);
         CHECK(json.at("half_steps") == row.steps);
+        CHECK(json.at("levels") == row.levels);
     }
 }
 
@@ -250,6 +257,10 @@ TEST_CASE("[bad-input] the exit code says whose fault it is, the message what is
         {{"refine", cube, "--steps", "2", "-o", out}, 2, "--factored"},
         {{"refine", cube, "--factored", "-o", out}, 2, "--steps"},
         {{"refine", cube, "--factored", "--steps", "2", "--levels", "1", "-o", out}, 2, "--levels"},
+        {{"refine", cube, "--factored", "--steps", "2", "--averaging-steps", "-1", "-o", out}, 2, "--averaging-steps"},
+        {{"refine", cube, "--factored", "--steps", "2", "--averaging-steps", "10", "-o", out}, 2, "0 to 9"},
+        {{"refine", cube, "--levels", "2", "--averaging-steps", "2", "-o", out}, 2, "--factored"},
+        {{"refine", cube, "--factored", "--steps", "2", "--tuning", "0.5", "-o", out}, 2, "--tuning"},
         {{"refine", cube, "--factored", "--steps", "2", "--scheme", "loop", "-o", out}, 2, "midedge-simplest"},
         {{"refine", missing, "--levels", "2", "-o", (scratch / "out.stl").string()}, 2, ".stl"},  // before any work
         {{"refine", cube, "--levels", "2", "-o", (scratch / "out").string()}, 2, ".obj, .ply or .glb"},

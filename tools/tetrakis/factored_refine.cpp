@@ -7,14 +7,17 @@
 #include "tetrakis/eval/io/mesh_writer.hpp"
 #include "tetrakis/hier/atomic_file.hpp"
 #include "tetrakis/refine/factored_mesh.hpp"
+#include "tetrakis/refine/refine.hpp"
 
 #include <fmt/format.h>
+
+#include <utility>
 
 namespace tetrakis::cli {
 
 namespace {
 
-FactoredScheme chosen_scheme(const std::string& text) {
+FactoredScheme chosen_factored_scheme(const std::string& text) {
     if (const auto scheme = factored_scheme_from_name(text)) return *scheme;
     throw UsageError(fmt::format("\"{}\" has no factored form; these have one: {}", text, factored_scheme_names()));
 }
@@ -23,15 +26,18 @@ ExitCode run_checked(const FactoredRefine& options, FactoredScheme scheme) {
     Run process(options.run);
     LoadedModel model = load_model(options.input, options.repair, process.context());
     Report report = Report::of(options.input, name(scheme), model, options.run);
-    report.levels = options.half_steps / 2;
+    for (std::string& warning : options.rules.unused(scheme_named(name(scheme))))
+        report.warnings.push_back(std::move(warning));
 
     const Stopwatch refining;
-    FactoredMesh factored(model.mesh, scheme, process.context().max_memory_bytes);
+    FactoredMesh factored(model.mesh, scheme, process.context().max_memory_bytes, options.rules.rules());
+    report.levels = options.half_steps / factored.half_steps_per_level();
     for (int i = 0; i < options.half_steps; ++i) {
         process.context().report("refine", static_cast<double>(i) / options.half_steps);
         factored.half_step();
     }
     const PolygonMesh mesh = options.active ? factored.active_mesh() : factored.mesh();
+    report.warnings.insert(report.warnings.end(), mesh.warnings.begin(), mesh.warnings.end());
     std::uint64_t active = 0;
     for (std::uint32_t v = 0; v < factored.positions().size(); ++v)
         active += factored.state(v) == FactoredVertex::active;
@@ -75,7 +81,7 @@ std::string factored_scheme_names() {
 }
 
 ExitCode run_factored_refine(const FactoredRefine& options) {
-    const FactoredScheme scheme = chosen_scheme(options.scheme);
+    const FactoredScheme scheme = chosen_factored_scheme(options.scheme);
     OutputFiles outputs;
     outputs.add(OutputFiles::Kind::mesh, "-o", options.output);
     outputs.add(OutputFiles::Kind::report, "--report", options.report);

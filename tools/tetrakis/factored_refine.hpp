@@ -2,6 +2,7 @@
 
 #include "exit_code.hpp"
 #include "run_options.hpp"
+#include "scheme_option.hpp"
 
 #include <filesystem>
 #include <string>
@@ -12,6 +13,7 @@ namespace tetrakis::cli {
 struct FactoredRefine {
     std::filesystem::path input, output, report;
     std::string scheme;
+    RuleOptionFlags rules;
     int half_steps = 0;
     bool active = false;  ///< write the scheme's own faces
     bool repair = false;

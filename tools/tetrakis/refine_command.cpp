@@ -27,7 +27,7 @@ struct Options {
     std::filesystem::path stencils;
     std::string scheme{name(SchemeKind::catmull_clark)};
     RuleOptionFlags rules;
-    int levels = 0, smoothing = 0, steps = 0;
+    int levels = 0, smoothing = 0, steps = 0, averaging_steps = 0;
     bool limit = false, repair = false, factored = false, active = false;
     RunOptions run;
 };
@@ -98,8 +98,8 @@ ExitCode run_checked(const Options& options, const SchemeInfo& scheme) {
 
 ExitCode run(const Options& options) {
     if (options.factored)
-        return run_factored_refine({options.input, options.output, options.report, options.scheme, options.steps,
-                                    options.active, options.repair, options.run});
+        return run_factored_refine({options.input, options.output, options.report, options.scheme, options.rules,
+                                    options.steps, options.active, options.repair, options.run});
     const SchemeInfo& scheme = chosen_scheme(options.scheme);
     OutputFiles outputs;
     outputs.add(OutputFiles::Kind::mesh, "-o", options.output);
@@ -127,10 +127,15 @@ void add_refine_command(CLI::App& app, Command& chosen) {
         command->add_flag("--limit", options->limit, "Put the vertices on the limit surface, with its normals");
     CLI::Option* steps = command
                              ->add_option("--steps", options->steps,
-                                          "With --factored: half-steps, two for a level. Else, for averaging: its "
-                                          "number of averaging steps in a level, 0 to 9 (3)")
+                                          "With --factored: half-steps, two for a level (averaging: two more than its "
+                                          "averaging steps). Else, for averaging: its number of averaging steps in a "
+                                          "level, 0 to 9 (3)")
                              ->type_name("K")
                              ->check(CLI::Range(0, 2 * k_most_levels));
+    CLI::Option* averaging_steps = command
+                                       ->add_option("--averaging-steps", options->averaging_steps,
+                                                    "With --factored, for averaging: what --steps is without it (3)")
+                                       ->type_name("M");
     const std::vector<CLI::Option*> choices = options->rules.add(*command);
     CLI::Option* smoothing = command
                                  ->add_option("--smoothing", options->smoothing,
@@ -158,11 +163,15 @@ void add_refine_command(CLI::App& app, Command& chosen) {
                          "Write the vertices as weights of control vertices (by the rules, so in their order)")
             ->type_name("T.txt");
     factored->needs(steps);
+    averaging_steps->needs(factored);
     for (CLI::Option* other : {levels, limit, smoothing, stencils}) factored->excludes(other);
-    for (CLI::Option* other : choices) factored->excludes(other);
+    for (CLI::Option* other : choices)
+        if (!other->check_name(RuleOptionFlags::recede_option)) factored->excludes(other);
     command->add_option("--report", options->report, "Write figures as JSON")->type_name("R.json");
     command->footer("Example:\n  tetrakis refine data/pawn.obj --scheme catmull-clark --levels 3 --limit -o pawn.obj");
-    command->callback([options, levels, steps, &chosen] {
+    command->callback([options, levels, steps, averaging_steps, &chosen] {
+        if (averaging_steps->count() != 0)
+            options->rules.set_averaging_steps(options->averaging_steps, "--averaging-steps");
         if (!options->factored) {
             if (levels->count() == 0) throw CLI::RequiredError("--levels, or --factored with --steps,");
             if (steps->count() != 0) options->rules.set_averaging_steps(options->steps);

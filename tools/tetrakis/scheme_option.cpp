@@ -10,6 +10,7 @@
 #include <numbers>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace tetrakis::cli {
@@ -34,10 +35,11 @@ void RuleOptionFlags::add_averaging_steps(CLI::App& command) {
         ->check(CLI::Range(0, k_most_averaging_steps).description(""));
 }
 
-void RuleOptionFlags::set_averaging_steps(int steps) {
+void RuleOptionFlags::set_averaging_steps(int steps, std::string option) {
     if (steps < 0 || steps > k_most_averaging_steps)
-        throw CLI::ValidationError("--steps", "averaging takes 0 to " + std::to_string(k_most_averaging_steps));
+        throw CLI::ValidationError(option, "averaging takes 0 to " + std::to_string(k_most_averaging_steps));
     rules_.averaging_steps = steps;
+    steps_option_ = std::move(option);
 }
 
 std::vector<CLI::Option*> RuleOptionFlags::add(CLI::App& command) {
@@ -65,7 +67,7 @@ std::vector<CLI::Option*> RuleOptionFlags::add(CLI::App& command) {
         command.add_flag("--hoppe", hoppe_, "loop: Hoppe's crease rule"),
         command.add_flag("--reflect", rules_.reflect_at_boundary,
                          "modified-butterfly: points beyond the boundary by reflection"),
-        command.add_flag("--recede", recede_,
+        command.add_flag(recede_option, recede_,
                          "biquartic, averaging: use up the outer ring of an open mesh instead of copying it"),
     };
 }
@@ -99,8 +101,8 @@ std::vector<std::string> RuleOptionFlags::unused(const SchemeInfo& scheme) const
     look(warren_, {"loop"}, "--warren");
     look(hoppe_, {"loop"}, "--hoppe");
     look(rules_.reflect_at_boundary, {"modified-butterfly"}, "--reflect");
-    look(recede_, {"biquartic", "averaging"}, "--recede");
-    look(rules_.averaging_steps != plain.averaging_steps, {"averaging"}, "--steps");
+    look(recede_, {"biquartic", "averaging"}, recede_option);
+    look(rules_.averaging_steps != plain.averaging_steps, {"averaging"}, steps_option_.c_str());
     return warnings;
 }
 

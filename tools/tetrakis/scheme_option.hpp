@@ -17,17 +17,21 @@ const SchemeInfo& chosen_scheme(const std::string& text);
 /// The choices that rules offer, as options: --tuning, --edge-rule, --warren, --hoppe, ...
 class RuleOptionFlags {
   public:
+    static constexpr const char* recede_option = "--recede";
+
     /// All but --steps; returns them.
     std::vector<CLI::Option*> add(CLI::App& command);
     void add_averaging_steps(CLI::App& command);
+    /// @param option  the one that says so
     /// @throws CLI::ValidationError  more than the rules allow
-    void set_averaging_steps(int steps);
+    void set_averaging_steps(int steps, std::string option = "--steps");
     RuleOptions rules() const;
     /// Of those given, the ones that the scheme has no use for, as warnings.
     std::vector<std::string> unused(const SchemeInfo& scheme) const;
 
   private:
     RuleOptions rules_;
+    std::string steps_option_ = "--steps";
     std::string edge_rule_ = "plain";
     double corner_angle_ = 0;  // degrees; 0: none
     bool warren_ = false, hoppe_ = false, recede_ = false;
