@@ -32,16 +32,17 @@ class LevelVertices {
     std::vector<Vec3d> value;
 
     std::uint32_t insert(const VertexKey& key) {
-        if (2 * (keys.size() + 1) > slots_.size()) grow();
+        if (2 * (std::size_t{count_} + 1) > slots_.size()) grow();
         Slot& slot = find_slot(key);
         if (slot.number == k_empty) {
-            slot = {key, static_cast<std::uint32_t>(keys.size())};
+            slot = {key, count_++};
             keys.push_back(key);
         }
         return slot.number;
     }
     void clear() {
         keys.clear();
+        count_ = 0;
         stencil_begin.clear();
         source.clear();
         weight.clear();
@@ -73,6 +74,7 @@ class LevelVertices {
     }
 
     std::vector<Slot> slots_;
+    std::uint32_t count_ = 0;  // of the keys
 };
 
 /// What a site's ring is but for its points; tags are asked for again.
