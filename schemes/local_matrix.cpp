@@ -128,8 +128,51 @@ int reproduction_degree(const SchemeInfo& scheme, const RuleOptions& options) {
     return k_most;
 }
 
+namespace {
+
+/// Hexagons laid like bricks, each row shifted by half of one; vertex (x, y) is number 2 * size * y + x.
+RuleMesh bricks(int size) {
+    const int across = 2 * size;
+    RuleMesh::Builder faces;
+    for (int y = 0; y + 1 < size; ++y)
+        for (int x = y % 2; x + 2 < across; x += 2) {
+            const int v = across * y + x, up = v + across;
+            faces.face({v, v + 1, v + 2, up + 2, up + 1, up});
+        }
+    return RuleMesh(across * size, std::move(faces));
+}
+
+/// How far one step carries a point of a regular mesh of hexagons, in the finer mesh's rings of faces around it.
+int hexagon_rings(const SchemeInfo& scheme, const RuleOptions& options) {
+    constexpr int k_size = 12;
+    const int middle = k_size / 2 * 2 * k_size + k_size;
+    const RuleStep step = scheme.step(bricks(k_size), options);  // old vertices keep their numbers
+    std::vector<int> ring(static_cast<std::size_t>(step.mesh.vertex_count()), -1), now{middle};
+    ring[static_cast<std::size_t>(middle)] = 0;
+    for (int r = 1; !now.empty(); ++r) {
+        std::vector<int> next;
+        for (const int v : now)
+            for (const int h : step.mesh.ring(v).halfedge)
+                for (const int w : step.mesh.corners(step.mesh.face(h)))
+                    if (ring[static_cast<std::size_t>(w)] < 0) {
+                        ring[static_cast<std::size_t>(w)] = r;
+                        next.push_back(w);
+                    }
+        now = std::move(next);
+    }
+    int most = 0;
+    for (int v = 0; v < step.mesh.vertex_count(); ++v) {
+        const auto points = step.stencils.points(v);
+        if (std::find(points.begin(), points.end(), middle) != points.end())
+            most = std::max(most, ring[static_cast<std::size_t>(v)]);
+    }
+    return most;
+}
+
+}  // namespace
+
 double support_radius(const SchemeInfo& scheme, const RuleOptions& options) {
-    if (scheme.family == MeshFamily::hexagons) return 0;
+    if (scheme.family == MeshFamily::hexagons) return hexagon_rings(scheme, options) / (scale(scheme) - 1);
     const RegularStep s =
         regular_step(scheme, options, fan_rings(scheme, {.faces = 4}, options) + margin(scheme, options));
     const FanLabels& inner = s.inner;

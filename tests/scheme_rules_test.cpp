@@ -289,7 +289,8 @@ TEST_CASE("the table's degrees are those of the rules, and supports those of the
                                                          {"doo-sabin-cc", 1.5},
                                                          {"midedge", 1.5},
                                                          {"midedge-simplest", 1.5},
-                                                         {"biquartic", 2.5}};
+                                                         {"biquartic", 2.5},
+                                                         {"honeycomb", 3}};
     for (const SchemeInfo& scheme : scheme_table()) {
         CAPTURE(scheme.name);
         CHECK(reproduction_degree(scheme, {}) == scheme.reproduction);

@@ -106,13 +106,14 @@ struct Findings {
     SpectralAnalysis analysis;
     SchemeMasks masks;
     int valence, reproduction;
-    std::optional<double> support;
+    double support;
 };
 
 std::string support_text(const Findings& f, FanLattice lattice) {
-    if (!f.support) return "not computed";
-    if (lattice == FanLattice::dual) return fmt::format("{0} x {0} faces", number(2 * *f.support));
-    return fmt::format("{} rings", number(*f.support));
+    if (f.scheme.family == MeshFamily::hexagons)
+        return fmt::format("{} rings of faces around a vertex", number(f.support));
+    if (lattice == FanLattice::dual) return fmt::format("{0} x {0} faces", number(2 * f.support));
+    return fmt::format("{} rings", number(f.support));
 }
 
 /// What the table says of averaging depends on the number of steps.
@@ -243,7 +244,7 @@ Json json_of(const Findings& f, const SchemeOptions& options) {
                  {"smoothness", smoothness(f.scheme, options.rules)},
                  {"reproduction_degree", f.reproduction},
                  {"generation_degree", generation(f.scheme, options.rules)},
-                 {"support", f.support ? Json(*f.support) : Json()},
+                 {"support", f.support},
                  {"dual", labels.lattice() == FanLattice::dual},
                  {"valence", f.valence},
                  {"boundary", options.boundary}};
@@ -342,13 +343,12 @@ ExitCode run(SchemeOptions options) {
     try {
         SpectralAnalysis analysis = analyse(scheme, shape, options.rules);
         SchemeMasks masks = scheme_masks(scheme, analysis, options.rules);
-        const Findings findings{
-            scheme,
-            std::move(analysis),
-            std::move(masks),
-            valence,
-            reproduction_degree(scheme, options.rules),
-            scheme.family == MeshFamily::hexagons ? std::optional<double>() : support_radius(scheme, options.rules)};
+        const Findings findings{scheme,
+                                std::move(analysis),
+                                std::move(masks),
+                                valence,
+                                reproduction_degree(scheme, options.rules),
+                                support_radius(scheme, options.rules)};
         if (!options.image.empty()) draw(findings, options);
         if (options.json)
             fmt::print("{}", dump(json_of(findings, options)));
