@@ -134,15 +134,19 @@ void drop_what_no_face_has(PolygonMesh& mesh) {
 
 /// What of a mesh goes with its faces, and only the faces outside holes.
 /// @param control_face  gives the control face that a face belongs to
+/// @param beyond        vertices beyond the end of the surface: their faces go, too
 template <class ControlFace>
 void keep_surface(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
-                  const ControlFace& control_face, PolygonMesh& result) {
+                  const ControlFace& control_face, std::span<const int> beyond, PolygonMesh& result) {
     const ControlMeshData& data = mesh.data();
     std::vector<char> kept(result.face_count(), 1);
     bool all_kept = true;
     for (std::uint32_t f = 0; f < result.face_count(); ++f) {
         const std::uint32_t control = control_face(f);
         if (mesh.is_hole(FaceId(control))) kept[f] = 0;
+        for (std::uint32_t c = result.face_offsets[f]; !beyond.empty() && c < result.face_offsets[f + 1]; ++c)
+            if (std::binary_search(beyond.begin(), beyond.end(), static_cast<int>(result.face_vertices[c])))
+                kept[f] = 0;
         all_kept = all_kept && kept[f] != 0;
     }
     // Followed texture coordinates bring their own.
@@ -246,7 +250,7 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
     result.face_offsets = std::move(faces.offsets);
     result.face_vertices = std::move(faces.vertices);
     keep_surface(
-        mesh, scheme, options.rules, [&](std::uint32_t f) { return faces.control[f]; }, result);
+        mesh, scheme, options.rules, [&](std::uint32_t f) { return faces.control[f]; }, {}, result);
     drop_what_no_face_has(result);
     return result;
 }
@@ -286,7 +290,12 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
         result.warnings.push_back("the texture coordinates were dropped: " + std::string(scheme.name) +
                                   " changes the charts otherwise than the mesh");
     keep_surface(
-        mesh, scheme, options.rules, [&](std::uint32_t f) { return refiner.control_face(f); }, result);
+        mesh, scheme, options.rules, [&](std::uint32_t f) { return refiner.control_face(f); },
+        refiner.vertices_beyond(), result);
+    if (!refiner.vertices_beyond().empty() && result.face_count() == 0)
+        throw Error(ErrorCode::unsupported,
+                    "nothing of the limit surface is left: its boundary recedes by more than the mesh has",
+                    mesh.data().source);
     if (stencils != nullptr) {
         std::vector<char> used(result.positions.size(), 0);
         for (const std::uint32_t v : result.face_vertices) used[v] = 1;

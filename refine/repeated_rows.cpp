@@ -212,6 +212,7 @@ bool RepeatedRows::learn_limits(const RuleMesh& mesh, const SchemeInfo& scheme, 
     } catch (const std::invalid_argument&) {
         return false;  // the rules say what is wrong
     }
+    if (!limits.beyond.empty()) return false;
     const RowPatterns::Places places(vertices);
     if (demand.limit &&
         !limit_.emplace(net_, 1, RowPatterns::Kind::points).learn({at, at, places, vertices, limits.positions}))

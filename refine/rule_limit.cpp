@@ -410,10 +410,11 @@ class Finder {
     std::map<std::tuple<int, bool, bool, int>, FanLabels> labels_;
 };
 
+bool averages(const SchemeInfo& scheme) { return scheme.step == averaging_step || scheme.step == biquartic_step; }
+
 /// Why a vertex may have no limit.
-const char* why_none(const SchemeInfo& scheme, const RuleOptions& options) {
-    const bool averages = scheme.step == averaging_step || scheme.step == biquartic_step;
-    if (averages && options.averaging_boundary == AveragingBoundary::recede)
+const char* why_none(const SchemeInfo& scheme, bool recedes) {
+    if (recedes)
         return ": each step uses up the outer ring, so what lies near the end of the mesh has no place on the limit "
                "surface";
     if (scheme.family == MeshFamily::hexagons) return ": a crease that ends there";
@@ -431,7 +432,7 @@ int rule_limit_rings(const SchemeInfo& scheme, const RuleOptions& options) {
 RuleLimits rule_limits(const RuleMesh& mesh, const SchemeInfo& scheme, const RuleOptions& options) {
     std::vector<int> all(mesh.vertex_count());
     std::iota(all.begin(), all.end(), 0);
-    return RuleLimitFinder(scheme, options).find(mesh, all);
+    return RuleLimitFinder(scheme, options).find(mesh, all, true);
 }
 
 Vec3d face_normal_at(const RuleMesh& mesh, std::span<const Vec3d> net, int v) {
@@ -500,7 +501,7 @@ RuleLimitFinder::RuleLimitFinder(const SchemeInfo& scheme, const RuleOptions& op
 RuleLimitFinder::~RuleLimitFinder() = default;
 RuleLimitFinder::RuleLimitFinder(RuleLimitFinder&&) noexcept = default;
 
-RuleLimits RuleLimitFinder::find(const RuleMesh& mesh, std::span<const int> vertices) {
+RuleLimits RuleLimitFinder::find(const RuleMesh& mesh, std::span<const int> vertices, bool may_end) {
     const SchemeInfo& scheme = state_->scheme;
     RegularLimit* regular = state_->regular();
     if (regular != nullptr) regular->look_at(mesh);
@@ -522,11 +523,18 @@ RuleLimits RuleLimitFinder::find(const RuleMesh& mesh, std::span<const int> vert
             }
         } else {
             const std::optional<Rows>& rows = found[next++];
+            const bool recedes = state_->options.averaging_boundary == AveragingBoundary::recede && averages(scheme);
+            if (!rows && may_end && recedes) {
+                limits.beyond.push_back(v);
+                limits.positions.push({{v, 1}});
+                limits.begin.push_back(limits.tangent1.row_count());
+                continue;
+            }
             if (!rows)
                 throw std::invalid_argument(std::string(scheme.name) + " has no limit mask for vertex " +
                                             std::to_string(v) + " of the level, " +
                                             (mesh.on_boundary(v) ? "on the boundary" : "inside the mesh") +
-                                            why_none(scheme, state_->options) + "; leave out the limit");
+                                            why_none(scheme, recedes) + "; leave out the limit");
             limits.positions.push(rows->limit);
             for (const auto& [t1, t2] : rows->tangents) {
                 limits.tangent1.push(t1);

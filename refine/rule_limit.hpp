@@ -20,6 +20,8 @@ struct RuleLimits {
     /// none where the scheme has no mask for them or the vertex is a corner.
     StencilTable tangent1, tangent2;
     std::vector<int> begin{0};
+    /// Vertices beyond the end of the surface, where boundaries recede: their position is their own point.
+    std::vector<int> beyond;
 };
 
 /// By the scheme's closed masks, else by the left eigenvectors of its local matrix, on the mesh itself where the
@@ -27,8 +29,8 @@ struct RuleLimits {
 ///
 /// The limit of a vertex of a dual scheme is that of the face that it becomes: on a regular mesh the spline at the
 /// vertex's own parameters.
-/// @throws std::invalid_argument  a vertex for which there is no mask: one that its boundary rule uses
-///                                up, one of valence 2 inside a dual scheme's mesh
+/// @throws std::invalid_argument  a vertex for which there is no mask: one of valence 2 inside a dual scheme's mesh,
+///                                one where a crease of honeycomb refinement ends
 RuleLimits rule_limits(const RuleMesh& mesh, const SchemeInfo& scheme, const RuleOptions& options);
 
 /// The same for parts of meshes; keeps the masks that it has found.
@@ -39,7 +41,8 @@ class RuleLimitFinder {
     RuleLimitFinder(RuleLimitFinder&&) noexcept;
 
     /// One row, or range of tangents, for each of the vertices in their order. A row does not depend on the others.
-    RuleLimits find(const RuleMesh& mesh, std::span<const int> vertices);
+    /// @param may_end  whether vertices may lie beyond the end of the surface (RuleLimits::beyond); else they throw
+    RuleLimits find(const RuleMesh& mesh, std::span<const int> vertices, bool may_end = false);
 
     /// Positions, tangents and normals of the vertices whose surroundings are regular; the numbers (in `vertices`) of
     /// the others are returned.

@@ -69,6 +69,10 @@ class RuleRefiner {
     /// corners do, the first one of several.
     std::uint32_t control_face(std::uint32_t face) const;
 
+    /// With a limit: vertices beyond the end of the surface, where boundaries recede (AveragingBoundary); what refine()
+    /// says of them is of the control net. Ascending.
+    std::span<const int> vertices_beyond() const;
+
     /// Values of the last level (limits where the options say so), `width` numbers per vertex: positions or any other
     /// attribute. The same bytes for any number of threads.
     /// @throws Error  invalid_input: width < 1, a span of the wrong length

@@ -311,6 +311,25 @@ TEST_CASE("one call, every scheme: the structured path is the rules' result; att
     }
 }
 
+TEST_CASE("limits where boundaries recede: the part of the mesh that is on the surface") {
+    const ControlMesh mesh = ControlMesh::build(sheet(6, false));
+    RefineOptions options;
+    options.rules.averaging_boundary = AveragingBoundary::recede;
+    const PolygonMesh deep = refine(mesh, "biquartic", 6, options);
+    const PointMatch in_deep(deep.positions);
+    options.limit = options.normals = true;
+    for (const int level : {1, 2}) {
+        CAPTURE(level);
+        const PolygonMesh limits = refine(mesh, "biquartic", level, options);
+        // A quartic spline with 7 control points a side has three pieces; their points go from one end to the other.
+        const std::size_t side = 3u * (1u << level);
+        CHECK(limits.positions.size() == side * side);
+        CHECK(limits.face_count() == (side - 1) * (side - 1));
+        CHECK(limits.normals.size() == limits.positions.size());
+        for (const Vec3d& p : limits.positions) CHECK(glm::length(p - deep.positions[in_deep.nearest(p)]) < 4e-3);
+    }
+}
+
 TEST_CASE("two averaging steps are Catmull-Clark where four edges meet, creases and corners included") {
     ControlMeshData data = sheet(6, false);
     const auto at = [](std::uint32_t x, std::uint32_t y) { return 7 * y + x; };
@@ -390,8 +409,8 @@ TEST_CASE("[bad-input] refine() names what is wrong") {
     CHECK_THROWS_WITH_AS(refine(cube, "doo-sabin", 1, {.smoothing = -1}), doctest::Contains("smoothing"), Error);
     RefineOptions receding{.limit = true};
     receding.rules.averaging_boundary = AveragingBoundary::recede;
-    CHECK_THROWS_WITH_AS(refine(ControlMesh::build(sheet(6, false)), "biquartic", 1, receding),
-                         doctest::Contains("uses up the outer ring"), Error);
+    CHECK_THROWS_WITH_AS(refine(ControlMesh::build(sheet(3, false)), "biquartic", 1, receding),
+                         doctest::Contains("nothing of the limit surface is left"), Error);
     RefineOptions small;
     small.context.max_memory_bytes = 1 << 20;
     for (const SchemeInfo& scheme : scheme_table()) {
