@@ -169,6 +169,12 @@ void keep_surface(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleO
     if (!result.uvs.empty()) detail::drop_unused(result.face_uvs, result.uvs);
 }
 
+bool has_sharp_edges_inside(const ControlMesh& mesh) {
+    for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
+        if (is_sharp(mesh.sharpness(EdgeId(e))) && !mesh.is_boundary(EdgeId(e))) return true;
+    return false;
+}
+
 /// What a refined mesh is, and takes.
 detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const SchemeInfo& scheme,
                                        const RefineOptions& options) {
@@ -176,7 +182,11 @@ detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const SchemeInfo
     demand.limit = options.limit && !scheme.interpolating;
     demand.normals = options.normals;
     if (demand.limit) demand.point_bytes += sizeof(Vec3d);  // the last level's points, too
-    if (demand.normals) demand.point_bytes += sizeof(Vec3d);
+    if (demand.normals) {
+        // Numbers of those that faces use are looked up in a copy.
+        demand.point_bytes += sizeof(Vec3d) + 2 * sizeof(std::uint64_t);
+        demand.corner_bytes += sizeof(std::uint32_t);
+    }
     if (!mesh.data().face_material.empty()) demand.face_bytes += sizeof(std::uint32_t);
     if (!mesh.data().face_group.empty()) demand.face_bytes += sizeof(std::uint32_t);
     for (const VertexAttribute& attribute : options.attributes)
@@ -211,6 +221,8 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
     if (mesh.has_uvs()) {
         if ((scheme.refinement == Refinement::sqrt3 && linear) || detail::takes_copies(scheme, options.rules))
             return std::nullopt;
+        // Whose UVs a face takes where seams and creases of a dual scheme meet the rules say.
+        if (dual && has_sharp_edges_inside(mesh)) return std::nullopt;
         const SchemeInfo& by =
             linear && !dual ? *find_scheme(scheme.family == MeshFamily::triangles ? "midpoint" : "bilinear") : scheme;
         charts = dual ? detail::chart_mesh(detail::extend_over_seams(mesh, rule_mesh(mesh), scheme, options.rules))
@@ -224,6 +236,10 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
     const std::unique_ptr<detail::RepeatedRows> rows =
         detail::RepeatedRows::make(mesh, scheme, levels, options.rules, first_levels, demand, options.context);
     if (!rows) return std::nullopt;
+    if (dual && chart_rows &&
+        (rows->net().own_roots() != mesh.halfedge_count() ||
+         chart_rows->net().own_roots() != charts->halfedge_count() || rows->segments() != chart_rows->segments()))
+        return std::nullopt;  // roots of a finer level do not have the same numbers
     PolygonMesh result;
     result.positions.resize(rows->point_count());
     if (options.normals) result.normals.resize(rows->point_count());

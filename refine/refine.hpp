@@ -15,9 +15,10 @@ namespace tetrakis {
 /// Catmull-Clark, Loop, bilinear and midpoint refinement with their plain rules take the structured path of
 /// refine_uniform(). The others go by the schemes' rules (RuleRefiner) for the first levels, two to four; from there on
 /// their roots are lattices as well, whose rows of weights repeat themselves, and no connectivity is made any more.
-/// What does not repeat goes by the rules to the end: honeycomb, dual schemes on meshes with creases, texture
-/// coordinates, holes or inner vertices of valence 2, receding boundaries, creases that turn smooth on the way, and
-/// limits and normals. Vertices and faces are in no order to rely on. Holes are left out, and then the vertices that no
+/// What does not repeat goes by the rules to the end: honeycomb; what turns from sharp to smooth shortly before the last
+/// level; dual schemes where a crease ends at a dart, or where there are both creases and texture coordinates; receding
+/// boundaries; vertices and faces of more than 200 edges.
+/// Vertices and faces are in no order to rely on. Holes are left out, and then the vertices that no
 /// face uses. Materials and groups are those of the control face that a face belongs to. UVs are refined face-varying
 /// (see uv_mesh()) by the same scheme, seams as boundaries. Faces of dual schemes and honeycomb lie across the seams;
 /// there charts go on straight beyond them, so that the smooth rules hold up to the seam, and a face takes the UVs of

@@ -33,6 +33,16 @@ bool stays_as_it_is(const RuleMesh& mesh, int steps) {
     return std::none_of(mesh.vertex_sharpness().begin(), mesh.vertex_sharpness().end(), turns);
 }
 
+/// Whether what a corner's rows see takes long to find: for each of the roots around it around it once more.
+bool has_large_rings(const ControlMesh& mesh) {
+    constexpr std::uint32_t k_large = 200;
+    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
+        if (!mesh.is_isolated(VertexId(v)) && mesh.face_valence(VertexId(v)) > k_large) return true;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+        if (mesh.face_size(FaceId(f)) > k_large) return true;
+    return false;
+}
+
 /// Whether each vertex inside becomes a face on the next level of a dual scheme.
 bool has_whole_faces(const RuleMesh& mesh, bool creases) {
     for (int v = 0; v < mesh.vertex_count(); ++v) {
@@ -78,6 +88,7 @@ struct RootKind {
     bool split = false;     ///< the quads of the first refinement
     bool in_cells = false;  ///< with those beyond the boundary
     int factor = 2;         ///< segments of a level to one of the level above
+    bool creases = false;   ///< in cells: with those beyond creases, too
 };
 
 /// What the last level will be, before anything is made.
@@ -90,7 +101,10 @@ void check_size(const ControlMesh& mesh, const RootKind& roots, int levels, cons
                  n = std::pow(roots.factor, levels - (split ? 1 : 0));
     // Two for each boundary edge, and at most one more for each of its vertices; a crease has two sides.
     for (std::uint32_t e = 0; e < mesh.edge_count() && roots.in_cells; ++e)
-        if (is_sharp(mesh.sharpness(EdgeId(e)))) faces += mesh.is_boundary(EdgeId(e)) ? 3 : 6;
+        if (mesh.is_boundary(EdgeId(e)))
+            faces += 3;
+        else if (roots.creases && is_sharp(mesh.sharpness(EdgeId(e))))
+            faces += 6;
     const double cells = faces * n * n, corners = cells * (triangles ? 3 : 4);
     const double inner = triangles ? 0.5 * (n - 1) * (n - 2) : (n - 1) * (n - 1);
     const double points = roots.in_cells ? cells : faces * inner + edges * (n - 1) + vertices;
@@ -101,9 +115,9 @@ void check_size(const ControlMesh& mesh, const RootKind& roots, int levels, cons
                                 "corners",
                                 levels, corners),
                     mesh.data().source);
-    // The points of the level above, and of that above it.
-    constexpr double k_above = 0.3;
-    const double bytes = points * (static_cast<double>(demand.point_bytes) + k_above * sizeof(Vec3d)) +
+    // The points of the level above, and of that above it; where points share places, those of this one, too.
+    const double above = roots.creases ? 1.3 : 0.3;
+    const double bytes = points * (static_cast<double>(demand.point_bytes) + above * sizeof(Vec3d)) +
                          corners * static_cast<double>(demand.corner_bytes) +
                          cells * static_cast<double>(demand.face_bytes);
     if (context.max_memory_bytes == 0 || bytes <= static_cast<double>(context.max_memory_bytes)) return;
@@ -130,7 +144,9 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     const int last_by_rules = levels - 1;
     if (last_by_rules < base_level + 2) return nullptr;
     const int factor = scheme.refinement == Refinement::sqrt3 ? 3 : 2;
-    check_size(mesh, {triangles, !triangles && (dual || !quads), dual, factor}, levels, demand, context);
+    const bool creases = dual && !ignores_creases(scheme, rules);
+    check_size(mesh, {triangles, !triangles && (dual || !quads), dual, factor, creases}, levels, demand, context);
+    if (has_large_rings(mesh)) return nullptr;
 
     RuleLevels& by_rules = *levels_by_rules;
     const auto advance = [&] {
@@ -138,7 +154,6 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         return by_rules.advance();
     };
     // A vertex with two faces becomes no face of a dual scheme: there the quads of the level after that are the roots.
-    const bool creases = dual && !ignores_creases(scheme, rules);
     if (dual && !has_whole_faces(by_rules.last(), creases)) {
         if (last_by_rules < ++base_level + 2) return nullptr;
         advance();
