@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <set>
 #include <sstream>
 #include <string>
@@ -93,10 +94,17 @@ TEST_CASE("refine takes every scheme, in every format") {
             for (const auto& p : mesh.positions) CHECK(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) < 1.7);
         }
     }
-    const ProcessResult receding = cli::run({"refine", cli::data("pipe3.obj"), "--scheme", "biquartic", "--levels", "1",
-                                             "--recede", "--limit", "-o", (scratch / "no.obj").string()});
-    CHECK(receding.code == 1);
-    CHECK(receding.err.find("outer ring") != std::string::npos);
+    // Of a surface that recedes there is less: nothing, where it uses up the whole mesh.
+    std::ofstream(scratch / "quad.obj") << "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+    const auto receding = [&](const std::string& in, const std::string& name) {
+        return cli::run({"refine", in, "--scheme", "biquartic", "--levels", "1", "--recede", "--limit", "-o",
+                         (scratch / name).string()});
+    };
+    CHECK(receding(cli::data("pipe3.obj"), "some.obj").code == 0);
+    CHECK(!tetrakis::read_triangle_mesh(scratch / "some.obj").triangles.empty());
+    const ProcessResult nothing = receding((scratch / "quad.obj").string(), "no.obj");
+    CHECK(nothing.code != 0);
+    CHECK(nothing.err.find("whole mesh") != std::string::npos);
     CHECK(!std::filesystem::exists(scratch / "no.obj"));
 }
 
