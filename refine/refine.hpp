@@ -15,15 +15,14 @@ namespace tetrakis {
 /// Catmull-Clark, Loop, bilinear and midpoint refinement with their plain rules take the structured path of
 /// refine_uniform(). The others go by the schemes' rules (RuleRefiner) for the first levels, two to four; from there on
 /// their roots are lattices as well, whose rows of weights repeat themselves, and no connectivity is made any more.
-/// What does not repeat goes by the rules to the end: honeycomb; what turns from sharp to smooth shortly before the last
-/// level; dual schemes where a crease ends at a dart, or where there are both creases and texture coordinates; receding
-/// boundaries; vertices and faces of more than 200 edges.
-/// Vertices and faces are in no order to rely on. Holes are left out, and then the vertices that no
-/// face uses. Materials and groups are those of the control face that a face belongs to. UVs are refined face-varying
-/// (see uv_mesh()) by the same scheme, seams as boundaries. Faces of dual schemes and honeycomb lie across the seams;
-/// there charts go on straight beyond them, so that the smooth rules hold up to the seam, and a face takes the UVs of
-/// one side (the face-varying rule makes no difference to them). Creases are refined by the uniform rule except by
-/// Catmull-Clark and Loop.
+/// What does not repeat goes by the rules to the end: honeycomb; what turns from sharp to smooth shortly before the
+/// last level; dual schemes where a crease ends at a dart, or where there are both creases and texture coordinates;
+/// receding boundaries; vertices and faces of more than 200 edges. Vertices and faces are in no order to rely on. Holes
+/// are left out, and then the vertices that no face uses. Materials and groups are those of the control face that a
+/// face belongs to. UVs are refined face-varying (see uv_mesh()) by the same scheme, seams as boundaries. Faces of dual
+/// schemes and honeycomb lie across the seams; there charts go on straight beyond them, so that the smooth rules hold
+/// up to the seam, and a face takes the UVs of one side (the face-varying rule makes no difference to them). Creases
+/// are refined by the uniform rule except by Catmull-Clark and Loop.
 /// @param levels  >= 0: steps of the scheme (a sqrt3 or 4-8 step is two of its simple steps)
 /// @param options normals: none for the schemes whose surfaces have no tangent planes, bilinear and midpoint
 /// @throws Error  invalid_input: levels < 0, an attribute of the wrong length, or a mesh that the scheme cannot take
