@@ -64,8 +64,8 @@ SchemeMasks scheme_masks(const SchemeInfo& scheme, const SpectralAnalysis& analy
 
 /// Degree of the polynomials that one step reproduces on the regular mesh, by trial (at most 6).
 int reproduction_degree(const SchemeInfo& scheme, const RuleOptions& options);
-/// Radius of a basis function on the regular mesh, in rings (dual: in faces to each side, so 1.5 is 3 by 3; hexagons: in
-/// rings of faces): from how far one step carries a single point.
+/// Radius of a basis function on the regular mesh, in rings (dual: in faces to each side, so 1.5 is 3 by 3; hexagons:
+/// in rings of faces): from how far one step carries a single point.
 double support_radius(const SchemeInfo& scheme, const RuleOptions& options);
 
 }  // namespace tetrakis

@@ -122,8 +122,7 @@ void sqrt3_to_uniform_level(benchmark::State& state, const std::string& model) {
             forest.refine_where([](const Sqrt3Leaf&) { return true; });
         const Sqrt3Mesh out = sqrt3_mesh(forest, {.leaves = false});
         vertices += static_cast<std::int64_t>(out.vertices.size());
-        state.counters["bytes_per_leaf"] =
-            static_cast<double>(forest.memory_bytes()) / out.mesh.face_count();
+        state.counters["bytes_per_leaf"] = static_cast<double>(forest.memory_bytes()) / out.mesh.face_count();
     }
     state.SetItemsProcessed(vertices);
     state.counters["vertices"] = static_cast<double>(vertices) / static_cast<double>(state.iterations());
