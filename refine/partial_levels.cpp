@@ -6,6 +6,7 @@
 #include "tetrakis/refine/check_length.hpp"
 #include "tetrakis/refine/level_frames.hpp"
 #include "tetrakis/refine/level_walk.hpp"
+#include "tetrakis/refine/limit_search.hpp"
 #include "tetrakis/refine/mesh_part.hpp"
 #include "tetrakis/refine/regular_patch.hpp"
 #include "tetrakis/refine/rule_limit.hpp"

@@ -2,7 +2,7 @@
 
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/grid_refinement.hpp"
-#include "tetrakis/refine/rule_levels.hpp"
+#include "tetrakis/refine/most_frequent.hpp"
 #include "tetrakis/schemes/face_split.hpp"
 
 #include <algorithm>
@@ -333,18 +333,18 @@ RootNet::Faces RootNet::cell_faces(const RootLayout& at) const {
             }
         },
         k_grain);
-    std::vector<int> around;
+    std::vector<std::uint32_t> around;
     // The outermost points are the boundary.
     for_each_inner_vertex([&](std::uint32_t first) {
         std::uint32_t h = first;
         around.clear();
         do {
             faces.vertices.push_back(number(at, h, 0, 0));
-            around.push_back(static_cast<int>(base_face_[h / 4]));
+            around.push_back(base_face_[h / 4]);
             h = base_.twin[base_.prev(h)];
         } while (h != first);
         faces.offsets.push_back(static_cast<std::uint32_t>(faces.vertices.size()));
-        faces.control.push_back(static_cast<std::uint32_t>(most_frequent(around)));
+        faces.control.push_back(most_frequent(around));
     });
     if (shares_points()) {
         const Numbers numbers = point_numbers(at);

@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/most_frequent.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
 
 #include <algorithm>
@@ -29,21 +30,6 @@ StencilTable smoothing_stencils(const RuleMesh& mesh) {
 }
 
 }  // namespace
-
-int most_frequent(std::vector<int>& values) {
-    std::sort(values.begin(), values.end());
-    int best = values[0];
-    std::ptrdiff_t most = 0;
-    for (auto at = values.begin(); at != values.end();) {
-        const auto end = std::upper_bound(at, values.end(), *at);
-        if (end - at > most) {
-            most = end - at;
-            best = *at;
-        }
-        at = end;
-    }
-    return best;
-}
 
 void apply(const StencilTable& table, const double* in, int width, double* out) {
     for_each_index(static_cast<std::uint32_t>(table.row_count()), [&](std::uint32_t r) {

@@ -14,9 +14,6 @@ namespace tetrakis::detail {
 /// Writes every row's combination of `width` numbers a point: row by row, in the order of its terms whatever the width.
 void apply(const StencilTable& table, const double* in, int width, double* out);
 
-/// The value that is there most often, the least one of several. Sorts them.
-int most_frequent(std::vector<int>& values);
-
 /// A control mesh refined step by step by the rules of a scheme; what depends on connectivity and tags is kept.
 class RuleLevels {
   public:

@@ -70,7 +70,4 @@ class RuleLimitFinder {
 /// The normal of a vertex without tangents (FaceNormals).
 Vec3d face_normal_at(const RuleMesh& mesh, std::span<const Vec3d> net, int v);
 
-/// Rings of faces around a vertex that its limit depends on at most, where its sharpness runs out in time.
-int rule_limit_rings(const SchemeInfo& scheme, const RuleOptions& options);
-
 }  // namespace tetrakis::detail

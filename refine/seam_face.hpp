@@ -1,10 +1,10 @@
 #pragma once
 
 #include "tetrakis/hier/vec.hpp"
+#include "tetrakis/refine/most_frequent.hpp"
 
 #include <algorithm>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -33,17 +33,9 @@ SeamRun longest_run(int size, const GoesOn& goes_on, const Home& home) {
 /// The control face that most corners of a run lie in; the lowest of several.
 template <class Home>
 std::uint32_t home_of(const SeamRun& run, int size, const Home& home) {
-    std::uint32_t found = std::numeric_limits<std::uint32_t>::max();
-    int most = 0;
-    for (int i = 0; i < run.size; ++i) {
-        const std::uint32_t of = home((run.first + i) % size);
-        int times = 0;
-        for (int k = 0; k < run.size; ++k) times += home((run.first + k) % size) == of ? 1 : 0;
-        if (times < most || (times == most && of >= found)) continue;
-        most = times;
-        found = of;
-    }
-    return found;
+    std::vector<std::uint32_t> homes;
+    for (int i = 0; i < run.size; ++i) homes.push_back(home((run.first + i) % size));
+    return most_frequent(homes);
 }
 
 /// UVs of the corners beyond a run, from those that the chart goes on with: as many as there are, those; else evenly
