@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/hier/radix_sort.hpp"
+#include "tetrakis/hier/spread_bits.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -12,16 +13,7 @@ namespace tetrakis {
 
 namespace {
 
-/// Puts a zero before each bit of a number below 2^32.
-std::uint64_t spread_bits(std::uint64_t x) {
-    x = (x | x << 16) & 0x0000'FFFF'0000'FFFFull;
-    x = (x | x << 8) & 0x00FF'00FF'00FF'00FFull;
-    x = (x | x << 4) & 0x0F0F'0F0F'0F0F'0F0Full;
-    x = (x | x << 2) & 0x3333'3333'3333'3333ull;
-    return (x | x << 1) & 0x5555'5555'5555'5555ull;
-}
-
-std::uint64_t z_order(LatticePoint p) { return spread_bits(p.x) | spread_bits(p.y) << 1; }
+std::uint64_t z_order(LatticePoint p) { return detail::spread_bits(p.x) | detail::spread_bits(p.y) << 1; }
 
 /// The lower corner at k_max_level.
 LatticePoint finest(int level, LatticePoint p) {
@@ -99,7 +91,8 @@ struct Buckets {
         const auto cells = [&] { return std::uint64_t{k_cells} * (roots >> root_bits) << 2 * levels; };
         while (root_bits < k_most_root_bits && cells() > 2 * std::uint64_t{slots}) ++root_bits;
         while (root_bits == 0 && levels < k_most_levels && cells() < slots) ++levels;
-        for (std::uint32_t i = 0; i < spread.size(); ++i) spread[i] = static_cast<std::uint16_t>(spread_bits(i));
+        for (std::uint32_t i = 0; i < spread.size(); ++i)
+            spread[i] = static_cast<std::uint16_t>(detail::spread_bits(i));
     }
     std::uint32_t count(std::uint32_t roots) const { return (((roots - 1) >> root_bits) + 1) << 2 * levels; }
     std::uint32_t of(HalfedgeId root, int level, LatticePoint at) const {

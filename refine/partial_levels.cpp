@@ -5,12 +5,14 @@
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/check_length.hpp"
 #include "tetrakis/refine/level_frames.hpp"
+#include "tetrakis/refine/level_query.hpp"
 #include "tetrakis/refine/level_walk.hpp"
 #include "tetrakis/refine/limit_search.hpp"
 #include "tetrakis/refine/mesh_part.hpp"
 #include "tetrakis/refine/regular_patch.hpp"
 #include "tetrakis/refine/rule_limit.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
+#include "tetrakis/refine/vertex_links.hpp"
 #include "tetrakis/schemes/averaging.hpp"
 #include "tetrakis/schemes/four_eight.hpp"
 #include "tetrakis/schemes/linear.hpp"
@@ -27,6 +29,7 @@
 namespace tetrakis {
 
 using detail::CellFrame;
+using detail::LevelQuery;
 
 namespace {
 
@@ -98,20 +101,6 @@ int triangle_part(Walker& w) {
     return 3;
 }
 
-/// Where a cell comes along the curve through its root's tree, whatever its level: children counter-clockwise, as
-/// hierarchies have them.
-std::uint64_t curve(std::uint64_t x, std::uint64_t y, int level) {
-    const auto spread = [](std::uint64_t v) {
-        v = (v | v << 16) & 0x0000'FFFF'0000'FFFFull;
-        v = (v | v << 8) & 0x00FF'00FF'00FF'00FFull;
-        v = (v | v << 4) & 0x0F0F'0F0F'0F0F'0F0Full;
-        v = (v | v << 2) & 0x3333'3333'3333'3333ull;
-        return (v | v << 1) & 0x5555'5555'5555'5555ull;
-    };
-    const int shift = k_max_level - level;
-    return spread((x ^ y) << shift) | spread(y << shift) << 1;
-}
-
 enum class Asked {
     positions,
     limits,
@@ -131,16 +120,6 @@ LimitPoint frame(const RuleMesh& mesh, std::span<const Vec3d> net, int v) {
             normal += glm::cross(net[corners[i]] - net[corners[0]], net[corners[i + 1]] - net[corners[0]]);
     }
     return detail::frame_from(net[v], normal, net[ring.neighbour[0]] - net[v]);
-}
-
-struct Query {
-    std::uint32_t root = 0;
-    LatticePoint cell, point;
-    std::uint8_t level = 0;
-};
-
-[[noreturn]] void refuse_address(std::size_t i, const std::string& what) {
-    throw Error(ErrorCode::invalid_input, "address " + std::to_string(i) + " of those asked for " + what);
 }
 
 }  // namespace
@@ -209,22 +188,22 @@ struct PartialLevels::Impl {
         return w.patch ? &*w.patch : nullptr;
     }
     /// Limits of those that have come to where the mesh is regular; takes them out.
-    void take_regular(const RuleMesh& level, std::span<const Vec3d> net, const std::vector<Query>& queries,
+    void take_regular(const RuleMesh& level, std::span<const Vec3d> net, const std::vector<LevelQuery>& queries,
                       bool positions_alone, detail::RegularPatch& patch, std::vector<Walker>& walkers,
                       std::span<LimitPoint> out) const;
 
-    void run(const std::vector<Query>& queries, Asked asked, std::span<Vec3d> positions,
+    void run(const std::vector<LevelQuery>& queries, Asked asked, std::span<Vec3d> positions,
              std::span<LimitPoint> points_out, LevelCost* cost) const;
-    void limit_positions(const std::vector<Query>& queries, std::span<Vec3d> positions) const;
+    void limit_positions(const std::vector<LevelQuery>& queries, std::span<Vec3d> positions) const;
     /// Limits: `limit_rings` are raised around each vertex. Returns the addresses that this was not enough for.
-    std::vector<std::uint32_t> run_block(const std::vector<Query>& queries, std::span<const std::uint32_t> block,
+    std::vector<std::uint32_t> run_block(const std::vector<LevelQuery>& queries, std::span<const std::uint32_t> block,
                                          Asked asked, int limit_rings, std::span<Vec3d> positions,
                                          std::span<LimitPoint> out, LevelCost& cost) const;
     std::vector<std::uint32_t> write_limits(const RuleMesh& level, std::span<const Vec3d> net,
                                             std::span<const Walker> here, std::span<const int> vertices,
                                             int whole_rings, std::span<LimitPoint> out) const;
 
-    Walker start(const Query& q, std::uint32_t index) const {
+    Walker start(const LevelQuery& q, std::uint32_t index) const {
         Walker w;
         w.index = index;
         const std::int64_t n = std::int64_t{1} << q.level;
@@ -280,7 +259,7 @@ struct PartialLevels::Impl {
     }};
 };
 
-void PartialLevels::Impl::run(const std::vector<Query>& queries, Asked asked, std::span<Vec3d> positions,
+void PartialLevels::Impl::run(const std::vector<LevelQuery>& queries, Asked asked, std::span<Vec3d> positions,
                               std::span<LimitPoint> out, LevelCost* cost) const {
     struct Key {
         std::uint32_t root;
@@ -290,8 +269,8 @@ void PartialLevels::Impl::run(const std::vector<Query>& queries, Asked asked, st
     };
     std::vector<Key> keys(queries.size());
     for (std::size_t i = 0; i < keys.size(); ++i) {
-        const Query& q = queries[i];
-        keys[i] = {q.root, curve(q.cell.x, q.cell.y, q.level), q.level, static_cast<std::uint32_t>(i)};
+        const LevelQuery& q = queries[i];
+        keys[i] = {q.root, detail::curve_place(q), q.level, static_cast<std::uint32_t>(i)};
     }
     if (!std::is_sorted(keys.begin(), keys.end())) std::sort(keys.begin(), keys.end());
     std::vector<std::uint32_t> order(keys.size());
@@ -341,7 +320,7 @@ void PartialLevels::Impl::run(const std::vector<Query>& queries, Asked asked, st
     if (cost != nullptr) *cost = all;
 }
 
-std::vector<std::uint32_t> PartialLevels::Impl::run_block(const std::vector<Query>& queries,
+std::vector<std::uint32_t> PartialLevels::Impl::run_block(const std::vector<LevelQuery>& queries,
                                                           std::span<const std::uint32_t> block, Asked asked,
                                                           int limit_rings, std::span<Vec3d> positions,
                                                           std::span<LimitPoint> out, LevelCost& cost) const {
@@ -428,7 +407,7 @@ std::vector<std::uint32_t> PartialLevels::Impl::run_block(const std::vector<Quer
 }
 
 void PartialLevels::Impl::take_regular(const RuleMesh& level, std::span<const Vec3d> net,
-                                       const std::vector<Query>& queries, bool positions_alone,
+                                       const std::vector<LevelQuery>& queries, bool positions_alone,
                                        detail::RegularPatch& patch, std::vector<Walker>& walkers,
                                        std::span<LimitPoint> out) const {
     detail::RegularLimit& regular = *worker().limits.regular();
@@ -484,49 +463,6 @@ std::vector<std::uint32_t> PartialLevels::Impl::write_limits(const RuleMesh& lev
     return left;
 }
 
-namespace {
-
-std::vector<Query> site_queries(const ControlMesh& mesh, FanLattice lattice, std::span<const Site> sites,
-                                bool minimal) {
-    if (lattice == FanLattice::dual)
-        throw Error(ErrorCode::invalid_input, "the vertices of a dual scheme are named by cells, not by sites");
-    std::vector<Query> queries(sites.size());
-    for (std::size_t i = 0; i < sites.size(); ++i) {
-        const Site site = minimal && sites[i].level <= k_max_level ? minimal_level(sites[i]) : sites[i];
-        const bool triangles = lattice == FanLattice::triangles;
-        if (site.level > k_max_level) refuse_address(i, "has a level beyond the deepest");
-        if (site.root.value >= mesh.halfedge_count() || (triangles && site.root.value % 3 != 0))
-            refuse_address(i, "has no such root");
-        const std::uint64_t n = std::uint64_t{1} << site.level, x = site.at.x, y = site.at.y;
-        if (triangles ? x + y > n : x > n || y > n) refuse_address(i, "lies outside its root");
-        LatticePoint cell = site.at;
-        if (!triangles) {
-            if (x == n) --cell.x;
-            if (y == n) --cell.y;
-        } else if (x + y == n) {
-            --(x > 0 ? cell.x : cell.y);
-        }
-        queries[i] = {site.root.value, cell, site.at, site.level};
-    }
-    return queries;
-}
-
-std::vector<Query> cell_queries(FanLattice lattice, std::size_t roots, std::span<const VertexCell> cells) {
-    if (lattice != FanLattice::dual)
-        throw Error(ErrorCode::invalid_input, "only the vertices of dual schemes are named by cells");
-    std::vector<Query> queries(cells.size());
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-        const VertexCell& c = cells[i];
-        if (c.level > k_max_level) refuse_address(i, "has a level beyond the deepest");
-        if (c.root >= roots) refuse_address(i, "has no such root");
-        if (c.at.x >> c.level != 0 || c.at.y >> c.level != 0) refuse_address(i, "lies outside its root");
-        queries[i] = {c.root, c.at, c.at, c.level};
-    }
-    return queries;
-}
-
-}  // namespace
-
 PartialLevels::PartialLevels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules)
     : impl_(std::make_unique<Impl>(mesh, scheme, rules)) {}
 PartialLevels::~PartialLevels() = default;
@@ -537,30 +473,30 @@ FanLattice PartialLevels::lattice() const { return impl_->lattice; }
 
 void PartialLevels::control_positions(std::span<const Site> sites, std::span<Vec3d> out, LevelCost* cost) const {
     detail::check_length("positions to write", out.size(), sites.size());
-    impl_->run(site_queries(impl_->mesh, impl_->lattice, sites, false), Asked::positions, out, {}, cost);
+    impl_->run(detail::site_queries(impl_->mesh, impl_->lattice, sites, false), Asked::positions, out, {}, cost);
 }
 
 void PartialLevels::control_positions(std::span<const VertexCell> cells, std::span<Vec3d> out, LevelCost* cost) const {
     detail::check_length("positions to write", out.size(), cells.size());
-    impl_->run(cell_queries(impl_->lattice, impl_->roots.size(), cells), Asked::positions, out, {}, cost);
+    impl_->run(detail::cell_queries(impl_->lattice, impl_->roots.size(), cells), Asked::positions, out, {}, cost);
 }
 
 void PartialLevels::limits(std::span<const Site> sites, std::span<LimitPoint> out, LevelCost* cost) const {
     detail::check_length("points to write", out.size(), sites.size());
-    impl_->run(site_queries(impl_->mesh, impl_->lattice, sites, true), Asked::limits, {}, out, cost);
+    impl_->run(detail::site_queries(impl_->mesh, impl_->lattice, sites, true), Asked::limits, {}, out, cost);
 }
 
 void PartialLevels::limits(std::span<const VertexCell> cells, std::span<LimitPoint> out, LevelCost* cost) const {
     detail::check_length("points to write", out.size(), cells.size());
-    impl_->run(cell_queries(impl_->lattice, impl_->roots.size(), cells), Asked::limits, {}, out, cost);
+    impl_->run(detail::cell_queries(impl_->lattice, impl_->roots.size(), cells), Asked::limits, {}, out, cost);
 }
 
 void PartialLevels::frames(std::span<const VertexCell> cells, std::span<LimitPoint> out) const {
     detail::check_length("points to write", out.size(), cells.size());
-    impl_->run(cell_queries(impl_->lattice, impl_->roots.size(), cells), Asked::frames, {}, out, nullptr);
+    impl_->run(detail::cell_queries(impl_->lattice, impl_->roots.size(), cells), Asked::frames, {}, out, nullptr);
 }
 
-void PartialLevels::Impl::limit_positions(const std::vector<Query>& queries, std::span<Vec3d> positions) const {
+void PartialLevels::Impl::limit_positions(const std::vector<LevelQuery>& queries, std::span<Vec3d> positions) const {
     detail::check_length("positions to write", positions.size(), queries.size());
     std::vector<LimitPoint> found(queries.size());
     run(queries, Asked::limit_positions, {}, found, nullptr);
@@ -568,72 +504,16 @@ void PartialLevels::Impl::limit_positions(const std::vector<Query>& queries, std
 }
 
 void PartialLevels::positions(std::span<const Site> sites, std::span<Vec3d> positions) const {
-    impl_->limit_positions(site_queries(impl_->mesh, impl_->lattice, sites, true), positions);
+    impl_->limit_positions(detail::site_queries(impl_->mesh, impl_->lattice, sites, true), positions);
 }
 
 void PartialLevels::positions(std::span<const VertexCell> cells, std::span<Vec3d> positions) const {
-    impl_->limit_positions(cell_queries(impl_->lattice, impl_->roots.size(), cells), positions);
+    impl_->limit_positions(detail::cell_queries(impl_->lattice, impl_->roots.size(), cells), positions);
 }
 
 VertexRoots PartialLevels::vertex_roots() const {
     if (!impl_->dual()) throw Error(ErrorCode::invalid_input, "only dual schemes have vertex quadtrees");
-    const RuleMesh& mesh = impl_->base;
-    const auto refuse = [&](int v, const char* what) {
-        throw Error(
-            ErrorCode::unsupported,
-            "vertex quadtrees need four children of every vertex; vertex " + std::to_string(v) + " of level 1 " + what,
-            impl_->mesh.data().source);
-    };
-    VertexRoots roots;
-    const std::size_t count = static_cast<std::size_t>(mesh.vertex_count());
-    std::vector<std::array<int, 4>> corners(count);
-    std::vector<signed char> corner_of(mesh.halfedge_count(), 0);
-    roots.link.assign(4 * count, VertexRoots::outside);
-    roots.face.resize(count);
-    roots.hole.resize(count);
-    for (int v = 0; v < mesh.vertex_count(); ++v) {
-        corners[v] = detail::vertex_corners(mesh, impl_->roots[v]);
-        int faces = 0;
-        for (int c = 0; c < 4; ++c) {
-            const int h = corners[v][c];
-            if (h == RuleMesh::none) continue;
-            ++faces;
-            corner_of[h] = static_cast<signed char>(c);
-            if (mesh.sharp(h) && mesh.twin(h) != RuleMesh::none) refuse(v, "lies on a crease inside the mesh");
-        }
-        const RuleMesh::Ring ring = mesh.ring(v);
-        const bool tip = faces == 1 && !ring.closed, side = faces == 2 && !ring.closed;
-        if (faces != ring.faces() || (ring.closed ? faces != 4 : !tip && !side))
-            refuse(v, "has another number of faces");
-        const float sharpness = mesh.vertex_sharpness(v);
-        if (side && is_sharp(sharpness)) refuse(v, "is a corner between two faces");
-        if (tip && !(is_sharp(sharpness) && !is_semi_sharp(sharpness))) refuse(v, "is a corner that does not stay one");
-    }
-    for (std::size_t v = 0; v < count; ++v)
-        for (int s = 0; s < 4; ++s) {
-            const int after = corners[v][(s + 1) % 4], before = corners[v][s];
-            int other = RuleMesh::none, side = 0;
-            if (after != RuleMesh::none) {
-                other = mesh.next(after);
-                side = corner_of[other];
-            } else if (before != RuleMesh::none) {
-                other = mesh.prev(before);
-                side = (corner_of[other] + 3) % 4;
-            }
-            if (other == RuleMesh::none) continue;
-            roots.link[4 * v + s] =
-                4 * static_cast<std::uint32_t>(mesh.origin(other)) + static_cast<std::uint32_t>(side);
-        }
-    // A corner's child belongs to its face, a point of the boundary to that of the point above it; a corner of the
-    // boundary, which has nothing on its left, goes with the point on its right.
-    const auto beyond = [&](std::uint32_t v, std::size_t side) { return roots.link[4 * std::size_t{v} + side]; };
-    for (std::uint32_t v = 0; v < count; ++v) {
-        std::uint32_t inside = beyond(v, 3) == VertexRoots::outside ? beyond(v, 1) / 4 : v;
-        if (!impl_->root_face[inside].valid()) inside = beyond(inside, 2) / 4;
-        roots.face[v] = impl_->root_face[inside];
-        roots.hole[v] = impl_->mesh.is_hole(roots.face[v]) ? 1 : 0;
-    }
-    return roots;
+    return detail::vertex_roots(impl_->mesh, impl_->base, impl_->roots, impl_->root_face);
 }
 
 }  // namespace tetrakis
