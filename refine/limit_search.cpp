@@ -28,13 +28,6 @@ constexpr int k_most_steps = 5;
 // Rounding errors of numeric eigenvectors, whose largest weights are of order one.
 constexpr double k_no_weight = 1e-12;
 
-struct Masks {
-    Mask limit, tangent1, tangent2;
-    int rings = 0;  ///< that have weights
-    bool any() const { return !limit.empty(); }
-    bool tangents() const { return !tangent1.empty() && !tangent2.empty(); }
-};
-
 using Rows = LimitRows;
 
 StencilRow gathered(StencilRow row) {
@@ -109,6 +102,13 @@ class LimitSearch::Finder {
     }
 
   private:
+    struct Masks {
+        Mask limit, tangent1, tangent2;
+        int rings = 0;  ///< that have weights
+        bool any() const { return !limit.empty(); }
+        bool tangents() const { return !tangent1.empty() && !tangent2.empty(); }
+    };
+
     static int steps_until_smooth(const RuleMesh& mesh) {
         float sharpest = 0;
         const auto look = [&](float sharpness) {
