@@ -6,6 +6,7 @@
 #include "tetrakis/eval/limit_reference.hpp"
 #include "tetrakis/eval/linear_bound.hpp"
 #include "tetrakis/eval/local_frame.hpp"
+#include "tetrakis/eval/mask_norm_bound.hpp"
 #include "tetrakis/eval/site_limits.hpp"
 #include "tetrakis/eval/tessellate_run.hpp"
 #include "tetrakis/eval/tessellation_attributes.hpp"
@@ -141,8 +142,18 @@ class LatticeTessellator {
         result_.tolerance_absolute = tolerance_length(mesh_, options_);
         tolerance_ = options_.tolerance ? result_.tolerance_absolute : 0.0;
         aim_ = aim_beside_rounding(mesh_, options_, tolerance_, result_.warnings);
-        if (LinearBound::is_linear(options_.scheme.info())) bound_.emplace(mesh_, options_.scheme.info());
+        if (LinearBound::is_linear(options_.scheme.info()))
+            bound_ = std::make_unique<LinearBound>(mesh_, options_.scheme.info());
+        else if (MaskNormBound<Family>::has(options_.scheme.info(), mesh_))
+            bound_ = std::make_unique<MaskNormBound<Family>>(points_, options_.scheme.info(), options_.rules,
+                                                             options_.max_triangles != 0 ? 0.0 : aim_);
         const bool certified = options_.estimator == EstimatorKind::certified;
+        if (certified && !bound_)
+            throw Error(
+                ErrorCode::unsupported,
+                "there is no certified bound where edges or vertices are semi-sharp; use the embree estimator, or "
+                "make these tags 0 or 10",
+                mesh_.data().source);
         if (!certified) aim_ *= k_sampled_aim;
         result_.seconds.build = watch.lap();
 
@@ -182,7 +193,9 @@ class LatticeTessellator {
                 result_.seconds.refine += watch.lap();
             }
         }
-        if (bound_) result_.certified_error = certify(forest) + written_rounding(options_, result_.mesh);
+        if (bound_) result_.certified_error = certify(forest);
+        if (result_.certified_error) *result_.certified_error += written_rounding(options_, result_.mesh);
+        result_.seconds.measure += watch.lap();
         result_.tolerance_reached = tolerance_reached(options_, result_, tolerance_, refinement.left_over());
         warn_of_nothing(result_);
         add_attributes(forest);
@@ -198,7 +211,7 @@ class LatticeTessellator {
         if (options_.min_level > 0) return;
         std::vector<Site> sites;
         std::vector<std::uint32_t> vertex;
-        std::vector<Vec3d> corners(mesh_.positions().begin(), mesh_.positions().end());
+        corners_.assign(mesh_.positions().begin(), mesh_.positions().end());
         for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v)
             if (const HalfedgeId h = mesh_.vertex_halfedge(VertexId(v)); h.valid()) {
                 sites.push_back(canonical(mesh_, {h, {0, 0}, 0}));
@@ -206,18 +219,23 @@ class LatticeTessellator {
             }
         std::vector<Vec3d> positions(sites.size());
         limit_positions(points_, sites, positions, [&](double done) { context_.report("coarsest", 0.2 * done); });
-        for (std::size_t i = 0; i < vertex.size(); ++i) corners[vertex[i]] = positions[i];
+        for (std::size_t i = 0; i < vertex.size(); ++i) corners_[vertex[i]] = positions[i];
         // Those that a bound is wanted for, if there is one at all.
         std::vector<std::uint8_t> wanted(mesh_.face_count(), 1);
         if (bound_)
-            for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)
-                wanted[f] = std::isfinite(bound_->fan_bound(FaceId(f))) ? 1 : 0;
-        fans_ = choose_fans(mesh_, corners, wanted);
+            for (std::uint32_t f = 0; f < mesh_.face_count(); ++f) wanted[f] = bound_->has_fan_bound(FaceId(f)) ? 1 : 0;
+        fans_ = choose_fans(mesh_, corners_, wanted);
         std::vector<double> errors;
         if (options_.estimator == EstimatorKind::certified) {
-            for (std::uint32_t f = 0; f < mesh_.face_count(); ++f) errors.push_back(bound_->fan_bound(FaceId(f)));
+            std::vector<FaceId> faces;
+            for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)
+                if (fans_.has(FaceId(f))) faces.push_back(FaceId(f));
+            std::vector<double> found(faces.size());
+            bound_->estimate_fans(fans_, faces, corners_, found);
+            errors.assign(mesh_.face_count(), 0.0);
+            for (std::size_t i = 0; i < faces.size(); ++i) errors[faces[i].value] = found[i];
         } else {
-            errors = fan_limit_errors(points_, fans_, corners, context_);
+            errors = fan_limit_errors(points_, fans_, corners_, context_);
         }
         for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)
             if (fans_.has(FaceId(f)) && (options_.max_triangles != 0 || errors[f] <= aim_))
@@ -328,13 +346,27 @@ class LatticeTessellator {
         return true;
     }
 
-    double certify(const ForestView& forest) const {
+    /// Nothing where a face's fan has no bound.
+    std::optional<double> certify(const ForestView& forest) const {
+        constexpr std::uint32_t k_triangles = 4096;  // between two chances to cancel
+        const auto count = static_cast<std::uint32_t>(result_.mesh.triangles.size());
         double largest = 0;
-        for (std::uint32_t t = 0; t < result_.mesh.triangles.size(); ++t) {
+        std::vector<CellTriangle> cells;
+        std::vector<FaceId> fans;
+        for (std::uint32_t t = 0; t < count; ++t) {
             const OutputTriangle from = origin(forest, t);
-            largest = std::max(largest, from.fan.valid() ? bound_->fan_bound(from.fan) : bound_->bound(from.cell));
+            if (!from.fan.valid())
+                cells.push_back(from.cell);
+            else if (exported_.part[t] == 0)
+                fans.push_back(from.fan);
+            if (t + 1 < count && cells.size() < k_triangles && fans.size() < k_triangles) continue;
+            context_.report("certify", static_cast<double>(t) / count);
+            largest = bound_->largest(cells, largest);
+            largest = bound_->largest_of_fans(fans_, fans, corners_, largest);
+            cells.clear();
+            fans.clear();
         }
-        return largest;
+        return std::isfinite(largest) ? std::optional(largest) : std::nullopt;
     }
 
     void add_attributes(const ForestView& forest) {
@@ -374,8 +406,9 @@ class LatticeTessellator {
     Hierarchy points_;
     Tessellation result_;
     double tolerance_ = 0, aim_ = 0;
-    std::optional<LinearBound> bound_;
+    std::unique_ptr<SurfaceBound> bound_;
     FanChoice fans_;
+    std::vector<Vec3d> corners_;  ///< of the fans, by control vertex
     ExportedMesh<Family> exported_;
 };
 

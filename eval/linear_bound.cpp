@@ -90,4 +90,22 @@ void LinearBound::estimate(std::span<const CellTriangle> triangles, std::span<do
                    [&](std::uint32_t i) { errors[i] = bound(triangles[i]); });
 }
 
+bool LinearBound::has_fan_bound(FaceId face) const { return std::isfinite(fan_bound(face)); }
+
+void LinearBound::estimate_fans(const FanChoice&, std::span<const FaceId> faces, std::span<const Vec3d>,
+                                std::span<double> out) const {
+    for (std::size_t i = 0; i < faces.size(); ++i) out[i] = fan_bound(faces[i]);
+}
+
+double LinearBound::largest(std::span<const CellTriangle> triangles, double known) const {
+    for (const CellTriangle& t : triangles) known = std::max(known, bound(t));
+    return known;
+}
+
+double LinearBound::largest_of_fans(const FanChoice&, std::span<const FaceId> faces, std::span<const Vec3d>,
+                                    double known) const {
+    for (const FaceId f : faces) known = std::max(known, fan_bound(f));
+    return known;
+}
+
 }  // namespace tetrakis

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "tetrakis/eval/surface_bound.hpp"
 #include "tetrakis/hier/control_mesh.hpp"
-#include "tetrakis/refine/adaptive.hpp"
 #include "tetrakis/schemes/scheme_table.hpp"
 
 #include <vector>
@@ -14,7 +14,7 @@ namespace tetrakis {
 /// from its own interpolation, which is largest on an edge: |dx dy| / 4. It bounds the parametric difference, and so
 /// the distance in both directions; the rounding of positions is included. Over a convex face that is flat but for e,
 /// cells and triangles lie over the same polygon, whatever slides along it: there it is 2 e if that is less.
-class LinearBound final : public ErrorEstimator {
+class LinearBound final : public SurfaceBound {
   public:
     static bool is_linear(const SchemeInfo& scheme);
 
@@ -25,6 +25,12 @@ class LinearBound final : public ErrorEstimator {
     /// Of a face cut along its diagonals; infinite for more than four corners that are no flat convex polygon.
     double fan_bound(FaceId face) const;
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
+    bool has_fan_bound(FaceId face) const override;
+    void estimate_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners,
+                       std::span<double> out) const override;
+    double largest(std::span<const CellTriangle> triangles, double known) const override;
+    double largest_of_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners,
+                           double known) const override;
 
   private:
     Vec3d twist(HalfedgeId cell) const;

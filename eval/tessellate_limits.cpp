@@ -3,6 +3,7 @@
 #include "tetrakis/eval/dual_tessellator.hpp"
 #include "tetrakis/eval/lattice_tessellator.hpp"
 #include "tetrakis/eval/linear_bound.hpp"
+#include "tetrakis/eval/mask_norm_bound.hpp"
 #include "tetrakis/eval/sqrt3_tessellator.hpp"
 #include "tetrakis/refine/refine.hpp"
 
@@ -28,10 +29,11 @@ void check_scheme(const TessellateOptions& options) {
                         " needs exact points and normals all over the surface, which " + name +
                         " has at its vertices only; use catmull-clark or loop with their plain rules");
     if (options.estimator == EstimatorKind::certified && !support.certified)
-        throw Error(ErrorCode::unsupported,
-                    "there is no certified bound for " + name +
-                        " with these rules: its limit is known at points alone; use the embree estimator, or "
-                        "catmull-clark, loop, bilinear or midpoint");
+        throw Error(
+            ErrorCode::unsupported,
+            "there is no certified bound for " + name +
+                ": its limit is known at points alone; use the embree estimator, or one of catmull-clark, loop, "
+                "tuned-loop, butterfly, modified-butterfly, kobbelt, bilinear, midpoint");
 }
 
 }  // namespace
@@ -41,7 +43,7 @@ SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rule
     const SchemeInfo& info = scheme.info();
     support.any = info.refinement != Refinement::honeycomb;
     support.patches = scheme.kind().has_value() && detail::has_plain_rules(rules);
-    support.certified = support.patches || LinearBound::is_linear(info);
+    support.certified = support.patches || LinearBound::is_linear(info) || has_mask_norms(info);
     return support;
 }
 

@@ -74,9 +74,10 @@ void check_combination(const TessellateCommandOptions& options) {
     if (!support.patches && t.slide)
         throw UsageError("--slide needs --scheme catmull-clark or loop, without options for their rules");
     if (!support.certified && t.estimator == EstimatorKind::certified)
-        throw UsageError("there is no certified bound for " + scheme + (t.scheme.kind() ? " with these rules" : "") +
-                         ", whose limit is known at points alone: use --estimator embree, which measures, or --scheme "
-                         "catmull-clark, loop, bilinear or midpoint");
+        throw UsageError(
+            "there is no certified bound for " + scheme +
+            ", whose limit is known at points alone: use --estimator embree, which measures, or --scheme "
+            "catmull-clark, loop, tuned-loop, butterfly, modified-butterfly, kobbelt, bilinear or midpoint");
 }
 
 OutputFiles output_files(const TessellateCommandOptions& options) {

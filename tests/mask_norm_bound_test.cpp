@@ -1,0 +1,185 @@
+#include "random_mesh.hpp"
+
+#include "tetrakis/eval/limit_samples.hpp"
+#include "tetrakis/eval/mask_norm_bound.hpp"
+#include "tetrakis/eval/tessellate.hpp"
+#include "tetrakis/hier/obj_reader.hpp"
+#include "tetrakis/hier/triangulate.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <vector>
+
+using namespace tetrakis;
+using test::Random;
+
+namespace {
+
+ControlMesh random_mesh(std::uint64_t seed, bool triangles) {
+    test::RandomMeshOptions options = test::random_options(seed);
+    options.triangles_only = triangles;
+    ControlMeshData data = test::random_mesh_data(seed, options);
+    for (auto& crease : data.creases) crease.sharpness = k_infinite_sharpness;
+    for (auto& corner : data.corners) corner.sharpness = k_infinite_sharpness;
+    return ControlMesh::build(data);
+}
+
+template <class Family>
+CellTriangle random_triangle(Random& random, const ControlMesh& mesh) {
+    const int level = static_cast<int>(random.below(3));
+    const std::uint32_t n = 1u << level;
+    const auto at = [&](std::uint32_t limit) { return random.below(limit); };
+    CellTriangle t;
+    t.level = static_cast<std::uint8_t>(level);
+    if constexpr (std::is_same_v<Family, LoopFamily>) {
+        t.root = mesh.face_halfedge(FaceId(at(mesh.face_count())));
+        const std::uint32_t x = at(n), y = at(n - x);
+        if (x + y + 1 < n && random.chance(0.5))
+            t.corner = {LatticePoint{x + 1, y + 1}, {x, y + 1}, {x + 1, y}};
+        else
+            t.corner = {LatticePoint{x, y}, {x + 1, y}, {x, y + 1}};
+    } else {
+        t.root = HalfedgeId(at(mesh.halfedge_count()));
+        const std::uint32_t x = at(n), y = at(n);
+        if (level == 0 && random.chance(0.5))
+            t.corner = {LatticePoint{0, 0}, {2, 0}, {1, 1}};
+        else if (x + 2 <= n)
+            t.corner = {LatticePoint{x, y}, {x + 2, y}, {x + 1, y + 1}};
+        else if (random.chance(0.5))
+            t.corner = {LatticePoint{x, y}, {x + 1, y}, {x + 1, y + 1}};
+        else
+            t.corner = {LatticePoint{x, y}, {x + 1, y + 1}, {x, y + 1}};
+    }
+    return t;
+}
+
+/// The largest difference of limit points from the triangle, parameter by parameter.
+template <class Family>
+double sampled(const Hierarchy& points, const CellTriangle& t) {
+    constexpr int k_bits = 3, k_intervals = 1 << k_bits;
+    std::vector<Site> sites;
+    for (int row = 0; row <= k_intervals; ++row)
+        for (int i = 0; i <= row; ++i)
+            sites.push_back(detail::lattice_site_of<Family>(points.mesh(), t, k_bits, row, i));
+    std::vector<Vec3d> limits(sites.size());
+    points.limit_positions(sites, limits);
+    const auto at = [&](int row, int i) { return limits[static_cast<std::size_t>(row * (row + 1) / 2 + i)]; };
+    const Vec3d a = at(k_intervals, 0), b = at(k_intervals, k_intervals), c = at(0, 0);
+    double most = 0;
+    for (int row = 0; row <= k_intervals; ++row)
+        for (int i = 0; i <= row; ++i) {
+            const Vec3d flat =
+                (double(row - i) * a + double(i) * b + double(k_intervals - row) * c) / double(k_intervals);
+            most = std::max(most, glm::length(at(row, i) - flat));
+        }
+    return most;
+}
+
+template <class Family>
+void check_bounds(const SchemeInfo& scheme, const RuleOptions& rules, std::uint64_t seed) {
+    constexpr int k_triangles = 24;
+    CAPTURE(scheme.name);
+    CAPTURE(seed);
+    const ControlMesh mesh = random_mesh(seed, std::is_same_v<Family, LoopFamily>);
+    REQUIRE(MaskNormBound<Family>::has(scheme, mesh));
+    const Hierarchy points = make_hierarchy(mesh, scheme, {.rules = rules});
+    Random random(seed);
+    const double aim = 0.01 * mesh.bounding_box().diagonal();
+    const MaskNormBound<Family> deciding(points, scheme, rules, aim);
+    std::vector<CellTriangle> triangles;
+    for (int i = 0; i < k_triangles; ++i) triangles.push_back(random_triangle<Family>(random, mesh));
+    std::vector<double> decided(triangles.size());
+    deciding.estimate(triangles, decided);
+    int within = 0;
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        CAPTURE(i);
+        const double found = sampled<Family>(points, triangles[i]);
+        const double largest = deciding.largest(std::span(triangles).subspan(i, 1), 0);
+        CHECK(found <= largest);
+        // Tight where it is above the aim; the samples may miss a little.
+        CHECK(largest <= std::max(aim, 1.2 * found) * (1 + 1e-9));
+        CHECK((decided[i] <= aim) == (largest <= aim));
+        if (decided[i] <= aim)
+            CHECK(found <= decided[i]);
+        else
+            CHECK(decided[i] <= largest * (1 + 1e-9));
+        within += decided[i] <= aim ? 1 : 0;
+    }
+    INFO(within << " within");
+    CHECK(within < k_triangles);
+}
+
+}  // namespace
+
+TEST_CASE("mask norms bound the difference of limit points from triangles, whatever is around them") {
+    for (const std::uint64_t seed : test::seeds(4)) {
+        for (const char* name : {"butterfly", "modified-butterfly", "tuned-loop", "loop"})
+            check_bounds<LoopFamily>(*find_scheme(name), {}, seed);
+        for (const char* name : {"kobbelt", "catmull-clark"}) check_bounds<QuadFamily>(*find_scheme(name), {}, seed);
+    }
+    const RuleOptions cosine{.edge_beside_crease = EdgeBesideCrease::cosine,
+                             .hoppe_crease = true,
+                             .reflect_at_boundary = true,
+                             .butterfly_w = 0.02};
+    for (const char* name : {"modified-butterfly", "loop"}) check_bounds<LoopFamily>(*find_scheme(name), cosine, 7);
+    check_bounds<QuadFamily>(*find_scheme("catmull-clark"), cosine, 7);
+}
+
+TEST_CASE("without an aim all bounds of mask norms are tight") {
+    const ControlMesh mesh = random_mesh(11, true);
+    const SchemeInfo& scheme = *find_scheme("modified-butterfly");
+    const Hierarchy points = make_hierarchy(mesh, scheme);
+    const RuleOptions rules;
+    const MaskNormBound<LoopFamily> bound(points, scheme, rules, 0);
+    Random random(11);
+    std::vector<CellTriangle> triangles;
+    for (int i = 0; i < 12; ++i) triangles.push_back(random_triangle<LoopFamily>(random, mesh));
+    std::vector<double> errors(triangles.size());
+    bound.estimate(triangles, errors);
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        const double found = sampled<LoopFamily>(points, triangles[i]);
+        CHECK(found <= errors[i]);
+        CHECK(errors[i] <= 1.2 * found);
+    }
+}
+
+TEST_CASE("interpolating schemes are tessellated to a certified tolerance") {
+    const std::string text =
+        "v 0 0 0\nv 1 0 0.2\nv 2 0 0\nv 2.3 1 0.5\nv 1.2 1 0.9\nv 0 1 0.3\nv 1.7 2 0.2\nv 0.5 2 0\nv -0.7 1.6 -0.3\n"
+        "f 1 2 5 6\nf 2 3 4 5\nf 5 4 7\nf 6 5 7 8 9\n";
+    const ControlMesh mesh = ControlMesh::build(parse_obj(text, "test.obj"));
+    for (const char* name : {"butterfly", "modified-butterfly", "tuned-loop", "kobbelt"}) {
+        CAPTURE(name);
+        const SchemeInfo& scheme = *find_scheme(name);
+        const ControlMesh taken = scheme.family == MeshFamily::triangles ? triangulate(mesh) : mesh;
+        for (const double tolerance : {0.02, 0.002}) {
+            const Tessellation sure = tessellate(taken, {.scheme = scheme,
+                                                         .estimator = EstimatorKind::certified,
+                                                         .tolerance = tolerance,
+                                                         .measure_samples = 50'000});
+            REQUIRE(sure.certified_error);
+            CHECK(sure.tolerance_reached);
+            CHECK(*sure.certified_error <= sure.tolerance_absolute * (1 + 1e-9));
+            CHECK(sure.measured_error->hausdorff <= *sure.certified_error * (1 + 1e-9));
+            const Tessellation seen =
+                tessellate(taken, {.scheme = scheme, .tolerance = tolerance, .measure_samples = 50'000});
+            REQUIRE(seen.certified_error);
+            CHECK(seen.measured_error->hausdorff <= *seen.certified_error * (1 + 1e-9));
+        }
+    }
+}
+
+TEST_CASE("semi-sharp tags have no bound by mask norms") {
+    const ControlMesh mesh = ControlMesh::build(
+        parse_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\nt crease 2/1/0 0 1 2.5\n",
+                  "test.obj"));
+    const SchemeInfo& scheme = *find_scheme("modified-butterfly");
+    CHECK_FALSE(MaskNormBound<LoopFamily>::has(scheme, mesh));
+    const Tessellation seen = tessellate(mesh, {.scheme = scheme, .tolerance = 0.01, .measure = false});
+    CHECK_FALSE(seen.certified_error);
+    CHECK_THROWS_WITH_AS(tessellate(mesh, {.scheme = scheme, .estimator = EstimatorKind::certified, .tolerance = 0.01}),
+                         doctest::Contains("semi-sharp"), Error);
+}
