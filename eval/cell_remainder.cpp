@@ -22,8 +22,8 @@ constexpr double k_nothing = 1e-11;
 // The iteration: it ends where nothing changes by more than this, and has failed where weights grow or creep.
 constexpr double k_settled = 1e-10, k_most_weight = 1e3;
 constexpr int k_most_rounds = 400;
-// Added to what the iteration approaches from below.
-constexpr double k_beyond = 1 + 1e-6;
+// Added to what the iteration approaches from below: a hundred times its last change.
+constexpr double k_beyond = 1e-8;
 constexpr double k_infinite = std::numeric_limits<double>::infinity();
 
 using Coordinates = std::array<double, 2>;
@@ -129,6 +129,7 @@ struct CellRemainder::Draft {
         /// Per active point of the child: how far it is from where the child's corners would have it, as a combination
         /// of the same of the parent's points; sizes of weights.
         std::vector<std::vector<std::pair<int, double>>> offsets;
+        const std::vector<double>* weight = nullptr;  ///< of these points
     };
     std::vector<Child> children;
     bool none = false;  // there are no weights
@@ -363,7 +364,7 @@ const CellRemainder::Norms* CellRemainder::norms(const Key& key) const {
                 const int i = made.active[a];
                 if (!made.free(i)) continue;
                 result->point.push_back(i);
-                result->weight.push_back(k_beyond * made.weight[a]);
+                result->weight.push_back(made.weight[a] + k_beyond);
                 result->anchor.push_back(made.anchor[i]);
             }
         }
@@ -449,6 +450,7 @@ void CellRemainder::solve(std::map<Key, Draft>& drafts) const {
         for (Draft::Child& child : draft.children) {
             const std::optional<Made> made = made_of(child.key);
             if (!made) continue;
+            child.weight = made->weight;
             for_each_offset(draft, child, *made, [&](std::span<const double> offset) {
                 auto& terms = child.offsets.emplace_back();
                 for (int i = 0; i < draft.points; ++i)
@@ -458,14 +460,17 @@ void CellRemainder::solve(std::map<Key, Draft>& drafts) const {
         }
     }
     // What has no weights has none for those that are made of it.
-    for (bool again = true; again;) {
-        again = false;
-        for (auto& [key, draft] : drafts)
-            if (!draft.none)
-                for (const Draft::Child& child : draft.children)
-                    if (const auto at = drafts.find(child.key); at != drafts.end() && at->second.none)
-                        draft.none = again = true;
-    }
+    const auto spread_none = [&] {
+        for (bool again = true; again;) {
+            again = false;
+            for (auto& [key, draft] : drafts)
+                if (!draft.none)
+                    for (const Draft::Child& child : draft.children)
+                        if (const auto at = drafts.find(child.key); at != drafts.end() && at->second.none)
+                            draft.none = again = true;
+        }
+    };
+    spread_none();
     double change = k_infinite;
     for (int round = 0; round < k_most_rounds && change > k_settled; ++round) {
         change = 0;
@@ -473,10 +478,9 @@ void CellRemainder::solve(std::map<Key, Draft>& drafts) const {
             if (draft.none) continue;
             std::vector<double> below(draft.active.size(), 0.0), sum(draft.active.size());
             for (const Draft::Child& child : draft.children) {
-                const std::vector<double>& weight = *made_of(child.key)->weight;
                 std::fill(sum.begin(), sum.end(), 0.0);
                 for (std::size_t j = 0; j < child.offsets.size(); ++j)
-                    for (const auto& [a, size] : child.offsets[j]) sum[a] += weight[j] * size;
+                    for (const auto& [a, size] : child.offsets[j]) sum[a] += (*child.weight)[j] * size;
                 for (std::size_t a = 0; a < sum.size(); ++a) below[a] = std::max(below[a], sum[a]);
             }
             for (std::size_t a = 0; a < below.size(); ++a) {
@@ -489,6 +493,7 @@ void CellRemainder::solve(std::map<Key, Draft>& drafts) const {
     }
     if (change > k_settled)
         for (auto& [key, draft] : drafts) draft.none = true;
+    spread_none();
 }
 
 CellRemainder::Walk CellRemainder::walk_of(const Key& key, const Norms& norms) const {

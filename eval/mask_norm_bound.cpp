@@ -4,7 +4,6 @@
 #include "tetrakis/eval/surface_family.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
-#include "tetrakis/schemes/linear.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -124,7 +123,7 @@ struct MaskNormBound<Family>::Walker {
 
 bool has_mask_norms(const SchemeInfo& scheme) {
     for (const std::string_view name :
-         {"butterfly", "modified-butterfly", "kobbelt", "loop", "tuned-loop", "catmull-clark"})
+         {"butterfly", "modified-butterfly", "kobbelt", "loop", "tuned-loop", "catmull-clark", "4-8"})
         if (scheme.name == name) return true;
     return false;
 }
@@ -147,9 +146,8 @@ MaskNormBound<Family>::MaskNormBound(const Hierarchy& points, const SchemeInfo& 
       rules_(rules),
       decides_(aim > 0),
       base_(rule_mesh(points.mesh())),
-      first_step_(scheme.step),
+      first_step_(first_rule_step(scheme, base_)),
       remainder_(scheme, rules) {
-    if (scheme.name == "kobbelt" && !base_.all_faces_have(4)) first_step_ = bilinear_step;
     const Box3d box = mesh_.bounding_box();
     rounding_ =
         k_roundings * std::numeric_limits<double>::epsilon() * std::max(glm::length(box.lower), glm::length(box.upper));

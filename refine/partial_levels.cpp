@@ -14,8 +14,6 @@
 #include "tetrakis/refine/rule_refiner.hpp"
 #include "tetrakis/refine/vertex_links.hpp"
 #include "tetrakis/schemes/averaging.hpp"
-#include "tetrakis/schemes/four_eight.hpp"
-#include "tetrakis/schemes/linear.hpp"
 
 #include <oneapi/tbb/enumerable_thread_specific.h>
 
@@ -140,12 +138,7 @@ struct PartialLevels::Impl {
         try {
             base = rule_mesh(mesh);
             points.assign(mesh.positions().begin(), mesh.positions().end());
-            // These begin in another way where there are other faces than quads, in the part at hand or elsewhere.
-            if (!base.all_faces_have(4)) {
-                if (scheme.step == four_eight_step)
-                    first_step = [](const RuleMesh& at, const RuleOptions&) { return four_eight_first_step(at); };
-                if (scheme.name == "kobbelt") first_step = bilinear_step;
-            }
+            first_step = first_rule_step(scheme, base);
             if (lattice == FanLattice::triangles && !base.all_faces_have(3)) scheme.step(base, rules);  // says why not
             if (lattice == FanLattice::dual) start_dual();
         } catch (const std::invalid_argument& e) {

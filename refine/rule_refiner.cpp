@@ -5,6 +5,9 @@
 #include "tetrakis/refine/check_length.hpp"
 #include "tetrakis/refine/rule_levels.hpp"
 #include "tetrakis/refine/rule_limit.hpp"
+#include "tetrakis/schemes/four_eight.hpp"
+#include "tetrakis/schemes/kobbelt.hpp"
+#include "tetrakis/schemes/linear.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -51,6 +54,15 @@ RuleMesh rule_mesh(const ControlMesh& mesh) {
     std::vector<float> sharpness(mesh.vertex_count());
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) sharpness[v] = mesh.sharpness(VertexId(v));
     return RuleMesh(static_cast<int>(mesh.vertex_count()), std::move(faces), std::move(sharpness));
+}
+
+RuleStep (*first_rule_step(const SchemeInfo& scheme, const RuleMesh& mesh))(const RuleMesh&, const RuleOptions&) {
+    if (!mesh.all_faces_have(4)) {
+        if (scheme.step == four_eight_step)
+            return [](const RuleMesh& at, const RuleOptions&) { return four_eight_first_step(at); };
+        if (scheme.step == kobbelt_step) return bilinear_step;
+    }
+    return scheme.step;
 }
 
 struct RuleRefiner::State {

@@ -38,6 +38,9 @@ struct RefineOptions {
 
 /// The control mesh as the rules of any scheme take it, same numbers of vertices, half-edges and faces.
 RuleMesh rule_mesh(const ControlMesh& mesh);
+/// The first step over such a mesh: some schemes begin in another way where there are other faces than quads, and then
+/// take parts of the mesh as they take the whole.
+RuleStep (*first_rule_step(const SchemeInfo& scheme, const RuleMesh& mesh))(const RuleMesh&, const RuleOptions&);
 
 /// Refines by any scheme of the table, by its rules: the general path, for every scheme, choice and kind of mesh. All
 /// that depends on connectivity and tags is done once and kept as stencils; refine() then applies them to any control

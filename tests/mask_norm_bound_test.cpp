@@ -80,7 +80,7 @@ double sampled(const Hierarchy& points, const CellTriangle& t) {
 
 template <class Family>
 void check_bounds(const SchemeInfo& scheme, const RuleOptions& rules, std::uint64_t seed) {
-    constexpr int k_triangles = 24;
+    constexpr int k_triangles = 16;
     CAPTURE(scheme.name);
     CAPTURE(seed);
     const ControlMesh mesh = random_mesh(seed, std::is_same_v<Family, LoopFamily>);
@@ -115,10 +115,11 @@ void check_bounds(const SchemeInfo& scheme, const RuleOptions& rules, std::uint6
 }  // namespace
 
 TEST_CASE("mask norms bound the difference of limit points from triangles, whatever is around them") {
-    for (const std::uint64_t seed : test::seeds(4)) {
+    for (const std::uint64_t seed : test::seeds(2)) {
         for (const char* name : {"butterfly", "modified-butterfly", "tuned-loop", "loop"})
             check_bounds<LoopFamily>(*find_scheme(name), {}, seed);
-        for (const char* name : {"kobbelt", "catmull-clark"}) check_bounds<QuadFamily>(*find_scheme(name), {}, seed);
+        for (const char* name : {"kobbelt", "catmull-clark", "4-8"})
+            check_bounds<QuadFamily>(*find_scheme(name), {}, seed);
     }
     const RuleOptions cosine{.edge_beside_crease = EdgeBesideCrease::cosine,
                              .hoppe_crease = true,
@@ -151,21 +152,21 @@ TEST_CASE("interpolating schemes are tessellated to a certified tolerance") {
         "v 0 0 0\nv 1 0 0.2\nv 2 0 0\nv 2.3 1 0.5\nv 1.2 1 0.9\nv 0 1 0.3\nv 1.7 2 0.2\nv 0.5 2 0\nv -0.7 1.6 -0.3\n"
         "f 1 2 5 6\nf 2 3 4 5\nf 5 4 7\nf 6 5 7 8 9\n";
     const ControlMesh mesh = ControlMesh::build(parse_obj(text, "test.obj"));
-    for (const char* name : {"butterfly", "modified-butterfly", "tuned-loop", "kobbelt"}) {
+    for (const char* name : {"butterfly", "modified-butterfly", "tuned-loop", "kobbelt", "4-8"}) {
         CAPTURE(name);
         const SchemeInfo& scheme = *find_scheme(name);
         const ControlMesh taken = scheme.family == MeshFamily::triangles ? triangulate(mesh) : mesh;
-        for (const double tolerance : {0.02, 0.002}) {
+        for (const double tolerance : {0.02, 0.005}) {
             const Tessellation sure = tessellate(taken, {.scheme = scheme,
                                                          .estimator = EstimatorKind::certified,
                                                          .tolerance = tolerance,
-                                                         .measure_samples = 50'000});
+                                                         .measure_samples = 10'000});
             REQUIRE(sure.certified_error);
             CHECK(sure.tolerance_reached);
             CHECK(*sure.certified_error <= sure.tolerance_absolute * (1 + 1e-9));
             CHECK(sure.measured_error->hausdorff <= *sure.certified_error * (1 + 1e-9));
             const Tessellation seen =
-                tessellate(taken, {.scheme = scheme, .tolerance = tolerance, .measure_samples = 50'000});
+                tessellate(taken, {.scheme = scheme, .tolerance = tolerance, .measure_samples = 10'000});
             REQUIRE(seen.certified_error);
             CHECK(seen.measured_error->hausdorff <= *seen.certified_error * (1 + 1e-9));
         }
