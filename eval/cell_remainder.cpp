@@ -153,15 +153,28 @@ CellRemainder::CellRemainder(const SchemeInfo& scheme, const RuleOptions& option
     : scheme_(scheme), options_(options), corners_(scheme.family == MeshFamily::triangles ? 3 : 4) {
     // Rules of edges look two rings around a cell; Kobbelt's virtual points add theirs one further out.
     rings_ = scheme.step == modified_butterfly_step || scheme.step == butterfly_step ? 2 : 3;
-    const SectorFan fan(corners_ == 3 ? FanLattice::triangles : FanLattice::quads, {.faces = corners_ == 3 ? 6 : 4},
-                        rings_ + 3);
-    MeshPartFinder parts;
-    const Key key = surroundings(fan.mesh, fan.start[0], parts)->key;
+    const Key key = key_of({.faces = corners_ == 3 ? 6 : 4});
     regular_ = norms(key);
     if (regular_ != nullptr) regular_walk_ = walk_of(key, *regular_);
 }
 
 CellRemainder::~CellRemainder() = default;
+
+CellRemainder::Key CellRemainder::key_of(const FanShape& shape) const {
+    // Beyond the rings around the cell one more, so that the fan's own end is out of sight.
+    const SectorFan fan(corners_ == 3 ? FanLattice::triangles : FanLattice::quads, shape, rings_ + 2);
+    MeshPartFinder parts;
+    return surroundings(fan.mesh, fan.start[0], parts)->key;
+}
+
+std::optional<CellRemainder::Total> CellRemainder::total(const FanShape& shape) const {
+    const Norms* const found = norms(key_of(shape));
+    if (found == nullptr) return std::nullopt;
+    Total total{0, false};
+    for (const double w : found->weight) total.sum += w;
+    for (const std::array<double, 4>& a : found->anchor) total.linear = total.linear || a[0] != 1;
+    return total;
+}
 
 std::optional<CellRemainder::Surroundings> CellRemainder::surroundings(const RuleMesh& mesh, int halfedge,
                                                                        MeshPartFinder& parts) const {
@@ -330,11 +343,14 @@ CellRemainder::Draft CellRemainder::draft(const Key& key) const {
         return std::all_of(off.begin(), off.end(),
                            [&](const std::vector<double>& f) { return annihilates(f, draft.anchor); });
     };
-    if (!(corners_ == 4 && reproduces(bilinear)) &&
-        !reproduces([&](const Coordinates& p) { return affine(p, corners_); }) && !reproduces([](const Coordinates&) {
-            return std::array<double, 4>{1, 0, 0, 0};
-        }))
-        draft.none = true;
+    // Around many edges a lattice may close after several turns: its points are far from there.
+    std::vector<Coordinates> places;
+    for (const int i : draft.active) places.push_back(at[i]);
+    std::sort(places.begin(), places.end());
+    const bool flat = std::adjacent_find(places.begin(), places.end()) == places.end();
+    const bool linear = flat && ((corners_ == 4 && reproduces(bilinear)) ||
+                                 reproduces([&](const Coordinates& p) { return affine(p, corners_); }));
+    if (!linear) draft.anchor = draft.constant();
     return draft;
 }
 

@@ -40,6 +40,15 @@ class CellRemainder {
     /// Rings of faces around a cell that its bound depends on.
     int rings() const { return rings_; }
 
+    /// Of a cell at the middle of a fan: its bound is at most `sum` times the farthest point around it from where the
+    /// corners would have it: in their plane (quads: their bilinear patch) or, where not `linear`, at the first corner.
+    struct Total {
+        double sum;
+        bool linear;
+    };
+    /// Nothing where there is no bound.
+    std::optional<Total> total(const FanShape& shape) const;
+
     /// The weights of one kind of surroundings.
     struct Norms {
         std::vector<int> point;  ///< those with a weight, as the surroundings number them; the cell's corners are first
@@ -89,6 +98,7 @@ class CellRemainder {
     };
     struct Draft;
 
+    Key key_of(const FanShape& shape) const;
     std::optional<Surroundings> surroundings(const RuleMesh& mesh, int halfedge, MeshPartFinder& parts) const;
     /// nullptr where there are none.
     const Norms* norms(const Key& key) const;

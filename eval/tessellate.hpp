@@ -30,8 +30,9 @@ struct SchemeSupport {
     bool patches = false;
     bool certified = false;  ///< bounds that hold for every point
 };
-/// Patches: Catmull-Clark and Loop by their plain rules. Certified: these, bilinear and midpoint refinement. None at
-/// all: honeycomb refinement.
+/// Patches: Catmull-Clark and Loop by their plain rules. Certified: these by any rules, bilinear and midpoint
+/// refinement, and, where no tag is semi-sharp, what has mask norms (has_mask_norms()). None at all: honeycomb
+/// refinement.
 SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rules = {});
 
 struct TessellateOptions {

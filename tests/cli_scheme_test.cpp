@@ -73,6 +73,28 @@ TEST_CASE(
           std::string::npos);
 }
 
+TEST_CASE("scheme says how far a mesh is from its limit, where mask norms do") {
+    for (const auto& [name, known] : {std::pair{"modified-butterfly", true},
+                                      {"kobbelt", true},
+                                      {"loop", true},
+                                      {"sqrt3", false},
+                                      {"doo-sabin", false}}) {
+        CAPTURE(name);
+        const nlohmann::json regular = cli::run_json({"scheme", name, "--json"}).at("mask_norm");
+        const nlohmann::json five = cli::run_json({"scheme", name, "--valence", "5", "--json"}).at("mask_norm");
+        CHECK(regular.is_null() != known);
+        CHECK(five.is_null() != known);
+        if (!known) continue;
+        CHECK(regular.at("linear") == true);
+        CHECK(five.at("linear") == false);
+        CHECK(regular.at("sum").get<double>() > 0.5);
+        CHECK(regular.at("sum").get<double>() < five.at("sum").get<double>());
+    }
+    // Loop's basis functions are positive and sum to one: over a face those of other points than its corners have no
+    // more than all.
+    CHECK(cli::run_json({"scheme", "loop", "--json"}).at("mask_norm").at("sum").get<double>() < 1);
+}
+
 TEST_CASE("refine takes every scheme, in every format") {
     const ScratchDir scratch;
     for (const auto& listed : cli::run_json({"schemes", "--json"})) {

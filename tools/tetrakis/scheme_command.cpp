@@ -5,6 +5,7 @@
 #include "scheme_option.hpp"
 #include "scheme_picture.hpp"
 
+#include "tetrakis/eval/mask_norm_bound.hpp"
 #include "tetrakis/schemes/spectrum.hpp"
 
 #include <fmt/format.h>
@@ -107,7 +108,15 @@ struct Findings {
     SchemeMasks masks;
     int valence, reproduction;
     double support;
+    std::optional<tetrakis::detail::CellRemainder::Total> mask_norm;
 };
+
+/// How far a mesh is from its limit over a cell at the vertex: the sum of weights that the certified estimator has.
+std::optional<tetrakis::detail::CellRemainder::Total> mask_norm(const SchemeInfo& scheme, const FanShape& shape,
+                                                                const RuleOptions& rules) {
+    if (!has_mask_norms(scheme)) return std::nullopt;
+    return tetrakis::detail::CellRemainder(scheme, rules).total(shape);
+}
 
 std::string support_text(const Findings& f, FanLattice lattice) {
     if (f.scheme.family == MeshFamily::hexagons)
@@ -148,6 +157,13 @@ void print_text(const Findings& f, const SchemeOptions& options) {
                                          generation(f.scheme, options.rules)));
     table.row("support", support_text(f, labels.lattice()));
     table.row("looked at", looked_at(f, labels));
+    if (f.mask_norm)
+        table.row("to the limit",
+                  fmt::format("over a face here at most {} times how far the points around it are from {}",
+                              number(f.mask_norm->sum),
+                              !f.mask_norm->linear                       ? "one another"
+                              : f.scheme.family == MeshFamily::triangles ? "its plane"
+                                                                         : "its bilinear patch"));
     bool first = true;
     for (const int i : shown_rows(a.matrix)) {
         table.row(first ? "masks" : "", fmt::format("new {}: {}", place_name(labels, labels.all()[i]),
@@ -245,6 +261,7 @@ Json json_of(const Findings& f, const SchemeOptions& options) {
                  {"reproduction_degree", f.reproduction},
                  {"generation_degree", generation(f.scheme, options.rules)},
                  {"support", f.support},
+                 {"mask_norm", f.mask_norm ? Json{{"sum", f.mask_norm->sum}, {"linear", f.mask_norm->linear}} : Json()},
                  {"dual", labels.lattice() == FanLattice::dual},
                  {"valence", f.valence},
                  {"boundary", options.boundary}};
@@ -348,7 +365,8 @@ ExitCode run(SchemeOptions options) {
                                 std::move(masks),
                                 valence,
                                 reproduction_degree(scheme, options.rules),
-                                support_radius(scheme, options.rules)};
+                                support_radius(scheme, options.rules),
+                                mask_norm(scheme, shape, options.rules)};
         if (!options.image.empty()) draw(findings, options);
         if (options.json)
             fmt::print("{}", dump(json_of(findings, options)));
