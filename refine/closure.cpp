@@ -4,6 +4,8 @@
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/site_stencils.hpp"
 
+#include <oneapi/tbb/enumerable_thread_specific.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -37,17 +39,20 @@ class LevelVertices {
         if (slot.number == k_empty) {
             slot = {key, count_++};
             keys.push_back(key);
+            slot_of_.push_back(static_cast<std::uint32_t>(&slot - slots_.data()));
         }
         return slot.number;
     }
+    /// Cost: that of what is in it; the table keeps its size.
     void clear() {
+        for (const std::uint32_t s : slot_of_) slots_[s] = Slot{};
+        slot_of_.clear();
         keys.clear();
         count_ = 0;
         stencil_begin.clear();
         source.clear();
         weight.clear();
         value.clear();
-        std::fill(slots_.begin(), slots_.end(), Slot{});
     }
 
   private:
@@ -70,11 +75,16 @@ class LevelVertices {
     }
     void grow() {
         slots_.assign(std::max<std::size_t>(64, 2 * slots_.size()), Slot{});
-        for (std::uint32_t i = 0; i < keys.size(); ++i) find_slot(keys[i]) = {keys[i], i};
+        for (std::uint32_t i = 0; i < keys.size(); ++i) {
+            Slot& slot = find_slot(keys[i]);
+            slot = {keys[i], i};
+            slot_of_[i] = static_cast<std::uint32_t>(&slot - slots_.data());
+        }
     }
 
     std::vector<Slot> slots_;
-    std::uint32_t count_ = 0;  // of the keys
+    std::vector<std::uint32_t> slot_of_;  // per key
+    std::uint32_t count_ = 0;             // of the keys
 };
 
 /// What a site's ring is but for its points; tags are asked for again.
@@ -196,14 +206,14 @@ void control_block(const Stencils& stencils, std::span<const Site> sites, int le
 struct Closure::Impl {
     std::variant<detail::QuadStencils, detail::TriangleStencils> stencils;
     CreaseMethod method;
+    mutable oneapi::tbb::enumerable_thread_specific<Workspace> workspaces{};  ///< what blocks have grown
 
     template <class Body>
     void blocks(std::size_t count, Body&& body) const {
         std::visit(
             [&](const auto& s) {
                 for_each_block(static_cast<std::uint32_t>(count), k_block, [&](std::uint32_t begin, std::uint32_t end) {
-                    Workspace work;
-                    body(s, begin, end - begin, work);
+                    body(s, begin, end - begin, workspaces.local());
                 });
             },
             stencils);
