@@ -103,6 +103,37 @@ Covered covered(const Corners& triangle, int cell_corners) {
     return part;
 }
 
+/// How far a cell of a level is from a flat triangle, parameter by parameter.
+struct Deviation {
+    double at_points;  ///< at the corners of the part that the triangle covers
+    double most;
+};
+
+/// @param corner    of the cell
+/// @param triangle  its corners
+Deviation deviation(const Covered& part, const std::array<Vec3d, 4>& corner, int cell_corners,
+                    const std::array<Vec3d, 3>& triangle) {
+    double off = 0;
+    Coordinates low{1, 1}, high{0, 0};
+    for (int i = 0; i < part.count; ++i) {
+        const auto [x, y] = part.at[i];
+        const std::array<double, 3>& b = part.b[i];
+        const Vec3d p = cell_corners == 3 ? (1 - x - y) * corner[0] + x * corner[1] + y * corner[2]
+                                          : (1 - y) * ((1 - x) * corner[0] + x * corner[1]) +
+                                                y * ((1 - x) * corner[3] + x * corner[2]);
+        off = std::max(off, glm::length(p - (b[0] * triangle[0] + b[1] * triangle[1] + b[2] * triangle[2])));
+        for (std::size_t c = 0; c < 2; ++c) {
+            low[c] = std::min(low[c], part.at[i][c]);
+            high[c] = std::max(high[c], part.at[i][c]);
+        }
+    }
+    if (cell_corners == 3 || part.whole) return {off, off};
+    // A bilinear patch is straight along x and y, so in a whole cell it is farthest at a corner; in a part of one it is
+    // off what the corners of that say by its share of the product of x and y.
+    const Vec3d twist = corner[0] - corner[1] + corner[2] - corner[3];
+    return {off, off + 0.25 * (high[0] - low[0]) * (high[1] - low[1]) * glm::length(twist)};
+}
+
 /// The same point's coordinates in a quarter of the cell.
 Coordinates in_child(const Coordinates& p, int child, int cell_corners) {
     constexpr Coordinates k_quad[] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}}, k_triangle[] = {{0, 0}, {1, 0}, {0, 1}};
@@ -229,28 +260,9 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
                 double& rest = remainder[static_cast<std::size_t>(part.mesh.face(h))];
                 if (rest < 0) rest = remainder_at(h);
                 for (int k = 0; k < n; ++k, h = part.mesh.next(h)) corner[k] = here[part.mesh.origin(h)];
-                const Covered part_of_cell = covered(w.at, n);
-                double off = 0, width[2][2] = {{1, 0}, {1, 0}};
-                for (int i = 0; i < part_of_cell.count; ++i) {
-                    const auto [x, y] = part_of_cell.at[i];
-                    const std::array<double, 3>& b = part_of_cell.b[i];
-                    const Vec3d p = n == 3 ? (1 - x - y) * corner[0] + x * corner[1] + y * corner[2]
-                                           : (1 - y) * ((1 - x) * corner[0] + x * corner[1]) +
-                                                 y * ((1 - x) * corner[3] + x * corner[2]);
-                    off = std::max(off, glm::length(p - (b[0] * piece.corner[0] + b[1] * piece.corner[1] +
-                                                         b[2] * piece.corner[2])));
-                    for (int c = 0; c < 2; ++c) {
-                        width[c][0] = std::min(width[c][0], part_of_cell.at[i][c]);
-                        width[c][1] = std::max(width[c][1], part_of_cell.at[i][c]);
-                    }
-                }
-                least[w.piece] = std::max(least[w.piece], off - rest);
-                // A bilinear patch is off what it has at the corners by the product of x and y; in a whole cell, each
-                // line along x or y is straight, and it is not.
-                if (n == 4 && !part_of_cell.whole)
-                    off += 0.25 * (width[0][1] - width[0][0]) * (width[1][1] - width[1][0]) *
-                           glm::length(corner[0] - corner[1] + corner[2] - corner[3]);
-                const double most = off + rest, sure = least[w.piece];
+                const Deviation off = deviation(covered(w.at, n), corner, n, piece.corner);
+                least[w.piece] = std::max(least[w.piece], off.at_points - rest);
+                const double most = off.most + rest, sure = least[w.piece];
                 const bool exceeds = sure > wanted.floor;
                 const double floor = exceeds && !wanted.decide ? k_tight * sure : wanted.floor;
                 if (most <= floor || level >= piece.level + k_deepest)

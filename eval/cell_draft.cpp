@@ -1,0 +1,189 @@
+#include "tetrakis/eval/cell_draft.hpp"
+
+#include "tetrakis/refine/level_walk.hpp"
+#include "tetrakis/schemes/stencil_table.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace tetrakis::detail {
+
+namespace {
+
+// Levels that a weight is looked at directly; below them it is a sum of others.
+constexpr int k_levels = 3;
+
+using Coordinates = std::array<double, 2>;
+
+std::array<double, 4> affine(const Coordinates& p, int corners) {
+    if (corners == 3) return {1 - p[0] - p[1], p[0], p[1], 0};
+    return {1 - p[0] - p[1], p[0], 0, p[1]};
+}
+std::array<double, 4> bilinear(const Coordinates& p) {
+    const double x = p[0], y = p[1];
+    return {(1 - x) * (1 - y), x * (1 - y), x * y, (1 - x) * y};
+}
+std::array<double, 4> hats(const Coordinates& p, int corners) {
+    return corners == 3 ? affine(p, corners) : bilinear(p);
+}
+std::array<Coordinates, 4> unit_cell(int corners) {
+    if (corners == 3) return {{{0, 0}, {1, 0}, {0, 1}, {0, 0}}};
+    return {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+}
+Coordinates middle(const Coordinates& a, const Coordinates& b) { return {(a[0] + b[0]) / 2, (a[1] + b[1]) / 2}; }
+
+/// A cell some levels down, and where its corners are in the first one's coordinates.
+struct SmallCell {
+    CellFrame frame;
+    std::array<Coordinates, 4> at;
+};
+
+SmallCell child_of(const RuleMesh& mesh, const RuleStep& step, const SmallCell& cell, int child, int n) {
+    SmallCell result{n == 3 ? triangle_child(mesh, step, cell.frame, child) : quad_child(mesh, step, cell.frame, child),
+                     cell.at};
+    if (n == 3) {
+        for (int k = 0; k < 3; ++k)
+            result.at[k] =
+                child < 3 ? middle(cell.at[k], cell.at[child]) : middle(cell.at[(k + 1) % 3], cell.at[(k + 2) % 3]);
+        return result;
+    }
+    for (int k = 0; k < 4; ++k) result.at[k] = middle(cell.at[k], cell.at[child]);
+    return result;
+}
+
+/// Where a lattice that goes on from the first face has its vertices: face by face across edges.
+std::vector<Coordinates> unrolled(const RuleMesh& mesh, int corners) {
+    std::vector<Coordinates> at(mesh.vertex_count());
+    std::vector<char> seen(mesh.vertex_count(), 0), entered(mesh.face_count(), 0);
+    const std::array<Coordinates, 4> first = unit_cell(corners);
+    for (int k = 0; k < corners; ++k) {
+        at[mesh.origin(k)] = first[k];
+        seen[mesh.origin(k)] = 1;
+    }
+    std::vector<std::pair<int, std::array<Coordinates, 4>>> queue{{0, first}};  // a half-edge, and its face from there
+    entered[0] = 1;
+    for (std::size_t i = 0; i < queue.size(); ++i) {
+        const auto [h, cell] = queue[i];
+        int side = h;
+        for (int k = 0; k < corners; ++k, side = mesh.next(side)) {
+            const int t = mesh.twin(side);
+            if (t == RuleMesh::none || entered[mesh.face(t)]) continue;
+            entered[mesh.face(t)] = 1;
+            const Coordinates &a = cell[k], &b = cell[(k + 1) % corners];
+            const auto beyond = [&](const Coordinates& base, const Coordinates& inner, const Coordinates& other) {
+                return Coordinates{base[0] + other[0] - inner[0], base[1] + other[1] - inner[1]};
+            };
+            // The twin leaves b.
+            std::array<Coordinates, 4> next{b, a};
+            if (corners == 3) {
+                next[2] = beyond(a, cell[(k + 2) % 3], b);
+            } else {
+                next[2] = beyond(a, cell[(k + 3) % 4], a);
+                next[3] = beyond(b, cell[(k + 2) % 4], b);
+            }
+            int at_corner = t;
+            for (int c = 0; c < corners; ++c, at_corner = mesh.next(at_corner))
+                if (!std::exchange(seen[mesh.origin(at_corner)], 1)) at[mesh.origin(at_corner)] = next[c];
+            queue.emplace_back(t, next);
+        }
+    }
+    return at;
+}
+
+/// Fills in the rows and children of a draft. Returns the small cells, in the order of the children.
+std::vector<SmallCell> go_down(const SchemeInfo& scheme, const RuleOptions& options, RuleMesh mesh, int cell_corners,
+                               int rings, CellDraft& draft) {
+    const int n = mesh.vertex_count();
+    StencilTable rows;
+    for (int v = 0; v < n; ++v) rows.push({{v, 1}});
+    std::vector<SmallCell> cells{{{0, 0}, unit_cell(cell_corners)}};
+    MeshPartFinder parts;
+    for (int level = 0; level < k_levels; ++level) {
+        std::vector<int> seeds;
+        for (const SmallCell& c : cells)
+            for (const int v : mesh.corners(mesh.face(c.frame.halfedge))) seeds.push_back(v);
+        const MeshPart part = parts.find(mesh, seeds, rings);
+        StencilTable kept;
+        for (const int v : part.vertex) kept.push(rows.row(v));
+        const RuleStep step = scheme.step(part.mesh, options);
+        std::vector<SmallCell> finer;
+        for (SmallCell c : cells) {
+            c.frame.halfedge = part.halfedge(mesh, c.frame.halfedge);
+            for (int child = 0; child < 4; ++child) finer.push_back(child_of(part.mesh, step, c, child, cell_corners));
+        }
+        rows = kept.then(step.stencils);
+        mesh = step.mesh;
+        cells = std::move(finer);
+    }
+    draft.rows.assign(static_cast<std::size_t>(rows.row_count()) * static_cast<std::size_t>(n), 0.0);
+    for (int v = 0; v < rows.row_count(); ++v)
+        for (std::size_t i = 0; i < rows.points(v).size(); ++i)
+            draft.rows[static_cast<std::size_t>(v) * static_cast<std::size_t>(n) +
+                       static_cast<std::size_t>(rows.points(v)[i])] = rows.weights(v)[i];
+    for (const SmallCell& c : cells) {
+        std::optional<CellSurroundings> around =
+            cell_surroundings(mesh, face_corner(mesh, c.frame, 0, cell_corners), rings, parts);
+        if (!around) throw std::logic_error("a small cell has other tags than the large one");
+        draft.children.push_back({std::move(around->key), std::move(around->vertices)});
+    }
+    return cells;
+}
+
+}  // namespace
+
+bool CellDraft::annihilates(std::span<const double> functional) const {
+    std::array<double, 4> sum{};
+    double size = 1;
+    for (std::size_t i = 0; i < functional.size(); ++i) {
+        size += std::abs(functional[i]);
+        for (int k = 0; k < 4; ++k) sum[k] += functional[i] * anchor[i][k];
+    }
+    return std::all_of(sum.begin(), sum.end(), [&](double s) { return std::abs(s) < k_no_weight * size; });
+}
+
+std::optional<CellDraft> draft_cell(const SchemeInfo& scheme, const RuleOptions& options, const SurroundingsKey& key,
+                                    int cell_corners, int rings) {
+    RuleMesh mesh;
+    try {
+        mesh = surroundings_mesh(key);
+    } catch (const std::invalid_argument&) {
+        return std::nullopt;
+    }
+    if (!is_simple(mesh, cell_corners, rings)) return std::nullopt;
+    CellDraft draft;
+    const int n = mesh.vertex_count();
+    draft.points = n;
+    const std::vector<Coordinates> at = unrolled(mesh, cell_corners);
+    const std::vector<SmallCell> cells = go_down(scheme, options, mesh, cell_corners, rings, draft);
+    // The vertices of the small cells, without the hats.
+    std::vector<std::vector<double>> off;
+    for (std::size_t c = 0; c < cells.size(); ++c)
+        for (int k = 0; k < cell_corners; ++k) {
+            const std::span<const double> row = draft.row(draft.children[c].vertices[k]);
+            off.emplace_back(row.begin(), row.end());
+            const std::array<double, 4> hat = hats(cells[c].at[k], cell_corners);
+            for (int i = 0; i < cell_corners; ++i) off.back()[i] -= hat[i];
+        }
+    draft.direct.assign(n, 0.0);
+    for (const std::vector<double>& f : off)
+        for (int i = 0; i < n; ++i) draft.direct[i] = std::max(draft.direct[i], std::abs(f[i]));
+    for (int i = 0; i < n; ++i)
+        if (i < cell_corners || draft.direct[i] > k_no_weight) draft.active.push_back(i);
+    // The anchor that the rules reproduce.
+    const auto reproduces = [&](auto&& anchor) {
+        draft.anchor.clear();
+        for (int i = 0; i < n; ++i) draft.anchor.push_back(anchor(at[i]));
+        return std::all_of(off.begin(), off.end(), [&](const std::vector<double>& f) { return draft.annihilates(f); });
+    };
+    // Around many edges a lattice may close after several turns: its points are far from there.
+    std::vector<Coordinates> places;
+    for (const int i : draft.active) places.push_back(at[i]);
+    std::sort(places.begin(), places.end());
+    const bool flat = std::adjacent_find(places.begin(), places.end()) == places.end();
+    const bool linear = flat && ((cell_corners == 4 && reproduces(bilinear)) ||
+                                 reproduces([&](const Coordinates& p) { return affine(p, cell_corners); }));
+    if (!linear) draft.anchor = draft.constant();
+    return draft;
+}
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,239 @@
+#include "tetrakis/eval/cell_norms.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <utility>
+
+namespace tetrakis::detail {
+
+namespace {
+
+// The iteration: it ends where nothing changes by more than this, and has failed where weights grow or creep.
+constexpr double k_settled = 1e-10, k_most_weight = 1e3;
+constexpr int k_most_rounds = 400;
+// Added to what the iteration approaches from below: a hundred times its last change.
+constexpr double k_beyond = 1e-8;
+
+/// The equations between the weights of some kinds of surroundings, and others that are known.
+class NormEquations {
+  public:
+    using Known = std::map<SurroundingsKey, std::unique_ptr<const CellNorms>>;
+
+    /// @param known  has all that drafts are made of and that are no drafts
+    NormEquations(std::map<SurroundingsKey, std::optional<CellDraft>> drafts, const Known& known);
+
+    /// The weights, or nullptr, of each draft.
+    Known solve();
+
+  private:
+    struct Child {
+        /// Per point of the child that has a weight: how far it is from where the child's corners would have it, as a
+        /// combination of the same of the parent's active points; sizes of weights.
+        std::vector<std::vector<std::pair<int, double>>> offsets;
+        const std::vector<double>* weight = nullptr;  ///< of the child's points
+    };
+    struct Kind {
+        CellDraft draft;
+        std::vector<double> weight;  ///< of the active points
+        std::vector<Child> children;
+        bool none = false;  ///< there are no weights
+    };
+    /// The points of a child that matter.
+    struct Points {
+        std::vector<int> point;
+        std::vector<CellAnchor> anchor;
+        const std::vector<double>* weight = nullptr;
+    };
+
+    std::optional<Points> points_of(const SurroundingsKey& key) const;
+    template <class Visit>
+    bool for_each_offset(const Kind& kind, const CellDraft::Child& child, const Points& points, Visit&& visit) const;
+    bool activate(Kind& kind);
+    void find_offsets(Kind& kind);
+    double improve(Kind& kind) const;
+    void spread_none();
+
+    std::map<SurroundingsKey, Kind> kinds_;
+    const Known& known_;
+};
+
+NormEquations::NormEquations(std::map<SurroundingsKey, std::optional<CellDraft>> drafts, const Known& known)
+    : known_(known) {
+    for (auto& [key, draft] : drafts) {
+        Kind& kind = kinds_[key];
+        kind.none = !draft;
+        if (draft) kind.draft = std::move(*draft);
+    }
+}
+
+std::optional<NormEquations::Points> NormEquations::points_of(const SurroundingsKey& key) const {
+    if (const auto at = kinds_.find(key); at != kinds_.end()) {
+        const Kind& kind = at->second;
+        if (kind.none) return std::nullopt;
+        Points points{kind.draft.active, {}, &kind.weight};
+        for (const int i : points.point) points.anchor.push_back(kind.draft.anchor[i]);
+        return points;
+    }
+    const CellNorms* const norms = known_.at(key).get();
+    if (norms == nullptr) return std::nullopt;
+    return Points{norms->point, norms->anchor, &norms->weight};
+}
+
+/// Visits how far the child's points are from where its corners would have them, as combinations of the parent's
+/// points. False where that is not 0 when those are where the parent's corners would have them.
+template <class Visit>
+bool NormEquations::for_each_offset(const Kind& kind, const CellDraft::Child& child, const Points& points,
+                                    Visit&& visit) const {
+    const CellDraft& draft = kind.draft;
+    std::vector<double> offset;
+    for (std::size_t j = 0; j < points.point.size(); ++j) {
+        const std::span<const double> row = draft.row(child.vertices[points.point[j]]);
+        offset.assign(row.begin(), row.end());
+        for (int k = 0; k < 4; ++k) {
+            const double a = points.anchor[j][k];
+            if (a == 0) continue;
+            const std::span<const double> corner = draft.row(child.vertices[k]);
+            for (int i = 0; i < draft.points; ++i) offset[i] -= a * corner[i];
+        }
+        if (!draft.annihilates(offset)) return false;
+        visit(offset);
+    }
+    return true;
+}
+
+/// A point that matters to a small cell does to the large one. Returns whether anything was not known before.
+bool NormEquations::activate(Kind& kind) {
+    CellDraft& draft = kind.draft;
+    const std::size_t before = draft.active.size();
+    std::vector<char> active(draft.points, 0);
+    for (const int i : draft.active) active[i] = 1;
+    for (const CellDraft::Child& child : draft.children) {
+        const std::optional<Points> points = points_of(child.key);
+        kind.none = kind.none || !points;
+        if (kind.none) return true;
+        const bool known = for_each_offset(kind, child, *points, [&](std::span<const double> offset) {
+            for (int i = 0; i < draft.points; ++i)
+                if (std::abs(offset[i]) > k_no_weight && !std::exchange(active[i], 1)) draft.active.push_back(i);
+        });
+        if (known) continue;
+        // Inside the cell the rules reproduce more than around it.
+        kind.none = draft.anchor == draft.constant();
+        draft.anchor = draft.constant();
+        return true;
+    }
+    return draft.active.size() > before;
+}
+
+void NormEquations::find_offsets(Kind& kind) {
+    const CellDraft& draft = kind.draft;
+    std::vector<int> place(draft.points, -1);
+    for (std::size_t a = 0; a < draft.active.size(); ++a) {
+        place[draft.active[a]] = static_cast<int>(a);
+        kind.weight.push_back(draft.direct[draft.active[a]]);
+    }
+    for (const CellDraft::Child& child : draft.children) {
+        const Points points = *points_of(child.key);
+        Child& terms = kind.children.emplace_back();
+        terms.weight = points.weight;
+        for_each_offset(kind, child, points, [&](std::span<const double> offset) {
+            auto& sizes = terms.offsets.emplace_back();
+            for (int i = 0; i < draft.points; ++i)
+                if (std::abs(offset[i]) > k_no_weight && draft.is_free(i))
+                    sizes.emplace_back(place[i], std::abs(offset[i]));
+        });
+    }
+}
+
+/// Returns the largest change.
+double NormEquations::improve(Kind& kind) const {
+    std::vector<double> below(kind.weight.size(), 0.0), sum(kind.weight.size());
+    for (const Child& child : kind.children) {
+        std::fill(sum.begin(), sum.end(), 0.0);
+        for (std::size_t j = 0; j < child.offsets.size(); ++j)
+            for (const auto& [a, size] : child.offsets[j]) sum[a] += (*child.weight)[j] * size;
+        for (std::size_t a = 0; a < sum.size(); ++a) below[a] = std::max(below[a], sum[a]);
+    }
+    double change = 0;
+    for (std::size_t a = 0; a < below.size(); ++a) {
+        const double now = kind.draft.direct[kind.draft.active[a]] + below[a];
+        change = std::max(change, now - kind.weight[a]);
+        kind.weight[a] = now;
+        kind.none = kind.none || now > k_most_weight;
+    }
+    return change;
+}
+
+/// What is made of something without weights has none.
+void NormEquations::spread_none() {
+    for (bool again = true; again;) {
+        again = false;
+        for (auto& [key, kind] : kinds_)
+            if (!kind.none)
+                for (const CellDraft::Child& child : kind.draft.children)
+                    if (const auto at = kinds_.find(child.key); at != kinds_.end() && at->second.none)
+                        kind.none = again = true;
+    }
+}
+
+NormEquations::Known NormEquations::solve() {
+    for (bool again = true; again;) {
+        again = false;
+        for (auto& [key, kind] : kinds_)
+            if (!kind.none && activate(kind)) again = true;
+    }
+    for (auto& [key, kind] : kinds_)
+        if (!kind.none) find_offsets(kind);
+    double change = std::numeric_limits<double>::infinity();
+    for (int round = 0; round < k_most_rounds && change > k_settled; ++round) {
+        change = 0;
+        for (auto& [key, kind] : kinds_)
+            if (!kind.none) change = std::max(change, improve(kind));
+    }
+    if (change > k_settled)
+        for (auto& [key, kind] : kinds_) kind.none = true;
+    spread_none();
+    Known result;
+    for (const auto& [key, kind] : kinds_) {
+        std::unique_ptr<CellNorms> norms;
+        if (!kind.none) {
+            norms = std::make_unique<CellNorms>();
+            for (std::size_t a = 0; a < kind.weight.size(); ++a) {
+                const int i = kind.draft.active[a];
+                if (!kind.draft.is_free(i)) continue;
+                norms->point.push_back(i);
+                norms->weight.push_back(kind.weight[a] + k_beyond);
+                norms->anchor.push_back(kind.draft.anchor[i]);
+            }
+        }
+        result.emplace(key, std::move(norms));
+    }
+    return result;
+}
+
+}  // namespace
+
+const CellNorms* CellNormTable::find(const SurroundingsKey& key) const {
+    {
+        const std::shared_lock lock(reading_);
+        if (const auto at = known_.find(key); at != known_.end()) return at->second.get();
+    }
+    const std::lock_guard writer(writing_);
+    std::map<SurroundingsKey, std::optional<CellDraft>> drafts;
+    std::vector<SurroundingsKey> queue{key};
+    while (!queue.empty()) {
+        const SurroundingsKey next = std::move(queue.back());
+        queue.pop_back();
+        if (known_.contains(next) || drafts.contains(next)) continue;
+        const std::optional<CellDraft>& draft =
+            drafts.emplace(next, draft_cell(scheme_, options_, next, corners_, rings_)).first->second;
+        if (draft)
+            for (const CellDraft::Child& child : draft->children) queue.push_back(child.key);
+    }
+    NormEquations::Known solved = NormEquations(std::move(drafts), known_).solve();
+    const std::unique_lock lock(reading_);
+    known_.merge(std::move(solved));
+    return known_.at(key).get();
+}
+
+}  // namespace tetrakis::detail
