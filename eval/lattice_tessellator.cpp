@@ -193,7 +193,7 @@ class LatticeTessellator {
                 result_.seconds.refine += watch.lap();
             }
         }
-        if (bound_) result_.certified_error = certify(forest);
+        if (bound_) result_.certified_error = certify(forest, refinement);
         if (result_.certified_error) *result_.certified_error += written_rounding(options_, result_.mesh);
         result_.seconds.measure += watch.lap();
         result_.tolerance_reached = tolerance_reached(options_, result_, tolerance_, refinement.left_over());
@@ -347,15 +347,23 @@ class LatticeTessellator {
     }
 
     /// Nothing where a face's fan has no bound.
-    std::optional<double> certify(const ForestView& forest) const {
+    std::optional<double> certify(const ForestView& forest, const Refinement& refinement) const {
         constexpr std::uint32_t k_triangles = 4096;  // between two chances to cancel
         const auto count = static_cast<std::uint32_t>(result_.mesh.triangles.size());
+        // What the bound has decided is certified already.
+        const auto decided = [&](double error) {
+            return options_.estimator == EstimatorKind::certified && error <= aim_;
+        };
         double largest = 0;
         std::vector<CellTriangle> cells;
         std::vector<FaceId> fans;
         for (std::uint32_t t = 0; t < count; ++t) {
             const OutputTriangle from = origin(forest, t);
-            if (!from.fan.valid())
+            const bool fan = from.fan.valid();
+            const double error = fan ? forest.fan_error(from.fan) : refinement.error(exported_.leaves[t]);
+            if (decided(error))
+                largest = std::max(largest, error);
+            else if (!fan)
                 cells.push_back(from.cell);
             else if (exported_.part[t] == 0)
                 fans.push_back(from.fan);

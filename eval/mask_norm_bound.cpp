@@ -13,7 +13,7 @@ namespace tetrakis {
 
 namespace {
 
-constexpr std::uint32_t k_block = 64;
+constexpr std::uint32_t k_block = 256;
 // Levels below a piece that are looked at. Around an extraordinary point the remainder halves from one to the next, so
 // that this is where it is smaller than anything asked for.
 constexpr int k_deepest = 16;
