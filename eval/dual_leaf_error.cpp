@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace tetrakis::detail {
 
@@ -76,7 +77,7 @@ void add_cells_below(const VertexCell& cell, int bits, std::vector<VertexCell>& 
 }
 
 double dual_leaf_error(const VertexForest& forest, const DualTriangles& mesh, std::span<const Vec3d> positions,
-                       std::uint32_t vertex, int bits, std::span<const Vec3d> points) {
+                       std::uint32_t vertex, LeafId leaf, int bits, std::span<const Vec3d> points) {
     const auto to_mesh = [&](const Vec3d& p) {
         double squared = std::numeric_limits<double>::infinity();
         for (std::uint32_t i = mesh.around_begin[vertex]; i < mesh.around_begin[vertex + std::size_t{1}]; ++i) {
@@ -92,7 +93,7 @@ double dual_leaf_error(const VertexForest& forest, const DualTriangles& mesh, st
     const std::uint32_t side = 1u << bits;
     const auto point = [&](std::uint32_t x, std::uint32_t y) { return points[std::size_t{y} * side + x]; };
     for (int s = 0; s < 4; ++s) {
-        if (forest.neighbours(mesh.faces.leaves[vertex], s)[0].valid()) continue;
+        if (forest.neighbours(leaf, s)[0].valid() || forest.across_crease(leaf, s).valid()) continue;
         for (std::uint32_t i = 0; i < side; ++i) {
             const Vec3d p = s == 0   ? point(i, 0)
                             : s == 1 ? point(side - 1, i)
@@ -150,31 +151,39 @@ std::vector<Vec3d> DualLeafErrors::positions(const VertexForest& forest, const D
 std::vector<double> DualLeafErrors::errors(const VertexForest& forest, const DualTriangles& mesh,
                                            std::span<const Vec3d> positions, double decide_at,
                                            const std::function<void(double)>& report) {
-    const auto error_by = [&](const Layer& layer, std::uint32_t v) {
+    // A vertex on a crease has a leaf on each side.
+    std::vector<std::uint32_t> vertex(mesh.vertex_count());
+    std::iota(vertex.begin(), vertex.end(), 0u);
+    std::vector<LeafId> leaves = mesh.faces.leaves;
+    for (const DualFaces::OtherSide& side : mesh.faces.other_sides) {
+        vertex.push_back(side.vertex);
+        leaves.push_back(side.leaf);
+    }
+    const auto error_by = [&](const Layer& layer, std::uint32_t i) {
         const std::size_t each = std::size_t{1} << (2 * layer.bits);
-        return dual_leaf_error(forest, mesh, positions, v, layer.bits,
-                               std::span(layer.points).subspan(mesh.faces.leaves[v].value * each, each));
+        return dual_leaf_error(forest, mesh, positions, vertex[i], leaves[i], layer.bits,
+                               std::span(layer.points).subspan(leaves[i].value * each, each));
     };
-    const auto& leaves = mesh.faces.leaves;
-    std::vector<double> errors(mesh.vertex_count());
+    std::vector<double> of_leaf(leaves.size()), errors(mesh.vertex_count(), 0.0);
     find(children_, forest, leaves, [&](double done) { report(0.2 * done); });
     constexpr std::uint32_t k_grain = 64;
     for_each_index(
-        mesh.vertex_count(), [&](std::uint32_t v) { errors[v] = error_by(children_, v); }, k_grain);
+        static_cast<std::uint32_t>(leaves.size()), [&](std::uint32_t i) { of_leaf[i] = error_by(children_, i); },
+        k_grain);
+    const auto raise = [&](std::uint32_t i) { errors[vertex[i]] = std::max(errors[vertex[i]], of_leaf[i]); };
+    for (std::uint32_t i = 0; i < leaves.size(); ++i) raise(i);
     std::vector<std::uint32_t> undecided;
     std::vector<LeafId> their;
-    for (std::uint32_t v = 0; v < errors.size(); ++v)
-        if (errors[v] <= decide_at) {
-            undecided.push_back(v);
-            their.push_back(leaves[v]);
+    for (std::uint32_t i = 0; i < leaves.size(); ++i)
+        if (errors[vertex[i]] <= decide_at) {
+            undecided.push_back(i);
+            their.push_back(leaves[i]);
         }
     find(grandchildren_, forest, their, [&](double done) { report(0.2 + 0.8 * done); });
     for_each_index(
         static_cast<std::uint32_t>(undecided.size()),
-        [&](std::uint32_t i) {
-            errors[undecided[i]] = std::max(errors[undecided[i]], error_by(grandchildren_, undecided[i]));
-        },
-        k_grain);
+        [&](std::uint32_t i) { of_leaf[undecided[i]] = error_by(grandchildren_, undecided[i]); }, k_grain);
+    for (const std::uint32_t i : undecided) raise(i);
     return errors;
 }
 

@@ -35,9 +35,10 @@ void add_cells_below(const VertexCell& cell, int bits, std::vector<VertexCell>& 
 /// How far the surface over a vertex's cell is from the triangles around it, and along the boundary from the mesh's, by
 /// limit points of the cells below it.
 /// @param positions  of the mesh's vertices: the vertex itself, those of the triangles around it and beside it are used
+/// @param leaf       the vertex, or one of its sides where it is on a crease
 /// @param points     as add_cells_below() orders them
 double dual_leaf_error(const VertexForest& forest, const DualTriangles& mesh, std::span<const Vec3d> positions,
-                       std::uint32_t vertex, int bits, std::span<const Vec3d> points);
+                       std::uint32_t vertex, LeafId leaf, int bits, std::span<const Vec3d> points);
 
 /// Limit points of a forest's leaves, and of their cells' children and grandchildren, which tell how far the surface is
 /// from the mesh between the leaves. Each is found when it is first needed, in large batches, and kept.

@@ -30,9 +30,9 @@ VertexRoots roots_of(const PartialLevels& points, std::string_view scheme) {
     } catch (const Error& error) {
         if (error.code() != ErrorCode::unsupported) throw;
         throw Error(ErrorCode::unsupported, std::string(scheme) +
-                                                " tessellates meshes adaptively only without sharp edges inside and "
-                                                "without corner tags inside; remove these, or refine by whole levels "
-                                                "(refine --limit): " +
+                                                " tessellates meshes adaptively only where creases inside are "
+                                                "infinitely sharp and corners stay; make them so (sharpness 10), or "
+                                                "refine by whole levels (refine --limit): " +
                                                 error.what());
     }
 }

@@ -46,11 +46,13 @@ class DualProbe {
     void errors(std::span<const LeafId> leaves, double decide_at, std::span<double> errors) {
         std::vector<std::uint32_t> vertex_of(forest_.leaf_slots(), k_none);
         for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v) vertex_of[mesh_.faces.leaves[v].value] = v;
+        for (const DualFaces::OtherSide& side : mesh_.faces.other_sides) vertex_of[side.leaf.value] = side.vertex;
         std::vector<Asked> asked;
         for (std::size_t i = 0; i < leaves.size(); ++i) {
             errors[i] = 0;
             const std::uint32_t v = vertex_of[leaves[i].value];
-            if (v != k_none && forest_.roots().hole[mesh_.faces.cells[v].root] == 0) asked.push_back({v, &errors[i]});
+            if (v != k_none && forest_.roots().hole[forest_.cell(leaves[i]).root] == 0)
+                asked.push_back({v, leaves[i], &errors[i]});
         }
         find_positions(asked);
         look(asked, 1);
@@ -64,6 +66,7 @@ class DualProbe {
     static constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
     struct Asked {
         std::uint32_t vertex;
+        LeafId leaf;  ///< on a crease the side of it that is asked for
         double* error;
     };
 
@@ -94,15 +97,15 @@ class DualProbe {
     /// Raises the errors to those by the points so many levels down.
     void look(std::span<const Asked> asked, int bits) const {
         std::vector<VertexCell> cells;
-        for (const Asked& a : asked) detail::add_cells_below(mesh_.faces.cells[a.vertex], bits, cells);
+        for (const Asked& a : asked) detail::add_cells_below(forest_.cell(a.leaf), bits, cells);
         const std::vector<Vec3d> points = limits(cells);
         const std::size_t each = std::size_t{1} << (2 * bits);
         constexpr std::uint32_t k_grain = 64;
         for_each_index(
             static_cast<std::uint32_t>(asked.size()),
             [&](std::uint32_t i) {
-                const double seen = detail::dual_leaf_error(forest_, mesh_, positions_, asked[i].vertex, bits,
-                                                            std::span(points).subspan(i * each, each));
+                const double seen = detail::dual_leaf_error(forest_, mesh_, positions_, asked[i].vertex, asked[i].leaf,
+                                                            bits, std::span(points).subspan(i * each, each));
                 if (!(seen <= *asked[i].error)) *asked[i].error = seen;
             },
             k_grain);

@@ -14,7 +14,7 @@ VertexForest::VertexForest(VertexRoots roots)
       child_(roots_.count(), k_unsplit),
       marks_(roots_.count(), 0) {}
 
-VertexForest::Across VertexForest::across(std::uint32_t slot, int side) const {
+VertexForest::Across VertexForest::beyond(std::uint32_t slot, int side) const {
     if (is_root(slot)) {
         const std::uint32_t link = roots_.link[4 * std::size_t{slot} + static_cast<std::size_t>(side)];
         return link == k_boundary ? Across{k_boundary, 0} : Across{link / 4, static_cast<int>(link % 4)};
@@ -57,6 +57,22 @@ std::array<LeafId, 2> VertexForest::neighbours(LeafId leaf, int side) const {
     return {LeafId(first + (t + 1) % 4), LeafId(first + t)};
 }
 
+LeafId VertexForest::across_crease(LeafId leaf, int side) const {
+    return is_crease(leaf.value, side) ? LeafId(beyond(leaf.value, side).slot) : LeafId{};
+}
+
+LeafId VertexForest::vertex_leaf(LeafId leaf) const {
+    LeafId first = leaf;
+    for_each_other_side(leaf.value, [&](std::uint32_t slot) {
+        if (root_of(slot) < root_of(first.value)) first = LeafId(slot);
+    });
+    return first;
+}
+
+void VertexForest::add_other_sides(LeafId leaf, std::vector<LeafId>& leaves) const {
+    for_each_other_side(leaf.value, [&](std::uint32_t slot) { leaves.emplace_back(slot); });
+}
+
 std::vector<LeafId> VertexForest::ordered_leaves() const {
     std::vector<LeafId> leaves;
     leaves.reserve(leaf_count_);
@@ -85,8 +101,8 @@ void VertexForest::require_leaves(std::span<const LeafId> leaves) const {
 
 std::uint64_t VertexForest::memory_bytes() const {
     return roots_.link.capacity() * sizeof(std::uint32_t) + roots_.face.capacity() * sizeof(FaceId) +
-           roots_.hole.capacity() + child_.capacity() * sizeof(std::uint32_t) + records_.capacity() * sizeof(Record) +
-           free_records_.capacity() * sizeof(std::uint32_t) + marks_.capacity();
+           roots_.crease.capacity() + roots_.hole.capacity() + child_.capacity() * sizeof(std::uint32_t) +
+           records_.capacity() * sizeof(Record) + free_records_.capacity() * sizeof(std::uint32_t) + marks_.capacity();
 }
 
 }  // namespace tetrakis

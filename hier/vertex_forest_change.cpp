@@ -10,7 +10,7 @@ namespace tetrakis {
 void VertexForest::link_record(std::uint32_t record) {
     Record& r = records_[record];
     for (int s = 0; s < 4; ++s) {
-        const Across next = across(r.parent, s);
+        const Across next = beyond(r.parent, s);
         std::uint32_t& link = r.link[static_cast<std::size_t>(s)];
         if (next.slot == k_boundary) {
             link = k_boundary;
@@ -32,23 +32,20 @@ void VertexForest::refine(std::span<const LeafId> marked, std::vector<LeafId>& c
                                                     std::to_string(k_max_level) + " already, the deepest");
     std::vector<std::uint32_t> splits;
     try {
-        for (const LeafId leaf : marked) {
-            if (marks_[leaf.value] != 0) continue;
-            splits.push_back(leaf.value);
-            marks_[leaf.value] = 1;
-        }
+        const auto mark = [&](std::uint32_t slot) {
+            if (marks_[slot] != 0) return;
+            splits.push_back(slot);
+            marks_[slot] = 1;
+        };
+        for (const LeafId leaf : marked) mark(leaf.value);
         // A cell's children may only lie beside cells that are as large as the cell, or smaller.
         for (std::size_t i = 0; i < splits.size(); ++i) {
             const std::uint32_t slot = splits[i];
+            for_each_other_side(slot, mark);
             if (is_root(slot)) continue;
             const Record& above = records_[record_of(slot)];
-            for (const int side : {number(slot), (number(slot) + 3) % 4}) {
-                if (above.link[static_cast<std::size_t>(side)] != k_coarser) continue;
-                const std::uint32_t next = across(above.parent, side).slot;
-                if (marks_[next] != 0) continue;
-                splits.push_back(next);
-                marks_[next] = 1;
-            }
+            for (const int side : {number(slot), (number(slot) + 3) % 4})
+                if (above.link[static_cast<std::size_t>(side)] == k_coarser) mark(across(above.parent, side).slot);
         }
         std::sort(splits.begin(), splits.end(), [&](std::uint32_t a, std::uint32_t b) {
             const int level_a = level(LeafId(a)), level_b = level(LeafId(b));
@@ -85,7 +82,7 @@ void VertexForest::refine(std::span<const LeafId> marked, std::vector<LeafId>& c
             marks_.resize(marks_.size() + 4, 0);
         }
         const VertexCell cell = this->cell(LeafId(slot));
-        records_[record] = {{}, slot, cell.root, cell.at, cell.level};
+        records_[record] = {{}, slot, cell.root, cell.at, cell.level, creases(slot)};
         child_[slot] = record;
         marks_[slot] = 0;
         for (std::uint32_t k = 0; k < 4; ++k) {
@@ -100,17 +97,26 @@ void VertexForest::refine(std::span<const LeafId> marked, std::vector<LeafId>& c
 
 // While records are chosen, marks_ is set for the slots of the cells that are to be whole again.
 
-// Whether a cell, all of whose children are leaves, has to stay split: a finer neighbour of a child that stays would be
-// two levels finer than the merged cell.
-bool VertexForest::must_stay(std::uint32_t record) const {
-    for (const std::uint32_t link : records_[record].link) {
-        if (link >= k_coarser) continue;
+// Whether a split cell beside a child of this one stays: it would be two levels finer than the merged cell.
+bool VertexForest::has_finer_beside(std::uint32_t record) const {
+    const Record& r = records_[record];
+    for (std::size_t s = 0; s < 4; ++s) {
+        const std::uint32_t link = r.link[s];
+        if (link >= k_coarser || (r.creases >> s & 1) != 0) continue;
         for (const std::uint32_t child : {link % 4, (link + 1) % 4}) {
             const std::uint32_t slot = first_child(link / 4) + child;
             if (is_split(slot) && marks_[slot] == 0) return true;
         }
     }
     return false;
+}
+
+// Whether a cell, all of whose children are leaves, has to stay split.
+bool VertexForest::must_stay(std::uint32_t record) const {
+    const Record& r = records_[record];
+    for (std::size_t s = 0; s < 4; ++s)
+        if ((r.creases >> s & 1) != 0 && marks_[records_[r.link[s] / 4].parent] == 0) return true;
+    return has_finer_beside(record);
 }
 
 // Takes the marks off until none of the marked records has to stay. If these stay, so does that: there is one largest
@@ -123,24 +129,31 @@ void VertexForest::keep_what_must_stay(std::span<const std::uint32_t> records) {
         const std::uint32_t slot = records_[record].parent;
         if (marks_[slot] == 0 || !must_stay(record)) continue;
         marks_[slot] = 0;
+        const auto look_again = [&](std::uint32_t link) {
+            if (link < k_coarser && marks_[records_[link / 4].parent] != 0) open.push_back(link / 4);
+        };
+        for (std::size_t s = 0; s < 4; ++s)
+            if ((records_[record].creases >> s & 1) != 0) look_again(records_[record].link[s]);
         if (is_root(slot)) continue;
         const Record& above = records_[record_of(slot)];
-        for (const int side : {number(slot), (number(slot) + 3) % 4}) {
-            const std::uint32_t link = above.link[static_cast<std::size_t>(side)];
-            if (link < k_coarser && marks_[records_[link / 4].parent] != 0) open.push_back(link / 4);
-        }
+        for (const int side : {number(slot), (number(slot) + 3) % 4})
+            look_again(above.link[static_cast<std::size_t>(side)]);
     }
 }
 
 std::vector<LeafId> VertexForest::mergeable_siblings(LeafId leaf) const {
     if (!is_leaf(leaf) || is_root(leaf.value)) return {};
-    const std::uint32_t record = record_of(leaf.value);
+    std::vector<std::uint32_t> together{record_of(leaf.value)};
+    for_each_other_side(records_[together.front()].parent,
+                        [&](std::uint32_t slot) { together.push_back(child_[slot]); });
     std::vector<LeafId> siblings;
-    for (std::uint32_t k = 0; k < 4; ++k) {
-        if (is_split(first_child(record) + k)) return {};
-        siblings.emplace_back(first_child(record) + k);
+    for (const std::uint32_t record : together) {
+        for (std::uint32_t k = 0; k < 4; ++k) {
+            if (is_split(first_child(record) + k)) return {};
+            siblings.emplace_back(first_child(record) + k);
+        }
+        if (has_finer_beside(record)) return {};
     }
-    if (must_stay(record)) return {};
     return siblings;
 }
 

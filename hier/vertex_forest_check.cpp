@@ -19,9 +19,10 @@ std::optional<std::string> VertexForest::check_record(std::uint32_t record) cons
     const VertexCell place = cell(LeafId(slot));
     if (r.root != place.root || r.at != place.at || r.level != place.level)
         return about(slot, "its record has another place");
+    if (r.creases != creases(slot)) return about(slot, "its record lies along other creases");
     if (r.level >= k_max_level) return about(slot, "is split below the deepest level");
     for (int s = 0; s < 4; ++s) {
-        const Across next = across(slot, s);
+        const Across next = beyond(slot, s);
         const std::string side = "side " + std::to_string(s);
         if (next.slot == k_coarser) return about(slot, side + " has a neighbour two levels coarser than its children");
         const std::uint32_t expected = next.slot == k_boundary ? k_boundary
@@ -29,6 +30,8 @@ std::optional<std::string> VertexForest::check_record(std::uint32_t record) cons
                                            ? 4 * child_[next.slot] + static_cast<std::uint32_t>(next.side)
                                            : k_coarser;
         if (r.link[static_cast<std::size_t>(s)] != expected) return about(slot, side + " has a wrong link");
+        if (is_crease(slot, s) && expected >= k_coarser)
+            return about(slot, side + " is split on one side of its crease only");
         if (expected >= k_coarser) continue;
         if (records_[expected / 4].link[expected % 4] != 4 * record + static_cast<std::uint32_t>(s))
             return about(slot, side + " has a one-way link");
@@ -38,12 +41,15 @@ std::optional<std::string> VertexForest::check_record(std::uint32_t record) cons
 
 std::optional<std::string> VertexForest::check() const {
     const std::uint32_t roots = roots_.count();
-    if (roots_.link.size() != 4 * std::size_t{roots} || roots_.hole.size() != roots)
+    if (roots_.link.size() != 4 * std::size_t{roots} || roots_.crease.size() != roots || roots_.hole.size() != roots)
         return "the arrays of roots have wrong sizes";
     for (std::uint32_t i = 0; i < roots_.link.size(); ++i) {
         const std::uint32_t link = roots_.link[i];
         if (link != k_boundary && (link >= roots_.link.size() || roots_.link[link] != i))
             return about(i / 4, "side " + std::to_string(i % 4) + " of the root has a one-way link");
+        const bool crease = is_crease(i / 4, static_cast<int>(i % 4));
+        if (crease && (link == k_boundary || !is_crease(link / 4, static_cast<int>(link % 4))))
+            return about(i / 4, "side " + std::to_string(i % 4) + " of the root has a crease without another side");
     }
     if (child_.size() != roots + 4 * records_.size() || marks_.size() != child_.size())
         return "the arrays of slots have wrong sizes";

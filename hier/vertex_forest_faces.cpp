@@ -18,15 +18,19 @@ VertexForest::Turn VertexForest::turn(std::uint32_t slot, int corner) const {
     return {leaf_at(first_child(record) + (child + 1) % 4, side), side, coarse.slot};
 }
 
+// The two ends of a crease of one edge meet on either side of it, and there is nothing between.
+constexpr std::size_t k_least_corners = 3;
+
 void VertexForest::add_leaves_around(LeafId leaf, int corner, std::vector<LeafId>& leaves) const {
     const std::size_t before = leaves.size();
     leaves.push_back(leaf);
     for (Turn at = turn(leaf.value, corner);; at = turn(at.slot, at.corner)) {
         if (at.slot == k_boundary) return leaves.resize(before);
         if (at.coarse != k_boundary) leaves.emplace_back(at.coarse);
-        if (at.slot == leaf.value && at.corner == corner) return;
+        if (at.slot == leaf.value && at.corner == corner) break;
         leaves.emplace_back(at.slot);
     }
+    if (leaves.size() - before < k_least_corners) leaves.resize(before);
 }
 
 namespace {
@@ -44,13 +48,14 @@ DualFaces VertexForest::faces() const {
     const std::vector<LeafId> leaves = ordered_leaves();
     std::vector<std::uint32_t> rank(child_.size(), 0);
     for (std::size_t i = 0; i < leaves.size(); ++i) rank[leaves[i].value] = static_cast<std::uint32_t>(i);
-    const auto root = [&](std::uint32_t slot) { return is_root(slot) ? slot : records_[record_of(slot)].root; };
-
     // The first of four siblings that are leaves: they meet in the middle.
     const auto is_whole_group = [&](std::uint32_t slot) {
         return !is_root(slot) && number(slot) == 0 && !is_split(slot + 1) && !is_split(slot + 2) && !is_split(slot + 3);
     };
     const bool any_holes = std::find(roots_.hole.begin(), roots_.hole.end(), 1) != roots_.hole.end();
+
+    const bool any_creases = std::any_of(roots_.crease.begin(), roots_.crease.end(), [](auto c) { return c != 0; });
+    const auto named = [&](std::uint32_t r) { return any_creases ? rank[vertex_leaf(leaves[r]).value] : r; };
 
     DualFaces out;
     out.face_offsets.reserve(leaves.size() + 1);
@@ -75,22 +80,22 @@ DualFaces VertexForest::faces() const {
                     if (!ours) break;
                     around.push_back(rank[at.slot]);
                 }
-                if (!ours) continue;
+                if (!ours || around.size() < k_least_corners) continue;
             }
             auto of_surface = around.begin();
-            while (any_holes && of_surface != around.end() && roots_.hole[root(leaves[*of_surface].value)] != 0)
+            while (any_holes && of_surface != around.end() && roots_.hole[root_of(leaves[*of_surface].value)] != 0)
                 ++of_surface;
             if (of_surface == around.end()) continue;
-            out.face_vertices.insert(out.face_vertices.end(), around.begin(), around.end());
+            for (const std::uint32_t r : around) out.face_vertices.push_back(named(r));
             out.face_offsets.push_back(static_cast<std::uint32_t>(out.face_vertices.size()));
-            out.control_faces.push_back(roots_.face[root(leaves[*of_surface].value)]);
+            out.control_faces.push_back(roots_.face[root_of(leaves[*of_surface].value)]);
             // In the 4-8 pattern the diagonals of a level cross at every other point.
             const VertexCell cell = this->cell(leaves[i]);
             const std::uint32_t x = cell.at.x + (c == 1 || c == 2 ? 1 : 0), y = cell.at.y + (c >= 2 ? 1 : 0);
             out.diagonal_at_first.push_back((x + y + static_cast<std::uint32_t>(c)) % 2 == 0 ? 1 : 0);
         }
-    // Leaves inside holes are in no face.
     constexpr std::uint32_t unused = std::numeric_limits<std::uint32_t>::max();
+    // Leaves inside holes are in no face.
     std::vector<std::uint32_t> vertex(leaves.size(), unused);
     for (const std::uint32_t r : out.face_vertices) vertex[r] = 0;
     for (std::size_t i = 0; i < leaves.size(); ++i) {
@@ -100,6 +105,9 @@ DualFaces VertexForest::faces() const {
         out.cells.push_back(cell(leaves[i]));
     }
     for (std::uint32_t& v : out.face_vertices) v = vertex[v];
+    for (std::uint32_t i = 0; any_creases && i < leaves.size(); ++i)
+        if (const std::uint32_t v = vertex[named(i)]; named(i) != i && v != unused)
+            out.other_sides.push_back({v, leaves[i]});
     return out;
 }
 

@@ -21,7 +21,7 @@ VertexCell ancestor(const VertexCell& cell, int level) {
 /// Refines a forest of roots until cells of one level are leaves, and all that touch them are leaves of that level.
 /// @param leaves  receives them, in the order of `cells`
 void refine_towards(VertexForest& forest, std::span<const VertexCell> cells, std::vector<LeafId>& leaves) {
-    std::vector<LeafId> open = forest.ordered_leaves(), marked;
+    std::vector<LeafId> open = forest.ordered_leaves(), marked, sides;
     // Those of a level that cells come from, or are, and their leaves.
     std::vector<std::pair<VertexCell, LeafId>> above;
     const auto find_above = [&](int level) {
@@ -39,12 +39,16 @@ void refine_towards(VertexForest& forest, std::span<const VertexCell> cells, std
     for (int l = 0; l < level; ++l) {
         marked.clear();
         for (const auto& [cell, leaf] : above) {
-            marked.push_back(leaf);
-            for (int k = 0; k < 4; ++k) {
-                forest.add_leaves_around(leaf, k, marked);
-                // At points where the surface ends there is no round, but a neighbour along it.
-                for (const LeafId across : forest.neighbours(leaf, k))
-                    if (across.valid()) marked.push_back(across);
+            sides.assign(1, leaf);
+            forest.add_other_sides(leaf, sides);
+            for (const LeafId side : sides) {
+                marked.push_back(side);
+                for (int k = 0; k < 4; ++k) {
+                    forest.add_leaves_around(side, k, marked);
+                    // At points where the surface ends there is no round, but a neighbour along it.
+                    for (const LeafId across : forest.neighbours(side, k))
+                        if (across.valid()) marked.push_back(across);
+                }
             }
         }
         forest.refine(marked, open);
@@ -104,7 +108,7 @@ class VertexFamily final : public HierarchyFamily {
         LeafView view;
         static_cast<NodeView&>(view) = view_of(node(leaf), forest_.cell(leaf));
         view.leaf.slot = leaf;
-        view.point[0] = PointId(leaf.value);
+        view.point[0] = PointId(forest_.vertex_leaf(leaf).value);
         return view;
     }
     NodeView view(const HierarchyNode& node) const override { return view_of(node, cell_of(node)); }
@@ -224,6 +228,12 @@ class VertexFamily final : public HierarchyFamily {
                 for (const LeafId across : forest_.neighbours(leaf, k))
                     if (across.valid()) list.push_back(across);
             }
+            drop_new(before);
+        }
+        // What has changed on one side of a crease are faces of the vertex on all sides.
+        for (std::size_t i = 0, count = list.size(); i < count; ++i) {
+            const std::size_t before = list.size();
+            forest_.add_other_sides(list[i], list);
             drop_new(before);
         }
         std::sort(list.begin(), list.end());

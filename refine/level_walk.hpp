@@ -32,24 +32,26 @@ inline CellFrame triangle_child(const RuleMesh& mesh, const RuleStep& step, cons
     return {step.mesh.twin(step.mesh.next(at_corner)), 1};
 }
 
-/// The half-edges that leave a dual vertex, by the corners of its cell; none where the cell ends the surface.
+/// The half-edges that leave a dual vertex, by the corners of its cell; none where the cell ends the surface, or its
+/// side of a crease.
 inline std::array<int, 4> vertex_corners(const RuleMesh& mesh, const CellFrame& frame) {
+    const auto across = [&](int h) { return mesh.sharp(h) ? RuleMesh::none : mesh.twin(h); };
     std::array<int, 4> at{RuleMesh::none, RuleMesh::none, RuleMesh::none, RuleMesh::none};
     int h = frame.halfedge;
     for (int c = frame.corner; h != RuleMesh::none && at[c] == RuleMesh::none; c = (c + 1) % 4) {
         at[c] = h;
-        h = mesh.twin(mesh.prev(h));
+        h = across(mesh.prev(h));
     }
-    h = mesh.twin(frame.halfedge);
+    h = across(frame.halfedge);
     for (int c = (frame.corner + 3) % 4; h != RuleMesh::none && at[c] == RuleMesh::none; c = (c + 3) % 4) {
         at[c] = mesh.next(h);
-        h = mesh.twin(at[c]);
+        h = across(at[c]);
     }
     return at;
 }
 
-/// Vertices in four: towards each face of the vertex, and at the boundary the points along its edges (and, where it is
-/// a corner, its own).
+/// Vertices in four: towards each face of the vertex, and at a boundary or crease the points along its edges (and,
+/// where it is a corner, its own; where a crease ends in it, that one alone).
 inline CellFrame vertex_child(const RuleMesh& mesh, const RuleStep& step, const CellFrame& frame, int child) {
     const std::array<int, 4> at = vertex_corners(mesh, frame);
     if (at[child] != RuleMesh::none) return {step.child_halfedge[at[child]], child};

@@ -157,10 +157,9 @@ struct PartialLevels::Impl {
         std::vector<Vec3d> finer(step.stencils.row_count());
         step.stencils.apply<Vec3d>(points, finer);
         points = std::move(finer);
-        // A corner's child has the corner's face at its far corner; at the end of the surface the faces of a point lie
-        // above it.
-        roots.resize(step.mesh.vertex_count());
-        for (int v = 0; v < step.mesh.vertex_count(); ++v) roots[v] = {step.mesh.first(v), 2};
+        // A corner's child has the corner's face at its far corner; at the end of the surface, and on a crease, the
+        // faces of a point lie above it.
+        roots = detail::vertex_frames(step.mesh);
         root_face.resize(roots.size());
         for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
             const int child = step.child_halfedge[h], v = step.mesh.origin(child);
@@ -225,7 +224,7 @@ struct PartialLevels::Impl {
         --w.steps;
         if (w.frame.halfedge == RuleMesh::none)
             throw Error(ErrorCode::unsupported,
-                        "an address leads to where the scheme has no vertex: its boundary recedes, or a crease ends");
+                        "an address leads to where the scheme has no vertex: a semi-sharp crease becomes smooth");
     }
 
     int vertex(const RuleMesh& level, const Walker& w) const {
@@ -245,7 +244,7 @@ struct PartialLevels::Impl {
     Step first_step;
     RuleMesh base;  // the control mesh; dual: level 1
     std::vector<Vec3d> points;
-    std::vector<CellFrame> roots;   // dual
+    std::vector<CellFrame> roots;   // dual; on a crease one for each side
     std::vector<FaceId> root_face;  // dual: of the corners' children
     mutable oneapi::tbb::enumerable_thread_specific<Worker> workers{[this] {
         return Worker{{}, detail::RuleLimitFinder(scheme, rules), {}, false};

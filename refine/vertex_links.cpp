@@ -8,62 +8,109 @@
 
 namespace tetrakis::detail {
 
+namespace {
+
+constexpr int k_first_corner = 2;
+
+/// Why a vertex does not have four children on each side of its creases; nullptr if it has.
+const char* fault(const RuleMesh& mesh, int v) {
+    constexpr const char* other_faces = "has another number of faces";
+    const RuleMesh::Ring ring = mesh.ring(v);
+    int sharp = 0;
+    for (int i = 0; i < ring.edges(); ++i) {
+        if (is_semi_sharp(ring.sharpness[i])) return "lies on a semi-sharp crease inside the mesh";
+        if (is_sharp(ring.sharpness[i])) ++sharp;
+    }
+    if (sharp == 0) return ring.faces() == 4 ? nullptr : other_faces;
+    if (sharp == 1) return ring.faces() == 3 ? nullptr : "is where a crease goes on that was semi-sharp";
+    const int sides = ring.closed ? sharp : sharp - 1;
+    const float sharpness = mesh.vertex_sharpness(v);
+    if (sharp == 2 && ring.faces() == 2 * sides) return is_sharp(sharpness) ? "is a corner between two faces" : nullptr;
+    if (ring.faces() != sides) return other_faces;
+    const bool stays = sharp > 2 || (is_sharp(sharpness) && !is_semi_sharp(sharpness));
+    return stays ? nullptr : "is a corner that does not stay one";
+}
+
+}  // namespace
+
+std::vector<CellFrame> vertex_frames(const RuleMesh& level) {
+    std::vector<CellFrame> frames(level.vertex_count()), others;
+    for (int v = 0; v < level.vertex_count(); ++v) {
+        frames[v] = {level.first(v), k_first_corner};
+        const RuleMesh::Ring ring = level.ring(v);
+        int sides = 0;
+        for (int i = 0; i < ring.faces(); ++i)
+            if (is_sharp(ring.sharpness[i]))
+                (sides++ == 0 ? frames[v] : others.emplace_back()) = {ring.halfedge[i], k_first_corner};
+    }
+    frames.insert(frames.end(), others.begin(), others.end());
+    return frames;
+}
+
 VertexRoots vertex_roots(const ControlMesh& control, const RuleMesh& mesh, std::span<const CellFrame> frames,
                          std::span<const FaceId> root_face) {
-    const auto refuse = [&](int v, const char* what) {
-        throw Error(
-            ErrorCode::unsupported,
-            "vertex quadtrees need four children of every vertex; vertex " + std::to_string(v) + " of level 1 " + what,
-            control.data().source);
-    };
+    for (int v = 0; v < mesh.vertex_count(); ++v)
+        if (const char* what = fault(mesh, v))
+            throw Error(ErrorCode::unsupported,
+                        "vertex quadtrees need four children of every vertex; vertex " + std::to_string(v) +
+                            " of level 1 " + what,
+                        control.data().source);
     VertexRoots roots;
-    const std::size_t count = static_cast<std::size_t>(mesh.vertex_count());
+    const std::size_t count = frames.size();
     std::vector<std::array<int, 4>> corners(count);
-    std::vector<signed char> corner_of(mesh.halfedge_count(), 0);
+    std::vector<std::uint32_t> place(mesh.halfedge_count(), 0);  // 4 * root + corner
+    for (std::uint32_t r = 0; r < count; ++r) {
+        corners[r] = vertex_corners(mesh, frames[r]);
+        for (std::uint32_t c = 0; c < 4; ++c)
+            if (corners[r][c] != RuleMesh::none) place[corners[r][c]] = 4 * r + c;
+    }
     roots.link.assign(4 * count, VertexRoots::outside);
+    roots.crease.resize(count, 0);
     roots.face.resize(count);
     roots.hole.resize(count);
-    for (int v = 0; v < mesh.vertex_count(); ++v) {
-        corners[v] = vertex_corners(mesh, frames[v]);
-        int faces = 0;
-        for (int c = 0; c < 4; ++c) {
-            const int h = corners[v][c];
-            if (h == RuleMesh::none) continue;
-            ++faces;
-            corner_of[h] = static_cast<signed char>(c);
-            if (mesh.sharp(h) && mesh.twin(h) != RuleMesh::none) refuse(v, "lies on a crease inside the mesh");
+    const auto side_before = [](std::uint32_t corner) { return corner / 4 * 4 + (corner + 3) % 4; };
+    for (std::uint32_t r = 0; r < count; ++r)
+        for (std::uint32_t s = 0; s < 4; ++s) {
+            const int after = corners[r][(s + 1) % 4], before = corners[r][s];
+            if (after != RuleMesh::none)
+                roots.link[4 * r + s] = place[mesh.next(after)];
+            else if (before != RuleMesh::none)
+                roots.link[4 * r + s] = side_before(place[mesh.prev(before)]);
         }
-        const RuleMesh::Ring ring = mesh.ring(v);
-        const bool tip = faces == 1 && !ring.closed, side = faces == 2 && !ring.closed;
-        if (faces != ring.faces() || (ring.closed ? faces != 4 : !tip && !side))
-            refuse(v, "has another number of faces");
-        const float sharpness = mesh.vertex_sharpness(v);
-        if (side && is_sharp(sharpness)) refuse(v, "is a corner between two faces");
-        if (tip && !(is_sharp(sharpness) && !is_semi_sharp(sharpness))) refuse(v, "is a corner that does not stay one");
-    }
-    for (std::size_t v = 0; v < count; ++v)
-        for (int s = 0; s < 4; ++s) {
-            const int after = corners[v][(s + 1) % 4], before = corners[v][s];
-            int other = RuleMesh::none, side = 0;
-            if (after != RuleMesh::none) {
-                other = mesh.next(after);
-                side = corner_of[other];
-            } else if (before != RuleMesh::none) {
-                other = mesh.prev(before);
-                side = (corner_of[other] + 3) % 4;
-            }
-            if (other == RuleMesh::none) continue;
-            roots.link[4 * v + s] =
-                4 * static_cast<std::uint32_t>(mesh.origin(other)) + static_cast<std::uint32_t>(side);
+    // The side before a crease's first face lies along the crease, and over there the one after its last.
+    for (std::uint32_t r = 0; r < count; ++r)
+        for (std::uint32_t c = 0; c < 4; ++c) {
+            const std::uint32_t side = (c + 2) % 4;
+            const int h = corners[r][c];
+            if (h == RuleMesh::none || corners[r][(c + 3) % 4] != RuleMesh::none) continue;
+            if (!mesh.sharp(h) || mesh.twin(h) == RuleMesh::none) continue;
+            if (roots.link[4 * r + side] != VertexRoots::outside) continue;  // the crease ends here
+            const std::uint32_t last = place[mesh.next(mesh.twin(h))];
+            const std::uint32_t other = last / 4 * 4 + (last + 1) % 4;
+            roots.link[4 * r + side] = other;
+            roots.link[other] = 4 * r + side;
+            roots.crease[r] = static_cast<std::uint8_t>(roots.crease[r] | 1u << side);
+            roots.crease[other / 4] = static_cast<std::uint8_t>(roots.crease[other / 4] | 1u << other % 4);
         }
     // A corner's child belongs to its face, a point of the boundary to that of the point above it; a corner of the
     // boundary, which has nothing on its left, goes with the point on its right.
-    const auto beyond = [&](std::uint32_t v, std::size_t side) { return roots.link[4 * std::size_t{v} + side]; };
-    for (std::uint32_t v = 0; v < count; ++v) {
-        std::uint32_t inside = beyond(v, 3) == VertexRoots::outside ? beyond(v, 1) / 4 : v;
-        if (!root_face[inside].valid()) inside = beyond(inside, 2) / 4;
-        roots.face[v] = root_face[inside];
-        roots.hole[v] = control.is_hole(roots.face[v]) ? 1 : 0;
+    const auto beyond = [&](std::uint32_t r, std::uint32_t side) { return roots.link[4 * std::size_t{r} + side] / 4; };
+    for (std::uint32_t r = 0; r < count; ++r) {
+        const bool corner = corners[r][2] != RuleMesh::none && corners[r][3] == RuleMesh::none;
+        std::uint32_t inside = corner ? beyond(r, 1) : r;
+        if (!root_face[inside].valid()) inside = beyond(inside, 2);
+        roots.face[r] = root_face[inside];
+        // Where a crease ends between a face and a hole, the hole does not end before it.
+        const bool dart = corners[r][0] != RuleMesh::none && corners[r][1] == RuleMesh::none;
+        if (const FaceId behind = dart ? root_face[beyond(r, 3)] : FaceId{}; behind.valid() && control.is_hole(behind))
+            roots.face[r] = behind;
+        // A corner inside the mesh belongs to the surface if a face beside it does: all of its sides are then joined.
+        for (int h = corners[r][2], i = 0; corner && roots.crease[r] != 0 && i < mesh.face_size(mesh.face(h)); ++i) {
+            const FaceId around = root_face[place[h] / 4];
+            if (control.is_hole(roots.face[r]) && around.valid()) roots.face[r] = around;
+            h = mesh.next(h);
+        }
+        roots.hole[r] = control.is_hole(roots.face[r]) ? 1 : 0;
     }
     return roots;
 }

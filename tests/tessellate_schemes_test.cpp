@@ -141,6 +141,29 @@ TEST_CASE("[inv1] [inv3] every scheme tessellates an open mesh of n-gons within 
     }
 }
 
+TEST_CASE(
+    "[inv1] [inv3] dual schemes tessellate meshes with creases that close, cross and end, on their limit surface") {
+    // Around the bottom; over the roof; two that cross on the roof's top, one to the end of the other; one edge alone.
+    for (const std::string creases :
+         {"t crease 2/1/0 0 1 10\nt crease 2/1/0 1 3 10\nt crease 2/1/0 3 2 10\nt crease 2/1/0 2 0 10\n",
+          "t crease 2/1/0 4 8 10\nt crease 2/1/0 8 7 10\n",
+          "t crease 2/1/0 4 8 10\nt crease 2/1/0 8 7 10\nt crease 2/1/0 8 5 10\nt crease 2/1/0 5 1 10\nt corner 1/1/0 "
+          "5 10\n",
+          "t crease 2/1/0 0 1 10\n"})
+        for (const char* name : {"doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest"}) {
+            CAPTURE(creases);
+            CAPTURE(name);
+            const SchemeInfo& scheme = *find_scheme(name);
+            check_against_uniform(scheme, mesh_for(scheme, k_closed + creases), 8e-3);
+        }
+    // From boundary to boundary, and from one into the mesh.
+    for (const std::string creases : {"t crease 2/1/0 1 4 10\nt crease 2/1/0 4 5 10\n", "t crease 2/1/0 1 4 10\n"}) {
+        CAPTURE(creases);
+        const SchemeInfo& scheme = *find_scheme("doo-sabin");
+        check_against_uniform(scheme, mesh_for(scheme, k_open + creases), 5e-3);
+    }
+}
+
 TEST_CASE("Catmull-Clark and Loop by other than their plain rules go by limit points, too") {
     const ControlMesh mesh = mesh_for(*find_scheme("loop"), k_closed);
     const Tessellation warren = tessellate(mesh, {.scheme = "loop",
@@ -346,8 +369,8 @@ TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use inst
               "triangulate()"));
     CHECK(has(refusal(ErrorCode::invalid_input, [&] { tessellate(mesh, {.scheme = "kobbelt", .tolerance = 1e-18}); }),
               "rounding"));
-    // Dual schemes: sharp edges inside, holes.
-    const ControlMesh sharp = mesh_for(*find_scheme("doo-sabin"), std::string(k_closed) + "t crease 2/1/0 0 1 10\n");
+    // Dual schemes: creases that turn smooth, holes.
+    const ControlMesh sharp = mesh_for(*find_scheme("doo-sabin"), std::string(k_closed) + "t crease 2/1/0 0 1 3\n");
     CHECK(has(refusal(code, [&] { tessellate(sharp, {.scheme = "doo-sabin", .tolerance = 1e-2}); }), "refine --limit"));
     const ControlMesh hole = mesh_for(*find_scheme("doo-sabin"), std::string(k_closed) + "t hole 1/0/0 0\n");
     CHECK(has(refusal(code, [&] { tessellate(hole, {.scheme = "doo-sabin", .tolerance = 1e-2}); }), "holes"));
