@@ -7,6 +7,7 @@
 #include "tetrakis/eval/tessellation_attributes.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/adaptive_dual.hpp"
+#include "tetrakis/refine/dual_charts.hpp"
 #include "tetrakis/refine/triangle_memory.hpp"
 
 #include <algorithm>
@@ -234,13 +235,35 @@ class DualTessellator {
                                              mesh.normals[begin + i] = limits[i].normal;
                                      });
         }
-        for (const FaceId f : triangles_.faces.control_faces) result_.triangle_face.push_back(f.value);
         for (const VertexCell& cell : triangles_.faces.cells)
             result_.deepest_level = std::max<int>(result_.deepest_level, cell.level);
+        if (options_.uvs && mesh_.has_uvs()) add_uvs();
+        for (const FaceId f : triangles_.faces.control_faces) result_.triangle_face.push_back(f.value);
         add_face_attributes(mesh_, result_.triangle_face, mesh);
-        if (options_.uvs && mesh_.has_uvs())
-            result_.warnings.push_back(std::string(options_.scheme.name()) +
-                                       " moves faces across the seams of texture coordinates; these are left out");
+    }
+
+    void add_uvs() {
+        context_.report("attributes", 0);
+        try {
+            const DualCharts charts(mesh_, options_.scheme.info(), options_.rules, forest_.roots());
+            DualFaces faces = forest_.faces(FaceCorners::leaves);
+            auto [uvs, face_uvs] = charts.uvs(forest_, faces, true);
+            cut_into_triangles(faces, &face_uvs);
+            TriangleMesh& mesh = result_.mesh;
+            mesh.uvs = std::move(uvs);
+            mesh.triangle_uvs.resize(mesh.triangles.size());
+            for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+                for (std::size_t k = 0; k < 3; ++k) mesh.triangle_uvs[t][k] = face_uvs[3 * t + k];
+            // What a triangle is made of goes with its UVs.
+            triangles_.faces.control_faces = std::move(faces.control_faces);
+            if (mesh_.face_varying_rule() == FaceVaryingRule::linear_all)
+                result_.warnings.push_back(
+                    "the texture coordinates were refined smoothly, not linearly as their tag asks: faces of " +
+                    std::string(options_.scheme.name()) + " do not lie in faces of the control mesh");
+        } catch (const Error& error) {
+            if (error.code() != ErrorCode::unsupported && error.code() != ErrorCode::invalid_input) throw;
+            result_.warnings.push_back("the texture coordinates were left out: " + std::string(error.what()));
+        }
     }
 
     template <class Take>

@@ -23,6 +23,14 @@ struct DualFaces {
         LeafId leaf;
     };
 
+    /// A leaf where a face is: by a corner of its cell, or, in a coarser one, in the middle of a side.
+    struct Corner {
+        static constexpr std::uint8_t k_on_side = 4;  ///< and the number of the side
+
+        LeafId leaf;  ///< on a crease that on the face's side
+        std::uint8_t at;
+    };
+
     std::vector<std::uint32_t> face_offsets{0};  ///< F + 1
     std::vector<std::uint32_t> face_vertices;    ///< numbers into `cells`, counter-clockwise
     std::vector<FaceId> control_faces;           ///< per face
@@ -30,7 +38,13 @@ struct DualFaces {
     std::vector<std::uint8_t> diagonal_at_first;
     std::vector<VertexCell> cells;       ///< per vertex; on creases, of the side with the lowest root
     std::vector<LeafId> leaves;          ///< per vertex; likewise
+    std::vector<Corner> corners;         ///< per face corner, where asked for
     std::vector<OtherSide> other_sides;  ///< in the order of their leaves
+};
+
+enum class FaceCorners {
+    vertices,  ///< DualFaces::face_vertices alone
+    leaves,    ///< DualFaces::corners as well
 };
 
 /// Restricted quadtrees of vertices, for dual schemes: a vertex is a cell, and refining it puts its four children in
@@ -95,7 +109,7 @@ class VertexForest {
     void coarsen(std::span<const LeafId> marked, std::vector<LeafId>& created);
 
     /// O(leaves).
-    DualFaces faces() const;
+    DualFaces faces(FaceCorners corners = FaceCorners::vertices) const;
 
     /// Verifies links, counts, the restriction, and that creases have the same vertices on either side. Returns the
     /// first violation, or nothing.
@@ -161,6 +175,7 @@ class VertexForest {
         std::uint32_t slot;    ///< the next leaf that has a corner there; k_boundary where the surface ends
         int corner;            ///< that corner
         std::uint32_t coarse;  ///< the leaf between, in the middle of whose side the point is; k_boundary: none
+        int coarse_side;       ///< that side
     };
     Turn turn(std::uint32_t slot, int corner) const;
 

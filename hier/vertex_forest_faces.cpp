@@ -9,13 +9,13 @@ namespace tetrakis {
 VertexForest::Turn VertexForest::turn(std::uint32_t slot, int corner) const {
     const int side = (corner + 3) % 4;
     const Across next = across(slot, side);
-    if (next.slot == k_boundary) return {k_boundary, 0, k_boundary};
-    if (next.slot != k_coarser) return {leaf_at(next.slot, next.side), next.side, k_boundary};
+    if (next.slot == k_boundary) return {k_boundary, 0, k_boundary, 0};
+    if (next.slot != k_coarser) return {leaf_at(next.slot, next.side), next.side, k_boundary, 0};
     const std::uint32_t record = record_of(slot), child = static_cast<std::uint32_t>(number(slot));
     const Across coarse = across(records_[record].parent, side);
-    if (static_cast<int>(child) == corner) return {coarse.slot, coarse.side, k_boundary};
+    if (static_cast<int>(child) == corner) return {coarse.slot, coarse.side, k_boundary, 0};
     // In the middle of the coarser cell's side, and back across the other half.
-    return {leaf_at(first_child(record) + (child + 1) % 4, side), side, coarse.slot};
+    return {leaf_at(first_child(record) + (child + 1) % 4, side), side, coarse.slot, coarse.side};
 }
 
 // The two ends of a crease of one edge meet on either side of it, and there is nothing between.
@@ -44,7 +44,7 @@ constexpr bool meets_earlier_sibling(int child, int corner) {
 
 }  // namespace
 
-DualFaces VertexForest::faces() const {
+DualFaces VertexForest::faces(FaceCorners corners) const {
     const std::vector<LeafId> leaves = ordered_leaves();
     std::vector<std::uint32_t> rank(child_.size(), 0);
     for (std::size_t i = 0; i < leaves.size(); ++i) rank[leaves[i].value] = static_cast<std::uint32_t>(i);
@@ -62,33 +62,41 @@ DualFaces VertexForest::faces() const {
     out.face_vertices.reserve(4 * leaves.size());
     out.control_faces.reserve(leaves.size());
     out.diagonal_at_first.reserve(leaves.size());
-    std::vector<std::uint32_t> around;  // ranks of the leaves that meet in a point
+    struct Meeting {
+        std::uint32_t rank;
+        int at;  // as DualFaces::Corner
+    };
+    std::vector<Meeting> around;  // the leaves that meet in a point
     for (std::uint32_t i = 0; i < leaves.size(); ++i)
         for (int c = 0; c < 4; ++c) {
             // The first of the corners that meet has the face; a coarser cell that has the point on its side has no
             // corner there.
             if (!is_root(leaves[i].value) && meets_earlier_sibling(number(leaves[i].value), c)) continue;
-            around.assign(1, i);
+            around.assign(1, {i, c});
             if (c == 2 && i + 3 < leaves.size() && is_whole_group(leaves[i].value)) {
-                around.insert(around.end(), {i + 1, i + 2, i + 3});
+                around.insert(around.end(), {{i + 1, 3}, {i + 2, 0}, {i + 3, 1}});
             } else {
                 bool ours = true;
                 for (Turn at = turn(leaves[i].value, c);; at = turn(at.slot, at.corner)) {
-                    if (at.coarse != k_boundary) around.push_back(rank[at.coarse]);
+                    if (at.coarse != k_boundary)
+                        around.push_back({rank[at.coarse], DualFaces::Corner::k_on_side + at.coarse_side});
                     if (at.slot == leaves[i].value && at.corner == c) break;
                     ours = at.slot != k_boundary && (rank[at.slot] != i ? rank[at.slot] > i : at.corner > c);
                     if (!ours) break;
-                    around.push_back(rank[at.slot]);
+                    around.push_back({rank[at.slot], at.corner});
                 }
                 if (!ours || around.size() < k_least_corners) continue;
             }
             auto of_surface = around.begin();
-            while (any_holes && of_surface != around.end() && roots_.hole[root_of(leaves[*of_surface].value)] != 0)
+            while (any_holes && of_surface != around.end() && roots_.hole[root_of(leaves[of_surface->rank].value)] != 0)
                 ++of_surface;
             if (of_surface == around.end()) continue;
-            for (const std::uint32_t r : around) out.face_vertices.push_back(named(r));
+            for (const Meeting& m : around) out.face_vertices.push_back(named(m.rank));
+            if (corners == FaceCorners::leaves)
+                for (const Meeting& m : around)
+                    out.corners.push_back({leaves[m.rank], static_cast<std::uint8_t>(m.at)});
             out.face_offsets.push_back(static_cast<std::uint32_t>(out.face_vertices.size()));
-            out.control_faces.push_back(roots_.face[root_of(leaves[*of_surface].value)]);
+            out.control_faces.push_back(roots_.face[root_of(leaves[of_surface->rank].value)]);
             // In the 4-8 pattern the diagonals of a level cross at every other point.
             const VertexCell cell = this->cell(leaves[i]);
             const std::uint32_t x = cell.at.x + (c == 1 || c == 2 ? 1 : 0), y = cell.at.y + (c >= 2 ? 1 : 0);

@@ -1,6 +1,7 @@
 #include "tetrakis/refine/adaptive_dual.hpp"
 
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/dual_charts.hpp"
 
 #include <cstddef>
 #include <utility>
@@ -8,17 +9,20 @@
 namespace tetrakis {
 
 AdaptiveDual::AdaptiveDual(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules)
-    : mesh_(&mesh), points_(mesh, scheme, rules), forest_(points_.vertex_roots()) {}
+    : mesh_(&mesh), scheme_(&scheme), rules_(rules), points_(mesh, scheme, rules), forest_(points_.vertex_roots()) {}
 
-void detail::cut_into_triangles(DualFaces& faces) {
-    std::vector<std::uint32_t> offsets{0}, vertices;
+void detail::cut_into_triangles(DualFaces& faces, std::vector<std::uint32_t>* face_uvs) {
+    std::vector<std::uint32_t> offsets{0}, vertices, uvs;
     std::vector<FaceId> control;
     for (std::uint32_t f = 0; f < faces.control_faces.size(); ++f) {
         const std::uint32_t begin = faces.face_offsets[f], size = faces.face_offsets[f + 1] - begin;
         const std::uint32_t start = size == 4 && faces.diagonal_at_first[f] == 0 ? 1 : 0;
-        const auto corner = [&](std::uint32_t k) { return faces.face_vertices[begin + (start + k) % size]; };
+        const auto corner = [&](std::uint32_t k) { return begin + (start + k) % size; };
         for (std::uint32_t k = 1; k + 1 < size; ++k) {
-            vertices.insert(vertices.end(), {corner(0), corner(k), corner(k + 1)});
+            for (const std::uint32_t c : {corner(0), corner(k), corner(k + 1)}) {
+                vertices.push_back(faces.face_vertices[c]);
+                if (face_uvs != nullptr) uvs.push_back((*face_uvs)[c]);
+            }
             offsets.push_back(static_cast<std::uint32_t>(vertices.size()));
             control.push_back(faces.control_faces[f]);
         }
@@ -26,13 +30,22 @@ void detail::cut_into_triangles(DualFaces& faces) {
     faces.face_offsets = std::move(offsets);
     faces.face_vertices = std::move(vertices);
     faces.control_faces = std::move(control);
+    faces.corners.clear();
+    if (face_uvs != nullptr) *face_uvs = std::move(uvs);
 }
 
 PolygonMesh AdaptiveDual::to_mesh(const DualMeshOptions& options) const {
-    DualFaces faces = forest_.faces();
+    const bool with_uvs = options.uvs && mesh_->has_uvs();
+    DualFaces faces = forest_.faces(with_uvs ? FaceCorners::leaves : FaceCorners::vertices);
     PolygonMesh mesh;
     mesh.positions.resize(faces.cells.size());
     with_threads(options.context, [&] {
+        if (with_uvs) {
+            auto [uvs, face_uvs] =
+                DualCharts(*mesh_, *scheme_, rules_, forest_.roots()).uvs(forest_, faces, options.limit);
+            mesh.uvs = std::move(uvs);
+            mesh.face_uvs = std::move(face_uvs);
+        }
         if (!options.limit) points_.control_positions(faces.cells, mesh.positions);
         if (!options.limit && !options.normals) return;
         std::vector<LimitPoint> limits(faces.cells.size());
@@ -43,7 +56,7 @@ PolygonMesh AdaptiveDual::to_mesh(const DualMeshOptions& options) const {
         mesh.normals.resize(limits.size());
         for (std::size_t v = 0; v < limits.size(); ++v) mesh.normals[v] = limits[v].normal;
     });
-    if (options.triangles) detail::cut_into_triangles(faces);
+    if (options.triangles) detail::cut_into_triangles(faces, with_uvs ? &mesh.face_uvs : nullptr);
     const ControlMeshData& data = mesh_->data();
     for (const FaceId f : faces.control_faces) {
         if (!data.face_material.empty()) mesh.face_material.push_back(data.face_material[f.value]);

@@ -12,6 +12,7 @@ struct DualMeshOptions {
     bool limit = true;       ///< vertices on the limit surface; else each in the net of its own level
     bool normals = false;    ///< of the limit surface
     bool triangles = false;  ///< cut the faces: quads in the 4-8 pattern
+    bool uvs = false;        ///< of the mesh's, where it has them: see DualCharts
     RunContext context{};
 };
 
@@ -29,20 +30,24 @@ class AdaptiveDual {
     const PartialLevels& points() const { return points_; }
 
     /// The leaves as a mesh without cracks: vertices are leaves, edges are the sides that two of them share, faces the
-    /// points where they meet. Materials and groups are those of control faces; no UVs.
-    /// @throws Error  unsupported: a limit that the scheme has no mask for
+    /// points where they meet. Materials and groups are those of control faces.
+    /// @throws Error  unsupported: a limit that the scheme has no mask for; as DualCharts
     PolygonMesh to_mesh(const DualMeshOptions& options = {}) const;
 
   private:
     const ControlMesh* mesh_;
+    const SchemeInfo* scheme_;
+    RuleOptions rules_;
     PartialLevels points_;
     VertexForest forest_;
 };
 
 namespace detail {
 
-/// Cuts quads along the diagonal in the 4-8 pattern, larger faces into fans. Without `diagonal_at_first` afterwards.
-void cut_into_triangles(DualFaces& faces);
+/// Cuts quads along the diagonal in the 4-8 pattern, larger faces into fans. Without `diagonal_at_first` and `corners`
+/// afterwards.
+/// @param face_uvs  if not null, cut alike: a number per face corner
+void cut_into_triangles(DualFaces& faces, std::vector<std::uint32_t>* face_uvs = nullptr);
 
 }  // namespace detail
 

@@ -38,25 +38,34 @@ std::uint32_t home_of(const SeamRun& run, int size, const Home& home) {
     return most_frequent(homes);
 }
 
-/// UVs of the corners beyond a run, from those that the chart goes on with: as many as there are, those; else evenly
-/// along them, as new UVs.
-inline void continue_uvs(const SeamRun& run, std::span<const std::uint32_t> beyond, std::span<std::uint32_t> corners,
-                         std::vector<Vec2d>& uvs) {
-    const int size = static_cast<int>(corners.size()), missing = size - run.size,
-              last = static_cast<int>(beyond.size()) - 1;
+/// Where the corners beyond a run lie along those that the chart goes on with: as many as there are, at those; else
+/// evenly.
+/// @param size    of the face
+/// @param beyond  how many the chart goes on with; nothing is visited where there are none
+/// @param visit   (i, k, t): corner i of the face lies at the share t of the way from the k-th to the next one
+template <class Visit>
+void for_each_beyond(const SeamRun& run, int size, int beyond, Visit&& visit) {
+    const int missing = size - run.size, last = beyond - 1;
     for (int i = 0; i < missing && last >= 0; ++i) {
         const double along = missing == 1 ? 0.5 * last : double(i) * last / (missing - 1);
         const int k = std::min(static_cast<int>(along), std::max(last - 1, 0));
-        const double t = along - k;
-        std::uint32_t& to = corners[static_cast<std::size_t>((run.first + run.size + i) % size)];
-        const auto at = static_cast<std::size_t>(k);
-        if (t == 0 || t == 1) {
-            to = beyond[t == 0 ? at : at + 1];
-        } else {
-            to = static_cast<std::uint32_t>(uvs.size());
-            uvs.push_back((1 - t) * uvs[beyond[at]] + t * uvs[beyond[at + 1]]);
-        }
+        visit((run.first + run.size + i) % size, static_cast<std::size_t>(k), along - k);
     }
+}
+
+/// UVs of the corners beyond a run, from those that the chart goes on with, or as new ones between them.
+inline void continue_uvs(const SeamRun& run, std::span<const std::uint32_t> beyond, std::span<std::uint32_t> corners,
+                         std::vector<Vec2d>& uvs) {
+    for_each_beyond(run, static_cast<int>(corners.size()), static_cast<int>(beyond.size()),
+                    [&](int i, std::size_t k, double t) {
+                        std::uint32_t& to = corners[static_cast<std::size_t>(i)];
+                        if (t == 0 || t == 1) {
+                            to = beyond[t == 0 ? k : k + 1];
+                        } else {
+                            to = static_cast<std::uint32_t>(uvs.size());
+                            uvs.push_back((1 - t) * uvs[beyond[k]] + t * uvs[beyond[k + 1]]);
+                        }
+                    });
 }
 
 }  // namespace tetrakis::detail

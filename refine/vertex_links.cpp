@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/error.hpp"
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <vector>
@@ -14,19 +15,19 @@ constexpr int k_first_corner = 2;
 
 /// Why a vertex does not have four children on each side of its creases; nullptr if it has.
 const char* fault(const RuleMesh& mesh, int v) {
-    constexpr const char* other_faces = "has another number of faces";
+    constexpr const char* turns_smooth = "is where a semi-sharp crease turns smooth";
     const RuleMesh::Ring ring = mesh.ring(v);
     int sharp = 0;
     for (int i = 0; i < ring.edges(); ++i) {
         if (is_semi_sharp(ring.sharpness[i])) return "lies on a semi-sharp crease inside the mesh";
         if (is_sharp(ring.sharpness[i])) ++sharp;
     }
-    if (sharp == 0) return ring.faces() == 4 ? nullptr : other_faces;
-    if (sharp == 1) return ring.faces() == 3 ? nullptr : "is where a crease goes on that was semi-sharp";
+    if (sharp == 0) return ring.faces() == 4 ? nullptr : "has another number of faces";
+    if (sharp == 1) return ring.faces() == 3 ? nullptr : turns_smooth;
     const int sides = ring.closed ? sharp : sharp - 1;
     const float sharpness = mesh.vertex_sharpness(v);
     if (sharp == 2 && ring.faces() == 2 * sides) return is_sharp(sharpness) ? "is a corner between two faces" : nullptr;
-    if (ring.faces() != sides) return other_faces;
+    if (ring.faces() != sides) return turns_smooth;
     const bool stays = sharp > 2 || (is_sharp(sharpness) && !is_semi_sharp(sharpness));
     return stays ? nullptr : "is a corner that does not stay one";
 }
@@ -92,13 +93,16 @@ VertexRoots vertex_roots(const ControlMesh& control, const RuleMesh& mesh, std::
             roots.crease[r] = static_cast<std::uint8_t>(roots.crease[r] | 1u << side);
             roots.crease[other / 4] = static_cast<std::uint8_t>(roots.crease[other / 4] | 1u << other % 4);
         }
-    // A corner's child belongs to its face, a point of the boundary to that of the point above it; a corner of the
-    // boundary, which has nothing on its left, goes with the point on its right.
+    // A corner's child belongs to its face, a point of a boundary or crease to that of the point above it; a corner of
+    // these to the one of the two beside it whose point above has the lower number.
     const auto beyond = [&](std::uint32_t r, std::uint32_t side) { return roots.link[4 * std::size_t{r} + side] / 4; };
     for (std::uint32_t r = 0; r < count; ++r) {
         const bool corner = corners[r][2] != RuleMesh::none && corners[r][3] == RuleMesh::none;
-        std::uint32_t inside = corner ? beyond(r, 1) : r;
-        if (!root_face[inside].valid()) inside = beyond(inside, 2);
+        std::uint32_t inside = r;
+        if (corner)
+            inside = std::min(beyond(beyond(r, 1), 2), beyond(beyond(r, 2), 2));
+        else if (!root_face[r].valid())
+            inside = beyond(r, 2);
         roots.face[r] = root_face[inside];
         // Where a crease ends between a face and a hole, the hole does not end before it.
         const bool dart = corners[r][0] != RuleMesh::none && corners[r][1] == RuleMesh::none;

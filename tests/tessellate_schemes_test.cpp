@@ -302,8 +302,8 @@ TEST_CASE("linear schemes: certified by their polynomials, and coarse where the 
     }
 }
 
-TEST_CASE("texture coordinates follow a scheme that splits faces, seams included; dual schemes leave them out") {
-    // A flat grid whose two charts are linear in x and y: rules of linear precision leave them so.
+TEST_CASE("texture coordinates follow a scheme, seams included") {
+    // A grid whose two charts are linear in x and y: rules of linear precision leave them so.
     std::string text;
     for (int y = 0; y <= 4; ++y)
         for (int x = 0; x <= 4; ++x)
@@ -314,7 +314,9 @@ TEST_CASE("texture coordinates follow a scheme that splits faces, seams included
                     .append(std::to_string(a))
                     .append(1, ' ')
                     .append(std::to_string(b))
-                    .append(tag == std::string("v") ? " 0\n" : "\n");
+                    .append(tag != std::string("v") ? "\n"
+                            : x == 1 && y == 2      ? " 1\n"
+                                                    : " 0\n");
     for (int y = 0; y < 4; ++y)
         for (int x = 0; x < 4; ++x) {
             text += "f";
@@ -330,6 +332,7 @@ TEST_CASE("texture coordinates follow a scheme that splits faces, seams included
         const ControlMesh mesh = mesh_for(*find_scheme(name), text);
         const Tessellation result =
             tessellate(mesh, {.scheme = std::string_view(name), .tolerance = 1e-2, .min_level = 2, .measure = false});
+        CHECK(result.warnings.empty());
         REQUIRE(result.mesh.triangle_uvs.size() == result.mesh.triangles.size());
         double off = 0;
         for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t) {
@@ -343,7 +346,35 @@ TEST_CASE("texture coordinates follow a scheme that splits faces, seams included
         }
         CHECK(off < 1e-6);  // the text's digits
     }
-    const ControlMesh mesh = mesh_for(*find_scheme("doo-sabin"), text);
+    for (const std::string name : {"doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest", "biquartic"}) {
+        CAPTURE(name);
+        const ControlMesh mesh = mesh_for(*find_scheme(name), text);
+        const Tessellation result =
+            tessellate(mesh, {.scheme = std::string_view(name), .tolerance = 1e-3, .measure = false});
+        CHECK(result.warnings.empty());
+        CHECK(result.deepest_level >= 2);
+        REQUIRE(result.mesh.triangle_uvs.size() == result.mesh.triangles.size());
+        double off = 0;
+        int wrong = 0;
+        for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t) {
+            // A triangle across the seam has the UVs of one side, all its corners.
+            double centre = 0, off_first = 0, off_second = 0;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const Vec3d p = result.mesh.positions[result.mesh.triangles[t][k]];
+                const Vec2d uv = result.mesh.uvs[result.mesh.triangle_uvs[t][k]];
+                centre += p.x / 3;
+                off_first = std::max(off_first, glm::length(uv - Vec2d(0.1 * p.x, 0.2 * p.y)));
+                off_second = std::max(off_second, glm::length(uv - Vec2d(0.1 * p.x + 0.5, 0.2 * p.y)));
+            }
+            off = std::max(off, std::min(off_first, off_second));
+            wrong += centre < 1.5 ? off_first > 0.1 : centre > 2.5 && off_second > 0.1;
+        }
+        CHECK(off < 1e-6);
+        CHECK(wrong == 0);
+    }
+    // A seam along a crease that ends inside has no charts to go on with.
+    const ControlMesh mesh =
+        mesh_for(*find_scheme("doo-sabin"), text + "t crease 2/1/0 2 7 10\nt crease 2/1/0 7 12 10\n");
     const Tessellation dual = tessellate(mesh, {.scheme = "doo-sabin", .tolerance = 1e-2, .measure = false});
     CHECK(dual.mesh.uvs.empty());
     REQUIRE(dual.warnings.size() == 1);
