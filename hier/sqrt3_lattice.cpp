@@ -1,5 +1,7 @@
 #include "tetrakis/hier/sqrt3_lattice.hpp"
 
+#include <algorithm>
+
 namespace tetrakis {
 
 namespace {
@@ -10,7 +12,13 @@ constexpr std::size_t k_most_twins = 1u << 16;
 }  // namespace
 
 Sqrt3Lattice::Sqrt3Lattice(const ControlMesh& mesh) : mesh_(&mesh) {
-    for (std::uint32_t e = 0; e < mesh.edge_count() && closed_; ++e) closed_ = !mesh.is_boundary(EdgeId(e));
+    for (std::uint32_t e = 0; e < mesh.edge_count(); ++e) {
+        if (mesh.is_boundary(EdgeId(e)))
+            smooth_ = false;
+        else if (mesh.sharpness(EdgeId(e)) > 0)
+            smooth_ = !(creased_ = true);
+    }
+    for (std::uint32_t v = 0; v < mesh.vertex_count() && !tagged_; ++v) tagged_ = mesh.sharpness(VertexId(v)) > 0;
 }
 
 int Sqrt3Lattice::max_level(const ControlMesh& mesh) {
@@ -21,21 +29,23 @@ int Sqrt3Lattice::max_level(const ControlMesh& mesh) {
 }
 
 std::uint64_t Sqrt3Lattice::cut_side(int level, std::uint64_t f) {
-    // Only the first half-edge of a face can be on the boundary after the step that keeps boundary edges.
-    return cuts_boundary(level) && twin(level, 3 * f) == none ? 3 * f : none;
+    // Only the first half-edge of a face can be sharp after the step that keeps sharp edges.
+    return cuts(level) && twin(level, 3 * f) == none ? 3 * f : none;
 }
 
 std::uint64_t Sqrt3Lattice::twin(int level, std::uint64_t h) {
     if (level == 0) {
-        const HalfedgeId t = mesh_->twin(HalfedgeId(static_cast<std::uint32_t>(h)));
-        return t.valid() ? t.value : none;
+        const HalfedgeId at(static_cast<std::uint32_t>(h)), t = mesh_->twin(at);
+        return t.valid() && !(mesh_->sharpness(mesh_->edge(at)) > 0) ? t.value : none;
     }
-    // Without boundary each level asks the one above for a single twin, which is cheaper than to look it up.
-    if (closed_) return find_twin(level, h);
+    // Without sharp edges each level asks the one above for a single twin, which is cheaper than to look it up.
+    if (smooth_) return find_twin(level, h);
     if (twins_.size() <= static_cast<std::size_t>(level)) twins_.resize(static_cast<std::size_t>(level) + 1);
     const auto& known = twins_[static_cast<std::size_t>(level)];
     if (const auto at = known.find(h); at != known.end()) return at->second;
-    const std::uint64_t found = find_twin(level, h);
+    std::uint64_t found = find_twin(level, h);
+    if (found == none && level % 2 == 0)
+        if (const Crease ended = crease(level, h); ended.beyond != none && !(ended.sharpness > 0)) found = ended.beyond;
     auto& twins = twins_[static_cast<std::size_t>(level)];
     if (twins.size() > k_most_twins) twins.clear();
     twins.emplace(h, found);
@@ -45,7 +55,7 @@ std::uint64_t Sqrt3Lattice::twin(int level, std::uint64_t h) {
 std::uint64_t Sqrt3Lattice::find_twin(int level, std::uint64_t x) {
     const int above = level - 1;
     const std::uint64_t h = x / 3, j = x % 3, t = twin(above, h);
-    if (!cuts_boundary(above)) {
+    if (!cuts(above)) {
         if (j == 0) return t == none ? none : 3 * next(t) + 2;
         if (j == 1) return t == none ? 3 * next(h) + 2 : 3 * t + 1;
         const std::uint64_t side = twin(above, prev(h));
@@ -67,11 +77,55 @@ std::uint64_t Sqrt3Lattice::find_twin(int level, std::uint64_t x) {
     return prev(h) == s ? none : 3 * s + 2;
 }
 
-Sqrt3Vertex Sqrt3Lattice::apex(int level, std::uint64_t h) {
+Sqrt3Lattice::Crease Sqrt3Lattice::crease(int level, std::uint64_t x) {
+    if (!creased_) return {};
+    if (level == 0) {
+        const HalfedgeId at(static_cast<std::uint32_t>(x)), t = mesh_->twin(at);
+        const float sharpness = mesh_->sharpness(mesh_->edge(at));
+        return t.valid() && sharpness > 0 ? Crease{t.value, sharpness} : Crease{};
+    }
+    const int above = level - 1;
+    const std::uint64_t h = x / 3, j = x % 3;
+    if (j == 1) return {};
+    if (!cuts(above)) {
+        const Crease kept = j == 0 ? crease(above, h) : Crease{};
+        return kept.sharpness > 0 ? Crease{3 * kept.beyond, kept.sharpness} : Crease{};
+    }
+    // Of the thirds of a cut edge s, from a to b in the triangle (a, b, o), the triangle across o -> a has the first,
+    // that of s the second, that of b -> o the third; seen from the other side they are the third, second and first.
+    const auto third = [&](std::uint64_t s, auto&& other) {
+        const Crease cut = crease(above, s);
+        return cut.sharpness > 0 ? Crease{other(cut.beyond), std::max(cut.sharpness - 1, 0.0f)} : Crease{};
+    };
+    const std::uint64_t s = cut_side(above, face(h));
+    if (j == 2) {
+        if (s == none || prev(h) != s) return {};
+        return third(s, [&](std::uint64_t beyond) { return 3 * twin(above, prev(beyond)); });
+    }
+    if (h == s) return third(s, [](std::uint64_t beyond) { return 3 * beyond; });
+    const std::uint64_t t = twin(above, h), across = cut_side(above, face(t));
+    if (across == none || next(t) != across) return {};
+    return third(across, [](std::uint64_t beyond) { return 3 * next(beyond) + 2; });
+}
+
+float Sqrt3Lattice::sharpness(int level, std::uint64_t h) {
+    if (twin(level, h) != none) return 0;
+    const Crease on = crease(level, h);
+    return on.beyond == none ? k_sharpness_infinity : on.sharpness;
+}
+
+Sqrt3Vertex Sqrt3Lattice::on_edge(int level, std::uint64_t h, Sqrt3Vertex::Kind kind) {
+    using Kind = Sqrt3Vertex::Kind;
     const auto birth = static_cast<std::uint8_t>(level + 1);
+    const std::uint64_t other = beyond(level, h);
+    if (other > h) return {h, birth, kind};  // or none
+    return {other, birth, kind == Kind::first ? Kind::second : Kind::first};
+}
+
+Sqrt3Vertex Sqrt3Lattice::apex(int level, std::uint64_t h) {
     const std::uint64_t s = cut_side(level, face(h));
-    if (s == none) return {face(h), birth, Sqrt3Vertex::Kind::centre};
-    return {s, birth, next(s) == h ? Sqrt3Vertex::Kind::second : Sqrt3Vertex::Kind::first};
+    if (s == none) return {face(h), static_cast<std::uint8_t>(level + 1), Sqrt3Vertex::Kind::centre};
+    return on_edge(level, s, next(s) == h ? Sqrt3Vertex::Kind::second : Sqrt3Vertex::Kind::first);
 }
 
 Sqrt3Vertex Sqrt3Lattice::origin(int level, std::uint64_t x) {
@@ -81,7 +135,7 @@ Sqrt3Vertex Sqrt3Lattice::origin(int level, std::uint64_t x) {
     const int above = level - 1;
     const std::uint64_t h = x / 3, j = x % 3;
     if (cut_side(above, face(h)) == h)
-        return {h, static_cast<std::uint8_t>(level), j == 0 ? Sqrt3Vertex::Kind::first : Sqrt3Vertex::Kind::second};
+        return on_edge(above, h, j == 0 ? Sqrt3Vertex::Kind::first : Sqrt3Vertex::Kind::second);
     return j == 2 ? apex(above, h) : apex(above, twin(above, h));
 }
 
@@ -90,7 +144,7 @@ std::uint64_t Sqrt3Lattice::before(int level, std::uint64_t x) {
     const std::uint64_t h = x / 3, j = x % 3;
     if (cut_side(above, face(h)) == h) return j == 2 ? prev(h) : none;
     if (j == 0) return h;
-    return j == 1 && !cuts_boundary(above) && twin(above, h) == none ? next(h) : none;
+    return j == 1 && !cuts(above) && twin(above, h) == none ? next(h) : none;
 }
 
 std::uint64_t Sqrt3Lattice::after(int level, std::uint64_t h) {

@@ -16,15 +16,19 @@ namespace tetrakis {
 /// Faces of one level of sqrt(3) refinement, in the order of their numbers, and how they lie together. Half-edge
 /// 3 i + j is side j of face i; where a number below is none or outside, it is no half-edge.
 struct Sqrt3Level {
-    static constexpr std::uint32_t none = 0xFFFF'FFFFu;     ///< beyond the boundary
+    static constexpr std::uint32_t none = 0xFFFF'FFFFu;     ///< beyond a sharp edge
     static constexpr std::uint32_t outside = 0xFFFF'FFFEu;  ///< a face that has not been raised, or its point
 
     detail::PoolVector<std::uint64_t> number;  ///< per face: the lattice's
-    detail::PoolVector<std::uint32_t> twin;    ///< per half-edge
+    detail::PoolVector<std::uint32_t> twin;    ///< per half-edge: across a smooth edge
+    /// Per half-edge, empty on meshes without creases: the one across a crease, else none; how sharp the crease is.
+    detail::PoolVector<std::uint32_t> beyond;
+    detail::PoolVector<float> sharpness;
     detail::PoolVector<std::uint32_t> vertex;  ///< per half-edge: its origin, in Sqrt3Levels::vertices
-    detail::PoolVector<std::uint32_t> apex;    ///< per face: its point of the next level, of which a cut side has two
-    detail::PoolVector<std::uint32_t> child;   ///< per face: the first of three of the next level, or outside
-    detail::PoolVector<std::uint8_t> split;    ///< per face
+    /// Per face: its point of the next level; where a side is cut, the one over the first and third half-edge.
+    detail::PoolVector<std::uint32_t> apex;
+    detail::PoolVector<std::uint32_t> child;  ///< per face: the first of three of the next level, or outside
+    detail::PoolVector<std::uint8_t> split;   ///< per face
 
     std::uint32_t face_count() const { return static_cast<std::uint32_t>(number.size()); }
     static bool there(std::uint32_t h) { return h < outside; }
@@ -77,7 +81,20 @@ class Sqrt3Levels {
     std::uint32_t apex(int level, std::uint32_t h) const {
         const Sqrt3Level& at = levels[static_cast<std::size_t>(level)];
         const std::uint32_t first = at.apex[h / 3];
-        return first + (vertices[first].kind == Sqrt3Vertex::Kind::first && h % 3 == 1 ? 1 : 0);
+        return h % 3 == 1 ? beside(first) : first;
+    }
+    /// The other point of a cut edge, from the one that a face has for its apex; any other point itself.
+    std::uint32_t beside(std::uint32_t apex) const {
+        switch (vertices[apex].kind) {
+            case Sqrt3Vertex::Kind::first:
+                return apex + 1;
+            case Sqrt3Vertex::Kind::second:
+                return apex - 1;  // of a crease, from the side that has not named them
+            case Sqrt3Vertex::Kind::centre:
+            case Sqrt3Vertex::Kind::control:
+                break;
+        }
+        return apex;
     }
     /// What a call of for_each_leaf() says, as the lattice names it.
     Sqrt3Leaf leaf(int level, std::uint32_t face, bool half, FaceId control_face) const;
@@ -93,7 +110,8 @@ class Sqrt3Levels {
                                                 int rings) const;
     void add_beside_cuts(const Sqrt3Level& level, detail::PoolVector<std::uint8_t>& faces) const;
     void raise(Sqrt3Level& level, int index, std::span<const std::uint8_t> faces, Sqrt3Level& finer);
-    void link(const Sqrt3Level& level, bool cuts_boundary, Sqrt3Level& finer) const;
+    void link(const Sqrt3Level& level, bool cuts, Sqrt3Level& finer) const;
+    void link_creases(const Sqrt3Level& level, bool cuts, Sqrt3Level& finer) const;
 };
 
 }  // namespace tetrakis

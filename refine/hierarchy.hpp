@@ -74,7 +74,7 @@ struct HierarchyMesh {
 /// * "vertices" (Doo-Sabin, midedge, biquartic, averaging with an odd number of steps): nodes are vertices, which have
 ///   four children; the mesh has the leaves as vertices and a face where they meet. Sites: cells (cell_site()); each is
 ///   a vertex of its own level only. See VertexForest;
-/// * "sqrt3" (triangles without sharp edges inside): roots are the faces. A split puts three half triangles in a
+/// * "sqrt3" (triangles): roots are the faces. A split puts three half triangles in a
 ///   triangle's place, from its edges to its centre; where the triangle beyond an edge is split, too, both half ones
 ///   become whole, over the flipped edge. So a triangle's children are halves, and a half's only child is the whole
 ///   one: two depths are one level, a simple step, two of which are one level of refine(). Splitting a half triangle is

@@ -9,6 +9,7 @@
 namespace tetrakis::detail {
 
 Sqrt3Net::Sqrt3Net(const ControlMesh& mesh, const Sqrt3Levels& levels) : mesh_(&mesh), levels_(&levels) {
+    for (std::uint32_t v = 0; v < mesh.vertex_count() && !tagged_; ++v) tagged_ = is_sharp(mesh.sharpness(VertexId(v)));
     const std::size_t count = levels.vertices.size();
     points_ = reinterpret_cast<Vec3d*>(memory_[0].reserve(3 * count));
     next_points_ = reinterpret_cast<Vec3d*>(memory_[1].reserve(3 * count));
@@ -21,39 +22,67 @@ Sqrt3Net::Sqrt3Net(const ControlMesh& mesh, const Sqrt3Levels& levels) : mesh_(&
 bool Sqrt3Net::gather(std::uint32_t leaving) {
     const Sqrt3Level& level = here();
     const std::uint32_t v = level.vertex[leaving];
-    const auto add = [&](std::uint32_t at) {
-        const std::uint32_t w = level.vertex[at];
-        if (!Sqrt3Level::there(w) || has_[w] == 0) return false;
-        ring_.around.push_back(points_[w]);
-        return true;
-    };
     if (has_[v] == 0) return false;
     ring_.point = points_[v];
-    ring_.corner = false;
     ring_.closed = true;
+    ring_.rule = VertexRule::smooth;
+    ring_.finite = false;
     ring_.around.clear();
     for (std::uint32_t h = leaving;;) {
-        if (!add(Sqrt3Level::next(h))) return false;
+        const std::uint32_t w = level.vertex[Sqrt3Level::next(h)];
+        if (!Sqrt3Level::there(w) || has_[w] == 0) return false;
+        ring_.around.push_back(points_[w]);
         h = level.twin[Sqrt3Level::prev(h)];
-        if (h == leaving) return true;
+        if (h == leaving) break;
         if (h == Sqrt3Level::outside) return false;
-        if (h == Sqrt3Level::none) break;
+        if (h == Sqrt3Level::none) return gather_sharp(leaving);
     }
-    ring_.closed = false;
-    ring_.corner = Sqrt3Rules::is_corner(*mesh_, levels_->vertices[v]);
-    // Clockwise to the boundary, and from there once more.
-    std::uint32_t h = leaving;
-    for (std::uint32_t t = level.twin[h]; t != Sqrt3Level::none; t = level.twin[h]) {
+    if (tagged_) Sqrt3Tags().finish(Sqrt3Rules::vertex_sharpness(*mesh_, levels_->vertices[v], level_), ring_);
+    return true;
+}
+
+// The same where some of the edges are sharp, as Sqrt3Points has it.
+bool Sqrt3Net::gather_sharp(std::uint32_t leaving) {
+    const Sqrt3Level& level = here();
+    const bool creases = !level.beyond.empty();
+    const auto across = [&](std::uint32_t h) {
+        const std::uint32_t t = level.twin[h];
+        return t == Sqrt3Level::none && creases ? level.beyond[h] : t;
+    };
+    // Clockwise to the boundary, or all around.
+    std::uint32_t start = leaving;
+    for (;;) {
+        const std::uint32_t t = across(start);
         if (t == Sqrt3Level::outside) return false;
-        h = Sqrt3Level::next(t);
+        ring_.closed = t != Sqrt3Level::none;
+        if (!ring_.closed) break;
+        start = Sqrt3Level::next(t);
+        if (start == leaving) break;
     }
     ring_.around.clear();
-    for (;;) {
-        if (!add(Sqrt3Level::next(h))) return false;
-        const std::uint32_t behind = Sqrt3Level::prev(h), t = level.twin[behind];
-        if (t == Sqrt3Level::none) return add(behind);
-        h = t;
+    around_.clear();
+    Sqrt3Tags tags;
+    const auto add = [&](std::uint32_t edge, std::uint32_t to) {
+        const std::uint32_t w = level.vertex[to];
+        if (!Sqrt3Level::there(w) || has_[w] == 0) return false;
+        if (level.twin[edge] == Sqrt3Level::none) {
+            const bool crease = creases && level.beyond[edge] != Sqrt3Level::none;
+            tags.edge(ring_.around.size(), crease ? level.sharpness[edge] : k_sharpness_infinity);
+        }
+        ring_.around.push_back(points_[w]);
+        around_.push_back(w);
+        return true;
+    };
+    for (std::uint32_t h = start;;) {
+        if (!add(h, Sqrt3Level::next(h))) return false;
+        const std::uint32_t behind = Sqrt3Level::prev(h);
+        h = across(behind);
+        if (h == Sqrt3Level::outside) return false;
+        if (h == Sqrt3Level::none && !add(behind, behind)) return false;
+        if (h == Sqrt3Level::none || h == start) break;
     }
+    tags.finish(Sqrt3Rules::vertex_sharpness(*mesh_, levels_->vertices[level.vertex[leaving]], level_), ring_);
+    return true;
 }
 
 bool Sqrt3Net::beside_cut(std::uint32_t leaving) const {
@@ -70,8 +99,31 @@ bool Sqrt3Net::beside_cut(std::uint32_t leaving) const {
 // that has been gathered.
 bool Sqrt3Net::has_limit(std::uint32_t vertex, std::uint32_t leaving) const {
     const int birth = levels_->vertices[vertex].birth;
-    if (birth == level_) return level_ % 2 == 0 || (ring_.closed && !beside_cut(leaving));
+    if (birth == level_) return level_ % 2 == 0 || !beside_cut(leaving);
     return birth + 1 == level_ && level_ % 2 == 0;
+}
+
+void Sqrt3Net::put_limit(const Limits& limits, std::uint32_t leaving, std::uint32_t to) {
+    limits.found[to] = 1;
+    // What a crease goes to may be a dart (Sqrt3Points::limit()).
+    const auto may_be_dart = [&](std::size_t i) {
+        return levels_->vertices[around_[i]].kind == Sqrt3Vertex::Kind::control;
+    };
+    const bool crease = ring_.rule == VertexRule::crease && !here().beyond.empty();
+    if (ring_.finite || ring_.rule == VertexRule::dart ||
+        (crease && (may_be_dart(ring_.along[0]) || may_be_dart(ring_.along[1])))) {
+        if (!points_alone_) points_alone_.emplace(*mesh_);
+        const Sqrt3Level& level = here();
+        const LimitPoint point = points_alone_->limit(level_, 3 * level.number[leaving / 3] + leaving % 3);
+        limits.positions[to] = point.position;
+        if (!limits.normals.empty()) limits.normals[to] = point.normal;
+    } else if (limits.normals.empty()) {
+        limits.positions[to] = rules_.limit_position(ring_);
+    } else {
+        const LimitPoint point = rules_.limit(ring_);
+        limits.positions[to] = point.position;
+        limits.normals[to] = point.normal;
+    }
 }
 
 void Sqrt3Net::add_apex(std::uint32_t face) {
@@ -91,9 +143,14 @@ void Sqrt3Net::add_apex(std::uint32_t face) {
     }
     for (std::uint32_t k = 0; k < 2; ++k) {
         if (!gather(3 * face + k)) continue;
-        const Vec3d& beyond = k == 0 ? ring_.around.back() : ring_.around.front();
-        next_points_[v + k] = Sqrt3Rules::beside(corner[k], corner[1 - k], ring_.corner ? nullptr : &beyond);
-        next_has_[v + k] = 1;
+        const Vec3d* beyond = nullptr;
+        if (ring_.rule == VertexRule::crease) {
+            const std::uint32_t other = around_[ring_.along[0]] == level.vertex[3 * face + 1 - k] ? 1 : 0;
+            beyond = &ring_.around[ring_.along[other]];
+        }
+        const std::uint32_t to = k == 0 ? v : levels_->beside(v);
+        next_points_[to] = Sqrt3Rules::beside(corner[k], corner[1 - k], beyond);
+        next_has_[to] = 1;
     }
 }
 
@@ -110,16 +167,7 @@ void Sqrt3Net::step(const Limits& limits) {
         const std::uint32_t to = limits.number.empty() ? no_number : limits.number[v];
         const bool asked = to != no_number && limits.found[to] == 0;
         if ((last && !asked) || !gather(h)) continue;
-        if (asked && has_limit(v, h)) {
-            if (limits.normals.empty()) {
-                limits.positions[to] = rules_.limit_position(ring_);
-            } else {
-                const LimitPoint point = rules_.limit(ring_);
-                limits.positions[to] = point.position;
-                limits.normals[to] = point.normal;
-            }
-            limits.found[to] = 1;
-        }
+        if (asked && has_limit(v, h)) put_limit(limits, h, to);
         if (last) continue;
         next_points_[v] = rules_.moved(ring_, level_ % 2 != 0);
         next_has_[v] = 1;

@@ -3,9 +3,11 @@
 #include "tetrakis/hier/huge_buffer.hpp"
 #include "tetrakis/hier/pool_memory.hpp"
 #include "tetrakis/hier/sqrt3_levels.hpp"
+#include "tetrakis/refine/sqrt3_points.hpp"
 #include "tetrakis/refine/sqrt3_rules.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -40,6 +42,8 @@ class Sqrt3Net {
   private:
     const Sqrt3Level& here() const { return levels_->levels[static_cast<std::size_t>(level_)]; }
     bool gather(std::uint32_t leaving);
+    bool gather_sharp(std::uint32_t leaving);
+    void put_limit(const Limits& limits, std::uint32_t leaving, std::uint32_t to);
     bool beside_cut(std::uint32_t leaving) const;
     bool has_limit(std::uint32_t vertex, std::uint32_t leaving) const;
     void add_apex(std::uint32_t face);
@@ -47,7 +51,10 @@ class Sqrt3Net {
     const ControlMesh* mesh_;
     const Sqrt3Levels* levels_;
     Sqrt3Rules rules_;
+    bool tagged_ = false;                      ///< some vertices of the mesh are
+    std::optional<Sqrt3Points> points_alone_;  ///< for limits that lie levels further down
     Sqrt3Ring ring_;
+    std::vector<std::uint32_t> around_;  ///< the vertices around, where an edge is sharp
     int level_ = 0;
     HugeBuffer<double> memory_[2];
     Vec3d *points_, *next_points_;  // per vertex, of which those that has_ says are written

@@ -15,30 +15,48 @@ Sqrt3Points::Fan Sqrt3Points::fan(int level, std::uint64_t leaving) {
     // Clockwise to the boundary, or all around.
     std::uint64_t start = leaving;
     for (;;) {
-        const std::uint64_t t = lattice_.twin(level, start);
-        if (t == Sqrt3Lattice::none) break;
+        std::uint64_t t = lattice_.twin(level, start);
+        if (t == Sqrt3Lattice::none) t = lattice_.beyond(level, start);
+        fan.closed = t != Sqrt3Lattice::none;
+        if (!fan.closed) break;
         start = Sqrt3Lattice::next(t);
         if (start == leaving) break;
     }
-    fan.closed = lattice_.twin(level, start) != Sqrt3Lattice::none;
+    if (!fan.closed) fan.sharp.emplace_back(0, k_sharpness_infinity);
     for (std::uint64_t h = start;;) {
         fan.leaving.push_back(h);
-        h = lattice_.ccw(level, h);
+        const std::uint64_t into = Sqrt3Lattice::prev(h);
+        h = lattice_.twin(level, into);
+        if (h == Sqrt3Lattice::none) {
+            h = lattice_.beyond(level, into);
+            fan.sharp.emplace_back(fan.leaving.size(), lattice_.sharpness(level, into));
+        }
         if (h == Sqrt3Lattice::none || h == start) break;
     }
-    if (fan.closed)
-        std::rotate(fan.leaving.begin(), std::min_element(fan.leaving.begin(), fan.leaving.end()), fan.leaving.end());
+    if (!fan.closed) return fan;
+    const auto first = std::min_element(fan.leaving.begin(), fan.leaving.end());
+    const auto turned = static_cast<std::size_t>(first - fan.leaving.begin()), count = fan.leaving.size();
+    std::rotate(fan.leaving.begin(), first, fan.leaving.end());
+    for (auto& [at, sharpness] : fan.sharp) at = (at + count - turned) % count;
+    std::sort(fan.sharp.begin(), fan.sharp.end());
     return fan;
 }
 
 detail::Sqrt3Ring Sqrt3Points::ring(int level, std::uint64_t leaving) {
-    const Fan at = fan(level, leaving);
+    return ring(level, leaving, fan(level, leaving));
+}
+
+detail::Sqrt3Ring Sqrt3Points::ring(int level, std::uint64_t leaving, const Fan& at) {
     detail::Sqrt3Ring ring;
     ring.closed = at.closed;
-    ring.corner = detail::Sqrt3Rules::is_corner(*mesh_, lattice_.origin(level, leaving));
     ring.point = position(level, leaving);
-    for (const std::uint64_t h : at.leaving) ring.around.push_back(position(level, Sqrt3Lattice::next(h)));
-    if (!at.closed) ring.around.push_back(position(level, Sqrt3Lattice::prev(at.leaving.back())));
+    const std::size_t count = at.leaving.size() + (at.closed ? 0 : 1);
+    for (std::size_t i = 0; i < count; ++i) ring.around.push_back(position(level, leaving_around(at, i)));
+    detail::Sqrt3Tags tags;
+    for (const auto& [edge, sharpness] : at.sharp) tags.edge(edge, sharpness);
+    const bool tagged = lattice_.has_tagged_vertices();
+    tags.finish(tagged ? detail::Sqrt3Rules::vertex_sharpness(*mesh_, lattice_.origin(level, leaving), level) : 0.0f,
+                ring);
     return ring;
 }
 
@@ -62,34 +80,61 @@ Vec3d Sqrt3Points::compute(int level, std::uint64_t leaving, const Sqrt3Vertex& 
         return detail::Sqrt3Rules::centre(
             {position(above, 3 * v.key), position(above, 3 * v.key + 1), position(above, 3 * v.key + 2)});
     if (v.birth == level) {
-        // On the boundary edge from `near` to `far`, near the first.
+        // On the sharp edge from `near` to `far`, near the first.
         const std::uint64_t s = v.key;
         const bool first = v.kind == Kind::first;
-        const std::uint64_t at = first ? s : Sqrt3Lattice::next(s);
-        const detail::Sqrt3Ring near = ring(above, at);
-        const Vec3d far = position(above, first ? Sqrt3Lattice::next(s) : s);
-        return detail::Sqrt3Rules::beside(near.point, far,
-                                          near.corner ? nullptr : &(first ? near.around.back() : near.around.front()));
+        const std::uint64_t at = first ? s : Sqrt3Lattice::next(s), other = first ? Sqrt3Lattice::next(s) : s;
+        const Fan around = fan(above, at);
+        const detail::Sqrt3Ring near = ring(above, at, around);
+        const Vec3d far = position(above, other);
+        const Vec3d* beyond = nullptr;
+        if (near.rule == VertexRule::crease) {
+            // Of the two ways that the crease goes on, the one that is not to `far`.
+            const Sqrt3Vertex one = lattice_.origin(above, leaving_around(around, near.along[0]));
+            beyond = &near.around[near.along[one == lattice_.origin(above, other) ? 1 : 0]];
+        }
+        return detail::Sqrt3Rules::beside(near.point, far, beyond);
     }
     return rules_.moved(ring(above, lattice_.before(level, leaving)), above % 2 != 0);
 }
 
+bool Sqrt3Points::beside_cut(int level, std::uint64_t leaving) {
+    const Fan at = fan(level, leaving);
+    return std::any_of(at.leaving.begin(), at.leaving.end(), [&](std::uint64_t h) {
+        return lattice_.twin(level, 3 * Sqrt3Lattice::face(h)) == Sqrt3Lattice::none;
+    });
+}
+
+bool Sqrt3Points::beside_dart(int level, const Fan& at) {
+    return std::any_of(at.sharp.begin(), at.sharp.end(), [&](const auto& edge) {
+        const std::uint64_t there = leaving_around(at, edge.first);
+        return lattice_.origin(level, there).kind == Sqrt3Vertex::Kind::control &&
+               ring(level, there).rule == VertexRule::dart;
+    });
+}
+
 LimitPoint Sqrt3Points::limit(int level, std::uint64_t leaving) {
     // From the first level that has it, whatever is asked for; where that comes before the second of two steps, only
-    // inside and away from the edges that it cuts.
+    // away from the edges that it cuts.
     const Sqrt3Vertex v = lattice_.origin(level, leaving);
+    const auto advance = [&](int steps) {
+        for (; steps > 0; --steps, ++level) leaving = lattice_.after(level, leaving);
+    };
     for (; level > v.birth; --level) leaving = lattice_.before(level, leaving);
     if (level % 2 != 0) {
-        const Fan at = fan(level, leaving);
-        bool inside = at.closed;
-        for (const std::uint64_t h : at.leaving)
-            inside = inside && lattice_.twin(level, 3 * Sqrt3Lattice::face(h)) != Sqrt3Lattice::none;
-        if (!inside) {
-            leaving = lattice_.after(level, leaving);
-            ++level;
-        }
+        if (beside_cut(level, leaving)) advance(1);
+        return rules_.limit(ring(level, leaving));
     }
-    return rules_.limit(ring(level, leaving));
+    // Where sharpness runs out, from the level where it has; where a sharp edge ends in a dart, which a step moves
+    // before it cuts the edge, from the one after.
+    for (;;) {
+        const Fan around = fan(level, leaving);
+        const detail::Sqrt3Ring at = ring(level, leaving, around);
+        if (!at.finite &&
+            (at.rule == VertexRule::smooth || at.rule == VertexRule::corner || !beside_dart(level, around)))
+            return rules_.limit(at);
+        advance(2);
+    }
 }
 
 }  // namespace tetrakis

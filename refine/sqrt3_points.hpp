@@ -5,7 +5,9 @@
 #include "tetrakis/refine/sqrt3_rules.hpp"
 #include "tetrakis/refine/vertex_ring.hpp"
 
+#include <cstddef>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace tetrakis {
@@ -17,13 +19,14 @@ namespace tetrakis {
 class Sqrt3Points {
   public:
     /// @param mesh  as Sqrt3Forest takes it. Keeps a reference.
-    explicit Sqrt3Points(const ControlMesh& mesh) : mesh_(&mesh), lattice_(mesh) {}
+    explicit Sqrt3Points(const ControlMesh& mesh) : Sqrt3Points(Sqrt3Lattice(mesh)) {}
+    explicit Sqrt3Points(Sqrt3Lattice lattice) : mesh_(&lattice.mesh()), lattice_(std::move(lattice)) {}
 
     Sqrt3Lattice& lattice() { return lattice_; }
     /// The position in the net of a level.
     Vec3d position(int level, std::uint64_t leaving);
-    /// Limit position and normal; tangents where the scheme has masks for them (not on the boundary: there the normal
-    /// is the mean of those of the faces around).
+    /// Limit position and normal; tangents where the scheme has masks for them (not at creases and corners: there the
+    /// normal is the mean of those of the faces around).
     LimitPoint limit(int level, std::uint64_t leaving);
     /// The vertex and those around it in the net of a level.
     detail::Sqrt3Ring ring(int level, std::uint64_t leaving);
@@ -33,8 +36,17 @@ class Sqrt3Points {
     struct Fan {
         std::vector<std::uint64_t> leaving;
         bool closed = true;
+        /// Which edges are sharp, by the number of the vertex around, and how much.
+        std::vector<std::pair<std::size_t, float>> sharp;
     };
     Fan fan(int level, std::uint64_t leaving);
+    /// A half-edge that leaves vertex i around.
+    static std::uint64_t leaving_around(const Fan& at, std::size_t i) {
+        return i < at.leaving.size() ? Sqrt3Lattice::next(at.leaving[i]) : Sqrt3Lattice::prev(at.leaving.back());
+    }
+    detail::Sqrt3Ring ring(int level, std::uint64_t leaving, const Fan& at);
+    bool beside_cut(int level, std::uint64_t leaving);
+    bool beside_dart(int level, const Fan& at);
     Vec3d compute(int level, std::uint64_t leaving, const Sqrt3Vertex& v);
 
     const ControlMesh* mesh_;

@@ -1,12 +1,30 @@
 #include "tetrakis/refine/sqrt3_rules.hpp"
 
+#include "tetrakis/schemes/spectrum.hpp"
 #include "tetrakis/schemes/sqrt3.hpp"
 
 #include <cmath>
-#include <cstddef>
 #include <numbers>
+#include <utility>
 
 namespace tetrakis::detail {
+
+void Sqrt3Tags::finish(float vertex_sharpness, Sqrt3Ring& ring) const {
+    const bool corner = is_sharp(vertex_sharpness) || sharp_ > 2;
+    ring.rule = corner        ? VertexRule::corner
+                : sharp_ == 2 ? VertexRule::crease
+                : sharp_ == 1 ? VertexRule::dart
+                              : VertexRule::smooth;
+    ring.finite = finite_ || is_semi_sharp(vertex_sharpness);
+    ring.along = along_;
+}
+
+float Sqrt3Rules::vertex_sharpness(const ControlMesh& mesh, const Sqrt3Vertex& v, int level) {
+    if (v.kind != Sqrt3Vertex::Kind::control) return 0;
+    float sharpness = mesh.sharpness(VertexId(static_cast<std::uint32_t>(v.key)));
+    for (int k = 1; k < level && is_semi_sharp(sharpness); k += 2) sharpness = child_sharpness(sharpness);
+    return sharpness;
+}
 
 const Sqrt3Rules::Masks& Sqrt3Rules::masks(std::size_t valence) {
     if (masks_.size() <= valence) masks_.resize(valence + 1);
@@ -34,12 +52,11 @@ Vec3d Sqrt3Rules::beside(const Vec3d& near, const Vec3d& far, const Vec3d* beyon
     return p + Sqrt3::crease_far * (beyond != nullptr ? *beyond : 2.0 * near - far);
 }
 
-Vec3d Sqrt3Rules::moved(const Sqrt3Ring& ring, bool cuts_boundary) {
-    if (!ring.closed) {
-        if (!cuts_boundary || ring.corner) return ring.point;
-        return Sqrt3::crease_vertex * ring.point + Sqrt3::crease_neighbour * ring.around.front() +
-               Sqrt3::crease_neighbour * ring.around.back();
-    }
+Vec3d Sqrt3Rules::moved(const Sqrt3Ring& ring, bool cuts) {
+    if (ring.rule == VertexRule::corner || (ring.rule == VertexRule::crease && !cuts)) return ring.point;
+    if (ring.rule == VertexRule::crease)
+        return Sqrt3::crease_vertex * ring.point + Sqrt3::crease_neighbour * ring.around[ring.along[0]] +
+               Sqrt3::crease_neighbour * ring.around[ring.along[1]];
     const RingMask& mask = masks(ring.around.size()).vertex;
     Vec3d sum = mask.vertex * ring.point;
     for (const Vec3d& q : ring.around) sum += mask.edge * q;
@@ -48,24 +65,45 @@ Vec3d Sqrt3Rules::moved(const Sqrt3Ring& ring, bool cuts_boundary) {
 
 Vec3d Sqrt3Rules::limit_position(const Sqrt3Ring& ring) {
     const Vec3d& p = ring.point;
-    if (!ring.closed)
-        return ring.corner ? p
-                           : k_crease_limit_mask.vertex * p + k_crease_limit_mask.neighbour * ring.around.front() +
-                                 k_crease_limit_mask.neighbour * ring.around.back();
+    switch (ring.rule) {
+        case VertexRule::corner:
+            return p;
+        case VertexRule::crease:
+            return k_crease_limit_mask.vertex * p + k_crease_limit_mask.neighbour * ring.around[ring.along[0]] +
+                   k_crease_limit_mask.neighbour * ring.around[ring.along[1]];
+        case VertexRule::dart:
+            return dart_limit(ring).position;
+        case VertexRule::smooth:
+            break;
+    }
     const RingMask& mask = masks(ring.around.size()).limit;
     Vec3d sum = mask.vertex * p;
     for (const Vec3d& q : ring.around) sum += mask.edge * q;
     return sum;
 }
 
+namespace {
+
+void add_tangent_plane(LimitPoint& out) {
+    const Vec3d normal = glm::cross(out.tangent1, out.tangent2);
+    if (const double length = glm::length(normal); length > 0) {
+        out.normal = normal / length;
+        out.has_tangent_plane = true;
+    }
+}
+
+}  // namespace
+
 LimitPoint Sqrt3Rules::limit(const Sqrt3Ring& ring) {
+    if (ring.rule == VertexRule::dart) return dart_limit(ring);
     const Vec3d& p = ring.point;
     LimitPoint out;
     out.position = limit_position(ring);
-    if (!ring.closed) {
+    if (ring.rule != VertexRule::smooth) {
         Vec3d normal(0);
-        for (std::size_t i = 0; i + 1 < ring.around.size(); ++i) {
-            const Vec3d face = glm::cross(ring.around[i] - p, ring.around[i + 1] - p);
+        const std::size_t count = ring.around.size();
+        for (std::size_t i = 0; i + (ring.closed ? 0 : 1) < count; ++i) {
+            const Vec3d face = glm::cross(ring.around[i] - p, ring.around[(i + 1) % count] - p);
             if (const double length = glm::length(face); length > 0) normal += face / length;
         }
         if (const double length = glm::length(normal); length > 0) out.normal = normal / length;
@@ -76,11 +114,55 @@ LimitPoint Sqrt3Rules::limit(const Sqrt3Ring& ring) {
         out.tangent1 += of.cosine[i] * ring.around[i];
         out.tangent2 += of.sine[i] * ring.around[i];
     }
-    const Vec3d normal = glm::cross(out.tangent1, out.tangent2);
-    if (const double length = glm::length(normal); length > 0) {
-        out.normal = normal / length;
-        out.has_tangent_plane = true;
+    add_tangent_plane(out);
+    return out;
+}
+
+// Has no formula: eigenvectors of the local matrix, which looks at one ring.
+const Sqrt3Rules::DartMasks& Sqrt3Rules::dart_masks(std::size_t valence) {
+    const auto known = darts_.find(valence);
+    if (known != darts_.end()) return known->second;
+    const int n = static_cast<int>(valence);
+    const SpectralAnalysis analysis = analyse(*find_scheme("sqrt3"), {.faces = n, .dart = true}, {});
+    const FanLabels& labels = analysis.matrix.labels;
+    const auto around = [&](const std::vector<double>& weights) {
+        std::vector<double> result(valence, 0.0);
+        for (int i = 0; i < n && !weights.empty(); ++i)
+            result[static_cast<std::size_t>(i)] = weights[static_cast<std::size_t>(labels.find({i, 1, 0}))];
+        return result;
+    };
+    DartMasks masks;
+    masks.limit = around(analysis.limit);
+    masks.tangent1 = around(analysis.tangent1);
+    masks.tangent2 = around(analysis.tangent2);
+    for (const double weight : masks.limit) masks.vertex -= weight;
+    // Outwards: on a flat fan seen from above they turn counter-clockwise.
+    double turn[2][2] = {};
+    for (int i = 0; i < n; ++i) {
+        const double angle = 2 * std::numbers::pi * i / n;
+        const auto at = static_cast<std::size_t>(i);
+        for (int t = 0; t < 2; ++t) {
+            const double weight = t == 0 ? masks.tangent1[at] : masks.tangent2[at];
+            turn[t][0] += weight * std::cos(angle);
+            turn[t][1] += weight * std::sin(angle);
+        }
     }
+    if (turn[0][0] * turn[1][1] < turn[0][1] * turn[1][0]) std::swap(masks.tangent1, masks.tangent2);
+    return darts_.emplace(valence, std::move(masks)).first->second;
+}
+
+LimitPoint Sqrt3Rules::dart_limit(const Sqrt3Ring& ring) {
+    const std::size_t count = ring.around.size();
+    const DartMasks& masks = dart_masks(count);
+    LimitPoint out;
+    out.position = masks.vertex * ring.point;
+    for (std::size_t i = 0; i < count; ++i) {
+        const Vec3d& q = ring.around[(ring.along[0] + i) % count];
+        out.position += masks.limit[i] * q;
+        out.tangent1 += masks.tangent1[i] * (q - ring.point);
+        out.tangent2 += masks.tangent2[i] * (q - ring.point);
+    }
+    add_tangent_plane(out);
     return out;
 }
 

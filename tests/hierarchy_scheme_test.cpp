@@ -154,7 +154,7 @@ TEST_CASE("[inv1] schemes by rules: limits are those of uniform refinement far d
     }
 }
 
-TEST_CASE("[bad-input] a scheme whose vertices are no sites is refused by name, sqrt3 on creases") {
+TEST_CASE("[bad-input] a scheme whose vertices are no sites is refused by name, sqrt3 on holes") {
     const ControlMesh mesh = test::hierarchy_mesh("loop", 1);
     for (const char* name : {"sqrt3", "honeycomb"}) {
         CAPTURE(name);
