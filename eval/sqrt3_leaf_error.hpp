@@ -17,8 +17,8 @@ namespace tetrakis::detail {
 /// bound: what lies between the points can be farther.
 class Sqrt3LeafErrors {
   public:
-    /// @param mesh  as Sqrt3Forest takes it. Keeps a reference.
-    explicit Sqrt3LeafErrors(const ControlMesh& mesh) : lattice_(mesh) {}
+    /// @param lattice  that of the forest of the leaves
+    explicit Sqrt3LeafErrors(const Sqrt3Lattice& lattice) : lattice_(lattice) {}
 
     /// Steps beyond a leaf's level whose points are looked at: the lattice must have as many more.
     static constexpr int k_steps_beyond = 6;

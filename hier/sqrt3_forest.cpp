@@ -9,14 +9,13 @@
 
 namespace tetrakis {
 
-Sqrt3Forest::Sqrt3Forest(const ControlMesh& mesh)
-    : mesh_(&mesh), lattice_(mesh), max_level_(Sqrt3Lattice::max_level(mesh)) {
-    const auto refuse = [&](const std::string& what) {
-        throw Error(ErrorCode::unsupported, "adaptive sqrt3 refinement takes no " + what, mesh.data().source);
-    };
-    if (!mesh.all_triangles()) refuse("other faces than triangles; triangulate the mesh");
-    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
-        if (mesh.is_hole(FaceId(f))) refuse("holes, and face " + std::to_string(f) + " is one");
+Sqrt3Forest::Sqrt3Forest(const ControlMesh& mesh, const std::function<bool(EdgeId)>& kept)
+    : mesh_(&mesh), lattice_(mesh, kept), max_level_(Sqrt3Lattice::max_level(mesh)) {
+    if (!mesh.all_triangles())
+        throw Error(ErrorCode::unsupported,
+                    "adaptive sqrt3 refinement takes no other faces than triangles; triangulate the mesh",
+                    mesh.data().source);
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) roots_ += mesh.is_hole(FaceId(f)) ? 0 : 1;
 }
 
 std::size_t Sqrt3Forest::split_count() const {
@@ -36,9 +35,11 @@ bool Sqrt3Forest::is_there(Sqrt3Lattice& lattice, int level, std::uint64_t face)
 void Sqrt3Forest::require_face(const Sqrt3Face& face) const {
     std::uint64_t count = mesh_->face_count();
     for (int k = 0; k < std::min<int>(face.level, max_level_); ++k) count *= 3;
-    if (face.level > max_level_ || face.face >= count)
+    const bool numbered = face.level <= max_level_ && face.face < count;
+    if (!numbered || lattice_.is_hole(face.level, face.face))
         throw Error(ErrorCode::invalid_input, "there is no face " + std::to_string(face.face) + " at level " +
-                                                  std::to_string(face.level) + " of sqrt3 refinement");
+                                                  std::to_string(face.level) + " of sqrt3 refinement" +
+                                                  (numbered ? ": it lies in a hole" : ""));
 }
 
 bool Sqrt3Forest::is_split(const Sqrt3Face& face) const { return is_split(face.level, face.face); }
@@ -114,12 +115,12 @@ std::size_t Sqrt3Forest::refine_where(const std::function<bool(const Sqrt3Leaf&)
     detail::PoolVector<Sqrt3Face> faces;
     std::vector<Sqrt3Face> needed;
     Sqrt3Lattice lattice = lattice_;
-    const Sqrt3Levels levels(*mesh_, split_, 0);
+    const Sqrt3Levels levels(lattice_, split_, 0);
     levels.for_each_leaf([&](int level, std::uint32_t face, bool half, FaceId control_face) {
         const Sqrt3Leaf leaf = levels.leaf(level, face, half, control_face);
         if (!wanted(leaf)) return;
         if (level >= max_level_) refuse_depth();
-        if (!half && !lattice.has_creases()) {
+        if (!half && !lattice.has_lines()) {
             faces.push_back({leaf.level, leaf.face});  // it is there: what it needs has been split
             return;
         }
@@ -181,7 +182,7 @@ void Sqrt3Forest::coarsen(std::span<const Sqrt3Face> faces) {
                                                       std::to_string(face.level) +
                                                       " is not split, or a face that comes from it is");
     std::vector<Sqrt3Face> partners;
-    if (lattice_.has_creases()) {
+    if (lattice_.has_lines()) {
         Sqrt3Lattice lattice = lattice_;
         for (const Sqrt3Face& face : faces)
             if (const std::uint64_t partner = lattice.partner(face.level, face.face); partner != Sqrt3Lattice::none)
@@ -193,7 +194,7 @@ void Sqrt3Forest::coarsen(std::span<const Sqrt3Face> faces) {
 }
 
 std::vector<Sqrt3Leaf> Sqrt3Forest::leaves() const {
-    const Sqrt3Levels levels(*mesh_, split_, 0);
+    const Sqrt3Levels levels(lattice_, split_, 0);
     std::vector<Sqrt3Leaf> result;
     detail::reserve_large(result, leaf_count());
     levels.for_each_leaf([&](int level, std::uint32_t face, bool half, FaceId control_face) {
@@ -219,7 +220,7 @@ std::optional<std::string> Sqrt3Forest::check() const {
         if (!is_there(lattice, face.level, face.face)) return fault("not there: a face that it comes from is whole");
         const std::uint64_t partner = lattice.partner(face.level, face.face);
         if (partner != Sqrt3Lattice::none && !is_split(face.level, partner))
-            return fault("its partner is not, so the crease between them is cut on one side");
+            return fault("its partner is not, so the edge between them is cut on one side");
     }
     return std::nullopt;
 }

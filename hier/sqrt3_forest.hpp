@@ -25,22 +25,26 @@ struct Sqrt3Face {
 /// Adaptive sqrt(3) refinement (Kobbelt 2000, section 5, adaptive refinement): faces are split by a point inside, and
 /// an edge is flipped as soon as both its faces are split. The flipped triangle is a face of the next level, which can
 /// be split itself. So a face is there when the faces on both sides of the edge it lies across are split, and the mesh
-/// is conforming and graded whatever is split: nothing is needed to close it. Sharp edges, boundary and creases, are
-/// not flipped but cut in three by every second step: there both faces of a crease are split together, as partners.
+/// is conforming and graded whatever is split: nothing is needed to close it. Edges that are not flipped (Sqrt3Lattice:
+/// boundary, creases, kept ones) are cut in three by every second step: there both faces of an edge inside are split
+/// together, as partners.
 ///
 /// The state is the set of split faces, whatever the way to it. Storage: a bit per split face, of which there is one
 /// for two leaves, where all around are split; 64 bytes where it is alone.
 class Sqrt3Forest {
   public:
-    /// Nothing split. Keeps a reference to the mesh.
-    /// @throws Error  unsupported: other faces than triangles, holes
-    explicit Sqrt3Forest(const ControlMesh& mesh);
+    /// Nothing split. Keeps a reference to the mesh. Faces in holes are not there.
+    /// @param kept    as Sqrt3Lattice takes it
+    /// @throws Error  unsupported: other faces than triangles
+    explicit Sqrt3Forest(const ControlMesh& mesh, const std::function<bool(EdgeId)>& kept = {});
 
     const ControlMesh& mesh() const { return *mesh_; }
+    /// To be copied where it is used.
+    const Sqrt3Lattice& lattice() const { return lattice_; }
     int max_level() const { return max_level_; }
     std::size_t split_count() const;
     /// Each split adds two, on the boundary, too.
-    std::size_t leaf_count() const { return mesh_->face_count() + 2 * split_count(); }
+    std::size_t leaf_count() const { return roots_ + 2 * split_count(); }
     bool is_split(const Sqrt3Face& face) const;
     /// Whether the face is part of the mesh, or has been split: the faces that it comes from are split.
     bool is_there(const Sqrt3Face& face) const;
@@ -94,6 +98,7 @@ class Sqrt3Forest {
     const ControlMesh* mesh_;
     Sqrt3Lattice lattice_;  // has found nothing yet: copied where it is used
     int max_level_ = 0;
+    std::size_t roots_ = 0;         // faces outside holes
     std::vector<NumberSet> split_;  // per level
 };
 

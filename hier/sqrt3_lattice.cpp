@@ -1,6 +1,7 @@
 #include "tetrakis/hier/sqrt3_lattice.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace tetrakis {
 
@@ -11,13 +12,27 @@ constexpr std::size_t k_most_twins = 1u << 16;
 
 }  // namespace
 
-Sqrt3Lattice::Sqrt3Lattice(const ControlMesh& mesh) : mesh_(&mesh) {
-    for (std::uint32_t e = 0; e < mesh.edge_count(); ++e) {
-        if (mesh.is_boundary(EdgeId(e)))
+Sqrt3Lattice::Sqrt3Lattice(const ControlMesh& mesh, const std::function<bool(EdgeId)>& kept) : mesh_(&mesh) {
+    for (std::uint32_t f = 0; f < mesh.face_count() && !holes_; ++f) holes_ = mesh.is_hole(FaceId(f));
+    const auto ends_hole = [&](EdgeId e) {
+        const HalfedgeId h = mesh.edge_halfedge(e);
+        return holes_ && mesh.is_hole(mesh.face(h)) != mesh.is_hole(mesh.face(mesh.twin(h)));
+    };
+    std::vector<std::uint8_t> keep;
+    for (std::uint32_t i = 0; i < mesh.edge_count(); ++i) {
+        const EdgeId e(i);
+        if (mesh.is_boundary(e)) {
             smooth_ = false;
-        else if (mesh.sharpness(EdgeId(e)) > 0)
-            smooth_ = !(creased_ = true);
+            continue;
+        }
+        const bool is_kept = ends_hole(e) || (kept && kept(e));
+        if (is_kept) {
+            keep.resize(mesh.edge_count(), 0);
+            keep[i] = 1;
+        }
+        if (is_kept || mesh.sharpness(e) > 0) smooth_ = !(lines_ = true);
     }
+    if (!keep.empty()) kept_ = std::make_shared<const std::vector<std::uint8_t>>(std::move(keep));
     for (std::uint32_t v = 0; v < mesh.vertex_count() && !tagged_; ++v) tagged_ = mesh.sharpness(VertexId(v)) > 0;
 }
 
@@ -29,23 +44,23 @@ int Sqrt3Lattice::max_level(const ControlMesh& mesh) {
 }
 
 std::uint64_t Sqrt3Lattice::cut_side(int level, std::uint64_t f) {
-    // Only the first half-edge of a face can be sharp after the step that keeps sharp edges.
+    // Only the first half-edge of a face can be one that is not flipped after the step that flips the others.
     return cuts(level) && twin(level, 3 * f) == none ? 3 * f : none;
 }
 
 std::uint64_t Sqrt3Lattice::twin(int level, std::uint64_t h) {
     if (level == 0) {
         const HalfedgeId at(static_cast<std::uint32_t>(h)), t = mesh_->twin(at);
-        return t.valid() && !(mesh_->sharpness(mesh_->edge(at)) > 0) ? t.value : none;
+        return t.valid() && !(lines_ && line(0, h).is_cut()) ? t.value : none;
     }
-    // Without sharp edges each level asks the one above for a single twin, which is cheaper than to look it up.
+    // Where all are flipped each level asks the one above for a single twin, which is cheaper than to look it up.
     if (smooth_) return find_twin(level, h);
     if (twins_.size() <= static_cast<std::size_t>(level)) twins_.resize(static_cast<std::size_t>(level) + 1);
     const auto& known = twins_[static_cast<std::size_t>(level)];
     if (const auto at = known.find(h); at != known.end()) return at->second;
     std::uint64_t found = find_twin(level, h);
     if (found == none && level % 2 == 0)
-        if (const Crease ended = crease(level, h); ended.beyond != none && !(ended.sharpness > 0)) found = ended.beyond;
+        if (const Line ended = line(level, h); ended.beyond != none && !ended.is_cut()) found = ended.beyond;
     auto& twins = twins_[static_cast<std::size_t>(level)];
     if (twins.size() > k_most_twins) twins.clear();
     twins.emplace(h, found);
@@ -77,25 +92,26 @@ std::uint64_t Sqrt3Lattice::find_twin(int level, std::uint64_t x) {
     return prev(h) == s ? none : 3 * s + 2;
 }
 
-Sqrt3Lattice::Crease Sqrt3Lattice::crease(int level, std::uint64_t x) {
-    if (!creased_) return {};
+Sqrt3Lattice::Line Sqrt3Lattice::line(int level, std::uint64_t x) {
+    if (!lines_) return {};
     if (level == 0) {
         const HalfedgeId at(static_cast<std::uint32_t>(x)), t = mesh_->twin(at);
-        const float sharpness = mesh_->sharpness(mesh_->edge(at));
-        return t.valid() && sharpness > 0 ? Crease{t.value, sharpness} : Crease{};
+        const EdgeId edge = mesh_->edge(at);
+        const Line line{t.value, mesh_->sharpness(edge), is_kept(edge)};
+        return t.valid() && line.is_cut() ? line : Line{};
     }
     const int above = level - 1;
     const std::uint64_t h = x / 3, j = x % 3;
     if (j == 1) return {};
     if (!cuts(above)) {
-        const Crease kept = j == 0 ? crease(above, h) : Crease{};
-        return kept.sharpness > 0 ? Crease{3 * kept.beyond, kept.sharpness} : Crease{};
+        const Line same = j == 0 ? line(above, h) : Line{};
+        return same.is_cut() ? Line{3 * same.beyond, same.sharpness, same.kept} : Line{};
     }
     // Of the thirds of a cut edge s, from a to b in the triangle (a, b, o), the triangle across o -> a has the first,
     // that of s the second, that of b -> o the third; seen from the other side they are the third, second and first.
     const auto third = [&](std::uint64_t s, auto&& other) {
-        const Crease cut = crease(above, s);
-        return cut.sharpness > 0 ? Crease{other(cut.beyond), std::max(cut.sharpness - 1, 0.0f)} : Crease{};
+        const Line cut = line(above, s);
+        return cut.is_cut() ? Line{other(cut.beyond), std::max(cut.sharpness - 1, 0.0f), cut.kept} : Line{};
     };
     const std::uint64_t s = cut_side(above, face(h));
     if (j == 2) {
@@ -110,15 +126,21 @@ Sqrt3Lattice::Crease Sqrt3Lattice::crease(int level, std::uint64_t x) {
 
 float Sqrt3Lattice::sharpness(int level, std::uint64_t h) {
     if (twin(level, h) != none) return 0;
-    const Crease on = crease(level, h);
+    const Line on = line(level, h);
     return on.beyond == none ? k_sharpness_infinity : on.sharpness;
+}
+
+std::uint64_t Sqrt3Lattice::partner(int level, std::uint64_t f) {
+    if (!lines_ || !cuts(level)) return none;
+    const std::uint64_t h = beyond(level, 3 * f);
+    return h == none || is_hole(level, face(h)) ? none : face(h);
 }
 
 Sqrt3Vertex Sqrt3Lattice::on_edge(int level, std::uint64_t h, Sqrt3Vertex::Kind kind) {
     using Kind = Sqrt3Vertex::Kind;
     const auto birth = static_cast<std::uint8_t>(level + 1);
     const std::uint64_t other = beyond(level, h);
-    if (other > h) return {h, birth, kind};  // or none
+    if (other == none || owns_cut(level, face(h), face(other))) return {h, birth, kind};
     return {other, birth, kind == Kind::first ? Kind::second : Kind::first};
 }
 

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <unordered_map>
 #include <vector>
 
@@ -16,7 +17,8 @@ struct Sqrt3Vertex {
     enum class Kind : std::uint8_t {
         control,  ///< key: the control vertex
         centre,   ///< of a face, key, of the level before
-        first,    ///< on the sharp edge key of the level before (a crease: its lesser half-edge), near its origin
+        first,    ///< on the cut edge key of the level before, near its origin; key: its half-edge that is not in a
+                  ///< hole, or the lesser one of both
         second,   ///< the same, near its target
     };
     std::uint64_t key = 0;
@@ -41,8 +43,10 @@ class Sqrt3Lattice {
   public:
     static constexpr std::uint64_t none = ~std::uint64_t{0};
 
-    /// @param mesh  of triangles. Keeps a reference. O(edges): where many are needed, copies of one
-    explicit Sqrt3Lattice(const ControlMesh& mesh);
+    /// O(edges): where many are needed, copies of one.
+    /// @param mesh  of triangles. Keeps a reference.
+    /// @param kept  whether an edge is to be kept, or empty
+    explicit Sqrt3Lattice(const ControlMesh& mesh, const std::function<bool(EdgeId)>& kept = {});
 
     /// Levels beyond which half-edges have no 64-bit numbers.
     static int max_level(const ControlMesh& mesh);
@@ -50,23 +54,35 @@ class Sqrt3Lattice {
     static std::uint64_t face(std::uint64_t h) { return h / 3; }
     static std::uint64_t next(std::uint64_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
     static std::uint64_t prev(std::uint64_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
-    /// None on a sharp edge: the boundary, creases.
+    /// None on an edge that is not flipped: the boundary, creases, kept edges.
     std::uint64_t twin(int level, std::uint64_t h);
-    /// The other half-edge of a crease; none on smooth edges and on the boundary.
+    /// The other half-edge of a crease or kept edge; none on the boundary and on others.
     std::uint64_t beyond(int level, std::uint64_t h) {
-        const Crease crease = this->crease(level, h);
-        return crease.sharpness > 0 ? crease.beyond : none;
+        const Line line = this->line(level, h);
+        return line.is_cut() ? line.beyond : none;
     }
     /// Infinite on the boundary, 0 on smooth edges.
     float sharpness(int level, std::uint64_t h);
-    /// The face that can be split only together with this one, as the step cuts the crease between them; else none.
-    std::uint64_t partner(int level, std::uint64_t f) {
-        if (!creased_ || !cuts(level)) return none;
-        const std::uint64_t h = beyond(level, 3 * f);
-        return h == none ? none : face(h);
+    /// The face that can be split only together with this one, as the step cuts the edge between them; else none.
+    std::uint64_t partner(int level, std::uint64_t f);
+    /// Whether a face lies in a hole.
+    bool is_hole(int level, std::uint64_t f) const { return holes_ && mesh_->is_hole(root(level, f)); }
+    /// Which of the two faces of a cut edge names its points (Sqrt3Vertex).
+    bool owns_cut(int level, std::uint64_t f, std::uint64_t beyond) const {
+        const bool hole = is_hole(level, f), hole_beyond = is_hole(level, beyond);
+        return hole != hole_beyond ? hole_beyond : f < beyond;
     }
+    /// The control face that the number of a face comes from.
+    static FaceId root(int level, std::uint64_t f) {
+        for (; level > 0; --level) f /= 3;
+        return FaceId(static_cast<std::uint32_t>(f));
+    }
+
     const ControlMesh& mesh() const { return *mesh_; }
-    bool has_creases() const { return creased_; }
+    /// Of the control mesh: whether an edge inside is not flipped; kept though it may be smooth.
+    bool has_lines() const { return lines_; }
+    bool has_kept() const { return kept_ != nullptr; }
+    bool is_kept(EdgeId e) const { return kept_ && (*kept_)[e.value] != 0; }
     /// Those at corners of the boundary included.
     bool has_tagged_vertices() const { return tagged_; }
 
@@ -79,22 +95,25 @@ class Sqrt3Lattice {
     std::uint64_t after(int level, std::uint64_t h);
 
   private:
-    /// The half-edge beyond one that is, or has been up to this level, on a crease; and how sharp it still is.
-    struct Crease {
+    /// The half-edge beyond one that is, or has been up to this level, on a crease or kept edge.
+    struct Line {
         std::uint64_t beyond = none;
         float sharpness = 0;
+        bool kept = false;
+        bool is_cut() const { return sharpness > 0 || kept; }
     };
 
     bool cuts(int level) const { return !smooth_ && level % 2 != 0; }
-    /// The sharp edge of a face at a level whose step cuts it; none if there is none.
+    /// The edge of a face that the step at a level cuts; none if there is none.
     std::uint64_t cut_side(int level, std::uint64_t f);
     std::uint64_t find_twin(int level, std::uint64_t h);
-    Crease crease(int level, std::uint64_t h);
-    /// A new point of the cut edge of h, by the edge's lesser half-edge.
+    Line line(int level, std::uint64_t h);
+    /// A new point of the cut edge of h, as Sqrt3Vertex names it.
     Sqrt3Vertex on_edge(int level, std::uint64_t h, Sqrt3Vertex::Kind kind);
 
     const ControlMesh* mesh_;
-    bool smooth_ = true, creased_ = false, tagged_ = false;
+    std::shared_ptr<const std::vector<std::uint8_t>> kept_;  // per edge of the control mesh; none: no edge is
+    bool smooth_ = true, lines_ = false, tagged_ = false, holes_ = false;
     std::vector<std::unordered_map<std::uint64_t, std::uint64_t>> twins_;  // per level
 };
 

@@ -9,26 +9,33 @@ namespace tetrakis {
 
 namespace {
 
-bool cuts_sharp_edges(int level) { return level % 2 != 0; }
+bool cuts_edges(int level) { return level % 2 != 0; }
 
-/// Whether a step that cuts sharp edges cuts the first side of a face, the only one that can be (Sqrt3Lattice).
+/// Whether a step that cuts edges cuts the first side of a face, the only one that can be (Sqrt3Lattice).
 bool is_cut(const Sqrt3Level& level, std::uint32_t f) { return level.twin[3 * f] == Sqrt3Level::none; }
+
+void reset_lines(Sqrt3Level& level, std::size_t halfedges) {
+    level.beyond.assign(halfedges, Sqrt3Level::none);
+    level.sharpness.assign(halfedges, 0.0f);
+    level.kept.assign(halfedges, 0);
+}
 
 }  // namespace
 
-Sqrt3Levels::Sqrt3Levels(const ControlMesh& mesh, std::span<const NumberSet> split, int rings, bool limits) {
-    const bool one_more = limits && cuts_sharp_edges(static_cast<int>(split.size()));
+Sqrt3Levels::Sqrt3Levels(const Sqrt3Lattice& lattice, std::span<const NumberSet> split, int rings, bool limits)
+    : lattice_(&lattice) {
+    const bool one_more = limits && cuts_edges(static_cast<int>(split.size()));
     levels.resize(split.size() + (one_more ? 2 : 1));
-    start(mesh);
+    start(lattice.mesh());
     const NumberSet nothing;
     for (std::size_t k = 0; k + 1 < levels.size(); ++k) {
-        const bool cuts = cuts_sharp_edges(static_cast<int>(k));
+        const bool cuts = cuts_edges(static_cast<int>(k));
         mark_split(levels[k], k < split.size() ? split[k] : nothing);
         detail::PoolVector<std::uint8_t> faces = levels[k].split;
         if (limits && cuts) add_beside_cuts(levels[k], faces);
         raise(levels[k], static_cast<int>(k), with_rings(levels[k], std::move(faces), rings), levels[k + 1]);
         link(levels[k], cuts, levels[k + 1]);
-        if (!levels[k].beyond.empty()) link_creases(levels[k], cuts, levels[k + 1]);
+        if (!levels[k].beyond.empty()) link_lines(levels[k], cuts, levels[k + 1]);
     }
     Sqrt3Level& last = levels.back();
     last.split.assign(last.face_count(), 0);
@@ -46,14 +53,14 @@ void Sqrt3Levels::start(const ControlMesh& mesh) {
         const HalfedgeId twin = mesh.twin(HalfedgeId(h));
         level.twin[h] = twin.valid() ? twin.value : Sqrt3Level::none;
         level.vertex[h] = mesh.origin(HalfedgeId(h)).value;
-        const float sharpness = mesh.sharpness(mesh.edge(HalfedgeId(h)));
-        if (!twin.valid() || !(sharpness > 0)) continue;
-        if (level.beyond.empty()) {
-            level.beyond.assign(mesh.halfedge_count(), Sqrt3Level::none);
-            level.sharpness.assign(mesh.halfedge_count(), 0.0f);
-        }
+        const EdgeId edge = mesh.edge(HalfedgeId(h));
+        const float sharpness = mesh.sharpness(edge);
+        const bool kept = lattice_->is_kept(edge);
+        if (!twin.valid() || !(sharpness > 0 || kept)) continue;
+        if (level.beyond.empty()) reset_lines(level, mesh.halfedge_count());
         level.beyond[h] = twin.value;
         level.sharpness[h] = sharpness;
+        level.kept[h] = kept ? 1 : 0;
         level.twin[h] = Sqrt3Level::none;
     }
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) vertices.push_back({v, 0, Sqrt3Vertex::Kind::control});
@@ -111,20 +118,21 @@ void Sqrt3Levels::raise(Sqrt3Level& level, int index, std::span<const std::uint8
     }
     detail::resize_large(finer.number, raised);
     detail::resize_large(finer.vertex, 3 * std::size_t{raised});
-    const std::size_t points = vertices.size() + (cuts_sharp_edges(index) ? 2 : 1) * std::size_t{count};
+    const std::size_t points = vertices.size() + (cuts_edges(index) ? 2 : 1) * std::size_t{count};
     if (points > vertices.capacity()) detail::reserve_large(vertices, std::max(points, 2 * vertices.capacity()));
     const auto birth = static_cast<std::uint8_t>(index + 1);
-    const bool cuts = cuts_sharp_edges(index);
+    const bool cuts = cuts_edges(index);
     const auto add = [&](std::uint64_t key, Sqrt3Vertex::Kind kind) {
         vertices.push_back({key, birth, kind});
         return static_cast<std::uint32_t>(vertices.size() - 1);
     };
+    std::vector<std::uint32_t> later;  // whose points the faces beyond name
     for (std::uint32_t f = 0; f < count; ++f) {
         const std::uint64_t number = level.number[f];
         if (cuts && is_cut(level, f)) {
             const std::uint32_t other = level.beyond.empty() ? Sqrt3Level::none : level.beyond[3 * f];
-            if (other < 3 * f) {
-                level.apex[f] = level.apex[other / 3] + 1;
+            if (Sqrt3Level::there(other) && !lattice_->owns_cut(index, number, level.number[other / 3])) {
+                later.push_back(f);
                 continue;
             }
             level.apex[f] = add(3 * number, Sqrt3Vertex::Kind::first);
@@ -133,6 +141,7 @@ void Sqrt3Levels::raise(Sqrt3Level& level, int index, std::span<const std::uint8
             level.apex[f] = add(number, Sqrt3Vertex::Kind::centre);
         }
     }
+    for (const std::uint32_t f : later) level.apex[f] = level.apex[level.beyond[3 * f] / 3] + 1;
     for (std::uint32_t f = 0; f < count; ++f)
         if (faces[f] != 0)
             for (std::uint32_t j = 0; j < 3; ++j) finer.number[level.child[f] + j] = 3 * level.number[f] + j;
@@ -224,38 +233,35 @@ void Sqrt3Levels::link(const Sqrt3Level& level, bool cuts, Sqrt3Level& finer) co
     }
 }
 
-// As Sqrt3Lattice finds what is beyond a crease.
-void Sqrt3Levels::link_creases(const Sqrt3Level& level, bool cuts, Sqrt3Level& finer) const {
-    constexpr std::uint32_t none = Sqrt3Level::none, outside = Sqrt3Level::outside;
-    finer.beyond.assign(finer.vertex.size(), none);
-    finer.sharpness.assign(finer.vertex.size(), 0.0f);
+// As Sqrt3Lattice finds what is beyond a line.
+void Sqrt3Levels::link_lines(const Sqrt3Level& level, bool cuts, Sqrt3Level& finer) const {
+    constexpr std::uint32_t outside = Sqrt3Level::outside;
+    reset_lines(finer, finer.vertex.size());
     const auto side = [&](std::uint32_t h, std::uint32_t j) {
         if (!Sqrt3Level::there(h)) return outside;
         const std::uint32_t f = level.child_over(h);
         return f == outside ? outside : 3 * f + j;
     };
-    const auto put = [&](std::uint32_t at, std::uint32_t other, float sharpness) {
-        if (at == outside) return;
-        if (sharpness > 0) {
-            finer.beyond[at] = other;
-            finer.sharpness[at] = sharpness;
-        } else {
-            finer.twin[at] = other;  // it has become smooth
-        }
-    };
     for (std::uint32_t h = 0; h < level.beyond.size(); ++h) {
         const std::uint32_t beyond = level.beyond[h];
-        if (beyond == none) continue;
-        if (!cuts) {
-            put(side(h, 0), side(beyond, 0), level.sharpness[h]);
-            continue;
-        }
-        const float sharpness = std::max(level.sharpness[h] - 1, 0.0f);
+        if (beyond == Sqrt3Level::none) continue;
+        const float sharpness = cuts ? std::max(level.sharpness[h] - 1, 0.0f) : level.sharpness[h];
+        const auto put = [&](std::uint32_t at, std::uint32_t other) {
+            if (at == outside) return;
+            if (sharpness > 0 || level.kept[h] != 0) {
+                finer.beyond[at] = other;
+                finer.sharpness[at] = sharpness;
+                finer.kept[at] = level.kept[h];
+            } else {
+                finer.twin[at] = other;  // a crease that has become smooth
+            }
+        };
+        put(side(h, 0), side(beyond, 0));
+        if (!cuts) continue;
         const bool there = Sqrt3Level::there(beyond);
         const auto across = [&](std::uint32_t of) { return level.twin[Sqrt3Level::prev(of)]; };
-        put(side(across(h), 0), there ? side(Sqrt3Level::next(beyond), 2) : outside, sharpness);
-        put(side(h, 0), side(beyond, 0), sharpness);
-        put(side(Sqrt3Level::next(h), 2), there ? side(across(beyond), 0) : outside, sharpness);
+        put(side(across(h), 0), there ? side(Sqrt3Level::next(beyond), 2) : outside);
+        put(side(Sqrt3Level::next(h), 2), there ? side(across(beyond), 0) : outside);
     }
 }
 

@@ -16,14 +16,16 @@ namespace tetrakis {
 /// Faces of one level of sqrt(3) refinement, in the order of their numbers, and how they lie together. Half-edge
 /// 3 i + j is side j of face i; where a number below is none or outside, it is no half-edge.
 struct Sqrt3Level {
-    static constexpr std::uint32_t none = 0xFFFF'FFFFu;     ///< beyond a sharp edge
+    static constexpr std::uint32_t none = 0xFFFF'FFFFu;     ///< across an edge that is not flipped
     static constexpr std::uint32_t outside = 0xFFFF'FFFEu;  ///< a face that has not been raised, or its point
 
     detail::PoolVector<std::uint64_t> number;  ///< per face: the lattice's
-    detail::PoolVector<std::uint32_t> twin;    ///< per half-edge: across a smooth edge
-    /// Per half-edge, empty on meshes without creases: the one across a crease, else none; how sharp the crease is.
+    detail::PoolVector<std::uint32_t> twin;    ///< per half-edge: across an edge that is flipped
+    /// Per half-edge, empty on meshes without creases and kept edges: the one across such an edge, else none; how sharp
+    /// the edge is, and whether it is kept whatever that is.
     detail::PoolVector<std::uint32_t> beyond;
     detail::PoolVector<float> sharpness;
+    detail::PoolVector<std::uint8_t> kept;
     detail::PoolVector<std::uint32_t> vertex;  ///< per half-edge: its origin, in Sqrt3Levels::vertices
     /// Per face: its point of the next level; where a side is cut, the one over the first and third half-edge.
     detail::PoolVector<std::uint32_t> apex;
@@ -40,13 +42,13 @@ struct Sqrt3Level {
 };
 
 /// The levels of an adaptive sqrt(3) mesh, side by side: all control faces; of the next level the faces over the sides
-/// of split faces and of those around them, and so on. O(faces), in one sweep.
+/// of split faces and of those around them, and so on. O(faces), in one sweep. Keeps a reference to the lattice.
 class Sqrt3Levels {
   public:
     /// @param split  per level: a face is split only where the forest has it
     /// @param rings   of faces around the split ones whose sides' faces are raised, too
     /// @param limits  also raise what the vertices beside edges that are cut next are surrounded by after the cut
-    Sqrt3Levels(const ControlMesh& mesh, std::span<const NumberSet> split, int rings, bool limits = false);
+    Sqrt3Levels(const Sqrt3Lattice& lattice, std::span<const NumberSet> split, int rings, bool limits = false);
 
     /// Calls visit(level, face, half, control face) for the triangles of the mesh, by control face, then by where they
     /// come from. Where `half`, the face is split, and `face` is the half-edge over which its part remains.
@@ -58,6 +60,7 @@ class Sqrt3Levels {
         };
         std::vector<Open> open;
         for (std::uint32_t root = 0; root < levels[0].face_count(); ++root) {
+            if (lattice_->is_hole(0, root)) continue;
             open.push_back({0, root, false});
             while (!open.empty()) {
                 const auto [k, f, half] = open.back();
@@ -103,6 +106,8 @@ class Sqrt3Levels {
     detail::PoolVector<Sqrt3Vertex> vertices;  ///< those of the control mesh first
     bool complete = true;                      ///< no face is left out
 
+    const Sqrt3Lattice& lattice() const { return *lattice_; }
+
   private:
     void start(const ControlMesh& mesh);
     void mark_split(Sqrt3Level& level, const NumberSet& numbers) const;
@@ -111,7 +116,9 @@ class Sqrt3Levels {
     void add_beside_cuts(const Sqrt3Level& level, detail::PoolVector<std::uint8_t>& faces) const;
     void raise(Sqrt3Level& level, int index, std::span<const std::uint8_t> faces, Sqrt3Level& finer);
     void link(const Sqrt3Level& level, bool cuts, Sqrt3Level& finer) const;
-    void link_creases(const Sqrt3Level& level, bool cuts, Sqrt3Level& finer) const;
+    void link_lines(const Sqrt3Level& level, bool cuts, Sqrt3Level& finer) const;
+
+    const Sqrt3Lattice* lattice_;
 };
 
 }  // namespace tetrakis

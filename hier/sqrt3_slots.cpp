@@ -8,7 +8,10 @@
 namespace tetrakis {
 
 Sqrt3Slots::Sqrt3Slots(const ControlMesh& mesh)
-    : forest_(mesh), child_(mesh.face_count(), std::uint32_t{k_whole}), shared_(mesh) {}
+    : forest_(mesh), child_(mesh.face_count(), std::uint32_t{k_whole}), shared_(forest_.lattice()) {
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+        if (mesh.is_hole(FaceId(f))) child_[f] = k_dead;
+}
 
 // Names and slots.
 
@@ -78,8 +81,8 @@ bool Sqrt3Slots::is_vertex(const Sqrt3Vertex& v) const {
 LeafId Sqrt3Slots::leaf_with(Sqrt3Lattice& lattice, int level, std::uint64_t h) const {
     const std::uint64_t face = Sqrt3Lattice::face(h);
     const std::uint32_t slot = slot_of(level, face);
-    // A face that is not there but has the half-edge: over a sharp edge, which the level before has, too; else a half
-    // triangle on the other side has it for its second side.
+    // A face that is not there but has the half-edge: over an edge that was not flipped, which the level before has,
+    // too; else a half triangle on the other side has it for its second side.
     if (slot == k_no_slot && level % 2 != 0 && lattice.twin(level, h) == Sqrt3Lattice::none)
         return leaf_with(lattice, level - 1, face);
     if (slot == k_no_slot) return LeafId(slot_of(level, lattice.twin(level - 1, face)));
@@ -101,6 +104,7 @@ LeafId Sqrt3Slots::neighbour(LeafId leaf, int side) const {
     }
     std::uint64_t other = lattice.twin(level, h);
     if (other == Sqrt3Lattice::none) other = lattice.beyond(level, h);
+    if (other != Sqrt3Lattice::none && lattice.is_hole(level, Sqrt3Lattice::face(other))) return {};
     return other == Sqrt3Lattice::none ? LeafId{} : leaf_with(lattice, level, other);
 }
 
@@ -109,6 +113,7 @@ std::vector<LeafId> Sqrt3Slots::ordered_leaves() const {
     leaves.reserve(leaf_count());
     std::vector<std::uint32_t> open;
     for (std::uint32_t root = 0; root < mesh().face_count(); ++root) {
+        if (child_[root] == k_dead) continue;
         open.push_back(root);
         while (!open.empty()) {
             const std::uint32_t slot = open.back();
@@ -160,7 +165,7 @@ void Sqrt3Slots::refine(std::span<const LeafId> marked, std::vector<LeafId>& cre
         const Sqrt3Triangle t = triangle(leaf);
         if (!t.half) {
             faces.push_back({t.level, t.face});
-            if (!shared_.lattice.has_creases()) continue;
+            if (!shared_.lattice.has_lines()) continue;
             const std::vector<Sqrt3Face> needed = forest_.needed(faces.back());
             faces.insert(faces.end(), needed.begin(), needed.end());
             continue;

@@ -8,14 +8,14 @@
 
 namespace tetrakis::detail {
 
-Sqrt3Net::Sqrt3Net(const ControlMesh& mesh, const Sqrt3Levels& levels) : mesh_(&mesh), levels_(&levels) {
-    for (std::uint32_t v = 0; v < mesh.vertex_count() && !tagged_; ++v) tagged_ = is_sharp(mesh.sharpness(VertexId(v)));
+Sqrt3Net::Sqrt3Net(const Sqrt3Levels& levels)
+    : mesh_(&levels.lattice().mesh()), levels_(&levels), tagged_(levels.lattice().has_tagged_vertices()) {
     const std::size_t count = levels.vertices.size();
     points_ = reinterpret_cast<Vec3d*>(memory_[0].reserve(3 * count));
     next_points_ = reinterpret_cast<Vec3d*>(memory_[1].reserve(3 * count));
     for (auto* flags : {&has_, &next_has_, &seen_}) resize_large(*flags, count);
-    std::copy(mesh.positions().begin(), mesh.positions().end(), points_);
-    std::fill_n(has_.begin(), mesh.vertex_count(), std::uint8_t{1});
+    std::copy(mesh_->positions().begin(), mesh_->positions().end(), points_);
+    std::fill_n(has_.begin(), mesh_->vertex_count(), std::uint8_t{1});
 }
 
 // The ring of the vertex that a half-edge leaves, the first one that does; false where part of it is missing.
@@ -28,6 +28,7 @@ bool Sqrt3Net::gather(std::uint32_t leaving) {
     ring_.rule = VertexRule::smooth;
     ring_.finite = false;
     ring_.around.clear();
+    if (level_ % 2 != 0 && levels_->lattice().has_kept()) return gather_cut(leaving);
     for (std::uint32_t h = leaving;;) {
         const std::uint32_t w = level.vertex[Sqrt3Level::next(h)];
         if (!Sqrt3Level::there(w) || has_[w] == 0) return false;
@@ -35,19 +36,25 @@ bool Sqrt3Net::gather(std::uint32_t leaving) {
         h = level.twin[Sqrt3Level::prev(h)];
         if (h == leaving) break;
         if (h == Sqrt3Level::outside) return false;
-        if (h == Sqrt3Level::none) return gather_sharp(leaving);
+        if (h == Sqrt3Level::none) return gather_cut(leaving);
     }
     if (tagged_) Sqrt3Tags().finish(Sqrt3Rules::vertex_sharpness(*mesh_, levels_->vertices[v], level_), ring_);
     return true;
 }
 
-// The same where some of the edges are sharp, as Sqrt3Points has it.
-bool Sqrt3Net::gather_sharp(std::uint32_t leaving) {
+// Whether an edge that the next step cuts is a kept one that is smooth.
+bool Sqrt3Net::is_smooth_cut(std::uint32_t h) const {
     const Sqrt3Level& level = here();
-    const bool creases = !level.beyond.empty();
+    return !level.beyond.empty() && level.beyond[h] != Sqrt3Level::none && !(level.sharpness[h] > 0);
+}
+
+// The same where some of the edges are not flipped, as Sqrt3Points::fan() has it.
+bool Sqrt3Net::gather_cut(std::uint32_t leaving) {
+    const Sqrt3Level& level = here();
+    const bool lines = !level.beyond.empty(), kept = lines && level_ % 2 != 0;
     const auto across = [&](std::uint32_t h) {
         const std::uint32_t t = level.twin[h];
-        return t == Sqrt3Level::none && creases ? level.beyond[h] : t;
+        return t == Sqrt3Level::none && lines ? level.beyond[h] : t;
     };
     // Clockwise to the boundary, or all around.
     std::uint32_t start = leaving;
@@ -62,23 +69,34 @@ bool Sqrt3Net::gather_sharp(std::uint32_t leaving) {
     ring_.around.clear();
     around_.clear();
     Sqrt3Tags tags;
-    const auto add = [&](std::uint32_t edge, std::uint32_t to) {
+    const auto add = [&](std::uint32_t to) {
         const std::uint32_t w = level.vertex[to];
         if (!Sqrt3Level::there(w) || has_[w] == 0) return false;
-        if (level.twin[edge] == Sqrt3Level::none) {
-            const bool crease = creases && level.beyond[edge] != Sqrt3Level::none;
-            tags.edge(ring_.around.size(), crease ? level.sharpness[edge] : k_sharpness_infinity);
-        }
         ring_.around.push_back(points_[w]);
         around_.push_back(w);
         return true;
     };
+    const auto add_edge = [&](std::uint32_t edge, std::uint32_t to) {
+        if (level.twin[edge] == Sqrt3Level::none) {
+            const bool inside = lines && level.beyond[edge] != Sqrt3Level::none;
+            const float sharpness = inside ? level.sharpness[edge] : k_sharpness_infinity;
+            if (sharpness > 0)
+                tags.edge(ring_.around.size(), sharpness);
+            else if (kept)
+                return true;
+        }
+        return add(to);
+    };
     for (std::uint32_t h = start;;) {
-        if (!add(h, Sqrt3Level::next(h))) return false;
+        if (!add_edge(h, Sqrt3Level::next(h))) return false;
+        if (const std::uint32_t side = h / 3 * 3; kept && h % 3 == 2 && is_smooth_cut(side)) {
+            const std::uint32_t beyond = level.beyond[side];
+            if (beyond == Sqrt3Level::outside || !add(Sqrt3Level::prev(beyond))) return false;
+        }
         const std::uint32_t behind = Sqrt3Level::prev(h);
         h = across(behind);
         if (h == Sqrt3Level::outside) return false;
-        if (h == Sqrt3Level::none && !add(behind, behind)) return false;
+        if (h == Sqrt3Level::none && !add_edge(behind, behind)) return false;
         if (h == Sqrt3Level::none || h == start) break;
     }
     tags.finish(Sqrt3Rules::vertex_sharpness(*mesh_, levels_->vertices[level.vertex[leaving]], level_), ring_);
@@ -89,7 +107,7 @@ bool Sqrt3Net::beside_cut(std::uint32_t leaving) const {
     const Sqrt3Level& level = here();
     std::uint32_t h = leaving;
     do {
-        if (level.twin[h / 3 * 3] == Sqrt3Level::none) return true;
+        if (level.twin[h / 3 * 3] == Sqrt3Level::none && !is_smooth_cut(h / 3 * 3)) return true;
         h = level.twin[Sqrt3Level::prev(h)];
     } while (h != leaving);
     return false;
@@ -112,7 +130,7 @@ void Sqrt3Net::put_limit(const Limits& limits, std::uint32_t leaving, std::uint3
     const bool crease = ring_.rule == VertexRule::crease && !here().beyond.empty();
     if (ring_.finite || ring_.rule == VertexRule::dart ||
         (crease && (may_be_dart(ring_.along[0]) || may_be_dart(ring_.along[1])))) {
-        if (!points_alone_) points_alone_.emplace(*mesh_);
+        if (!points_alone_) points_alone_.emplace(levels_->lattice());
         const Sqrt3Level& level = here();
         const LimitPoint point = points_alone_->limit(level_, 3 * level.number[leaving / 3] + leaving % 3);
         limits.positions[to] = point.position;
@@ -139,6 +157,17 @@ void Sqrt3Net::add_apex(std::uint32_t face) {
     if (levels_->vertices[v].kind == Sqrt3Vertex::Kind::centre) {
         next_points_[v] = Sqrt3Rules::centre(corner);
         next_has_[v] = 1;
+        return;
+    }
+    if (is_smooth_cut(3 * face)) {
+        const std::uint32_t beyond = level.beyond[3 * face];
+        const std::uint32_t w = Sqrt3Level::there(beyond) ? level.vertex[Sqrt3Level::prev(beyond)] : beyond;
+        if (!Sqrt3Level::there(w) || has_[w] == 0) return;
+        for (std::uint32_t k = 0; k < 2; ++k) {
+            const std::uint32_t to = k == 0 ? v : levels_->beside(v);
+            next_points_[to] = Sqrt3Rules::beside_smooth(corner[k], corner[2], points_[w]);
+            next_has_[to] = 1;
+        }
         return;
     }
     for (std::uint32_t k = 0; k < 2; ++k) {

@@ -17,8 +17,8 @@ namespace tetrakis::detail {
 /// Sqrt3Points, bit for bit.
 class Sqrt3Net {
   public:
-    /// At level 0. Keeps references.
-    Sqrt3Net(const ControlMesh& mesh, const Sqrt3Levels& levels);
+    /// At level 0. Keeps a reference.
+    explicit Sqrt3Net(const Sqrt3Levels& levels);
 
     int level() const { return level_; }
     bool at_last() const { return level_ + 1 == static_cast<int>(levels_->levels.size()); }
@@ -42,9 +42,10 @@ class Sqrt3Net {
   private:
     const Sqrt3Level& here() const { return levels_->levels[static_cast<std::size_t>(level_)]; }
     bool gather(std::uint32_t leaving);
-    bool gather_sharp(std::uint32_t leaving);
+    bool gather_cut(std::uint32_t leaving);
     void put_limit(const Limits& limits, std::uint32_t leaving, std::uint32_t to);
     bool beside_cut(std::uint32_t leaving) const;
+    bool is_smooth_cut(std::uint32_t h) const;
     bool has_limit(std::uint32_t vertex, std::uint32_t leaving) const;
     void add_apex(std::uint32_t face);
 

@@ -10,6 +10,14 @@ constexpr std::size_t k_most_points = 1u << 16;  // kept per level
 
 }  // namespace
 
+std::uint64_t Sqrt3Points::opposite_of_kept(int level, std::uint64_t h) {
+    if (!lattice_.has_kept() || level % 2 == 0) return Sqrt3Lattice::none;
+    const std::uint64_t side = 3 * Sqrt3Lattice::face(h);
+    if (lattice_.twin(level, side) != Sqrt3Lattice::none || lattice_.sharpness(level, side) > 0)
+        return Sqrt3Lattice::none;
+    return Sqrt3Lattice::prev(lattice_.beyond(level, side));
+}
+
 Sqrt3Points::Fan Sqrt3Points::fan(int level, std::uint64_t leaving) {
     Fan fan;
     // Clockwise to the boundary, or all around.
@@ -22,23 +30,34 @@ Sqrt3Points::Fan Sqrt3Points::fan(int level, std::uint64_t leaving) {
         start = Sqrt3Lattice::next(t);
         if (start == leaving) break;
     }
-    if (!fan.closed) fan.sharp.emplace_back(0, k_sharpness_infinity);
+    bool any_cut = !fan.closed;
     for (std::uint64_t h = start;;) {
         fan.leaving.push_back(h);
         const std::uint64_t into = Sqrt3Lattice::prev(h);
         h = lattice_.twin(level, into);
         if (h == Sqrt3Lattice::none) {
+            any_cut = true;
             h = lattice_.beyond(level, into);
-            fan.sharp.emplace_back(fan.leaving.size(), lattice_.sharpness(level, into));
         }
         if (h == Sqrt3Lattice::none || h == start) break;
     }
-    if (!fan.closed) return fan;
-    const auto first = std::min_element(fan.leaving.begin(), fan.leaving.end());
-    const auto turned = static_cast<std::size_t>(first - fan.leaving.begin()), count = fan.leaving.size();
-    std::rotate(fan.leaving.begin(), first, fan.leaving.end());
-    for (auto& [at, sharpness] : fan.sharp) at = (at + count - turned) % count;
-    std::sort(fan.sharp.begin(), fan.sharp.end());
+    if (fan.closed)
+        std::rotate(fan.leaving.begin(), std::min_element(fan.leaving.begin(), fan.leaving.end()), fan.leaving.end());
+    const bool kept = lattice_.has_kept() && level % 2 != 0;
+    const auto add = [&](std::uint64_t edge, std::uint64_t to) {
+        const float sharpness = any_cut ? lattice_.sharpness(level, edge) : 0.0f;
+        if (sharpness > 0) fan.sharp.emplace_back(fan.around.size(), sharpness);
+        // Flipped, if it were not kept: no edge, and one beyond each of its ends that are opposite.
+        const bool flipped = kept && any_cut && !(sharpness > 0) && lattice_.twin(level, edge) == Sqrt3Lattice::none;
+        if (!flipped) fan.around.push_back(to);
+    };
+    for (const std::uint64_t h : fan.leaving) {
+        add(h, Sqrt3Lattice::next(h));
+        if (!kept || h % 3 != 2) continue;
+        if (const std::uint64_t beyond = opposite_of_kept(level, h); beyond != Sqrt3Lattice::none)
+            fan.around.push_back(beyond);
+    }
+    if (!fan.closed) add(Sqrt3Lattice::prev(fan.leaving.back()), Sqrt3Lattice::prev(fan.leaving.back()));
     return fan;
 }
 
@@ -50,8 +69,7 @@ detail::Sqrt3Ring Sqrt3Points::ring(int level, std::uint64_t leaving, const Fan&
     detail::Sqrt3Ring ring;
     ring.closed = at.closed;
     ring.point = position(level, leaving);
-    const std::size_t count = at.leaving.size() + (at.closed ? 0 : 1);
-    for (std::size_t i = 0; i < count; ++i) ring.around.push_back(position(level, leaving_around(at, i)));
+    for (const std::uint64_t h : at.around) ring.around.push_back(position(level, h));
     detail::Sqrt3Tags tags;
     for (const auto& [edge, sharpness] : at.sharp) tags.edge(edge, sharpness);
     const bool tagged = lattice_.has_tagged_vertices();
@@ -80,17 +98,20 @@ Vec3d Sqrt3Points::compute(int level, std::uint64_t leaving, const Sqrt3Vertex& 
         return detail::Sqrt3Rules::centre(
             {position(above, 3 * v.key), position(above, 3 * v.key + 1), position(above, 3 * v.key + 2)});
     if (v.birth == level) {
-        // On the sharp edge from `near` to `far`, near the first.
+        // On the cut edge from `near` to `far`, near the first.
         const std::uint64_t s = v.key;
         const bool first = v.kind == Kind::first;
         const std::uint64_t at = first ? s : Sqrt3Lattice::next(s), other = first ? Sqrt3Lattice::next(s) : s;
+        if (const std::uint64_t opposite = opposite_of_kept(above, s); opposite != Sqrt3Lattice::none)
+            return detail::Sqrt3Rules::beside_smooth(position(above, at), position(above, Sqrt3Lattice::prev(s)),
+                                                     position(above, opposite));
         const Fan around = fan(above, at);
         const detail::Sqrt3Ring near = ring(above, at, around);
         const Vec3d far = position(above, other);
         const Vec3d* beyond = nullptr;
         if (near.rule == VertexRule::crease) {
             // Of the two ways that the crease goes on, the one that is not to `far`.
-            const Sqrt3Vertex one = lattice_.origin(above, leaving_around(around, near.along[0]));
+            const Sqrt3Vertex one = lattice_.origin(above, around.around[near.along[0]]);
             beyond = &near.around[near.along[one == lattice_.origin(above, other) ? 1 : 0]];
         }
         return detail::Sqrt3Rules::beside(near.point, far, beyond);
@@ -100,14 +121,13 @@ Vec3d Sqrt3Points::compute(int level, std::uint64_t leaving, const Sqrt3Vertex& 
 
 bool Sqrt3Points::beside_cut(int level, std::uint64_t leaving) {
     const Fan at = fan(level, leaving);
-    return std::any_of(at.leaving.begin(), at.leaving.end(), [&](std::uint64_t h) {
-        return lattice_.twin(level, 3 * Sqrt3Lattice::face(h)) == Sqrt3Lattice::none;
-    });
+    return std::any_of(at.leaving.begin(), at.leaving.end(),
+                       [&](std::uint64_t h) { return lattice_.sharpness(level, 3 * Sqrt3Lattice::face(h)) > 0; });
 }
 
 bool Sqrt3Points::beside_dart(int level, const Fan& at) {
     return std::any_of(at.sharp.begin(), at.sharp.end(), [&](const auto& edge) {
-        const std::uint64_t there = leaving_around(at, edge.first);
+        const std::uint64_t there = at.around[edge.first];
         return lattice_.origin(level, there).kind == Sqrt3Vertex::Kind::control &&
                ring(level, there).rule == VertexRule::dart;
     });

@@ -32,18 +32,18 @@ class Sqrt3Points {
     detail::Sqrt3Ring ring(int level, std::uint64_t leaving);
 
   private:
-    /// The half-edges that leave a vertex, counter-clockwise from a start that all of them agree on.
+    /// What surrounds a vertex, counter-clockwise from a start that all its half-edges agree on.
     struct Fan {
-        std::vector<std::uint64_t> leaving;
+        std::vector<std::uint64_t> leaving;  ///< the half-edges that leave it
+        std::vector<std::uint64_t> around;   ///< half-edges that leave the vertices around, as the rules see them
         bool closed = true;
-        /// Which edges are sharp, by the number of the vertex around, and how much.
+        /// Which of these the sharp edges go to, and how sharp they are.
         std::vector<std::pair<std::size_t, float>> sharp;
     };
     Fan fan(int level, std::uint64_t leaving);
-    /// A half-edge that leaves vertex i around.
-    static std::uint64_t leaving_around(const Fan& at, std::size_t i) {
-        return i < at.leaving.size() ? Sqrt3Lattice::next(at.leaving[i]) : Sqrt3Lattice::prev(at.leaving.back());
-    }
+    /// Beyond the edge of a half-edge's face that the next step cuts, where it is a kept edge that is smooth, as a
+    /// half-edge that leaves the opposite corner; else none.
+    std::uint64_t opposite_of_kept(int level, std::uint64_t h);
     detail::Sqrt3Ring ring(int level, std::uint64_t leaving, const Fan& at);
     bool beside_cut(int level, std::uint64_t leaving);
     bool beside_dart(int level, const Fan& at);

@@ -47,6 +47,10 @@ Vec3d Sqrt3Rules::centre(const std::array<Vec3d, 3>& corners) {
     return sum;
 }
 
+Vec3d Sqrt3Rules::beside_smooth(const Vec3d& near, const Vec3d& opposite, const Vec3d& beyond) {
+    return (1.0 / 3) * near + (1.0 / 3) * (opposite + beyond);
+}
+
 Vec3d Sqrt3Rules::beside(const Vec3d& near, const Vec3d& far, const Vec3d* beyond) {
     const Vec3d p = Sqrt3::crease_middle * near + Sqrt3::crease_near * far;
     return p + Sqrt3::crease_far * (beyond != nullptr ? *beyond : 2.0 * near - far);

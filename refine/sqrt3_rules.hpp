@@ -48,7 +48,10 @@ class Sqrt3Rules {
     /// The tag of a vertex that is left of it at a level.
     static float vertex_sharpness(const ControlMesh& mesh, const Sqrt3Vertex& v, int level);
     static Vec3d centre(const std::array<Vec3d, 3>& corners);
-    /// The point of a cut edge beside `near`, whose crease goes on to `beyond` on its other side (nothing: it ends).
+    /// The point of a kept edge that is smooth beside `near`, between the opposite corners of its faces: the centre of
+    /// the flipped triangle. From either side the same bits.
+    static Vec3d beside_smooth(const Vec3d& near, const Vec3d& opposite, const Vec3d& beyond);
+    /// The point of a sharp edge beside `near`, whose crease goes on to `beyond` on its other side (nothing: it ends).
     static Vec3d beside(const Vec3d& near, const Vec3d& far, const Vec3d* beyond);
     /// The vertex at the next level.
     Vec3d moved(const Sqrt3Ring& ring, bool cuts);

@@ -15,15 +15,17 @@
 // Hierarchies for tests: random meshes that a scheme takes, random sequences of changes.
 namespace tetrakis::test {
 
-/// Random triangles, closed or with a boundary that is sharp or round at its corners; without tags inside, with single
-/// sharp edges and vertices, infinitely and finitely so, or with so many that they run together.
+/// Random triangles, closed or with a boundary that is sharp or round at its corners; without tags inside, with holes
+/// and single sharp edges and vertices, infinitely and finitely so, or with so many edges that they run together.
 inline ControlMesh random_sqrt3_mesh(std::uint64_t seed) {
     RandomMeshOptions options = random_options(seed);
     options.triangles_only = true;
-    options.hole = 0;
+    if (seed % 3 == 0) options.hole = 0;
     options.crease = std::array{0.0, 0.15, 0.4}[seed % 3];
     options.corner = seed % 3 == 0 ? 0 : 0.05;
-    options.boundary_rule = seed % 2 == 0 ? BoundaryRule::edge_and_corner : BoundaryRule::edge_only;
+    options.boundary_rule = seed % 7 == 4   ? BoundaryRule::none
+                            : seed % 2 == 0 ? BoundaryRule::edge_and_corner
+                                            : BoundaryRule::edge_only;
     return random_mesh(seed, options);
 }
 

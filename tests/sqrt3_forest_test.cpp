@@ -150,6 +150,70 @@ TEST_CASE("[inv1] adaptive sqrt3: creases that close, cross and end, corners ins
     }
 }
 
+TEST_CASE("[inv1] [inv3] adaptive sqrt3: edges that are kept do not move a point, and no leaf lies on both sides") {
+    for (const std::uint64_t seed : test::seeds(8)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = random_sqrt3_mesh(seed);
+        const double size = mesh.bounding_box().diagonal();
+        const auto kept = [&](EdgeId e) { return e.value % 5 < 2; };
+        Sqrt3Forest forest(mesh, kept), plain(mesh);
+        const Sqrt3Forest whole = forest;
+        for (int level = 1; level <= 3; ++level) {
+            for (Sqrt3Forest* of : {&forest, &plain}) of->refine_where([](const Sqrt3Leaf&) { return true; });
+            for (const bool limit : {false, true}) {
+                const Sqrt3Mesh a = sqrt3_mesh(forest, {.limit = limit}), b = sqrt3_mesh(plain, {.limit = limit});
+                REQUIRE(a.mesh.positions.size() == b.mesh.positions.size());
+                CHECK(test::farthest_from(a.mesh.positions, b.mesh.positions) < 1e-12 * size);
+                CHECK((level != 2 || a.mesh.face_count() == b.mesh.face_count()));
+            }
+        }
+        // Points alone, half-way.
+        test::Random random(seed);
+        forest = whole;
+        for (int round = 0; round < 5; ++round) refine_randomly(forest, random, 0.15, 4);
+        CHECK(!forest.check().has_value());
+        const Sqrt3Mesh net = sqrt3_mesh(forest, {.limit = false}), limits = sqrt3_mesh(forest);
+        CHECK(test::topology(triangles(net.mesh)) == test::surface_topology(mesh));
+        Sqrt3Points alone(forest.lattice());
+        std::size_t different = 0;
+        for (std::size_t f = 0; f < net.leaves.size(); ++f)
+            for (std::size_t k = 0; k < 3; ++k) {
+                const Sqrt3Leaf& leaf = net.leaves[f];
+                const std::uint32_t v = net.mesh.face_vertices[3 * f + k];
+                if (leaf.vertex_level[k] == net.levels[v])
+                    different += alone.position(leaf.vertex_level[k], leaf.leaving[k]) != net.mesh.positions[v];
+                different += alone.limit(leaf.vertex_level[k], leaf.leaving[k]).position != limits.mesh.positions[v];
+            }
+        CHECK(different == 0);
+    }
+}
+
+TEST_CASE("[inv1] adaptive sqrt3: holes take part in the rules and are left out, as by uniform refinement") {
+    ControlMeshData data = tagged_mesh(10).data();
+    data.holes = {3, 4, 20, 33};
+    const ControlMesh mesh = ControlMesh::build(data);
+    const double size = mesh.bounding_box().diagonal();
+    Sqrt3Forest forest(mesh);
+    CHECK(forest.leaf_count() == mesh.face_count() - 4);
+    CHECK_THROWS_WITH_AS(forest.refine(Sqrt3Face{1, 3 * 20}), doctest::Contains("hole"), Error);
+    for (int level = 0; level <= 2; ++level) {
+        const PolygonMesh uniform = refine(mesh, "sqrt3", level);
+        const Sqrt3Mesh net = sqrt3_mesh(forest, {.limit = false});
+        REQUIRE(net.mesh.face_count() == uniform.face_count());
+        const auto centroids = [](const PolygonMesh& m) {
+            std::vector<Vec3d> result;
+            for (const auto& t : triangles(m))
+                result.push_back((m.positions[t[0]] + m.positions[t[1]] + m.positions[t[2]]) / 3.0);
+            return result;
+        };
+        CHECK(test::farthest_from(centroids(net.mesh), centroids(uniform)) < 1e-12 * size);
+        CHECK(test::farthest_from(centroids(uniform), centroids(net.mesh)) < 1e-12 * size);
+        for (int step = 0; step < 2; ++step) forest.refine_where([](const Sqrt3Leaf&) { return true; });
+        CHECK(test::topology(triangles(sqrt3_mesh(forest).mesh)) == test::surface_topology(mesh));
+        CHECK(!forest.check().has_value());
+    }
+}
+
 TEST_CASE("adaptive sqrt3: both faces of a crease that is cut are split together, and come back together") {
     const ControlMesh mesh = tagged_mesh(10);
     Sqrt3Forest forest(mesh);
