@@ -25,9 +25,9 @@ bool Sqrt3Net::gather(std::uint32_t leaving) {
     if (has_[v] == 0) return false;
     ring_.point = points_[v];
     ring_.closed = true;
-    ring_.rule = VertexRule::smooth;
-    ring_.finite = false;
     ring_.around.clear();
+    ring_.sharp.clear();
+    ring_.vertex_sharpness = tagged_ ? Sqrt3Rules::vertex_sharpness(*mesh_, levels_->vertices[v], level_) : 0.0f;
     if (level_ % 2 != 0 && levels_->lattice().has_kept()) return gather_cut(leaving);
     for (std::uint32_t h = leaving;;) {
         const std::uint32_t w = level.vertex[Sqrt3Level::next(h)];
@@ -38,7 +38,6 @@ bool Sqrt3Net::gather(std::uint32_t leaving) {
         if (h == Sqrt3Level::outside) return false;
         if (h == Sqrt3Level::none) return gather_cut(leaving);
     }
-    if (tagged_) Sqrt3Tags().finish(Sqrt3Rules::vertex_sharpness(*mesh_, levels_->vertices[v], level_), ring_);
     return true;
 }
 
@@ -68,7 +67,6 @@ bool Sqrt3Net::gather_cut(std::uint32_t leaving) {
     }
     ring_.around.clear();
     around_.clear();
-    Sqrt3Tags tags;
     const auto add = [&](std::uint32_t to) {
         const std::uint32_t w = level.vertex[to];
         if (!Sqrt3Level::there(w) || has_[w] == 0) return false;
@@ -81,7 +79,7 @@ bool Sqrt3Net::gather_cut(std::uint32_t leaving) {
             const bool inside = lines && level.beyond[edge] != Sqrt3Level::none;
             const float sharpness = inside ? level.sharpness[edge] : k_sharpness_infinity;
             if (sharpness > 0)
-                tags.edge(ring_.around.size(), sharpness);
+                ring_.sharp.emplace_back(ring_.around.size(), sharpness);
             else if (kept)
                 return true;
         }
@@ -99,7 +97,6 @@ bool Sqrt3Net::gather_cut(std::uint32_t leaving) {
         if (h == Sqrt3Level::none && !add_edge(behind, behind)) return false;
         if (h == Sqrt3Level::none || h == start) break;
     }
-    tags.finish(Sqrt3Rules::vertex_sharpness(*mesh_, levels_->vertices[level.vertex[leaving]], level_), ring_);
     return true;
 }
 
@@ -124,12 +121,11 @@ bool Sqrt3Net::has_limit(std::uint32_t vertex, std::uint32_t leaving) const {
 void Sqrt3Net::put_limit(const Limits& limits, std::uint32_t leaving, std::uint32_t to) {
     limits.found[to] = 1;
     // What a crease goes to may be a dart (Sqrt3Points::limit()).
-    const auto may_be_dart = [&](std::size_t i) {
-        return levels_->vertices[around_[i]].kind == Sqrt3Vertex::Kind::control;
-    };
-    const bool crease = ring_.rule == VertexRule::crease && !here().beyond.empty();
-    if (ring_.finite || ring_.rule == VertexRule::dart ||
-        (crease && (may_be_dart(ring_.along[0]) || may_be_dart(ring_.along[1])))) {
+    const bool alone =
+        !here().beyond.empty() && std::any_of(ring_.sharp.begin(), ring_.sharp.end(), [&](const auto& edge) {
+            return levels_->vertices[around_[edge.first]].kind == Sqrt3Vertex::Kind::control;
+        });
+    if (alone) {
         if (!points_alone_) points_alone_.emplace(levels_->lattice());
         const Sqrt3Level& level = here();
         const LimitPoint point = points_alone_->limit(level_, 3 * level.number[leaving / 3] + leaving % 3);
@@ -173,9 +169,9 @@ void Sqrt3Net::add_apex(std::uint32_t face) {
     for (std::uint32_t k = 0; k < 2; ++k) {
         if (!gather(3 * face + k)) continue;
         const Vec3d* beyond = nullptr;
-        if (ring_.rule == VertexRule::crease) {
-            const std::uint32_t other = around_[ring_.along[0]] == level.vertex[3 * face + 1 - k] ? 1 : 0;
-            beyond = &ring_.around[ring_.along[other]];
+        if (ring_.rule() == VertexRule::crease) {
+            const std::size_t other = around_[ring_.sharp[0].first] == level.vertex[3 * face + 1 - k] ? 1 : 0;
+            beyond = &ring_.around[ring_.sharp[other].first];
         }
         const std::uint32_t to = k == 0 ? v : levels_->beside(v);
         next_points_[to] = Sqrt3Rules::beside(corner[k], corner[1 - k], beyond);

@@ -53,7 +53,7 @@ class Sqrt3Net {
     const Sqrt3Levels* levels_;
     Sqrt3Rules rules_;
     bool tagged_ = false;                      ///< some vertices of the mesh are
-    std::optional<Sqrt3Points> points_alone_;  ///< for limits that lie levels further down
+    std::optional<Sqrt3Points> points_alone_;  ///< for limits beside darts
     Sqrt3Ring ring_;
     std::vector<std::uint32_t> around_;  ///< the vertices around, where an edge is sharp
     int level_ = 0;

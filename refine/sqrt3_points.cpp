@@ -70,11 +70,9 @@ detail::Sqrt3Ring Sqrt3Points::ring(int level, std::uint64_t leaving, const Fan&
     ring.closed = at.closed;
     ring.point = position(level, leaving);
     for (const std::uint64_t h : at.around) ring.around.push_back(position(level, h));
-    detail::Sqrt3Tags tags;
-    for (const auto& [edge, sharpness] : at.sharp) tags.edge(edge, sharpness);
-    const bool tagged = lattice_.has_tagged_vertices();
-    tags.finish(tagged ? detail::Sqrt3Rules::vertex_sharpness(*mesh_, lattice_.origin(level, leaving), level) : 0.0f,
-                ring);
+    ring.sharp = at.sharp;
+    if (lattice_.has_tagged_vertices())
+        ring.vertex_sharpness = detail::Sqrt3Rules::vertex_sharpness(*mesh_, lattice_.origin(level, leaving), level);
     return ring;
 }
 
@@ -109,10 +107,10 @@ Vec3d Sqrt3Points::compute(int level, std::uint64_t leaving, const Sqrt3Vertex& 
         const detail::Sqrt3Ring near = ring(above, at, around);
         const Vec3d far = position(above, other);
         const Vec3d* beyond = nullptr;
-        if (near.rule == VertexRule::crease) {
+        if (near.rule() == VertexRule::crease) {
             // Of the two ways that the crease goes on, the one that is not to `far`.
-            const Sqrt3Vertex one = lattice_.origin(above, around.around[near.along[0]]);
-            beyond = &near.around[near.along[one == lattice_.origin(above, other) ? 1 : 0]];
+            const Sqrt3Vertex one = lattice_.origin(above, around.around[near.sharp[0].first]);
+            beyond = &near.around[near.sharp[one == lattice_.origin(above, other) ? 1 : 0].first];
         }
         return detail::Sqrt3Rules::beside(near.point, far, beyond);
     }
@@ -129,7 +127,7 @@ bool Sqrt3Points::beside_dart(int level, const Fan& at) {
     return std::any_of(at.sharp.begin(), at.sharp.end(), [&](const auto& edge) {
         const std::uint64_t there = at.around[edge.first];
         return lattice_.origin(level, there).kind == Sqrt3Vertex::Kind::control &&
-               ring(level, there).rule == VertexRule::dart;
+               ring(level, there).rule() == VertexRule::dart;
     });
 }
 
@@ -145,16 +143,11 @@ LimitPoint Sqrt3Points::limit(int level, std::uint64_t leaving) {
         if (beside_cut(level, leaving)) advance(1);
         return rules_.limit(ring(level, leaving));
     }
-    // Where sharpness runs out, from the level where it has; where a sharp edge ends in a dart, which a step moves
-    // before it cuts the edge, from the one after.
-    for (;;) {
-        const Fan around = fan(level, leaving);
-        const detail::Sqrt3Ring at = ring(level, leaving, around);
-        if (!at.finite &&
-            (at.rule == VertexRule::smooth || at.rule == VertexRule::corner || !beside_dart(level, around)))
-            return rules_.limit(at);
-        advance(2);
-    }
+    // Where a sharp edge goes to a dart, from the level where it goes to a point of that edge.
+    const Fan around = fan(level, leaving);
+    if (!beside_dart(level, around)) return rules_.limit(ring(level, leaving, around));
+    advance(2);
+    return rules_.limit(ring(level, leaving));
 }
 
 }  // namespace tetrakis

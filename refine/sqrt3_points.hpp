@@ -37,8 +37,7 @@ class Sqrt3Points {
         std::vector<std::uint64_t> leaving;  ///< the half-edges that leave it
         std::vector<std::uint64_t> around;   ///< half-edges that leave the vertices around, as the rules see them
         bool closed = true;
-        /// Which of these the sharp edges go to, and how sharp they are.
-        std::vector<std::pair<std::size_t, float>> sharp;
+        std::vector<std::pair<std::size_t, float>> sharp;  ///< as Sqrt3Ring has them
     };
     Fan fan(int level, std::uint64_t leaving);
     /// Beyond the edge of a half-edge's face that the next step cuts, where it is a kept edge that is smooth, as a

@@ -3,20 +3,16 @@
 #include "tetrakis/schemes/spectrum.hpp"
 #include "tetrakis/schemes/sqrt3.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
 namespace tetrakis::detail {
 
-void Sqrt3Tags::finish(float vertex_sharpness, Sqrt3Ring& ring) const {
-    const bool corner = is_sharp(vertex_sharpness) || sharp_ > 2;
-    ring.rule = corner        ? VertexRule::corner
-                : sharp_ == 2 ? VertexRule::crease
-                : sharp_ == 1 ? VertexRule::dart
-                              : VertexRule::smooth;
-    ring.finite = finite_ || is_semi_sharp(vertex_sharpness);
-    ring.along = along_;
+bool Sqrt3Ring::is_finite() const {
+    return is_semi_sharp(vertex_sharpness) ||
+           std::any_of(sharp.begin(), sharp.end(), [](const auto& edge) { return is_semi_sharp(edge.second); });
 }
 
 float Sqrt3Rules::vertex_sharpness(const ControlMesh& mesh, const Sqrt3Vertex& v, int level) {
@@ -57,24 +53,70 @@ Vec3d Sqrt3Rules::beside(const Vec3d& near, const Vec3d& far, const Vec3d* beyon
 }
 
 Vec3d Sqrt3Rules::moved(const Sqrt3Ring& ring, bool cuts) {
-    if (ring.rule == VertexRule::corner || (ring.rule == VertexRule::crease && !cuts)) return ring.point;
-    if (ring.rule == VertexRule::crease)
-        return Sqrt3::crease_vertex * ring.point + Sqrt3::crease_neighbour * ring.around[ring.along[0]] +
-               Sqrt3::crease_neighbour * ring.around[ring.along[1]];
+    const VertexRule rule = ring.rule();
+    if (rule == VertexRule::corner || (rule == VertexRule::crease && !cuts)) return ring.point;
+    if (rule == VertexRule::crease)
+        return Sqrt3::crease_vertex * ring.point + Sqrt3::crease_neighbour * ring.around[ring.sharp[0].first] +
+               Sqrt3::crease_neighbour * ring.around[ring.sharp[1].first];
     const RingMask& mask = masks(ring.around.size()).vertex;
     Vec3d sum = mask.vertex * ring.point;
     for (const Vec3d& q : ring.around) sum += mask.edge * q;
     return sum;
 }
 
+// The ring alone decides it: what is around goes to the points of the faces and edges at the vertex.
+Sqrt3Ring Sqrt3Rules::after_two_steps(const Sqrt3Ring& ring) {
+    const std::size_t count = ring.around.size(), faces = ring.closed ? count : count - 1;
+    std::vector<Vec3d> centres;
+    for (std::size_t i = 0; i < faces; ++i)
+        centres.push_back(centre({ring.point, ring.around[i], ring.around[(i + 1) % count]}));
+    // Between the steps: around are the centres, and what sharp edges go to.
+    Sqrt3Ring between;
+    between.point = moved(ring, false);
+    between.closed = ring.closed;
+    between.vertex_sharpness = ring.vertex_sharpness;
+    std::vector<std::uint8_t> is_sharp_edge(count, 0);
+    for (const auto& [at, sharpness] : ring.sharp) is_sharp_edge[at] = 1;
+    for (std::size_t i = 0, next = 0; i < count; ++i) {
+        if (is_sharp_edge[i] != 0) {
+            between.sharp.emplace_back(between.around.size(), ring.sharp[next++].second);
+            between.around.push_back(ring.around[i]);
+        }
+        if (i < faces) between.around.push_back(centres[i]);
+    }
+    Sqrt3Ring after;
+    after.point = moved(between, true);
+    after.closed = ring.closed;
+    after.vertex_sharpness = child_sharpness(ring.vertex_sharpness);
+    const bool crease = ring.rule() == VertexRule::crease;
+    for (std::size_t i = 0, next = 0; i < count; ++i) {
+        if (is_sharp_edge[i] == 0) {
+            after.around.push_back(centre({between.point, centres[(i + faces - 1) % faces], centres[i]}));
+            continue;
+        }
+        const float sharpness = child_sharpness(ring.sharp[next].second);
+        if (is_sharp(sharpness)) after.sharp.emplace_back(i, sharpness);
+        const Vec3d* beyond = crease ? &ring.around[ring.sharp[1 - next].first] : nullptr;
+        after.around.push_back(beside(between.point, ring.around[i], beyond));
+        ++next;
+    }
+    return after;
+}
+
+Sqrt3Ring Sqrt3Rules::settled(Sqrt3Ring ring) {
+    while (ring.is_finite()) ring = after_two_steps(ring);
+    return ring;
+}
+
 Vec3d Sqrt3Rules::limit_position(const Sqrt3Ring& ring) {
+    if (ring.is_finite()) return limit_position(settled(ring));
     const Vec3d& p = ring.point;
-    switch (ring.rule) {
+    switch (ring.rule()) {
         case VertexRule::corner:
             return p;
         case VertexRule::crease:
-            return k_crease_limit_mask.vertex * p + k_crease_limit_mask.neighbour * ring.around[ring.along[0]] +
-                   k_crease_limit_mask.neighbour * ring.around[ring.along[1]];
+            return k_crease_limit_mask.vertex * p + k_crease_limit_mask.neighbour * ring.around[ring.sharp[0].first] +
+                   k_crease_limit_mask.neighbour * ring.around[ring.sharp[1].first];
         case VertexRule::dart:
             return dart_limit(ring).position;
         case VertexRule::smooth:
@@ -96,21 +138,27 @@ void add_tangent_plane(LimitPoint& out) {
     }
 }
 
+Vec3d mean_face_normal(const Sqrt3Ring& ring) {
+    const Vec3d& p = ring.point;
+    const std::size_t count = ring.around.size();
+    Vec3d normal(0);
+    for (std::size_t i = 0; i + (ring.closed ? 0 : 1) < count; ++i) {
+        const Vec3d face = glm::cross(ring.around[i] - p, ring.around[(i + 1) % count] - p);
+        if (const double length = glm::length(face); length > 0) normal += face / length;
+    }
+    const double length = glm::length(normal);
+    return length > 0 ? normal / length : normal;
+}
+
 }  // namespace
 
 LimitPoint Sqrt3Rules::limit(const Sqrt3Ring& ring) {
-    if (ring.rule == VertexRule::dart) return dart_limit(ring);
-    const Vec3d& p = ring.point;
+    if (ring.is_finite()) return limit(settled(ring));
+    if (ring.rule() == VertexRule::dart) return dart_limit(ring);
     LimitPoint out;
     out.position = limit_position(ring);
-    if (ring.rule != VertexRule::smooth) {
-        Vec3d normal(0);
-        const std::size_t count = ring.around.size();
-        for (std::size_t i = 0; i + (ring.closed ? 0 : 1) < count; ++i) {
-            const Vec3d face = glm::cross(ring.around[i] - p, ring.around[(i + 1) % count] - p);
-            if (const double length = glm::length(face); length > 0) normal += face / length;
-        }
-        if (const double length = glm::length(normal); length > 0) out.normal = normal / length;
+    if (ring.rule() != VertexRule::smooth) {
+        out.normal = mean_face_normal(ring);
         return out;
     }
     const Masks& of = masks(ring.around.size());
@@ -161,12 +209,14 @@ LimitPoint Sqrt3Rules::dart_limit(const Sqrt3Ring& ring) {
     LimitPoint out;
     out.position = masks.vertex * ring.point;
     for (std::size_t i = 0; i < count; ++i) {
-        const Vec3d& q = ring.around[(ring.along[0] + i) % count];
+        const Vec3d& q = ring.around[(ring.sharp[0].first + i) % count];
         out.position += masks.limit[i] * q;
         out.tangent1 += masks.tangent1[i] * (q - ring.point);
         out.tangent2 += masks.tangent2[i] * (q - ring.point);
     }
     add_tangent_plane(out);
+    // Where its eigenvalues do not tell the directions.
+    if (!out.has_tangent_plane) out.normal = mean_face_normal(ring);
     return out;
 }
 

@@ -9,6 +9,7 @@
 #include <array>
 #include <cstddef>
 #include <map>
+#include <utility>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -19,27 +20,16 @@ struct Sqrt3Ring {
     Vec3d point{0};
     std::vector<Vec3d> around;
     bool closed = true;
-    VertexRule rule = VertexRule::smooth;
-    bool finite = false;                 ///< the rule will be another one when a finite sharpness has run out
-    std::array<std::size_t, 2> along{};  ///< at a crease: which two of those around it goes to; at a dart: the first
-};
+    std::vector<std::pair<std::size_t, float>> sharp;  ///< which of these sharp edges go to, and how sharp they are
+    float vertex_sharpness = 0;
 
-/// What makes the rule of a ring, vertex by vertex around it.
-class Sqrt3Tags {
-  public:
-    void clear() { *this = Sqrt3Tags(); }
-    /// @param at  number of the vertex around
-    void edge(std::size_t at, float sharpness) {
-        finite_ = finite_ || is_semi_sharp(sharpness);
-        if (sharp_ < along_.size()) along_[sharp_] = at;
-        ++sharp_;
+    VertexRule rule() const {
+        if (is_sharp(vertex_sharpness) || sharp.size() > 2) return VertexRule::corner;
+        constexpr VertexRule k_rules[] = {VertexRule::smooth, VertexRule::dart, VertexRule::crease};
+        return k_rules[sharp.size()];
     }
-    void finish(float vertex_sharpness, Sqrt3Ring& ring) const;
-
-  private:
-    std::size_t sharp_ = 0;
-    bool finite_ = false;
-    std::array<std::size_t, 2> along_{};
+    /// Whether some sharpness will run out.
+    bool is_finite() const;
 };
 
 /// The sqrt(3) scheme's rules on the rings of simple steps' levels; keeps its masks.
@@ -56,8 +46,8 @@ class Sqrt3Rules {
     /// The vertex at the next level.
     Vec3d moved(const Sqrt3Ring& ring, bool cuts);
     /// Tangents only where the surface is smooth; elsewhere the normal is the mean of those of the faces around. From
-    /// the ring of a level before the first of two steps, of a smooth vertex away from cut edges of any. At a dart, a
-    /// step of the scheme after it came about.
+    /// the ring of a level before the first of two steps, of a smooth vertex away from cut edges of any; not where a
+    /// sharp edge goes to a dart, which the first step moves.
     LimitPoint limit(const Sqrt3Ring& ring);
     /// Its position alone.
     Vec3d limit_position(const Sqrt3Ring& ring);
@@ -75,6 +65,8 @@ class Sqrt3Rules {
     const Masks& masks(std::size_t valence);
     const DartMasks& dart_masks(std::size_t valence);
     LimitPoint dart_limit(const Sqrt3Ring& ring);
+    Sqrt3Ring after_two_steps(const Sqrt3Ring& ring);
+    Sqrt3Ring settled(Sqrt3Ring ring);
 
     std::vector<Masks> masks_;  // per valence, empty until they are asked for
     std::map<std::size_t, DartMasks> darts_;

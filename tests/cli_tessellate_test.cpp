@@ -192,7 +192,7 @@ TEST_CASE("[slow] any scheme of the table tessellates: watertight, measured with
          {Case{"kobbelt", "bracket.obj", {"--no-measure"}},
           Case{"modified-butterfly", "tetrahedron.obj", {"--reflect"}, true},
           Case{"biquartic", "pipe3.obj", {"--no-measure"}}, Case{"doo-sabin", "cube.obj", {"--threads", "1"}},
-          Case{"averaging", "cube.obj", {"--steps", "2"}}, Case{"sqrt3", "tetrahedron.obj", {"--threads", "2"}},
+          Case{"averaging", "cube.obj", {"--steps", "2"}}, Case{"sqrt3", "extruded_pentagon.obj", {"--threads", "2"}},
           Case{"kobbelt", "cube.obj", {"--estimator", "certified"}, true},
           Case{"loop", "tetrahedron.obj", {"--warren"}, true}}) {
         CAPTURE(c.scheme);
