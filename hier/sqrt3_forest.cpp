@@ -120,8 +120,9 @@ std::size_t Sqrt3Forest::refine_where(const std::function<bool(const Sqrt3Leaf&)
         const Sqrt3Leaf leaf = levels.leaf(level, face, half, control_face);
         if (!wanted(leaf)) return;
         if (level >= max_level_) refuse_depth();
-        if (!half && !lattice.has_lines()) {
-            faces.push_back({leaf.level, leaf.face});  // it is there: what it needs has been split
+        const Sqrt3Level& at = levels.levels[static_cast<std::size_t>(level)];
+        if (!half && (level % 2 == 0 || at.line(3 * face) == nullptr)) {
+            faces.push_back({leaf.level, leaf.face});  // it is there, and has no partner: what it needs has been split
             return;
         }
         needed.assign(1, {leaf.level, half ? Sqrt3Lattice::face(lattice.twin(level, leaf.face)) : leaf.face});

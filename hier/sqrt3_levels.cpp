@@ -14,12 +14,6 @@ bool cuts_edges(int level) { return level % 2 != 0; }
 /// Whether a step that cuts edges cuts the first side of a face, the only one that can be (Sqrt3Lattice).
 bool is_cut(const Sqrt3Level& level, std::uint32_t f) { return level.twin[3 * f] == Sqrt3Level::none; }
 
-void reset_lines(Sqrt3Level& level, std::size_t halfedges) {
-    level.beyond.assign(halfedges, Sqrt3Level::none);
-    level.sharpness.assign(halfedges, 0.0f);
-    level.kept.assign(halfedges, 0);
-}
-
 }  // namespace
 
 Sqrt3Levels::Sqrt3Levels(const Sqrt3Lattice& lattice, std::span<const NumberSet> split, int rings, bool limits)
@@ -35,7 +29,7 @@ Sqrt3Levels::Sqrt3Levels(const Sqrt3Lattice& lattice, std::span<const NumberSet>
         if (limits && cuts) add_beside_cuts(levels[k], faces);
         raise(levels[k], static_cast<int>(k), with_rings(levels[k], std::move(faces), rings), levels[k + 1]);
         link(levels[k], cuts, levels[k + 1]);
-        if (!levels[k].beyond.empty()) link_lines(levels[k], cuts, levels[k + 1]);
+        link_lines(levels[k], cuts, levels[k + 1]);
     }
     Sqrt3Level& last = levels.back();
     last.split.assign(last.face_count(), 0);
@@ -57,10 +51,7 @@ void Sqrt3Levels::start(const ControlMesh& mesh) {
         const float sharpness = mesh.sharpness(edge);
         const bool kept = lattice_->is_kept(edge);
         if (!twin.valid() || !(sharpness > 0 || kept)) continue;
-        if (level.beyond.empty()) reset_lines(level, mesh.halfedge_count());
-        level.beyond[h] = twin.value;
-        level.sharpness[h] = sharpness;
-        level.kept[h] = kept ? 1 : 0;
+        level.lines.push_back({h, twin.value, sharpness, kept});
         level.twin[h] = Sqrt3Level::none;
     }
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) vertices.push_back({v, 0, Sqrt3Vertex::Kind::control});
@@ -126,13 +117,14 @@ void Sqrt3Levels::raise(Sqrt3Level& level, int index, std::span<const std::uint8
         vertices.push_back({key, birth, kind});
         return static_cast<std::uint32_t>(vertices.size() - 1);
     };
-    std::vector<std::uint32_t> later;  // whose points the faces beyond name
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> later;  // whose points the faces beyond name
     for (std::uint32_t f = 0; f < count; ++f) {
         const std::uint64_t number = level.number[f];
         if (cuts && is_cut(level, f)) {
-            const std::uint32_t other = level.beyond.empty() ? Sqrt3Level::none : level.beyond[3 * f];
-            if (Sqrt3Level::there(other) && !lattice_->owns_cut(index, number, level.number[other / 3])) {
-                later.push_back(f);
+            const Sqrt3Line* line = level.line(3 * f);
+            if (line != nullptr && Sqrt3Level::there(line->beyond) &&
+                !lattice_->owns_cut(index, number, level.number[line->beyond / 3])) {
+                later.emplace_back(f, line->beyond / 3);
                 continue;
             }
             level.apex[f] = add(3 * number, Sqrt3Vertex::Kind::first);
@@ -141,7 +133,7 @@ void Sqrt3Levels::raise(Sqrt3Level& level, int index, std::span<const std::uint8
             level.apex[f] = add(number, Sqrt3Vertex::Kind::centre);
         }
     }
-    for (const std::uint32_t f : later) level.apex[f] = level.apex[level.beyond[3 * f] / 3] + 1;
+    for (const auto& [f, beyond] : later) level.apex[f] = level.apex[beyond] + 1;
     for (std::uint32_t f = 0; f < count; ++f)
         if (faces[f] != 0)
             for (std::uint32_t j = 0; j < 3; ++j) finer.number[level.child[f] + j] = 3 * level.number[f] + j;
@@ -236,25 +228,19 @@ void Sqrt3Levels::link(const Sqrt3Level& level, bool cuts, Sqrt3Level& finer) co
 // As Sqrt3Lattice finds what is beyond a line.
 void Sqrt3Levels::link_lines(const Sqrt3Level& level, bool cuts, Sqrt3Level& finer) const {
     constexpr std::uint32_t outside = Sqrt3Level::outside;
-    reset_lines(finer, finer.vertex.size());
     const auto side = [&](std::uint32_t h, std::uint32_t j) {
         if (!Sqrt3Level::there(h)) return outside;
         const std::uint32_t f = level.child_over(h);
         return f == outside ? outside : 3 * f + j;
     };
-    for (std::uint32_t h = 0; h < level.beyond.size(); ++h) {
-        const std::uint32_t beyond = level.beyond[h];
-        if (beyond == Sqrt3Level::none) continue;
-        const float sharpness = cuts ? std::max(level.sharpness[h] - 1, 0.0f) : level.sharpness[h];
-        const auto put = [&](std::uint32_t at, std::uint32_t other) {
+    for (const auto& [h, beyond, before, kept] : level.lines) {
+        const float sharpness = cuts ? std::max(before - 1, 0.0f) : before;
+        const auto put = [&, is_kept = kept](std::uint32_t at, std::uint32_t other) {
             if (at == outside) return;
-            if (sharpness > 0 || level.kept[h] != 0) {
-                finer.beyond[at] = other;
-                finer.sharpness[at] = sharpness;
-                finer.kept[at] = level.kept[h];
-            } else {
+            if (sharpness > 0 || is_kept)
+                finer.lines.push_back({at, other, sharpness, is_kept});
+            else
                 finer.twin[at] = other;  // a crease that has become smooth
-            }
         };
         put(side(h, 0), side(beyond, 0));
         if (!cuts) continue;
@@ -263,6 +249,8 @@ void Sqrt3Levels::link_lines(const Sqrt3Level& level, bool cuts, Sqrt3Level& fin
         put(side(across(h), 0), there ? side(Sqrt3Level::next(beyond), 2) : outside);
         put(side(Sqrt3Level::next(h), 2), there ? side(across(beyond), 0) : outside);
     }
+    std::sort(finer.lines.begin(), finer.lines.end(),
+              [](const Sqrt3Line& a, const Sqrt3Line& b) { return a.halfedge < b.halfedge; });
 }
 
 }  // namespace tetrakis

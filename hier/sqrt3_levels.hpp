@@ -6,12 +6,21 @@
 #include "tetrakis/hier/sqrt3_lattice.hpp"
 #include "tetrakis/hier/sqrt3_leaf.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace tetrakis {
+
+/// A half-edge of a level on a crease or kept edge.
+struct Sqrt3Line {
+    std::uint32_t halfedge;
+    std::uint32_t beyond;  ///< the other one
+    float sharpness;
+    bool kept;  ///< whatever the sharpness is
+};
 
 /// Faces of one level of sqrt(3) refinement, in the order of their numbers, and how they lie together. Half-edge
 /// 3 i + j is side j of face i; where a number below is none or outside, it is no half-edge.
@@ -21,11 +30,7 @@ struct Sqrt3Level {
 
     detail::PoolVector<std::uint64_t> number;  ///< per face: the lattice's
     detail::PoolVector<std::uint32_t> twin;    ///< per half-edge: across an edge that is flipped
-    /// Per half-edge, empty on meshes without creases and kept edges: the one across such an edge, else none; how sharp
-    /// the edge is, and whether it is kept whatever that is.
-    detail::PoolVector<std::uint32_t> beyond;
-    detail::PoolVector<float> sharpness;
-    detail::PoolVector<std::uint8_t> kept;
+    std::vector<Sqrt3Line> lines;              ///< by half-edge
     detail::PoolVector<std::uint32_t> vertex;  ///< per half-edge: its origin, in Sqrt3Levels::vertices
     /// Per face: its point of the next level; where a side is cut, the one over the first and third half-edge.
     detail::PoolVector<std::uint32_t> apex;
@@ -37,6 +42,12 @@ struct Sqrt3Level {
     static std::uint32_t face(std::uint32_t h) { return h / 3; }
     static std::uint32_t next(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
     static std::uint32_t prev(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
+    /// That of a half-edge; nullptr: it is on none.
+    const Sqrt3Line* line(std::uint32_t h) const {
+        const auto at = std::lower_bound(lines.begin(), lines.end(), h,
+                                         [](const Sqrt3Line& line, std::uint32_t of) { return line.halfedge < of; });
+        return at != lines.end() && at->halfedge == h ? &*at : nullptr;
+    }
     /// The face of the next level with the number of half-edge h.
     std::uint32_t child_over(std::uint32_t h) const { return there(child[h / 3]) ? child[h / 3] + h % 3 : outside; }
 };

@@ -28,8 +28,9 @@ bool Sqrt3Net::gather(std::uint32_t leaving) {
     ring_.around.clear();
     ring_.sharp.clear();
     ring_.vertex_sharpness = tagged_ ? Sqrt3Rules::vertex_sharpness(*mesh_, levels_->vertices[v], level_) : 0.0f;
-    if (level_ % 2 != 0 && levels_->lattice().has_kept()) return gather_cut(leaving);
+    const bool kept = may_be_flipped();
     for (std::uint32_t h = leaving;;) {
+        if (kept && h % 3 == 2 && level.twin[h - 2] == Sqrt3Level::none) return gather_cut(leaving);
         const std::uint32_t w = level.vertex[Sqrt3Level::next(h)];
         if (!Sqrt3Level::there(w) || has_[w] == 0) return false;
         ring_.around.push_back(points_[w]);
@@ -41,19 +42,23 @@ bool Sqrt3Net::gather(std::uint32_t leaving) {
     return true;
 }
 
+// Whether kept edges are not as the rules see them: where smooth, they see them flipped.
+bool Sqrt3Net::may_be_flipped() const { return level_ % 2 != 0 && levels_->lattice().has_kept(); }
+
 // Whether an edge that the next step cuts is a kept one that is smooth.
 bool Sqrt3Net::is_smooth_cut(std::uint32_t h) const {
-    const Sqrt3Level& level = here();
-    return !level.beyond.empty() && level.beyond[h] != Sqrt3Level::none && !(level.sharpness[h] > 0);
+    const Sqrt3Line* line = here().twin[h] == Sqrt3Level::none ? here().line(h) : nullptr;
+    return line != nullptr && !(line->sharpness > 0);
 }
 
 // The same where some of the edges are not flipped, as Sqrt3Points::fan() has it.
 bool Sqrt3Net::gather_cut(std::uint32_t leaving) {
     const Sqrt3Level& level = here();
-    const bool lines = !level.beyond.empty(), kept = lines && level_ % 2 != 0;
+    const bool kept = may_be_flipped();
     const auto across = [&](std::uint32_t h) {
-        const std::uint32_t t = level.twin[h];
-        return t == Sqrt3Level::none && lines ? level.beyond[h] : t;
+        if (level.twin[h] != Sqrt3Level::none) return level.twin[h];
+        const Sqrt3Line* line = level.line(h);
+        return line != nullptr ? line->beyond : Sqrt3Level::none;
     };
     // Clockwise to the boundary, or all around.
     std::uint32_t start = leaving;
@@ -76,8 +81,8 @@ bool Sqrt3Net::gather_cut(std::uint32_t leaving) {
     };
     const auto add_edge = [&](std::uint32_t edge, std::uint32_t to) {
         if (level.twin[edge] == Sqrt3Level::none) {
-            const bool inside = lines && level.beyond[edge] != Sqrt3Level::none;
-            const float sharpness = inside ? level.sharpness[edge] : k_sharpness_infinity;
+            const Sqrt3Line* line = level.line(edge);
+            const float sharpness = line != nullptr ? line->sharpness : k_sharpness_infinity;
             if (sharpness > 0)
                 ring_.sharp.emplace_back(ring_.around.size(), sharpness);
             else if (kept)
@@ -88,7 +93,7 @@ bool Sqrt3Net::gather_cut(std::uint32_t leaving) {
     for (std::uint32_t h = start;;) {
         if (!add_edge(h, Sqrt3Level::next(h))) return false;
         if (const std::uint32_t side = h / 3 * 3; kept && h % 3 == 2 && is_smooth_cut(side)) {
-            const std::uint32_t beyond = level.beyond[side];
+            const std::uint32_t beyond = level.line(side)->beyond;
             if (beyond == Sqrt3Level::outside || !add(Sqrt3Level::prev(beyond))) return false;
         }
         const std::uint32_t behind = Sqrt3Level::prev(h);
@@ -122,7 +127,7 @@ void Sqrt3Net::put_limit(const Limits& limits, std::uint32_t leaving, std::uint3
     limits.found[to] = 1;
     // What a crease goes to may be a dart (Sqrt3Points::limit()).
     const bool alone =
-        !here().beyond.empty() && std::any_of(ring_.sharp.begin(), ring_.sharp.end(), [&](const auto& edge) {
+        !here().lines.empty() && std::any_of(ring_.sharp.begin(), ring_.sharp.end(), [&](const auto& edge) {
             return levels_->vertices[around_[edge.first]].kind == Sqrt3Vertex::Kind::control;
         });
     if (alone) {
@@ -156,7 +161,7 @@ void Sqrt3Net::add_apex(std::uint32_t face) {
         return;
     }
     if (is_smooth_cut(3 * face)) {
-        const std::uint32_t beyond = level.beyond[3 * face];
+        const std::uint32_t beyond = level.line(3 * face)->beyond;
         const std::uint32_t w = Sqrt3Level::there(beyond) ? level.vertex[Sqrt3Level::prev(beyond)] : beyond;
         if (!Sqrt3Level::there(w) || has_[w] == 0) return;
         for (std::uint32_t k = 0; k < 2; ++k) {

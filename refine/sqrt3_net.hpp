@@ -45,6 +45,7 @@ class Sqrt3Net {
     bool gather_cut(std::uint32_t leaving);
     void put_limit(const Limits& limits, std::uint32_t leaving, std::uint32_t to);
     bool beside_cut(std::uint32_t leaving) const;
+    bool may_be_flipped() const;
     bool is_smooth_cut(std::uint32_t h) const;
     bool has_limit(std::uint32_t vertex, std::uint32_t leaving) const;
     void add_apex(std::uint32_t face);
