@@ -35,10 +35,14 @@ struct Sqrt3Vertex {
 /// a crease, the first of two steps keeps the edge, (origin, target, centre), the second cuts it in three and leaves
 /// out the centre, (first, second, opposite corner). A crease is sharp for as many second steps as its sharpness lasts.
 ///
-/// So the mesh is as one that is cut open along its creases: half-edges have twins across smooth edges alone. What lies
-/// beyond a crease is beyond().
+/// Two steps cut a smooth edge in three as well, and give the same triangles; so smooth edges can be kept like sharp
+/// ones, to have triangles of all levels on one side of them: those between holes and other faces always are, others if
+/// it is asked for. The points on a kept edge that is smooth are the centres of the triangles that flipping it gives.
 ///
-/// Remembers twins that it has found, up to a bound, where the mesh has sharp edges: not to be shared by threads.
+/// So the mesh is as one that is cut open along sharp and kept edges: half-edges have twins across the others alone.
+/// What lies beyond one of these is beyond().
+///
+/// Remembers twins that it has found, up to a bound, where the mesh has such edges: not to be shared by threads.
 class Sqrt3Lattice {
   public:
     static constexpr std::uint64_t none = ~std::uint64_t{0};
@@ -87,8 +91,8 @@ class Sqrt3Lattice {
     bool has_tagged_vertices() const { return tagged_; }
 
     Sqrt3Vertex origin(int level, std::uint64_t h);
-    /// The point of the next level that stands over a half-edge in its face: the face's centre, or where a sharp edge
-    /// is cut the point next to the half-edge.
+    /// The point of the next level that stands over a half-edge in its face: the face's centre, or where an edge is cut
+    /// the point next to the half-edge.
     Sqrt3Vertex apex(int level, std::uint64_t h);
     /// A half-edge of the level before, or after, that leaves the same vertex; none where it is not there yet.
     std::uint64_t before(int level, std::uint64_t h);

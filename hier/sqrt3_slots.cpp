@@ -165,7 +165,7 @@ void Sqrt3Slots::refine(std::span<const LeafId> marked, std::vector<LeafId>& cre
         const Sqrt3Triangle t = triangle(leaf);
         if (!t.half) {
             faces.push_back({t.level, t.face});
-            if (!shared_.lattice.has_lines()) continue;
+            if (shared_.lattice.partner(t.level, t.face) == Sqrt3Lattice::none) continue;
             const std::vector<Sqrt3Face> needed = forest_.needed(faces.back());
             faces.insert(faces.end(), needed.begin(), needed.end());
             continue;

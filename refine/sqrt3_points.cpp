@@ -124,6 +124,7 @@ bool Sqrt3Points::beside_cut(int level, std::uint64_t leaving) {
 }
 
 bool Sqrt3Points::beside_dart(int level, const Fan& at) {
+    if (!lattice_.has_lines()) return false;
     return std::any_of(at.sharp.begin(), at.sharp.end(), [&](const auto& edge) {
         const std::uint64_t there = at.around[edge.first];
         return lattice_.origin(level, there).kind == Sqrt3Vertex::Kind::control &&
