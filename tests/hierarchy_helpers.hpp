@@ -23,9 +23,15 @@ inline ControlMesh random_sqrt3_mesh(std::uint64_t seed) {
     if (seed % 3 == 0) options.hole = 0;
     options.crease = std::array{0.0, 0.15, 0.4}[seed % 3];
     options.corner = seed % 3 == 0 ? 0 : 0.05;
-    options.boundary_rule = seed % 7 == 4   ? BoundaryRule::none
-                            : seed % 2 == 0 ? BoundaryRule::edge_and_corner
-                                            : BoundaryRule::edge_only;
+    if (seed % 7 == 4) {
+        options.boundary_rule = BoundaryRule::none;
+        // Where it leaves enough of the mesh.
+        const ControlMesh mesh = random_mesh(seed, options);
+        std::uint32_t holes = 0;
+        for (std::uint32_t f = 0; f < mesh.face_count(); ++f) holes += mesh.is_hole(FaceId(f)) ? 1 : 0;
+        if (2 * holes < mesh.face_count()) return mesh;
+    }
+    options.boundary_rule = seed % 2 == 0 ? BoundaryRule::edge_and_corner : BoundaryRule::edge_only;
     return random_mesh(seed, options);
 }
 
