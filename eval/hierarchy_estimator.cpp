@@ -139,7 +139,7 @@ void HierarchyEstimator::estimate_sqrt3(std::span<const Sqrt3Leaf> triangles, st
         triangles, errors, [&](const Sqrt3Leaf& leaf) { return leaf.level <= deepest; },
         [&](std::span<const Sqrt3Leaf> reached, std::span<double> seen) {
             const std::vector<double> found =
-                detail::Sqrt3LeafErrors(hierarchy_.mesh()).errors(reached, decide_at(), [](double) {});
+                detail::Sqrt3LeafErrors(Sqrt3Lattice(hierarchy_.mesh())).errors(reached, decide_at(), [](double) {});
             std::copy(found.begin(), found.end(), seen.begin());
         });
 }

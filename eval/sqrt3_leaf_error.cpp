@@ -24,7 +24,7 @@ struct LevelEdge {
 /// Looks at leaves that lie side by side.
 class LeafProbe {
   public:
-    explicit LeafProbe(const ControlMesh& mesh) : points_(mesh) {}
+    explicit LeafProbe(const Sqrt3Lattice& lattice) : points_(lattice) {}
 
     double error(const Sqrt3Leaf& leaf, double decide_at) {
         std::array<Vec3d, 3> corner;
@@ -51,7 +51,9 @@ class LeafProbe {
         if (limits_.size() > k_most_limits) limits_.clear();
         return limits_.emplace(v, points_.limit(level, leaving).position).first->second;
     }
-    bool is_boundary(const LevelEdge& edge) { return points_.lattice().twin(edge.level, edge.h) == Sqrt3Lattice::none; }
+    bool is_sharp_edge(const LevelEdge& edge) {
+        return points_.lattice().twin(edge.level, edge.h) == Sqrt3Lattice::none;
+    }
     /// The centre of a face that is not cut.
     Vec3d centre(int level, std::uint64_t face) { return limit(level + 1, 9 * face + 2); }
 
@@ -63,7 +65,7 @@ class LeafProbe {
         return {{{k, leaf.face}, {k + 1, 3 * twin}, {k + 1, 3 * leaf.face + 2}}};
     }
     /// The two points that cut an edge in three: the centres of the triangles that two steps make of it, or those that
-    /// the boundary gets.
+    /// a sharp edge gets.
     std::array<Vec3d, 2> thirds(const LevelEdge& edge) {
         const auto [level, h] = edge;
         const std::uint64_t twin = points_.lattice().twin(level, h);
@@ -73,22 +75,22 @@ class LeafProbe {
     }
     /// The edge between these.
     LevelEdge middle_of(const LevelEdge& edge) {
-        if (!is_boundary(edge)) return {edge.level + 2, 9 * edge.h + 4};
+        if (!is_sharp_edge(edge)) return {edge.level + 2, 9 * edge.h + 4};
         return edge.level % 2 == 0 ? LevelEdge{edge.level + 2, 9 * edge.h} : LevelEdge{edge.level + 1, 3 * edge.h};
     }
     /// A point about the middle of the leaf.
     Vec3d inside(const Sqrt3Leaf& leaf) {
         const int k = leaf.level;
         if (leaf.half) return centre(k + 2, 3 * points_.lattice().twin(k, leaf.face) + 1);
-        // Of a face whose boundary edge is cut there is no centre, but of the triangle over the middle third.
-        const bool cut = k % 2 != 0 && is_boundary({k, 3 * leaf.face});
+        // Of a face whose sharp edge is cut there is no centre, but of the triangle over the middle third.
+        const bool cut = k % 2 != 0 && is_sharp_edge({k, 3 * leaf.face});
         return cut ? centre(k + 1, 3 * leaf.face) : centre(k, leaf.face);
     }
     double along(const LevelEdge& edge, const LevelEdge& side, const PlaneMeasure& plane, const Vec3d& a,
                  const Vec3d& b) {
         double error = 0;
-        const bool boundary = is_boundary(side);
-        for (const Vec3d& p : thirds(edge)) error = std::max(error, boundary ? segment_distance(p, a, b) : plane(p));
+        const bool sharp = is_sharp_edge(side);
+        for (const Vec3d& p : thirds(edge)) error = std::max(error, sharp ? segment_distance(p, a, b) : plane(p));
         return error;
     }
 
@@ -113,7 +115,7 @@ std::vector<double> Sqrt3LeafErrors::errors(std::span<const Sqrt3Leaf> leaves, d
         report(static_cast<double>(begin) / static_cast<double>(unknown.size()));
         const auto count = static_cast<std::uint32_t>(std::min(k_reported_leaves, unknown.size() - begin));
         for_each_block(count, k_leaf_block, [&](std::uint32_t from, std::uint32_t to) {
-            LeafProbe probe(*mesh_);
+            LeafProbe probe(lattice_);
             for (std::uint32_t i = from; i < to; ++i) {
                 const std::size_t leaf = unknown[begin + i];
                 errors[leaf] = probe.error(leaves[leaf], decide_at);

@@ -17,13 +17,13 @@ namespace tetrakis::detail {
 /// bound: what lies between the points can be farther.
 class Sqrt3LeafErrors {
   public:
-    /// @param mesh  as Sqrt3Forest takes it. Keeps a reference.
-    explicit Sqrt3LeafErrors(const ControlMesh& mesh) : mesh_(&mesh) {}
+    /// @param lattice  that of the forest of the leaves
+    explicit Sqrt3LeafErrors(const Sqrt3Lattice& lattice) : lattice_(lattice) {}
 
     /// Steps beyond a leaf's level whose points are looked at: the lattice must have as many more.
     static constexpr int k_steps_beyond = 6;
 
-    /// Per leaf the distance of those points to the triangle as PlaneMeasure takes it, along the boundary to its own
+    /// Per leaf the distance of those points to the triangle as PlaneMeasure takes it, along sharp edges to its own
     /// edge: of those two or three steps down where that is above `decide_at`, else of more.
     /// @param decide_at  the same in all calls
     std::vector<double> errors(std::span<const Sqrt3Leaf> leaves, double decide_at,
@@ -43,7 +43,7 @@ class Sqrt3LeafErrors {
         }
     };
 
-    const ControlMesh* mesh_;
+    Sqrt3Lattice lattice_;  // has found nothing: copied
     std::unordered_map<Key, double, Hash> known_;
 };
 

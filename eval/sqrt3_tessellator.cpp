@@ -3,6 +3,7 @@
 #include "tetrakis/eval/limit_reference.hpp"
 #include "tetrakis/eval/local_frame.hpp"
 #include "tetrakis/eval/sqrt3_leaf_error.hpp"
+#include "tetrakis/eval/sqrt3_uvs.hpp"
 #include "tetrakis/eval/tessellate_run.hpp"
 #include "tetrakis/eval/tessellation_attributes.hpp"
 #include "tetrakis/refine/adaptive_sqrt3.hpp"
@@ -23,16 +24,6 @@ constexpr std::uint64_t k_sqrt3_bytes = 500;
 /// Simple steps that make one level of refine().
 constexpr int k_steps_a_level = 2;
 
-Sqrt3Forest forest_over(const ControlMesh& mesh) {
-    try {
-        return Sqrt3Forest(mesh);
-    } catch (const Error& error) {
-        if (error.code() != ErrorCode::unsupported) throw;
-        throw Error(ErrorCode::unsupported,
-                    std::string(error.what()) + "; remove them, or refine by whole levels (refine --limit)");
-    }
-}
-
 int level_of(const Sqrt3Leaf& leaf) {
     const int steps = leaf.level + (leaf.half ? 1 : 0);
     return (steps + k_steps_a_level - 1) / k_steps_a_level;
@@ -44,8 +35,8 @@ class Sqrt3Tessellator {
         : mesh_(mesh),
           options_(options),
           context_(context),
-          forest_(forest_over(mesh)),
-          leaf_errors_(mesh),
+          forest_(mesh, sqrt3_seams(mesh, options.uvs)),
+          leaf_errors_(forest_.lattice()),
           max_steps_(
               std::min(k_steps_a_level * options.max_level, forest_.max_level() - Sqrt3LeafErrors::k_steps_beyond)) {}
 
@@ -208,9 +199,17 @@ class Sqrt3Tessellator {
             result_.deepest_level = std::max(result_.deepest_level, level_of(leaf));
         }
         add_face_attributes(mesh_, result_.triangle_face, result_.mesh);
-        if (options_.uvs && mesh_.has_uvs())
-            result_.warnings.emplace_back(
-                "sqrt3 flips edges across the seams of texture coordinates; these are left out");
+        if (!options_.uvs || !mesh_.has_uvs()) return;
+        try {
+            const std::vector<Vec2d> uv = Sqrt3Uvs(forest_.lattice()).corners(leaves_, context_);
+            add_uvs(
+                result_.mesh, [&](std::uint32_t t, std::size_t k) { return uv[3 * std::size_t{t} + k]; }, context_);
+        } catch (const Error& error) {
+            if (error.code() != ErrorCode::invalid_input) throw;
+            result_.warnings.push_back(std::string("the UV layer cannot be subdivided and is left out (") +
+                                       error.what() + ")");
+        }
+        context_.report("attributes", 1);
     }
 
     const ControlMesh& mesh_;

@@ -9,23 +9,13 @@
 
 namespace tetrakis {
 
-Sqrt3Forest::Sqrt3Forest(const ControlMesh& mesh)
-    : mesh_(&mesh), lattice_(mesh), max_level_(Sqrt3Lattice::max_level(mesh)) {
-    const auto refuse = [&](const std::string& what) {
-        throw Error(ErrorCode::unsupported, "adaptive sqrt3 refinement takes no " + what, mesh.data().source);
-    };
-    if (!mesh.all_triangles()) refuse("other faces than triangles; triangulate the mesh");
-    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
-        if (mesh.is_hole(FaceId(f))) refuse("holes, and face " + std::to_string(f) + " is one");
-    for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
-        if (!mesh.is_boundary(EdgeId(e)) && mesh.sharpness(EdgeId(e)) > 0)
-            refuse("creases inside the mesh, and that of half-edge " +
-                   std::to_string(mesh.edge_halfedge(EdgeId(e)).value) + " is one");
-    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
-        const float sharpness = mesh.sharpness(VertexId(v));
-        if (sharpness > 0 && (!mesh.is_boundary(VertexId(v)) || sharpness != k_sharpness_infinity))
-            refuse("tagged vertices but corners of the boundary, and vertex " + std::to_string(v) + " is tagged");
-    }
+Sqrt3Forest::Sqrt3Forest(const ControlMesh& mesh, const std::function<bool(EdgeId)>& kept)
+    : mesh_(&mesh), lattice_(mesh, kept), max_level_(Sqrt3Lattice::max_level(mesh)) {
+    if (!mesh.all_triangles())
+        throw Error(ErrorCode::unsupported,
+                    "adaptive sqrt3 refinement takes no other faces than triangles; triangulate the mesh",
+                    mesh.data().source);
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) roots_ += mesh.is_hole(FaceId(f)) ? 0 : 1;
 }
 
 std::size_t Sqrt3Forest::split_count() const {
@@ -45,9 +35,11 @@ bool Sqrt3Forest::is_there(Sqrt3Lattice& lattice, int level, std::uint64_t face)
 void Sqrt3Forest::require_face(const Sqrt3Face& face) const {
     std::uint64_t count = mesh_->face_count();
     for (int k = 0; k < std::min<int>(face.level, max_level_); ++k) count *= 3;
-    if (face.level > max_level_ || face.face >= count)
+    const bool numbered = face.level <= max_level_ && face.face < count;
+    if (!numbered || lattice_.is_hole(face.level, face.face))
         throw Error(ErrorCode::invalid_input, "there is no face " + std::to_string(face.face) + " at level " +
-                                                  std::to_string(face.level) + " of sqrt3 refinement");
+                                                  std::to_string(face.level) + " of sqrt3 refinement" +
+                                                  (numbered ? ": it lies in a hole" : ""));
 }
 
 bool Sqrt3Forest::is_split(const Sqrt3Face& face) const { return is_split(face.level, face.face); }
@@ -75,21 +67,29 @@ std::vector<Sqrt3Face> Sqrt3Forest::needed(const Sqrt3Face& face) const {
 
 std::size_t Sqrt3Forest::refine(const Sqrt3Face& face) { return split_all(needed(face)); }
 
-// Adds to a face what has to be split before it, the finest first.
+// Adds to a face what has to be split with it or before it, the finest first.
 void Sqrt3Forest::add_needed(Sqrt3Lattice& lattice, std::vector<Sqrt3Face>& wanted) const {
-    for (std::size_t i = 0; i < wanted.size() && wanted[i].level > 0; ++i) {
-        const auto above = static_cast<std::uint8_t>(wanted[i].level - 1);
-        const auto need = [&](std::uint64_t parent) {
-            const Sqrt3Face f{above, parent};
-            if (is_split(above, parent)) return;
-            // Those of one level come one after another.
-            for (std::size_t k = wanted.size(); k-- > 0 && wanted[k].level == above;)
+    for (std::size_t begin = 0; begin < wanted.size();) {
+        const std::uint8_t level = wanted[begin].level;
+        // Those of one level come one after another.
+        const auto need = [&](int at, std::uint64_t face) {
+            const Sqrt3Face f{static_cast<std::uint8_t>(at), face};
+            if (is_split(at, face)) return;
+            for (std::size_t k = wanted.size(); k-- > 0 && wanted[k].level == f.level;)
                 if (wanted[k] == f) return;
             wanted.push_back(f);
         };
-        const std::uint64_t h = wanted[i].face, t = lattice.twin(above, h);
-        need(Sqrt3Lattice::face(h));
-        if (t != Sqrt3Lattice::none) need(Sqrt3Lattice::face(t));
+        std::size_t end = wanted.size();
+        for (std::size_t i = begin; i < end; ++i)
+            if (const std::uint64_t partner = lattice.partner(level, wanted[i].face); partner != Sqrt3Lattice::none)
+                need(level, partner);
+        end = wanted.size();
+        for (std::size_t i = begin; i < end && level > 0; ++i) {
+            const std::uint64_t h = wanted[i].face, t = lattice.twin(level - 1, h);
+            need(level - 1, Sqrt3Lattice::face(h));
+            if (t != Sqrt3Lattice::none) need(level - 1, Sqrt3Lattice::face(t));
+        }
+        begin = end;
     }
 }
 
@@ -115,16 +115,17 @@ std::size_t Sqrt3Forest::refine_where(const std::function<bool(const Sqrt3Leaf&)
     detail::PoolVector<Sqrt3Face> faces;
     std::vector<Sqrt3Face> needed;
     Sqrt3Lattice lattice = lattice_;
-    const Sqrt3Levels levels(*mesh_, split_, 0);
+    const Sqrt3Levels levels(lattice_, split_, 0);
     levels.for_each_leaf([&](int level, std::uint32_t face, bool half, FaceId control_face) {
         const Sqrt3Leaf leaf = levels.leaf(level, face, half, control_face);
         if (!wanted(leaf)) return;
         if (level >= max_level_) refuse_depth();
-        if (!half) {
-            faces.push_back({leaf.level, leaf.face});  // it is there: what it needs has been split
+        const Sqrt3Level& at = levels.levels[static_cast<std::size_t>(level)];
+        if (!half && (level % 2 == 0 || at.line(3 * face) == nullptr)) {
+            faces.push_back({leaf.level, leaf.face});  // it is there, and has no partner: what it needs has been split
             return;
         }
-        needed.assign(1, {leaf.level, Sqrt3Lattice::face(lattice.twin(level, leaf.face))});
+        needed.assign(1, {leaf.level, half ? Sqrt3Lattice::face(lattice.twin(level, leaf.face)) : leaf.face});
         add_needed(lattice, needed);
         faces.insert(faces.end(), needed.begin(), needed.end());
     });
@@ -157,16 +158,22 @@ std::vector<Sqrt3Face> Sqrt3Forest::needed(const Sqrt3Leaf& leaf) const {
     return needed(Sqrt3Face{leaf.level, Sqrt3Lattice::face(twin)});
 }
 
+bool Sqrt3Forest::has_split_children(Sqrt3Lattice& lattice, const Sqrt3Face& face) const {
+    // Faces that come from it lie across its half-edges, each in two numbers, one for either face of the edge.
+    for (std::uint64_t h = 3 * face.face; h < 3 * face.face + 3; ++h) {
+        if (is_split(face.level + 1, h)) return true;
+        const std::uint64_t twin = lattice.twin(face.level, h);
+        if (twin != Sqrt3Lattice::none && is_split(face.level + 1, twin)) return true;
+    }
+    return false;
+}
+
 bool Sqrt3Forest::can_coarsen(const Sqrt3Face& face) const {
     if (!is_split(face)) return false;
-    // Faces that come from it lie across its half-edges, each in two numbers, one for either face of the edge.
     Sqrt3Lattice lattice = lattice_;
-    for (std::uint64_t h = 3 * face.face; h < 3 * face.face + 3; ++h) {
-        if (is_split(face.level + 1, h)) return false;
-        const std::uint64_t twin = lattice.twin(face.level, h);
-        if (twin != Sqrt3Lattice::none && is_split(face.level + 1, twin)) return false;
-    }
-    return true;
+    if (has_split_children(lattice, face)) return false;
+    const std::uint64_t partner = lattice.partner(face.level, face.face);
+    return partner == Sqrt3Lattice::none || !has_split_children(lattice, {face.level, partner});
 }
 
 void Sqrt3Forest::coarsen(std::span<const Sqrt3Face> faces) {
@@ -175,12 +182,20 @@ void Sqrt3Forest::coarsen(std::span<const Sqrt3Face> faces) {
             throw Error(ErrorCode::invalid_input, "face " + std::to_string(face.face) + " of level " +
                                                       std::to_string(face.level) +
                                                       " is not split, or a face that comes from it is");
+    std::vector<Sqrt3Face> partners;
+    if (lattice_.has_lines()) {
+        Sqrt3Lattice lattice = lattice_;
+        for (const Sqrt3Face& face : faces)
+            if (const std::uint64_t partner = lattice.partner(face.level, face.face); partner != Sqrt3Lattice::none)
+                partners.push_back({face.level, partner});
+    }
     for (const Sqrt3Face& face : faces) split_[face.level].erase(face.face);
+    for (const Sqrt3Face& face : partners) split_[face.level].erase(face.face);
     while (!split_.empty() && split_.back().empty()) split_.pop_back();
 }
 
 std::vector<Sqrt3Leaf> Sqrt3Forest::leaves() const {
-    const Sqrt3Levels levels(*mesh_, split_, 0);
+    const Sqrt3Levels levels(lattice_, split_, 0);
     std::vector<Sqrt3Leaf> result;
     detail::reserve_large(result, leaf_count());
     levels.for_each_leaf([&](int level, std::uint32_t face, bool half, FaceId control_face) {
@@ -198,10 +213,16 @@ std::vector<Sqrt3Face> Sqrt3Forest::split_faces() const {
 
 std::optional<std::string> Sqrt3Forest::check() const {
     Sqrt3Lattice lattice = lattice_;
-    for (const Sqrt3Face& face : split_faces())
-        if (!is_there(lattice, face.level, face.face))
-            return "face " + std::to_string(face.face) + " of level " + std::to_string(face.level) +
-                   " is split but not there: a face that it comes from is whole";
+    for (const Sqrt3Face& face : split_faces()) {
+        const auto fault = [&](const char* what) {
+            return "face " + std::to_string(face.face) + " of level " + std::to_string(face.level) + " is split but " +
+                   what;
+        };
+        if (!is_there(lattice, face.level, face.face)) return fault("not there: a face that it comes from is whole");
+        const std::uint64_t partner = lattice.partner(face.level, face.face);
+        if (partner != Sqrt3Lattice::none && !is_split(face.level, partner))
+            return fault("its partner is not, so the edge between them is cut on one side");
+    }
     return std::nullopt;
 }
 

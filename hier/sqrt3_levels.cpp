@@ -9,25 +9,27 @@ namespace tetrakis {
 
 namespace {
 
-bool cuts_boundary(int level) { return level % 2 != 0; }
+bool cuts_edges(int level) { return level % 2 != 0; }
 
-/// Whether a step that cuts the boundary cuts the first side of a face, the only one that can be there (Sqrt3Lattice).
+/// Whether a step that cuts edges cuts the first side of a face, the only one that can be (Sqrt3Lattice).
 bool is_cut(const Sqrt3Level& level, std::uint32_t f) { return level.twin[3 * f] == Sqrt3Level::none; }
 
 }  // namespace
 
-Sqrt3Levels::Sqrt3Levels(const ControlMesh& mesh, std::span<const NumberSet> split, int rings, bool limits) {
-    const bool one_more = limits && cuts_boundary(static_cast<int>(split.size()));
+Sqrt3Levels::Sqrt3Levels(const Sqrt3Lattice& lattice, std::span<const NumberSet> split, int rings, bool limits)
+    : lattice_(&lattice) {
+    const bool one_more = limits && cuts_edges(static_cast<int>(split.size()));
     levels.resize(split.size() + (one_more ? 2 : 1));
-    start(mesh);
+    start(lattice.mesh());
     const NumberSet nothing;
     for (std::size_t k = 0; k + 1 < levels.size(); ++k) {
-        const bool cuts = cuts_boundary(static_cast<int>(k));
+        const bool cuts = cuts_edges(static_cast<int>(k));
         mark_split(levels[k], k < split.size() ? split[k] : nothing);
         detail::PoolVector<std::uint8_t> faces = levels[k].split;
         if (limits && cuts) add_beside_cuts(levels[k], faces);
         raise(levels[k], static_cast<int>(k), with_rings(levels[k], std::move(faces), rings), levels[k + 1]);
         link(levels[k], cuts, levels[k + 1]);
+        link_lines(levels[k], cuts, levels[k + 1]);
     }
     Sqrt3Level& last = levels.back();
     last.split.assign(last.face_count(), 0);
@@ -45,6 +47,12 @@ void Sqrt3Levels::start(const ControlMesh& mesh) {
         const HalfedgeId twin = mesh.twin(HalfedgeId(h));
         level.twin[h] = twin.valid() ? twin.value : Sqrt3Level::none;
         level.vertex[h] = mesh.origin(HalfedgeId(h)).value;
+        const EdgeId edge = mesh.edge(HalfedgeId(h));
+        const float sharpness = mesh.sharpness(edge);
+        const bool kept = lattice_->is_kept(edge);
+        if (!twin.valid() || !(sharpness > 0 || kept)) continue;
+        level.lines.push_back({h, twin.value, sharpness, kept});
+        level.twin[h] = Sqrt3Level::none;
     }
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) vertices.push_back({v, 0, Sqrt3Vertex::Kind::control});
 }
@@ -101,29 +109,38 @@ void Sqrt3Levels::raise(Sqrt3Level& level, int index, std::span<const std::uint8
     }
     detail::resize_large(finer.number, raised);
     detail::resize_large(finer.vertex, 3 * std::size_t{raised});
-    const std::size_t points = vertices.size() + (cuts_boundary(index) ? 2 : 1) * std::size_t{count};
+    const std::size_t points = vertices.size() + (cuts_edges(index) ? 2 : 1) * std::size_t{count};
     if (points > vertices.capacity()) detail::reserve_large(vertices, std::max(points, 2 * vertices.capacity()));
     const auto birth = static_cast<std::uint8_t>(index + 1);
-    const bool cuts = cuts_boundary(index);
+    const bool cuts = cuts_edges(index);
     const auto add = [&](std::uint64_t key, Sqrt3Vertex::Kind kind) {
         vertices.push_back({key, birth, kind});
         return static_cast<std::uint32_t>(vertices.size() - 1);
     };
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> later;  // whose points the faces beyond name
     for (std::uint32_t f = 0; f < count; ++f) {
         const std::uint64_t number = level.number[f];
         if (cuts && is_cut(level, f)) {
+            const Sqrt3Line* line = level.line(3 * f);
+            if (line != nullptr && Sqrt3Level::there(line->beyond) &&
+                !lattice_->owns_cut(index, number, level.number[line->beyond / 3])) {
+                later.emplace_back(f, line->beyond / 3);
+                continue;
+            }
             level.apex[f] = add(3 * number, Sqrt3Vertex::Kind::first);
             add(3 * number, Sqrt3Vertex::Kind::second);
         } else {
             level.apex[f] = add(number, Sqrt3Vertex::Kind::centre);
         }
-        if (faces[f] != 0)
-            for (std::uint32_t j = 0; j < 3; ++j) finer.number[level.child[f] + j] = 3 * number + j;
     }
+    for (const auto& [f, beyond] : later) level.apex[f] = level.apex[beyond] + 1;
+    for (std::uint32_t f = 0; f < count; ++f)
+        if (faces[f] != 0)
+            for (std::uint32_t j = 0; j < 3; ++j) finer.number[level.child[f] + j] = 3 * level.number[f] + j;
     const auto apex = [&](std::uint32_t h) {
         if (!Sqrt3Level::there(h)) return Sqrt3Level::outside;
         const std::uint32_t f = h / 3;
-        return level.apex[f] + (cuts && is_cut(level, f) && h % 3 == 1 ? 1 : 0);
+        return cuts && h % 3 == 1 && is_cut(level, f) ? beside(level.apex[f]) : level.apex[f];
     };
     for (std::uint32_t f = 0; f < count; ++f) {
         if (faces[f] == 0) continue;
@@ -132,7 +149,7 @@ void Sqrt3Levels::raise(Sqrt3Level& level, int index, std::span<const std::uint8
         for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h, to += 3) {
             if (cut && h == 3 * f) {
                 to[0] = level.apex[f];
-                to[1] = level.apex[f] + 1;
+                to[1] = beside(level.apex[f]);
                 to[2] = level.vertex[Sqrt3Level::prev(h)];
                 continue;
             }
@@ -206,6 +223,34 @@ void Sqrt3Levels::link(const Sqrt3Level& level, bool cuts, Sqrt3Level& finer) co
             to[2] = !cut ? side(behind, 0) : prev(h) == 3 * f ? none : side(3 * f, 2);
         }
     }
+}
+
+// As Sqrt3Lattice finds what is beyond a line.
+void Sqrt3Levels::link_lines(const Sqrt3Level& level, bool cuts, Sqrt3Level& finer) const {
+    constexpr std::uint32_t outside = Sqrt3Level::outside;
+    const auto side = [&](std::uint32_t h, std::uint32_t j) {
+        if (!Sqrt3Level::there(h)) return outside;
+        const std::uint32_t f = level.child_over(h);
+        return f == outside ? outside : 3 * f + j;
+    };
+    for (const auto& [h, beyond, before, kept] : level.lines) {
+        const float sharpness = cuts ? std::max(before - 1, 0.0f) : before;
+        const auto put = [&, is_kept = kept](std::uint32_t at, std::uint32_t other) {
+            if (at == outside) return;
+            if (sharpness > 0 || is_kept)
+                finer.lines.push_back({at, other, sharpness, is_kept});
+            else
+                finer.twin[at] = other;  // a crease that has become smooth
+        };
+        put(side(h, 0), side(beyond, 0));
+        if (!cuts) continue;
+        const bool there = Sqrt3Level::there(beyond);
+        const auto across = [&](std::uint32_t of) { return level.twin[Sqrt3Level::prev(of)]; };
+        put(side(across(h), 0), there ? side(Sqrt3Level::next(beyond), 2) : outside);
+        put(side(Sqrt3Level::next(h), 2), there ? side(across(beyond), 0) : outside);
+    }
+    std::sort(finer.lines.begin(), finer.lines.end(),
+              [](const Sqrt3Line& a, const Sqrt3Line& b) { return a.halfedge < b.halfedge; });
 }
 
 }  // namespace tetrakis

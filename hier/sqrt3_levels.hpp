@@ -6,6 +6,7 @@
 #include "tetrakis/hier/sqrt3_lattice.hpp"
 #include "tetrakis/hier/sqrt3_leaf.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -13,36 +14,52 @@
 
 namespace tetrakis {
 
+/// A half-edge of a level on a crease or kept edge.
+struct Sqrt3Line {
+    std::uint32_t halfedge;
+    std::uint32_t beyond;  ///< the other one
+    float sharpness;
+    bool kept;  ///< whatever the sharpness is
+};
+
 /// Faces of one level of sqrt(3) refinement, in the order of their numbers, and how they lie together. Half-edge
 /// 3 i + j is side j of face i; where a number below is none or outside, it is no half-edge.
 struct Sqrt3Level {
-    static constexpr std::uint32_t none = 0xFFFF'FFFFu;     ///< beyond the boundary
+    static constexpr std::uint32_t none = 0xFFFF'FFFFu;     ///< across an edge that is not flipped
     static constexpr std::uint32_t outside = 0xFFFF'FFFEu;  ///< a face that has not been raised, or its point
 
     detail::PoolVector<std::uint64_t> number;  ///< per face: the lattice's
-    detail::PoolVector<std::uint32_t> twin;    ///< per half-edge
+    detail::PoolVector<std::uint32_t> twin;    ///< per half-edge: across an edge that is flipped
+    std::vector<Sqrt3Line> lines;              ///< by half-edge
     detail::PoolVector<std::uint32_t> vertex;  ///< per half-edge: its origin, in Sqrt3Levels::vertices
-    detail::PoolVector<std::uint32_t> apex;    ///< per face: its point of the next level, of which a cut side has two
-    detail::PoolVector<std::uint32_t> child;   ///< per face: the first of three of the next level, or outside
-    detail::PoolVector<std::uint8_t> split;    ///< per face
+    /// Per face: its point of the next level; where a side is cut, the one over the first and third half-edge.
+    detail::PoolVector<std::uint32_t> apex;
+    detail::PoolVector<std::uint32_t> child;  ///< per face: the first of three of the next level, or outside
+    detail::PoolVector<std::uint8_t> split;   ///< per face
 
     std::uint32_t face_count() const { return static_cast<std::uint32_t>(number.size()); }
     static bool there(std::uint32_t h) { return h < outside; }
     static std::uint32_t face(std::uint32_t h) { return h / 3; }
     static std::uint32_t next(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
     static std::uint32_t prev(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
+    /// That of a half-edge; nullptr: it is on none.
+    const Sqrt3Line* line(std::uint32_t h) const {
+        const auto at = std::lower_bound(lines.begin(), lines.end(), h,
+                                         [](const Sqrt3Line& line, std::uint32_t of) { return line.halfedge < of; });
+        return at != lines.end() && at->halfedge == h ? &*at : nullptr;
+    }
     /// The face of the next level with the number of half-edge h.
     std::uint32_t child_over(std::uint32_t h) const { return there(child[h / 3]) ? child[h / 3] + h % 3 : outside; }
 };
 
 /// The levels of an adaptive sqrt(3) mesh, side by side: all control faces; of the next level the faces over the sides
-/// of split faces and of those around them, and so on. O(faces), in one sweep.
+/// of split faces and of those around them, and so on. O(faces), in one sweep. Keeps a reference to the lattice.
 class Sqrt3Levels {
   public:
     /// @param split  per level: a face is split only where the forest has it
     /// @param rings   of faces around the split ones whose sides' faces are raised, too
     /// @param limits  also raise what the vertices beside edges that are cut next are surrounded by after the cut
-    Sqrt3Levels(const ControlMesh& mesh, std::span<const NumberSet> split, int rings, bool limits = false);
+    Sqrt3Levels(const Sqrt3Lattice& lattice, std::span<const NumberSet> split, int rings, bool limits = false);
 
     /// Calls visit(level, face, half, control face) for the triangles of the mesh, by control face, then by where they
     /// come from. Where `half`, the face is split, and `face` is the half-edge over which its part remains.
@@ -54,6 +71,7 @@ class Sqrt3Levels {
         };
         std::vector<Open> open;
         for (std::uint32_t root = 0; root < levels[0].face_count(); ++root) {
+            if (lattice_->is_hole(0, root)) continue;
             open.push_back({0, root, false});
             while (!open.empty()) {
                 const auto [k, f, half] = open.back();
@@ -77,7 +95,20 @@ class Sqrt3Levels {
     std::uint32_t apex(int level, std::uint32_t h) const {
         const Sqrt3Level& at = levels[static_cast<std::size_t>(level)];
         const std::uint32_t first = at.apex[h / 3];
-        return first + (vertices[first].kind == Sqrt3Vertex::Kind::first && h % 3 == 1 ? 1 : 0);
+        return h % 3 == 1 ? beside(first) : first;
+    }
+    /// The other point of a cut edge, from the one that a face has for its apex; any other point itself.
+    std::uint32_t beside(std::uint32_t apex) const {
+        switch (vertices[apex].kind) {
+            case Sqrt3Vertex::Kind::first:
+                return apex + 1;
+            case Sqrt3Vertex::Kind::second:
+                return apex - 1;  // of a crease, from the side that has not named them
+            case Sqrt3Vertex::Kind::centre:
+            case Sqrt3Vertex::Kind::control:
+                break;
+        }
+        return apex;
     }
     /// What a call of for_each_leaf() says, as the lattice names it.
     Sqrt3Leaf leaf(int level, std::uint32_t face, bool half, FaceId control_face) const;
@@ -86,6 +117,8 @@ class Sqrt3Levels {
     detail::PoolVector<Sqrt3Vertex> vertices;  ///< those of the control mesh first
     bool complete = true;                      ///< no face is left out
 
+    const Sqrt3Lattice& lattice() const { return *lattice_; }
+
   private:
     void start(const ControlMesh& mesh);
     void mark_split(Sqrt3Level& level, const NumberSet& numbers) const;
@@ -93,7 +126,10 @@ class Sqrt3Levels {
                                                 int rings) const;
     void add_beside_cuts(const Sqrt3Level& level, detail::PoolVector<std::uint8_t>& faces) const;
     void raise(Sqrt3Level& level, int index, std::span<const std::uint8_t> faces, Sqrt3Level& finer);
-    void link(const Sqrt3Level& level, bool cuts_boundary, Sqrt3Level& finer) const;
+    void link(const Sqrt3Level& level, bool cuts, Sqrt3Level& finer) const;
+    void link_lines(const Sqrt3Level& level, bool cuts, Sqrt3Level& finer) const;
+
+    const Sqrt3Lattice* lattice_;
 };
 
 }  // namespace tetrakis

@@ -8,7 +8,10 @@
 namespace tetrakis {
 
 Sqrt3Slots::Sqrt3Slots(const ControlMesh& mesh)
-    : forest_(mesh), child_(mesh.face_count(), std::uint32_t{k_whole}), shared_(mesh) {}
+    : forest_(mesh), child_(mesh.face_count(), std::uint32_t{k_whole}), shared_(forest_.lattice()) {
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+        if (mesh.is_hole(FaceId(f))) child_[f] = k_dead;
+}
 
 // Names and slots.
 
@@ -78,7 +81,10 @@ bool Sqrt3Slots::is_vertex(const Sqrt3Vertex& v) const {
 LeafId Sqrt3Slots::leaf_with(Sqrt3Lattice& lattice, int level, std::uint64_t h) const {
     const std::uint64_t face = Sqrt3Lattice::face(h);
     const std::uint32_t slot = slot_of(level, face);
-    // A face that is not there but has the half-edge: a half triangle on the other side has it for its second side.
+    // A face that is not there but has the half-edge: over an edge that was not flipped, which the level before has,
+    // too; else a half triangle on the other side has it for its second side.
+    if (slot == k_no_slot && level % 2 != 0 && lattice.twin(level, h) == Sqrt3Lattice::none)
+        return leaf_with(lattice, level - 1, face);
     if (slot == k_no_slot) return LeafId(slot_of(level, lattice.twin(level - 1, face)));
     if (is_split(slot)) return LeafId(first_child(child_[slot]) + static_cast<std::uint32_t>(h % 3));
     return LeafId(slot);
@@ -96,8 +102,10 @@ LeafId Sqrt3Slots::neighbour(LeafId leaf, int side) const {
     } else if (t.half && side == 1) {
         h = 3 * lattice.twin(level - 1, t.face);
     }
-    const std::uint64_t twin = lattice.twin(level, h);
-    return twin == Sqrt3Lattice::none ? LeafId{} : leaf_with(lattice, level, twin);
+    std::uint64_t other = lattice.twin(level, h);
+    if (other == Sqrt3Lattice::none) other = lattice.beyond(level, h);
+    if (other != Sqrt3Lattice::none && lattice.is_hole(level, Sqrt3Lattice::face(other))) return {};
+    return other == Sqrt3Lattice::none ? LeafId{} : leaf_with(lattice, level, other);
 }
 
 std::vector<LeafId> Sqrt3Slots::ordered_leaves() const {
@@ -105,6 +113,7 @@ std::vector<LeafId> Sqrt3Slots::ordered_leaves() const {
     leaves.reserve(leaf_count());
     std::vector<std::uint32_t> open;
     for (std::uint32_t root = 0; root < mesh().face_count(); ++root) {
+        if (child_[root] == k_dead) continue;
         open.push_back(root);
         while (!open.empty()) {
             const std::uint32_t slot = open.back();
@@ -156,6 +165,9 @@ void Sqrt3Slots::refine(std::span<const LeafId> marked, std::vector<LeafId>& cre
         const Sqrt3Triangle t = triangle(leaf);
         if (!t.half) {
             faces.push_back({t.level, t.face});
+            if (shared_.lattice.partner(t.level, t.face) == Sqrt3Lattice::none) continue;
+            const std::vector<Sqrt3Face> needed = forest_.needed(faces.back());
+            faces.insert(faces.end(), needed.begin(), needed.end());
             continue;
         }
         Sqrt3Leaf half;
@@ -212,33 +224,40 @@ std::uint32_t Sqrt3Slots::record_beyond(Sqrt3Lattice& lattice, std::uint32_t slo
     return child_[slot_of(t.level - 1, Sqrt3Lattice::face(twin))];
 }
 
-std::vector<std::uint32_t> Sqrt3Slots::group_of(Sqrt3Lattice& lattice, std::uint32_t record) const {
-    std::vector<std::uint32_t> slots;
+Sqrt3Slots::Group Sqrt3Slots::group_of(Sqrt3Lattice& lattice, std::uint32_t record) const {
+    Group group;
+    bool leaves = true;
     const auto add = [&](std::uint32_t slot) {
-        if (std::find(slots.begin(), slots.end(), slot) == slots.end()) slots.push_back(slot);
-        return is_leaf_slot(slot);
+        if (std::find(group.slots.begin(), group.slots.end(), slot) != group.slots.end()) return;
+        group.slots.push_back(slot);
+        leaves = leaves && is_leaf_slot(slot);
     };
     const Record& at = records_[record];
-    for (std::uint32_t side = 0; side < 3; ++side)
-        if (!add(first_child(record) + side)) return {};
-    for (std::uint32_t side = 0; side < 3; ++side) {
-        if (child_[first_child(record) + side] == k_half) continue;
-        const std::uint64_t twin = lattice.twin(at.level, 3 * at.face + side);
-        if (twin != Sqrt3Lattice::none && !add(slot_of(at.level + 1, twin))) return {};
-    }
-    return slots;
+    std::array<std::uint32_t, 2> sides{record, record};
+    if (const std::uint64_t partner = lattice.partner(at.level, at.face); partner != Sqrt3Lattice::none)
+        sides[1] = child_[slot_of(at.level, partner)];
+    for (const std::uint32_t of : sides)
+        for (std::uint32_t side = 0; side < 3; ++side) add(first_child(of) + side);
+    group.own = group.slots.size();
+    for (const std::uint32_t of : sides)
+        for (std::uint32_t side = 0; side < 3 && leaves; ++side) {
+            if (child_[first_child(of) + side] == k_half) continue;
+            const std::uint64_t twin = lattice.twin(at.level, 3 * records_[of].face + side);
+            if (twin != Sqrt3Lattice::none) add(slot_of(at.level + 1, twin));
+        }
+    return leaves ? group : Group{};
 }
 
 std::vector<LeafId> Sqrt3Slots::group(LeafId leaf) const {
     const std::uint32_t roots = mesh().face_count();
     if (leaf.value < roots) return {};
     const std::scoped_lock lock(shared_.mutex);
-    std::vector<std::uint32_t> slots = group_of(shared_.lattice, (leaf.value - roots) / 3);
-    if (slots.empty())
+    Group found = group_of(shared_.lattice, (leaf.value - roots) / 3);
+    if (found.slots.empty())
         if (const std::uint32_t beyond = record_beyond(shared_.lattice, leaf.value); beyond != k_no_slot)
-            slots = group_of(shared_.lattice, beyond);
+            found = group_of(shared_.lattice, beyond);
     std::vector<LeafId> result;
-    for (std::size_t side = 0; side < 3 && !slots.empty(); ++side) result.emplace_back(slots[side]);
+    for (std::size_t i = 0; i < found.own; ++i) result.emplace_back(found.slots[i]);
     return result;
 }
 
@@ -261,13 +280,14 @@ void Sqrt3Slots::coarsen(std::span<const LeafId> marked, std::vector<LeafId>& cr
     std::vector<Sqrt3Face> faces;
     std::vector<std::uint32_t> groups;
     std::erase_if(records, [&](std::uint32_t record) {
-        const std::vector<std::uint32_t> slots = group_of(lattice, record);
-        const bool all = !slots.empty() && std::all_of(slots.begin(), slots.begin() + 3, [&](std::uint32_t slot) {
+        const Group group = group_of(lattice, record);
+        const std::span own(group.slots.data(), group.own);
+        const bool all = !own.empty() && std::all_of(own.begin(), own.end(), [&](std::uint32_t slot) {
             return std::binary_search(wanted.begin(), wanted.end(), slot);
         });
         if (all) {
             faces.push_back({records_[record].level, records_[record].face});
-            groups.insert(groups.end(), slots.begin(), slots.end());
+            groups.insert(groups.end(), group.slots.begin(), group.slots.end());
         }
         return !all;
     });

@@ -29,7 +29,7 @@ struct Sqrt3Triangle {
 /// Splitting a triangle puts three in its place, over its edges: a half one where the triangle beyond the edge is
 /// whole, else a whole one, and there the half one of the triangle beyond becomes whole, too. Splitting a half triangle
 /// is to split the triangle beyond its edge. What a split has changed is its group: its three triangles, and those that
-/// became whole beyond its edges.
+/// became whole beyond its edges. Where it cuts an edge, which it does from both sides, the group is that of both.
 ///
 /// Storage: 16 bytes a split triangle and 4 a slot besides the forest's: some 14 bytes a leaf. Slots: face r is slot r,
 /// those over the edges of the k-th split triangle are F + 3 k + side. Const calls are safe from several threads.
@@ -65,12 +65,14 @@ class Sqrt3Slots {
     /// @param removed  receives the leaves that are none any more or became whole, as they were
     /// @throws Error   memory_limit
     void refine(std::span<const LeafId> marked, std::vector<LeafId>& created, Changed& removed);
-    /// Undoes the splits whose three triangles are all marked, where their groups are leaves.
+    /// Undoes the splits whose three triangles (of both sides of an edge that they cut: six) are all marked, where
+    /// their groups are leaves.
     /// @param created  receives the triangles that are leaves again, then those that are half again
     /// @param removed  receives those of the latter that were not marked, as they were
     void coarsen(std::span<const LeafId> marked, std::vector<LeafId>& created, Changed& removed);
-    /// The three triangles of a split that the leaf is of and that can be undone, as all of its group are leaves: of
-    /// the one that it is over an edge of, else of the triangle beyond. Empty if there is none.
+    /// The three triangles (beside an edge that was cut: six) of a split that the leaf is of and that can be undone,
+    /// as all of its group are leaves: of the one that it is over an edge of, else of the triangle beyond. Empty if
+    /// there is none.
     std::vector<LeafId> group(LeafId leaf) const;
 
     std::optional<std::string> check() const;
@@ -101,7 +103,12 @@ class Sqrt3Slots {
     std::uint32_t slot_of(int level, std::uint64_t face) const;
     Sqrt3Triangle triangle_of(std::uint32_t slot) const;
     LeafId leaf_with(Sqrt3Lattice& lattice, int level, std::uint64_t h) const;
-    std::vector<std::uint32_t> group_of(Sqrt3Lattice& lattice, std::uint32_t record) const;
+    /// Slots whose triangles a split has changed, its own first; none where they are not all leaves.
+    struct Group {
+        std::vector<std::uint32_t> slots;
+        std::size_t own = 0;
+    };
+    Group group_of(Sqrt3Lattice& lattice, std::uint32_t record) const;
     std::uint32_t record_beyond(Sqrt3Lattice& lattice, std::uint32_t slot) const;
     using Twins = std::array<std::uint64_t, 3>;
     void split(const Sqrt3Face& face, const Twins& twins, Changed& changed);
@@ -111,7 +118,7 @@ class Sqrt3Slots {
     std::vector<Record> records_;
     std::vector<std::uint32_t> free_records_;
     struct Shared {
-        explicit Shared(const ControlMesh& mesh) : lattice(mesh) {}
+        explicit Shared(const Sqrt3Lattice& from) : lattice(from) {}
         std::mutex mutex;
         Sqrt3Lattice lattice;  // remembers twins
     };

@@ -70,8 +70,8 @@ Numbering add_leaves(const Sqrt3Levels& levels, const ControlMeshData& data, std
 }
 
 /// Points of the net, each vertex at its level. Whether there was all that they depend on.
-bool add_net(const ControlMesh& mesh, const Sqrt3Levels& levels, const Numbering& numbering, Sqrt3Mesh& out) {
-    detail::Sqrt3Net net(mesh, levels);
+bool add_net(const Sqrt3Levels& levels, const Numbering& numbering, Sqrt3Mesh& out) {
+    detail::Sqrt3Net net(levels);
     // Vertices by level.
     std::vector<std::vector<std::uint32_t>> at(levels.levels.size());
     for (std::uint32_t v = 0; v < out.levels.size(); ++v) at[static_cast<std::size_t>(out.levels[v])].push_back(v);
@@ -85,9 +85,8 @@ bool add_net(const ControlMesh& mesh, const Sqrt3Levels& levels, const Numbering
     }
 }
 
-bool add_limits(const ControlMesh& mesh, const Sqrt3Levels& levels, const Numbering& numbering, bool normals,
-                Sqrt3Mesh& out) {
-    detail::Sqrt3Net net(mesh, levels);
+bool add_limits(const Sqrt3Levels& levels, const Numbering& numbering, bool normals, Sqrt3Mesh& out) {
+    detail::Sqrt3Net net(levels);
     detail::resize_large(out.mesh.positions, out.levels.size());
     if (normals) detail::resize_large(out.mesh.normals, out.levels.size());
     detail::PoolVector<std::uint8_t> found(out.levels.size(), 0);
@@ -104,13 +103,13 @@ Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options)
     const ControlMesh& mesh = forest.mesh();
     const bool limits = options.limit || options.normals;
     for (int rings = k_rings;; ++rings) {
-        const Sqrt3Levels levels(mesh, forest.split(), rings, limits);
+        const Sqrt3Levels levels(forest.lattice(), forest.split(), rings, limits);
         Sqrt3Mesh out;
         const Numbering numbering = add_leaves(levels, mesh.data(), forest.leaf_count(), options, out);
         out.mesh.materials = mesh.data().materials;
         out.mesh.groups = mesh.data().groups;
-        const bool all = (!limits || add_limits(mesh, levels, numbering, options.normals, out)) &&
-                         (options.limit || add_net(mesh, levels, numbering, out));
+        const bool all = (!limits || add_limits(levels, numbering, options.normals, out)) &&
+                         (options.limit || add_net(levels, numbering, out));
         if (all) return out;
         if (levels.complete) throw std::logic_error("a vertex of an adaptive sqrt3 mesh that its levels do not have");
     }

@@ -18,7 +18,7 @@ struct Sqrt3MeshOptions {
 
 /// An adaptive sqrt(3) mesh: triangles in the order of Sqrt3Forest::leaves(), vertices in order of first use. It
 /// depends on the set of split faces alone. Materials and groups are those of the control face that a triangle comes
-/// from; no UVs.
+/// from, in which it lies where the edges between are kept (Sqrt3Forest); no UVs.
 struct Sqrt3Mesh {
     PolygonMesh mesh;
     std::vector<Sqrt3Vertex> vertices;

@@ -75,14 +75,15 @@ struct HierarchyMesh {
 ///   four children; the mesh has the leaves as vertices and a face where they meet. Sites: cells (cell_site()); each is
 ///   a vertex of its own level only. A vertex on a crease has a leaf on each side, split and merged together: one
 ///   diamond. See VertexForest;
-/// * "sqrt3" (triangles without sharp edges inside): roots are the faces. A split puts three half triangles in a
-///   triangle's place, from its edges to its centre; where the triangle beyond an edge is split, too, both half ones
-///   become whole, over the flipped edge. So a triangle's children are halves, and a half's only child is the whole
-///   one: two depths are one level, a simple step, two of which are one level of refine(). Splitting a half triangle is
-///   to split the triangle beyond its edge. A diamond is a split's three triangles; to merge it makes
-///   the whole ones beyond half again. A whole triangle beside two splits stands for its parent's diamond; where that
-///   cannot be merged, coarsen(leaf) takes the one beyond.
-///   Sites: vertices as they come about (sqrt3_site()). See Sqrt3Slots.
+/// * "sqrt3" (triangles): roots are the faces that are no holes. A split puts three half triangles in a triangle's
+///   place, from its edges to its centre; where the triangle beyond an edge is split, too, both half ones become whole,
+///   over the flipped edge. So a triangle's children are halves, and a half's only child is the whole one: two depths
+///   are one level, a simple step, two of which are one level of refine(). Splitting a half triangle is to split the
+///   triangle beyond its edge. Over sharp edges and the edges of holes, which are not flipped but cut in three by every
+///   second step, triangles are whole at once; where a crease is cut, both of its triangles are split. A diamond is a
+///   split's three triangles (of both sides of a crease that was cut: six); to merge it makes the whole ones beyond
+///   half again. A whole triangle beside two splits stands for its parent's diamond; where that cannot be merged,
+///   coarsen(leaf) takes the one beyond. Sites: vertices as they come about (sqrt3_site()). See Sqrt3Slots.
 ///
 /// All errors leave the hierarchy unchanged. Const calls are safe from several threads while none changes.
 class Hierarchy {

@@ -39,7 +39,7 @@ class Sqrt3Family final : public HierarchyFamily {
         if (!slots_.is_vertex(site_sqrt3(site))) return "its level has no such vertex";
         return {};
     }
-    bool has_root(std::uint32_t root) const override { return root < tree_.root_bound; }
+    bool has_root(std::uint32_t root) const override { return !mesh().is_hole(FaceId(root)); }
 
     std::uint32_t leaf_slots() const override { return slots_.leaf_slots(); }
     std::uint32_t leaf_count() const override { return slots_.leaf_count(); }
@@ -93,7 +93,7 @@ class Sqrt3Family final : public HierarchyFamily {
     // whole and the half one beyond.
     void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
                      std::span<double> errors) const override {
-        Sqrt3Lattice lattice(mesh());
+        Sqrt3Lattice lattice = slots_.forest().lattice();
         std::vector<Sqrt3Leaf> triangles;
         std::vector<std::size_t> owner;
         for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -121,7 +121,7 @@ class Sqrt3Family final : public HierarchyFamily {
 
     // Leaves are the triangles, in their order.
     HierarchyFaces faces() const override {
-        const Sqrt3Levels levels(mesh(), slots_.forest().split(), 0);
+        const Sqrt3Levels levels(slots_.forest().lattice(), slots_.forest().split(), 0);
         HierarchyFaces faces;
         faces.leaves = slots_.ordered_leaves();
         faces.face_vertices.reserve(3 * faces.leaves.size());

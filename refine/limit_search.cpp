@@ -247,6 +247,10 @@ class LimitSearch::Finder {
             for (int i = 0; i < count; ++i) start.push_back(ring.halfedge[(first + i) % ring.faces()]);
             return start;
         };
+        // The first of its two simple steps moves a dart before the second cuts the edge.
+        if (scheme_.name == "sqrt3" &&
+            std::any_of(sharp.begin(), sharp.end(), [&](int i) { return mesh.rule(ring.at(i)) == VertexRule::dart; }))
+            return std::nullopt;
         if (rule == VertexRule::dart) {
             if (!ring.closed) return std::nullopt;
             return by_masks(mesh, {.faces = ring.faces(), .dart = true}, from(sharp[0], ring.faces()));

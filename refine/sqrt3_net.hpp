@@ -3,9 +3,11 @@
 #include "tetrakis/hier/huge_buffer.hpp"
 #include "tetrakis/hier/pool_memory.hpp"
 #include "tetrakis/hier/sqrt3_levels.hpp"
+#include "tetrakis/refine/sqrt3_points.hpp"
 #include "tetrakis/refine/sqrt3_rules.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -15,8 +17,8 @@ namespace tetrakis::detail {
 /// Sqrt3Points, bit for bit.
 class Sqrt3Net {
   public:
-    /// At level 0. Keeps references.
-    Sqrt3Net(const ControlMesh& mesh, const Sqrt3Levels& levels);
+    /// At level 0. Keeps a reference.
+    explicit Sqrt3Net(const Sqrt3Levels& levels);
 
     int level() const { return level_; }
     bool at_last() const { return level_ + 1 == static_cast<int>(levels_->levels.size()); }
@@ -40,14 +42,21 @@ class Sqrt3Net {
   private:
     const Sqrt3Level& here() const { return levels_->levels[static_cast<std::size_t>(level_)]; }
     bool gather(std::uint32_t leaving);
+    bool gather_cut(std::uint32_t leaving);
+    void put_limit(const Limits& limits, std::uint32_t leaving, std::uint32_t to);
     bool beside_cut(std::uint32_t leaving) const;
+    bool may_be_flipped() const;
+    bool is_smooth_cut(std::uint32_t h) const;
     bool has_limit(std::uint32_t vertex, std::uint32_t leaving) const;
     void add_apex(std::uint32_t face);
 
     const ControlMesh* mesh_;
     const Sqrt3Levels* levels_;
     Sqrt3Rules rules_;
+    bool tagged_ = false;                      ///< some vertices of the mesh are
+    std::optional<Sqrt3Points> points_alone_;  ///< for limits beside darts
     Sqrt3Ring ring_;
+    std::vector<std::uint32_t> around_;  ///< the vertices around, where an edge is sharp
     int level_ = 0;
     HugeBuffer<double> memory_[2];
     Vec3d *points_, *next_points_;  // per vertex, of which those that has_ says are written

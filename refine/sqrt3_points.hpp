@@ -5,7 +5,9 @@
 #include "tetrakis/refine/sqrt3_rules.hpp"
 #include "tetrakis/refine/vertex_ring.hpp"
 
+#include <cstddef>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace tetrakis {
@@ -17,24 +19,33 @@ namespace tetrakis {
 class Sqrt3Points {
   public:
     /// @param mesh  as Sqrt3Forest takes it. Keeps a reference.
-    explicit Sqrt3Points(const ControlMesh& mesh) : mesh_(&mesh), lattice_(mesh) {}
+    explicit Sqrt3Points(const ControlMesh& mesh) : Sqrt3Points(Sqrt3Lattice(mesh)) {}
+    explicit Sqrt3Points(Sqrt3Lattice lattice) : mesh_(&lattice.mesh()), lattice_(std::move(lattice)) {}
 
     Sqrt3Lattice& lattice() { return lattice_; }
     /// The position in the net of a level.
     Vec3d position(int level, std::uint64_t leaving);
-    /// Limit position and normal; tangents where the scheme has masks for them (not on the boundary: there the normal
-    /// is the mean of those of the faces around).
+    /// Limit position and normal; tangents where the scheme has masks for them (not at creases and corners: there the
+    /// normal is the mean of those of the faces around).
     LimitPoint limit(int level, std::uint64_t leaving);
     /// The vertex and those around it in the net of a level.
     detail::Sqrt3Ring ring(int level, std::uint64_t leaving);
 
   private:
-    /// The half-edges that leave a vertex, counter-clockwise from a start that all of them agree on.
+    /// What surrounds a vertex, counter-clockwise from a start that all its half-edges agree on.
     struct Fan {
-        std::vector<std::uint64_t> leaving;
+        std::vector<std::uint64_t> leaving;  ///< the half-edges that leave it
+        std::vector<std::uint64_t> around;   ///< half-edges that leave the vertices around, as the rules see them
         bool closed = true;
+        std::vector<std::pair<std::size_t, float>> sharp;  ///< as Sqrt3Ring has them
     };
     Fan fan(int level, std::uint64_t leaving);
+    /// Beyond the edge of a half-edge's face that the next step cuts, where it is a kept edge that is smooth, as a
+    /// half-edge that leaves the opposite corner; else none.
+    std::uint64_t opposite_of_kept(int level, std::uint64_t h);
+    detail::Sqrt3Ring ring(int level, std::uint64_t leaving, const Fan& at);
+    bool beside_cut(int level, std::uint64_t leaving);
+    bool beside_dart(int level, const Fan& at);
     Vec3d compute(int level, std::uint64_t leaving, const Sqrt3Vertex& v);
 
     const ControlMesh* mesh_;

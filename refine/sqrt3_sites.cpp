@@ -12,7 +12,7 @@ constexpr std::uint32_t k_site_block = 1024;  // sites that share what they are 
 
 class Sqrt3LevelSource final : public LevelSource {
   public:
-    Sqrt3LevelSource(const ControlMesh& mesh, int max_level) : mesh_(&mesh), max_level_(max_level) {}
+    Sqrt3LevelSource(const ControlMesh& mesh, int max_level) : lattice_(mesh), max_level_(max_level) {}
 
     int first_level(const Site& site) const override { return site.level; }
     int max_level() const override { return max_level_; }
@@ -47,7 +47,7 @@ class Sqrt3LevelSource final : public LevelSource {
     void for_each_site(std::span<const Site> sites, const Visit& visit) const {
         for_each_block(static_cast<std::uint32_t>(sites.size()), k_site_block,
                        [&](std::uint32_t begin, std::uint32_t end) {
-                           Sqrt3Points points(*mesh_);
+                           Sqrt3Points points(lattice_);
                            for (std::uint32_t i = begin; i < end; ++i) visit(points, sites[i], i);
                        });
     }
@@ -57,7 +57,7 @@ class Sqrt3LevelSource final : public LevelSource {
         std::uint64_t h = 0;
         switch (v.kind) {
             case Sqrt3Vertex::Kind::control:
-                h = mesh_->vertex_halfedge(VertexId(static_cast<std::uint32_t>(v.key))).value;
+                h = lattice.mesh().vertex_halfedge(VertexId(static_cast<std::uint32_t>(v.key))).value;
                 break;
             case Sqrt3Vertex::Kind::centre:
                 h = 9 * v.key + 2;
@@ -73,7 +73,7 @@ class Sqrt3LevelSource final : public LevelSource {
         return h;
     }
 
-    const ControlMesh* mesh_;
+    Sqrt3Lattice lattice_;  // has found nothing: copied
     int max_level_;
 };
 

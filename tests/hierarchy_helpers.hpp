@@ -6,6 +6,7 @@
 #include "tetrakis/refine/hierarchy.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <set>
 #include <string_view>
@@ -14,11 +15,22 @@
 // Hierarchies for tests: random meshes that a scheme takes, random sequences of changes.
 namespace tetrakis::test {
 
-/// Random triangles without tags, closed or with a boundary that is sharp or round at its corners.
+/// Random triangles, closed or with a boundary that is sharp or round at its corners; without tags inside, with holes
+/// and single sharp edges and vertices, infinitely and finitely so, or with so many edges that they run together.
 inline ControlMesh random_sqrt3_mesh(std::uint64_t seed) {
     RandomMeshOptions options = random_options(seed);
     options.triangles_only = true;
-    options.crease = options.corner = options.hole = 0;
+    if (seed % 3 == 0) options.hole = 0;
+    options.crease = std::array{0.0, 0.15, 0.4}[seed % 3];
+    options.corner = seed % 3 == 0 ? 0 : 0.05;
+    if (seed % 7 == 4) {
+        options.boundary_rule = BoundaryRule::none;
+        // Where it leaves enough of the mesh.
+        const ControlMesh mesh = random_mesh(seed, options);
+        std::uint32_t holes = 0;
+        for (std::uint32_t f = 0; f < mesh.face_count(); ++f) holes += mesh.is_hole(FaceId(f)) ? 1 : 0;
+        if (2 * holes < mesh.face_count()) return mesh;
+    }
     options.boundary_rule = seed % 2 == 0 ? BoundaryRule::edge_and_corner : BoundaryRule::edge_only;
     return random_mesh(seed, options);
 }

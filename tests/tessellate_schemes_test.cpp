@@ -1,3 +1,4 @@
+#include "hierarchy_helpers.hpp"
 #include "point_match.hpp"
 #include "scheme_meshes.hpp"
 #include "surface_topology.hpp"
@@ -7,6 +8,7 @@
 #include "tetrakis/eval/tessellate.hpp"
 #include "tetrakis/hier/obj_reader.hpp"
 #include "tetrakis/hier/triangulate.hpp"
+#include "tetrakis/refine/uv_mesh.hpp"
 
 #include <doctest/doctest.h>
 
@@ -379,6 +381,118 @@ TEST_CASE("texture coordinates follow a scheme, seams included") {
     CHECK(dual.mesh.uvs.empty());
     REQUIRE(dual.warnings.size() == 1);
     CHECK(has(dual.warnings[0], "texture"));
+}
+
+namespace {
+
+/// Random triangles with tags and holes, in two charts that meet along a jagged seam, and two materials.
+ControlMesh with_charts(const ControlMesh& mesh, FaceVaryingRule rule) {
+    ControlMeshData data = mesh.data();
+    for (const Vec3d& p : data.positions)
+        for (const double shift : {0.0, 10.0}) data.uvs.emplace_back(p.x + 0.3 * p.z + shift, p.y - 0.2 * p.z);
+    const double middle = mesh.bounding_box().centre().x;
+    data.materials = {"left", "right"};
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
+        Vec3d centre(0);
+        for (std::uint32_t k = 0; k < 3; ++k) centre += data.positions[data.face_vertices[3 * f + k]] / 3.0;
+        data.face_material.push_back(centre.y > mesh.bounding_box().centre().y ? 1 : 0);
+        for (std::uint32_t k = 0; k < 3; ++k)
+            data.face_uvs.push_back(2 * data.face_vertices[3 * f + k] + (centre.x < middle ? 0 : 1));
+    }
+    data.face_varying_rule = rule;
+    return ControlMesh::build(std::move(data));
+}
+
+/// Corners of all triangles, as point, UV and material, to be found by their points.
+struct UvCorners {
+    std::vector<Vec3d> points;
+    std::vector<Vec2d> uvs;
+    std::vector<std::uint32_t> materials;
+
+    bool has(const Vec3d& point, const Vec2d& uv, std::uint32_t material, double tolerance) const {
+        for (std::size_t i = 0; i < points.size(); ++i)
+            if (glm::length(points[i] - point) < tolerance && glm::length(uvs[i] - uv) < tolerance &&
+                materials[i] == material)
+                return true;
+        return false;
+    }
+};
+
+/// Those of a level of uniform refinement, on the limit; the charts' limits from their own refinement, which shares the
+/// level's numbers.
+UvCorners uniform_corners(const ControlMesh& mesh, int level) {
+    RefineOptions limit;
+    limit.limit = true;
+    const PolygonMesh surface = refine(mesh, "sqrt3", level, limit);
+    const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
+    const ControlMesh charts = uv_mesh(mesh);
+    const PolygonMesh net = refine(charts, "sqrt3", level), on_limit = refine(charts, "sqrt3", level, limit);
+    std::vector<Vec3d> places = net.positions;
+    const PointMatch match(places);
+    UvCorners result;
+    for (std::uint32_t f = 0; f < surface.face_count(); ++f)
+        for (std::uint32_t c = surface.face_offsets[f]; c < surface.face_offsets[f + 1]; ++c) {
+            const Vec2d uv = surface.uvs[surface.face_uvs[c]];
+            result.points.push_back(surface.positions[surface.face_vertices[c]]);
+            result.uvs.push_back(linear ? uv : Vec2d(on_limit.positions[match.nearest(Vec3d(uv, 0))]));
+            result.materials.push_back(surface.face_material[f]);
+        }
+    return result;
+}
+
+}  // namespace
+
+TEST_CASE("[inv1] sqrt3: texture coordinates and materials are those of uniform refinement, seams included") {
+    for (const std::uint64_t seed : {0, 1, 2, 5, 8}) {
+        for (const FaceVaryingRule rule :
+             {FaceVaryingRule::corners_only, FaceVaryingRule::boundaries, FaceVaryingRule::linear_all}) {
+            CAPTURE(seed);
+            CAPTURE(static_cast<int>(rule));
+            const ControlMesh mesh = with_charts(test::random_sqrt3_mesh(seed), rule);
+            const double size = mesh.bounding_box().diagonal();
+            const UvCorners uniform = uniform_corners(mesh, 2);
+            const auto missing = [&](const Tessellation& result) {
+                std::size_t count = 0;
+                const TriangleMesh& m = result.mesh;
+                REQUIRE(m.triangle_uvs.size() == m.triangles.size());
+                for (std::size_t t = 0; t < m.triangles.size(); ++t)
+                    for (std::size_t k = 0; k < 3; ++k)
+                        count += !uniform.has(m.positions[m.triangles[t][k]], m.uvs[m.triangle_uvs[t][k]],
+                                              m.triangle_material[t], 1e-10 * size);
+                return count;
+            };
+            const Tessellation all = tessellate(
+                mesh, {.scheme = "sqrt3", .tolerance = 10, .min_level = 2, .max_level = 2, .measure = false});
+            CHECK(3 * all.mesh.triangles.size() == uniform.points.size());
+            CHECK(missing(all) == 0);
+            CHECK(all.warnings.empty());
+            // Leaves of all levels up to the same.
+            const Tessellation some =
+                tessellate(mesh, {.scheme = "sqrt3", .tolerance = 1e-2, .max_level = 2, .measure = false});
+            CHECK(some.mesh.triangles.size() < all.mesh.triangles.size());
+            CHECK(some.mesh.triangles.size() > mesh.face_count());
+            CHECK(missing(some) == 0);
+            CHECK(test::topology(some.mesh.triangles) == test::surface_topology(mesh));
+            const Tessellation without = tessellate(
+                mesh, {.scheme = "sqrt3", .tolerance = 1e-2, .max_level = 2, .uvs = false, .measure = false});
+            CHECK(without.mesh.uvs.empty());
+        }
+    }
+}
+
+TEST_CASE("sqrt3: what is tagged and what has holes is within the tolerance, by an independent measure") {
+    for (const std::uint64_t seed : {1, 2, 5}) {
+        CAPTURE(seed);
+        const ControlMesh mesh = test::random_sqrt3_mesh(seed);
+        const Tessellation result =
+            tessellate(mesh, {.scheme = "sqrt3", .tolerance = 1e-2, .measure_samples = k_samples});
+        CHECK(result.tolerance_reached);
+        CHECK(test::topology(result.mesh.triangles) == test::surface_topology(mesh));
+        const TriangleMesh reference = triangles_of(refine(mesh, "sqrt3", 4, {.limit = true}));
+        const MeasuredError error = compare_meshes(reference, result.mesh, {.samples = 30'000});
+        CHECK(error.hausdorff <= result.tolerance_absolute);
+        CHECK(error.hausdorff > 0.2 * result.tolerance_absolute);
+    }
 }
 
 TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use instead") {
