@@ -1,5 +1,6 @@
 #include "tetrakis/eval/mask_norm_bound.hpp"
 
+#include "tetrakis/eval/limit_samples.hpp"
 #include "tetrakis/eval/site_limits.hpp"
 #include "tetrakis/eval/surface_family.hpp"
 #include "tetrakis/hier/parallel.hpp"
@@ -17,6 +18,8 @@ constexpr std::uint32_t k_block = 256;
 // Levels below a piece that are looked at. Around an extraordinary point the remainder halves from one to the next, so
 // that this is where it is smaller than anything asked for.
 constexpr int k_deepest = 16;
+// Beside semi-sharp edges nothing is known before they are smooth: cells as small as that are many along an edge.
+constexpr float k_most_sharp_levels = 6;
 // A bound is tight where it is within this of an error that there is.
 constexpr double k_tight = 1.05;
 // Errors that are as good as none, where nothing is aimed at: a share of the model's diagonal.
@@ -107,31 +110,38 @@ Covered covered(const Corners& triangle, int cell_corners) {
 struct Deviation {
     double at_points;  ///< at the corners of the part that the triangle covers
     double most;
+    bool whole;  ///< the part is the cell
 };
 
-/// @param corner    of the cell
-/// @param triangle  its corners
+/// @param corner  of the cell
 Deviation deviation(const Covered& part, const std::array<Vec3d, 4>& corner, int cell_corners,
-                    const std::array<Vec3d, 3>& triangle) {
+                    const SlidTriangle& triangle) {
     double off = 0;
     Coordinates low{1, 1}, high{0, 0};
+    std::array<double, 3> least{1, 1, 1}, most{0, 0, 0};
     for (int i = 0; i < part.count; ++i) {
         const auto [x, y] = part.at[i];
         const std::array<double, 3>& b = part.b[i];
         const Vec3d p = cell_corners == 3 ? (1 - x - y) * corner[0] + x * corner[1] + y * corner[2]
                                           : (1 - y) * ((1 - x) * corner[0] + x * corner[1]) +
                                                 y * ((1 - x) * corner[3] + x * corner[2]);
-        off = std::max(off, glm::length(p - (b[0] * triangle[0] + b[1] * triangle[1] + b[2] * triangle[2])));
+        off = std::max(off, glm::length(p - triangle(b)));
         for (std::size_t c = 0; c < 2; ++c) {
             low[c] = std::min(low[c], part.at[i][c]);
             high[c] = std::max(high[c], part.at[i][c]);
         }
+        for (std::size_t k = 0; k < 3; ++k) {
+            least[k] = std::min(least[k], b[k]);
+            most[k] = std::max(most[k], b[k]);
+        }
     }
-    if (cell_corners == 3 || part.whole) return {off, off};
-    // A bilinear patch is straight along x and y, so in a whole cell it is farthest at a corner; in a part of one it is
-    // off what the corners of that say by its share of the product of x and y.
-    const Vec3d twist = corner[0] - corner[1] + corner[2] - corner[3];
-    return {off, off + 0.25 * (high[0] - low[0]) * (high[1] - low[1]) * glm::length(twist)};
+    // Every point of the part is a mean of its corners, in a whole cell with the weights that its patch has; so is the
+    // difference, but for what bends.
+    double bend = triangle.bend({most[0] - least[0], most[1] - least[1], most[2] - least[2]});
+    if (cell_corners == 4 && !part.whole)
+        bend +=
+            0.25 * (high[0] - low[0]) * (high[1] - low[1]) * glm::length(corner[0] - corner[1] + corner[2] - corner[3]);
+    return {off, off + bend, part.whole};
 }
 
 /// The same point's coordinates in a quarter of the cell.
@@ -161,10 +171,11 @@ bool has_mask_norms(const SchemeInfo& scheme) {
 
 template <class Family>
 bool MaskNormBound<Family>::has(const SchemeInfo& scheme, const ControlMesh& mesh) {
+    const auto lasts = [](float sharpness) { return is_semi_sharp(sharpness) && sharpness > k_most_sharp_levels; };
     for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
-        if (is_semi_sharp(mesh.sharpness(EdgeId(e)))) return false;
+        if (lasts(mesh.sharpness(EdgeId(e)))) return false;
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
-        if (is_semi_sharp(mesh.sharpness(VertexId(v)))) return false;
+        if (lasts(mesh.sharpness(VertexId(v)))) return false;
     return has_mask_norms(scheme);
 }
 
@@ -186,10 +197,10 @@ MaskNormBound<Family>::MaskNormBound(const Hierarchy& points, const SchemeInfo& 
 }
 
 template <class Family>
-void MaskNormBound<Family>::add_pieces(const CellTriangle& t, const std::array<Vec3d, 3>& corner,
+void MaskNormBound<Family>::add_pieces(const CellTriangle& t, const SlidTriangle& triangle,
                                        std::vector<Piece>& pieces) const {
     const double unit = std::ldexp(1.0, -t.level);
-    Piece piece{t.root, t.level, {}, corner};
+    Piece piece{t.root, t.level, {}, triangle};
     double right = 0;
     for (std::size_t k = 0; k < 3; ++k) {
         piece.at[k] = {t.corner[k].x * unit, t.corner[k].y * unit};
@@ -260,8 +271,10 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
                 double& rest = remainder[static_cast<std::size_t>(part.mesh.face(h))];
                 if (rest < 0) rest = remainder_at(h);
                 for (int k = 0; k < n; ++k, h = part.mesh.next(h)) corner[k] = here[part.mesh.origin(h)];
-                const Deviation off = deviation(covered(w.at, n), corner, n, piece.corner);
-                least[w.piece] = std::max(least[w.piece], off.at_points - rest);
+                const Deviation off = deviation(covered(w.at, n), corner, n, piece.triangle);
+                // Points of an interpolating scheme are limit points.
+                const double apart = scheme_.interpolating && off.whole ? 0 : rest;
+                least[w.piece] = std::max(least[w.piece], off.at_points - apart);
                 const double most = off.most + rest, sure = least[w.piece];
                 const bool exceeds = sure > wanted.floor;
                 const double floor = exceeds && !wanted.decide ? k_tight * sure : wanted.floor;
@@ -305,19 +318,22 @@ template <class Family>
 void MaskNormBound<Family>::bound_triangles(std::span<const CellTriangle> triangles, Wanted wanted,
                                             std::span<double> errors) const {
     const auto count = static_cast<std::uint32_t>(triangles.size());
-    std::vector<Site> sites(3 * triangles.size());
+    // The corners and the middles of the sides.
+    constexpr std::size_t k_points = 6;
+    std::vector<Site> sites(k_points * triangles.size());
     for_each_index(count, [&](std::uint32_t t) {
-        for (std::size_t k = 0; k < 3; ++k)
-            sites[3 * std::size_t{t} + k] = Family::canonical_site(mesh_, Family::corner_site(mesh_, triangles[t], k));
+        for (int row = 0, i = 0; row <= 2; ++row)
+            for (int column = 0; column <= row; ++column, ++i)
+                sites[k_points * t + static_cast<std::size_t>(i)] =
+                    detail::lattice_site_of<Family>(mesh_, triangles[t], 1, row, column);
     });
-    std::vector<Vec3d> corners(sites.size());
-    detail::limit_positions_once(points_, sites, corners, say_nothing);
+    std::vector<Vec3d> points(sites.size());
+    detail::limit_positions_once(points_, sites, points, say_nothing);
     std::vector<Piece> pieces;
     std::vector<std::uint32_t> of;
     for (std::uint32_t t = 0; t < count; ++t) {
-        add_pieces(triangles[t],
-                   {corners[3 * std::size_t{t}], corners[3 * std::size_t{t} + 1], corners[3 * std::size_t{t} + 2]},
-                   pieces);
+        const Vec3d* const p = points.data() + k_points * t;
+        add_pieces(triangles[t], SlidTriangle({p[3], p[5], p[0]}, {p[4], p[2], p[1]}), pieces);
         of.resize(pieces.size(), t);
     }
     std::vector<double> found(pieces.size());
@@ -351,8 +367,9 @@ void MaskNormBound<Family>::bound_fans(const FanChoice& fans, std::span<const Fa
         }
         for (std::uint32_t c = 0; c < size; ++c) {
             const Vec3d ahead = 0.5 * (at(c) + at(c + 1)), behind = 0.5 * (at(c) + at(c + size - 1));
-            pieces.push_back({HalfedgeId(h0 + c), 0, {{{0, 0}, {1, 0}, {1, 1}}}, {at(c), ahead, centre}});
-            pieces.push_back({HalfedgeId(h0 + c), 0, {{{0, 0}, {1, 1}, {0, 1}}}, {at(c), centre, behind}});
+            pieces.push_back({HalfedgeId(h0 + c), 0, {{{0, 0}, {1, 0}, {1, 1}}}, SlidTriangle({at(c), ahead, centre})});
+            pieces.push_back(
+                {HalfedgeId(h0 + c), 0, {{{0, 0}, {1, 1}, {0, 1}}}, SlidTriangle({at(c), centre, behind})});
         }
         of.resize(pieces.size(), i);
     }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "tetrakis/eval/cell_remainder.hpp"
+#include "tetrakis/eval/slid_triangle.hpp"
 #include "tetrakis/eval/surface_bound.hpp"
 #include "tetrakis/refine/hierarchy.hpp"
 
@@ -21,7 +22,8 @@ bool has_mask_norms(const SchemeInfo& scheme);
 template <class Family>
 class MaskNormBound final : public SurfaceBound {
   public:
-    /// Whether there is one over this mesh: semi-sharp tags change the rules from level to level, and have none.
+    /// Whether there is one over this mesh. Semi-sharp tags change the rules from level to level, and the bound has to
+    /// wait for the levels where they are smooth: none may last for more than six.
     static bool has(const SchemeInfo& scheme, const ControlMesh& mesh);
 
     /// @param points  gives the limit points; lives longer
@@ -43,10 +45,9 @@ class MaskNormBound final : public SurfaceBound {
         HalfedgeId cell;
         int level = 0;                              ///< of cells that are as large as the piece
         std::array<std::array<double, 2>, 3> at{};  ///< its corners, in sides of the cell
-        std::array<Vec3d, 3> corner{};              ///< in space
+        SlidTriangle triangle{};
     };
     struct Walker;
-    struct Bounds;
 
     /// How well an error is to be known.
     struct Wanted {
@@ -54,7 +55,7 @@ class MaskNormBound final : public SurfaceBound {
         bool decide;   ///< errors above it may be lower bounds; else they are tight
     };
 
-    void add_pieces(const CellTriangle& triangle, const std::array<Vec3d, 3>& corner, std::vector<Piece>& pieces) const;
+    void add_pieces(const CellTriangle& cells, const SlidTriangle& triangle, std::vector<Piece>& pieces) const;
     void bound(std::span<const Piece> pieces, Wanted wanted, std::span<double> errors) const;
     void bound_block(std::span<const Piece> pieces, Wanted wanted, std::span<double> errors) const;
     void bound_triangles(std::span<const CellTriangle> triangles, Wanted wanted, std::span<double> errors) const;
