@@ -51,6 +51,14 @@ std::uint64_t BisectionForest::memory_bytes() const {
            scratch_.work.capacity() * sizeof(Work);
 }
 
+void BisectionForest::shrink() {
+    scratch_ = Scratch();
+    leaves_.shrink_to_fit();
+    sites_.shrink_to_fit();
+    free_leaves_.shrink_to_fit();
+    free_points_.shrink_to_fit();
+}
+
 void BisectionForest::require_leaves(std::span<const LeafId> ids) const {
     constexpr std::size_t k_ahead = 24;  // records asked for ahead of time: the loop waits for memory
     for (std::size_t i = 0; i < ids.size(); ++i) {

@@ -56,6 +56,10 @@ class PodArray {
         data_ = static_cast<T*>(moved);
         capacity_ = capacity;
     }
+    /// Gives back the room for more. @throws std::bad_alloc, with the array as it was
+    void shrink_to_fit() {
+        if (capacity_ > size_) *this = PodArray(*this);
+    }
     /// New elements hold garbage. Does not throw within the capacity.
     void resize(std::size_t size) {
         reserve(size);

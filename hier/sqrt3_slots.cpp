@@ -346,4 +346,10 @@ std::uint64_t Sqrt3Slots::memory_bytes() const {
            free_records_.capacity() * sizeof(free_records_[0]);
 }
 
+void Sqrt3Slots::shrink() {
+    child_.shrink_to_fit();
+    records_.shrink_to_fit();
+    free_records_.shrink_to_fit();
+}
+
 }  // namespace tetrakis

@@ -97,6 +97,15 @@ std::uint64_t TriangleForest::memory_bytes() const {
            mesh_->vertex_count() * sizeof(std::uint32_t);  // canonical_
 }
 
+void TriangleForest::shrink() {
+    child_.shrink_to_fit();
+    records_.shrink_to_fit();
+    sites_.shrink_to_fit();
+    free_records_.shrink_to_fit();
+    free_points_.shrink_to_fit();
+    marks_.shrink_to_fit();
+}
+
 void TriangleForest::require_leaves(std::span<const LeafId> leaves) const {
     for (const LeafId leaf : leaves)
         if (!is_leaf(leaf))

@@ -117,6 +117,8 @@ class TriangleForest {
 
     /// Bytes allocated.
     std::uint64_t memory_bytes() const;
+    /// Gives back the memory that the next change would use again. O(leaves).
+    void shrink();
 
   private:
     friend struct detail::ForestSurgery;

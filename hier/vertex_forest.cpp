@@ -105,4 +105,11 @@ std::uint64_t VertexForest::memory_bytes() const {
            records_.capacity() * sizeof(Record) + free_records_.capacity() * sizeof(std::uint32_t) + marks_.capacity();
 }
 
+void VertexForest::shrink() {
+    child_.shrink_to_fit();
+    records_.shrink_to_fit();
+    free_records_.shrink_to_fit();
+    marks_.shrink_to_fit();
+}
+
 }  // namespace tetrakis

@@ -288,6 +288,13 @@ std::array<Vec3d, 2> Hierarchy::tangents(const Site& site, int level) const {
     return {point.tangent1, point.tangent2};
 }
 
+void Hierarchy::shrink() {
+    family_->shrink();
+    generation_.shrink_to_fit();
+    cache_->valid = false;
+    std::vector<LeafHandle>().swap(cache_->leaves);
+}
+
 std::uint64_t Hierarchy::memory_bytes() const {
     return family_->memory_bytes() + generation_.capacity() * sizeof(std::uint32_t) + journal_.memory_bytes() +
            cache_->leaves.capacity() * sizeof(LeafHandle);

@@ -207,6 +207,10 @@ class Hierarchy {
     std::optional<std::string> check() const;
     /// Bytes allocated for the structure, journal included.
     std::uint64_t memory_bytes() const;
+    /// Gives back the memory that the next change would use again, and the list of leaves() until it is asked for.
+    /// What is left is at most 52 bytes a leaf (bisection; triangles 44, vertices 28, sqrt3 24) and 16 for each of the
+    /// first two families' vertices, for evenly refined leaves. O(leaves).
+    void shrink();
 
   private:
     struct Cache {

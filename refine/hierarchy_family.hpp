@@ -99,6 +99,7 @@ class HierarchyFamily {
     /// The first violation of the structure's invariants, or nothing.
     virtual std::optional<std::string> check() const = 0;
     virtual std::uint64_t memory_bytes() const = 0;
+    virtual void shrink() = 0;
 };
 
 }  // namespace tetrakis

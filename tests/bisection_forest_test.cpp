@@ -297,6 +297,22 @@ TEST_CASE("[inv3] every edge is used once in each direction, and the topology is
     }
 }
 
+TEST_CASE("a leaf takes 48 bytes and a point 16 once working memory is given back") {
+    const ControlMesh mesh = test::random_mesh(5);
+    BisectionForest forest(mesh);
+    std::vector<LeafId> created;
+    while (forest.leaf_count() < 20'000) forest.refine(leaves_of(forest), created);
+    const ExportedTriangles before = forest.exported();
+    forest.shrink();
+    // Slots of holes are never leaves.
+    CHECK(forest.memory_bytes() <= 48 * std::uint64_t{forest.leaf_slots()} + 16 * std::uint64_t{forest.point_slots()});
+    CHECK(forest.leaf_slots() <= forest.leaf_count() + mesh.halfedge_count());
+    check_sound(forest);
+    check_same_export(forest.exported(), before);
+    forest.refine(leaves_of(forest), created);
+    check_sound(forest);
+}
+
 TEST_CASE("[inv5] a merge undoes a split, and coarsening ends at the roots") {
     for (std::uint64_t seed : test::seeds(8)) {
         CAPTURE(seed);

@@ -76,6 +76,7 @@ class Liar final : public HierarchyFamily {
         return truth_->check();
     }
     std::uint64_t memory_bytes() const override { return truth_->memory_bytes(); }
+    void shrink() override { truth_->shrink(); }
 
   private:
     LeafId last() const { return truth_->ordered_leaves().back(); }

@@ -355,6 +355,38 @@ TEST_CASE("[inv10] refinement, order and meshes are the same for 1, 2 and 4 thre
     }
 }
 
+TEST_CASE("leaves take few bytes once working memory is given back, and nothing else changes") {
+    for (const std::string_view scheme : {"catmull-clark", "loop", "doo-sabin", "sqrt3"}) {
+        CAPTURE(scheme);
+        test::RandomMeshOptions closed{.topology = test::Topology::torus,
+                                       .split = 0,
+                                       .merge = 0,
+                                       .edge_vertices = 0,
+                                       .removed_faces = 0,
+                                       .hole = 0,
+                                       .crease = 0,
+                                       .corner = 0};
+        closed.triangles_only = find_scheme(scheme)->family == MeshFamily::triangles;
+        const ControlMesh mesh = test::random_mesh(3, closed);
+        Hierarchy h = make_hierarchy(mesh, scheme);
+        const auto all = each_leaf([](const LeafView&) { return true; });
+        while (h.leaf_count() < 50'000) h.refine_where(all, h.view(h.leaves().front()).node.depth + 1);
+        const HierarchyMesh before = h.to_mesh();
+        h.shrink();
+        const double leaves = h.leaf_count(), points = static_cast<double>(before.mesh.positions.size());
+        const bool has_sites = scheme == "catmull-clark" || scheme == "loop";
+        const double bytes = (static_cast<double>(h.memory_bytes()) - (has_sites ? 16 * points : 0)) / leaves;
+        const double most = scheme == "catmull-clark" ? 52 : scheme == "loop" ? 44 : scheme == "doo-sabin" ? 28 : 24;
+        CHECK(bytes < most + 1);  // and what the control mesh has
+        check_sound(h);
+        CHECK(h.to_mesh().mesh.positions == before.mesh.positions);
+        const LeafHandle leaf = h.leaves()[1234];
+        h.refine(leaf);
+        check_sound(h);
+        CHECK_FALSE(h.is_leaf(leaf));
+    }
+}
+
 TEST_CASE("a zoom of 25 levels into one spot costs leaves by the level, not by the area") {
     for (const std::string_view scheme : k_each_family) {
         CAPTURE(scheme);
