@@ -3,6 +3,7 @@
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/schemes/catmull_clark.hpp"
 
+#include <algorithm>
 #include <cstring>
 
 namespace tetrakis::detail {
@@ -69,83 +70,49 @@ const T* FactoredGrid<T>::run(std::span<const Vec3<T>> control) {
     start(control, now);
     for (int level = 0; level < topology_.levels; ++level) {
         T* fine = buffer(level + 1);
-        first_half(level, now);
-        second_half(level, now, fine);
+        refine_roots(level, now, fine);
+        const RootLayout at = topology_.layout(level), finer = topology_.layout(level + 1);
+        const TagStep& tags = topology_.tags.step(level);
+        for_each_block(topology_.base.edge_count, grain_of(finer.edge_points()),
+                       [&](std::uint32_t begin, std::uint32_t end) {
+                           std::vector<T> lines;
+                           for (std::uint32_t e = begin; e < end; ++e)
+                               refine_edge(at, finer, tags, e, now, lines, fine);
+                       });
+        move_corners(at, tags, now, fine);
         now = fine;
     }
     return now;
 }
 
 template <class T>
-const T* FactoredGrid<T>::cell(const RootLayout& at, std::uint32_t h, std::uint32_t j) const {
-    const std::uint64_t n = at.segments(), last = n - 1;
-    std::uint64_t place = 0;
-    switch (h & 3u) {
-        case 0:
-            place = j;
-            break;
-        case 1:
-            place = j * n + last;
-            break;
-        case 2:
-            place = last * n + last - j;
-            break;
-        default:
-            place = (last - j) * n;
-    }
-    return centre_points_ + 3 * ((h / 4) * n * n + place);
-}
-
-template <class T>
-void FactoredGrid<T>::first_half(int level, const T* old) {
-    const RootLayout at = topology_.layout(level);
-    const TagStep& tags = topology_.tags.step(level);
-    const std::uint32_t n = at.segments(), faces = topology_.base.face_count;
-    const std::size_t centre_count = std::size_t{faces} * n * n;
-    // Kernels read one scalar past a point.
-    moved_points_ = moved_.reserve(3 * std::size_t{at.vertex_count()} + k_limit_padding);
-    T* centres = centres_.reserve(3 * centre_count + k_limit_padding);
-    std::fill_n(moved_points_ + 3 * std::size_t{at.vertex_count()}, k_limit_padding, T(0));
-    std::fill_n(centres + 3 * centre_count, k_limit_padding, T(0));
-    centre_points_ = centres;
-    for_each_block(faces, grain_of(n * n), [&](std::uint32_t begin, std::uint32_t end) {
-        std::vector<T> lines(12 * (std::size_t{n} + 1) + 1);
-        for (std::uint32_t f = begin; f < end; ++f)
-            kernels_.factored_centres(gather(at.root(f), old, lines.data()), centres + 3 * (std::uint64_t{f} * n * n),
-                                      moved_points_ + 3 * std::uint64_t{at.face_begin(f)});
-    });
-    if (n > 1)
-        for_each_block(topology_.base.edge_count, grain_of(n), [&](std::uint32_t begin, std::uint32_t end) {
-            std::vector<T> lines;
-            for (std::uint32_t e = begin; e < end; ++e) move_edge(at, tags, e, old, lines);
-        });
-    move_corners(at, tags, old);
-}
-
-template <class T>
-void FactoredGrid<T>::second_half(int level, const T* old, T* fine) const {
+void FactoredGrid<T>::refine_roots(int level, const T* old, T* fine) {
     const RootLayout at = topology_.layout(level), finer = topology_.layout(level + 1);
-    const TagStep& tags = topology_.tags.step(level);
-    const std::uint32_t n = at.segments();
-    std::memcpy(fine, moved_points_, 3 * sizeof(T) * std::size_t{topology_.base.vertex_count});
-    for_each_block(topology_.base.edge_count, grain_of(finer.edge_points()),
-                   [&](std::uint32_t begin, std::uint32_t end) {
-                       std::vector<T> lines;
-                       for (std::uint32_t e = begin; e < end; ++e) edge_points(at, finer, tags, e, old, lines, fine);
-                   });
-    for_each_block(
-        topology_.base.face_count, grain_of(finer.root_points()), [&](std::uint32_t begin, std::uint32_t end) {
-            std::vector<T> lines(12 * (std::size_t{n} + 1) + 1);
-            for (std::uint32_t f = begin; f < end; ++f)
-                kernels_.factored_edges(
-                    gather(at.root(f), old, lines.data()), centre_points_ + 3 * (std::uint64_t{f} * n * n),
-                    moved_points_ + 3 * std::uint64_t{at.face_begin(f)}, fine + 3 * std::uint64_t{finer.face_begin(f)});
-        });
+    const std::size_t n = at.segments(), last = n - 1;
+    const std::uint32_t faces = topology_.base.face_count;
+    T* const rims = rims_.reserve(3 * std::size_t{faces} * 4 * n);
+    rims_points_ = rims;
+    for_each_block(faces, grain_of(finer.root_points()), [&](std::uint32_t begin, std::uint32_t end) {
+        // Kernels read one scalar past a point.
+        std::vector<T> lines(12 * (n + 1) + 1), centres(3 * n * n + k_limit_padding),
+            moved(3 * last * last + k_limit_padding);
+        for (std::uint32_t f = begin; f < end; ++f) {
+            const RootRows<T> root = gather(at.root(f), old, lines.data());
+            kernels_.factored_centres(root, centres.data(), moved.data());
+            kernels_.factored_edges(root, centres.data(), moved.data(), fine + 3 * std::uint64_t{finer.face_begin(f)});
+            T* const rim = rims + 3 * (std::size_t{f} * 4 * n);
+            for (std::size_t j = 0; j < n; ++j) {
+                const std::size_t place[] = {j, j * n + last, last * n + last - j, (last - j) * n};
+                for (std::size_t side = 0; side < 4; ++side)
+                    std::copy_n(centres.data() + 3 * place[side], 3, rim + 3 * (side * n + j));
+            }
+        }
+    });
 }
 
 template <class T>
-void FactoredGrid<T>::move_edge(const RootLayout& at, const TagStep& step, std::uint32_t e, const T* old,
-                                std::vector<T>& lines) {
+void FactoredGrid<T>::refine_edge(const RootLayout& at, const RootLayout& finer, const TagStep& step, std::uint32_t e,
+                                  const T* old, std::vector<T>& lines, T* fine) const {
     const MeshLevel& base = topology_.base;
     const std::uint32_t n = at.segments(), h = base.edge_halfedge[e], t = base.twin[h];
     const std::uint64_t length = 3 * (std::uint64_t{n} + 1);
@@ -153,10 +120,12 @@ void FactoredGrid<T>::move_edge(const RootLayout& at, const TagStep& step, std::
     T *line = lines.data(), *left = line + length, *right = left + length;
     gather(at.side(h), n + 1, old, line);
     const EdgeRule rule(step, e);
-    if (!rule.crease_alone()) {
+    if (n > 1 && !rule.crease_alone()) {
         gather_beside(at, h, false, old, left);
         gather_beside(at, t, true, old, right);
     }
+    const std::uint64_t out = finer.edge_begin(e);
+    // The first half-step: the vertices on the edge.
     for (std::uint32_t j = 1; j < n; ++j) {
         const Vec3<T> p = point(line, j), along = point(line, j - 1) + point(line, j + 1);
         const T w = rule.at(2 * j);
@@ -169,22 +138,11 @@ void FactoredGrid<T>::move_edge(const RootLayout& at, const TagStep& step, std::
             const Vec3<T> smooth = T(0.5) * p + T(0.0625) * ((along + (point(left, j) + point(right, j))) + cells);
             result = w == 0 ? smooth : w * crease + (1 - w) * smooth;
         }
-        write(moved_points_, at.edge_begin(e) + j - 1, result);
+        write(fine, out + 2 * j - 1, result);
     }
-}
-
-template <class T>
-void FactoredGrid<T>::edge_points(const RootLayout& at, const RootLayout& finer, const TagStep& step, std::uint32_t e,
-                                  const T* old, std::vector<T>& lines, T* fine) const {
-    const MeshLevel& base = topology_.base;
-    const std::uint32_t n = at.segments(), h = base.edge_halfedge[e], t = base.twin[h];
-    lines.resize(3 * (std::uint64_t{n} + 1));
-    gather(at.side(h), n + 1, old, lines.data());
-    const EdgeRule rule(step, e);
-    const std::uint64_t out = finer.edge_begin(e);
+    // The second: the points between them.
     for (std::uint32_t j = 0; j < n; ++j) {
-        if (j > 0) write(fine, out + 2 * j - 1, point<T>(moved_points_, at.edge_begin(e) + j - 1));
-        const Vec3<T> ends = point(lines.data(), j) + point(lines.data(), j + 1);
+        const Vec3<T> ends = point(line, j) + point(line, j + 1);
         const T w = rule.at(2 * j + 1);
         Vec3<T> result = T(0.5) * ends;
         if (w != 1) {
@@ -196,7 +154,7 @@ void FactoredGrid<T>::edge_points(const RootLayout& at, const RootLayout& finer,
 }
 
 template <class T>
-void FactoredGrid<T>::move_corners(const RootLayout& at, const TagStep& step, const T* old) {
+void FactoredGrid<T>::move_corners(const RootLayout& at, const TagStep& step, const T* old, T* fine) const {
     const MeshLevel& base = topology_.base;
     /// Calls edge(i, neighbour) and face(centre) around a vertex.
     const auto around = [&](std::uint32_t v, auto&& edge, auto&& face) {
@@ -226,7 +184,7 @@ void FactoredGrid<T>::move_corners(const RootLayout& at, const TagStep& step, co
                static_cast<T>(m.face) * faces;
     };
     for_each_index(static_cast<std::uint32_t>(topology_.smooth.size()),
-                   [&](std::uint32_t i) { write(moved_points_, topology_.smooth[i], smooth(topology_.smooth[i])); });
+                   [&](std::uint32_t i) { write(fine, topology_.smooth[i], smooth(topology_.smooth[i])); });
     const auto tagged = topology_.tags.vertices();
     for_each_index(static_cast<std::uint32_t>(tagged.size()), [&](std::uint32_t i) {
         const std::uint32_t v = tagged[i];
@@ -244,11 +202,11 @@ void FactoredGrid<T>::move_corners(const RootLayout& at, const TagStep& step, co
             result += static_cast<T>(blend.crease.weight * k_crease_vertex_mask.neighbour) * ends;
         }
         if (blend.smooth > 0) result += static_cast<T>(blend.smooth) * smooth(v);
-        write(moved_points_, v, result);
+        write(fine, v, result);
     });
     // Vertices without faces stay.
     for (std::uint32_t v = 0; v < base.vertex_count; ++v)
-        if (base.vertex_halfedge[v] == none) write(moved_points_, v, point(old, v));
+        if (base.vertex_halfedge[v] == none) write(fine, v, point(old, v));
 }
 
 template class FactoredGrid<float>;

@@ -7,9 +7,9 @@ namespace tetrakis::detail {
 /// Factored Catmull-Clark on structured roots: each level in two half-steps, with the rules of FactoredMesh and the
 /// vertices of UniformRefiner in their order.
 ///
-/// After the first half-step of a level with N segments there is its tetrakis mesh: the moved vertices in the level's
-/// layout, and the centres of its faces, root by root, row by row. The second puts both and the edge points in the next
-/// level's layout.
+/// The first half-step of a level gives its tetrakis mesh: the moved vertices and the centres of its faces; the second
+/// the edge points. Both are made root by root, so that what is between them stays in the cache; what edges and corners
+/// need of the centres is kept for the roots' sides.
 template <class T>
 class FactoredGrid {
   public:
@@ -24,20 +24,19 @@ class FactoredGrid {
   private:
     struct EdgeRule;
     void start(std::span<const Vec3<T>> control, T* out) const;
-    void first_half(int level, const T* old);
-    void second_half(int level, const T* old, T* fine) const;
-    void move_corners(const RootLayout& at, const TagStep& step, const T* old);
-    void move_edge(const RootLayout& at, const TagStep& step, std::uint32_t e, const T* old, std::vector<T>& lines);
-    void edge_points(const RootLayout& at, const RootLayout& finer, const TagStep& step, std::uint32_t e, const T* old,
+    void refine_roots(int level, const T* old, T* fine);
+    void refine_edge(const RootLayout& at, const RootLayout& finer, const TagStep& step, std::uint32_t e, const T* old,
                      std::vector<T>& lines, T* fine) const;
+    void move_corners(const RootLayout& at, const TagStep& step, const T* old, T* fine) const;
     /// Centre of cell j of N along half-edge h.
-    const T* cell(const RootLayout& at, std::uint32_t h, std::uint32_t j) const;
+    const T* cell(const RootLayout& at, std::uint32_t h, std::uint32_t j) const {
+        return rims_points_ + 3 * (std::uint64_t{h} * at.segments() + j);
+    }
 
     const GridTopology& topology_;
     const RootKernels<T>& kernels_;
-    HugeBuffer<T> levels_[2], moved_, centres_;
-    const T* centre_points_ = nullptr;
-    T* moved_points_ = nullptr;
+    HugeBuffer<T> levels_[2], rims_;
+    const T* rims_points_ = nullptr;
 };
 
 }  // namespace tetrakis::detail
