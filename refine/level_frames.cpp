@@ -12,9 +12,21 @@ namespace {
 
 constexpr std::uint32_t k_block = 2048;  // sites whose rings are evaluated together
 
+/// The site that a key of a ring names. Sources of positions know sites of triangles in the frame of the face's first
+/// half-edge alone, keys are rooted at any of the three.
+Site site_of(const ControlMesh& mesh, bool quads, const VertexKey& key, int level) {
+    const HalfedgeId h(key.root);
+    const auto depth = static_cast<std::uint8_t>(level);
+    const HalfedgeId first = mesh.face_halfedge(mesh.face(h));
+    if (quads || h == first) return {h, {key.x, key.y}, depth};
+    // Weights of the corners: z at origin(h), key.x at its target, key.y at the third.
+    const std::uint32_t z = (std::uint32_t{1} << level) - key.x - key.y;
+    return {first, h == mesh.next(first) ? LatticePoint{z, key.x} : LatticePoint{key.y, z}, depth};
+}
+
 template <class Stencils>
-void frames(const Stencils& rings, std::span<const Site> sites, int level, const SitePositions& positions,
-            std::span<LimitPoint> out) {
+void frames(const ControlMesh& mesh, const Stencils& rings, std::span<const Site> sites, int level,
+            const SitePositions& positions, std::span<LimitPoint> out) {
     constexpr bool quads = Stencils::scheme == SchemeKind::catmull_clark;
     for_each_block(static_cast<std::uint32_t>(sites.size()), k_block, [&](std::uint32_t begin, std::uint32_t end) {
         KeyRing ring;
@@ -29,8 +41,7 @@ void frames(const Stencils& rings, std::span<const Site> sites, int level, const
             const auto at = [&](std::uint32_t c) { return up >= 0 ? c << up : c >> -up; };
             rings.ring(rings.canonical({sites[i].root.value, at(sites[i].at.x), at(sites[i].at.y)}, level), level,
                        ring);
-            for (const VertexKey& k : ring.keys)
-                around.push_back({HalfedgeId(k.root), {k.x, k.y}, static_cast<std::uint8_t>(level)});
+            for (const VertexKey& k : ring.keys) around.push_back(site_of(mesh, quads, k, level));
             shapes.push_back({ring.faces, ring.faces + (ring.boundary ? 1 : 0)});
         }
         std::vector<Vec3d> points(around.size());
@@ -64,14 +75,14 @@ LimitPoint frame_from(const Vec3d& position, const Vec3d& area_normal, const Vec
     return result;
 }
 
-void lattice_frames(const QuadStencils& rings, std::span<const Site> sites, int lattice_level,
+void lattice_frames(const ControlMesh& mesh, const QuadStencils& rings, std::span<const Site> sites, int lattice_level,
                     const SitePositions& positions, std::span<LimitPoint> out) {
-    frames(rings, sites, lattice_level, positions, out);
+    frames(mesh, rings, sites, lattice_level, positions, out);
 }
 
-void lattice_frames(const TriangleStencils& rings, std::span<const Site> sites, int lattice_level,
-                    const SitePositions& positions, std::span<LimitPoint> out) {
-    frames(rings, sites, lattice_level, positions, out);
+void lattice_frames(const ControlMesh& mesh, const TriangleStencils& rings, std::span<const Site> sites,
+                    int lattice_level, const SitePositions& positions, std::span<LimitPoint> out) {
+    frames(mesh, rings, sites, lattice_level, positions, out);
 }
 
 LimitPoint control_frame(const ControlMesh& mesh, VertexId v) {

@@ -16,10 +16,10 @@ class TriangleStencils;
 using SitePositions = std::function<void(std::span<const Site>, std::span<Vec3d>)>;
 
 /// LevelSource::frames() on a lattice level of the quad or triangle family. O(ring) positions a site.
-void lattice_frames(const QuadStencils& rings, std::span<const Site> sites, int lattice_level,
+void lattice_frames(const ControlMesh& mesh, const QuadStencils& rings, std::span<const Site> sites, int lattice_level,
                     const SitePositions& positions, std::span<LimitPoint> out);
-void lattice_frames(const TriangleStencils& rings, std::span<const Site> sites, int lattice_level,
-                    const SitePositions& positions, std::span<LimitPoint> out);
+void lattice_frames(const ControlMesh& mesh, const TriangleStencils& rings, std::span<const Site> sites,
+                    int lattice_level, const SitePositions& positions, std::span<LimitPoint> out);
 /// The same of the control mesh at its vertices.
 LimitPoint control_frame(const ControlMesh& mesh, VertexId v);
 

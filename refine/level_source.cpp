@@ -52,7 +52,8 @@ class LatticeLevels : public LevelSource {
         }
         const int lattice = level - offset();
         const auto source = [&](std::span<const Site> s, std::span<Vec3d> o) { lattice_positions(s, lattice, o); };
-        std::visit([&](const auto& rings) { detail::lattice_frames(rings, sites, lattice, source, out); }, rings_);
+        std::visit([&](const auto& rings) { detail::lattice_frames(*mesh_, rings, sites, lattice, source, out); },
+                   rings_);
     }
 
   protected:

@@ -4,6 +4,7 @@
 #include "surface_topology.hpp"
 
 #include "tetrakis/hier/error.hpp"
+#include "tetrakis/refine/refine.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
 
 #include <doctest/doctest.h>
@@ -124,6 +125,69 @@ TEST_CASE("[inv1] schemes by rules: refined everywhere, the points of a level ar
         for (std::size_t i = 0; i < points.size(); ++i) worst = std::max(worst, glm::length(points[i] - expected[i]));
         CHECK(worst <= 1e-12 * bounding_box(mesh.positions()).diagonal());
     }
+}
+
+TEST_CASE("[inv1] schemes by rules: frames on a level have the normals of the uniform net") {
+    for (const Choice& choice : choices())
+        for (const std::uint64_t seed : test::seeds(2)) {
+            CAPTURE(choice.scheme);
+            CAPTURE(seed);
+            test::RandomMeshOptions mesh_options = test::random_options(seed);
+            mesh_options.columns = mesh_options.rows = 3;
+            mesh_options.hole = 0;  // faces around a vertex for the frame, but none of the uniform net
+            mesh_options.boundary_rule = BoundaryRule::edge_and_corner;
+            mesh_options.triangles_only = find_scheme(choice.scheme)->family == MeshFamily::triangles;
+            const ControlMesh mesh = test::random_mesh(seed, mesh_options);
+            HierarchyOptions options;
+            options.rules = choice.rules;
+            Hierarchy h = make_hierarchy(mesh, choice.scheme, options);
+            Random random(seed);
+            h.refine(test::random_subset(test::leaves_of(h), 0.5, random));
+            RefineOptions refine_options;
+            refine_options.rules = choice.rules;
+            const double size = bounding_box(mesh.positions()).diagonal();
+            int compared = 0;
+            for (int level = 1; level <= 2; ++level) {
+                CAPTURE(level);
+                const PolygonMesh net = refine(mesh, choice.scheme, level, refine_options);
+                std::vector<Vec3d> area(net.positions.size(), Vec3d(0));
+                for (const auto& face : test::faces_of(net)) {
+                    Vec3d sum(0);
+                    for (std::size_t i = 1; i + 1 < face.size(); ++i)
+                        sum += glm::cross(net.positions[face[i]] - net.positions[face[0]],
+                                          net.positions[face[i + 1]] - net.positions[face[0]]);
+                    for (std::uint32_t v : face) area[v] += sum;
+                }
+                const HierarchyMesh out =
+                    h.to_mesh({.positions = MeshPositions::level, .level = level, .normals = true});
+                for (std::size_t v = 0; v < out.sites.size(); ++v) {
+                    if (h.first_level(out.sites[v]) > level) continue;
+                    const LimitPoint frame = h.frame(out.sites[v], level);
+                    REQUIRE(frame.position == h.position(out.sites[v], level));
+                    REQUIRE(frame.position == out.mesh.positions[v]);
+                    REQUIRE(frame.normal == out.mesh.normals[v]);
+                    std::size_t nearest = 0;
+                    for (std::size_t w = 1; w < net.positions.size(); ++w)
+                        if (glm::length(net.positions[w] - frame.position) <
+                            glm::length(net.positions[nearest] - frame.position))
+                            nearest = w;
+                    REQUIRE(glm::length(net.positions[nearest] - frame.position) <= 1e-12 * size);
+                    const double length = glm::length(area[nearest]);
+                    // Where the faces around cancel out, rounding chooses the normal.
+                    if (!(length > 1e-6 * size * size)) continue;
+                    ++compared;
+                    REQUIRE(glm::length(frame.normal - area[nearest] / length) < 1e-6);
+                    const auto [t1, t2] = h.tangents(out.sites[v], level);
+                    CHECK(std::abs(glm::dot(t1, frame.normal)) <= 1e-9 * glm::length(t1));
+                    CHECK(glm::dot(glm::cross(t1, t2), frame.normal) > 0);
+                }
+            }
+            CHECK(compared > 10);
+            // At its finest, every vertex has the frame of its own level.
+            const HierarchyMesh finest = h.to_mesh({.positions = MeshPositions::finest, .normals = true});
+            for (std::size_t v = 0; v < finest.sites.size(); ++v)
+                REQUIRE(glm::length(finest.mesh.normals[v]) == doctest::Approx(1));
+        }
 }
 
 TEST_CASE("[inv1] schemes by rules: limits are those of uniform refinement far down, and interpolating ones stay put") {
