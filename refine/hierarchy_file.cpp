@@ -188,6 +188,7 @@ std::vector<HierarchyNode> decode_hierarchy(std::span<const std::byte> bytes, co
         }
     }
     if (nodes.size() != leaf_count || (at + 7) / 8 != bit_bytes) refuse("its trees have another number of leaves");
+    if (at % 8 != 0 && static_cast<unsigned>(bits.back()) >> at % 8 != 0) refuse("it has bits after its trees");
     return nodes;
 }
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <system_error>
 #include <utility>
 
 namespace tetrakis {
@@ -63,6 +64,11 @@ void Hierarchy::load(std::span<const std::byte> bytes) {
     const std::vector<HierarchyNode> nodes = detail::decode_hierarchy(
         bytes, header(*family_, *scheme_), tree(), [&](std::uint32_t root) { return family_->has_root(root); });
     restore(*family, nodes);
+    // As many leaves need not be the same ones: a split takes others with it.
+    const std::vector<LeafId> leaves = family->ordered_leaves();
+    if (!std::equal(leaves.begin(), leaves.end(), nodes.begin(), nodes.end(),
+                    [&](LeafId leaf, const HierarchyNode& node) { return family->node(leaf) == node; }))
+        not_conforming();
     // All slots are of a new generation, those that an old handle may name included.
     std::vector<std::uint32_t> generation = generation_;
     generation.resize(std::max<std::size_t>(generation.size(), family->leaf_slots()), 0);
@@ -75,6 +81,11 @@ void Hierarchy::load(std::span<const std::byte> bytes) {
 
 void Hierarchy::load(const std::filesystem::path& path) {
     std::vector<std::byte> bytes;
+    // A folder opens like a file, and says that it has the largest size there is.
+    std::error_code ignored;
+    if (const auto status = std::filesystem::status(path, ignored);
+        std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+        throw Error(ErrorCode::io, "cannot read the hierarchy: this is a folder or a device, not a file", path);
     {
         std::ifstream in(path, std::ios::binary | std::ios::ate);
         const std::streamoff size = in ? static_cast<std::streamoff>(in.tellg()) : -1;

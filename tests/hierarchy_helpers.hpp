@@ -1,5 +1,6 @@
 #pragma once
 
+#include "dual_mesh.hpp"
 #include "random_mesh.hpp"
 
 #include "tetrakis/hier/triangulate.hpp"
@@ -37,6 +38,8 @@ inline ControlMesh random_sqrt3_mesh(std::uint64_t seed) {
 
 inline ControlMesh hierarchy_mesh(std::string_view scheme, std::uint64_t seed) {
     if (scheme == "sqrt3") return random_sqrt3_mesh(seed);
+    if (find_scheme(scheme)->lattice == FanLattice::dual)
+        return seed % 2 == 1 ? random_creased_dual_mesh(seed) : random_dual_mesh(seed);
     const ControlMesh mesh = random_mesh(seed);
     const bool triangles = find_scheme(scheme)->family == MeshFamily::triangles;
     return triangles ? triangulate(mesh) : ControlMesh::build(mesh.data());

@@ -3,12 +3,15 @@
 
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/refine/hierarchy.hpp"
+#include "tetrakis/refine/hierarchy_file.hpp"
 
 #include <doctest/doctest.h>
+#include <zlib.h>
 
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 
 using namespace tetrakis;
@@ -17,6 +20,7 @@ using test::Random;
 namespace {
 
 constexpr std::string_view k_schemes[] = {"catmull-clark", "loop", "sqrt3"};
+constexpr std::string_view k_each_family[] = {"catmull-clark", "loop", "doo-sabin", "sqrt3"};
 
 std::map<LeafHandle, HierarchyNode> leaf_map(const Hierarchy& h) {
     std::map<LeafHandle, HierarchyNode> leaves;
@@ -126,7 +130,7 @@ TEST_CASE("[bad-input] stamps that were never given") {
 
 TEST_CASE("saved leaves come back with the same bytes, in memory and by file") {
     const ScratchDir scratch;
-    for (const std::string_view scheme : {"catmull-clark", "bilinear", "loop", "midpoint", "sqrt3"})
+    for (const std::string_view scheme : {"catmull-clark", "bilinear", "loop", "midpoint", "doo-sabin", "sqrt3"})
         for (const std::uint64_t seed : test::seeds(4)) {
             CAPTURE(scheme);
             CAPTURE(seed);
@@ -161,7 +165,7 @@ TEST_CASE("saved leaves come back with the same bytes, in memory and by file") {
 
 TEST_CASE("[bad-input] corrupt, cut off and foreign files are refused, and nothing changes") {
     const ScratchDir scratch;
-    for (const std::string_view scheme : k_schemes) {
+    for (const std::string_view scheme : k_each_family) {
         CAPTURE(scheme);
         const ControlMesh mesh = test::hierarchy_mesh(scheme, 1);
         Hierarchy h = make_hierarchy(mesh, scheme);
@@ -205,11 +209,17 @@ TEST_CASE("[bad-input] corrupt, cut off and foreign files are refused, and nothi
         const std::string_view sibling = scheme == "loop" ? "midpoint" : "bilinear";
         refused(make_hierarchy(mesh, sibling).saved(), sibling);
         // Files.
-        try {
-            h.load(scratch.path() / "none.bin");
-            FAIL("no error");
-        } catch (const Error& e) {
-            CHECK(e.code() == ErrorCode::io);
+        for (const std::filesystem::path& none : {scratch.path() / "none.bin", scratch.path()}) {
+            CAPTURE(none.string());
+            try {
+                h.load(none);
+                FAIL("no error");
+            } catch (const Error& e) {
+                CHECK(e.code() == ErrorCode::io);
+                CHECK(std::string_view(e.what()).find(none.string()) != std::string_view::npos);
+                CHECK((std::string_view(e.what()).find("folder") != std::string_view::npos) ==
+                      (none == scratch.path()));
+            }
         }
         const std::filesystem::path file = scratch.path() / "bad.bin";
         std::ofstream(file, std::ios::binary) << "tetrakis, but not one";
@@ -229,6 +239,73 @@ TEST_CASE("[bad-input] corrupt, cut off and foreign files are refused, and nothi
         CHECK(!h.check());
         CHECK(test::leaves_of(h) == before);
     }
+}
+
+TEST_CASE("[bad-input] well-formed files of other leaves give these leaves or none") {
+    for (const std::string_view scheme : k_each_family)
+        for (const std::uint64_t seed : test::seeds(3)) {
+            CAPTURE(scheme);
+            CAPTURE(seed);
+            const ControlMesh mesh = test::hierarchy_mesh(scheme, seed);
+            Hierarchy h = make_hierarchy(mesh, scheme);
+            if (h.leaf_count() == 0) continue;
+            Random random(seed);
+            test::random_changes(h, 12, 5, random, [] {});
+            const HierarchyTree tree = h.tree();  // a copy: loading makes another
+            std::set<std::uint32_t> roots;
+            for (LeafHandle leaf : h.leaves()) roots.insert(h.node(leaf).root);
+            const auto file = [&](const std::set<HierarchyNode>& nodes) {
+                return detail::encode_hierarchy(
+                    {scheme, h.family(), detail::mesh_fingerprint(mesh)}, tree,
+                    [&](std::uint32_t root) { return roots.count(root) == 1; },
+                    std::vector<HierarchyNode>(nodes.begin(), nodes.end()));
+            };
+            const std::vector<std::byte> good = h.saved();
+            REQUIRE(file(test::nodes_of(h)) == good);
+            int refused = 0;
+            for (int trial = 0; trial < 60; ++trial) {
+                // As many splits as merges, or some more: without regard to what lies beside.
+                std::set<HierarchyNode> nodes = test::nodes_of(h);
+                for (int i = 0, n = 1 + trial % 5; i < n; ++i) {
+                    auto at = std::next(nodes.begin(), random.below(static_cast<std::uint32_t>(nodes.size())));
+                    const HierarchyNode split = *at;
+                    nodes.erase(at);
+                    for (int k = 0; k < tree.children_of(split); ++k) nodes.insert(tree.child(split, k));
+                    at = std::next(nodes.begin(), random.below(static_cast<std::uint32_t>(nodes.size())));
+                    if (at->depth == 0 || random.chance(0.2)) continue;
+                    const HierarchyNode parent = tree.parent(*at);
+                    int found = 0;
+                    for (int k = 0; k < tree.children_of(parent); ++k) found += nodes.count(tree.child(parent, k)) != 0;
+                    if (found < tree.children_of(parent)) continue;
+                    for (int k = 0; k < tree.children_of(parent); ++k) nodes.erase(tree.child(parent, k));
+                    nodes.insert(parent);
+                }
+                const std::vector<std::byte> bytes = file(nodes);
+                const auto before = test::leaves_of(h);
+                try {
+                    h.load(bytes);
+                    REQUIRE(test::nodes_of(h) == nodes);
+                    REQUIRE(h.saved() == bytes);
+                } catch (const Error& e) {
+                    CHECK(e.code() == ErrorCode::invalid_input);
+                    REQUIRE(test::leaves_of(h) == before);
+                    REQUIRE(h.saved() == good);
+                    ++refused;
+                }
+                REQUIRE(!h.check());
+                h.load(good);
+            }
+            CHECK(refused > 0);
+            // The last byte's spare bits, with a checksum that knows of them.
+            std::vector<std::byte> spare = good;
+            spare[good.size() - 5] |= std::byte{0x80};
+            if (spare == good) continue;
+            const auto crc =
+                crc32(0, reinterpret_cast<const unsigned char*>(spare.data()), static_cast<unsigned>(spare.size() - 4));
+            for (std::size_t i = 0; i < 4; ++i)
+                spare[spare.size() - 4 + i] = static_cast<std::byte>(crc >> 8 * i & 0xFF);
+            CHECK_THROWS_AS(h.load(spare), Error);
+        }
 }
 
 TEST_SUITE_END();
