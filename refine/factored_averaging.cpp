@@ -45,7 +45,9 @@ class FactoredAveraging final : public FactoredFaces {
     std::vector<std::array<std::uint32_t, 3>> triangles() const override {
         return run_ ? averaged_triangles(true) : FactoredFaces::triangles();
     }
-    PolygonMesh mesh() const override { return run_ ? polygons(averaged_triangles(false)) : FactoredFaces::mesh(); }
+    PolygonMesh mesh(std::vector<std::uint32_t>* numbers) const override {
+        return run_ ? polygons(averaged_triangles(false), numbers) : FactoredFaces::mesh(numbers);
+    }
     PolygonMesh active_mesh() const override { return own_; }
 
   private:

@@ -70,16 +70,17 @@ PolygonMesh FactoredFaces::polygons(const RuleMesh& faces, std::span<const std::
     return result;
 }
 
-PolygonMesh FactoredFaces::polygons(std::span<const std::array<std::uint32_t, 3>> triangles) const {
+PolygonMesh FactoredFaces::polygons(std::span<const std::array<std::uint32_t, 3>> triangles,
+                                    std::vector<std::uint32_t>* numbers) const {
     PolygonMesh result;
     result.positions = positions_;
     result.face_offsets.push_back(0);
     for (const auto& t : triangles) add_face(result, t);
-    drop_unused_vertices(result);
+    drop_unused_vertices(result, numbers);
     return result;
 }
 
-PolygonMesh FactoredFaces::mesh() const { return polygons(triangles()); }
+PolygonMesh FactoredFaces::mesh(std::vector<std::uint32_t>* numbers) const { return polygons(triangles(), numbers); }
 PolygonMesh FactoredFaces::active_mesh() const { return polygons(mesh_, vertex_); }
 
 void FactoredFaces::insert_midpoints(FactoredTrace* trace) {

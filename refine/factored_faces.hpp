@@ -11,7 +11,7 @@ class FactoredFaces : public FactoredSteps {
   public:
     FactoredVertex state(std::uint32_t v) const override { return state_[v]; }
     std::vector<std::array<std::uint32_t, 3>> triangles() const override;
-    PolygonMesh mesh() const override;
+    PolygonMesh mesh(std::vector<std::uint32_t>* numbers) const override;
     PolygonMesh active_mesh() const override;
 
   protected:
@@ -44,7 +44,8 @@ class FactoredFaces : public FactoredSteps {
     }
     /// Faces of positions_ as a mesh.
     PolygonMesh polygons(const RuleMesh& faces, std::span<const std::uint32_t> vertex) const;
-    PolygonMesh polygons(std::span<const std::array<std::uint32_t, 3>> triangles) const;
+    PolygonMesh polygons(std::span<const std::array<std::uint32_t, 3>> triangles,
+                         std::vector<std::uint32_t>* numbers) const;
 
     void insert_midpoints(FactoredTrace* trace);
     /// Centres rest at the mean of the corners around them.

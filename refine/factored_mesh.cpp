@@ -92,7 +92,9 @@ int FactoredMesh::half_steps_per_level() const { return state_->steps->half_step
 std::span<const Vec3d> FactoredMesh::positions() const { return state_->steps->positions(); }
 FactoredVertex FactoredMesh::state(std::uint32_t vertex) const { return state_->steps->state(vertex); }
 std::vector<std::array<std::uint32_t, 3>> FactoredMesh::triangles() const { return state_->steps->triangles(); }
-PolygonMesh FactoredMesh::mesh() const { return state_->warned(state_->steps->mesh()); }
+PolygonMesh FactoredMesh::mesh(std::vector<std::uint32_t>* numbers) const {
+    return state_->warned(state_->steps->mesh(numbers));
+}
 PolygonMesh FactoredMesh::active_mesh() const { return state_->warned(state_->steps->active_mesh()); }
 
 void detail::FactoredSteps::check_memory(std::uint64_t bytes) const {
@@ -102,13 +104,15 @@ void detail::FactoredSteps::check_memory(std::uint64_t bytes) const {
                                              " MiB; ask for fewer half-steps or raise --max-memory");
 }
 
-void detail::drop_unused_vertices(PolygonMesh& mesh) {
+void detail::drop_unused_vertices(PolygonMesh& mesh, std::vector<std::uint32_t>* numbers) {
     constexpr std::uint32_t unused = 0xFFFF'FFFFu;
     std::vector<std::uint32_t> number(mesh.positions.size(), unused);
     for (const std::uint32_t v : mesh.face_vertices) number[v] = 0;
     std::uint32_t count = 0;
+    if (numbers != nullptr) numbers->clear();
     for (std::size_t v = 0; v < number.size(); ++v)
         if (number[v] != unused) {
+            if (numbers != nullptr) numbers->push_back(static_cast<std::uint32_t>(v));
             mesh.positions[count] = mesh.positions[v];
             number[v] = count++;
         }

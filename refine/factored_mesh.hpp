@@ -107,7 +107,8 @@ class FactoredMesh {
 
     /// The 4-8 mesh for use, vertices renumbered without the unused ones; as long as a primal scheme is at its control
     /// faces, these.
-    PolygonMesh mesh() const;
+    /// @param numbers  receives the number here (state()) of each vertex of the result, in increasing order
+    PolygonMesh mesh(std::vector<std::uint32_t>* numbers = nullptr) const;
     /// The scheme's own mesh, of the last whole step.
     PolygonMesh active_mesh() const;
 

@@ -59,24 +59,26 @@ class FactoredPrimal final : public FactoredSteps {
         return result;
     }
 
-    PolygonMesh mesh() const override {
-        if (!has_triangles()) return active_mesh();
+    PolygonMesh mesh(std::vector<std::uint32_t>* numbers) const override {
+        if (!has_triangles()) return whole_faces(numbers);
         PolygonMesh result = with_attributes();
         for_each_triangle([&](std::uint32_t f, const std::array<std::uint32_t, 3>& t) { add_face(result, f, t); });
-        drop_unused_vertices(result);
+        drop_unused_vertices(result, numbers);
         return result;
     }
 
-    PolygonMesh active_mesh() const override {
+    PolygonMesh active_mesh() const override { return whole_faces(nullptr); }
+
+  private:
+    PolygonMesh whole_faces(std::vector<std::uint32_t>* numbers) const {
         PolygonMesh result = with_attributes();
         if (centred_) result.positions.assign(previous_.begin(), previous_.end());
         for (std::uint32_t f = 0; f < level_.face_count; ++f)
             add_face(result, f, std::span(&level_.origin[level_.first_halfedge(f)], level_.size_of(f)));
-        drop_unused_vertices(result);
+        drop_unused_vertices(result, numbers);
         return result;
     }
 
-  private:
     /// What a rule sees: positions of one of the arrays, by number. All reads of rules pass here.
     class Reader {
       public:

@@ -14,7 +14,7 @@ class FactoredSteps {
     virtual int half_steps_per_level() const { return 2; }
     virtual FactoredVertex state(std::uint32_t vertex) const = 0;
     virtual std::vector<std::array<std::uint32_t, 3>> triangles() const = 0;
-    virtual PolygonMesh mesh() const = 0;
+    virtual PolygonMesh mesh(std::vector<std::uint32_t>* numbers) const = 0;
     virtual PolygonMesh active_mesh() const = 0;
 
     std::span<const Vec3d> positions() const { return positions_; }
@@ -34,7 +34,8 @@ std::unique_ptr<FactoredSteps> make_factored_primal(const ControlMesh& mesh, Fac
 std::unique_ptr<FactoredSteps> make_factored_dual(const ControlMesh& mesh, FactoredScheme scheme);
 std::unique_ptr<FactoredSteps> make_factored_averaging(const ControlMesh& mesh, const RuleOptions& rules);
 
-/// Takes the vertices that no face has out; the others keep their order.
-void drop_unused_vertices(PolygonMesh& mesh);
+/// Takes the vertices that no face has out; the others keep their order. `numbers`, unless null, receives what each of
+/// them was before.
+void drop_unused_vertices(PolygonMesh& mesh, std::vector<std::uint32_t>* numbers = nullptr);
 
 }  // namespace tetrakis::detail

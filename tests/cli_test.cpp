@@ -6,6 +6,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <csignal>
 #include <set>
 #include <sstream>
@@ -137,6 +138,24 @@ TEST_CASE("refine --factored writes the 4-8 mesh after so many half-steps, or th
         CHECK(json.at("output_faces") == row.faces);
         CHECK(json.at("half_steps") == row.steps);
         CHECK(json.at("levels") == row.levels);
+        const auto inactive = json.at("inactive_vertices").get<std::vector<std::size_t>>();
+        const auto vertices = json.at("vertices").get<std::size_t>(), active = json.at("active").get<std::size_t>();
+        CHECK(inactive.size() == (row.active ? 0 : vertices - active));
+        if (std::string_view(row.scheme) != "doo-sabin" || row.active) continue;
+        // Those of a Doo-Sabin mesh are where its faces are cut: as many as these, each at the mean of what is around.
+        const TriangleMesh mesh = read_triangle_mesh(out);
+        REQUIRE(std::is_sorted(inactive.begin(), inactive.end()));
+        for (const std::size_t v : inactive) {
+            std::set<std::uint32_t> around;
+            for (const auto& t : mesh.triangles)
+                if (std::find(t.begin(), t.end(), v) != t.end())
+                    for (const std::uint32_t w : t)
+                        if (!std::binary_search(inactive.begin(), inactive.end(), w)) around.insert(w);
+            Vec3d mean(0);
+            for (const std::uint32_t w : around) mean += mesh.positions[w] / static_cast<double>(around.size());
+            CHECK(around.size() >= 3);
+            CHECK(glm::length(mean - Vec3d(mesh.positions[v])) < 1e-12);
+        }
     }
 }
 

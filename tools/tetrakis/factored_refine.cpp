@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include <utility>
+#include <vector>
 
 namespace tetrakis::cli {
 
@@ -36,7 +37,8 @@ ExitCode run_checked(const FactoredRefine& options, FactoredScheme scheme) {
         process.context().report("refine", static_cast<double>(i) / options.half_steps);
         factored.half_step();
     }
-    const PolygonMesh mesh = options.active ? factored.active_mesh() : factored.mesh();
+    std::vector<std::uint32_t> numbers;
+    const PolygonMesh mesh = options.active ? factored.active_mesh() : factored.mesh(&numbers);
     report.warnings.insert(report.warnings.end(), mesh.warnings.begin(), mesh.warnings.end());
     std::uint64_t active = 0;
     for (std::uint32_t v = 0; v < factored.positions().size(); ++v)
@@ -45,6 +47,11 @@ ExitCode run_checked(const FactoredRefine& options, FactoredScheme scheme) {
     report.vertices = mesh.positions.size();
     if (mesh.face_vertices.size() == std::uint64_t{3} * mesh.face_count()) report.triangles = mesh.face_count();
     report.more = {{"output_faces", mesh.face_count()}, {"half_steps", options.half_steps}, {"active", active}};
+    // The scheme's own mesh has active vertices alone: of that the list is empty.
+    Json inactive = Json::array();
+    for (std::size_t v = 0; v < numbers.size(); ++v)
+        if (factored.state(numbers[v]) == FactoredVertex::inactive) inactive.push_back(v);
+    report.more["inactive_vertices"] = std::move(inactive);
 
     const Stopwatch write;
     FileSet files;
