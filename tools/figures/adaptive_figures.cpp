@@ -58,10 +58,12 @@ bool is_bisection(const Hierarchy& h) { return h.family() == "bisection"; }
 int depth_of_level(const Hierarchy& h, int level) {
     if (is_bisection(h)) return std::max(2 * level - 1, 0);
     // The roots of a dual scheme are the vertices of its first level.
-    return h.family() == "vertices" ? std::max(level - 1, 0) : level;
+    if (h.family() == "vertices") return std::max(level - 1, 0);
+    // Half a triangle, then the whole one.
+    return h.family() == "sqrt3" ? 2 * level : level;
 }
 int level_of_depth(const Hierarchy& h, int depth) {
-    if (is_bisection(h)) return (depth + 1) / 2;
+    if (is_bisection(h) || h.family() == "sqrt3") return (depth + 1) / 2;
     return h.family() == "vertices" ? depth + 1 : depth;
 }
 
@@ -225,7 +227,8 @@ Json zoom(const Arguments& arguments) {
     HierarchyNode node = h.node(*start);
     const int depth = depth_of_level(h, std::stoi(arguments[2]));
     while (node.depth < depth) {
-        h.refine(*h.find(node));
+        // Unless it is whole already (sqrt3), where it was to be half.
+        if (const auto leaf = h.find(node)) h.refine(*leaf);
         // Children in turn, so that the point is on no grid line of a coarse level.
         const std::vector<HierarchyNode> children = h.children(node);
         node = children[static_cast<std::size_t>(node.depth / 3) % children.size()];

@@ -136,11 +136,12 @@ def zoom(make):
     s = Sheet("25 levels in one place: one zoom in each kind of tree", 5, (320, 320),
               "a head, seen along its normal there; colours: levels, seven in turn. Leaves are only where the refinement is")
     plain = make.obj("head_plain", *models.read_obj(DATA / "head.obj"))
-    for scheme, deepest in (("catmull-clark", 25), ("loop", 25), ("doo-sabin", 25)):
-        data = json.loads(run(make.tool, "zoom", plain, scheme, deepest, 100))
+    # A step of sqrt3 shrinks by the root of 3.
+    for scheme, powers in (("catmull-clark", (0, 3, 9, 17, 24)), ("loop", (0, 3, 9, 17, 24)), ("doo-sabin", (0, 3, 9, 17, 24)), ("sqrt3", (0, 3, 7, 13, 19))):
+        data = json.loads(run(make.tool, "zoom", plain, scheme, 25, 100))
         points = data["points"]
         size = max(max(abs(q[0]), abs(q[1])) for q in points)
-        for power in (0, 3, 9, 17, 24):
+        for power in powers:
             reach = 1.04 * size / 2 ** power
             p = Plane((320, 320), (-reach, -reach), (reach, reach))
             inside = [i for i, f in enumerate(data["faces"]) if any(max(abs(points[v][0]), abs(points[v][1])) < 40 * reach for v in f)]
