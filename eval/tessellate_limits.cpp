@@ -33,7 +33,7 @@ void check_scheme(const TessellateOptions& options) {
             ErrorCode::unsupported,
             "there is no certified bound for " + name +
                 ": its limit is known at points alone; use the embree estimator, or one of catmull-clark, loop, "
-                "tuned-loop, butterfly, modified-butterfly, kobbelt, bilinear, midpoint");
+                "tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, bilinear, midpoint");
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 #include "tetrakis/eval/io/mesh_reader.hpp"
+#include "tetrakis/eval/tessellate.hpp"
 
 #include "tests/cli.hpp"
 #include "tests/process.hpp"
@@ -256,6 +257,17 @@ TEST_CASE("[bad-input] what other schemes cannot do is refused before anything i
         CHECK(run.result.code == 2);
         CAPTURE(run.result.err);
         CHECK(run.result.err.find(c.words) != std::string::npos);
+    }
+    // The refusal and the help name all schemes that have a certified bound.
+    const Run refused("missing.obj", {"--tolerance", "1e-2", "--scheme", "doo-sabin", "--estimator", "certified"});
+    const ProcessResult help = cli::run({"tessellate", "--help"});
+    const std::size_t list = help.out.find("certified_error is null:");
+    REQUIRE(list != std::string::npos);
+    for (const SchemeInfo& scheme : scheme_table()) {
+        CAPTURE(scheme.name);
+        if (!scheme_support(scheme.name).certified) continue;
+        CHECK(refused.result.err.find(scheme.name, refused.result.err.find("--scheme")) != std::string::npos);
+        CHECK(help.out.substr(list, 300).find(scheme.name) != std::string::npos);
     }
     const Run sharp(cli::data("extruded_pentagon.obj"), {"--tolerance", "1e-2", "--scheme", "doo-sabin"});
     CHECK(sharp.result.code == 1);

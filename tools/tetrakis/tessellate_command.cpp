@@ -77,7 +77,7 @@ void check_combination(const TessellateCommandOptions& options) {
         throw UsageError(
             "there is no certified bound for " + scheme +
             ", whose limit is known at points alone: use --estimator embree, which measures, or --scheme "
-            "catmull-clark, loop, tuned-loop, butterfly, modified-butterfly, kobbelt, bilinear or midpoint");
+            "catmull-clark, loop, tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, bilinear or midpoint");
 }
 
 OutputFiles output_files(const TessellateCommandOptions& options) {
@@ -310,9 +310,10 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
     command
         ->add_option("--scheme", options->scheme,
                      "Subdivision scheme, any that \"tetrakis schemes\" lists but honeycomb (catmull-clark).\n"
-                     "Catmull-clark and loop are exact everywhere and have certified errors; the others are known by\n"
-                     "their limit points: errors are measured against a denser mesh of these, certified_error is null\n"
-                     "(but for bilinear and midpoint), and there is no --target or --displacement")
+                     "Catmull-clark and loop are exact everywhere; the others are known by their limit points: errors\n"
+                     "are measured against a denser mesh of these, and there is no --target or --displacement.\n"
+                     "These have certified errors, for the others certified_error is null: catmull-clark, loop,\n"
+                     "tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, bilinear, midpoint")
         ->type_name("S");
     options->rules.add_averaging_steps(*command);
     options->rules.add(*command);
