@@ -92,7 +92,7 @@ TEST_CASE("tessellations of every model of data/ are watertight, measured within
     }
 }
 
-TEST_CASE("the certified estimator keeps measured <= certified <= tolerance, also in floats") {
+TEST_CASE("[inv9] the certified estimator keeps measured <= certified <= tolerance, also in floats") {
     for (const std::string extension : {".obj", ".glb"}) {
         CAPTURE(extension);
         const Run run(cli::data("pawn.obj"), {"--tolerance", "2e-3", "--estimator", "certified"}, extension);

@@ -159,7 +159,7 @@ TEST_CASE("refine --factored writes the 4-8 mesh after so many half-steps, or th
     }
 }
 
-TEST_CASE("refine writes every format, with the same bytes for one and two threads") {
+TEST_CASE("[inv10] refine writes every format, with the same bytes for one and two threads") {
     const ScratchDir scratch;
     for (const std::string extension : {".obj", ".ply", ".glb"})
         for (const std::string scheme : {"catmull-clark", "loop"}) {

@@ -78,7 +78,7 @@ TEST_CASE("[inv1] closure gives every site the positions of uniform refinement, 
             }
 }
 
-TEST_CASE("a site's bits depend on no address, batch or number of threads") {
+TEST_CASE("[inv10] a site's bits depend on no address, batch or number of threads") {
     for (const SchemeKind scheme : k_schemes)
         for (const std::uint64_t seed : test::seeds(3)) {
             CAPTURE(seed);

@@ -253,23 +253,48 @@ TEST_CASE("[bad-input] factored: a half-step that would not fit leaves the mesh 
     }
 }
 
-TEST_CASE("[inv10] factored Catmull-Clark: the same bytes for any number of threads") {
+TEST_CASE("[inv7] half-steps commute with affine maps") {
+    const auto map = [](const Vec3d& p) {
+        return Vec3d(2 * p.x - p.y + 0.5 * p.z + 3, 0.3 * p.x + p.y - 7, p.x + 0.2 * p.y - 1.5 * p.z);
+    };
+    for (const FactoredScheme scheme : factored_schemes())
+        for (const std::uint64_t seed : test::seeds(2)) {
+            CAPTURE(name(scheme));
+            CAPTURE(seed);
+            const ControlMesh mesh = random_surface(seed, 1.0);
+            ControlMeshData data = mesh.data();
+            for (Vec3d& p : data.positions) p = map(p);
+            const ControlMesh mapped = ControlMesh::build(std::move(data));
+            const FactoredMesh a = factored(mesh, scheme, 5), b = factored(mapped, scheme, 5);
+            REQUIRE(a.positions().size() == b.positions().size());
+            double worst = 0;
+            for (std::uint32_t v = 0; v < a.positions().size(); ++v)
+                if (a.state(v) != FactoredVertex::unused)
+                    worst = std::max(worst, glm::length(map(a.positions()[v]) - b.positions()[v]));
+            CHECK(worst < k_agreement * mapped.bounding_box().diagonal());
+        }
+}
+
+TEST_CASE("[inv10] factored schemes: the same bytes for any number of threads") {
     test::RandomMeshOptions options;
     options.topology = test::Topology::torus;
     options.columns = options.rows = 12;
     const ControlMesh mesh = test::random_mesh(3, options);
-    const auto run = [&](int threads) {
-        RunContext context;
-        context.threads = threads;
-        return with_threads(context, [&] {
-            const FactoredMesh result = factored(mesh, FactoredScheme::catmull_clark, 7);
-            return std::vector<Vec3d>(result.positions().begin(), result.positions().end());
-        });
-    };
-    const std::vector<Vec3d> one = run(1);
-    CHECK(one.size() > 10000);
-    CHECK(one == run(2));
-    CHECK(one == run(4));
+    for (const FactoredScheme scheme : factored_schemes()) {
+        CAPTURE(name(scheme));
+        const auto run = [&](int threads) {
+            RunContext context;
+            context.threads = threads;
+            return with_threads(context, [&] {
+                const FactoredMesh result = factored(mesh, scheme, 7);
+                return std::vector<Vec3d>(result.positions().begin(), result.positions().end());
+            });
+        };
+        const std::vector<Vec3d> one = run(1);
+        CHECK(one.size() > (scheme == FactoredScheme::catmull_clark ? 10000 : 1000));
+        CHECK(one == run(2));
+        CHECK(one == run(4));
+    }
 }
 
 TEST_SUITE_END();

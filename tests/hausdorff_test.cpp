@@ -95,7 +95,7 @@ TEST_CASE("distances far below float resolution are exact") {
         }
 }
 
-TEST_CASE("batches give what single queries give, in any number of threads") {
+TEST_CASE("[inv10] batches give what single queries give, in any number of threads") {
     const TriangleMesh sphere = shapes::sphere(30, 60, Vec3d(0), 2.0);
     const TriangleBvh bvh(sphere);
     std::mt19937_64 random(3);

@@ -3,6 +3,9 @@
 #include "tetrakis/refine/hierarchy.hpp"
 #include "tetrakis/refine/hierarchy_families.hpp"
 #include "tetrakis/refine/level_source.hpp"
+#include "tetrakis/refine/partial_levels.hpp"
+#include "tetrakis/refine/sqrt3_sites.hpp"
+#include "tetrakis/refine/vertex_levels.hpp"
 
 #include <doctest/doctest.h>
 
@@ -83,19 +86,26 @@ class Liar final : public HierarchyFamily {
     std::unique_ptr<HierarchyFamily> truth_;
 };
 
+std::unique_ptr<HierarchyFamily> sound_family(std::string_view scheme, const ControlMesh& mesh) {
+    if (scheme == "doo-sabin") {
+        const auto points = std::make_shared<const PartialLevels>(mesh, *find_scheme(scheme));
+        return vertex_family(mesh, vertex_levels(points), points->vertex_roots());
+    }
+    if (scheme == "sqrt3") return sqrt3_family(mesh, sqrt3_levels(mesh, sqrt3_tree_levels(mesh)));
+    if (scheme == "midpoint") return triangle_family(mesh, linear_levels(mesh, true));
+    return bisection_family(mesh, linear_levels(mesh, false));
+}
+
 }  // namespace
 
 TEST_SUITE_BEGIN("refine");
 
 TEST_CASE("check() of a hierarchy finds what its family gets wrong, and names it") {
     using Lie = Liar::Lie;
-    for (const std::string_view scheme : {"bilinear", "midpoint"}) {
+    for (const std::string_view scheme : {"bilinear", "midpoint", "doo-sabin", "sqrt3"}) {
         CAPTURE(scheme);
         const ControlMesh mesh = test::hierarchy_mesh(scheme, 2);
-        const bool triangles = scheme == "midpoint";
-        const auto source = std::shared_ptr<const LevelSource>(linear_levels(mesh, triangles));
-        auto family =
-            std::make_unique<Liar>(triangles ? triangle_family(mesh, source) : bisection_family(mesh, source));
+        auto family = std::make_unique<Liar>(sound_family(scheme, mesh));
         const auto lie = family->lie;
         Hierarchy h(std::move(family), *find_scheme(scheme));
         const std::pair<Lie, const char*> faults[] = {

@@ -183,6 +183,55 @@ TEST_CASE("hierarchies of dual schemes: a zoom of 25 levels, points, neighbours,
     check_sound(h);
 }
 
+TEST_CASE(
+    "[bad-input] hierarchies of dual schemes: stale handles, diamonds that are none, nodes, sides and sites are "
+    "refused, "
+    "nothing changes") {
+    for (const std::uint64_t seed : test::seeds(2)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = seed % 2 == 1 ? test::random_creased_dual_mesh(seed) : test::random_dual_mesh(seed);
+        Hierarchy h = make_hierarchy(mesh, "doo-sabin");
+        const std::vector<LeafHandle> roots = test::leaves_of(h);
+        const auto first = h.refine(roots[0]);
+        h.refine(h.refine(first.front()).front());
+        const HierarchyMesh before = h.to_mesh();
+        const auto fails = [&](auto&& call, std::string_view text) {
+            try {
+                call();
+                FAIL("no error");
+            } catch (const Error& e) {
+                CHECK(e.code() == ErrorCode::invalid_input);
+                INFO(e.what());
+                CHECK(std::string_view(e.what()).find(text) != std::string_view::npos);
+            }
+            check_sound(h);
+            CHECK(test::same_mesh(h.to_mesh(), before));
+        };
+        fails([&] { h.refine(roots[0]); }, "split or merged");
+        fails([&] { h.coarsen(roots[0]); }, "split or merged");
+        fails([&] { (void)h.view(first.front()); }, "split or merged");
+        const std::vector<LeafHandle> mixed{h.leaves().back(), roots[0]};
+        fails([&] { h.refine(mixed); }, "generation 0");
+        fails([&] { h.coarsen(mixed); }, "generation 0");
+        fails([&] { h.refine(LeafHandle{LeafId(1u << 30), 0}); }, "does not exist");
+        fails([&] { h.refine(LeafHandle{}); }, "does not exist");
+        // A root, and a leaf beside finer ones.
+        LeafHandle root, blocked;
+        for (const LeafHandle leaf : h.leaves())
+            if (!h.can_coarsen(leaf)) (h.node(leaf).depth == 0 ? root : blocked) = leaf;
+        REQUIRE(root.slot.valid());
+        REQUIRE(blocked.slot.valid());
+        fails([&] { h.coarsen(root); }, "diamond");
+        fails([&] { h.coarsen(blocked); }, "diamond");
+        fails([&] { (void)h.neighbours(h.leaves()[0], -1); }, "side -1");
+        fails([&] { (void)h.view(HierarchyNode{h.tree().root_bound, 0, 0}); }, "node");
+        fails([&] { (void)h.find(HierarchyNode{0, 1, 1}); }, "node");
+        fails([&] { (void)h.limit(Site{HalfedgeId(h.tree().root_bound), {0, 0}, 0}); }, "root");
+        fails([&] { (void)h.to_mesh({.positions = MeshPositions::level, .level = -1}); }, "-1");
+        fails([&] { h.refine_where(each_leaf([](const LeafView&) { return true; }), 1000); }, "1000");
+    }
+}
+
 TEST_CASE("an estimator of vertices drives refinement to the smallest set within the tolerance, and coarsening back") {
     /// The size of a cell, larger in one root: known without a surface. Sees that what is around is as it should be.
     class Size final : public ErrorEstimator {

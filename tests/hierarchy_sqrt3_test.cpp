@@ -124,7 +124,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("sqrt3 hierarchies: a split makes three triangles, and whole ones of those beyond") {
+TEST_CASE("[inv5] sqrt3 hierarchies: a split makes three triangles, and whole ones of those beyond") {
     const ControlMesh mesh = test::random_sqrt3_mesh(6);
     Hierarchy h = make_hierarchy(mesh, "sqrt3");
     // A face all of whose neighbours are others.

@@ -128,7 +128,7 @@ TEST_CASE("[bad-input] stamps that were never given") {
     CHECK_THROWS_AS((void)h.changes_since(stamp + 1), Error);
 }
 
-TEST_CASE("saved leaves come back with the same bytes, in memory and by file") {
+TEST_CASE("[inv2] saved leaves come back with the same bytes, in memory and by file") {
     const ScratchDir scratch;
     for (const std::string_view scheme : {"catmull-clark", "bilinear", "loop", "midpoint", "doo-sabin", "sqrt3"})
         for (const std::uint64_t seed : test::seeds(4)) {

@@ -24,6 +24,7 @@ constexpr std::string_view k_schemes[] = {"catmull-clark", "bilinear", "loop", "
 /// One or two of each family whose leaves are triangles.
 constexpr std::string_view k_all_families[] = {"catmull-clark", "bilinear", "loop", "midpoint", "sqrt3"};
 constexpr std::string_view k_each_family[] = {"catmull-clark", "loop", "sqrt3"};
+constexpr std::string_view k_with_dual[] = {"catmull-clark", "loop", "doo-sabin", "sqrt3"};
 
 void check_sound(const Hierarchy& h) {
     const auto fault = h.check();
@@ -31,6 +32,8 @@ void check_sound(const Hierarchy& h) {
 }
 
 bool is_triangles(const Hierarchy& h) { return h.family() == "triangles"; }
+/// Whether a split makes four of one, so that a depth is a level.
+bool is_quaternary(const Hierarchy& h) { return h.tree().child_count == 4; }
 
 // Sites of all vertices of a uniform level, with their numbers in its mesh.
 std::map<Site, std::uint32_t> sites_of_level(const ControlMesh& mesh, const PolygonMesh& level, bool triangles,
@@ -157,7 +160,7 @@ TEST_CASE("[inv1] level 0 is the control mesh") {
 
 TEST_CASE(
     "[inv2] [inv5] thousands of changes: the same leaves give the same bytes, refined up to or coarsened down to") {
-    for (const std::string_view scheme : k_each_family)
+    for (const std::string_view scheme : k_with_dual)
         for (const std::uint64_t seed : test::seeds(5)) {
             CAPTURE(scheme);
             CAPTURE(seed);
@@ -165,7 +168,7 @@ TEST_CASE(
             Hierarchy h = make_hierarchy(mesh, scheme);
             if (h.leaf_count() == 0) continue;
             Random random(seed);
-            const int depth = is_triangles(h) ? 4 : 7;
+            const int depth = is_quaternary(h) ? 4 : 7;
             int round = 0;
             test::random_changes(h, 120, depth, random, [&] {
                 if (++round % 30 == 0) check_sound(h);
@@ -201,7 +204,7 @@ TEST_CASE(
 }
 
 TEST_CASE("[inv5] coarsening a diamond undoes its refinement") {
-    for (const std::string_view scheme : k_all_families)
+    for (const std::string_view scheme : {"catmull-clark", "bilinear", "loop", "midpoint", "doo-sabin", "sqrt3"})
         for (const std::uint64_t seed : test::seeds(3)) {
             CAPTURE(scheme);
             CAPTURE(seed);
@@ -329,8 +332,36 @@ TEST_CASE("leaves come along the curve, and nodes know their parents, children a
     }
 }
 
+TEST_CASE("[inv7] meshes of hierarchies commute with affine maps") {
+    const auto map = [](const Vec3d& p) {
+        return Vec3d(2 * p.x - p.y + 0.5 * p.z + 3, 0.3 * p.x + p.y - 7, p.x + 0.2 * p.y - 1.5 * p.z);
+    };
+    for (const std::string_view scheme : k_with_dual)
+        for (const std::uint64_t seed : test::seeds(3)) {
+            CAPTURE(scheme);
+            CAPTURE(seed);
+            const ControlMesh mesh = test::hierarchy_mesh(scheme, seed);
+            ControlMeshData data = mesh.data();
+            for (Vec3d& p : data.positions) p = map(p);
+            const ControlMesh mapped = ControlMesh::build(std::move(data));
+            Hierarchy a = make_hierarchy(mesh, scheme), b = make_hierarchy(mapped, scheme);
+            Random random(seed);
+            test::random_changes(a, 12, 5, random, [] {});
+            b.refine_where(each_leaf([&](const LeafView& leaf) { return !a.find(leaf.node); }), b.tree().max_depth);
+            REQUIRE(test::nodes_of(a) == test::nodes_of(b));
+            const double tolerance = 1e-12 * bounding_box(mapped.positions()).diagonal();
+            for (const MeshPositions positions : {MeshPositions::limit, MeshPositions::finest}) {
+                const HierarchyMesh here = a.to_mesh({.positions = positions}),
+                                    there = b.to_mesh({.positions = positions});
+                REQUIRE(here.sites == there.sites);
+                for (std::size_t v = 0; v < here.sites.size(); ++v)
+                    REQUIRE(glm::length(map(here.mesh.positions[v]) - there.mesh.positions[v]) <= tolerance);
+            }
+        }
+}
+
 TEST_CASE("[inv10] refinement, order and meshes are the same for 1, 2 and 4 threads") {
-    for (const std::string_view scheme : k_each_family) {
+    for (const std::string_view scheme : k_with_dual) {
         CAPTURE(scheme);
         const ControlMesh mesh = test::hierarchy_mesh(scheme, 5);
         const auto run = [&](int threads) {
@@ -340,7 +371,7 @@ TEST_CASE("[inv10] refinement, order and meshes are the same for 1, 2 and 4 thre
             const auto wanted = each_leaf([](const LeafView& leaf) {
                 return (leaf.node.root * 7 + leaf.node.depth) % 3 != 0 || leaf.node.depth < 2;
             });
-            h.refine_where(wanted, is_triangles(h) ? 4 : 8, context);
+            h.refine_where(wanted, is_quaternary(h) ? 4 : 8, context);
             h.coarsen_where(each_leaf([](const LeafView& leaf) { return leaf.node.root % 5 == 0; }), context);
             HierarchyMesh out = h.to_mesh({.normals = true, .context = context});
             return std::pair(std::move(out), test::leaves_of(h));
@@ -526,7 +557,7 @@ TEST_CASE(
 }
 
 TEST_CASE("[bad-input] a slot that is used again does not revive the handles of its earlier leaves") {
-    for (const std::string_view scheme : k_each_family) {
+    for (const std::string_view scheme : k_with_dual) {
         CAPTURE(scheme);
         const ControlMesh mesh = test::hierarchy_mesh(scheme, 2);
         Hierarchy h = make_hierarchy(mesh, scheme);
@@ -547,7 +578,7 @@ TEST_CASE("[bad-input] a slot that is used again does not revive the handles of 
 }
 
 TEST_CASE("[bad-input] the deepest leaves cannot be split") {
-    for (const std::string_view scheme : {"catmull-clark", "loop"}) {
+    for (const std::string_view scheme : {"catmull-clark", "loop", "doo-sabin"}) {
         CAPTURE(scheme);
         const ControlMesh mesh = test::hierarchy_mesh(scheme, 2);
         Hierarchy h = make_hierarchy(mesh, scheme);

@@ -123,7 +123,7 @@ void check_bounds(const SchemeInfo& scheme, const RuleOptions& rules, std::uint6
 
 }  // namespace
 
-TEST_CASE("mask norms bound the difference of limit points from triangles, whatever is around them") {
+TEST_CASE("[inv9] mask norms bound the difference of limit points from triangles, whatever is around them") {
     for (const std::uint64_t seed : test::seeds(2)) {
         for (const char* name : {"butterfly", "modified-butterfly", "tuned-loop", "loop"})
             check_bounds<LoopFamily>(*find_scheme(name), {}, seed);
@@ -138,7 +138,7 @@ TEST_CASE("mask norms bound the difference of limit points from triangles, whate
     check_bounds<QuadFamily>(*find_scheme("catmull-clark"), cosine, 7);
 }
 
-TEST_CASE("without an aim all bounds of mask norms are tight") {
+TEST_CASE("[inv9] without an aim all bounds of mask norms are tight") {
     const ControlMesh mesh = random_mesh(11, true);
     const SchemeInfo& scheme = *find_scheme("modified-butterfly");
     const Hierarchy points = make_hierarchy(mesh, scheme);
@@ -156,7 +156,7 @@ TEST_CASE("without an aim all bounds of mask norms are tight") {
     }
 }
 
-TEST_CASE("interpolating schemes are tessellated to a certified tolerance") {
+TEST_CASE("[inv9] interpolating schemes are tessellated to a certified tolerance") {
     const std::string text =
         "v 0 0 0\nv 1 0 0.2\nv 2 0 0\nv 2.3 1 0.5\nv 1.2 1 0.9\nv 0 1 0.3\nv 1.7 2 0.2\nv 0.5 2 0\nv -0.7 1.6 -0.3\n"
         "f 1 2 5 6\nf 2 3 4 5\nf 5 4 7\nf 6 5 7 8 9\n";

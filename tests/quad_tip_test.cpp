@@ -25,7 +25,7 @@ QuadStar random_star(int valence, test::Random& random) {
 
 TEST_SUITE_BEGIN("eval");
 
-TEST_CASE("the first-order part of a star is within its bound of the surface, on its rays and in its reach") {
+TEST_CASE("[inv9] the first-order part of a star is within its bound of the surface, on its rays and in its reach") {
     for (int valence = 3; valence <= 12; ++valence) {
         CAPTURE(valence);
         test::Random random(static_cast<std::uint64_t>(valence));

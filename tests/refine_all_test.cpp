@@ -268,7 +268,7 @@ TEST_CASE("limits of honeycomb refinement are the same seen from any level, and 
     }
 }
 
-TEST_CASE("one call, every scheme: the structured path is the rules' result; attributes come along") {
+TEST_CASE("[inv1] one call, every scheme: the structured path is the rules' result; attributes come along") {
     for (const std::string name : {"loop", "catmull-clark", "bilinear", "midpoint"}) {
         CAPTURE(name);
         const ControlMesh mesh = fitting(*find_scheme(name), model("pipe3"));

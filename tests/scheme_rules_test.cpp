@@ -97,7 +97,8 @@ bool takes_creases(const SchemeInfo& s) { return s.name != "averaging" && s.name
 TEST_SUITE_BEGIN("schemes");
 
 TEST_CASE(
-    "[inv7] every rule's weights sum to one, and refinement keeps the topology, with holes, creases and corners") {
+    "[inv3] [inv7] every rule's weights sum to one, and refinement keeps the topology, with holes, creases and "
+    "corners") {
     for (const SchemeInfo& scheme : scheme_table())
         for (unsigned seed = 1; seed <= 12; ++seed) {
             CAPTURE(scheme.name);
@@ -275,7 +276,7 @@ TEST_CASE("semi-sharp edges blend the crease and the smooth rules of Loop and Ca
     }
 }
 
-TEST_CASE("the table's degrees are those of the rules, and supports those of the literature") {
+TEST_CASE("[inv7] the table's degrees are those of the rules, and supports those of the literature") {
     const std::map<std::string_view, double> supports = {{"loop", 2},
                                                          {"tuned-loop", 2},
                                                          {"butterfly", 3},
@@ -462,7 +463,7 @@ TEST_CASE("the compound biquartic masks are three averaging steps") {
     }
 }
 
-TEST_CASE("repeated averaging on quads is the tensor product B-spline of degree m + 1") {
+TEST_CASE("[inv7] repeated averaging on quads is the tensor product B-spline of degree m + 1") {
     for (int m = 0; m <= 5; ++m) {
         CAPTURE(m);
         RuleOptions options;

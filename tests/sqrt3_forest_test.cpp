@@ -214,7 +214,7 @@ TEST_CASE("[inv1] adaptive sqrt3: holes take part in the rules and are left out,
     }
 }
 
-TEST_CASE("adaptive sqrt3: both faces of a crease that is cut are split together, and come back together") {
+TEST_CASE("[inv5] adaptive sqrt3: both faces of a crease that is cut are split together, and come back together") {
     const ControlMesh mesh = tagged_mesh(10);
     Sqrt3Forest forest(mesh);
     Sqrt3Lattice lattice(mesh);

@@ -278,7 +278,7 @@ TEST_CASE("levels are kept: at least so many, at most so many") {
     }
 }
 
-TEST_CASE("linear schemes: certified by their polynomials, and coarse where the control mesh is flat") {
+TEST_CASE("[inv9] linear schemes: certified by their polynomials, and coarse where the control mesh is flat") {
     const ControlMesh cube = mesh_for(*find_scheme("bilinear"),
                                       "v -1 -1 -1\nv 1 -1 -1\nv -1 1 -1\nv 1 1 -1\nv -1 -1 1\nv 1 -1 1\nv -1 1 1\n"
                                       "v 1 1 1\nf 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 4 3 7 8\nf 3 1 5 7\nf 2 4 8 6\n");

@@ -178,7 +178,7 @@ TEST_CASE("kept buffers hold what a caller's would, faces included") {
         }
 }
 
-TEST_CASE("faces: every inner edge has two sides of opposite directions, and each face knows its control face") {
+TEST_CASE("[inv3] faces: every inner edge has two sides of opposite directions, and each face knows its control face") {
     for (const SchemeKind scheme : k_schemes)
         for (const std::uint64_t seed : test::seeds(4)) {
             CAPTURE(seed);
