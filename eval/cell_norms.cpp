@@ -213,26 +213,60 @@ NormEquations::Known NormEquations::solve() {
 
 }  // namespace
 
+/// Kinds of surroundings depth first (Tarjan 1972): those that are made of one another are solved together, after all
+/// others that they are made of. So the weights of a kind do not depend on what was asked for before.
+class CellNormTable::Search {
+  public:
+    explicit Search(const CellNormTable& table) : table_(table) {}
+
+    /// Returns the number of the first kind that this one, or what it is made of, leads back to.
+    int visit(const SurroundingsKey& key) {
+        const auto of = kinds_.try_emplace(key).first;  // stays where it is
+        Kind& kind = of->second;
+        const int number = kind.number = static_cast<int>(kinds_.size());
+        stack_.push_back(key);
+        kind.draft = draft_cell(table_.scheme_, table_.options_, key, table_.corners_, table_.rings_);
+        int lowest = number;
+        if (kind.draft)
+            for (const CellDraft::Child& child : kind.draft->children) {
+                if (table_.known_.contains(child.key)) continue;
+                const auto met = kinds_.find(child.key);
+                lowest = std::min(lowest, met == kinds_.end() ? visit(child.key) : met->second.number);
+            }
+        if (lowest == number) solve(key);
+        return lowest;
+    }
+
+  private:
+    struct Kind {
+        int number = 0;
+        std::optional<CellDraft> draft;
+    };
+
+    void solve(const SurroundingsKey& first) {
+        std::map<SurroundingsKey, std::optional<CellDraft>> drafts;
+        for (bool last = false; !last;) {
+            last = stack_.back() == first;
+            drafts.emplace(stack_.back(), std::move(kinds_.at(stack_.back()).draft));
+            stack_.pop_back();
+        }
+        NormEquations::Known solved = NormEquations(std::move(drafts), table_.known_).solve();
+        const std::unique_lock lock(table_.reading_);
+        table_.known_.merge(std::move(solved));
+    }
+
+    const CellNormTable& table_;
+    std::map<SurroundingsKey, Kind> kinds_;
+    std::vector<SurroundingsKey> stack_;
+};
+
 const CellNorms* CellNormTable::find(const SurroundingsKey& key) const {
     {
         const std::shared_lock lock(reading_);
         if (const auto at = known_.find(key); at != known_.end()) return at->second.get();
     }
     const std::lock_guard writer(writing_);
-    std::map<SurroundingsKey, std::optional<CellDraft>> drafts;
-    std::vector<SurroundingsKey> queue{key};
-    while (!queue.empty()) {
-        const SurroundingsKey next = std::move(queue.back());
-        queue.pop_back();
-        if (known_.contains(next) || drafts.contains(next)) continue;
-        const std::optional<CellDraft>& draft =
-            drafts.emplace(next, draft_cell(scheme_, options_, next, corners_, rings_)).first->second;
-        if (draft)
-            for (const CellDraft::Child& child : draft->children) queue.push_back(child.key);
-    }
-    NormEquations::Known solved = NormEquations(std::move(drafts), known_).solve();
-    const std::unique_lock lock(reading_);
-    known_.merge(std::move(solved));
+    if (!known_.contains(key)) Search(*this).visit(key);
     return known_.at(key).get();
 }
 

@@ -35,6 +35,8 @@ class CellNormTable {
     const CellNorms* find(const SurroundingsKey& key) const;
 
   private:
+    class Search;
+
     const SchemeInfo& scheme_;
     const RuleOptions& options_;
     int corners_, rings_;

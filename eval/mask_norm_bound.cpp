@@ -26,8 +26,9 @@ constexpr double k_tight = 1.05;
 constexpr double k_no_error = 1e-7;
 // A level's points are sums of the level before, a few products each.
 constexpr double k_roundings = 256;
-// Parts of a cell as small as that do not count: a piece's corners are exact in it.
-constexpr double k_no_area = 1e-12;
+// Parts of a cell that are no larger, and no larger a share of the piece, are corners and edges that rounding has given
+// an area.
+constexpr double k_no_area = 1e-12, k_no_share = 1e-6;
 constexpr double k_infinite = std::numeric_limits<double>::infinity();
 
 using Coordinates = std::array<double, 2>;
@@ -97,12 +98,18 @@ Covered covered(const Corners& triangle, int cell_corners) {
             }
         }
     }
-    double area = 0;
-    for (int i = 0; i < part.count; ++i) {
-        const Coordinates &p = part.at[i], &q = part.at[(i + 1) % part.count];
-        area += p[0] * q[1] - p[1] * q[0];
-    }
-    if (!(area > k_no_area)) part.count = 0;
+    const auto area = [](auto&& corner, int count) {
+        double sum = 0;
+        for (int i = 0; i < count; ++i) {
+            const Coordinates &p = corner(i), &q = corner((i + 1) % count);
+            sum += p[0] * q[1] - p[1] * q[0];
+        }
+        return sum;
+    };
+    const double covered_area = area([&](int i) -> const Coordinates& { return part.at[i]; }, part.count);
+    const double whole =
+        std::abs(area([&](int i) -> const Coordinates& { return triangle[static_cast<std::size_t>(i)]; }, 3));
+    if (!(covered_area > std::min(k_no_area, k_no_share * whole))) part.count = 0;
     return part;
 }
 

@@ -11,8 +11,8 @@ namespace tetrakis::detail {
 
 namespace {
 
-constexpr std::uint32_t k_leaf_block = 1024;           // leaves side by side that share what they find
-constexpr std::uint32_t k_reported_leaves = 1u << 16;  // between two chances to cancel
+constexpr std::uint32_t k_uv_block = 1024;       // leaves side by side that share what they find
+constexpr std::uint32_t k_uv_leaves = 1u << 16;  // between two chances to cancel
 
 bool is_linear(const ControlMesh& mesh) { return mesh.face_varying_rule() == FaceVaryingRule::linear_all; }
 
@@ -76,10 +76,10 @@ Sqrt3Uvs::Sqrt3Uvs(const Sqrt3Lattice& lattice)
 
 std::vector<Vec2d> Sqrt3Uvs::corners(std::span<const Sqrt3Leaf> leaves, const RunContext& context) const {
     std::vector<Vec2d> result(3 * leaves.size());
-    for (std::size_t begin = 0; begin < leaves.size(); begin += k_reported_leaves) {
+    for (std::size_t begin = 0; begin < leaves.size(); begin += k_uv_leaves) {
         context.report("attributes", 0.5 * static_cast<double>(begin) / static_cast<double>(leaves.size()));
-        const auto count = static_cast<std::uint32_t>(std::min<std::size_t>(k_reported_leaves, leaves.size() - begin));
-        for_each_block(count, k_leaf_block, [&](std::uint32_t from, std::uint32_t to) {
+        const auto count = static_cast<std::uint32_t>(std::min<std::size_t>(k_uv_leaves, leaves.size() - begin));
+        for_each_block(count, k_uv_block, [&](std::uint32_t from, std::uint32_t to) {
             ChartValues values(lattice_, linear_);
             for (std::size_t i = begin + from; i < begin + to; ++i)
                 for (std::size_t k = 0; k < 3; ++k)

@@ -15,14 +15,7 @@
 
 namespace tetrakis {
 
-namespace {
-
-using detail::KeyRing;
-using detail::StencilEntry;
-using detail::VertexKey;
-
-// Sites evaluated together: enough to share ancestors, few enough for their levels to stay in the cache.
-constexpr std::uint32_t k_block = 2048;
+namespace detail {
 
 /// The vertices of one level that a block needs, each once, and their stencils on the level above.
 class LevelVertices {
@@ -37,9 +30,10 @@ class LevelVertices {
         if (2 * (std::size_t{count_} + 1) > slots_.size()) grow();
         Slot& slot = find_slot(key);
         if (slot.number == k_empty) {
-            slot = {key, count_++};
+            // What may throw comes first: a slot that is not listed would never be emptied.
             keys.push_back(key);
             slot_of_.push_back(static_cast<std::uint32_t>(&slot - slots_.data()));
+            slot = {key, count_++};
         }
         return slot.number;
     }
@@ -102,6 +96,20 @@ struct Workspace {
     KeyRing ring;
     VertexRing points;
 };
+
+}  // namespace detail
+
+namespace {
+
+using detail::KeyRing;
+using detail::LevelVertices;
+using detail::Outline;
+using detail::StencilEntry;
+using detail::VertexKey;
+using detail::Workspace;
+
+// Sites evaluated together: enough to share ancestors, few enough for their levels to stay in the cache.
+constexpr std::uint32_t k_block = 2048;
 
 struct Vertex {
     VertexKey key;

@@ -138,7 +138,46 @@ TEST_CASE("[inv9] mask norms bound the difference of limit points from triangles
     check_bounds<QuadFamily>(*find_scheme("catmull-clark"), cosine, 7);
 }
 
-TEST_CASE("[inv9] without an aim all bounds of mask norms are tight") {
+TEST_CASE("[inv9] mask norms bound the smallest triangles, too") {
+    const ControlMesh mesh = random_mesh(5, true);
+    const SchemeInfo& scheme = *find_scheme("modified-butterfly");
+    const Hierarchy points = make_hierarchy(mesh, scheme);
+    const RuleOptions rules;
+    const MaskNormBound<LoopFamily> bound(points, scheme, rules, 0);
+    for (const int level : {12, 19, 20, 24}) {
+        CAPTURE(level);
+        // Beside a control vertex the surface is bent at every level.
+        for (std::uint32_t f = 0; f < 4; ++f) {
+            const CellTriangle t{
+                mesh.face_halfedge(FaceId(f)), static_cast<std::uint8_t>(level), {LatticePoint{0, 0}, {1, 0}, {0, 1}}};
+            const double found = sampled<LoopFamily>(points, t).distance, largest = bound.largest(std::span(&t, 1), 0);
+            CHECK(found <= largest);
+            CHECK(largest > 0);
+        }
+    }
+}
+
+TEST_CASE("[inv10] weights of surroundings do not depend on what was asked for before") {
+    const SchemeInfo& scheme = *find_scheme("kobbelt");
+    const RuleOptions rules;
+    std::vector<detail::SurroundingsKey> keys;
+    for (int faces = 3; faces <= 6; ++faces)
+        for (const bool boundary : {false, true})
+            keys.push_back(detail::fan_surroundings(FanLattice::quads, {.faces = faces, .boundary = boundary}, 3));
+    const detail::CellNormTable forwards(scheme, rules, 4, 3), backwards(scheme, rules, 4, 3);
+    for (const auto& key : keys) forwards.find(key);
+    std::reverse(keys.begin(), keys.end());
+    for (const auto& key : keys) {
+        const detail::CellNorms *a = backwards.find(key), *b = forwards.find(key);
+        REQUIRE(a != nullptr);
+        REQUIRE(b != nullptr);
+        CHECK(a->point == b->point);
+        CHECK(a->weight == b->weight);
+        CHECK(a->anchor == b->anchor);
+    }
+}
+
+TEST_CASE("without an aim all bounds of mask norms are tight") {
     const ControlMesh mesh = random_mesh(11, true);
     const SchemeInfo& scheme = *find_scheme("modified-butterfly");
     const Hierarchy points = make_hierarchy(mesh, scheme);
