@@ -195,7 +195,7 @@ TEST_CASE("without an aim all bounds of mask norms are tight") {
     }
 }
 
-TEST_CASE("[inv9] interpolating schemes are tessellated to a certified tolerance") {
+TEST_CASE("[slow] [inv9] interpolating schemes are tessellated to a certified tolerance") {
     const std::string text =
         "v 0 0 0\nv 1 0 0.2\nv 2 0 0\nv 2.3 1 0.5\nv 1.2 1 0.9\nv 0 1 0.3\nv 1.7 2 0.2\nv 0.5 2 0\nv -0.7 1.6 -0.3\n"
         "f 1 2 5 6\nf 2 3 4 5\nf 5 4 7\nf 6 5 7 8 9\n";
