@@ -20,6 +20,7 @@ struct SlidTriangle {
     explicit SlidTriangle(const std::array<Vec3d, 3>& corners) : corner(corners) {}
     SlidTriangle() = default;
 
+    /// Where the point with these barycentrics goes.
     Vec3d operator()(const std::array<double, 3>& b) const;
     /// How far a point of a polygon in the parameters is at most from the mean of the slid corners, weighted as itself
     /// is of the corners.

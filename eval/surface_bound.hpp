@@ -24,6 +24,7 @@ class SurfaceBound : public ErrorEstimator {
                                std::span<double> out) const = 0;
     /// The largest of the triangles' errors and of `known`; tight to a twentieth where it exceeds that and the aim.
     virtual double largest(std::span<const CellTriangle> triangles, double known) const = 0;
+    /// The same of faces that are cut along diagonals; infinite where one has no bound.
     virtual double largest_of_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners,
                                    double known) const = 0;
 };
