@@ -1,5 +1,6 @@
 #include "tetrakis/eval/dual_tessellator.hpp"
 
+#include "tetrakis/eval/dual_bound.hpp"
 #include "tetrakis/eval/dual_leaf_error.hpp"
 #include "tetrakis/eval/limit_reference.hpp"
 #include "tetrakis/eval/local_frame.hpp"
@@ -11,7 +12,9 @@
 #include "tetrakis/refine/triangle_memory.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 
 namespace tetrakis::detail {
@@ -55,13 +58,15 @@ class DualTessellator {
                                 "remove the faces that are holes from the control mesh (or set another boundary rule "
                                 "than none)",
                             mesh.data().source);
+        if (DualBound::has(options.scheme.info())) bound_.emplace(points_, forest_.roots(), mesh.bounding_box());
     }
 
     Tessellation run() {
         Stopwatch watch;
         result_.tolerance_absolute = tolerance_length(mesh_, options_);
         tolerance_ = options_.tolerance ? result_.tolerance_absolute : 0.0;
-        aim_ = k_sampled_aim * aim_beside_rounding(mesh_, options_, tolerance_, result_.warnings);
+        aim_ = aim_beside_rounding(mesh_, options_, tolerance_, result_.warnings);
+        if (!certified()) aim_ *= k_sampled_aim;
         result_.seconds.build = watch.lap();
         refine_to_least_level();
         refine({});
@@ -74,7 +79,7 @@ class DualTessellator {
                 measure();
                 result_.seconds.measure += watch.lap();
                 if (!options_.tolerance || result_.measured_error->hausdorff <= tolerance_ ||
-                    options_.max_triangles != 0 || left_over_ || round == k_repairs)
+                    options_.max_triangles != 0 || left_over_ || certified() || round == k_repairs)
                     break;
                 const std::vector<LeafId> off = found_off();
                 if (off.empty()) break;
@@ -82,6 +87,8 @@ class DualTessellator {
                 result_.seconds.refine += watch.lap();
             }
         }
+        if (bound_) certify();
+        result_.seconds.measure += watch.lap();
         export_mesh();
         result_.tolerance_reached = tolerance_reached(options_, result_, tolerance_, left_over_);
         warn_of_nothing(result_);
@@ -89,6 +96,8 @@ class DualTessellator {
     }
 
   private:
+    bool certified() const { return options_.estimator == EstimatorKind::certified; }
+
     void refine_to_least_level() {
         std::vector<LeafId> low, created;
         for (;;) {
@@ -159,6 +168,7 @@ class DualTessellator {
             if (next.triangle_count() > budget) {  // closure took more than there was: fewer at a time
                 forest_ = before;
                 leaf_errors_.forget_from(forest_.leaf_slots());
+                if (bound_) bound_->forget_from(forest_.leaf_slots());
                 most /= 2;
                 if (most == 0) return;
                 continue;
@@ -174,8 +184,15 @@ class DualTessellator {
         Stopwatch watch;
         positions_ = leaf_errors_.positions(forest_, triangles_, report);
         // A budget compares errors with each other: there all are looked at closely.
-        const double decide_at = options_.max_triangles != 0 ? std::numeric_limits<double>::infinity() : aim_;
-        errors_ = leaf_errors_.errors(forest_, triangles_, positions_, decide_at, report);
+        const bool budget = options_.max_triangles != 0;
+        if (certified()) {
+            DualBound::Errors found = bound_->errors(forest_, triangles_, positions_, budget ? 0.0 : aim_, report);
+            errors_ = std::move(found.of_vertex);
+            certified_ = found.largest;
+        } else {
+            const double decide_at = budget ? std::numeric_limits<double>::infinity() : aim_;
+            errors_ = leaf_errors_.errors(forest_, triangles_, positions_, decide_at, report);
+        }
         estimating_ += watch.lap();
         result_.mesh.positions = positions_;
         result_.mesh.triangles.resize(triangles_.triangle_count());
@@ -186,6 +203,17 @@ class DualTessellator {
             result_.triangle_error[t] =
                 round_up(std::max({errors_[corners[0]], errors_[corners[1]], errors_[corners[2]]}));
         }
+    }
+
+    void certify() {
+        context_.report("certify", 0);
+        if (!certified())
+            certified_ = bound_
+                             ->errors(forest_, triangles_, positions_, aim_,
+                                      [&](double done) { context_.report("certify", done); })
+                             .largest;
+        if (certified() || std::isfinite(certified_))
+            result_.certified_error = certified_ + written_rounding(options_, result_.mesh);
     }
 
     /// Against the mesh of all leaves' descendants some levels down.
@@ -286,8 +314,10 @@ class DualTessellator {
     PartialLevels points_;
     VertexForest forest_;
     DualLeafErrors leaf_errors_;
+    std::optional<DualBound> bound_;
     Tessellation result_;
     double tolerance_ = 0, aim_ = 0, estimating_ = 0;
+    double certified_ = 0;  ///< of the certified estimator's last state
     bool left_over_ = false;
     DualTriangles triangles_;
     std::vector<Vec3d> positions_;

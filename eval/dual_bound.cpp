@@ -1,0 +1,123 @@
+#include "tetrakis/eval/dual_bound.hpp"
+
+#include "tetrakis/hier/parallel.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace tetrakis::detail {
+
+namespace {
+
+constexpr std::uint32_t k_faces = 32;
+// Levels below the leaves around a point that are looked at first, where these are alike, and then if that does not
+// decide: what is left at the point is an eighth as wide, and hardly adds to what the rest is off.
+constexpr int k_first_look = 1, k_close_look = 3;
+// Limit points and polynomials are sums of a few products.
+constexpr double k_errors_of_sums = 256;
+
+}  // namespace
+
+bool DualBound::has(const SchemeInfo& scheme) { return scheme.name == "doo-sabin" || scheme.name == "doo-sabin-cc"; }
+
+DualBound::DualBound(const PartialLevels& points, const VertexRoots& roots, const Box3d& box)
+    : surface_(points, roots),
+      rounding_(k_errors_of_sums * std::numeric_limits<double>::epsilon() *
+                std::max(glm::length(box.lower), glm::length(box.upper))) {}
+
+void DualBound::find_points(const VertexForest& forest, const DualFaces& faces, std::span<const std::uint8_t> wanted,
+                            int deeper, const std::function<void(double)>& report) {
+    const DualCorners& corners = surface_.corners();
+    struct Levels {
+        int least = k_max_level, most = -1;
+    };
+    std::vector<Levels> levels(corners.points().size());
+    const auto look = [&](LeafId leaf) {
+        const VertexCell cell = forest.cell(leaf);
+        if (corners.corner_of(cell) < 0) return;
+        for (int c = 0; c < 4; ++c) {
+            if (cell.level > 0 && c != corners.corner_of(cell)) continue;
+            const std::uint32_t point = corners.point(cell.root, c);
+            if (point == DualCorners::none) continue;
+            levels[point].least = std::min<int>(levels[point].least, cell.level);
+            levels[point].most = std::max<int>(levels[point].most, cell.level);
+        }
+    };
+    for (const LeafId leaf : faces.leaves) look(leaf);
+    for (const DualFaces::OtherSide& side : faces.other_sides) look(side.leaf);
+    std::vector<DualSurface::Need> needs;
+    for (std::uint32_t p = 0; p < levels.size(); ++p)
+        if (wanted[p] != 0 && levels[p].most >= 0 && levels[p].most <= DualSurface::k_deepest_leaf)
+            needs.push_back({p, levels[p].least + 1,
+                             std::min(levels[p].most + deeper, DualSurface::k_deepest_leaf + k_first_look)});
+    surface_.find(needs, report);
+}
+
+void DualBound::add_points(const VertexForest& forest, const DualNet& net, std::uint32_t face,
+                           std::vector<std::uint8_t>& wanted) const {
+    for (std::uint32_t i = net.faces.face_offsets[face]; i < net.faces.face_offsets[face + std::size_t{1}]; ++i) {
+        const VertexCell cell = forest.cell(net.faces.corners[i].leaf);
+        const int corner = surface_.corners().corner_of(cell);
+        if (corner < 0) continue;
+        for (int c = 0; c < 4; ++c)
+            if (const std::uint32_t p = surface_.corners().point(cell.root, c);
+                p != DualCorners::none && (cell.level == 0 || c == corner))
+                wanted[p] = 1;
+    }
+}
+
+DualBound::Errors DualBound::errors(const VertexForest& forest, const DualTriangles& mesh,
+                                    std::span<const Vec3d> positions, double decide_at,
+                                    const std::function<void(double)>& report) {
+    const DualNet net = dual_net(forest, surface_.corners());
+    std::vector<LeafId> leaves = net.faces.leaves;
+    for (const DualFaces::OtherSide& side : net.faces.other_sides) leaves.push_back(side.leaf);
+    surface_.find(forest, leaves, [&](double done) { report(0.5 * done); });
+    std::vector<std::uint8_t> wanted(surface_.corners().points().size(), 1);
+    find_points(forest, net.faces, wanted, k_first_look, [&](double done) { report(0.5 + 0.1 * done); });
+
+    std::vector<double> of_corner(net.faces.corners.size()), of_face(net.size(), 0.0);
+    const DualFaceBound bound(surface_, forest, net, positions);
+    const auto look_at = [&](std::span<const std::uint32_t> which) {
+        for_each_index(
+            static_cast<std::uint32_t>(which.size()),
+            [&](std::uint32_t i) {
+                const std::uint32_t f = which[i], begin = net.faces.face_offsets[f];
+                const auto here = std::span(of_corner).subspan(begin, net.faces.face_offsets[f + std::size_t{1}] - begin);
+                bound(f, here);
+                for (double& e : here) e += e > 0 ? rounding_ : 0;
+                of_face[f] = *std::max_element(here.begin(), here.end());
+            },
+            k_faces);
+    };
+    std::vector<std::uint32_t> faces(net.size());
+    for (std::uint32_t f = 0; f < faces.size(); ++f) faces[f] = f;
+    look_at(faces);
+    report(0.7);
+    std::fill(wanted.begin(), wanted.end(), std::uint8_t{0});
+    const auto touches = [&](std::uint32_t f) {
+        for (std::uint32_t i = net.faces.face_offsets[f]; i < net.faces.face_offsets[f + std::size_t{1}]; ++i)
+            if (surface_.corners().corner_of(forest.cell(net.faces.corners[i].leaf)) >= 0) return true;
+        return false;
+    };
+    std::erase_if(faces, [&](std::uint32_t f) { return of_face[f] <= decide_at || !touches(f); });
+    for (const std::uint32_t f : faces) add_points(forest, net, f, wanted);
+    find_points(forest, net.faces, wanted, k_close_look, [&](double done) { report(0.7 + 0.2 * done); });
+    look_at(faces);
+
+    Errors errors;
+    errors.of_vertex.assign(mesh.vertex_count(), 0.0);
+    for (std::size_t i = 0; i < of_corner.size(); ++i) {
+        double& most = errors.of_vertex[net.faces.face_vertices[i]];
+        most = std::max(most, of_corner[i]);
+    }
+    errors.of_triangle.reserve(mesh.triangle_count());
+    for (std::size_t f = 0; f < net.size(); ++f) {
+        errors.largest = std::max(errors.largest, of_face[f]);
+        const std::uint32_t size = net.faces.face_offsets[f + 1] - net.faces.face_offsets[f];
+        if (f < net.face_count) errors.of_triangle.insert(errors.of_triangle.end(), size - 2, of_face[f]);
+    }
+    return errors;
+}
+
+}  // namespace tetrakis::detail
