@@ -16,12 +16,16 @@ constexpr int k_first_look = 1, k_close_look = 3;
 // Limit points and polynomials are sums of a few products.
 constexpr double k_errors_of_sums = 256;
 
+bool is_midedge(const SchemeInfo& scheme) { return scheme.name == "midedge" || scheme.name == "midedge-simplest"; }
+
 }  // namespace
 
-bool DualBound::has(const SchemeInfo& scheme) { return scheme.name == "doo-sabin" || scheme.name == "doo-sabin-cc"; }
+bool DualBound::has(const SchemeInfo& scheme) {
+    return scheme.name == "doo-sabin" || scheme.name == "doo-sabin-cc" || is_midedge(scheme);
+}
 
-DualBound::DualBound(const PartialLevels& points, const VertexRoots& roots, const Box3d& box)
-    : surface_(points, roots),
+DualBound::DualBound(const PartialLevels& points, const SchemeInfo& scheme, const VertexRoots& roots, const Box3d& box)
+    : surface_(points, roots, is_midedge(scheme) ? DualPieces::four : DualPieces::biquadratic),
       rounding_(k_errors_of_sums * std::numeric_limits<double>::epsilon() *
                 std::max(glm::length(box.lower), glm::length(box.upper))) {}
 
@@ -83,7 +87,8 @@ DualBound::Errors DualBound::errors(const VertexForest& forest, const DualTriang
             static_cast<std::uint32_t>(which.size()),
             [&](std::uint32_t i) {
                 const std::uint32_t f = which[i], begin = net.faces.face_offsets[f];
-                const auto here = std::span(of_corner).subspan(begin, net.faces.face_offsets[f + std::size_t{1}] - begin);
+                const auto here =
+                    std::span(of_corner).subspan(begin, net.faces.face_offsets[f + std::size_t{1}] - begin);
                 bound(f, here);
                 for (double& e : here) e += e > 0 ? rounding_ : 0;
                 of_face[f] = *std::max_element(here.begin(), here.end());

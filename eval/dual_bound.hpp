@@ -30,14 +30,14 @@ namespace tetrakis::detail {
 /// Where a crease ends, two lines lead from one vertex to the other, and what lies between is compared with the edge.
 class DualBound {
   public:
-    /// Doo-Sabin by either weights: quadratic, with no negative weight anywhere.
+    /// Doo-Sabin and midedge, by either of their weights: quadratic, with no negative weight anywhere.
     static bool has(const SchemeInfo& scheme);
 
     /// @param points  gives the limit points; lives longer
-    DualBound(const PartialLevels& points, const VertexRoots& roots, const Box3d& box);
+    DualBound(const PartialLevels& points, const SchemeInfo& scheme, const VertexRoots& roots, const Box3d& box);
 
     struct Errors {
-        std::vector<double> of_vertex;    ///< the largest over its cell; of a face that is bounded as a whole, all of it
+        std::vector<double> of_vertex;  ///< the largest over its cell; of a face that is bounded as a whole, all of it
         std::vector<double> of_triangle;  ///< of the face that it is of
         double largest = 0;
     };

@@ -17,10 +17,14 @@ constexpr double k_unbounded = std::numeric_limits<double>::infinity();
 /// Counter-clockwise by quarter turns.
 Vec2d turned(const Vec2d& v, int quarters) {
     switch (quarters & 3) {
-        case 0: return v;
-        case 1: return {-v.y, v.x};
-        case 2: return -v;
-        default: return {v.y, -v.x};
+        case 0:
+            return v;
+        case 1:
+            return {-v.y, v.x};
+        case 2:
+            return -v;
+        default:
+            return {v.y, -v.x};
     }
 }
 
@@ -67,36 +71,6 @@ void add_ends(const VertexForest& forest, const DualCorners& corners, DualNet& n
         net.faces.face_offsets.push_back(static_cast<std::uint32_t>(net.faces.face_vertices.size()));
         net.point.push_back(p);
     }
-}
-
-/// An affine map from a root's coordinates, by what it does to a triangle.
-class FlatMap {
-  public:
-    FlatMap(const std::array<Vec2d, 3>& at, const std::array<Vec3d, 3>& to) : at_(at[0]), to_(to[0]) {
-        const Vec2d u = at[1] - at[0], v = at[2] - at[0];
-        const double area = u.x * v.y - u.y * v.x;
-        const Vec3d a = to[1] - to[0], b = to[2] - to[0];
-        by_x_ = (v.y * a - u.y * b) / area;
-        by_y_ = (u.x * b - v.x * a) / area;
-    }
-    Vec3d operator()(const Vec2d& p) const { return to_ + (p.x - at_.x) * by_x_ + (p.y - at_.y) * by_y_; }
-
-  private:
-    Vec2d at_;
-    Vec3d to_, by_x_{0}, by_y_{0};
-};
-
-/// The largest difference of a patch from a flat map over a triangle.
-double difference(const DualPatch& patch, const FlatMap& flat, const std::array<Vec2d, 3>& triangle) {
-    const DualPatch::Coefficients c = patch.over(triangle);
-    const std::array<Vec3d, 3> corner = {0.25 * flat(triangle[0]), 0.25 * flat(triangle[1]), 0.25 * flat(triangle[2])};
-    double squared = 0;
-    for (std::size_t i = 0; i < c.size(); ++i) {
-        const auto& e = DualPatch::k_exponents[i];
-        const Vec3d off = c[i] - double(e[0]) * corner[0] - double(e[1]) * corner[1] - double(e[2]) * corner[2];
-        squared = std::max(squared, glm::dot(off, off));
-    }
-    return std::sqrt(squared) + patch.slack();
 }
 
 }  // namespace
@@ -147,8 +121,8 @@ void DualFaceBound::operator()(std::uint32_t face, std::span<double> of_corner) 
     for (std::size_t i = 0; plane && i < corners.size(); ++i)
         plane = agree(corners[i], corners[(i + 1) % corners.size()]);
     if (plane) return bound_regular(face, corners, of_corner);
-    const double error = face < net_.face_count ? bound_face(corners)
-                                                : bound_end(corners, surface_.corners().points()[point].closed);
+    const double error =
+        face < net_.face_count ? bound_face(corners) : bound_end(corners, surface_.corners().points()[point].closed);
     int coarsest = k_max_level;
     for (const Corner& c : corners) coarsest = std::min<int>(coarsest, c.cell.level);
     for (std::size_t i = 0; i < corners.size(); ++i)
@@ -190,16 +164,15 @@ void DualFaceBound::bound_triangle(const Corners& corners, const std::array<std:
         const ShortPolygon part = whole.within(box.low, box.high);
         if (part.is_nothing_beside(box.high - box.low)) continue;
         const FlatMap flat(at, position);
-        const auto on_patch = [&](const DualPatch& patch, const ShortPolygon& polygon) {
-            for (std::size_t k = 1; k + 1 < polygon.size(); ++k)
-                of_corner[i] = std::max(of_corner[i], difference(patch, flat, {polygon[0], polygon[k], polygon[k + 1]}));
+        const auto on_part = [&](const DualPart& polynomial) {
+            of_corner[i] = std::max(of_corner[i], polynomial.difference(flat));
         };
         const auto on_point = [&](std::uint32_t point) {
             for (const Vec3d& p : surface_.hull(point))
                 for (std::size_t k = 0; k < part.size(); ++k)
                     of_corner[i] = std::max(of_corner[i], glm::length(p - flat(part[k])));
         };
-        surface_.visit(c.leaf, c.cell, part, on_patch, on_point);
+        surface_.visit(c.leaf, c.cell, part, on_part, on_point);
     }
 }
 
@@ -251,12 +224,13 @@ template <class Take>
 void DualFaceBound::for_each_within(const Corner& corner, const ShortPolygon& polygon, Take&& take) const {
     const DualBox box = box_of(surface_.axes(corner.cell.root), corner.cell);
     if (polygon.is_nothing_beside(box.high - box.low)) return;
+    for_each_over(corner, polygon, take);
+}
+
+template <class Take>
+void DualFaceBound::for_each_over(const Corner& corner, const ShortPolygon& shape, Take&& take) const {
     surface_.visit(
-        corner.leaf, corner.cell, polygon,
-        [&](const DualPatch& patch, const ShortPolygon& part) {
-            for (std::size_t k = 1; k + 1 < part.size(); ++k)
-                for (const Vec3d& p : patch.over({part[0], part[k], part[k + 1]})) take(p, patch.slack());
-        },
+        corner.leaf, corner.cell, shape, [&](const DualPart& part) { part.for_each_point(take); },
         [&](std::uint32_t point) {
             for (const Vec3d& p : surface_.hull(point)) take(p, 0.0);
         });
@@ -270,14 +244,7 @@ void DualFaceBound::for_each_around(const Corner& corner, const Crossings& cross
 
 template <class Take>
 void DualFaceBound::for_each_on_line(const Corner& corner, const Vec2d& crossing, Take&& take) const {
-    surface_.visit(
-        corner.leaf, corner.cell, ShortSegment{corner.vertex, crossing},
-        [&](const DualPatch& patch, const ShortSegment& part) {
-            for (const Vec3d& p : patch.over({part.from, part.to, part.to})) take(p, patch.slack());
-        },
-        [&](std::uint32_t point) {
-            for (const Vec3d& p : surface_.hull(point)) take(p, 0.0);
-        });
+    for_each_over(corner, {corner.vertex, crossing}, take);
 }
 
 double DualFaceBound::bound_blindly(const Corners& corners, const std::vector<Crossings>& crossings) const {
@@ -285,9 +252,8 @@ double DualFaceBound::bound_blindly(const Corners& corners, const std::vector<Cr
     double error = 0;
     for (std::size_t i = 0; i < corners.size(); ++i) {
         error = std::max(error, glm::length(corners[i].position - first));
-        for_each_around(corners[i], crossings[i], [&](const Vec3d& p, double slack) {
-            error = std::max(error, glm::length(p - first) + slack);
-        });
+        for_each_around(corners[i], crossings[i],
+                        [&](const Vec3d& p, double slack) { error = std::max(error, glm::length(p - first) + slack); });
     }
     return error;
 }
@@ -301,9 +267,8 @@ double DualFaceBound::bound_face(const Corners& corners) const {
     if (!face.convex()) return bound_blindly(corners, crossing);
     double forward = 0, backward = 0;
     for (std::size_t i = 0; i < n; ++i) {
-        for_each_around(corners[i], crossing[i], [&](const Vec3d& p, double slack) {
-            forward = std::max(forward, face.distance(p) + slack);
-        });
+        for_each_around(corners[i], crossing[i],
+                        [&](const Vec3d& p, double slack) { forward = std::max(forward, face.distance(p) + slack); });
         double off = 0, in_plane = 0;
         const auto on_side = [&](const Vec3d& p, double slack) {
             off = std::max(off, face.side_distance(p, i) + slack);

@@ -62,9 +62,8 @@ class DualFaceBound {
 
     Corners corners_of(std::uint32_t face) const;
     void bound_regular(std::uint32_t face, const Corners& corners, std::span<double> of_corner) const;
-    void bound_triangle(const Corners& corners, const std::array<std::size_t, 3>& of,
-                        const std::array<Vec2d, 3>& place, std::span<const int> turns,
-                        std::span<double> of_corner) const;
+    void bound_triangle(const Corners& corners, const std::array<std::size_t, 3>& of, const std::array<Vec2d, 3>& place,
+                        std::span<const int> turns, std::span<double> of_corner) const;
     /// Where the lines from a corner's vertex to the next one's and to the one before leave its cell.
     struct Crossings {
         Vec2d ahead, behind;
@@ -87,6 +86,8 @@ class DualFaceBound {
     void for_each_on_line(const Corner& corner, const Vec2d& crossing, Take&& take) const;
     template <class Take>
     void for_each_within(const Corner& corner, const ShortPolygon& polygon, Take&& take) const;
+    template <class Take>
+    void for_each_over(const Corner& corner, const ShortPolygon& shape, Take&& take) const;
 
     const DualSurface& surface_;
     const VertexForest& forest_;

@@ -28,8 +28,8 @@ VertexCell cell_at(std::uint32_t root, int corner, int level, std::uint32_t x, s
 
 }  // namespace
 
-DualSurface::DualSurface(const PartialLevels& points, const VertexRoots& roots)
-    : points_(points), corners_(roots), chain_of_(4 * std::size_t{roots.count()}, DualCorners::none) {
+DualSurface::DualSurface(const PartialLevels& points, const VertexRoots& roots, DualPieces pieces)
+    : points_(points), pieces_(pieces), corners_(roots), chain_of_(4 * std::size_t{roots.count()}, DualCorners::none) {
     axes_.reserve(roots.count());
     for (std::uint32_t r = 0; r < roots.count(); ++r) axes_.emplace_back(outer_sides(roots, r));
     std::uint32_t count = 0;
@@ -51,9 +51,8 @@ void DualSurface::find_patches(std::span<const VertexCell> cells, std::span<Dual
         limits.resize(below.size());
         points_.positions(below, limits);
         for_each_index(static_cast<std::uint32_t>(some.size()), [&](std::uint32_t i) {
-            *patches[begin + i] =
-                DualPatch(axes_[some[i].root], some[i],
-                          std::span(limits).subspan(i * DualPatch::k_points, DualPatch::k_points));
+            *patches[begin + i] = DualPatch(pieces_, axes_[some[i].root], some[i],
+                                            std::span(limits).subspan(i * DualPatch::k_points, DualPatch::k_points));
         });
     }
 }

@@ -58,7 +58,8 @@ class DualTessellator {
                                 "remove the faces that are holes from the control mesh (or set another boundary rule "
                                 "than none)",
                             mesh.data().source);
-        if (DualBound::has(options.scheme.info())) bound_.emplace(points_, forest_.roots(), mesh.bounding_box());
+        if (DualBound::has(options.scheme.info()))
+            bound_.emplace(points_, options.scheme.info(), forest_.roots(), mesh.bounding_box());
     }
 
     Tessellation run() {

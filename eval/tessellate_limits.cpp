@@ -34,8 +34,8 @@ void check_scheme(const TessellateOptions& options) {
             ErrorCode::unsupported,
             "there is no certified bound for " + name +
                 ": its limit is known at points alone; use the embree estimator, or one of catmull-clark, loop, "
-                "tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, doo-sabin, doo-sabin-cc, bilinear, "
-                "midpoint");
+                "tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, doo-sabin, doo-sabin-cc, midedge, "
+                "midedge-simplest, bilinear, midpoint");
 }
 
 }  // namespace
@@ -45,8 +45,8 @@ SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rule
     const SchemeInfo& info = scheme.info();
     support.any = info.refinement != Refinement::honeycomb;
     support.patches = scheme.kind().has_value() && detail::has_plain_rules(rules);
-    support.certified = support.patches || LinearBound::is_linear(info) || has_mask_norms(info) ||
-                        detail::DualBound::has(info);
+    support.certified =
+        support.patches || LinearBound::is_linear(info) || has_mask_norms(info) || detail::DualBound::has(info);
     return support;
 }
 

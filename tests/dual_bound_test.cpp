@@ -28,17 +28,16 @@ struct Bounded {
     detail::DualBound::Errors bound;
     std::vector<std::vector<Vec3d>> samples;  ///< per vertex, k_points for each of its sides
 
-    Bounded(const AdaptiveDual& dual, const Box3d& box) {
+    Bounded(const AdaptiveDual& dual, const SchemeInfo& scheme, const Box3d& box) {
         const VertexForest& forest = dual.forest();
         mesh = detail::dual_triangles(forest);
         positions.resize(mesh.vertex_count());
         dual.points().positions(mesh.faces.cells, positions);
-        detail::DualBound bounder(dual.points(), forest.roots(), box);
+        detail::DualBound bounder(dual.points(), scheme, forest.roots(), box);
         bound = bounder.errors(forest, mesh, positions, 0, say_nothing);
         samples.resize(mesh.vertex_count());
         for (std::uint32_t v = 0; v < samples.size(); ++v) add_samples(dual, mesh.faces.cells[v], samples[v]);
-        for (const auto& side : mesh.faces.other_sides)
-            add_samples(dual, forest.cell(side.leaf), samples[side.vertex]);
+        for (const auto& side : mesh.faces.other_sides) add_samples(dual, forest.cell(side.leaf), samples[side.vertex]);
     }
 
     static void add_samples(const AdaptiveDual& dual, const VertexCell& cell, std::vector<Vec3d>& samples) {
@@ -139,10 +138,11 @@ void check_bounds(const ControlMesh& mesh, const SchemeInfo& scheme, std::uint64
     CAPTURE(seed);
     Random random(seed);
     const AdaptiveDual dual = random_adaptive(mesh, scheme, random, static_cast<int>(random.below(3)));
-    const Bounded b(dual, mesh.bounding_box());
+    const Bounded b(dual, scheme, mesh.bounding_box());
     REQUIRE(b.bound.of_triangle.size() == b.mesh.triangle_count());
     const double farthest = check_forward(b);
-    MESSAGE(scheme.name, " ", seed, " ", b.mesh.triangle_count(), " ", b.bound.largest, " / ", farthest, " = ", b.bound.largest/farthest);
+    MESSAGE(scheme.name, " ", seed, " ", b.mesh.triangle_count(), " ", b.bound.largest, " / ", farthest, " = ",
+            b.bound.largest / farthest);
     CHECK(farthest <= b.bound.largest);
     check_backward(b, random);
 }
@@ -150,7 +150,7 @@ void check_bounds(const ControlMesh& mesh, const SchemeInfo& scheme, std::uint64
 }  // namespace
 
 TEST_CASE("[inv9] bounds of dual meshes are never below a distance, whatever is around") {
-    for (const char* name : {"doo-sabin", "doo-sabin-cc"}) {
+    for (const char* name : {"doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest"}) {
         const SchemeInfo& scheme = *find_scheme(name);
         for (const std::uint64_t seed : test::seeds(6)) {
             check_bounds(random_mesh(seed, false), scheme, seed);
