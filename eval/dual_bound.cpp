@@ -81,7 +81,6 @@ DualBound::Errors DualBound::errors(const VertexForest& forest, const DualTriang
     find_points(forest, net.faces, wanted, k_first_look, [&](double done) { report(0.5 + 0.1 * done); });
 
     std::vector<double> of_corner(net.faces.corners.size()), of_face(net.size(), 0.0);
-    const DualFaceBound bound(surface_, forest, net, positions);
     const auto look_at = [&](std::span<const std::uint32_t> which) {
         for_each_index(
             static_cast<std::uint32_t>(which.size()),
@@ -89,7 +88,8 @@ DualBound::Errors DualBound::errors(const VertexForest& forest, const DualTriang
                 const std::uint32_t f = which[i], begin = net.faces.face_offsets[f];
                 const auto here =
                     std::span(of_corner).subspan(begin, net.faces.face_offsets[f + std::size_t{1}] - begin);
-                bound(f, here);
+                const DualFacePieces pieces(surface_, forest, net, positions, f);
+                bound_dual_face(surface_, pieces, f >= net.face_count, here);
                 for (double& e : here) e += e > 0 ? rounding_ : 0;
                 of_face[f] = *std::max_element(here.begin(), here.end());
             },

@@ -87,12 +87,18 @@ class DualPart {
     DualPart(const Monomials& monomials, const std::array<Vec2d, 3>& bend, const ShortPolygon& within, double slack)
         : monomials_(monomials), bend_(bend), within_(within), slack_(slack) {}
 
-    /// Calls take(p, slack) for points whose hull holds the part, but for what the polynomial may be off.
+    /// Calls take(points, slack) for points whose hulls hold the part, but for what the polynomial may be off: of
+    /// triangles with one side on the part's border each.
     template <class Take>
-    void for_each_point(Take&& take) const {
-        for_each_triangle([&](const std::array<Vec2d, 3>& triangle) {
-            for (const Vec3d& p : coefficients(monomials_, triangle)) take(p, slack_);
-        });
+    void for_each_hull(Take&& take) const {
+        const auto over = [&](const Vec2d& a, const Vec2d& b, const Vec2d& c) {
+            const Coefficients points = coefficients(monomials_, {a, b, c});
+            take(std::span<const Vec3d>(points), slack_);
+        };
+        if (within_.size() == 2) return over(within_[0], within_[1], within_[1]);
+        Vec2d middle(0);
+        for (std::size_t k = 0; k < within_.size(); ++k) middle += within_[k] / static_cast<double>(within_.size());
+        for (std::size_t k = 0; k < within_.size(); ++k) over(middle, within_[k], within_[(k + 1) % within_.size()]);
     }
     /// A bound of the difference from a flat map of the root's coordinates.
     double difference(const FlatMap& flat) const;
