@@ -36,15 +36,19 @@ class DualBound {
     /// @param points  gives the limit points; lives longer
     DualBound(const PartialLevels& points, const SchemeInfo& scheme, const VertexRoots& roots, const Box3d& box);
 
+    /// How well errors are to be known.
+    struct Wanted {
+        double decide_at;  ///< errors up to this need not be smaller
+        bool tight;        ///< errors above it are bounds, too; else they may be any number above it
+    };
     struct Errors {
         std::vector<double> of_vertex;  ///< the largest over its cell; of a face that is bounded as a whole, all of it
         std::vector<double> of_triangle;  ///< of the face that it is of
         double largest = 0;
     };
     /// @param positions  of the mesh's vertices: their limit points
-    /// @param decide_at  errors above it may be larger than they need to be
     Errors errors(const VertexForest& forest, const DualTriangles& mesh, std::span<const Vec3d> positions,
-                  double decide_at, const std::function<void(double)>& report);
+                  const Wanted& wanted, const std::function<void(double)>& report);
 
     /// Forgets what it knows of slots from this number on: a forest is taken back to an earlier state.
     void forget_from(std::uint32_t slot) { surface_.forget_from(slot); }
@@ -52,8 +56,8 @@ class DualBound {
   private:
     void find_points(const VertexForest& forest, const DualFaces& faces, std::span<const std::uint8_t> wanted,
                      int deeper, const std::function<void(double)>& report);
-    /// The points that a face's leaves touch.
-    void add_points(const VertexForest& forest, const DualNet& net, std::uint32_t face,
+    /// The points that a face's leaves touch; whether there are any.
+    bool add_points(const VertexForest& forest, const DualNet& net, std::uint32_t face,
                     std::vector<std::uint8_t>& wanted) const;
 
     DualSurface surface_;

@@ -34,7 +34,7 @@ struct Bounded {
         positions.resize(mesh.vertex_count());
         dual.points().positions(mesh.faces.cells, positions);
         detail::DualBound bounder(dual.points(), scheme, forest.roots(), box);
-        bound = bounder.errors(forest, mesh, positions, 0, say_nothing);
+        bound = bounder.errors(forest, mesh, positions, {0, true}, say_nothing);
         samples.resize(mesh.vertex_count());
         for (std::uint32_t v = 0; v < samples.size(); ++v) add_samples(dual, mesh.faces.cells[v], samples[v]);
         for (const auto& side : mesh.faces.other_sides) add_samples(dual, forest.cell(side.leaf), samples[side.vertex]);
