@@ -16,9 +16,6 @@ constexpr double k_unbounded = std::numeric_limits<double>::infinity();
 constexpr double k_least_cosine = 0.3;
 // A side's ends lie on the line itself, but for rounding: a share of its length.
 constexpr double k_on_line = 1e-11;
-// Along a side, surfaces reach no farther than its length beyond either end, where something linear is at most three
-// times what it is at the ends.
-constexpr double k_reach = 3;
 
 ConvexFace flat_piece(const DualFacePieces& pieces, std::size_t piece) {
     std::vector<Vec3d> position;
@@ -87,10 +84,11 @@ std::optional<DualCloseBound::Neighbour> DualCloseBound::neighbour(const ConvexF
         }
     });
     for (const Vec3d& p : other.corners()) reach = std::max(reach, std::abs(glm::dot(p - middle, along)));
-    if (reach > 0.5 * k_reach * length) return std::nullopt;
-    const double apart_high = k_reach * std::max(std::abs(flat.above(a)), std::abs(flat.above(b)));
+    // What is linear along the side is no more than so many times what it is at the ends.
+    const double grown = std::max(1.0, reach / (0.5 * length));
+    const double apart_high = grown * std::max(std::abs(flat.above(a)), std::abs(flat.above(b)));
     const double apart_line =
-        k_reach * std::max(std::abs(glm::dot(a - own, inward)), std::abs(glm::dot(b - own, inward)));
+        grown * std::max(std::abs(glm::dot(a - own, inward)), std::abs(glm::dot(b - own, inward)));
     const double sine_of_planes = glm::length(glm::cross(flat.normal(), other.normal()));
     const double past = (apart_line + height * sine_of_planes) / cosine;
     return Neighbour{joined(flat, side.side, other, beyond->side),
@@ -115,6 +113,23 @@ double DualCloseBound::part_error(const ConvexFace& flat, std::span<const std::o
     return least;
 }
 
+double DualCloseBound::side_error(const ConvexFace& flat, const DualFacePieces& pieces, std::size_t piece,
+                                  std::size_t side) {
+    const Vec3d inward = flat.inward(side), own = flat.corners()[side];
+    const double on_line = k_on_line * glm::length(flat.corners()[(side + 1) % flat.corners().size()] - own);
+    double off = 0, in_plane = 0;
+    pieces.for_each_on_side(piece, side, [&](std::span<const Vec3d> points, double slack) {
+        double inner = 0, from_side = 0;
+        for (const Vec3d& p : points) {
+            inner = std::max(inner, glm::dot(p - own, inward) + slack);
+            from_side = std::max(from_side, flat.side_distance_in_plane(p, side) + slack);
+            off = std::max(off, flat.side_distance(p, side) + slack);
+        }
+        in_plane = std::max(in_plane, inner > on_line ? from_side : on_line);
+    });
+    return in_plane > on_line ? in_plane + off : on_line;
+}
+
 double DualCloseBound::piece_error(std::uint32_t face, const DualFacePieces& pieces, std::uint32_t piece,
                                    double give_up_at) const {
     const ConvexFace flat = flat_piece(pieces, piece);
@@ -137,14 +152,7 @@ double DualCloseBound::piece_error(std::uint32_t face, const DualFacePieces& pie
             error = std::max(error, beside.back()->back);
             continue;
         }
-        double off = 0, in_plane = 0;
-        pieces.for_each_on_side(piece, i, [&](std::span<const Vec3d> points, double slack) {
-            for (const Vec3d& p : points) {
-                off = std::max(off, flat.side_distance(p, i) + slack);
-                in_plane = std::max(in_plane, flat.side_distance_in_plane(p, i) + slack);
-            }
-        });
-        error = std::max(error, in_plane + off);
+        error = std::max(error, side_error(flat, pieces, piece, i));
     }
     if (forward > error)
         pieces.for_each_hull(piece, [&](std::span<const Vec3d> points, double slack) {

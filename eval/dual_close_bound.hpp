@@ -44,6 +44,9 @@ class DualCloseBound {
     struct Neighbour;
     std::optional<Neighbour> neighbour(const ConvexFace& flat, const DualLinks::Side& side) const;
     double piece_error(std::uint32_t face, const DualFacePieces& pieces, std::uint32_t piece, double give_up_at) const;
+    /// How far points of the flat piece may be from the surface for the line over a side without a neighbour: not at
+    /// all where that stays beyond the side's.
+    static double side_error(const ConvexFace& flat, const DualFacePieces& pieces, std::size_t piece, std::size_t side);
     /// How far the part of a piece in the hull of these points is from the mesh; not looked at closer than `enough`.
     static double part_error(const ConvexFace& flat, std::span<const std::optional<Neighbour>> beside,
                              std::span<const Vec3d> points, double slack, double enough);

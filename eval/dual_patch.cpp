@@ -11,9 +11,9 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Errors of interpolated values beside those of the points: what interpolation at three nodes makes of them in either
-/// direction is at most 2.7 times as large on the cell, in both 7.3 times; a fit of four pieces less.
-constexpr double k_spread = 8;
+/// Errors of interpolated values beside those of the points: interpolation at three nodes makes them at most 4.2 times
+/// as large in either direction on the cell, and so 17.7 times; a fit of four pieces less.
+constexpr double k_spread = 18;
 
 constexpr std::size_t k_side = std::size_t{1} << DualPatch::k_bits;
 
@@ -150,12 +150,14 @@ DualPart::Coefficients DualPart::coefficients(const Monomials& monomials, const 
     return out;
 }
 
-DualPatch::DualPatch(DualPieces pieces, const DualAxes& axes, const VertexCell& cell, std::span<const Vec3d> points)
-    : ridged_(pieces == DualPieces::four) {
+DualPatch::DualPatch(DualPieces pieces, DualFrame frame, const DualAxes& axes, const VertexCell& cell,
+                     std::span<const Vec3d> points)
+    : ridged_(pieces == DualPieces::four), frame_(ridged_ ? DualFrame::cell : frame) {
     // s and t are the root's coordinates (biquadratic) or lengths on the cell, from 0 to 1.
     const Vec2d low = axes(corner_place(cell, 0)), high = axes(corner_place(cell, 2));
     bend_ = {low, high - low, Vec2d{0}};
-    if (ridged_) {
+    const bool on_cell = frame_ == DualFrame::cell;
+    if (on_cell) {
         const Vec2d middle = axes(0.5 * (corner_place(cell, 0) + corner_place(cell, 2)));
         bend_ = {low, 4.0 * middle - 3.0 * low - high, 2.0 * (low + high - 2.0 * middle)};
     }
@@ -164,7 +166,7 @@ DualPatch::DualPatch(DualPieces pieces, const DualAxes& axes, const VertexCell& 
         const VertexCell below{cell.root,
                                {(cell.at.x << k_bits) + i, (cell.at.y << k_bits) + i},
                                static_cast<std::uint8_t>(cell.level + k_bits)};
-        const Vec2d p = ridged_ ? (axes.vertex_place(below) - corner_place(cell, 0)) / unit(cell)
+        const Vec2d p = on_cell ? (axes.vertex_place(below) - corner_place(cell, 0)) / unit(cell)
                                 : (axes.vertex(below) - low) / bend_[1];
         s[i] = p.x;
         t[i] = p.y;

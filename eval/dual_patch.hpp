@@ -72,10 +72,14 @@ struct FlatMap {
 
 /// What surfaces are on a regular cell.
 enum class DualPieces {
-    biquadratic,  ///< one biquadratic polynomial in the root's coordinates (Doo-Sabin)
-    four,         ///< a quadratic one on each of the four triangles that its diagonals cut it in, in sides of the root
-                  ///< (midedge: the box spline of Zwart and Powell)
+    biquadratic,  ///< one biquadratic polynomial (Doo-Sabin)
+    four,         ///< a quadratic one on each of the four triangles that its diagonals cut it in (midedge: the box
+                  ///< spline of Zwart and Powell), always in the cell's frame
 };
+
+/// What a patch's polynomials are in: the root's coordinates where these are bent and its surface is even across the
+/// line that it ends at, which it is all over a root that is regular; else lengths on the cell.
+enum class DualFrame { root, cell };
 
 /// Part of a surface that one polynomial is of.
 class DualPart {
@@ -129,14 +133,16 @@ class DualPatch {
 
     DualPatch() = default;
     /// @param points  k_points limit points, as add_cells_below() orders their cells
-    DualPatch(DualPieces pieces, const DualAxes& axes, const VertexCell& cell, std::span<const Vec3d> points);
+    DualPatch(DualPieces pieces, DualFrame frame, const DualAxes& axes, const VertexCell& cell,
+              std::span<const Vec3d> points);
 
     /// Calls take(part) for the parts of the surface within a polygon (or segment) in the root's coordinates, or a
     /// little around it.
     template <class Take>
     void for_each_part(const DualAxes& axes, const VertexCell& cell, const ShortPolygon& polygon, Take&& take) const {
-        if (!ridged_) return take(DualPart(monomials_, bend_, to_cell(polygon), slack_));
+        if (frame_ == DualFrame::root) return take(DualPart(monomials_, bend_, to_cell(polygon), slack_));
         const ShortPolygon within = straightened(axes, cell, polygon);
+        if (!ridged_) return take(DualPart(monomials_, bend_, within, slack_));
         for (int side = 0; side < 4; ++side)
             if (const ShortPolygon part = beside(within, side); part.size() >= 2)
                 take(DualPart(beside(side), bend_, part, slack_));
@@ -156,6 +162,7 @@ class DualPatch {
     DualPart::Monomials monomials_{};  ///< of the lowest piece
     std::array<Vec3d, 2> ridge_{};     ///< times the squares of t - s and of s + t - 1 where these are positive
     bool ridged_ = false;
+    DualFrame frame_ = DualFrame::root;
     double slack_ = 0;  ///< how far points that it was not found from are from it, which is rounding, and so it may be
 };
 

@@ -51,7 +51,7 @@ void DualSurface::find_patches(std::span<const VertexCell> cells, std::span<Dual
         limits.resize(below.size());
         points_.positions(below, limits);
         for_each_index(static_cast<std::uint32_t>(some.size()), [&](std::uint32_t i) {
-            *patches[begin + i] = DualPatch(pieces_, axes_[some[i].root], some[i],
+            *patches[begin + i] = DualPatch(pieces_, frame(some[i].root), axes_[some[i].root], some[i],
                                             std::span(limits).subspan(i * DualPatch::k_points, DualPatch::k_points));
         });
     }

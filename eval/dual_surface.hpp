@@ -64,6 +64,9 @@ class DualSurface {
         std::vector<std::array<DualPatch, 4>> levels;
     };
 
+    DualFrame frame(std::uint32_t root) const {
+        return corners_.corner_of({root, {0, 0}, 0}) < 0 ? DualFrame::root : DualFrame::cell;
+    }
     std::size_t chain_at(std::uint32_t root, int corner) const {
         return 4 * std::size_t{root} + static_cast<std::size_t>(corner);
     }
