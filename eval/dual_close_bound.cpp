@@ -24,17 +24,22 @@ ConvexFace flat_piece(const DualFacePieces& pieces, std::size_t piece) {
     return ConvexFace(position);
 }
 
-/// Both together in the plane of the first.
+/// Both together in the plane of the first; where they are no convex polygon, with the part of the other near the side.
 ConvexFace joined(const ConvexFace& flat, std::size_t side, const ConvexFace& other, std::size_t other_side) {
-    std::vector<Vec3d> corners;
     const std::size_t n = flat.corners().size(), m = other.corners().size();
-    for (std::size_t i = 0; i < n; ++i) {
-        corners.push_back(flat.corners()[i]);
-        if (i != side) continue;
-        for (std::size_t k = 2; k < m; ++k) {
-            const Vec3d& p = other.corners()[(other_side + k) % m];
-            corners.push_back(p - flat.above(p) * flat.normal());
+    const Vec3d middle = 0.5 * (flat.corners()[side] + flat.corners()[(side + 1) % n]);
+    std::vector<Vec3d> corners;
+    for (const double share : {1.0, 0.5, 0.25}) {
+        corners.clear();
+        for (std::size_t i = 0; i < n; ++i) {
+            corners.push_back(flat.corners()[i]);
+            if (i != side) continue;
+            for (std::size_t k = 2; k < m; ++k) {
+                const Vec3d& p = other.corners()[(other_side + k) % m];
+                corners.push_back(middle + share * (p - flat.above(p) * flat.normal() - middle));
+            }
         }
+        if (ConvexFace both(corners); both.convex()) return both;
     }
     return ConvexFace(corners);
 }

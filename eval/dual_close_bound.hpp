@@ -17,9 +17,10 @@ class ConvexFace;
 ///
 /// Let F be the flat piece, G its neighbour across a side; their planes meet in that side's line at an angle t.
 ///
-/// From the surface: F and G, dropped onto F's plane, are together a convex polygon K (if not, or without a neighbour,
-/// K = F). A point within d of K is within d of F or, b beyond the line, d + (b + d) tan t from G. Distances to convex
-/// sets are convex, so that the points whose hull holds a part of the surface bound d, and b.
+/// From the surface: F and G (or the part of G near the side), dropped onto F's plane, are together a convex polygon K
+/// (if not, or without a neighbour, K = F). A point within d of K is within d of F or, b beyond the line, d + (b + d)
+/// tan t from G. Distances to convex sets are convex, so that the points whose hull holds a part of the surface bound
+/// d, and b.
 ///
 /// From the mesh: drop the surface over F and over its neighbours onto F's plane. It goes around each inner point q of
 /// F once, if the outer lines of the neighbours stay beyond those of F's sides, and so meets it: there is a point s of

@@ -23,7 +23,7 @@ namespace {
 
 /// Bytes a triangle that refining and exporting take at their peak (half a leaf with its points, faces), for the
 /// memory limit.
-constexpr std::uint64_t k_dual_bytes = 600;
+constexpr std::uint64_t k_dual_bytes = 800;
 
 /// Three vertices more for each leaf that is split, and two triangles for each of them.
 constexpr std::uint64_t k_triangles_per_split = 6;
@@ -58,8 +58,13 @@ class DualTessellator {
                                 "remove the faces that are holes from the control mesh (or set another boundary rule "
                                 "than none)",
                             mesh.data().source);
-        if (DualBound::has(options.scheme.info()))
+        if (DualBound::has(options.scheme.info(), mesh))
             bound_.emplace(points_, options.scheme.info(), forest_.roots(), mesh.bounding_box());
+        if (certified() && !bound_)
+            throw Error(ErrorCode::unsupported,
+                        "there is no certified bound where edges or vertices are semi-sharp; use the embree estimator, "
+                        "or tag them 10 (sharp for good)",
+                        mesh.data().source);
     }
 
     Tessellation run() {

@@ -31,8 +31,8 @@ struct SchemeSupport {
     bool certified = false;  ///< bounds that hold for every point
 };
 /// Patches: Catmull-Clark and Loop by their plain rules. Certified: these by any rules, bilinear and midpoint
-/// refinement, and, where no tag is semi-sharp, what has mask norms (has_mask_norms()). None at all: honeycomb
-/// refinement.
+/// refinement, where no tag stays semi-sharp for more than 6 levels what has mask norms (has_mask_norms()), and Doo-Sabin
+/// and midedge refinement. None at all: honeycomb refinement.
 SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rules = {});
 
 struct TessellateOptions {

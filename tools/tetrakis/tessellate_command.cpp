@@ -77,7 +77,8 @@ void check_combination(const TessellateCommandOptions& options) {
         throw UsageError(
             "there is no certified bound for " + scheme +
             ", whose limit is known at points alone: use --estimator embree, which measures, or --scheme "
-            "catmull-clark, loop, tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, bilinear or midpoint");
+            "catmull-clark, loop, tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, doo-sabin, doo-sabin-cc, "
+            "midedge, midedge-simplest, bilinear or midpoint");
 }
 
 OutputFiles output_files(const TessellateCommandOptions& options) {
@@ -313,7 +314,8 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
                      "Catmull-clark and loop are exact everywhere; the others are known by their limit points: errors\n"
                      "are measured against a denser mesh of these, and there is no --target or --displacement.\n"
                      "These have certified errors, for the others certified_error is null: catmull-clark, loop,\n"
-                     "tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, bilinear, midpoint")
+                     "tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, doo-sabin, doo-sabin-cc, midedge,\n"
+                     "midedge-simplest, bilinear, midpoint")
         ->type_name("S");
     options->rules.add_averaging_steps(*command);
     options->rules.add(*command);
