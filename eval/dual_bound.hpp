@@ -27,6 +27,9 @@ namespace tetrakis::detail {
 /// the side it is no more than that and `off` again, the distance of that line from the side. The triangles themselves
 /// are as far from F as their corners are from its plane.
 ///
+/// What that leaves above the tolerance is looked at with the pieces around (DualCloseBound): beside an extraordinary
+/// point the surface slides along the mesh by a share of the cell's size, however small, which is no error.
+///
 /// Where a crease ends, two lines lead from one vertex to the other, and what lies between is compared with the edge.
 class DualBound {
   public:

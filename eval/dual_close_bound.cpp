@@ -11,7 +11,6 @@ namespace tetrakis::detail {
 
 namespace {
 
-constexpr double k_unbounded = std::numeric_limits<double>::infinity();
 // Planes that meet at a sharper angle are not looked at together.
 constexpr double k_least_cosine = 0.3;
 // A side's ends lie on the line itself, but for rounding: a share of its length.
@@ -138,7 +137,7 @@ double DualCloseBound::side_error(const ConvexFace& flat, const DualFacePieces& 
 double DualCloseBound::piece_error(std::uint32_t face, const DualFacePieces& pieces, std::uint32_t piece,
                                    double give_up_at) const {
     const ConvexFace flat = flat_piece(pieces, piece);
-    if (!flat.convex()) return k_unbounded;
+    if (!flat.convex()) return std::numeric_limits<double>::infinity();
     double high = 0, forward = 0;
     pieces.for_each_hull(piece, [&](std::span<const Vec3d> points, double slack) {
         for (const Vec3d& p : points) {

@@ -10,7 +10,6 @@ namespace tetrakis::detail {
 
 namespace {
 
-using Corner = DualFacePieces::Corner;
 constexpr double k_unbounded = std::numeric_limits<double>::infinity();
 
 void bound_triangle(const DualSurface& surface, const DualFacePieces& pieces, std::size_t piece,
@@ -18,7 +17,7 @@ void bound_triangle(const DualSurface& surface, const DualFacePieces& pieces, st
     std::array<Vec3d, 3> position;
     for (std::size_t k = 0; k < 3; ++k) position[k] = pieces.corners()[pieces.corner(piece, k)].position;
     for (std::size_t i = 0; i < pieces.corners().size(); ++i) {
-        const Corner& c = pieces.corners()[i];
+        const DualFacePieces::Corner& c = pieces.corners()[i];
         const std::array<Vec2d, 3> at = pieces.triangle(piece, c);
         const ShortPolygon whole{at[0], at[1], at[2]};
         if (!(whole.area() > 0)) {
@@ -45,7 +44,7 @@ void bound_triangle(const DualSurface& surface, const DualFacePieces& pieces, st
 double bound_blindly(const DualFacePieces& pieces) {
     const Vec3d first = pieces.corners()[0].position;
     double error = 0;
-    for (const Corner& c : pieces.corners()) error = std::max(error, glm::length(c.position - first));
+    for (const DualFacePieces::Corner& c : pieces.corners()) error = std::max(error, glm::length(c.position - first));
     pieces.for_each_hull(0, [&](std::span<const Vec3d> points, double slack) {
         for (const Vec3d& p : points) error = std::max(error, glm::length(p - first) + slack);
     });
@@ -54,7 +53,7 @@ double bound_blindly(const DualFacePieces& pieces) {
 
 double bound_whole(const DualFacePieces& pieces) {
     std::vector<Vec3d> position;
-    for (const Corner& c : pieces.corners()) position.push_back(c.position);
+    for (const DualFacePieces::Corner& c : pieces.corners()) position.push_back(c.position);
     const ConvexFace face(position);
     if (!face.convex()) return bound_blindly(pieces);
     double forward = 0, backward = 0;
@@ -89,7 +88,7 @@ double bound_end(const DualFacePieces& pieces) {
 void bound_dual_face(const DualSurface& surface, const DualFacePieces& pieces, bool end, std::span<double> of_corner) {
     std::fill(of_corner.begin(), of_corner.end(), 0.0);
     int coarsest = k_max_level;
-    for (const Corner& c : pieces.corners()) {
+    for (const DualFacePieces::Corner& c : pieces.corners()) {
         coarsest = std::min<int>(coarsest, c.cell.level);
         if (c.cell.level > DualSurface::k_deepest_leaf)
             return std::fill(of_corner.begin(), of_corner.end(), k_unbounded);

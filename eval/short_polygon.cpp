@@ -6,7 +6,7 @@ namespace tetrakis::detail {
 
 namespace {
 
-double cross(const Vec2d& a, const Vec2d& b) { return a.x * b.y - a.y * b.x; }
+double cross_product(const Vec2d& a, const Vec2d& b) { return a.x * b.y - a.y * b.x; }
 
 }  // namespace
 
@@ -18,7 +18,8 @@ ShortPolygon ShortPolygon::around(std::vector<Vec2d> points) {
     if (points.size() < 3) return ShortPolygon(points);
     std::vector<Vec2d> chain;
     const auto take = [&](const Vec2d& p, std::size_t least) {
-        while (chain.size() >= least + 2 && cross(chain.back() - chain[chain.size() - 2], p - chain.back()) <= 0)
+        while (chain.size() >= least + 2 &&
+               cross_product(chain.back() - chain[chain.size() - 2], p - chain.back()) <= 0)
             chain.pop_back();
         chain.push_back(p);
     };
@@ -47,7 +48,7 @@ ShortPolygon ShortPolygon::within(const Vec2d& low, const Vec2d& high) const {
 
 double ShortPolygon::area() const {
     double twice = 0;
-    for (std::size_t i = 0; i < size_; ++i) twice += cross(corner_[i], corner_[(i + 1) % size_]);
+    for (std::size_t i = 0; i < size_; ++i) twice += cross_product(corner_[i], corner_[(i + 1) % size_]);
     return 0.5 * twice;
 }
 

@@ -9,6 +9,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -28,6 +29,7 @@ struct Bounded {
     std::vector<Vec3d> positions;
     detail::DualBound::Errors bound;
     std::vector<std::vector<Vec3d>> samples;  ///< per vertex of small meshes, k_points for each of its sides
+    std::vector<double> gap;                  ///< per vertex, from its cell's corners to the samples beside them
 
     Bounded(const AdaptiveDual& dual, const SchemeInfo& scheme, const Box3d& box) {
         const VertexForest& forest = dual.forest();
@@ -37,17 +39,30 @@ struct Bounded {
         detail::DualBound bounder(dual.points(), scheme, forest.roots(), box);
         bound = bounder.errors(forest, mesh, positions, {0, true}, say_nothing);
         samples.resize(mesh.vertex_count());
+        gap.resize(mesh.vertex_count(), 0.0);
         if (mesh.vertex_count() > static_cast<std::uint32_t>(k_most_sampled)) return;
-        for (std::uint32_t v = 0; v < samples.size(); ++v) add_samples(dual, mesh.faces.cells[v], samples[v]);
-        for (const auto& side : mesh.faces.other_sides) add_samples(dual, forest.cell(side.leaf), samples[side.vertex]);
+        for (std::uint32_t v = 0; v < samples.size(); ++v) add_samples(dual, mesh.faces.cells[v], samples[v], gap[v]);
+        for (const auto& side : mesh.faces.other_sides)
+            add_samples(dual, forest.cell(side.leaf), samples[side.vertex], gap[side.vertex]);
     }
 
-    static void add_samples(const AdaptiveDual& dual, const VertexCell& cell, std::vector<Vec3d>& samples) {
+    static void add_samples(const AdaptiveDual& dual, const VertexCell& cell, std::vector<Vec3d>& samples,
+                            double& gap) {
         std::vector<VertexCell> cells;
         detail::add_cells_below(cell, k_bits, cells);
+        // Beside an extraordinary point of many corners, cells hardly become smaller: how far that is from the samples.
+        constexpr int k_deep = 16;
+        for (const std::uint32_t y : {0u, (1u << k_deep) - 1})
+            for (const std::uint32_t x : {0u, (1u << k_deep) - 1})
+                cells.push_back({cell.root,
+                                 {(cell.at.x << k_deep) + x, (cell.at.y << k_deep) + y},
+                                 static_cast<std::uint8_t>(cell.level + k_deep)});
         std::vector<Vec3d> points(cells.size());
         dual.points().positions(cells, points);
-        samples.insert(samples.end(), points.begin(), points.end());
+        const std::array<std::size_t, 4> corner = {0, k_side - 1, k_points - k_side, k_points - 1};
+        for (std::size_t c = 0; c < corner.size(); ++c)
+            gap = std::max(gap, glm::length(points[k_points + c] - points[corner[c]]));
+        samples.insert(samples.end(), points.begin(), points.begin() + k_points);
     }
 
     std::span<const std::uint32_t> around(std::uint32_t v) const {
@@ -59,7 +74,7 @@ struct Bounded {
     }
     /// How far neighbours among the samples of a vertex are apart.
     double spacing(std::uint32_t v) const {
-        double most = 0;
+        double most = gap[v];
         for (std::size_t i = 0; i < samples[v].size(); ++i) {
             if (i % k_side != 0) most = std::max(most, glm::length(samples[v][i] - samples[v][i - 1]));
             if (i % k_points >= k_side) most = std::max(most, glm::length(samples[v][i] - samples[v][i - k_side]));
