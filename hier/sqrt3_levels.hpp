@@ -28,14 +28,14 @@ struct Sqrt3Level {
     static constexpr std::uint32_t none = 0xFFFF'FFFFu;     ///< across an edge that is not flipped
     static constexpr std::uint32_t outside = 0xFFFF'FFFEu;  ///< a face that has not been raised, or its point
 
-    detail::PoolVector<std::uint64_t> number;  ///< per face: the lattice's
-    detail::PoolVector<std::uint32_t> twin;    ///< per half-edge: across an edge that is flipped
-    std::vector<Sqrt3Line> lines;              ///< by half-edge
-    detail::PoolVector<std::uint32_t> vertex;  ///< per half-edge: its origin, in Sqrt3Levels::vertices
+    detail::RawPoolVector<std::uint64_t> number;  ///< per face: the lattice's
+    detail::RawPoolVector<std::uint32_t> twin;    ///< per half-edge: across an edge that is flipped
+    std::vector<Sqrt3Line> lines;                 ///< by half-edge
+    detail::RawPoolVector<std::uint32_t> vertex;  ///< per half-edge: its origin, in Sqrt3Levels::vertices
     /// Per face: its point of the next level; where a side is cut, the one over the first and third half-edge.
-    detail::PoolVector<std::uint32_t> apex;
-    detail::PoolVector<std::uint32_t> child;  ///< per face: the first of three of the next level, or outside
-    detail::PoolVector<std::uint8_t> split;   ///< per face
+    detail::RawPoolVector<std::uint32_t> apex;
+    detail::RawPoolVector<std::uint32_t> child;  ///< per face: the first of three of the next level, or outside
+    detail::RawPoolVector<std::uint8_t> split;   ///< per face
 
     std::uint32_t face_count() const { return static_cast<std::uint32_t>(number.size()); }
     static bool there(std::uint32_t h) { return h < outside; }
@@ -122,9 +122,9 @@ class Sqrt3Levels {
   private:
     void start(const ControlMesh& mesh);
     void mark_split(Sqrt3Level& level, const NumberSet& numbers) const;
-    detail::PoolVector<std::uint8_t> with_rings(const Sqrt3Level& level, detail::PoolVector<std::uint8_t> faces,
-                                                int rings) const;
-    void add_beside_cuts(const Sqrt3Level& level, detail::PoolVector<std::uint8_t>& faces) const;
+    detail::RawPoolVector<std::uint8_t> with_rings(const Sqrt3Level& level, detail::RawPoolVector<std::uint8_t> faces,
+                                                   int rings) const;
+    void add_beside_cuts(const Sqrt3Level& level, detail::RawPoolVector<std::uint8_t>& faces) const;
     void raise(Sqrt3Level& level, int index, std::span<const std::uint8_t> faces, Sqrt3Level& finer);
     void link(const Sqrt3Level& level, bool cuts, Sqrt3Level& finer) const;
     void link_lines(const Sqrt3Level& level, bool cuts, Sqrt3Level& finer) const;
