@@ -65,29 +65,34 @@ class Sqrt3Levels {
     /// come from. Where `half`, the face is split, and `face` is the half-edge over which its part remains.
     template <class Visit>
     void for_each_leaf(Visit&& visit) const {
+        // Split faces that are being gone through: the next of their half-edges, and where these end.
         struct Open {
-            std::uint32_t level, face;
-            bool half;
+            std::uint32_t next, end;
         };
         std::vector<Open> open;
         for (std::uint32_t root = 0; root < levels[0].face_count(); ++root) {
             if (lattice_->is_hole(0, root)) continue;
-            open.push_back({0, root, false});
+            const auto enter = [&](std::uint32_t face) {
+                const std::size_t k = open.size();
+                if (levels[k].split[face] != 0)
+                    open.push_back({3 * face, 3 * face + 3});
+                else
+                    visit(static_cast<int>(k), face, false, FaceId(root));
+            };
+            enter(root);
             while (!open.empty()) {
-                const auto [k, f, half] = open.back();
-                open.pop_back();
-                const Sqrt3Level& level = levels[k];
-                if (half || level.split[f] == 0) {
-                    visit(static_cast<int>(k), f, half, FaceId(root));
+                if (open.back().next == open.back().end) {
+                    open.pop_back();
                     continue;
                 }
-                for (std::uint32_t h = 3 * f + 3; h-- > 3 * f;) {
-                    const std::uint32_t t = level.twin[h];
-                    if (t == Sqrt3Level::none || (t != Sqrt3Level::outside && level.split[t / 3] != 0))
-                        open.push_back({k + 1, level.child_over(h), false});
-                    else
-                        open.push_back({k, h, true});
-                }
+                const std::uint32_t h = open.back().next++;
+                const std::size_t k = open.size() - 1;
+                const Sqrt3Level& level = levels[k];
+                const std::uint32_t t = level.twin[h];
+                if (t == Sqrt3Level::none || (t != Sqrt3Level::outside && level.split[t / 3] != 0))
+                    enter(level.child_over(h));
+                else
+                    visit(static_cast<int>(k), h, true, FaceId(root));
             }
         }
     }
