@@ -97,7 +97,7 @@ class Hierarchy {
     const SchemeInfo& scheme() const { return *scheme_; }
     /// "bisection", "triangles", ...
     std::string_view family() const { return family_->name(); }
-    /// The shape of the trees: depth limit, children of a node.
+    /// The shape of the trees: depth limit, children of a node. Valid until load().
     const HierarchyTree& tree() const { return family_->tree(); }
 
     // Leaves and nodes.
