@@ -33,7 +33,8 @@ void check_scheme(const TessellateOptions& options) {
             ErrorCode::unsupported,
             "there is no certified bound for " + name +
                 ": its limit is known at points alone; use the embree estimator, or one of catmull-clark, loop, "
-                "tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, bilinear, midpoint");
+                "tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, averaging in an even number of steps, "
+                "bilinear, midpoint");
 }
 
 }  // namespace
@@ -43,7 +44,7 @@ SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rule
     const SchemeInfo& info = scheme.info();
     support.any = info.refinement != Refinement::honeycomb;
     support.patches = scheme.kind().has_value() && detail::has_plain_rules(rules);
-    support.certified = support.patches || LinearBound::is_linear(info) || has_mask_norms(info);
+    support.certified = support.patches || LinearBound::is_linear(info) || has_mask_norms(info, rules);
     return support;
 }
 
