@@ -30,11 +30,9 @@ VertexRoots roots_of(const PartialLevels& points, std::string_view scheme) {
         return points.vertex_roots();
     } catch (const Error& error) {
         if (error.code() != ErrorCode::unsupported) throw;
-        throw Error(ErrorCode::unsupported, std::string(scheme) +
-                                                " tessellates meshes adaptively only where creases inside are "
-                                                "infinitely sharp and corners stay; make them so (sharpness 10), or "
-                                                "refine by whole levels (refine --limit): " +
-                                                error.what());
+        throw Error(ErrorCode::unsupported,
+                    std::string(scheme) + " cannot tessellate this mesh adaptively; refine by whole levels (refine " +
+                        "--limit): " + error.what());
     }
 }
 

@@ -55,6 +55,7 @@ DualCharts::DualCharts(const ControlMesh& mesh, const SchemeInfo& scheme, const 
     : charts_(std::make_unique<ControlMesh>(extended_charts(mesh, scheme, rules))),
       points_(*charts_, scheme, rules),
       roots_(points_.vertex_roots()) {
+    if (!roots.all_stay() || !roots_.all_stay()) refuse(mesh, "do not follow semi-sharp creases that end");
     for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) root_.push_back(h);
     root_.resize(roots.count(), k_unknown);
     find_roots(roots);

@@ -65,9 +65,7 @@ class PartialLevels : public PositionSource {
     void positions(std::span<const VertexCell> cells, std::span<Vec3d> positions) const;
 
     /// Of a dual scheme. O(H) the first time.
-    /// @throws Error  unsupported: a mesh whose vertices do not all have four children on each side of its creases:
-    ///                semi-sharp creases inside that the scheme follows beyond its first level, corner tags that run
-    ///                out, vertices of valence 2
+    /// @throws Error  unsupported: vertices of valence 2 inside
     VertexRoots vertex_roots() const;
 
   private:

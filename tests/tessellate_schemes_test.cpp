@@ -158,8 +158,20 @@ TEST_CASE(
             const SchemeInfo& scheme = *find_scheme(name);
             check_against_uniform(scheme, mesh_for(scheme, k_closed + creases), 8e-3);
         }
+    // Semi-sharp ones, of which the sharper go on where others have ended.
+    for (const std::string creases :
+         {"t crease 2/1/0 0 1 1.4\nt crease 2/1/0 1 3 2\nt crease 2/1/0 3 2 3.3\nt crease 2/1/0 2 0 2\n",
+          "t crease 2/1/0 4 8 3\nt crease 2/1/0 8 7 2\nt crease 2/1/0 8 5 2.5\nt crease 2/1/0 5 1 3\n",
+          "t crease 2/1/0 0 1 2.5\n"})
+        for (const char* name : {"doo-sabin", "midedge"}) {
+            CAPTURE(creases);
+            CAPTURE(name);
+            const SchemeInfo& scheme = *find_scheme(name);
+            check_against_uniform(scheme, mesh_for(scheme, k_closed + creases), 8e-3);
+        }
     // From boundary to boundary, and from one into the mesh.
-    for (const std::string creases : {"t crease 2/1/0 1 4 10\nt crease 2/1/0 4 5 10\n", "t crease 2/1/0 1 4 10\n"}) {
+    for (const std::string creases : {"t crease 2/1/0 1 4 10\nt crease 2/1/0 4 5 10\n", "t crease 2/1/0 1 4 10\n",
+                                      "t crease 2/1/0 1 4 2\nt crease 2/1/0 4 5 3\n"}) {
         CAPTURE(creases);
         const SchemeInfo& scheme = *find_scheme("doo-sabin");
         check_against_uniform(scheme, mesh_for(scheme, k_open + creases), 5e-3);
@@ -381,6 +393,12 @@ TEST_CASE("texture coordinates follow a scheme, seams included") {
     CHECK(dual.mesh.uvs.empty());
     REQUIRE(dual.warnings.size() == 1);
     CHECK(has(dual.warnings[0], "texture"));
+    // Nor do charts follow creases that turn smooth.
+    const ControlMesh semi_sharp = mesh_for(*find_scheme("doo-sabin"), text + "t crease 2/1/0 6 7 2\n");
+    const Tessellation without = tessellate(semi_sharp, {.scheme = "doo-sabin", .tolerance = 1e-2, .measure = false});
+    CHECK(without.mesh.uvs.empty());
+    REQUIRE(without.warnings.size() == 1);
+    CHECK(has(without.warnings[0], "semi-sharp"));
 }
 
 namespace {
@@ -516,9 +534,7 @@ TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use inst
               "triangulate()"));
     CHECK(has(refusal(ErrorCode::invalid_input, [&] { tessellate(mesh, {.scheme = "kobbelt", .tolerance = 1e-18}); }),
               "rounding"));
-    // Dual schemes: creases that turn smooth, holes.
-    const ControlMesh sharp = mesh_for(*find_scheme("doo-sabin"), std::string(k_closed) + "t crease 2/1/0 0 1 3\n");
-    CHECK(has(refusal(code, [&] { tessellate(sharp, {.scheme = "doo-sabin", .tolerance = 1e-2}); }), "refine --limit"));
+    // Dual schemes: holes.
     const ControlMesh hole = mesh_for(*find_scheme("doo-sabin"), std::string(k_closed) + "t hole 1/0/0 0\n");
     CHECK(has(refusal(code, [&] { tessellate(hole, {.scheme = "doo-sabin", .tolerance = 1e-2}); }), "holes"));
     const Tessellation open = tessellate(hole, {.scheme = "kobbelt", .tolerance = 1e-2, .measure = false});
