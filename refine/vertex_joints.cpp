@@ -8,7 +8,7 @@ namespace tetrakis::detail {
 
 namespace {
 
-using Place = VertexJoint::Place;
+using JointPlace = VertexJoint::Place;
 
 constexpr std::uint8_t k_never = VertexRoots::never;
 
@@ -26,7 +26,7 @@ std::uint8_t level_after(int level, std::uint8_t steps) {
     return static_cast<std::uint8_t>(std::min<int>(steps == k_never ? k_never : level + steps, k_never));
 }
 
-VertexCell child_of(const VertexCell& cell, unsigned child) {
+VertexCell cell_child(const VertexCell& cell, unsigned child) {
     return {cell.root,
             {2 * cell.at.x + (child == 1 || child == 2 ? 1 : 0), 2 * cell.at.y + (child >= 2 ? 1 : 0)},
             static_cast<std::uint8_t>(cell.level + 1)};
@@ -34,7 +34,7 @@ VertexCell child_of(const VertexCell& cell, unsigned child) {
 
 /// A vertex, and what surrounds it counter-clockwise. Edge i comes before face i; where the surface ends, there is one
 /// edge more.
-struct Around {
+struct SplitVertex {
     struct Face {
         std::uint32_t cell;
         unsigned corner;
@@ -56,26 +56,27 @@ class JointFinder {
   public:
     explicit JointFinder(VertexRoots& roots) : roots_(roots) {}
 
-    void follow(const Around& v);
+    void follow(const SplitVertex& v);
 
   private:
     /// The sharp edges from `first` on, and faces between two of them.
     struct Sector {
         std::size_t edge, next_edge, first, last;
     };
-    std::vector<Sector> sectors(const Around& v, const std::vector<std::size_t>& sharp) const;
-    void follow_children(const Around& v, const std::vector<std::size_t>& sharp, bool corner);
-    VertexJoint joint(const Around& v, const std::vector<std::size_t>& sharp, bool corner) const;
+    std::vector<Sector> sectors(const SplitVertex& v, const std::vector<std::size_t>& sharp) const;
+    void follow_children(const SplitVertex& v, const std::vector<std::size_t>& sharp, bool corner);
+    VertexJoint joint(const SplitVertex& v, const std::vector<std::size_t>& sharp, bool corner) const;
 
     VertexRoots& roots_;
 };
 
-std::size_t face_before(const Around& v, std::size_t edge) {
+std::size_t face_before(const SplitVertex& v, std::size_t edge) {
     return edge > 0 ? edge - 1 : v.faces.size() - 1;  // of an open one's first edge: not to be asked for
 }
-bool is_inside(const Around& v, std::size_t edge) { return v.closed || (edge > 0 && edge < v.faces.size()); }
+bool is_inside(const SplitVertex& v, std::size_t edge) { return v.closed || (edge > 0 && edge < v.faces.size()); }
 
-std::vector<JointFinder::Sector> JointFinder::sectors(const Around& v, const std::vector<std::size_t>& sharp) const {
+std::vector<JointFinder::Sector> JointFinder::sectors(const SplitVertex& v,
+                                                      const std::vector<std::size_t>& sharp) const {
     std::vector<Sector> result;
     for (std::size_t i = 0; i + (v.closed ? 0 : 1) < sharp.size(); ++i) {
         const std::size_t next = sharp[(i + 1) % sharp.size()];
@@ -84,7 +85,7 @@ std::vector<JointFinder::Sector> JointFinder::sectors(const Around& v, const std
     return result;
 }
 
-VertexJoint JointFinder::joint(const Around& v, const std::vector<std::size_t>& sharp, bool corner) const {
+VertexJoint JointFinder::joint(const SplitVertex& v, const std::vector<std::size_t>& sharp, bool corner) const {
     VertexJoint joint;
     joint.cells = v.cells;
     joint.children.resize(v.cells.size());
@@ -96,13 +97,13 @@ VertexJoint JointFinder::joint(const Around& v, const std::vector<std::size_t>& 
         return child(cell, k);
     };
     const auto at = [](std::uint32_t cell, unsigned k, unsigned side) {
-        return Place{cell, static_cast<std::uint8_t>(k % 4), static_cast<std::uint8_t>(side % 4)};
+        return JointPlace{cell, static_cast<std::uint8_t>(k % 4), static_cast<std::uint8_t>(side % 4)};
     };
     const auto set_crease = [](VertexJoint::Child& c, unsigned side, std::uint8_t smooth_from) {
         c.crease = static_cast<std::uint8_t>(c.crease | 1u << side % 4);
         c.smooth_from[side % 4] = smooth_from;
     };
-    for (const Around::Face& f : v.faces) add(f.cell, f.corner);
+    for (const SplitVertex::Face& f : v.faces) add(f.cell, f.corner);
     for (std::size_t e = 0; e < v.edges.size(); ++e)
         if (v.edges[e].steps == 0) {
             const auto [before, b] = v.faces[face_before(v, e)];
@@ -133,7 +134,7 @@ VertexJoint JointFinder::joint(const Around& v, const std::vector<std::size_t>& 
         if (is_inside(v, s.next_edge)) set_crease(behind, b + 1, smooth(s.next_edge));
         joint.joined.push_back({at(first, a + 3, a), at(first, a, a + 2)});
         joint.joined.push_back({at(last, b + 1, b + 3), at(last, b, b + 1)});
-        const Place end_ahead = at(first, a + 3, a + 1), end_behind = at(last, b + 1, b + 2);
+        const JointPlace end_ahead = at(first, a + 3, a + 1), end_behind = at(last, b + 1, b + 2);
         if (!corner) {
             joint.joined.push_back({end_ahead, end_behind});
             continue;
@@ -149,9 +150,9 @@ VertexJoint JointFinder::joint(const Around& v, const std::vector<std::size_t>& 
 }
 
 // Those whose splits cannot be told from the cells they come from: at the ends of creases, where they change, corners.
-void JointFinder::follow_children(const Around& v, const std::vector<std::size_t>& sharp, bool corner) {
+void JointFinder::follow_children(const SplitVertex& v, const std::vector<std::size_t>& sharp, bool corner) {
     if (sharp.empty()) return;
-    Around next;
+    SplitVertex next;
     next.level = v.level + 1;
     std::uint8_t longest = 0;
     for (const std::size_t e : sharp) longest = std::max(longest, v.edges[e].steps);
@@ -160,12 +161,12 @@ void JointFinder::follow_children(const Around& v, const std::vector<std::size_t
         const auto [before, b] = v.faces[face_before(v, e)];
         const auto [after, a] = v.faces[e];
         const std::uint8_t out = step_less(v.edges[e].steps), in = corner ? out : step_less(longest);
-        next.cells = {child_of(v.cells[after], (a + 3) % 4)};
+        next.cells = {cell_child(v.cells[after], (a + 3) % 4)};
         if (sharp.size() == 1) {
             next.faces = {{0, a % 4}, {0, (a + 1) % 4}, {0, (a + 2) % 4}};
             next.edges = {{out, true}, {}, {}};
         } else if (out != in) {
-            next.cells.push_back(child_of(v.cells[before], (b + 1) % 4));
+            next.cells.push_back(cell_child(v.cells[before], (b + 1) % 4));
             next.faces = {{0, a % 4}, {0, (a + 1) % 4}, {1, (b + 3) % 4}, {1, b % 4}};
             next.edges = {{out, true}, {}, {in, true}, {}};
         } else {
@@ -179,7 +180,7 @@ void JointFinder::follow_children(const Around& v, const std::vector<std::size_t
     next.edges.clear();
     for (const Sector& s : sectors(v, sharp)) {
         const auto [first, a] = v.faces[s.first];
-        next.cells.push_back(child_of(v.cells[first], (a + 2) % 4));
+        next.cells.push_back(cell_child(v.cells[first], (a + 2) % 4));
         next.faces.push_back({static_cast<std::uint32_t>(next.cells.size() - 1), a % 4});
     }
     for (const std::size_t e : sharp) next.edges.push_back({step_less(v.edges[e].steps), true});
@@ -189,7 +190,7 @@ void JointFinder::follow_children(const Around& v, const std::vector<std::size_t
     follow(next);
 }
 
-void JointFinder::follow(const Around& v) {
+void JointFinder::follow(const SplitVertex& v) {
     if (v.level >= k_max_level) return;
     std::vector<std::size_t> sharp;
     bool changes = false, ends = false;
@@ -220,7 +221,7 @@ void add_joints(VertexRoots& roots, const RuleMesh& level, const RuleMesh& cut, 
     for (int v = 0; v < level.vertex_count(); ++v) {
         if (level.first(v) == RuleMesh::none) continue;
         const RuleMesh::Ring ring = level.ring(v), cuts = cut.ring(v);
-        Around around;
+        SplitVertex around;
         around.closed = ring.closed;
         int cut_count = 0;
         for (int i = 0; i < ring.edges(); ++i) {
@@ -237,15 +238,15 @@ void add_joints(VertexRoots& roots, const RuleMesh& level, const RuleMesh& cut, 
         around.tip = cut_count > 2 || (cut_count == 2 && is_sharp(cut.vertex_sharpness(v)));
         around.tag = steps_sharp(level.vertex_sharpness(v));
         std::uint8_t longest = 0;
-        for (const Around::Edge& e : around.edges) longest = e.cut ? std::max(longest, e.steps) : longest;
-        const auto set = [&](const Around::Face& f, unsigned side, std::size_t e) {
+        for (const SplitVertex::Edge& e : around.edges) longest = e.cut ? std::max(longest, e.steps) : longest;
+        const auto set = [&](const SplitVertex::Face& f, unsigned side, std::size_t e) {
             const std::uint32_t root = around.cells[f.cell].root;
             if ((roots.crease[root] >> side % 4 & 1) != 0)
                 roots.smooth_from[4 * std::size_t{root} + side % 4] = around.tip ? around.edges[e].steps : longest;
         };
         for (std::size_t e = 0; e < around.edges.size(); ++e) {
             if (!around.edges[e].cut || !is_inside(around, e)) continue;
-            const Around::Face &after = around.faces[e], &before = around.faces[face_before(around, e)];
+            const SplitVertex::Face &after = around.faces[e], &before = around.faces[face_before(around, e)];
             set(after, after.corner + 2, e);
             set(before, before.corner + 1, e);
         }
