@@ -272,9 +272,13 @@ TEST_CASE("[bad-input] what other schemes cannot do is refused before anything i
 }
 
 TEST_CASE("dual schemes take the semi-sharp creases of the models, and keep to the tolerance against a uniform mesh") {
-    for (const std::string model : {"bracket.obj", "rook.obj"}) {
+    struct Case {
+        std::string model, tolerance;
+    };
+    // The rook's notches have places by the dozen that are mended alike.
+    for (const auto& [model, tolerance] : {Case{"bracket.obj", "2e-3"}, Case{"rook.obj", "1e-3"}}) {
         CAPTURE(model);
-        const Run run(cli::data(model), {"--tolerance", "2e-3", "--scheme", "doo-sabin"});
+        const Run run(cli::data(model), {"--tolerance", tolerance, "--scheme", "doo-sabin"});
         CAPTURE(run.result.err);
         REQUIRE(run.result.code == 0);
         const std::string uniform = (run.scratch / "uniform.ply").string();
