@@ -34,6 +34,14 @@ struct VertexForestCorruptor {
     }
     static void break_crease(VertexForest& forest) { forest.records_.front().creases ^= 1u; }
     static void lose_leaf(VertexForest& forest) { --forest.leaf_count_; }
+    static std::size_t joints(const VertexForest& forest) { return forest.joints_.size(); }
+    static void break_joint(VertexForest& forest) {
+        for (auto& side : forest.joints_.front().sides)
+            if (side.leads == VertexForest::Joint::Leads::to) side.slot = 0;
+    }
+    static void break_children(VertexForest& forest) {
+        for (auto& child : forest.joints_.front().children) child.exists = true;
+    }
     static void move_record(VertexForest& forest) { ++forest.records_.front().at.x; }
 };
 
@@ -408,6 +416,21 @@ TEST_CASE("[bad-input] vertex quadtrees refuse what is no leaf, too deep or of n
         damage(copy);
         return copy.check().value_or("");
     };
+    // Joints, along the edges of a face that are smooth at once.
+    ControlMeshData data = mesh.data();
+    for (std::uint32_t c = 0; c < 4; ++c)
+        data.creases.push_back({data.face_vertices[c], data.face_vertices[(c + 1) % 4], 1.0f, 0});
+    const ControlMesh creased = ControlMesh::build(data);
+    const AdaptiveDual whole(creased, *find_scheme("doo-sabin"));
+    VertexForest joined = whole.forest();
+    joined.refine(joined.ordered_leaves(), created);
+    REQUIRE(VertexForestCorruptor::joints(joined) == 2 * 8);
+    CHECK(!joined.check().has_value());
+    for (const auto damage : {VertexForestCorruptor::break_joint, VertexForestCorruptor::break_children}) {
+        VertexForest copy = joined;
+        damage(copy);
+        CHECK(copy.check().has_value());
+    }
     CHECK(corrupted([](VertexForest& f) { VertexForestCorruptor::break_link(f); }).find("link") < 999);
     CHECK(corrupted([](VertexForest& f) { VertexForestCorruptor::break_crease(f); }).find("other creases") < 999);
     CHECK(corrupted([](VertexForest& f) { VertexForestCorruptor::lose_leaf(f); }).find("number of leaves") < 999);
