@@ -63,18 +63,26 @@ constexpr unsigned k_all_corners = 0b1111;
 /// where it is a corner, its own; where a crease ends in it, that one alone). Without a half-edge where there is none.
 inline VertexFrame vertex_child(const RuleMesh& mesh, const RuleStep& step, const VertexFrame& cell, int child) {
     const auto has = [&](int corner) { return (cell.faces >> corner % 4 & 1) != 0; };
+    // A smooth vertex of two faces has no face of its own below it.
+    const auto toward_face = [&](int h) {
+        const int other = mesh.twin(mesh.prev(h));
+        const bool alone =
+            other != RuleMesh::none && mesh.twin(mesh.prev(other)) == h && !mesh.sharp(h) && !mesh.sharp(other);
+        return VertexFrame{{step.child_halfedge[h], child},
+                           alone ? k_all_corners & ~(1u << (child + 2) % 4) : k_all_corners};
+    };
     // The faces that there are, counter-clockwise: corner `first` to corner `last`.
     int first = cell.frame.corner, last = cell.frame.corner, at_first = cell.frame.halfedge, at_last = at_first;
     while (first != child && has(first + 3) && (first + 3) % 4 != cell.frame.corner) {
         at_first = mesh.next(mesh.twin(at_first));
         first = (first + 3) % 4;
     }
-    if (first == child) return {{step.child_halfedge[at_first], child}, k_all_corners};
+    if (first == child) return toward_face(at_first);
     while (last != child && has(last + 1) && (last + 1) % 4 != cell.frame.corner) {
         at_last = mesh.twin(mesh.prev(at_last));
         last = (last + 1) % 4;
     }
-    if (last == child) return {{step.child_halfedge[at_last], child}, k_all_corners};
+    if (last == child) return toward_face(at_last);
     const int ahead = step.child_crease[at_first], behind = step.child_crease[mesh.prev(at_last)];
     const RuleMesh::Ring ring = mesh.ring(mesh.origin(at_first));
     const bool crease_ends = std::count_if(ring.sharpness.begin(), ring.sharpness.end(), is_sharp) == 1;

@@ -151,9 +151,17 @@ VertexJoint JointFinder::joint(const SplitVertex& v, const std::vector<std::size
 
 // Those whose splits cannot be told from the cells they come from: at the ends of creases, where they change, corners.
 void JointFinder::follow_children(const SplitVertex& v, const std::vector<std::size_t>& sharp, bool corner) {
-    if (sharp.empty()) return;
     SplitVertex next;
     next.level = v.level + 1;
+    if (sharp.empty() && v.closed && v.faces.size() == 2)
+        // Below it there is no face: either child has three, and the other one beside it twice.
+        for (const auto& [cell, c] : v.faces) {
+            next.cells = {cell_child(v.cells[cell], c)};
+            next.faces = {{0, (c + 3) % 4}, {0, c}, {0, (c + 1) % 4}};
+            next.edges = {{0, true}, {}, {}};
+            follow(next);
+        }
+    if (sharp.empty()) return;
     std::uint8_t longest = 0;
     for (const std::size_t e : sharp) longest = std::max(longest, v.edges[e].steps);
     for (const std::size_t e : sharp) {
