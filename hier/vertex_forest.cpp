@@ -148,6 +148,7 @@ void VertexForest::require_leaves(std::span<const LeafId> leaves) const {
 std::uint64_t VertexForest::memory_bytes() const {
     return roots_.link.capacity() * sizeof(std::uint32_t) + roots_.face.capacity() * sizeof(FaceId) +
            roots_.crease.capacity() + roots_.hole.capacity() + child_.capacity() * sizeof(std::uint32_t) +
+           roots_.smooth_from.capacity() + roots_.joint_cells.capacity() * sizeof(VertexRoots::JointCell) +
            records_.capacity() * sizeof(Record) +
            (free_records_.capacity() + free_joints_.capacity()) * sizeof(std::uint32_t) +
            joints_.capacity() * sizeof(Joint) + marks_.capacity();

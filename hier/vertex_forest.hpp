@@ -238,7 +238,8 @@ class VertexForest {
     std::vector<std::uint32_t> free_records_;
     std::vector<Joint> joints_;
     std::vector<std::uint32_t> free_joints_;
-    std::vector<std::uint8_t> marks_;  // per slot: will be split or merged; zero between calls
+    std::vector<std::uint32_t> records_of_joint_;  // of one that is being linked; has room for all
+    std::vector<std::uint8_t> marks_;              // per slot: will be split or merged; zero between calls
 };
 
 // From side to side along the creases that end at the vertex: around it, or both ways to where that ends.

@@ -53,7 +53,8 @@ void VertexForest::link_joint(std::uint32_t record) {
     if (at->place != 0) return;
     const VertexJoint& joint = roots_.joints[at->joint];
     // The records of its cells, from side to side.
-    std::vector<std::uint32_t> records(joint.cells.size(), record);
+    std::vector<std::uint32_t>& records = records_of_joint_;
+    records.assign(joint.cells.size(), record);
     for_each_other_side(
         r.parent, [&](std::uint32_t slot) { records[roots_.find_joint(cell(LeafId(slot)))->place] = child_[slot]; });
     const auto link = [&](const std::array<VertexJoint::Place, 2>& pair, Joint::Leads leads) {
@@ -124,7 +125,16 @@ void VertexForest::refine(std::span<const LeafId> marked, std::vector<LeafId>& c
         make_room(records_, records_.size() + fresh);
         make_room(child_, slots);
         make_room(marks_, slots);
-        if (!roots_.all_stay()) make_room(joints_, joints_.size() + splits.size());
+        if (!roots_.all_stay()) {
+            std::size_t joints = 0, most_cells = 0;
+            for (const std::uint32_t slot : splits) {
+                const VertexRoots::JointCell* at = roots_.find_joint(cell(LeafId(slot)));
+                if (at != nullptr) most_cells = std::max(most_cells, roots_.joints[at->joint].cells.size());
+                joints += at != nullptr || creases(slot) != 0 ? 1 : 0;
+            }
+            make_room(joints_, joints_.size() + joints);
+            make_room(records_of_joint_, most_cells);
+        }
         created.clear();
         created.reserve(4 * splits.size());
         if (removed != nullptr) {
