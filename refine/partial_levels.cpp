@@ -104,14 +104,14 @@ int triangle_part(Walker& w) {
 
 /// The mesh as if what is semi-sharp in it stayed sharp for ever.
 RuleMesh sharp_for_ever(const RuleMesh& mesh) {
-    constexpr float k_for_ever = std::numeric_limits<float>::infinity();
+    constexpr float endless = std::numeric_limits<float>::infinity();
     RuleMesh::Builder faces;
     for (int h = 0; h < mesh.halfedge_count(); ++h) {
-        faces.corner(mesh.origin(h), mesh.sharp(h) ? k_for_ever : 0.0f);
+        faces.corner(mesh.origin(h), mesh.sharp(h) ? endless : 0.0f);
         if (mesh.next(h) != h + 1) faces.end_face();
     }
     std::vector<float> corners = mesh.vertex_sharpness();
-    for (float& sharpness : corners) sharpness = is_sharp(sharpness) ? k_for_ever : 0.0f;
+    for (float& sharpness : corners) sharpness = is_sharp(sharpness) ? endless : 0.0f;
     return {mesh.vertex_count(), std::move(faces), std::move(corners)};
 }
 
