@@ -271,7 +271,8 @@ TEST_CASE("[bad-input] what other schemes cannot do is refused before anything i
     }
 }
 
-TEST_CASE("dual schemes take the semi-sharp creases of the models, and keep to the tolerance against a uniform mesh") {
+TEST_CASE(
+    "[slow] dual schemes take the semi-sharp creases of the models, and keep to the tolerance against a uniform mesh") {
     struct Case {
         std::string model, tolerance;
     };
