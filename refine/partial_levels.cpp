@@ -102,6 +102,12 @@ int triangle_part(Walker& w) {
     return 3;
 }
 
+bool all_tags_stay(const RuleMesh& mesh) {
+    for (int h = 0; h < mesh.halfedge_count(); ++h)
+        if (is_semi_sharp(mesh.sharpness(h))) return false;
+    return std::none_of(mesh.vertex_sharpness().begin(), mesh.vertex_sharpness().end(), is_semi_sharp);
+}
+
 /// The mesh as if what is semi-sharp in it stayed sharp for ever.
 RuleMesh sharp_for_ever(const RuleMesh& mesh) {
     constexpr float endless = std::numeric_limits<float>::infinity();
@@ -170,7 +176,7 @@ struct PartialLevels::Impl {
         if (recedes)
             throw Error(ErrorCode::unsupported, "a boundary that recedes has no vertex quadtrees; replicate it");
         RuleStep step = scheme.step(base, rules);
-        cut = scheme.step(sharp_for_ever(base), rules).mesh;
+        cut = all_tags_stay(base) ? step.mesh : scheme.step(sharp_for_ever(base), rules).mesh;
         std::vector<Vec3d> finer(step.stencils.row_count());
         step.stencils.apply<Vec3d>(points, finer);
         points = std::move(finer);
