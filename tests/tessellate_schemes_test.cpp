@@ -30,7 +30,7 @@ constexpr std::uint64_t k_samples = 50'000;  // of a measurement: fewer than by 
 std::vector<const SchemeInfo*> other_schemes() {
     std::vector<const SchemeInfo*> schemes;
     for (const SchemeInfo& scheme : scheme_table())
-        if (const SchemeSupport support = scheme_support(scheme); support.any && !support.patches)
+        if (const SchemeSupport support = scheme_support(scheme); support.adaptive && !support.patches)
             schemes.push_back(&scheme);
     return schemes;
 }
@@ -517,10 +517,51 @@ TEST_CASE("sqrt3: what is tagged and what has holes is within the tolerance, by 
     }
 }
 
+TEST_CASE("honeycomb refinement is tessellated by whole levels") {
+    ControlMeshData data = parse_obj(
+        "v 0 0 0\nv 1 0 0.2\nv 2 0 0\nv 2.3 1 0.5\nv 1.2 1 0.9\nv 0 1 0.3\nv 1.7 2 0.2\nvt 0 0\nvt 1 0\nvt 2 0\nvt 2 "
+        "1\n"
+        "vt 1 1\nvt 0 1\nvt 1 2\nusemtl a\nf 1/1 2/2 5/5 6/6\nusemtl b\nf 2/2 3/3 4/4 5/5\nf 5/5 4/4 7/7\n",
+        "test.obj");
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    int before = 0;
+    for (const double tolerance : {0.05, 0.01, 0.002}) {
+        CAPTURE(tolerance);
+        const Tessellation result = tessellate(mesh, {.scheme = "honeycomb", .tolerance = tolerance});
+        CHECK(result.tolerance_reached);
+        REQUIRE(result.measured_error);
+        CHECK(result.measured_error->hausdorff <= result.tolerance_absolute);
+        CHECK(result.deepest_level >= before);
+        before = result.deepest_level;
+        CHECK(result.mesh.triangle_uvs.size() == result.mesh.triangles.size());
+        CHECK(result.mesh.normals.size() == result.mesh.positions.size());
+        // Vertices are those of the level's limit.
+        const PolygonMesh level = refine(mesh, "honeycomb", result.deepest_level, {.limit = true});
+        CHECK(result.mesh.positions == level.positions);
+        const TriangleMesh finer = triangles_of(refine(mesh, "honeycomb", result.deepest_level + 2, {.limit = true}));
+        CHECK(compare_meshes(finer, result.mesh, {.samples = 30'000}).hausdorff <= result.tolerance_absolute);
+        CHECK(result.mesh.materials == mesh.data().materials);
+        for (std::size_t t = 0; t < result.triangle_face.size(); ++t)
+            CHECK(result.mesh.triangle_material[t] == mesh.data().face_material[result.triangle_face[t]]);
+    }
+    CHECK(before > 1);
+    // The level before does not do.
+    const Tessellation coarser = tessellate(mesh, {.scheme = "honeycomb", .tolerance = 0.002, .max_level = before - 1});
+    CHECK_FALSE(coarser.tolerance_reached);
+    CHECK(coarser.measured_error->hausdorff > coarser.tolerance_absolute);
+    TessellateOptions within;
+    within.scheme = "honeycomb";
+    within.max_triangles = 200;
+    within.measure = false;
+    const Tessellation few = tessellate(mesh, within);
+    CHECK(few.mesh.triangles.size() <= 200);
+    CHECK(few.mesh.triangles.size() > 40);
+    CHECK_FALSE(few.measured_error);
+}
+
 TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use instead") {
     const ControlMesh mesh = mesh_for(*find_scheme("kobbelt"), k_closed);
     const auto code = ErrorCode::unsupported;
-    CHECK(has(refusal(code, [&] { tessellate(mesh, {.scheme = "honeycomb", .tolerance = 1e-2}); }), "whole levels"));
     const std::string uncertified = refusal(code, [&] {
         tessellate(mesh, {.scheme = "doo-sabin", .estimator = EstimatorKind::certified, .tolerance = 1e-2});
     });
