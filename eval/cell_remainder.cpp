@@ -1,5 +1,6 @@
 #include "tetrakis/eval/cell_remainder.hpp"
 
+#include "tetrakis/schemes/averaging.hpp"
 #include "tetrakis/schemes/modified_butterfly.hpp"
 
 #include <algorithm>
@@ -10,8 +11,10 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Rules of edges look two rings around a cell; those of others, as Kobbelt's virtual points, up to one more.
-int rings_of(const SchemeInfo& scheme) {
+/// Rules of edges look two rings around a cell; those of others, as Kobbelt's virtual points, up to one more; a step of
+/// averaging is by half a ring.
+int rings_of(const SchemeInfo& scheme, const RuleOptions& options) {
+    if (scheme.step == averaging_step) return options.averaging_steps / 2 + 1;
     return scheme.step == modified_butterfly_step || scheme.step == butterfly_step ? 2 : 3;
 }
 
@@ -19,7 +22,7 @@ int rings_of(const SchemeInfo& scheme) {
 
 CellRemainder::CellRemainder(const SchemeInfo& scheme, const RuleOptions& options)
     : corners_(scheme.family == MeshFamily::triangles ? 3 : 4),
-      rings_(rings_of(scheme)),
+      rings_(rings_of(scheme, options)),
       table_(scheme, options, corners_, rings_) {
     const SurroundingsKey key = fan_surroundings(lattice(), {.faces = corners_ == 3 ? 6 : 4}, rings_);
     regular_ = table_.find(key);

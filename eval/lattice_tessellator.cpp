@@ -13,6 +13,7 @@
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/adaptive_refinement.hpp"
 #include "tetrakis/refine/uv_mesh.hpp"
+#include "tetrakis/schemes/averaging.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -142,12 +143,14 @@ class LatticeTessellator {
         result_.tolerance_absolute = tolerance_length(mesh_, options_);
         tolerance_ = options_.tolerance ? result_.tolerance_absolute : 0.0;
         aim_ = aim_beside_rounding(mesh_, options_, tolerance_, result_.warnings);
+        const bool certified = options_.estimator == EstimatorKind::certified;
+        // Masks of averaging are wide, and to bound by them takes longer than all else: only where it is asked for.
+        const bool bounds = certified || options_.scheme.info().step != averaging_step;
         if (LinearBound::is_linear(options_.scheme.info()))
             bound_ = std::make_unique<LinearBound>(mesh_, options_.scheme.info());
-        else if (MaskNormBound<Family>::has(options_.scheme.info(), mesh_))
+        else if (bounds && MaskNormBound<Family>::has(options_.scheme.info(), options_.rules, mesh_))
             bound_ = std::make_unique<MaskNormBound<Family>>(points_, options_.scheme.info(), options_.rules,
                                                              options_.max_triangles != 0 ? 0.0 : aim_);
-        const bool certified = options_.estimator == EstimatorKind::certified;
         if (certified && !bound_)
             throw Error(
                 ErrorCode::unsupported,

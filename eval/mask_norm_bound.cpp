@@ -5,6 +5,7 @@
 #include "tetrakis/eval/surface_family.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
+#include "tetrakis/schemes/averaging.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -169,7 +170,8 @@ struct MaskNormBound<Family>::Walker {
     Corners at;  ///< the piece's corners, in sides of the cell
 };
 
-bool has_mask_norms(const SchemeInfo& scheme) {
+bool has_mask_norms(const SchemeInfo& scheme, const RuleOptions& rules) {
+    if (scheme.step == averaging_step) return rules.averaging_steps > 0 && rules.averaging_steps % 2 == 0;
     for (const std::string_view name :
          {"butterfly", "modified-butterfly", "kobbelt", "loop", "tuned-loop", "catmull-clark", "4-8"})
         if (scheme.name == name) return true;
@@ -177,13 +179,13 @@ bool has_mask_norms(const SchemeInfo& scheme) {
 }
 
 template <class Family>
-bool MaskNormBound<Family>::has(const SchemeInfo& scheme, const ControlMesh& mesh) {
+bool MaskNormBound<Family>::has(const SchemeInfo& scheme, const RuleOptions& rules, const ControlMesh& mesh) {
     const auto lasts = [](float sharpness) { return is_semi_sharp(sharpness) && sharpness > k_most_sharp_levels; };
     for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
         if (lasts(mesh.sharpness(EdgeId(e)))) return false;
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
         if (lasts(mesh.sharpness(VertexId(v)))) return false;
-    return has_mask_norms(scheme);
+    return has_mask_norms(scheme, rules);
 }
 
 template <class Family>

@@ -11,8 +11,9 @@
 
 namespace tetrakis {
 
-/// Whether a scheme has the bounds below: those of triangles and quads whose rules look no further than two rings.
-bool has_mask_norms(const SchemeInfo& scheme);
+/// Whether a scheme has the bounds below: those of triangles and quads by face split, averaging in even numbers of steps
+/// (two at least) among them.
+bool has_mask_norms(const SchemeInfo& scheme, const RuleOptions& rules = {});
 
 /// Certified errors over limit surfaces that are no polynomials: those of interpolating schemes and others, on
 /// triangles and quads. The mesh of a finer level is compared with the triangle point by point of the parameters, and
@@ -24,7 +25,7 @@ class MaskNormBound final : public SurfaceBound {
   public:
     /// Whether there is one over this mesh. Semi-sharp tags change the rules from level to level, and the bound has to
     /// wait for the levels where they are smooth: none may last for more than six.
-    static bool has(const SchemeInfo& scheme, const ControlMesh& mesh);
+    static bool has(const SchemeInfo& scheme, const RuleOptions& rules, const ControlMesh& mesh);
 
     /// @param points  gives the limit points; lives longer
     /// @param rules   live longer

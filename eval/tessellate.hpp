@@ -24,15 +24,15 @@ enum class EstimatorKind {
 
 /// What tessellate() can do with a scheme.
 struct SchemeSupport {
-    bool any = false;  ///< limit points, their normals, and the distances between them and the mesh
+    bool adaptive = false;  ///< refined where that is needed; else by whole levels of refine(), as honeycomb
     /// Patches, exact anywhere: targets and displacements, and what is measured is measured against the surface itself;
     /// else against a mesh of limit points that cuts the result's triangles in 16 or more (in 4 above 250 000 of them).
     bool patches = false;
     bool certified = false;  ///< bounds that hold for every point
 };
 /// Patches: Catmull-Clark and Loop by their plain rules. Certified: these by any rules, bilinear and midpoint
-/// refinement, where no tag stays semi-sharp for more than 6 levels what has mask norms (has_mask_norms()), and Doo-Sabin
-/// and midedge refinement. None at all: honeycomb refinement.
+/// refinement, where no tag stays semi-sharp for more than 6 levels what has mask norms (has_mask_norms()), and, where
+/// none is semi-sharp, Doo-Sabin and midedge refinement. By whole levels: honeycomb refinement.
 SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rules = {});
 
 struct TessellateOptions {

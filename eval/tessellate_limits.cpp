@@ -3,6 +3,7 @@
 #include "tetrakis/eval/dual_bound.hpp"
 #include "tetrakis/eval/dual_tessellator.hpp"
 #include "tetrakis/eval/lattice_tessellator.hpp"
+#include "tetrakis/eval/level_tessellator.hpp"
 #include "tetrakis/eval/linear_bound.hpp"
 #include "tetrakis/eval/mask_norm_bound.hpp"
 #include "tetrakis/eval/sqrt3_tessellator.hpp"
@@ -19,11 +20,6 @@ void check_scheme(const TessellateOptions& options) {
     const SchemeInfo& scheme = options.scheme.info();
     const std::string name(scheme.name);
     const SchemeSupport support = scheme_support(options.scheme, options.rules);
-    if (!support.any)
-        throw Error(ErrorCode::unsupported,
-                    name +
-                        " has no adaptive tessellation; refine it by whole levels (refine() with limit, \"tetrakis "
-                        "refine --limit\"), or tessellate by another scheme");
     if (options.target || options.displacement)
         throw Error(ErrorCode::unsupported,
                     std::string(options.target ? "a target" : "a displacement") +
@@ -34,8 +30,8 @@ void check_scheme(const TessellateOptions& options) {
             ErrorCode::unsupported,
             "there is no certified bound for " + name +
                 ": its limit is known at points alone; use the embree estimator, or one of catmull-clark, loop, "
-                "tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, doo-sabin, doo-sabin-cc, midedge, "
-                "midedge-simplest, bilinear, midpoint");
+                "tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, averaging in an even number of steps, "
+                "doo-sabin, doo-sabin-cc, midedge, midedge-simplest, bilinear, midpoint");
 }
 
 }  // namespace
@@ -43,10 +39,10 @@ void check_scheme(const TessellateOptions& options) {
 SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rules) {
     SchemeSupport support;
     const SchemeInfo& info = scheme.info();
-    support.any = info.refinement != Refinement::honeycomb;
+    support.adaptive = info.refinement != Refinement::honeycomb;
     support.patches = scheme.kind().has_value() && detail::has_plain_rules(rules);
     support.certified =
-        support.patches || LinearBound::is_linear(info) || has_mask_norms(info) || detail::DualBound::has(info);
+        support.patches || LinearBound::is_linear(info) || has_mask_norms(info, rules) || detail::DualBound::has(info);
     return support;
 }
 
@@ -54,6 +50,8 @@ Tessellation detail::tessellate_by_limits(const ControlMesh& mesh, const Tessell
                                           const RunContext& context) {
     check_scheme(options);
     try {
+        if (!scheme_support(options.scheme, options.rules).adaptive)
+            return tessellate_by_levels(mesh, options, context);
         if (options.scheme.info().refinement == Refinement::sqrt3) return tessellate_sqrt3(mesh, options, context);
         const bool dual = fan_lattice(options.scheme.info(), options.rules) == FanLattice::dual;
         return dual ? tessellate_dual(mesh, options, context) : tessellate_on_lattice(mesh, options, context);

@@ -66,27 +66,29 @@ class ControlMeshBuilder {
     void number_edges() {
         const std::uint32_t count = mesh_.halfedge_count();
         const std::uint32_t blocks = count == 0 ? 0 : (count - 1) / k_edge_block + 1;
-        const auto leads = [&](std::uint32_t h) { return mesh_.twin_[h] == HalfedgeId::none || mesh_.twin_[h] > h; };
+        const auto leads = [&](std::uint32_t h) { return mesh_.twin_[h] > h; };  // as at the boundary
         std::vector<std::uint32_t> first(std::size_t{blocks} + 1, 0);
         const auto visit = [&](std::uint32_t block, auto&& body) {
             const std::uint32_t end = std::min(count, (block + 1) * k_edge_block);
-            for (std::uint32_t h = block * k_edge_block; h < end; ++h)
-                if (leads(h)) body(h);
+            for (std::uint32_t h = block * k_edge_block; h < end; ++h) body(h);
         };
         for_each_index(
-            blocks, [&](std::uint32_t b) { visit(b, [&](std::uint32_t) { ++first[b + 1]; }); }, 1);
+            blocks, [&](std::uint32_t b) { visit(b, [&](std::uint32_t h) { first[b + 1] += leads(h); }); }, 1);
         for (std::uint32_t b = 0; b < blocks; ++b) first[b + 1] += first[b];
         mesh_.edge_halfedge_.resize(first[blocks]);
         mesh_.halfedge_edge_.resize(count);
         for_each_index(
             blocks,
             [&](std::uint32_t b) {
-                std::uint32_t e = first[b];
+                // What a follower would write goes nowhere: cheaper than a branch that nothing predicts.
+                std::uint32_t e = first[b], unused = 0;
                 visit(b, [&](std::uint32_t h) {
-                    mesh_.edge_halfedge_[e] = h;
-                    mesh_.halfedge_edge_[h] = e;
-                    if (mesh_.twin_[h] != HalfedgeId::none) mesh_.halfedge_edge_[mesh_.twin_[h]] = e;
-                    ++e;
+                    const std::uint32_t twin = mesh_.twin_[h];
+                    const bool lead = leads(h);
+                    *(lead ? mesh_.edge_halfedge_.data() + e : &unused) = h;
+                    *(lead ? &mesh_.halfedge_edge_[h] : &unused) = e;
+                    *(lead && twin != HalfedgeId::none ? &mesh_.halfedge_edge_[twin] : &unused) = e;
+                    e += lead;
                 });
             },
             1);

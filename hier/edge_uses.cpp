@@ -15,19 +15,19 @@ constexpr std::uint32_t k_max_buckets = 1024;
 // Below this many edges at a vertex insertion sort wins over std::sort.
 constexpr std::uint32_t k_small_group = 24;
 
+// By the larger vertex, then by half-edge, as which they come.
 void sort_group(EdgeUse* first, EdgeUse* last) {
-    const auto less = [](const EdgeUse& a, const EdgeUse& b) {
-        return a.high != b.high ? a.high < b.high : a.halfedge < b.halfedge;
-    };
     if (last - first > k_small_group) {
-        std::sort(first, last, less);
+        std::sort(first, last, [](const EdgeUse& a, const EdgeUse& b) {
+            return a.high != b.high ? a.high < b.high : a.halfedge < b.halfedge;
+        });
         return;
     }
     if (first == last) return;
     for (EdgeUse* i = first + 1; i < last; ++i) {
         const EdgeUse use = *i;
         EdgeUse* j = i;
-        for (; j > first && less(use, j[-1]); --j) *j = j[-1];
+        for (; j > first && use.high < j[-1].high; --j) *j = j[-1];
         *j = use;
     }
 }
@@ -68,10 +68,14 @@ std::vector<EdgeUse> sorted_edge_uses(std::span<const std::uint32_t> face_offset
         const std::uint32_t last_face = std::min(face_count, (block + 1) * k_face_block);
         for (std::uint32_t f = block * k_face_block; f < last_face; ++f) {
             const std::uint32_t first = face_offsets[f], end = face_offsets[f + 1];
-            for (std::uint32_t h = first; h < end; ++h) {
-                const std::uint32_t a = face_vertices[h], b = face_vertices[h + 1 == end ? first : h + 1];
+            const std::uint32_t around = face_vertices[first];
+            std::uint32_t a = around;
+            for (std::uint32_t h = first; h + 1 < end; ++h) {
+                const std::uint32_t b = face_vertices[h + 1];
                 visit(std::min(a, b), std::max(a, b), h);
+                a = b;
             }
+            visit(std::min(a, around), std::max(a, around), end - 1);
         }
     };
 
@@ -106,7 +110,9 @@ std::vector<EdgeUse> sorted_edge_uses(std::span<const std::uint32_t> face_offset
             });
         },
         1);
-    for_each_block(bucket_count, 1, [&](std::uint32_t begin, std::uint32_t end) {
+    const std::uint32_t grain =
+        std::max<std::uint32_t>(1, bucket_count * k_default_grain / std::max(sum, std::size_t{1}));
+    for_each_block(bucket_count, grain, [&](std::uint32_t begin, std::uint32_t end) {
         BucketSorter sorter;
         for (std::uint32_t bucket = begin; bucket < end; ++bucket) {
             const std::uint32_t base = bucket << shift;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <tuple>
 
@@ -67,6 +68,12 @@ void check_sizes(const ControlMeshData& data, std::vector<RawFault>& faults) {
 // Corner whose vertex an earlier corner has too, or the face's size.
 std::uint32_t repeated_corner(std::span<const std::uint32_t> corners) {
     const std::uint32_t size = count_of(corners.size());
+    if (size == 3 || size == 4) {
+        const auto [a, b, c] = std::array{corners[0], corners[1], corners[2]};
+        const std::uint32_t d = corners[size - 1];
+        const bool repeated = (a == b) | (a == c) | (b == c) | ((size == 4) & ((a == d) | (b == d) | (c == d)));
+        if (!repeated) return size;
+    }
     if (size <= k_small_face) {
         for (std::uint32_t i = 1; i < size; ++i)
             for (std::uint32_t j = 0; j < i; ++j)
@@ -116,10 +123,12 @@ void check_face(const ControlMeshData& data, std::uint32_t f, std::vector<RawFau
 
 void check_vertex(const ControlMeshData& data, std::uint32_t v, std::vector<RawFault>& faults) {
     const Vec3d& p = data.positions[v];
-    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
-        faults.push_back({Kind::non_finite_vertex, v});
-    else if (std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) > k_max_coordinate)
-        faults.push_back({Kind::absurd_coordinate, v});
+    // NaN fails a comparison.
+    const bool sound =
+        (std::abs(p.x) <= k_max_coordinate) & (std::abs(p.y) <= k_max_coordinate) & (std::abs(p.z) <= k_max_coordinate);
+    if (sound) return;
+    const bool finite = std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+    faults.push_back({finite ? Kind::absurd_coordinate : Kind::non_finite_vertex, v});
 }
 
 // NaN fails the comparison too.
@@ -188,6 +197,25 @@ void find_duplicates(const ControlMeshData& data, std::vector<RawFault>& faults)
     }
 }
 
+// Whether a face is a line, or a point, as far as doubles can tell.
+bool is_flat(const ControlMeshData& data, std::uint32_t f) {
+    const std::uint32_t first = data.face_offsets[f], last = data.face_offsets[f + 1];
+    const auto point = [&](std::uint32_t h) -> const Vec3d& { return data.positions[data.face_vertices[h]]; };
+    const auto square = [](const Vec3d& v) { return glm::dot(v, v); };
+    Vec3d area(0.0);
+    for (std::uint32_t h = first + 1; h + 1 < last; h += 2)  // of quads, with one corner of another at the end
+        area += glm::cross(point(h + 1) - point(first), point(h + 2 < last ? h + 2 : first) - point(h));
+    double squares = square(point(last - 1) - point(first));
+    for (std::uint32_t h = first + 1; h < last; ++h) squares += square(point(h) - point(h - 1));
+    // The perimeter squared is at most the number of sides times the sum of their squares: that spares the roots.
+    const double most = k_zero_area * (last - first) * squares;
+    if (square(area) > most * most) return false;
+    double perimeter = 0;
+    for (std::uint32_t h = first; h < last; ++h)
+        perimeter += glm::distance(point(h), point(h + 1 == last ? first : h + 1));
+    return glm::length(area) <= k_zero_area * perimeter * perimeter;
+}
+
 }  // namespace
 
 std::vector<std::uint32_t> duplicate_faces(const ControlMeshData& data) {
@@ -218,7 +246,7 @@ std::vector<RawFault> element_faults(const ControlMeshData& data) {
 std::vector<RawFault> edge_faults(const ControlMeshData& data, std::span<const EdgeUse> sorted_uses,
                                   const MeshLinks& links) {
     std::vector<RawFault> faults;
-    const std::uint32_t uses = count_of(sorted_uses.size());
+    const std::uint32_t uses = links.manifold_edges ? 0 : count_of(sorted_uses.size());
     scan_elements(uses, faults, [&](std::uint32_t i, auto& found) {
         const EdgeUse& use = sorted_uses[i];
         if (i > 0 && use.same_edge(sorted_uses[i - 1])) return;  // the edge's first use speaks for it
@@ -260,21 +288,8 @@ std::vector<std::string> find_oddities(const ControlMeshData& data, std::uint64_
         blocks,
         [&](std::uint32_t b) {
             const std::uint32_t end = std::min(faces, (b + 1) * k_scan_block);
-            for (std::uint32_t f = b * k_scan_block; f < end; ++f) {
-                const std::uint32_t first = data.face_offsets[f], last = data.face_offsets[f + 1];
-                const Vec3d origin = data.positions[data.face_vertices[first]];
-                Vec3d area(0.0), previous(0.0);
-                double perimeter = 0;
-                for (std::uint32_t h = first + 1; h < last; ++h) {
-                    const Vec3d p = data.positions[data.face_vertices[h]] - origin;
-                    area += glm::cross(previous, p);
-                    perimeter += glm::length(p - previous);
-                    previous = p;
-                }
-                perimeter += glm::length(previous);
-                if (glm::length(area) <= k_zero_area * perimeter * perimeter && flat[b].first++ == 0)
-                    flat[b].second = f;
-            }
+            for (std::uint32_t f = b * k_scan_block; f < end; ++f)
+                if (is_flat(data, f) && flat[b].first++ == 0) flat[b].second = f;
         },
         1);
     std::uint64_t flat_count = 0;

@@ -16,6 +16,7 @@ struct MeshLinks {
     std::vector<std::uint32_t> twin;               ///< H: the edge's other use where it has exactly two, else none
     std::vector<std::uint32_t> vertex_halfedge;    ///< V: as ControlMesh::vertex_halfedge
     std::vector<std::uint32_t> vertex_face_count;  ///< V: corners at the vertex
+    bool manifold_edges = true;                    ///< no edge has more than two uses, or two of one direction
 };
 
 /// O(H), parallel. @param sorted_uses  sorted_edge_uses() of the same faces

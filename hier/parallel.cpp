@@ -15,7 +15,34 @@ void run_blocks(std::uint32_t count, std::uint32_t grain, void (*call)(const voi
                               [=](const auto& range) { call(body, range.begin(), range.end()); });
 }
 
+namespace {
+
+// An arena of the calling thread alone.
+struct KeptArena {
+    oneapi::tbb::task_arena arena{1};
+    bool entered = false;
+
+    void execute(void (*call)(const void*), const void* work) {
+        const struct Entry {
+            bool& entered;
+            ~Entry() { entered = false; }
+        } entry{entered};
+        entered = true;
+        arena.execute([=] { call(work); });
+    }
+};
+
+}  // namespace
+
+bool one_thread() { return oneapi::tbb::this_task_arena::max_concurrency() == 1; }
+
 void run_in_arena(int threads, void (*call)(const void*), const void* work) {
+    if (threads == 1) {
+        if (one_thread()) return call(work);
+        // To make an arena takes longer than small meshes do: each thread keeps one. It has room for one entry only.
+        thread_local KeptArena kept;
+        if (!kept.entered) return kept.execute(call, work);
+    }
     // The arena alone would be cut to the machine's processors, with a message from oneTBB. Where it is not, the limit
     // is left alone: to set and to reset it wakes the other threads.
     std::optional<oneapi::tbb::global_control> limit;
@@ -24,7 +51,5 @@ void run_in_arena(int threads, void (*call)(const void*), const void* work) {
     oneapi::tbb::task_arena arena(threads);
     arena.execute([=] { call(work); });
 }
-
-bool one_thread() { return oneapi::tbb::this_task_arena::max_concurrency() == 1; }
 
 }  // namespace tetrakis::detail

@@ -4,6 +4,8 @@
 
 #include <cstddef>
 #include <new>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -34,6 +36,22 @@ struct PoolAllocator {
 /// A vector that does not outlive the run it works for.
 template <class T>
 using PoolVector = std::vector<T, PoolAllocator<T>>;
+
+/// The same, but resize(n) leaves new elements as they are, with any contents.
+template <class T>
+struct RawPoolAllocator : PoolAllocator<T> {
+    static_assert(std::is_trivial_v<T>);
+    template <class U>
+    struct rebind {
+        using other = RawPoolAllocator<U>;
+    };
+    template <class U, class... Values>
+    void construct(U* at, Values&&... values) {
+        if constexpr (sizeof...(Values) > 0) ::new (static_cast<void*>(at)) U(std::forward<Values>(values)...);
+    }
+};
+template <class T>
+using RawPoolVector = std::vector<T, RawPoolAllocator<T>>;
 
 /// `new` and `delete` of what derives from it, by grow_memory().
 struct PoolNew {

@@ -25,7 +25,7 @@ Sqrt3Levels::Sqrt3Levels(const Sqrt3Lattice& lattice, std::span<const NumberSet>
     for (std::size_t k = 0; k + 1 < levels.size(); ++k) {
         const bool cuts = cuts_edges(static_cast<int>(k));
         mark_split(levels[k], k < split.size() ? split[k] : nothing);
-        detail::PoolVector<std::uint8_t> faces = levels[k].split;
+        detail::RawPoolVector<std::uint8_t> faces = levels[k].split;
         if (limits && cuts) add_beside_cuts(levels[k], faces);
         raise(levels[k], static_cast<int>(k), with_rings(levels[k], std::move(faces), rings), levels[k + 1]);
         link(levels[k], cuts, levels[k + 1]);
@@ -63,7 +63,7 @@ void Sqrt3Levels::mark_split(Sqrt3Level& level, const NumberSet& numbers) const 
 }
 
 // The point of a face opposite the side that will be cut has come with the step before.
-void Sqrt3Levels::add_beside_cuts(const Sqrt3Level& level, detail::PoolVector<std::uint8_t>& faces) const {
+void Sqrt3Levels::add_beside_cuts(const Sqrt3Level& level, detail::RawPoolVector<std::uint8_t>& faces) const {
     detail::PoolVector<std::uint8_t> beside;
     for (std::uint32_t f = 0; f < level.face_count(); ++f)
         if (is_cut(level, f)) {
@@ -75,8 +75,9 @@ void Sqrt3Levels::add_beside_cuts(const Sqrt3Level& level, detail::PoolVector<st
         if (Sqrt3Level::there(level.vertex[h]) && beside[level.vertex[h]] != 0) faces[h / 3] = 1;
 }
 
-detail::PoolVector<std::uint8_t> Sqrt3Levels::with_rings(const Sqrt3Level& level,
-                                                         detail::PoolVector<std::uint8_t> faces, int rings) const {
+detail::RawPoolVector<std::uint8_t> Sqrt3Levels::with_rings(const Sqrt3Level& level,
+                                                            detail::RawPoolVector<std::uint8_t> faces,
+                                                            int rings) const {
     if (rings == 0 || std::find(faces.begin(), faces.end(), 0) == faces.end()) return faces;
     detail::PoolVector<std::uint8_t> seen(vertices.size(), 0);
     for (int ring = 0; ring < rings; ++ring) {
@@ -95,9 +96,8 @@ detail::PoolVector<std::uint8_t> Sqrt3Levels::with_rings(const Sqrt3Level& level
 void Sqrt3Levels::raise(Sqrt3Level& level, int index, std::span<const std::uint8_t> faces, Sqrt3Level& finer) {
     const std::uint32_t count = level.face_count();
     detail::reserve_large(level.child, count);
-    detail::reserve_large(level.apex, count);
+    detail::resize_large(level.apex, count);
     level.child.assign(count, Sqrt3Level::outside);
-    level.apex.assign(count, Sqrt3Level::outside);
     std::uint32_t raised = 0;
     for (std::uint32_t f = 0; f < count; ++f) {
         if (faces[f] == 0) {

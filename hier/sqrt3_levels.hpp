@@ -28,14 +28,14 @@ struct Sqrt3Level {
     static constexpr std::uint32_t none = 0xFFFF'FFFFu;     ///< across an edge that is not flipped
     static constexpr std::uint32_t outside = 0xFFFF'FFFEu;  ///< a face that has not been raised, or its point
 
-    detail::PoolVector<std::uint64_t> number;  ///< per face: the lattice's
-    detail::PoolVector<std::uint32_t> twin;    ///< per half-edge: across an edge that is flipped
-    std::vector<Sqrt3Line> lines;              ///< by half-edge
-    detail::PoolVector<std::uint32_t> vertex;  ///< per half-edge: its origin, in Sqrt3Levels::vertices
+    detail::RawPoolVector<std::uint64_t> number;  ///< per face: the lattice's
+    detail::RawPoolVector<std::uint32_t> twin;    ///< per half-edge: across an edge that is flipped
+    std::vector<Sqrt3Line> lines;                 ///< by half-edge
+    detail::RawPoolVector<std::uint32_t> vertex;  ///< per half-edge: its origin, in Sqrt3Levels::vertices
     /// Per face: its point of the next level; where a side is cut, the one over the first and third half-edge.
-    detail::PoolVector<std::uint32_t> apex;
-    detail::PoolVector<std::uint32_t> child;  ///< per face: the first of three of the next level, or outside
-    detail::PoolVector<std::uint8_t> split;   ///< per face
+    detail::RawPoolVector<std::uint32_t> apex;
+    detail::RawPoolVector<std::uint32_t> child;  ///< per face: the first of three of the next level, or outside
+    detail::RawPoolVector<std::uint8_t> split;   ///< per face
 
     std::uint32_t face_count() const { return static_cast<std::uint32_t>(number.size()); }
     static bool there(std::uint32_t h) { return h < outside; }
@@ -65,29 +65,34 @@ class Sqrt3Levels {
     /// come from. Where `half`, the face is split, and `face` is the half-edge over which its part remains.
     template <class Visit>
     void for_each_leaf(Visit&& visit) const {
+        // Split faces that are being gone through: the next of their half-edges, and where these end.
         struct Open {
-            std::uint32_t level, face;
-            bool half;
+            std::uint32_t next, end;
         };
         std::vector<Open> open;
         for (std::uint32_t root = 0; root < levels[0].face_count(); ++root) {
             if (lattice_->is_hole(0, root)) continue;
-            open.push_back({0, root, false});
+            const auto enter = [&](std::uint32_t face) {
+                const std::size_t k = open.size();
+                if (levels[k].split[face] != 0)
+                    open.push_back({3 * face, 3 * face + 3});
+                else
+                    visit(static_cast<int>(k), face, false, FaceId(root));
+            };
+            enter(root);
             while (!open.empty()) {
-                const auto [k, f, half] = open.back();
-                open.pop_back();
-                const Sqrt3Level& level = levels[k];
-                if (half || level.split[f] == 0) {
-                    visit(static_cast<int>(k), f, half, FaceId(root));
+                if (open.back().next == open.back().end) {
+                    open.pop_back();
                     continue;
                 }
-                for (std::uint32_t h = 3 * f + 3; h-- > 3 * f;) {
-                    const std::uint32_t t = level.twin[h];
-                    if (t == Sqrt3Level::none || (t != Sqrt3Level::outside && level.split[t / 3] != 0))
-                        open.push_back({k + 1, level.child_over(h), false});
-                    else
-                        open.push_back({k, h, true});
-                }
+                const std::uint32_t h = open.back().next++;
+                const std::size_t k = open.size() - 1;
+                const Sqrt3Level& level = levels[k];
+                const std::uint32_t t = level.twin[h];
+                if (t == Sqrt3Level::none || (t != Sqrt3Level::outside && level.split[t / 3] != 0))
+                    enter(level.child_over(h));
+                else
+                    visit(static_cast<int>(k), h, true, FaceId(root));
             }
         }
     }
@@ -122,9 +127,9 @@ class Sqrt3Levels {
   private:
     void start(const ControlMesh& mesh);
     void mark_split(Sqrt3Level& level, const NumberSet& numbers) const;
-    detail::PoolVector<std::uint8_t> with_rings(const Sqrt3Level& level, detail::PoolVector<std::uint8_t> faces,
-                                                int rings) const;
-    void add_beside_cuts(const Sqrt3Level& level, detail::PoolVector<std::uint8_t>& faces) const;
+    detail::RawPoolVector<std::uint8_t> with_rings(const Sqrt3Level& level, detail::RawPoolVector<std::uint8_t> faces,
+                                                   int rings) const;
+    void add_beside_cuts(const Sqrt3Level& level, detail::RawPoolVector<std::uint8_t>& faces) const;
     void raise(Sqrt3Level& level, int index, std::span<const std::uint8_t> faces, Sqrt3Level& finer);
     void link(const Sqrt3Level& level, bool cuts, Sqrt3Level& finer) const;
     void link_lines(const Sqrt3Level& level, bool cuts, Sqrt3Level& finer) const;

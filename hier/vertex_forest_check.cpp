@@ -36,6 +36,20 @@ std::optional<std::string> VertexForest::check_record(std::uint32_t record) cons
         if (records_[expected / 4].link[expected % 4] != 4 * record + static_cast<std::uint32_t>(s))
             return about(slot, side + " has a one-way link");
     }
+    if (r.joint == k_no_joint) return std::nullopt;
+    const Joint& joint = joints_[r.joint];
+    for (std::uint32_t k = 0; k < 4; ++k) {
+        const std::uint32_t child = first_child(record) + k;
+        if (joint.children[k].exists == (child_[child] == k_dead))
+            return about(child, "exists otherwise than it should");
+        for (int s = 0; s < 4 && joint.children[k].exists; ++s) {
+            const Across next = beyond(child, s);
+            if (next.slot >= k_coarser) continue;
+            if (const Across back = beyond(next.slot, next.side);
+                child_[next.slot] == k_dead || back.slot != child || back.side != s)
+                return about(child, "side " + std::to_string(s) + " leads to no cell, or to one that leads elsewhere");
+        }
+    }
     return std::nullopt;
 }
 
@@ -61,8 +75,10 @@ std::optional<std::string> VertexForest::check() const {
         open.pop_back();
         if (marks_[slot] != 0) return about(slot, "is marked");
         if (!is_split(slot)) {
-            if (child_[slot] == k_dead) return about(slot, "is dead, but its parent is split");
-            ++leaves;
+            const bool dead = child_[slot] == k_dead;
+            if (dead && (is_root(slot) || joint_of(slot) == nullptr))
+                return about(slot, "is dead, but its parent is split");
+            leaves += dead ? 0 : 1;
             continue;
         }
         if (child_[slot] >= records_.size()) return about(slot, "has no record");

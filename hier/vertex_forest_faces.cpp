@@ -10,12 +10,17 @@ VertexForest::Turn VertexForest::turn(std::uint32_t slot, int corner) const {
     const int side = (corner + 3) % 4;
     const Across next = across(slot, side);
     if (next.slot == k_boundary) return {k_boundary, 0, k_boundary, 0};
-    if (next.slot != k_coarser) return {leaf_at(next.slot, next.side), next.side, k_boundary, 0};
-    const std::uint32_t record = record_of(slot), child = static_cast<std::uint32_t>(number(slot));
-    const Across coarse = across(records_[record].parent, side);
-    if (static_cast<int>(child) == corner) return {coarse.slot, coarse.side, k_boundary, 0};
+    const auto lead = [&](std::uint32_t cell, int at, std::uint32_t coarse, int coarse_side) {
+        const std::uint32_t leaf = leaf_at(cell, at);
+        return leaf == k_boundary ? Turn{k_boundary, 0, k_boundary, 0} : Turn{leaf, at, coarse, coarse_side};
+    };
+    if (next.slot != k_coarser) return lead(next.slot, next.side, k_boundary, 0);
+    const Place place = outer(slot, side);
+    const Across coarse = across(records_[record_of(place.slot)].parent, place.side);
+    if (number(place.slot) == (place.side + 1) % 4) return {coarse.slot, coarse.side, k_boundary, 0};
     // In the middle of the coarser cell's side, and back across the other half.
-    return {leaf_at(first_child(record) + (child + 1) % 4, side), side, coarse.slot, coarse.side};
+    const Across half = beyond(slot, corner);
+    return lead(half.slot, (half.side + 1) % 4, coarse.slot, coarse.side);
 }
 
 // The two ends of a crease of one edge meet on either side of it, and there is nothing between.
@@ -50,7 +55,8 @@ DualFaces VertexForest::faces(FaceCorners corners) const {
     for (std::size_t i = 0; i < leaves.size(); ++i) rank[leaves[i].value] = static_cast<std::uint32_t>(i);
     // The first of four siblings that are leaves: they meet in the middle.
     const auto is_whole_group = [&](std::uint32_t slot) {
-        return !is_root(slot) && number(slot) == 0 && !is_split(slot + 1) && !is_split(slot + 2) && !is_split(slot + 3);
+        return !is_root(slot) && number(slot) == 0 && joint_of(slot) == nullptr && !is_split(slot + 1) &&
+               !is_split(slot + 2) && !is_split(slot + 3);
     };
     const bool any_holes = std::find(roots_.hole.begin(), roots_.hole.end(), 1) != roots_.hole.end();
 
@@ -71,7 +77,9 @@ DualFaces VertexForest::faces(FaceCorners corners) const {
         for (int c = 0; c < 4; ++c) {
             // The first of the corners that meet has the face; a coarser cell that has the point on its side has no
             // corner there.
-            if (!is_root(leaves[i].value) && meets_earlier_sibling(number(leaves[i].value), c)) continue;
+            if (!is_root(leaves[i].value) && joint_of(leaves[i].value) == nullptr &&
+                meets_earlier_sibling(number(leaves[i].value), c))
+                continue;
             around.assign(1, {i, c});
             if (c == 2 && i + 3 < leaves.size() && is_whole_group(leaves[i].value)) {
                 around.insert(around.end(), {{i + 1, 3}, {i + 2, 0}, {i + 3, 1}});

@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
+#include "tetrakis/refine/used_values.hpp"
 
 namespace tetrakis::detail {
 

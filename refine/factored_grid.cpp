@@ -54,7 +54,7 @@ void FactoredGrid<T>::start(std::span<const Vec3<T>> control, T* out) const {
     }
     std::vector<Vec3d> finer(topology_.base.vertex_count);
     const std::vector<Vec3d> points(control.begin(), control.end());
-    refine_points(topology_.control, topology_.method, topology_.rule, points, finer);
+    refine_points(topology_.control, topology_.method, topology_.rule, points, {topology_.control, finer});
     for (std::size_t v = 0; v < finer.size(); ++v) write(out, v, Vec3<T>(finer[v]));
 }
 

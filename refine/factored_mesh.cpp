@@ -104,20 +104,4 @@ void detail::FactoredSteps::check_memory(std::uint64_t bytes) const {
                                              " MiB; ask for fewer half-steps or raise --max-memory");
 }
 
-void detail::drop_unused_vertices(PolygonMesh& mesh, std::vector<std::uint32_t>* numbers) {
-    constexpr std::uint32_t unused = 0xFFFF'FFFFu;
-    std::vector<std::uint32_t> number(mesh.positions.size(), unused);
-    for (const std::uint32_t v : mesh.face_vertices) number[v] = 0;
-    std::uint32_t count = 0;
-    if (numbers != nullptr) numbers->clear();
-    for (std::size_t v = 0; v < number.size(); ++v)
-        if (number[v] != unused) {
-            if (numbers != nullptr) numbers->push_back(static_cast<std::uint32_t>(v));
-            mesh.positions[count] = mesh.positions[v];
-            number[v] = count++;
-        }
-    mesh.positions.resize(count);
-    for (std::uint32_t& v : mesh.face_vertices) v = number[v];
-}
-
 }  // namespace tetrakis

@@ -3,6 +3,7 @@
 #include "tetrakis/refine/factored_steps.hpp"
 #include "tetrakis/refine/level_ring.hpp"
 #include "tetrakis/refine/mesh_level.hpp"
+#include "tetrakis/refine/used_values.hpp"
 #include "tetrakis/schemes/catmull_clark.hpp"
 #include "tetrakis/schemes/sharpness.hpp"
 

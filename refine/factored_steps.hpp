@@ -34,8 +34,4 @@ std::unique_ptr<FactoredSteps> make_factored_primal(const ControlMesh& mesh, Fac
 std::unique_ptr<FactoredSteps> make_factored_dual(const ControlMesh& mesh, FactoredScheme scheme);
 std::unique_ptr<FactoredSteps> make_factored_averaging(const ControlMesh& mesh, const RuleOptions& rules);
 
-/// Takes the vertices that no face has out; the others keep their order. `numbers`, unless null, receives what each of
-/// them was before.
-void drop_unused_vertices(PolygonMesh& mesh, std::vector<std::uint32_t>* numbers = nullptr);
-
 }  // namespace tetrakis::detail

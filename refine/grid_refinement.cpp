@@ -31,11 +31,17 @@ template <class T>
 constexpr QuadWeights<T> k_quad_weights{static_cast<T>(k_crease_vertex_mask.neighbour),
                                         static_cast<T>(k_crease_vertex_mask.vertex)};
 
+const VertexMasks& masks_of(SchemeKind scheme) {
+    static const VertexMasks quads(CatmullClark::vertex_mask_quads),
+        triangles([](int valence) { return Loop::vertex_mask(valence); });
+    return scheme == SchemeKind::catmull_clark ? quads : triangles;
+}
+
 }  // namespace
 
 GridTopology::GridTopology(const ControlMesh& mesh, SchemeKind kind, int level_count, PointRule point_rule,
                            RootPlace place)
-    : scheme(kind), rule(point_rule), method(mesh.crease_method()), levels(level_count) {
+    : scheme(kind), rule(point_rule), method(mesh.crease_method()), levels(level_count), masks(masks_of(kind)) {
     const bool quads = scheme == SchemeKind::catmull_clark;
     base = control_level(mesh);
     if (quads) base.face_size = all_quads(mesh) ? 4 : 0;
@@ -48,7 +54,6 @@ GridTopology::GridTopology(const ControlMesh& mesh, SchemeKind kind, int level_c
     tags = UniformTags(base, method, levels);
     for (std::uint32_t v = 0; v < base.vertex_count; ++v)
         if (base.vertex_halfedge[v] != none && !(base.has_tags() && base.tagged[v] != 0)) smooth.push_back(v);
-    for (int n = 1; n < 64; ++n) masks[n] = quads ? CatmullClark::vertex_mask_quads(n) : Loop::vertex_mask(n);
 }
 
 template <class T>
@@ -59,25 +64,21 @@ void GridPoints<T>::start(std::span<const Vec3<T>> control, T* out) {
         std::memcpy(static_cast<void*>(out), control.data(), control.size_bytes());
         return;
     }
-    // The first refinement of n-gons is the general one, in double: vertices, faces, edges.
-    const std::size_t faces = base.face_count, edges = base.edge_count;
-    std::vector<Vec3d> finer(base.vertex_count + faces + edges);
-    const auto refine = [&](std::span<const Vec3d> points) {
-        refine_points(base, topology_.method, topology_.rule, points, finer);
+    // The first refinement of n-gons is the general one, in double.
+    const std::size_t corners = base.vertex_count, edges = base.edge_count, count = corners + edges + base.face_count;
+    const auto refine = [&](std::span<const Vec3d> points, std::span<Vec3d> finer) {
+        refine_points(base, topology_.method, topology_.rule, points,
+                      {finer.first(corners), finer.subspan(corners + edges), finer.subspan(corners, edges)});
     };
     if constexpr (std::is_same_v<T, double>) {
-        refine(control);
+        refine(control, {reinterpret_cast<Vec3d*>(out), count});
     } else {
         const std::vector<Vec3d> points(control.begin(), control.end());
-        refine(points);
+        std::vector<Vec3d> finer(count);
+        refine(points, finer);
+        for (const Vec3d& p : finer)
+            for (int i = 0; i < 3; ++i) *out++ = static_cast<T>(p[i]);
     }
-    const auto copy = [&](std::size_t begin, std::size_t count) {
-        for (std::size_t v = begin; v < begin + count; ++v)
-            for (int i = 0; i < 3; ++i) *out++ = static_cast<T>(finer[v][i]);
-    };
-    copy(0, base.vertex_count);
-    copy(base.vertex_count + faces, edges);
-    copy(base.vertex_count, faces);
 }
 
 template <class T>
@@ -163,7 +164,7 @@ void GridPoints<T>::corners(const Layout& at, const TagStep& step, const T* coar
                 ++n;
             }
         } while (h != start && h != none);
-        const RingMask m = vertex_mask(n);
+        const RingMask m = topology_.masks(n);
         return static_cast<T>(m.vertex) * point(v) + static_cast<T>(m.edge) * edges + static_cast<T>(m.face) * faces;
     };
     for_each_index(static_cast<std::uint32_t>(topology_.smooth.size()),
@@ -251,13 +252,18 @@ void GridPoints<T>::only_piece(const Layout& at, std::uint32_t h, const T* coars
 
 template <class T>
 template <class Layout>
-PointLine<T> GridPoints<T>::beside(const Layout& at, std::uint32_t h, bool reversed, const T* coarse,
-                                   Copy& copy) const {
+[[gnu::always_inline]] inline PointLine<T> GridPoints<T>::beside(const Layout& at, std::uint32_t h, bool reversed,
+                                                                 const T* coarse, Copy& copy) const {
+    if (!at.is_root(at.face_of(h))) return copied_beside(at, h, reversed, coarse, copy);
+    const VertexLine line = at.beside(h);
+    return points_of(reversed ? line.reversed(at.segments() + (at.quads() ? 1 : 0)) : line, coarse);
+}
+
+template <class T>
+template <class Layout>
+PointLine<T> GridPoints<T>::copied_beside(const Layout& at, std::uint32_t h, bool reversed, const T* coarse,
+                                          Copy& copy) const {
     const std::uint32_t count = at.segments() + (at.quads() ? 1 : 0);
-    if (at.is_root(at.face_of(h))) {
-        const VertexLine line = at.beside(h);
-        return points_of(reversed ? line.reversed(count) : line, coarse);
-    }
     copy.resize(3 * std::size_t{count} + 1);  // one scalar more may be read
     gather_beside(at, h, reversed, coarse, copy.data());
     return {copy.data(), copy.data() + 3, copy.data() + 3 * std::size_t{count - 1}, 3, 0};
@@ -310,18 +316,11 @@ void GridPoints<T>::other_face(const Layout& at, const Layout& finer, std::uint3
     }
     Vec3<T> centre = point(at.centre(f));
     if (!linear) {
-        const RingMask m = vertex_mask(sides);
+        const RingMask m = topology_.masks(sides);
         centre = static_cast<T>(m.vertex) * centre + static_cast<T>(m.edge) * edges + static_cast<T>(m.face) * corners;
     }
     T* out = place(finer.centre(f));
     for (int i = 0; i < 3; ++i) out[i] = centre[i];
-}
-
-template <class T>
-RingMask GridPoints<T>::vertex_mask(std::uint32_t valence) const {
-    if (valence < std::size(topology_.masks)) return topology_.masks[valence];
-    const int n = static_cast<int>(valence);
-    return topology_.base.face_size == 3 ? Loop::vertex_mask(n) : CatmullClark::vertex_mask_quads(n);
 }
 
 namespace {
@@ -330,39 +329,46 @@ template <class Layout>
 void number_cells(const Layout& at, std::span<std::uint32_t> corners, const RunContext& context, KernelSet set) {
     const std::uint32_t n = at.segments(), size = at.quads() ? 4 : 3;
     const RootKernels<double>& kernels = root_kernels<double>(set);
-    for_each_reported_block(
-        at.base().face_count, grain_of(n * n), context, "faces", 0, 1, [&](std::uint32_t begin, std::uint32_t end) {
-            std::vector<std::uint32_t> sides(4 * (std::size_t{n} + 1));
-            std::uint32_t* out = &corners[size * at.cell_begin(begin)];
-            const auto number = [&](const VertexRoot& root) {
-                const std::uint32_t m = root.segments;
-                const RootNumbers numbers{.left = sides.data(),
-                                          .right = &sides[m + 1],
-                                          .bottom = &sides[2 * m + 2],
-                                          .top = &sides[3 * m + 3],
-                                          .inner = root.inner,
-                                          .segments = m};
-                const auto side = [&](const VertexLine& line, std::uint32_t* to) {
-                    to[0] = line.first;
-                    for (std::uint32_t j = 1, v = line.inner.begin; j < m; ++j, v += line.inner.step) to[j] = v;
-                    to[m] = line.last;
-                };
-                side(root.bottom, numbers.bottom);
-                side(root.right, numbers.right);
-                side(root.left, numbers.left);
-                side(root.top, numbers.top);
-                (size == 4 ? kernels.number_quads : kernels.number_triangles)(numbers, out);
-                out += std::uint64_t{size} * m * m;
-            };
-            for (std::uint32_t f = begin; f < end; ++f) {
-                if (at.is_root(f)) {
-                    number(at.root(f));
-                    continue;
-                }
-                const std::uint32_t count = at.size_of(f);
-                for (std::uint32_t i = 0; i < count; ++i) number(at.corner_root(f, i));
-            }
-        });
+    for_each_reported_block(at.base().face_count, grain_of(n * n), context, "faces", 0, 1,
+                            [&](std::uint32_t begin, std::uint32_t end) {
+                                std::vector<std::uint32_t> sides(4 * (std::size_t{n} + 1) + 3);
+                                std::uint32_t* out = &corners[size * at.cell_begin(begin)];
+                                const auto number = [&](const VertexRoot& root) {
+                                    const std::uint32_t m = root.segments;
+                                    const RootNumbers numbers{.left = sides.data(),
+                                                              .right = &sides[m + 1],
+                                                              .bottom = &sides[2 * m + 2],
+                                                              .top = &sides[3 * m + 3],
+                                                              .inner = root.inner,
+                                                              .segments = m};
+                                    const auto side = [&](const VertexLine& line, std::uint32_t* to) {
+                                        to[0] = line.first;
+                                        const std::uint32_t step = line.inner.step;
+                                        // Four at a time: the last may go beyond the side.
+                                        for (std::uint32_t j = 1, v = line.inner.begin; j < m; j += 4, v += 4 * step) {
+                                            to[j] = v;
+                                            to[j + 1] = v + step;
+                                            to[j + 2] = v + 2 * step;
+                                            to[j + 3] = v + 3 * step;
+                                        }
+                                        to[m] = line.last;
+                                    };
+                                    side(root.left, numbers.left);
+                                    side(root.right, numbers.right);
+                                    side(root.bottom, numbers.bottom);
+                                    side(root.top, numbers.top);
+                                    (size == 4 ? kernels.number_quads : kernels.number_triangles)(numbers, out);
+                                    out += std::uint64_t{size} * m * m;
+                                };
+                                for (std::uint32_t f = begin; f < end; ++f) {
+                                    if (at.is_root(f)) {
+                                        number(at.root(f));
+                                        continue;
+                                    }
+                                    const std::uint32_t count = at.size_of(f);
+                                    for (std::uint32_t i = 0; i < count; ++i) number(at.corner_root(f, i));
+                                }
+                            });
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include "tetrakis/refine/root_kernels.hpp"
 #include "tetrakis/refine/root_layout.hpp"
 #include "tetrakis/refine/uniform_tags.hpp"
-#include "tetrakis/schemes/ring_mask.hpp"
+#include "tetrakis/refine/vertex_masks.hpp"
 
 #include <memory>
 #include <span>
@@ -31,7 +31,7 @@ struct GridTopology {
     int levels;          ///< below the base
     UniformTags tags;
     std::vector<std::uint32_t> smooth;  ///< base vertices without tags that have faces, ascending
-    RingMask masks[64];                 ///< vertex masks of valences below 64
+    const VertexMasks& masks;           ///< of the scheme's smooth vertices in the base
 
     /// @param levels  those asked for; at least 1 where the faces are not all of the scheme's size
     GridTopology(const ControlMesh& mesh, SchemeKind scheme, int levels, PointRule rule,
@@ -71,8 +71,9 @@ class GridPoints {
     template <class Layout>
     PointLine<T> beside(const Layout& at, std::uint32_t h, bool reversed, const T* coarse, Copy& copy) const;
     template <class Layout>
+    PointLine<T> copied_beside(const Layout& at, std::uint32_t h, bool reversed, const T* coarse, Copy& copy) const;
+    template <class Layout>
     void root(const Layout& at, const Layout& finer, std::uint32_t f, const T* coarse, T* fine) const;
-    RingMask vertex_mask(std::uint32_t valence) const;
     template <class Layout>
     void other_face(const Layout& at, const Layout& finer, std::uint32_t f, const T* coarse, T* fine) const;
 

@@ -45,7 +45,7 @@ std::vector<LeafId> Hierarchy::require_leaves(std::span<const LeafHandle> leaves
 }
 
 void Hierarchy::require_node(const HierarchyNode& node) const {
-    if (!tree().is_valid(node) || !family_->has_root(node.root))
+    if (!tree().is_valid(node) || !family_->has_node(node))
         throw Error(ErrorCode::invalid_input, "node (root " + std::to_string(node.root) + ", depth " +
                                                   std::to_string(node.depth) +
                                                   ") is none of this hierarchy: no such root, depth or path");
@@ -108,7 +108,8 @@ std::vector<HierarchyNode> Hierarchy::children(const HierarchyNode& node) const 
     require_node(node);
     std::vector<HierarchyNode> result;
     if (node.depth >= tree().max_depth) return result;
-    for (int k = 0; k < tree().children_of(node); ++k) result.push_back(tree().child(node, k));
+    for (int k = 0; k < tree().children_of(node); ++k)
+        if (const HierarchyNode child = tree().child(node, k); family_->has_node(child)) result.push_back(child);
     return result;
 }
 

@@ -99,7 +99,7 @@ std::uint64_t mesh_fingerprint(const ControlMesh& mesh) {
 }
 
 std::vector<std::byte> encode_hierarchy(const HierarchyFileHeader& header, const HierarchyTree& tree,
-                                        const std::function<bool(std::uint32_t)>& has_root,
+                                        const std::function<bool(const HierarchyNode&)>& has_node,
                                         std::span<const HierarchyNode> nodes) {
     std::vector<std::byte> bits;
     std::uint64_t bit_count = 0;
@@ -111,7 +111,7 @@ std::vector<std::byte> encode_hierarchy(const HierarchyFileHeader& header, const
     std::size_t next = 0;
     std::vector<HierarchyNode> open;
     for (std::uint32_t r = 0; r < tree.root_bound; ++r) {
-        if (!has_root(r)) continue;
+        if (!has_node({r, 0, 0})) continue;
         open.push_back({r, 0, 0});
         while (!open.empty()) {
             const HierarchyNode node = open.back();
@@ -122,7 +122,8 @@ std::vector<std::byte> encode_hierarchy(const HierarchyFileHeader& header, const
                 ++next;
                 continue;
             }
-            for (int k = tree.children_of(node); k-- > 0;) open.push_back(tree.child(node, k));
+            for (int k = tree.children_of(node); k-- > 0;)
+                if (const HierarchyNode child = tree.child(node, k); has_node(child)) open.push_back(child);
         }
     }
     const std::string text = names(header);
@@ -141,7 +142,7 @@ std::vector<std::byte> encode_hierarchy(const HierarchyFileHeader& header, const
 
 std::vector<HierarchyNode> decode_hierarchy(std::span<const std::byte> bytes, const HierarchyFileHeader& header,
                                             const HierarchyTree& tree,
-                                            const std::function<bool(std::uint32_t)>& has_root) {
+                                            const std::function<bool(const HierarchyNode&)>& has_node) {
     if (bytes.size() < k_fixed + k_checksum)
         refuse("its " + std::to_string(bytes.size()) + " bytes are too few for one; the file is cut off or another");
     if (std::memcmp(bytes.data(), k_magic.data(), k_magic.size()) != 0) refuse("it does not begin as one");
@@ -170,7 +171,7 @@ std::vector<HierarchyNode> decode_hierarchy(std::span<const std::byte> bytes, co
     nodes.reserve(leaf_count);
     std::uint64_t at = 0;
     for (std::uint32_t r = 0; r < tree.root_bound; ++r) {
-        if (!has_root(r)) continue;
+        if (!has_node({r, 0, 0})) continue;
         open.push_back({r, 0, 0});
         while (!open.empty()) {
             const HierarchyNode node = open.back();
@@ -184,7 +185,8 @@ std::vector<HierarchyNode> decode_hierarchy(std::span<const std::byte> bytes, co
             }
             if (node.depth >= tree.max_depth)
                 refuse("a tree is deeper than " + std::to_string(tree.max_depth) + " splits");
-            for (int k = tree.children_of(node); k-- > 0;) open.push_back(tree.child(node, k));
+            for (int k = tree.children_of(node); k-- > 0;)
+                if (const HierarchyNode child = tree.child(node, k); has_node(child)) open.push_back(child);
         }
     }
     if (nodes.size() != leaf_count || (at + 7) / 8 != bit_bytes) refuse("its trees have another number of leaves");

@@ -50,7 +50,7 @@ std::vector<std::byte> Hierarchy::saved() const {
     nodes.reserve(leaf_count());
     for (LeafHandle leaf : leaves()) nodes.push_back(family_->node(leaf.slot));
     return detail::encode_hierarchy(
-        header(*family_, *scheme_), tree(), [&](std::uint32_t root) { return family_->has_root(root); }, nodes);
+        header(*family_, *scheme_), tree(), [&](const HierarchyNode& node) { return family_->has_node(node); }, nodes);
 }
 
 void Hierarchy::save(const std::filesystem::path& path) const {
@@ -62,7 +62,7 @@ void Hierarchy::save(const std::filesystem::path& path) const {
 void Hierarchy::load(std::span<const std::byte> bytes) {
     std::unique_ptr<HierarchyFamily> family = family_->fresh();
     const std::vector<HierarchyNode> nodes = detail::decode_hierarchy(
-        bytes, header(*family_, *scheme_), tree(), [&](std::uint32_t root) { return family_->has_root(root); });
+        bytes, header(*family_, *scheme_), tree(), [&](const HierarchyNode& node) { return family_->has_node(node); });
     restore(*family, nodes);
     // As many leaves need not be the same ones: a split takes others with it.
     const std::vector<LeafId> leaves = family->ordered_leaves();

@@ -85,9 +85,14 @@ class VertexFamily final : public HierarchyFamily {
         if (site.level > k_max_level) return "its lattice level is above " + std::to_string(k_max_level);
         if (site.at.x >> site.level != 0 || site.at.y >> site.level != 0)
             return "its cell's coordinates are not below 2^level";
+        if (!forest_.can_exist(site_cell(site)))
+            return "a crease beside it is smooth there, and has no vertices of its own";
         return {};
     }
     bool has_root(std::uint32_t root) const override { return root < tree_.root_bound; }
+    bool has_node(const HierarchyNode& node) const override {
+        return has_root(node.root) && forest_.can_exist(cell_of(node));
+    }
 
     std::uint32_t leaf_slots() const override { return forest_.leaf_slots(); }
     std::uint32_t leaf_count() const override { return forest_.leaf_count(); }
@@ -120,8 +125,7 @@ class VertexFamily final : public HierarchyFamily {
         std::vector<LeafId> split;
         forest_.refine(marked, update.created, with_removed ? &split : nullptr);
         if (with_removed)
-            for (std::size_t i = 0; i < split.size(); ++i)
-                update.removed.emplace_back(split[i], tree_.parent(node(update.created[4 * i])));
+            for (std::size_t i = 0; i < split.size(); ++i) update.removed.emplace_back(split[i], node(split[i]));
         list_reshaped(update, true);
     }
     void coarsen(std::span<const LeafId> marked, FamilyUpdate& update) override {
@@ -199,10 +203,11 @@ class VertexFamily final : public HierarchyFamily {
         return view;
     }
     /// The leaves that share a point with new ones: its face is another one, or there was none.
-    /// @param siblings  the new leaves are groups of four
+    /// @param siblings  the new leaves are groups of four, wherever all four can exist
     void list_reshaped(FamilyUpdate& update, bool siblings) const {
         update.reshaped.clear();
         if (update.created.size() == forest_.leaf_count()) return;  // there are no others
+        siblings = siblings && forest_.roots().all_stay();
         std::vector<LeafId>& list = update.reshaped;
         // Where most leaves are new, most of those around are, too: a mark for each leaf is cheaper than to sort them.
         constexpr std::size_t k_few = 16;
@@ -221,9 +226,10 @@ class VertexFamily final : public HierarchyFamily {
         for (std::size_t i = 0; i < update.created.size(); ++i) {
             const LeafId leaf = update.created[i];
             const std::size_t before = list.size();
+            const VertexCell cell = forest_.cell(leaf);
+            const int right = static_cast<int>(cell.at.x & 1), child = (cell.at.y & 1) != 0 ? 3 - right : right;
             for (int k = 0; k < 4; ++k) {
                 // A sibling's own corner is its parent's; what lies at the others also lies across the sides there.
-                const int child = static_cast<int>(i % 4);
                 if (!siblings || k == child) forest_.add_leaves_around(leaf, k, list);
                 if (siblings && k != child && k != (child + 3) % 4) continue;
                 for (const LeafId across : forest_.neighbours(leaf, k))

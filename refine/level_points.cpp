@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/level_ring.hpp"
+#include "tetrakis/refine/vertex_masks.hpp"
 #include "tetrakis/schemes/catmull_clark.hpp"
 #include "tetrakis/schemes/sharpness.hpp"
 
@@ -12,22 +13,18 @@ namespace tetrakis::detail {
 namespace {
 
 constexpr std::uint32_t none = MeshLevel::none;
-// Vertex masks are looked up below this valence.
-constexpr std::uint32_t k_masks = 64;
 
 class PointRefiner {
   public:
     PointRefiner(const MeshLevel& level, CreaseMethod method, PointRule rule, std::span<const Vec3d> points,
-                 std::span<Vec3d> finer)
+                 const QuadPoints& finer)
         : level_(level),
           method_(method),
           linear_(rule == PointRule::linear),
           points_(points),
-          old_(finer.subspan(0, level.vertex_count)),
-          faces_(finer.subspan(level.vertex_count, level.face_count)),
-          edges_(finer.subspan(level.vertex_count + faces_.size(), level.edge_count)) {
-        for (std::uint32_t n = 1; n < k_masks; ++n) masks_[n] = mask(n);
-    }
+          old_(finer.old),
+          faces_(finer.faces),
+          edges_(finer.edges) {}
 
     void run() {
         for_each_index(level_.face_count, [&](std::uint32_t f) { faces_[f] = face_point(f); });
@@ -42,7 +39,10 @@ class PointRefiner {
     }
 
   private:
-    RingMask mask(std::uint32_t n) const { return CatmullClark::vertex_mask(static_cast<int>(n)); }
+    static const VertexMasks& masks() {
+        static const VertexMasks masks(CatmullClark::vertex_mask);
+        return masks;
+    }
 
     Vec3d face_point(std::uint32_t f) const {
         const std::uint32_t begin = level_.first_halfedge(f), size = level_.size_of(f);
@@ -55,7 +55,7 @@ class PointRefiner {
 
     Vec3d edge_point(std::uint32_t e, LevelRing& scratch) const {
         const std::uint32_t h = level_.edge_halfedge[e], t = level_.twin[h];
-        const Vec3d ends = points_[level_.origin[h]] + points_[level_.origin[level_.next(h)]];
+        const Vec3d ends = points_[level_.origin[h]] + points_[level_.origin[t == none ? level_.next(h) : t]];
         if (linear_ || t == none) return 0.5 * ends;
         const double crease = level_.has_tags() ? crease_weight(level_, method_, e, scratch) : 0;
         if (crease == 1) return 0.5 * ends;
@@ -68,15 +68,16 @@ class PointRefiner {
         const std::uint32_t start = level_.vertex_halfedge[v];
         if (linear_ || start == none) return points_[v];
         if (level_.has_tags() && level_.tagged[v] != 0) return tagged_point(v, scratch);
-        Vec3d edges(0), corners(0);
-        std::uint32_t n = 0, h = start;
-        do {
-            edges += points_[level_.origin[level_.next(h)]];
+        Vec3d edges = points_[level_.origin[level_.next(start)]], corners(0);
+        std::uint32_t n = 1;
+        for (std::uint32_t h = start;; ++n) {
             corners += faces_[level_.face_of(h)];
-            ++n;
-            h = level_.twin[level_.prev(h)];
-        } while (h != start);
-        const RingMask m = n < k_masks ? masks_[n] : mask(n);
+            const std::uint32_t before = level_.prev(h);
+            h = level_.twin[before];
+            if (h == start) break;
+            edges += points_[level_.origin[before]];
+        }
+        const RingMask m = masks_(n);
         return m.vertex * points_[v] + m.edge * edges + m.face * corners;
     }
 
@@ -92,7 +93,7 @@ class PointRefiner {
             Vec3d edges(0), corners(0);
             for (const std::uint32_t w : around.neighbours) edges += points_[w];
             for (const std::uint32_t h : around.halfedges) corners += faces_[level_.face_of(h)];
-            const RingMask m = mask(static_cast<std::uint32_t>(around.neighbours.size()));
+            const RingMask m = masks_(static_cast<std::uint32_t>(around.neighbours.size()));
             point += blend.smooth * (m.vertex * points_[v] + m.edge * edges + m.face * corners);
         }
         return point;
@@ -103,13 +104,13 @@ class PointRefiner {
     bool linear_;
     std::span<const Vec3d> points_;
     std::span<Vec3d> old_, faces_, edges_;
-    RingMask masks_[k_masks];
+    const VertexMasks& masks_ = masks();
 };
 
 }  // namespace
 
 void refine_points(const MeshLevel& level, CreaseMethod method, PointRule rule, std::span<const Vec3d> points,
-                   std::span<Vec3d> finer) {
+                   const QuadPoints& finer) {
     PointRefiner(level, method, rule, points, finer).run();
 }
 

@@ -2,6 +2,7 @@
 
 #include "tetrakis/schemes/rule_step.hpp"
 
+#include <algorithm>
 #include <array>
 
 namespace tetrakis::detail {
@@ -50,21 +51,53 @@ inline std::array<int, 4> vertex_corners(const RuleMesh& mesh, const CellFrame& 
     return at;
 }
 
+/// A dual cell on the way down, and which of its corners have faces: bit c of `faces`. Where a crease that it ended at
+/// has become smooth, the vertex has others beside these.
+struct VertexFrame {
+    CellFrame frame;
+    unsigned faces = 0;
+};
+constexpr unsigned k_all_corners = 0b1111;
+
 /// Vertices in four: towards each face of the vertex, and at a boundary or crease the points along its edges (and,
-/// where it is a corner, its own; where a crease ends in it, that one alone).
-inline CellFrame vertex_child(const RuleMesh& mesh, const RuleStep& step, const CellFrame& frame, int child) {
-    const std::array<int, 4> at = vertex_corners(mesh, frame);
-    if (at[child] != RuleMesh::none) return {step.child_halfedge[at[child]], child};
+/// where it is a corner, its own; where a crease ends in it, that one alone). Without a half-edge where there is none.
+inline VertexFrame vertex_child(const RuleMesh& mesh, const RuleStep& step, const VertexFrame& cell, int child) {
+    const auto has = [&](int corner) { return (cell.faces >> corner % 4 & 1) != 0; };
+    // A smooth vertex of two faces has no face of its own below it.
+    const auto toward_face = [&](int h) {
+        const int other = mesh.twin(mesh.prev(h));
+        const bool alone =
+            other != RuleMesh::none && mesh.twin(mesh.prev(other)) == h && !mesh.sharp(h) && !mesh.sharp(other);
+        return VertexFrame{{step.child_halfedge[h], child},
+                           alone ? k_all_corners & ~(1u << (child + 2) % 4) : k_all_corners};
+    };
     // The faces that there are, counter-clockwise: corner `first` to corner `last`.
-    int first = frame.corner, last = frame.corner;
-    for (int c = (first + 3) % 4; at[c] != RuleMesh::none; c = (c + 3) % 4) first = c;
-    for (int c = (last + 1) % 4; at[c] != RuleMesh::none; c = (c + 1) % 4) last = c;
-    const int ahead = step.child_crease[at[first]], behind = step.child_crease[mesh.prev(at[last])];
-    if (ahead == RuleMesh::none || behind == RuleMesh::none) return {};
-    if (child == (first + 3) % 4) return {ahead, first};
-    if (child == (last + 1) % 4) return {step.mesh.next(behind), last};
+    int first = cell.frame.corner, last = cell.frame.corner, at_first = cell.frame.halfedge, at_last = at_first;
+    while (first != child && has(first + 3) && (first + 3) % 4 != cell.frame.corner) {
+        at_first = mesh.next(mesh.twin(at_first));
+        first = (first + 3) % 4;
+    }
+    if (first == child) return toward_face(at_first);
+    while (last != child && has(last + 1) && (last + 1) % 4 != cell.frame.corner) {
+        at_last = mesh.twin(mesh.prev(at_last));
+        last = (last + 1) % 4;
+    }
+    if (last == child) return toward_face(at_last);
+    const int ahead = step.child_crease[at_first], behind = step.child_crease[mesh.prev(at_last)];
+    const RuleMesh::Ring ring = mesh.ring(mesh.origin(at_first));
+    const bool crease_ends = std::count_if(ring.sharpness.begin(), ring.sharpness.end(), is_sharp) == 1;
+    const auto corners = [](int from, unsigned some) { return (some << from | some << from >> 4) & k_all_corners; };
+    if (child == (first + 3) % 4) {
+        if (ahead == RuleMesh::none) return {};
+        return {{ahead, first}, corners(first, crease_ends ? 0b111 : 0b11)};
+    }
+    if (child == (last + 1) % 4) {
+        if (behind == RuleMesh::none || crease_ends) return {};
+        return {{step.mesh.next(behind), last}, corners((last + 3) % 4, 0b11)};
+    }
+    if (ahead == RuleMesh::none) return {};
     // The corner's own point comes before the first one along the edge in the vertex's face.
-    return {step.mesh.prev(step.mesh.twin(step.mesh.prev(ahead))), first};
+    return {{step.mesh.prev(step.mesh.twin(step.mesh.prev(ahead))), first}, corners(first, 0b1)};
 }
 
 }  // namespace tetrakis::detail

@@ -18,7 +18,9 @@
 #include <oneapi/tbb/enumerable_thread_specific.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -57,6 +59,7 @@ int reach(const SchemeInfo& scheme, const RuleOptions& options) {
 /// it has come to, whose sides are `size` long.
 struct Walker {
     CellFrame frame;
+    unsigned faces = 0;                     ///< dual: VertexFrame::faces
     std::int64_t x = 0, y = 0;              ///< middle of the wanted cell
     std::int64_t point_x = 0, point_y = 0;  ///< the wanted corner
     std::int64_t size = 0;
@@ -97,6 +100,25 @@ int triangle_part(Walker& w) {
     if (w.x + w.y < w.size) return 0;
     for (std::int64_t* c : {&w.x, &w.y, &w.point_x, &w.point_y}) *c = w.size - *c;
     return 3;
+}
+
+bool all_tags_stay(const RuleMesh& mesh) {
+    for (int h = 0; h < mesh.halfedge_count(); ++h)
+        if (is_semi_sharp(mesh.sharpness(h))) return false;
+    return std::none_of(mesh.vertex_sharpness().begin(), mesh.vertex_sharpness().end(), is_semi_sharp);
+}
+
+/// The mesh as if what is semi-sharp in it stayed sharp for ever.
+RuleMesh sharp_for_ever(const RuleMesh& mesh) {
+    constexpr float endless = std::numeric_limits<float>::infinity();
+    RuleMesh::Builder faces;
+    for (int h = 0; h < mesh.halfedge_count(); ++h) {
+        faces.corner(mesh.origin(h), mesh.sharp(h) ? endless : 0.0f);
+        if (mesh.next(h) != h + 1) faces.end_face();
+    }
+    std::vector<float> corners = mesh.vertex_sharpness();
+    for (float& sharpness : corners) sharpness = is_sharp(sharpness) ? endless : 0.0f;
+    return {mesh.vertex_count(), std::move(faces), std::move(corners)};
 }
 
 enum class Asked {
@@ -154,17 +176,24 @@ struct PartialLevels::Impl {
         if (recedes)
             throw Error(ErrorCode::unsupported, "a boundary that recedes has no vertex quadtrees; replicate it");
         RuleStep step = scheme.step(base, rules);
+        cut = all_tags_stay(base) ? step.mesh : scheme.step(sharp_for_ever(base), rules).mesh;
         std::vector<Vec3d> finer(step.stencils.row_count());
         step.stencils.apply<Vec3d>(points, finer);
         points = std::move(finer);
         // A corner's child has the corner's face at its far corner; at the end of the surface, and on a crease, the
         // faces of a point lie above it.
-        roots = detail::vertex_frames(step.mesh);
+        roots = detail::vertex_frames(cut);
         root_face.resize(roots.size());
         for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
             const int child = step.child_halfedge[h], v = step.mesh.origin(child);
             roots[v] = {child, 2};
             root_face[v] = mesh.face(HalfedgeId(h));
+        }
+        for (const CellFrame& root : roots) {
+            const std::array<int, 4> at = detail::vertex_corners(cut, root);
+            unsigned faces = 0;
+            for (std::size_t c = 0; c < 4; ++c) faces |= at[c] != RuleMesh::none ? 1u << c : 0u;
+            root_corners.push_back(faces);
         }
         base = std::move(step.mesh);
     }
@@ -209,6 +238,7 @@ struct PartialLevels::Impl {
         // Quads: one more step, from the half-edge to its corner cell.
         w.steps = q.level + (lattice == FanLattice::quads ? 1 : 0);
         w.frame = dual() ? roots[q.root] : CellFrame{static_cast<int>(q.root), 0};
+        if (dual()) w.faces = root_corners[q.root];
         return w;
     }
 
@@ -219,12 +249,15 @@ struct PartialLevels::Impl {
             w.frame = detail::quad_child(level, step, w.frame, quadrant(w));
         else if (lattice == FanLattice::triangles)
             w.frame = detail::triangle_child(level, step, w.frame, triangle_part(w));
-        else
-            w.frame = detail::vertex_child(level, step, w.frame, quadrant(w));
+        else {
+            const detail::VertexFrame child = detail::vertex_child(level, step, {w.frame, w.faces}, quadrant(w));
+            w.frame = child.frame;
+            w.faces = child.faces;
+        }
         --w.steps;
         if (w.frame.halfedge == RuleMesh::none)
-            throw Error(ErrorCode::unsupported,
-                        "an address leads to where the scheme has no vertex: a semi-sharp crease becomes smooth");
+            throw Error(ErrorCode::invalid_input,
+                        "an address leads to where the scheme has no vertex: a semi-sharp crease has become smooth");
     }
 
     int vertex(const RuleMesh& level, const Walker& w) const {
@@ -243,9 +276,11 @@ struct PartialLevels::Impl {
     int reach;
     Step first_step;
     RuleMesh base;  // the control mesh; dual: level 1
+    RuleMesh cut;   // dual: level 1 as if what is semi-sharp stayed sharp for ever
     std::vector<Vec3d> points;
-    std::vector<CellFrame> roots;   // dual; on a crease one for each side
-    std::vector<FaceId> root_face;  // dual: of the corners' children
+    std::vector<CellFrame> roots;        // dual; on a crease one for each side
+    std::vector<FaceId> root_face;       // dual: of the corners' children
+    std::vector<unsigned> root_corners;  // dual: VertexFrame::faces
     mutable oneapi::tbb::enumerable_thread_specific<Worker> workers{[this] {
         return Worker{{}, detail::RuleLimitFinder(scheme, rules), {}, false};
     }};
@@ -505,7 +540,7 @@ void PartialLevels::positions(std::span<const VertexCell> cells, std::span<Vec3d
 
 VertexRoots PartialLevels::vertex_roots() const {
     if (!impl_->dual()) throw Error(ErrorCode::invalid_input, "only dual schemes have vertex quadtrees");
-    return detail::vertex_roots(impl_->mesh, impl_->base, impl_->roots, impl_->root_face);
+    return detail::vertex_roots(impl_->mesh, impl_->base, impl_->cut, impl_->roots, impl_->root_face);
 }
 
 }  // namespace tetrakis

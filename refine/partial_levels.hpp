@@ -48,7 +48,8 @@ class PartialLevels : public PositionSource {
 
     /// Positions in the net of the level that each address is written at: a site of a coarser level is followed to the
     /// level wanted by scaling its coordinates.
-    /// @throws Error  invalid_input: spans of different length, an address outside its root
+    /// @throws Error  invalid_input: spans of different length, an address outside its root, or one that has no vertex
+    ///                since a crease is smooth (VertexRoots::existing(); limits may take it for one beside)
     void control_positions(std::span<const Site> sites, std::span<Vec3d> out, LevelCost* cost = nullptr) const;
     void control_positions(std::span<const VertexCell> cells, std::span<Vec3d> out, LevelCost* cost = nullptr) const;
 
@@ -65,9 +66,7 @@ class PartialLevels : public PositionSource {
     void positions(std::span<const VertexCell> cells, std::span<Vec3d> positions) const;
 
     /// Of a dual scheme. O(H) the first time.
-    /// @throws Error  unsupported: a mesh whose vertices do not all have four children on each side of its creases:
-    ///                semi-sharp creases inside that the scheme follows beyond its first level, corner tags that run
-    ///                out, vertices of valence 2
+    /// @throws Error  unsupported: vertices of valence 2 inside
     VertexRoots vertex_roots() const;
 
   private:

@@ -10,7 +10,8 @@ namespace tetrakis::detail {
 QuadStencils::QuadStencils(const ControlMesh& mesh)
     : mesh_(&mesh), sharpness_(mesh), base_(std::size_t{mesh.vertex_count()} + mesh.face_count() + mesh.edge_count()) {
     // Faces of any size end with the first step.
-    refine_points(control_level(mesh), mesh.crease_method(), PointRule::scheme, mesh.positions(), base_);
+    const MeshLevel level = control_level(mesh);
+    refine_points(level, mesh.crease_method(), PointRule::scheme, mesh.positions(), {level, base_});
 }
 
 const Vec3d& QuadStencils::base_point(VertexKey key) const {

@@ -1,6 +1,7 @@
 #include "tetrakis/refine/refine.hpp"
 
 #include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/chart_cells.hpp"
 #include "tetrakis/refine/followed_uvs.hpp"
@@ -123,15 +124,6 @@ void keep_faces(const std::vector<char>& kept, PolygonMesh& mesh) {
     mesh.face_group = std::move(group);
 }
 
-void drop_what_no_face_has(PolygonMesh& mesh) {
-    if (!mesh.normals.empty()) {
-        std::vector<std::uint32_t> again = mesh.face_vertices;
-        detail::drop_unused(again, mesh.normals);
-    }
-    detail::drop_unused_attributes(mesh.face_vertices, mesh.attributes);
-    detail::drop_unused(mesh.face_vertices, mesh.positions);
-}
-
 /// What of a mesh goes with its faces, and only the faces outside holes.
 /// @param control_face  gives the control face that a face belongs to
 /// @param beyond        vertices beyond the end of the surface: their faces go, too
@@ -241,8 +233,8 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
          chart_rows->net().own_roots() != charts->halfedge_count() || rows->segments() != chart_rows->segments()))
         return std::nullopt;  // roots of a finer level do not have the same numbers
     PolygonMesh result;
-    result.positions.resize(rows->point_count());
-    if (options.normals) result.normals.resize(rows->point_count());
+    detail::resize_large(result.positions, rows->point_count());
+    if (options.normals) detail::resize_large(result.normals, rows->point_count());
     rows->refine(mesh.positions(), result.positions, result.normals, options.context);
     result.attributes = detail::refine_by_threes(
         options.attributes, mesh.vertex_count(), rows->point_count(),
@@ -267,7 +259,7 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
     result.face_vertices = std::move(faces.vertices);
     keep_surface(
         mesh, scheme, options.rules, [&](std::uint32_t f) { return faces.control[f]; }, {}, result);
-    drop_what_no_face_has(result);
+    detail::drop_unused_vertices(result);
     return result;
 }
 
@@ -284,7 +276,7 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
     const RuleRefiner refiner(mesh, scheme, levels, options, std::move(first_levels));
     const RuleMesh& last = refiner.last();
     PolygonMesh result;
-    result.positions.resize(refiner.vertex_count());
+    detail::resize_large(result.positions, refiner.vertex_count());
     refiner.refine(mesh.positions(), result.positions);
     for (const VertexAttribute& attribute : options.attributes) {
         const std::vector<double> control(attribute.values.begin(), attribute.values.end());
@@ -293,11 +285,11 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
         result.attributes.push_back({attribute.name, attribute.width, {refined.begin(), refined.end()}});
     }
     if (options.normals) {
-        result.normals.resize(refiner.vertex_count());
+        detail::resize_large(result.normals, refiner.vertex_count());
         refiner.normals(mesh.positions(), result.normals);
     }
     result.face_offsets.resize(refiner.face_count() + std::size_t{1});
-    result.face_vertices.resize(last.halfedge_count());
+    detail::resize_large(result.face_vertices, last.halfedge_count());
     for (int f = 0; f < last.face_count(); ++f)
         result.face_offsets[f + 1] = result.face_offsets[f] + static_cast<std::uint32_t>(last.face_size(f));
     for (int h = 0; h < last.halfedge_count(); ++h)
@@ -319,7 +311,7 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
         for (int v = 0; v < all.row_count(); ++v)
             if (used[v] != 0) stencils->push(all.row(v));
     }
-    drop_what_no_face_has(result);
+    detail::drop_unused_vertices(result);
     return result;
 }
 

@@ -59,8 +59,9 @@ inline void gather_beside(const Layout& at, std::uint32_t h, bool reversed, cons
         const VertexLine line = at.beside(h);
         return gather(reversed ? line.reversed(count) : line, count, points, to);
     }
-    for (std::uint32_t j = 0; j < count; ++j)
-        copy_point(to + 3 * std::uint64_t{j}, points, at.beside(h, reversed ? count - 1 - j : j));
+    at.for_each_beside(h, [&](std::uint32_t j, std::uint32_t v) {
+        copy_point(to + 3 * std::uint64_t{reversed ? count - 1 - j : j}, points, v);
+    });
 }
 
 }  // namespace tetrakis::detail

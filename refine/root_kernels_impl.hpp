@@ -35,7 +35,11 @@ TETRAKIS_INLINE inline void store(T* p, const Lane<T>& v) {
 }
 template <class T>
 TETRAKIS_INLINE inline void store_last(T* p, const Lane<T>& v) {
-    __builtin_memcpy(p, &v, 3 * sizeof(T));
+    // As two and one: to copy three goes by way of the stack.
+    typedef T Two __attribute__((vector_size(2 * sizeof(T))));
+    const Two two = __builtin_shufflevector(v, v, 0, 1);
+    __builtin_memcpy(p, &two, sizeof two);
+    p[2] = v[2];
 }
 
 /// Point i of a line of n + 1 without turns.

@@ -221,6 +221,17 @@ class RootLayoutOf {
         if (j < half_) return corner_begin(f, i) + j - 1;
         return corner_begin(f, next_side(f, i)) + (segments_ - j - 1) * (half_ - 1);
     }
+    /// Calls visit(j, vertex) for 0 <= j <= N of the line that beside(h, j) gives, in a face that is no root.
+    template <class Visit>
+    void for_each_beside(std::uint32_t h, Visit&& visit) const {
+        const std::uint32_t f = face_of(h), i = h - first_halfedge(f), after = next_side(f, i), m = half_ - 1;
+        const std::uint32_t here = corner_begin(f, i), there = corner_begin(f, after) + m * m;
+        visit(0u, last_along(first_halfedge(f) + previous_side(f, i)));
+        for (std::uint32_t j = 1; j < half_; ++j) visit(j, here + j - 1);
+        visit(half_, m == 0 ? centre(f) : spoke_begin(f, i));
+        for (std::uint32_t j = 1; j < half_; ++j) visit(half_ + j, there - j * m);
+        visit(segments_, first_along(first_halfedge(f) + after));
+    }
     /// Place of the inner lattice point (x, y) among a triangle's own.
     std::uint32_t triangle_point(std::uint32_t x, std::uint32_t y) const {
         return (y - 1) * inner_ - (y - 1) * y / 2 + x - 1;
@@ -257,7 +268,7 @@ class RootLayoutOf {
     /// The vertices inside h's root one step off side h, in its direction: N - 1; triangles: N - 2.
     [[gnu::always_inline]] VertexRun inner_beside(std::uint32_t h) const {
         const std::uint32_t f = face_of(h), i = h - first_halfedge(f);
-        return {face_begin(f) + beside_begin_[i], beside_step_[i], beside_turn_[i]};
+        return {face_begin(f) + beside_begin_[i], beside_step_[i], quads() ? 0 : beside_turn_[i]};
     }
 
     const MeshLevel* base_;

@@ -1,5 +1,6 @@
 #include "tetrakis/refine/root_net.hpp"
 
+#include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/grid_refinement.hpp"
 #include "tetrakis/refine/most_frequent.hpp"
@@ -282,9 +283,9 @@ RootNet::Faces RootNet::faces(std::uint32_t segments, const RunContext& context)
     const std::uint32_t size = side_count(), count = static_cast<std::uint32_t>(at.cell_count()),
                         cells = at.segments() * at.segments();
     Faces faces;
-    faces.offsets.resize(count + std::size_t{1});
-    faces.control.resize(count);
-    faces.vertices.resize(std::size_t{size} * count);
+    resize_large(faces.offsets, count + std::size_t{1});
+    resize_large(faces.control, count);
+    resize_large(faces.vertices, std::size_t{size} * count);
     for_each_index(count + 1, [&](std::uint32_t f) { faces.offsets[f] = size * f; });
     for_each_index(count, [&](std::uint32_t f) { faces.control[f] = base_face_[f / cells]; });
     write_faces(at, faces.vertices, context);
@@ -299,12 +300,12 @@ RootNet::Faces RootNet::cell_faces(const RootLayout& at) const {
     const auto across = static_cast<std::uint32_t>(inner_edges.size());
     const std::uint32_t quads = base_.face_count * inner * inner + across * inner;
     Faces faces;
-    faces.offsets.reserve(quads + std::size_t{base_.vertex_count} + 1);
-    faces.offsets.resize(quads + std::size_t{1});
+    reserve_large(faces.offsets, quads + std::size_t{base_.vertex_count} + 1);
+    resize_large(faces.offsets, quads + std::size_t{1});
     for_each_index(quads + 1, [&](std::uint32_t f) { faces.offsets[f] = 4 * f; });
-    faces.control.resize(quads);
-    faces.vertices.reserve(4 * std::size_t{quads} + base_.halfedge_count());
-    faces.vertices.resize(4 * std::size_t{quads});
+    resize_large(faces.control, quads);
+    reserve_large(faces.vertices, 4 * std::size_t{quads} + base_.halfedge_count());
+    resize_large(faces.vertices, 4 * std::size_t{quads});
     const auto quad = [&](std::uint32_t f, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
         const std::uint32_t corners[4] = {a, b, c, d};
         std::copy_n(corners, 4, &faces.vertices[4 * std::size_t{f}]);

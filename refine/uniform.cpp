@@ -175,13 +175,7 @@ class UniformRefinement {
             compact(result.face_uvs);
             detail::drop_unused(result.face_uvs, result.uvs);
         }
-        if (holes || isolated) {
-            std::vector<std::uint32_t> again =
-                result.normals.empty() ? std::vector<std::uint32_t>{} : result.face_vertices;
-            if (!result.normals.empty()) detail::drop_unused(again, result.normals);
-            detail::drop_unused_attributes(result.face_vertices, result.attributes);
-            detail::drop_unused(result.face_vertices, result.positions);
-        }
+        if (holes || isolated) detail::drop_unused_vertices(result);
     }
 
     const ControlMesh& mesh_;

@@ -50,19 +50,4 @@ std::vector<VertexAttribute> refine_by_threes(
     return result;
 }
 
-void drop_unused_attributes(std::span<const std::uint32_t> corners, std::vector<VertexAttribute>& attributes) {
-    for (VertexAttribute& attribute : attributes) {
-        const auto width = static_cast<std::size_t>(attribute.width);
-        std::vector<char> used(attribute.values.size() / width, 0);
-        for (const std::uint32_t v : corners) used[v] = 1;
-        std::size_t count = 0;
-        for (std::size_t v = 0; v < used.size(); ++v) {
-            if (used[v] == 0) continue;
-            std::copy_n(attribute.values.begin() + static_cast<std::ptrdiff_t>(v * width), width,
-                        attribute.values.begin() + static_cast<std::ptrdiff_t>(count++ * width));
-        }
-        attribute.values.resize(count * width);
-    }
-}
-
 }  // namespace tetrakis::detail

@@ -18,7 +18,4 @@ std::vector<VertexAttribute> refine_by_threes(
     std::span<const VertexAttribute> attributes, std::uint32_t control_count, std::uint32_t vertex_count,
     const std::function<void(std::span<const Vec3d>, std::span<Vec3d>)>& refine);
 
-/// Removes the values of vertices that no corner names, as drop_unused() does.
-void drop_unused_attributes(std::span<const std::uint32_t> corners, std::vector<VertexAttribute>& attributes);
-
 }  // namespace tetrakis::detail

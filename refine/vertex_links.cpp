@@ -1,6 +1,7 @@
 #include "tetrakis/refine/vertex_links.hpp"
 
 #include "tetrakis/hier/error.hpp"
+#include "tetrakis/refine/vertex_joints.hpp"
 
 #include <algorithm>
 #include <array>
@@ -13,32 +14,29 @@ namespace {
 
 constexpr int k_first_corner = 2;
 
-/// Why a vertex does not have four children on each side of its creases; nullptr if it has.
+/// Why a vertex does not have four children on each side of its creases, were these sharp for ever; nullptr if it has.
 const char* fault(const RuleMesh& mesh, int v) {
-    constexpr const char* turns_smooth = "is where a semi-sharp crease turns smooth";
     const RuleMesh::Ring ring = mesh.ring(v);
     int sharp = 0;
-    for (int i = 0; i < ring.edges(); ++i) {
-        if (is_semi_sharp(ring.sharpness[i])) return "lies on a semi-sharp crease inside the mesh";
+    for (int i = 0; i < ring.edges(); ++i)
         if (is_sharp(ring.sharpness[i])) ++sharp;
-    }
-    if (sharp == 0) return ring.faces() == 4 ? nullptr : "has another number of faces";
-    if (sharp == 1) return ring.faces() == 3 ? nullptr : turns_smooth;
+    constexpr const char* other = "has another number of faces";
+    if (sharp == 0) return ring.faces() == 4 ? nullptr : other;
+    if (sharp == 1) return ring.faces() == 3 ? nullptr : other;
     const int sides = ring.closed ? sharp : sharp - 1;
-    const float sharpness = mesh.vertex_sharpness(v);
-    if (sharp == 2 && ring.faces() == 2 * sides) return is_sharp(sharpness) ? "is a corner between two faces" : nullptr;
-    if (ring.faces() != sides) return turns_smooth;
-    const bool stays = sharp > 2 || (is_sharp(sharpness) && !is_semi_sharp(sharpness));
-    return stays ? nullptr : "is a corner that does not stay one";
+    const bool corner = is_sharp(mesh.vertex_sharpness(v));
+    if (sharp == 2 && ring.faces() == 2 * sides) return corner ? "is a corner between two faces" : nullptr;
+    if (ring.faces() != sides) return other;
+    return sharp > 2 || corner ? nullptr : "is a corner that does not stay one";
 }
 
 }  // namespace
 
-std::vector<CellFrame> vertex_frames(const RuleMesh& level) {
-    std::vector<CellFrame> frames(level.vertex_count()), others;
-    for (int v = 0; v < level.vertex_count(); ++v) {
-        frames[v] = {level.first(v), k_first_corner};
-        const RuleMesh::Ring ring = level.ring(v);
+std::vector<CellFrame> vertex_frames(const RuleMesh& cut) {
+    std::vector<CellFrame> frames(cut.vertex_count()), others;
+    for (int v = 0; v < cut.vertex_count(); ++v) {
+        frames[v] = {cut.first(v), k_first_corner};
+        const RuleMesh::Ring ring = cut.ring(v);
         int sides = 0;
         for (int i = 0; i < ring.faces(); ++i)
             if (is_sharp(ring.sharpness[i]))
@@ -48,8 +46,8 @@ std::vector<CellFrame> vertex_frames(const RuleMesh& level) {
     return frames;
 }
 
-VertexRoots vertex_roots(const ControlMesh& control, const RuleMesh& mesh, std::span<const CellFrame> frames,
-                         std::span<const FaceId> root_face) {
+VertexRoots vertex_roots(const ControlMesh& control, const RuleMesh& level, const RuleMesh& mesh,
+                         std::span<const CellFrame> frames, std::span<const FaceId> root_face) {
     for (int v = 0; v < mesh.vertex_count(); ++v)
         if (const char* what = fault(mesh, v))
             throw Error(ErrorCode::unsupported,
@@ -93,6 +91,7 @@ VertexRoots vertex_roots(const ControlMesh& control, const RuleMesh& mesh, std::
             roots.crease[r] = static_cast<std::uint8_t>(roots.crease[r] | 1u << side);
             roots.crease[other / 4] = static_cast<std::uint8_t>(roots.crease[other / 4] | 1u << other % 4);
         }
+    add_joints(roots, level, mesh, place);
     // A corner's child belongs to its face, a point of a boundary or crease to that of the point above it; a corner of
     // these to the one of the two beside it whose point above has the lower number.
     const auto beyond = [&](std::uint32_t r, std::uint32_t side) { return roots.link[4 * std::size_t{r} + side] / 4; };

@@ -5,14 +5,19 @@
 // Random meshes that vertex quadtrees take.
 namespace tetrakis::test {
 
+enum class DualTags { infinitely_sharp, of_all_kinds };
+
 /// n-gons, boundaries with and without corners, holes, genus 0 and 1; no vertex of valence 2 inside. Creases and
-/// corners as the options say, all of them infinitely sharp.
-inline ControlMesh random_dual_mesh(std::uint64_t seed, RandomMeshOptions options) {
+/// corners as the options say: infinitely sharp, or half of them and the others up to 4.
+inline ControlMesh random_dual_mesh(std::uint64_t seed, RandomMeshOptions options,
+                                    DualTags tags = DualTags::infinitely_sharp) {
     options.edge_vertices = 0;
     for (;; seed += 1000) {
         ControlMeshData data = random_mesh_data(seed, options);
-        for (auto& crease : data.creases) crease.sharpness = k_infinite_sharpness;
-        for (auto& corner : data.corners) corner.sharpness = k_infinite_sharpness;
+        if (tags == DualTags::infinitely_sharp) {
+            for (auto& crease : data.creases) crease.sharpness = k_infinite_sharpness;
+            for (auto& corner : data.corners) corner.sharpness = k_infinite_sharpness;
+        }
         ControlMesh mesh = ControlMesh::build(std::move(data));
         bool valence2 = false;  // merging faces leaves some
         for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
@@ -32,6 +37,13 @@ inline ControlMesh random_creased_dual_mesh(std::uint64_t seed) {
     options.crease = 0.25;
     options.corner = 0.1;
     return random_dual_mesh(seed, options);
+}
+/// The same, many of them semi-sharp and less so than what they meet.
+inline ControlMesh random_semi_sharp_dual_mesh(std::uint64_t seed) {
+    RandomMeshOptions options = random_options(seed);
+    options.crease = 0.3;
+    options.corner = 0.15;
+    return random_dual_mesh(seed, options, DualTags::of_all_kinds);
 }
 
 }  // namespace tetrakis::test

@@ -257,7 +257,7 @@ TEST_CASE("[bad-input] well-formed files of other leaves give these leaves or no
             const auto file = [&](const std::set<HierarchyNode>& nodes) {
                 return detail::encode_hierarchy(
                     {scheme, h.family(), detail::mesh_fingerprint(mesh)}, tree,
-                    [&](std::uint32_t root) { return roots.count(root) == 1; },
+                    [&](const HierarchyNode& node) { return roots.count(node.root) == 1; },
                     std::vector<HierarchyNode>(nodes.begin(), nodes.end()));
             };
             const std::vector<std::byte> good = h.saved();

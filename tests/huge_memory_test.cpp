@@ -89,6 +89,38 @@ TEST_CASE("a large block that was freed is there for the next run, unless nothin
     }
     keep_freed_memory(default_freed_memory());
 }
+
+TEST_CASE("a large block grows into the pages of others that were freed, of any size") {
+    constexpr std::size_t k_mega = std::size_t{1} << 20;
+    keep_freed_memory(0);
+    keep_freed_memory(64 * k_mega);
+    const auto block = [](std::size_t bytes, int mark) {
+        void* const data = detail::grow_memory(nullptr, 0, bytes);
+        std::memset(data, mark, bytes);
+        return data;
+    };
+    // Three blocks that are not neighbours, and one between them that stays.
+    void* const first = block(10 * k_mega, 1);
+    void* const stays = block(6 * k_mega, 2);
+    void* const second = block(14 * k_mega, 3);
+    detail::free_memory(first, 10 * k_mega);
+    detail::free_memory(second, 14 * k_mega);
+    auto* data = static_cast<unsigned char*>(block(4 * k_mega, 5));
+    std::size_t size = 4 * k_mega;
+    for (const std::size_t next : {6 * k_mega, 12 * k_mega, 22 * k_mega, 40 * k_mega}) {
+        data = static_cast<unsigned char*>(detail::grow_memory(data, size, next));
+        REQUIRE(data != nullptr);
+        for (std::size_t i = 0; i < size; i += 4096) REQUIRE(data[i] == 5);
+        // What came is the freed pages as long as there are any (24 MiB), and the system's zeros then.
+        for (std::size_t i = size; i < next; i += 4096) CHECK((data[i] != 0) == (i < 24 * k_mega));
+        std::memset(data, 5, next);
+        size = next;
+    }
+    for (std::size_t i = 0; i < 6 * k_mega; i += 4096) REQUIRE(static_cast<unsigned char*>(stays)[i] == 2);
+    detail::free_memory(stays, 6 * k_mega);
+    detail::free_memory(data, size);
+    keep_freed_memory(default_freed_memory());
+}
 #endif
 
 TEST_CASE("buffers begin at a cache line") {

@@ -93,7 +93,7 @@ void check_bounds(const SchemeInfo& scheme, const RuleOptions& rules, std::uint6
     CAPTURE(scheme.name);
     CAPTURE(seed);
     const ControlMesh mesh = random_mesh(seed, std::is_same_v<Family, LoopFamily>);
-    REQUIRE(MaskNormBound<Family>::has(scheme, mesh));
+    REQUIRE(MaskNormBound<Family>::has(scheme, rules, mesh));
     const Hierarchy points = make_hierarchy(mesh, scheme, {.rules = rules});
     Random random(seed);
     const double aim = 0.004 * mesh.bounding_box().diagonal();
@@ -136,6 +136,7 @@ TEST_CASE("[inv9] mask norms bound the difference of limit points from triangles
                              .butterfly_w = 0.02};
     for (const char* name : {"modified-butterfly", "loop"}) check_bounds<LoopFamily>(*find_scheme(name), cosine, 7);
     check_bounds<QuadFamily>(*find_scheme("catmull-clark"), cosine, 7);
+    for (const int steps : {2, 4}) check_bounds<QuadFamily>(*find_scheme("averaging"), {.averaging_steps = steps}, 7);
 }
 
 TEST_CASE("[inv9] mask norms bound the smallest triangles, too") {
@@ -221,6 +222,27 @@ TEST_CASE("[slow] [inv9] interpolating schemes are tessellated to a certified to
     }
 }
 
+TEST_CASE("[slow] [inv9] averaging is tessellated to a certified tolerance where that is asked for") {
+    const ControlMesh mesh =
+        ControlMesh::build(parse_obj("v 0 0 0\nv 1 0 0.2\nv 2 0 0\nv 2.3 1 0.5\nv 1.2 1 0.9\nv 0 1 0.3\nv 1.7 2 0.2\nf "
+                                     "1 2 5 6\nf 2 3 4 5\nf 5 4 7\n",
+                                     "test.obj"));
+    TessellateOptions options{.scheme = *find_scheme("averaging"),
+                              .rules = {.averaging_steps = 2},
+                              .estimator = EstimatorKind::certified,
+                              .tolerance = 0.01,
+                              .measure_samples = 10'000};
+    const Tessellation sure = tessellate(mesh, options);
+    REQUIRE(sure.certified_error);
+    CHECK(*sure.certified_error <= sure.tolerance_absolute * (1 + 1e-9));
+    CHECK(sure.measured_error->hausdorff <= *sure.certified_error * (1 + 1e-9));
+    options.estimator = EstimatorKind::embree;
+    CHECK_FALSE(tessellate(mesh, options).certified_error);
+    options.rules.averaging_steps = 3;
+    options.estimator = EstimatorKind::certified;
+    CHECK_THROWS_AS(tessellate(mesh, options), Error);
+}
+
 TEST_CASE("[bad-input] tags that stay semi-sharp for long have no bound by mask norms") {
     const auto tagged = [](const std::string& sharpness) {
         return ControlMesh::build(
@@ -239,7 +261,7 @@ TEST_CASE("[bad-input] tags that stay semi-sharp for long have no bound by mask 
     REQUIRE(sure.certified_error);
     CHECK(*sure.certified_error <= sure.tolerance_absolute * (1 + 1e-9));
     CHECK(sure.measured_error->hausdorff <= *sure.certified_error);
-    CHECK_FALSE(MaskNormBound<LoopFamily>::has(scheme, many));
+    CHECK_FALSE(MaskNormBound<LoopFamily>::has(scheme, {}, many));
     CHECK_FALSE(result(many, EstimatorKind::embree).certified_error);
     CHECK_THROWS_WITH_AS(result(many, EstimatorKind::certified), doctest::Contains("semi-sharp"), Error);
 }

@@ -30,7 +30,7 @@ constexpr std::uint64_t k_samples = 50'000;  // of a measurement: fewer than by 
 std::vector<const SchemeInfo*> other_schemes() {
     std::vector<const SchemeInfo*> schemes;
     for (const SchemeInfo& scheme : scheme_table())
-        if (const SchemeSupport support = scheme_support(scheme); support.any && !support.patches)
+        if (const SchemeSupport support = scheme_support(scheme); support.adaptive && !support.patches)
             schemes.push_back(&scheme);
     return schemes;
 }
@@ -158,8 +158,20 @@ TEST_CASE(
             const SchemeInfo& scheme = *find_scheme(name);
             check_against_uniform(scheme, mesh_for(scheme, k_closed + creases), 8e-3);
         }
+    // Semi-sharp ones, of which the sharper go on where others have ended.
+    for (const std::string creases :
+         {"t crease 2/1/0 0 1 1.4\nt crease 2/1/0 1 3 2\nt crease 2/1/0 3 2 3.3\nt crease 2/1/0 2 0 2\n",
+          "t crease 2/1/0 4 8 3\nt crease 2/1/0 8 7 2\nt crease 2/1/0 8 5 2.5\nt crease 2/1/0 5 1 3\n",
+          "t crease 2/1/0 0 1 2.5\n"})
+        for (const char* name : {"doo-sabin", "midedge"}) {
+            CAPTURE(creases);
+            CAPTURE(name);
+            const SchemeInfo& scheme = *find_scheme(name);
+            check_against_uniform(scheme, mesh_for(scheme, k_closed + creases), 8e-3);
+        }
     // From boundary to boundary, and from one into the mesh.
-    for (const std::string creases : {"t crease 2/1/0 1 4 10\nt crease 2/1/0 4 5 10\n", "t crease 2/1/0 1 4 10\n"}) {
+    for (const std::string creases : {"t crease 2/1/0 1 4 10\nt crease 2/1/0 4 5 10\n", "t crease 2/1/0 1 4 10\n",
+                                      "t crease 2/1/0 1 4 2\nt crease 2/1/0 4 5 3\n"}) {
         CAPTURE(creases);
         const SchemeInfo& scheme = *find_scheme("doo-sabin");
         check_against_uniform(scheme, mesh_for(scheme, k_open + creases), 5e-3);
@@ -381,6 +393,16 @@ TEST_CASE("texture coordinates follow a scheme, seams included") {
     CHECK(dual.mesh.uvs.empty());
     REQUIRE(dual.warnings.size() == 1);
     CHECK(has(dual.warnings[0], "texture"));
+    // Semi-sharp creases are followed, but not along a seam.
+    const auto semi_sharp = [&](const std::string& creases) {
+        const ControlMesh creased = mesh_for(*find_scheme("doo-sabin"), text + creases);
+        return tessellate(creased, {.scheme = "doo-sabin", .tolerance = 1e-2, .measure = false});
+    };
+    CHECK(!semi_sharp("t crease 2/1/0 6 7 2\n").mesh.uvs.empty());
+    const Tessellation along = semi_sharp("t crease 2/1/0 2 7 2\nt crease 2/1/0 7 12 2\n");
+    CHECK(along.mesh.uvs.empty());
+    REQUIRE(along.warnings.size() == 1);
+    CHECK(has(along.warnings[0], "texture"));
 }
 
 namespace {
@@ -495,10 +517,51 @@ TEST_CASE("sqrt3: what is tagged and what has holes is within the tolerance, by 
     }
 }
 
+TEST_CASE("honeycomb refinement is tessellated by whole levels") {
+    ControlMeshData data = parse_obj(
+        "v 0 0 0\nv 1 0 0.2\nv 2 0 0\nv 2.3 1 0.5\nv 1.2 1 0.9\nv 0 1 0.3\nv 1.7 2 0.2\nvt 0 0\nvt 1 0\nvt 2 0\nvt 2 "
+        "1\n"
+        "vt 1 1\nvt 0 1\nvt 1 2\nusemtl a\nf 1/1 2/2 5/5 6/6\nusemtl b\nf 2/2 3/3 4/4 5/5\nf 5/5 4/4 7/7\n",
+        "test.obj");
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    int before = 0;
+    for (const double tolerance : {0.05, 0.01, 0.002}) {
+        CAPTURE(tolerance);
+        const Tessellation result = tessellate(mesh, {.scheme = "honeycomb", .tolerance = tolerance});
+        CHECK(result.tolerance_reached);
+        REQUIRE(result.measured_error);
+        CHECK(result.measured_error->hausdorff <= result.tolerance_absolute);
+        CHECK(result.deepest_level >= before);
+        before = result.deepest_level;
+        CHECK(result.mesh.triangle_uvs.size() == result.mesh.triangles.size());
+        CHECK(result.mesh.normals.size() == result.mesh.positions.size());
+        // Vertices are those of the level's limit.
+        const PolygonMesh level = refine(mesh, "honeycomb", result.deepest_level, {.limit = true});
+        CHECK(result.mesh.positions == level.positions);
+        const TriangleMesh finer = triangles_of(refine(mesh, "honeycomb", result.deepest_level + 2, {.limit = true}));
+        CHECK(compare_meshes(finer, result.mesh, {.samples = 30'000}).hausdorff <= result.tolerance_absolute);
+        CHECK(result.mesh.materials == mesh.data().materials);
+        for (std::size_t t = 0; t < result.triangle_face.size(); ++t)
+            CHECK(result.mesh.triangle_material[t] == mesh.data().face_material[result.triangle_face[t]]);
+    }
+    CHECK(before > 1);
+    // The level before does not do.
+    const Tessellation coarser = tessellate(mesh, {.scheme = "honeycomb", .tolerance = 0.002, .max_level = before - 1});
+    CHECK_FALSE(coarser.tolerance_reached);
+    CHECK(coarser.measured_error->hausdorff > coarser.tolerance_absolute);
+    TessellateOptions within;
+    within.scheme = "honeycomb";
+    within.max_triangles = 200;
+    within.measure = false;
+    const Tessellation few = tessellate(mesh, within);
+    CHECK(few.mesh.triangles.size() <= 200);
+    CHECK(few.mesh.triangles.size() > 40);
+    CHECK_FALSE(few.measured_error);
+}
+
 TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use instead") {
     const ControlMesh mesh = mesh_for(*find_scheme("kobbelt"), k_closed);
     const auto code = ErrorCode::unsupported;
-    CHECK(has(refusal(code, [&] { tessellate(mesh, {.scheme = "honeycomb", .tolerance = 1e-2}); }), "whole levels"));
     const std::string uncertified = refusal(code, [&] {
         tessellate(mesh, {.scheme = "biquartic", .estimator = EstimatorKind::certified, .tolerance = 1e-2});
     });
@@ -516,9 +579,7 @@ TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use inst
               "triangulate()"));
     CHECK(has(refusal(ErrorCode::invalid_input, [&] { tessellate(mesh, {.scheme = "kobbelt", .tolerance = 1e-18}); }),
               "rounding"));
-    // Dual schemes: creases that turn smooth, holes.
-    const ControlMesh sharp = mesh_for(*find_scheme("doo-sabin"), std::string(k_closed) + "t crease 2/1/0 0 1 3\n");
-    CHECK(has(refusal(code, [&] { tessellate(sharp, {.scheme = "doo-sabin", .tolerance = 1e-2}); }), "refine --limit"));
+    // Dual schemes: holes.
     const ControlMesh hole = mesh_for(*find_scheme("doo-sabin"), std::string(k_closed) + "t hole 1/0/0 0\n");
     CHECK(has(refusal(code, [&] { tessellate(hole, {.scheme = "doo-sabin", .tolerance = 1e-2}); }), "holes"));
     const Tessellation open = tessellate(hole, {.scheme = "kobbelt", .tolerance = 1e-2, .measure = false});

@@ -55,10 +55,12 @@ class GltfDecoder {
                               nullptr);
         std::string problem, warning;
         const auto length = static_cast<unsigned int>(bytes.size());
+        const bool binary = bytes.substr(0, 4) == "glTF";
+        if (binary) require_whole(bytes);
         const std::string base = path_.has_parent_path() ? path_.parent_path().string() : ".";
         bool good = false;
         try {
-            good = bytes.substr(0, 4) == "glTF"
+            good = binary
                        ? loader.LoadBinaryFromMemory(&model_, &problem, &warning,
                                                      reinterpret_cast<const unsigned char*>(bytes.data()), length, base)
                        : loader.LoadASCIIFromString(&model_, &problem, &warning, bytes.data(), length, base);
@@ -68,7 +70,22 @@ class GltfDecoder {
             reject(std::string("malformed glTF: ") + error.what());
         }
         while (!problem.empty() && problem.back() == '\n') problem.pop_back();
-        if (!good) reject("malformed glTF: " + (problem.empty() ? "the file may be cut short" : problem));
+        if (!good)
+            reject("malformed glTF: " + (problem.empty() ? "the file may be cut short" : problem) +
+                   "; export it again, or see what a glTF validator says");
+    }
+
+    /// A binary file says how long it is: 12 bytes of magic number, version and length, little-endian.
+    void require_whole(std::string_view bytes) const {
+        constexpr std::size_t k_header = 12;
+        std::size_t length = k_header;
+        if (bytes.size() >= k_header) {
+            length = 0;
+            for (std::size_t i = k_header; i-- > 8;) length = length << 8 | static_cast<unsigned char>(bytes[i]);
+        }
+        if (bytes.size() < length)
+            reject(fmt::format("the file is cut short: {} of {} bytes are there; copy or export it again", bytes.size(),
+                               length));
     }
 
     template <class T>

@@ -114,7 +114,7 @@ struct Findings {
 /// How far a mesh is from its limit over a cell at the vertex: the sum of weights that the certified estimator has.
 std::optional<tetrakis::detail::CellRemainder::Total> mask_norm(const SchemeInfo& scheme, const FanShape& shape,
                                                                 const RuleOptions& rules) {
-    if (!has_mask_norms(scheme)) return std::nullopt;
+    if (!has_mask_norms(scheme, rules)) return std::nullopt;
     return tetrakis::detail::CellRemainder(scheme, rules).total(shape);
 }
 

@@ -64,9 +64,6 @@ void check_combination(const TessellateCommandOptions& options) {
     if (t.min_level > t.max_level) throw UsageError("--min-level is above --max-level");
     const SchemeSupport support = scheme_support(t.scheme, t.rules);
     const std::string scheme(t.scheme.name());
-    if (!support.any)
-        throw UsageError(scheme + " has no adaptive tessellation; use \"tetrakis refine --scheme " + scheme +
-                         " --limit\", which refines by whole levels");
     if (!support.patches && (!options.target.empty() || !options.displacement.empty()))
         throw UsageError(std::string(options.target.empty() ? "--displacement" : "--target") +
                          " needs exact points all over the surface: use --scheme catmull-clark or loop, without "
@@ -309,13 +306,15 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
         ->required()
         ->type_name("OUT");
     command
-        ->add_option("--scheme", options->scheme,
-                     "Subdivision scheme, any that \"tetrakis schemes\" lists but honeycomb (catmull-clark).\n"
-                     "Catmull-clark and loop are exact everywhere; the others are known by their limit points: errors\n"
-                     "are measured against a denser mesh of these, and there is no --target or --displacement.\n"
-                     "These have certified errors, for the others certified_error is null: catmull-clark, loop,\n"
-                     "tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, doo-sabin, doo-sabin-cc, midedge,\n"
-                     "midedge-simplest, bilinear, midpoint")
+        ->add_option(
+            "--scheme", options->scheme,
+            "Subdivision scheme, any that \"tetrakis schemes\" lists (catmull-clark). Honeycomb is refined by\n"
+            "whole levels, the others where that is needed.\n"
+            "Catmull-clark and loop are exact everywhere; the others are known by their limit points: errors\n"
+            "are measured against a denser mesh of these, and there is no --target or --displacement.\n"
+            "These have certified errors, for the others certified_error is null: catmull-clark, loop,\n"
+            "tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, averaging (even steps), doo-sabin,\n"
+            "doo-sabin-cc, midedge, midedge-simplest, bilinear, midpoint")
         ->type_name("S");
     options->rules.add_averaging_steps(*command);
     options->rules.add(*command);
