@@ -25,6 +25,7 @@ class DualSurface {
     /// Leaves below this level are too small to be looked at.
     static constexpr int k_deepest_leaf = 28;
 
+    /// Keeps references to points and roots.
     DualSurface(const PartialLevels& points, const VertexRoots& roots, DualPieces pieces);
 
     const DualCorners& corners() const { return corners_; }
@@ -81,6 +82,7 @@ class DualSurface {
                       const std::function<void(double)>& report) const;
 
     const PartialLevels& points_;
+    const VertexRoots& roots_;
     DualPieces pieces_;
     DualCorners corners_;
     std::vector<DualAxes> axes_;           // per root

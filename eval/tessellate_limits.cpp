@@ -60,8 +60,9 @@ Tessellation detail::tessellate_by_limits(const ControlMesh& mesh, const Tessell
         constexpr std::string_view k_advice = "; leave out the limit";
         const std::string text = error.what();
         if (error.code() != ErrorCode::unsupported || !text.ends_with(k_advice)) throw;
-        throw Error(ErrorCode::unsupported, text.substr(0, text.size() - k_advice.size()) +
-                                                "; remove its tags, or tessellate by another scheme");
+        throw Error(ErrorCode::unsupported,
+                    text.substr(0, text.size() - k_advice.size()) +
+                        "; change the mesh there (its tags, or how many faces meet), or tessellate by another scheme");
     }
 }
 

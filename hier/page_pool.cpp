@@ -6,7 +6,10 @@
 
 #    include <algorithm>
 #    include <array>
+#    include <cerrno>
 #    include <cstdint>
+#    include <cstdlib>
+#    include <cstring>
 #    include <mutex>
 #    include <vector>
 
@@ -33,11 +36,17 @@ char* map_fresh(std::size_t bytes) {
 
 /// Moves pages with their contents over others, which go. One huge page at a time: a block that was put together is
 /// several mappings to the system, of which it moves but one at once. Returns how many bytes it got to: all, but where
-/// the system runs out of mappings; the page there is then lost to the target.
+/// the system runs out of mappings.
 std::size_t move_pages(char* from, char* to, std::size_t bytes) {
     for (std::size_t done = 0; done < bytes; done += k_huge)
         if (mremap(from + done, k_huge, k_huge, MREMAP_MAYMOVE | MREMAP_FIXED, to + done) == MAP_FAILED) return done;
     return bytes;
+}
+
+/// After a move that stopped at `to`: whether there are pages, which the system may have taken away by then.
+bool still_mapped(char* to) {
+    void* const at = mmap(to, k_huge, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED_NOREPLACE, -1, 0);
+    return at == to || (at == MAP_FAILED && errno == EEXIST);
 }
 
 struct Block {
@@ -158,15 +167,16 @@ KeptBlocks& kept() {
     return blocks;
 }
 
-/// Puts kept huge pages in the place of fresh ones, as far as there are any. Returns whether all of it is mapped.
+/// Puts kept huge pages in the place of fresh ones, as far as there are any and the system lets them be moved. Returns
+/// whether all of it is mapped.
 bool pour_kept(char* to, std::size_t bytes) {
     for (std::size_t done = 0; done < bytes;) {
         const Block block = kept().take_any(bytes - done);
         if (block.bytes == 0) return true;
         const std::size_t moved = move_pages(block.data, to + done, block.bytes);
         if (moved < block.bytes) {
-            munmap(block.data + moved, block.bytes - moved);
-            return false;
+            kept().put(block.data + moved, block.bytes - moved);
+            return still_mapped(to + done + moved);
         }
         done += moved;
     }
@@ -178,7 +188,7 @@ char* map_with_kept(std::size_t bytes, std::size_t begin) {
     char* const memory = map_fresh(bytes);
     if (memory == nullptr || bytes < k_large || pour_kept(memory + begin, bytes - begin)) return memory;
     munmap(memory, bytes);
-    return nullptr;
+    return map_fresh(bytes);
 }
 
 }  // namespace
@@ -200,13 +210,14 @@ void* extend(void* data, std::size_t old_bytes, std::size_t bytes) {
     char* const memory = map_with_kept(bytes, old_bytes);
     if (memory == nullptr) return nullptr;
     const std::size_t moved = move_pages(old, memory, old_bytes);
-    if (moved == old_bytes) {
-        madvise(memory, bytes, MADV_HUGEPAGE);
-        return memory;
+    if (moved < old_bytes) {
+        // What cannot be moved is copied. Without pages here the block would be lost between two places.
+        if (!still_mapped(memory + moved)) std::abort();
+        std::memcpy(memory + moved, old + moved, old_bytes - moved);
+        munmap(old + moved, old_bytes - moved);
     }
-    move_pages(memory, old, moved);
-    munmap(memory, bytes);
-    return nullptr;
+    madvise(memory, bytes, MADV_HUGEPAGE);
+    return memory;
 }
 
 void put(void* data, std::size_t bytes) noexcept { kept().put(data, bytes); }

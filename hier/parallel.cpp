@@ -5,7 +5,12 @@
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <cfenv>
 #include <optional>
+
+#if defined(__SSE2__)
+#    include <immintrin.h>
+#endif
 
 namespace tetrakis::detail {
 
@@ -17,12 +22,28 @@ void run_blocks(std::uint32_t count, std::uint32_t grain, void (*call)(const voi
 
 namespace {
 
-// An arena of the calling thread alone.
+// How this thread rounds, and what it does with subnormal numbers.
+unsigned floating_point_settings() {
+#if defined(__SSE2__)
+    constexpr unsigned k_settings = 0xE040;  // rounding, flush to zero, denormals are zero
+    return _mm_getcsr() & k_settings;
+#else
+    return static_cast<unsigned>(std::fegetround());
+#endif
+}
+
+// An arena of the calling thread alone. Arenas work by the settings that they were made with.
 struct KeptArena {
     oneapi::tbb::task_arena arena{1};
+    unsigned settings = floating_point_settings();
     bool entered = false;
 
     void execute(void (*call)(const void*), const void* work) {
+        if (const unsigned now = floating_point_settings(); now != settings) {
+            arena.terminate();
+            arena.initialize(1);
+            settings = now;
+        }
         const struct Entry {
             bool& entered;
             ~Entry() { entered = false; }

@@ -49,7 +49,7 @@ struct Bounded {
     static void add_samples(const AdaptiveDual& dual, const VertexCell& cell, std::vector<Vec3d>& samples,
                             double& gap) {
         std::vector<VertexCell> cells;
-        detail::add_cells_below(cell, k_bits, cells);
+        detail::add_cells_below(dual.forest().roots(), cell, k_bits, cells);
         // Beside an extraordinary point of many corners, cells hardly become smaller: how far that is from the samples.
         constexpr int k_deep = 16;
         for (const std::uint32_t y : {0u, (1u << k_deep) - 1})

@@ -7,7 +7,14 @@
 
 #include <cstdint>
 #include <cstring>
+#include <fstream>
 #include <random>
+#include <string>
+#include <vector>
+
+#if defined(__linux__)
+#    include <sys/mman.h>
+#endif
 
 using namespace tetrakis;
 
@@ -119,6 +126,79 @@ TEST_CASE("a large block grows into the pages of others that were freed, of any 
     for (std::size_t i = 0; i < 6 * k_mega; i += 4096) REQUIRE(static_cast<unsigned char*>(stays)[i] == 2);
     detail::free_memory(stays, 6 * k_mega);
     detail::free_memory(data, size);
+    keep_freed_memory(default_freed_memory());
+}
+
+namespace {
+
+/// Takes all mappings that the system lets a process have but `left` or one more.
+class FewMappings {
+  public:
+    explicit FewMappings(std::size_t left) {
+        std::size_t most = 65530;
+        std::ifstream("/proc/sys/vm/max_map_count") >> most;
+        std::ifstream maps("/proc/self/maps");
+        std::size_t count = 1;
+        for (std::string line; std::getline(maps, line);) ++count;
+        if (most > k_most) return;
+        bytes_ = 2 * k_page * most;
+        begin_ =
+            static_cast<char*>(mmap(nullptr, bytes_, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0));
+        // A page that differs from those beside it makes two mappings more.
+        char* page = begin_;
+        for (; count + 2 + left <= most; count += 2, page += 2 * k_page)
+            if (mprotect(page + k_page, k_page, PROT_READ) != 0) break;
+        taken_ = page > begin_;
+    }
+    FewMappings(const FewMappings&) = delete;
+    FewMappings& operator=(const FewMappings&) = delete;
+    ~FewMappings() {
+        if (begin_ != nullptr) munmap(begin_, bytes_);
+    }
+    bool taken() const { return taken_; }
+
+  private:
+    static constexpr std::size_t k_page = 4096, k_most = 1'000'000;
+    char* begin_ = nullptr;
+    std::size_t bytes_ = 0;
+    bool taken_ = false;
+};
+
+}  // namespace
+
+TEST_CASE("a block grows, or stays what it is, where the system has hardly any mappings left") {
+    constexpr std::size_t k_mega = std::size_t{1} << 20;
+    for (const std::size_t kept : {std::size_t{0}, 16 * k_mega}) {
+        for (std::size_t left = 3; left < 10; ++left) {
+            CAPTURE(kept);
+            CAPTURE(left);
+            keep_freed_memory(0);
+            keep_freed_memory(kept);
+            constexpr std::size_t k_bytes = 12 * k_mega;
+            auto* data = static_cast<unsigned char*>(detail::grow_memory(nullptr, 0, k_bytes));
+            std::memset(data, 7, k_bytes);
+            if (kept > 0) {
+                void* const freed = detail::grow_memory(nullptr, 0, kept);
+                std::memset(freed, 1, kept);
+                detail::free_memory(freed, kept);
+            }
+            std::size_t size = k_bytes, wrong = 0;
+            bool taken = false;
+            {
+                const FewMappings few(left);
+                taken = few.taken();
+                void* const grown = detail::grow_memory(data, k_bytes, 2 * k_bytes);
+                if (grown != nullptr) {
+                    data = static_cast<unsigned char*>(grown);
+                    size = 2 * k_bytes;
+                }
+                for (std::size_t i = 0; i < k_bytes; i += 4096) wrong += data[i] != 7;
+            }
+            CHECK(wrong == 0);
+            detail::free_memory(data, size);
+            if (!taken) MESSAGE("skipped: this system lets a process have too many mappings to take them all");
+        }
+    }
     keep_freed_memory(default_freed_memory());
 }
 #endif

@@ -313,7 +313,8 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
             "Catmull-clark and loop are exact everywhere; the others are known by their limit points: errors\n"
             "are measured against a denser mesh of these, and there is no --target or --displacement.\n"
             "These have certified errors, for the others certified_error is null: catmull-clark, loop,\n"
-            "tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, averaging (even steps), doo-sabin,\n"
+            "tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, averaging (even steps, if asked for), "
+            "doo-sabin,\n"
             "doo-sabin-cc, midedge, midedge-simplest, bilinear, midpoint")
         ->type_name("S");
     options->rules.add_averaging_steps(*command);
