@@ -29,7 +29,11 @@ VertexCell cell_at(std::uint32_t root, int corner, int level, std::uint32_t x, s
 }  // namespace
 
 DualSurface::DualSurface(const PartialLevels& points, const VertexRoots& roots, DualPieces pieces)
-    : points_(points), roots_(roots), pieces_(pieces), corners_(roots), chain_of_(4 * std::size_t{roots.count()}, DualCorners::none) {
+    : points_(points),
+      roots_(roots),
+      pieces_(pieces),
+      corners_(roots),
+      chain_of_(4 * std::size_t{roots.count()}, DualCorners::none) {
     axes_.reserve(roots.count());
     for (std::uint32_t r = 0; r < roots.count(); ++r) axes_.emplace_back(outer_sides(roots, r));
     std::uint32_t count = 0;
