@@ -129,7 +129,7 @@ void check_backward(const Bounded& b, Random& random) {
     }
 }
 
-ControlMesh random_mesh(std::uint64_t seed, bool creased) {
+ControlMesh random_dual_net(std::uint64_t seed, bool creased) {
     test::RandomMeshOptions options = test::random_options(seed);
     options.hole = 0;
     options.crease = creased ? 0.25 : 0;
@@ -168,7 +168,7 @@ TEST_CASE("[inv9] bounds of dual meshes are never below a distance, whatever is 
     for (const char* name : {"doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest"}) {
         const SchemeInfo& scheme = *find_scheme(name);
         for (const std::uint64_t seed : test::seeds(3))
-            for (const bool creased : {false, true}) check_bounds(random_mesh(seed, creased), scheme, seed);
+            for (const bool creased : {false, true}) check_bounds(random_dual_net(seed, creased), scheme, seed);
     }
 }
 
@@ -200,7 +200,7 @@ TEST_CASE("regular cells of quadratic dual surfaces are the polynomials that the
         for (const std::uint64_t seed : test::seeds(4)) {
             INFO("scheme ", std::string(name));
             CAPTURE(seed);
-            const ControlMesh mesh = random_mesh(seed, seed % 2 == 1);
+            const ControlMesh mesh = random_dual_net(seed, seed % 2 == 1);
             const SchemeInfo& scheme = *find_scheme(name);
             Random random(seed);
             const AdaptiveDual dual = random_adaptive(mesh, scheme, random, 2);
@@ -236,7 +236,7 @@ TEST_CASE("[inv9] [slow] dual schemes keep to a certified tolerance") {
         for (const bool creased : {false, true}) {
             INFO("scheme ", std::string(name));
             CAPTURE(creased);
-            const ControlMesh mesh = random_mesh(4, creased);
+            const ControlMesh mesh = random_dual_net(4, creased);
             TessellateOptions options{.scheme = name, .estimator = EstimatorKind::certified, .tolerance = 1e-2};
             const Tessellation sure = tessellate(mesh, options);
             REQUIRE(sure.certified_error);
