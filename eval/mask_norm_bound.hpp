@@ -11,8 +11,8 @@
 
 namespace tetrakis {
 
-/// Whether a scheme has the bounds below: those of triangles and quads by face split, averaging in even numbers of steps
-/// (two at least) among them.
+/// Whether a scheme has the bounds below: those of triangles and quads by face split, averaging in even numbers of
+/// steps (two at least) among them.
 bool has_mask_norms(const SchemeInfo& scheme, const RuleOptions& rules = {});
 
 /// Certified errors over limit surfaces that are no polynomials: those of interpolating schemes and others, on
