@@ -331,7 +331,7 @@ void number_cells(const Layout& at, std::span<std::uint32_t> corners, const RunC
     const RootKernels<double>& kernels = root_kernels<double>(set);
     for_each_reported_block(at.base().face_count, grain_of(n * n), context, "faces", 0, 1,
                             [&](std::uint32_t begin, std::uint32_t end) {
-                                std::vector<std::uint32_t> sides(4 * (std::size_t{n} + 1) + 3);
+                                std::vector<std::uint32_t> sides(5 * (std::size_t{n} + 1) + 3);
                                 std::uint32_t* out = &corners[size * at.cell_begin(begin)];
                                 const auto number = [&](const VertexRoot& root) {
                                     const std::uint32_t m = root.segments;
@@ -339,6 +339,7 @@ void number_cells(const Layout& at, std::span<std::uint32_t> corners, const RunC
                                                               .right = &sides[m + 1],
                                                               .bottom = &sides[2 * m + 2],
                                                               .top = &sides[3 * m + 3],
+                                                              .spare = &sides[4 * m + 4],
                                                               .inner = root.inner,
                                                               .segments = m};
                                     const auto side = [&](const VertexLine& line, std::uint32_t* to) {

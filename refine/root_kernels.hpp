@@ -36,6 +36,7 @@ struct RootLines {
 /// each, for triangles also in `top`; what numbers triangles writes over bottom and top.
 struct RootNumbers {
     std::uint32_t *left, *right, *bottom, *top;
+    std::uint32_t* spare;  ///< as long as they are
     std::uint32_t inner;
     std::uint32_t segments;
 };

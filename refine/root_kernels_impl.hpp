@@ -403,13 +403,19 @@ void number_quads(const RootNumbers& root, std::uint32_t* out) {
     quad(last + inner - 1, root.right[inner], root.top[n], root.top[inner]);
 }
 
-/// Line y has the points 0 ... n - y; both lines at hand are copied to where the root's bottom and top were.
+/// Line y has the points 0 ... n - y; the lines at hand are copied to where the root's bottom and top were, and beside
+/// these. Each is written well before it is read: to read in larger pieces what has just been written takes long.
 void number_triangles(const RootNumbers& root, std::uint32_t* out) {
-    unsigned *low = root.bottom, *high = root.top, inner = root.inner;
-    for (unsigned y = 0, last = root.segments; last > 0; ++y, --last) {
-        high[0] = root.left[y + 1];
-        for (unsigned x = 1; x + 1 < last; ++x) high[x] = inner++;
-        high[last - 1] = root.right[y + 1];
+    unsigned *low = root.bottom, *high = root.top, *after = root.spare, inner = root.inner;
+    const unsigned n = root.segments;
+    const auto fill = [&](unsigned* line, unsigned y) TETRAKIS_INLINE {
+        line[0] = root.left[y];
+        for (unsigned x = 1; x + y < n; ++x) line[x] = inner++;
+        line[n - y] = root.right[y];
+    };
+    fill(high, 1);
+    for (unsigned y = 0, last = n; last > 0; ++y, --last) {
+        if (y + 2 <= n) fill(after, y + 2);
         unsigned x = 0;
         for (; x + 2 < last; x += 2, out += 12) {
             Numbers a, b;
@@ -428,9 +434,10 @@ void number_triangles(const RootNumbers& root, std::uint32_t* out) {
             *out++ = high[x + 1];
             *out++ = high[x];
         }
-        unsigned* const next = high;
-        high = low;
-        low = next;
+        unsigned* const free = low;
+        low = high;
+        high = after;
+        after = free;
     }
 }
 
