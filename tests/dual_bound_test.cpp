@@ -164,7 +164,7 @@ void check_bounds(const ControlMesh& mesh, const SchemeInfo& scheme, std::uint64
 
 }  // namespace
 
-TEST_CASE("[inv9] bounds of dual meshes are never below a distance, whatever is around") {
+TEST_CASE("[slow] [inv9] bounds of dual meshes are never below a distance, whatever is around") {
     for (const char* name : {"doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest"}) {
         const SchemeInfo& scheme = *find_scheme(name);
         for (const std::uint64_t seed : test::seeds(3))

@@ -136,7 +136,11 @@ TEST_CASE("[inv9] mask norms bound the difference of limit points from triangles
                              .butterfly_w = 0.02};
     for (const char* name : {"modified-butterfly", "loop"}) check_bounds<LoopFamily>(*find_scheme(name), cosine, 7);
     check_bounds<QuadFamily>(*find_scheme("catmull-clark"), cosine, 7);
-    for (const int steps : {2, 4}) check_bounds<QuadFamily>(*find_scheme("averaging"), {.averaging_steps = steps}, 7);
+    check_bounds<QuadFamily>(*find_scheme("averaging"), {.averaging_steps = 2}, 7);
+}
+
+TEST_CASE("[slow] [inv9] mask norms of more averaging bound the difference, too") {
+    check_bounds<QuadFamily>(*find_scheme("averaging"), {.averaging_steps = 4}, 7);
 }
 
 TEST_CASE("[inv9] mask norms bound the smallest triangles, too") {

@@ -525,9 +525,10 @@ TEST_CASE("honeycomb refinement is tessellated by whole levels") {
         "test.obj");
     const ControlMesh mesh = ControlMesh::build(std::move(data));
     int before = 0;
-    for (const double tolerance : {0.05, 0.01, 0.002}) {
+    for (const double tolerance : {0.05, 0.01, 0.005}) {
         CAPTURE(tolerance);
-        const Tessellation result = tessellate(mesh, {.scheme = "honeycomb", .tolerance = tolerance});
+        const Tessellation result =
+            tessellate(mesh, {.scheme = "honeycomb", .tolerance = tolerance, .measure_samples = 50'000});
         CHECK(result.tolerance_reached);
         REQUIRE(result.measured_error);
         CHECK(result.measured_error->hausdorff <= result.tolerance_absolute);
@@ -546,7 +547,8 @@ TEST_CASE("honeycomb refinement is tessellated by whole levels") {
     }
     CHECK(before > 1);
     // The level before does not do.
-    const Tessellation coarser = tessellate(mesh, {.scheme = "honeycomb", .tolerance = 0.002, .max_level = before - 1});
+    const Tessellation coarser = tessellate(
+        mesh, {.scheme = "honeycomb", .tolerance = 0.005, .max_level = before - 1, .measure_samples = 50'000});
     CHECK_FALSE(coarser.tolerance_reached);
     CHECK(coarser.measured_error->hausdorff > coarser.tolerance_absolute);
     TessellateOptions within;

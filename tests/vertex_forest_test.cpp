@@ -196,7 +196,8 @@ TEST_CASE(
         }
 }
 
-TEST_CASE("[inv1] vertex quadtrees: semi-sharp creases end at each level as in uniform refinement, face by face") {
+TEST_CASE(
+    "[slow] [inv1] vertex quadtrees: semi-sharp creases end at each level as in uniform refinement, face by face") {
     int joints = 0, smooth_sides = 0;
     for (const char* name : {"doo-sabin", "midedge-simplest", "averaging"})
         for (const std::uint64_t seed : test::seeds(name == std::string("doo-sabin") ? 32 : 4)) {
