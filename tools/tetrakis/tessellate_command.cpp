@@ -74,8 +74,8 @@ void check_combination(const TessellateCommandOptions& options) {
         throw UsageError(
             "there is no certified bound for " + scheme +
             ", whose limit is known at points alone: use --estimator embree, which measures, or --scheme "
-            "catmull-clark, loop, tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, doo-sabin, doo-sabin-cc, "
-            "midedge, midedge-simplest, bilinear or midpoint");
+            "catmull-clark, loop, tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, averaging (with an even "
+            "--steps), doo-sabin, doo-sabin-cc, midedge, midedge-simplest, bilinear or midpoint");
 }
 
 OutputFiles output_files(const TessellateCommandOptions& options) {
