@@ -1,6 +1,8 @@
 #include "tetrakis/eval/cell_surroundings.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <limits>
 #include <utility>
 
@@ -8,8 +10,9 @@ namespace tetrakis::detail {
 
 namespace {
 
-// In a key: vertices that are corners follow.
-constexpr int k_corners = std::numeric_limits<int>::min();
+// In a key: vertices that are corners follow; then half-edges of sectors with angles, each with the halves of its
+// angle.
+constexpr int k_corners = std::numeric_limits<int>::min(), k_angles = k_corners + 1;
 
 }  // namespace
 
@@ -27,6 +30,7 @@ std::optional<CellSurroundings> cell_surroundings(const RuleMesh& mesh, int half
     std::vector<char> entered(here.face_count(), 0);
     entered[here.face(entry[0])] = 1;
     SurroundingsKey& key = result.key;
+    std::vector<double> angles;
     for (std::size_t i = 0; i < entry.size(); ++i) {
         int h = entry[i];
         key.push_back(-here.face_size(here.face(h)));
@@ -39,6 +43,7 @@ std::optional<CellSurroundings> cell_surroundings(const RuleMesh& mesh, int half
             // Inner edges alone: a part's own end is sharp, too.
             const bool sharp = t != RuleMesh::none && is_sharp(here.sharpness(h));
             key.push_back(2 * number[v] + (sharp ? 1 : 0));
+            angles.push_back(here.corner_angle(h));
             if (t != RuleMesh::none && !std::exchange(entered[here.face(t)], 1)) entry.push_back(t);
             h = here.next(h);
         } while (h != entry[i]);
@@ -48,6 +53,13 @@ std::optional<CellSurroundings> cell_surroundings(const RuleMesh& mesh, int half
     for (std::size_t v = 0; v < number.size(); ++v)
         if (is_sharp(here.vertex_sharpness(static_cast<int>(v)))) key.push_back(number[v]);
     std::sort(std::find(key.begin(), key.end(), k_corners) + 1, key.end());
+    if (!here.has_corner_angles()) return result;
+    key.push_back(k_angles);
+    for (std::size_t i = 0; i < angles.size(); ++i) {
+        if (angles[i] == 0) continue;
+        const auto halves = std::bit_cast<std::array<int, 2>>(angles[i]);
+        key.insert(key.end(), {static_cast<int>(i), halves[0], halves[1]});
+    }
     return result;
 }
 
@@ -61,17 +73,24 @@ SurroundingsKey fan_surroundings(FanLattice lattice, const FanShape& shape, int 
 RuleMesh surroundings_mesh(const SurroundingsKey& key) {
     RuleMesh::Builder faces;
     int vertices = 0;
-    std::size_t i = 0;
+    std::size_t i = 0, halfedges = 0;
     for (; key[i] != k_corners;) {
         const int size = -key[i++];
         for (int c = 0; c < size; ++c, ++i) {
             faces.corner(key[i] / 2, key[i] % 2 != 0 ? std::numeric_limits<float>::infinity() : 0.0f);
             vertices = std::max(vertices, key[i] / 2 + 1);
+            ++halfedges;
         }
         faces.end_face();
     }
     std::vector<float> sharpness(vertices, 0.0f);
-    for (++i; i < key.size(); ++i) sharpness[key[i]] = std::numeric_limits<float>::infinity();
+    for (++i; i < key.size() && key[i] != k_angles; ++i) sharpness[key[i]] = std::numeric_limits<float>::infinity();
+    if (i < key.size()) {
+        std::vector<double> angles(halfedges);
+        for (++i; i < key.size(); i += 3)
+            angles[static_cast<std::size_t>(key[i])] = std::bit_cast<double>(std::array{key[i + 1], key[i + 2]});
+        faces.set_corner_angles(std::move(angles));
+    }
     return RuleMesh(vertices, std::move(faces), std::move(sharpness));
 }
 

@@ -90,12 +90,12 @@ class LimitUvs {
     LimitUvs(const ControlMesh& mesh, const TessellateOptions& options, std::vector<std::string>& warnings)
         : mesh_(mesh) {
         try {
-            chart_ = uv_mesh(mesh);
+            chart_ = uv_mesh(mesh, options.rules);
             const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
             const bool triangles = options.scheme.info().family == MeshFamily::triangles;
             const SchemeInfo& scheme =
                 linear ? *find_scheme(triangles ? "midpoint" : "bilinear") : options.scheme.info();
-            points_.emplace(make_hierarchy(chart_, scheme, {.rules = options.rules}));
+            points_.emplace(make_hierarchy(chart_, scheme, {.rules = chart_rules(options.rules)}));
         } catch (const Error& error) {
             warnings.push_back(std::string("the UV layer cannot be subdivided and is interpolated linearly (") +
                                error.what() + ")");

@@ -1,6 +1,7 @@
 #include "tetrakis/eval/loop_patches.hpp"
 
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/corner_angles.hpp"
 #include "tetrakis/schemes/loop.hpp"
 #include "tetrakis/schemes/ring_limit.hpp"
 #include "tetrakis/schemes/sharpness.hpp"
@@ -27,6 +28,7 @@ constexpr std::uint32_t k_none = HalfedgeId::none;
 }  // namespace
 
 LoopPatches::LoopPatches(const ControlMesh& mesh, const RunContext& context) : mesh_(mesh) {
+    detail::refuse_corner_angles(mesh);
     if (!mesh.all_triangles())
         throw Error(ErrorCode::invalid_input,
                     "Loop subdivision needs triangles, but some faces have more corners; triangulate first");

@@ -19,7 +19,8 @@ namespace tetrakis {
 class LoopPatches {
   public:
     /// O(H): one Loop step. Keeps a reference to the mesh.
-    /// @throws Error  invalid_input: a face is not a triangle; memory_limit where the context's limit would be exceeded
+    /// @throws Error  invalid_input: a face is not a triangle; unsupported: corner angles; memory_limit where the
+    /// context's limit would be exceeded
     explicit LoopPatches(const ControlMesh& mesh, const RunContext& context = {});
     ~LoopPatches();
     LoopPatches(const LoopPatches&) = delete;

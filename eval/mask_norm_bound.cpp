@@ -196,7 +196,7 @@ MaskNormBound<Family>::MaskNormBound(const Hierarchy& points, const SchemeInfo& 
       scheme_(scheme),
       rules_(rules),
       decides_(aim > 0),
-      base_(rule_mesh(points.mesh())),
+      base_(rule_mesh(points.mesh(), rules)),
       first_step_(first_rule_step(scheme, base_)),
       remainder_(scheme, rules) {
     const Box3d box = mesh_.bounding_box();

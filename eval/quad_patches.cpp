@@ -3,6 +3,7 @@
 #include "tetrakis/eval/first_seen.hpp"
 
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/corner_angles.hpp"
 #include "tetrakis/schemes/ring_limit.hpp"
 #include "tetrakis/schemes/sharpness.hpp"
 
@@ -35,6 +36,7 @@ std::uint64_t ring_bytes(const ControlMesh& mesh) {
 }  // namespace
 
 QuadPatches::QuadPatches(const ControlMesh& mesh, const RunContext& context) : mesh_(mesh) {
+    detail::refuse_corner_angles(mesh);
     const std::uint64_t rings = ring_bytes(mesh);
     const std::uint64_t bytes = std::uint64_t{mesh.halfedge_count()} * sizeof(QuadNode) + rings;
     if (context.max_memory_bytes != 0 && bytes > context.max_memory_bytes)

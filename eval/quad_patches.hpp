@@ -16,7 +16,7 @@ namespace tetrakis {
 /// Niessner et al. 2012 (single-crease patches), in closed form here.
 class QuadPatches {
   public:
-    /// O(H). @throws Error memory_limit where the context's limit would be exceeded.
+    /// O(H). @throws Error unsupported: corner angles; memory_limit where the context's limit would be exceeded.
     explicit QuadPatches(const ControlMesh& mesh, const RunContext& context = {});
     ~QuadPatches();
 

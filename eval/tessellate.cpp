@@ -61,9 +61,10 @@ void check(const ControlMesh& mesh, const TessellateOptions& options) {
     if (options.slide &&
         (options.estimator != EstimatorKind::certified || !options.tolerance || options.max_triangles != 0))
         refuse("sliding needs the certified estimator and a tolerance, and no maximum number of triangles");
-    if (options.slide && !scheme_support(options.scheme, options.rules).patches)
+    if (options.slide && !scheme_support(mesh, options.scheme, options.rules).patches)
         throw Error(ErrorCode::unsupported,
-                    "sliding needs a scheme with patches: catmull-clark or loop, by their plain rules");
+                    "sliding needs a scheme with patches: catmull-clark or loop, by their plain rules, without "
+                    "corner angles");
     if (options.target && options.target->triangles.empty()) refuse("the target mesh has no triangles");
     if (options.scheme.info().family == MeshFamily::triangles && !mesh.all_triangles())
         refuse(std::string(options.scheme.name()) + " needs a triangle mesh; triangulate() makes one");
@@ -370,7 +371,7 @@ class Tessellator {
 Tessellation tessellate(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context) {
     check(mesh, options);
     return with_threads(context, [&] {
-        if (!scheme_support(options.scheme, options.rules).patches)
+        if (!scheme_support(mesh, options.scheme, options.rules).patches)
             return detail::tessellate_by_limits(mesh, options, context);
         if (options.scheme.kind() == SchemeKind::loop) return Tessellator<LoopFamily>(mesh, options, context).run();
         return Tessellator<QuadFamily>(mesh, options, context).run();

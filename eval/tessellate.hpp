@@ -34,6 +34,8 @@ struct SchemeSupport {
 /// refinement, where no tag stays semi-sharp for more than 6 levels what has mask norms (has_mask_norms()), and, where
 /// none is semi-sharp, Doo-Sabin and midedge refinement. By whole levels: honeycomb refinement.
 SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rules = {});
+/// With such a mesh: there are no patches for corners with angles of their own.
+SchemeSupport scheme_support(const ControlMesh& mesh, const SchemeChoice& scheme, const RuleOptions& rules = {});
 
 struct TessellateOptions {
     SchemeChoice scheme = SchemeKind::catmull_clark;  ///< see scheme_support()

@@ -24,7 +24,8 @@ void check_scheme(const TessellateOptions& options) {
         throw Error(ErrorCode::unsupported,
                     std::string(options.target ? "a target" : "a displacement") +
                         " needs exact points and normals all over the surface, which " + name +
-                        " has at its vertices only; use catmull-clark or loop with their plain rules");
+                        " has at its vertices only; use catmull-clark or loop with their plain rules "
+                        "and without corner angles");
     if (options.estimator == EstimatorKind::certified && !support.certified)
         throw Error(
             ErrorCode::unsupported,
@@ -43,6 +44,12 @@ SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rule
     support.patches = scheme.kind().has_value() && detail::has_plain_rules(rules);
     support.certified =
         support.patches || LinearBound::is_linear(info) || has_mask_norms(info, rules) || detail::DualBound::has(info);
+    return support;
+}
+
+SchemeSupport scheme_support(const ControlMesh& mesh, const SchemeChoice& scheme, const RuleOptions& rules) {
+    SchemeSupport support = scheme_support(scheme, rules);
+    support.patches = support.patches && detail::has_plain_rules(mesh, rules);
     return support;
 }
 

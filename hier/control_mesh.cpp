@@ -1,5 +1,6 @@
 #include "tetrakis/hier/control_mesh.hpp"
 
+#include "tetrakis/hier/corner_tags.hpp"
 #include "tetrakis/hier/edge_uses.hpp"
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/mesh_check.hpp"
@@ -39,6 +40,9 @@ class ControlMeshBuilder {
         detail::MeshLinks links = detail::link_mesh(data, uses_);
         detail::throw_faults(data, detail::edge_faults(data, uses_, links));
         detail::throw_faults(data, detail::vertex_faults(data, links));
+        detail::TaggedAngles angles = detail::tagged_angles(data, links);
+        detail::throw_faults(data, angles.faults);
+        mesh_.corner_angle_ = std::move(angles.angle);
         context_.report("build", 0.7);
         mesh_.halfedge_face_ = std::move(links.face);
         mesh_.twin_ = std::move(links.twin);
@@ -47,7 +51,7 @@ class ControlMeshBuilder {
         number_edges();
         apply_tags();
         apply_boundary_rule();
-        note_oddities();
+        note_oddities(angles);
         context_.report("build", 1.0);
         return std::move(mesh_);
     }
@@ -124,7 +128,7 @@ class ControlMeshBuilder {
             });
     }
 
-    void note_oddities() {
+    void note_oddities(const detail::TaggedAngles& angles) {
         const ControlMeshData& data = mesh_.data_;
         mesh_.all_triangles_ = mesh_.halfedge_count() == 3 * std::uint64_t{mesh_.face_count()} &&
                                std::ranges::adjacent_find(data.face_offsets, [](std::uint32_t a, std::uint32_t b) {
@@ -134,6 +138,7 @@ class ControlMeshBuilder {
         const auto isolated = std::ranges::count(mesh_.vertex_halfedge_, HalfedgeId::none);
         for (std::string& oddity : detail::find_oddities(data, static_cast<std::uint64_t>(isolated)))
             mesh_.warnings_.push_back(std::move(oddity));
+        if (const auto oddity = detail::idle_angles(data, angles)) mesh_.warnings_.push_back(*oddity);
     }
 
     const RunContext& context_;

@@ -55,6 +55,14 @@ struct ControlMeshData {
     };
     std::vector<EdgeTag> creases;
     std::vector<VertexTag> corners;
+    /// Interior angle of a sector at a corner: of the faces between two neighbouring sharp edges there, of which this
+    /// is one. Loop, tuned Loop and Catmull-Clark have rules for it (schemes/loop_rules.hpp, catmull_clark_rules.hpp).
+    struct AngleTag {
+        std::uint32_t vertex, face;
+        double angle;  ///< radians, in (0, 2 pi) and not pi
+        std::uint64_t line = 0;
+    };
+    std::vector<AngleTag> corner_angles;
     std::vector<std::uint32_t> holes;       ///< faces that are refined with the others but are not part of the surface
     std::vector<std::uint64_t> hole_lines;  ///< line numbers of `holes`, or empty
 
@@ -151,6 +159,10 @@ class ControlMesh {
     float sharpness(EdgeId e) const { return edge_sharpness_[e.value]; }
     /// As above; infinity at boundary vertices with a single face under BoundaryRule::edge_and_corner.
     float sharpness(VertexId v) const { return vertex_sharpness_[v.value]; }
+    /// Of the sector at the half-edge's origin that has its face, from the tags; 0: none, as at all that are no
+    /// corners.
+    double corner_angle(HalfedgeId h) const { return corner_angle_.empty() ? 0 : corner_angle_[h.value]; }
+    bool has_corner_angles() const { return !corner_angle_.empty(); }
     /// Not part of the surface: tagged as a hole, or touching the boundary under BoundaryRule::none.
     bool is_hole(FaceId f) const { return hole_[f.value] != 0; }
 
@@ -172,6 +184,7 @@ class ControlMesh {
     std::vector<std::uint32_t> halfedge_face_, twin_, halfedge_edge_, edge_halfedge_;
     std::vector<std::uint32_t> vertex_halfedge_, vertex_face_count_;
     std::vector<float> edge_sharpness_, vertex_sharpness_;
+    std::vector<double> corner_angle_;
     std::vector<std::uint8_t> hole_;
     std::vector<std::string> warnings_;
     bool all_triangles_ = false;

@@ -1,5 +1,6 @@
 #include "tetrakis/hier/mesh_check.hpp"
 
+#include "tetrakis/hier/corner_tags.hpp"
 #include "tetrakis/hier/ids.hpp"
 #include "tetrakis/hier/parallel.hpp"
 
@@ -150,6 +151,15 @@ void check_tags(const ControlMeshData& data, std::vector<RawFault>& faults) {
         else if (!is_sharpness(tag.sharpness))
             faults.push_back({Kind::corner_tag, i, tag.vertex, 0, "sharpness"});
     }
+    for (std::uint32_t i = 0; i < data.corner_angles.size(); ++i) {
+        const auto& tag = data.corner_angles[i];
+        if (tag.vertex >= vertices)
+            faults.push_back({Kind::corner_angle_tag, i, tag.vertex, tag.face, "vertex"});
+        else if (tag.face >= faces)
+            faults.push_back({Kind::corner_angle_tag, i, tag.vertex, tag.face, "face"});
+        else if (!is_sector_angle(tag.angle))
+            faults.push_back({Kind::corner_angle_tag, i, tag.vertex, tag.face, "angle"});
+    }
     for (std::uint32_t i = 0; i < data.holes.size(); ++i)
         if (data.holes[i] >= faces) faults.push_back({Kind::hole_tag, i, data.holes[i]});
 }
@@ -263,6 +273,11 @@ std::vector<RawFault> edge_faults(const ControlMeshData& data, std::span<const E
     for (std::uint32_t i = 0; i < data.creases.size(); ++i)
         if (!find_edge(sorted_uses, data.creases[i].a, data.creases[i].b))
             faults.push_back({Kind::crease_tag, i, data.creases[i].a, data.creases[i].b, "edge"});
+    for (std::uint32_t i = 0; i < data.corner_angles.size(); ++i) {
+        const auto& tag = data.corner_angles[i];
+        if (face_corner(data, tag.face, tag.vertex) == HalfedgeId::none)
+            faults.push_back({Kind::corner_angle_tag, i, tag.vertex, tag.face, "corner"});
+    }
     sort_faults(faults);
     return faults;
 }
@@ -323,6 +338,7 @@ std::vector<MeshFault> find_faults(const ControlMeshData& data) {
         const detail::MeshLinks links = detail::link_mesh(data, uses);
         raw = detail::edge_faults(data, uses, links);
         if (raw.empty()) raw = detail::vertex_faults(data, links);
+        if (raw.empty()) raw = detail::tagged_angles(data, links).faults;
     }
     std::vector<MeshFault> faults;
     faults.reserve(raw.size());
@@ -333,7 +349,15 @@ std::vector<MeshFault> find_faults(const ControlMeshData& data) {
 std::vector<std::string> find_oddities(const ControlMeshData& data) {
     std::vector<std::uint8_t> used(data.positions.size(), 0);
     for (std::uint32_t v : data.face_vertices) used[v] = 1;
-    return detail::find_oddities(data, static_cast<std::uint64_t>(std::ranges::count(used, 0)));
+    std::vector<std::string> oddities =
+        detail::find_oddities(data, static_cast<std::uint64_t>(std::ranges::count(used, 0)));
+    if (!data.corner_angles.empty()) {
+        const auto uses =
+            detail::sorted_edge_uses(data.face_offsets, data.face_vertices, detail::count_of(data.positions.size()));
+        const auto angles = detail::tagged_angles(data, detail::link_mesh(data, uses));
+        if (const auto oddity = detail::idle_angles(data, angles)) oddities.push_back(*oddity);
+    }
+    return oddities;
 }
 
 }  // namespace tetrakis

@@ -1,3 +1,4 @@
+#include "tetrakis/hier/corner_tags.hpp"
 #include "tetrakis/hier/ids.hpp"
 #include "tetrakis/hier/mesh_check.hpp"
 
@@ -40,6 +41,8 @@ std::uint64_t line_of(const ControlMeshData& data, const detail::RawFault& fault
             return data.creases[fault.element].line;
         case Kind::corner_tag:
             return data.corners[fault.element].line;
+        case Kind::corner_angle_tag:
+            return data.corner_angles[fault.element].line;
         case Kind::hole_tag:
             return at(data.hole_lines);
         default:
@@ -74,6 +77,33 @@ std::string tag_text(const ControlMeshData& data, const detail::RawFault& fault)
         tag, data.positions.size(), static_cast<std::int64_t>(data.positions.size()) - 1);
 }
 
+std::string angle_text(const ControlMeshData& data, const detail::RawFault& fault) {
+    const std::string_view subject = fault.subject ? fault.subject : "";
+    const auto& at = data.corner_angles[fault.element];
+    const auto number = [&](std::uint32_t i) { return std::uint64_t{i} + data.first_number; };
+    const std::string tag = fmt::format("corner angle tag {} (vertex {}, face {})", number(fault.element),
+                                        tag_number(at.vertex), tag_number(at.face));
+    constexpr std::string_view k_drop = "or use --repair to drop the tag";
+    const std::size_t faces = data.face_offsets.size() - 1;
+    if (subject == "vertex")
+        return fmt::format("{} names a vertex that is not there, the last of {} is {}; tags count vertices from 0, {}",
+                           tag, data.positions.size(), static_cast<std::int64_t>(data.positions.size()) - 1, k_drop);
+    if (subject == "face")
+        return fmt::format("{} names a face that is not there, the last of {} is {}; tags count faces from 0, {}", tag,
+                           faces, static_cast<std::int64_t>(faces) - 1, k_drop);
+    if (subject == "angle")
+        return fmt::format("{} has {} degrees; they must be above 0 and below 360, and not 180, {}", tag,
+                           detail::degrees(at.angle), k_drop);
+    if (subject == "corner")
+        return fmt::format("{}: {} does not touch {}; tags count vertices and faces from 0, {}", tag,
+                           detail::face_name(data, at.face), detail::vertex_name(data, at.vertex), k_drop);
+    const auto& before = data.corner_angles[fault.a];
+    return fmt::format(
+        "{} has {} degrees, but tag {} has {} for the same sector (the faces between two sharp edges); leave one, {}",
+        tag, detail::degrees(at.angle), with_line(std::to_string(number(fault.a)), before.line),
+        detail::degrees(before.angle), k_drop);
+}
+
 }  // namespace
 
 std::string_view name(MeshFaultKind kind) {
@@ -104,6 +134,8 @@ std::string_view name(MeshFaultKind kind) {
             return "crease tag";
         case Kind::corner_tag:
             return "corner tag";
+        case Kind::corner_angle_tag:
+            return "corner angle tag";
         case Kind::hole_tag:
             return "hole tag";
         case Kind::duplicate_face:
@@ -186,6 +218,8 @@ MeshFault describe(const ControlMeshData& data, const RawFault& fault) {
             case Kind::crease_tag:
             case Kind::corner_tag:
                 return tag_text(data, fault);
+            case Kind::corner_angle_tag:
+                return angle_text(data, fault);
             case Kind::hole_tag:
                 return fmt::format(
                     "hole tag {} names face {}, but there are {} faces; tags count faces from 0, or use "

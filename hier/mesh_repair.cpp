@@ -1,5 +1,6 @@
 #include "tetrakis/hier/mesh_repair.hpp"
 
+#include "tetrakis/hier/corner_tags.hpp"
 #include "tetrakis/hier/edge_uses.hpp"
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/mesh_check.hpp"
@@ -50,6 +51,7 @@ class Repair {
         drop_duplicates();
         make_manifold();
         mend_tags();
+        mend_angles();
         drop_isolated();
         return std::move(reports_);
     }
@@ -350,6 +352,42 @@ class Repair {
                    no_corner.count, tag_name(no_corner.first, corner_line));
     }
 
+    // They speak of the faces and vertices as they were at first: whatever is left of the two gets them.
+    void mend_angles() {
+        if (data_.corner_angles.empty()) return;
+        const std::vector<ControlMeshData::AngleTag> before = std::move(data_.corner_angles);
+        std::vector<ControlMeshData::AngleTag>& now = data_.corner_angles = {};
+        std::vector<std::uint32_t> source;
+        Tally lost, other;
+        for (std::uint32_t i = 0; i < before.size(); ++i) {
+            const auto& tag = before[i];
+            const std::size_t size = now.size();
+            const auto [first, last] = std::equal_range(source_face_.begin(), source_face_.end(), tag.face);
+            for (auto f = first; f != last && detail::is_sector_angle(tag.angle); ++f) {
+                const auto face = count_of(static_cast<std::size_t>(f - source_face_.begin()));
+                for (std::uint32_t h = data_.face_offsets[face]; h < data_.face_offsets[face + 1]; ++h)
+                    if (const std::uint32_t v = data_.face_vertices[h]; origin_[v] == tag.vertex)
+                        now.push_back({v, face, tag.angle, tag.line});
+            }
+            if (now.size() == size) lost.add(i);
+            source.resize(now.size(), i);
+        }
+        const auto uses =
+            detail::sorted_edge_uses(data_.face_offsets, data_.face_vertices, count_of(data_.positions.size()));
+        const auto faults = detail::tagged_angles(data_, detail::link_mesh(data_, uses)).faults;
+        for (std::size_t i = faults.size(); i-- > 0;)
+            now.erase(now.begin() + static_cast<std::ptrdiff_t>(faults[i].element));
+        for (const detail::RawFault& fault : faults) other.add(source[fault.element]);
+        if (lost.count != 0)
+            report(
+                "dropped {} corner angle tags that name no corner of a face that is left, or no angle (the first is "
+                "tag {})",
+                lost.count, tag_name(lost.first, before[lost.first].line));
+        if (other.count != 0)
+            report("dropped {} corner angle tags of sectors with another angle (the first is tag {})", other.count,
+                   tag_name(other.first, before[other.first].line));
+    }
+
     void drop_isolated() {
         std::vector<std::uint32_t> number(data_.positions.size(), k_none), kept;
         for (const std::uint32_t v : data_.face_vertices) number[v] = 0;
@@ -377,6 +415,7 @@ class Repair {
             tag.b = number[tag.b];
         }
         for (auto& tag : data_.corners) tag.vertex = number[tag.vertex];
+        for (auto& tag : data_.corner_angles) tag.vertex = number[tag.vertex];
     }
 
     ControlMeshData& data_;

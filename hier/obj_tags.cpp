@@ -4,6 +4,7 @@
 
 #include <array>
 #include <limits>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,7 @@ namespace {
 struct Tag {
     std::string_view name;
     std::vector<std::uint32_t> ints;  ///< VertexId::none where the file's number is negative or too large for any mesh
-    std::vector<float> reals;
+    std::vector<double> reals;
     std::vector<std::string_view> strings;
 };
 
@@ -27,6 +28,7 @@ class TagReader {
         if (tag_.name.empty()) fail("the tag has no name; write `t crease 2/1/0 a b sharpness` or the like");
         if (tag_.name == "crease") return read_arguments(), crease(), true;
         if (tag_.name == "corner") return read_arguments(), corner(), true;
+        if (tag_.name == "cornerangle") return read_arguments(), corner_angle(), true;
         if (tag_.name == "hole") return read_arguments(), hole(), true;
         if (tag_.name == "interpolateboundary") {
             read_arguments();
@@ -81,13 +83,17 @@ class TagReader {
             const std::string_view text = word("reals");
             const auto value = obj_number(text);
             if (!value) fail(fmt::format("{} in tag '{}' is no number", obj_quote(text), tag_.name));
-            tag_.reals.push_back(*value > std::numeric_limits<float>::max() ? k_sharpness_infinity
-                                                                            : static_cast<float>(*value));
+            tag_.reals.push_back(*value);
         }
         for (std::int64_t i = 0; i < count[2]; ++i) tag_.strings.push_back(word("strings"));
         if (const std::string_view extra = words_.next(); !extra.empty())
             fail(fmt::format("tag '{}' goes on with {} after what its counts {} promise", tag_.name, obj_quote(extra),
                              obj_quote(counts)));
+    }
+
+    float sharpness(std::size_t i) const {
+        const double value = tag_.reals[i];
+        return value > std::numeric_limits<float>::max() ? k_sharpness_infinity : static_cast<float>(value);
     }
 
     void crease() {
@@ -98,9 +104,9 @@ class TagReader {
             fail(fmt::format("a crease tag of {} edges needs 1 sharpness or one for each edge, not {}", pairs, reals));
         for (std::size_t i = 0; i < pairs; ++i)
             data_.creases.push_back({tag_.ints[2 * i], tag_.ints[2 * i + 1],
-                                     tag_.reals[reals == 1       ? 0
-                                                : reals == pairs ? i
-                                                                 : 2 * i],
+                                     sharpness(reals == 1       ? 0
+                                               : reals == pairs ? i
+                                                                : 2 * i),
                                      line_});
     }
 
@@ -110,7 +116,18 @@ class TagReader {
         if (reals != 1 && reals != count)
             fail(fmt::format("a corner tag of {} vertices needs 1 sharpness or one for each, not {}", count, reals));
         for (std::size_t i = 0; i < count; ++i)
-            data_.corners.push_back({tag_.ints[i], tag_.reals[reals == 1 ? 0 : i], line_});
+            data_.corners.push_back({tag_.ints[i], sharpness(reals == 1 ? 0 : i), line_});
+    }
+
+    void corner_angle() {
+        const std::size_t pairs = tag_.ints.size() / 2, reals = tag_.reals.size();
+        if (pairs == 0 || tag_.ints.size() % 2 != 0)
+            fail(fmt::format("a cornerangle tag needs pairs of a vertex and a face, not {} numbers", tag_.ints.size()));
+        if (reals != 1 && reals != pairs)
+            fail(fmt::format("a cornerangle tag of {} corners needs 1 angle or one for each, not {}", pairs, reals));
+        for (std::size_t i = 0; i < pairs; ++i)
+            data_.corner_angles.push_back({tag_.ints[2 * i], tag_.ints[2 * i + 1],
+                                           tag_.reals[reals == 1 ? 0 : i] * std::numbers::pi / 180, line_});
     }
 
     void hole() {

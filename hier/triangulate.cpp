@@ -1,5 +1,6 @@
 #include "tetrakis/hier/triangulate.hpp"
 
+#include "tetrakis/hier/corner_tags.hpp"
 #include "tetrakis/hier/edge_uses.hpp"
 
 #include <fmt/format.h>
@@ -66,6 +67,7 @@ class Triangulator {
                 out_.holes.push_back(t);
                 if (!in_.hole_lines.empty()) out_.hole_lines.push_back(in_.hole_lines[i]);
             }
+        for (auto& tag : out_.corner_angles) tag.face = triangle_at(tag.vertex, first[tag.face]);
         keep_sharp_corners();
         out_.warnings.push_back(fmt::format("cut {} of {} faces into triangles", cut_count_, mesh_.face_count()));
         if (centre_count_ != 0)
@@ -78,6 +80,12 @@ class Triangulator {
     std::uint32_t triangle_count() const { return static_cast<std::uint32_t>(out_.face_offsets.size() - 1); }
     std::uint32_t vertex(std::uint32_t place) const { return in_.face_vertices[first_ + place]; }
     const Vec3d& point(std::uint32_t place) const { return in_.positions[vertex(place)]; }
+
+    // The first from `t` on that touches the vertex; diagonals are smooth, so its sector is that of the others.
+    std::uint32_t triangle_at(std::uint32_t vertex, std::uint32_t t) const {
+        while (detail::face_corner(out_, t, vertex) == HalfedgeId::none) ++t;
+        return t;
+    }
 
     void begin_triangle() {
         out_.face_offsets.push_back(out_.face_offsets.back() + 3);

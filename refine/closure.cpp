@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/corner_angles.hpp"
 #include "tetrakis/refine/site_stencils.hpp"
 
 #include <oneapi/tbb/enumerable_thread_specific.h>
@@ -240,8 +241,10 @@ std::variant<detail::QuadStencils, detail::TriangleStencils> make_stencils(const
 
 }  // namespace
 
-Closure::Closure(const ControlMesh& mesh, SchemeKind scheme)
-    : impl_(new Impl{make_stencils(mesh, scheme), mesh.crease_method()}) {}
+Closure::Closure(const ControlMesh& mesh, SchemeKind scheme) {
+    detail::refuse_corner_angles(mesh);
+    impl_.reset(new Impl{make_stencils(mesh, scheme), mesh.crease_method()});
+}
 Closure::~Closure() = default;
 Closure::Closure(Closure&&) noexcept = default;
 Closure& Closure::operator=(Closure&&) noexcept = default;

@@ -23,7 +23,7 @@ namespace tetrakis {
 class Closure : public PositionSource {
   public:
     /// @param mesh   control mesh; Loop: triangles only
-    /// @throws Error invalid_input: Loop on other faces than triangles
+    /// @throws Error invalid_input: Loop on other faces than triangles; unsupported: corner angles
     Closure(const ControlMesh& mesh, SchemeKind scheme);
     ~Closure() override;
     Closure(Closure&&) noexcept;

@@ -1,5 +1,6 @@
 #include "tetrakis/refine/factored_mesh.hpp"
 
+#include "tetrakis/refine/corner_angles.hpp"
 #include "tetrakis/refine/factored_steps.hpp"
 
 #include "tetrakis/hier/error.hpp"
@@ -78,6 +79,9 @@ FactoredMesh::FactoredMesh(const ControlMesh& mesh, FactoredScheme scheme, std::
     state_->steps = make_steps(mesh, scheme, rules);
     state_->steps->limit_memory(max_memory_bytes);
     state_->warning = detail::ignored_creases(mesh, *find_scheme(name(scheme)), rules);
+    if (mesh.has_corner_angles())
+        state_->warning = (state_->warning ? *state_->warning + "; " : "") +
+                          "the corner angles were ignored: half-steps have no rule for them";
 }
 FactoredMesh::~FactoredMesh() = default;
 FactoredMesh::FactoredMesh(FactoredMesh&&) noexcept = default;

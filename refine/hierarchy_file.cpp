@@ -93,6 +93,10 @@ std::uint64_t mesh_fingerprint(const ControlMesh& mesh) {
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
         print.word(std::bit_cast<std::uint32_t>(mesh.sharpness(VertexId(v))));
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) print.word(mesh.is_hole(FaceId(f)));
+    for (std::uint32_t h = 0; mesh.has_corner_angles() && h < mesh.halfedge_count(); ++h) {
+        const auto bits = std::bit_cast<std::uint64_t>(mesh.corner_angle(HalfedgeId(h)));
+        print.word(bits ^ bits >> 32);
+    }
     print.word(static_cast<std::uint64_t>(mesh.boundary_rule()));
     print.word(static_cast<std::uint64_t>(mesh.crease_method()));
     return print.value();

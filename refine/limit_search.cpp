@@ -1,8 +1,10 @@
 #include "tetrakis/refine/limit_search.hpp"
 
+#include "tetrakis/refine/corner_angles.hpp"
 #include "tetrakis/refine/honeycomb_limit.hpp"
 #include "tetrakis/refine/mesh_part.hpp"
 #include "tetrakis/schemes/averaging.hpp"
+#include "tetrakis/schemes/corner_flatness.hpp"
 #include "tetrakis/schemes/linear.hpp"
 #include "tetrakis/schemes/ring_mask.hpp"
 #include "tetrakis/schemes/spectrum.hpp"
@@ -54,9 +56,8 @@ class LimitSearch::Finder {
           dual_(lattice_ == FanLattice::dual),
           hexagons_(scheme.family == MeshFamily::hexagons),
           ignores_creases_(ignores_creases(scheme, options)) {
-        // The plain rules of these look no further than one ring, whatever is beyond it.
-        const bool plain =
-            options.edge_beside_crease == EdgeBesideCrease::plain && !options.hoppe_crease && options.corner_angle == 0;
+        // The plain rules of these look no further than one ring, whatever is beyond it, but for angles of corners.
+        const bool plain = options.edge_beside_crease == EdgeBesideCrease::plain && !options.hoppe_crease;
         one_ring_ = scheme.step == midpoint_step || scheme.step == bilinear_step || scheme.name == "sqrt3" ||
                     (plain && (scheme.name == "loop" || scheme.name == "catmull-clark"));
     }
@@ -130,7 +131,7 @@ class LimitSearch::Finder {
     }
 
     const Masks& masks(const FanShape& shape) {
-        const auto key = std::tuple(shape.faces, shape.boundary, shape.dart, shape.corner);
+        const auto key = std::tuple(shape.faces, shape.boundary, shape.dart, shape.corner, shape.angle);
         const auto at = masks_.find(key);
         if (at != masks_.end()) return at->second;
         Masks& masks = masks_[key];
@@ -317,6 +318,17 @@ class LimitSearch::Finder {
             .first->second;
     }
 
+    /// Whether a corner among the vertices has an angle, and so rules of its own for the edges there.
+    bool bends(const RuleMesh& mesh, std::span<const int> vertices) const {
+        if (!takes_corner_angles(scheme_) || !may_have_angles(mesh, options_)) return false;
+        return std::any_of(vertices.begin(), vertices.end(), [&](int v) {
+            if (mesh.rule(v) != VertexRule::corner) return false;
+            const RuleMesh::Ring ring = mesh.ring(v);
+            return std::any_of(ring.halfedge.begin(), ring.halfedge.end(),
+                               [&](int h) { return sector_angle(mesh, h, options_) > 0; });
+        });
+    }
+
     /// The vertices of the fan, where the mesh is there as the masks take it.
     std::optional<std::vector<int>> find(const RuleMesh& mesh, const FanShape& shape, std::span<const int> start,
                                          int rings) {
@@ -332,7 +344,8 @@ class LimitSearch::Finder {
         } catch (const std::logic_error&) {
             return std::nullopt;  // it meets another extraordinary point or the boundary
         }
-        if (one_ring_ || (dual_face && rings == 0)) return fan;
+        if (dual_face && rings == 0) return fan;
+        if (one_ring_) return bends(mesh, fan) ? std::nullopt : std::optional(std::move(fan));
         // Everything around the middle must be regular.
         for (int i = 0; i < labels.size(); ++i) {
             const FanLabel l = labels.all()[i];
@@ -406,7 +419,7 @@ class LimitSearch::Finder {
     int most_steps_ = k_most_steps;
     MeshPartFinder parts_;
     std::map<int, std::vector<double>> honeycomb_;
-    std::map<std::tuple<int, bool, bool, bool>, Masks> masks_;
+    std::map<std::tuple<int, bool, bool, bool, double>, Masks> masks_;
     std::map<std::tuple<int, bool, bool, int>, FanLabels> labels_;
 };
 

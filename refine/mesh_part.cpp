@@ -96,10 +96,12 @@ MeshPart MeshPartFinder::find(const RuleMesh& mesh, std::span<const int> seeds, 
     builder.reserve(part.face.size(), static_cast<std::size_t>(corners));
     std::vector<int> twins;
     twins.reserve(static_cast<std::size_t>(corners));
+    std::vector<double> angles;
     for (const int f : part.face) {
         const int begin = mesh.face_begin(f);
         for (int h = begin; h < begin + mesh.face_size(f); ++h) {
             builder.corner(number_[mesh.origin(h)], mesh.sharpness(h));
+            if (mesh.has_corner_angles()) angles.push_back(mesh.corner_angle(h));
             const int t = mesh.twin(h), beyond = t == RuleMesh::none ? 0 : mesh.face(t);
             const bool inside = t != RuleMesh::none && face_kept_[beyond] == stamp_;
             twins.push_back(inside ? face_begin_[beyond] + (t - mesh.face_begin(beyond)) : RuleMesh::none);
@@ -107,6 +109,7 @@ MeshPart MeshPartFinder::find(const RuleMesh& mesh, std::span<const int> seeds, 
         builder.end_face();
     }
     builder.set_twins(std::move(twins));
+    builder.set_corner_angles(std::move(angles));
     std::vector<float> sharpness;
     if (!mesh.vertex_sharpness().empty())
         for (const int v : part.vertex) sharpness.push_back(mesh.vertex_sharpness(v));

@@ -158,7 +158,7 @@ struct PartialLevels::Impl {
             throw Error(ErrorCode::unsupported,
                         std::string(scheme.name) + " has no lattice of cells by which to name its vertices");
         try {
-            base = rule_mesh(mesh);
+            base = rule_mesh(mesh, rules);
             points.assign(mesh.positions().begin(), mesh.positions().end());
             first_step = first_rule_step(scheme, base);
             if (lattice == FanLattice::triangles && !base.all_faces_have(3)) scheme.step(base, rules);  // says why not

@@ -4,6 +4,7 @@
 #include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/chart_cells.hpp"
+#include "tetrakis/refine/corner_angles.hpp"
 #include "tetrakis/refine/followed_uvs.hpp"
 #include "tetrakis/refine/repeated_rows.hpp"
 #include "tetrakis/refine/rule_levels.hpp"
@@ -33,7 +34,18 @@ std::optional<std::string> detail::ignored_creases(const ControlMesh& mesh, cons
 
 bool detail::has_plain_rules(const RuleOptions& rules) {
     return rules.edge_beside_crease == EdgeBesideCrease::plain && rules.loop_weights == LoopWeights::loop &&
-           !rules.hoppe_crease && !rules.catmull_clark_beta && !rules.catmull_clark_gamma && rules.corner_angle == 0;
+           !rules.hoppe_crease && !rules.catmull_clark_beta && !rules.catmull_clark_gamma && rules.corner_angle == 0 &&
+           !rules.measure_corner_angles;
+}
+
+bool detail::has_plain_rules(const ControlMesh& mesh, const RuleOptions& rules) {
+    return !mesh.has_corner_angles() && has_plain_rules(rules);
+}
+
+std::optional<std::string> detail::ignored_corner_angles(const ControlMesh& mesh, const SchemeInfo& scheme) {
+    if (!mesh.has_corner_angles() || takes_corner_angles(scheme)) return std::nullopt;
+    return "the corner angles were ignored: " + std::string(scheme.name) +
+           " has no rule for them, but loop, tuned-loop and catmull-clark have";
 }
 
 namespace {
@@ -43,7 +55,8 @@ std::optional<PolygonMesh> refine_structured(const ControlMesh& mesh, const Sche
                                              const RefineOptions& options) {
     const bool linear = scheme.step == bilinear_step || scheme.step == midpoint_step;
     const bool smooth = scheme.name == name(SchemeKind::catmull_clark) || scheme.name == name(SchemeKind::loop);
-    if (options.smoothing != 0 || !(linear || (smooth && detail::has_plain_rules(options.rules)))) return std::nullopt;
+    if (options.smoothing != 0 || !(linear || (smooth && detail::has_plain_rules(mesh, options.rules))))
+        return std::nullopt;
     const bool triangles = scheme.family == MeshFamily::triangles;
     if (triangles && !mesh.all_triangles()) return std::nullopt;  // the rules say what is wrong
     UniformOptions uniform{.limit = options.limit && !linear,
@@ -51,7 +64,10 @@ std::optional<PolygonMesh> refine_structured(const ControlMesh& mesh, const Sche
                            .linear = linear,
                            .attributes = options.attributes,
                            .context = options.context};
-    return refine_uniform(mesh, triangles ? SchemeKind::loop : SchemeKind::catmull_clark, levels, uniform);
+    PolygonMesh result =
+        refine_uniform(mesh, triangles ? SchemeKind::loop : SchemeKind::catmull_clark, levels, uniform);
+    if (auto warning = detail::ignored_corner_angles(mesh, scheme)) result.warnings.push_back(std::move(*warning));
+    return result;
 }
 
 void warn_of_smooth_uvs(const SchemeInfo& scheme, PolygonMesh& result) {
@@ -91,9 +107,9 @@ bool refine_uvs(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, c
     }
     const SchemeInfo& by =
         linear ? *find_scheme(scheme.family == MeshFamily::triangles ? "midpoint" : "bilinear") : scheme;
-    RefineOptions plain{.rules = options.rules, .context = options.context};
+    RefineOptions plain{.rules = detail::chart_rules(options.rules), .context = options.context};
     plain.context.progress = nullptr;
-    const ControlMesh chart = uv_mesh(mesh);
+    const ControlMesh chart = uv_mesh(mesh, options.rules);
     const RuleRefiner refiner(chart, by, levels, plain);
     if (refiner.last().halfedge_count() != last.halfedge_count()) return false;
     std::vector<Vec3d> points(refiner.vertex_count());
@@ -155,6 +171,7 @@ void keep_surface(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleO
         result.warnings.push_back(
             "the creases were refined by the uniform rule: Chaikin's is known to plain "
             "catmull-clark and loop only");
+    if (auto warning = detail::ignored_corner_angles(mesh, scheme)) result.warnings.push_back(std::move(*warning));
     if (auto warning = detail::ignored_creases(mesh, scheme, rules)) result.warnings.push_back(std::move(*warning));
     if (all_kept) return;
     keep_faces(kept, result);
@@ -218,11 +235,12 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
         const SchemeInfo& by =
             linear && !dual ? *find_scheme(scheme.family == MeshFamily::triangles ? "midpoint" : "bilinear") : scheme;
         charts = dual ? detail::chart_mesh(detail::extend_over_seams(mesh, rule_mesh(mesh), scheme, options.rules))
-                      : uv_mesh(mesh);
-        auto chart_levels = std::make_unique<detail::RuleLevels>(*charts, by, options.rules, 0);
+                      : uv_mesh(mesh, options.rules);
+        const RuleOptions rules = detail::chart_rules(options.rules);
+        auto chart_levels = std::make_unique<detail::RuleLevels>(*charts, by, rules, 0);
         detail::RepeatedRows::Demand plain = demand;
         plain.limit = plain.normals = false;
-        chart_rows = detail::RepeatedRows::make(*charts, by, levels, options.rules, chart_levels, plain, quiet);
+        chart_rows = detail::RepeatedRows::make(*charts, by, levels, rules, chart_levels, plain, quiet);
         if (!chart_rows) return std::nullopt;
     }
     const std::unique_ptr<detail::RepeatedRows> rows =

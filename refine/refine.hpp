@@ -51,9 +51,14 @@ namespace detail {
 
 /// Whether Catmull-Clark and Loop are those of the patches and structured kernels.
 bool has_plain_rules(const RuleOptions& rules);
+/// And those of the mesh, whose corners may have angles of their own.
+bool has_plain_rules(const ControlMesh& mesh, const RuleOptions& rules);
 
 /// A warning, if the mesh has creases and the scheme no rule for them.
 std::optional<std::string> ignored_creases(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules);
+
+/// A warning, if the mesh has corner angles and the scheme no rule for them.
+std::optional<std::string> ignored_corner_angles(const ControlMesh& mesh, const SchemeInfo& scheme);
 
 }  // namespace detail
 

@@ -45,7 +45,7 @@ void apply(const StencilTable& table, const double* in, int width, double* out) 
 }
 
 RuleLevels::RuleLevels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, int smoothing)
-    : scheme_(scheme), rules_(rules), source_(mesh.data().source), last_(rule_mesh(mesh)) {
+    : scheme_(scheme), rules_(rules), source_(mesh.data().source), last_(rule_mesh(mesh, rules)) {
     rules_.runner = &runner_;
     control_face_.resize(mesh.face_count());
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) control_face_[f] = static_cast<int>(f);

@@ -3,6 +3,7 @@
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/check_length.hpp"
+#include "tetrakis/refine/corner_angles.hpp"
 #include "tetrakis/refine/rule_levels.hpp"
 #include "tetrakis/refine/rule_limit.hpp"
 #include "tetrakis/schemes/four_eight.hpp"
@@ -43,7 +44,7 @@ constexpr std::uint64_t k_bytes_per_halfedge = 160;
 
 }  // namespace
 
-RuleMesh rule_mesh(const ControlMesh& mesh) {
+RuleMesh rule_mesh(const ControlMesh& mesh, const RuleOptions& rules) {
     const ControlMeshData& data = mesh.data();
     RuleMesh::Builder faces;
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
@@ -51,6 +52,7 @@ RuleMesh rule_mesh(const ControlMesh& mesh) {
             faces.corner(static_cast<int>(data.face_vertices[h]), mesh.sharpness(mesh.edge(HalfedgeId(h))));
         faces.end_face();
     }
+    faces.set_corner_angles(detail::corner_angles(mesh, rules));
     std::vector<float> sharpness(mesh.vertex_count());
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) sharpness[v] = mesh.sharpness(VertexId(v));
     return RuleMesh(static_cast<int>(mesh.vertex_count()), std::move(faces), std::move(sharpness));

@@ -36,8 +36,9 @@ struct RefineOptions {
     RunContext context{};
 };
 
-/// The control mesh as the rules of any scheme take it, same numbers of vertices, half-edges and faces.
-RuleMesh rule_mesh(const ControlMesh& mesh);
+/// The control mesh as the rules of any scheme take it, same numbers of vertices, half-edges and faces, with its corner
+/// angles and, where the rules measure them, those of the other sectors at corners.
+RuleMesh rule_mesh(const ControlMesh& mesh, const RuleOptions& rules = {});
 /// The first step over such a mesh: some schemes begin in another way where there are other faces than quads, and then
 /// take parts of the mesh as they take the whole.
 RuleStep (*first_rule_step(const SchemeInfo& scheme, const RuleMesh& mesh))(const RuleMesh&, const RuleOptions&);

@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/corner_angles.hpp"
 #include "tetrakis/refine/grid_refinement.hpp"
 #include "tetrakis/refine/uniform_cost.hpp"
 #include "tetrakis/refine/used_values.hpp"
@@ -189,6 +190,7 @@ class UniformRefinement {
 }  // namespace
 
 PolygonMesh refine_uniform(const ControlMesh& mesh, SchemeKind scheme, int levels, const UniformOptions& options) {
+    if (!options.linear) detail::refuse_corner_angles(mesh);
     return with_threads(options.context, [&] { return UniformRefinement(mesh, scheme, levels, options).run(); });
 }
 

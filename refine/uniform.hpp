@@ -13,7 +13,8 @@ namespace tetrakis {
 /// face-varying rule (see uv_mesh()); materials and groups are those of the control face.
 /// @param mesh    control mesh; Loop: triangles only
 /// @param levels  >= 0; each level has four times as many faces
-/// @throws Error  invalid_input: levels < 0, or Loop on other faces than triangles; unsupported: more elements than 32
+/// @throws Error  invalid_input: levels < 0, or Loop on other faces than triangles; unsupported: corner angles, more
+/// elements than 32
 ///                bits can count; memory_limit; cancelled
 /// Cost: O(H 4^levels), parallel over elements; the same bytes for any number of threads.
 PolygonMesh refine_uniform(const ControlMesh& mesh, SchemeKind scheme, int levels, const UniformOptions& options = {});

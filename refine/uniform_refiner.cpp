@@ -3,6 +3,7 @@
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/check_length.hpp"
+#include "tetrakis/refine/corner_angles.hpp"
 #include "tetrakis/refine/grid_limit.hpp"
 #include "tetrakis/refine/grid_refinement.hpp"
 #include "tetrakis/refine/uniform_cost.hpp"
@@ -37,6 +38,7 @@ struct UniformRefiner<T>::State {
 template <class T>
 UniformRefiner<T>::UniformRefiner(const ControlMesh& mesh, SchemeKind scheme, int levels,
                                   const UniformOptions& options) {
+    if (!options.linear) detail::refuse_corner_angles(mesh);
     const detail::UniformCost cost = detail::uniform_cost(
         mesh, {scheme, levels, static_cast<int>(sizeof(T)), options.limit, options.normals, false});
     if (levels == 0 && scheme == SchemeKind::catmull_clark && !detail::all_quads(mesh))

@@ -51,7 +51,8 @@ class UniformRefiner {
     /// @param mesh    Loop: triangles only. Outlives the refiner
     /// @param levels  >= 0; each level has four times as many faces; at least 1 for Catmull-Clark on a mesh with other
     ///                faces than quads
-    /// @throws Error  invalid_input: the above; unsupported: more elements than 32 bits can count; memory_limit (with
+    /// @throws Error  invalid_input: the above; unsupported: corner angles, more elements than 32 bits can count;
+    /// memory_limit (with
     ///                the numbers, before anything is allocated)
     UniformRefiner(const ControlMesh& mesh, SchemeKind scheme, int levels, const UniformOptions& options = {});
     ~UniformRefiner();

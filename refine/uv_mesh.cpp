@@ -1,5 +1,6 @@
 #include "tetrakis/refine/uv_mesh.hpp"
 
+#include "tetrakis/refine/corner_angles.hpp"
 #include "tetrakis/schemes/sharpness.hpp"
 
 #include <algorithm>
@@ -42,7 +43,7 @@ bool stays(const ControlMesh& mesh, FaceVaryingRule rule, std::span<const Fan> f
 
 }  // namespace
 
-ControlMesh uv_mesh(const ControlMesh& mesh) {
+ControlMesh uv_mesh(const ControlMesh& mesh, const RuleOptions& rules) {
     assert(mesh.has_uvs());
     ControlMeshData data;
     data.source = mesh.data().source;
@@ -100,7 +101,16 @@ ControlMesh uv_mesh(const ControlMesh& mesh) {
         if (is_sharp(s) && !is_seam(mesh, h))
             data.creases.push_back({data.face_vertices[h.value], data.face_vertices[mesh.next(h).value], s});
     }
+    const std::vector<double> angles = detail::corner_angles(mesh, rules);
+    for (std::uint32_t h = 0; h < angles.size(); ++h)
+        if (angles[h] != 0)
+            data.corner_angles.push_back({data.face_vertices[h], mesh.face(HalfedgeId(h)).value, angles[h]});
     return ControlMesh::build(std::move(data));
+}
+
+RuleOptions detail::chart_rules(RuleOptions rules) {
+    rules.measure_corner_angles = false;
+    return rules;
 }
 
 }  // namespace tetrakis

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "tetrakis/hier/control_mesh.hpp"
+#include "tetrakis/schemes/rule_step.hpp"
 
 namespace tetrakis {
 
@@ -9,7 +10,16 @@ namespace tetrakis {
 /// two sides differ, seams are boundaries, and creases and corners of the mesh carry over where they are not on a seam.
 /// What the face-varying rule keeps is a corner of it; where several charts, or parts of one, touch in a single UV of a
 /// vertex, it stays, as in OpenSubdiv; linear_all is not in the mesh: its caller interpolates linearly instead.
-/// @param mesh  must have UVs
-ControlMesh uv_mesh(const ControlMesh& mesh);
+/// Its corners have the angles of the mesh's, measured ones included: those of the sectors that theirs are parts of.
+/// @param mesh   must have UVs
+/// @param rules  of the mesh; those of the charts are chart_rules()
+ControlMesh uv_mesh(const ControlMesh& mesh, const RuleOptions& rules = {});
+
+namespace detail {
+
+/// By which uv_mesh() is refined: what the mesh measures has been measured.
+RuleOptions chart_rules(RuleOptions rules);
+
+}  // namespace detail
 
 }  // namespace tetrakis

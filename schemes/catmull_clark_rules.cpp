@@ -24,24 +24,29 @@ constexpr int k_plain_faces = 3;
 struct Bend {
     int out;  ///< half-edge from that end
     double theta;
-    bool corner;
+    double corner_angle;  ///< 0 on creases
 };
 
 std::optional<Bend> bend_at(const RuleMesh& mesh, int h, const RuleOptions& options) {
-    if (options.edge_beside_crease == EdgeBesideCrease::plain && options.corner_angle == 0) return std::nullopt;
-    const auto bends = [&](int v) {
-        const VertexRule rule = mesh.rule(v);
-        return rule == VertexRule::crease || (rule == VertexRule::corner && options.corner_angle > 0);
+    if (options.edge_beside_crease == EdgeBesideCrease::plain && !detail::may_have_angles(mesh, options))
+        return std::nullopt;
+    const auto bends = [&](int out) {
+        const VertexRule rule = mesh.rule(mesh.origin(out));
+        return rule == VertexRule::crease ||
+               (rule == VertexRule::corner && detail::sector_angle(mesh, out, options) > 0);
     };
-    const bool u = bends(mesh.origin(h)), v = bends(mesh.target(h));
+    const bool u = bends(h), v = bends(mesh.twin(h));
     if (u == v) return std::nullopt;
     const int out = u ? h : mesh.twin(h);
     const int K = mesh.sector(out).faces();
-    if (mesh.rule(mesh.origin(out)) == VertexRule::corner) return Bend{out, options.corner_angle / K, true};
+    if (mesh.rule(mesh.origin(out)) == VertexRule::corner) {
+        const double angle = detail::sector_angle(mesh, out, options);
+        return Bend{out, angle / K, angle};
+    }
     if (options.edge_beside_crease == EdgeBesideCrease::plain) return std::nullopt;
-    if (options.edge_beside_crease == EdgeBesideCrease::cosine) return Bend{out, pi / K, false};
+    if (options.edge_beside_crease == EdgeBesideCrease::cosine) return Bend{out, pi / K, 0};
     if (K <= k_plain_faces) return std::nullopt;
-    return Bend{out, 0, false};
+    return Bend{out, 0, 0};
 }
 
 /// Largest eigenvalue of the ring's first sine mode at a corner with K quads and theta = alpha / K.
@@ -96,25 +101,27 @@ StencilRow smooth_edge_row(const RuleMesh& mesh, int h, const RuleOptions& optio
     const int c = mesh.origin(bend->out), e = mesh.target(bend->out);
     row.add(c, std::cos(bend->theta) / 4);
     row.add(e, -std::cos(bend->theta) / 4);
-    if (!bend->corner || options.corner_angle <= pi) return row;
+    if (bend->corner_angle <= pi) return row;
     const RuleMesh::Ring sector = mesh.sector(bend->out);
     if (sector.closed) return row;
-    return detail::flattened(row, c, sector, sector.position(e), options.corner_angle,
+    return detail::flattened(row, c, sector, sector.position(e), bend->corner_angle,
                              corner_mode(sector.faces(), bend->theta));
 }
 
 StencilRow face_row(const RuleMesh& mesh, int f, const RuleOptions& options) {
     StencilRow row = detail::face_mean(mesh, f);
-    if (options.corner_angle <= pi || mesh.face_size(f) != 4) return row;
+    if (mesh.face_size(f) != 4 || !detail::may_have_angles(mesh, options)) return row;
     for (int h = mesh.face_begin(f); h < mesh.face_begin(f) + 4; ++h) {
+        const double angle = detail::sector_angle(mesh, h, options);
+        if (angle <= pi) continue;
         if (mesh.rule(mesh.origin(h)) != VertexRule::corner) continue;
         const RuleMesh::Ring sector =
             mesh.sector(mesh.sharp(h) && !mesh.sharp(mesh.prev(h)) ? mesh.twin(mesh.prev(h)) : h);
         if (sector.closed || sector.faces() < 2) continue;
         const int i =
             static_cast<int>(std::find(sector.halfedge.begin(), sector.halfedge.end(), h) - sector.halfedge.begin());
-        return detail::flattened_face(row, mesh.origin(h), sector, i, options.corner_angle,
-                                      corner_mode(sector.faces(), options.corner_angle / sector.faces()));
+        return detail::flattened_face(row, mesh.origin(h), sector, i, angle,
+                                      corner_mode(sector.faces(), angle / sector.faces()));
     }
     return row;
 }
@@ -196,7 +203,7 @@ ClosedMasks catmull_clark_closed_masks(const FanShape& shape, const RuleOptions&
     const int K = n;
     if (shape.corner) {
         masks.limit = {{{}, 1}};
-        if (K == 1 || options.corner_angle > 0) {
+        if (K == 1 || shape.angle > 0 || options.corner_angle > 0) {
             masks.lambda1 = masks.lambda2 = 0.5;
             masks.tangent1 = {{{}, -1}, {edge(0), 1}};
             masks.tangent2 = {{{}, -1}, {edge(K), 1}};

@@ -1,9 +1,9 @@
 #pragma once
 
+#include "tetrakis/schemes/corner_angles.hpp"
 #include "tetrakis/schemes/rule_step.hpp"
 
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 #include <string>
 
@@ -14,9 +14,18 @@ namespace tetrakis::detail {
 inline constexpr double k_flat_eigenvalue = 0.25;
 
 inline void check_corner_angle(const RuleOptions& options) {
-    const double a = options.corner_angle;
-    if (!(a >= 0 && a < 2 * std::numbers::pi) || a == std::numbers::pi)
+    if (options.corner_angle != 0 && !is_corner_angle(options.corner_angle))
         throw std::invalid_argument("the corner angle must be 0 (plain rule) or in (0, 2 pi), and not pi");
+}
+
+/// Of the sector at the half-edge's origin that has its face.
+inline double sector_angle(const RuleMesh& mesh, int h, const RuleOptions& options) {
+    const double own = mesh.corner_angle(h);
+    return own > 0 ? own : options.corner_angle;
+}
+/// Whether any corner of the mesh may have an angle.
+inline bool may_have_angles(const RuleMesh& mesh, const RuleOptions& options) {
+    return options.corner_angle > 0 || mesh.has_corner_angles();
 }
 
 inline void need_triangles(const RuleMesh& mesh, const char* scheme) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "tetrakis/schemes/corner_angles.hpp"
 #include "tetrakis/schemes/rule_step.hpp"
 
 namespace tetrakis::detail {
@@ -49,9 +50,16 @@ RuleStep split_triangles(const RuleMesh& mesh, const BlockRunner* runner, Vertex
         faces.face({V + mesh.edge(h), V + mesh.edge(h + 1), V + mesh.edge(h + 2)});
         step.parent_face.insert(step.parent_face.end(), 4, f);
     }
+    faces.set_corner_angles(child_corner_angles(mesh, step.child_halfedge, fine));
     const int count = V + mesh.edge_count();
     step.mesh = RuleMesh(count, std::move(faces), child_vertex_sharpness(mesh, count));
     return step;
+}
+
+inline std::vector<int> split_polygons_children(const RuleMesh& mesh) {
+    std::vector<int> result(mesh.halfedge_count());
+    for (int h = 0; h < mesh.halfedge_count(); ++h) result[h] = 4 * h;
+    return result;
 }
 
 /// The mesh of that split of polygons: quads, one per half-edge.
@@ -76,14 +84,10 @@ inline RuleMesh split_polygons(const RuleMesh& mesh) {
         twin.push_back(b == RuleMesh::none ? b : 4 * b);
     }
     faces.set_twins(std::move(twin));
+    if (mesh.has_corner_angles())
+        faces.set_corner_angles(child_corner_angles(mesh, split_polygons_children(mesh), 4 * quads));
     const int count = V + E + mesh.face_count();
     return RuleMesh(count, std::move(faces), child_vertex_sharpness(mesh, count));
-}
-
-inline std::vector<int> split_polygons_children(const RuleMesh& mesh) {
-    std::vector<int> result(mesh.halfedge_count());
-    for (int h = 0; h < mesh.halfedge_count(); ++h) result[h] = 4 * h;
-    return result;
 }
 
 /// Each k-gon in k quads. New points: the old vertices, then one per edge, then one per face.

@@ -44,27 +44,28 @@ StencilRow detail::loop_smooth_edge_row(const RuleMesh& mesh, int h, const RuleO
     const int t = mesh.twin(h);
     StencilRow row{{detail::opposite(mesh, h), Loop::edge_opposite}, {detail::opposite(mesh, t), Loop::edge_opposite}};
     // Which end is on a crease, if exactly one is; a corner counts where it has an angle.
-    const auto bends = [&](int v) {
-        const VertexRule rule = mesh.rule(v);
-        return rule == VertexRule::crease || (rule == VertexRule::corner && options.corner_angle > 0);
+    const auto bends = [&](int out) {
+        const VertexRule rule = mesh.rule(mesh.origin(out));
+        return rule == VertexRule::crease || (rule == VertexRule::corner && sector_angle(mesh, out, options) > 0);
     };
-    if (options.edge_beside_crease != EdgeBesideCrease::plain || options.corner_angle > 0) {
-        const bool u_bends = bends(mesh.origin(h)), v_bends = bends(mesh.target(h));
+    if (options.edge_beside_crease != EdgeBesideCrease::plain || may_have_angles(mesh, options)) {
+        const bool u_bends = bends(h), v_bends = bends(t);
         if (u_bends != v_bends) {
             const int out = u_bends ? h : t, c = mesh.origin(out), e = mesh.target(out);
             const RuleMesh::Ring sector = mesh.sector(out);
             const int K = sector.faces();
             const bool corner = mesh.rule(c) == VertexRule::corner;
+            const double angle = corner ? sector_angle(mesh, out, options) : pi;
             double gamma = Loop::edge_end;
             if (corner || options.edge_beside_crease == EdgeBesideCrease::cosine)
-                gamma = 0.5 - std::cos((corner ? options.corner_angle : pi) / K) / 4;
+                gamma = 0.5 - std::cos(angle / K) / 4;
             else if (options.edge_beside_crease == EdgeBesideCrease::brief && K > k_plain_faces)
                 gamma = k_brief_gamma;
             row.add(c, 0.75 - gamma);
             row.add(e, gamma);
-            if (!corner || sector.closed || options.corner_angle <= pi) return row;
-            const double theta = options.corner_angle / K, most = 0.5 + (std::cos(pi / K) - std::cos(theta)) / 4;
-            return detail::flattened(row, c, sector, sector.position(e), options.corner_angle, most);
+            if (!corner || sector.closed || angle <= pi) return row;
+            const double theta = angle / K, most = 0.5 + (std::cos(pi / K) - std::cos(theta)) / 4;
+            return detail::flattened(row, c, sector, sector.position(e), angle, most);
         }
     }
     row.add(mesh.origin(h), Loop::edge_end);
@@ -120,7 +121,7 @@ ClosedMasks loop_closed_masks(const FanShape& shape, const RuleOptions& options)
     const int K = n;
     if (shape.corner) {
         masks.limit = {{{}, 1}};
-        if (K == 1 || options.corner_angle > 0) {
+        if (K == 1 || shape.angle > 0 || options.corner_angle > 0) {
             masks.lambda1 = masks.lambda2 = 0.5;
             masks.tangent1 = {{{}, -1}, {edge(0), 1}};
             masks.tangent2 = {{{}, -1}, {edge(K), 1}};

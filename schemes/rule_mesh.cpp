@@ -1,5 +1,7 @@
 #include "tetrakis/schemes/rule_mesh.hpp"
 
+#include "tetrakis/schemes/corner_angles.hpp"
+
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
@@ -20,7 +22,8 @@ RuleMesh::RuleMesh(int vertex_count, Builder faces, std::vector<float> vertex_sh
     : face_begin_(std::move(faces.face_begin_)),
       origin_(std::move(faces.origin_)),
       sharpness_(std::move(faces.sharpness_)),
-      vertex_sharpness_(std::move(vertex_sharpness)) {
+      vertex_sharpness_(std::move(vertex_sharpness)),
+      corner_angle_(std::move(faces.corner_angle_)) {
     const int halfedges = static_cast<int>(origin_.size());
     if (!vertex_sharpness_.empty() && static_cast<int>(vertex_sharpness_.size()) != vertex_count)
         throw std::invalid_argument("there must be one sharpness per vertex");
@@ -54,6 +57,7 @@ RuleMesh::RuleMesh(int vertex_count, Builder faces, std::vector<float> vertex_sh
         if (first == none || twin_[h] == none) first = h;
     }
     if (!known) check_fans();
+    take_corner_angles();
 }
 
 void RuleMesh::match_twins() {
@@ -92,6 +96,16 @@ void RuleMesh::check_fans() const {
         } while (h != none && h != first_[v]);
         if (met != leaving[v]) refuse("faces that share nothing but the vertex", v);
     }
+}
+
+void RuleMesh::take_corner_angles() {
+    if (!has_corner_angles()) return;
+    if (corner_angle_.size() != origin_.size())
+        throw std::invalid_argument("there must be one corner angle per half-edge");
+    for (int h = 0; h < halfedge_count(); ++h)
+        if (corner_angle_[h] != 0 && !detail::is_corner_angle(corner_angle_[h]))
+            refuse("a corner angle that is not in (0, 2 pi) or is pi, of half-edge", h);
+    if (std::all_of(corner_angle_.begin(), corner_angle_.end(), [](double a) { return a == 0; })) corner_angle_ = {};
 }
 
 bool RuleMesh::all_faces_have(int corners) const {

@@ -39,12 +39,15 @@ class RuleMesh {
         /// The other half of each half-edge, by someone who knows: `none` on a boundary. Nothing is searched then, and
         /// nothing checked.
         void set_twins(std::vector<int> twins) { twin_ = std::move(twins); }
+        /// See RuleMesh::corner_angle(): one for each half-edge; empty: there are none.
+        void set_corner_angles(std::vector<double> angles) { corner_angle_ = std::move(angles); }
 
       private:
         friend class RuleMesh;
         std::vector<int> face_begin_{0}, origin_;
         std::vector<float> sharpness_;
         std::vector<int> twin_;
+        std::vector<double> corner_angle_;
     };
 
     RuleMesh() = default;
@@ -52,7 +55,7 @@ class RuleMesh {
     /// @param vertex_sharpness  per vertex; empty: none is sharp
     /// @throws std::invalid_argument  a face has fewer than three corners or a vertex that does not exist, an edge has
     ///                                more than two faces or two that disagree on its direction, faces touch in a
-    ///                                vertex alone
+    ///                                vertex alone, a corner angle is not 0 or in (0, 2 pi) or is pi
     RuleMesh(int vertex_count, Builder faces, std::vector<float> vertex_sharpness = {});
 
     int vertex_count() const { return static_cast<int>(first_.size()); }
@@ -79,6 +82,10 @@ class RuleMesh {
     bool sharp(int h) const { return is_sharp(sharpness_[h]); }
     float vertex_sharpness(int v) const { return vertex_sharpness_.empty() ? 0.0f : vertex_sharpness_[v]; }
     const std::vector<float>& vertex_sharpness() const { return vertex_sharpness_; }
+    /// Interior angle that the sector at origin(h) with face(h) in it has of its own, the same for all its half-edges;
+    /// 0: none. Rules ask where the vertex is a corner.
+    double corner_angle(int h) const { return corner_angle_.empty() ? 0 : corner_angle_[h]; }
+    bool has_corner_angles() const { return !corner_angle_.empty(); }
 
     /// A half-edge that leaves v: at a boundary the first one counter-clockwise. `none` for an isolated vertex.
     int first(int v) const { return first_[v]; }
@@ -108,9 +115,11 @@ class RuleMesh {
   private:
     void match_twins();
     void check_fans() const;
+    void take_corner_angles();
 
     std::vector<int> face_begin_{0}, origin_, face_, twin_, edge_, edge_halfedge_, first_;
     std::vector<float> sharpness_, vertex_sharpness_;
+    std::vector<double> corner_angle_;
 };
 
 }  // namespace tetrakis

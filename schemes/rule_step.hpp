@@ -52,8 +52,12 @@ struct RuleOptions {
     double tuning = 1;                 ///< tuned-loop: 0 Loop's eigenvalues, 1 the prescribed ones
     int averaging_steps = 3;           ///< averaging
     AveragingBoundary averaging_boundary = AveragingBoundary::replicate;
-    /// Interior angle at every tagged corner (loop, catmull-clark with the cosine rule); 0: the plain rule.
+    /// loop, tuned-loop, catmull-clark: interior angle of the sectors at corners that have none of their own
+    /// (RuleMesh::corner_angle()); 0: the plain rule.
     double corner_angle = 0;
+    /// The same: where a control mesh becomes a RuleMesh, a sector without an angle of its own takes the sum of its
+    /// faces' angles there (usable_corner_angle()).
+    bool measure_corner_angles = false;
     const BlockRunner* runner = nullptr;  ///< no choice of rules: who computes the rows of a step; nullptr: the caller
 };
 

@@ -142,6 +142,7 @@ void pentagon_faces(Face&& face) {
 RuleMesh fan_mesh(const FanLabels& labels) {
     const FanShape& shape = labels.shape();
     RuleMesh::Builder faces;
+    std::vector<double> angles;
     const auto face = [&](const std::vector<FanLabel>& corners) {
         for (std::size_t i = 0; i < corners.size(); ++i) {
             const int v = labels.find(corners[i]);
@@ -149,6 +150,7 @@ RuleMesh fan_mesh(const FanLabels& labels) {
             // The centre counts as a place on every ray; its own sector is 0.
             const bool on_first_ray = from.sector == 0 && to.sector == 0 && from.b == 0 && to.b == 0;
             faces.corner(v, shape.dart && on_first_ray ? k_infinite : 0.0f);
+            angles.push_back(v == 0 ? shape.angle : 0);
         }
         faces.end_face();
     };
@@ -164,6 +166,7 @@ RuleMesh fan_mesh(const FanLabels& labels) {
     if (shape.corner) {
         sharpness.assign(labels.size(), 0.0f);
         sharpness[0] = k_infinite;
+        if (shape.angle != 0) faces.set_corner_angles(std::move(angles));
     }
     return RuleMesh(labels.size(), std::move(faces), std::move(sharpness));
 }

@@ -24,6 +24,7 @@ struct FanShape {
     bool boundary = false;  ///< the vertex is on the boundary (primal); half a lattice along a boundary edge (dual)
     bool corner = false;    ///< the vertex is tagged a corner
     bool dart = false;      ///< the edges on the first ray are sharp (primal, interior)
+    double angle = 0;       ///< that the corner has of its own; 0: none
 
     friend bool operator==(const FanShape&, const FanShape&) = default;
 };

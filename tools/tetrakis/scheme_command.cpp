@@ -341,7 +341,7 @@ ExitCode run(SchemeOptions options) {
     outputs.check({});
     options.rules = options.flags.rules();
     std::vector<std::string> warnings = options.flags.unused(scheme);
-    if (options.rules.corner_angle != 0 && warnings.empty())
+    if ((options.rules.corner_angle != 0 || options.rules.measure_corner_angles) && warnings.empty())
         warnings.push_back(
             "--corner-angle has no effect here: at no vertex but a tagged corner, which stays where it is");
     print_warnings(warnings);

@@ -6,10 +6,12 @@
 #include "tetrakis/refine/refine.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <initializer_list>
 #include <numbers>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -18,8 +20,21 @@ namespace tetrakis::cli {
 namespace {
 
 constexpr int k_most_averaging_steps = 9;
+constexpr std::string_view k_measured = "measured";
 
+double corner_degrees(const std::string& text) {
+    double degrees = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), degrees);
+    return error == std::errc() && end == text.data() + text.size() ? degrees : 0;
 }
+
+std::string check_corner_angle(const std::string& text) {
+    const double degrees = corner_degrees(text);
+    if (text == k_measured || (degrees >= 1 && degrees <= 359 && degrees != 180)) return {};
+    return text + " is neither " + std::string(k_measured) + " nor a number of degrees from 1 to 359 other than 180";
+}
+
+}  // namespace
 
 const SchemeInfo& chosen_scheme(const std::string& text) {
     try {
@@ -60,9 +75,10 @@ std::vector<CLI::Option*> RuleOptionFlags::add(CLI::App& command) {
             ->type_name("G"),
         command
             .add_option("--corner-angle", corner_angle_,
-                        "loop, catmull-clark: interior angle at tagged corners, in degrees")
+                        "loop, tuned-loop, catmull-clark: interior angle at corners without a tag of their own, in "
+                        "degrees, or measured: in the control mesh")
             ->type_name("A")
-            ->check(CLI::Range(1.0, 359.0).description("")),
+            ->check(CLI::Validator(check_corner_angle, "")),
         command.add_flag("--warren", warren_, "loop: Warren's weights"),
         command.add_flag("--hoppe", hoppe_, "loop: Hoppe's crease rule"),
         command.add_flag("--reflect", rules_.reflect_at_boundary,
@@ -76,7 +92,8 @@ RuleOptions RuleOptionFlags::rules() const {
     RuleOptions rules = rules_;
     if (warren_) rules.loop_weights = LoopWeights::warren;
     rules.hoppe_crease = hoppe_;
-    rules.corner_angle = corner_angle_ * std::numbers::pi / 180;
+    rules.measure_corner_angles = corner_angle_ == k_measured;
+    rules.corner_angle = corner_degrees(corner_angle_) * std::numbers::pi / 180;
     if (recede_) rules.averaging_boundary = AveragingBoundary::recede;
     if (edge_rule_ == "cosine") rules.edge_beside_crease = EdgeBesideCrease::cosine;
     if (edge_rule_ == "brief") rules.edge_beside_crease = EdgeBesideCrease::brief;
@@ -97,7 +114,7 @@ std::vector<std::string> RuleOptionFlags::unused(const SchemeInfo& scheme) const
     look(edge_rule_ != "plain", {"loop", "tuned-loop", "catmull-clark"}, "--edge-rule");
     look(rules_.catmull_clark_beta.has_value(), {"catmull-clark"}, "--beta");
     look(rules_.catmull_clark_gamma.has_value(), {"catmull-clark"}, "--gamma");
-    look(corner_angle_ != 0, {"loop", "catmull-clark"}, "--corner-angle");
+    look(!corner_angle_.empty(), {"loop", "tuned-loop", "catmull-clark"}, "--corner-angle");
     look(warren_, {"loop"}, "--warren");
     look(hoppe_, {"loop"}, "--hoppe");
     look(rules_.reflect_at_boundary, {"modified-butterfly"}, "--reflect");

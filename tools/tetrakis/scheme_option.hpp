@@ -33,7 +33,7 @@ class RuleOptionFlags {
     RuleOptions rules_;
     std::string steps_option_ = "--steps";
     std::string edge_rule_ = "plain";
-    double corner_angle_ = 0;  // degrees; 0: none
+    std::string corner_angle_;  // degrees, or k_measured; empty: none
     bool warren_ = false, hoppe_ = false, recede_ = false;
 };
 
