@@ -278,7 +278,12 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
                 std::array<Vec3d, 4> corner{};
                 int h = detail::face_corner(part.mesh, w.frame, 0, n);
                 double& rest = remainder[static_cast<std::size_t>(part.mesh.face(h))];
-                if (rest < 0) rest = remainder_at(h);
+                if (rest < 0) {
+                    rest = remainder_at(h);
+                    // Beside corners of some angles there are weights only as seen from the corner itself.
+                    for (int k = 1, other = h; k < n && rest == k_infinite; ++k)
+                        rest = remainder_at(other = part.mesh.next(other));
+                }
                 for (int k = 0; k < n; ++k, h = part.mesh.next(h)) corner[k] = here[part.mesh.origin(h)];
                 const Deviation off = deviation(covered(w.at, n), corner, n, piece.triangle);
                 // Points of an interpolating scheme are limit points.

@@ -1,6 +1,7 @@
 #include "tetrakis/refine/uv_mesh.hpp"
 
 #include "tetrakis/refine/corner_angles.hpp"
+#include "tetrakis/schemes/corner_angles.hpp"
 #include "tetrakis/schemes/sharpness.hpp"
 
 #include <algorithm>
@@ -17,6 +18,16 @@ bool is_seam(const ControlMesh& mesh, HalfedgeId h) {
     const HalfedgeId t = mesh.twin(h);
     return !t.valid() || mesh.uv_index(h) != mesh.uv_index(mesh.next(t)) ||
            mesh.uv_index(mesh.next(h)) != mesh.uv_index(t);
+}
+
+/// Faces around the half-edge's origin, its own and those up to the edges where `ends`.
+template <class Ends>
+std::uint32_t sector_size(const ControlMesh& mesh, HalfedgeId h, Ends&& ends) {
+    std::uint32_t faces = 1;
+    for (HalfedgeId at = h; !ends(mesh.prev(at)); ++faces)
+        if ((at = mesh.ccw_outgoing(at)) == h) return faces;
+    for (HalfedgeId at = h; !ends(at); ++faces) at = mesh.cw_outgoing(at);
+    return faces;
 }
 
 /// The corners around a vertex between two seams: one point.
@@ -102,9 +113,15 @@ ControlMesh uv_mesh(const ControlMesh& mesh, const RuleOptions& rules) {
             data.creases.push_back({data.face_vertices[h.value], data.face_vertices[mesh.next(h).value], s});
     }
     const std::vector<double> angles = detail::corner_angles(mesh, rules);
-    for (std::uint32_t h = 0; h < angles.size(); ++h)
-        if (angles[h] != 0)
-            data.corner_angles.push_back({data.face_vertices[h], mesh.face(HalfedgeId(h)).value, angles[h]});
+    for (std::uint32_t i = 0; i < angles.size(); ++i) {
+        if (angles[i] == 0) continue;
+        const HalfedgeId h(i);
+        const auto sharp = [&](HalfedgeId at) { return is_sharp(mesh.sharpness(mesh.edge(at))); };
+        const std::uint32_t all = sector_size(mesh, h, sharp),
+                            part = sector_size(mesh, h, [&](HalfedgeId at) { return sharp(at) || is_seam(mesh, at); });
+        const double angle = part == all ? angles[i] : usable_corner_angle(angles[i] * part / all);
+        data.corner_angles.push_back({data.face_vertices[i], mesh.face(h).value, angle});
+    }
     return ControlMesh::build(std::move(data));
 }
 

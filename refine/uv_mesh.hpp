@@ -10,7 +10,8 @@ namespace tetrakis {
 /// two sides differ, seams are boundaries, and creases and corners of the mesh carry over where they are not on a seam.
 /// What the face-varying rule keeps is a corner of it; where several charts, or parts of one, touch in a single UV of a
 /// vertex, it stays, as in OpenSubdiv; linear_all is not in the mesh: its caller interpolates linearly instead.
-/// Its corners have the angles of the mesh's, measured ones included: those of the sectors that theirs are parts of.
+/// Its corners have the angles of the mesh's, measured ones included; of a sector that seams cut each part has its
+/// share.
 /// @param mesh   must have UVs
 /// @param rules  of the mesh; those of the charts are chart_rules()
 ControlMesh uv_mesh(const ControlMesh& mesh, const RuleOptions& rules = {});

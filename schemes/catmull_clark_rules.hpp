@@ -11,8 +11,9 @@ namespace tetrakis {
 ///
 /// Options: the C1 edge rule beside creases (Biermann, Levin, Zorin 2000), between quads: with K faces on the side of
 /// the crease vertex c the edge point moves by cos(theta) / 4 (c - e) from the plain one, theta = pi / K; brief: cos =
-/// 1 where the plain rule fails (K > 3). Corners of a given angle, concave ones with the flatness step (at least two
-/// faces). Other vertex weights beta, gamma, refused where they would not converge to a tangent plane.
+/// 1 where the plain rule fails (K > 3). Sectors of corners with an angle (RuleMesh::corner_angle() or the option),
+/// concave ones with the flatness step (at least two faces). Other vertex weights beta, gamma, refused where they would
+/// not converge to a tangent plane.
 /// @throws std::invalid_argument  the corner angle is not in [0, 2 pi) or is pi; beta, gamma outside
 ///                                catmull_clark_weight_range() at a vertex of the mesh (the message gives the range)
 RuleStep catmull_clark_step(const RuleMesh& mesh, const RuleOptions& options);

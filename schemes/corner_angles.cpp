@@ -7,8 +7,8 @@ namespace tetrakis {
 
 namespace {
 
-constexpr double k_degree = std::numbers::pi / 180;
-constexpr double k_beside_flat = 10 * k_degree, k_nearly_flat = 170 * k_degree, k_most = 350 * k_degree;
+constexpr double radians(double degrees) { return degrees * std::numbers::pi / 180; }
+constexpr double k_beside_flat = radians(10), k_nearly_flat = radians(170), k_most = radians(350);
 
 /// Angles at a vertex one level down, in the order of its ring's half-edges; empty where it is no corner there.
 std::vector<double> child_angles(const RuleMesh& mesh, int v, const RuleMesh::Ring& ring) {

@@ -243,6 +243,44 @@ TEST_CASE("refine and tessellate say which options a scheme has no use for, and 
     CHECK_FALSE(warned({"refine", pawn, "--levels", "1", "--scheme", "loop", "--warren"}, "no effect"));
 }
 
+TEST_CASE("refine and tessellate take the angles of corners from tags, from one number or from the control mesh") {
+    const ScratchDir scratch;
+    const std::string out = (scratch / "out.obj").string(), in = (scratch / "in.obj").string();
+    // A roof over a corner with three faces.
+    const std::string mesh =
+        "v 0 0 1\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv -2 2 0\nv -2 0 0\nv -2 -2 0\nv 0 -2 0\nf 1 2 3 4\nf 1 4 5 6\n"
+        "f 1 6 7 8\n";
+    const auto refined = [&](const std::string& tags, std::vector<std::string> more) {
+        std::ofstream(in) << mesh << "t corner 1/1/0 0 10\n" << tags;
+        more.insert(more.begin(), {"refine", in, "--levels", "2", "-o", out});
+        const auto result = cli::run(more);
+        CAPTURE(result.err);
+        CHECK(result.code == 0);
+        std::ostringstream text;
+        text << std::ifstream(out).rdbuf();
+        return text.str();
+    };
+    const std::string plain = refined("", {}), by_number = refined("", {"--corner-angle", "250"}),
+                      measured = refined("", {"--corner-angle", "measured"});
+    CHECK(plain != by_number);
+    CHECK(plain != measured);
+    CHECK(by_number != measured);
+    CHECK(refined("t cornerangle 2/1/0 0 1 250\n", {}) == by_number);
+    CHECK(refined("t cornerangle 2/1/0 0 1 250\n", {"--corner-angle", "measured"}) == by_number);
+    for (const char* angle : {"180", "0", "360", "90x", "flat"}) {
+        const auto refused = cli::run({"refine", in, "--levels", "1", "--corner-angle", angle, "-o", out});
+        CHECK(refused.code == 2);
+        CHECK(refused.err.find("neither measured nor a number of degrees") != std::string::npos);
+    }
+    const auto ignored = cli::run({"refine", in, "--levels", "1", "--scheme", "kobbelt", "-o", out});
+    CHECK((ignored.out + ignored.err).find("corner angles were ignored: kobbelt") != std::string::npos);
+    const auto projected = cli::run({"tessellate", in, "--tolerance", "1e-2", "--target", in, "-o", out});
+    CHECK(projected.code == 1);
+    CHECK(projected.err.find("without corner angles") != std::string::npos);
+    const auto done = cli::run({"tessellate", in, "--tolerance", "1e-2", "-o", out});
+    CHECK(done.code == 0);
+}
+
 TEST_CASE("[slow] scheme draws a sheet with masks, characteristic map and basis function") {
     const ScratchDir dir;
     const auto draw = [&](const std::string& name, std::vector<std::string> arguments) {

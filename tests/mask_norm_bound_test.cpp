@@ -1,3 +1,4 @@
+#include "corner_angle_mesh.hpp"
 #include "random_mesh.hpp"
 
 #include "tetrakis/eval/limit_samples.hpp"
@@ -18,7 +19,7 @@ using test::Random;
 
 namespace {
 
-ControlMesh random_mesh(std::uint64_t seed, bool triangles) {
+ControlMesh random_mesh(std::uint64_t seed, bool triangles, bool with_angles = false) {
     test::RandomMeshOptions options = test::random_options(seed);
     options.triangles_only = triangles;
     ControlMeshData data = test::random_mesh_data(seed, options);
@@ -26,7 +27,9 @@ ControlMesh random_mesh(std::uint64_t seed, bool triangles) {
     const auto bounded = [](float sharpness) { return sharpness > 3 ? k_infinite_sharpness : sharpness; };
     for (auto& crease : data.creases) crease.sharpness = bounded(crease.sharpness);
     for (auto& corner : data.corners) corner.sharpness = bounded(corner.sharpness);
-    return ControlMesh::build(data);
+    if (!with_angles) return ControlMesh::build(data);
+    for (std::uint32_t v = 0; v < data.positions.size(); v += 5) data.corners.push_back({v, k_infinite_sharpness});
+    return test::with_mixed_angles(ControlMesh::build(data), seed);
 }
 
 template <class Family>
@@ -88,11 +91,11 @@ Sampled sampled(const Hierarchy& points, const CellTriangle& t) {
 }
 
 template <class Family>
-void check_bounds(const SchemeInfo& scheme, const RuleOptions& rules, std::uint64_t seed) {
+void check_bounds(const SchemeInfo& scheme, const RuleOptions& rules, std::uint64_t seed, bool with_angles = false) {
     constexpr int k_triangles = 16;
     CAPTURE(scheme.name);
     CAPTURE(seed);
-    const ControlMesh mesh = random_mesh(seed, std::is_same_v<Family, LoopFamily>);
+    const ControlMesh mesh = random_mesh(seed, std::is_same_v<Family, LoopFamily>, with_angles);
     REQUIRE(MaskNormBound<Family>::has(scheme, rules, mesh));
     const Hierarchy points = make_hierarchy(mesh, scheme, {.rules = rules});
     Random random(seed);
@@ -137,6 +140,13 @@ TEST_CASE("[inv9] mask norms bound the difference of limit points from triangles
     for (const char* name : {"modified-butterfly", "loop"}) check_bounds<LoopFamily>(*find_scheme(name), cosine, 7);
     check_bounds<QuadFamily>(*find_scheme("catmull-clark"), cosine, 7);
     check_bounds<QuadFamily>(*find_scheme("averaging"), {.averaging_steps = 2}, 7);
+}
+
+TEST_CASE("[inv9] mask norms bound the difference around corners with angles of their own") {
+    for (const std::uint64_t seed : {1, 2}) {
+        check_bounds<LoopFamily>(*find_scheme("loop"), {}, seed, true);
+        check_bounds<QuadFamily>(*find_scheme("catmull-clark"), {}, seed, true);
+    }
 }
 
 TEST_CASE("[slow] [inv9] mask norms of more averaging bound the difference, too") {

@@ -207,6 +207,15 @@ TEST_CASE("[bad-input] every fault of an element is found, named, located and co
         data.corners = {{5, -1.0f, 30}};
         check_fault(data, Kind::corner_tag, 0, 30, "sharpness -1", "0 or more");
     }
+    SUBCASE("corner angles") {
+        data.corner_angles = {{6, 0, 1.0, 30}};
+        check_fault(data, Kind::corner_angle_tag, 0, 30, "corner angle tag 0 (vertex 6, face 0) names a vertex",
+                    "count vertices from 0");
+        data.corner_angles = {{0, 2, 1.0, 30}};
+        check_fault(data, Kind::corner_angle_tag, 0, 30, "names a face", "count faces from 0");
+        data.corner_angles = {{0, 0, 7.0, 30}};
+        check_fault(data, Kind::corner_angle_tag, 0, 30, "has 401.07", "below 360");
+    }
     SUBCASE("holes") {
         data.holes = {1, 2};
         data.hole_lines = {40, 41};
@@ -279,6 +288,21 @@ TEST_CASE("find_faults agrees with brute force on random polygon soups") {
         }
     CHECK(sound > 500);
     CHECK(unsound > 500);
+}
+
+TEST_CASE("angles at vertices that are no corners are a warning, and have no effect") {
+    auto data = two_quads();
+    data.corner_angles = {{0, 0, 1.0, 30}, {1, 0, 2.0, 31}, {1, 1, 2.0, 32}};
+    const ControlMesh mesh = ControlMesh::build(data);
+    REQUIRE(mesh.warnings().size() == 1);
+    CHECK(contains(mesh.warnings()[0], "2 of 3 corner angle tags are at vertices that are no corners"));
+    CHECK(contains(mesh.warnings()[0], "(the first is at vertex 1"));
+    CHECK(contains(mesh.warnings()[0], "tagged on line 31"));
+    CHECK(find_oddities(data) == mesh.warnings());
+    for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h)
+        CHECK(mesh.corner_angle(HalfedgeId(h)) == (mesh.origin(HalfedgeId(h)) == VertexId(0) ? 1.0 : 0.0));
+    data.corner_angles.erase(data.corner_angles.begin());
+    CHECK(!ControlMesh::build(data).has_corner_angles());
 }
 
 TEST_CASE("harmless oddities are warnings") {

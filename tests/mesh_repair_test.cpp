@@ -59,6 +59,11 @@ ControlMeshData wild_soup(std::mt19937_64& random) {
         data.holes.push_back(static_cast<std::uint32_t>(random() % (faces + 2)));
         data.hole_lines.push_back(1000 + data.holes.back());
     }
+    for (int i = 0; i < 8; ++i) {  // the line says which corner of which face
+        const auto v = static_cast<std::uint32_t>(random() % (vertices + 1)),
+                   f = static_cast<std::uint32_t>(random() % (faces + 1));
+        data.corner_angles.push_back({v, f, random() % 8 == 0 ? -1.0 : 0.2 + 0.1 * double(random() % 3), 100 * v + f});
+    }
     return data;
 }
 
@@ -67,7 +72,7 @@ ControlMeshData wild_soup(std::mt19937_64& random) {
 TEST_SUITE_BEGIN("hier");
 
 TEST_CASE("repair leaves no fault in any random soup, and every layer stays with its corner") {
-    int with_faces = 0;
+    int with_faces = 0, with_angles = 0;
     for (const std::uint64_t seed : seeds({11, 12, 13}))
         for (int i = 0; i < 1500; ++i) {
             CAPTURE(seed);
@@ -97,8 +102,12 @@ TEST_CASE("repair leaves no fault in any random soup, and every layer stays with
             }
             for (const auto& corner : data.corners)
                 REQUIRE(data.vertex_lines[corner.vertex] == static_cast<std::uint64_t>(corner.sharpness));
+            for (const auto& tag : data.corner_angles)
+                REQUIRE(100 * (data.vertex_lines[tag.vertex] - 1) + data.face_material[tag.face] == tag.line);
+            with_angles += data.corner_angles.empty() ? 0 : 1;
         }
     CHECK(with_faces > 3000);
+    CHECK(with_angles > 1000);
 }
 
 TEST_CASE("repair takes consecutive repeats out of a face and drops what has fewer than three corners") {
@@ -156,6 +165,22 @@ TEST_CASE("repair gives every copy of a split edge and vertex its tags, and the 
     CHECK(data.creases.back().sharpness == 2.5f);
     CHECK(data.corners.size() == 3);
     CHECK(mesh.edge_count() == 9);
+}
+
+TEST_CASE("repair gives the angles of corners to what is left of their faces, and drops those that contradict others") {
+    // Two faces that touch in vertex 0 alone, each with its angle; the first is a duplicate's.
+    auto data = mesh_data(k_points, {{0, 1, 2}, {1, 2, 0}, {0, 3, 4}});
+    data.corners = {{0, 7.0f}};
+    data.corner_angles = {{0, 0, 1.0}, {0, 2, 2.0}, {0, 2, 2.5}, {0, 1, 1.0}, {0, 9, 1.0}, {0, 0, 7.0}};
+    const auto reports = repair(data);
+    CHECK(reports_have(reports, "dropped 3 corner angle tags that name no corner of a face that is left"));
+    CHECK(reports_have(reports, "(the first is tag 3)"));
+    CHECK(reports_have(reports, "dropped 1 corner angle tags of sectors with another angle (the first is tag 2)"));
+    REQUIRE(data.corner_angles.size() == 2);
+    const ControlMesh mesh = ControlMesh::build(data);
+    CHECK(mesh.corner_angle(HalfedgeId(0)) == 1.0);
+    CHECK(mesh.corner_angle(HalfedgeId(3)) == 2.0);
+    CHECK(mesh.origin(HalfedgeId(0)) != mesh.origin(HalfedgeId(3)));
 }
 
 TEST_CASE("repair names vertices and faces as the file does, and their lines, whatever it dropped before") {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <numbers>
 #include <sstream>
 
 using namespace tetrakis;
@@ -46,7 +47,8 @@ const std::string k_good =
     "red metal\ns 1\n"
     "f 1/1/1 2/2/1 3/3/1 \\\n 4/4/1\ng\tright\nusemtl blue\nf -5//-1 -2//-1 -1//1 3//1 # end\n"
     "t crease 2/1/0 1 2 2.5\nt corner 2/2/0 0 3 1.5 20\nt hole 1/0/0 1\nt interpolateboundary 1/0/0 2\n"
-    "t facevaryinginterpolateboundary 1/0/0 5\nt creasemethod 0/0/1 chaikin\nt smoothtriangles 1/0/0 1";
+    "t facevaryinginterpolateboundary 1/0/0 5\nt creasemethod 0/0/1 chaikin\nt smoothtriangles 1/0/0 1\n"
+    "t cornerangle 4/2/0 3 0 3 0 112.5 112.5";
 
 // Reading this text must end in data or in an Error with advice, never in anything else.
 bool survives(const std::string& text) {
@@ -92,6 +94,11 @@ TEST_CASE("an OBJ file with every kind of line is read as written") {
     CHECK(data.corners[1].sharpness == 20.0f);
     CHECK(data.holes == std::vector<std::uint32_t>{1});
     CHECK(data.hole_lines == std::vector<std::uint64_t>{25});
+    REQUIRE(data.corner_angles.size() == 2);
+    CHECK(data.corner_angles[1].vertex == 3);
+    CHECK(data.corner_angles[1].face == 0);
+    CHECK(data.corner_angles[1].angle == 112.5 * std::numbers::pi / 180);
+    CHECK(data.corner_angles[1].line == 30);
     CHECK(data.boundary_rule == BoundaryRule::edge_only);
     CHECK(data.face_varying_rule == FaceVaryingRule::linear_all);
     CHECK(data.crease_method == CreaseMethod::chaikin);
@@ -286,6 +293,19 @@ TEST_CASE("[bad-input] tags that make no sense are refused with their line") {
     check_refused(mesh + "t corner 0/1/0 5\n", 6, "at least one vertex", "at least one vertex");
     check_refused(mesh + "t corner 1/2/0 0 5 5\n", 6, "1 sharpness or one for each", "not 2");
     check_refused(mesh + "t corner 1/1/0 4 5\n", 6, "a vertex that is not there", "from 0");
+    check_refused(mesh + "t cornerangle 1/1/0 0 90\n", 6, "pairs of a vertex and a face", "not 1");
+    check_refused(mesh + "t cornerangle 4/3/0 0 0 1 0 9 9 9\n", 6, "1 angle or one for each", "not 3");
+    check_refused(mesh + "t cornerangle 2/1/0 4 0 90\n", 6, "a vertex that is not there, the last of 4 is 3", "from 0");
+    check_refused(mesh + "t cornerangle 2/1/0 -1 0 90\n", 6, "vertex a number below 0", "--repair");
+    check_refused(mesh + "t cornerangle 2/1/0 0 1 90\n", 6, "a face that is not there, the last of 1 is 0", "from 0");
+    for (const char* angle : {"0", "-90", "180", "360", "400", "nan"})
+        check_refused(mesh + "t cornerangle 2/1/0 0 0 " + angle + "\n", 6, "above 0 and below 360, and not 180",
+                      "--repair");
+    check_refused(mesh + "v 2 0 0\nf 2 5 3\nt cornerangle 2/1/0 0 1 90\n", 8,
+                  "face 2 (line 7) does not touch vertex 1 (line 1)", "from 0");
+    check_refused(mesh + "t cornerangle 2/1/0 0 0 90\nt cornerangle 4/2/0 1 0 0 0 80 91\n", 7,
+                  "corner angle tag 3 (vertex 0, face 0) has 91 degrees, but tag 1 (line 6) has 90 for the same sector",
+                  "--repair");
     check_refused(mesh + "t hole 0/0/0\n", 6, "at least one face", "at least one face");
     check_refused(mesh + "t hole 1/0/0 1\n", 6, "names face 1, but there are 1", "from 0");
     check_refused(mesh + "t interpolateboundary 1/0/0 3\n", 6, "one integer", "2 edge only");

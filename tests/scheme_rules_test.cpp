@@ -398,6 +398,19 @@ TEST_CASE("corners of any angle have the two edges as tangents, concave ones too
                 CHECK(a.lambda1 == doctest::Approx(0.5));
                 CHECK(a.lambda2 == doctest::Approx(0.5));
                 CHECK(a.third < 0.5 - 1e-3);
+                // The same where the corner has the angle of its own, whatever the number for all.
+                FanShape own = shape;
+                own.angle = angle;
+                const SchemeInfo& scheme = *find_scheme(name);
+                RuleOptions other = options;
+                for (const double for_all : {0.0, 1.0}) {
+                    other.corner_angle = for_all;
+                    CHECK(analyse(scheme, own, other).matrix.weights == a.matrix.weights);
+                    CHECK(scheme.closed_masks(own, other).tangent2 == scheme.closed_masks(shape, options).tangent2);
+                }
+                other.corner_angle = 0;
+                CHECK(scheme.closed_masks(shape, other).tangent2.empty());
+                CHECK(analyse(scheme, shape, other).matrix.weights != a.matrix.weights);
                 if (angle > std::numbers::pi) CHECK(a.third < 0.25 + 1e-9);
                 // p_0 - c and p_K - c are left eigenvectors.
                 for (const int ray : {0, K}) {

@@ -33,6 +33,26 @@ Vec3d total_area(const ControlMesh& mesh) {
 
 TEST_SUITE_BEGIN("hier");
 
+TEST_CASE("corners keep the angles of their sectors when faces are cut") {
+    // Two quads and a pentagon about vertex 0, which is a corner between two creases and the boundary.
+    auto data = mesh_data(
+        {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}, {-1, 3, 0}, {-2, 2, 0}, {-2, 0, 0}, {-2, -2, 0}, {0, -2, 0}},
+        {{0, 1, 2, 3}, {0, 3, 4, 5, 6}, {0, 6, 7, 8}});
+    data.creases = {{0, 3, 5.0f}};
+    data.corner_angles = {{0, 0, 1.0}, {0, 2, 2.0}};
+    const ControlMesh before = ControlMesh::build(data), after = triangulate(before);
+    REQUIRE(after.has_corner_angles());
+    for (std::uint32_t h = 0; h < after.halfedge_count(); ++h) {
+        if (after.origin(HalfedgeId(h)) != VertexId(0)) {
+            CHECK(after.corner_angle(HalfedgeId(h)) == 0);
+            continue;
+        }
+        const double x = after.position(after.target(HalfedgeId(h))).x,
+                     y = after.position(after.origin(after.prev(HalfedgeId(h)))).x;
+        CHECK(after.corner_angle(HalfedgeId(h)) == (x + y > 0 ? 1.0 : 2.0));
+    }
+}
+
 TEST_CASE("a quadrilateral is cut along its shorter diagonal, a concave one through its reflex corner") {
     const auto diagonal = [](std::vector<Vec3d> points) {
         const ControlMesh mesh = triangulate(ControlMesh::build(mesh_data(std::move(points), {{0, 1, 2, 3}})));

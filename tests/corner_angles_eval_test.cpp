@@ -1,0 +1,88 @@
+#include "corner_angle_mesh.hpp"
+#include "input_helpers.hpp"
+#include "point_match.hpp"
+
+#include "tetrakis/eval/hausdorff.hpp"
+#include "tetrakis/eval/quad_patches.hpp"
+#include "tetrakis/eval/tessellate.hpp"
+#include "tetrakis/refine/refine.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <string_view>
+
+using namespace tetrakis;
+using test::contains;
+using test::error_of;
+using test::radians;
+
+namespace {
+
+TriangleMesh triangles_of(const PolygonMesh& mesh) {
+    TriangleMesh result;
+    result.positions = mesh.positions;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+        for (std::uint32_t i = mesh.face_offsets[f] + 1; i + 1 < mesh.face_offsets[f + 1]; ++i)
+            result.triangles.push_back(
+                {mesh.face_vertices[mesh.face_offsets[f]], mesh.face_vertices[i], mesh.face_vertices[i + 1]});
+    return result;
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("eval");
+
+TEST_CASE("[inv1] [inv9] tessellations have the vertices that refine() has where corners have angles") {
+    for (const std::string_view scheme : {"loop", "catmull-clark"})
+        for (const bool measured : {false, true}) {
+            CAPTURE(scheme);
+            CAPTURE(measured);
+            const ControlMesh mesh = test::with_mixed_angles(test::sheet(scheme == "loop"), 3);
+            RuleOptions rules;
+            rules.measure_corner_angles = measured;
+            const Tessellation result = tessellate(mesh, {.scheme = scheme,
+                                                          .rules = rules,
+                                                          .estimator = EstimatorKind::certified,
+                                                          .tolerance = 1e-2,
+                                                          .measure = false});
+            CHECK(result.tolerance_reached);
+            REQUIRE(result.certified_error);
+            CHECK(*result.certified_error <= result.tolerance_absolute);
+            CHECK(result.mesh.uvs.size() >= result.mesh.positions.size());
+            std::vector<Vec3d> points;
+            const int deepest = result.deepest_level + 1;
+            for (int level = 1; level <= deepest; ++level) {
+                const auto uniform = refine(mesh, scheme, level, {.rules = rules, .limit = true}).positions;
+                points.insert(points.end(), uniform.begin(), uniform.end());
+            }
+            const PointMatch match(points);
+            double worst = 0;
+            for (const Vec3d& p : result.mesh.positions)
+                worst = std::max(worst, glm::length(p - points[match.nearest(p)]));
+            CHECK(worst < 1e-10);
+            const TriangleMesh reference =
+                triangles_of(refine(mesh, scheme, deepest + 1, {.rules = rules, .limit = true}));
+            CHECK(compare_meshes(reference, result.mesh, {.samples = 20'000}).hausdorff <= *result.certified_error);
+        }
+}
+
+TEST_CASE("[bad-input] corners with angles have no patches: what needs them is refused") {
+    const ControlMesh mesh = test::with_mixed_angles(test::sheet(false), 3);
+    CHECK(scheme_support(SchemeKind::catmull_clark).patches);
+    CHECK(!scheme_support(mesh, SchemeKind::catmull_clark).patches);
+    CHECK(scheme_support(mesh, SchemeKind::catmull_clark).certified);
+    CHECK(scheme_support(test::sheet(false), SchemeKind::catmull_clark).patches);
+    const Error patches = error_of([&] { QuadPatches{mesh}; });
+    CHECK(patches.code() == ErrorCode::unsupported);
+    CHECK(contains(patches.what(), "corner angles"));
+    const TriangleMesh target = triangles_of(refine(mesh, "catmull-clark", 1));
+    const Error projected = error_of([&] { tessellate(mesh, {.tolerance = 1e-2, .target = &target}); });
+    CHECK(projected.code() == ErrorCode::unsupported);
+    CHECK(contains(projected.what(), "corner angles"));
+    const Error sliding =
+        error_of([&] { tessellate(mesh, {.estimator = EstimatorKind::certified, .slide = true, .tolerance = 1e-2}); });
+    CHECK(contains(sliding.what(), "without corner angles"));
+}
+
+TEST_SUITE_END();
