@@ -12,6 +12,7 @@
 #include "tetrakis/refine/mesh_part.hpp"
 #include "tetrakis/refine/partial_levels.hpp"
 #include "tetrakis/refine/refine.hpp"
+#include "tetrakis/refine/repeated_rows.hpp"
 #include "tetrakis/refine/uniform.hpp"
 #include "tetrakis/refine/uv_mesh.hpp"
 
@@ -209,7 +210,7 @@ TEST_CASE("a corner with a convex and a concave sector: each side as with its ow
 }
 
 TEST_CASE("the ring of a corner becomes the affine image of a planar fan of its sector's own angle") {
-    constexpr int k_levels = 5;
+    constexpr int k_levels = 4;
     for (const std::string_view scheme : k_schemes) {
         const ControlMesh mesh = test::sheet(takes_triangles(scheme));
         struct Sector {
@@ -244,9 +245,9 @@ TEST_CASE("the ring of a corner becomes the affine image of a planar fan of its 
             const ControlMesh tagged = tagged_at(mesh, {{s.vertex, face, alpha}});
             const double last = off(k_levels, tagged), before = off(k_levels - 1, tagged);
             // Concave: what is off the plane loses half of its share in each step (eigenvalue 1/4 to 1/2).
-            CHECK(last < (alpha > std::numbers::pi ? 0.52 : 0.9) * before);
-            CHECK(last < (alpha > std::numbers::pi ? 0.08 : 0.6) * off(1, tagged));
-            CHECK(last < 0.5 * off(k_levels, mesh));
+            CHECK(last < (alpha > std::numbers::pi ? 0.55 : 0.9) * before);
+            CHECK(last < (alpha > std::numbers::pi ? 0.16 : 0.7) * off(1, tagged));
+            CHECK(last < 0.6 * off(k_levels, mesh));
         }
     }
 }
@@ -355,6 +356,8 @@ TEST_CASE("[inv1] hierarchies, rows that repeat themselves and the rules agree w
         CAPTURE(scheme);
         const ControlMesh mesh = test::with_mixed_angles(test::sheet(takes_triangles(scheme)), 3);
         constexpr int k_levels = 4;
+        auto first_levels = std::make_unique<detail::RuleLevels>(mesh, *find_scheme(scheme), RuleOptions{}, 0);
+        CHECK(detail::RepeatedRows::make(mesh, *find_scheme(scheme), k_levels, {}, first_levels, {}, {}) != nullptr);
         const PolygonMesh fast = refine(mesh, scheme, k_levels, {.limit = true});
         const RefinedStencils slow = refine_stencils(mesh, *find_scheme(scheme), k_levels, {.limit = true});
         REQUIRE(fast.positions.size() == slow.mesh.positions.size());

@@ -88,6 +88,7 @@ Json json_of(const ControlMesh& mesh, const MeshStatistics& s, const Box3d& box,
             {"semi_sharp_edges", s.semi_sharp_edges},
             {"sharp_vertices", s.sharp_vertices},
             {"semi_sharp_vertices", s.semi_sharp_vertices},
+            {"corner_angles", data.corner_angles.size()},
             {"holes", s.holes},
             {"boundary_rule", std::string(name_of(mesh.boundary_rule()))},
             {"face_varying_rule", std::string(name_of(mesh.face_varying_rule()))},
@@ -114,6 +115,8 @@ void print_summary(const ControlMesh& mesh, const MeshStatistics& s, const Box3d
                                                               s.boundary_loops, name_of(mesh.boundary_rule())));
     table.row("creases", fmt::format("{} sharp and {} semi-sharp edges, {} sharp and {} semi-sharp vertices",
                                      s.sharp_edges, s.semi_sharp_edges, s.sharp_vertices, s.semi_sharp_vertices));
+    if (!data.corner_angles.empty())
+        table.row("angles", fmt::format("{} corner angle tags", format_count(data.corner_angles.size())));
     if (s.holes > 0) table.row("holes", fmt::format("{} faces", format_count(s.holes)));
     table.row("texture", mesh.has_uvs() ? fmt::format("{} coordinates, rule {}", format_count(data.uvs.size()),
                                                       name_of(mesh.face_varying_rule()))
