@@ -43,7 +43,7 @@ std::optional<CellSurroundings> cell_surroundings(const RuleMesh& mesh, int half
             // Inner edges alone: a part's own end is sharp, too.
             const bool sharp = t != RuleMesh::none && is_sharp(here.sharpness(h));
             key.push_back(2 * number[v] + (sharp ? 1 : 0));
-            angles.push_back(here.corner_angle(h));
+            if (here.has_corner_angles()) angles.push_back(here.corner_angle(h));
             if (t != RuleMesh::none && !std::exchange(entered[here.face(t)], 1)) entry.push_back(t);
             h = here.next(h);
         } while (h != entry[i]);

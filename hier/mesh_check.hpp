@@ -24,24 +24,23 @@ inline bool is_sound_uv(const Vec2d& uv) {
 
 /// What can be wrong with control mesh data, in the order in which faults are listed.
 enum class MeshFaultKind {
-    array_size,           ///< arrays that do not fit together; element: 0
-    no_faces,             ///< element: 0
-    non_finite_vertex,    ///< element: the vertex
-    absurd_coordinate,    ///< element: the vertex; beyond k_max_coordinate
-    face_too_small,       ///< element: the face
-    vertex_out_of_range,  ///< element: the face
-    repeated_vertex,      ///< element: the face; a vertex twice in one face
-    non_finite_uv,        ///< element: the texture coordinate; or beyond k_max_uv
-    uv_out_of_range,      ///< element: the face
-    normal_out_of_range,  ///< element: the face
-    group_out_of_range,   ///< element: the face; its material or group number
-    crease_tag,           ///< element: index into `creases`; sharpness negative or NaN, or no such vertex or edge
-    corner_tag,           ///< element: index into `corners`; likewise
-    corner_angle_tag,   ///< element: index into `corner_angles`; no such angle, vertex, face or corner of the face, or
-                        ///< another angle than an earlier tag's in the same sector
-    hole_tag,           ///< element: index into `holes`; no such face
-    duplicate_face,     ///< element: the later face; same vertices in the same cycle
-    non_manifold_edge,  ///< element: first face at it; an edge of more than two faces
+    array_size,            ///< arrays that do not fit together; element: 0
+    no_faces,              ///< element: 0
+    non_finite_vertex,     ///< element: the vertex
+    absurd_coordinate,     ///< element: the vertex; beyond k_max_coordinate
+    face_too_small,        ///< element: the face
+    vertex_out_of_range,   ///< element: the face
+    repeated_vertex,       ///< element: the face; a vertex twice in one face
+    non_finite_uv,         ///< element: the texture coordinate; or beyond k_max_uv
+    uv_out_of_range,       ///< element: the face
+    normal_out_of_range,   ///< element: the face
+    group_out_of_range,    ///< element: the face; its material or group number
+    crease_tag,            ///< element: index into `creases`; sharpness negative or NaN, or no such vertex or edge
+    corner_tag,            ///< element: index into `corners`; likewise
+    corner_angle_tag,      ///< element: index into `corner_angles`; no such angle, corner or face, or two in a sector
+    hole_tag,              ///< element: index into `holes`; no such face
+    duplicate_face,        ///< element: the later face; same vertices in the same cycle
+    non_manifold_edge,     ///< element: first face at it; an edge of more than two faces
     opposite_orientation,  ///< element: first face at it; two neighbours run along their edge in the same direction
     non_manifold_vertex,   ///< element: the vertex; its faces are not one fan (bow-tie)
 };

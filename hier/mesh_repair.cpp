@@ -375,9 +375,16 @@ class Repair {
         const auto uses =
             detail::sorted_edge_uses(data_.face_offsets, data_.face_vertices, count_of(data_.positions.size()));
         const auto faults = detail::tagged_angles(data_, detail::link_mesh(data_, uses)).faults;
-        for (std::size_t i = faults.size(); i-- > 0;)
-            now.erase(now.begin() + static_cast<std::ptrdiff_t>(faults[i].element));
-        for (const detail::RawFault& fault : faults) other.add(source[fault.element]);
+        std::vector<ControlMeshData::AngleTag> kept;
+        for (std::uint32_t i = 0, next = 0; i < now.size(); ++i) {
+            if (next == faults.size() || faults[next].element != i) {
+                kept.push_back(now[i]);
+                continue;
+            }
+            ++next;
+            other.add(source[i]);
+        }
+        now = std::move(kept);
         if (lost.count != 0)
             report(
                 "dropped {} corner angle tags that name no corner of a face that is left, or no angle (the first is "

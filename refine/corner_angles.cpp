@@ -6,15 +6,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace tetrakis::detail {
 
 namespace {
 
+/// Interior angle of the half-edge's face at its origin; above pi where the face is concave there.
 double corner_of_face(const ControlMesh& mesh, HalfedgeId h) {
     const Vec3d& at = mesh.position(mesh.origin(h));
     const Vec3d ahead = mesh.position(mesh.target(h)) - at, behind = mesh.position(mesh.origin(mesh.prev(h))) - at;
-    return std::atan2(glm::length(glm::cross(ahead, behind)), glm::dot(ahead, behind));
+    const Vec3d across = glm::cross(ahead, behind);
+    Vec3d normal(0);
+    for (HalfedgeId side = mesh.next(h); mesh.next(side) != h; side = mesh.next(side))
+        normal += glm::cross(mesh.position(mesh.origin(side)) - at, mesh.position(mesh.target(side)) - at);
+    const double angle = std::atan2(glm::length(across), glm::dot(ahead, behind));
+    return glm::dot(across, normal) < 0 ? 2 * std::numbers::pi - angle : angle;
 }
 
 /// Gives the sectors at v that have no angle the sum of their faces'.

@@ -278,6 +278,11 @@ TEST_CASE("measured angles are those of the faces in the control mesh") {
         const ControlMesh other = tagged_everywhere(cube, radians(70));
         CHECK(same(refine(other, scheme, 2, options), refine(other, scheme, 2, {.limit = true, .normals = true})));
     }
+    // A face may be concave there.
+    auto bracket =
+        test::mesh_data({{0, 0, 0}, {2, 0, 0}, {2, 1, 0}, {1, 1, 0}, {1, 2, 0}, {0, 2, 0}}, {{0, 1, 2, 3, 4, 5}});
+    const RuleMesh rules = rule_mesh(ControlMesh::build(bracket), measured);
+    for (int h = 0; h < 6; ++h) CHECK(rules.corner_angle(h) == doctest::Approx(radians(h == 3 ? 270 : 90)));
     CHECK(usable_corner_angle(radians(90)) == radians(90));
     CHECK(usable_corner_angle(radians(171)) == radians(170));
     CHECK(usable_corner_angle(radians(189)) == radians(170));
