@@ -4,8 +4,9 @@
 #include "tetrakis/hier/huge_buffer.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/face_normals.hpp"
-#include "tetrakis/refine/rule_limit.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
+#include "tetrakis/refine/star_lessons.hpp"
+#include "tetrakis/schemes/averaging.hpp"
 
 #include <fmt/format.h>
 
@@ -19,9 +20,6 @@
 namespace tetrakis::detail {
 
 namespace {
-
-/// Of the first level whose step is worth a look: to 8 segments a side, or 9; in cells to 4.
-constexpr std::uint32_t k_least_segments = 3, k_least_segments_in_cells = 2;
 
 /// Whether nothing turns from sharp to smooth within that many steps.
 bool stays_as_it_is(const RuleMesh& mesh, int steps) {
@@ -40,6 +38,12 @@ bool has_large_rings(const ControlMesh& mesh) {
         if (!mesh.is_isolated(VertexId(v)) && mesh.face_valence(VertexId(v)) > k_large) return true;
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
         if (mesh.face_size(FaceId(f)) > k_large) return true;
+    return false;
+}
+
+bool is_open(const ControlMesh& mesh) {
+    for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
+        if (mesh.is_boundary(EdgeId(e))) return true;
     return false;
 }
 
@@ -141,12 +145,13 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) quads = quads && mesh.face_size(FaceId(f)) == 4;
     // Level at which a root has one segment.
     int base_level = dual ? 1 : triangles || quads ? 0 : 1;
-    const int last_by_rules = levels - 1;
-    if (last_by_rules < base_level + 2) return nullptr;
+    if (levels <= base_level) return nullptr;
     const int factor = scheme.refinement == Refinement::sqrt3 ? 3 : 2;
     const bool creases = dual && !ignores_creases(scheme, rules);
     check_size(mesh, {triangles, !triangles && (dual || !quads), dual, factor, creases}, levels, demand, context);
     if (has_large_rings(mesh)) return nullptr;
+    const bool averages = scheme.step == averaging_step || scheme.step == biquartic_step;
+    if (averages && rules.averaging_boundary == AveragingBoundary::recede && is_open(mesh)) return nullptr;
 
     RuleLevels& by_rules = *levels_by_rules;
     const auto advance = [&] {
@@ -155,7 +160,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     };
     // A vertex with two faces becomes no face of a dual scheme: there the quads of the level after that are the roots.
     if (dual && !has_whole_faces(by_rules.last(), creases)) {
-        if (last_by_rules < ++base_level + 2) return nullptr;
+        if (levels <= ++base_level) return nullptr;
         advance();
         if (!has_whole_faces(by_rules.last(), creases)) return nullptr;
     }
@@ -166,7 +171,9 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     if (dual) net = RootNet::of_corners(by_rules.last(), by_rules.control_face_of_corners(), creases);
     if (dual && !net) return nullptr;
     while (by_rules.level() < base_level) first = advance();
+    std::optional<RuleMesh> tags;
     if (!dual) {
+        tags = by_rules.last();
         std::vector<std::uint32_t> control(static_cast<std::size_t>(by_rules.last().face_count()));
         for (std::size_t f = 0; f < control.size(); ++f)
             control[f] = static_cast<std::uint32_t>(by_rules.control_face(static_cast<int>(f)));
@@ -176,64 +183,50 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         for (std::size_t h = 0; h < first.size(); ++h) first[h] = static_cast<int>(h);
     }
     std::unique_ptr<RepeatedRows> all(new RepeatedRows(std::move(*net), static_cast<std::uint32_t>(factor)));
-    // What limits see of a sharpness that runs out further down differs from level to level.
-    const bool any_limits = demand.limit || demand.normals;
-    constexpr int k_for_ever = std::numeric_limits<int>::max();
-    // Limits by one ring are seen well enough where a step is not: above it.
-    const bool one_ring =
-        !dual && (demand.limit || demand.normals) && RuleLimitFinder(scheme, rules).regular_rings().value_or(0) == 2;
     std::uint32_t segments = 1;
-    std::optional<std::vector<int>> vertices;
-    for (int level = base_level; level < last_by_rules; ++level) {
+    const auto go_on = [&] {
         context.report("refine", 0);
-        const bool stationary = segments >= (dual ? k_least_segments_in_cells : k_least_segments) &&
-                                stays_as_it_is(by_rules.last(), any_limits ? k_for_ever : levels - level);
-        const RootLayout coarse = all->net_.layout(segments);
-        std::optional<RowPatterns::Places> places;
-        bool has_limits = false;
-        if (stationary) {
-            vertices = all->net_.vertices(coarse, by_rules.last(), first);
-            if (!vertices) return nullptr;
-            places.emplace(*vertices);
-            has_limits = one_ring && all->learn_limits(by_rules.last(), scheme, rules, coarse, *vertices, demand);
-        }
         const std::vector<int> child = advance();
         for (int& h : first) {
             h = h < 0 ? h : child[h];
-            if (h < 0) return nullptr;
+            if (h < 0) return false;
         }
         segments *= static_cast<std::uint32_t>(factor);
-        if (!stationary) continue;
-        const RootLayout fine = all->net_.layout(segments);
-        vertices = all->net_.vertices(fine, by_rules.last(), first);
-        if (!vertices) return nullptr;
-        if (!all->step_.learn({coarse, fine, *places, *vertices, by_rules.steps().back()})) continue;
-        if (!has_limits && !all->learn_limits(by_rules.last(), scheme, rules, fine, *vertices, demand)) continue;
-        all->vertices_ = std::move(*vertices);
-        all->levels_ = std::move(levels_by_rules);
-        all->segments_ = {segments};
-        for (++level; level < levels; ++level) all->segments_.push_back(segments *= static_cast<std::uint32_t>(factor));
-        return all;
-    }
-    return nullptr;
+        return true;
+    };
+    // What limits see of a sharpness that runs out further down differs from level to level.
+    constexpr int k_for_ever = std::numeric_limits<int>::max();
+    const bool any_limits = demand.limit || demand.normals;
+    while (!stays_as_it_is(by_rules.last(), any_limits ? k_for_ever : levels - by_rules.level()))
+        if (by_rules.level() + 1 >= levels || !go_on()) return nullptr;
+    const CornerKinds corners(all->net_, tags ? &*tags : nullptr, by_rules.level() - base_level);
+    if (!all->learn(corners, scheme, rules, demand)) return nullptr;
+    while (!all->step_.fits(all->net_.layout(segments)))
+        if (by_rules.level() + 1 >= levels || !go_on()) return nullptr;
+    std::optional<std::vector<int>> vertices = all->net_.vertices(all->net_.layout(segments), by_rules.last(), first);
+    if (!vertices) return nullptr;
+    all->vertices_ = std::move(*vertices);
+    all->segments_ = {segments};
+    for (int level = by_rules.level(); level < levels; ++level)
+        all->segments_.push_back(segments *= static_cast<std::uint32_t>(factor));
+    const RootLayout last = all->net_.layout(segments);
+    if ((all->limit_ && !all->limit_->fits(last)) || (all->normals_ && !all->normals_->fits(last))) return nullptr;
+    all->levels_ = std::move(levels_by_rules);
+    return all;
 }
 
-bool RepeatedRows::learn_limits(const RuleMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
-                                const RootLayout& at, std::span<const int> vertices, const Demand& demand) {
-    if (!demand.limit && !demand.normals) return true;
-    RuleLimits limits;
+bool RepeatedRows::learn(const CornerKinds& corners, const SchemeInfo& scheme, const RuleOptions& rules,
+                         const Demand& demand) {
+    StarLessons lessons(net_, corners, scheme, rules);
+    if (demand.limit) limit_.emplace(net_, 1, RowPatterns::Kind::points);
+    if (demand.normals) normals_.emplace(net_, 1, RowPatterns::Kind::normals);
     try {
-        limits = rule_limits(mesh, scheme, rules);
+        if (!lessons.teach_step(step_)) return false;
+        return (!limit_ && !normals_) ||
+               lessons.teach_limits(limit_ ? &*limit_ : nullptr, normals_ ? &*normals_ : nullptr);
     } catch (const std::invalid_argument&) {
         return false;  // the rules say what is wrong
     }
-    if (!limits.beyond.empty()) return false;
-    const RowPatterns::Places places(vertices);
-    if (demand.limit &&
-        !limit_.emplace(net_, 1, RowPatterns::Kind::points).learn({at, at, places, vertices, limits.positions}))
-        return false;
-    return !demand.normals || normals_.emplace(net_, 1, RowPatterns::Kind::normals)
-                                  .learn({at, at, places, vertices, limits.tangent1, &limits.tangent2, limits.begin});
 }
 
 void RepeatedRows::refine(std::span<const Vec3d> control, std::span<Vec3d> points, std::span<Vec3d> normals,

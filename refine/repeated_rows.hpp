@@ -17,9 +17,10 @@ namespace tetrakis::detail {
 /// Structured refinement by the rules of any scheme that cuts faces into lattices (face splits, 4-8, sqrt3 by two steps
 /// at a time), and of dual schemes, but for meshes with darts.
 ///
-/// The first levels go by rules. One step of theirs, from lattices large enough that what is special at a corner of a
-/// root is not seen from its other corners, says everything about all later ones (RowPatterns), and the limits there
-/// say all about limits. So the later levels only read those rows again, at other places.
+/// Rows of weights are the same all over the lattices but along sharp sides and around special corners, where they
+/// repeat themselves from level to level (RowPatterns). What they are the rules say of each kind of corner by itself.
+/// On the mesh they make the first level, or the first few where masks are wide; all later ones only read those rows,
+/// at places found by arithmetic.
 class RepeatedRows {
   public:
     /// What a result is, and takes: points, faces (with where they begin and the control face of each) and their
@@ -55,8 +56,7 @@ class RepeatedRows {
     RepeatedRows(RootNet net, std::uint32_t factor)
         : net_(std::move(net)), step_(net_, factor, RowPatterns::Kind::points) {}
 
-    bool learn_limits(const RuleMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, const RootLayout& at,
-                      std::span<const int> vertices, const Demand& demand);
+    bool learn(const CornerKinds& corners, const SchemeInfo& scheme, const RuleOptions& rules, const Demand& demand);
     void at_shared_places(const RootLayout& last, const Vec3d* now, std::span<Vec3d> points,
                           std::span<Vec3d> normals) const;
 

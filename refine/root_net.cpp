@@ -118,6 +118,16 @@ std::optional<RootNet> RootNet::of_faces(const RuleMesh& mesh, std::vector<std::
     return net;
 }
 
+RootNet RootNet::of_star(const RuleMesh& mesh, bool in_cells) {
+    RootNet net;
+    net.in_cells_ = in_cells;
+    net.set_base(mesh);
+    net.own_roots_ = net.base_.face_count;
+    net.base_face_.resize(net.base_.face_count);
+    std::iota(net.base_face_.begin(), net.base_face_.end(), 0u);
+    return net;
+}
+
 std::optional<RootNet> RootNet::of_corners(const RuleMesh& mesh, std::vector<std::uint32_t> control_face,
                                            bool creases) {
     RootNet net;

@@ -41,6 +41,9 @@ class RootNet {
     static std::optional<RootNet> of_corners(const RuleMesh& mesh, std::vector<std::uint32_t> control_face,
                                              bool creases);
 
+    /// The faces of a mesh of quads or triangles, as lattices or in cells, with nothing beyond its boundary.
+    static RootNet of_star(const RuleMesh& mesh, bool in_cells);
+
     bool in_cells() const { return in_cells_; }
     const MeshLevel& base() const { return base_; }
     /// In cells: the roots before those beyond boundaries and creases.

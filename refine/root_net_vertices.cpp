@@ -55,7 +55,9 @@ std::optional<std::vector<int>> RootNet::cells(const RootLayout& at, const RuleM
     const Numbers numbers = point_numbers(at);
     if (numbers.count != static_cast<std::uint32_t>(mesh.vertex_count())) return std::nullopt;
     std::vector<int> vertices(place_count(at), -1);
-    std::vector<int> out_of(vertices.size(), -1);  // the half-edge along -x; beyond the boundary along y
+    std::vector<int> out_of(
+        vertices.size(),
+        -1);  // the half-edge along -x; beyond the boundary along y, of the last cells the one into them
     bool whole = true;
     const auto turn = [&](int h) {
         const int left = mesh.twin(mesh.prev(h));
@@ -90,13 +92,16 @@ std::optional<std::vector<int>> RootNet::cells(const RootLayout& at, const RuleM
                 for (std::uint32_t i = 0; i < (h + 1) % 4; ++i) out = turn(out);
                 for (std::uint32_t y = 0; y < n; ++y) {
                     vertices[number_at(at, f, {x, y})] = mesh.target(out);
-                    if (y + 1 < n) out = out_of[number_at(at, f, {x, y})] = ahead(out);
+                    if (y + 1 < n) out = ahead(out);
+                    out_of[number_at(at, f, {x, y})] = out;
                 }
             }
             continue;
         }
         // A corner's: sideways from the quads of both edges, but for the last cell, which is beside two that are not.
         const std::uint32_t other = base_.twin[4 * f + 3] / 4;
+        if (n == 1)  // the last cells of both edges: into the one that comes before it
+            vertices[number_at(at, f, {0, 0})] = mesh.target(mesh.next(out_of[number_at(at, root, {0, 0})]));
         for (std::uint32_t i = 0; i + 1 < n; ++i) {
             int left = turn(out_of[number_at(at, root, {0, i})]);
             int right = turn(turn(turn(out_of[number_at(at, other, {n - 1, i})])));

@@ -1,22 +1,20 @@
 #include "tetrakis/refine/row_patterns.hpp"
 
-#include "tetrakis/hier/parallel.hpp"
-
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <map>
+#include <cstdlib>
+#include <deque>
+#include <numeric>
+#include <optional>
 #include <utility>
 
-// What the rules say of a level, in terms that hold for all finer ones.
+// What the rules say of stars, in terms that hold for all levels.
 namespace tetrakis::detail {
 
 namespace {
 
-constexpr std::uint32_t k_roots_per_task = 16;
-
-/// Weights of one row found in two places differ by rounding at most; tangents come from numeric eigenvectors.
-double same_weight(RowPatterns::Kind kind) { return kind == RowPatterns::Kind::points ? 1e-13 : 1e-11; }
+/// Rings of ghosts to look for the points of a regular row in.
+constexpr std::uint32_t k_most_rings = 5;
 
 /// Two rows of weights of the same points, turned and mixed until they are the same ones whichever base of their plane
 /// they were given as (with its orientation): with 1, 0 in the first column that is large, 0, +-1 in the second one.
@@ -51,75 +49,49 @@ void make_canonical(std::vector<Column>& columns) {
 
 }  // namespace
 
-RowPatterns::Places::Places(std::span<const int> vertices) : next(vertices.size(), -1) {
-    for (std::size_t i = vertices.size(); i-- > 0;) {
-        const auto v = static_cast<std::size_t>(vertices[i]);
-        if (v >= first.size()) first.resize(v + 1, -1);
-        next[i] = std::exchange(first[v], static_cast<int>(i));
-    }
+RowPatterns::RowPatterns(const RootNet& net, std::uint32_t factor, Kind kind)
+    : net_(net), factor_(factor), kind_(kind), regular_corners_(regular_corners(net)) {}
+
+/// Weights of one row found in two places differ by rounding at most; tangents come from numeric eigenvectors.
+double RowPatterns::tolerance() const { return kind_ == Kind::points ? 1e-13 : 1e-11; }
+
+template <class At>
+bool RowPatterns::same(const RowOf<At>& a, const RowOf<At>& b) const {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [&](const TermOf<At>& s, const TermOf<At>& t) {
+        return s.at == t.at && std::abs(s.weight - t.weight) <= tolerance();
+    });
 }
 
-/// By points, and by weights that differ by more than rounding.
-struct RowPatterns::PatternOrder {
-    double tolerance;
-
-    std::strong_ordering compare(const Row& a, const Row& b) const {
-        for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
-            if (const auto c = a[i].at <=> b[i].at; c != 0) return c;
-        }
-        if (const auto c = a.size() <=> b.size(); c != 0) return c;
-        // Snapped: an order must be transitive.
-        const auto snapped = [&](double weight) { return std::llround(weight / tolerance); };
-        for (std::size_t i = 0; i < a.size(); ++i)
-            if (const auto c = snapped(a[i].weight) <=> snapped(b[i].weight); c != 0) return c;
-        return std::strong_ordering::equal;
-    }
-    bool operator()(const Pattern& a, const Pattern& b) const {
-        for (std::size_t i = 0; i < a.size(); ++i)
-            if (const auto c = compare(a[i], b[i]); c != 0) return c < 0;
-        return false;
-    }
-    bool same(const Row& a, const Row& b) const {
-        return std::equal(a.begin(), a.end(), b.begin(), b.end(), [&](const Term& s, const Term& t) {
-            return s.at == t.at && std::abs(s.weight - t.weight) <= tolerance;
-        });
-    }
-};
-
-/// The rows of a vertex; those that it has no tangents for are empty.
-template <class SeenAt>
-bool RowPatterns::rows_of(const Lesson& lesson, int fine_vertex, const SeenAt& seen_at, std::span<Row> out) const {
-    for (Row& row : out) row.clear();
-    const auto terms = [&](const StencilTable& table, int row, Row& to) {
-        const auto points = table.points(row);
+/// The rows of a result, in the order of their points; those that it has no tangents for are empty.
+template <class At, class SeenAt>
+bool RowPatterns::rows_of(const Lesson& lesson, int row, const SeenAt& seen_at, std::span<RowOf<At>> out) const {
+    for (RowOf<At>& to : out) to.clear();
+    if (row < 0) return false;
+    const auto terms = [&](const StencilTable& table, int from, RowOf<At>& to) {
+        const auto points = table.points(from);
         for (std::size_t i = 0; i < points.size(); ++i) {
-            std::optional<Seen> seen;
-            for (int place = lesson.places.first[points[i]]; place >= 0 && !seen; place = lesson.places.next[place])
-                seen = seen_at(static_cast<std::uint32_t>(place));
+            const std::optional<At> seen = seen_at(static_cast<std::uint32_t>(points[i]));
             if (!seen) return false;
-            to.push_back({*seen, table.weights(row)[i]});
+            to.push_back({*seen, table.weights(from)[i]});
         }
-        std::sort(to.begin(), to.end(), [](const Term& s, const Term& t) { return s.at < t.at; });
+        std::sort(to.begin(), to.end(), [](const auto& s, const auto& t) { return s.at < t.at; });
         return true;
     };
-    if (kind_ == Kind::points) return terms(lesson.rows, fine_vertex, out[0]);
+    if (kind_ == Kind::points) return terms(lesson.rows, row, out[0]);
 
-    const int begin = lesson.begin[static_cast<std::size_t>(fine_vertex)],
-              end = lesson.begin[static_cast<std::size_t>(fine_vertex) + 1];
-    std::size_t found = 0;
+    const int begin = lesson.begin[static_cast<std::size_t>(row)],
+              end = lesson.begin[static_cast<std::size_t>(row) + 1];
     struct Column {
-        Seen at;
+        At at;
         double w1, w2;
     };
     std::vector<Column> columns;
-    Row rows[2];
+    RowOf<At> rows[2];
     for (int i = begin; i < end; ++i) {
-        for (Row& row : rows) row.clear();
-        if (!terms(lesson.rows, i, rows[0]) || !terms(*lesson.second_rows, i, rows[1])) {
-            if (lesson.places.several(fine_vertex)) continue;  // of a crease's other side
+        const auto found = static_cast<std::size_t>(i - begin);
+        for (RowOf<At>& r : rows) r.clear();
+        if (2 * found + 2 > out.size() || !terms(lesson.rows, i, rows[0]) || !terms(*lesson.second_rows, i, rows[1]))
             return false;
-        }
-        if (2 * found + 2 > out.size()) return false;
         columns.clear();
         for (auto a = rows[0].begin(), b = rows[1].begin(); a != rows[0].end() || b != rows[1].end();) {
             const bool first = b == rows[1].end() || (a != rows[0].end() && a->at <= b->at),
@@ -129,18 +101,20 @@ bool RowPatterns::rows_of(const Lesson& lesson, int fine_vertex, const SeenAt& s
             if (second) ++b;
         }
         make_canonical(columns);
-        Row* const pair = &out[2 * found++];
+        RowOf<At>* const pair = &out[2 * found];
         constexpr double k_no_weight = 1e-12;
         for (const Column& c : columns) {
             if (std::abs(c.w1) > k_no_weight) pair[0].push_back({c.at, c.w1});
             if (std::abs(c.w2) > k_no_weight) pair[1].push_back({c.at, c.w2});
         }
     }
-    // Which of two surfaces comes first the rules leave open.
-    if (found == 2) {
-        const PatternOrder order{same_weight(kind_)};
-        const auto c = order.compare(out[0], out[2]);
-        if (c > 0 || (c == 0 && order.compare(out[1], out[3]) > 0)) {
+    if (end - begin == 2) {
+        // Which of two surfaces comes first the rules leave open: the one whose points do.
+        const auto less = [&](const RowOf<At>& a, const RowOf<At>& b) {
+            return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end(),
+                                                [](const auto& s, const auto& t) { return s.at < t.at; });
+        };
+        if (less(out[2], out[0]) || (!less(out[0], out[2]) && less(out[3], out[1]))) {
             std::swap(out[0], out[2]);
             std::swap(out[1], out[3]);
         }
@@ -148,156 +122,254 @@ bool RowPatterns::rows_of(const Lesson& lesson, int fine_vertex, const SeenAt& s
     return true;
 }
 
-/// The rows inside, and how far from the sides they hold.
-bool RowPatterns::learn_inside(const Lesson& lesson) {
-    const std::uint32_t m = lesson.fine.segments(), sides = net_.side_count(), last = net_.last_place(lesson.fine),
-                        count = rows_inside();
-    inside_.assign(std::size_t{factor_} * factor_ * count, {});
-    const auto rows_at = [&](std::uint32_t f, std::uint32_t x, std::uint32_t y, std::span<Row> out) {
-        const int dx = static_cast<int>(x / factor_), dy = static_cast<int>(y / factor_);
-        const auto seen = [&](std::uint32_t number) -> std::optional<Seen> {
-            const auto p = net_.place_in(lesson.coarse, f, number);
-            if (!p) return std::nullopt;
-            return Seen{0, static_cast<std::int16_t>(static_cast<int>(p->x) - dx),
-                        static_cast<std::int16_t>(static_cast<int>(p->y) - dy)};
+/// Reads the rows at the places of one of a star's roots.
+class RowPatterns::StarReader {
+  public:
+    StarReader(const RowPatterns& patterns, const Lesson& lesson, std::uint32_t rings)
+        : p_(patterns),
+          lesson_(lesson),
+          net_(lesson.star.net()),
+          coarse_(net_.layout(lesson.star.segments())),
+          fine_(net_.layout(patterns.factor_ * lesson.star.segments())),
+          regular_(regular_corners(net_)),
+          grid_(net_, coarse_, regular_, rings),
+          last_(net_.last_place(fine_)),
+          zone_(zone(patterns.factor_, lesson.star.segments())),
+          at_(net_.place_count(coarse_), -1) {}
+
+    std::uint32_t zone_size() const { return zone_; }
+    void look_at(std::uint32_t root) {
+        root_ = root;
+        std::vector<std::uint32_t> numbers(net_.place_count(coarse_)), grid(grid_.size(), none);
+        std::iota(numbers.begin(), numbers.end(), 0u);
+        grid_.fill(root, numbers.data(), grid.data());
+        std::fill(at_.begin(), at_.end(), -1);
+        for (std::size_t i = 0; i < grid.size(); ++i)
+            if (grid[i] != none) at_[grid[i]] = static_cast<int>(i);
+    }
+
+    /// The rows of place (x, y), seen from there in the root's directions.
+    bool rows(std::uint32_t x, std::uint32_t y, std::span<RowOf<Step>> out) const {
+        const auto dx = static_cast<std::ptrdiff_t>(x / p_.factor_), dy = static_cast<std::ptrdiff_t>(y / p_.factor_);
+        const auto seen = [&](std::uint32_t number) -> std::optional<Step> {
+            if (at_[number] < 0) return std::nullopt;
+            const GhostGrid::Place place = grid_.place(at_[number]);
+            return Step{static_cast<std::int16_t>(place.x - dx), static_cast<std::int16_t>(place.y - dy)};
         };
-        return rows_of(lesson, lesson.fine_vertex[net_.number_at(lesson.fine, f, {x, y})], seen, out);
+        return p_.rows_of<Step>(lesson_, row(x, y), seen, out);
+    }
+    bool is_regular(std::uint32_t x, std::uint32_t y) {
+        found_.resize(p_.rows_inside());
+        if (!rows(x, y, found_)) return false;
+        const std::size_t kind = (y % p_.factor_ * p_.factor_ + x % p_.factor_) * std::size_t{p_.rows_inside()};
+        for (std::size_t i = 0; i < found_.size(); ++i)
+            if (!p_.same(found_[i], p_.regular_[kind + i])) return false;
+        return true;
+    }
+    /// The half-edge of the side that place (x, y) is counted from: the root's first one, or the last.
+    struct OnSide {
+        std::uint32_t h, a, b;
     };
-    const auto known = [&](std::uint32_t x, std::uint32_t y) {
-        return std::span(&inside_[(y % factor_ * factor_ + x % factor_) * std::size_t{count}], count);
-    };
-    // From the middle of the first root.
-    const std::uint32_t middle = sides == 4 ? m / 2 - (net_.in_cells() ? 1 : 0) : m / 3;
+    OnSide on_side(bool last, std::uint32_t x, std::uint32_t y) const {
+        const std::uint32_t h = lesson_.star.halfedge(root_);
+        if (!last) return {h, x, y};
+        return {net_.base().prev(h), net_.rest(last_, net_.side_count() == 4 ? y : x, net_.side_count() == 4 ? x : y),
+                x};
+    }
+    /// The rows of place (a, b) of a side, seen from there along and away from it.
+    bool side_rows(const OnSide& at, std::span<RowOf<Step>> out) const {
+        const bool cells = net_.in_cells();
+        const auto n = static_cast<int>(net_.last_place(coarse_)), along = static_cast<int>(at.a / p_.factor_);
+        const auto seen = [&](std::uint32_t number) -> std::optional<Step> {
+            const std::optional<RootNet::Seen> s = net_.at_side(coarse_, at.h, number);
+            if (!s) return std::nullopt;
+            const int a = s->turn == 0 ? s->a : n - s->a, b = s->turn == 0 ? s->b : -s->b - (cells ? 1 : 0);
+            return Step{static_cast<std::int16_t>(a - along), static_cast<std::int16_t>(b)};
+        };
+        return p_.rows_of<Step>(lesson_, lesson_.row[net_.number(fine_, at.h, at.a, at.b)], seen, out);
+    }
+    bool corner_rows(std::uint32_t x, std::uint32_t y, std::span<RowOf<RootNet::Seen>> out) const {
+        const std::uint32_t h = lesson_.star.halfedge(root_);
+        const auto seen = [&](std::uint32_t number) { return net_.at_corner(coarse_, h, number); };
+        return p_.rows_of<RootNet::Seen>(lesson_, row(x, y), seen, out);
+    }
+    /// Calls visit(x, y) for the places of the zone, the farthest first.
+    template <class Visit>
+    void for_each_inwards(Visit&& visit) const {
+        const bool quads = net_.side_count() == 4;
+        for (std::uint32_t d = zone_ + 1; d-- > 0;)
+            for (std::uint32_t i = 0; i <= d; ++i) {
+                visit(quads ? d : i, quads ? i : d - i);
+                if (quads && i < d) visit(i, d);
+            }
+    }
+
+  private:
+    int row(std::uint32_t x, std::uint32_t y) const {
+        return lesson_.row[net_.number_at(fine_, root_, RootNet::Place{x, y})];
+    }
+
+    const RowPatterns& p_;
+    const Lesson& lesson_;
+    const RootNet& net_;
+    RootLayout coarse_, fine_;
+    std::vector<char> regular_;
+    GhostGrid grid_;
+    std::uint32_t last_, zone_, root_ = 0;
+    std::vector<int> at_;  ///< place in the grid of each point
+    std::vector<RowOf<Step>> found_;
+};
+
+/// The rows inside, and how many rings of ghosts they see from a root's sides.
+bool RowPatterns::learn_regular(const Lesson& lesson) {
+    const std::uint32_t count = rows_inside(), n = lesson.star.segments();
+    StarReader reader(*this, lesson, std::min(k_most_rings, n));
+    reader.look_at(0);
+    regular_.assign(std::size_t{factor_} * factor_ * count, {});
+    const std::uint32_t middle = reader.zone_size() / 2 - (factor_ - 1);
     for (std::uint32_t y = middle; y < middle + factor_; ++y)
-        for (std::uint32_t x = middle; x < middle + factor_; ++x)
-            if (!rows_at(0, x, y, known(x, y)) || known(x, y).back().empty()) return false;
-    const PatternOrder order{same_weight(kind_)};
-    const std::uint32_t least = net_.in_cells() ? 0 : 1;
-    std::atomic<std::uint32_t> depth = least;
-    for_each_block(net_.base().face_count, k_roots_per_task, [&](std::uint32_t begin, std::uint32_t end) {
-        std::vector<Row> found(count);
-        std::uint32_t deepest = least;
-        const auto fits = [&](std::uint32_t f, std::uint32_t x, std::uint32_t y) {
-            if (!rows_at(f, x, y, found)) return false;
-            return std::equal(found.begin(), found.end(), known(x, y).begin(),
-                              [&](const Row& a, const Row& b) { return order.same(a, b); });
-        };
-        for (std::uint32_t f = begin; f < end; ++f)
-            for (std::uint32_t y = least; y + least <= last; ++y)
-                for (std::uint32_t x = least; x + least + (sides == 4 ? 0 : y) <= last; ++x) {
-                    const std::uint32_t nearest =
-                        sides == 4 ? std::min({x, y, last - x, last - y}) : std::min({x, y, last - x - y});
-                    if (nearest >= deepest && !fits(f, x, y)) deepest = nearest + 1;
-                }
-        for (std::uint32_t now = depth; now < deepest && !depth.compare_exchange_weak(now, deepest);) {
+        for (std::uint32_t x = middle; x < middle + factor_; ++x) {
+            const std::span<RowOf<Step>> known(&regular_[(y % factor_ * factor_ + x % factor_) * std::size_t{count}],
+                                               count);
+            if (!reader.rows(x, y, known) || known.back().empty()) return false;
         }
-    });
-    depth_ = depth;
-    return true;
+    // From the sides of any lattice, in its points: places 0 to last, of the lattice above them 0 to end.
+    const auto fine = static_cast<int>(net_.in_cells() ? factor_ * n - 1 : factor_ * n),
+               end = static_cast<int>(net_.in_cells() ? n - 1 : n);
+    const bool quads = net_.side_count() == 4;
+    int rings = 0;
+    for (int y = 0; y <= fine; ++y)
+        for (int x = 0; x <= (quads ? fine : fine - y); ++x) {
+            const auto f = static_cast<int>(factor_);
+            const std::size_t kind = static_cast<std::size_t>(y % f * f + x % f) * count;
+            for (std::size_t i = 0; i < count; ++i)
+                for (const auto& term : regular_[kind + i]) {
+                    const int a = x / f + term.at.a, b = y / f + term.at.b;
+                    rings = std::max({rings, -a, -b, quads ? std::max(a, b) - end : a + b - end});
+                }
+        }
+    rings_ = static_cast<std::uint32_t>(rings);
+    return rings_ <= n;
 }
 
-bool RowPatterns::corner_rows(const Lesson& lesson, std::uint32_t h, Pattern& out) const {
-    const std::size_t each = rows_per_point();
-    out.resize(corner_places_.size() * each);
-    const auto seen_at = [&](std::uint32_t number) { return net_.at_corner(lesson.coarse, h, number); };
-    for (std::size_t i = 0; i < corner_places_.size(); ++i) {
-        const int v = lesson.fine_vertex[net_.number(lesson.fine, h, corner_places_[i].x, corner_places_[i].y)];
-        if (!rows_of(lesson, v, seen_at, std::span(out).subspan(i * each, each))) return false;
+bool RowPatterns::learn(const CornerKinds& corners, const Lesson& regular, std::span<const Lesson> lessons) {
+    if (!learn_regular(regular)) return false;
+    const std::uint32_t each = rows_per_point(), zone = RowPatterns::zone(factor_, regular.star.segments());
+    // How deep sharp sides go: seen where the star is far from its corner, yet not at its end.
+    const auto far = [&](std::uint32_t x, std::uint32_t y) { return distance(x, y) + 2 * factor_ > zone; };
+    depth_ = reach_ = 0;
+    std::deque<StarReader> readers;
+    for (const Lesson& lesson : lessons) readers.emplace_back(*this, lesson, rings_);
+    struct Special {
+        std::uint32_t x, y;
+    };
+    std::vector<std::vector<std::vector<Special>>> special(lessons.size());
+    for (std::size_t k = 0; k < lessons.size(); ++k) {
+        const StarKind& kind = lessons[k].star.kind();
+        special[k].resize(kind.roots());
+        for (std::uint32_t i = 0; i < kind.roots(); ++i) {
+            readers[k].look_at(i);
+            readers[k].for_each_inwards([&](std::uint32_t x, std::uint32_t y) {
+                if (readers[k].is_regular(x, y)) return;
+                special[k][i].push_back({x, y});
+                if (!far(x, y)) return;
+                const std::uint32_t from_first = kind.sharp_before(i) ? y : zone,
+                                    from_last = kind.sharp_after(i) ? x : zone;
+                depth_ = std::max(depth_, std::min(from_first, from_last) + 1);
+            });
+        }
+    }
+    if (2 * depth_ > zone) return false;
+    // What is special elsewhere than along sharp sides in their own way belongs to the corner.
+    std::vector<std::vector<SidePattern>> sides(lessons.size());
+    std::vector<RowOf<Step>> found(each);
+    bool any_sharp = false;
+    for (std::size_t k = 0; k < lessons.size(); ++k) {
+        const StarKind& kind = lessons[k].star.kind();
+        sides[k].resize(kind.roots());
+        for (std::uint32_t i = 0; i < kind.roots(); ++i) {
+            readers[k].look_at(i);
+            for (const Special& s : special[k][i]) {
+                const bool along_first = kind.sharp_before(i) && s.y < depth_,
+                           along_last = kind.sharp_after(i) && s.x < depth_;
+                if (!along_first && !along_last) reach_ = std::max(reach_, distance(s.x, s.y) + 1);
+            }
+            for (const bool last : {false, true}) {
+                if (!(last ? kind.sharp_after(i) : kind.sharp_before(i))) continue;
+                any_sharp = true;
+                SidePattern pattern(std::size_t{depth_} * factor_ * each);
+                std::vector<char> known(std::size_t{depth_} * factor_, 0);
+                bool fits = true;
+                readers[k].for_each_inwards([&](std::uint32_t x, std::uint32_t y) {
+                    if ((last ? x : y) >= depth_ || !fits) return;
+                    const StarReader::OnSide at = readers[k].on_side(last, x, y);
+                    const std::size_t place = at.b * factor_ + at.a % factor_;
+                    const std::span<RowOf<Step>> rows = std::span(pattern).subspan(place * each, each);
+                    if (known[place] == 0) {
+                        fits = readers[k].side_rows(at, rows);
+                        known[place] = 1;
+                        return;
+                    }
+                    bool equal = readers[k].side_rows(at, found);
+                    for (std::size_t r = 0; r < each; ++r) equal = equal && same(rows[r], found[r]);
+                    if (!equal) reach_ = std::max(reach_, distance(x, y) + 1);
+                });
+                if (!fits) return false;
+                if (!last) sides[k][i] = std::move(pattern);
+            }
+        }
+    }
+    // A place is near one sharp side only, but for those near a corner.
+    if (any_sharp) reach_ = std::max(reach_, net_.side_count() == 4 ? depth_ : 2 * depth_ - 1);
+    if (reach_ + 2 * factor_ > zone + 1) return false;
+
+    std::vector<std::vector<std::uint32_t>> side_number(lessons.size()), corner_number(lessons.size());
+    side_patterns_.clear();
+    corner_patterns_.clear();
+    farthest_ = 0;
+    for (std::size_t k = 0; k < lessons.size(); ++k) {
+        const StarKind& kind = lessons[k].star.kind();
+        for (std::uint32_t i = 0; i < kind.roots(); ++i) {
+            readers[k].look_at(i);
+            side_number[k].push_back(none);
+            if (!sides[k][i].empty()) {
+                side_number[k].back() = static_cast<std::uint32_t>(side_patterns_.size());
+                for (const RowOf<Step>& row : sides[k][i])
+                    for (const auto& term : row)
+                        rings_ = std::max(rings_, static_cast<std::uint32_t>(std::max<int>(0, -term.at.b)));
+                side_patterns_.push_back(std::move(sides[k][i]));
+            }
+            CornerPattern pattern;
+            for (const Special& s : special[k][i]) {
+                if (distance(s.x, s.y) >= reach_) continue;
+                CornerPlace place{s.x, s.y, std::vector<RowOf<RootNet::Seen>>(each)};
+                if (!readers[k].corner_rows(s.x, s.y, place.rows)) return false;
+                for (const RowOf<RootNet::Seen>& row : place.rows)
+                    for (const auto& term : row)
+                        farthest_ = std::max(
+                            farthest_, static_cast<std::int16_t>(distance(static_cast<std::uint32_t>(term.at.a),
+                                                                          static_cast<std::uint32_t>(term.at.b))));
+                pattern.push_back(std::move(place));
+            }
+            corner_number[k].push_back(none);
+            if (pattern.empty()) continue;
+            corner_number[k].back() = static_cast<std::uint32_t>(corner_patterns_.size());
+            corner_patterns_.push_back(std::move(pattern));
+        }
+    }
+    const std::size_t halfedges = corners.kind.size();
+    side_pattern_.resize(halfedges);
+    corner_pattern_.resize(halfedges);
+    for (std::size_t h = 0; h < halfedges; ++h) {
+        side_pattern_[h] = side_number[corners.kind[h]][corners.root[h]];
+        corner_pattern_[h] = corner_number[corners.kind[h]][corners.root[h]];
     }
     return true;
 }
 
-bool RowPatterns::side_rows(const Lesson& lesson, std::uint32_t h, Pattern& out) const {
-    const std::uint32_t m = net_.last_place(lesson.fine);
-    const std::size_t each = rows_per_point();
-    out.resize(std::size_t{depth_} * factor_ * each);
-    const auto seen_at = [&](std::uint32_t number) { return net_.at_side(lesson.coarse, h, number); };
-    const PatternOrder order{same_weight(kind_)};
-    std::vector<Row> other(each);
-    for (std::uint32_t b = 0; b < depth_; ++b)
-        for (std::uint32_t a = reach_; a + b <= m && net_.rest(m, a, b) >= reach_; ++a) {
-            const std::span<Row> rows = std::span(out).subspan((b * factor_ + (a - reach_) % factor_) * each, each);
-            const int v = lesson.fine_vertex[net_.number(lesson.fine, h, a, b)];
-            if (a < reach_ + factor_) {
-                if (!rows_of(lesson, v, seen_at, rows)) return false;
-                continue;
-            }
-            // Another place of the same kind: the rows there must be the same ones.
-            const int shift = static_cast<int>((a - reach_) / factor_);
-            const auto shifted = [&](std::uint32_t number) {
-                std::optional<Seen> seen = seen_at(number);
-                if (seen) seen->a = static_cast<std::int16_t>(seen->a + (seen->turn == 0 ? -shift : shift));
-                return seen;
-            };
-            if (!rows_of(lesson, v, shifted, other)) return false;
-            for (std::size_t i = 0; i < each; ++i)
-                if (!order.same(rows[i], other[i])) return false;
-        }
-    return true;
-}
-
-bool RowPatterns::learn(const Lesson& lesson) {
-    const std::uint32_t m = net_.last_place(lesson.fine);
-    template_segments_ = static_cast<std::ptrdiff_t>(lesson.coarse.segments());
-    if (!learn_inside(lesson)) return false;
-    // Along a side there must be places for all remainders, as far from one corner as from the other, and one more to
-    // compare with: a corner's influence would be seen there from one side only. Rules that reach one ring need none.
-    const std::uint32_t longest = net_.side_count() == 4 ? m : m - depth_ + 1, places = factor_ + (depth_ > 1 ? 1 : 0);
-    if (depth_ < 1 || longest + 1 < places + 2 * depth_) return false;
-    reach_ = (longest + 1 - places) / 2;
-    corner_places_.clear();
-    for (std::uint32_t b = 0; b < reach_; ++b)
-        for (std::uint32_t a = 0; a < reach_; ++a)
-            if (a < depth_ || b < depth_) corner_places_.push_back({a, b});
-
-    // Block by block, so that patterns have the same numbers whatever the threads; few of them differ.
-    using Numbers = std::map<Pattern, std::uint32_t, PatternOrder>;
-    const PatternOrder order{same_weight(kind_)};
-    struct Found {
-        Numbers number;
-        std::vector<std::uint32_t> of;  // of each of the block's half-edges
-
-        void add(const Pattern& pattern) {
-            of.push_back(number.try_emplace(pattern, static_cast<std::uint32_t>(number.size())).first->second);
-        }
-        /// Adds them to all, and says which each half-edge has.
-        void join(Numbers& all, std::vector<std::uint32_t>& of_all) const {
-            std::vector<const Pattern*> in_order(number.size());
-            for (const auto& [pattern, i] : number) in_order[i] = &pattern;
-            std::vector<std::uint32_t> renamed;
-            for (const Pattern* pattern : in_order)
-                renamed.push_back(all.try_emplace(*pattern, static_cast<std::uint32_t>(all.size())).first->second);
-            for (const std::uint32_t i : of) of_all.push_back(renamed[i]);
-        }
-    };
-    constexpr std::uint32_t k_block = 256;
-    const std::uint32_t halfedges = net_.base().halfedge_count(), blocks = (halfedges + k_block - 1) / k_block;
-    std::vector<Found> corners(blocks, Found{Numbers(order), {}}), sides(corners);
-    std::atomic<bool> fits = true;
-    for_each_index(
-        blocks,
-        [&](std::uint32_t i) {
-            Pattern pattern;
-            for (std::uint32_t h = i * k_block; h < std::min(halfedges, (i + 1) * k_block) && fits; ++h) {
-                if (!corner_rows(lesson, h, pattern)) fits = false;
-                corners[i].add(pattern);
-                if (!side_rows(lesson, h, pattern)) fits = false;
-                sides[i].add(pattern);
-            }
-        },
-        1);
-    if (!fits) return false;
-    const auto join = [&](const std::vector<Found>& found, std::vector<Pattern>& patterns,
-                          std::vector<std::uint32_t>& of) {
-        Numbers all(order);
-        of.clear();
-        for (const Found& block : found) block.join(all, of);
-        patterns.resize(all.size());
-        for (const auto& [pattern, i] : all) patterns[i] = pattern;
-    };
-    join(corners, corner_patterns_, corner_pattern_);
-    join(sides, side_patterns_, side_pattern_);
-    return true;
+bool RowPatterns::fits(const RootLayout& coarse) const {
+    const std::uint32_t n = coarse.segments(), last = net_.last_place(net_.layout(factor_ * n));
+    return n >= rings_ && net_.last_place(coarse) >= static_cast<std::uint32_t>(farthest_) && last + 1 >= 2 * reach_;
 }
 
 }  // namespace tetrakis::detail

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-// The rows read again, at the places of finer levels.
+// The rows read again, at the places of a level.
 namespace tetrakis::detail {
 
 namespace {
@@ -22,11 +22,17 @@ struct NormalOfTangents {
     static Vec3d result(const Vec3d* sums) { return unit_of_sum(result_inside(sums) + result_inside(sums + 2)); }
 };
 
+/// Of a row: a place of the grid, in numbers from the result's, and its weight.
+struct GridTerm {
+    std::ptrdiff_t offset;
+    double weight;
+};
+
 /// Sums of rows for `Points` points side by side.
-template <std::uint32_t Points, class Terms>
-void combine(const double* at, const Terms& terms, Vec3d* sums) {
+template <std::uint32_t Points>
+void combine(const double* at, const std::vector<GridTerm>& terms, Vec3d* sums) {
     double sum[3 * Points] = {};
-    for (const auto& term : terms) {
+    for (const GridTerm& term : terms) {
         const double* const p = at + term.offset;
         for (std::uint32_t k = 0; k < 3 * Points; ++k) sum[k] += term.weight * p[k];
     }
@@ -34,8 +40,8 @@ void combine(const double* at, const Terms& terms, Vec3d* sums) {
 }
 
 /// Results that lie `factor` apart, from points side by side.
-template <class Finish, std::uint32_t Points, class Terms>
-void results(const double* at, const Terms* rows, std::uint32_t factor, Vec3d* to) {
+template <class Finish, std::uint32_t Points>
+void results(const double* at, const std::vector<GridTerm>* rows, std::uint32_t factor, Vec3d* to) {
     Vec3d sums[Finish::rows_inside][Points];
     for (std::size_t r = 0; r < Finish::rows_inside; ++r) combine<Points>(at, rows[r], sums[r]);
     for (std::uint32_t i = 0; i < Points; ++i) {
@@ -48,45 +54,13 @@ void results(const double* at, const Terms* rows, std::uint32_t factor, Vec3d* t
     }
 }
 
-/// Calls visit(i, number(i)) for each i < count of a line of RootLayout, whose inner numbers have one second
-/// difference.
-template <class Number, class Visit>
-void run_of(std::uint32_t count, const Number& number, const Visit& visit) {
-    if (count < 6) {
-        for (std::uint32_t i = 0; i < count; ++i) visit(i, number(i));
-        return;
-    }
-    visit(0, number(0));
-    std::uint32_t v = number(1), step = number(2) - v;
-    const std::uint32_t turn = number(3) - number(2) - step;
-    for (std::uint32_t i = 1; i + 1 < count; ++i) {
-        visit(i, v);
-        v += step;
-        step += turn;
-    }
-    visit(count - 1, number(count - 1));
-}
-
 }  // namespace
 
 struct RowPatterns::Work {
-    std::vector<Vec3d> lattice;  ///< a root of the points' level with its sides: rows of N + 1
-    std::vector<Vec3d> beyond;   ///< lines of its neighbour beside a side: N + 1 points each
-    std::vector<std::uint32_t> numbers;
-    /// Of a row inside: in numbers of the lattice from the point's place.
-    struct InnerTerm {
-        std::ptrdiff_t offset;
-        double weight;
-    };
-    std::vector<std::vector<InnerTerm>> inside;
-    /// Of a row along a side: the next point's, and how far on the one after that is.
-    struct SideTerm {
-        const Vec3d* point;
-        std::ptrdiff_t step;
-        double weight;
-    };
-    std::vector<SideTerm> terms;
-    std::vector<std::size_t> row_ends;  ///< in the terms
+    std::vector<Vec3d> grid;  ///< a root of the points' level with its ghosts
+    std::vector<Vec3d> line;  ///< of results
+    std::vector<std::vector<GridTerm>> regular;
+    std::vector<std::vector<GridTerm>> side;
 };
 
 void RowPatterns::apply(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out) const {
@@ -99,57 +73,48 @@ void RowPatterns::apply(const RootLayout& coarse, const RootLayout& fine, const 
 template <class Finish>
 void RowPatterns::apply(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out) const {
     const MeshLevel& base = net_.base();
-    const std::uint32_t n = net_.last_place(coarse), sides = net_.side_count();
+    const std::uint32_t sides = net_.side_count();
     for (std::uint32_t v = 0; v < base.vertex_count && !net_.in_cells(); ++v)
         if (base.vertex_halfedge[v] == none) out[v] = kind_ == Kind::points ? in[v] : Vec3d(0);
+    const GhostGrid grid(net_, coarse, regular_corners_, rings_);
     for_each_block(base.face_count, k_roots_at_once, [&](std::uint32_t begin, std::uint32_t end) {
         Work work;
-        work.lattice.resize(std::size_t{n + 1} * (n + 1));
-        for (const Row& row : inside_) {
-            work.inside.emplace_back();
-            for (const Term& term : row)
-                work.inside.back().push_back(
-                    {3 * (term.at.a + term.at.b * static_cast<std::ptrdiff_t>(n + 1)), term.weight});
+        work.grid.resize(grid.size(), Vec3d(0));
+        work.line.resize(net_.last_place(fine) + std::size_t{1});
+        for (const RowOf<Step>& row : regular_) {
+            work.regular.emplace_back();
+            for (const auto& term : row)
+                work.regular.back().push_back({3 * (term.at.a + term.at.b * grid.stride()), term.weight});
         }
         for (std::uint32_t f = begin; f < end; ++f) {
-            for (std::uint32_t y = 0; y <= n; ++y) {
-                Vec3d* const row = work.lattice.data() + std::size_t{y} * (n + 1);
-                const std::uint32_t last = sides == 4 ? n : n - y;
-                if (net_.in_cells()) {
-                    std::copy_n(in + net_.number_at(coarse, f, {0, y}), last + 1, row);
-                    continue;
-                }
-                const bool side_row = y == 0 || last < 2 || (sides == 4 && y == n);
-                if (side_row) {
-                    for (std::uint32_t x = 0; x <= last; ++x) row[x] = in[coarse.at(f, x, y)];
-                    continue;
-                }
-                row[0] = in[coarse.at(f, 0, y)];
-                row[last] = in[coarse.at(f, last, y)];
-                std::copy_n(in + coarse.at(f, 1, y), last - 1, row + 1);
-            }
-            inside<Finish>(coarse, fine, f, out, work);
+            grid.fill(f, in, work.grid.data());
+            regular<Finish>(grid, fine, f, out, work);
             for (std::uint32_t h = sides * f; h < sides * (f + 1); ++h) {
-                side<Finish>(coarse, fine, h, in, out, work);
-                corner<Finish>(coarse, fine, h, in, out);
+                if (side_pattern_[h] != none) side<Finish>(grid, fine, h, out, work);
+                if (corner_pattern_[h] != none) corner<Finish>(coarse, fine, h, in, out);
             }
         }
     });
 }
 
+/// All results of a root by the rows inside, with its ghosts; those that have other rows are written once more.
 template <class Finish>
-void RowPatterns::inside(const RootLayout& coarse, const RootLayout& fine, std::uint32_t f, Vec3d* out,
-                         const Work& work) const {
-    const std::uint32_t m = net_.last_place(fine), stride = net_.last_place(coarse) + 1;
+void RowPatterns::regular(const GhostGrid& grid, const RootLayout& fine, std::uint32_t f, Vec3d* out,
+                          Work& work) const {
+    const MeshLevel& base = net_.base();
+    const std::uint32_t m = net_.last_place(fine), sides = net_.side_count(), h = sides * f;
+    const bool cells = net_.in_cells();
     constexpr std::uint32_t k_block = 4;  // points at a time: 12 numbers, in registers
-    for (std::uint32_t y = depth_; y + depth_ <= m; ++y) {
-        const std::uint32_t end = net_.side_count() == 4 ? m - depth_ : m - depth_ - std::min(y, m - depth_);
-        for (std::uint32_t first = depth_; first < depth_ + factor_ && first <= end; ++first) {
-            const auto* const rows =
-                &work.inside[(y % factor_ * factor_ + first % factor_) * std::size_t{Finish::rows_inside}];
+    const auto owns_side = [&](std::uint32_t s) { return (base.edge_side[h + s] & 1) == 0; };
+    for (std::uint32_t y = 0; y <= m; ++y) {
+        const std::uint32_t end = sides == 4 ? m : m - y;
+        Vec3d* const line = cells ? out + net_.number_at(fine, f, {0, y}) : work.line.data();
+        for (std::uint32_t first = 0; first < factor_ && first <= end; ++first) {
+            const auto* const rows = &work.regular[(y % factor_ * factor_ + first) * std::size_t{Finish::rows_inside}];
             const std::uint32_t count = (end - first) / factor_ + 1;
-            const double* const at = &work.lattice[std::size_t{y / factor_} * stride + first / factor_].x;
-            Vec3d* const to = out + net_.number_at(fine, f, {first, y});
+            const double* const at =
+                &work.grid[static_cast<std::size_t>(grid.index({0, static_cast<std::ptrdiff_t>(y / factor_)}))].x;
+            Vec3d* const to = line + first;
             if (count < k_block) {
                 for (std::uint32_t i = 0; i < count; ++i)
                     results<Finish, 1>(at + 3 * std::size_t{i}, rows, factor_, to + i * factor_);
@@ -161,68 +126,61 @@ void RowPatterns::inside(const RootLayout& coarse, const RootLayout& fine, std::
                 results<Finish, k_block>(at + 3 * std::size_t{begin}, rows, factor_, to + begin * factor_);
             }
         }
+        if (cells) continue;
+        // Points inside are side by side; those on sides belong to one of two roots, those at corners to one.
+        if (y == 0 || (sides == 4 && y == m)) {
+            const std::uint32_t s = y == 0 ? 0 : 2;
+            if (owns_side(s))
+                for_each_on_line(
+                    m + 1, [&](std::uint32_t a) { return fine.along(h + s, a); },
+                    [&](std::uint32_t a, std::uint32_t v) {
+                        if (a != 0 && a != m) out[v] = line[s == 0 ? a : m - a];
+                    });
+            continue;
+        }
+        if (end > 1) std::copy_n(line + 1, end - 1, out + fine.at(f, 1, y));
+        if (y == m) continue;
+        if (owns_side(sides - 1)) out[fine.along(h + sides - 1, m - y)] = line[0];
+        if (owns_side(1)) out[fine.along(h + 1, y)] = line[end];
+    }
+    if (cells) return;
+    for (std::uint32_t s = 0; s < sides; ++s) {
+        const std::uint32_t v = base.origin[h + s];
+        if (base.vertex_halfedge[v] != h + s) continue;
+        const GhostGrid::Place p = grid.turned(s, 0, 0);
+        // The rows of a corner's place are those of place (0, 0), whichever corner it is.
+        results<Finish, 1>(&work.grid[static_cast<std::size_t>(grid.index(p))].x, work.regular.data(), factor_,
+                           out + v);
     }
 }
 
 template <class Finish>
-void RowPatterns::side(const RootLayout& coarse, const RootLayout& fine, std::uint32_t h, const Vec3d* in, Vec3d* out,
-                       Work& work) const {
-    const MeshLevel& base = net_.base();
-    const std::uint32_t n = net_.last_place(coarse), m = net_.last_place(fine), t = base.twin[h], stride = n + 1;
-    const std::uint32_t s = h % net_.side_count();
-    const Pattern& pattern = side_patterns_[side_pattern_[h]];
-    std::uint32_t deepest = 0;
-    for (const Row& row : pattern)
-        for (const Term& term : row)
-            if (term.at.turn == 1) deepest = std::max(deepest, static_cast<std::uint32_t>(term.at.b));
-    work.beyond.resize(std::size_t{deepest + 1} * stride);
-    for (std::uint32_t b = net_.in_cells() ? 0 : 1; t != none && b <= deepest; ++b)
-        run_of(
-            n - (net_.side_count() == 3 ? b : 0) + 1, [&](std::uint32_t a) { return net_.number(coarse, t, a, b); },
-            [&](std::uint32_t a, std::uint32_t v) { work.beyond[std::size_t{b} * stride + a] = in[v]; });
-    const auto own = [&](std::uint32_t a, std::uint32_t b) {
-        const Place p = net_.turned(n, s, a, b);
-        return static_cast<std::ptrdiff_t>(std::size_t{p.y} * stride + p.x);
-    };
-    const std::ptrdiff_t along = own(1, 0) - own(0, 0), away = own(0, 1) - own(0, 0), origin = own(0, 0);
-    const std::ptrdiff_t longer = static_cast<std::ptrdiff_t>(coarse.segments()) - template_segments_;
-    const bool owns_edge = net_.in_cells() || (base.edge_side[h] & 1) == 0;
+void RowPatterns::side(const GhostGrid& grid, const RootLayout& fine, std::uint32_t h, Vec3d* out, Work& work) const {
+    const std::uint32_t m = net_.last_place(fine), s = h % net_.side_count();
+    const SidePattern& pattern = side_patterns_[side_pattern_[h]];
+    const std::ptrdiff_t origin = grid.index(grid.turned(s, 0, 0)), along = grid.index(grid.turned(s, 1, 0)) - origin,
+                         away = grid.index(grid.turned(s, 0, 1)) - origin;
+    work.side.resize(pattern.size());
+    for (std::size_t r = 0; r < pattern.size(); ++r) {
+        work.side[r].clear();
+        for (const auto& term : pattern[r])
+            work.side[r].push_back({3 * (term.at.a * along + term.at.b * away), term.weight});
+    }
+    const bool owns_edge = net_.in_cells() || (net_.base().edge_side[h] & 1) == 0;
+    const double* const grid_begin = &work.grid.data()->x;
     for (std::uint32_t b = owns_edge ? 0 : 1; b < depth_; ++b) {
-        const std::uint32_t last = net_.rest(m, reach_, b);
-        if (last < reach_) continue;
-        const std::uint32_t count = last - reach_ + 1;
-        work.numbers.resize(count);
-        run_of(
-            count, [&](std::uint32_t i) { return net_.number(fine, h, reach_ + i, b); },
-            [&](std::uint32_t i, std::uint32_t v) { work.numbers[i] = v; });
-        for (std::uint32_t kind = 0; kind < factor_ && kind < count; ++kind) {
-            work.terms.clear();
-            work.row_ends.clear();
-            for (std::size_t r = 0; r < Finish::rows; ++r) {
-                for (const Term& term : pattern[(b * factor_ + kind) * Finish::rows + r]) {
-                    const Seen& at = term.at;
-                    if (at.turn == 0)
-                        work.terms.push_back(
-                            {work.lattice.data() + origin + at.a * along + at.b * away, along, term.weight});
-                    else
-                        work.terms.push_back(
-                            {work.beyond.data() + at.b * static_cast<std::ptrdiff_t>(stride) + at.a + longer, -1,
-                             term.weight});
-                }
-                work.row_ends.push_back(work.terms.size());
-            }
-            for (std::uint32_t i = kind; i < count; i += factor_) {
-                Vec3d sums[Finish::rows] = {};
-                std::size_t next = 0;
+        const std::uint32_t first = net_.side_count() == 4 ? reach_ : reach_ - std::min(reach_, b);
+        if (m < reach_ || first > m - reach_) continue;
+        for_each_on_line(
+            m - reach_ - first + 1, [&](std::uint32_t i) { return net_.number(fine, h, first + i, b); },
+            [&](std::uint32_t i, std::uint32_t v) {
+                const std::uint32_t a = first + i;
+                const double* const at = grid_begin + 3 * (origin + static_cast<std::ptrdiff_t>(a / factor_) * along);
+                Vec3d sums[Finish::rows];
                 for (std::size_t r = 0; r < Finish::rows; ++r)
-                    for (; next < work.row_ends[r]; ++next) {
-                        Work::SideTerm& term = work.terms[next];
-                        sums[r] += term.weight * *term.point;
-                        term.point += term.step;
-                    }
-                out[work.numbers[i]] = Finish::result(sums);
-            }
-        }
+                    combine<1>(at, work.side[(b * factor_ + a % factor_) * Finish::rows + r], sums + r);
+                out[v] = Finish::result(sums);
+            });
     }
 }
 
@@ -233,9 +191,7 @@ void RowPatterns::corner(const RootLayout& coarse, const RootLayout& fine, std::
     const bool cells = net_.in_cells(), owns_vertex = cells || base.vertex_halfedge[base.origin[h]] == h,
                owns_edge = cells || (base.edge_side[h] & 1) == 0,
                owns_other = cells || (base.edge_side[base.prev(h)] & 1) == 0;
-    const Pattern& pattern = corner_patterns_[corner_pattern_[h]];
-    for (std::size_t i = 0; i < corner_places_.size(); ++i) {
-        const Place place = corner_places_[i];
+    for (const CornerPlace& place : corner_patterns_[corner_pattern_[h]]) {
         if (place.x == 0 && place.y == 0 ? !owns_vertex : (place.y == 0 && !owns_edge) || (place.x == 0 && !owns_other))
             continue;
         Vec3d sums[Finish::rows] = {};
@@ -243,7 +199,7 @@ void RowPatterns::corner(const RootLayout& coarse, const RootLayout& fine, std::
             // Terms come by turns, those against the clock first.
             std::uint32_t g = h;
             int turn = 0;
-            for (const Term& term : pattern[i * Finish::rows + r]) {
+            for (const auto& term : place.rows[r]) {
                 for (; turn > term.at.turn; --turn) g = base.next(base.twin[g]);
                 for (; turn < term.at.turn; ++turn) g = base.twin[base.prev(g)];
                 sums[r] += term.weight * in[net_.number(coarse, g, static_cast<std::uint32_t>(term.at.a),

@@ -1,0 +1,37 @@
+#pragma once
+
+#include "tetrakis/refine/row_patterns.hpp"
+#include "tetrakis/refine/row_stars.hpp"
+#include "tetrakis/refine/rule_limit.hpp"
+#include "tetrakis/schemes/scheme_table.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// The rows of a scheme around each kind of corner of a net, and of their limits.
+class StarLessons {
+  public:
+    /// @param net, corners, scheme  must live as long
+    StarLessons(const RootNet& net, const CornerKinds& corners, const SchemeInfo& scheme, const RuleOptions& rules);
+
+    /// In stars as large as it takes; false where the rows do not repeat, or do so in too large stars only.
+    /// @throws std::invalid_argument  as the scheme's step, and rule_limits()
+    bool teach_step(RowPatterns& patterns);
+    bool teach_limits(RowPatterns* points, RowPatterns* normals);
+
+  private:
+    /// The kinds' stars, and then a regular one.
+    const std::vector<std::unique_ptr<RowStar>>& stars(std::uint32_t segments);
+
+    const RootNet& net_;
+    const CornerKinds& corners_;
+    const SchemeInfo& scheme_;
+    RuleOptions rules_;
+    std::uint32_t segments_ = 0;
+    std::vector<std::unique_ptr<RowStar>> stars_;
+};
+
+}  // namespace tetrakis::detail
