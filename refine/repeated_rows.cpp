@@ -200,8 +200,14 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     while (!stays_as_it_is(by_rules.last(), any_limits ? k_for_ever : levels - by_rules.level()))
         if (by_rules.level() + 1 >= levels || !go_on()) return nullptr;
     const CornerKinds corners(all->net_, tags ? &*tags : nullptr, by_rules.level() - base_level);
+    double points = std::pow(factor, levels - base_level);
+    points *= points * all->net_.base().face_count / (triangles ? 2 : 1);
+    if (!demand.even_if_slower && StarLessons::cost(corners, all->net_, factor) > points) return nullptr;
     if (!all->learn(corners, scheme, rules, demand)) return nullptr;
-    while (!all->step_.fits(all->net_.layout(segments)))
+    const auto wide_enough = [&] {
+        return static_cast<int>(segments) > 2 * scheme.choice_rings && all->step_.fits(all->net_.layout(segments));
+    };
+    while (!wide_enough())
         if (by_rules.level() + 1 >= levels || !go_on()) return nullptr;
     std::optional<std::vector<int>> vertices = all->net_.vertices(all->net_.layout(segments), by_rules.last(), first);
     if (!vertices) return nullptr;

@@ -27,6 +27,7 @@ class RepeatedRows {
     /// corners.
     struct Demand {
         bool limit = false, normals = false;
+        bool even_if_slower = false;  ///< on meshes so small that the rules would be done before rows are learned
         std::uint64_t point_bytes = sizeof(Vec3d), face_bytes = 2 * sizeof(std::uint32_t),
                       corner_bytes = sizeof(std::uint32_t);
     };

@@ -47,6 +47,45 @@ void make_canonical(std::vector<Column>& columns) {
     other->w1 = 0;
 }
 
+/// Tangents as a pair of rows, in the order of their points, made canonical.
+template <class Row>
+void make_canonical(Row& first_row, Row& second_row) {
+    struct Column {
+        decltype(Row::value_type::at) at;
+        double w1, w2;
+    };
+    std::vector<Column> columns;
+    for (auto a = first_row.begin(), b = second_row.begin(); a != first_row.end() || b != second_row.end();) {
+        const bool first = b == second_row.end() || (a != first_row.end() && a->at <= b->at),
+                   second = a == first_row.end() || (b != second_row.end() && b->at <= a->at);
+        columns.push_back({first ? a->at : b->at, first ? a->weight : 0, second ? b->weight : 0});
+        if (first) ++a;
+        if (second) ++b;
+    }
+    make_canonical(columns);
+    first_row.clear();
+    second_row.clear();
+    constexpr double k_no_weight = 1e-12;
+    for (const Column& c : columns) {
+        if (std::abs(c.w1) > k_no_weight) first_row.push_back({c.at, c.w1});
+        if (std::abs(c.w2) > k_no_weight) second_row.push_back({c.at, c.w2});
+    }
+}
+
+/// In the order of the points, each once.
+template <class Row>
+void sort_terms(Row& row) {
+    std::sort(row.begin(), row.end(), [](const auto& s, const auto& t) { return s.at < t.at; });
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+        if (count > 0 && row[count - 1].at == row[i].at)
+            row[count - 1].weight += row[i].weight;
+        else
+            row[count++] = row[i];
+    }
+    row.resize(count);
+}
+
 }  // namespace
 
 RowPatterns::RowPatterns(const RootNet& net, std::uint32_t factor, Kind kind)
@@ -74,39 +113,19 @@ bool RowPatterns::rows_of(const Lesson& lesson, int row, const SeenAt& seen_at, 
             if (!seen) return false;
             to.push_back({*seen, table.weights(from)[i]});
         }
-        std::sort(to.begin(), to.end(), [](const auto& s, const auto& t) { return s.at < t.at; });
+        sort_terms(to);
         return true;
     };
     if (kind_ == Kind::points) return terms(lesson.rows, row, out[0]);
 
     const int begin = lesson.begin[static_cast<std::size_t>(row)],
               end = lesson.begin[static_cast<std::size_t>(row) + 1];
-    struct Column {
-        At at;
-        double w1, w2;
-    };
-    std::vector<Column> columns;
-    RowOf<At> rows[2];
     for (int i = begin; i < end; ++i) {
         const auto found = static_cast<std::size_t>(i - begin);
-        for (RowOf<At>& r : rows) r.clear();
-        if (2 * found + 2 > out.size() || !terms(lesson.rows, i, rows[0]) || !terms(*lesson.second_rows, i, rows[1]))
-            return false;
-        columns.clear();
-        for (auto a = rows[0].begin(), b = rows[1].begin(); a != rows[0].end() || b != rows[1].end();) {
-            const bool first = b == rows[1].end() || (a != rows[0].end() && a->at <= b->at),
-                       second = a == rows[0].end() || (b != rows[1].end() && b->at <= a->at);
-            columns.push_back({first ? a->at : b->at, first ? a->weight : 0, second ? b->weight : 0});
-            if (first) ++a;
-            if (second) ++b;
-        }
-        make_canonical(columns);
+        if (2 * found + 2 > out.size()) return false;
         RowOf<At>* const pair = &out[2 * found];
-        constexpr double k_no_weight = 1e-12;
-        for (const Column& c : columns) {
-            if (std::abs(c.w1) > k_no_weight) pair[0].push_back({c.at, c.w1});
-            if (std::abs(c.w2) > k_no_weight) pair[1].push_back({c.at, c.w2});
-        }
+        if (!terms(lesson.rows, i, pair[0]) || !terms(*lesson.second_rows, i, pair[1])) return false;
+        make_canonical(pair[0], pair[1]);
     }
     if (end - begin == 2) {
         // Which of two surfaces comes first the rules leave open: the one whose points do.
@@ -134,36 +153,55 @@ class RowPatterns::StarReader {
           regular_(regular_corners(net_)),
           grid_(net_, coarse_, regular_, rings),
           last_(net_.last_place(fine_)),
-          zone_(zone(patterns.factor_, lesson.star.segments())),
-          at_(net_.place_count(coarse_), -1) {}
+          zone_(zone(patterns.factor_, lesson.star.segments())) {}
 
     std::uint32_t zone_size() const { return zone_; }
     void look_at(std::uint32_t root) {
         root_ = root;
-        std::vector<std::uint32_t> numbers(net_.place_count(coarse_)), grid(grid_.size(), none);
+        std::vector<std::uint32_t> numbers(net_.place_count(coarse_));
         std::iota(numbers.begin(), numbers.end(), 0u);
-        grid_.fill(root, numbers.data(), grid.data());
-        std::fill(at_.begin(), at_.end(), -1);
-        for (std::size_t i = 0; i < grid.size(); ++i)
-            if (grid[i] != none) at_[grid[i]] = static_cast<int>(i);
+        numbers_.assign(grid_.size(), none);
+        grid_.fill(root, numbers.data(), numbers_.data());
     }
 
     /// The rows of place (x, y), seen from there in the root's directions.
     bool rows(std::uint32_t x, std::uint32_t y, std::span<RowOf<Step>> out) const {
         const auto dx = static_cast<std::ptrdiff_t>(x / p_.factor_), dy = static_cast<std::ptrdiff_t>(y / p_.factor_);
         const auto seen = [&](std::uint32_t number) -> std::optional<Step> {
-            if (at_[number] < 0) return std::nullopt;
-            const GhostGrid::Place place = grid_.place(at_[number]);
+            const auto at = std::find(numbers_.begin(), numbers_.end(), number);
+            if (at == numbers_.end()) return std::nullopt;
+            const GhostGrid::Place place = grid_.place(at - numbers_.begin());
             return Step{static_cast<std::int16_t>(place.x - dx), static_cast<std::int16_t>(place.y - dy)};
         };
         return p_.rows_of<Step>(lesson_, row(x, y), seen, out);
     }
+    /// Whether the rows of place (x, y) are those inside, of the points that lie there: one may be at two places.
     bool is_regular(std::uint32_t x, std::uint32_t y) {
-        found_.resize(p_.rows_inside());
-        if (!rows(x, y, found_)) return false;
-        const std::size_t kind = (y % p_.factor_ * p_.factor_ + x % p_.factor_) * std::size_t{p_.rows_inside()};
-        for (std::size_t i = 0; i < found_.size(); ++i)
-            if (!p_.same(found_[i], p_.regular_[kind + i])) return false;
+        const std::size_t count = p_.rows_inside();
+        found_.resize(count);
+        expected_.resize(count);
+        const auto number = [](std::uint32_t of) { return std::optional(of); };
+        if (!p_.rows_of<std::uint32_t>(lesson_, row(x, y), number, found_)) return false;
+        const std::size_t kind = (y % p_.factor_ * p_.factor_ + x % p_.factor_) * count;
+        const std::ptrdiff_t here =
+            grid_.index({static_cast<std::ptrdiff_t>(x / p_.factor_), static_cast<std::ptrdiff_t>(y / p_.factor_)});
+        for (std::size_t i = 0; i < count; ++i) {
+            expected_[i].clear();
+            for (const auto& term : p_.regular_[kind + i]) {
+                const std::uint32_t of =
+                    numbers_[static_cast<std::size_t>(here + term.at.b * grid_.stride() + term.at.a)];
+                if (of == none) return false;
+                expected_[i].push_back({of, term.weight});
+            }
+            sort_terms(expected_[i]);
+        }
+        if (count == 2) {
+            make_canonical(expected_[0], expected_[1]);
+            // Where only two roots meet they may cancel.
+            if (expected_[1].empty()) return false;
+        }
+        for (std::size_t i = 0; i < count; ++i)
+            if (!p_.same(found_[i], expected_[i])) return false;
         return true;
     }
     /// The half-edge of the side that place (x, y) is counted from: the root's first one, or the last.
@@ -216,8 +254,8 @@ class RowPatterns::StarReader {
     std::vector<char> regular_;
     GhostGrid grid_;
     std::uint32_t last_, zone_, root_ = 0;
-    std::vector<int> at_;  ///< place in the grid of each point
-    std::vector<RowOf<Step>> found_;
+    std::vector<std::uint32_t> numbers_;  ///< of the points at the grid's places
+    std::vector<RowOf<std::uint32_t>> found_, expected_;
 };
 
 /// The rows inside, and how many rings of ghosts they see from a root's sides.
@@ -283,7 +321,7 @@ bool RowPatterns::learn(const CornerKinds& corners, const Lesson& regular, std::
     // What is special elsewhere than along sharp sides in their own way belongs to the corner.
     std::vector<std::vector<SidePattern>> sides(lessons.size());
     std::vector<RowOf<Step>> found(each);
-    bool any_sharp = false;
+    bool any_wedge = false;
     for (std::size_t k = 0; k < lessons.size(); ++k) {
         const StarKind& kind = lessons[k].star.kind();
         sides[k].resize(kind.roots());
@@ -296,7 +334,7 @@ bool RowPatterns::learn(const CornerKinds& corners, const Lesson& regular, std::
             }
             for (const bool last : {false, true}) {
                 if (!(last ? kind.sharp_after(i) : kind.sharp_before(i))) continue;
-                any_sharp = true;
+                any_wedge = any_wedge || (kind.sharp_before(i) && kind.sharp_after(i));
                 SidePattern pattern(std::size_t{depth_} * factor_ * each);
                 std::vector<char> known(std::size_t{depth_} * factor_, 0);
                 bool fits = true;
@@ -319,8 +357,8 @@ bool RowPatterns::learn(const CornerKinds& corners, const Lesson& regular, std::
             }
         }
     }
-    // A place is near one sharp side only, but for those near a corner.
-    if (any_sharp) reach_ = std::max(reach_, net_.side_count() == 4 ? depth_ : 2 * depth_ - 1);
+    // A place is near one sharp side only, but for those near a corner between two.
+    if (any_wedge) reach_ = std::max(reach_, net_.side_count() == 4 ? depth_ : 2 * depth_ - 1);
     if (reach_ + 2 * factor_ > zone + 1) return false;
 
     std::vector<std::vector<std::uint32_t>> side_number(lessons.size()), corner_number(lessons.size());
@@ -369,7 +407,8 @@ bool RowPatterns::learn(const CornerKinds& corners, const Lesson& regular, std::
 
 bool RowPatterns::fits(const RootLayout& coarse) const {
     const std::uint32_t n = coarse.segments(), last = net_.last_place(net_.layout(factor_ * n));
-    return n >= rings_ && net_.last_place(coarse) >= static_cast<std::uint32_t>(farthest_) && last + 1 >= 2 * reach_;
+    return n >= rings_ && net_.last_place(coarse) >= static_cast<std::uint32_t>(farthest_) &&
+           last + 1 >= 2 * std::max(reach_, depth_);
 }
 
 }  // namespace tetrakis::detail

@@ -23,6 +23,15 @@ StarLessons::StarLessons(const RootNet& net, const CornerKinds& corners, const S
     rules_.averaging_boundary = AveragingBoundary::replicate;
 }
 
+double StarLessons::cost(const CornerKinds& corners, const RootNet& net, int factor) {
+    // Their points are made by the rules, and read (measured: modified-butterfly, doo-sabin, kobbelt on suzanne).
+    constexpr double k_per_point = 3;
+    double roots = 0;
+    for (const StarKind& kind : corners.kinds) roots += kind.roots();
+    const double side = factor * static_cast<double>(k_segments[0]);
+    return k_per_point * roots * side * side / (net.side_count() == 4 ? 1 : 2);
+}
+
 const std::vector<std::unique_ptr<RowStar>>& StarLessons::stars(std::uint32_t segments) {
     if (segments_ == segments) return stars_;
     segments_ = segments;

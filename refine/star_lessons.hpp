@@ -17,6 +17,9 @@ class StarLessons {
     /// @param net, corners, scheme  must live as long
     StarLessons(const RootNet& net, const CornerKinds& corners, const SchemeInfo& scheme, const RuleOptions& rules);
 
+    /// What the lessons of a step take at least, as so many points of a level by rules.
+    static double cost(const CornerKinds& corners, const RootNet& net, int factor);
+
     /// In stars as large as it takes; false where the rows do not repeat, or do so in too large stars only.
     /// @throws std::invalid_argument  as the scheme's step, and rule_limits()
     bool teach_step(RowPatterns& patterns);

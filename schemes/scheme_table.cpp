@@ -42,7 +42,7 @@ constexpr SchemeInfo k_table[] = {
     {"catmull-clark", "Catmull, Clark 1978", face_split, quads, false, "C2", 1, "bi-3", k_primal4, 2, catmull_clark_step,
      catmull_clark_closed_masks, "any polygons; boundary, crease, corner, dart, semi-sharp; C1 edge rule, other weights beta, gamma"},
     {"kobbelt", "Kobbelt 1996", face_split, quads, true, "C1", 3, "3", k_primal4, 4, kobbelt_step, kobbelt_closed_masks,
-     "quads (others after one bilinear step); boundary and crease by four-point"},
+     "quads (others after one bilinear step); boundary and crease by four-point", 2},
     {"bilinear", "Bilinear", face_split, quads, true, "C0", 1, "bi-1", k_primal4, 1, bilinear_step, linear_closed_masks,
      "any polygons; quads become bilinear patches"},
     {"4-8", "4-8, Velho, Zorin 2001", bisection, quads, false, "C4", 1, "5", k_primal4, 2, four_eight_step, four_eight_closed_masks,

@@ -30,6 +30,8 @@ struct SchemeInfo {
     RuleStep (*step)(const RuleMesh&, const RuleOptions&);
     ClosedMasks (*closed_masks)(const FanShape&, const RuleOptions&);
     std::string_view notes;  ///< what it takes, and its choices
+    /// Rings around a new point in which its rule looks for extraordinary vertices, to choose one of several rows.
+    int choice_rings = 0;
 };
 
 std::span<const SchemeInfo> scheme_table();

@@ -142,7 +142,7 @@ PolygonMesh mesh_of(const RuleRefiner& refiner, const std::vector<Vec3d>& points
 std::unique_ptr<detail::RepeatedRows> rows_of(const ControlMesh& mesh, const Case& c, const RunContext& context = {}) {
     const SchemeInfo& scheme = *find_scheme(c.scheme);
     auto levels = std::make_unique<detail::RuleLevels>(mesh, scheme, c.rules, 0);
-    return detail::RepeatedRows::make(mesh, scheme, c.levels, c.rules, levels, {}, context);
+    return detail::RepeatedRows::make(mesh, scheme, c.levels, c.rules, levels, {.even_if_slower = true}, context);
 }
 
 }  // namespace
@@ -255,6 +255,7 @@ TEST_CASE("[slow] creases of dual schemes by rows that repeat themselves are tho
             auto levels = std::make_unique<detail::RuleLevels>(mesh, scheme, c.rules, 0);
             detail::RepeatedRows::Demand demand;
             demand.limit = demand.normals = limit;
+            demand.even_if_slower = true;
             const auto rows = detail::RepeatedRows::make(mesh, scheme, c.levels, c.rules, levels, demand, {});
             if (!rows) continue;
             ++repeated;
@@ -295,7 +296,7 @@ TEST_CASE("[slow] creases of dual schemes by rows that repeat themselves are tho
                 worst = std::max(worst, glm::length(at - points[with_normals.nearest(at)]));
             }
         }
-        CHECK(repeated == 6);
+        CHECK(repeated >= 6);
         CHECK(worst < 1e-7);
     }
 }
@@ -323,6 +324,7 @@ TEST_CASE("[slow] limits and normals by rows that repeat themselves are those of
             detail::RepeatedRows::Demand demand;
             demand.limit = limit && !scheme.interpolating;
             demand.normals = true;
+            demand.even_if_slower = true;
             const auto rows = detail::RepeatedRows::make(mesh, scheme, c.levels, c.rules, levels, demand, {});
             if (!rows) continue;
             ++repeated;
