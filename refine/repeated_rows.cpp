@@ -171,9 +171,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     if (dual) net = RootNet::of_corners(by_rules.last(), by_rules.control_face_of_corners(), creases);
     if (dual && !net) return nullptr;
     while (by_rules.level() < base_level) first = advance();
-    std::optional<RuleMesh> tags;
     if (!dual) {
-        tags = by_rules.last();
         std::vector<std::uint32_t> control(static_cast<std::size_t>(by_rules.last().face_count()));
         for (std::size_t f = 0; f < control.size(); ++f)
             control[f] = static_cast<std::uint32_t>(by_rules.control_face(static_cast<int>(f)));
@@ -199,7 +197,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     const bool any_limits = demand.limit || demand.normals;
     while (!stays_as_it_is(by_rules.last(), any_limits ? k_for_ever : levels - by_rules.level()))
         if (by_rules.level() + 1 >= levels || !go_on()) return nullptr;
-    const CornerKinds corners(all->net_, tags ? &*tags : nullptr, by_rules.level() - base_level);
+    const CornerKinds corners(all->net_, by_rules.last(), dual ? std::span<const int>() : first);
     double points = std::pow(factor, levels - base_level);
     points *= points * all->net_.base().face_count / (triangles ? 2 : 1);
     if (!demand.even_if_slower && StarLessons::cost(corners, all->net_, factor) > points) return nullptr;

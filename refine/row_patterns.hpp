@@ -34,6 +34,14 @@ class RowPatterns {
         const StencilTable* second_rows = nullptr;  ///< of tangents t2
         std::span<const int> begin{};
     };
+    /// Of a row: a place of a root's grid, in numbers from that of the result, and its weight.
+    struct GridTerm {
+        std::ptrdiff_t offset;
+        double weight;
+    };
+    using GridRow = std::vector<GridTerm>;
+    using GridRows = std::vector<GridRow>;
+
     /// False where the rows do not repeat, or stars are too small to see whether they do.
     /// @param corners  of the net
     /// @param regular  the lesson of a regular corner
@@ -91,7 +99,8 @@ class RowPatterns {
     template <class Finish>
     void apply(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out) const;
     template <class Finish>
-    void regular(const GhostGrid& grid, const RootLayout& fine, std::uint32_t f, Vec3d* out, Work& work) const;
+    void regular(const GhostGrid& grid, const GridRows& rows, const RootLayout& fine, std::uint32_t f, Vec3d* out,
+                 Work& work) const;
     template <class Finish>
     void side(const GhostGrid& grid, const RootLayout& fine, std::uint32_t h, Vec3d* out, Work& work) const;
     template <class Finish>

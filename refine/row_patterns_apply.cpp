@@ -9,7 +9,7 @@ namespace tetrakis::detail {
 
 namespace {
 
-constexpr std::uint32_t k_roots_at_once = 4;  // roots per task
+constexpr std::uint32_t k_roots_at_once = 4, k_results_at_once = 4096;  // per task
 
 /// What a result is made of, and how.
 struct PointOfRow {
@@ -22,17 +22,11 @@ struct NormalOfTangents {
     static Vec3d result(const Vec3d* sums) { return unit_of_sum(result_inside(sums) + result_inside(sums + 2)); }
 };
 
-/// Of a row: a place of the grid, in numbers from the result's, and its weight.
-struct GridTerm {
-    std::ptrdiff_t offset;
-    double weight;
-};
-
 /// Sums of rows for `Points` points side by side.
 template <std::uint32_t Points>
-void combine(const double* at, const std::vector<GridTerm>& terms, Vec3d* sums) {
+void combine(const double* at, const RowPatterns::GridRow& terms, Vec3d* sums) {
     double sum[3 * Points] = {};
-    for (const GridTerm& term : terms) {
+    for (const RowPatterns::GridTerm& term : terms) {
         const double* const p = at + term.offset;
         for (std::uint32_t k = 0; k < 3 * Points; ++k) sum[k] += term.weight * p[k];
     }
@@ -41,7 +35,7 @@ void combine(const double* at, const std::vector<GridTerm>& terms, Vec3d* sums) 
 
 /// Results that lie `factor` apart, from points side by side.
 template <class Finish, std::uint32_t Points>
-void results(const double* at, const std::vector<GridTerm>* rows, std::uint32_t factor, Vec3d* to) {
+void results(const double* at, const RowPatterns::GridRow* rows, std::uint32_t factor, Vec3d* to) {
     Vec3d sums[Finish::rows_inside][Points];
     for (std::size_t r = 0; r < Finish::rows_inside; ++r) combine<Points>(at, rows[r], sums[r]);
     for (std::uint32_t i = 0; i < Points; ++i) {
@@ -59,8 +53,7 @@ void results(const double* at, const std::vector<GridTerm>* rows, std::uint32_t 
 struct RowPatterns::Work {
     std::vector<Vec3d> grid;  ///< a root of the points' level with its ghosts
     std::vector<Vec3d> line;  ///< of results
-    std::vector<std::vector<GridTerm>> regular;
-    std::vector<std::vector<GridTerm>> side;
+    GridRows side;
 };
 
 void RowPatterns::apply(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out) const {
@@ -77,18 +70,20 @@ void RowPatterns::apply(const RootLayout& coarse, const RootLayout& fine, const 
     for (std::uint32_t v = 0; v < base.vertex_count && !net_.in_cells(); ++v)
         if (base.vertex_halfedge[v] == none) out[v] = kind_ == Kind::points ? in[v] : Vec3d(0);
     const GhostGrid grid(net_, coarse, regular_corners_, rings_);
-    for_each_block(base.face_count, k_roots_at_once, [&](std::uint32_t begin, std::uint32_t end) {
+    GridRows rows;
+    for (const RowOf<Step>& row : regular_) {
+        rows.emplace_back();
+        for (const auto& term : row) rows.back().push_back({3 * (term.at.a + term.at.b * grid.stride()), term.weight});
+    }
+    // Small roots by many, so that no task is short.
+    const std::uint32_t at_once = std::max(k_roots_at_once, k_results_at_once / (fine.segments() * fine.segments()));
+    for_each_block(base.face_count, at_once, [&](std::uint32_t begin, std::uint32_t end) {
         Work work;
         work.grid.resize(grid.size(), Vec3d(0));
         work.line.resize(net_.last_place(fine) + std::size_t{1});
-        for (const RowOf<Step>& row : regular_) {
-            work.regular.emplace_back();
-            for (const auto& term : row)
-                work.regular.back().push_back({3 * (term.at.a + term.at.b * grid.stride()), term.weight});
-        }
         for (std::uint32_t f = begin; f < end; ++f) {
             grid.fill(f, in, work.grid.data());
-            regular<Finish>(grid, fine, f, out, work);
+            regular<Finish>(grid, rows, fine, f, out, work);
             for (std::uint32_t h = sides * f; h < sides * (f + 1); ++h) {
                 if (side_pattern_[h] != none) side<Finish>(grid, fine, h, out, work);
                 if (corner_pattern_[h] != none) corner<Finish>(coarse, fine, h, in, out);
@@ -99,8 +94,8 @@ void RowPatterns::apply(const RootLayout& coarse, const RootLayout& fine, const 
 
 /// All results of a root by the rows inside, with its ghosts; those that have other rows are written once more.
 template <class Finish>
-void RowPatterns::regular(const GhostGrid& grid, const RootLayout& fine, std::uint32_t f, Vec3d* out,
-                          Work& work) const {
+void RowPatterns::regular(const GhostGrid& grid, const GridRows& regular, const RootLayout& fine, std::uint32_t f,
+                          Vec3d* out, Work& work) const {
     const MeshLevel& base = net_.base();
     const std::uint32_t m = net_.last_place(fine), sides = net_.side_count(), h = sides * f;
     const bool cells = net_.in_cells();
@@ -110,7 +105,7 @@ void RowPatterns::regular(const GhostGrid& grid, const RootLayout& fine, std::ui
         const std::uint32_t end = sides == 4 ? m : m - y;
         Vec3d* const line = cells ? out + net_.number_at(fine, f, {0, y}) : work.line.data();
         for (std::uint32_t first = 0; first < factor_ && first <= end; ++first) {
-            const auto* const rows = &work.regular[(y % factor_ * factor_ + first) * std::size_t{Finish::rows_inside}];
+            const auto* const rows = &regular[(y % factor_ * factor_ + first) * std::size_t{Finish::rows_inside}];
             const std::uint32_t count = (end - first) / factor_ + 1;
             const double* const at =
                 &work.grid[static_cast<std::size_t>(grid.index({0, static_cast<std::ptrdiff_t>(y / factor_)}))].x;
@@ -149,8 +144,7 @@ void RowPatterns::regular(const GhostGrid& grid, const RootLayout& fine, std::ui
         if (base.vertex_halfedge[v] != h + s) continue;
         const GhostGrid::Place p = grid.turned(s, 0, 0);
         // The rows of a corner's place are those of place (0, 0), whichever corner it is.
-        results<Finish, 1>(&work.grid[static_cast<std::size_t>(grid.index(p))].x, work.regular.data(), factor_,
-                           out + v);
+        results<Finish, 1>(&work.grid[static_cast<std::size_t>(grid.index(p))].x, regular.data(), factor_, out + v);
     }
 }
 

@@ -12,10 +12,6 @@ namespace tetrakis::detail {
 
 namespace {
 
-bool is_sharp_after(float sharpness, int steps) {
-    return is_sharp(sharpness) && (!is_semi_sharp(sharpness) || sharpness > static_cast<float>(steps));
-}
-
 /// The roots around a corner: one face each, which starts there.
 RuleMesh base_of(const StarKind& kind, std::uint32_t sides) {
     const auto roots = static_cast<int>(kind.roots()), spokes = static_cast<int>(kind.sharp.size());
@@ -32,7 +28,12 @@ RuleMesh base_of(const StarKind& kind, std::uint32_t sides) {
 
 }  // namespace
 
-CornerKinds::CornerKinds(const RootNet& net, const RuleMesh* mesh, int steps) {
+void StarKind::turn() {
+    std::rotate(sharp.begin(), sharp.begin() + 1, sharp.end());
+    if (!angle.empty()) std::rotate(angle.begin(), angle.begin() + 1, angle.end());
+}
+
+CornerKinds::CornerKinds(const RootNet& net, const RuleMesh& mesh, std::span<const int> halfedge) {
     const MeshLevel& base = net.base();
     kind.resize(base.halfedge_count());
     root.resize(base.halfedge_count());
@@ -55,17 +56,22 @@ CornerKinds::CornerKinds(const RootNet& net, const RuleMesh* mesh, int steps) {
             h = base.twin[base.prev(h)];
         } while (h != RootNet::none && h != first);
         star.closed = h == first;
-        star.corner = mesh != nullptr && is_sharp_after(mesh->vertex_sharpness(static_cast<int>(v)), steps);
+        star.corner = !halfedge.empty() && is_sharp(mesh.vertex_sharpness(mesh.origin(halfedge[first])));
         star.sharp.clear();
         const auto sharp = [&](std::uint32_t g) {
-            return static_cast<char>(base.twin[g] == RootNet::none ||
-                                     (mesh != nullptr && is_sharp_after(mesh->sharpness(static_cast<int>(g)), steps)));
+            return static_cast<char>(base.twin[g] == RootNet::none || (!halfedge.empty() && mesh.sharp(halfedge[g])));
         };
         for (const std::uint32_t g : around) star.sharp.push_back(sharp(g));
         if (!star.closed) star.sharp.push_back(1);
+        star.angle.clear();
+        if (mesh.has_corner_angles() && !halfedge.empty()) {
+            for (const std::uint32_t g : around) star.angle.push_back(mesh.corner_angle(halfedge[g]));
+            if (std::all_of(star.angle.begin(), star.angle.end(), [](double a) { return a == 0; })) star.angle.clear();
+        }
         std::uint32_t number = 0;
         std::size_t start = 0;
-        if (star.closed && !star.corner && std::count(star.sharp.begin(), star.sharp.end(), 0) == std::ssize(around)) {
+        if (star.closed && !star.corner && star.angle.empty() &&
+            std::count(star.sharp.begin(), star.sharp.end(), 0) == std::ssize(around)) {
             if (smooth.size() <= around.size()) smooth.resize(around.size() + 1, 0);
             std::uint32_t& known = smooth[around.size()];
             if (known == 0) known = number_of(star) + 1;
@@ -74,7 +80,7 @@ CornerKinds::CornerKinds(const RootNet& net, const RuleMesh* mesh, int steps) {
             // Of the ways to go round it the one that comes first.
             turned = star;
             for (std::size_t i = 1; star.closed && i < around.size(); ++i) {
-                std::rotate(turned.sharp.begin(), turned.sharp.begin() + 1, turned.sharp.end());
+                turned.turn();
                 if (turned < star) {
                     star = turned;
                     start = i;
@@ -116,14 +122,17 @@ void RowStar::make_lattice() {
         return along && on >= 0 && kind_.sharp[static_cast<std::size_t>(on)] != 0 ? k_sharpness_infinity : 0.0f;
     };
     RuleMesh::Builder builder;
+    std::vector<double> angles;
     for (std::size_t f = 0; f + 1 < faces.offsets.size(); ++f) {
         const std::uint32_t begin = faces.offsets[f], end = faces.offsets[f + 1];
         for (std::uint32_t c = begin; c < end; ++c) {
             const std::uint32_t a = faces.vertices[c], b = faces.vertices[c + 1 == end ? begin : c + 1];
             builder.corner(static_cast<int>(a), sharpness(a, b));
+            if (!kind_.angle.empty()) angles.push_back(a == 0 ? kind_.angle[faces.control[f]] : 0);
         }
         builder.end_face();
     }
+    builder.set_corner_angles(std::move(angles));
     std::vector<float> vertex_sharpness;
     if (kind_.corner) {
         vertex_sharpness.assign(at.vertex_count(), 0.0f);

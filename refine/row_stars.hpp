@@ -6,6 +6,7 @@
 #include <compare>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -16,10 +17,14 @@ struct StarKind {
     bool corner = false;  ///< the vertex is sharp
     /// The sides that leave it, counter-clockwise: one per root, and one more of an open star, whose ends are sharp.
     std::vector<char> sharp;
+    std::vector<double>
+        angle{};  ///< of a corner's sectors, for each root (RuleMesh::corner_angle); empty: none has one
 
     std::uint32_t roots() const { return static_cast<std::uint32_t>(sharp.size()) - (closed ? 0 : 1); }
     bool sharp_before(std::uint32_t root) const { return sharp[root] != 0; }
     bool sharp_after(std::uint32_t root) const { return sharp[(root + 1) % sharp.size()] != 0; }
+    /// The same star from its next root on.
+    void turn();
     auto operator<=>(const StarKind&) const = default;
 };
 
@@ -28,9 +33,10 @@ struct CornerKinds {
     std::vector<StarKind> kinds;
     std::vector<std::uint32_t> kind;  ///< of each half-edge of the base: that of its origin
     std::vector<std::uint32_t> root;  ///< which of the kind's roots the half-edge's is
-    /// @param mesh   the base, with its tags; nullptr: nothing is sharp but what is open
-    /// @param steps  done since: they have made smooth what was less sharp than that
-    CornerKinds(const RootNet& net, const RuleMesh* mesh, int steps);
+    /// @param mesh      a level whose tags stay as they are
+    /// @param halfedge  of it, for each one of the base the one at the same corner along the same side; empty: nothing
+    ///                  is sharp but what is open
+    CornerKinds(const RootNet& net, const RuleMesh& mesh, std::span<const int> halfedge);
 };
 
 /// The roots around one corner, by themselves, as a level of a scheme: where its rows can be read off.

@@ -25,18 +25,21 @@ struct Case {
 };
 
 std::vector<Case> cases() {
-    RuleOptions warren, cosine, two, four;
+    RuleOptions warren, cosine, measured, two, four;
     warren.loop_weights = LoopWeights::warren;
     cosine.edge_beside_crease = EdgeBesideCrease::cosine;
+    measured.measure_corner_angles = true;
     two.averaging_steps = 2;
     four.averaging_steps = 4;
     return {{"loop", 4, warren},
             {"loop", 4, cosine},
+            {"loop", 4, measured},
             {"tuned-loop", 5},
             {"butterfly", 4},
             {"modified-butterfly", 5},
             {"sqrt3", 4},
             {"catmull-clark", 5, cosine},
+            {"catmull-clark", 5, measured},
             {"kobbelt", 5},
             {"4-8", 5},
             {"bilinear", 5},
