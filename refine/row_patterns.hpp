@@ -3,6 +3,7 @@
 #include "tetrakis/hier/vec.hpp"
 #include "tetrakis/refine/ghost_grid.hpp"
 #include "tetrakis/refine/root_net.hpp"
+#include "tetrakis/refine/row_runs.hpp"
 #include "tetrakis/refine/row_stars.hpp"
 #include "tetrakis/schemes/stencil_table.hpp"
 
@@ -34,11 +35,7 @@ class RowPatterns {
         const StencilTable* second_rows = nullptr;  ///< of tangents t2
         std::span<const int> begin{};
     };
-    /// Of a row: a place of a root's grid, in numbers from that of the result, and its weight.
-    struct GridTerm {
-        std::ptrdiff_t offset;
-        double weight;
-    };
+    /// Rows of a level, by the places of a root's grid.
     using GridRow = std::vector<GridTerm>;
     using GridRows = std::vector<GridRow>;
 

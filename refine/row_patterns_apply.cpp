@@ -14,6 +14,7 @@ constexpr std::uint32_t k_roots_at_once = 4, k_results_at_once = 4096;  // per t
 /// What a result is made of, and how.
 struct PointOfRow {
     static constexpr std::size_t rows = 1, rows_inside = 1;
+    static Vec3d result_inside(const Vec3d* sums) { return sums[0]; }
     static Vec3d result(const Vec3d* sums) { return sums[0]; }
 };
 struct NormalOfTangents {
@@ -22,30 +23,14 @@ struct NormalOfTangents {
     static Vec3d result(const Vec3d* sums) { return unit_of_sum(result_inside(sums) + result_inside(sums + 2)); }
 };
 
-/// Sums of rows for `Points` points side by side.
-template <std::uint32_t Points>
-void combine(const double* at, const RowPatterns::GridRow& terms, Vec3d* sums) {
-    double sum[3 * Points] = {};
-    for (const RowPatterns::GridTerm& term : terms) {
+/// The row's sum for one point.
+Vec3d sum_of(const double* at, const std::vector<GridTerm>& row) {
+    Vec3d sum(0);
+    for (const GridTerm& term : row) {
         const double* const p = at + term.offset;
-        for (std::uint32_t k = 0; k < 3 * Points; ++k) sum[k] += term.weight * p[k];
+        sum += term.weight * Vec3d(p[0], p[1], p[2]);
     }
-    for (std::uint32_t i = 0; i < Points; ++i) sums[i] = Vec3d(sum[3 * i], sum[3 * i + 1], sum[3 * i + 2]);
-}
-
-/// Results that lie `factor` apart, from points side by side.
-template <class Finish, std::uint32_t Points>
-void results(const double* at, const RowPatterns::GridRow* rows, std::uint32_t factor, Vec3d* to) {
-    Vec3d sums[Finish::rows_inside][Points];
-    for (std::size_t r = 0; r < Finish::rows_inside; ++r) combine<Points>(at, rows[r], sums[r]);
-    for (std::uint32_t i = 0; i < Points; ++i) {
-        if constexpr (Finish::rows_inside == 1) {
-            to[i * factor] = sums[0][i];
-        } else {
-            const Vec3d pair[2] = {sums[0][i], sums[1][i]};
-            to[i * factor] = Finish::result_inside(pair);
-        }
-    }
+    return sum;
 }
 
 }  // namespace
@@ -53,6 +38,7 @@ void results(const double* at, const RowPatterns::GridRow* rows, std::uint32_t f
 struct RowPatterns::Work {
     std::vector<Vec3d> grid;  ///< a root of the points' level with its ghosts
     std::vector<Vec3d> line;  ///< of results
+    std::vector<Vec3d> tangents[2];
     GridRows side;
 };
 
@@ -81,6 +67,7 @@ void RowPatterns::apply(const RootLayout& coarse, const RootLayout& fine, const 
         Work work;
         work.grid.resize(grid.size(), Vec3d(0));
         work.line.resize(net_.last_place(fine) + std::size_t{1});
+        for (std::vector<Vec3d>& t : work.tangents) t.resize(work.line.size());
         for (std::uint32_t f = begin; f < end; ++f) {
             grid.fill(f, in, work.grid.data());
             regular<Finish>(grid, rows, fine, f, out, work);
@@ -99,7 +86,7 @@ void RowPatterns::regular(const GhostGrid& grid, const GridRows& regular, const 
     const MeshLevel& base = net_.base();
     const std::uint32_t m = net_.last_place(fine), sides = net_.side_count(), h = sides * f;
     const bool cells = net_.in_cells();
-    constexpr std::uint32_t k_block = 4;  // points at a time: 12 numbers, in registers
+    static const RowRun run = row_run();
     const auto owns_side = [&](std::uint32_t s) { return (base.edge_side[h + s] & 1) == 0; };
     for (std::uint32_t y = 0; y <= m; ++y) {
         const std::uint32_t end = sides == 4 ? m : m - y;
@@ -110,15 +97,14 @@ void RowPatterns::regular(const GhostGrid& grid, const GridRows& regular, const 
             const double* const at =
                 &work.grid[static_cast<std::size_t>(grid.index({0, static_cast<std::ptrdiff_t>(y / factor_)}))].x;
             Vec3d* const to = line + first;
-            if (count < k_block) {
-                for (std::uint32_t i = 0; i < count; ++i)
-                    results<Finish, 1>(at + 3 * std::size_t{i}, rows, factor_, to + i * factor_);
+            if constexpr (Finish::rows_inside == 1) {
+                run(at, rows->data(), rows->size(), count, factor_, &to->x);
                 continue;
             }
-            for (std::uint32_t i = 0; i < count; i += k_block) {
-                // A last block that is not whole: with points before it once more.
-                const std::uint32_t begin = std::min(i, count - k_block);
-                results<Finish, k_block>(at + 3 * std::size_t{begin}, rows, factor_, to + begin * factor_);
+            for (int i = 0; i < 2; ++i) run(at, rows[i].data(), rows[i].size(), count, 1, &work.tangents[i].data()->x);
+            for (std::uint32_t i = 0; i < count; ++i) {
+                const Vec3d pair[2] = {work.tangents[0][i], work.tangents[1][i]};
+                to[i * factor_] = Finish::result_inside(pair);
             }
         }
         if (cells) continue;
@@ -144,7 +130,10 @@ void RowPatterns::regular(const GhostGrid& grid, const GridRows& regular, const 
         if (base.vertex_halfedge[v] != h + s) continue;
         const GhostGrid::Place p = grid.turned(s, 0, 0);
         // The rows of a corner's place are those of place (0, 0), whichever corner it is.
-        results<Finish, 1>(&work.grid[static_cast<std::size_t>(grid.index(p))].x, regular.data(), factor_, out + v);
+        Vec3d sums[Finish::rows_inside];
+        for (std::size_t r = 0; r < Finish::rows_inside; ++r)
+            sums[r] = sum_of(&work.grid[static_cast<std::size_t>(grid.index(p))].x, regular[r]);
+        out[v] = Finish::result_inside(sums);
     }
 }
 
@@ -172,7 +161,7 @@ void RowPatterns::side(const GhostGrid& grid, const RootLayout& fine, std::uint3
                 const double* const at = grid_begin + 3 * (origin + static_cast<std::ptrdiff_t>(a / factor_) * along);
                 Vec3d sums[Finish::rows];
                 for (std::size_t r = 0; r < Finish::rows; ++r)
-                    combine<1>(at, work.side[(b * factor_ + a % factor_) * Finish::rows + r], sums + r);
+                    sums[r] = sum_of(at, work.side[(b * factor_ + a % factor_) * Finish::rows + r]);
                 out[v] = Finish::result(sums);
             });
     }
