@@ -20,21 +20,22 @@ struct ForestSurgery;  // of the tests of check(), which break what no call can 
 }
 
 /// The triangles that stand for one leaf in the output: the leaf itself where no edge has a hanging midpoint, else its
-/// conforming (green) subdivision.
+/// conforming (green) subdivision; with three hanging midpoints, those that its split would make.
 struct GreenTriangles {
-    int count = 0;  ///< 1, 2 or 3
-    std::array<CellTriangle, 3> cell;
-    std::array<std::array<PointId, 3>, 3> point;  ///< the corners of each
+    int count = 0;  ///< 1 to 4
+    std::array<CellTriangle, 4> cell;
+    std::array<std::array<PointId, 3>, 4> point;  ///< the corners of each
 };
 
 /// Restricted triangle quadtrees over a triangle mesh, with conforming (red-green) closure; one root per face.
 ///
 /// A red triangle is split at its edge midpoints into four: child k < 3 keeps corner k, child 3 is the middle one,
 /// whose corner k lies opposite corner k; so edge k (from corner k to corner k + 1) of every triangle of a root is
-/// parallel to side k of the root. Two rules hold between calls: leaves that share an edge differ by at most one level,
-/// and no leaf has split neighbours across all three edges. A leaf with one or two such neighbours has hanging
-/// midpoints and is output as two or three green triangles. Faces that are holes have no leaves; edges towards them act
-/// as boundary.
+/// parallel to side k of the root. Between calls leaves that share an edge differ by at most one level. A leaf beside
+/// split neighbours has hanging midpoints and is output as two or three green triangles; with three of them, as the
+/// four triangles that its split would make: splitting it would change nothing but what can be refined next. So any
+/// four siblings can be merged that have no leaf two levels finer beside their parent. Faces that are holes have no
+/// leaves; edges towards them act as boundary.
 ///
 /// Storage: a record of 56 bytes per split triangle, which is a third of the leaves, plus 4 bytes per triangle.
 /// Slots: the root of face f is slot f, the children of the k-th record are F + 4 k to F + 4 k + 3. Slots and points
@@ -82,7 +83,8 @@ class TriangleForest {
     /// The canonical site of a point; the root is invalid where there is none.
     const Site& point_site(PointId point) const { return sites_[point.value]; }
 
-    /// Splits the marked leaves and whatever the two rules make necessary, each once: the smallest such refinement.
+    /// Splits the marked leaves and whatever the rule of levels makes necessary, each once: the smallest such
+    /// refinement.
     /// @param marked   leaves in any order; repetitions do no harm
     /// @param created  receives the new leaves, four for each split one, siblings together
     /// @param changed  receives the older leaves that remain and now have more hanging midpoints than before
@@ -94,14 +96,14 @@ class TriangleForest {
     /// refine() of one leaf. Returns how many triangles were split.
     std::uint32_t split(LeafId leaf);
 
-    /// Whether the four siblings of this leaf are leaves whose merge leaves both rules true.
+    /// Whether the four siblings of this leaf are leaves whose merge leaves the rule of levels true.
     bool can_merge(LeafId leaf) const;
     /// Replaces the leaf and its three siblings by their parent, and frees midpoints that nobody uses any more: the
     /// exact inverse of a split. Returns the parent.
     /// @throws Error  invalid_input: not a leaf, or can_merge() is false. The forest is then unchanged.
     LeafId merge(LeafId leaf);
-    /// Merges as many of the groups of four siblings that are marked completely as the two rules allow, all at once (a
-    /// set of merges may be possible where no single one is).
+    /// Merges as many of the groups of four siblings that are marked completely as the rule of levels allows, all at
+    /// once (of two merges one may need the other).
     /// @param created  receives the parents
     /// @param changed  receives the older leaves that remain and now have fewer hanging midpoints than before
     /// @throws Error   invalid_input: a handle is no leaf. The forest is then unchanged.
@@ -112,7 +114,7 @@ class TriangleForest {
     /// The output mesh. O(leaves), parallel but for the numbering.
     ExportedTriangles exported() const;
 
-    /// Verifies links, points, counts and both rules. Returns the first violation, or nothing.
+    /// Verifies links, points, counts and the rule of levels. Returns the first violation, or nothing.
     std::optional<std::string> check() const;
 
     /// Bytes allocated.

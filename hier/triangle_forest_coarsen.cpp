@@ -9,9 +9,8 @@ namespace tetrakis {
 // While records are chosen, marks_ is set for the parent slots of those that go.
 
 // Whether the record's triangle has to stay split, given that all its children are leaves: a finer neighbour of a child
-// that stays would be two levels finer than the merged triangle; three split neighbours need it split.
+// that stays would be two levels finer than the merged triangle.
 bool TriangleForest::must_stay(std::uint32_t record) const {
-    int split_neighbours = 0;
     for (const std::uint32_t link : records_[record].link) {
         if (link >= k_boundary) continue;
         const std::uint32_t edge = link % 4;
@@ -19,13 +18,12 @@ bool TriangleForest::must_stay(std::uint32_t record) const {
             const std::uint32_t slot = first_child(link / 4) + child;
             if (is_split(slot) && !marks_[slot]) return true;
         }
-        split_neighbours += !marks_[records_[link / 4].parent];
     }
-    return split_neighbours == 3;
+    return false;
 }
 
-// Takes the marks off until none of the marked records has to stay. Both reasons to stay are of the form "if these
-// stay, so does that", so there is one largest set that can go, whatever the order.
+// Takes the marks off until none of the marked records has to stay. The reason to stay is of the form "if this stays,
+// so does that", so there is one largest set that can go, whatever the order.
 void TriangleForest::keep_what_must_stay(std::span<const std::uint32_t> records) {
     std::vector<std::uint32_t> open(records.begin(), records.end());
     const auto look_at = [&](std::uint32_t link) {
@@ -37,7 +35,6 @@ void TriangleForest::keep_what_must_stay(std::span<const std::uint32_t> records)
         const std::uint32_t parent = records_[record].parent;
         if (!marks_[parent] || !must_stay(record)) continue;
         marks_[parent] = 0;
-        for (const std::uint32_t link : records_[record].link) look_at(link);
         if (parent < root_count_ || (parent - root_count_) % 4 == 3) continue;
         const std::uint32_t corner = (parent - root_count_) % 4;
         const Record& above = records_[(parent - root_count_) / 4];
@@ -92,8 +89,7 @@ LeafId TriangleForest::merge(LeafId leaf) {
     if (record == k_coarser)
         throw Error(ErrorCode::invalid_input,
                     "leaf " + std::to_string(leaf.value) +
-                        " cannot be merged: it is a root, a sibling or a neighbour is split further, or the merged "
-                        "triangle would have split neighbours on all sides");
+                        " cannot be merged: it is a root, or a sibling or a neighbour of one is split further");
     free_points_.reserve(free_points_.size() + 3);
     free_records_.reserve(free_records_.size() + 1);
     const LeafId parent(records_[record].parent);

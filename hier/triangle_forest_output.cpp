@@ -12,25 +12,27 @@ namespace {
 // Corners of a leaf's output triangles: 0, 1, 2 are its own, 3 + e is the midpoint of edge e.
 struct GreenPattern {
     std::uint8_t count = 1;
-    std::uint8_t corner[3][3] = {{0, 1, 2}, {}, {}};
+    std::uint8_t corner[4][3] = {{0, 1, 2}, {}, {}, {}};
 };
 
 // By the set of edges with a hanging midpoint. With two of them the ear between is cut off, and the quadrilateral that
 // is left has its diagonal from the corner at the end of the whole edge: a rule that knows only the leaf's own frame,
-// so that the pattern is the same whatever happened before.
-constexpr std::array<GreenPattern, 7> make_patterns() {
-    std::array<GreenPattern, 7> pattern{};
+// so that the pattern is the same whatever happened before. With all three they are the leaf's children, as corners()
+// has them.
+constexpr std::array<GreenPattern, 8> make_patterns() {
+    std::array<GreenPattern, 8> pattern{};
     for (unsigned e = 0; e < 3; ++e) {
         const auto a = static_cast<std::uint8_t>(e), b = static_cast<std::uint8_t>((e + 1) % 3),
                    c = static_cast<std::uint8_t>((e + 2) % 3);
         const auto m = static_cast<std::uint8_t>(3 + a), n = static_cast<std::uint8_t>(3 + b);
-        pattern[1u << a] = {2, {{a, m, c}, {m, b, c}, {}}};
-        pattern[1u << a | 1u << b] = {3, {{m, b, n}, {a, m, n}, {a, n, c}}};
+        pattern[1u << a] = {2, {{a, m, c}, {m, b, c}, {}, {}}};
+        pattern[1u << a | 1u << b] = {3, {{m, b, n}, {a, m, n}, {a, n, c}, {}}};
     }
+    pattern[7] = {4, {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {4, 5, 3}}};
     return pattern;
 }
 
-constexpr std::array<GreenPattern, 7> k_patterns = make_patterns();
+constexpr std::array<GreenPattern, 8> k_patterns = make_patterns();
 
 }  // namespace
 

@@ -36,29 +36,14 @@ bool TriangleForest::mark(std::uint32_t slot) {
     return flag.load(std::memory_order_relaxed) == 0 && flag.exchange(1, std::memory_order_relaxed) == 0;
 }
 
-// Marks and lists what has to be split because `slot` is. A leaf that gets its third split neighbour is found by the
-// last of them to be closed around, because all marks of a round are visible in the next one.
+// Marks and lists what has to be split because `slot` is: across an edge without a triangle of its level, the parent
+// has an unsplit neighbour, whose split makes one.
 void TriangleForest::close_around(std::uint32_t slot, detail::PoolVector<std::uint32_t>& found) {
-    const auto is_marked = [&](std::uint32_t s) {
-        return std::atomic_ref<std::uint8_t>(marks_[s]).load(std::memory_order_relaxed) != 0;
-    };
     for (std::uint32_t e = 0; e < 3; ++e) {
-        const Neighbour next = neighbour(slot, e);
-        if (next.slot == k_boundary) continue;
-        if (next.slot == k_coarser) {
-            // Across this edge the parent has an unsplit neighbour; its split makes the one of our level.
-            const std::uint32_t parent = records_[(slot - root_count_) / 4].parent;
-            const std::uint32_t coarse = neighbour(parent, e).slot;
-            if (mark(coarse)) found.push_back(coarse);
-            continue;
-        }
-        if (is_split(next.slot) || is_marked(next.slot)) continue;
-        bool is_surrounded = true;
-        for (std::uint32_t i = 1; i < 3 && is_surrounded; ++i) {
-            const std::uint32_t other = neighbour(next.slot, (next.edge + i) % 3).slot;
-            is_surrounded = other < k_boundary && (is_split(other) || is_marked(other));
-        }
-        if (is_surrounded && mark(next.slot)) found.push_back(next.slot);
+        if (neighbour(slot, e).slot != k_coarser) continue;
+        const std::uint32_t parent = records_[(slot - root_count_) / 4].parent;
+        const std::uint32_t coarse = neighbour(parent, e).slot;
+        if (mark(coarse)) found.push_back(coarse);
     }
 }
 

@@ -69,7 +69,7 @@ struct HierarchyMesh {
 ///   triangle's base edge, together with the neighbour across it (a diamond). Two bisections are one quad split. Sites:
 ///   corner cells (site.hpp);
 /// * "triangles" (Loop, tuned Loop, Butterfly, Modified Butterfly, midpoint; triangles only): roots are the faces, a
-///   split makes four triangles; hanging midpoints are closed in the mesh by two or three (green) triangles. Sites:
+///   split makes four triangles; hanging midpoints are closed in the mesh by two to four (green) triangles. Sites:
 ///   face triangles;
 /// * "vertices" (Doo-Sabin, midedge, biquartic, averaging with an odd number of steps): nodes are vertices, which have
 ///   four children; the mesh has the leaves as vertices and a face where they meet. Sites: cells (cell_site()); each is

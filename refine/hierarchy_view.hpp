@@ -3,7 +3,9 @@
 #include "tetrakis/hier/bisection_forest.hpp"
 #include "tetrakis/hier/triangle_forest.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cassert>
 #include <vector>
 
 namespace tetrakis {
@@ -141,17 +143,26 @@ class TriangleHierarchy {
     }
     int triangles(LeafId leaf, std::array<CellTriangle, 3>& parts) const {
         const GreenTriangles green = forest_.green_triangles(leaf);
-        parts = green.cell;
+        assert(green.count <= 3);
+        std::copy_n(green.cell.begin(), 3, parts.begin());
         return green.count;
     }
+    /// Splits with closure. A leaf whose neighbours are all split then is split, too: its output triangles are the
+    /// same, but each has an error of its own.
     void refine(std::span<const LeafId> marked, std::vector<LeafId>& fresh) {
-        forest_.refine(marked, created_, changed_);
-        std::uint64_t boundary_edges = 0;
-        if (ends_)
-            for (LeafId leaf : created_) boundary_edges += count_boundary_edges(leaf);
-        boundary_points_ += boundary_edges / 2;
-        fresh.insert(fresh.end(), created_.begin(), created_.end());
-        fresh.insert(fresh.end(), changed_.begin(), changed_.end());
+        split(marked, fresh);
+        surrounded_.clear();
+        for (LeafId leaf : changed_) {
+            const auto hanging = forest_.hanging_points(leaf);
+            if (hanging[0].valid() && hanging[1].valid() && hanging[2].valid())
+                surrounded_.push_back(leaf);
+            else
+                fresh.push_back(leaf);
+        }
+        if (surrounded_.empty()) return;
+        // There is nothing left beside them that this could change.
+        split(surrounded_, fresh);
+        assert(changed_.empty());
     }
     void open(FaceId, std::vector<LeafId>&) {}
     double fan_error(FaceId) const { return 0; }
@@ -159,6 +170,14 @@ class TriangleHierarchy {
     void for_each_fan(Visit&&) const {}
 
   private:
+    void split(std::span<const LeafId> marked, std::vector<LeafId>& fresh) {
+        forest_.refine(marked, created_, changed_);
+        std::uint64_t boundary_edges = 0;
+        if (ends_)
+            for (LeafId leaf : created_) boundary_edges += count_boundary_edges(leaf);
+        boundary_points_ += boundary_edges / 2;
+        fresh.insert(fresh.end(), created_.begin(), created_.end());
+    }
     std::uint64_t count_boundary_edges(LeafId leaf) const {
         const ControlMesh& mesh = forest_.mesh();
         const CellTriangle t = forest_.triangle(leaf);
@@ -177,7 +196,7 @@ class TriangleHierarchy {
     TriangleForest forest_;
     bool ends_ = false;  ///< the surface has an end somewhere
     std::uint64_t first_count_, first_points_, boundary_points_ = 0;
-    std::vector<LeafId> created_, changed_;
+    std::vector<LeafId> created_, changed_, surrounded_;
 };
 
 }  // namespace tetrakis

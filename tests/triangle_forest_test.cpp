@@ -358,27 +358,77 @@ TEST_CASE("[inv5] merging undoes a split of a triangle forest; coarsening to the
         const ExportedTriangles roots = forest.exported();
         const std::uint32_t root_points = forest.point_count();
         random_history(forest, random, 300, 8);
-        int undone = 0;
+        std::vector<LeafId> created, changed;
         for (int i = 0; i < 100; ++i) {
             const LeafId leaf = random_leaf(forest, random);
             const ExportedTriangles before = forest.exported();
             const std::uint32_t points = forest.point_count();
-            std::vector<LeafId> created, changed;
             forest.refine({&leaf, 1}, created, changed);
-            if (created.size() > 4) continue;
-            REQUIRE(forest.can_merge(created[2]));
-            REQUIRE(forest.merge(created[2]) == leaf);
+            // What the closure split is merged one by one, too, the finest first.
+            std::stable_sort(created.begin(), created.end(),
+                             [&](LeafId a, LeafId b) { return forest.level(a) > forest.level(b); });
+            bool is_back = false;
+            for (std::size_t group = 0; group < created.size(); group += 4) {
+                REQUIRE(forest.can_merge(created[group + 2]));
+                is_back |= forest.merge(created[group + 2]) == leaf;
+            }
+            REQUIRE(is_back);
             require_whole(forest);
             REQUIRE(same_mesh(forest.exported(), before));
             REQUIRE(forest.point_count() == points);
-            ++undone;
         }
-        CHECK(undone > 0);
-        std::vector<LeafId> created, changed;
         for (int round = 0; round <= k_max_level; ++round) forest.coarsen(leaves_of(forest), created, changed);
         require_whole(forest);
         REQUIRE(same_mesh(forest.exported(), roots));
         REQUIRE(forest.point_count() == root_points);
+    }
+}
+
+TEST_CASE("[inv5] any four siblings of an even triangle mesh merge alone, and are output as before") {
+    for (const std::uint64_t seed : test::seeds(4)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = test::random_triangle_mesh(seed);
+        TriangleForest forest(mesh);
+        const ExportedTriangles roots = forest.exported();
+        std::vector<LeafId> created, changed;
+        for (int level = 0; level < 3; ++level) forest.refine(leaves_of(forest), created, changed);
+        const ExportedTriangles even = forest.exported();
+        for (const LeafId leaf : leaves_of(forest)) {
+            REQUIRE(forest.can_merge(leaf));
+            if (leaf != forest.siblings(leaf)[0]) continue;
+            std::array<CellTriangle, 4> children;
+            for (std::size_t k = 0; k < 4; ++k) children[k] = forest.triangle(forest.siblings(leaf)[k]);
+            const LeafId parent = forest.merge(leaf);
+            const auto hanging = forest.hanging_points(parent);
+            if (hanging[0].valid() && hanging[1].valid() && hanging[2].valid()) {
+                // What estimators see are the children's triangles.
+                const GreenTriangles green = forest.green_triangles(parent);
+                REQUIRE(green.count == 4);
+                for (std::size_t k = 0; k < 4; ++k) {
+                    REQUIRE(green.cell[k].root == children[k].root);
+                    REQUIRE(green.cell[k].level == children[k].level);
+                    REQUIRE(green.cell[k].corner == children[k].corner);
+                }
+                REQUIRE(same_mesh(forest.exported(), even));
+            }
+            forest.split(parent);
+        }
+        REQUIRE(same_mesh(forest.exported(), even));
+        // One by one in any order, as far down as it goes: to the roots.
+        std::mt19937 random(static_cast<std::uint32_t>(seed));
+        for (bool is_done = false; !is_done;) {
+            is_done = true;
+            std::vector<LeafId> leaves = leaves_of(forest);
+            std::shuffle(leaves.begin(), leaves.end(), random);
+            for (const LeafId leaf : leaves)
+                if (forest.is_leaf(leaf) && forest.can_merge(leaf)) {
+                    forest.merge(leaf);
+                    is_done = false;
+                }
+            require_whole(forest);
+            require_conforming(forest);
+        }
+        REQUIRE(same_mesh(forest.exported(), roots));
     }
 }
 
