@@ -120,10 +120,13 @@ class BisectionForest {
     /// Verifies links, shapes, points, sites, counts and coverage. Returns the first violation, or nothing. O(leaves).
     std::optional<std::string> check() const;
 
-    /// Bytes allocated: after shrink() 48 a leaf, and a site of 16 for each point.
+    /// Bytes allocated: after shrink() 48 a slot, and a site of 16 for each slot of points.
     std::uint64_t memory_bytes() const;
-    /// Gives back the memory that the next change would use again. O(leaves).
+    /// Gives back the memory that the next change would use again, but for that of free slots and points: what remains
+    /// keeps its numbers. O(leaves).
     void shrink();
+    /// Whether there are any.
+    bool has_free_slots() const { return !free_leaves_.empty() || !free_points_.empty(); }
 
   private:
     friend struct detail::ForestSurgery;

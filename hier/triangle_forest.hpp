@@ -37,7 +37,8 @@ struct GreenTriangles {
 /// four siblings can be merged that have no leaf two levels finer beside their parent. Faces that are holes have no
 /// leaves; edges towards them act as boundary.
 ///
-/// Storage: a record of 56 bytes per split triangle, which is a third of the leaves, plus 4 bytes per triangle.
+/// Storage: a record of 56 bytes per split triangle, which is a third of the leaves, plus 5 bytes per triangle: 25
+/// bytes a leaf, and a site of 16 per point.
 /// Slots: the root of face f is slot f, the children of the k-th record are F + 4 k to F + 4 k + 3. Slots and points
 /// are reused after a merge; handles of leaves and points that are gone are recognised until then.
 class TriangleForest {
@@ -119,8 +120,11 @@ class TriangleForest {
 
     /// Bytes allocated.
     std::uint64_t memory_bytes() const;
-    /// Gives back the memory that the next change would use again. O(leaves).
+    /// Gives back the memory that the next change would use again, but for that of free slots and points: what remains
+    /// keeps its numbers. O(leaves).
     void shrink();
+    /// Whether there are any.
+    bool has_free_slots() const { return !free_records_.empty() || !free_points_.empty(); }
 
   private:
     friend struct detail::ForestSurgery;

@@ -155,6 +155,12 @@ std::uint64_t VertexForest::memory_bytes() const {
 }
 
 void VertexForest::shrink() {
+    roots_.link.shrink_to_fit();
+    roots_.crease.shrink_to_fit();
+    roots_.face.shrink_to_fit();
+    roots_.hole.shrink_to_fit();
+    roots_.smooth_from.shrink_to_fit();
+    roots_.joint_cells.shrink_to_fit();
     child_.shrink_to_fit();
     records_.shrink_to_fit();
     free_records_.shrink_to_fit();

@@ -121,8 +121,11 @@ class VertexForest {
     /// first violation, or nothing.
     std::optional<std::string> check() const;
     std::uint64_t memory_bytes() const;
-    /// Gives back the memory that the next change would use again. O(leaves).
+    /// Gives back the memory that the next change would use again, but for that of free slots: what remains
+    /// keeps its numbers. O(leaves).
     void shrink();
+    /// Whether there are any.
+    bool has_free_slots() const { return !free_records_.empty() || !free_joints_.empty(); }
 
   private:
     friend struct VertexForestCorruptor;  // of the tests

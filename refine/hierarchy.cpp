@@ -151,7 +151,7 @@ void Hierarchy::apply_refine(std::span<const LeafId> marked, FamilyUpdate& updat
     for (const auto& [slot, node] : update.removed) removed.push_back({handle(slot), node});
     if (const std::size_t slots = family_->leaf_slots(); slots > generation_.capacity())
         detail::reserve_large(generation_, std::max(slots, 2 * generation_.capacity()));
-    generation_.resize(family_->leaf_slots(), 0);
+    generation_.resize(family_->leaf_slots(), first_generation_);
     renumber(update);
     if (journal_.active()) write_journal(update, removed);
 }
@@ -287,13 +287,6 @@ std::array<Vec3d, 2> Hierarchy::tangents(const Site& site) const {
 std::array<Vec3d, 2> Hierarchy::tangents(const Site& site, int level) const {
     const LimitPoint point = frame(site, level);
     return {point.tangent1, point.tangent2};
-}
-
-void Hierarchy::shrink() {
-    family_->shrink();
-    generation_.shrink_to_fit();
-    cache_->valid = false;
-    std::vector<LeafHandle>().swap(cache_->leaves);
 }
 
 std::uint64_t Hierarchy::memory_bytes() const {

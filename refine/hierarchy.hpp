@@ -97,7 +97,7 @@ class Hierarchy {
     const SchemeInfo& scheme() const { return *scheme_; }
     /// "bisection", "triangles", ...
     std::string_view family() const { return family_->name(); }
-    /// The shape of the trees: depth limit, children of a node. Valid until load().
+    /// The shape of the trees: depth limit, children of a node. Valid until load() or shrink().
     const HierarchyTree& tree() const { return family_->tree(); }
 
     // Leaves and nodes.
@@ -208,9 +208,12 @@ class Hierarchy {
     /// Bytes allocated for the structure, journal included.
     std::uint64_t memory_bytes() const;
     /// Gives back the memory that the next change would use again, and the list of leaves() until it is asked for.
-    /// What is left is at most 52 bytes a leaf (bisection; triangles 44, vertices 28, sqrt3 24) and 16 for each of the
-    /// first two families' vertices, for evenly refined leaves. O(leaves).
-    void shrink();
+    /// Where leaves or points have gone and others remain beyond their places, these are closed up: returns true then,
+    /// all handles are stale and points have other numbers, and the journal starts anew, as after load().
+    /// What is left is what a new hierarchy refined to the same leaves takes: at most 52 bytes a leaf (bisection;
+    /// triangles 31, vertices 26, sqrt3 21) and 16 for each of the first two families' vertices, for evenly refined
+    /// leaves. O(leaves), to close up O(leaves log leaves) and the memory that is left a second time.
+    bool shrink();
 
   private:
     struct Cache {
@@ -228,6 +231,8 @@ class Hierarchy {
     void apply_refine(std::span<const LeafId> marked, FamilyUpdate& update);
     void apply_coarsen(std::span<const LeafId> marked, FamilyUpdate& update);
     void renumber(const FamilyUpdate& update);
+    std::unique_ptr<HierarchyFamily> rebuilt(std::span<const HierarchyNode> nodes) const;
+    void replace_leaves(std::unique_ptr<HierarchyFamily> family);
     void write_journal(const FamilyUpdate& update, std::span<const JournalLeaf> removed);
     void ask(const LeafPredicate& wanted, std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers) const;
     std::vector<LeafHandle> handles(std::span<const LeafId> slots) const;
@@ -244,6 +249,7 @@ class Hierarchy {
     const SchemeInfo* scheme_;
     bool has_holes_ = false;
     std::vector<std::uint32_t> generation_;  // per slot
+    std::uint32_t first_generation_ = 0;     // of slots to come
     HierarchyJournal journal_;
     std::unique_ptr<Cache> cache_ = std::make_unique<Cache>();
 };

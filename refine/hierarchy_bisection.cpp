@@ -117,6 +117,7 @@ class BisectionFamily final : public HierarchyFamily {
     std::optional<std::string> check() const override { return forest_.check(); }
     std::uint64_t memory_bytes() const override { return forest_.memory_bytes(); }
     void shrink() override { forest_.shrink(); }
+    bool has_free_slots() const override { return forest_.has_free_slots(); }
 
   private:
     static std::uint8_t level(int depth) { return static_cast<std::uint8_t>(lattice_level(depth) + 1); }

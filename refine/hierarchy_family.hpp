@@ -101,7 +101,10 @@ class HierarchyFamily {
     /// The first violation of the structure's invariants, or nothing.
     virtual std::optional<std::string> check() const = 0;
     virtual std::uint64_t memory_bytes() const = 0;
+    /// Gives back the memory that the next change would use again, but for that of free slots.
     virtual void shrink() = 0;
+    /// Whether there are slots or points that a fresh family with the same leaves would not have.
+    virtual bool has_free_slots() const = 0;
 };
 
 }  // namespace tetrakis

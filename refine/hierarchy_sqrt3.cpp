@@ -160,6 +160,7 @@ class Sqrt3Family final : public HierarchyFamily {
     std::optional<std::string> check() const override { return slots_.check(); }
     std::uint64_t memory_bytes() const override { return slots_.memory_bytes(); }
     void shrink() override { slots_.shrink(); }
+    bool has_free_slots() const override { return slots_.has_free_slots(); }
 
   private:
     static int depth_of(const Sqrt3Triangle& t) { return 2 * t.level - (t.half ? 1 : 0); }

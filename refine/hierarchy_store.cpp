@@ -60,23 +60,47 @@ void Hierarchy::save(const std::filesystem::path& path) const {
 }
 
 void Hierarchy::load(std::span<const std::byte> bytes) {
+    replace_leaves(
+        rebuilt(detail::decode_hierarchy(bytes, header(*family_, *scheme_), tree(),
+                                         [&](const HierarchyNode& node) { return family_->has_node(node); })));
+}
+
+std::unique_ptr<HierarchyFamily> Hierarchy::rebuilt(std::span<const HierarchyNode> nodes) const {
     std::unique_ptr<HierarchyFamily> family = family_->fresh();
-    const std::vector<HierarchyNode> nodes = detail::decode_hierarchy(
-        bytes, header(*family_, *scheme_), tree(), [&](const HierarchyNode& node) { return family_->has_node(node); });
     restore(*family, nodes);
     // As many leaves need not be the same ones: a split takes others with it.
     const std::vector<LeafId> leaves = family->ordered_leaves();
     if (!std::equal(leaves.begin(), leaves.end(), nodes.begin(), nodes.end(),
                     [&](LeafId leaf, const HierarchyNode& node) { return family->node(leaf) == node; }))
         not_conforming();
-    // All slots are of a new generation, those that an old handle may name included.
-    std::vector<std::uint32_t> generation = generation_;
-    generation.resize(std::max<std::size_t>(generation.size(), family->leaf_slots()), 0);
-    for (std::uint32_t& g : generation) ++g;
+    return family;
+}
+
+// All slots are of a generation that no handle has, and so are those to come.
+void Hierarchy::replace_leaves(std::unique_ptr<HierarchyFamily> family) {
+    std::uint32_t newest = first_generation_;
+    for (const std::uint32_t g : generation_) newest = std::max(newest, g);
+    std::vector<std::uint32_t> generation(family->leaf_slots(), newest + 1);
     family_ = std::move(family);
     generation_ = std::move(generation);
+    first_generation_ = newest + 1;
     cache_->valid = false;
     journal_.restart();
+}
+
+bool Hierarchy::shrink() {
+    const bool closes_up = family_->has_free_slots();
+    if (closes_up) {
+        std::vector<HierarchyNode> nodes;
+        nodes.reserve(leaf_count());
+        for (LeafId leaf : family_->ordered_leaves()) nodes.push_back(family_->node(leaf));
+        replace_leaves(rebuilt(nodes));
+    }
+    family_->shrink();
+    generation_.shrink_to_fit();
+    cache_->valid = false;
+    std::vector<LeafHandle>().swap(cache_->leaves);
+    return closes_up;
 }
 
 void Hierarchy::load(const std::filesystem::path& path) {

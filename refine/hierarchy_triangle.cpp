@@ -133,6 +133,7 @@ class TriangleFamily final : public HierarchyFamily {
     std::optional<std::string> check() const override { return forest_.check(); }
     std::uint64_t memory_bytes() const override { return forest_.memory_bytes(); }
     void shrink() override { forest_.shrink(); }
+    bool has_free_slots() const override { return forest_.has_free_slots(); }
 
   private:
     // The triangle of a node, from the root down: child k keeps corner k, child 3 is the middle one, turned over.

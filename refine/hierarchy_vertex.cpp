@@ -181,6 +181,7 @@ class VertexFamily final : public HierarchyFamily {
     std::optional<std::string> check() const override { return forest_.check(); }
     std::uint64_t memory_bytes() const override { return forest_.memory_bytes(); }
     void shrink() override { forest_.shrink(); }
+    bool has_free_slots() const override { return forest_.has_free_slots(); }
 
   private:
     VertexCell cell_of(const HierarchyNode& node) const {

@@ -80,6 +80,7 @@ class Liar final : public HierarchyFamily {
     }
     std::uint64_t memory_bytes() const override { return truth_->memory_bytes(); }
     void shrink() override { truth_->shrink(); }
+    bool has_free_slots() const override { return truth_->has_free_slots(); }
 
   private:
     LeafId last() const { return truth_->ordered_leaves().back(); }

@@ -163,6 +163,57 @@ TEST_CASE("[inv2] saved leaves come back with the same bytes, in memory and by f
         }
 }
 
+TEST_CASE("shrink() after coarsening leaves what new hierarchies of the same leaves take, and no handle of before") {
+    for (const std::string_view scheme : k_each_family)
+        for (const std::uint64_t seed : test::seeds(3)) {
+            CAPTURE(scheme);
+            CAPTURE(seed);
+            const ControlMesh mesh = test::hierarchy_mesh(scheme, seed);
+            Hierarchy h = make_hierarchy(mesh, scheme);
+            if (h.leaf_count() == 0) continue;
+            Random random(seed);
+            const auto all = each_leaf([](const LeafView&) { return true; });
+            const std::uint64_t stamp = h.stamp();
+            std::vector<LeafHandle> gone;
+            for (const bool to_the_roots : {false, true}) {
+                h.refine_where(all, h.tree().child_count == 4 ? 3 : 6);
+                test::random_changes(h, 5, 8, random, [] {});
+                for (LeafHandle leaf : h.leaves()) gone.push_back(leaf);
+                const std::uint64_t before_bytes = h.memory_bytes();
+                h.coarsen_where(
+                    each_leaf([&](const LeafView& leaf) { return to_the_roots || leaf.node.root % 5 != 0; }));
+                for (LeafHandle leaf : h.leaves()) gone.push_back(leaf);
+                const std::set<HierarchyNode> nodes = test::nodes_of(h);
+                const HierarchyMesh expected = h.to_mesh();
+                REQUIRE(h.shrink());
+                CHECK(2 * h.memory_bytes() < before_bytes);
+                Hierarchy fresh = make_hierarchy(mesh, scheme);
+                fresh.refine_where(each_leaf([&](const LeafView& leaf) { return nodes.count(leaf.node) == 0; }),
+                                   fresh.tree().max_depth);
+                CHECK_FALSE(fresh.shrink());
+                CHECK(h.memory_bytes() == fresh.memory_bytes());
+                CHECK(h.point_slots() == fresh.point_slots());
+                CHECK(!h.check());
+                CHECK(test::nodes_of(h) == nodes);
+                CHECK(test::same_mesh(h.to_mesh(), expected));
+                for (LeafHandle leaf : gone) REQUIRE(!h.is_leaf(leaf));
+                CHECK(!h.changes_since(stamp).complete);
+            }
+            // Nothing is in another place if there was nothing to close up; slots to come are of new generations.
+            const std::uint64_t now = h.stamp();
+            const std::map<LeafHandle, HierarchyNode> leaves = leaf_map(h);
+            CHECK_FALSE(h.shrink());
+            CHECK(leaf_map(h) == leaves);
+            h.refine_where(all, h.tree().child_count == 4 ? 3 : 6);
+            for (LeafHandle leaf : gone) REQUIRE(!h.is_leaf(leaf));
+            const HierarchyChanges changes = h.changes_since(now);
+            REQUIRE(changes.complete);
+            CHECK(changes.added.size() == h.leaf_count());
+            CHECK(changes.removed.size() == leaves.size());
+            CHECK(!h.check());
+        }
+}
+
 TEST_CASE("[bad-input] corrupt, cut off and foreign files are refused, and nothing changes") {
     const ScratchDir scratch;
     for (const std::string_view scheme : k_each_family) {
