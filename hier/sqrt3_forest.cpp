@@ -145,6 +145,12 @@ std::size_t Sqrt3Forest::refine(std::span<const Sqrt3Face> faces) {
     return split_all(all);
 }
 
+std::size_t Sqrt3Forest::refine_closed(std::span<const Sqrt3Face> faces) {
+    for (const Sqrt3Face& face : faces)
+        if (face.level >= max_level_) refuse_depth();
+    return split_all(faces);
+}
+
 std::size_t Sqrt3Forest::refine(const Sqrt3Leaf& leaf) { return split_all(needed(leaf)); }
 
 std::vector<Sqrt3Face> Sqrt3Forest::needed(const Sqrt3Leaf& leaf) const {

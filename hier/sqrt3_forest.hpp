@@ -55,6 +55,9 @@ class Sqrt3Forest {
     std::size_t refine(const Sqrt3Face& face);
     /// The same for many, all or none.
     std::size_t refine(std::span<const Sqrt3Face> faces);
+    /// Splits faces that need no others than are split or among them, as needed() has found them; all or none.
+    /// @throws Error  unsupported: beyond max_level()
+    std::size_t refine_closed(std::span<const Sqrt3Face> faces);
     /// A leaf: splits its face; a half, the face beyond its edge, so that it becomes a face.
     std::size_t refine(const Sqrt3Leaf& leaf);
     /// The faces that refine() would split, the finest first; none if nothing is left to split.

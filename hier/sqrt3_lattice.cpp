@@ -53,8 +53,7 @@ std::uint64_t Sqrt3Lattice::twin(int level, std::uint64_t h) {
         const HalfedgeId at(static_cast<std::uint32_t>(h)), t = mesh_->twin(at);
         return t.valid() && !(lines_ && line(0, h).is_cut()) ? t.value : none;
     }
-    // Where all are flipped each level asks the one above for a single twin, which is cheaper than to look it up.
-    if (smooth_) return find_twin(level, h);
+    if (smooth_) return smooth_twins(level, face(h)).of[h % 3];
     if (twins_.size() <= static_cast<std::size_t>(level)) twins_.resize(static_cast<std::size_t>(level) + 1);
     const auto& known = twins_[static_cast<std::size_t>(level)];
     if (const auto at = known.find(h); at != known.end()) return at->second;
@@ -67,14 +66,26 @@ std::uint64_t Sqrt3Lattice::twin(int level, std::uint64_t h) {
     return found;
 }
 
+// Both twins that it takes are of one face of the level above, which is mostly that of the last call, too: this is
+// cheaper than to look each one up.
+const Sqrt3Lattice::Twins& Sqrt3Lattice::smooth_twins(int level, std::uint64_t f) {
+    if (last_.size() <= static_cast<std::size_t>(level)) last_.resize(static_cast<std::size_t>(level) + 1);
+    Twins& last = last_[static_cast<std::size_t>(level)];
+    if (last.face == f) return last;
+    const std::uint64_t t = twin(level - 1, f), side = twin(level - 1, prev(f));
+    last = {f, {3 * next(t) + 2, 3 * t + 1, 3 * side}};
+    return last;
+}
+
 std::uint64_t Sqrt3Lattice::find_twin(int level, std::uint64_t x) {
     const int above = level - 1;
-    const std::uint64_t h = x / 3, j = x % 3, t = twin(above, h);
+    const std::uint64_t h = x / 3, j = x % 3;
     if (!cuts(above)) {
+        // One twin of the level above, whatever the case: with two, the levels would multiply.
+        const std::uint64_t t = twin(above, j == 2 ? prev(h) : h);
         if (j == 0) return t == none ? none : 3 * next(t) + 2;
         if (j == 1) return t == none ? 3 * next(h) + 2 : 3 * t + 1;
-        const std::uint64_t side = twin(above, prev(h));
-        return side == none ? 3 * prev(h) + 1 : 3 * side;
+        return t == none ? 3 * prev(h) + 1 : 3 * t;
     }
     // A cut edge s, from a to b in the triangle (a, b, o): the first point stands over o -> a, the second over b -> o.
     const std::uint64_t s = cut_side(above, face(h));
@@ -82,14 +93,15 @@ std::uint64_t Sqrt3Lattice::find_twin(int level, std::uint64_t x) {
         if (j == 0) return none;
         return j == 1 ? 3 * twin(above, next(s)) : 3 * prev(s) + 2;
     }
-    if (j == 1) return 3 * t + 1;
-    if (j == 0) {
-        const std::uint64_t beyond = cut_side(above, face(t));
-        if (beyond == none) return 3 * next(t) + 2;
-        return next(t) == beyond ? none : 3 * beyond + 1;
+    if (j == 2) {
+        if (s == none) return 3 * twin(above, prev(h));
+        return prev(h) == s ? none : 3 * s + 2;
     }
-    if (s == none) return 3 * twin(above, prev(h));
-    return prev(h) == s ? none : 3 * s + 2;
+    const std::uint64_t t = twin(above, h);
+    if (j == 1) return 3 * t + 1;
+    const std::uint64_t beyond = cut_side(above, face(t));
+    if (beyond == none) return 3 * next(t) + 2;
+    return next(t) == beyond ? none : 3 * beyond + 1;
 }
 
 Sqrt3Lattice::Line Sqrt3Lattice::line(int level, std::uint64_t x) {

@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/control_mesh.hpp"
 
+#include <array>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
@@ -42,7 +43,7 @@ struct Sqrt3Vertex {
 /// So the mesh is as one that is cut open along sharp and kept edges: half-edges have twins across the others alone.
 /// What lies beyond one of these is beyond().
 ///
-/// Remembers twins that it has found, up to a bound, where the mesh has such edges: not to be shared by threads.
+/// Remembers twins that it has found, up to a bound: not to be shared by threads.
 class Sqrt3Lattice {
   public:
     static constexpr std::uint64_t none = ~std::uint64_t{0};
@@ -111,6 +112,12 @@ class Sqrt3Lattice {
     /// The edge of a face that the step at a level cuts; none if there is none.
     std::uint64_t cut_side(int level, std::uint64_t f);
     std::uint64_t find_twin(int level, std::uint64_t h);
+    /// Where all edges are flipped: of a face's half-edges.
+    struct Twins {
+        std::uint64_t face = none;
+        std::array<std::uint64_t, 3> of{};
+    };
+    const Twins& smooth_twins(int level, std::uint64_t f);
     Line line(int level, std::uint64_t h);
     /// A new point of the cut edge of h, as Sqrt3Vertex names it.
     Sqrt3Vertex on_edge(int level, std::uint64_t h, Sqrt3Vertex::Kind kind);
@@ -119,6 +126,7 @@ class Sqrt3Lattice {
     std::shared_ptr<const std::vector<std::uint8_t>> kept_;  // per edge of the control mesh; none: no edge is
     bool smooth_ = true, lines_ = false, tagged_ = false, holes_ = false;
     std::vector<std::unordered_map<std::uint64_t, std::uint64_t>> twins_;  // per level
+    std::vector<Twins> last_;                                              // per level: of the face asked for last
 };
 
 }  // namespace tetrakis

@@ -130,8 +130,8 @@ std::vector<LeafId> Sqrt3Slots::ordered_leaves() const {
 
 // Changes.
 
-// A face that the forest has split by now; those of coarser levels come first.
-void Sqrt3Slots::split(const Sqrt3Face& face, const Twins& twins, Changed& changed) {
+// A face that the forest has split by now; those of coarser levels come first. Returns the record.
+std::uint32_t Sqrt3Slots::split(const Sqrt3Face& face, const Twins& twins, Changed& changed) {
     const std::uint32_t slot = slot_of(face.level, face.face);
     if (child_[slot] == k_whole) changed.emplace_back(slot, triangle_of(slot));
     auto record = static_cast<std::uint32_t>(records_.size());
@@ -155,6 +155,7 @@ void Sqrt3Slots::split(const Sqrt3Face& face, const Twins& twins, Changed& chang
         changed.emplace_back(beyond, triangle_of(beyond));
         child_[beyond] = k_whole_now;
     }
+    return record;
 }
 
 void Sqrt3Slots::refine(std::span<const LeafId> marked, std::vector<LeafId>& created, Changed& removed) {
@@ -199,11 +200,8 @@ void Sqrt3Slots::refine(std::span<const LeafId> marked, std::vector<LeafId>& cre
         Twins& of = twins.emplace_back();
         for (std::size_t side = 0; side < 3; ++side) of[side] = shared_.lattice.twin(face.level, 3 * face.face + side);
     }
-    forest_.refine(faces);
-    for (std::size_t i = 0; i < faces.size(); ++i) {
-        split(faces[i], twins[i], removed);
-        fresh_records.push_back(child_[slot_of(faces[i].level, faces[i].face)]);
-    }
+    forest_.refine_closed(faces);
+    for (std::size_t i = 0; i < faces.size(); ++i) fresh_records.push_back(split(faces[i], twins[i], removed));
     const auto is_new_leaf = [&](std::uint32_t slot) {
         if (child_[slot] == k_whole_now) child_[slot] = k_whole;
         return is_leaf_slot(slot);

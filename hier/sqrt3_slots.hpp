@@ -116,7 +116,7 @@ class Sqrt3Slots {
     Group group_of(Sqrt3Lattice& lattice, std::uint32_t record) const;
     std::uint32_t record_beyond(Sqrt3Lattice& lattice, std::uint32_t slot) const;
     using Twins = std::array<std::uint64_t, 3>;
-    void split(const Sqrt3Face& face, const Twins& twins, Changed& changed);
+    std::uint32_t split(const Sqrt3Face& face, const Twins& twins, Changed& changed);
 
     Sqrt3Forest forest_;
     std::vector<std::uint32_t> child_;  // per slot

@@ -90,16 +90,16 @@ void forest_operations(benchmark::State& state, Operations kind) {
 
 // All leaves down to a uniform level, and the mesh with its limit positions; bytes are those of the structure.
 void to_uniform_level(benchmark::State& state, const std::string& scheme, const std::string& model, bool by_patches) {
-    const ControlMesh mesh = data_model(model);
-    const bool triangles = scheme == "loop";
+    const bool triangles = scheme == "loop", sqrt3 = scheme == "sqrt3";
+    const ControlMesh mesh = sqrt3 ? triangulate(data_model(model)) : data_model(model);
     const int level = static_cast<int>(state.range(0));
     HierarchyOptions options;
     options.context = with(state.range(1));
     if (by_patches && triangles) options.limit_positions = std::make_shared<PatchPositions<LoopPatches>>(mesh);
     if (by_patches && !triangles) options.limit_positions = std::make_shared<PatchPositions<QuadPatches>>(mesh);
-    // Depth 2 l + 1 has all points of lattice level l, which is scheme level l + 1.
+    // Depth 2 l + 1 has all points of lattice level l, which is scheme level l + 1; sqrt3: halves of half steps.
     const bool bisection = make_hierarchy(mesh, scheme, options).family() == "bisection";
-    const int depth = bisection ? 2 * level - 1 : triangles ? level : level - 1;
+    const int depth = bisection ? 2 * level - 1 : sqrt3 ? 4 * level : triangles ? level : level - 1;
     std::int64_t vertices = 0;
     for (auto _ : state) {
         Hierarchy h = make_hierarchy(mesh, scheme, options);
@@ -112,7 +112,7 @@ void to_uniform_level(benchmark::State& state, const std::string& scheme, const 
     state.counters["vertices"] = static_cast<double>(vertices) / static_cast<double>(state.iterations());
 }
 
-// The same for sqrt(3), which has a forest of its own; a level is two of its steps.
+// The same for the forest of sqrt(3) alone; a level is two of its steps.
 void sqrt3_to_uniform_level(benchmark::State& state, const std::string& model) {
     const ControlMesh mesh = triangulate(data_model(model));
     std::int64_t vertices = 0;
@@ -158,6 +158,7 @@ TETRAKIS_BENCH_TO_LEVEL(loop_patches, "loop", "knot_tri", true);
 TETRAKIS_BENCH_TO_LEVEL(loop_closure, "loop", "knot_tri", false);
 TETRAKIS_BENCH_TO_LEVEL(kobbelt_rules, "kobbelt", "cube", false);
 TETRAKIS_BENCH_TO_LEVEL(doo_sabin_rules, "doo-sabin", "knot", false);
+TETRAKIS_BENCH_TO_LEVEL(sqrt3_hierarchy, "sqrt3", "cube", false);
 BENCHMARK_CAPTURE(sqrt3_to_uniform_level, sqrt3, "cube")
     ->Name("hierarchy/to_uniform_level/sqrt3")
     ->Arg(5)
