@@ -4,6 +4,7 @@
 #include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/refine.hpp"
+#include "tetrakis/schemes/rule_choices.hpp"
 
 #include <algorithm>
 #include <new>
@@ -13,8 +14,8 @@
 
 namespace tetrakis {
 
-Hierarchy::Hierarchy(std::unique_ptr<HierarchyFamily> family, const SchemeInfo& scheme)
-    : family_(std::move(family)), scheme_(&scheme), generation_(family_->leaf_slots(), 0) {
+Hierarchy::Hierarchy(std::unique_ptr<HierarchyFamily> family, const SchemeInfo& scheme, const RuleOptions& rules)
+    : family_(std::move(family)), scheme_(&scheme), rules_(rule_choices(rules)), generation_(family_->leaf_slots(), 0) {
     for (std::uint32_t f = 0; f < mesh().face_count(); ++f) has_holes_ |= mesh().is_hole(FaceId(f));
 }
 

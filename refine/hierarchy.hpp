@@ -89,7 +89,8 @@ struct HierarchyMesh {
 class Hierarchy {
   public:
     /// The leaves of a family; its mesh and scheme outlive the hierarchy.
-    Hierarchy(std::unique_ptr<HierarchyFamily> family, const SchemeInfo& scheme);
+    /// @param rules  what its points are made by, for save() and load()
+    Hierarchy(std::unique_ptr<HierarchyFamily> family, const SchemeInfo& scheme, const RuleOptions& rules = {});
     Hierarchy(Hierarchy&&) noexcept = default;
     Hierarchy& operator=(Hierarchy&&) noexcept = default;
 
@@ -192,14 +193,15 @@ class Hierarchy {
     /// The journal keeps this many leaves of changes at most; the oldest are forgotten first.
     void limit_journal(std::size_t entries);
 
-    // Files: the leaves, two bits or less each (sqrt3: three), with checksum; mesh and scheme are only named by theirs.
+    // Files: the leaves, two bits or less each (sqrt3: three), with checksum; the mesh is only named by its
+    // own, the scheme and its rules by name.
 
     std::vector<std::byte> saved() const;
     /// @throws Error  io
     void save(const std::filesystem::path& path) const;
     /// Replaces the leaves by saved ones; all handles are stale then, and the journal starts anew.
-    /// @throws Error  invalid_input: no such file format or version, cut off, a wrong checksum, of another mesh, scheme
-    ///                or family, or no conforming set of leaves; io (the path cannot be read)
+    /// @throws Error  invalid_input: no such file format or version, cut off, a wrong checksum, of another mesh,
+    ///                scheme, family or RuleOptions, or no conforming set of leaves; io (the path cannot be read)
     void load(std::span<const std::byte> bytes);
     void load(const std::filesystem::path& path);
 
@@ -247,6 +249,7 @@ class Hierarchy {
 
     std::unique_ptr<HierarchyFamily> family_;
     const SchemeInfo* scheme_;
+    std::string rules_;  // rule_choices()
     bool has_holes_ = false;
     std::vector<std::uint32_t> generation_;  // per slot
     std::uint32_t first_generation_ = 0;     // of slots to come

@@ -12,7 +12,7 @@ namespace tetrakis::detail {
 namespace {
 
 constexpr std::array<char, 8> k_magic{'t', 'e', 't', 'r', 'a', 'k', 'i', 's'};
-constexpr std::uint32_t k_version = 1;
+constexpr std::uint32_t k_version = 2;
 constexpr std::size_t k_fixed = 40;  // bytes before the names
 constexpr std::size_t k_checksum = 4;
 
@@ -56,7 +56,9 @@ std::uint64_t read_number(std::span<const std::byte> bytes, std::size_t at, int 
 [[noreturn]] void refuse(const std::string& what) { throw Error(ErrorCode::invalid_input, "saved hierarchy: " + what); }
 
 std::string names(const HierarchyFileHeader& header) {
-    return std::string(header.scheme) + '\0' + std::string(header.family) + '\0';
+    std::string text;
+    for (const std::string_view name : {header.scheme, header.family, header.rules}) text.append(name) += '\0';
+    return text;
 }
 
 class Fingerprint {
@@ -163,6 +165,12 @@ std::vector<HierarchyNode> decode_hierarchy(std::span<const std::byte> bytes, co
     const std::string text(reinterpret_cast<const char*>(bytes.data()) + k_fixed, text_size);
     if (text != names(header)) {
         const std::string shown = text.substr(0, text.find('\0'));
+        const std::size_t rules = header.scheme.size() + header.family.size() + 2;  // where they begin
+        if (rules < text.size() && text.compare(0, rules, names(header), 0, rules) == 0) {
+            const auto named = [](const std::string& choices) { return choices.empty() ? "plain rules" : choices; };
+            refuse("it was saved with " + named(text.substr(rules, text.size() - 1 - rules)) + " of scheme \"" + shown +
+                   "\", this hierarchy has " + named(std::string(header.rules)));
+        }
         refuse("it belongs to scheme \"" + shown + "\" or to another family of it, this hierarchy to \"" +
                std::string(header.scheme) + "\"");
     }

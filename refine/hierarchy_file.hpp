@@ -14,7 +14,7 @@ namespace tetrakis::detail {
 
 /// What a file of leaves says besides the leaves; a file is read only into what has the same.
 struct HierarchyFileHeader {
-    std::string_view scheme, family;
+    std::string_view scheme, family, rules;  ///< rules: rule_choices()
     std::uint64_t mesh_fingerprint = 0;
 };
 
@@ -22,8 +22,9 @@ struct HierarchyFileHeader {
 std::uint64_t mesh_fingerprint(const ControlMesh& mesh);
 
 /// Leaves as bits: per root, its tree in preorder, 1 for a split node, 0 for a leaf. A file is: 8 bytes of magic; a
-/// version, bytes of names, bytes of bits (4, 4, 8); fingerprint, leaves (8, 8); scheme and family names, each ended by
-/// a zero byte; the bits, from the lowest of each byte; CRC-32 of all before. Numbers are little-endian.
+/// version, bytes of names, bytes of bits (4, 4, 8); fingerprint, leaves (8, 8); scheme, family and choices of
+/// rules, each ended by a zero byte; the bits, from the lowest of each byte; CRC-32 of all before. Numbers are
+/// little-endian.
 /// @param has_node  whether a root or child can exist; what cannot takes no bit
 /// @param nodes     leaves in order
 std::vector<std::byte> encode_hierarchy(const HierarchyFileHeader& header, const HierarchyTree& tree,

@@ -14,8 +14,8 @@ namespace tetrakis {
 
 namespace {
 
-detail::HierarchyFileHeader header(const HierarchyFamily& family, const SchemeInfo& scheme) {
-    return {scheme.name, family.name(), detail::mesh_fingerprint(family.mesh())};
+detail::HierarchyFileHeader header(const HierarchyFamily& family, const SchemeInfo& scheme, std::string_view rules) {
+    return {scheme.name, family.name(), rules, detail::mesh_fingerprint(family.mesh())};
 }
 
 [[noreturn]] void not_conforming() {
@@ -50,7 +50,8 @@ std::vector<std::byte> Hierarchy::saved() const {
     nodes.reserve(leaf_count());
     for (LeafHandle leaf : leaves()) nodes.push_back(family_->node(leaf.slot));
     return detail::encode_hierarchy(
-        header(*family_, *scheme_), tree(), [&](const HierarchyNode& node) { return family_->has_node(node); }, nodes);
+        header(*family_, *scheme_, rules_), tree(), [&](const HierarchyNode& node) { return family_->has_node(node); },
+        nodes);
 }
 
 void Hierarchy::save(const std::filesystem::path& path) const {
@@ -61,7 +62,7 @@ void Hierarchy::save(const std::filesystem::path& path) const {
 
 void Hierarchy::load(std::span<const std::byte> bytes) {
     replace_leaves(
-        rebuilt(detail::decode_hierarchy(bytes, header(*family_, *scheme_), tree(),
+        rebuilt(detail::decode_hierarchy(bytes, header(*family_, *scheme_, rules_), tree(),
                                          [&](const HierarchyNode& node) { return family_->has_node(node); })));
 }
 

@@ -49,7 +49,7 @@ Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, cons
         std::unique_ptr<LevelSource> of_cells = vertex_levels(points);
         if (options.limit_positions)
             of_cells = std::make_unique<OtherLimits>(std::move(of_cells), options.limit_positions);
-        return Hierarchy(vertex_family(mesh, std::move(of_cells), points->vertex_roots()), scheme);
+        return Hierarchy(vertex_family(mesh, std::move(of_cells), points->vertex_roots()), scheme, options.rules);
     }
     const bool triangles = scheme.family == MeshFamily::triangles;
     std::unique_ptr<LevelSource> levels;
@@ -62,7 +62,7 @@ Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, cons
             throw Error(ErrorCode::invalid_input, "sqrt3 needs a triangle mesh; triangulate() makes one");
         levels = sqrt3_levels(mesh, sqrt3_tree_levels(mesh));
         if (options.limit_positions) levels = std::make_unique<OtherLimits>(std::move(levels), options.limit_positions);
-        return Hierarchy(sqrt3_family(mesh, std::move(levels)), scheme);
+        return Hierarchy(sqrt3_family(mesh, std::move(levels)), scheme, options.rules);
     }
     if (scheme.refinement == Refinement::honeycomb)
         throw Error(ErrorCode::unsupported, "there is no hierarchy for " + std::string(scheme.name) +
@@ -76,7 +76,7 @@ Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, cons
     if (options.limit_positions) levels = std::make_unique<OtherLimits>(std::move(levels), options.limit_positions);
     std::shared_ptr<const LevelSource> source = std::move(levels);
     return Hierarchy(triangles ? triangle_family(mesh, std::move(source)) : bisection_family(mesh, std::move(source)),
-                     scheme);
+                     scheme, options.rules);
 }
 
 Hierarchy make_hierarchy(const ControlMesh& mesh, std::string_view scheme, const HierarchyOptions& options) {

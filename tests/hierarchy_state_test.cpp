@@ -292,6 +292,29 @@ TEST_CASE("[bad-input] corrupt, cut off and foreign files are refused, and nothi
     }
 }
 
+TEST_CASE("[bad-input] leaves saved with other choices of rules are refused, and named") {
+    const ControlMesh mesh = test::hierarchy_mesh("averaging", 1);
+    const auto with = [&](RuleOptions rules, std::string_view scheme = "averaging") {
+        return make_hierarchy(mesh, scheme, {.rules = rules});
+    };
+    const auto refused = [&](Hierarchy h, const Hierarchy& other, const char* text) {
+        h.refine(h.leaves()[0]);
+        const auto before = test::leaves_of(h);
+        CHECK_THROWS_WITH_AS(h.load(other.saved()), doctest::Contains(text), Error);
+        CHECK(test::leaves_of(h) == before);
+        h.load(h.saved());
+        CHECK(!h.check());
+    };
+    refused(with({.averaging_steps = 4}), with({.averaging_steps = 2}),
+            "saved with averaging_steps 2 of scheme \"averaging\", this hierarchy has averaging_steps 4");
+    refused(with({}), with({.averaging_steps = 1}),
+            "averaging_steps 1 of scheme \"averaging\", this hierarchy has plain");
+    refused(with({.averaging_steps = 1}), with({}), "saved with plain rules");
+    refused(with({.catmull_clark_beta = 0.4, .catmull_clark_gamma = 0.0625}, "catmull-clark"),
+            with({.edge_beside_crease = EdgeBesideCrease::brief}, "catmull-clark"),
+            "catmull_clark_beta 0.4, catmull_clark_gamma 0.0625");
+}
+
 TEST_CASE("[bad-input] well-formed files of other leaves give these leaves or none") {
     for (const std::string_view scheme : k_each_family)
         for (const std::uint64_t seed : test::seeds(3)) {
@@ -307,7 +330,7 @@ TEST_CASE("[bad-input] well-formed files of other leaves give these leaves or no
             for (LeafHandle leaf : h.leaves()) roots.insert(h.node(leaf).root);
             const auto file = [&](const std::set<HierarchyNode>& nodes) {
                 return detail::encode_hierarchy(
-                    {scheme, h.family(), detail::mesh_fingerprint(mesh)}, tree,
+                    {scheme, h.family(), "", detail::mesh_fingerprint(mesh)}, tree,
                     [&](const HierarchyNode& node) { return roots.count(node.root) == 1; },
                     std::vector<HierarchyNode>(nodes.begin(), nodes.end()));
             };
