@@ -140,7 +140,10 @@ class Hierarchy {
 
     /// Refines until no leaf above the depth is wanted any more. Returns the number of new leaves. What a split takes
     /// with it may be one deeper ("sqrt3": half triangles that become whole).
-    /// @throws Error  as refine(); cancelled: what was refined until then stays
+    /// @throws Error  as refine(); cancelled; memory_limit, with the numbers: the hierarchy and the next round of
+    /// splits
+    ///                would take more than context.max_memory_bytes, or, for what a round's splits took with them, do
+    ///                so after it. The rounds until then stay
     std::size_t refine_where(const LeafPredicate& wanted, int max_depth, const RunContext& context = {});
     /// Refines until no leaf above the depth has an error over the tolerance. HierarchyEstimator
     /// (eval/hierarchy_estimator.hpp) measures leaves of every family against the limit surface.
@@ -178,6 +181,8 @@ class Hierarchy {
     void limits(std::span<const Site> sites, std::span<LimitPoint> out) const;
 
     /// The leaves as an indexed mesh.
+    /// @throws Error  invalid_input: a level out of range; unsupported: no limit mask for a vertex; cancelled;
+    ///                memory_limit: the mesh would take more than context.max_memory_bytes, beside the hierarchy
     HierarchyMesh to_mesh(const ToMeshOptions& options = {}) const;
 
     // Journal.

@@ -13,6 +13,21 @@ namespace {
 
 constexpr std::uint32_t k_vertex_block = 1u << 16;  // vertices evaluated between reports
 
+/// Refuses a mesh over the limit.
+void check_mesh_memory(const ToMeshOptions& options, std::uint64_t faces, std::uint64_t corners,
+                       std::uint64_t vertices) {
+    const std::uint64_t limit = options.context.max_memory_bytes;
+    if (limit == 0) return;
+    // The arrays of HierarchyFaces and HierarchyMesh; half as much again is in use while they are made.
+    const std::uint64_t face = 3 * sizeof(std::uint32_t) + sizeof(LeafId) + sizeof(LeafHandle),
+                        vertex = sizeof(Site) + sizeof(PointId) + sizeof(Vec3d) * (options.normals ? 2 : 1);
+    const std::uint64_t bytes = (corners * sizeof(std::uint32_t) + faces * face + vertices * vertex) * 3 / 2;
+    if (bytes <= limit) return;
+    throw Error(ErrorCode::memory_limit, "a mesh of about " + std::to_string(faces) + " faces needs about " +
+                                             std::to_string(bytes) + " bytes, more than the limit of " +
+                                             std::to_string(limit) + "; coarsen first, or raise the limit");
+}
+
 }  // namespace
 
 void Hierarchy::evaluate_limits(const HierarchyFaces& faces, const ToMeshOptions& options, PolygonMesh& mesh) const {
@@ -87,7 +102,10 @@ HierarchyMesh Hierarchy::to_mesh(const ToMeshOptions& options) const {
         throw Error(ErrorCode::invalid_input, "level " + std::to_string(options.level) + " is not between 0 and " +
                                                   std::to_string(family_->source().max_level()));
     return with_threads(options.context, [&] {
+        // No family has fewer; after that it is known.
+        check_mesh_memory(options, leaf_count(), 3 * std::uint64_t{leaf_count()}, leaf_count() / 2);
         HierarchyFaces faces = family_->faces();
+        check_mesh_memory(options, faces.control_faces.size(), faces.face_vertices.size(), faces.sites.size());
         HierarchyMesh result;
         evaluate(faces, options, result.mesh);
         const ControlMeshData& data = mesh().data();

@@ -34,6 +34,28 @@ void require_tolerance(double tolerance) {
                     "the tolerance is " + std::to_string(tolerance) + ", but has to be zero or more");
 }
 
+/// Refuses a pass that would bring a hierarchy over the limit, or did.
+/// @param memory  of the hierarchy now
+/// @param marked  leaves to be split; what goes with them is not known yet
+/// @param open    leaves that the pass has looked at
+void check_refine_memory(const RunContext& context, std::uint64_t memory, std::uint64_t leaves, std::uint64_t marked,
+                         std::uint64_t open, int children) {
+    if (context.max_memory_bytes == 0) return;
+    // New leaves take what those there are do, with all the room to grow; less where many were merged.
+    constexpr std::uint64_t k_most_bytes = 160;
+    const std::uint64_t each = std::min(k_most_bytes, memory / std::max<std::uint64_t>(leaves, 1));
+    constexpr std::uint64_t k_list_bytes = 2 * sizeof(LeafId) + sizeof(double) + 1;  // open, marked, error, answer
+    const auto split = static_cast<std::uint64_t>(children);
+    const std::uint64_t bytes = memory + marked * ((split - 1) * each + split * sizeof(LeafId)) + open * k_list_bytes;
+    if (bytes <= context.max_memory_bytes) return;
+    const std::string what =
+        marked == 0 ? " leaves take " : " leaves, " + std::to_string(marked) + " to be split, need about ";
+    throw Error(ErrorCode::memory_limit, "the hierarchy's " + std::to_string(leaves) + what + std::to_string(bytes) +
+                                             " bytes, more than the limit of " +
+                                             std::to_string(context.max_memory_bytes) +
+                                             "; ask for a looser tolerance or a smaller depth, or raise the limit");
+}
+
 }  // namespace
 
 void Hierarchy::ask(const LeafPredicate& wanted, std::span<const LeafId> leaves,
@@ -70,10 +92,12 @@ std::size_t Hierarchy::refine_until(int max_depth, const RunContext& context, Ma
         for (std::size_t i = 0; i < open.size(); ++i)
             if (answers[i]) marked.push_back(open[i]);
         if (marked.empty()) break;
+        check_refine_memory(context, memory_bytes(), leaf_count(), marked.size(), open.size(), tree().child_count);
         apply_refine(marked, update);
         created += update.created.size();
         std::swap(open, update.created);
         open.insert(open.end(), update.reshaped.begin(), update.reshaped.end());
+        check_refine_memory(context, memory_bytes(), leaf_count(), 0, 0, tree().child_count);
     }
     context.report("refine", 1);
     return created;

@@ -292,6 +292,45 @@ TEST_CASE("[bad-input] corrupt, cut off and foreign files are refused, and nothi
     }
 }
 
+TEST_CASE("[bad-input] a memory limit ends refinement between two rounds, and refuses a mesh") {
+    for (const std::string_view scheme : k_each_family) {
+        CAPTURE(scheme);
+        const ControlMesh mesh = test::hierarchy_mesh(scheme, 2);
+        const auto all = each_leaf([](const LeafView&) { return true; });
+        Hierarchy h = make_hierarchy(mesh, scheme);
+        const int last_depth = h.tree().child_count == 4 ? 4 : 7;
+        RunContext context;
+        context.max_memory_bytes = h.memory_bytes() + (1u << 14);
+        try {
+            h.refine_where(all, last_depth, context);
+            FAIL("no error");
+        } catch (const Error& e) {
+            CHECK(e.code() == ErrorCode::memory_limit);
+            INFO(e.what());
+            CHECK(std::string_view(e.what()).find(std::to_string(h.leaf_count())) != std::string_view::npos);
+            CHECK(std::string_view(e.what()).find(std::to_string(context.max_memory_bytes)) != std::string_view::npos);
+        }
+        CHECK(!h.check());
+        CHECK(h.memory_bytes() <= context.max_memory_bytes);
+        // As far as it came, it is what it would have been; from there it goes on.
+        int depth = 0;
+        for (const LeafHandle leaf : h.leaves()) depth = std::max(depth, int{h.node(leaf).depth});
+        CHECK(depth < last_depth);
+        Hierarchy same = make_hierarchy(mesh, scheme);
+        same.refine_where(all, depth);
+        if (scheme != "sqrt3") CHECK(same.saved() == h.saved());  // a split may make whole ones, a depth further
+        // A mesh has a limit of its own.
+        context.max_memory_bytes = 1u << 26;
+        CHECK_NOTHROW(h.to_mesh({.context = context}));
+        context.max_memory_bytes = 1000;
+        CHECK_THROWS_WITH_AS(h.to_mesh({.context = context}), doctest::Contains("limit of 1000"), Error);
+        context.max_memory_bytes = std::uint64_t{1} << 32;
+        h.refine_where(all, last_depth, context);
+        same.refine_where(all, last_depth);
+        CHECK(same.saved() == h.saved());
+    }
+}
+
 TEST_CASE("[bad-input] leaves saved with other choices of rules are refused, and named") {
     const ControlMesh mesh = test::hierarchy_mesh("averaging", 1);
     const auto with = [&](RuleOptions rules, std::string_view scheme = "averaging") {
