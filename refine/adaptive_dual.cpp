@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/dual_charts.hpp"
+#include "tetrakis/refine/triangle_cut.hpp"
 
 #include <cstddef>
 #include <utility>
@@ -12,26 +13,12 @@ AdaptiveDual::AdaptiveDual(const ControlMesh& mesh, const SchemeInfo& scheme, co
     : mesh_(&mesh), scheme_(&scheme), rules_(rules), points_(mesh, scheme, rules), forest_(points_.vertex_roots()) {}
 
 void detail::cut_into_triangles(DualFaces& faces, std::vector<std::uint32_t>* face_uvs) {
-    std::vector<std::uint32_t> offsets{0}, vertices, uvs;
-    std::vector<FaceId> control;
-    for (std::uint32_t f = 0; f < faces.control_faces.size(); ++f) {
-        const std::uint32_t begin = faces.face_offsets[f], size = faces.face_offsets[f + 1] - begin;
-        const std::uint32_t start = size == 4 && faces.diagonal_at_first[f] == 0 ? 1 : 0;
-        const auto corner = [&](std::uint32_t k) { return begin + (start + k) % size; };
-        for (std::uint32_t k = 1; k + 1 < size; ++k) {
-            for (const std::uint32_t c : {corner(0), corner(k), corner(k + 1)}) {
-                vertices.push_back(faces.face_vertices[c]);
-                if (face_uvs != nullptr) uvs.push_back((*face_uvs)[c]);
-            }
-            offsets.push_back(static_cast<std::uint32_t>(vertices.size()));
-            control.push_back(faces.control_faces[f]);
-        }
-    }
-    faces.face_offsets = std::move(offsets);
-    faces.face_vertices = std::move(vertices);
-    faces.control_faces = std::move(control);
+    const TriangleCut cut = cut_polygons(faces.face_offsets, faces.diagonal_at_first);
+    faces.face_offsets = cut.offsets();
+    cut.spread_corners(faces.face_vertices);
+    cut.spread(faces.control_faces);
     faces.corners.clear();
-    if (face_uvs != nullptr) *face_uvs = std::move(uvs);
+    if (face_uvs != nullptr) cut.spread_corners(*face_uvs);
 }
 
 PolygonMesh AdaptiveDual::to_mesh(const DualMeshOptions& options) const {

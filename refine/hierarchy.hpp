@@ -45,6 +45,9 @@ struct ToMeshOptions {
     MeshPositions positions = MeshPositions::limit;
     int level = 0;         ///< for MeshPositions::level
     bool normals = false;  ///< of the limit, or of the vertices' levels
+    /// Cut the faces of family "vertices": quads in the 4-8 pattern, others into fans. Those of other families are
+    /// triangles anyway.
+    bool triangles = false;
     RunContext context{};
 };
 

@@ -34,6 +34,8 @@ struct HierarchyFaces {
     std::vector<Site> sites;                     ///< per vertex, canonical
     std::vector<LeafId> leaves;                  ///< per face
     std::vector<PointId> points;                 ///< per vertex
+    /// Per face, as in DualFaces; empty where all faces are triangles.
+    std::vector<std::uint8_t> diagonal_at_first;
 };
 
 /// The leaves of one kind of hierarchy over a control mesh, and the scheme's points over them: what class Hierarchy is

@@ -2,6 +2,7 @@
 #include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/hierarchy.hpp"
+#include "tetrakis/refine/triangle_cut.hpp"
 
 #include <algorithm>
 #include <string>
@@ -105,9 +106,22 @@ HierarchyMesh Hierarchy::to_mesh(const ToMeshOptions& options) const {
         // No family has fewer; after that it is known.
         check_mesh_memory(options, leaf_count(), 3 * std::uint64_t{leaf_count()}, leaf_count() / 2);
         HierarchyFaces faces = family_->faces();
-        check_mesh_memory(options, faces.control_faces.size(), faces.face_vertices.size(), faces.sites.size());
+        const bool cut_faces = options.triangles && !faces.diagonal_at_first.empty();
+        std::uint64_t face_count = faces.control_faces.size(), corner_count = faces.face_vertices.size();
+        if (cut_faces) {
+            face_count = corner_count - 2 * face_count;
+            corner_count = 3 * face_count;
+        }
+        check_mesh_memory(options, face_count, corner_count, faces.sites.size());
         HierarchyMesh result;
         evaluate(faces, options, result.mesh);
+        if (cut_faces) {
+            const detail::TriangleCut cut = detail::cut_polygons(faces.face_offsets, faces.diagonal_at_first);
+            faces.face_offsets = cut.offsets();
+            cut.spread_corners(faces.face_vertices);
+            cut.spread(faces.control_faces);
+            cut.spread(faces.leaves);
+        }
         const ControlMeshData& data = mesh().data();
         const auto of_control_face = [&](const std::vector<std::uint32_t>& of, std::vector<std::uint32_t>& out) {
             if (of.empty()) return;

@@ -176,6 +176,7 @@ class VertexFamily final : public HierarchyFamily {
         faces.face_offsets = std::move(dual.face_offsets);
         faces.face_vertices = std::move(dual.face_vertices);
         faces.control_faces = std::move(dual.control_faces);
+        faces.diagonal_at_first = std::move(dual.diagonal_at_first);
         return faces;
     }
     std::optional<std::string> check() const override { return forest_.check(); }

@@ -115,6 +115,46 @@ TEST_CASE("[inv2] [inv3] [inv4] [inv5] hierarchies of dual schemes: changes of a
         }
 }
 
+TEST_CASE("hierarchies as triangles: dual schemes in the 4-8 pattern, others as they are") {
+    for (const std::uint64_t seed : test::seeds(6)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = test::random_dual_mesh(seed);
+        Hierarchy h = make_hierarchy(mesh, "doo-sabin");
+        AdaptiveDual dual(mesh, *find_scheme("doo-sabin"));
+        // Both have their slots in the same order, as they are told the same.
+        Random random(seed);
+        std::vector<LeafId> created;
+        for (int round = 0; round < 3; ++round) {
+            const std::vector<LeafHandle> some = test::random_subset(test::leaves_of(h), 0.2, random);
+            std::vector<LeafId> slots;
+            for (const LeafHandle leaf : some) slots.push_back(leaf.slot);
+            h.refine(some);
+            dual.forest().refine(slots, created);
+        }
+        const HierarchyMesh polygons = h.to_mesh(), cut = h.to_mesh({.normals = true, .triangles = true});
+        const PolygonMesh expected = dual.to_mesh({.normals = true, .triangles = true});
+        CHECK(cut.mesh.face_offsets == expected.face_offsets);
+        CHECK(cut.mesh.face_vertices == expected.face_vertices);
+        CHECK(cut.mesh.face_material == expected.face_material);
+        CHECK(test::same_bytes(cut.mesh.normals, expected.normals));
+        CHECK(test::same_bytes(cut.mesh.positions, polygons.mesh.positions));
+        REQUIRE(cut.leaves.size() == cut.mesh.face_count());
+        REQUIRE(cut.faces.size() == cut.mesh.face_count());
+        CHECK(cut.mesh.face_vertices.size() == 3 * cut.leaves.size());
+        std::uint32_t t = 0;
+        for (std::uint32_t f = 0; f < polygons.mesh.face_count(); ++f)
+            for (std::uint32_t k = 2; k < polygons.mesh.face_offsets[f + 1] - polygons.mesh.face_offsets[f]; ++k, ++t) {
+                CHECK(cut.leaves[t] == polygons.leaves[f]);
+                CHECK(cut.faces[t] == polygons.faces[f]);
+            }
+        CHECK(test::topology(test::faces_of(cut.mesh)).fault.empty());
+    }
+    const ControlMesh mesh = test::hierarchy_mesh("loop", 1);
+    Hierarchy h = make_hierarchy(mesh, "loop");
+    h.refine(h.leaves()[0]);
+    CHECK(test::same_mesh(h.to_mesh({.triangles = true}), h.to_mesh()));
+}
+
 TEST_CASE("hierarchies of dual schemes: the journal names all leaves that are new or whose faces are others") {
     for (const std::uint64_t seed : test::seeds(8)) {
         CAPTURE(seed);
