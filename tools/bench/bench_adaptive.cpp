@@ -1,7 +1,6 @@
 #include "adaptive_peers.hpp"
-#include "patch_positions.hpp"
 #include "piece_models.hpp"
-#include "tetrakis/eval/loop_patches.hpp"
+#include "tetrakis/eval/patch_positions.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/adaptive_sqrt3.hpp"
 #include "tetrakis/refine/hierarchy.hpp"
@@ -93,7 +92,7 @@ class Ours {
     }
     Hierarchy fresh(bool patches = false) const {
         HierarchyOptions options;
-        if (patches) options.limit_positions = std::make_shared<PatchPositions<LoopPatches>>(control(case_));
+        if (patches) options.limit_positions = std::make_shared<PatchPositions>(control(case_), SchemeKind::loop);
         return make_hierarchy(control(case_), case_.sqrt3 ? "sqrt3" : "loop", options);
     }
     HierarchyMesh refine(Hierarchy& h, MeshPositions positions) const {

@@ -1,7 +1,5 @@
-#include "patch_positions.hpp"
 #include "piece_models.hpp"
-#include "tetrakis/eval/loop_patches.hpp"
-#include "tetrakis/eval/quad_patches.hpp"
+#include "tetrakis/eval/patch_positions.hpp"
 #include "tetrakis/hier/bisection_forest.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/hier/triangulate.hpp"
@@ -39,7 +37,7 @@ enum Operations { bulk, single, with_limits };
 // surface of a regular torus.
 void forest_operations(benchmark::State& state, Operations kind) {
     const ControlMesh mesh = ControlMesh::build(torus(32));
-    const PatchPositions<QuadPatches> patches(mesh);
+    const PatchPositions patches(mesh, SchemeKind::catmull_clark);
     BisectionForest forest(mesh);
     std::vector<LeafId> leaves, created;
     std::vector<Site> sites;
@@ -95,8 +93,7 @@ void to_uniform_level(benchmark::State& state, const std::string& scheme, const 
     const int level = static_cast<int>(state.range(0));
     HierarchyOptions options;
     options.context = with(state.range(1));
-    if (by_patches && triangles) options.limit_positions = std::make_shared<PatchPositions<LoopPatches>>(mesh);
-    if (by_patches && !triangles) options.limit_positions = std::make_shared<PatchPositions<QuadPatches>>(mesh);
+    if (by_patches) options.limit_positions = std::make_shared<PatchPositions>(mesh, scheme_from_name(scheme).value());
     // Depth 2 l + 1 has all points of lattice level l, which is scheme level l + 1; sqrt3: halves of half steps.
     const bool bisection = make_hierarchy(mesh, scheme, options).family() == "bisection";
     const int depth = bisection ? 2 * level - 1 : sqrt3 ? 4 * level : triangles ? level : level - 1;
