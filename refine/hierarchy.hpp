@@ -108,7 +108,8 @@ class Hierarchy {
 
     std::uint32_t leaf_count() const { return family_->leaf_count(); }
     /// All leaves in the order of the space-filling curve: by root, then by path. Cutting this range into equal parts
-    /// cuts the mesh into compact ones. Valid until the next change. O(leaves log leaves) after a change.
+    /// cuts the mesh into compact ones (sqrt3: less compact ones, as siblings share a vertex, but no edge). Valid until
+    /// the next change. O(leaves log leaves) after a change.
     std::span<const LeafHandle> leaves() const;
     bool is_leaf(LeafHandle leaf) const;
     HierarchyNode node(LeafHandle leaf) const;
