@@ -52,8 +52,9 @@ enum class FaceCorners {
 ///
 /// The mesh is the dual of the cells: a vertex for each leaf, an edge for each side that two leaves share, a face for
 /// each point where leaves meet. Four equal leaves make a quad; where a corner of two leaves lies on the side of a
-/// coarser one, the face is a triangle. It never cracks, because nothing in it is cut: it only has other faces. Faces
-/// none of whose leaves belongs to the surface (VertexRoots::hole) are left out.
+/// coarser one, the face is a triangle. It never cracks, because nothing in it is cut: it only has other faces. A face
+/// belongs to the control face that most of its leaves do (a coarser one counts twice), the first of several; those of
+/// holes are left out.
 ///
 /// Along a crease a vertex has a leaf on each side: these are split and merged together, so that both sides have the
 /// same vertices there, and are one vertex of the mesh.

@@ -1,3 +1,4 @@
+#include "tetrakis/hier/most_frequent.hpp"
 #include "tetrakis/hier/vertex_forest.hpp"
 
 #include <algorithm>
@@ -59,6 +60,11 @@ DualFaces VertexForest::faces(FaceCorners corners) const {
                !is_split(slot + 2) && !is_split(slot + 3);
     };
     const bool any_holes = std::find(roots_.hole.begin(), roots_.hole.end(), 1) != roots_.hole.end();
+    std::vector<FaceId> hole_faces;
+    for (std::uint32_t r = 0; any_holes && r < roots_.count(); ++r)
+        if (roots_.hole[r] != 0) hole_faces.push_back(roots_.face[r]);
+    std::sort(hole_faces.begin(), hole_faces.end());
+    const auto is_hole = [&](FaceId f) { return std::binary_search(hole_faces.begin(), hole_faces.end(), f); };
 
     const bool any_creases = std::any_of(roots_.crease.begin(), roots_.crease.end(), [](auto c) { return c != 0; });
     const auto named = [&](std::uint32_t r) { return any_creases ? rank[vertex_leaf(leaves[r]).value] : r; };
@@ -73,6 +79,7 @@ DualFaces VertexForest::faces(FaceCorners corners) const {
         int at;  // as DualFaces::Corner
     };
     std::vector<Meeting> around;  // the leaves that meet in a point
+    std::vector<FaceId> homes;    // their control faces
     for (std::uint32_t i = 0; i < leaves.size(); ++i)
         for (int c = 0; c < 4; ++c) {
             // The first of the corners that meet has the face; a coarser cell that has the point on its side has no
@@ -95,16 +102,20 @@ DualFaces VertexForest::faces(FaceCorners corners) const {
                 }
                 if (!ours || around.size() < k_least_corners) continue;
             }
-            auto of_surface = around.begin();
-            while (any_holes && of_surface != around.end() && roots_.hole[root_of(leaves[of_surface->rank].value)] != 0)
-                ++of_surface;
-            if (of_surface == around.end()) continue;
+            homes.clear();
+            for (const Meeting& m : around) {
+                // Where it has the point on a side, two of its children would meet there: so all levels agree.
+                const FaceId of = roots_.face[root_of(leaves[m.rank].value)];
+                homes.insert(homes.end(), m.at < DualFaces::Corner::k_on_side ? 1 : 2, of);
+            }
+            const FaceId home = detail::most_frequent(homes);
+            if (any_holes && is_hole(home)) continue;
             for (const Meeting& m : around) out.face_vertices.push_back(named(m.rank));
             if (corners == FaceCorners::leaves)
                 for (const Meeting& m : around)
                     out.corners.push_back({leaves[m.rank], static_cast<std::uint8_t>(m.at)});
             out.face_offsets.push_back(static_cast<std::uint32_t>(out.face_vertices.size()));
-            out.control_faces.push_back(roots_.face[root_of(leaves[of_surface->rank].value)]);
+            out.control_faces.push_back(home);
             // In the 4-8 pattern the diagonals of a level cross at every other point.
             const VertexCell cell = this->cell(leaves[i]);
             const std::uint32_t x = cell.at.x + (c == 1 || c == 2 ? 1 : 0), y = cell.at.y + (c >= 2 ? 1 : 0);

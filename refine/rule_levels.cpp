@@ -1,8 +1,8 @@
 #include "tetrakis/refine/rule_levels.hpp"
 
 #include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/most_frequent.hpp"
 #include "tetrakis/hier/parallel.hpp"
-#include "tetrakis/refine/most_frequent.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
 
 #include <algorithm>
@@ -81,32 +81,52 @@ std::vector<std::uint32_t> RuleLevels::control_face_of_corners() const {
 /// The points of a dual scheme lie in faces, its faces anywhere.
 void RuleLevels::follow_corners(const RuleStep& step) {
     const RuleMesh& finer = step.mesh;
-    const std::vector<std::uint32_t> parent = control_face_of_corners();
-    std::vector<int> control(static_cast<std::size_t>(finer.face_count())),
-        of(static_cast<std::size_t>(finer.halfedge_count()));
     std::vector<int> corners, next;
-    for (int f = 0; f < finer.face_count(); ++f) {
-        corners.clear();
-        for (const int v : finer.corners(f))
-            corners.push_back(v < last_.halfedge_count() ? static_cast<int>(parent[v]) : RuleMesh::none);
-        if (std::all_of(corners.begin(), corners.end(), [](int c) { return c == RuleMesh::none; }))
-            corners[0] = control_face_[step.parent_face[f]];
-        // Points on boundaries and creases belong to what is beside them on this side.
-        while (std::find(corners.begin(), corners.end(), RuleMesh::none) != corners.end()) {
-            next = corners;
-            const std::size_t size = corners.size();
-            for (std::size_t i = 0; i < size; ++i) {
-                if (corners[i] != RuleMesh::none) continue;
-                const int before = corners[(i + size - 1) % size];
-                next[i] = before != RuleMesh::none ? before : corners[(i + 1) % size];
+    const auto follow = [&](const std::vector<int>& parent) {
+        std::vector<int> of(static_cast<std::size_t>(finer.halfedge_count()));
+        for (int f = 0; f < finer.face_count(); ++f) {
+            corners.clear();
+            for (const int v : finer.corners(f))
+                corners.push_back(v < last_.halfedge_count() ? parent[v] : RuleMesh::none);
+            if (std::all_of(corners.begin(), corners.end(), [](int c) { return c == RuleMesh::none; }))
+                corners[0] = control_face_[step.parent_face[f]];
+            // Points on boundaries and creases belong to what is beside them on this side.
+            while (std::find(corners.begin(), corners.end(), RuleMesh::none) != corners.end()) {
+                next = corners;
+                const std::size_t size = corners.size();
+                for (std::size_t i = 0; i < size; ++i) {
+                    if (corners[i] != RuleMesh::none) continue;
+                    const int before = corners[(i + size - 1) % size];
+                    next[i] = before != RuleMesh::none ? before : corners[(i + 1) % size];
+                }
+                corners.swap(next);
             }
-            corners.swap(next);
+            std::copy(corners.begin(), corners.end(), of.begin() + finer.face_begin(f));
         }
-        std::copy(corners.begin(), corners.end(), of.begin() + finer.face_begin(f));
-        control[f] = most_frequent(corners);
+        return of;
+    };
+    const bool first = corner_face_.empty();
+    if (first) {
+        corner_face_.resize(static_cast<std::size_t>(last_.halfedge_count()));
+        for (int h = 0; h < last_.halfedge_count(); ++h) corner_face_[h] = control_face_[last_.face(h)];
     }
-    control_face_ = std::move(control);
-    corner_face_ = std::move(of);
+    std::vector<int> of_points = follow(first ? corner_face_ : point_face_);
+    corner_face_ = follow(corner_face_);
+    // Where a crease ends, its last point lies on both sides; it belongs to the left one, as in vertex_roots().
+    for (int h = 0; h < static_cast<int>(step.child_crease.size()); ++h) {
+        const int along = step.child_crease[h];
+        if (along == RuleMesh::none || last_.on_boundary(last_.origin(h)) ||
+            last_.sharp_neighbours(last_.origin(h)).size() != 1)
+            continue;
+        for (const int around : finer.ring(finer.origin(along)).halfedge) of_points[around] = of_points[along];
+    }
+    point_face_ = std::move(of_points);
+    control_face_.resize(static_cast<std::size_t>(finer.face_count()));
+    for (int f = 0; f < finer.face_count(); ++f) {
+        corners.assign(point_face_.begin() + finer.face_begin(f),
+                       point_face_.begin() + finer.face_begin(f) + finer.face_size(f));
+        control_face_[f] = most_frequent(corners);
+    }
 }
 
 std::vector<double> RuleLevels::net(std::span<const double> control, int width) const {

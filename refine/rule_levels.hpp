@@ -48,7 +48,9 @@ class RuleLevels {
     RuleMesh last_;
     std::vector<StencilTable> steps_;
     std::vector<int> control_face_;
-    std::vector<int> corner_face_;  ///< by half-edge; dual schemes, from level 1 on
+    // By half-edge; dual schemes, from level 1 on.
+    std::vector<int> corner_face_;  ///< of the corner there, on its side of creases
+    std::vector<int> point_face_;   ///< the same, but one for all corners at the end of a crease
 };
 
 }  // namespace tetrakis::detail

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "tetrakis/hier/most_frequent.hpp"
 #include "tetrakis/hier/vec.hpp"
-#include "tetrakis/refine/most_frequent.hpp"
 
 #include <algorithm>
 #include <cstdint>

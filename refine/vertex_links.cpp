@@ -93,26 +93,16 @@ VertexRoots vertex_roots(const ControlMesh& control, const RuleMesh& level, cons
         }
     add_joints(roots, level, mesh, place);
     // A corner's child belongs to its face, a point of a boundary or crease to that of the point above it; a corner of
-    // these to the one of the two beside it whose point above has the lower number.
+    // these to that above the one before it: as in RuleLevels, which refine() goes by.
     const auto beyond = [&](std::uint32_t r, std::uint32_t side) { return roots.link[4 * std::size_t{r} + side] / 4; };
     for (std::uint32_t r = 0; r < count; ++r) {
         const bool corner = corners[r][2] != RuleMesh::none && corners[r][3] == RuleMesh::none;
         std::uint32_t inside = r;
         if (corner)
-            inside = std::min(beyond(beyond(r, 1), 2), beyond(beyond(r, 2), 2));
+            inside = beyond(beyond(r, 2), 2);
         else if (!root_face[r].valid())
             inside = beyond(r, 2);
         roots.face[r] = root_face[inside];
-        // Where a crease ends between a face and a hole, the hole does not end before it.
-        const bool dart = corners[r][0] != RuleMesh::none && corners[r][1] == RuleMesh::none;
-        if (const FaceId behind = dart ? root_face[beyond(r, 3)] : FaceId{}; behind.valid() && control.is_hole(behind))
-            roots.face[r] = behind;
-        // A corner inside the mesh belongs to the surface if a face beside it does: all of its sides are then joined.
-        for (int h = corners[r][2], i = 0; corner && roots.crease[r] != 0 && i < mesh.face_size(mesh.face(h)); ++i) {
-            const FaceId around = root_face[place[h] / 4];
-            if (control.is_hole(roots.face[r]) && around.valid()) roots.face[r] = around;
-            h = mesh.next(h);
-        }
         roots.hole[r] = control.is_hole(roots.face[r]) ? 1 : 0;
     }
     return roots;
