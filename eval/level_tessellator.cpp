@@ -4,6 +4,7 @@
 #include "tetrakis/eval/local_frame.hpp"
 #include "tetrakis/eval/tessellate_run.hpp"
 #include "tetrakis/eval/tessellation_attributes.hpp"
+#include "tetrakis/hier/mesh_split.hpp"
 #include "tetrakis/hier/triangulate.hpp"
 #include "tetrakis/refine/refine.hpp"
 
@@ -34,7 +35,9 @@ ControlMesh with_faces_as_materials(const ControlMesh& mesh, bool uvs) {
 class LevelTessellator {
   public:
     LevelTessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
-        : mesh_(mesh), options_(options), context_(context), marked_(with_faces_as_materials(mesh, options.uvs)) {}
+        : mesh_(mesh), options_(options), context_(context), marked_(with_faces_as_materials(mesh, options.uvs)) {
+        for (std::uint32_t f = 0; f < mesh.face_count(); ++f) has_holes_ = has_holes_ || mesh.is_hole(FaceId(f));
+    }
 
     Tessellation run() {
         Stopwatch watch;
@@ -99,16 +102,27 @@ class LevelTessellator {
         data.face_uvs = std::move(from.face_uvs);
         data.face_material = std::move(from.face_material);
         data.materials = std::move(from.materials);
+        // Where holes were left out, faces may touch in a vertex alone: two while they are cut, one afterwards.
+        const auto vertex_count = static_cast<std::uint32_t>(data.positions.size());
+        const std::vector<std::uint32_t> origin =
+            has_holes_ ? split_to_manifold(data).origin : std::vector<std::uint32_t>();
+        const auto copies = has_holes_ ? static_cast<std::uint32_t>(origin.size()) - vertex_count : 0;
+        const auto whole = [&](std::uint32_t v) {
+            if (v < vertex_count) return v;
+            return v < vertex_count + copies ? origin[v] : v - copies;
+        };
         const ControlMesh cut = triangulate(ControlMesh::build(std::move(data), context_), context_);
         const ControlMeshData& triangles = cut.data();
         result.mesh.positions = triangles.positions;
+        const auto first_copy = result.mesh.positions.begin() + vertex_count;
+        result.mesh.positions.erase(first_copy, first_copy + copies);
         result.mesh.uvs = triangles.uvs;
         result.face = triangles.face_material;
         result.mesh.triangles.resize(cut.face_count());
         if (cut.has_uvs()) result.mesh.triangle_uvs.resize(cut.face_count());
         for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t)
             for (std::size_t k = 0; k < 3; ++k) {
-                result.mesh.triangles[t][k] = triangles.face_vertices[3 * t + k];
+                result.mesh.triangles[t][k] = whole(triangles.face_vertices[3 * t + k]);
                 if (cut.has_uvs()) result.mesh.triangle_uvs[t][k] = triangles.face_uvs[3 * t + k];
             }
         // A face that has no ear has become a fan around its mean.
@@ -149,6 +163,7 @@ class LevelTessellator {
     const TessellateOptions& options_;
     const RunContext& context_;
     ControlMesh marked_;
+    bool has_holes_ = false;
     Tessellation result_;
 };
 

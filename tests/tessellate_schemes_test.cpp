@@ -561,6 +561,30 @@ TEST_CASE("honeycomb refinement is tessellated by whole levels") {
     CHECK_FALSE(few.measured_error);
 }
 
+TEST_CASE("honeycomb refinement with holes: faces that touch in a vertex alone are tessellated") {
+    const ControlMesh mesh = ControlMesh::build(
+        parse_obj("v -0.29 -0.26 0.15\nv 1.2 -0.27 0.18\nv 1.9 0.16 0.33\nv 2.9 0.12 0.59\nv 0.085 1.2 -0.54\n"
+                  "v 1.1 0.9 -0.59\nv 1.7 1.1 0.19\nv 3.1 1 -0.32\nv 0.19 1.9 0.26\nv 1.1 1.9 -0.14\n"
+                  "v 1.8 1.7 -0.56\nv 3.2 2.2 -0.48\nv -0.079 2.8 -0.44\nv 0.83 2.7 0.57\nv 2.3 3 -0.47\n"
+                  "v 3 3 -0.55\n"
+                  "f 1 2 6 5\nf 13 9 10 14\nf 8 12 11 7\nf 9 5 6 10\nf 11 12 16 15\nf 15 14 10 11\nf 3 4 8 7 6 2\n"
+                  "t hole 1/0/0 0\nt hole 1/0/0 5\nt crease 2/1/0 5 6 1.25\nt crease 2/1/0 9 13 4\nt "
+                  "interpolateboundary 1/0/0 1\n",
+                  "test.obj"));
+    const Tessellation result = tessellate(mesh, {.scheme = "honeycomb", .tolerance = 0.05, .measure_samples = 10'000});
+    CHECK(result.tolerance_reached);
+    const PolygonMesh level = refine(mesh, "honeycomb", result.deepest_level, {.limit = true, .normals = true});
+    CHECK(result.mesh.positions == level.positions);
+    CHECK(result.mesh.normals == level.normals);
+    CHECK(test::topology(result.mesh.triangles) == test::topology(test::faces_of(level)));
+    // So they do: a vertex of two fans.
+    ControlMeshData data;
+    data.positions = level.positions;
+    data.face_offsets = level.face_offsets;
+    data.face_vertices = level.face_vertices;
+    CHECK_THROWS_WITH_AS(ControlMesh::build(std::move(data)), doctest::Contains("not one fan"), Error);
+}
+
 TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use instead") {
     const ControlMesh mesh = mesh_for(*find_scheme("kobbelt"), k_closed);
     const auto code = ErrorCode::unsupported;
