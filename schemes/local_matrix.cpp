@@ -30,7 +30,8 @@ void check_shape(const SchemeInfo& scheme, const FanShape& shape, FanLattice lat
             std::string(scheme.name) +
             " is a dual scheme: its corners are on the boundary and have one face after a step");
     if (shape.dart && shape.boundary) throw std::invalid_argument("a dart is inside the mesh");
-    const int least = shape.boundary ? 1 : 3;
+    // Two quads share two edges, one of which may be the end of a crease.
+    const int least = shape.boundary ? 1 : shape.dart && lattice == FanLattice::quads ? 2 : 3;
     if (shape.faces < least)
         throw std::invalid_argument(shape.boundary ? "a boundary vertex has at least two edges"
                                     : dual         ? "a face has at least 3 corners"

@@ -3,12 +3,15 @@
 #include "hierarchy_helpers.hpp"
 #include "surface_topology.hpp"
 
+#include "tetrakis/hier/corner_cell.hpp"
 #include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/obj_reader.hpp"
 #include "tetrakis/refine/refine.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -215,6 +218,27 @@ TEST_CASE("[inv1] schemes by rules: limits are those of uniform refinement far d
             if (find_scheme(choice.scheme)->interpolating)
                 CHECK(glm::length(h.position(site, 0) - limit) < 1e-12 * size);
         }
+    }
+}
+
+TEST_CASE("limits where a crease ends at an inner vertex of valence 2 are those of levels far down") {
+    const ControlMesh mesh =
+        ControlMesh::build(parse_obj("v 0.1 0 1\nv 2 0 0.3\nv 0 2 -0.3\nv -2 0 0.3\nv 0 -2 -0.3\nv 0 0.2 -1\n"
+                                     "f 1 2 3 4\nf 6 5 4 3\nf 1 4 5 2\nf 6 3 2 5\nt crease 2/1/0 0 1 10\n",
+                                     "test.obj"));
+    for (const std::string_view scheme : {"4-8", "kobbelt", "catmull-clark"}) {
+        CAPTURE(scheme);
+        const Hierarchy h = make_hierarchy(mesh, scheme);
+        const Site site = canonical(mesh, {mesh.vertex_halfedge(VertexId(0)), {0, 0}, 0});
+        // What is left shrinks by 0.5 at most (kobbelt; 4-8: 0.317) from level to level.
+        const Vec3d far = h.position(site, 24), limit = h.limit(site).position;
+        CHECK(glm::length(far - limit) < 1e-6);
+        if (scheme == "4-8") CHECK(glm::length(far - limit) < 1e-11);
+        const PolygonMesh level = refine(mesh, scheme, 2, {.limit = true, .normals = true});
+        CHECK(level.normals.size() == level.positions.size());
+        double nearest = 1;
+        for (const Vec3d& p : level.positions) nearest = std::min(nearest, glm::length(p - limit));
+        CHECK(nearest < 1e-12);
     }
 }
 
