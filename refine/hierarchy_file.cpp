@@ -165,11 +165,14 @@ std::vector<HierarchyNode> decode_hierarchy(std::span<const std::byte> bytes, co
     const std::string text(reinterpret_cast<const char*>(bytes.data()) + k_fixed, text_size);
     if (text != names(header)) {
         const std::string shown = text.substr(0, text.find('\0'));
-        const std::size_t rules = header.scheme.size() + header.family.size() + 2;  // where they begin
-        if (rules < text.size() && text.compare(0, rules, names(header), 0, rules) == 0) {
+        // The family follows from scheme and rules.
+        const std::size_t family_end = text.find('\0', shown.size() + 1);
+        if (shown == header.scheme && family_end != std::string::npos && family_end + 1 < text.size()) {
+            const std::string rules = text.substr(family_end + 1, text.size() - family_end - 2);
             const auto named = [](const std::string& choices) { return choices.empty() ? "plain rules" : choices; };
-            refuse("it was saved with " + named(text.substr(rules, text.size() - 1 - rules)) + " of scheme \"" + shown +
-                   "\", this hierarchy has " + named(std::string(header.rules)));
+            if (rules != header.rules)
+                refuse("it was saved with " + named(rules) + " of scheme \"" + shown + "\", this hierarchy has " +
+                       named(std::string(header.rules)));
         }
         refuse("it belongs to scheme \"" + shown + "\" or to another family of it, this hierarchy to \"" +
                std::string(header.scheme) + "\"");

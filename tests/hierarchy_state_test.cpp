@@ -349,6 +349,7 @@ TEST_CASE("[bad-input] leaves saved with other choices of rules are refused, and
     refused(with({}), with({.averaging_steps = 1}),
             "averaging_steps 1 of scheme \"averaging\", this hierarchy has plain");
     refused(with({.averaging_steps = 1}), with({}), "saved with plain rules");
+    refused(with({}), with({.averaging_steps = 2}), "averaging_steps 2 of scheme");  // and of another family
     refused(with({.catmull_clark_beta = 0.4, .catmull_clark_gamma = 0.0625}, "catmull-clark"),
             with({.edge_beside_crease = EdgeBesideCrease::brief}, "catmull-clark"),
             "catmull_clark_beta 0.4, catmull_clark_gamma 0.0625");
