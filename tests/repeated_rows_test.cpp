@@ -208,7 +208,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("refine() by rows that repeat themselves: texture coordinates, attributes, holes as by the rules") {
+TEST_CASE("[slow] refine() by rows that repeat themselves: texture coordinates, attributes, holes as by the rules") {
     for (const Case& c : cases()) {
         CAPTURE(c.scheme);
         const SchemeInfo& scheme = *find_scheme(c.scheme);
