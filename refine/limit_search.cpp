@@ -40,7 +40,7 @@ StencilRow gathered(StencilRow row) {
 
 /// What a limit is asked for: a vertex (by a half-edge that leaves it), a face of a dual mesh (by one of its
 /// half-edges) or a dual mesh's crease edge.
-struct Site {
+struct FanSite {
     enum class Kind { vertex, face, crease } kind;
     int halfedge;
 };
@@ -63,7 +63,7 @@ class LimitSearch::Finder {
     }
 
     /// Rows of the sites, empty where none is found.
-    std::vector<std::optional<Rows>> find(const RuleMesh& mesh, const std::vector<Site>& sites, int step) {
+    std::vector<std::optional<Rows>> find(const RuleMesh& mesh, const std::vector<FanSite>& sites, int step) {
         std::vector<std::optional<Rows>> found(sites.size());
         std::vector<std::size_t> open;
         for (std::size_t i = 0; i < sites.size(); ++i) {
@@ -73,15 +73,15 @@ class LimitSearch::Finder {
         if (step == 0 && !open.empty()) most_steps_ = k_most_steps + steps_until_smooth(mesh);
         if (open.empty() || step == most_steps_) return found;
 
-        std::vector<Site> left;
+        std::vector<FanSite> left;
         for (const std::size_t i : open) left.push_back(sites[i]);
         const MeshPart part = parts_.find(mesh, seeds(mesh, left), rule_limit_rings(scheme_, options_));
         const RuleStep finer = scheme_.step(part.mesh, options_);
-        std::vector<Site> below;
+        std::vector<FanSite> below;
         std::vector<std::size_t> of;
         for (const std::size_t i : open) {
-            const std::optional<Site> child =
-                child_of(part.mesh, finer, Site{sites[i].kind, part.halfedge(mesh, sites[i].halfedge)});
+            const std::optional<FanSite> child =
+                child_of(part.mesh, finer, FanSite{sites[i].kind, part.halfedge(mesh, sites[i].halfedge)});
             if (!child) continue;
             below.push_back(*child);
             of.push_back(i);
@@ -119,10 +119,10 @@ class LimitSearch::Finder {
         for (const float sharpness : mesh.vertex_sharpness()) look(sharpness);
         return static_cast<int>(std::ceil(sharpest));
     }
-    static std::vector<int> seeds(const RuleMesh& mesh, const std::vector<Site>& sites) {
+    static std::vector<int> seeds(const RuleMesh& mesh, const std::vector<FanSite>& sites) {
         std::vector<int> result;
-        for (const Site& site : sites) {
-            if (site.kind == Site::Kind::vertex)
+        for (const FanSite& site : sites) {
+            if (site.kind == FanSite::Kind::vertex)
                 result.push_back(mesh.origin(site.halfedge));
             else
                 for (const int v : mesh.corners(mesh.face(site.halfedge))) result.push_back(v);
@@ -206,10 +206,10 @@ class LimitSearch::Finder {
                std::any_of(ring.sharpness.begin(), ring.sharpness.end(), is_semi_sharp);
     }
 
-    std::optional<Rows> here(const RuleMesh& mesh, const Site& site, int step) {
+    std::optional<Rows> here(const RuleMesh& mesh, const FanSite& site, int step) {
         if (hexagons_) return on_honeycomb(mesh, mesh.origin(site.halfedge));
-        if (site.kind == Site::Kind::face) return around_face(mesh, site.halfedge);
-        if (site.kind == Site::Kind::crease) {
+        if (site.kind == FanSite::Kind::face) return around_face(mesh, site.halfedge);
+        if (site.kind == FanSite::Kind::crease) {
             const FanShape shape{.faces = 4, .boundary = true};
             std::optional<Rows> rows = by_masks(mesh, shape, std::span(&site.halfedge, 1));
             const int twin = mesh.twin(site.halfedge);
@@ -371,10 +371,10 @@ class LimitSearch::Finder {
         return fan;
     }
 
-    std::optional<Site> child_of(const RuleMesh& mesh, const RuleStep& step, const Site& site) const {
-        using enum Site::Kind;
-        const auto at = [](Site::Kind kind, int h) {
-            return h == RuleMesh::none ? std::optional<Site>() : std::optional<Site>({kind, h});
+    std::optional<FanSite> child_of(const RuleMesh& mesh, const RuleStep& step, const FanSite& site) const {
+        using enum FanSite::Kind;
+        const auto at = [](FanSite::Kind kind, int h) {
+            return h == RuleMesh::none ? std::optional<FanSite>() : std::optional<FanSite>({kind, h});
         };
         const int h = site.halfedge;
         if (hexagons_) return at(vertex, step.mesh.first(mesh.origin(h)));  // old vertices keep their numbers
@@ -434,8 +434,8 @@ LimitSearch::LimitSearch(const SchemeInfo& scheme, const RuleOptions& options)
 LimitSearch::~LimitSearch() = default;
 
 std::vector<std::optional<LimitRows>> LimitSearch::find(const RuleMesh& mesh, std::span<const int> vertices) {
-    std::vector<Site> sites;
-    for (const int v : vertices) sites.push_back({Site::Kind::vertex, mesh.first(v)});
+    std::vector<FanSite> sites;
+    for (const int v : vertices) sites.push_back({FanSite::Kind::vertex, mesh.first(v)});
     return finder_->find(mesh, sites, 0);
 }
 

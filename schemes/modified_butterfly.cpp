@@ -35,9 +35,9 @@ std::vector<double> ModifiedButterfly::crease_ring(int K, int i) {
 
 namespace {
 
-class Rules {
+class ButterflyRules {
   public:
-    Rules(const RuleMesh& mesh, const RuleOptions& options) : mesh_(mesh), options_(options) {}
+    ButterflyRules(const RuleMesh& mesh, const RuleOptions& options) : mesh_(mesh), options_(options) {}
 
     StencilRow edge(int h) const {
         if (mesh_.sharp(h)) return detail::four_point_edge(mesh_, h);
@@ -164,7 +164,7 @@ ClosedMasks::Mask ring_mask(int n, double (*wave)(double)) {
 
 RuleStep modified_butterfly_step(const RuleMesh& mesh, const RuleOptions& options) {
     detail::need_triangles(mesh, "modified-butterfly");
-    const Rules rules(mesh, options);
+    const ButterflyRules rules(mesh, options);
     return detail::split_triangles(
         mesh, options.runner,
         [](int v) {
@@ -175,7 +175,7 @@ RuleStep modified_butterfly_step(const RuleMesh& mesh, const RuleOptions& option
 
 RuleStep butterfly_step(const RuleMesh& mesh, const RuleOptions& options) {
     detail::need_triangles(mesh, "butterfly");
-    const Rules rules(mesh, options);
+    const ButterflyRules rules(mesh, options);
     return detail::split_triangles(
         mesh, options.runner,
         [](int v) {

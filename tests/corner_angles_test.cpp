@@ -30,7 +30,7 @@ using test::radians;
 
 namespace {
 
-constexpr std::string_view k_schemes[] = {"loop", "tuned-loop", "catmull-clark"};
+constexpr std::string_view k_angle_schemes[] = {"loop", "tuned-loop", "catmull-clark"};
 
 bool takes_triangles(std::string_view scheme) { return find_scheme(scheme)->family == MeshFamily::triangles; }
 
@@ -131,7 +131,7 @@ ControlMesh tagged_at(const ControlMesh& mesh, std::initializer_list<ControlMesh
 TEST_SUITE_BEGIN("refine");
 
 TEST_CASE("one angle for all corners is the same angle tagged at each of their sectors, bit for bit") {
-    for (const std::string_view scheme : k_schemes)
+    for (const std::string_view scheme : k_angle_schemes)
         for (const double degrees : {100.0, 250.0}) {
             CAPTURE(scheme);
             CAPTURE(degrees);
@@ -153,7 +153,7 @@ TEST_CASE("one angle for all corners is the same angle tagged at each of their s
 
 TEST_CASE("two corners with different angles: near each of them the mesh with that angle everywhere") {
     constexpr int k_levels = 3, k_rings = 1 << k_levels;
-    for (const std::string_view scheme : k_schemes) {
+    for (const std::string_view scheme : k_angle_schemes) {
         CAPTURE(scheme);
         const ControlMesh mesh = test::sheet(takes_triangles(scheme));
         const double first = radians(70), second = radians(230);
@@ -182,7 +182,7 @@ TEST_CASE("two corners with different angles: near each of them the mesh with th
 
 TEST_CASE("a corner with a convex and a concave sector: each side as with its own angle everywhere") {
     constexpr int k_levels = 3, k_rings = 1 << k_levels;
-    for (const std::string_view scheme : k_schemes) {
+    for (const std::string_view scheme : k_angle_schemes) {
         CAPTURE(scheme);
         const ControlMesh mesh = test::sheet(takes_triangles(scheme));
         const std::uint32_t v = test::k_straight, above = face_towards(mesh, v, 0.1, 1),
@@ -211,7 +211,7 @@ TEST_CASE("a corner with a convex and a concave sector: each side as with its ow
 
 TEST_CASE("the ring of a corner becomes the affine image of a planar fan of its sector's own angle") {
     constexpr int k_levels = 4;
-    for (const std::string_view scheme : k_schemes) {
+    for (const std::string_view scheme : k_angle_schemes) {
         const ControlMesh mesh = test::sheet(takes_triangles(scheme));
         struct Sector {
             std::uint32_t vertex;
@@ -268,7 +268,7 @@ TEST_CASE("measured angles are those of the faces in the control mesh") {
     RuleOptions measured;
     measured.measure_corner_angles = true;
     const ControlMesh tagged = tagged_everywhere(cube, radians(90));
-    for (const std::string_view scheme : k_schemes) {
+    for (const std::string_view scheme : k_angle_schemes) {
         CAPTURE(scheme);
         const RefineOptions options{.rules = measured, .limit = true, .normals = true};
         CHECK(same(refine(cube, scheme, 2, options), refine(tagged, scheme, 2, {.limit = true, .normals = true})));
@@ -324,7 +324,7 @@ TEST_CASE("[inv1] hierarchies, rows that repeat themselves and the rules agree w
     };
     RuleOptions measured;
     measured.measure_corner_angles = true;
-    for (const std::string_view scheme : k_schemes)
+    for (const std::string_view scheme : k_angle_schemes)
         for (const std::uint64_t seed : {1, 2}) {
             CAPTURE(scheme);
             CAPTURE(seed);
@@ -357,7 +357,7 @@ TEST_CASE("[inv1] hierarchies, rows that repeat themselves and the rules agree w
             for (const Vec3d& p : on_limit) worst = std::max(worst, glm::length(p - limit[match.nearest(p)]));
             CHECK(worst < 1e-12 * size);
         }
-    for (const std::string_view scheme : k_schemes) {
+    for (const std::string_view scheme : k_angle_schemes) {
         CAPTURE(scheme);
         const ControlMesh mesh = test::with_mixed_angles(test::sheet(takes_triangles(scheme)), 3);
         constexpr int k_levels = 4;
@@ -417,7 +417,7 @@ TEST_CASE("charts have the angles of their corners' sectors, and shares of those
 }
 
 TEST_CASE("[inv1] a vertex beside corners with angles is the same alone as among all others") {
-    for (const std::string_view scheme : k_schemes) {
+    for (const std::string_view scheme : k_angle_schemes) {
         CAPTURE(scheme);
         const bool triangles = takes_triangles(scheme);
         const ControlMesh mesh = test::with_mixed_angles(test::sheet(triangles), 1);
