@@ -47,18 +47,6 @@ struct FactoredGrid<T>::EdgeRule {
 };
 
 template <class T>
-void FactoredGrid<T>::start(std::span<const Vec3<T>> control, T* out) const {
-    if (topology_.base_level == 0) {
-        std::memcpy(static_cast<void*>(out), control.data(), control.size_bytes());
-        return;
-    }
-    std::vector<Vec3d> finer(topology_.base.vertex_count);
-    const std::vector<Vec3d> points(control.begin(), control.end());
-    refine_points(topology_.control, topology_.method, topology_.rule, points, {topology_.control, finer});
-    for (std::size_t v = 0; v < finer.size(); ++v) write(out, v, Vec3<T>(finer[v]));
-}
-
-template <class T>
 const T* FactoredGrid<T>::run(std::span<const Vec3<T>> control) {
     const auto buffer = [&](int level) {
         const std::size_t size = 3 * std::size_t{topology_.layout(level).vertex_count()};
@@ -67,7 +55,7 @@ const T* FactoredGrid<T>::run(std::span<const Vec3<T>> control) {
         return data;
     };
     T* now = buffer(0);
-    start(control, now);
+    refine_to_base(topology_, control, now);
     for (int level = 0; level < topology_.levels; ++level) {
         T* fine = buffer(level + 1);
         refine_roots(level, now, fine);

@@ -23,7 +23,6 @@ class FactoredGrid {
 
   private:
     struct EdgeRule;
-    void start(std::span<const Vec3<T>> control, T* out) const;
     void refine_roots(int level, const T* old, T* fine);
     void refine_edge(const RootLayout& at, const RootLayout& finer, const TagStep& step, std::uint32_t e, const T* old,
                      std::vector<T>& lines, T* fine) const;

@@ -57,13 +57,25 @@ GridTopology::GridTopology(const ControlMesh& mesh, SchemeKind kind, int level_c
 }
 
 template <class T>
-void GridPoints<T>::start(std::span<const Vec3<T>> control, T* out) {
-    const MeshLevel& base = topology_.base;
-    if (base.face_size != 0) {
-        static_assert(sizeof(Vec3<T>) == 3 * sizeof(T));
+void refine_to_base(const GridTopology& topology, std::span<const Vec3<T>> control, T* out) {
+    static_assert(sizeof(Vec3<T>) == 3 * sizeof(T));
+    if (topology.base_level == 0) {
         std::memcpy(static_cast<void*>(out), control.data(), control.size_bytes());
         return;
     }
+    std::vector<Vec3d> finer(topology.base.vertex_count);
+    const std::vector<Vec3d> points(control.begin(), control.end());
+    refine_points(topology.control, topology.method, topology.rule, points, {topology.control, finer});
+    for (std::size_t v = 0; v < finer.size(); ++v)
+        for (int k = 0; k < 3; ++k) out[3 * v + static_cast<std::size_t>(k)] = static_cast<T>(finer[v][k]);
+}
+template void refine_to_base(const GridTopology&, std::span<const Vec3<float>>, float*);
+template void refine_to_base(const GridTopology&, std::span<const Vec3<double>>, double*);
+
+template <class T>
+void GridPoints<T>::start(std::span<const Vec3<T>> control, T* out) {
+    const MeshLevel& base = topology_.base;
+    if (base.face_size != 0) return refine_to_base(topology_, control, out);
     // The first refinement of n-gons is the general one, in double.
     const std::size_t corners = base.vertex_count, edges = base.edge_count, count = corners + edges + base.face_count;
     const auto refine = [&](std::span<const Vec3d> points, std::span<Vec3d> finer) {

@@ -43,6 +43,11 @@ struct GridTopology {
     RootLayout last() const { return layout(levels); }
 };
 
+/// The base's points from the control mesh's: the same, or with RootPlace::corners and other faces than quads their
+/// first refinement.
+template <class T>
+void refine_to_base(const GridTopology& topology, std::span<const Vec3<T>> control, T* out);
+
 /// Points of all levels down to the last, through buffers that are kept.
 template <class T>
 class GridPoints {

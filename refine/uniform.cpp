@@ -110,7 +110,8 @@ class UniformRefinement {
             return;
         }
         const detail::GridTopology topology(chart, scheme_, levels_,
-                                            linear ? detail::PointRule::linear : detail::PointRule::scheme);
+                                            linear ? detail::PointRule::linear : detail::PointRule::scheme,
+                                            options_.factored ? detail::RootPlace::corners : detail::RootPlace::faces);
         detail::GridPoints<double> points(topology);
         const double* uv = points.run(chart.positions(), nullptr, options_.context);
         result.uvs.resize(topology.last().vertex_count());

@@ -4,11 +4,13 @@
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/check_length.hpp"
 #include "tetrakis/refine/corner_angles.hpp"
+#include "tetrakis/refine/factored_grid.hpp"
 #include "tetrakis/refine/grid_limit.hpp"
 #include "tetrakis/refine/grid_refinement.hpp"
 #include "tetrakis/refine/uniform_cost.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <string>
 
 namespace tetrakis {
@@ -21,15 +23,25 @@ struct UniformRefiner<T>::State {
         : mesh(control),
           options(uniform_options),
           topology(control, scheme, levels,
-                   uniform_options.linear ? detail::PointRule::linear : detail::PointRule::scheme),
+                   uniform_options.linear ? detail::PointRule::linear : detail::PointRule::scheme,
+                   uniform_options.factored ? detail::RootPlace::corners : detail::RootPlace::faces),
           points(topology) {
         if (options.linear) options.limit = options.normals = false;
+        if (options.factored && !options.linear) half_steps.emplace(topology);
+    }
+
+    /// The last level's control points, in `out` or in a buffer of ours.
+    const T* net(std::span<const Vec3<T>> control, T* out) {
+        if (!half_steps) return points.run(control, out, options.context);
+        const T* net = half_steps->run(control);
+        return out == nullptr ? net : std::copy_n(net, 3 * std::size_t{topology.last().vertex_count()}, out);
     }
 
     const ControlMesh& mesh;
     UniformOptions options;
     detail::GridTopology topology;
     detail::GridPoints<T> points;
+    std::optional<detail::FactoredGrid<T>> half_steps;
     detail::HugeBuffer<T> positions, normals;  // limits
     detail::HugeBuffer<std::uint32_t> faces;
     bool has_faces = false;
@@ -39,6 +51,9 @@ template <class T>
 UniformRefiner<T>::UniformRefiner(const ControlMesh& mesh, SchemeKind scheme, int levels,
                                   const UniformOptions& options) {
     if (!options.linear) detail::refuse_corner_angles(mesh);
+    if (options.factored && scheme != SchemeKind::catmull_clark)
+        throw Error(ErrorCode::invalid_input, "Loop has no factored form; leave it out, or take Catmull-Clark",
+                    mesh.data().source);
     const detail::UniformCost cost = detail::uniform_cost(
         mesh, {scheme, levels, static_cast<int>(sizeof(T)), options.limit, options.normals, false});
     if (levels == 0 && scheme == SchemeKind::catmull_clark && !detail::all_quads(mesh))
@@ -71,7 +86,8 @@ int UniformRefiner<T>::face_size() const {
 
 template <class T>
 std::uint32_t UniformRefiner<T>::control_face(std::uint32_t face) const {
-    return state_->topology.last().face_of_cell(face);
+    const std::uint32_t root = state_->topology.last().face_of_cell(face);
+    return state_->topology.base_level == 0 ? root : state_->mesh.face(HalfedgeId(root)).value;
 }
 
 template <class T>
@@ -84,10 +100,10 @@ void UniformRefiner<T>::refine(std::span<const Vec3<T>> control, std::span<Vec3<
     with_threads(s.options.context, [&] {
         T* out = positions.empty() ? nullptr : &positions.data()->x;
         if (!s.options.limit && normals.empty()) {
-            s.points.run(control, out, s.options.context);
+            s.net(control, out);
             return;
         }
-        const T* net = s.points.run(control, nullptr, s.options.context);
+        const T* net = s.net(control, nullptr);
         detail::grid_limits(s.topology, net, s.options.limit ? out : nullptr,
                             normals.empty() ? nullptr : &normals.data()->x, s.options.context);
         if (!s.options.limit) std::copy_n(net, 3 * positions.size(), out);
@@ -107,7 +123,7 @@ UniformLevel<T> UniformRefiner<T>::refine(std::span<const Vec3<T>> control) {
     const T* positions = nullptr;
     T* normals = s.options.normals ? s.normals.reserve(3 * count) : nullptr;
     with_threads(s.options.context, [&] {
-        positions = s.points.run(control, nullptr, s.options.context);
+        positions = s.net(control, nullptr);
         if (!s.options.limit && normals == nullptr) return;
         T* limits = s.options.limit ? s.positions.reserve(3 * count) : nullptr;
         detail::grid_limits(s.topology, positions, limits, normals, s.options.context);

@@ -18,6 +18,9 @@ struct UniformOptions {
     /// midpoints of its triangles (Loop's). These are their own limit, and there are no normals: the other options do
     /// nothing.
     bool linear = false;
+    /// Catmull-Clark: each level by the two half-steps of FactoredMesh, to rounding error the same points. A mesh with
+    /// other faces than quads has its roots at the corners of all faces, and its vertices in their order.
+    bool factored = false;
     /// refine_uniform() only: refined by the same masks into PolygonMesh::attributes.
     std::span<const VertexAttribute> attributes{};
     RunContext context{};
@@ -51,9 +54,9 @@ class UniformRefiner {
     /// @param mesh    Loop: triangles only. Outlives the refiner
     /// @param levels  >= 0; each level has four times as many faces; at least 1 for Catmull-Clark on a mesh with other
     ///                faces than quads
-    /// @throws Error  invalid_input: the above; unsupported: corner angles, more elements than 32 bits can count;
-    /// memory_limit (with
-    ///                the numbers, before anything is allocated)
+    /// @throws Error  invalid_input: the above, or Loop factored; unsupported: corner angles, more elements than 32
+    /// bits
+    ///                can count; memory_limit (with the numbers, before anything is allocated)
     UniformRefiner(const ControlMesh& mesh, SchemeKind scheme, int levels, const UniformOptions& options = {});
     ~UniformRefiner();
     UniformRefiner(UniformRefiner&&) noexcept;
