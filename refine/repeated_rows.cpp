@@ -3,6 +3,7 @@
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/huge_buffer.hpp"
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/corner_angles.hpp"
 #include "tetrakis/refine/face_normals.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
 #include "tetrakis/refine/star_lessons.hpp"
@@ -22,11 +23,12 @@ namespace tetrakis::detail {
 namespace {
 
 /// Whether nothing turns from sharp to smooth within that many steps.
-bool stays_as_it_is(const RuleMesh& mesh, int steps) {
+/// @param creases  or corners alone
+bool stays_as_it_is(const RuleMesh& mesh, int steps, bool creases = true) {
     const auto turns = [&](float sharpness) {
         return is_semi_sharp(sharpness) && sharpness <= static_cast<float>(steps);
     };
-    for (int h = 0; h < mesh.halfedge_count(); ++h)
+    for (int h = 0; creases && h < mesh.halfedge_count(); ++h)
         if (turns(mesh.sharpness(h))) return false;
     return std::none_of(mesh.vertex_sharpness().begin(), mesh.vertex_sharpness().end(), turns);
 }
@@ -164,6 +166,14 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         advance();
         if (!has_whole_faces(by_rules.last(), creases)) return nullptr;
     }
+    // What limits see of a sharpness that runs out further down differs from level to level.
+    constexpr int k_for_ever = std::numeric_limits<int>::max();
+    const bool any_limits = demand.limit || demand.normals;
+    const auto stays = [&](bool with_creases) {
+        return stays_as_it_is(by_rules.last(), any_limits ? k_for_ever : levels - by_rules.level(), with_creases);
+    };
+    // The roots of a dual scheme are cut where it has creases now.
+    if (dual && !stays(creases)) return nullptr;
     // The child of each of the roots' half-edges at its origin, level by level. Dual: the half-edge of a root's last
     // cell that stays in its face; root h is at corner h.
     std::vector<int> first;
@@ -192,16 +202,16 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         segments *= static_cast<std::uint32_t>(factor);
         return true;
     };
-    // What limits see of a sharpness that runs out further down differs from level to level.
-    constexpr int k_for_ever = std::numeric_limits<int>::max();
-    const bool any_limits = demand.limit || demand.normals;
-    while (!stays_as_it_is(by_rules.last(), any_limits ? k_for_ever : levels - by_rules.level()))
+    while (!dual && !stays(true))
         if (by_rules.level() + 1 >= levels || !go_on()) return nullptr;
-    const CornerKinds corners(all->net_, by_rules.last(), dual ? std::span<const int>() : first);
+    // Without rules for tags nothing is sharp inside; what recedes has no end.
+    const bool tags = !dual && !(averages && rules.averaging_boundary == AveragingBoundary::recede);
+    const CornerKinds corners(all->net_, by_rules.last(), tags ? first : std::span<const int>(),
+                              takes_corner_angles(scheme));
     double points = std::pow(factor, levels - base_level);
     points *= points * all->net_.base().face_count / (triangles ? 2 : 1);
     if (!demand.even_if_slower && StarLessons::cost(corners, all->net_, factor) > points) return nullptr;
-    if (!all->learn(corners, scheme, rules, demand)) return nullptr;
+    if (!all->learn(corners, scheme, rules, demand, context)) return nullptr;
     const auto wide_enough = [&] {
         return static_cast<int>(segments) > 2 * scheme.choice_rings && all->step_.fits(all->net_.layout(segments));
     };
@@ -220,8 +230,8 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
 }
 
 bool RepeatedRows::learn(const CornerKinds& corners, const SchemeInfo& scheme, const RuleOptions& rules,
-                         const Demand& demand) {
-    StarLessons lessons(net_, corners, scheme, rules);
+                         const Demand& demand, const RunContext& context) {
+    StarLessons lessons(net_, corners, scheme, rules, context.max_memory_bytes);
     if (demand.limit) limit_.emplace(net_, 1, RowPatterns::Kind::points);
     if (demand.normals) normals_.emplace(net_, 1, RowPatterns::Kind::normals);
     try {

@@ -57,7 +57,8 @@ class RepeatedRows {
     RepeatedRows(RootNet net, std::uint32_t factor)
         : net_(std::move(net)), step_(net_, factor, RowPatterns::Kind::points) {}
 
-    bool learn(const CornerKinds& corners, const SchemeInfo& scheme, const RuleOptions& rules, const Demand& demand);
+    bool learn(const CornerKinds& corners, const SchemeInfo& scheme, const RuleOptions& rules, const Demand& demand,
+               const RunContext& context);
     void at_shared_places(const RootLayout& last, const Vec3d* now, std::span<Vec3d> points,
                           std::span<Vec3d> normals) const;
 

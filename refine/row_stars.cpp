@@ -33,7 +33,7 @@ void StarKind::turn() {
     if (!angle.empty()) std::rotate(angle.begin(), angle.begin() + 1, angle.end());
 }
 
-CornerKinds::CornerKinds(const RootNet& net, const RuleMesh& mesh, std::span<const int> halfedge) {
+CornerKinds::CornerKinds(const RootNet& net, const RuleMesh& mesh, std::span<const int> halfedge, bool angles) {
     const MeshLevel& base = net.base();
     kind.resize(base.halfedge_count());
     root.resize(base.halfedge_count());
@@ -64,7 +64,7 @@ CornerKinds::CornerKinds(const RootNet& net, const RuleMesh& mesh, std::span<con
         for (const std::uint32_t g : around) star.sharp.push_back(sharp(g));
         if (!star.closed) star.sharp.push_back(1);
         star.angle.clear();
-        if (mesh.has_corner_angles() && !halfedge.empty()) {
+        if (angles && mesh.has_corner_angles() && !halfedge.empty()) {
             for (const std::uint32_t g : around) star.angle.push_back(mesh.corner_angle(halfedge[g]));
             if (std::all_of(star.angle.begin(), star.angle.end(), [](double a) { return a == 0; })) star.angle.clear();
         }

@@ -36,7 +36,8 @@ struct CornerKinds {
     /// @param mesh      a level whose tags stay as they are
     /// @param halfedge  of it, for each one of the base the one at the same corner along the same side; empty: nothing
     ///                  is sharp but what is open
-    CornerKinds(const RootNet& net, const RuleMesh& mesh, std::span<const int> halfedge);
+    /// @param angles    whether the scheme has rules for corners' angles
+    CornerKinds(const RootNet& net, const RuleMesh& mesh, std::span<const int> halfedge, bool angles);
 };
 
 /// The roots around one corner, by themselves, as a level of a scheme: where its rows can be read off.

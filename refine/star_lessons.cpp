@@ -16,11 +16,20 @@ constexpr std::uint32_t k_segments[] = {6, 9, 14, 20};
 }  // namespace
 
 StarLessons::StarLessons(const RootNet& net, const CornerKinds& corners, const SchemeInfo& scheme,
-                         const RuleOptions& rules)
-    : net_(net), corners_(corners), scheme_(scheme), rules_(rules) {
+                         const RuleOptions& rules, std::uint64_t max_memory_bytes)
+    : net_(net), corners_(corners), scheme_(scheme), rules_(rules), max_memory_bytes_(max_memory_bytes) {
     rules_.runner = nullptr;
     // No star is all there is of a surface: its end is none of the mesh's.
     rules_.averaging_boundary = AveragingBoundary::replicate;
+}
+
+bool StarLessons::too_large(std::uint32_t segments, std::uint32_t factor) const {
+    // A finer level's rows, mesh and places (measured: Catmull-Clark's 50 kB for stars of 5 roots, 12 segments).
+    constexpr double k_bytes_per_cell = 100;
+    double roots = 0;
+    for (const StarKind& kind : corners_.kinds) roots += kind.roots();
+    const double side = static_cast<double>(factor) * segments;
+    return max_memory_bytes_ != 0 && roots * side * side * k_bytes_per_cell > static_cast<double>(max_memory_bytes_);
 }
 
 double StarLessons::cost(const CornerKinds& corners, const RootNet& net, int factor) {
@@ -52,6 +61,7 @@ const std::vector<std::unique_ptr<RowStar>>& StarLessons::stars(std::uint32_t se
 
 bool StarLessons::teach_step(RowPatterns& patterns) {
     for (const std::uint32_t n : k_segments) {
+        if (too_large(n, patterns.factor())) return false;
         const auto& stars = this->stars(n);
         std::vector<std::optional<RowStar::Step>> steps(stars.size());
         for_each_index(
@@ -70,6 +80,7 @@ bool StarLessons::teach_step(RowPatterns& patterns) {
 bool StarLessons::teach_limits(RowPatterns* points, RowPatterns* normals) {
     RuleLimitFinder finder(scheme_, rules_);
     for (const std::uint32_t n : k_segments) {
+        if (too_large(n, 1)) return false;
         const auto& stars = this->stars(n);
         std::vector<RuleLimits> limits(stars.size());
         std::vector<std::vector<int>> rows;

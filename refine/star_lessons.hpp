@@ -15,7 +15,9 @@ namespace tetrakis::detail {
 class StarLessons {
   public:
     /// @param net, corners, scheme  must live as long
-    StarLessons(const RootNet& net, const CornerKinds& corners, const SchemeInfo& scheme, const RuleOptions& rules);
+    /// @param max_memory_bytes  what stars may take, estimated; 0: no limit
+    StarLessons(const RootNet& net, const CornerKinds& corners, const SchemeInfo& scheme, const RuleOptions& rules,
+                std::uint64_t max_memory_bytes);
 
     /// What the lessons of a step take at least, as so many points of a level by rules.
     static double cost(const CornerKinds& corners, const RootNet& net, int factor);
@@ -26,6 +28,7 @@ class StarLessons {
     bool teach_limits(RowPatterns* points, RowPatterns* normals);
 
   private:
+    bool too_large(std::uint32_t segments, std::uint32_t factor) const;
     /// The kinds' stars, and then a regular one.
     const std::vector<std::unique_ptr<RowStar>>& stars(std::uint32_t segments);
 
@@ -33,6 +36,7 @@ class StarLessons {
     const CornerKinds& corners_;
     const SchemeInfo& scheme_;
     RuleOptions rules_;
+    std::uint64_t max_memory_bytes_;
     std::uint32_t segments_ = 0;
     std::vector<std::unique_ptr<RowStar>> stars_;
 };

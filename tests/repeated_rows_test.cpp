@@ -304,6 +304,53 @@ TEST_CASE("[slow] creases of dual schemes by rows that repeat themselves are tho
     }
 }
 
+TEST_CASE("tags of dual schemes that run out on the way leave the mesh that the rules leave") {
+    // A grid with a line of creases across it, or a tagged corner on its boundary.
+    constexpr std::uint32_t n = 6;
+    for (const bool crease : {true, false})
+        for (const float sharpness : {1.0f, 1.5f, 2.0f, 2.5f, 4.5f}) {
+            ControlMeshData data;
+            for (std::uint32_t y = 0; y <= n; ++y)
+                for (std::uint32_t x = 0; x <= n; ++x)
+                    data.positions.emplace_back(x + 0.1 * y, y - 0.05 * x * x, 0.3 * ((x * 7 + y * 5) % 4));
+            data.face_offsets.push_back(0);
+            for (std::uint32_t y = 0; y < n; ++y)
+                for (std::uint32_t x = 0; x < n; ++x) {
+                    const std::uint32_t v = y * (n + 1) + x;
+                    data.face_vertices.insert(data.face_vertices.end(), {v, v + 1, v + n + 2, v + n + 1});
+                    data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+                }
+            for (std::uint32_t x = 0; crease && x < n; ++x)
+                data.creases.push_back({3 * (n + 1) + x, 3 * (n + 1) + x + 1, sharpness});
+            if (!crease) data.corners.push_back({3, sharpness});
+            const ControlMesh mesh = ControlMesh::build(std::move(data));
+            for (const char* scheme : {"doo-sabin", "midedge", "biquartic"}) {
+                CAPTURE(scheme);
+                CAPTURE(sharpness);
+                const PolygonMesh ours = refine(mesh, scheme, 4),
+                                  expected = refine_stencils(mesh, *find_scheme(scheme), 4).mesh;
+                REQUIRE(ours.positions.size() == expected.positions.size());
+                CHECK(ours.face_count() == expected.face_count());
+                CHECK(disagreement(ours.positions, expected.positions) < 1e-11);
+            }
+        }
+}
+
+TEST_CASE("two averaging steps that recede know no creases where a mesh is closed") {
+    const ControlMesh torus = make_mesh(3, false, false);
+    ControlMeshData data = torus.data();
+    for (std::uint32_t h = 0; h < torus.halfedge_count(); h += 3)
+        data.creases.push_back(
+            {torus.origin(HalfedgeId(h)).value, torus.target(HalfedgeId(h)).value, k_sharpness_infinity});
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    RefineOptions options;
+    options.rules.averaging_steps = 2;
+    options.rules.averaging_boundary = AveragingBoundary::recede;
+    const SchemeInfo& scheme = *find_scheme("averaging");
+    CHECK(disagreement(refine(mesh, scheme, 4, options).positions,
+                       refine_stencils(mesh, scheme, 4, options).mesh.positions) < 1e-11);
+}
+
 TEST_CASE("[slow] limits and normals by rows that repeat themselves are those of the rules") {
     for (const Case& c : cases()) {
         CAPTURE(c.scheme);
