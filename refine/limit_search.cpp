@@ -262,7 +262,8 @@ class LimitSearch::Finder {
         std::optional<Rows> right =
             by_masks(mesh, {.faces = ring.faces() - one, .boundary = true}, from(sharp[1], ring.faces() - one));
         if (!left || !right) return std::nullopt;
-        // Both sides give the same point of the crease.
+        // Both sides give the same point of the crease; but Hoppe's crease is regular only if both of them are.
+        if (options_.hoppe_crease && one == 3) left->limit = right->limit;
         for (auto& tangents : right->tangents) left->tangents.push_back(std::move(tangents));
         return left;
     }

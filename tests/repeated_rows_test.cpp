@@ -336,6 +336,27 @@ TEST_CASE("tags of dual schemes that run out on the way leave the mesh that the 
         }
 }
 
+TEST_CASE("limits on Hoppe's creases are the same seen from any level, however many faces each side has") {
+    RefineOptions options{.limit = true};
+    options.rules.hoppe_crease = true;
+    // An octahedron with creases around one face: one face on one side of each vertex, three on the other.
+    ControlMeshData data;
+    data.positions = {{1, 0, 0}, {0, 1.2, 0}, {0, 0, 0.8}, {-1.1, 0, 0}, {0, -0.9, 0}, {0, 0, -1}};
+    data.face_vertices = {4, 0, 2, 0, 1, 2, 1, 3, 2, 3, 4, 2, 1, 0, 5, 3, 1, 5, 4, 3, 5, 0, 4, 5};
+    for (std::uint32_t f = 0; f <= 8; ++f) data.face_offsets.push_back(3 * f);
+    for (std::uint32_t v = 0; v < 3; ++v) data.creases.push_back({v, (v + 1) % 3, k_sharpness_infinity});
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    const SchemeInfo& loop = *find_scheme("loop");
+    // Control vertices keep their numbers.
+    const auto early = refine_stencils(mesh, loop, 1, options).mesh.positions,
+               net = refine_stencils(mesh, loop, 5, {.rules = options.rules}).mesh.positions,
+               late = refine_stencils(mesh, loop, 5, options).mesh.positions;
+    for (std::size_t v = 0; v < 3; ++v) {
+        CHECK(glm::length(early[v] - late[v]) < 1e-12);
+        CHECK(glm::length(net[v] - late[v]) < 5e-3);
+    }
+}
+
 TEST_CASE("two averaging steps that recede know no creases where a mesh is closed") {
     const ControlMesh torus = make_mesh(3, false, false);
     ControlMeshData data = torus.data();
