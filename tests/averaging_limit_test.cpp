@@ -113,7 +113,8 @@ TEST_CASE("biquartic limits of an open grid are the even spline's, normals inclu
     CHECK(tilted < 1e-12);
 }
 
-TEST_CASE("limits of tagged corners under averaging are the same seen from any level, and where refinement ends") {
+TEST_CASE(
+    "[slow] limits of tagged corners under averaging are the same seen from any level, and where refinement ends") {
     // An L of quads: corners with one face by the boundary rule, and the one in the bend, with three, by a tag.
     ControlMeshData data = curved_grid(4, 4);
     constexpr std::size_t removed = 8;  // the last face

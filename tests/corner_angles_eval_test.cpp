@@ -34,7 +34,7 @@ TriangleMesh triangles_of(const PolygonMesh& mesh) {
 
 TEST_SUITE_BEGIN("eval");
 
-TEST_CASE("[inv1] [inv9] tessellations have the vertices that refine() has where corners have angles") {
+TEST_CASE("[slow] [inv1] [inv9] tessellations have the vertices that refine() has where corners have angles") {
     struct Case {
         std::string_view scheme;
         bool measured;

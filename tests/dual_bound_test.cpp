@@ -172,7 +172,7 @@ TEST_CASE("[slow] [inv9] bounds of dual meshes are never below a distance, whate
     }
 }
 
-TEST_CASE("bounds of dual meshes fall with the square of the cells, and are tight") {
+TEST_CASE("[slow] bounds of dual meshes fall with the square of the cells, and are tight") {
     const auto refined = [](const ControlMesh& mesh, const SchemeInfo& scheme, int level) {
         AdaptiveDual dual(mesh, scheme);
         std::vector<LeafId> created;

@@ -194,7 +194,7 @@ TEST_CASE("[inv6] averaging by half-steps: after some averagings the points of s
     CHECK(20 * touching < compared);
 }
 
-TEST_CASE("[inv3] averaging by half-steps: every mesh is conforming, and what is inactive rests at a mean") {
+TEST_CASE("[slow] [inv3] averaging by half-steps: every mesh is conforming, and what is inactive rests at a mean") {
     for_all([&](const ControlMesh& mesh, int steps, AveragingBoundary boundary) {
         if (!classical(mesh, "averaging", 2, rules(steps, boundary))) return;
         const test::SurfaceTopology expected = test::surface_topology(mesh);

@@ -142,7 +142,7 @@ TEST_CASE("[inv9] mask norms bound the difference of limit points from triangles
     check_bounds<QuadFamily>(*find_scheme("averaging"), {.averaging_steps = 2}, 7);
 }
 
-TEST_CASE("[inv9] mask norms bound the difference around corners with angles of their own") {
+TEST_CASE("[slow] [inv9] mask norms bound the difference around corners with angles of their own") {
     for (const std::uint64_t seed : {1, 2}) {
         check_bounds<LoopFamily>(*find_scheme("loop"), {}, seed, true);
         check_bounds<QuadFamily>(*find_scheme("catmull-clark"), {}, seed, true);

@@ -250,7 +250,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("[inv9] where a level stops a mesh that slides, its certified error still holds") {
+TEST_CASE("[slow] [inv9] where a level stops a mesh that slides, its certified error still holds") {
     for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop})
         for (const std::uint64_t seed : test::seeds(4))
             for (const int level : {1, 2, 3}) {

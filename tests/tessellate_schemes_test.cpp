@@ -464,7 +464,7 @@ UvCorners uniform_corners(const ControlMesh& mesh, int level) {
 
 }  // namespace
 
-TEST_CASE("[inv1] sqrt3: texture coordinates and materials are those of uniform refinement, seams included") {
+TEST_CASE("[slow] [inv1] sqrt3: texture coordinates and materials are those of uniform refinement, seams included") {
     for (const std::uint64_t seed : {0, 1, 2, 5, 8}) {
         for (const FaceVaryingRule rule :
              {FaceVaryingRule::corners_only, FaceVaryingRule::boundaries, FaceVaryingRule::linear_all}) {
