@@ -1,9 +1,9 @@
 #include "tetrakis/refine/root_net.hpp"
 
 #include "tetrakis/hier/huge_memory.hpp"
+#include "tetrakis/hier/most_frequent.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/grid_refinement.hpp"
-#include "tetrakis/refine/most_frequent.hpp"
 #include "tetrakis/schemes/face_split.hpp"
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 #include "corner_angle_mesh.hpp"
 #include "input_helpers.hpp"
 #include "point_match.hpp"
+#include "scheme_meshes.hpp"
 
 #include "tetrakis/eval/hausdorff.hpp"
 #include "tetrakis/eval/quad_patches.hpp"
@@ -17,20 +18,7 @@ using namespace tetrakis;
 using test::contains;
 using test::error_of;
 using test::radians;
-
-namespace {
-
-TriangleMesh triangles_of(const PolygonMesh& mesh) {
-    TriangleMesh result;
-    result.positions = mesh.positions;
-    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
-        for (std::uint32_t i = mesh.face_offsets[f] + 1; i + 1 < mesh.face_offsets[f + 1]; ++i)
-            result.triangles.push_back(
-                {mesh.face_vertices[mesh.face_offsets[f]], mesh.face_vertices[i], mesh.face_vertices[i + 1]});
-    return result;
-}
-
-}  // namespace
+using test::triangles_of;
 
 TEST_SUITE_BEGIN("eval");
 

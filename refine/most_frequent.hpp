@@ -1,3 +1,0 @@
-#pragma once
-
-#include "tetrakis/hier/most_frequent.hpp"
