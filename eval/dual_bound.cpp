@@ -100,12 +100,12 @@ bool DualBound::has(const SchemeInfo& scheme) {
     return scheme.name == "doo-sabin" || scheme.name == "doo-sabin-cc" || is_midedge(scheme);
 }
 
-bool DualBound::has(const SchemeInfo& scheme, const ControlMesh& mesh) {
+bool DualBound::takes_tags(const ControlMesh& mesh) {
     for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
         if (is_semi_sharp(mesh.sharpness(EdgeId(e)))) return false;
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
         if (is_semi_sharp(mesh.sharpness(VertexId(v)))) return false;
-    return has(scheme);
+    return true;
 }
 
 DualBound::DualBound(const PartialLevels& points, const SchemeInfo& scheme, const VertexRoots& roots, const Box3d& box)

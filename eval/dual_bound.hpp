@@ -35,10 +35,11 @@ class DualBound {
   public:
     /// Doo-Sabin and midedge, by either of their weights: quadratic, with no negative weight anywhere.
     static bool has(const SchemeInfo& scheme);
-    /// Whether there is one over this mesh: not where tags are semi-sharp, whose rules change from level to level.
-    static bool has(const SchemeInfo& scheme, const ControlMesh& mesh);
+    /// Not semi-sharp ones, whose rules change from level to level.
+    static bool takes_tags(const ControlMesh& mesh);
 
     /// @param points  gives the limit points; lives longer
+    /// @param roots   without holes and joints
     DualBound(const PartialLevels& points, const SchemeInfo& scheme, const VertexRoots& roots, const Box3d& box);
 
     /// How well errors are to be known.

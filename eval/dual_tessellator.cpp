@@ -2,6 +2,7 @@
 
 #include "tetrakis/eval/dual_bound.hpp"
 #include "tetrakis/eval/dual_leaf_error.hpp"
+#include "tetrakis/eval/level_tessellator.hpp"
 #include "tetrakis/eval/limit_reference.hpp"
 #include "tetrakis/eval/local_frame.hpp"
 #include "tetrakis/eval/tessellate_run.hpp"
@@ -31,14 +32,19 @@ constexpr double k_lower_aim = 0.8;
 /// Three vertices more for each leaf that is split, and two triangles for each of them.
 constexpr std::uint64_t k_triangles_per_split = 6;
 
-VertexRoots roots_of(const PartialLevels& points, std::string_view scheme) {
+/// Why a mesh has no vertex quadtrees.
+struct NoQuadtrees {
+    std::string why;
+};
+
+/// @throws NoQuadtrees  where make() says that something is not supported
+template <class Make>
+auto quadtrees_from(Make&& make) {
     try {
-        return points.vertex_roots();
+        return make();
     } catch (const Error& error) {
         if (error.code() != ErrorCode::unsupported) throw;
-        throw Error(ErrorCode::unsupported,
-                    std::string(scheme) + " cannot tessellate this mesh adaptively; refine by whole levels (refine " +
-                        "--limit): " + error.what());
+        throw NoQuadtrees{error.what()};
     }
 }
 
@@ -48,23 +54,15 @@ class DualTessellator {
         : mesh_(mesh),
           options_(options),
           context_(context),
-          points_(mesh, options.scheme.info(), options.rules),
-          forest_(roots_of(points_, options.scheme.name())),
+          points_(quadtrees_from([&] { return PartialLevels(mesh, options.scheme.info(), options.rules); })),
+          forest_(quadtrees_from([&] { return points_.vertex_roots(); })),
           leaf_errors_(points_) {
-        for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
-            if (mesh.is_hole(FaceId(f)))
-                throw Error(ErrorCode::unsupported,
-                            std::string(options.scheme.name()) +
-                                " puts its vertices inside faces, so that the edge of a hole is no edge of its meshes; "
-                                "remove the faces that are holes from the control mesh (or set another boundary rule "
-                                "than none)",
-                            mesh.data().source);
-        if (DualBound::has(options.scheme.info(), mesh))
+        const std::string_view no_bound = lacks_bound();
+        if (DualBound::has(options.scheme.info()) && no_bound.empty())
             bound_.emplace(points_, options.scheme.info(), forest_.roots(), mesh.bounding_box());
         if (certified() && !bound_)
             throw Error(ErrorCode::unsupported,
-                        "there is no certified bound where edges or vertices are semi-sharp; use the embree estimator, "
-                        "or tag them 10 (sharp for good)",
+                        "there is no certified bound where " + std::string(no_bound) + "; use the embree estimator",
                         mesh.data().source);
     }
 
@@ -106,6 +104,17 @@ class DualTessellator {
 
   private:
     bool certified() const { return options_.estimator == EstimatorKind::certified; }
+
+    /// What the mesh has that the bound does not know; empty: nothing.
+    std::string_view lacks_bound() const {
+        if (!DualBound::takes_tags(mesh_))
+            return "edges or vertices are semi-sharp (tag them 10, which is sharp for good)";
+        const auto& holes = forest_.roots().hole;
+        if (std::find(holes.begin(), holes.end(), 1) != holes.end())
+            return "the mesh has holes (remove their faces instead)";
+        if (!forest_.roots().joints.empty()) return "only two faces meet at a vertex inside";
+        return {};
+    }
 
     void refine_to_least_level() {
         std::vector<LeafId> low, created;
@@ -337,7 +346,20 @@ class DualTessellator {
 }  // namespace
 
 Tessellation tessellate_dual(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context) {
-    return DualTessellator(mesh, options, context).run();
+    try {
+        return DualTessellator(mesh, options, context).run();
+    } catch (const NoQuadtrees& none) {
+        const std::string scheme(options.scheme.name());
+        if (options.estimator == EstimatorKind::certified)
+            throw Error(ErrorCode::unsupported,
+                        "there is no certified bound for " + scheme + " on this mesh: " + none.why +
+                            "; use the embree estimator",
+                        mesh.data().source);
+        Tessellation result = tessellate_by_levels(mesh, options, context);
+        result.warnings.insert(result.warnings.begin(),
+                               scheme + " was refined by whole levels, as it cannot be adaptive here: " + none.why);
+        return result;
+    }
 }
 
 }  // namespace tetrakis::detail

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
+#include <utility>
 
 namespace tetrakis::detail {
 
@@ -34,19 +36,24 @@ inline CellFrame triangle_child(const RuleMesh& mesh, const RuleStep& step, cons
 }
 
 /// The half-edges that leave a dual vertex, by the corners of its cell; none where the cell ends the surface, or its
-/// side of a crease.
+/// side of a crease, and at the far corner of one with three faces all around: it comes from a vertex of two faces,
+/// which has no face below it.
 inline std::array<int, 4> vertex_corners(const RuleMesh& mesh, const CellFrame& frame) {
     const auto across = [&](int h) { return mesh.sharp(h) ? RuleMesh::none : mesh.twin(h); };
     std::array<int, 4> at{RuleMesh::none, RuleMesh::none, RuleMesh::none, RuleMesh::none};
+    const auto corner = [&](int steps) -> int& { return at[static_cast<std::size_t>((frame.corner + steps) % 4)]; };
     int h = frame.halfedge;
-    for (int c = frame.corner; h != RuleMesh::none && at[c] == RuleMesh::none; c = (c + 1) % 4) {
-        at[c] = h;
+    for (int k = 0; k < 4 && h != RuleMesh::none; ++k) {
+        corner(k) = h;
         h = across(mesh.prev(h));
+        if (h != frame.halfedge) continue;
+        if (k == 2) std::swap(corner(2), corner(3));
+        return at;
     }
     h = across(frame.halfedge);
-    for (int c = (frame.corner + 3) % 4; h != RuleMesh::none && at[c] == RuleMesh::none; c = (c + 3) % 4) {
-        at[c] = mesh.next(h);
-        h = across(at[c]);
+    for (int k = 3; k > 0 && h != RuleMesh::none && corner(k) == RuleMesh::none; --k) {
+        corner(k) = mesh.next(h);
+        h = across(corner(k));
     }
     return at;
 }

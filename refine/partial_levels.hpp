@@ -66,7 +66,7 @@ class PartialLevels : public PositionSource {
     void positions(std::span<const VertexCell> cells, std::span<Vec3d> positions) const;
 
     /// Of a dual scheme. O(H) the first time.
-    /// @throws Error  unsupported: vertices of valence 2 inside
+    /// @throws Error  unsupported: vertices of level 1 that have no cells (none that are known)
     VertexRoots vertex_roots() const;
 
   private:

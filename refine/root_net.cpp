@@ -140,9 +140,12 @@ std::optional<RootNet> RootNet::of_corners(const RuleMesh& mesh, std::vector<std
     if (!net.set_base(bordered.mesh)) return std::nullopt;
     net.own_roots_ = static_cast<std::uint32_t>(mesh.halfedge_count());
     net.base_face_ = std::move(control_face);
-    // What lies beyond a side belongs to the face there.
-    for (std::uint32_t f = net.own_roots_; f < net.base_.face_count; ++f)
-        net.base_face_.push_back(net.base_face_[net.base_.twin[4 * f] / 4]);
+    // What lies beyond a side belongs to the face there, a corner to that of the edge that starts there.
+    for (std::uint32_t f = net.own_roots_; f < net.base_.face_count; ++f) {
+        const std::uint32_t before = net.base_.twin[4 * f] / 4;
+        const bool corner = before >= net.own_roots_;
+        net.base_face_.push_back(net.base_face_[corner ? net.base_.twin[4 * f + 3] / 4 : before]);
+    }
     return net;
 }
 

@@ -90,14 +90,17 @@ void RuleLevels::follow_corners(const RuleStep& step) {
                 corners.push_back(v < last_.halfedge_count() ? parent[v] : RuleMesh::none);
             if (std::all_of(corners.begin(), corners.end(), [](int c) { return c == RuleMesh::none; }))
                 corners[0] = control_face_[step.parent_face[f]];
-            // Points on boundaries and creases belong to what is beside them on this side.
-            while (std::find(corners.begin(), corners.end(), RuleMesh::none) != corners.end()) {
+            // Points on boundaries and creases belong to what is beside them on this side, corners of these to the
+            // first face of their sector: they are left over after the first round.
+            for (bool first_round = true; std::count(corners.begin(), corners.end(), RuleMesh::none) != 0;
+                 first_round = false) {
                 next = corners;
                 const std::size_t size = corners.size();
                 for (std::size_t i = 0; i < size; ++i) {
                     if (corners[i] != RuleMesh::none) continue;
-                    const int before = corners[(i + size - 1) % size];
-                    next[i] = before != RuleMesh::none ? before : corners[(i + 1) % size];
+                    const int before = corners[(i + size - 1) % size], after = corners[(i + 1) % size];
+                    const int preferred = first_round ? before : after;
+                    next[i] = preferred != RuleMesh::none ? preferred : first_round ? after : before;
                 }
                 corners.swap(next);
             }

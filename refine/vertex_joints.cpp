@@ -247,6 +247,11 @@ void add_joints(VertexRoots& roots, const RuleMesh& level, const RuleMesh& cut, 
         around.tag = steps_sharp(level.vertex_sharpness(v));
         std::uint8_t longest = 0;
         for (const SplitVertex::Edge& e : around.edges) longest = e.cut ? std::max(longest, e.steps) : longest;
+        // From a vertex of two faces: the sides that meet where it was lie both along one edge.
+        constexpr std::uint32_t k_after_far_corner = 1;
+        if (cut_count == 0 && around.closed && around.faces.size() == 3)
+            for (std::size_t e = 0; e < around.faces.size(); ++e)
+                around.edges[e].cut = around.faces[e].corner == k_after_far_corner;
         const auto set = [&](const SplitVertex::Face& f, unsigned side, std::size_t e) {
             const std::uint32_t root = around.cells[f.cell].root;
             if ((roots.crease[root] >> side % 4 & 1) != 0)

@@ -21,7 +21,7 @@ const char* fault(const RuleMesh& mesh, int v) {
     for (int i = 0; i < ring.edges(); ++i)
         if (is_sharp(ring.sharpness[i])) ++sharp;
     constexpr const char* other = "has another number of faces";
-    if (sharp == 0) return ring.faces() == 4 ? nullptr : other;
+    if (sharp == 0) return ring.faces() == 4 || (ring.closed && ring.faces() == 3) ? nullptr : other;
     if (sharp == 1) return ring.faces() == 3 ? nullptr : other;
     const int sides = ring.closed ? sharp : sharp - 1;
     const bool corner = is_sharp(mesh.vertex_sharpness(v));
@@ -93,15 +93,14 @@ VertexRoots vertex_roots(const ControlMesh& control, const RuleMesh& level, cons
         }
     add_joints(roots, level, mesh, place);
     // A corner's child belongs to its face, a point of a boundary or crease to that of the point above it; a corner of
-    // these to that above the one before it: as in RuleLevels, which refine() goes by.
-    const auto beyond = [&](std::uint32_t r, std::uint32_t side) { return roots.link[4 * std::size_t{r} + side] / 4; };
+    // these to that above the one after it: as in RuleLevels, which refine() goes by.
     for (std::uint32_t r = 0; r < count; ++r) {
         const bool corner = corners[r][2] != RuleMesh::none && corners[r][3] == RuleMesh::none;
         std::uint32_t inside = r;
         if (corner)
-            inside = beyond(beyond(r, 2), 2);
+            inside = place[mesh.next(mesh.next(corners[r][2]))] / 4;
         else if (!root_face[r].valid())
-            inside = beyond(r, 2);
+            inside = roots.link[4 * std::size_t{r} + 2] / 4;
         roots.face[r] = root_face[inside];
         roots.hole[r] = control.is_hole(roots.face[r]) ? 1 : 0;
     }

@@ -135,7 +135,7 @@ ControlMesh random_dual_net(std::uint64_t seed, bool creased) {
     options.crease = creased ? 0.25 : 0;
     options.corner = creased ? 0.1 : 0;
     if (options.boundary_rule == BoundaryRule::none) options.boundary_rule = BoundaryRule::edge_only;
-    return test::random_dual_mesh(seed, options);
+    return test::random_dual_mesh_without_valence_2(seed, options);
 }
 
 AdaptiveDual random_adaptive(const ControlMesh& mesh, const SchemeInfo& scheme, Random& random, int rounds) {

@@ -48,7 +48,7 @@ ControlMesh plain_mesh(std::uint64_t seed) {
     test::RandomMeshOptions options = test::random_options(seed);
     options.hole = options.crease = options.corner = 0;
     options.boundary_rule = seed % 2 == 0 ? BoundaryRule::edge_only : BoundaryRule::edge_and_corner;
-    return test::random_dual_mesh(seed, options);
+    return test::random_dual_mesh_without_valence_2(seed, options);
 }
 
 /// Faces by their points, from the least one on, with the UVs of their corners.

@@ -117,35 +117,48 @@ TEST_CASE("[inv2] [inv3] [inv4] [inv5] hierarchies of dual schemes: changes of a
 }
 
 TEST_CASE("[inv1] uniform hierarchies of dual schemes have the faces that refine() keeps beside holes") {
-    std::size_t with_holes = 0;
-    for (const std::string_view scheme : {"doo-sabin", "biquartic"})
-        for (const std::uint64_t seed : {100, 102, 105, 106, 111, 112})
-            for (const bool creased : {false, true}) {
-                CAPTURE(scheme);
-                CAPTURE(seed);
-                CAPTURE(creased);
-                const ControlMesh mesh = creased ? test::random_creased_dual_mesh(seed) : test::random_dual_mesh(seed);
-                for (std::uint32_t f = 0; f < mesh.face_count(); ++f) with_holes += mesh.is_hole(FaceId(f)) ? 1 : 0;
-                for (int level = 1; level <= (scheme == "doo-sabin" ? 3 : 2); ++level) {
-                    CAPTURE(level);
-                    Hierarchy h = make_hierarchy(mesh, scheme);
-                    h.refine_where(each_leaf([](const LeafView&) { return true; }), level - 1);
-                    const HierarchyMesh mine = h.to_mesh({.positions = MeshPositions::level, .level = level});
-                    const PolygonMesh expected = refine(mesh, scheme, level);
-                    REQUIRE(mine.mesh.face_count() == expected.face_count());
-                    REQUIRE(mine.mesh.positions.size() == expected.positions.size());
-                    const PointMatch match(expected.positions);
-                    std::multiset<std::set<std::uint32_t>> theirs, ours;
-                    for (const auto& face : test::faces_of(expected)) theirs.insert({face.begin(), face.end()});
-                    for (const auto& face : test::faces_of(mine.mesh)) {
-                        std::set<std::uint32_t> corners;
-                        for (const std::uint32_t v : face) corners.insert(match.nearest(mine.mesh.positions[v]));
-                        ours.insert(corners);
+    std::size_t with_holes = 0, with_valence_2 = 0;
+    for (const std::string_view scheme : {"doo-sabin", "midedge", "biquartic"})
+        for (const std::uint64_t seed : test::seeds(scheme == "doo-sabin" ? 18 : 4)) {
+            CAPTURE(scheme);
+            CAPTURE(seed);
+            test::RandomMeshOptions options = test::random_options(seed);
+            options.hole = 0.15;
+            options.edge_vertices = 0.08;
+            options.crease = seed % 3 == 0 ? 0 : 0.3;
+            options.corner = options.crease / 2;
+            const ControlMesh mesh = test::random_dual_mesh(
+                seed, options, seed % 3 == 2 ? test::DualTags::of_all_kinds : test::DualTags::infinitely_sharp);
+            for (std::uint32_t f = 0; f < mesh.face_count(); ++f) with_holes += mesh.is_hole(FaceId(f)) ? 1 : 0;
+            for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
+                with_valence_2 += !mesh.is_boundary(VertexId(v)) && mesh.face_valence(VertexId(v)) == 2 ? 1 : 0;
+            for (int level = 1; level <= (scheme == "doo-sabin" ? 3 : 2); ++level) {
+                CAPTURE(level);
+                Hierarchy h = make_hierarchy(mesh, scheme);
+                h.refine_where(each_leaf([](const LeafView&) { return true; }), level - 1);
+                const HierarchyMesh mine = h.to_mesh({.positions = MeshPositions::level, .level = level});
+                const PolygonMesh expected = refine(mesh, scheme, level);
+                REQUIRE(mine.mesh.face_count() == expected.face_count());
+                REQUIRE(mine.mesh.positions.size() == expected.positions.size());
+                const PointMatch match(expected.positions);
+                std::multiset<std::set<std::uint32_t>> theirs, ours;
+                for (const auto& face : test::faces_of(expected)) theirs.insert({face.begin(), face.end()});
+                double worst = 0;
+                for (const auto& face : test::faces_of(mine.mesh)) {
+                    std::set<std::uint32_t> corners;
+                    for (const std::uint32_t v : face) {
+                        const std::uint32_t nearest = match.nearest(mine.mesh.positions[v]);
+                        corners.insert(nearest);
+                        worst = std::max(worst, glm::length(expected.positions[nearest] - mine.mesh.positions[v]));
                     }
-                    CHECK(ours == theirs);
+                    ours.insert(corners);
                 }
+                CHECK(ours == theirs);
+                CHECK(worst < 1e-12 * mesh.bounding_box().diagonal());
             }
+        }
     CHECK(with_holes > 0);
+    CHECK(with_valence_2 > 0);
 }
 
 TEST_CASE("hierarchies as triangles: dual schemes in the 4-8 pattern, others as they are") {

@@ -45,6 +45,11 @@ const char* const k_open =
     "v 0 0 0\nv 1 0 0.2\nv 2 0 0\nv 2.3 1 0.5\nv 1.2 1 0.9\nv 0 1 0.3\nv 1.7 2 0.2\nv 0.5 2 0\nv -0.7 1.6 -0.3\n"
     "f 1 2 5 6\nf 2 3 4 5\nf 5 4 7\nf 6 5 7 8 9\n";
 
+/// Closed: two pentagons that share two edges, between which only they meet (vertex 9), and four quads.
+const char* const k_pillow =
+    "v 0 0 0\nv 2 0 0.3\nv 2 2 0\nv 0 2 0.2\nv 1 0 1\nv 1 2 1.2\nv 1 0 -0.8\nv 1 2 -1\nv 0.5 1 0.9\n"
+    "f 1 5 9 6 4\nf 5 2 3 6 9\nf 1 4 8 7\nf 7 8 3 2\nf 1 7 2 5\nf 4 6 3 8\n";
+
 /// Averaging in its primal form; in its own, with three steps, it is biquartic.
 RuleOptions rules_of(const SchemeInfo& scheme) {
     return {.averaging_steps = scheme.name == "averaging" ? 2 : RuleOptions{}.averaging_steps};
@@ -176,6 +181,59 @@ TEST_CASE(
         const SchemeInfo& scheme = *find_scheme("doo-sabin");
         check_against_uniform(scheme, mesh_for(scheme, k_open + creases), 5e-3);
     }
+}
+
+TEST_CASE("[inv1] [inv3] dual schemes tessellate meshes with inner vertices of two faces") {
+    for (const char* name : {"doo-sabin", "midedge", "biquartic"}) {
+        CAPTURE(name);
+        const SchemeInfo& scheme = *find_scheme(name);
+        check_against_uniform(scheme, mesh_for(scheme, k_pillow), 8e-3);
+    }
+}
+
+TEST_CASE("dual schemes tessellate meshes with holes: what is left is refined to the tolerance, too") {
+    const std::string text = std::string(k_open) + "v 3 1.6 0.4\nv 2.6 2.4 0.9\nf 4 10 11 7\nt hole 1/0/0 1\n";
+    for (const char* name : {"doo-sabin", "midedge", "biquartic"}) {
+        CAPTURE(name);
+        const SchemeInfo& scheme = *find_scheme(name);
+        const ControlMesh mesh = mesh_for(scheme, text);
+        const Tessellation result =
+            tessellate(mesh, {.scheme = scheme, .tolerance = 1e-2, .measure_samples = k_samples});
+        CHECK(result.tolerance_reached);
+        CHECK(result.mesh.triangles.size() < 4'000);
+        CHECK(std::count(result.triangle_face.begin(), result.triangle_face.end(), 1u) == 0);
+        // The edges of holes are edges of no level: each comes nearer to them.
+        const TriangleMesh reference = triangles_of(refine(mesh, scheme, 7, {.limit = true}));
+        const MeasuredError error = compare_meshes(reference, result.mesh, {.samples = 30'000});
+        CHECK(error.hausdorff <= 1.25 * result.tolerance_absolute);
+    }
+}
+
+TEST_CASE("a dual scheme whose boundary recedes is tessellated by whole levels, with a warning") {
+    const ControlMesh mesh = mesh_for(*find_scheme("averaging"),
+                                      "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\n"
+                                      "v 0 1 0\nv 1 1 1\nv 2 1 1\nv 3 1 0\n"
+                                      "v 0 2 0\nv 1 2 1\nv 2 2 1\nv 3 2 0\n"
+                                      "v 0 3 0\nv 1 3 0\nv 2 3 0\nv 3 3 0\n"
+                                      "f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\n"
+                                      "f 5 6 10 9\nf 6 7 11 10\nf 7 8 12 11\n"
+                                      "f 9 10 14 13\nf 10 11 15 14\nf 11 12 16 15\n");
+    RuleOptions rules;
+    rules.averaging_steps = 1;
+    rules.averaging_boundary = AveragingBoundary::recede;
+    const Tessellation result =
+        tessellate(mesh, {.scheme = "averaging", .rules = rules, .tolerance = 2e-2, .measure_samples = k_samples});
+    CHECK(result.tolerance_reached);
+    REQUIRE(!result.warnings.empty());
+    CHECK(has(result.warnings[0], "whole levels"));
+    CHECK(has(refusal(ErrorCode::unsupported,
+                      [&] {
+                          tessellate(mesh, {.scheme = "averaging",
+                                            .rules = rules,
+                                            .estimator = EstimatorKind::certified,
+                                            .tolerance = 2e-2});
+                      }),
+              "certified"));
 }
 
 TEST_CASE("Catmull-Clark and Loop by other than their plain rules go by limit points, too") {
@@ -605,9 +663,16 @@ TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use inst
               "triangulate()"));
     CHECK(has(refusal(ErrorCode::invalid_input, [&] { tessellate(mesh, {.scheme = "kobbelt", .tolerance = 1e-18}); }),
               "rounding"));
-    // Dual schemes: holes.
+    // What certified dual schemes do not know.
     const ControlMesh hole = mesh_for(*find_scheme("doo-sabin"), std::string(k_closed) + "t hole 1/0/0 0\n");
-    CHECK(has(refusal(code, [&] { tessellate(hole, {.scheme = "doo-sabin", .tolerance = 1e-2}); }), "holes"));
+    const auto certified = [&](const ControlMesh& control, const RuleOptions& rules, const char* scheme) {
+        return refusal(code, [&] {
+            tessellate(control,
+                       {.scheme = scheme, .rules = rules, .estimator = EstimatorKind::certified, .tolerance = 1e-2});
+        });
+    };
+    CHECK(has(certified(hole, {}, "doo-sabin"), "holes"));
+    CHECK(has(certified(mesh_for(*find_scheme("midedge"), k_pillow), {}, "midedge"), "two faces"));
     const Tessellation open = tessellate(hole, {.scheme = "kobbelt", .tolerance = 1e-2, .measure = false});
     CHECK(test::topology(open.mesh.triangles) == test::surface_topology(hole));
     // A crease that is semi-sharp for long has a limit like any other.
