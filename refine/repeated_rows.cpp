@@ -97,9 +97,13 @@ struct RootKind {
     bool creases = false;   ///< in cells: with those beyond creases, too
 };
 
+struct LastLevel {
+    double points, bytes;
+};
+
 /// What the last level will be, before anything is made.
-void check_size(const ControlMesh& mesh, const RootKind& roots, int levels, const RepeatedRows::Demand& demand,
-                const RunContext& context) {
+/// @throws Error  unsupported: more than 32 bits can number
+LastLevel last_level(const ControlMesh& mesh, const RootKind& roots, int levels, const RepeatedRows::Demand& demand) {
     const bool split = roots.split, triangles = roots.triangles;
     double faces = split ? mesh.halfedge_count() : mesh.face_count();
     const double edges = mesh.edge_count() * (split ? 2.0 : 1.0) + (split ? mesh.halfedge_count() : 0.0),
@@ -126,11 +130,15 @@ void check_size(const ControlMesh& mesh, const RootKind& roots, int levels, cons
     const double bytes = points * (static_cast<double>(demand.point_bytes) + above * sizeof(Vec3d)) +
                          corners * static_cast<double>(demand.corner_bytes) +
                          cells * static_cast<double>(demand.face_bytes);
-    if (context.max_memory_bytes == 0 || bytes <= static_cast<double>(context.max_memory_bytes)) return;
+    return {points, bytes};
+}
+
+void check_memory(const ControlMesh& mesh, int levels, const LastLevel& last, const RunContext& context) {
+    if (context.max_memory_bytes == 0 || last.bytes <= static_cast<double>(context.max_memory_bytes)) return;
     throw Error(ErrorCode::memory_limit,
                 fmt::format("{} levels, {:.0f} vertices, need about {:.0f} MiB, and the limit is {} MiB; ask for fewer "
                             "levels",
-                            levels, points, std::ceil(bytes / (1 << 20)), context.max_memory_bytes >> 20),
+                            levels, last.points, std::ceil(last.bytes / (1 << 20)), context.max_memory_bytes >> 20),
                 mesh.data().source);
 }
 
@@ -150,7 +158,8 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     if (levels <= base_level) return nullptr;
     const int factor = scheme.refinement == Refinement::sqrt3 ? 3 : 2;
     const bool creases = dual && !ignores_creases(scheme, rules);
-    check_size(mesh, {triangles, !triangles && (dual || !quads), dual, factor, creases}, levels, demand, context);
+    const LastLevel last_size =
+        last_level(mesh, {triangles, !triangles && (dual || !quads), dual, factor, creases}, levels, demand);
     if (has_large_rings(mesh)) return nullptr;
     const bool averages = scheme.step == averaging_step || scheme.step == biquartic_step;
     if (averages && rules.averaging_boundary == AveragingBoundary::recede && is_open(mesh)) return nullptr;
@@ -210,6 +219,8 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
                               takes_corner_angles(scheme));
     double points = std::pow(factor, levels - base_level);
     points *= points * all->net_.base().face_count / (triangles ? 2 : 1);
+    // By the rules, to which the cases above and the few below go, a level takes more.
+    check_memory(mesh, levels, last_size, context);
     if (!demand.even_if_slower && StarLessons::cost(corners, all->net_, factor) > points) return nullptr;
     if (!all->learn(corners, scheme, rules, demand, context)) return nullptr;
     const auto wide_enough = [&] {

@@ -6,9 +6,12 @@
 #include "tetrakis/refine/corner_angles.hpp"
 #include "tetrakis/refine/rule_levels.hpp"
 #include "tetrakis/refine/rule_limit.hpp"
+#include "tetrakis/schemes/averaging.hpp"
 #include "tetrakis/schemes/four_eight.hpp"
 #include "tetrakis/schemes/kobbelt.hpp"
 #include "tetrakis/schemes/linear.hpp"
+#include "tetrakis/schemes/modified_butterfly.hpp"
+#include "tetrakis/schemes/tuned_loop.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -42,6 +45,23 @@ std::uint64_t growth(const SchemeInfo& scheme) {
 // Loop and Catmull-Clark; the long rules of Butterfly, Kobbelt and many averaging steps take up to twice as much).
 constexpr std::uint64_t k_bytes_per_halfedge = 160;
 
+/// Whether all rows around a vertex see its whole ring, or those in a face all of that, on every level.
+bool sees_rings(const SchemeInfo& scheme) {
+    return scheme.step == modified_butterfly_step || scheme.step == kobbelt_step || scheme.step == tuned_loop_step ||
+           scheme.step == averaging_step || scheme.refinement == Refinement::vertex_split ||
+           scheme.refinement == Refinement::sqrt3;
+}
+
+/// Bytes of the terms of those rows where rings are large, for each level.
+std::uint64_t bytes_of_large_rings(const ControlMesh& mesh, const SchemeInfo& scheme) {
+    constexpr std::uint64_t k_large = 32, k_term = sizeof(int) + sizeof(double);
+    std::uint64_t bytes = 0;
+    const auto add = [&](std::uint64_t size) { bytes += size > k_large ? size * size * k_term : 0; };
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) add(mesh.face_size(FaceId(f)));
+    for (std::uint32_t v = 0; v < mesh.vertex_count() && sees_rings(scheme); ++v) add(mesh.face_valence(VertexId(v)));
+    return bytes;
+}
+
 }  // namespace
 
 RuleMesh rule_mesh(const ControlMesh& mesh, const RuleOptions& rules) {
@@ -52,6 +72,10 @@ RuleMesh rule_mesh(const ControlMesh& mesh, const RuleOptions& rules) {
             faces.corner(static_cast<int>(data.face_vertices[h]), mesh.sharpness(mesh.edge(HalfedgeId(h))));
         faces.end_face();
     }
+    std::vector<int> twins(mesh.halfedge_count(), RuleMesh::none);
+    for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h)
+        if (const HalfedgeId twin = mesh.twin(HalfedgeId(h)); twin.valid()) twins[h] = static_cast<int>(twin.value);
+    faces.set_twins(std::move(twins));
     faces.set_corner_angles(detail::corner_angles(mesh, rules));
     std::vector<float> sharpness(mesh.vertex_count());
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) sharpness[v] = mesh.sharpness(VertexId(v));
@@ -95,7 +119,9 @@ void detail::check_rule_memory(const ControlMesh& mesh, const SchemeInfo& scheme
                             " face corners, and the limit is " + std::to_string(most),
                         mesh.data().source);
     }
-    const std::uint64_t bytes = halfedges * k_bytes_per_halfedge, limit = context.max_memory_bytes;
+    const std::uint64_t bytes = halfedges * k_bytes_per_halfedge +
+                                static_cast<std::uint64_t>(levels) * bytes_of_large_rings(mesh, scheme),
+                        limit = context.max_memory_bytes;
     if (limit == 0 || bytes <= limit) return;
     throw Error(ErrorCode::memory_limit,
                 std::to_string(asked) + " levels, up to " + std::to_string(halfedges) + " face corners, need about " +

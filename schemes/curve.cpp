@@ -25,6 +25,15 @@ void check_tolerance(double tolerance) {
     if (!(tolerance > 0)) throw std::invalid_argument("the tolerance must be positive");
 }
 
+/// Squares of what is larger are infinite, and bounds made of these no numbers.
+void check_coordinates(std::span<const glm::dvec3> control) {
+    constexpr double k_largest = 1e60;
+    for (const glm::dvec3& p : control)
+        for (int i = 0; i < 3; ++i)
+            if (!(std::abs(p[i]) <= k_largest))
+                throw std::invalid_argument("a control point has a coordinate that is not finite, or beyond 1e60");
+}
+
 double distance_to_segment(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b) {
     const glm::dvec3 d = b - a;
     const double square = glm::dot(d, d);
@@ -205,6 +214,7 @@ CurvePoints four_point_step(std::span<const glm::dvec3> p, CurveTopology topolog
 CurvePolyline adaptive_bezier(std::span<const glm::dvec3> control, double tolerance) {
     need_points(control, 1, "a Bezier curve");
     check_tolerance(tolerance);
+    check_coordinates(control);
     CurvePolyline line;
     struct Part {
         CurvePoints points;
@@ -236,6 +246,7 @@ CurvePolyline adaptive_bspline(std::span<const glm::dvec3> control, int degree, 
                                double tolerance) {
     check_degree(degree);
     check_tolerance(tolerance);
+    check_coordinates(control);
     const bool closed = topology == CurveTopology::closed;
     CurvePoints points = closed ? CurvePoints(control.begin(), control.end()) : with_plain_ends(control, degree, ends);
     need_points(points, closed ? 1 : degree + 1, "a B-spline of this degree");
@@ -251,15 +262,22 @@ CurvePolyline adaptive_bspline(std::span<const glm::dvec3> control, int degree, 
 CurvePolyline adaptive_four_point(std::span<const glm::dvec3> control, CurveTopology topology, FourPointEnds ends,
                                   double tolerance) {
     check_tolerance(tolerance);
-    const bool closed = topology == CurveTopology::closed;
+    check_coordinates(control);
+    const bool closed = topology == CurveTopology::closed, plain = !closed && ends == FourPointEnds::plain;
+    if (plain) need_points(control, 6, "a span of the four-point curve without rules for its ends");
     CurvePoints points = four_point_step(control, topology, ends);
-    const std::size_t spans = closed ? control.size() : std::max<std::size_t>(1, control.size() - 1);
+    const std::size_t spans = closed  ? control.size()
+                              : plain ? control.size() - 5
+                                      : std::max<std::size_t>(1, control.size() - 1);
     // See the header for the constants.
     const double factor = !closed && ends == FourPointEnds::cubic ? 2.0 : 0.5;
     const auto bound = [&] { return factor * largest_second_difference(points, closed); };
     while (bound() > tolerance / 4 && static_cast<int>(points.size()) < k_most_curve_points)
         points = four_point_step(points, topology, ends);
-    return thinned(points, closed, bound(), tolerance, spans);
+    const double error = bound();
+    // Each level has dropped a span of its own at each end: two more are beyond where all of them end.
+    if (plain) points = CurvePoints(points.begin() + 2, points.end() - 2);
+    return thinned(points, closed, error, tolerance, spans);
 }
 
 }  // namespace tetrakis

@@ -68,7 +68,8 @@ struct CurvePolyline {
 
 /// A Bezier curve as a polygon, halved where it is not yet within the tolerance of its chord. The bound is the distance
 /// of the control points from the chord: the curve lies in their hull.
-/// @throws std::invalid_argument  no control point, or a tolerance that is not positive; so do the next two
+/// @throws std::invalid_argument  no control point, coordinates that are not finite or beyond 1e60, or a tolerance that
+///                                is not positive; so do the next two
 CurvePolyline adaptive_bezier(std::span<const glm::dvec3> control, double tolerance);
 /// A B-spline: refined until chords between its knots are within a part of the tolerance (an eighth of the largest
 /// second difference of the control points bounds their distance), then as few of these points as the rest of it
@@ -77,7 +78,9 @@ CurvePolyline adaptive_bspline(std::span<const glm::dvec3> control, int degree, 
                                double tolerance);
 /// The four-point curve in the same way. The largest second difference M bounds the distance from the polygon by M / 2:
 /// a new point is M / 8 from its chord at most, and the next level's second differences are 3/4 M at most. Cubic ends:
-/// M / 4 and 7/8 M, so 2 M.
+/// M / 4 and 7/8 M, so 2 M. Without rules for the ends every level drops spans there: what is left of n points is the
+/// curve between the third and the last but two.
+/// @throws std::invalid_argument  as four_point_step(); plain ends with fewer than 6 points
 CurvePolyline adaptive_four_point(std::span<const glm::dvec3> points, CurveTopology topology, FourPointEnds ends,
                                   double tolerance);
 inline constexpr int k_most_curve_points = 1 << 20;

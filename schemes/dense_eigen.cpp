@@ -75,8 +75,61 @@ void join(std::vector<Complex>& values, const std::vector<double>& uncertain) {
     }
 }
 
-std::vector<Complex> eigenvalues_of(const MatrixXcd& m) {
-    if (m.rows() == 0) return {};
+/// The rows that depend on each other in circles, by Tarjan's algorithm: sorted by them the matrix is block triangular,
+/// and its eigenvalues are those of the blocks.
+class Blocks {
+  public:
+    explicit Blocks(const MatrixXcd& m) : m_(m), place_(static_cast<std::size_t>(m.rows()), k_new), low_(place_) {
+        for (Eigen::Index row = 0; row < m.rows(); ++row)
+            if (place_[static_cast<std::size_t>(row)] == k_new) visit(row);
+    }
+    std::vector<std::vector<Eigen::Index>> all;
+
+  private:
+    static constexpr Eigen::Index k_new = -1, k_done = std::numeric_limits<Eigen::Index>::max();
+    struct Visit {
+        Eigen::Index row, next;
+    };
+    void visit(Eigen::Index start) {
+        std::vector<Visit> path{{start, 0}};
+        while (!path.empty()) {
+            auto& [row, next] = path.back();
+            Eigen::Index &place = place_[static_cast<std::size_t>(row)], &low = low_[static_cast<std::size_t>(row)];
+            if (place == k_new) {
+                place = low = count_++;
+                open_.push_back(row);
+            }
+            while (next < m_.cols() && (m_(row, next) == 0.0 || place_[static_cast<std::size_t>(next)] == k_done))
+                ++next;
+            if (next < m_.cols()) {
+                const Eigen::Index to = next++;
+                if (place_[static_cast<std::size_t>(to)] == k_new)
+                    path.push_back({to, 0});
+                else
+                    low = std::min(low, place_[static_cast<std::size_t>(to)]);
+                continue;
+            }
+            if (low == place) {
+                const auto begin = std::find(open_.begin(), open_.end(), row);
+                all.emplace_back(begin, open_.end());
+                open_.erase(begin, open_.end());
+                for (const Eigen::Index of : all.back()) place_[static_cast<std::size_t>(of)] = k_done;
+            }
+            const Eigen::Index reached = low;
+            path.pop_back();
+            if (path.empty()) continue;
+            Eigen::Index& above = low_[static_cast<std::size_t>(path.back().row)];
+            above = std::min(above, reached);
+        }
+    }
+
+    const MatrixXcd& m_;
+    Eigen::Index count_ = 0;
+    std::vector<Eigen::Index> place_, low_, open_;
+};
+
+std::vector<Complex> eigenvalues_of_block(const MatrixXcd& m) {
+    if (m.rows() == 1) return {m(0, 0)};
     const VectorXcd computed = Eigen::ComplexEigenSolver<MatrixXcd>(m, false).eigenvalues();
     std::vector<Complex> values(computed.begin(), computed.end());
     for (std::size_t i = 0; i < values.size(); ++i)
@@ -87,6 +140,16 @@ std::vector<Complex> eigenvalues_of(const MatrixXcd& m) {
             join(values, uncertainties(m, whole.eigenvectors()));
             return values;
         }
+    return values;
+}
+
+std::vector<Complex> eigenvalues_of(const MatrixXcd& m) {
+    std::vector<Complex> values;
+    for (std::vector<Eigen::Index>& block : Blocks(m).all) {
+        std::sort(block.begin(), block.end());
+        const std::vector<Complex> some = eigenvalues_of_block(m(block, block));
+        values.insert(values.end(), some.begin(), some.end());
+    }
     return values;
 }
 

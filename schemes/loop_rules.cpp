@@ -121,7 +121,8 @@ ClosedMasks loop_closed_masks(const FanShape& shape, const RuleOptions& options)
     const int K = n;
     if (shape.corner) {
         masks.limit = {{{}, 1}};
-        if (K == 1 || shape.angle > 0 || options.corner_angle > 0) {
+        // Two triangles: the edge between them goes by 3/8, into the plane of the two sharp ones.
+        if (K <= 2 || shape.angle > 0 || options.corner_angle > 0) {
             masks.lambda1 = masks.lambda2 = 0.5;
             masks.tangent1 = {{{}, -1}, {edge(0), 1}};
             masks.tangent2 = {{{}, -1}, {edge(K), 1}};

@@ -12,6 +12,8 @@ namespace tetrakis {
 using std::numbers::pi;
 
 std::vector<double> ModifiedButterfly::extraordinary_ring(int n) {
+    // Modes 0 and 1 have eigenvalues 1/4 and 1/2; with two edges there are no others.
+    if (n == 2) return {3.0 / 8, -1.0 / 8};
     if (n == 3) return {5.0 / 12, -1.0 / 12, -1.0 / 12};
     if (n == 4) return {3.0 / 8, 0, -1.0 / 8, 0};
     std::vector<double> s(n);

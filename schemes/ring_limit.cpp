@@ -115,8 +115,9 @@ RingLimit::Sector corner_sector(const RingLayout& at, int first, int K) {
     s.tangent1.assign(at.size(), 0.0);
     s.tangent2.assign(at.size(), 0.0);
     s.lambda1 = s.lambda2 = 0.5;
-    if (K == 1) {
-        s.tangent1[edge(0)] = s.tangent2[edge(1)] = 1;
+    // Two triangles: the edge between them goes by 3/8, into the plane of the two sharp ones.
+    if (K == 1 || (K == 2 && !at.quads)) {
+        s.tangent1[edge(0)] = s.tangent2[edge(K)] = 1;
         s.tangent1[0] = s.tangent2[0] = -1;
         s.has_tangent_plane = true;
         return s;

@@ -53,8 +53,8 @@ struct RingLimit {
 /// No tangent plane, and what the tangents are then, by choice:
 /// * a sector beside a crease or boundary with more than 3 quads or 5 triangles: the surface has none there (plain
 ///   rules; its across modes are slower than the one along). Along and first across, as for fewer faces;
-/// * a sector of two or more faces at a corner: the ring's edges weighed by cos and sin (i pi / K), i.e. the plane that
-///   fits them. With one face the two edges span the tangent plane;
+/// * a sector of K quads (K > 1) or triangles (K > 2) at a corner: the ring's edges weighed by cos and sin (i pi / K),
+///   i.e. the plane that fits them. With fewer faces the two sharp edges span the tangent plane;
 /// * an interior vertex of valence 2: its two differences across (Loop: one of them is zero, the ring has no other).
 ///
 /// Sources: Halstead, Kass, DeRose 1993; Hoppe et al. 1994; Biermann, Levin, Zorin 2000; across masks of the plain

@@ -53,6 +53,10 @@ class StencilTable {
     int row_count() const { return static_cast<int>(begin_.size()) - 1; }
     std::span<const int> points(int row) const { return {points_.data() + begin_[row], size(row)}; }
     std::span<const double> weights(int row) const { return {weights_.data() + begin_[row], size(row)}; }
+    /// The whole table in compressed rows (CSR): row r is from begins()[r] to begins()[r + 1] in the other two.
+    std::span<const std::size_t> begins() const { return begin_; }
+    std::span<const int> points() const { return points_; }
+    std::span<const double> weights() const { return weights_; }
 
     /// Appends a row, gathered.
     void push(StencilRow row) {

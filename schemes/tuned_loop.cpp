@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 namespace tetrakis {
@@ -44,6 +45,13 @@ double TunedLoop::beta(int n, double tuning) { return (1 - tuning) * Loop::beta(
 RuleStep tuned_loop_step(const RuleMesh& mesh, const RuleOptions& options) {
     detail::need_triangles(mesh, "tuned-loop");
     detail::check_corner_angle(options);
+    std::map<int, std::vector<double>> rings;  // by valence
+    for (int v = 0; v < mesh.vertex_count(); ++v) {
+        RuleMesh::Ring ring;
+        if (mesh.first(v) == RuleMesh::none || !tuned(mesh, mesh.first(v), ring)) continue;
+        std::vector<double>& b = rings[ring.edges()];
+        if (b.empty()) b = TunedLoop::edge_ring(ring.edges(), options.tuning);
+    }
     return detail::split_triangles(
         mesh, options.runner,
         [&](int v) -> StencilRow {
@@ -70,7 +78,7 @@ RuleStep tuned_loop_step(const RuleMesh& mesh, const RuleOptions& options) {
                 if (!tuned(mesh, from, ring)) continue;
                 ++ends;
                 const int n = ring.edges(), at = ring.position(mesh.target(from));
-                const std::vector<double> b = TunedLoop::edge_ring(n, options.tuning);
+                const std::vector<double>& b = rings.at(n);
                 smooth.add(mesh.origin(from), TunedLoop::edge_vertex);
                 for (int i = 0; i < n; ++i) smooth.add(ring.at(at + i), b[i]);
             }

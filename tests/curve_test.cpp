@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
 #include <random>
 #include <stdexcept>
@@ -196,6 +197,27 @@ TEST_CASE("adaptive polygons are within their tolerance of the curve, and no fin
             }
         }
     }
+    // Without rules for the ends: from the third point to the last but two, whatever the level it stops at.
+    const CurvePoints nine = random_points(9, 5);
+    for (const double tolerance : {1.0, 1e-2, 1e-4}) {
+        const CurvePolyline line = adaptive_four_point(nine, CurveTopology::open, FourPointEnds::plain, tolerance);
+        CHECK(line.points.front() == nine[2]);
+        CHECK(line.points.back() == nine[6]);
+        CurvePoints fine = nine;
+        for (int i = 0; i < 8; ++i) fine = four_point_step(fine, CurveTopology::open, FourPointEnds::plain);
+        double most = 0;
+        for (std::size_t i = 2; i + 2 < fine.size(); ++i) most = std::max(most, distance(fine[i], line.points, false));
+        CHECK(most <= line.error + 1e-13);
+    }
+    CHECK_THROWS_WITH(adaptive_four_point(random_points(5, 1), CurveTopology::open, FourPointEnds::plain, 1e-11),
+                      doctest::Contains("6 points"));
+    CurvePoints bad = random_points(6, 1);
+    bad[3].y = std::numeric_limits<double>::quiet_NaN();
+    CHECK_THROWS_AS(adaptive_bezier(bad, 1e-3), std::invalid_argument);
+    CHECK_THROWS_AS(adaptive_bspline(bad, 3, CurveTopology::closed, CurveEnds::plain, 1e-3), std::invalid_argument);
+    CHECK_THROWS_AS(adaptive_four_point(bad, CurveTopology::closed, FourPointEnds::plain, 1e-3), std::invalid_argument);
+    bad[3].y = 1e160;
+    CHECK_THROWS_AS(adaptive_bezier(bad, 1e-3), std::invalid_argument);
     // A straight line needs its ends alone.
     CHECK(adaptive_bezier(CurvePoints{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, 1e-6).points.size() == 2);
     CHECK_THROWS_AS(adaptive_bezier(random_points(3, 1), 0), std::invalid_argument);

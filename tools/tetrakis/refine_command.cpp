@@ -32,6 +32,27 @@ struct Options {
     RunOptions run;
 };
 
+/// What a refinement may take of the memory limit: the program itself is part of that, and allocators take more than
+/// they are asked for.
+class MemoryRest {
+  public:
+    explicit MemoryRest(const RunContext& whole)
+        : context_(whole), limit_(whole.max_memory_bytes), used_(memory_bytes()) {
+        constexpr std::uint64_t k_percent = 92;
+        if (limit_ != 0) context_.max_memory_bytes = limit_ > used_ ? (limit_ - used_) / 100 * k_percent : 1;
+    }
+    const RunContext& context() const { return context_; }
+    [[noreturn]] void rethrow(const Error& error) const {
+        if (error.code() != ErrorCode::memory_limit) throw;
+        throw Error(error.code(), fmt::format("{} (all in all {} MiB, of which {} MiB were in use before)",
+                                              error.what(), limit_ >> 20, used_ >> 20));
+    }
+
+  private:
+    RunContext context_;
+    std::uint64_t limit_, used_;
+};
+
 ExitCode run_checked(const Options& options, const SchemeInfo& scheme) {
     Run process(options.run);
     LoadedModel model = load_model(options.input, options.repair, process.context());
@@ -43,20 +64,25 @@ ExitCode run_checked(const Options& options, const SchemeInfo& scheme) {
     report.faces = faces;  // as read
     report.levels = options.levels;
 
+    const MemoryRest rest(process.context());
     const RefineOptions refine_options{.rules = options.rules.rules(),
                                        .smoothing = options.smoothing,
                                        .limit = options.limit,
                                        .normals = options.limit,
-                                       .context = process.context()};
+                                       .context = rest.context()};
     const Stopwatch refining;
     StencilTable stencils;
     PolygonMesh mesh;
-    if (options.stencils.empty()) {
-        mesh = refine(model.mesh, scheme, options.levels, refine_options);
-    } else {
-        RefinedStencils refined = refine_stencils(model.mesh, scheme, options.levels, refine_options);
-        mesh = std::move(refined.mesh);
-        stencils = std::move(refined.stencils);
+    try {
+        if (options.stencils.empty()) {
+            mesh = refine(model.mesh, scheme, options.levels, refine_options);
+        } else {
+            RefinedStencils refined = refine_stencils(model.mesh, scheme, options.levels, refine_options);
+            mesh = std::move(refined.mesh);
+            stencils = std::move(refined.stencils);
+        }
+    } catch (const Error& error) {
+        rest.rethrow(error);
     }
     report.seconds.refine = refining.seconds();
     report.warnings.insert(report.warnings.end(), mesh.warnings.begin(), mesh.warnings.end());
