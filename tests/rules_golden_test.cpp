@@ -99,8 +99,8 @@ TEST_CASE("[golden] the schemes' rules give the points and faces of three other 
 // there, points beyond the boundary by reflection, whatever the number of triangles at the boundary vertex, and the
 // rule of the extraordinary vertex where the other end is one inside the mesh. That is the original Butterfly with
 // reflection, and not the rules of Zorin's thesis (crease neighbours, regular and not), which differ from it by up to
-// 0.3 here; those give C1 boundaries, and the scheme's own analysis and its tests of quadratic reproduction speak for
-// ours.
+// 0.3 here; those give C1 boundaries, and the scheme's own analysis and its tests of quadratic reproduction
+// (butterfly_rules_test.cpp), where the reflection fails, speak for ours.
 TEST_CASE("[golden] Butterfly beside boundaries: OpenMesh's is the reflection, ours the rules of the thesis") {
     const auto golden = shared_data::folder("reference/golden"), meshes = shared_data::folder("reference/meshes");
     if (!golden || !meshes) return;
