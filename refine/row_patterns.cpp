@@ -20,7 +20,8 @@ constexpr std::uint32_t k_most_rings = 5;
 /// they were given as (with its orientation): with 1, 0 in the first column that is large, 0, +-1 in the second one.
 template <class Column>
 void make_canonical(std::vector<Column>& columns) {
-    constexpr double k_large = 0.1;
+    // No simple fraction, at which some masks' weights are, give or take rounding.
+    constexpr double k_large = 0.0871;
     const auto first_large = [&](const auto& size) {
         double largest = 0;
         for (const Column& c : columns) largest = std::max(largest, size(c));

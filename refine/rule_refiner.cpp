@@ -124,7 +124,9 @@ void detail::check_rule_memory(const ControlMesh& mesh, const SchemeInfo& scheme
                         limit = context.max_memory_bytes;
     if (limit == 0 || bytes <= limit) return;
     throw Error(ErrorCode::memory_limit,
-                std::to_string(asked) + " levels, up to " + std::to_string(halfedges) + " face corners, need about " +
+                std::to_string(asked) + " levels, up to " + std::to_string(halfedges) + " face corners" +
+                    (levels < asked ? " in the first " + std::to_string(levels) + " of them, need at least about "
+                                    : std::string(", need about ")) +
                     std::to_string(bytes >> 20) + " MiB, and the limit is " + std::to_string(limit >> 20) +
                     " MiB; ask for fewer levels",
                 mesh.data().source);

@@ -44,8 +44,11 @@ class MemoryRest {
     const RunContext& context() const { return context_; }
     [[noreturn]] void rethrow(const Error& error) const {
         if (error.code() != ErrorCode::memory_limit) throw;
-        throw Error(error.code(), fmt::format("{} (all in all {} MiB, of which {} MiB were in use before)",
-                                              error.what(), limit_ >> 20, used_ >> 20));
+        // The caller names the file.
+        std::string text = error.what();
+        if (const std::string file = error.file().string() + ": "; text.starts_with(file)) text.erase(0, file.size());
+        throw Error(error.code(), fmt::format("{} (all in all {} MiB, of which {} MiB were in use before)", text,
+                                              limit_ >> 20, used_ >> 20));
     }
 
   private:
