@@ -43,8 +43,7 @@ std::vector<CurveScheme> curve_schemes() {
 }
 
 /// Vertices on edges of one face.
-std::set<std::uint32_t> boundary_vertices(std::span<const std::uint32_t> offsets,
-                                          std::span<const std::uint32_t> corners) {
+std::set<std::uint32_t> curve_vertices(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> corners) {
     std::map<std::pair<std::uint32_t, std::uint32_t>, int> faces;
     for (std::size_t f = 0; f + 1 < offsets.size(); ++f)
         for (std::uint32_t i = offsets[f]; i < offsets[f + 1]; ++i)
@@ -117,13 +116,13 @@ struct TwoBands {
 /// The points of the curve at the end of a half that is the other's, too.
 std::vector<Vec3d> common_curve(const PolygonMesh& half) {
     std::vector<Vec3d> result;
-    for (const std::uint32_t v : boundary_vertices(half.face_offsets, half.face_vertices))
+    for (const std::uint32_t v : curve_vertices(half.face_offsets, half.face_vertices))
         if (std::abs(half.positions[v].z) < 1.5) result.push_back(half.positions[v]);
     return result;
 }
 
 /// How far the points are from others, at most.
-double farthest(const std::vector<Vec3d>& points, const std::vector<Vec3d>& from) {
+double largest_gap(const std::vector<Vec3d>& points, const std::vector<Vec3d>& from) {
     const PointMatch match(from);
     double most = 0;
     for (const Vec3d& p : points) most = std::max(most, glm::length(from[match.nearest(p)] - p));
@@ -144,7 +143,7 @@ TEST_CASE("boundary curves see nothing of the inside, on any level and in the li
             options.triangles_only = scheme->family == MeshFamily::triangles;
             ControlMeshData data = test::random_mesh_data(seed, options);
             const ControlMesh mesh = ControlMesh::build(data);
-            const std::set<std::uint32_t> outside = boundary_vertices(data.face_offsets, data.face_vertices);
+            const std::set<std::uint32_t> outside = curve_vertices(data.face_offsets, data.face_vertices);
             test::Random random(seed);
             for (std::uint32_t v = 0; v < data.positions.size(); ++v)
                 if (!outside.contains(v))
@@ -155,12 +154,12 @@ TEST_CASE("boundary curves see nothing of the inside, on any level and in the li
                 const RefineOptions how{.rules = rules, .limit = limit};
                 const int levels = limit ? 1 : 2;
                 const PolygonMesh a = refine(mesh, *scheme, levels, how), b = refine(moved, *scheme, levels, how);
-                const std::set<std::uint32_t> curve = boundary_vertices(a.face_offsets, a.face_vertices);
+                const std::set<std::uint32_t> curve = curve_vertices(a.face_offsets, a.face_vertices);
                 int same = 0;
                 for (const std::uint32_t v : curve) same += a.positions[v] == b.positions[v] ? 1 : 0;
                 CHECK(same == static_cast<int>(curve.size()));
                 CHECK(curve.size() >= outside.size());
-                CHECK(farthest(a.positions, b.positions) > 0.01);
+                CHECK(largest_gap(a.positions, b.positions) > 0.01);
             }
         }
 }
@@ -182,9 +181,9 @@ TEST_CASE("crease curves are the same for both sides, whatever the faces there, 
                                          above = common_curve(refine(up, *scheme, levels, how));
                 CHECK(below.size() >= TwoBands::columns);
                 CHECK(below.size() == above.size());
-                CHECK(farthest(below, above) < 1e-13);
-                CHECK(farthest(above, below) < 1e-13);
-                CHECK(farthest(below, whole.positions) < 1e-13);
+                CHECK(largest_gap(below, above) < 1e-13);
+                CHECK(largest_gap(above, below) < 1e-13);
+                CHECK(largest_gap(below, whole.positions) < 1e-13);
             }
         }
 }
@@ -195,7 +194,7 @@ TEST_CASE("crease curves are not the same for both sides by Hoppe's rule, which 
     const std::vector<Vec3d> below = common_curve(refine(bands.mesh(true, false), "loop", 2, how)),
                              above = common_curve(refine(bands.mesh(false, true), "loop", 2, how));
     CHECK(below.size() == above.size());
-    CHECK(farthest(below, above) > 0.01);
+    CHECK(largest_gap(below, above) > 0.01);
 }
 
 TEST_SUITE_END();

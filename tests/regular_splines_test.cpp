@@ -24,12 +24,12 @@ using namespace tetrakis;
 namespace {
 
 /// How often e1, e2, e1 + e2 and e1 - e2 occur.
-using Directions = std::array<int, 4>;
-constexpr std::array<std::array<int, 2>, 4> k_direction{{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
+using SplineDirections = std::array<int, 4>;
+constexpr std::array<std::array<int, 2>, 4> k_spline_direction{{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
 
 struct RegularSpline {
     std::string_view scheme;
-    Directions times;
+    SplineDirections times;
     RuleOptions rules{};
 };
 
@@ -56,7 +56,7 @@ std::vector<RegularSpline> regular_splines() {
 /// of two. Where a spline of too few directions jumps, the value is that a little to one side, to the same one always.
 class BoxSplineValues {
   public:
-    double at(const Directions& times, double x, double y) {
+    double at(const SplineDirections& times, double x, double y) {
         std::vector<int> found;
         int total = 0;
         for (int d = 0; d < 4; ++d) {
@@ -64,8 +64,8 @@ class BoxSplineValues {
             if (times[d] > 0) found.push_back(d);
         }
         // The point as so much of the first two directions there are, and so the side to look to.
-        const auto& a = k_direction[found[0]];
-        const auto& b = k_direction[found[1]];
+        const auto& a = k_spline_direction[found[0]];
+        const auto& b = k_spline_direction[found[1]];
         const double det = a[0] * b[1] - a[1] * b[0];
         const auto share = [&](double u, double v) {
             return std::array{(u * b[1] - v * b[0]) / det, (a[0] * v - a[1] * u) / det};
@@ -80,11 +80,12 @@ class BoxSplineValues {
         double sum = 0;
         for (std::size_t i = 0; i < found.size(); ++i) {
             const int d = found[i];
-            Directions fewer = times;
+            SplineDirections fewer = times;
             --fewer[d];
             const double part = i < 2 ? t[i] : 0;
             if (part != 0) sum += part * at(fewer, x, y);
-            if (part != times[d]) sum += (times[d] - part) * at(fewer, x - k_direction[d][0], y - k_direction[d][1]);
+            if (part != times[d])
+                sum += (times[d] - part) * at(fewer, x - k_spline_direction[d][0], y - k_spline_direction[d][1]);
         }
         return values_[{times, x, y}] = sum / (total - 2);
     }
@@ -98,7 +99,7 @@ class BoxSplineValues {
     }
 
     struct Key {
-        Directions times;
+        SplineDirections times;
         double x, y;
         auto operator<=>(const Key&) const = default;
     };
@@ -142,7 +143,7 @@ HeightGrid height_grid(MeshFamily family) {
 /// with nothing between, and takes means of neighbours along each direction as often as it occurs.
 class RefinedHeights {
   public:
-    RefinedHeights(const HeightGrid& grid, const Directions& times, int levels) : unit_(2 << levels) {
+    RefinedHeights(const HeightGrid& grid, const SplineDirections& times, int levels) : unit_(2 << levels) {
         std::vector<double> heights(static_cast<std::size_t>(side()) * side(), 0.0);
         for (int y = 0; y <= k_cells; ++y)
             for (int x = 0; x <= k_cells; ++x) heights[index(x * unit_, y * unit_)] = grid.height(x, y);
@@ -151,7 +152,8 @@ class RefinedHeights {
             const int half = unit_ >> (level + 1);
             for (int d = 0; d < 4; ++d)
                 for (int i = 0; i < times[d]; ++i) {
-                    const int away = index(half * k_direction[d][0], half * k_direction[d][1]) - index(0, 0);
+                    const int away =
+                        index(half * k_spline_direction[d][0], half * k_spline_direction[d][1]) - index(0, 0);
                     std::vector<double> means(heights.size(), 0.0);
                     // Beyond the array there is nothing that the middle sees.
                     const int reach = std::abs(away), end = static_cast<int>(heights.size()) - reach;
@@ -174,8 +176,8 @@ class RefinedHeights {
 };
 
 /// The place in the plane that a point has but for rounding: a multiple of half the finest cell there is.
-constexpr int k_levels = 3;
-double nearest_place(double x) { return std::round(x * (2 << k_levels)) / (2 << k_levels); }
+constexpr int k_finest_level = 3;
+double nearest_place(double x) { return std::round(x * (2 << k_finest_level)) / (2 << k_finest_level); }
 
 bool in_the_middle(const Vec3d& p) {
     // Points lie on halves, quarters, ...: nothing is near the limits.
@@ -191,10 +193,10 @@ TEST_CASE("regular meshes: control points of finer levels are those of the schem
         CAPTURE(name);
         CAPTURE(rules.averaging_steps);
         const HeightGrid grid = height_grid(scheme_named(name).family);
-        const RefinedHeights expected(grid, times, k_levels);
+        const RefinedHeights expected(grid, times, k_finest_level);
         double apart = 0;
         int compared = 0;
-        const PolygonMesh refined = refine(grid.mesh, name, k_levels, {.rules = rules});
+        const PolygonMesh refined = refine(grid.mesh, name, k_finest_level, {.rules = rules});
         for (const Vec3d& p : refined.positions) {
             if (!in_the_middle(p)) continue;
             const double x = nearest_place(p.x), y = nearest_place(p.y);
@@ -214,7 +216,7 @@ TEST_CASE("regular meshes: limit points are values of the scheme's box spline") 
         // Half of its support lies on each side of a control point.
         const auto half_support = [&](int axis) {
             int sum = 0;
-            for (int d = 0; d < 4; ++d) sum += times[d] * k_direction[d][axis];
+            for (int d = 0; d < 4; ++d) sum += times[d] * k_spline_direction[d][axis];
             return sum / 2.0;
         };
         BoxSplineValues spline;
