@@ -48,7 +48,7 @@ std::vector<RegularSpline> regular_splines() {
         {"midedge-simplest", {1, 1, 1, 1}},
         {"biquartic", {5, 5, 0, 0}},
     };
-    for (int m = 0; m <= 5; ++m) result.push_back({"averaging", {m + 2, m + 2, 0, 0}, {.averaging_steps = m}});
+    for (int m = 0; m <= 4; ++m) result.push_back({"averaging", {m + 2, m + 2, 0, 0}, {.averaging_steps = m}});
     return result;
 }
 
@@ -57,6 +57,15 @@ std::vector<RegularSpline> regular_splines() {
 class BoxSplineValues {
   public:
     double at(const SplineDirections& times, double x, double y) {
+        // Beyond its support; only the last direction has one that is below the origin.
+        if (x < 0 || x > times[0] + times[2] + times[3] || y < -times[3] || y > times[1] + times[2]) return 0;
+        const auto [known, is_new] = values_.try_emplace({times, x, y}, 0.0);
+        if (!is_new) return known->second;
+        return values_[{times, x, y}] = computed(times, x, y);
+    }
+
+  private:
+    double computed(const SplineDirections& times, double x, double y) {
         std::vector<int> found;
         int total = 0;
         for (int d = 0; d < 4; ++d) {
@@ -74,8 +83,6 @@ class BoxSplineValues {
         if (found.size() == 2)
             return univariate(times[found[0]], t[0], side[0]) * univariate(times[found[1]], t[1], side[1]) /
                    std::abs(det);
-        const auto [known, is_new] = values_.try_emplace({times, x, y}, 0.0);
-        if (!is_new) return known->second;
         // De Boor, Hoellig 1982: the recurrence over each direction left out once.
         double sum = 0;
         for (std::size_t i = 0; i < found.size(); ++i) {
@@ -87,10 +94,9 @@ class BoxSplineValues {
             if (part != times[d])
                 sum += (times[d] - part) * at(fewer, x - k_spline_direction[d][0], y - k_spline_direction[d][1]);
         }
-        return values_[{times, x, y}] = sum / (total - 2);
+        return sum / (total - 2);
     }
 
-  private:
     /// The B-spline of an order, on [0, order].
     static double univariate(int order, double t, double side) {
         if (order == 1) return (t > 0 || (t == 0 && side > 0)) && (t < 1 || (t == 1 && side < 0)) ? 1 : 0;
