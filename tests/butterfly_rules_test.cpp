@@ -21,14 +21,14 @@ using namespace tetrakis;
 namespace {
 
 using std::numbers::pi;
-using Weights = std::map<int, double>;
+using RowWeights = std::map<int, double>;
 
 /// The weights of an edge's new point, those of rounding left out.
-Weights edge_weights(const RuleMesh& mesh, const RuleStep& step, int u, int v) {
+RowWeights edge_weights(const RuleMesh& mesh, const RuleStep& step, int u, int v) {
     for (int e = 0; e < mesh.edge_count(); ++e) {
         const int h = mesh.edge_halfedge(e);
         if (std::minmax(mesh.origin(h), mesh.target(h)) != std::minmax(u, v)) continue;
-        Weights result;
+        RowWeights result;
         const int row = mesh.vertex_count() + e;
         for (std::size_t i = 0; i < step.stencils.points(row).size(); ++i)
             if (std::abs(step.stencils.weights(row)[i]) > 1e-15)
@@ -39,7 +39,7 @@ Weights edge_weights(const RuleMesh& mesh, const RuleStep& step, int u, int v) {
     return {};
 }
 
-void check_weights(const Weights& ours, const Weights& expected) {
+void check_weights(const RowWeights& ours, const RowWeights& expected) {
     double off = 0, sum = 0;
     for (const auto& [point, w] : expected)
         off = std::max(off, std::abs(w - (ours.contains(point) ? ours.at(point) : 0)));
@@ -52,24 +52,24 @@ void check_weights(const Weights& ours, const Weights& expected) {
 }
 
 /// Steps along the lattice's two directions; the third edge of its triangles is (1, 1).
-using Place = std::pair<int, int>;
+using GridPlace = std::pair<int, int>;
 
 /// The triangles between columns x rows places, with creases along rows, from the first column to the last.
-struct Crease {
+struct CreaseLine {
     int row, first, last;
 };
 struct TriangleGrid {
     int columns, rows;
     RuleMesh mesh;
 
-    TriangleGrid(int c, int r, const std::vector<Crease>& creases = {}) : columns(c), rows(r) {
+    TriangleGrid(int c, int r, const std::vector<CreaseLine>& creases = {}) : columns(c), rows(r) {
         constexpr float k_sharp = std::numeric_limits<float>::infinity();
         RuleMesh::Builder faces;
-        const auto triangle = [&](std::initializer_list<Place> corners) {
+        const auto triangle = [&](std::initializer_list<GridPlace> corners) {
             for (auto p = corners.begin(); p != corners.end(); ++p) {
-                const Place to = p + 1 == corners.end() ? *corners.begin() : *(p + 1);
+                const GridPlace to = p + 1 == corners.end() ? *corners.begin() : *(p + 1);
                 bool sharp = false;
-                for (const Crease& crease : creases)
+                for (const CreaseLine& crease : creases)
                     sharp = sharp || (p->second == crease.row && to.second == crease.row &&
                                       std::min(p->first, to.first) >= crease.first &&
                                       std::max(p->first, to.first) <= crease.last);
@@ -84,14 +84,15 @@ struct TriangleGrid {
             }
         mesh = RuleMesh(columns * rows, std::move(faces));
     }
-    int at(Place p) const { return p.second * columns + p.first; }
-    Place place(int v) const { return {v % columns, v / columns}; }
-    Weights weights(std::initializer_list<std::pair<Place, double>> of) const {
-        Weights result;
+    int at(GridPlace p) const { return p.second * columns + p.first; }
+    GridPlace place(int v) const { return {v % columns, v / columns}; }
+    RowWeights weights(std::initializer_list<std::pair<GridPlace, double>> of) const {
+        RowWeights result;
         for (const auto& [p, w] : of) result[at(p)] += w;
         return result;
     }
-    void check(const RuleStep& step, Place u, Place v, std::initializer_list<std::pair<Place, double>> expected) const {
+    void check(const RuleStep& step, GridPlace u, GridPlace v,
+               std::initializer_list<std::pair<GridPlace, double>> expected) const {
         CAPTURE(u.first);
         CAPTURE(u.second);
         CAPTURE(v.first);
@@ -135,14 +136,14 @@ struct TriangleFan : SectorFan {
     TriangleFan(int faces, bool boundary, int rings)
         : SectorFan(FanLattice::triangles, {.faces = faces, .boundary = boundary}, rings) {}
     int point(int sector, int a, int b = 0) const { return labels.find({sector, a, b}); }
-    Weights weights(const std::vector<double>& rule) const {
-        Weights result{{point(0, 0), rule[0]}};
+    RowWeights weights(const std::vector<double>& rule) const {
+        RowWeights result{{point(0, 0), rule[0]}};
         for (std::size_t i = 1; i < rule.size(); ++i) result[point(static_cast<int>(i) - 1, 1)] += rule[i];
         return result;
     }
 };
 
-double polynomial(int p, int q, double x, double y) { return std::pow(x, p) * std::pow(y, q); }
+double monomial(int p, int q, double x, double y) { return std::pow(x, p) * std::pow(y, q); }
 
 }  // namespace
 
@@ -201,7 +202,7 @@ TEST_CASE("modified butterfly: an extraordinary vertex inside gives its rule to 
     for (int i = 0; i < n; ++i) {
         REQUIRE(star.ring(1 + i).faces() == 3);
         const std::vector<double> rule = inner_rule(n, i);
-        Weights expected;
+        RowWeights expected;
         for (int j = 0; j <= n; ++j) expected[j] = rule[j];
         check_weights(edge_weights(star, step, 0, 1 + i), expected);
     }
@@ -300,7 +301,7 @@ TEST_CASE("modified butterfly: an extraordinary crease vertex gives its rule to 
         const RuleStep step = modified_butterfly_step(fan.mesh, {});
         for (int i = 1; i < K; ++i) {
             CAPTURE(i);
-            const Weights ours = edge_weights(fan.mesh, step, 0, fan.point(i, 1));
+            const RowWeights ours = edge_weights(fan.mesh, step, 0, fan.point(i, 1));
             check_weights(ours, fan.weights(crease_rule(K, i)));
             // What the rule is made for: half-turns once and twice round, halved and quartered.
             double along = 0, across = 0, twice = 0;
@@ -323,7 +324,7 @@ TEST_CASE("modified butterfly: an extraordinary crease vertex gives its rule to 
     faces.face({1, 5, 7});
     const RuleMesh mesh(8, std::move(faces));
     REQUIRE(mesh.ring(1).faces() == 4);
-    Weights expected;
+    RowWeights expected;
     // The ring of 1 is 6, 2, 0, 5, 7 one way or the other: the rule of its middle has equal ends, both 0.
     const std::vector<double> inside = inner_rule(5, 0), crease = crease_rule(4, 2);
     const int round_inside[] = {0, 1, 2, 3, 4, 5}, round_crease[] = {1, 6, 2, 0, 5, 7};
@@ -379,9 +380,9 @@ TEST_CASE(
                 const int row = of.mesh.vertex_count() + e;
                 for (std::size_t i = 0; i < step.stencils.points(row).size(); ++i) {
                     const int at = step.stencils.points(row)[i];
-                    value += step.stencils.weights(row)[i] * polynomial(p, q, x(at), y(at));
+                    value += step.stencils.weights(row)[i] * monomial(p, q, x(at), y(at));
                 }
-                worst = std::max(worst, std::abs(value - polynomial(p, q, (x(u) + x(v)) / 2, (y(u) + y(v)) / 2)));
+                worst = std::max(worst, std::abs(value - monomial(p, q, (x(u) + x(v)) / 2, (y(u) + y(v)) / 2)));
             }
         return worst;
     };

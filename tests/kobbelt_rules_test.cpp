@@ -27,7 +27,7 @@ PointWeights weights_of(const RuleStep& step, int row) {
     return result;
 }
 
-double apart(const PointWeights& a, const PointWeights& b) {
+double weights_apart(const PointWeights& a, const PointWeights& b) {
     double most = 0;
     for (const auto& [point, w] : a) most = std::max(most, std::abs(w - (b.contains(point) ? b.at(point) : 0)));
     for (const auto& [point, w] : b) most = std::max(most, a.contains(point) ? 0 : std::abs(w));
@@ -35,16 +35,16 @@ double apart(const PointWeights& a, const PointWeights& b) {
 }
 
 /// A face point by one of its rows.
-struct FaceRow {
+struct FacePointRow {
     PointWeights weights;
     int extraordinary = 0;  ///< ends of the row's edges that are so
 };
 
 /// The four-point rule over the edge points of half-edge h, of the one opposite it, and of the next ones beyond both;
 /// linear beyond a sharp edge.
-FaceRow face_row(const RuleMesh& mesh, const RuleStep& step, int h) {
+FacePointRow face_point_row(const RuleMesh& mesh, const RuleStep& step, int h) {
     const auto opposite = [&](int g) { return mesh.next(mesh.next(g)); };
-    FaceRow row;
+    FacePointRow row;
     const auto add = [&](int g, double weight) {
         for (const auto& [point, w] : weights_of(step, mesh.vertex_count() + mesh.edge(g)))
             row.weights[point] += weight * w;
@@ -70,13 +70,13 @@ FaceRow face_row(const RuleMesh& mesh, const RuleStep& step, int h) {
 }
 
 struct FacePoint {
-    FaceRow rows[2];
+    FacePointRow rows[2];
     PointWeights ours;
 };
 
 FacePoint face_point(const RuleMesh& mesh, const RuleStep& step, int f) {
     const int h = mesh.face_begin(f);
-    return {{face_row(mesh, step, h), face_row(mesh, step, h + 1)},
+    return {{face_point_row(mesh, step, h), face_point_row(mesh, step, h + 1)},
             weights_of(step, mesh.vertex_count() + mesh.edge_count() + f)};
 }
 
@@ -119,8 +119,8 @@ TEST_CASE("kobbelt: around an extraordinary vertex its virtual points make both 
             if (std::find(corners.begin(), corners.end(), 0) == corners.end()) continue;
             ++around;
             const FacePoint point = face_point(fan.mesh, step, f);
-            CHECK(apart(point.rows[0].weights, point.rows[1].weights) < 1e-14);
-            CHECK(apart(point.rows[0].weights, point.ours) < 1e-14);
+            CHECK(weights_apart(point.rows[0].weights, point.rows[1].weights) < 1e-14);
+            CHECK(weights_apart(point.rows[0].weights, point.ours) < 1e-14);
         }
         CHECK(around == n);
     }
@@ -136,10 +136,10 @@ TEST_CASE("kobbelt: near the corners of a grid the two ways to a face point diff
         REQUIRE(point.rows[0].extraordinary == 0);
         REQUIRE(point.rows[1].extraordinary == 0);
         PointWeights half;
-        for (const FaceRow& row : point.rows)
+        for (const FacePointRow& row : point.rows)
             for (const auto& [p, w] : row.weights) half[p] += w / 2;
-        CHECK(apart(point.ours, half) < 1e-14);
-        ++(apart(point.rows[0].weights, point.rows[1].weights) < 1e-14 ? same : mean);
+        CHECK(weights_apart(point.ours, half) < 1e-14);
+        ++(weights_apart(point.rows[0].weights, point.rows[1].weights) < 1e-14 ? same : mean);
     }
     // Two beside each corner's face: one row begins at the corner's edge, whose own four-point rule turns with the
     // boundary.
@@ -159,18 +159,18 @@ TEST_CASE("kobbelt: a face point takes the row of fewer extraordinary vertices, 
                 CAPTURE(f);
                 const FacePoint point = face_point(mesh, step, f);
                 const auto& [a, b] = point.rows;
-                if (apart(a.weights, b.weights) < 1e-14) {
-                    CHECK(apart(point.ours, a.weights) < 1e-14);
+                if (weights_apart(a.weights, b.weights) < 1e-14) {
+                    CHECK(weights_apart(point.ours, a.weights) < 1e-14);
                     ++same;
                 } else if (a.extraordinary != b.extraordinary) {
                     const int chosen = a.extraordinary < b.extraordinary ? 0 : 1;
-                    CHECK(apart(point.ours, point.rows[chosen].weights) < 1e-14);
+                    CHECK(weights_apart(point.ours, point.rows[chosen].weights) < 1e-14);
                     ++fewer[chosen];
                 } else {
                     PointWeights half;
-                    for (const FaceRow& row : point.rows)
+                    for (const FacePointRow& row : point.rows)
                         for (const auto& [p, w] : row.weights) half[p] += w / 2;
-                    CHECK(apart(point.ours, half) < 1e-14);
+                    CHECK(weights_apart(point.ours, half) < 1e-14);
                     ++mean;
                 }
             }
