@@ -64,7 +64,10 @@ DualCharts::DualCharts(const ControlMesh& mesh, const SchemeInfo& scheme, const 
 // Where creases turn smooth on the surface, they have to in the charts, and in the same way.
 void DualCharts::compare_joints(const VertexRoots& roots) const {
     if (roots.all_stay()) return;
-    const auto refuse_it = [&] { refuse(*charts_, "do not follow semi-sharp creases where three meet or a seam is"); };
+    const auto refuse_it = [&] {
+        refuse(*charts_,
+               "do not follow semi-sharp creases where three meet or a seam is, nor a seam over a vertex of two faces");
+    };
     if (roots_.all_stay()) refuse_it();
     for (std::size_t place = 0; place < roots.smooth_from.size(); ++place)
         if (roots.smooth_from[place] != roots_.smooth_from[4 * std::size_t{root_[place / 4]} + place % 4]) refuse_it();
