@@ -6,9 +6,9 @@
 #include "tetrakis/refine/chart_cells.hpp"
 #include "tetrakis/refine/corner_angles.hpp"
 #include "tetrakis/refine/followed_uvs.hpp"
+#include "tetrakis/refine/refined_points.hpp"
 #include "tetrakis/refine/repeated_rows.hpp"
 #include "tetrakis/refine/rule_levels.hpp"
-#include "tetrakis/refine/uniform.hpp"
 #include "tetrakis/refine/used_values.hpp"
 #include "tetrakis/refine/uv_mesh.hpp"
 #include "tetrakis/refine/vertex_attributes.hpp"
@@ -16,6 +16,7 @@
 #include "tetrakis/schemes/linear.hpp"
 
 #include <algorithm>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -52,7 +53,7 @@ namespace {
 
 /// The structured path, where there is one.
 std::optional<PolygonMesh> refine_structured(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
-                                             const RefineOptions& options) {
+                                             const RefineOptions& options, detail::RefinedPoints* points) {
     const bool linear = scheme.step == bilinear_step || scheme.step == midpoint_step;
     const bool smooth = scheme.name == name(SchemeKind::catmull_clark) || scheme.name == name(SchemeKind::loop);
     if (options.smoothing != 0 || !(linear || (smooth && detail::has_plain_rules(mesh, options.rules))))
@@ -64,8 +65,8 @@ std::optional<PolygonMesh> refine_structured(const ControlMesh& mesh, const Sche
                            .linear = linear,
                            .attributes = options.attributes,
                            .context = options.context};
-    PolygonMesh result =
-        refine_uniform(mesh, triangles ? SchemeKind::loop : SchemeKind::catmull_clark, levels, uniform);
+    PolygonMesh result = detail::refine_uniform_with_points(
+        mesh, triangles ? SchemeKind::loop : SchemeKind::catmull_clark, levels, uniform, points);
     if (auto warning = detail::ignored_corner_angles(mesh, scheme)) result.warnings.push_back(std::move(*warning));
     return result;
 }
@@ -217,7 +218,8 @@ detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const SchemeInfo
 /// there is none; `first_levels` then has what was done by rules.
 std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                                            const RefineOptions& options,
-                                           std::unique_ptr<detail::RuleLevels>& first_levels) {
+                                           std::unique_ptr<detail::RuleLevels>& first_levels,
+                                           detail::RefinedPoints* keep) {
     const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all,
                dual = fan_lattice(scheme, options.rules) == FanLattice::dual;
     std::unique_ptr<detail::RepeatedRows> chart_rows;
@@ -243,7 +245,7 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
         chart_rows = detail::RepeatedRows::make(*charts, by, levels, rules, chart_levels, plain, quiet);
         if (!chart_rows) return std::nullopt;
     }
-    const std::unique_ptr<detail::RepeatedRows> rows =
+    const std::shared_ptr<const detail::RepeatedRows> rows =
         detail::RepeatedRows::make(mesh, scheme, levels, options.rules, first_levels, demand, options.context);
     if (!rows) return std::nullopt;
     if (dual && chart_rows &&
@@ -251,12 +253,14 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
          chart_rows->net().own_roots() != charts->halfedge_count() || rows->segments() != chart_rows->segments()))
         return std::nullopt;  // roots of a finer level do not have the same numbers
     PolygonMesh result;
-    detail::resize_large(result.positions, rows->point_count());
-    if (options.normals) detail::resize_large(result.normals, rows->point_count());
-    rows->refine(mesh.positions(), result.positions, result.normals, options.context);
-    result.attributes = detail::refine_by_threes(
-        options.attributes, mesh.vertex_count(), rows->point_count(),
-        [&](std::span<const Vec3d> in, std::span<Vec3d> out) { rows->refine(in, out, {}, options.context); });
+    detail::RefinedPoints made{rows->point_count(),
+                               [rows, context = options.context](auto control, auto positions, auto normals) {
+                                   rows->refine(control, positions, normals, context);
+                               }};
+    made.make(mesh, options.normals, result);
+    result.attributes =
+        detail::refine_by_threes(options.attributes, mesh.vertex_count(), made.count,
+                                 [&](std::span<const Vec3d> in, std::span<Vec3d> out) { made.refine(in, out, {}); });
     detail::RepeatedRows::Faces faces = rows->faces(options.context);
     if (chart_rows) {
         std::vector<Vec3d> points(chart_rows->point_count());
@@ -277,34 +281,35 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
     result.face_vertices = std::move(faces.vertices);
     keep_surface(
         mesh, scheme, options.rules, [&](std::uint32_t f) { return faces.control[f]; }, {}, result);
-    detail::drop_unused_vertices(result);
+    if (keep != nullptr) *keep = std::move(made);
+    detail::drop_unused_points(result, keep);
     return result;
 }
 
 PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options,
-                           StencilTable* stencils) {
+                           StencilTable* stencils, detail::RefinedPoints* keep) {
     detail::check_attributes(mesh, options.attributes);
     std::unique_ptr<detail::RuleLevels> first_levels;
     if (stencils == nullptr) {
         detail::check_rounds(levels, options);
         first_levels = std::make_unique<detail::RuleLevels>(mesh, scheme, options.rules, options.smoothing);
-        if (std::optional<PolygonMesh> result = refine_repeated(mesh, scheme, levels, options, first_levels))
+        if (std::optional<PolygonMesh> result = refine_repeated(mesh, scheme, levels, options, first_levels, keep))
             return std::move(*result);
     }
-    const RuleRefiner refiner(mesh, scheme, levels, options, std::move(first_levels));
+    const auto by_rules = std::make_shared<const RuleRefiner>(mesh, scheme, levels, options, std::move(first_levels));
+    const RuleRefiner& refiner = *by_rules;
     const RuleMesh& last = refiner.last();
     PolygonMesh result;
-    detail::resize_large(result.positions, refiner.vertex_count());
-    refiner.refine(mesh.positions(), result.positions);
+    detail::RefinedPoints made{refiner.vertex_count(), [by_rules](auto control, auto positions, auto normals) {
+                                   by_rules->refine(control, positions, normals);
+                               }};
+    made.make(mesh, options.normals, result);
+    if (keep != nullptr) *keep = std::move(made);
     for (const VertexAttribute& attribute : options.attributes) {
         const std::vector<double> control(attribute.values.begin(), attribute.values.end());
         std::vector<double> refined(refiner.vertex_count() * static_cast<std::size_t>(attribute.width));
         refiner.refine(control, attribute.width, refined);
         result.attributes.push_back({attribute.name, attribute.width, {refined.begin(), refined.end()}});
-    }
-    if (options.normals) {
-        detail::resize_large(result.normals, refiner.vertex_count());
-        refiner.normals(mesh.positions(), result.normals);
     }
     result.face_offsets.resize(refiner.face_count() + std::size_t{1});
     detail::resize_large(result.face_vertices, last.halfedge_count());
@@ -329,7 +334,7 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
         for (int v = 0; v < all.row_count(); ++v)
             if (used[v] != 0) stencils->push(all.row(v));
     }
-    detail::drop_unused_vertices(result);
+    detail::drop_unused_points(result, keep);
     return result;
 }
 
@@ -343,16 +348,23 @@ const SchemeInfo& scheme_named(std::string_view text) {
                                               std::string(nearest_scheme_name(text)) + "? There are: " + names);
 }
 
+PolygonMesh detail::refine_with_points(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                                       const RefineOptions& options, RefinedPoints* points) {
+    if (std::optional<PolygonMesh> result = refine_structured(mesh, scheme, levels, options, points))
+        return std::move(*result);
+    return with_threads(options.context,
+                        [&] { return refine_general(mesh, scheme, levels, options, nullptr, points); });
+}
+
 PolygonMesh refine(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options) {
-    if (std::optional<PolygonMesh> result = refine_structured(mesh, scheme, levels, options)) return std::move(*result);
-    return with_threads(options.context, [&] { return refine_general(mesh, scheme, levels, options, nullptr); });
+    return detail::refine_with_points(mesh, scheme, levels, options, nullptr);
 }
 
 RefinedStencils refine_stencils(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                                 const RefineOptions& options) {
     return with_threads(options.context, [&] {
         RefinedStencils result;
-        result.mesh = refine_general(mesh, scheme, levels, options, &result.stencils);
+        result.mesh = refine_general(mesh, scheme, levels, options, &result.stencils, nullptr);
         return result;
     });
 }

@@ -133,13 +133,20 @@ void RuleLevels::follow_corners(const RuleStep& step) {
 }
 
 std::vector<double> RuleLevels::net(std::span<const double> control, int width) const {
-    std::vector<double> values(control.begin(), control.end());
-    for (const StencilTable& step : steps_) {
-        std::vector<double> finer(static_cast<std::size_t>(step.row_count()) * static_cast<std::size_t>(width));
-        apply(step, values.data(), width, finer.data());
-        values = std::move(finer);
-    }
+    std::vector<double> values(static_cast<std::size_t>(last_.vertex_count()) * static_cast<std::size_t>(width));
+    net(control, width, values);
     return values;
+}
+
+void RuleLevels::net(std::span<const double> control, int width, std::span<double> out) const {
+    if (steps_.empty()) std::copy(control.begin(), control.end(), out.begin());
+    std::vector<double> coarser, finer;
+    for (std::size_t i = 0; i < steps_.size(); ++i) {
+        const bool last = i + 1 == steps_.size();
+        if (!last) finer.resize(static_cast<std::size_t>(steps_[i].row_count()) * static_cast<std::size_t>(width));
+        apply(steps_[i], i == 0 ? control.data() : coarser.data(), width, last ? out.data() : finer.data());
+        coarser.swap(finer);
+    }
 }
 
 }  // namespace tetrakis::detail

@@ -36,6 +36,7 @@ class RuleLevels {
     std::span<const StencilTable> steps() const { return steps_; }
     /// The last level's values from the control mesh's.
     std::vector<double> net(std::span<const double> control, int width) const;
+    void net(std::span<const double> control, int width, std::span<double> out) const;
 
   private:
     void follow_corners(const RuleStep& step);

@@ -96,6 +96,9 @@ struct RuleRefiner::State {
     RefineOptions options;
     std::unique_ptr<detail::RuleLevels> levels;
     detail::RuleLimits limits{};
+
+    /// @param points  of the last level, no limits
+    void write_normals(const Vec3d* points, std::span<Vec3d> normals) const;
 };
 
 void detail::check_rounds(int levels, const RefineOptions& options) {
@@ -185,47 +188,79 @@ void RuleRefiner::refine(std::span<const double> control, int width, std::span<d
     check_length("control values", control.size(), state_->control_vertices * w);
     check_length("values to write", out.size(), vertex_count() * w);
     with_threads(state_->options.context, [&] {
-        const std::vector<double> net = state_->levels->net(control, width);
+        const detail::RuleLevels& levels = *state_->levels;
         if (state_->options.limit)
-            detail::apply(state_->limits.positions, net.data(), width, out.data());
+            detail::apply(state_->limits.positions, levels.net(control, width).data(), width, out.data());
         else
-            std::copy(net.begin(), net.end(), out.begin());
+            levels.net(control, width, out);
     });
 }
 
+namespace {
+
 // Points are three numbers side by side.
 static_assert(sizeof(Vec3d) == 3 * sizeof(double));
+
+template <class Point>
+auto numbers_of(std::span<Point> points) {
+    return std::span(&points.data()->x, 3 * points.size());
+}
+const Vec3d* points_of(const std::vector<double>& numbers) { return reinterpret_cast<const Vec3d*>(numbers.data()); }
+
+}  // namespace
 
 void RuleRefiner::refine(std::span<const Vec3d> control, std::span<Vec3d> positions) const {
     check_length("control positions", control.size(), state_->control_vertices);
     check_length("positions to write", positions.size(), vertex_count());
     if (positions.empty()) return;
-    refine({&control.data()->x, 3 * control.size()}, 3, {&positions.data()->x, 3 * positions.size()});
+    refine(numbers_of(control), 3, numbers_of(positions));
+}
+
+void RuleRefiner::refine(std::span<const Vec3d> control, std::span<Vec3d> positions, std::span<Vec3d> normals) const {
+    if (normals.empty()) return refine(control, positions);
+    check_normals(normals);
+    const State& s = *state_;
+    if (!s.options.limit) {
+        refine(control, positions);
+        return with_threads(s.options.context, [&] { s.write_normals(positions.data(), normals); });
+    }
+    check_length("control positions", control.size(), s.control_vertices);
+    check_length("positions to write", positions.size(), vertex_count());
+    with_threads(s.options.context, [&] {
+        const std::vector<double> net = s.levels->net(numbers_of(control), 3);
+        detail::apply(s.limits.positions, net.data(), 3, numbers_of(positions).data());
+        s.write_normals(points_of(net), normals);
+    });
 }
 
 void RuleRefiner::normals(std::span<const Vec3d> control, std::span<Vec3d> normals) const {
+    check_normals(normals);
     const State& s = *state_;
-    if (!s.options.normals) throw Error(ErrorCode::invalid_input, "the options did not ask for normals");
     check_length("control positions", control.size(), s.control_vertices);
-    check_length("normals to write", normals.size(), vertex_count());
     if (normals.empty()) return;
-    with_threads(s.options.context, [&] {
-        const std::vector<double> net = s.levels->net({&control.data()->x, 3 * control.size()}, 3);
-        const std::span points(reinterpret_cast<const Vec3d*>(net.data()), net.size() / 3);
-        const auto sum = [&](const StencilTable& table, int row) {
-            Vec3d result(0);
-            const auto from = table.points(row);
-            for (std::size_t i = 0; i < from.size(); ++i) result += table.weights(row)[i] * points[from[i]];
-            return result;
-        };
-        for_each_index(vertex_count(), [&](std::uint32_t i) {
-            const int v = static_cast<int>(i);
-            Vec3d normal(0);
-            for (int row = s.limits.begin[i]; row < s.limits.begin[i + 1]; ++row)
-                normal += unit_or_zero(glm::cross(sum(s.limits.tangent1, row), sum(s.limits.tangent2, row)));
-            normals[i] = unit_of_sum(normal);
-            if (normals[i] == Vec3d(0)) normals[i] = detail::face_normal_at(s.levels->last(), points, v);
-        });
+    with_threads(s.options.context,
+                 [&] { s.write_normals(points_of(s.levels->net(numbers_of(control), 3)), normals); });
+}
+
+void RuleRefiner::check_normals(std::span<const Vec3d> normals) const {
+    if (!state_->options.normals) throw Error(ErrorCode::invalid_input, "the options did not ask for normals");
+    check_length("normals to write", normals.size(), vertex_count());
+}
+
+void RuleRefiner::State::write_normals(const Vec3d* points, std::span<Vec3d> normals) const {
+    const auto sum = [&](const StencilTable& table, int row) {
+        Vec3d result(0);
+        const auto from = table.points(row);
+        for (std::size_t i = 0; i < from.size(); ++i) result += table.weights(row)[i] * points[from[i]];
+        return result;
+    };
+    for_each_index(static_cast<std::uint32_t>(normals.size()), [&](std::uint32_t i) {
+        const int v = static_cast<int>(i);
+        Vec3d normal(0);
+        for (int row = limits.begin[i]; row < limits.begin[i + 1]; ++row)
+            normal += unit_or_zero(glm::cross(sum(limits.tangent1, row), sum(limits.tangent2, row)));
+        normals[i] = unit_of_sum(normal);
+        if (normals[i] == Vec3d(0)) normals[i] = detail::face_normal_at(levels->last(), {points, normals.size()}, v);
     });
 }
 

@@ -86,11 +86,15 @@ class RuleRefiner {
     /// normal of the faces around it; the mean of both sides on a crease.
     /// @throws Error  invalid_input: the wrong length, or the options did not ask for normals
     void normals(std::span<const Vec3d> control, std::span<Vec3d> normals) const;
+    /// Both at once; no normals where there is no room for any.
+    void refine(std::span<const Vec3d> control, std::span<Vec3d> positions, std::span<Vec3d> normals) const;
 
     /// What refine() does, as one row per vertex of weights of control vertices.
     StencilTable stencils() const;
 
   private:
+    void check_normals(std::span<const Vec3d> normals) const;
+
     struct State;
     std::unique_ptr<State> state_;
 };

@@ -4,11 +4,14 @@
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/corner_angles.hpp"
 #include "tetrakis/refine/grid_refinement.hpp"
+#include "tetrakis/refine/refined_points.hpp"
 #include "tetrakis/refine/uniform_cost.hpp"
 #include "tetrakis/refine/used_values.hpp"
 #include "tetrakis/refine/uv_mesh.hpp"
 #include "tetrakis/refine/vertex_attributes.hpp"
 
+#include <algorithm>
+#include <memory>
 #include <utility>
 
 namespace tetrakis {
@@ -26,37 +29,16 @@ class UniformRefinement {
           limit_(options.limit && !options.linear),
           whole_faces_(scheme == SchemeKind::loop || detail::all_quads(mesh)) {}
 
-    PolygonMesh run() {
-        const bool rings = limit_ || normals_;
+    PolygonMesh run(detail::RefinedPoints* keep) {
         detail::check_attributes(mesh_, options_.attributes);
         check_memory();
         PolygonMesh result;
         // Roots are of one size: control faces of others are kept as they are, and their limits come from the first
         // level, whose first vertices are theirs.
         const bool polygons = levels_ == 0 && scheme_ == SchemeKind::catmull_clark && !whole_faces_;
-        if (polygons) {
-            result.face_vertices = mesh_.data().face_vertices;
-            result.positions.assign(mesh_.positions().begin(), mesh_.positions().end());
-        }
-        if (!polygons || rings) {
-            UniformRefiner<double> refiner(mesh_, scheme_, polygons ? 1 : levels_, unlimited());
-            std::vector<Vec3d> positions(refiner.vertex_count()), normals(normals_ ? positions.size() : 0);
-            refiner.refine(mesh_.positions(), positions, normals);
-            if (polygons) {
-                positions.resize(mesh_.vertex_count());
-                normals.resize(normals_ ? mesh_.vertex_count() : 0);
-            } else {
-                result.face_vertices.resize(static_cast<std::size_t>(refiner.face_count()) * face_size());
-                refiner.faces(result.face_vertices);
-            }
-            refine_attributes(refiner, polygons, result);
-            if (!polygons || limit_) result.positions = std::move(positions);
-            result.normals = std::move(normals);
-        } else {
-            result.attributes.assign(options_.attributes.begin(), options_.attributes.end());
-        }
+        make_points(polygons, result, keep);
         if (mesh_.has_uvs()) refine_uvs(polygons, result);
-        keep_surface(result);
+        keep_surface(result, keep);
         return result;
     }
 
@@ -88,17 +70,43 @@ class UniformRefinement {
         return options;
     }
 
-    void refine_attributes(UniformRefiner<double>& refiner, bool polygons, PolygonMesh& result) const {
-        if (polygons && !limit_) {
-            result.attributes.assign(options_.attributes.begin(), options_.attributes.end());
-            return;
+    /// Points, what goes with them, and the faces' corners.
+    void make_points(bool polygons, PolygonMesh& result, detail::RefinedPoints* keep) const {
+        detail::RefinedPoints points;
+        if (polygons) {
+            points = points_of_polygons();
+            result.face_vertices = mesh_.data().face_vertices;
+        } else {
+            const auto refiner = std::make_shared<UniformRefiner<double>>(mesh_, scheme_, levels_, unlimited());
+            points.count = refiner->vertex_count();
+            points.refine = [refiner](auto control, auto positions, auto normals) {
+                refiner->refine(control, positions, normals);
+            };
+            result.face_vertices.resize(static_cast<std::size_t>(refiner->face_count()) * face_size());
+            refiner->faces(result.face_vertices);
         }
-        result.attributes =
-            detail::refine_by_threes(options_.attributes, mesh_.vertex_count(), refiner.vertex_count(),
-                                     [&](std::span<const Vec3d> in, std::span<Vec3d> out) { refiner.refine(in, out); });
-        if (!polygons) return;
-        for (VertexAttribute& attribute : result.attributes)
-            attribute.values.resize(std::size_t{mesh_.vertex_count()} * static_cast<std::size_t>(attribute.width));
+        points.make(mesh_, normals_, result);
+        result.attributes = detail::refine_by_threes(
+            options_.attributes, mesh_.vertex_count(), points.count,
+            [&](std::span<const Vec3d> in, std::span<Vec3d> out) { points.refine(in, out, {}); });
+        if (keep != nullptr) *keep = std::move(points);
+    }
+
+    /// The control mesh's own, or their limits.
+    detail::RefinedPoints points_of_polygons() const {
+        detail::RefinedPoints points{.count = mesh_.vertex_count()};
+        std::shared_ptr<UniformRefiner<double>> refiner;
+        if (limit_ || normals_) refiner = std::make_shared<UniformRefiner<double>>(mesh_, scheme_, 1, unlimited());
+        points.refine = [refiner, limit = limit_](auto control, auto positions, auto normals) {
+            if (limit || !normals.empty()) {
+                std::vector<Vec3d> finer(refiner->vertex_count()), finer_normals(normals.empty() ? 0 : finer.size());
+                refiner->refine(control, finer, finer_normals);
+                std::copy_n(finer.begin(), positions.size(), positions.begin());
+                std::copy_n(finer_normals.begin(), normals.size(), normals.begin());
+            }
+            if (!limit) std::copy(control.begin(), control.end(), positions.begin());
+        };
+        return points;
     }
 
     void refine_uvs(bool polygons, PolygonMesh& result) const {
@@ -129,7 +137,7 @@ class UniformRefinement {
         return mesh_.face(HalfedgeId(face >> 2 * (levels_ - 1))).value;
     }
 
-    void keep_surface(PolygonMesh& result) const {
+    void keep_surface(PolygonMesh& result, detail::RefinedPoints* points) const {
         const auto& data = mesh_.data();
         const std::uint32_t size = face_size();
         const auto corners = static_cast<std::uint32_t>(result.face_vertices.size());
@@ -177,7 +185,7 @@ class UniformRefinement {
             compact(result.face_uvs);
             detail::drop_unused(result.face_uvs, result.uvs);
         }
-        if (holes || isolated) detail::drop_unused_vertices(result);
+        if (holes || isolated) detail::drop_unused_points(result, points);
     }
 
     const ControlMesh& mesh_;
@@ -191,8 +199,13 @@ class UniformRefinement {
 }  // namespace
 
 PolygonMesh refine_uniform(const ControlMesh& mesh, SchemeKind scheme, int levels, const UniformOptions& options) {
-    if (!options.linear) detail::refuse_corner_angles(mesh);
-    return with_threads(options.context, [&] { return UniformRefinement(mesh, scheme, levels, options).run(); });
+    return detail::refine_uniform_with_points(mesh, scheme, levels, options, nullptr);
+}
+
+PolygonMesh detail::refine_uniform_with_points(const ControlMesh& mesh, SchemeKind scheme, int levels,
+                                               const UniformOptions& options, RefinedPoints* points) {
+    if (!options.linear) refuse_corner_angles(mesh);
+    return with_threads(options.context, [&] { return UniformRefinement(mesh, scheme, levels, options).run(points); });
 }
 
 }  // namespace tetrakis
