@@ -8,8 +8,8 @@
 #include "tetrakis/hier/obj_reader.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/hier/triangulate.hpp"
+#include "tetrakis/refine/position_refiner.hpp"
 #include "tetrakis/refine/refine.hpp"
-#include "tetrakis/refine/repeated_rows.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
 #include "tetrakis/refine/uniform_refiner.hpp"
 
@@ -320,16 +320,20 @@ void register_all() {
             }
 }
 
-/// refine(): from the control mesh to a mesh of the last level, by whatever way is the fastest. Without texture
-/// coordinates, which peers leave alone.
-template <bool WithLimit>
-void whole_mesh(benchmark::State& state, RuleCase c) {
+/// Without texture coordinates, which peers leave alone.
+ControlMesh bare_mesh_of(const RuleCase& c) {
     const bool triangles = c.scheme->family == MeshFamily::triangles;
     ControlMeshData data = mesh_of(*c.model, triangles ? SchemeKind::loop : SchemeKind::catmull_clark).data();
     data.uvs.clear();
     data.face_uvs.clear();
     data.uv_lines.clear();
-    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    return ControlMesh::build(std::move(data));
+}
+
+/// refine(): from the control mesh to a mesh of the last level, by whatever way is the fastest.
+template <bool WithLimit>
+void whole_mesh(benchmark::State& state, RuleCase c) {
+    const ControlMesh mesh = bare_mesh_of(c);
     RefineOptions options;
     options.limit = options.normals = WithLimit;
     options.context.threads = c.threads;
@@ -342,27 +346,25 @@ void whole_mesh(benchmark::State& state, RuleCase c) {
     count(state, vertices);
 }
 
-/// Positions again by rows that repeat themselves, where the scheme and the mesh let them.
-void by_repeated_rows(benchmark::State& state, RuleCase c) {
-    const bool triangles = c.scheme->family == MeshFamily::triangles;
-    const ControlMesh& mesh = mesh_of(*c.model, triangles ? SchemeKind::loop : SchemeKind::catmull_clark);
-    RunContext context;
-    context.threads = c.threads;
-    with_threads(context, [&] {
-        auto levels = std::make_unique<detail::RuleLevels>(mesh, *c.scheme, RuleOptions{}, 0);
-        const auto rows = detail::RepeatedRows::make(mesh, *c.scheme, c.levels, {}, levels, {}, context);
-        if (!rows) return state.SkipWithError("rows do not repeat themselves");
-        std::vector<Vec3d> positions(rows->point_count());
-        for (auto _ : state) {
-            rows->refine(mesh.positions(), positions, {}, context);
-            benchmark::ClobberMemory();
-        }
-        count(state, positions.size());
-        const double growth = c.scheme->refinement == Refinement::sqrt3 ? 9 : 4;
-        const double bytes = static_cast<double>(positions.size()) * sizeof(Vec3d) * (1 + 1 / growth);
-        state.counters["share"] =
-            benchmark::Counter(bytes / triad_bandwidth(c.threads), benchmark::Counter::kIsIterationInvariantRate);
-    });
+/// Positions only, again, in a buffer that is kept, by the way that refine() takes.
+template <bool WithLimit>
+void positions_again(benchmark::State& state, RuleCase c) {
+    const ControlMesh mesh = bare_mesh_of(c);
+    RefineOptions options;
+    options.limit = options.normals = WithLimit;
+    options.context.threads = c.threads;
+    const PositionRefiner refiner(mesh, *c.scheme, c.levels, options);
+    std::vector<Vec3d> positions(refiner.mesh().positions.size()), normals(refiner.mesh().normals.size());
+    for (auto _ : state) {
+        refiner.refine(mesh.positions(), positions, normals);
+        benchmark::ClobberMemory();
+    }
+    count(state, positions.size());
+    if (WithLimit) return;
+    const double growth = c.scheme->refinement == Refinement::sqrt3 ? 9 : 4;
+    const double bytes = static_cast<double>(positions.size()) * sizeof(Vec3d) * (1 + 1 / growth);
+    state.counters["share"] =
+        benchmark::Counter(bytes / triad_bandwidth(c.threads), benchmark::Counter::kIsIterationInvariantRate);
 }
 
 /// What peers have besides Catmull-Clark and Loop.
@@ -387,7 +389,7 @@ void register_schemes() {
                                  RuleCase::Part::fresh};
                 for (const auto& [method, run] :
                      {std::pair("refine", &whole_mesh<false>), std::pair("refine_limit", &whole_mesh<true>),
-                      std::pair("rows_again", &by_repeated_rows)}) {
+                      std::pair("again", &positions_again<false>), std::pair("again_limit", &positions_again<true>)}) {
                     const std::string full =
                         fmt::format("{}/{}/{}/{}{}", name, scheme.name, c.levels, method, threads == 2 ? "_2t" : "");
                     benchmark::RegisterBenchmark(full.c_str(), run, c)->Unit(benchmark::kMillisecond)->UseRealTime();
