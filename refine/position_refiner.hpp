@@ -22,7 +22,7 @@ class PositionRefiner {
   public:
     /// All arguments are refine()'s. The mesh outlives the refiner; so does what the progress callback refers to, which
     /// is told of later calls, too.
-    /// @throws Error  as refine()
+    /// @throws Error  as refine(); invalid_input: faces that a triangle scheme would have to cut first
     /// Cost: that of refine(); beside its mesh are kept points of the levels above the last, by rules all weights.
     PositionRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options = {});
     PositionRefiner(const ControlMesh& mesh, std::string_view scheme, int levels, const RefineOptions& options = {});

@@ -3,6 +3,7 @@
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/hier/triangulate.hpp"
 #include "tetrakis/refine/chart_cells.hpp"
 #include "tetrakis/refine/corner_angles.hpp"
 #include "tetrakis/refine/followed_uvs.hpp"
@@ -51,10 +52,12 @@ std::optional<std::string> detail::ignored_corner_angles(const ControlMesh& mesh
 
 namespace {
 
+bool is_linear(const SchemeInfo& scheme) { return scheme.step == bilinear_step || scheme.step == midpoint_step; }
+
 /// The structured path, where there is one.
 std::optional<PolygonMesh> refine_structured(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                                              const RefineOptions& options, detail::RefinedPoints* points) {
-    const bool linear = scheme.step == bilinear_step || scheme.step == midpoint_step;
+    const bool linear = is_linear(scheme);
     const bool smooth = scheme.name == name(SchemeKind::catmull_clark) || scheme.name == name(SchemeKind::loop);
     if (options.smoothing != 0 || !(linear || (smooth && detail::has_plain_rules(mesh, options.rules))))
         return std::nullopt;
@@ -168,14 +171,16 @@ void keep_surface(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleO
     per_face(data.face_group, result.face_group);
     result.materials = data.materials;
     result.groups = data.groups;
-    if (mesh.crease_method() == CreaseMethod::chaikin)
+    if (mesh.crease_method() == CreaseMethod::chaikin && !is_linear(scheme))
         result.warnings.push_back(
             "the creases were refined by the uniform rule: Chaikin's is known to plain "
-            "catmull-clark and loop only");
+            "catmull-clark and loop only, and not to tables of stencils");
     if (auto warning = detail::ignored_corner_angles(mesh, scheme)) result.warnings.push_back(std::move(*warning));
     if (auto warning = detail::ignored_creases(mesh, scheme, rules)) result.warnings.push_back(std::move(*warning));
     if (all_kept) return;
     keep_faces(kept, result);
+    if (result.face_count() == 0)
+        result.warnings.push_back("no face is left: all are holes, or touch the boundary under boundary rule none");
     if (!result.uvs.empty()) detail::drop_unused(result.face_uvs, result.uvs);
 }
 
@@ -288,6 +293,11 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
 
 PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options,
                            StencilTable* stencils, detail::RefinedPoints* keep) {
+    if (is_linear(scheme) && options.normals) {
+        RefineOptions without = options;
+        without.normals = false;
+        return refine_general(mesh, scheme, levels, without, stencils, keep);
+    }
     detail::check_attributes(mesh, options.attributes);
     std::unique_ptr<detail::RuleLevels> first_levels;
     if (stencils == nullptr) {
@@ -338,6 +348,37 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
     return result;
 }
 
+PolygonMesh refine_triangulated(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, RefineOptions options) {
+    detail::check_attributes(mesh, options.attributes);
+    const ControlMesh cut = triangulate(mesh, options.context);
+    // A face without ears has become a fan around its mean.
+    std::vector<VertexAttribute> attributes;
+    for (const VertexAttribute& attribute : options.attributes) {
+        const auto width = static_cast<std::size_t>(attribute.width);
+        std::vector<float>& values = attributes.emplace_back(attribute).values;
+        for (std::uint32_t v = mesh.vertex_count(); v < cut.vertex_count(); ++v) {
+            std::vector<double> sum(width, 0.0);
+            double count = 0;
+            const HalfedgeId first = cut.vertex_halfedge(VertexId(v));
+            HalfedgeId h = first;
+            do {
+                const std::size_t from = width * cut.target(h).value;
+                for (std::size_t i = 0; i < width; ++i) sum[i] += static_cast<double>(values[from + i]);
+                ++count;
+                h = cut.ccw_outgoing(h);
+            } while (h != first);
+            for (const double s : sum) values.push_back(static_cast<float>(s / count));
+        }
+    }
+    options.attributes = attributes;
+    PolygonMesh result = detail::refine_with_points(cut, scheme, levels, options, nullptr);
+    std::vector<std::string> warnings;
+    for (const std::string& warning : cut.warnings())
+        if (std::ranges::count(mesh.warnings(), warning) == 0) warnings.push_back(warning);
+    result.warnings.insert(result.warnings.begin(), warnings.begin(), warnings.end());
+    return result;
+}
+
 }  // namespace
 
 const SchemeInfo& scheme_named(std::string_view text) {
@@ -357,6 +398,8 @@ PolygonMesh detail::refine_with_points(const ControlMesh& mesh, const SchemeInfo
 }
 
 PolygonMesh refine(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options) {
+    if (scheme.family == MeshFamily::triangles && !mesh.all_triangles())
+        return refine_triangulated(mesh, scheme, levels, options);
     return detail::refine_with_points(mesh, scheme, levels, options, nullptr);
 }
 

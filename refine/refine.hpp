@@ -22,7 +22,8 @@ namespace tetrakis {
 /// face belongs to. UVs are refined face-varying (see uv_mesh()) by the same scheme, seams as boundaries. Faces of dual
 /// schemes and honeycomb lie across the seams; there charts go on straight beyond them, so that the smooth rules hold
 /// up to the seam, and a face takes the UVs of one side (the face-varying rule makes no difference to them). Creases
-/// are refined by the uniform rule except by Catmull-Clark and Loop.
+/// are refined by the uniform rule except by Catmull-Clark and Loop. Triangle schemes take other faces cut by
+/// triangulate(), with a warning.
 /// @param levels  >= 0: steps of the scheme (a sqrt3 or 4-8 step is two of its simple steps)
 /// @param options normals: none for the schemes whose surfaces have no tangent planes, bilinear and midpoint
 /// @throws Error  invalid_input: levels < 0, an attribute of the wrong length, or a mesh that the scheme cannot take
@@ -36,7 +37,9 @@ PolygonMesh refine(const ControlMesh& mesh, const SchemeInfo& scheme, int levels
 PolygonMesh refine(const ControlMesh& mesh, std::string_view scheme, int levels, const RefineOptions& options = {});
 
 /// The same by RuleRefiner for every scheme, with its vertices as combinations of the control vertices, for users with
-/// kernels of their own: row r of `stencils` is vertex r of `mesh`.
+/// kernels of their own: row r of `stencils` is vertex r of `mesh`. Chaikin's creases are refined by the uniform rule
+/// here, with a warning.
+/// @throws Error  as refine(); invalid_input: faces that a triangle scheme would have to cut first, see triangulate()
 struct RefinedStencils {
     PolygonMesh mesh;
     StencilTable stencils;

@@ -249,20 +249,26 @@ const RingLimit& boundary_ring_limit(SchemeKind scheme, int faces) { return cach
 
 glm::dvec3 limit_normal(SchemeKind scheme, const RingShape& shape, const RingLimit& limit,
                         std::span<const glm::dvec3> ring) {
-    // A cross product this much shorter than its factors is rounding, not direction.
+    // A cross product this much shorter than its factors is rounding, not direction, and so is it where what they add
+    // up cancels.
     constexpr double k_parallel = 1e-12;
-    const auto apply = [&](const std::vector<double>& weights) {
+    const auto apply = [&](const std::vector<double>& weights, double& size) {
         // Differences from the centre: the weights sum to zero, and a far origin must not cost digits.
         glm::dvec3 t(0);
-        for (std::size_t i = 1; i < weights.size(); ++i) t += weights[i] * (ring[i] - ring[0]);
+        for (std::size_t i = 1; i < weights.size(); ++i) {
+            const glm::dvec3 term = weights[i] * (ring[i] - ring[0]);
+            t += term;
+            size += std::abs(term.x) + std::abs(term.y) + std::abs(term.z);
+        }
         return t;
     };
     glm::dvec3 mean(0);
     bool degenerate = false;
     for (const RingLimit::Sector& s : limit.sectors) {
-        const glm::dvec3 a = apply(s.tangent1), b = apply(s.tangent2), n = glm::cross(a, b);
+        double size_a = 0, size_b = 0;
+        const glm::dvec3 a = apply(s.tangent1, size_a), b = apply(s.tangent2, size_b), n = glm::cross(a, b);
         const double length = glm::length(n);
-        if (!(length > k_parallel * glm::length(a) * glm::length(b))) {
+        if (!(length > k_parallel * size_a * size_b)) {
             degenerate = true;
             continue;
         }

@@ -422,4 +422,38 @@ TEST_CASE("[bad-input] refine() names what is wrong") {
     }
 }
 
+TEST_CASE("triangle schemes cut the faces of other meshes, and give attributes to the vertices that this adds") {
+    const ControlMesh cube =
+        ControlMesh::build(parse_obj("v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 1 0.9 0\nv 1 1.1 1\n"
+                                     "f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\nf 2 1 4 3\n",
+                                     "test.obj"));
+    // A vertex of two faces whose diagonals would all repeat edges: the second face becomes a fan around a vertex more.
+    const ControlMesh pillow =
+        ControlMesh::build(parse_obj("v 0 0 0\nv 1 0 0\nv 1 1 0.5\nv 0 1 0\n"
+                                     "f 1 2 3\nf 1 3 4\nf 4 3 2 1\n",
+                                     "test.obj"));
+    for (const ControlMesh* mesh : {&cube, &pillow}) {
+        VertexAttribute attribute{"position", 3, {}};
+        for (const Vec3d& p : mesh->positions())
+            for (int i = 0; i < 3; ++i) attribute.values.push_back(static_cast<float>(p[i]));
+        const ControlMesh cut = triangulate(*mesh);
+        CHECK(cut.face_count() > mesh->face_count());
+        for (const SchemeInfo& scheme : scheme_table()) {
+            if (scheme.family != MeshFamily::triangles) continue;
+            CAPTURE(scheme.name);
+            const PolygonMesh mine = refine(*mesh, scheme, 2, {.attributes = {&attribute, 1}});
+            const PolygonMesh theirs = refine(cut, scheme, 2);
+            CHECK(mine.positions == theirs.positions);
+            CHECK(mine.face_vertices == theirs.face_vertices);
+            REQUIRE(!mine.warnings.empty());
+            CHECK(mine.warnings[0].find("triangles") != std::string::npos);
+            REQUIRE(mine.attributes.size() == 1);
+            for (std::size_t v = 0; v < mine.positions.size(); ++v)
+                for (std::size_t i = 0; i < 3; ++i)
+                    CHECK(mine.attributes[0].values[3 * v + i] ==
+                          doctest::Approx(mine.positions[v][static_cast<int>(i)]).epsilon(1e-6));
+        }
+    }
+}
+
 TEST_SUITE_END();
