@@ -152,8 +152,10 @@ class LimitSearch::Finder {
                     return result;
                 };
                 if (!masks.any()) masks.limit = mask(numeric.limit);
-                masks.tangent1 = mask(numeric.tangent1);
-                masks.tangent2 = mask(numeric.tangent2);
+                // Two edges inside: no plane that its modes would span, so the mean normal of the faces.
+                const bool two_edges = !dual_ && !shape.boundary && shape.faces == 2;
+                masks.tangent1 = two_edges ? Mask{} : mask(numeric.tangent1);
+                masks.tangent2 = two_edges ? Mask{} : mask(numeric.tangent2);
             } catch (const std::invalid_argument&) {
                 masks.tangent1.clear();  // a shape that has no matrix; a limit may have its formula all the same
             }

@@ -108,6 +108,7 @@ ClosedMasks averaging_closed_masks(const FanShape& shape, const RuleOptions& opt
             const FanLabel edge{i, 1, 0}, face{i, 1, 1};
             add(edge, 4.0 / (9 * n));
             add(face, 1.0 / (9 * n));
+            if (n < 3) continue;
             masks.tangent1.emplace_back(edge, A * std::cos(i * angle));
             masks.tangent1.emplace_back(face, std::cos(i * angle) + std::cos((i + 1) * angle));
             masks.tangent2.emplace_back(edge, A * std::sin(i * angle));

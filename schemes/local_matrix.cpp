@@ -30,12 +30,14 @@ void check_shape(const SchemeInfo& scheme, const FanShape& shape, FanLattice lat
             std::string(scheme.name) +
             " is a dual scheme: its corners are on the boundary and have one face after a step");
     if (shape.dart && shape.boundary) throw std::invalid_argument("a dart is inside the mesh");
-    // Two quads share two edges, one of which may be the end of a crease.
-    const int least = shape.boundary ? 1 : shape.dart && lattice == FanLattice::quads ? 2 : 3;
-    if (shape.faces < least)
-        throw std::invalid_argument(shape.boundary ? "a boundary vertex has at least two edges"
-                                    : dual         ? "a face has at least 3 corners"
-                                                   : "the valence of a vertex inside must be at least 3");
+    if (dual && !shape.boundary && shape.faces < 3)
+        throw std::invalid_argument(
+            "a face has at least 3 corners; inside a mesh a vertex with two edges has no face around it after a step "
+            "of " +
+            std::string(scheme.name) + ", a dual scheme: there is nothing to look at");
+    if (shape.dart && lattice == FanLattice::triangles && shape.faces == 2)
+        throw std::invalid_argument("a dart between triangles has at least 3 edges");
+    if (shape.faces < (shape.boundary ? 1 : 2)) throw std::invalid_argument("a vertex has at least two edges");
 }
 
 struct Point {

@@ -29,7 +29,7 @@ constexpr SchemeInfo k_table[] = {
     {"loop", "Loop 1987", face_split, triangles, false, "C2", 1, "3", k_primal3, 2, loop_step, loop_closed_masks,
      "triangles; boundary, crease, corner, dart, semi-sharp; Warren's weights, C1 edge rule, Hoppe's crease rule"},
     {"tuned-loop", "Loop with prescribed eigenvalues", face_split, triangles, false, "C2", 1, "3", k_primal3, 2, tuned_loop_step,
-     tuned_loop_closed_masks, "triangles; boundary and creases as loop; tuning 0 (loop) to 1 (even triangles, larger ripples)"},
+     tuned_loop_closed_masks, "triangles; boundary and creases as loop; tuning 0 (loop) to 1 (even triangles, no crease at high valence, larger ripples beside the vertex)"},
     {"butterfly", "Butterfly, Dyn, Levin, Gregory 1990", face_split, triangles, true, "C1", 3, "3", k_primal3, 4, butterfly_step,
      butterfly_closed_masks, "triangles; boundary by four-point and reflection; not smooth at valence 3"},
     {"modified-butterfly", "Modified Butterfly, Zorin, Schroeder, Sweldens 1996", face_split, triangles, true, "C1", 3, "3",

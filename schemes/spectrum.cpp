@@ -71,7 +71,9 @@ void finish(SpectralAnalysis& analysis, bool interior, const std::vector<double>
     std::vector<double> rest;
     for (const Eigenvalue& e : values)
         for (int i = 0; i < e.multiplicity; ++i) rest.push_back(std::abs(e.value));
-    for (const double taken : {1.0, analysis.lambda1, analysis.lambda2}) take_out(rest, taken);
+    // A tangent without an eigenvalue takes none out.
+    for (const double taken : {1.0, analysis.lambda1, analysis.lambda2})
+        if (taken > 0) take_out(rest, taken);
     const auto most = [](const std::vector<double>& of) {
         return of.empty() ? 0 : *std::max_element(of.begin(), of.end());
     };
@@ -87,6 +89,52 @@ void finish(SpectralAnalysis& analysis, bool interior, const std::vector<double>
     analysis.curvature = analysis.third < square - k_same   ? CurvatureClass::zero
                          : analysis.third > square + k_same ? CurvatureClass::unbounded
                                                             : CurvatureClass::bounded;
+}
+
+/// Two sectors: what changes its sign from one to the other is one mode for both tangents, which the mirror image tells
+/// apart: the same on both sides of the line along the two edges (tangent 1), or of opposite sign (tangent 2). A
+/// block's rows are the places of sector 0.
+void analyse_two_sectors(SpectralAnalysis& analysis, const DenseMatrix<Complex>& block) {
+    const FanLabels& labels = analysis.matrix.labels;
+    const int places = (analysis.matrix.size() - 1) / 2;
+    const auto index = [](int place, int sector) { return 1 + place * 2 + sector; };
+    for (const double sign : {1.0, -1.0}) {
+        // Of each place its mirror image in the same sector, and whether that is so only with the other sign.
+        std::vector<int> rows, image(places);
+        std::vector<double> turned(places);
+        for (int p = 0; p < places; ++p) {
+            const int i = labels.find(labels.mirrored(labels.all()[index(p, 0)])) - 1;
+            image[p] = i / 2;
+            turned[p] = i % 2 == 0 ? sign : -sign;
+            if (image[p] > p || (image[p] == p && turned[p] > 0)) rows.push_back(p);
+        }
+        DenseMatrix<double> part(static_cast<int>(rows.size()));
+        for (std::size_t a = 0; a < rows.size(); ++a)
+            for (std::size_t b = 0; b < rows.size(); ++b) {
+                const int q = rows[b];
+                part(a, b) =
+                    block(rows[a], q).real() + (image[q] == q ? 0 : turned[q] * block(rows[a], image[q]).real());
+            }
+        const std::vector<Complex> values = eigenvalues(part);
+        const Complex lambda = largest(values, false);
+        const double real = std::abs(lambda.imag()) < k_same ? lambda.real() : 0;
+        (sign > 0 ? analysis.lambda1 : analysis.lambda2) = real;
+        if (count_same(values, lambda) != 1 || real <= k_same) continue;
+        const std::vector<double> y = left_eigenvector(part, real);
+        std::vector<double>& mask = sign > 0 ? analysis.tangent1 : analysis.tangent2;
+        mask.assign(analysis.matrix.size(), 0.0);
+        for (std::size_t a = 0; a < rows.size(); ++a)
+            for (int t = 0; t < 2; ++t) {
+                const int p = rows[a];
+                const double w = (t == 0 ? 1 : -1) * y[a];
+                if (image[p] == p) {
+                    mask[index(p, t)] = w;
+                } else {
+                    mask[index(p, t)] = w / 2;
+                    mask[index(image[p], t)] = turned[p] * w / 2;
+                }
+            }
+    }
 }
 
 /// Rotation-symmetric: one block per Fourier mode. A block's rows are the places of sector 0.
@@ -129,7 +177,8 @@ void analyse_rotation(SpectralAnalysis& analysis) {
         }
         const std::vector<Complex> values = eigenvalues(block);
         add(analysis, values, j, 2 * j < n ? 2 : 1);
-        if (j != 1) continue;
+        if (j == 1 && n == 2) analyse_two_sectors(analysis, block);
+        if (j != 1 || n == 2) continue;
         const Complex lambda = largest(values, false);
         analysis.lambda1 = analysis.lambda2 = std::abs(lambda.imag()) < k_same ? lambda.real() : 0;
         if (count_same(values, lambda) != 1 || analysis.lambda1 <= 0) continue;

@@ -22,8 +22,8 @@ struct LocalMatrix {
     int size() const { return labels.size(); }
     double at(int row, int column) const { return weights[static_cast<std::size_t>(row) * labels.size() + column]; }
 };
-/// @throws std::invalid_argument  the shape is not one of the scheme: a valence below 3 (interior) or 1 (boundary), a
-///                                corner or dart where it has none
+/// @throws std::invalid_argument  the shape is not one of the scheme: fewer than 2 faces (interior) or 1 (boundary)
+///                                at a vertex, fewer than 3 corners of a face, a corner or dart where it has none
 LocalMatrix local_matrix(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options);
 
 struct Eigenvalue {
@@ -36,7 +36,8 @@ struct Eigenvalue {
 struct SpectralAnalysis {
     LocalMatrix matrix;
     std::vector<Eigenvalue> eigenvalues{};  ///< by decreasing magnitude
-    /// The two tangents' eigenvalues. Interior: both the largest of Fourier mode 1. Boundary: along, then across.
+    /// The two tangents' eigenvalues. Interior: both the largest of Fourier mode 1; of valence 2, where that mode has
+    /// no sine, along the two edges and across them. Boundary: along, then across.
     double lambda1 = 0, lambda2 = 0;
     double third = 0;  ///< magnitude of the next one
     /// 1 is simple, the tangents' eigenvalues are real and positive, and all others are smaller, but for what varies

@@ -98,14 +98,12 @@ class EvenStep {
             centre_[f] = count++;
             step_.stencils.push(detail::face_mean(mesh, f));
         }
-        int cut_count = 0;
         cut_.assign(mesh.edge_count(), RuleMesh::none);
         for (int e = 0; e < mesh.edge_count(); ++e) {
             const int h = mesh.edge_halfedge(e);
             if (!mesh.sharp(h)) continue;
             cut_[e] = count;
             count += 2;
-            ++cut_count;
             step_.stencils.push(crease_row(mesh.origin(h), mesh.target(h)));
             step_.stencils.push(crease_row(mesh.target(h), mesh.origin(h)));
         }
@@ -126,13 +124,45 @@ class EvenStep {
                 faces.end_face();
             }
         }
-        if (cut_count == 0) faces.set_twins(flipped_twins(mesh));
+        faces.set_twins(twins());
         step_.mesh = RuleMesh(count, std::move(faces), detail::child_vertex_sharpness(mesh, count));
     }
 
     RuleStep take() { return std::move(step_); }
 
   private:
+    /// Of the new half-edges, told from the old ones: ends do not always tell (two triangles that share two edges).
+    std::vector<int> twins() const {
+        std::vector<int> twin(3 * static_cast<std::size_t>(mesh_.halfedge_count()));
+        for (int h = 0; h < mesh_.halfedge_count(); ++h) {
+            const int t = mesh_.twin(h);
+            if (mesh_.sharp(h)) {  // along the crease, then to and from the opposite corner
+                twin[3 * h] = t == RuleMesh::none ? t : 3 * t;
+                twin[3 * h + 1] = 3 * mesh_.twin(mesh_.next(h));
+                twin[3 * h + 2] = 3 * mesh_.prev(h) + 2;
+                continue;
+            }
+            const int beyond = sharp_side(mesh_.face(t)), here = sharp_side(mesh_.face(h));
+            // From h's origin into the face beyond: inside it, or along the crease that leaves the origin there.
+            if (beyond == RuleMesh::none)
+                twin[3 * h] = 3 * mesh_.next(t) + 2;
+            else if (beyond != mesh_.next(t))
+                twin[3 * h] = 3 * beyond + 1;
+            else
+                twin[3 * h] =
+                    mesh_.twin(beyond) == RuleMesh::none ? RuleMesh::none : 3 * mesh_.next(mesh_.twin(beyond)) + 2;
+            twin[3 * h + 1] = 3 * t + 1;
+            // Back to the origin in its own face.
+            if (here == RuleMesh::none)
+                twin[3 * h + 2] = 3 * mesh_.twin(mesh_.prev(h));
+            else if (here != mesh_.prev(h))
+                twin[3 * h + 2] = 3 * here + 2;
+            else
+                twin[3 * h + 2] =
+                    mesh_.twin(here) == RuleMesh::none ? RuleMesh::none : 3 * mesh_.twin(mesh_.prev(mesh_.twin(here)));
+        }
+        return twin;
+    }
     int sharp_side(int f) const {
         for (int h = mesh_.face_begin(f); h < mesh_.face_begin(f) + 3; ++h)
             if (mesh_.sharp(h)) return h;
@@ -226,6 +256,7 @@ ClosedMasks sqrt3_closed_masks(const FanShape& shape, const RuleOptions&) {
     masks.lambda1 = masks.lambda2 = (2 + 2 * std::cos(2 * pi / n)) / 9;
     for (int i = 0; i < n; ++i) {
         masks.limit.emplace_back(edge(i), limit.edge);
+        if (n < 3) continue;
         masks.tangent1.emplace_back(edge(i), std::cos(2 * pi * i / n));
         masks.tangent2.emplace_back(edge(i), std::sin(2 * pi * i / n));
     }

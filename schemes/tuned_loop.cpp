@@ -40,7 +40,10 @@ std::vector<double> TunedLoop::edge_ring(int n, double tuning) {
     return b;
 }
 
-double TunedLoop::beta(int n, double tuning) { return (1 - tuning) * Loop::beta(n) + tuning * 3.0 / (8 * n); }
+double TunedLoop::beta(int n, double tuning) {
+    if (n < 3) return Loop::beta(n);
+    return (1 - tuning) * Loop::beta(n) + tuning * 3.0 / (8 * n);
+}
 
 RuleStep tuned_loop_step(const RuleMesh& mesh, const RuleOptions& options) {
     detail::need_triangles(mesh, "tuned-loop");
@@ -59,7 +62,7 @@ RuleStep tuned_loop_step(const RuleMesh& mesh, const RuleOptions& options) {
             if (ring.faces() == 0) return {{v, 1}};
             return detail::blended_vertex_row(mesh, v, ring, [&] {
                 const int n = ring.edges();
-                const double beta = n > 2 ? TunedLoop::beta(n, options.tuning) : Loop::beta(n);
+                const double beta = TunedLoop::beta(n, options.tuning);
                 StencilRow row{{v, 1 - n * beta}};
                 for (const int e : ring.neighbour) row.add(e, beta);
                 return row;
@@ -99,7 +102,7 @@ ClosedMasks tuned_loop_closed_masks(const FanShape& shape, const RuleOptions& op
     // Left eigenvector of mode 0: c n beta = 3/8 of the ring's total.
     const double total = 8 * n * TunedLoop::beta(n, options.tuning) / 3;
     masks.limit.emplace_back(FanLabel{}, 1 / (1 + total));
-    masks.lambda1 = masks.lambda2 = mode(n, 1, options.tuning);
+    masks.lambda1 = masks.lambda2 = mode(n, 1, n < 3 ? 0 : options.tuning);
     for (int i = 0; i < n; ++i) {
         masks.limit.emplace_back(FanLabel{i, 1, 0}, total / (1 + total) / n);
         if (n < 3) continue;

@@ -182,6 +182,48 @@ TEST_CASE("the same at boundaries") {
     }
 }
 
+TEST_CASE(
+    "two edges inside: the masks are eigenvectors, what a half turn or the mirror does to the matrix changes nothing") {
+    for (const Variant& v : variants()) {
+        CAPTURE(v.name);
+        const FanShape shape{.faces = 2};
+        if (fan_lattice(*v.scheme, v.options) == FanLattice::dual) {
+            CHECK_THROWS_AS(analyse(*v.scheme, shape, v.options), std::invalid_argument);
+            continue;
+        }
+        // Its rule for two edges is another matter.
+        if (v.scheme->name == "modified-butterfly") continue;
+        const bool weights = v.options.catmull_clark_beta.has_value();
+        if (weights) continue;  // refused: no such weights have a tangent plane there
+        check_masks(v, shape);
+        const SpectralAnalysis a = analyse(*v.scheme, shape, v.options);
+        const FanLabels& labels = a.matrix.labels;
+        double off = 0;
+        for (int i = 0; i < a.matrix.size(); ++i)
+            for (int j = 0; j < a.matrix.size(); ++j) {
+                const auto turned = [&](int k) {
+                    FanLabel label = labels.all()[k];
+                    ++label.sector;
+                    return labels.find(label);
+                };
+                const auto mirrored = [&](int k) { return labels.find(labels.mirrored(labels.all()[k])); };
+                off = std::max(off, std::abs(a.matrix.at(i, j) - a.matrix.at(turned(i), turned(j))));
+                off = std::max(off, std::abs(a.matrix.at(i, j) - a.matrix.at(mirrored(i), mirrored(j))));
+            }
+        CHECK(off < 1e-15);
+        CHECK_FALSE(a.proper);
+    }
+    // By hand: Loop's edges take 3/8 of the vertex and their end, 2/8 of the other.
+    const SpectralAnalysis loop = analyse(*find_scheme("loop"), {.faces = 2}, {});
+    CHECK(loop.lambda1 == doctest::Approx(1.0 / 8).epsilon(1e-12));
+    CHECK(loop.lambda2 == doctest::Approx(1.0 / 8).epsilon(1e-12));
+    CHECK(loop.limit[0] == doctest::Approx(8.0 / 21).epsilon(1e-12));
+    const SpectralAnalysis quads = analyse(*find_scheme("catmull-clark"), {.faces = 2}, {});
+    CHECK(quads.lambda1 == doctest::Approx(1.0 / 4).epsilon(1e-12));
+    CHECK(quads.third == doctest::Approx(1.0 / 4).epsilon(1e-12));
+    CHECK(analyse(*find_scheme("midpoint"), {.faces = 2}, {}).third == doctest::Approx(0.5));
+}
+
 TEST_CASE("honeycomb: the two faces along the boundary map to themselves as their matrix says, in any mesh") {
     RuleMesh::Builder faces;
     faces.face({0, 1, 2, 3, 4});

@@ -576,7 +576,7 @@ TEST_CASE("the 4-8 scheme takes any polygons through their tetrakis mesh") {
 TEST_CASE("[bad-input] what a scheme or a rule mesh cannot take is refused with the reason") {
     CHECK_THROWS_WITH_AS(find_scheme("loop")->step(tube(false, 5, 4, 5, {}, 0), {}), doctest::Contains("has 4 corners"),
                          std::invalid_argument);
-    CHECK_THROWS_WITH_AS(analyse(*find_scheme("loop"), {.faces = 2}, {}), doctest::Contains("at least 3"),
+    CHECK_THROWS_WITH_AS(analyse(*find_scheme("loop"), {.faces = 1}, {}), doctest::Contains("at least two edges"),
                          std::invalid_argument);
     CHECK_THROWS_AS(analyse(*find_scheme("honeycomb"), {.faces = 6, .corner = true}, {}), std::invalid_argument);
     CHECK(find_scheme("nothing") == nullptr);
