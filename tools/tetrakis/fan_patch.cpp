@@ -12,7 +12,7 @@ namespace {
 
 using Complex = std::complex<double>;
 // Masks reach up to three rings beyond what they make, and the rules of the rim must stay out of it.
-constexpr int k_control_rings = 2 * k_patch_rings;
+constexpr int k_control_rings = 2 * k_patch_rings + 1;
 // The subdominant eigenvalue's quotient with the next one of its mode is hardly ever above 0.8.
 constexpr int k_iterations = 120;
 
@@ -146,6 +146,13 @@ FanPatch boundary_patch(const SchemeInfo& scheme, const SpectralAnalysis& analys
     return patch;
 }
 
+/// Two sectors, each half of the plane: the lattice's own, bent open.
+Complex half_plane_place(FanLattice lattice, FanLabel l) {
+    const double angle = std::numbers::pi / (lattice == FanLattice::triangles ? 3 : 2);
+    const Complex z = double(l.a) + double(l.b) * std::polar(1.0, angle);
+    return std::polar(std::abs(z), std::numbers::pi * (l.sector + std::arg(z) / angle));
+}
+
 }  // namespace
 
 FanPatch fan_patch(const SchemeInfo& scheme, const SpectralAnalysis& analysis, const RuleOptions& rules) {
@@ -156,9 +163,13 @@ FanPatch fan_patch(const SchemeInfo& scheme, const SpectralAnalysis& analysis, c
     const RuleStep step = scheme.step(fan.mesh, rules);
     const std::vector<int> rows = find_fan(step.mesh, child_start(fan, step), fan.labels);
     std::vector<Complex> z(fan.labels.size()), finer(step.mesh.vertex_count());
-    for (int i = 0; i < fan.labels.size(); ++i) z[i] = rough_place(fan.labels, fan.labels.all()[i]);
-    keep_first_mode(fan.labels, z);
-    for (int i = 0; i < k_iterations; ++i) {
+    const bool two_sectors = fan.labels.lattice() != FanLattice::dual && shape.faces == 2;
+    for (int i = 0; i < fan.labels.size(); ++i) {
+        const FanLabel label = fan.labels.all()[i];
+        z[i] = two_sectors ? half_plane_place(fan.labels.lattice(), label) : rough_place(fan.labels, label);
+    }
+    if (!two_sectors) keep_first_mode(fan.labels, z);
+    for (int i = 0; i < k_iterations && !two_sectors; ++i) {
         step.stencils.apply<Complex>(z, finer);
         for (int j = 0; j < fan.labels.size(); ++j) z[j] = finer[rows[j]];
         keep_first_mode(fan.labels, z);
@@ -176,6 +187,7 @@ FanPatch fan_patch(const SchemeInfo& scheme, const SpectralAnalysis& analysis, c
     patch.start = std::move(fan.start);
     patch.height.assign(patch.plane.size(), 0.0);
     patch.height[0] = 1;
+    patch.characteristic = !two_sectors;
     return patch;
 }
 

@@ -1,5 +1,6 @@
 #include "scheme_picture.hpp"
 
+#include "basis_surface.hpp"
 #include "canvas.hpp"
 
 #include "tetrakis/eval/render.hpp"
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 
 namespace tetrakis::cli {
 namespace {
@@ -68,6 +70,44 @@ std::vector<Vec2d> label_places(const FanLabels& labels, const FanPatch& patch) 
     return places;
 }
 
+/// Places for labels beside their dots where they cover nothing: below, else above, else beside.
+class LabelPlaces {
+  public:
+    void keep_free(Vec2d middle, double radius) { taken_.push_back({middle - radius, middle + radius}); }
+
+    /// The middle of a label of that size for a dot of that radius.
+    /// @param must  else nothing, where it would cover something wherever it is
+    std::optional<Vec2d> find(Vec2d dot, double radius, Vec2d size, bool must) {
+        constexpr double k_gap = 3;
+        const Vec2d off = 0.5 * size + radius + k_gap;
+        const double right = off.x, down = off.y;
+        const Vec2d places[] = {{0, down},     {0, -down},     {right, 0},     {-right, 0},
+                                {right, down}, {-right, down}, {right, -down}, {-right, -down}};
+        Vec2d best = dot + places[0];
+        double least = 1e30;
+        for (const Vec2d& place : places) {
+            const Vec2d low = dot + place - 0.5 * size, high = dot + place + 0.5 * size;
+            double covered = 0;
+            for (const Box& box : taken_) {
+                const Vec2d common = glm::min(high, box.high) - glm::max(low, box.low);
+                if (common.x > 0 && common.y > 0) covered += common.x * common.y;
+            }
+            if (covered >= least) continue;
+            least = covered;
+            best = dot + place;
+        }
+        if (least > 0 && !must) return std::nullopt;
+        taken_.push_back({best - 0.5 * size, best + 0.5 * size});
+        return best;
+    }
+
+  private:
+    struct Box {
+        Vec2d low, high;
+    };
+    std::vector<Box> taken_;
+};
+
 void draw_mask(Canvas& canvas, Vec2d corner, const SchemePicture::Mask& mask, const std::vector<Vec2d>& places,
                const FanPatch& patch, const std::vector<bool>& inner, Vec2d lambda) {
     constexpr double k_clearance = 46;  // around the outermost weight, which has its text beside it
@@ -103,20 +143,31 @@ void draw_mask(Canvas& canvas, Vec2d corner, const SchemePicture::Mask& mask, co
         if (inside(a) && inside(b)) canvas.line(window.at(a), window.at(b), 1.6, k_grey);
     }
     const bool crowded = places.size() > 24 && used.size() > 24;
+    LabelPlaces labels;
+    std::vector<double> radius(places.size(), 0.0);
     for (std::size_t i = 0; i < places.size(); ++i) {
         const double w = mask.weights[i];
         if (std::abs(w) <= 1e-13) continue;
-        const double radius = (crowded ? 5 : 8) * std::sqrt(std::abs(w) / heaviest) + 2.5;
-        canvas.disc(window.at(places[i]), radius, w > 0 ? k_blue : k_orange);
+        radius[i] = (crowded ? 5 : 8) * std::sqrt(std::abs(w) / heaviest) + 2.5;
+        canvas.disc(window.at(places[i]), radius[i], w > 0 ? k_blue : k_orange);
+        labels.keep_free(window.at(places[i]), radius[i]);
     }
     // One level down the same place is this much nearer to the middle.
-    if (mask.new_point) canvas.circle(window.at(lambda * places[*mask.new_point]), 12, 2.4, k_red);
+    if (mask.new_point) {
+        constexpr double k_ring = 12, k_ring_width = 2.4;
+        const Vec2d at = window.at(lambda * places[*mask.new_point]);
+        canvas.circle(at, k_ring, k_ring_width, k_red);
+        labels.keep_free(at, k_ring + k_ring_width);
+    }
     const double height = crowded ? 7 : 11;
     for (std::size_t i = 0; i < places.size(); ++i) {
+        if (radius[i] == 0) continue;
         const double w = mask.weights[i];
-        if (std::abs(w) <= 1e-13) continue;
-        canvas.label(window.at(places[i]) + Vec2d(0, crowded ? 14 : 20), height, weight_text(w),
-                     w > 0 ? k_ink : k_orange);
+        const std::string text = weight_text(w);
+        const Vec2d size(Canvas::text_width(text, height) + 4, height + 4);
+        // Of many there are others with the same weight.
+        if (const auto at = labels.find(window.at(places[i]), radius[i], size, !crowded))
+            canvas.label(*at, height, text, w > 0 ? k_ink : k_orange);
     }
     canvas.text(corner + Vec2d(14, 10), 13, mask.title, k_ink);
 }
@@ -185,39 +236,16 @@ void draw_lines(Canvas& canvas, const Window& window, const FanPatch& patch, con
     }
 }
 
-/// The faces of the refined patch between shown vertices as a surface, the basis function upwards.
-TriangleMesh basis_surface(const FanPatch& patch, const std::vector<bool>& shown, double reach) {
-    TriangleMesh mesh;
-    double peak = 0;
-    for (const double h : patch.height) peak = std::max(peak, h);
-    std::vector<int> number(patch.plane.size(), -1);
-    const auto vertex = [&](int v) {
-        if (number[v] < 0) {
-            number[v] = static_cast<int>(mesh.positions.size());
-            // y is up; the plane's y points away from the viewer.
-            mesh.positions.emplace_back(patch.plane[v].x, 0.8 * reach * patch.height[v] / peak, -patch.plane[v].y);
-        }
-        return static_cast<std::uint32_t>(number[v]);
-    };
-    for (int f = 0; f < patch.mesh.face_count(); ++f) {
-        const auto corners = patch.mesh.corners(f);
-        bool near = true;
-        for (const int v : corners) near = near && shown[v];
-        for (std::size_t i = 2; near && i < corners.size(); ++i)
-            mesh.triangles.push_back({vertex(corners[0]), vertex(corners[i - 1]), vertex(corners[i])});
-    }
-    return mesh;
-}
-
 }  // namespace
 
 Image draw_scheme(const SchemePicture& picture, const RunContext& context) {
     const FanLabels& labels = picture.analysis.matrix.labels;
     const bool boundary = labels.shape().boundary;
     FanPatch patch = fan_patch(picture.scheme, picture.analysis, picture.rules);
-    // A sketch of straight lines shrinks alike in all directions.
-    const Vec2d lambda(picture.analysis.lambda1,
-                       patch.characteristic ? picture.analysis.lambda2 : picture.analysis.lambda1);
+    // The next level's lines of a sketch are between those of the first.
+    const double between_lines = picture.scheme.refinement == Refinement::sqrt3 ? 1.0 / 3 : 0.5;
+    const Vec2d lambda =
+        patch.characteristic ? Vec2d(picture.analysis.lambda1, picture.analysis.lambda2) : Vec2d(between_lines);
     const int mask_rows = (static_cast<int>(picture.masks.size()) + k_columns - 1) / k_columns;
     const int large_top = k_head + mask_rows * (k_cell + k_caption);
     Canvas canvas(k_width, large_top + k_caption + k_large + k_margin);
@@ -282,17 +310,19 @@ Image draw_scheme(const SchemePicture& picture, const RunContext& context) {
     }
 
     const int right = 2 * k_margin + k_large;
-    double peak = 0;
-    for (const double h : patch.height) peak = std::max(peak, h);
-    canvas.text({right + 14.0, large_top + 10.0}, 15, fmt::format("basis function, its largest value {:.4g}", peak),
+    // As high as it is wide, about: its largest value is that of its own point, or near it.
+    double highest = 0;
+    for (const double h : patch.height) highest = std::max(highest, h);
+    const double height = 0.8 * basis_reach / highest;
+    const BasisSurface basis = hexagons
+                                   ? hexagon_basis_surface(patch, picture.scheme, picture.rules, basis_reach, height)
+                                   : basis_surface(patch, picture.scheme, labels, picture.rules, basis_rings, height);
+    // At a vertex the limit mask has it to the last digit; that of a dual scheme is between the points drawn.
+    const bool between = labels.lattice() == FanLattice::dual;
+    canvas.text({right + 14.0, large_top + 10.0}, 15,
+                fmt::format("basis function, its largest value {}",
+                            between ? fmt::format("{:.3f}", basis.peak) : fmt::format("{:.4g}", basis.peak)),
                 k_ink);
-    std::vector<bool> shown(patch.plane.size(), false);
-    if (hexagons)
-        for (std::size_t v = 0; v < shown.size(); ++v) shown[v] = glm::length(patch.plane[v]) <= basis_reach;
-    else
-        for (const int v : find_fan(patch.mesh, patch.start,
-                                    FanLabels(labels.lattice(), labels.shape(), basis_rings * patch.intervals - 1)))
-            shown[v] = true;
     RenderOptions options;
     options.occlusion_samples = 12;  // a smooth surface alone
     options.width = options.height = k_large;
@@ -301,7 +331,7 @@ Image draw_scheme(const SchemePicture& picture, const RunContext& context) {
     options.view.margin = 0.04;
     options.crease_degrees = 180;
     options.ground = false;
-    canvas.paste(right, large_top + k_caption, render(basis_surface(patch, shown, basis_reach), options, context));
+    canvas.paste(right, large_top + k_caption, render(basis.mesh, options, context));
     return canvas.image();
 }
 
