@@ -73,6 +73,53 @@ TEST_CASE(
           std::string::npos);
 }
 
+TEST_CASE("scheme explains what primal schemes do at two edges, and why dual ones have nothing there") {
+    for (const auto& listed : cli::run_json({"schemes", "--json"})) {
+        const std::string name = listed.at("name");
+        CAPTURE(name);
+        const ProcessResult two = cli::run({"scheme", name, "--valence", "2"});
+        const ProcessResult one = cli::run({"scheme", name, "--valence", "1"});
+        CHECK(one.code == 2);
+        const bool dual = cli::run_json({"scheme", name, "--json"}).at("dual");
+        CHECK(two.code == (dual ? 2 : 0));
+        CHECK((dual ? two.err.find("becomes no face") : two.out.find("no characteristic map")) != std::string::npos);
+        CHECK(one.err.find(dual ? "at least 3 corners" : "at least 2 edges") != std::string::npos);
+    }
+    CHECK(cli::run({"scheme", "loop", "--valence", "257"}).err.find("no more than 256") != std::string::npos);
+}
+
+TEST_CASE("scheme prints the rule of honeycomb's old vertices: the mean of the new corners around") {
+    CHECK(cli::run({"scheme", "honeycomb"}).out.find("old vertex v: the mean of the new corners") != std::string::npos);
+    const nlohmann::json rule = cli::run_json({"scheme", "honeycomb", "--json"}).at("old_vertex");
+    // Of three hexagons: each corner as often as it is in one of them, with Doo and Sabin's weights.
+    for (const auto& term : rule.at("terms")) {
+        const int face = term.at("face"), corner = term.at("corner");
+        const bool neighbour = (face == 0 && (corner == 1 || corner == 5)) || (face == 1 && corner == 1);
+        const double expected = corner == 0 ? 11.0 / 24 : neighbour ? 2.0 / 18 : corner == 3 ? 1.0 / 72 : 2.0 / 72;
+        CHECK(term.at("weight").get<double>() == doctest::Approx(expected).epsilon(1e-12));
+    }
+    CHECK(rule.at("terms").size() == 13);
+}
+
+TEST_CASE("scheme classifies averaging by its number of steps, and says which options do nothing here") {
+    for (int m = 0; m <= 5; ++m) {
+        const nlohmann::json scheme = cli::run_json({"scheme", "averaging", "--steps", std::to_string(m), "--json"});
+        CHECK(scheme.at("refinement") == (m % 2 == 0 ? "face split" : "vertex split"));
+        CHECK(scheme.at("interpolating") == (m == 0));
+    }
+    const auto warned = [](std::vector<std::string> arguments, const char* option) {
+        arguments.insert(arguments.begin(), "scheme");
+        const ProcessResult result = cli::run(arguments);
+        CHECK(result.code == 0);
+        return result.err.find(std::string(option) + " has no effect") != std::string::npos;
+    };
+    CHECK(warned({"catmull-clark", "--beta", "0.3"}, "--beta"));
+    CHECK_FALSE(warned({"catmull-clark", "--beta", "0.3", "--valence", "5"}, "--beta"));
+    CHECK(warned({"loop", "--hoppe"}, "--hoppe"));
+    CHECK_FALSE(warned({"loop", "--hoppe", "--boundary", "--valence", "6"}, "--hoppe"));
+    CHECK(warned({"loop", "--edge-rule", "cosine"}, "--edge-rule"));
+}
+
 TEST_CASE("scheme says how far a mesh is from its limit, where mask norms do") {
     for (const auto& [name, known] : {std::pair{"modified-butterfly", true},
                                       {"kobbelt", true},
@@ -189,7 +236,6 @@ TEST_CASE("[bad-input] an unknown scheme is answered with the nearest name and a
     CHECK(cli::run({"refine", cli::data("cube.obj"), "--levels", "1", "--scheme", "dosabin", "-o", "x.obj"})
               .err.find("did you mean doo-sabin?") != std::string::npos);
     CHECK(cli::run({"scheme"}).code == 2);
-    CHECK(cli::run({"scheme", "loop", "--valence", "2"}).code == 2);
     CHECK(cli::run({"scheme", "loop", "--valence", "x"}).code == 2);
     CHECK(cli::run({"scheme", "honeycomb", "--boundary", "--valence", "4"}).code == 2);
     const ProcessResult undrawn = cli::run({"scheme", "honeycomb", "--boundary", "--image", "no.png"});
@@ -308,9 +354,10 @@ TEST_CASE("[slow] scheme draws a sheet with masks, characteristic map and basis 
     CHECK(ink(loop, 0, 0.58, 0.48, 0.98) < 0.2);
     CHECK(ink(loop, 0.6, 0.8, 0.9, 0.85) > 0.8);  // surface
     CHECK(draw("seven.png", {"loop", "--valence", "7"}).values != loop.values);
-    for (const char* scheme : {"doo-sabin", "honeycomb"}) {
-        CAPTURE(scheme);
-        const tetrakis::HeightImage sheet = draw("other.png", {scheme});
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"doo-sabin"}, {"honeycomb"}, {"sqrt3", "--valence", "2"}}) {
+        CAPTURE(arguments[0]);
+        const tetrakis::HeightImage sheet = draw("other.png", arguments);
         CHECK(sheet.width == loop.width);
         CHECK(ink(sheet, 0, 0.6, 0.48, 0.98) > 0.02);
         CHECK(ink(sheet, 0.6, 0.8, 0.9, 0.85) > 0.8);

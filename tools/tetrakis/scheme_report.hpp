@@ -1,0 +1,36 @@
+#pragma once
+
+#include "report.hpp"
+
+#include "tetrakis/eval/mask_norm_bound.hpp"
+#include "tetrakis/schemes/spectrum.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tetrakis::cli {
+
+/// What the command "scheme" has to say.
+struct SchemeFindings {
+    const SchemeInfo& scheme;
+    RuleOptions rules;
+    SpectralAnalysis analysis;
+    SchemeMasks masks;
+    int valence, reproduction;
+    double support;
+    std::optional<tetrakis::detail::CellRemainder::Total> mask_norm;
+
+    bool boundary() const { return analysis.matrix.labels.shape().boundary; }
+};
+
+std::string looked_at(const SchemeFindings& f, const FanLabels& labels);
+std::string place_name(const FanLabels& labels, FanLabel label);
+/// The new points in the middle: one of each kind, with its row of the matrix.
+std::vector<int> shown_rows(const LocalMatrix& m);
+std::vector<double> row_of(const LocalMatrix& m, int i);
+
+void print_scheme(const SchemeFindings& f, bool with_matrix);
+Json scheme_json(const SchemeFindings& f, bool with_matrix);
+
+}  // namespace tetrakis::cli
