@@ -2,8 +2,10 @@
 import math
 
 import models
-from maker import sheet
-from sheet import BLUE, GREY, INK, PALE, RED, Plane, Sheet
+import ripples
+from factors import factor_rows
+from maker import run, sheet
+from sheet import BLUE, GREY, INK, ORANGE, PALE, RED, Plane, Sheet
 
 
 def ridge(valence):
@@ -12,10 +14,28 @@ def ridge(valence):
     return [(x, y, -0.35 * x * x) for x, y, _ in points], faces
 
 
+# Where the waves are measured: inside the first ring, whose edges have length one, and beyond it.
+RIPPLE_RADIUS, OUTER_RADIUS = 0.6, 1.2
+
+
+def ridge_limit(make, valence, tuning):
+    """The limit of the ridge, fine enough for its ripples to be more than those of its triangles."""
+    out = make.work / f"ridge_{valence}_{tuning}_limit.obj"
+    run(make.build / "tetrakis", "refine", make.obj(f"ridge_{valence}", *ridge(valence)), "--scheme", "tuned-loop",
+        "--tuning", tuning, "--levels", 6, "--limit", "-o", out)
+    return models.read_obj(out)
+
+
+def ripple_text(surface, valence):
+    """Shares of an edge's length."""
+    near, far = (ripples.ripple(*surface, valence, radius) for radius in (RIPPLE_RADIUS, OUTER_RADIUS))
+    return f"ripples {near:.5f}, further out {far:.4f}"
+
+
 @sheet
 def high_valence(make):
-    s = Sheet("Loop at high valence: eigenvalues cluster at 5/8, and the surface ripples", 3, (420, 380),
-              "other eigenvalues come up to the tangents' own, and a smooth ridge gets a pinch; tuned-loop has none")
+    s = Sheet("Loop at high valence: eigenvalues cluster at 5/8, and the surface is pinched", 3, (420, 380),
+              f"a smooth ridge gets a crease that ends at the vertex; tuned-loop has none. Ripples: heights of the short waves {RIPPLE_RADIUS:g} and {OUTER_RADIUS:g} edges from it,\nas shares of an edge. Near it tuned-loop's are ten times Loop's, but too small to see; those seen further out are alike")
     p = Plane((420, 380), (-4, -3), (67, 60))
     at = lambda n: 62 * math.log(n / 3) / math.log(64 / 3) + 1.5
     unit = 57.5
@@ -33,7 +53,8 @@ def high_valence(make):
     for n in (6, 12, 24, 48):
         for scheme in ("loop",) if n != 24 else ("loop", "tuned-loop"):
             fine = make.refine(make.obj(f"ridge_{n}", *ridge(n)), scheme, 5)
-            s.add(make.picture(*fine, (420, 380), camera="35,42", up="z"), f"{scheme}, a ridge at valence {n}\n")
+            limit = ridge_limit(make, n, 0 if scheme == "loop" else 1)
+            s.add(make.picture(*fine, (420, 380), camera="35,42", up="z"), f"{scheme}, a ridge at valence {n}\n{ripple_text(limit, n)}")
     make.save(s, "high_valence")
 
 
@@ -52,15 +73,41 @@ def uneven_rings(make):
     make.save(s, "uneven_rings")
 
 
+RIPPLE_COLOURS = {0: BLUE, 0.5: ORANGE, 1: RED}
+
+
+def ripple_picture(valence, surfaces, size):
+    """The heights along a third of the circle, without the long waves that the ridge itself has, in one scale."""
+    left, right, bottom, top = -17, 133, -1.3e-3, 1.3e-3
+    scale = 150 / (top - bottom) * size[1] / size[0]  # a square window has as much up as across
+    p = Plane(size, (left, bottom * scale), (right, top * scale))
+    for level in (-1e-3, -5e-4, 0, 5e-4, 1e-3):
+        p.line([(0, level * scale), (120, level * scale)], PALE, 1)
+        p.text((-7, level * scale), f"{level:g}", GREY, 9)
+    for sector in range(valence // 3 + 1):
+        p.line([(sector * 360 / valence, -1.05e-3 * scale), (sector * 360 / valence, 1.05e-3 * scale)], PALE, 1)
+    for degrees in (0, 60, 120):
+        p.text((degrees, 1.2e-3 * scale), f"{degrees} deg", GREY, 9)
+    count = ripples.SAMPLES_PER_SECTOR * valence
+    for tuning, surface in surfaces.items():
+        short = ripples.short_waves(ripples.heights(*surface, RIPPLE_RADIUS, count), valence)
+        p.line([(360 * k / count, short[k] * scale) for k in range(count // 3 + 1)], RIPPLE_COLOURS[tuning], 1.6)
+    return p.picture()
+
+
 @sheet
 def tuned_loop(make):
-    s = Sheet("Tuned Loop beside Loop", 5, (330, 320), "a ridge: even triangles against ripples, one parameter from Loop (0) to prescribed eigenvalues (1)")
+    s = Sheet("Tuned Loop beside Loop", 6, (330, 320),
+              f"a ridge, from Loop (0) to prescribed eigenvalues (1): the pinch goes, triangles get even, and ripples near the vertex (heights {RIPPLE_RADIUS:g} edges from it, as shares of an edge) grow to\n"
+              f"seven and ten times Loop's, still too small for the shaded pictures; further out ({OUTER_RADIUS:g} edges) they are alike")
     for n in (12, 24):
         control = make.obj(f"ridge_{n}", *ridge(n))
-        for tuning in (0, 0.5, 1):
+        surfaces = {tuning: ridge_limit(make, n, tuning) for tuning in (0, 0.5, 1)}
+        for tuning, surface in surfaces.items():
             fine = make.refine(control, "tuned-loop", 5, tuning)
             s.add(make.picture(*fine, (330, 320), camera="35,42", up="z"),
-                  f"valence {n}, tuning {tuning}\n" + ("Loop" if tuning == 0 else ""))
+                  f"valence {n}, tuning {tuning:g}" + (" (Loop)" if tuning == 0 else "") + "\n" + ripple_text(surface, n))
+        s.add(ripple_picture(n, surfaces, (330, 320)), f"valence {n}: heights {RIPPLE_RADIUS:g} edges out\ntuning 0 blue, 0.5 orange, 1 red")
         for tuning in (0, 1):
             fine, triangles = make.refine(control, "tuned-loop", 3, tuning, keep=False)
             p = Plane((330, 320), (-0.8, -0.8), (0.8, 0.8))
@@ -70,59 +117,11 @@ def tuned_loop(make):
     make.save(s, "tuned_loop")
 
 
-def fraction(x):
-    for d in (1, 2, 4, 5, 8, 16, 20, 32, 64, 128, 256, 40, 80, 160, 320, 640, 1280):
-        if abs(x * d - round(x * d)) < 1e-9:
-            return f"{round(x * d)}/{d}" if d > 1 else f"{round(x)}"
-    return f"{x:.3f}"
-
-
-def mask_picture(points, terms, size, faces, new):
-    """The points of a mask with their weights, and in red where the new point lies."""
-    used = [points[v] for v in terms] + [new]
-    low, high = [min(p[i] for p in used) for i in (0, 1)], [max(p[i] for p in used) for i in (0, 1)]
-    reach = 0.5 * max(high[0] - low[0], high[1] - low[1], 1.5) + 0.35
-    centre = [0.5 * (low[i] + high[i]) for i in (0, 1)]
-    p = Plane((size, size), [c - reach for c in centre], [c + reach for c in centre])
-    for f in faces:
-        p.line([points[v][:2] for v in f], GREY, 1.2, closed=True)
-    most = max(abs(w) for w in terms.values())
-    for v, w in terms.items():
-        p.dot(points[v], BLUE, 3 + 5 * math.sqrt(abs(w) / most))
-    for v, w in terms.items():
-        p.text(points[v], fraction(w), INK, 12, below=19)
-    x, y = p.at(new)
-    r = 9 * 3
-    p.draw.ellipse((x - r, y - r, x + r, y + r), outline=RED, width=6)
-    return p.picture()
-
-
 @sheet
 def factorization(make):
     s = Sheet("Stencils of dual schemes as products of simple steps", 6, (310, 310),
-              "weights of one new point (red) at a regular face and at a 5-gon; each averaging step takes the means of the quads around")
-    for corners in (4, 5):
-        points, faces = models.face_fan(corners, 2)
-        at = "regular" if corners == 4 else "5-gon"
-        for scheme, option, caption in (("averaging", 0, "bilinear split\nthe face's point; edges: 1/2, 1/2"),
-                                        ("averaging", 1, "1 averaging step\nDoo-Sabin, Catmull and Clark's weights"),
-                                        ("doo-sabin", None, "Doo-Sabin\nDoo and Sabin's weights"),
-                                        ("midedge-simplest", None, "midedge, simplest form\ntwo rounds of midpoints"),
-                                        ("averaging", 2, "2 averaging steps\nnearly Catmull-Clark"),
-                                        ("averaging", 3, "3 averaging steps\nbiquartic")):
-            # The weights of the new point are what it is of unit heights, one control point after the other.
-            fine_points, _ = make.refine(make.obj("_plane", points, faces), scheme, 1, option, keep=False)
-            corner = points[0]
-            # The face's point; of two steps the vertex; else the child of the corner within the face.
-            goal = 0 if option == 0 else 1 if option == 2 else 0.55
-            target = min(range(len(fine_points)), key=lambda i: math.dist(fine_points[i][:2], [goal * c for c in corner[:2]]))
-            terms = {}
-            for v, q in enumerate(points):
-                if math.hypot(*q[:2]) > 2.6:
-                    continue
-                raised = [(x, y, 1.0 if i == v else 0.0) for i, (x, y, _) in enumerate(points)]
-                weight = make.refine(make.obj("_unit", raised, faces), scheme, 1, option, keep=False)[0][target][2]
-                if abs(weight) > 1e-12:
-                    terms[v] = weight
-            s.add(mask_picture(points, terms, 310, faces, fine_points[target]), f"{at}: {caption}")
+              "blue (negative: orange): weights, and the points that they belong to, of one new point (red). Grey: the mesh that the step starts from; pale: the control mesh. "
+              "Decimals stand for weights that are no fractions")
+    for picture, caption in factor_rows(make, 310):
+        s.add(picture, caption)
     make.save(s, "factorization")

@@ -24,17 +24,18 @@ class Sheet:
         self.items.append((picture, caption))
 
     def save(self, path):
-        margin, head, line = 24, 64 + (26 if self.note else 0), 20
+        margin, head, line = 24, 64 + (26 + 21 * self.note.count("\n") if self.note else 0), 20
         lines = max(caption.count("\n") + 1 for _, caption in self.items)
         width, height = self.cell
         step = height + lines * line + 22
         rows = -(-len(self.items) // self.columns)
         # A narrow sheet still has room for its title.
-        room = int(max(font(26, True).getlength(self.title), font(16).getlength(self.note)))
+        room = int(max(font(26, True).getlength(self.title), *(font(16).getlength(text) for text in self.note.split("\n"))))
         sheet = Image.new("RGB", (2 * margin + max(room, self.columns * (width + 12) - 12), head + rows * step + margin), "white")
         draw = ImageDraw.Draw(sheet)
         draw.text((margin, 18), self.title, INK, font(26, True))
-        draw.text((margin, 56), self.note, GREY, font(16))
+        for k, text in enumerate(self.note.split("\n")):
+            draw.text((margin, 56 + 21 * k), text, GREY, font(16))
         for i, (picture, caption) in enumerate(self.items):
             x, y = margin + (i % self.columns) * (width + 12), head + (i // self.columns) * step
             sheet.paste(picture.convert("RGB"), (x + (width - picture.width) // 2, y + (height - picture.height) // 2))
