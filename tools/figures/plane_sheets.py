@@ -89,12 +89,13 @@ def laves_tilings(make):
 
 @sheet
 def refinement_rules(make):
-    s = Sheet("Refinement rules on their tilings", 3, (330, 330), "grey, wide: before; blue: after one step of the scheme in brackets")
+    s = Sheet("Refinement rules on their tilings", 5, (330, 330), "grey, wide: before; blue: after one step of the scheme in brackets")
     simple = {"sqrt3, one simple step", "4-8, one simple step"}
     rules = [("3^6", "midpoint", "face split of triangles\n(midpoint)"),
              ("4^4", "bilinear", "face split of quads\n(bilinear)"),
              ("4^4", "doo-sabin", "vertex split of quads\n(doo-sabin)"),
-             ("3^6", "doo-sabin", "vertex split of triangles\n(doo-sabin): the tiles of 3.4.6.4 come out"),
+             ("3^6", "dual", "vertex split of triangles: hexagons\nthe duals of face splits; they do not nest"),
+             ("3^6", "doo-sabin", "a step for quads, on triangles\n(doo-sabin): 3.4.6.4, another tiling"),
              ("6^3", "honeycomb", "honeycomb\n(honeycomb)"),
              ("3^6", "sqrt3, one simple step", "sqrt(3), one simple step\n(sqrt3): centres inserted, edges flipped"),
              ("3^6", "sqrt3", "sqrt(3), two simple steps\n(sqrt3)"),
@@ -109,7 +110,12 @@ def refinement_rules(make):
         else:
             points, faces = tilings.tiling(name, 7)
             control = make.obj("_tiling", plane_points(points), faces)
-        if scheme in simple:
+        if scheme == "dual":
+            # A vertex becomes a face, a face a vertex, before and after a face split; no scheme here refines hexagons so.
+            fine_points, fine = make.refine(control, "midpoint", 1, keep=False)
+            fine_points, fine = tilings.dual([complex(*q[:2]) for q in fine_points], fine)
+            fine_points = plane_points(fine_points)
+        elif scheme in simple:
             # On quads the first half-step of 4-8 makes the tetrakis tiling itself.
             data = json.loads(run(make.tool, *(("factored", control, "4-8", 2) if name.endswith("dual") else
                                                ("adaptive", control, "sqrt3", "1:1", "0,0,0", 0, "-"))))
@@ -122,11 +128,17 @@ def refinement_rules(make):
             before_points, before = cut(plane_points(points), faces)
             if scheme not in simple:
                 fine_points, fine = cut(fine_points, fine)
+        elif scheme == "dual":
+            before_points, before = tilings.dual(points, faces)
+            before_points = plane_points(before_points)
         else:
             before_points, before = plane_points(points), faces
         if name == "6^3":
             reach = 2.3
         p = Plane((330, 330), (-reach, -reach), (reach, reach))
+        if scheme == "dual":
+            for f in faces:
+                p.line([(points[v].real, points[v].imag) for v in f], PALE, 1.6, closed=True)
         for f in before:
             p.line([before_points[v][:2] for v in f], (196, 202, 212), 6, closed=True)
         for f in fine:
