@@ -31,10 +31,8 @@ void check_shape(const SchemeInfo& scheme, const FanShape& shape, FanLattice lat
             " is a dual scheme: its corners are on the boundary and have one face after a step");
     if (shape.dart && shape.boundary) throw std::invalid_argument("a dart is inside the mesh");
     if (dual && !shape.boundary && shape.faces < 3)
-        throw std::invalid_argument(
-            "a face has at least 3 corners; inside a mesh a vertex with two edges has no face around it after a step "
-            "of " +
-            std::string(scheme.name) + ", a dual scheme: there is nothing to look at");
+        throw std::invalid_argument(std::string(scheme.name) +
+                                    " is looked at around a face, which has at least 3 corners");
     if (shape.dart && lattice == FanLattice::triangles && shape.faces == 2)
         throw std::invalid_argument("a dart between triangles has at least 3 edges");
     if (shape.faces < (shape.boundary ? 1 : 2)) throw std::invalid_argument("a vertex has at least two edges");

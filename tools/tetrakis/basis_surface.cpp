@@ -20,7 +20,7 @@ constexpr int k_rings_beyond = 6;
 constexpr int k_middle_rings = 8;
 // Of the extent: about a pixel.
 constexpr double k_dot = 0.002;
-constexpr int k_most_levels = 40;
+constexpr int k_deepest_level = 40;
 
 /// A vertex of a ring around the middle, and how far along the ring it is: 0 to 1.
 struct RingPlace {
@@ -164,7 +164,7 @@ BasisSurface basis_surface(const FanPatch& patch, const SchemeInfo& scheme, cons
     for (int level = 0; coarse; ++level) {
         step.stencils.apply<Vec3d>(values, finer);
         for (std::size_t i = 0; i < values.size(); ++i) values[i] = finer[rows[i]];
-        coarse = level < k_most_levels && extent(fan.labels, values, 1) > dot;
+        coarse = level < k_deepest_level && extent(fan.labels, values, 1) > dot;
         surface.add(fan, values, coarse ? middle : 0, factor * middle - 1);
     }
     return surface.take();

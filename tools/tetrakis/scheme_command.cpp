@@ -88,9 +88,10 @@ void check_valence(const SchemeInfo& scheme, const SchemeOptions& options, bool 
         "--valence {}: {} {}, and no more than {} are computed with{}", *options.valence,
         dual ? fmt::format("{} is looked at around a face, which has at least", scheme.name) : "a vertex has at least",
         dual ? "3 corners" : "2 edges", k_most_valence,
-        dual && *options.valence == 2 ? "; a vertex inside with two edges becomes no face in a dual scheme: its two "
-                                        "new points are joined by an edge"
-                                      : ""));
+        !dual || *options.valence != 2          ? ""
+        : scheme.family == MeshFamily::hexagons ? "; its old vertices have one rule for any number of edges"
+                                                : "; a vertex inside with two edges becomes no face in a dual scheme: "
+                                                  "its two new points are joined by an edge"));
 }
 
 /// Options that the scheme has a use for, but not here: the matrix is the same without them.
