@@ -297,7 +297,7 @@ TEST_CASE("[bad-input] position refiners refuse what refine() does, and spans of
     };
     CHECK(message([&] { PositionRefiner(mesh, "catmul", 1); }).find("catmull-clark") != std::string::npos);
     CHECK(message([&] { PositionRefiner(mesh, doo_sabin, -1); }).find("negative") != std::string::npos);
-    CHECK(message([&] { PositionRefiner(mesh, "loop", 1); }) == message([&] { refine(mesh, "loop", 1); }));
+    CHECK(message([&] { PositionRefiner(mesh, "loop", 1); }).find("triangulate") != std::string::npos);
     for (const char* name : {"catmull-clark", "doo-sabin", "honeycomb", "bilinear"}) {
         CAPTURE(name);
         const PositionRefiner plain(mesh, name, 3);

@@ -404,8 +404,8 @@ TEST_CASE("[bad-input] refine() names what is wrong") {
     }
     CHECK_THROWS_WITH_AS(refine(cube, "dosabin", 1), doctest::Contains("did you mean doo-sabin?"), Error);
     CHECK_THROWS_WITH_AS(refine(cube, "nonsense", 1), doctest::Contains("modified-butterfly"), Error);
-    CHECK_THROWS_WITH_AS(refine(cube, "loop", 1), doctest::Contains("triangulate"), Error);
-    CHECK_THROWS_AS(refine(cube, "sqrt3", 1), Error);
+    CHECK_THROWS_WITH_AS(refine_stencils(cube, *find_scheme("loop"), 1), doctest::Contains("triangulate"), Error);
+    CHECK_THROWS_AS(refine_stencils(cube, *find_scheme("sqrt3"), 1), Error);
     CHECK_THROWS_WITH_AS(refine(cube, "doo-sabin", 1, {.smoothing = -1}), doctest::Contains("smoothing"), Error);
     RefineOptions receding{.limit = true};
     receding.rules.averaging_boundary = AveragingBoundary::recede;

@@ -19,7 +19,7 @@ namespace tetrakis::bench {
 
 namespace {
 
-RunContext with(std::int64_t threads) {
+RunContext context_of(std::int64_t threads) {
     RunContext context;
     context.threads = static_cast<int>(threads);
     return context;
@@ -55,7 +55,7 @@ void forest_operations(benchmark::State& state, Operations kind) {
         positions.resize(sites.size());
         patches.positions(sites, positions);
     };
-    with_threads(with(1), [&] {
+    with_threads(context_of(1), [&] {
         for (auto _ : state) {
             all_leaves(forest, leaves);  // from then on the new leaves of a round are all
             for (std::int64_t round = 0; round < state.range(0); ++round) {
@@ -92,7 +92,7 @@ void to_uniform_level(benchmark::State& state, const std::string& scheme, const 
     const ControlMesh mesh = sqrt3 ? triangulate(data_model(model)) : data_model(model);
     const int level = static_cast<int>(state.range(0));
     HierarchyOptions options;
-    options.context = with(state.range(1));
+    options.context = with_threads_of(state.range(1));
     if (by_patches) options.limit_positions = std::make_shared<PatchPositions>(mesh, scheme_from_name(scheme).value());
     // Depth 2 l + 1 has all points of lattice level l, which is scheme level l + 1; sqrt3: halves of half steps.
     const bool bisection = make_hierarchy(mesh, scheme, options).family() == "bisection";

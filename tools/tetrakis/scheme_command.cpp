@@ -32,7 +32,7 @@ struct SchemeOptions {
     std::filesystem::path image;
 };
 
-// The largest matrix is computed with in a few seconds and some hundred megabytes.
+// The largest matrices take seconds, those of wide masks half a minute, and some hundred megabytes.
 constexpr int k_most_valence = 256;
 
 /// How far a mesh is from its limit over a cell at the vertex: the sum of weights that the certified estimator has.
