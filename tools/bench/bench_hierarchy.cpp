@@ -92,7 +92,7 @@ void to_uniform_level(benchmark::State& state, const std::string& scheme, const 
     const ControlMesh mesh = sqrt3 ? triangulate(data_model(model)) : data_model(model);
     const int level = static_cast<int>(state.range(0));
     HierarchyOptions options;
-    options.context = with_threads_of(state.range(1));
+    options.context = context_of(state.range(1));
     if (by_patches) options.limit_positions = std::make_shared<PatchPositions>(mesh, scheme_from_name(scheme).value());
     // Depth 2 l + 1 has all points of lattice level l, which is scheme level l + 1; sqrt3: halves of half steps.
     const bool bisection = make_hierarchy(mesh, scheme, options).family() == "bisection";
