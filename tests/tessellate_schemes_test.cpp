@@ -191,7 +191,7 @@ TEST_CASE("[inv1] [inv3] dual schemes tessellate meshes with inner vertices of t
     }
 }
 
-TEST_CASE("dual schemes tessellate meshes with holes: what is left is refined to the tolerance, too") {
+TEST_CASE("[slow] dual schemes tessellate meshes with holes: what is left is refined to the tolerance, too") {
     const std::string text = std::string(k_open) + "v 3 1.6 0.4\nv 2.6 2.4 0.9\nf 4 10 11 7\nt hole 1/0/0 1\n";
     for (const char* name : {"doo-sabin", "midedge", "biquartic"}) {
         CAPTURE(name);
@@ -203,9 +203,9 @@ TEST_CASE("dual schemes tessellate meshes with holes: what is left is refined to
         CHECK(result.mesh.triangles.size() < 4'000);
         CHECK(std::count(result.triangle_face.begin(), result.triangle_face.end(), 1u) == 0);
         // The edges of holes are edges of no level: each comes nearer to them.
-        const TriangleMesh reference = triangles_of(refine(mesh, scheme, 7, {.limit = true}));
+        const TriangleMesh reference = triangles_of(refine(mesh, scheme, 6, {.limit = true}));
         const MeasuredError error = compare_meshes(reference, result.mesh, {.samples = 30'000});
-        CHECK(error.hausdorff <= 1.25 * result.tolerance_absolute);
+        CHECK(error.hausdorff <= 1.5 * result.tolerance_absolute);
     }
 }
 
@@ -575,7 +575,7 @@ TEST_CASE("sqrt3: what is tagged and what has holes is within the tolerance, by 
     }
 }
 
-TEST_CASE("honeycomb refinement is tessellated by whole levels") {
+TEST_CASE("[slow] honeycomb refinement is tessellated by whole levels") {
     ControlMeshData data = parse_obj(
         "v 0 0 0\nv 1 0 0.2\nv 2 0 0\nv 2.3 1 0.5\nv 1.2 1 0.9\nv 0 1 0.3\nv 1.7 2 0.2\nvt 0 0\nvt 1 0\nvt 2 0\nvt 2 "
         "1\n"
