@@ -14,6 +14,7 @@
 #include "tetrakis/refine/adaptive_refinement.hpp"
 #include "tetrakis/refine/uv_mesh.hpp"
 #include "tetrakis/schemes/averaging.hpp"
+#include "tetrakis/schemes/linear.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -146,7 +147,7 @@ class LatticeTessellator {
         const bool certified = options_.estimator == EstimatorKind::certified;
         // Masks of averaging are wide, and to bound by them takes longer than all else: only where it is asked for.
         const bool bounds = certified || options_.scheme.info().step != averaging_step;
-        if (LinearBound::is_linear(options_.scheme.info()))
+        if (is_linear(options_.scheme.info()))
             bound_ = std::make_unique<LinearBound>(mesh_, options_.scheme.info());
         else if (bounds && MaskNormBound<Family>::has(options_.scheme.info(), options_.rules, mesh_))
             bound_ = std::make_unique<MaskNormBound<Family>>(points_, options_.scheme.info(), options_.rules,

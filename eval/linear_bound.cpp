@@ -10,10 +10,6 @@
 
 namespace tetrakis {
 
-bool LinearBound::is_linear(const SchemeInfo& scheme) {
-    return scheme.step == bilinear_step || scheme.step == midpoint_step;
-}
-
 LinearBound::LinearBound(const ControlMesh& mesh, const SchemeInfo& scheme)
     : mesh_(mesh), flat_(scheme.step == midpoint_step) {
     // A vertex is a sum of at most a face's points, a few products each.

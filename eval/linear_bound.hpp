@@ -16,9 +16,8 @@ namespace tetrakis {
 /// cells and triangles lie over the same polygon, whatever slides along it: there it is 2 e if that is less.
 class LinearBound final : public SurfaceBound {
   public:
-    static bool is_linear(const SchemeInfo& scheme);
-
-    /// @param mesh  lives longer
+    /// @param mesh    lives longer
+    /// @param scheme  is_linear()
     LinearBound(const ControlMesh& mesh, const SchemeInfo& scheme);
 
     double bound(const CellTriangle& triangle) const;

@@ -8,6 +8,7 @@
 #include "tetrakis/eval/mask_norm_bound.hpp"
 #include "tetrakis/eval/sqrt3_tessellator.hpp"
 #include "tetrakis/refine/refine.hpp"
+#include "tetrakis/schemes/linear.hpp"
 
 #include <string>
 #include <string_view>
@@ -43,7 +44,7 @@ SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rule
     support.adaptive = info.refinement != Refinement::honeycomb;
     support.patches = scheme.kind().has_value() && detail::has_plain_rules(rules);
     support.certified =
-        support.patches || LinearBound::is_linear(info) || has_mask_norms(info, rules) || detail::DualBound::has(info);
+        support.patches || is_linear(info) || has_mask_norms(info, rules) || detail::DualBound::has(info);
     return support;
 }
 

@@ -58,7 +58,7 @@ class LimitSearch::Finder {
           ignores_creases_(ignores_creases(scheme, options)) {
         // The plain rules of these look no further than one ring, whatever is beyond it, but for angles of corners.
         const bool plain = options.edge_beside_crease == EdgeBesideCrease::plain && !options.hoppe_crease;
-        one_ring_ = scheme.step == midpoint_step || scheme.step == bilinear_step || scheme.name == "sqrt3" ||
+        one_ring_ = is_linear(scheme) || scheme.name == "sqrt3" ||
                     (plain && (scheme.name == "loop" || scheme.name == "catmull-clark"));
     }
 
@@ -139,8 +139,7 @@ class LimitSearch::Finder {
         masks.limit = closed.limit;
         masks.tangent1 = closed.tangent1;
         masks.tangent2 = closed.tangent2;
-        const bool linear = scheme_.step == midpoint_step || scheme_.step == bilinear_step;
-        if (!linear && (!masks.any() || !masks.tangents())) {
+        if (!is_linear(scheme_) && (!masks.any() || !masks.tangents())) {
             try {
                 const SpectralAnalysis analysis = analyse(scheme_, shape, options_);
                 const SchemeMasks numeric = scheme_masks(scheme_, analysis, options_);

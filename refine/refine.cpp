@@ -52,8 +52,6 @@ std::optional<std::string> detail::ignored_corner_angles(const ControlMesh& mesh
 
 namespace {
 
-bool is_linear(const SchemeInfo& scheme) { return scheme.step == bilinear_step || scheme.step == midpoint_step; }
-
 /// The structured path, where there is one.
 std::optional<PolygonMesh> refine_structured(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                                              const RefineOptions& options, detail::RefinedPoints* points) {

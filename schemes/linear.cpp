@@ -2,6 +2,7 @@
 
 #include "tetrakis/schemes/corner_flatness.hpp"
 #include "tetrakis/schemes/face_split.hpp"
+#include "tetrakis/schemes/scheme_table.hpp"
 
 namespace tetrakis {
 
@@ -30,5 +31,7 @@ ClosedMasks linear_closed_masks(const FanShape&, const RuleOptions&) {
     masks.limit = {{{}, 1}};
     return masks;
 }
+
+bool is_linear(const SchemeInfo& scheme) { return scheme.step == bilinear_step || scheme.step == midpoint_step; }
 
 }  // namespace tetrakis

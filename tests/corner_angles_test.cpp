@@ -1,4 +1,5 @@
 #include "tetrakis/schemes/corner_angles.hpp"
+#include "same_bytes.hpp"
 
 #include "corner_angle_mesh.hpp"
 #include "input_helpers.hpp"
@@ -44,10 +45,7 @@ ControlMesh tagged_everywhere(const ControlMesh& mesh, double angle) {
     return test::with_angles(mesh, [&](HalfedgeId) { return angle; });
 }
 
-template <class T>
-bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
-    return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-}
+using test::same_bytes;
 
 bool same(const PolygonMesh& a, const PolygonMesh& b) {
     return same_bytes(a.positions, b.positions) && same_bytes(a.normals, b.normals) && same_bytes(a.uvs, b.uvs) &&

@@ -18,15 +18,9 @@ using namespace tetrakis;
 
 namespace {
 
-/// Two charts, far from each other; every third face is in the second one.
 ControlMesh with_charts(const ControlMesh& mesh) {
     ControlMeshData data = mesh.data();
-    const auto count = static_cast<std::uint32_t>(data.positions.size());
-    for (const double shift : {0.0, 100.0})
-        for (const Vec3d& p : data.positions) data.uvs.emplace_back(p.x + shift, p.y + 0.5 * p.z);
-    for (std::size_t f = 0; f + 1 < data.face_offsets.size(); ++f)
-        for (std::uint32_t c = data.face_offsets[f]; c < data.face_offsets[f + 1]; ++c)
-            data.face_uvs.push_back(data.face_vertices[c] + (f % 3 == 2 ? count : 0));
+    test::add_charts(data);
     return ControlMesh::build(std::move(data));
 }
 

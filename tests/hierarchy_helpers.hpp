@@ -2,6 +2,7 @@
 
 #include "dual_mesh.hpp"
 #include "random_mesh.hpp"
+#include "same_bytes.hpp"
 
 #include "tetrakis/hier/triangulate.hpp"
 #include "tetrakis/refine/hierarchy.hpp"
@@ -87,11 +88,6 @@ void random_changes(Hierarchy& h, int rounds, int max_depth, Random& random, See
         }
         seen();
     }
-}
-
-template <class T>
-bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
-    return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
 }
 
 /// All that may depend on the set of leaves alone.

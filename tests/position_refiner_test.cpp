@@ -1,4 +1,5 @@
 #include "random_mesh.hpp"
+#include "same_bytes.hpp"
 
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/triangulate.hpp"
@@ -21,22 +22,6 @@ using namespace tetrakis;
 
 namespace {
 
-template <class T>
-bool are_same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
-    return a.size() == b.size() &&
-           (a.empty() || std::memcmp(static_cast<const void*>(a.data()), b.data(), a.size() * sizeof(T)) == 0);
-}
-
-/// Two charts; every third face is in the second one.
-void add_charts(ControlMeshData& data) {
-    const auto count = static_cast<std::uint32_t>(data.positions.size());
-    for (const double shift : {0.0, 100.0})
-        for (const Vec3d& p : data.positions) data.uvs.emplace_back(p.x + shift, p.y + 0.5 * p.z);
-    for (std::size_t f = 0; f + 1 < data.face_offsets.size(); ++f)
-        for (std::uint32_t c = data.face_offsets[f]; c < data.face_offsets[f + 1]; ++c)
-            data.face_uvs.push_back(data.face_vertices[c] + (f % 3 == 2 ? count : 0));
-}
-
 /// Boundaries on most, creases and corners on two of three, holes, isolated vertices, UVs and materials on some.
 ControlMesh random_cage(std::uint64_t seed, const SchemeInfo& scheme) {
     test::RandomMeshOptions options = test::random_options(seed);
@@ -53,7 +38,7 @@ ControlMesh random_cage(std::uint64_t seed, const SchemeInfo& scheme) {
         for (auto& tag : data.corners) ++tag.vertex;
         data.positions.emplace_back(-7, 8, 9);
     }
-    if (seed % 4 >= 2) add_charts(data);
+    if (seed % 4 >= 2) test::add_charts(data);
     for (std::size_t f = 0; f + 1 < data.face_offsets.size(); ++f)
         data.face_material.push_back(static_cast<std::uint32_t>(f % 2));
     data.materials = {"even", "odd"};
@@ -84,11 +69,11 @@ Points refined_again(const PositionRefiner& refiner, const ControlMesh& mesh) {
 }
 
 void check_same_mesh(const PolygonMesh& a, const PolygonMesh& b) {
-    CHECK(are_same_bytes(a.positions, b.positions));
-    CHECK(are_same_bytes(a.normals, b.normals));
+    CHECK(test::same_bytes(a.positions, b.positions));
+    CHECK(test::same_bytes(a.normals, b.normals));
     CHECK(a.face_offsets == b.face_offsets);
     CHECK(a.face_vertices == b.face_vertices);
-    CHECK(are_same_bytes(a.uvs, b.uvs));
+    CHECK(test::same_bytes(a.uvs, b.uvs));
     CHECK(a.face_uvs == b.face_uvs);
     CHECK(a.face_material == b.face_material);
     CHECK(a.materials == b.materials);
@@ -112,15 +97,15 @@ bool check_moved(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, 
         const ControlMesh other = moved(mesh, 2 * seed + static_cast<std::uint64_t>(shake));
         const PolygonMesh expected = refine(other, scheme, levels, options);
         const Points points = refined_again(refiner, other);
-        CHECK(are_same_bytes(points.positions, expected.positions));
-        CHECK(are_same_bytes(points.normals, expected.normals));
+        CHECK(test::same_bytes(points.positions, expected.positions));
+        CHECK(test::same_bytes(points.normals, expected.normals));
         CHECK(expected.face_vertices == still.face_vertices);
-        CHECK((points.positions.empty() || !are_same_bytes(points.positions, still.positions)));
+        CHECK((points.positions.empty() || !test::same_bytes(points.positions, still.positions)));
     }
     // Positions alone, and the first mesh once more.
     std::vector<Vec3d> alone(still.positions.size());
     refiner.refine(mesh.positions(), alone);
-    CHECK(are_same_bytes(alone, still.positions));
+    CHECK(test::same_bytes(alone, still.positions));
     check_same_mesh(refiner.mesh(), still);
     return true;
 }
@@ -128,18 +113,7 @@ bool check_moved(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, 
 /// A grid of quads that is large enough for rows to be learned, with a hole and an isolated vertex if they are asked
 /// for.
 ControlMesh grid_for(const SchemeInfo& scheme, bool gaps) {
-    constexpr std::uint32_t n = 6;
-    ControlMeshData data;
-    for (std::uint32_t y = 0; y <= n; ++y)
-        for (std::uint32_t x = 0; x <= n; ++x)
-            data.positions.emplace_back(x + 0.1 * y, y - 0.05 * x * x, 0.3 * ((x * 7 + y * 5) % 4));
-    data.face_offsets.push_back(0);
-    for (std::uint32_t y = 0; y < n; ++y)
-        for (std::uint32_t x = 0; x < n; ++x) {
-            const std::uint32_t v = y * (n + 1) + x;
-            data.face_vertices.insert(data.face_vertices.end(), {v, v + 1, v + n + 2, v + n + 1});
-            data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
-        }
+    ControlMeshData data = test::skewed_grid(6);
     if (gaps) data.holes = {0, 15};
     if (gaps) data.positions.emplace_back(0, 0, 50);
     const ControlMesh mesh = ControlMesh::build(std::move(data));
@@ -230,7 +204,7 @@ TEST_CASE("positions refined again: other rules, rounds of smoothing, attributes
     const PositionRefiner refiner(mesh, "4-8", 2, plain);
     REQUIRE(refiner.mesh().attributes.size() == 1);
     CHECK(refiner.mesh().attributes[0].values.size() == 2 * refiner.mesh().positions.size());
-    CHECK(are_same_bytes(refined_again(refiner, mesh).positions, refine(mesh, "4-8", 2).positions));
+    CHECK(test::same_bytes(refined_again(refiner, mesh).positions, refine(mesh, "4-8", 2).positions));
 }
 
 TEST_CASE("positions refined again: corner angles that were measured stay") {
@@ -249,7 +223,7 @@ TEST_CASE("positions refined again: corner angles that were measured stay") {
         most = std::max(most, glm::length(p - positions[v]));
     }
     CHECK(most < 1e-13);
-    CHECK(!are_same_bytes(positions, refine(other, "catmull-clark", 2, options).positions));
+    CHECK(!test::same_bytes(positions, refine(other, "catmull-clark", 2, options).positions));
 }
 
 TEST_CASE("[inv10] positions refined again are the same bytes for any number of threads") {
@@ -263,8 +237,8 @@ TEST_CASE("[inv10] positions refined again are the same bytes for any number of 
             const PositionRefiner refiner(mesh, scheme, 3, options);
             const Points points = refined_again(refiner, other);
             if (!first) first = points;
-            CHECK(are_same_bytes(points.positions, first->positions));
-            CHECK(are_same_bytes(points.normals, first->normals));
+            CHECK(test::same_bytes(points.positions, first->positions));
+            CHECK(test::same_bytes(points.normals, first->normals));
         }
     }
 }
@@ -310,7 +284,7 @@ TEST_CASE("[bad-input] position refiners refuse what refine() does, and spans of
         CHECK(message([&] { plain.refine(std::span(wrong).first(4), right); }).find("control") != std::string::npos);
         CHECK(message([&] { plain.refine(mesh.positions(), right, untouched); }).find("normals") != std::string::npos);
         CHECK(message([&] { both.refine(mesh.positions(), right, wrong); }).find("normals") != std::string::npos);
-        CHECK(are_same_bytes(right, untouched));
+        CHECK(test::same_bytes(right, untouched));
     }
 }
 
@@ -327,7 +301,7 @@ TEST_CASE("positions refined again can be cancelled") {
         CHECK_THROWS_AS(refiner.refine(mesh.positions(), positions), Error);
         go_on = true;
         refiner.refine(mesh.positions(), positions);
-        CHECK(are_same_bytes(positions, refiner.mesh().positions));
+        CHECK(test::same_bytes(positions, refiner.mesh().positions));
     }
 }
 

@@ -306,4 +306,30 @@ inline ControlMesh random_mesh(std::uint64_t seed, const RandomMeshOptions& opti
 /// A mesh with everything drawn from the seed.
 inline ControlMesh random_mesh(std::uint64_t seed) { return random_mesh(seed, random_options(seed)); }
 
+/// UVs in two charts, far from each other; every third face is in the second one.
+inline void add_charts(ControlMeshData& data) {
+    const auto count = static_cast<std::uint32_t>(data.positions.size());
+    for (const double shift : {0.0, 100.0})
+        for (const Vec3d& p : data.positions) data.uvs.emplace_back(p.x + shift, p.y + 0.5 * p.z);
+    for (std::size_t f = 0; f + 1 < data.face_offsets.size(); ++f)
+        for (std::uint32_t c = data.face_offsets[f]; c < data.face_offsets[f + 1]; ++c)
+            data.face_uvs.push_back(data.face_vertices[c] + (f % 3 == 2 ? count : 0));
+}
+
+/// n x n quads, no two of a shape.
+inline ControlMeshData skewed_grid(std::uint32_t n) {
+    ControlMeshData data;
+    for (std::uint32_t y = 0; y <= n; ++y)
+        for (std::uint32_t x = 0; x <= n; ++x)
+            data.positions.emplace_back(x + 0.1 * y, y - 0.05 * x * x, 0.3 * ((x * 7 + y * 5) % 4));
+    data.face_offsets.push_back(0);
+    for (std::uint32_t y = 0; y < n; ++y)
+        for (std::uint32_t x = 0; x < n; ++x) {
+            const std::uint32_t v = y * (n + 1) + x;
+            data.face_vertices.insert(data.face_vertices.end(), {v, v + 1, v + n + 2, v + n + 1});
+            data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+        }
+    return data;
+}
+
 }  // namespace tetrakis::test

@@ -309,17 +309,7 @@ TEST_CASE("tags of dual schemes that run out on the way leave the mesh that the 
     constexpr std::uint32_t n = 6;
     for (const bool crease : {true, false})
         for (const float sharpness : {1.0f, 1.5f, 2.0f, 2.5f, 4.5f}) {
-            ControlMeshData data;
-            for (std::uint32_t y = 0; y <= n; ++y)
-                for (std::uint32_t x = 0; x <= n; ++x)
-                    data.positions.emplace_back(x + 0.1 * y, y - 0.05 * x * x, 0.3 * ((x * 7 + y * 5) % 4));
-            data.face_offsets.push_back(0);
-            for (std::uint32_t y = 0; y < n; ++y)
-                for (std::uint32_t x = 0; x < n; ++x) {
-                    const std::uint32_t v = y * (n + 1) + x;
-                    data.face_vertices.insert(data.face_vertices.end(), {v, v + 1, v + n + 2, v + n + 1});
-                    data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
-                }
+            ControlMeshData data = test::skewed_grid(n);
             for (std::uint32_t x = 0; crease && x < n; ++x)
                 data.creases.push_back({3 * (n + 1) + x, 3 * (n + 1) + x + 1, sharpness});
             if (!crease) data.corners.push_back({3, sharpness});
