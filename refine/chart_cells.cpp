@@ -2,6 +2,7 @@
 
 #include "tetrakis/refine/seam_face.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace tetrakis::detail {
@@ -33,10 +34,11 @@ namespace {
 /// The cells of the chart beside those of the surface.
 class CellFollower {
   public:
-    CellFollower(const RootNet& surface, const RootNet& chart, std::uint32_t segments, const RootNet::Faces& faces,
-                 std::vector<Vec2d>& uvs)
+    CellFollower(const RootNet& surface, const RootNet& chart, const ChartCorners& corners, std::uint32_t segments,
+                 const RootNet::Faces& faces, std::vector<Vec2d>& uvs)
         : surface_(surface),
           chart_(chart),
+          corners_(corners),
           at_(chart.layout(segments)),
           numbers_(chart.point_numbers(at_)),
           faces_(faces),
@@ -67,18 +69,29 @@ class CellFollower {
     std::uint32_t there(std::uint32_t h) const { return 4 * root_[h / 4] + h % 4; }
     void add(std::uint32_t place) { out_.face_uvs.push_back(numbers_.of(place)); }
 
-    /// Those beyond boundaries and creases, whose first side is beside an earlier one.
+    /// Those beyond boundaries and creases, beside earlier ones.
     bool find_roots() {
         const MeshLevel &base = surface_.base(), &charts = chart_.base();
-        if (surface_.own_roots() > chart_.own_roots()) return false;
+        if (surface_.own_roots() > chart_.own_roots() || surface_.own_roots() != corners_.partner.size()) return false;
+        // What a crease shrinks to is the last corner of the root at a dart, which has no side on the boundary.
+        const auto at_dart = [](const RootNet& net, std::uint32_t r) {
+            return net.base().twin[4 * r + 2] != none &&
+                   std::ranges::binary_search(net.crease_ends(), net.base().origin[4 * r + 3]);
+        };
         for (std::uint32_t r = 0; r < base.face_count; ++r) {
             if (r < surface_.own_roots()) {
-                root_.push_back(r);
+                if (corners_.partner[r] < 0) return false;
+                root_.push_back(static_cast<std::uint32_t>(corners_.partner[r]));
+                home_.push_back(static_cast<std::uint32_t>(corners_.home[r]));
                 continue;
             }
-            const std::uint32_t beside = charts.twin[there(base.twin[4 * r])];
-            if (beside == none || beside % 4 != 0 || beside / 4 < chart_.own_roots()) return false;
+            // A corner goes with the edge that starts there.
+            const std::uint32_t side = base.twin[4 * r] / 4 < surface_.own_roots() ? 0 : 3,
+                                at = base.twin[4 * r + side], beside = charts.twin[there(at)];
+            if (beside == none || beside % 4 != side || beside / 4 < chart_.own_roots()) return false;
+            if (at_dart(surface_, r) != at_dart(chart_, beside / 4)) return false;
             root_.push_back(beside / 4);
+            home_.push_back(home_[at / 4]);
         }
         return true;
     }
@@ -89,7 +102,8 @@ class CellFollower {
         std::uint32_t ch = there(h), ct = there(t);
         if (charts.twin[ch] != ct) {
             // A seam: two corners on either side.
-            if (surface_.control_face(h / 4) < surface_.control_face(t / 4))
+            if (home_[h / 4] == home_[t / 4]) return false;
+            if (home_[h / 4] < home_[t / 4])
                 ct = charts.twin[ch];
             else
                 ch = charts.twin[ct];
@@ -115,9 +129,10 @@ class CellFollower {
         const int size = static_cast<int>(ring_.size());
         const auto corner = [&](int i) { return ring_[static_cast<std::size_t>(i)]; };
         const auto turned = [&](std::uint32_t c) { return charts.twin[charts.prev(c)]; };
-        const auto home = [&](int i) { return surface_.control_face(corner(i) / 4); };
+        const auto home = [&](int i) { return home_[corner(i) / 4]; };
         const SeamRun run = longest_run(
             size, [&](int i) { return turned(there(corner(i))) == there(corner((i + 1) % size)); }, home);
+        if (run.tied) return false;
         const std::size_t begin = out_.face_uvs.size();
         for (const std::uint32_t c : ring_) add(chart_.number(at_, there(c), 0, 0));
         if (run.size == size) return true;
@@ -139,21 +154,23 @@ class CellFollower {
     }
 
     const RootNet &surface_, &chart_;
+    const ChartCorners& corners_;
     RootLayout at_;
     RootNet::Numbers numbers_;
     const RootNet::Faces& faces_;
     std::vector<Vec2d>& uvs_;
     std::uint32_t n_;
     std::vector<std::uint32_t> root_;  ///< of the chart, for each of the surface
+    std::vector<std::uint32_t> home_;  ///< and the control face on whose side of seams it is
     std::vector<std::uint32_t> ring_, beyond_;
     CellUvs out_;
 };
 
 }  // namespace
 
-std::optional<CellUvs> cell_uvs(const RootNet& surface, const RootNet& chart, std::uint32_t segments,
-                                const RootNet::Faces& faces, std::vector<Vec2d>& uvs) {
-    return CellFollower(surface, chart, segments, faces, uvs).run();
+std::optional<CellUvs> cell_uvs(const RootNet& surface, const RootNet& chart, const ChartCorners& corners,
+                                std::uint32_t segments, const RootNet::Faces& faces, std::vector<Vec2d>& uvs) {
+    return CellFollower(surface, chart, corners, segments, faces, uvs).run();
 }
 
 }  // namespace tetrakis::detail

@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/control_mesh.hpp"
 #include "tetrakis/hier/vec.hpp"
+#include "tetrakis/refine/followed_uvs.hpp"
 #include "tetrakis/refine/root_net.hpp"
 #include "tetrakis/refine/seam_extension.hpp"
 
@@ -19,11 +20,13 @@ struct CellUvs {
     std::vector<std::uint32_t> face_uvs;      ///< per face corner
     std::vector<std::uint32_t> control_face;  ///< per face, on the side whose UVs it has
 };
-/// @param surface, chart  roots at the corners of the same control faces, in the same order; the chart has more
+/// @param surface, chart  roots at the corners of the faces of one level of both; the chart has more
+/// @param corners         of that level
 /// @param faces           of the surface, of that many segments
 /// @param uvs             of the chart's points; receives those of faces that no point of the chart is made for
-/// @return nothing where the chart has not all that the surface has
-std::optional<CellUvs> cell_uvs(const RootNet& surface, const RootNet& chart, std::uint32_t segments,
-                                const RootNet::Faces& faces, std::vector<Vec2d>& uvs);
+/// @return nothing where the chart has not all that the surface has, or a face as much of one side as of another with
+///         the same control face, between which the order of its corners decides
+std::optional<CellUvs> cell_uvs(const RootNet& surface, const RootNet& chart, const ChartCorners& corners,
+                                std::uint32_t segments, const RootNet::Faces& faces, std::vector<Vec2d>& uvs);
 
 }  // namespace tetrakis::detail

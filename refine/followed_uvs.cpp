@@ -83,23 +83,33 @@ class SideBySide {
             child[step.mesh.origin(a)] = 1;
             set(a, chart_step.child_halfedge[old_partner[h]], old_home[h]);
         }
-        // Around the children of corners, which lie on one side of every seam, then along faces to the other points.
+        // Around the children of corners, which lie on one side of every seam, then along faces to the other points: to
+        // one at a dart or a tip from the left.
         const RuleMesh &fine = step.mesh, &chart = chart_step.mesh;
         const auto twin = [](const RuleMesh& mesh, int h) { return h == RuleMesh::none ? h : mesh.twin(h); };
         for (std::size_t i = 0; i < queue.size(); ++i) {
             const int h = queue[i], p = partner_[h];
-            if (child[fine.origin(h)] != 0) {
-                if (const int left = twin(fine, fine.prev(h)); left != RuleMesh::none)
-                    set(left, twin(chart, chart.prev(p)), home_[h]);
-                if (const int t = twin(fine, h), q = twin(chart, p); t != RuleMesh::none && q != RuleMesh::none)
-                    set(fine.next(t), chart.next(q), home_[h]);
-            }
-            if (const int n = fine.next(h); child[fine.origin(n)] == 0) set(n, chart.next(p), home_[h]);
-            if (const int b = fine.prev(h); child[fine.origin(b)] == 0) set(b, chart.prev(p), home_[h]);
+            if (const int left = twin(fine, fine.prev(h)); left != RuleMesh::none)
+                set(left, twin(chart, chart.prev(p)), home_[h]);
+            if (const int t = twin(fine, h), q = twin(chart, p); t != RuleMesh::none && q != RuleMesh::none)
+                set(fine.next(t), chart.next(q), home_[h]);
         }
+        const auto behind = [&](int h) {
+            if (const int b = fine.prev(h); child[fine.origin(b)] == 0) set(b, chart.prev(partner_[h]), home_[h]);
+        };
+        const auto ahead = [&](int h) {
+            if (const int n = fine.next(h); child[fine.origin(n)] == 0) set(n, chart.next(partner_[h]), home_[h]);
+        };
+        const std::size_t children = queue.size();
+        for (std::size_t i = 0; i < children; ++i) behind(queue[i]);
+        for (std::size_t i = 0; i < children; ++i) ahead(queue[i]);
+        for (std::size_t i = children; i < queue.size(); ++i) behind(queue[i]);
+        for (std::size_t i = children; i < queue.size(); ++i) ahead(queue[i]);
         surface_ = std::move(step.mesh);
         charts_.mesh = std::move(chart_step.mesh);
     }
+
+    ChartCorners corners() && { return {std::move(partner_), std::move(home_)}; }
 
     FollowedUvs result() {
         FollowedUvs out;
@@ -190,6 +200,13 @@ SeamExtension extend_over_seams(const ControlMesh& mesh, const RuleMesh& surface
         across[h] = surface.twin(h) != RuleMesh::none && (averages || !is_sharp(s));
     }
     return extend_over_seams(mesh, surface, layers, across);
+}
+
+ChartCorners chart_corners(const ControlMesh& mesh, SeamExtension charts, const SchemeInfo& scheme, int levels,
+                           const RuleOptions& rules) {
+    SideBySide both(rule_mesh(mesh), std::move(charts), scheme, rules);
+    for (int level = 0; level < levels; ++level) both.refine();
+    return std::move(both).corners();
 }
 
 FollowedUvs follow_across_seams(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,

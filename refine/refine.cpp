@@ -182,12 +182,6 @@ void keep_surface(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleO
     if (!result.uvs.empty()) detail::drop_unused(result.face_uvs, result.uvs);
 }
 
-bool has_sharp_edges_inside(const ControlMesh& mesh) {
-    for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
-        if (is_sharp(mesh.sharpness(EdgeId(e))) && !mesh.is_boundary(EdgeId(e))) return true;
-    return false;
-}
-
 /// What a refined mesh is, and takes.
 detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const SchemeInfo& scheme,
                                        const RefineOptions& options) {
@@ -227,6 +221,7 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
                dual = fan_lattice(scheme, options.rules) == FanLattice::dual;
     std::unique_ptr<detail::RepeatedRows> chart_rows;
     std::optional<ControlMesh> charts;
+    detail::SeamExtension extension;
     const detail::RepeatedRows::Demand demand = demand_of(mesh, scheme, options);
     // Charts are told about by the mesh's own progress.
     RunContext quiet = options.context;
@@ -235,12 +230,10 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
     if (mesh.has_uvs()) {
         if ((scheme.refinement == Refinement::sqrt3 && linear) || detail::takes_copies(scheme, options.rules))
             return std::nullopt;
-        // Whose UVs a face takes where seams and creases of a dual scheme meet the rules say.
-        if (dual && has_sharp_edges_inside(mesh)) return std::nullopt;
         const SchemeInfo& by =
             linear && !dual ? *find_scheme(scheme.family == MeshFamily::triangles ? "midpoint" : "bilinear") : scheme;
-        charts = dual ? detail::chart_mesh(detail::extend_over_seams(mesh, rule_mesh(mesh), scheme, options.rules))
-                      : uv_mesh(mesh, options.rules);
+        if (dual) extension = detail::extend_over_seams(mesh, rule_mesh(mesh), scheme, options.rules);
+        charts = dual ? detail::chart_mesh(extension) : uv_mesh(mesh, options.rules);
         const RuleOptions rules = detail::chart_rules(options.rules);
         auto chart_levels = std::make_unique<detail::RuleLevels>(*charts, by, rules, 0);
         detail::RepeatedRows::Demand plain = demand;
@@ -251,10 +244,7 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
     const std::shared_ptr<const detail::RepeatedRows> rows =
         detail::RepeatedRows::make(mesh, scheme, levels, options.rules, first_levels, demand, options.context);
     if (!rows) return std::nullopt;
-    if (dual && chart_rows &&
-        (rows->net().own_roots() != mesh.halfedge_count() ||
-         chart_rows->net().own_roots() != charts->halfedge_count() || rows->segments() != chart_rows->segments()))
-        return std::nullopt;  // roots of a finer level do not have the same numbers
+    if (chart_rows && rows->root_level() != chart_rows->root_level()) return std::nullopt;
     PolygonMesh result;
     detail::RefinedPoints made{rows->point_count(),
                                [rows, context = options.context](auto control, auto positions, auto normals) {
@@ -270,7 +260,9 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
         chart_rows->refine(charts->positions(), points, {}, quiet);
         result.uvs.assign(points.begin(), points.end());
         if (dual) {
-            auto cells = detail::cell_uvs(rows->net(), chart_rows->net(), rows->segments(), faces, result.uvs);
+            const detail::ChartCorners corners =
+                detail::chart_corners(mesh, std::move(extension), scheme, rows->root_level(), options.rules);
+            auto cells = detail::cell_uvs(rows->net(), chart_rows->net(), corners, rows->segments(), faces, result.uvs);
             if (!cells) return std::nullopt;
             if (linear) warn_of_smooth_uvs(scheme, result);
             result.face_uvs = std::move(cells->face_uvs);

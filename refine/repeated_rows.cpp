@@ -33,13 +33,13 @@ bool stays_as_it_is(const RuleMesh& mesh, int steps, bool creases = true) {
     return std::none_of(mesh.vertex_sharpness().begin(), mesh.vertex_sharpness().end(), turns);
 }
 
-/// Whether what a corner's rows see takes long to find: for each of the roots around it around it once more.
-bool has_large_rings(const ControlMesh& mesh) {
-    constexpr std::uint32_t k_large = 200;
+/// Whether there are more roots around a corner than turns are counted (RootNet::Seen).
+bool has_too_large_rings(const ControlMesh& mesh) {
+    constexpr std::uint32_t k_most = std::numeric_limits<std::int16_t>::max();
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
-        if (!mesh.is_isolated(VertexId(v)) && mesh.face_valence(VertexId(v)) > k_large) return true;
+        if (!mesh.is_isolated(VertexId(v)) && mesh.face_valence(VertexId(v)) > k_most) return true;
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
-        if (mesh.face_size(FaceId(f)) > k_large) return true;
+        if (mesh.face_size(FaceId(f)) > k_most) return true;
     return false;
 }
 
@@ -160,7 +160,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     const bool creases = dual && !ignores_creases(scheme, rules);
     const LastLevel last_size =
         last_level(mesh, {triangles, !triangles && (dual || !quads), dual, factor, creases}, levels, demand);
-    if (has_large_rings(mesh)) return nullptr;
+    if (has_too_large_rings(mesh)) return nullptr;
     const bool averages = scheme.step == averaging_step || scheme.step == biquartic_step;
     if (averages && rules.averaging_boundary == AveragingBoundary::recede && is_open(mesh)) return nullptr;
 
@@ -169,20 +169,18 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         check_rule_memory(mesh, scheme, by_rules.level() + 1, levels, context);
         return by_rules.advance();
     };
-    // A vertex with two faces becomes no face of a dual scheme: there the quads of the level after that are the roots.
-    if (dual && !has_whole_faces(by_rules.last(), creases)) {
-        if (levels <= ++base_level) return nullptr;
-        advance();
-        if (!has_whole_faces(by_rules.last(), creases)) return nullptr;
-    }
     // What limits see of a sharpness that runs out further down differs from level to level.
     constexpr int k_for_ever = std::numeric_limits<int>::max();
     const bool any_limits = demand.limit || demand.normals;
     const auto stays = [&](bool with_creases) {
         return stays_as_it_is(by_rules.last(), any_limits ? k_for_ever : levels - by_rules.level(), with_creases);
     };
-    // The roots of a dual scheme are cut where it has creases now.
-    if (dual && !stays(creases)) return nullptr;
+    // The roots of a dual scheme are the quads of the first level that has a face for each vertex (those with two faces
+    // have none), and they are cut where it has creases from then on.
+    while (dual && !(has_whole_faces(by_rules.last(), creases) && stays(creases))) {
+        if (levels <= ++base_level) return nullptr;
+        advance();
+    }
     // The child of each of the roots' half-edges at its origin, level by level. Dual: the half-edge of a root's last
     // cell that stays in its face; root h is at corner h.
     std::vector<int> first;
@@ -199,7 +197,8 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         first.resize(net->base().halfedge_count());
         for (std::size_t h = 0; h < first.size(); ++h) first[h] = static_cast<int>(h);
     }
-    std::unique_ptr<RepeatedRows> all(new RepeatedRows(std::move(*net), static_cast<std::uint32_t>(factor)));
+    std::unique_ptr<RepeatedRows> all(
+        new RepeatedRows(std::move(*net), dual ? base_level - 1 : base_level, static_cast<std::uint32_t>(factor)));
     std::uint32_t segments = 1;
     const auto go_on = [&] {
         context.report("refine", 0);

@@ -15,7 +15,7 @@
 namespace tetrakis::detail {
 
 /// Structured refinement by the rules of any scheme that cuts faces into lattices (face splits, 4-8, sqrt3 by two steps
-/// at a time), and of dual schemes, but for meshes with darts.
+/// at a time), and of dual schemes.
 ///
 /// Rows of weights are the same all over the lattices but along sharp sides and around special corners, where they
 /// repeat themselves from level to level (RowPatterns). What they are the rules say of each kind of corner by itself.
@@ -43,6 +43,8 @@ class RepeatedRows {
 
     std::uint32_t point_count() const { return net_.point_numbers(net_.layout(segments_.back())).count; }
     const RootNet& net() const { return net_; }
+    /// The level whose faces, or (dual) corners, the roots are.
+    int root_level() const { return root_level_; }
     std::uint32_t segments() const { return segments_.back(); }
     using Faces = RootNet::Faces;
     Faces faces(const RunContext& context) const { return net_.faces(segments_.back(), context); }
@@ -54,8 +56,8 @@ class RepeatedRows {
                 const RunContext& context) const;
 
   private:
-    RepeatedRows(RootNet net, std::uint32_t factor)
-        : net_(std::move(net)), step_(net_, factor, RowPatterns::Kind::points) {}
+    RepeatedRows(RootNet net, int root_level, std::uint32_t factor)
+        : net_(std::move(net)), root_level_(root_level), step_(net_, factor, RowPatterns::Kind::points) {}
 
     bool learn(const CornerKinds& corners, const SchemeInfo& scheme, const RuleOptions& rules, const Demand& demand,
                const RunContext& context);
@@ -63,6 +65,7 @@ class RepeatedRows {
                           std::span<Vec3d> normals) const;
 
     RootNet net_;
+    int root_level_;
     RowPatterns step_;
     std::optional<RowPatterns> limit_, normals_;
     std::unique_ptr<RuleLevels> levels_;

@@ -17,8 +17,8 @@ namespace {
 constexpr std::uint32_t k_grain = 4;  // roots per task
 
 /// A mesh cut along its creases: a vertex for each of the parts around one between them, sharp where these are corners.
-/// Half-edges keep their numbers. Nothing where a crease ends at a dart.
-std::optional<RuleMesh> cut_creases(const RuleMesh& mesh) {
+/// Half-edges keep their numbers.
+RuleMesh cut_creases(const RuleMesh& mesh) {
     int count = mesh.vertex_count();
     std::vector<int> origin(static_cast<std::size_t>(mesh.halfedge_count()));
     std::vector<float> sharpness(static_cast<std::size_t>(count), 0.0f);
@@ -26,7 +26,6 @@ std::optional<RuleMesh> cut_creases(const RuleMesh& mesh) {
         const RuleMesh::Ring ring = mesh.ring(v);
         int sharp = 0;
         for (int i = 0; i < ring.edges(); ++i) sharp += is_sharp(ring.sharpness[i]) ? 1 : 0;
-        if (ring.closed && sharp == 1) return std::nullopt;
         const bool corner = sharp > 2 || (sharp == 2 && is_sharp(mesh.vertex_sharpness(v)));
         if (corner) sharpness[static_cast<std::size_t>(v)] = k_sharpness_infinity;
         int copy = v, start = 0;
@@ -53,12 +52,27 @@ struct Bordered {
     RuleMesh mesh;
     /// Half-edges on its boundary that are beyond the two sides of one edge.
     std::vector<std::pair<std::uint32_t, std::uint32_t>> glued;
+    /// Vertices that creases shrink to from their darts.
+    std::vector<std::uint32_t> crease_ends;
 };
+
+/// The half-edge from a dart along its crease, -1 where v is none.
+int dart_halfedge(const RuleMesh& mesh, int v) {
+    const RuleMesh::Ring ring = mesh.ring(v);
+    const auto sharp = std::find_if(ring.sharpness.begin(), ring.sharpness.end(), is_sharp);
+    if (!ring.closed || sharp == ring.sharpness.end() || std::any_of(sharp + 1, ring.sharpness.end(), is_sharp))
+        return -1;
+    return ring.halfedge[static_cast<int>(sharp - ring.sharpness.begin())];
+}
 
 /// Quads with a row of them beyond the boundary: a dual scheme's points there lie in their cells, the outermost ones on
 /// the boundary. First the mesh's own; then one for each half-edge on the boundary, in their order, which is beyond the
 /// first half-edge of it; then one at each corner, whose first half-edge is beside the quad of the edge that ends
-/// there.
+/// there; then one at each dart.
+///
+/// A crease begins nearer to the middle of its last edge from level to level, and the surface closes around the dart as
+/// if one more face were there: its quad lies between both sides of that half of the edge. Only its last cell is on
+/// what is left of the crease.
 /// @param uncut  the same half-edges, with the twins that were cut
 Bordered with_border(const RuleMesh& mesh, const RuleMesh& uncut) {
     RuleMesh::Builder faces;
@@ -80,9 +94,30 @@ Bordered with_border(const RuleMesh& mesh, const RuleMesh& uncut) {
         o.behind = count++;
         o.tip = count++;
     }
+    Bordered result;
+    struct Dart {
+        int out, in;  // half-edges from the dart and to it
+    };
+    std::vector<Dart> darts;
+    std::vector<char> at_dart(static_cast<std::size_t>(mesh.halfedge_count()), 0);
+    for (int v = 0; v < uncut.vertex_count(); ++v) {
+        const int out = mesh.on_boundary(v) ? dart_halfedge(uncut, v) : -1;
+        if (out < 0) continue;
+        const int in = uncut.twin(out);
+        darts.push_back({out, in});
+        at_dart[static_cast<std::size_t>(out)] = at_dart[static_cast<std::size_t>(in)] = 1;
+        Outer &left = outer[static_cast<std::size_t>(mesh.target(out))],
+              &right = outer[static_cast<std::size_t>(mesh.origin(in))];
+        right = left;
+        result.crease_ends.push_back(static_cast<std::uint32_t>(left.ahead));
+    }
+    // Between two darts there is one for both.
+    std::sort(result.crease_ends.begin(), result.crease_ends.end());
+    result.crease_ends.erase(std::unique(result.crease_ends.begin(), result.crease_ends.end()),
+                             result.crease_ends.end());
     std::vector<int> beyond(static_cast<std::size_t>(mesh.halfedge_count()), -1);
     for (int h = 0; h < mesh.halfedge_count(); ++h) {
-        if (mesh.twin(h) != RuleMesh::none) continue;
+        if (mesh.twin(h) != RuleMesh::none || at_dart[static_cast<std::size_t>(h)] != 0) continue;
         const int u = mesh.origin(h), v = mesh.target(h);
         faces.face({v, u, outer[static_cast<std::size_t>(u)].ahead, outer[static_cast<std::size_t>(v)].behind});
         beyond[static_cast<std::size_t>(h)] = quads++;
@@ -93,13 +128,18 @@ Bordered with_border(const RuleMesh& mesh, const RuleMesh& uncut) {
         faces.face({v, o.behind, o.tip, o.ahead});
         o.quad = quads++;
     }
-    Bordered result{RuleMesh(count, std::move(faces)), {}};
+    for (const Dart& d : darts) {
+        const int left = mesh.target(d.out), right = mesh.origin(d.in);
+        faces.face({left, mesh.origin(d.out), right, outer[static_cast<std::size_t>(left)].ahead});
+    }
+    result.mesh = RuleMesh(count, std::move(faces));
     const auto glue = [&](int a, int b) {
         result.glued.emplace_back(static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b));
     };
     for (int h = 0; h < mesh.halfedge_count(); ++h) {
         const int t = uncut.twin(h);
-        if (mesh.twin(h) != RuleMesh::none || t == RuleMesh::none) continue;
+        if (mesh.twin(h) != RuleMesh::none || t == RuleMesh::none || at_dart[static_cast<std::size_t>(h)] != 0)
+            continue;
         if (h < t) glue(4 * beyond[static_cast<std::size_t>(h)] + 2, 4 * beyond[static_cast<std::size_t>(t)] + 2);
         const Outer &ahead = outer[static_cast<std::size_t>(mesh.origin(h))],
                     &behind = outer[static_cast<std::size_t>(mesh.target(t))];
@@ -134,9 +174,10 @@ std::optional<RootNet> RootNet::of_corners(const RuleMesh& mesh, std::vector<std
     net.in_cells_ = true;
     const RuleMesh split = split_polygons(mesh);
     std::optional<RuleMesh> cut;
-    if (creases && !(cut = cut_creases(split))) return std::nullopt;
+    if (creases) cut = cut_creases(split);
     Bordered bordered = with_border(cut ? *cut : split, split);
     net.glued_ = std::move(bordered.glued);
+    net.crease_ends_ = std::move(bordered.crease_ends);
     if (!net.set_base(bordered.mesh)) return std::nullopt;
     net.own_roots_ = static_cast<std::uint32_t>(mesh.halfedge_count());
     net.base_face_ = std::move(control_face);
@@ -236,33 +277,35 @@ std::optional<RootNet::Place> RootNet::place_in(const RootLayout& at, std::uint3
     return Place{i + 1, y};
 }
 
-std::optional<RootNet::Seen> RootNet::at_corner(const RootLayout& at, std::uint32_t h, std::uint32_t number) const {
-    const std::uint32_t n = at.segments();
-    const auto in = [&](std::uint32_t g, int turn) -> std::optional<Seen> {
-        const std::uint32_t f = g / side_count();
-        const std::optional<Place> p = place_in(at, f, number);
-        if (!p) return std::nullopt;
-        const Place seen = seen_from(last_place(at), g % side_count(), *p);
-        // What lies on the far sides belongs to other corners as well.
-        if (!in_cells_ && (seen.x == n || seen.y == n || rest(n, seen.x, seen.y) == 0)) return std::nullopt;
-        return Seen{static_cast<std::int16_t>(turn), static_cast<std::int16_t>(seen.x),
-                    static_cast<std::int16_t>(seen.y)};
-    };
-    std::uint32_t g = h;
-    int turn = 0;
-    do {
-        if (const auto term = in(g, turn)) return term;
-        g = base_.twin[base_.prev(g)];
-        ++turn;
-    } while (g != none && g != h);
-    if (g == h) return std::nullopt;
-    // A boundary: the other way round, too.
-    turn = 0;
-    for (g = base_.twin[h]; g != none; g = base_.twin[g]) {
-        g = base_.next(g);
-        if (const auto term = in(g, --turn)) return term;
+std::optional<RootNet::Seen> RootNet::in_star(const RootLayout& at, std::uint32_t f, std::uint32_t number) const {
+    // The roots that it is in: one, or the two beside a side.
+    const std::uint32_t sides = side_count(), inner = at.segments() - 1, roots = base_.face_count;
+    std::uint32_t found[2] = {none, none};
+    if (in_cells_) {
+        found[0] = number / (at.segments() * at.segments());
+    } else if (number >= at.face_begin(0)) {
+        found[0] = (number - at.face_begin(0)) / at.root_points();
+    } else if (number >= base_.vertex_count) {
+        const std::uint32_t h = base_.edge_halfedge[(number - base_.vertex_count) / inner], t = base_.twin[h];
+        found[0] = h / sides;
+        if (t != none) found[1] = t / sides;
+    } else if (number == base_.origin[0]) {
+        found[0] = f;
     }
-    return std::nullopt;
+    const bool closed = base_.twin[base_.vertex_halfedge[base_.origin[0]]] != none;
+    std::optional<Seen> best;
+    for (const std::uint32_t g : found) {
+        const std::optional<Place> p = g == none ? std::nullopt : place_in(at, g, number);
+        if (!p) continue;
+        // What lies on the far sides belongs to other corners as well.
+        const std::uint32_t n = at.segments();
+        if (!in_cells_ && (p->x == n || p->y == n || rest(n, p->x, p->y) == 0)) continue;
+        const int turn = static_cast<int>(closed ? (g + roots - f) % roots : g) - static_cast<int>(closed ? 0 : f);
+        // Counter-clockwise the nearest, else that the other way round.
+        if (best && (best->turn >= 0 ? turn < 0 || turn > best->turn : turn < best->turn)) continue;
+        best = Seen{static_cast<std::int16_t>(turn), static_cast<std::int16_t>(p->x), static_cast<std::int16_t>(p->y)};
+    }
+    return best;
 }
 
 std::optional<RootNet::Seen> RootNet::at_side(const RootLayout& at, std::uint32_t h, std::uint32_t number) const {

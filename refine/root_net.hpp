@@ -18,7 +18,7 @@ namespace tetrakis::detail {
 /// Of a scheme that cuts faces into lattices the roots are the faces of a level; points are in the order of RootLayout.
 /// Of a dual scheme they are the quads of its first refinement by face splits, one per half-edge, and one beyond each
 /// side on the boundary; points lie in the cells of their lattices: root by root, row by row. A crease is a boundary of
-/// both of its sides, so points on it have a place on each.
+/// both of its sides, so points on it have a place on each; at a dart there is one more root, between both.
 class RootNet {
   public:
     static constexpr std::uint32_t none = MeshLevel::none;
@@ -35,7 +35,7 @@ class RootNet {
     /// The faces of a level as roots. Nothing where one of them is not between different vertices and edges.
     /// @param control_face  of each face of the mesh
     static std::optional<RootNet> of_faces(const RuleMesh& mesh, std::vector<std::uint32_t> control_face);
-    /// The quads at the corners of a level's faces. Nothing where a crease ends at a dart.
+    /// The quads at the corners of a level's faces. Nothing where one is not between different vertices and edges.
     /// @param control_face  of each corner, by half-edge
     /// @param creases       whether the scheme has them
     static std::optional<RootNet> of_corners(const RuleMesh& mesh, std::vector<std::uint32_t> control_face,
@@ -55,14 +55,17 @@ class RootNet {
         for (std::uint32_t e = 0; e < base_.edge_count; ++e)
             if (base_.twin[base_.edge_halfedge[e]] != none) visit(base_.edge_halfedge[e]);
     }
-    /// Calls visit(half-edge that leaves it) for each vertex that roots lie around.
+    /// Calls visit(half-edge that leaves it) for each vertex that three roots or more lie around: around a point where
+    /// creases end from both sides, which has two, there is no face.
     template <class Visit>
     void for_each_inner_vertex(Visit&& visit) const {
         for (std::uint32_t v = 0; v < base_.vertex_count; ++v) {
             const std::uint32_t first = base_.vertex_halfedge[v];
-            if (first != none && base_.twin[first] != none) visit(first);
+            if (first != none && base_.twin[first] != none && turned(turned(first)) != first) visit(first);
         }
     }
+    /// The half-edge that leaves the origin of h next, counter-clockwise, which is not on the boundary.
+    std::uint32_t turned(std::uint32_t h) const { return base_.twin[base_.prev(h)]; }
     RootLayout layout(std::uint32_t segments) const { return {base_, segments}; }
     std::uint32_t place_count(const RootLayout& at) const {
         return in_cells_ ? static_cast<std::uint32_t>(at.cell_count()) : at.vertex_count();
@@ -79,6 +82,9 @@ class RootNet {
     };
     Numbers point_numbers(const RootLayout& at) const;
     bool shares_points() const { return !glued_.empty(); }
+    /// Vertices that creases shrink to from their darts: of the roots around one, the cells of the first and the last
+    /// are glued, where there are three; where there are two, a crease of one edge is left between both.
+    const std::vector<std::uint32_t>& crease_ends() const { return crease_ends_; }
 
     /// The rules' vertices at a level's places; nothing where its faces are no such lattices.
     /// @param halfedge  of each root's half-edges the child at its origin; in cells of each root the half-edge of its
@@ -112,7 +118,8 @@ class RootNet {
     }
     /// Where a point is in the lattice of root f, sides included; nothing if it is not there.
     std::optional<Place> place_in(const RootLayout& at, std::uint32_t f, std::uint32_t number) const;
-    std::optional<Seen> at_corner(const RootLayout& at, std::uint32_t h, std::uint32_t number) const;
+    /// As seen from corner 0 of root f of a star, whose roots all begin there, counter-clockwise.
+    std::optional<Seen> in_star(const RootLayout& at, std::uint32_t f, std::uint32_t number) const;
     std::optional<Seen> at_side(const RootLayout& at, std::uint32_t h, std::uint32_t number) const;
 
   private:
@@ -133,6 +140,7 @@ class RootNet {
     /// Half-edges of roots beyond the two sides of a crease, along which cells are the same points, the last of the one
     /// at the first of the other.
     std::vector<std::pair<std::uint32_t, std::uint32_t>> glued_;
+    std::vector<std::uint32_t> crease_ends_;
 };
 
 inline RootNet::Place RootNet::turned(std::uint32_t n, std::uint32_t side, std::uint32_t a, std::uint32_t b) const {

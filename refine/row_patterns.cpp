@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <deque>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -103,8 +102,10 @@ bool RowPatterns::same(const RowOf<At>& a, const RowOf<At>& b) const {
 }
 
 /// The rows of a result, in the order of their points; those that it has no tangents for are empty.
+/// @param seen_only  of the surfaces that meet there those alone whose points are seen
 template <class At, class SeenAt>
-bool RowPatterns::rows_of(const Lesson& lesson, int row, const SeenAt& seen_at, std::span<RowOf<At>> out) const {
+bool RowPatterns::rows_of(const Lesson& lesson, int row, const SeenAt& seen_at, std::span<RowOf<At>> out,
+                          bool seen_only) const {
     for (RowOf<At>& to : out) to.clear();
     if (row < 0) return false;
     const auto terms = [&](const StencilTable& table, int from, RowOf<At>& to) {
@@ -121,14 +122,21 @@ bool RowPatterns::rows_of(const Lesson& lesson, int row, const SeenAt& seen_at, 
 
     const int begin = lesson.begin[static_cast<std::size_t>(row)],
               end = lesson.begin[static_cast<std::size_t>(row) + 1];
+    std::size_t found = 0;
     for (int i = begin; i < end; ++i) {
-        const auto found = static_cast<std::size_t>(i - begin);
         if (2 * found + 2 > out.size()) return false;
         RowOf<At>* const pair = &out[2 * found];
-        if (!terms(lesson.rows, i, pair[0]) || !terms(*lesson.second_rows, i, pair[1])) return false;
+        if (!terms(lesson.rows, i, pair[0]) || !terms(*lesson.second_rows, i, pair[1])) {
+            if (!seen_only) return false;
+            pair[0].clear();
+            pair[1].clear();
+            continue;
+        }
         make_canonical(pair[0], pair[1]);
+        ++found;
     }
-    if (end - begin == 2) {
+    if (seen_only && begin < end && found == 0) return false;
+    if (found == 2) {
         // Which of two surfaces comes first the rules leave open: the one whose points do.
         const auto less = [&](const RowOf<At>& a, const RowOf<At>& b) {
             return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end(),
@@ -154,15 +162,17 @@ class RowPatterns::StarReader {
           regular_(regular_corners(net_)),
           grid_(net_, coarse_, regular_, rings),
           last_(net_.last_place(fine_)),
-          zone_(zone(patterns.factor_, lesson.star.segments())) {}
+          zone_(zone(patterns.factor_, lesson.star.segments())),
+          number_at_(net_.place_count(coarse_)) {
+        for (std::uint32_t place = 0; place < number_at_.size(); ++place)
+            number_at_[place] = lesson_.star.first_place(place);
+    }
 
     std::uint32_t zone_size() const { return zone_; }
     void look_at(std::uint32_t root) {
         root_ = root;
-        std::vector<std::uint32_t> numbers(net_.place_count(coarse_));
-        std::iota(numbers.begin(), numbers.end(), 0u);
         numbers_.assign(grid_.size(), none);
-        grid_.fill(root, numbers.data(), numbers_.data());
+        grid_.fill(root, number_at_.data(), numbers_.data());
     }
 
     /// The rows of place (x, y), seen from there in the root's directions.
@@ -220,16 +230,18 @@ class RowPatterns::StarReader {
         const bool cells = net_.in_cells();
         const auto n = static_cast<int>(net_.last_place(coarse_)), along = static_cast<int>(at.a / p_.factor_);
         const auto seen = [&](std::uint32_t number) -> std::optional<Step> {
-            const std::optional<RootNet::Seen> s = net_.at_side(coarse_, at.h, number);
+            std::optional<RootNet::Seen> s = net_.at_side(coarse_, at.h, number);
+            if (!s) s = net_.at_side(coarse_, at.h, lesson_.star.other_place(number));
             if (!s) return std::nullopt;
             const int a = s->turn == 0 ? s->a : n - s->a, b = s->turn == 0 ? s->b : -s->b - (cells ? 1 : 0);
             return Step{static_cast<std::int16_t>(a - along), static_cast<std::int16_t>(b)};
         };
-        return p_.rows_of<Step>(lesson_, lesson_.row[net_.number(fine_, at.h, at.a, at.b)], seen, out);
+        // Where a crease ends there are both its sides, of which a place is on one.
+        const bool seen_only = lesson_.star.kind().crease_end;
+        return p_.rows_of<Step>(lesson_, lesson_.row[net_.number(fine_, at.h, at.a, at.b)], seen, out, seen_only);
     }
     bool corner_rows(std::uint32_t x, std::uint32_t y, std::span<RowOf<RootNet::Seen>> out) const {
-        const std::uint32_t h = lesson_.star.halfedge(root_);
-        const auto seen = [&](std::uint32_t number) { return net_.at_corner(coarse_, h, number); };
+        const auto seen = [&](std::uint32_t number) { return net_.in_star(coarse_, root_, number); };
         return p_.rows_of<RootNet::Seen>(lesson_, row(x, y), seen, out);
     }
     /// Calls visit(x, y) for the places of the zone, the farthest first.
@@ -255,7 +267,8 @@ class RowPatterns::StarReader {
     std::vector<char> regular_;
     GhostGrid grid_;
     std::uint32_t last_, zone_, root_ = 0;
-    std::vector<std::uint32_t> numbers_;  ///< of the points at the grid's places
+    std::vector<std::uint32_t> number_at_;  ///< of the point at each place
+    std::vector<std::uint32_t> numbers_;    ///< of those at the grid's places
     std::vector<RowOf<std::uint32_t>> found_, expected_;
 };
 

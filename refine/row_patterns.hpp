@@ -88,7 +88,8 @@ class RowPatterns {
     bool same(const RowOf<At>& a, const RowOf<At>& b) const;
 
     template <class At, class SeenAt>
-    bool rows_of(const Lesson& lesson, int row, const SeenAt& seen_at, std::span<RowOf<At>> out) const;
+    bool rows_of(const Lesson& lesson, int row, const SeenAt& seen_at, std::span<RowOf<At>> out,
+                 bool seen_only = false) const;
     bool learn_regular(const Lesson& lesson);
     class StarReader;
 

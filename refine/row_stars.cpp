@@ -56,6 +56,7 @@ CornerKinds::CornerKinds(const RootNet& net, const RuleMesh& mesh, std::span<con
             h = base.twin[base.prev(h)];
         } while (h != RootNet::none && h != first);
         star.closed = h == first;
+        star.crease_end = std::binary_search(net.crease_ends().begin(), net.crease_ends().end(), v);
         star.corner = !halfedge.empty() && is_sharp(mesh.vertex_sharpness(mesh.origin(halfedge[first])));
         star.sharp.clear();
         const auto sharp = [&](std::uint32_t g) {
@@ -70,7 +71,7 @@ CornerKinds::CornerKinds(const RootNet& net, const RuleMesh& mesh, std::span<con
         }
         std::uint32_t number = 0;
         std::size_t start = 0;
-        if (star.closed && !star.corner && star.angle.empty() &&
+        if (star.closed && !star.corner && !star.crease_end && star.angle.empty() &&
             std::count(star.sharp.begin(), star.sharp.end(), 0) == std::ssize(around)) {
             if (smooth.size() <= around.size()) smooth.resize(around.size() + 1, 0);
             std::uint32_t& known = smooth[around.size()];
@@ -156,10 +157,25 @@ void RowStar::make_cells() {
     const std::uint32_t n = segments_;
     const RootLayout coarse = net_.layout(n), fine = net_.layout(2 * n);
     RuleMesh::Builder builder;
+    std::vector<std::uint32_t> corners;
     // The quarter of cell (a, b) seen from half-edge h that lies up or down along a and b.
     const auto corner = [&](std::uint32_t h, std::uint32_t a, std::uint32_t b, std::uint32_t up_a, std::uint32_t up_b) {
-        builder.corner(static_cast<int>(net_.number(coarse, h, a, b)));
+        corners.push_back(first_place(net_.number(coarse, h, a, b)));
         child_place_.push_back(net_.number(fine, h, 2 * a + up_a, 2 * b + up_b));
+    };
+    // A crease that ends inside: the first cells of the first root, and the corner of that between both sides.
+    const auto on_crease = [&](std::uint32_t place) {
+        const bool along = kind_.roots() == 3 && place < n;
+        return kind_.crease_end && (along || place == net_.number_at(coarse, 1, {0, 0}) ||
+                                    (kind_.closed && place == net_.number_at(coarse, 0, {0, 0})));
+    };
+    const auto end_face = [&] {
+        for (std::size_t i = 0; i < corners.size(); ++i) {
+            const bool sharp = on_crease(corners[i]) && on_crease(corners[(i + 1) % corners.size()]);
+            builder.corner(static_cast<int>(corners[i]), sharp ? k_sharpness_infinity : 0.0f);
+        }
+        builder.end_face();
+        corners.clear();
     };
     for (std::uint32_t i = 0; i < kind_.roots(); ++i)
         for (std::uint32_t y = 0; y + 1 < n; ++y)
@@ -168,7 +184,7 @@ void RowStar::make_cells() {
                 corner(halfedge(i), x + 1, y, 0, 1);
                 corner(halfedge(i), x + 1, y + 1, 0, 0);
                 corner(halfedge(i), x, y + 1, 1, 0);
-                builder.end_face();
+                end_face();
             }
     net_.for_each_inner_edge([&](std::uint32_t h) {
         const std::uint32_t t = base.twin[h];
@@ -177,12 +193,12 @@ void RowStar::make_cells() {
             corner(t, n - 1 - j, 0, 1, 0);
             corner(h, j, 0, 0, 0);
             corner(h, j - 1, 0, 1, 0);
-            builder.end_face();
+            end_face();
         }
     });
-    if (kind_.closed) {
+    if (kind_.closed && !kind_.crease_end) {
         for (std::uint32_t i = 0; i < kind_.roots(); ++i) corner(halfedge(i), 0, 0, 0, 0);
-        builder.end_face();
+        end_face();
     }
     const std::uint32_t count = net_.place_count(coarse);
     std::vector<float> sharpness;
@@ -194,11 +210,27 @@ void RowStar::make_cells() {
     mesh_ = RuleMesh(static_cast<int>(count), std::move(builder), std::move(sharpness));
 }
 
+/// Where a crease ends inside, the points on it belong to its first side.
+std::uint32_t RowStar::first_of(const RootLayout& at, std::uint32_t place) const {
+    if (!kind_.crease_end || kind_.roots() != 3) return place;
+    const std::uint32_t n = at.segments(), second = net_.number_at(at, 2, {0, 0});
+    return place >= second && place % n == 0 ? (place - second) / n : place;
+}
+
+std::uint32_t RowStar::other_place(std::uint32_t place) const {
+    const std::uint32_t first = first_place(place);
+    if (first != place) return first;
+    const bool shared = kind_.crease_end && kind_.roots() == 3 && place < segments_;
+    return shared ? net_.number_at(net_.layout(segments_), 2, {0, place}) : place;
+}
+
 std::optional<RowStar::Step> RowStar::step(const SchemeInfo& scheme, const RuleOptions& rules,
                                            std::uint32_t factor) const {
     RuleStep step = scheme.step(mesh_, rules);
     std::optional<std::vector<int>> row;
-    if (net_.in_cells()) {
+    if (kind_.crease_end) {
+        row = rows_of_crease_end(step);
+    } else if (net_.in_cells()) {
         row = rows_of_cells(step.mesh);
     } else {
         std::vector<int> first = first_;
@@ -208,6 +240,28 @@ std::optional<RowStar::Step> RowStar::step(const SchemeInfo& scheme, const RuleO
     }
     if (!row) return std::nullopt;
     return Step{std::move(step.stencils), std::move(*row)};
+}
+
+/// The points of a crease lie one cell further out than the children of the corners beside it.
+std::vector<int> RowStar::rows_of_crease_end(const RuleStep& step) const {
+    const RootLayout fine = net_.layout(2 * segments_);
+    const std::uint32_t n = fine.segments();
+    std::vector<int> row(net_.place_count(fine), -1);
+    for (std::size_t h = 0; h < child_place_.size(); ++h) row[child_place_[h]] = static_cast<int>(h);
+    const auto outwards = [&](int h) {
+        const std::uint32_t child = child_place_[static_cast<std::size_t>(h)], root = child / (n * n);
+        const bool whole = kind_.roots() == 3;
+        return whole && root == 0 ? child - n : whole && root == 2 ? child - 1 : net_.number_at(fine, root, {0, 0});
+    };
+    for (int h = 0; h < mesh_.halfedge_count(); ++h) {
+        if (!mesh_.sharp(h) || mesh_.twin(h) == RuleMesh::none) continue;
+        const int crease = step.child_crease[static_cast<std::size_t>(h)];
+        row[outwards(h)] = step.mesh.origin(crease);
+        row[outwards(mesh_.next(h))] = step.mesh.target(crease);
+    }
+    for (std::uint32_t place = 0; place < row.size(); ++place)
+        if (const std::uint32_t first = first_of(fine, place); first != place) row[place] = row[first];
+    return row;
 }
 
 /// The first points are the children of the corners. What else there is lies along the ends of an open star, whose

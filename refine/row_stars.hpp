@@ -14,7 +14,8 @@ namespace tetrakis::detail {
 /// What lies around a corner of a net's roots and decides the rows of weights near it.
 struct StarKind {
     bool closed = true;
-    bool corner = false;  ///< the vertex is sharp
+    bool corner = false;      ///< the vertex is sharp
+    bool crease_end = false;  ///< RootNet::crease_ends()
     /// The sides that leave it, counter-clockwise: one per root, and one more of an open star, whose ends are sharp.
     std::vector<char> sharp;
     std::vector<double>
@@ -55,6 +56,10 @@ class RowStar {
     std::uint32_t segments() const { return segments_; }
     /// Its vertices have the numbers of the places.
     const RuleMesh& mesh() const { return mesh_; }
+    /// The place that a point has its number from.
+    std::uint32_t first_place(std::uint32_t place) const { return first_of(net_.layout(segments_), place); }
+    /// The other place of a point that has two, or this one.
+    std::uint32_t other_place(std::uint32_t place) const;
 
     struct Step {
         StencilTable rows;
@@ -67,7 +72,9 @@ class RowStar {
   private:
     void make_lattice();
     void make_cells();
+    std::uint32_t first_of(const RootLayout& at, std::uint32_t place) const;
     std::optional<std::vector<int>> rows_of_cells(const RuleMesh& finer) const;
+    std::vector<int> rows_of_crease_end(const RuleStep& step) const;
 
     StarKind kind_;
     std::uint32_t segments_;

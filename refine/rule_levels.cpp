@@ -74,7 +74,7 @@ std::vector<int> RuleLevels::advance() {
 std::vector<std::uint32_t> RuleLevels::control_face_of_corners() const {
     std::vector<std::uint32_t> of(static_cast<std::size_t>(last_.halfedge_count()));
     for (int h = 0; h < last_.halfedge_count(); ++h)
-        of[h] = static_cast<std::uint32_t>(corner_face_.empty() ? control_face_[last_.face(h)] : corner_face_[h]);
+        of[h] = static_cast<std::uint32_t>(point_face_.empty() ? control_face_[last_.face(h)] : point_face_[h]);
     return of;
 }
 

@@ -13,6 +13,7 @@ namespace tetrakis::detail {
 /// Corners of a face of a dual scheme that lie on the same side of every seam.
 struct SeamRun {
     int first, size;
+    bool tied = false;  ///< with another one that begins in the same control face
 };
 
 /// The run whose UVs a face takes: the one with the most corners, then the one that begins in the lowest control face.
@@ -25,7 +26,10 @@ SeamRun longest_run(int size, const GoesOn& goes_on, const Home& home) {
         if (goes_on((i + size - 1) % size)) continue;
         int length = 1;
         while (length < size && goes_on((i + length - 1) % size)) ++length;
-        if (length > best.size || (length == best.size && home(i) < home(best.first))) best = {i, length};
+        if (length > best.size || (length == best.size && home(i) < home(best.first)))
+            best = {i, length};
+        else if (length == best.size && home(i) == home(best.first))
+            best.tied = true;
     }
     return best.size == 0 ? SeamRun{0, size} : best;  // all of it on one side, and round
 }

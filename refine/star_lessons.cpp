@@ -96,7 +96,7 @@ bool StarLessons::teach_limits(RowPatterns* points, RowPatterns* normals) {
                         const std::uint32_t place = net.number_at(at, f, RootNet::Place{x, y});
                         if (row[place] >= 0) continue;
                         row[place] = static_cast<int>(vertices.size());
-                        vertices.push_back(static_cast<int>(place));
+                        vertices.push_back(static_cast<int>(stars[i]->first_place(place)));
                     }
             limits[i] = finder.find(stars[i]->mesh(), vertices);
         }

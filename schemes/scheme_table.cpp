@@ -8,6 +8,7 @@
 #include "tetrakis/schemes/kobbelt.hpp"
 #include "tetrakis/schemes/linear.hpp"
 #include "tetrakis/schemes/loop_rules.hpp"
+#include "tetrakis/schemes/midedge.hpp"
 #include "tetrakis/schemes/modified_butterfly.hpp"
 #include "tetrakis/schemes/sqrt3.hpp"
 #include "tetrakis/schemes/tuned_loop.hpp"

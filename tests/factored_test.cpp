@@ -9,6 +9,7 @@
 #include "tetrakis/refine/uniform_refiner.hpp"
 #include "tetrakis/schemes/doo_sabin.hpp"
 #include "tetrakis/schemes/factored_dual.hpp"
+#include "tetrakis/schemes/midedge.hpp"
 
 #include <doctest/doctest.h>
 
