@@ -132,9 +132,10 @@ void GridPoints<T>::step(const Layout& at, const TagStep& tags, const T* coarse,
                    });
     for_each_reported_block(topology_.base.face_count, grain_of(finer.root_points()), context, "refine", from, to,
                             [&](std::uint32_t begin, std::uint32_t end) {
+                                Copy scratch;
                                 for (std::uint32_t f = begin; f < end; ++f) {
                                     if (at.is_root(f))
-                                        root(at, finer, f, coarse, fine);
+                                        root(at, finer, f, coarse, fine, scratch);
                                     else
                                         other_face(at, finer, f, coarse, fine);
                                 }
@@ -160,15 +161,24 @@ void GridPoints<T>::corners(const Layout& at, const TagStep& step, const T* coar
         return;
     }
     const bool quads = at.quads();
+    // The centre of the face between half-edge h and the one before it, its corners added as in its root.
+    const auto centre = [&](std::uint32_t h, std::uint32_t before) {
+        const Vec3<T> p = point(base.origin[h]), along = point(at.first_along(h)), up = point(at.last_along(before)),
+                      across = point(at.diagonal(h));
+        return T(0.25) * (h % 2 == 0 ? (p + up) + (along + across) : (p + along) + (up + across));
+    };
     const auto smooth = [&](std::uint32_t v) {
         const std::uint32_t start = base.vertex_halfedge[v];
         Vec3<T> edges(0), faces(0);
         std::uint32_t n = 0, h = start;
         do {
             edges += point(at.first_along(h));
-            if (quads) faces += point(at.diagonal(h));
             ++n;
             const std::uint32_t before = at.prev(h);
+            if (half_steps_)
+                faces += centre(h, before);
+            else if (quads)
+                faces += point(at.diagonal(h));
             h = base.twin[before];
             // A boundary's last edge; only where a vertex is on the way from sharp to smooth.
             if (h == none) {
@@ -176,7 +186,7 @@ void GridPoints<T>::corners(const Layout& at, const TagStep& step, const T* coar
                 ++n;
             }
         } while (h != start && h != none);
-        const RingMask m = topology_.masks(n);
+        const RingMask m = half_steps_ ? CatmullClark::vertex_mask(static_cast<int>(n)) : topology_.masks(n);
         return static_cast<T>(m.vertex) * point(v) + static_cast<T>(m.edge) * edges + static_cast<T>(m.face) * faces;
     };
     for_each_index(static_cast<std::uint32_t>(topology_.smooth.size()),
@@ -225,11 +235,13 @@ void GridPoints<T>::edge(const Layout& at, const Layout& finer, const TagStep& s
     if (!step.varying.empty())
         if (const auto found = step.varying.find(e); found != step.varying.end()) varying = &found->second;
     if (varying == nullptr && crease == 1) return kernels_.refine_line(line, n, k_quad_weights<T>, out);
-    if (varying == nullptr && crease == 0 && n == 1) return only_piece(at, h, coarse, out);
+    if (varying == nullptr && crease == 0 && n == 1 && !half_steps_) return only_piece(at, h, coarse, out);
 
-    const PointLine<T> left = beside(at, h, false, coarse, left_copy),
-                       right = beside(at, base.twin[h], true, coarse, right_copy);
-    if (at.quads())
+    const std::uint32_t t = base.twin[h];
+    const PointLine<T> left = beside(at, h, false, coarse, left_copy), right = beside(at, t, true, coarse, right_copy);
+    if (half_steps_)
+        kernels_.factored_strip(left, line, right, h % 2 == 0, t % 2 == 0, n, out);
+    else if (at.quads())
         kernels_.refine_strip_quads(left, line, right, n, k_quad_weights<T>, out);
     else
         kernels_.refine_strip_triangles(left, line, right, n, loop_weights<T>(), out);
@@ -283,9 +295,14 @@ PointLine<T> GridPoints<T>::copied_beside(const Layout& at, std::uint32_t h, boo
 
 template <class T>
 template <class Layout>
-void GridPoints<T>::root(const Layout& at, const Layout& finer, std::uint32_t f, const T* coarse, T* fine) const {
+void GridPoints<T>::root(const Layout& at, const Layout& finer, std::uint32_t f, const T* coarse, T* fine,
+                         Copy& scratch) const {
     T* out = fine + 3 * std::uint64_t{finer.face_begin(f)};
     const bool linear = topology_.rule == PointRule::linear;
+    if (half_steps_) {
+        scratch.resize(3 * at.segments() + 1);
+        return kernels_.factored_quad(points_of(at.root(f), coarse), scratch.data(), out);
+    }
     if (at.segments() == 1) {
         if (!at.quads()) return;
         const std::uint32_t* v = &topology_.base.origin[at.first_halfedge(f)];

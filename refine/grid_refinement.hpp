@@ -48,12 +48,18 @@ struct GridTopology {
 template <class T>
 void refine_to_base(const GridTopology& topology, std::span<const Vec3<T>> control, T* out);
 
+/// How a level is made from the one above. In half-steps (Catmull-Clark, RootPlace::corners): first its tetrakis mesh,
+/// the moved vertices and the centres of the faces, then the edge points from both, row by row, so that what is between
+/// stays in registers; the rules are those of FactoredMesh.
+enum class LevelSteps { whole, half };
+
 /// Points of all levels down to the last, through buffers that are kept.
 template <class T>
 class GridPoints {
   public:
-    explicit GridPoints(const GridTopology& topology, KernelSet set = best_kernels())
-        : topology_(topology), kernels_(root_kernels<T>(set)) {}
+    explicit GridPoints(const GridTopology& topology, LevelSteps steps = LevelSteps::whole,
+                        KernelSet set = best_kernels())
+        : topology_(topology), half_steps_(steps == LevelSteps::half), kernels_(root_kernels<T>(set)) {}
 
     /// The last level's control points; three scalars each in `out`, or in a buffer of ours with k_limit_padding
     /// scalars past its end where `out` is null. Returns where they are.
@@ -78,11 +84,12 @@ class GridPoints {
     template <class Layout>
     PointLine<T> copied_beside(const Layout& at, std::uint32_t h, bool reversed, const T* coarse, Copy& copy) const;
     template <class Layout>
-    void root(const Layout& at, const Layout& finer, std::uint32_t f, const T* coarse, T* fine) const;
+    void root(const Layout& at, const Layout& finer, std::uint32_t f, const T* coarse, T* fine, Copy& scratch) const;
     template <class Layout>
     void other_face(const Layout& at, const Layout& finer, std::uint32_t f, const T* coarse, T* fine) const;
 
     const GridTopology& topology_;
+    bool half_steps_;
     const RootKernels<T>& kernels_;
     HugeBuffer<T> buffers_[2];
 };

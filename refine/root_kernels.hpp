@@ -66,11 +66,11 @@ template <class T>
 struct RootKernels {
     /// Inner points of a quad root one level on: 2 N - 1 rows of 2 N - 1 points.
     void (*refine_quad)(const RootLines<T>& root, QuadWeights<T> weights, T* finer);
-    /// The same in two half-steps. First: the N x N centres of the root's faces (means of their corners), row by row,
-    /// and from them the (N - 1) x (N - 1) inner vertices moved by Catmull-Clark's corner rule.
-    void (*factored_centres)(const RootRows<T>& root, T* centres, T* moved);
-    /// Second: the inner edge points between the vertices as they were and the centres; all goes to its place.
-    void (*factored_edges)(const RootRows<T>& root, const T* centres, const T* moved, T* finer);
+    /// The same in two half-steps. First: the centres of the root's faces (means of their corners), and from them the
+    /// inner vertices moved by Catmull-Clark's corner rule; second: the inner edge points between the vertices as they
+    /// were and the centres.
+    /// @param centres  3 N + 1 scalars of scratch
+    void (*factored_quad)(const RootLines<T>& root, T* centres, T* finer);
     /// Inner points of a triangle root one level on, in RootLayout's order.
     void (*refine_triangle)(const RootLines<T>& root, TriangleWeights<T> weights, T* finer);
     /// The 2 N - 1 inner points of a line of N + 1 points by the vertex rule given and midpoints.
@@ -81,6 +81,11 @@ struct RootKernels {
                                std::uint32_t segments, QuadWeights<T> weights, T* finer);
     void (*refine_strip_triangles)(const PointLine<T>& left, const PointLine<T>& line, const PointLine<T>& right,
                                    std::uint32_t segments, TriangleWeights<T> weights, T* finer);
+    /// refine_strip_quads() in two half-steps: the centres of the faces beside the line and its vertices, then its edge
+    /// points.
+    /// @param across_left, across_right  whether their root has the line along x: the order that corners are added in
+    void (*factored_strip)(const PointLine<T>& left, const PointLine<T>& line, const PointLine<T>& right,
+                           bool across_left, bool across_right, std::uint32_t segments, T* finer);
     /// Limit positions and unit normals, where not null, of the points 1 ... count of lattice line `at` between the
     /// lines below (y - 1) and above; x is the place in each. Their normals point to x cross y.
     /// Returns false where the tangents of some point may not span a plane: its normal is then worth nothing.

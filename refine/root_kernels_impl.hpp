@@ -48,27 +48,32 @@ TETRAKIS_INLINE inline const T* point_of(const PointLine<T>& line, std::uint32_t
     return i == 0 ? line.first : i == n ? line.last : line.inner + (static_cast<std::ptrdiff_t>(i) - 1) * line.step;
 }
 
+/// The inner points of a lattice row, one after the other. `Side`: it may be a side of the root.
+template <bool Side, class T>
+struct QuadRow {
+    const T* next;
+    std::ptrdiff_t step;
+    TETRAKIS_INLINE const T* take() {
+        const T* p = next;
+        next += Side ? step : 3;
+        return p;
+    }
+};
+template <bool Side, class T>
+TETRAKIS_INLINE inline QuadRow<Side, T> quad_row(const RootLines<T>& root, std::uint32_t r) {
+    if (Side && r == 0) return {root.bottom.inner, root.bottom.step};
+    if (Side && r == root.segments) return {root.top.inner, root.top.step};
+    return {root.inner + 3 * (std::uint64_t{r - 1} * (root.segments - 1)), 3};
+}
+
 /// Two finer rows between and on coarse rows r and r + 1, r = row; the first of them only for r > 0. `Side`: one of the
 /// rows is a side of the root.
 template <bool On, bool Side, class T>
 TETRAKIS_INLINE inline void refine_quad_rows(const RootLines<T>& root, std::uint32_t row, const QuadWeights<T>& w,
                                              T* finer) {
-    const std::uint32_t n = root.segments, inner = n - 1;
-    struct Row {
-        const T* next;
-        std::ptrdiff_t step;
-        TETRAKIS_INLINE const T* take() {
-            const T* p = next;
-            next += Side ? step : 3;
-            return p;
-        }
-    };
-    const auto line = [&](std::uint32_t r) TETRAKIS_INLINE -> Row {
-        if (Side && r == 0) return {root.bottom.inner, root.bottom.step};
-        if (Side && r == n) return {root.top.inner, root.top.step};
-        return {root.inner + 3 * (std::uint64_t{r - 1} * inner), 3};
-    };
-    Row b = line(row), c = line(row + 1), a = On ? line(row - 1) : b;
+    const std::uint32_t n = root.segments;
+    QuadRow<Side, T> b = quad_row<Side>(root, row), c = quad_row<Side>(root, row + 1),
+                     a = On ? quad_row<Side>(root, row - 1) : b;
     const std::uint64_t stride = 3 * std::uint64_t{2 * n - 1};
     T* between = finer + 2 * row * stride;
     T* on = between - (On ? stride : 0);
@@ -119,107 +124,59 @@ void refine_quad(const RootLines<T>& root, QuadWeights<T> w, T* finer) {
     }
 }
 
-/// Row `row` of the centres, and for row > 0 of the moved vertices.
-template <bool On, class T>
-TETRAKIS_INLINE inline void factored_centre_row(const RootRows<T>& root, std::uint32_t row, T* centres, T* moved) {
-    const std::uint32_t n = root.segments, inner = n - 1;
-    const auto line = [&](std::uint32_t r) TETRAKIS_INLINE {
-        return r == 0 ? root.bottom : r == n ? root.top : root.inner + 3 * (std::uint64_t{r - 1} * inner) - 3;
-    };
-    const T* b = line(row);
-    const T* c = line(row + 1);
-    const T* a = On ? line(row - 1) : b;
-    T* out = centres + 3 * std::uint64_t{row} * n;
-    const T* before = On ? out - 3 * std::uint64_t{n} : out;
-    T* on = On ? moved + 3 * (std::uint64_t{row - 1} * inner) - 3 : moved;
-    const T half = T(0.5), quarter = T(0.25), sixteenth = T(0.0625);
-
-    Lane<T> b0{}, cells0{}, b1 = load(root.left + 3 * std::uint64_t{row}),
-                            c1 = load(root.left + 3 * std::uint64_t{row} + 3);
-    const auto cell = [&](std::uint32_t x, const T* pb, const T* pc, bool last) TETRAKIS_INLINE {
-        const std::uint64_t at = 3 * std::uint64_t{x};
-        const Lane<T> b2 = load(pb), c2 = load(pc);
-        const Lane<T> centre = quarter * ((b1 + c1) + (b2 + c2));
-        if (last)
-            store_last(out + at, centre);
-        else
-            store(out + at, centre);
-        if constexpr (On) {
-            const Lane<T> cells = load(before + at) + centre;
-            if (x > 0) {
-                const Lane<T> v = half * b1 + sixteenth * (((b0 + b2) + (load(a + at) + c1)) + (cells0 + cells));
-                if (last)
-                    store_last(on + at, v);
-                else
-                    store(on + at, v);
-            }
-            cells0 = cells;
-        }
-        b0 = b1;
-        b1 = b2;
-        c1 = c2;
-    };
-    for (std::uint32_t x = 0; x + 1 < n; ++x)
-        cell(x, b + 3 * std::uint64_t{x} + 3, c + 3 * std::uint64_t{x} + 3, false);
-    cell(n - 1, root.right + 3 * std::uint64_t{row}, root.right + 3 * std::uint64_t{row} + 3, true);
-}
-
-template <class T>
-void factored_centres(const RootRows<T>& root, T* centres, T* moved) {
-    factored_centre_row<false>(root, 0, centres, moved);
-    for (std::uint32_t row = 1; row < root.segments; ++row) factored_centre_row<true>(root, row, centres, moved);
-}
-
-/// Two finer rows between and on coarse rows r and r + 1, r = row; the first of them only for r > 0.
-template <bool On, class T>
-TETRAKIS_INLINE inline void factored_edge_rows(const RootRows<T>& root, std::uint32_t row, const T* centres,
-                                               const T* moved, T* finer) {
-    const std::uint32_t n = root.segments, inner = n - 1;
-    const auto line = [&](std::uint32_t r) TETRAKIS_INLINE {
-        return r == 0 ? root.bottom : r == n ? root.top : root.inner + 3 * (std::uint64_t{r - 1} * inner) - 3;
-    };
-    const T* b = line(row);
-    const T* c = line(row + 1);
-    const T* cells = centres + 3 * std::uint64_t{row} * n;
-    const T* before = On ? cells - 3 * std::uint64_t{n} : cells;
-    const T* old = On ? moved + 3 * (std::uint64_t{row - 1} * inner) - 3 : moved;
+/// As refine_quad_rows(), by half-steps. The centres between rows r - 1 and r give way to those between r and r + 1.
+template <bool On, bool Side, class T>
+TETRAKIS_INLINE inline void factored_quad_rows(const RootLines<T>& root, std::uint32_t row, T* centres, T* finer) {
+    const std::uint32_t n = root.segments;
+    QuadRow<Side, T> b = quad_row<Side>(root, row), c = quad_row<Side>(root, row + 1),
+                     a = On ? quad_row<Side>(root, row - 1) : b;
     const std::uint64_t stride = 3 * std::uint64_t{2 * n - 1};
     T* between = finer + 2 * row * stride;
     T* on = between - (On ? stride : 0);
-    const T quarter = T(0.25);
+    const T half = T(0.5), quarter = T(0.25), sixteenth = T(0.0625);
 
-    Lane<T> centre0{}, b1 = load(root.left + 3 * std::uint64_t{row});
-    const auto cell = [&](std::uint32_t x, const T* pb, bool last) TETRAKIS_INLINE {
+    Lane<T> a1{}, b0{}, b1 = load(point_of(root.left, row, n)), c1 = load(point_of(root.left, row + 1, n)), centre0{},
+                        cells0{};
+    const auto cell = [&](std::uint32_t x, const T* pa, const T* pb, const T* pc, bool last) TETRAKIS_INLINE {
         const std::uint64_t at = 3 * std::uint64_t{x};
-        const Lane<T> centre = load(cells + at);
-        if (x > 0) {
-            if constexpr (On) store(on + 2 * at - 3, load(old + at));
-            store(between + 2 * at - 3, quarter * ((b1 + load(c + at)) + (centre0 + centre)));
-        }
+        const Lane<T> b2 = load(pb), c2 = load(pc), centre = quarter * ((b1 + c1) + (b2 + c2));
+        Lane<T> cells{};
         if constexpr (On) {
-            const Lane<T> b2 = load(pb), edge = quarter * ((b1 + b2) + (load(before + at) + centre));
+            cells = load(centres + at) + centre;
+            if (x > 0) store(on + 2 * at - 3, half * b1 + sixteenth * (((b0 + b2) + (a1 + c1)) + (cells0 + cells)));
+            const Lane<T> edge = quarter * ((b1 + b2) + cells);
             if (last)
                 store_last(on + 2 * at, edge);
             else
                 store(on + 2 * at, edge);
-            b1 = b2;
-        } else {
-            b1 = load(pb);
+            if (!last) a1 = load(pa);
         }
+        if (x > 0) store(between + 2 * at - 3, quarter * ((b1 + c1) + (centre0 + centre)));
         if (last)
             store_last(between + 2 * at, centre);
         else
             store(between + 2 * at, centre);
+        store_last(centres + at, centre);
+        b0 = b1;
+        b1 = b2;
+        c1 = c2;
         centre0 = centre;
+        cells0 = cells;
     };
-    for (std::uint32_t x = 0; x + 1 < n; ++x) cell(x, b + 3 * std::uint64_t{x} + 3, false);
-    cell(n - 1, root.right + 3 * std::uint64_t{row}, true);
+    for (std::uint32_t x = 0; x + 1 < n; ++x) cell(x, On ? a.take() : nullptr, b.take(), c.take(), false);
+    cell(n - 1, nullptr, point_of(root.right, row, n), point_of(root.right, row + 1, n), true);
 }
 
 template <class T>
-void factored_edges(const RootRows<T>& root, const T* centres, const T* moved, T* finer) {
-    factored_edge_rows<false>(root, 0, centres, moved, finer);
-    for (std::uint32_t row = 1; row < root.segments; ++row) factored_edge_rows<true>(root, row, centres, moved, finer);
+void factored_quad(const RootLines<T>& root, T* centres, T* finer) {
+    const std::uint32_t n = root.segments;
+    factored_quad_rows<false, true>(root, 0, centres, finer);
+    for (std::uint32_t row = 1; row < n; ++row) {
+        if (row == 1 || row + 1 == n)
+            factored_quad_rows<true, true>(root, row, centres, finer);
+        else
+            factored_quad_rows<true, false>(root, row, centres, finer);
+    }
 }
 
 /// Finer rows 2 row (for row > 0) and 2 row + 1. `Side`: the row or the one below it is the root's bottom.
@@ -332,6 +289,42 @@ void refine_strip_quads(const PointLine<T>& left, const PointLine<T>& line, cons
     p2 = mean(left.last, line.last, right.last);
     if (n > 1) store(finer + at - 3, w.side * (p0 + p2) + w.centre * p1);
     store_last(finer + at, half * (p1 + p2));
+}
+
+template <class T>
+void factored_strip(const PointLine<T>& left, const PointLine<T>& line, const PointLine<T>& right, bool across_left,
+                    bool across_right, std::uint32_t n, T* finer) {
+    const T half = T(0.5), quarter = T(0.25), sixteenth = T(0.0625);
+    const auto centre = [&](bool across, Lane<T> p1, Lane<T> p2, Lane<T> q1, Lane<T> q2) TETRAKIS_INLINE {
+        return quarter * (across ? (p1 + q1) + (p2 + q2) : (p1 + p2) + (q1 + q2));
+    };
+    const T *l = left.inner, *m = line.inner, *r = right.inner;
+    Lane<T> p0{}, p1 = load(line.first), l1 = load(left.first), r1 = load(right.first), left0{}, right0{};
+    for (std::uint32_t x = 0; x < n; ++x) {
+        const bool last = x + 1 == n;
+        const Lane<T> p2 = load(last ? line.last : m), l2 = load(last ? left.last : l),
+                      r2 = load(last ? right.last : r);
+        l += left.step;
+        m += line.step;
+        r += right.step;
+        const Lane<T> centre_left = centre(across_left, p1, p2, l1, l2),
+                      centre_right = centre(across_right, p1, p2, r1, r2);
+        const std::uint64_t at = 6 * std::uint64_t{x};
+        if (x > 0)
+            store(finer + at - 3, half * p1 + sixteenth * (((p0 + p2) + (l1 + r1)) +
+                                                           ((left0 + centre_left) + (right0 + centre_right))));
+        const Lane<T> edge = quarter * ((p1 + p2) + (centre_left + centre_right));
+        if (last)
+            store_last(finer + at, edge);
+        else
+            store(finer + at, edge);
+        p0 = p1;
+        p1 = p2;
+        l1 = l2;
+        r1 = r2;
+        left0 = centre_left;
+        right0 = centre_right;
+    }
 }
 
 template <class T>
@@ -605,10 +598,10 @@ bool limit_triangles(const T* below, const T* at, const T* above, std::uint32_t 
 }
 
 template <class T>
-constexpr RootKernels<T> k_kernels{
-    refine_quad<T>,     factored_centres<T>,   factored_edges<T>,         refine_triangle<T>,
-    refine_line<T>,     refine_strip_quads<T>, refine_strip_triangles<T>, limit_quads<T>,
-    limit_triangles<T>, number_quads,          number_triangles};
+constexpr RootKernels<T> k_kernels{refine_quad<T>,    factored_quad<T>,      refine_triangle<T>,
+                                   refine_line<T>,    refine_strip_quads<T>, refine_strip_triangles<T>,
+                                   factored_strip<T>, limit_quads<T>,        limit_triangles<T>,
+                                   number_quads,      number_triangles};
 
 }  // namespace
 

@@ -4,13 +4,11 @@
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/check_length.hpp"
 #include "tetrakis/refine/corner_angles.hpp"
-#include "tetrakis/refine/factored_grid.hpp"
 #include "tetrakis/refine/grid_limit.hpp"
 #include "tetrakis/refine/grid_refinement.hpp"
 #include "tetrakis/refine/uniform_cost.hpp"
 
 #include <algorithm>
-#include <optional>
 #include <string>
 
 namespace tetrakis {
@@ -25,23 +23,18 @@ struct UniformRefiner<T>::State {
           topology(control, scheme, levels,
                    uniform_options.linear ? detail::PointRule::linear : detail::PointRule::scheme,
                    uniform_options.factored ? detail::RootPlace::corners : detail::RootPlace::faces),
-          points(topology) {
+          points(topology, uniform_options.factored && !uniform_options.linear ? detail::LevelSteps::half
+                                                                               : detail::LevelSteps::whole) {
         if (options.linear) options.limit = options.normals = false;
-        if (options.factored && !options.linear) half_steps.emplace(topology);
     }
 
     /// The last level's control points, in `out` or in a buffer of ours.
-    const T* net(std::span<const Vec3<T>> control, T* out) {
-        if (!half_steps) return points.run(control, out, options.context);
-        const T* net = half_steps->run(control);
-        return out == nullptr ? net : std::copy_n(net, 3 * std::size_t{topology.last().vertex_count()}, out);
-    }
+    const T* net(std::span<const Vec3<T>> control, T* out) { return points.run(control, out, options.context); }
 
     const ControlMesh& mesh;
     UniformOptions options;
     detail::GridTopology topology;
     detail::GridPoints<T> points;
-    std::optional<detail::FactoredGrid<T>> half_steps;
     detail::HugeBuffer<T> positions, normals;  // limits
     detail::HugeBuffer<std::uint32_t> faces;
     bool has_faces = false;

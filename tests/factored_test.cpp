@@ -3,7 +3,7 @@
 
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/parallel.hpp"
-#include "tetrakis/refine/factored_grid.hpp"
+#include "tetrakis/refine/grid_refinement.hpp"
 #include "tetrakis/refine/rule_refinement.hpp"
 #include "tetrakis/refine/uniform.hpp"
 #include "tetrakis/refine/uniform_refiner.hpp"
@@ -82,8 +82,8 @@ TEST_CASE("[inv6] factored Catmull-Clark on structured roots is the direct refin
                                             detail::RootPlace::corners);
         std::vector<double> first;
         for (const detail::KernelSet set : {detail::KernelSet::baseline, detail::best_kernels()}) {
-            detail::FactoredGrid<double> grid(topology, set);
-            const double* points = grid.run(mesh.positions());
+            detail::GridPoints<double> grid(topology, detail::LevelSteps::half, set);
+            const double* points = grid.run(mesh.positions(), nullptr, {});
             const std::size_t count = expected.positions.size();
             std::vector<Vec3d> ours(count);
             for (std::size_t v = 0; v < count; ++v)

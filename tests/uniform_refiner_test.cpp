@@ -66,7 +66,7 @@ void check_kernel_sets(const detail::GridTopology& topology, std::span<const Vec
             MESSAGE("no AVX2 here: nothing to compare with");
             return;
         }
-        detail::GridPoints<T> points(topology, set);
+        detail::GridPoints<T> points(topology, detail::LevelSteps::whole, set);
         const std::size_t count = 3 * std::size_t{topology.last().vertex_count()};
         nets[i].assign(count + detail::k_limit_padding, T(0));
         limits[i].resize(count);

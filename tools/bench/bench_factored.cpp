@@ -2,7 +2,7 @@
 // points alone. Asked: at most twice the time.
 #include "piece_models.hpp"
 #include "tetrakis/hier/parallel.hpp"
-#include "tetrakis/refine/factored_grid.hpp"
+#include "tetrakis/refine/grid_refinement.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -17,13 +17,12 @@ void levels(benchmark::State& state) {
     const detail::GridTopology topology(mesh, SchemeKind::catmull_clark, static_cast<int>(state.range(0)),
                                         detail::PointRule::scheme,
                                         Factored ? detail::RootPlace::corners : detail::RootPlace::faces);
-    detail::GridPoints<T> direct(topology);
-    detail::FactoredGrid<T> factored(topology);
+    detail::GridPoints<T> steps(topology, Factored ? detail::LevelSteps::half : detail::LevelSteps::whole);
     RunContext context;
     context.threads = 1;
     with_threads(context, [&] {
         for (auto _ : state) {
-            const T* points = Factored ? factored.run(control) : direct.run(control, nullptr, context);
+            const T* points = steps.run(control, nullptr, context);
             benchmark::DoNotOptimize(points);
             benchmark::ClobberMemory();
         }
