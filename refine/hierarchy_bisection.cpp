@@ -52,18 +52,15 @@ class BisectionFamily final : public HierarchyFamily {
     }
     int depth(LeafId leaf) const override { return forest_.depth(leaf); }
     LeafView view(LeafId leaf) const override {
-        const BisectionLeaf& l = forest_.leaf(leaf);
         LeafView view;
-        view.node = node(leaf);
-        view.face = forest_.face(leaf);
-        view.level = level(l.depth);
-        view.corner_count = 3;
-        view.leaf.slot = leaf;
-        for (std::size_t k = 0; k < 3; ++k) {
-            view.point[k] = l.vertex[k];
-            view.corner[k] = forest_.point_site(l.vertex[k]);
-        }
+        describe(leaf, view);
         return view;
+    }
+    void views(std::span<const LeafId> leaves, std::span<LeafView> views) const override {
+        for (std::size_t i = 0; i < leaves.size(); ++i) describe(leaves[i], views[i]);
+    }
+    void remove_below(int least_depth, std::vector<LeafId>& leaves) const override {
+        std::erase_if(leaves, [&](LeafId leaf) { return forest_.depth(leaf) >= least_depth; });
     }
     NodeView view(const HierarchyNode& node) const override {
         const CellTriangle t = triangle(node);
@@ -111,8 +108,9 @@ class BisectionFamily final : public HierarchyFamily {
         estimate(nodes.size(), estimator, errors, [&](std::size_t i) { return triangle(nodes[i]); });
     }
 
-    HierarchyFaces faces() const override {
-        return detail::faces_of(forest_.exported(), [&](LeafId leaf) { return level(forest_.depth(leaf)); });
+    HierarchyFaces faces(bool with_levels) const override {
+        return detail::faces_of(forest_.exported(), with_levels,
+                                [&](LeafId leaf) { return level(forest_.depth(leaf)); });
     }
     std::optional<std::string> check() const override { return forest_.check(); }
     std::uint64_t memory_bytes() const override { return forest_.memory_bytes(); }
@@ -120,6 +118,18 @@ class BisectionFamily final : public HierarchyFamily {
     bool has_free_slots() const override { return forest_.has_free_slots(); }
 
   private:
+    void describe(LeafId leaf, LeafView& view) const {
+        const BisectionLeaf& l = forest_.leaf(leaf);
+        view.node = node(leaf);
+        view.face = forest_.face(leaf);
+        view.level = level(l.depth);
+        view.corner_count = 3;
+        view.leaf.slot = leaf;
+        for (std::size_t k = 0; k < 3; ++k) {
+            view.point[k] = l.vertex[k];
+            view.corner[k] = forest_.point_site(l.vertex[k]);
+        }
+    }
     static std::uint8_t level(int depth) { return static_cast<std::uint8_t>(lattice_level(depth) + 1); }
 
     CellTriangle triangle(const HierarchyNode& node) const {

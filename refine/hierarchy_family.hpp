@@ -30,7 +30,7 @@ struct HierarchyFaces {
     std::vector<std::uint32_t> face_offsets{0};  ///< F + 1
     std::vector<std::uint32_t> face_vertices;    ///< numbers into `sites`, counter-clockwise
     std::vector<FaceId> control_faces;           ///< per face
-    std::vector<std::uint8_t> levels;            ///< per face: the level of its leaf, see NodeView
+    std::vector<std::uint8_t> levels;            ///< per face, where asked for: the level of its leaf, see NodeView
     std::vector<Site> sites;                     ///< per vertex, canonical
     std::vector<LeafId> leaves;                  ///< per face
     std::vector<PointId> points;                 ///< per vertex
@@ -72,6 +72,15 @@ class HierarchyFamily {
     /// All but the handle's generation.
     virtual LeafView view(LeafId leaf) const = 0;
     virtual NodeView view(const HierarchyNode& node) const = 0;
+    /// view() of many leaves.
+    /// @param views  holds views of this family's leaves, or new ones
+    virtual void views(std::span<const LeafId> leaves, std::span<LeafView> views) const {
+        for (std::size_t i = 0; i < leaves.size(); ++i) views[i] = view(leaves[i]);
+    }
+    /// Removes the leaves of this depth and below from a list.
+    virtual void remove_below(int least_depth, std::vector<LeafId>& leaves) const {
+        std::erase_if(leaves, [&](LeafId leaf) { return depth(leaf) >= least_depth; });
+    }
     /// Across a side: none, one (the other invalid), or two in the order along the side.
     virtual std::array<LeafId, 2> neighbours(LeafId leaf, int side) const = 0;
     /// In the order of their nodes.
@@ -95,7 +104,8 @@ class HierarchyFamily {
     virtual void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
                              std::span<double> errors) const = 0;
 
-    virtual HierarchyFaces faces() const = 0;
+    /// @param with_levels  fill HierarchyFaces::levels
+    virtual HierarchyFaces faces(bool with_levels) const = 0;
     /// Positions (and normals, where asked for) of all vertices of faces(), in their order: on the limit surface, or
     /// each at the level of the finest leaf around it. False, with the mesh as it was, for families whose source finds
     /// them as fast one by one.

@@ -105,7 +105,7 @@ HierarchyMesh Hierarchy::to_mesh(const ToMeshOptions& options) const {
     return with_threads(options.context, [&] {
         // No family has fewer; after that it is known.
         check_mesh_memory(options, leaf_count(), 3 * std::uint64_t{leaf_count()}, leaf_count() / 2);
-        HierarchyFaces faces = family_->faces();
+        HierarchyFaces faces = family_->faces(options.positions == MeshPositions::finest);
         const bool cut_faces = options.triangles && !faces.diagonal_at_first.empty();
         std::uint64_t face_count = faces.control_faces.size(), corner_count = faces.face_vertices.size();
         if (cut_faces) {

@@ -120,7 +120,7 @@ class Sqrt3Family final : public HierarchyFamily {
     }
 
     // Leaves are the triangles, in their order.
-    HierarchyFaces faces() const override {
+    HierarchyFaces faces(bool with_levels) const override {
         const Sqrt3Levels levels(slots_.forest().lattice(), slots_.forest().split(), 0);
         HierarchyFaces faces;
         faces.leaves = slots_.ordered_leaves();
@@ -146,7 +146,7 @@ class Sqrt3Family final : public HierarchyFamily {
             }
             faces.face_offsets.push_back(static_cast<std::uint32_t>(faces.face_vertices.size()));
             faces.control_faces.push_back(control_face);
-            faces.levels.push_back(static_cast<std::uint8_t>(half ? k + 1 : k));
+            if (with_levels) faces.levels.push_back(static_cast<std::uint8_t>(half ? k + 1 : k));
         });
         return faces;
     }

@@ -52,17 +52,14 @@ class TriangleFamily final : public HierarchyFamily {
     int depth(LeafId leaf) const override { return forest_.level(leaf); }
     LeafView view(LeafId leaf) const override {
         LeafView view;
-        view.node = node(leaf);
-        view.face = forest_.face(leaf);
-        view.level = view.node.depth;
-        view.corner_count = 3;
-        view.leaf.slot = leaf;
-        const auto points = forest_.points(leaf);
-        for (std::size_t k = 0; k < 3; ++k) {
-            view.point[k] = points[k];
-            view.corner[k] = forest_.point_site(points[k]);
-        }
+        describe(leaf, view);
         return view;
+    }
+    void views(std::span<const LeafId> leaves, std::span<LeafView> views) const override {
+        for (std::size_t i = 0; i < leaves.size(); ++i) describe(leaves[i], views[i]);
+    }
+    void remove_below(int least_depth, std::vector<LeafId>& leaves) const override {
+        std::erase_if(leaves, [&](LeafId leaf) { return forest_.level(leaf) >= least_depth; });
     }
     NodeView view(const HierarchyNode& node) const override {
         const CellTriangle t = triangle(node);
@@ -126,8 +123,8 @@ class TriangleFamily final : public HierarchyFamily {
         for (double& error : errors) error = std::abs(error);
     }
 
-    HierarchyFaces faces() const override {
-        return detail::faces_of(forest_.exported(),
+    HierarchyFaces faces(bool with_levels) const override {
+        return detail::faces_of(forest_.exported(), with_levels,
                                 [&](LeafId leaf) { return static_cast<std::uint8_t>(forest_.level(leaf)); });
     }
     std::optional<std::string> check() const override { return forest_.check(); }
@@ -136,6 +133,18 @@ class TriangleFamily final : public HierarchyFamily {
     bool has_free_slots() const override { return forest_.has_free_slots(); }
 
   private:
+    void describe(LeafId leaf, LeafView& view) const {
+        view.node = node(leaf);
+        view.face = forest_.face(leaf);
+        view.level = view.node.depth;
+        view.corner_count = 3;
+        view.leaf.slot = leaf;
+        const auto points = forest_.points(leaf);
+        for (std::size_t k = 0; k < 3; ++k) {
+            view.point[k] = points[k];
+            view.corner[k] = forest_.point_site(points[k]);
+        }
+    }
     // The triangle of a node, from the root down: child k keeps corner k, child 3 is the middle one, turned over.
     CellTriangle triangle(const HierarchyNode& node) const {
         LatticePoint at{};

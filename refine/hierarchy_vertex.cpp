@@ -99,24 +99,24 @@ class VertexFamily final : public HierarchyFamily {
     bool is_leaf(LeafId slot) const override { return forest_.is_leaf(slot); }
     std::uint32_t point_slots() const override { return forest_.leaf_slots(); }
 
-    HierarchyNode node(LeafId leaf) const override {
-        const VertexCell cell = forest_.cell(leaf);
-        HierarchyNode node{cell.root, 0, 0};
-        for (int bit = cell.level - 1; bit >= 0; --bit) {
-            const int right = static_cast<int>(cell.at.x >> bit & 1), up = static_cast<int>(cell.at.y >> bit & 1);
-            node = tree_.child(node, up != 0 ? 3 - right : right);
-        }
-        return node;
-    }
+    HierarchyNode node(LeafId leaf) const override { return node_of(forest_.cell(leaf)); }
     int depth(LeafId leaf) const override { return forest_.level(leaf); }
     LeafView view(LeafId leaf) const override {
         LeafView view;
-        static_cast<NodeView&>(view) = view_of(node(leaf), forest_.cell(leaf));
-        view.leaf.slot = leaf;
-        view.point[0] = PointId(forest_.vertex_leaf(leaf).value);
+        describe(leaf, view);
         return view;
     }
-    NodeView view(const HierarchyNode& node) const override { return view_of(node, cell_of(node)); }
+    void views(std::span<const LeafId> leaves, std::span<LeafView> views) const override {
+        for (std::size_t i = 0; i < leaves.size(); ++i) describe(leaves[i], views[i]);
+    }
+    void remove_below(int least_depth, std::vector<LeafId>& leaves) const override {
+        std::erase_if(leaves, [&](LeafId leaf) { return forest_.level(leaf) >= least_depth; });
+    }
+    NodeView view(const HierarchyNode& node) const override {
+        NodeView view;
+        describe(node, cell_of(node), view);
+        return view;
+    }
     std::array<LeafId, 2> neighbours(LeafId leaf, int side) const override { return forest_.neighbours(leaf, side); }
     std::vector<LeafId> ordered_leaves() const override { return forest_.ordered_leaves(); }
 
@@ -162,14 +162,14 @@ class VertexFamily final : public HierarchyFamily {
         }
     }
 
-    HierarchyFaces faces() const override {
+    HierarchyFaces faces(bool with_levels) const override {
         DualFaces dual = forest_.faces();
         HierarchyFaces faces;
         faces.sites.reserve(dual.cells.size());
         for (const VertexCell& cell : dual.cells) faces.sites.push_back(cell_site(cell));
         for (const LeafId leaf : dual.leaves) faces.points.emplace_back(leaf.value);
         // The levels of vertices are their own, whatever the faces around.
-        faces.levels.assign(dual.control_faces.size(), 0);
+        if (with_levels) faces.levels.assign(dual.control_faces.size(), 0);
         faces.leaves.reserve(dual.control_faces.size());
         for (std::size_t f = 0; f < dual.control_faces.size(); ++f)
             faces.leaves.push_back(dual.leaves[dual.face_vertices[dual.face_offsets[f]]]);
@@ -185,6 +185,14 @@ class VertexFamily final : public HierarchyFamily {
     bool has_free_slots() const override { return forest_.has_free_slots(); }
 
   private:
+    HierarchyNode node_of(const VertexCell& cell) const {
+        HierarchyNode node{cell.root, 0, 0};
+        for (int bit = cell.level - 1; bit >= 0; --bit) {
+            const int right = static_cast<int>(cell.at.x >> bit & 1), up = static_cast<int>(cell.at.y >> bit & 1);
+            node = tree_.child(node, up != 0 ? 3 - right : right);
+        }
+        return node;
+    }
     VertexCell cell_of(const HierarchyNode& node) const {
         VertexCell cell{node.root, {0, 0}, node.depth};
         for (HierarchyNode n = node; n.depth > 0; n = tree_.parent(n)) {
@@ -194,15 +202,19 @@ class VertexFamily final : public HierarchyFamily {
         }
         return cell;
     }
-    NodeView view_of(const HierarchyNode& node, const VertexCell& cell) const {
-        NodeView view;
+    void describe(const HierarchyNode& node, const VertexCell& cell, NodeView& view) const {
         view.node = node;
         view.face = forest_.roots().face[cell.root];
         view.level = static_cast<std::uint8_t>(cell.level + 1);
         view.corner_count = 1;
         view.side_count = 4;
         view.corner[0] = cell_site(cell);
-        return view;
+    }
+    void describe(LeafId leaf, LeafView& view) const {
+        const VertexCell cell = forest_.cell(leaf);
+        describe(node_of(cell), cell, view);
+        view.leaf.slot = leaf;
+        view.point[0] = PointId(forest_.vertex_leaf(leaf).value);
     }
     /// The leaves that share a point with new ones: its face is another one, or there was none.
     /// @param siblings  the new leaves are groups of four, wherever all four can exist

@@ -12,7 +12,8 @@ namespace tetrakis {
 
 namespace {
 
-constexpr std::size_t k_batch = 4096;  // leaves that a predicate sees at once
+// Leaves that a predicate sees at once: as many as stay in the cache until it looks.
+constexpr std::size_t k_batch = 256;
 
 // Leaves that are estimated between two chances to cancel; more of many, as to look at some may cost as much as to find
 // what lies around them all.
@@ -61,15 +62,13 @@ void check_refine_memory(const RunContext& context, std::uint64_t memory, std::u
 void Hierarchy::ask(const LeafPredicate& wanted, std::span<const LeafId> leaves,
                     std::vector<std::uint8_t>& answers) const {
     answers.assign(leaves.size(), 0);
-    std::vector<LeafView> views;
+    std::vector<LeafView> views(std::min(k_batch, leaves.size()));
     for (std::size_t begin = 0; begin < leaves.size(); begin += k_batch) {
         const std::size_t count = std::min(k_batch, leaves.size() - begin);
-        views.clear();
-        for (std::size_t i = begin; i < begin + count; ++i) {
-            views.push_back(family_->view(leaves[i]));
-            views.back().leaf = handle(leaves[i]);
-        }
-        wanted(views, std::span(answers).subspan(begin, count));
+        const std::span batch = std::span(views).first(count);
+        family_->views(leaves.subspan(begin, count), batch);
+        for (LeafView& view : batch) view.leaf = handle(view.leaf.slot);
+        wanted(batch, std::span(answers).subspan(begin, count));
     }
 }
 
@@ -86,7 +85,7 @@ std::size_t Hierarchy::refine_until(int max_depth, const RunContext& context, Ma
     for (int pass = 0; !open.empty(); ++pass) {
         const auto report = [&](double done) { context.report("refine", 1.0 - std::ldexp(1.0 - done / 2, -pass)); };
         report(0);
-        std::erase_if(open, [&](LeafId leaf) { return family_->depth(leaf) >= max_depth; });
+        family_->remove_below(max_depth, open);
         marks(open, answers, report);
         marked.clear();
         for (std::size_t i = 0; i < open.size(); ++i)

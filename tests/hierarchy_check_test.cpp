@@ -73,7 +73,7 @@ class Liar final : public HierarchyFamily {
                      std::span<double> errors) const override {
         truth_->node_errors(nodes, e, errors);
     }
-    HierarchyFaces faces() const override { return truth_->faces(); }
+    HierarchyFaces faces(bool with_levels) const override { return truth_->faces(with_levels); }
     std::optional<std::string> check() const override {
         if (*lie == Lie::fault) return "leaf 1: a fault of the family's own";
         return truth_->check();
