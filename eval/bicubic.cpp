@@ -75,6 +75,17 @@ int crease_strips(const Net16& net, SideCrease crease, std::array<CreaseStrip, 3
     return pieces.count;
 }
 
+const CreasePieces& crease_pieces(float sharpness) {
+    // Most models have creases of one sharpness, or of a few.
+    thread_local float known = 0;
+    thread_local CreasePieces pieces = CreasePieces::make(known);
+    if (sharpness != known) {
+        pieces = CreasePieces::make(sharpness);
+        known = sharpness;
+    }
+    return pieces;
+}
+
 void regular_basis(SideCrease crease, double x, double y, Weights4 (&wx)[3], Weights4 (&wy)[3]) {
     wx[0] = cubic_basis(x), wx[1] = cubic_basis_d1(x), wx[2] = cubic_basis_d2(x);
     wy[0] = cubic_basis(y), wy[1] = cubic_basis_d1(y), wy[2] = cubic_basis_d2(y);
@@ -83,7 +94,7 @@ void regular_basis(SideCrease crease, double x, double y, Weights4 (&wx)[3], Wei
     const bool far = crease.side == 1 || crease.side == 2;
     Weights4(&w)[3] = across_y ? wy : wx;
     const double t = across_y ? y : x;
-    crease_basis(CreasePieces::make(crease.sharpness), far ? 1 - t : t, w[0], w[1], w[2]);
+    crease_basis(crease_pieces(crease.sharpness), far ? 1 - t : t, w[0], w[1], w[2]);
     if (!far) return;
     for (Weights4& weights : w) {
         std::swap(weights[0], weights[3]);

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 namespace tetrakis::detail {
 
@@ -196,7 +197,22 @@ struct CreasePieces {
     }
 };
 
-/// Basis of the across-crease curve and its derivatives at t: weights of p_-1, p_0, p_1, p_2.
+/// CreasePieces::make() of the sharpness, known from this thread's last call where that asked for the same one.
+const CreasePieces& crease_pieces(float sharpness);
+
+/// Basis of the across-crease curve at t: weights of p_-1, p_0, p_1, p_2.
+inline Weights4 crease_values(const CreasePieces& pieces, double t) {
+    const int i = pieces.find(t);
+    const bool whole = pieces.whole(i);
+    const double scale = whole ? 1 : 1 / (pieces.end[i] - pieces.begin[i]);
+    const Weights4 basis = cubic_basis(whole ? t : (t - pieces.begin[i]) * scale);
+    Weights4 weights{};
+    for (int k = 0; k < 4; ++k)
+        for (int j = 0; j < 4; ++j) weights[j] += basis[k] * pieces.control[i][k][j];
+    return weights;
+}
+
+/// The same with its derivatives.
 inline void crease_basis(const CreasePieces& pieces, double t, Weights4& w0, Weights4& w1, Weights4& w2) {
     const int i = pieces.find(t);
     const bool whole = pieces.whole(i);
@@ -235,12 +251,18 @@ int crease_strips(const Net16& net, SideCrease crease, std::array<CreaseStrip, 3
 /// Bases of a regular or single-crease cell at (x, y): [0] values, [1] first and [2] second derivatives.
 void regular_basis(SideCrease crease, double x, double y, Weights4 (&wx)[3], Weights4 (&wy)[3]);
 
-/// Position on a regular or single-crease cell.
+/// Position on a regular or single-crease cell; its weights are the values of regular_basis(), bit by bit.
 inline Vec3d regular_position(const Net16& net, SideCrease crease, double x, double y) {
     if (!crease) return combine(net, cubic_basis(x), cubic_basis(y));
-    Weights4 wx[3], wy[3];
-    regular_basis(crease, x, y, wx, wy);
-    return combine(net, wx[0], wy[0]);
+    const bool across_y = crease.side == 0 || crease.side == 2;
+    const bool far = crease.side == 1 || crease.side == 2;
+    const double t = across_y ? y : x;
+    Weights4 across = crease_values(crease_pieces(crease.sharpness), far ? 1 - t : t);
+    if (far) {
+        std::swap(across[0], across[3]);
+        std::swap(across[1], across[2]);
+    }
+    return across_y ? combine(net, cubic_basis(x), across) : combine(net, across, cubic_basis(y));
 }
 
 }  // namespace tetrakis::detail

@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace tetrakis {
@@ -36,6 +37,8 @@ class LoopPatches {
     Vec3d position(HalfedgeId root, double x, double y) const;
     /// The limit position at a lattice point, level <= k_max_level; about the cost of one patch.
     Vec3d limit(HalfedgeId root, LatticePoint at, int level) const;
+    /// limit() of many points. One after another of the same root are cheaper.
+    void limits(std::span<const Site> sites, std::span<Vec3d> out) const;
     /// Limit position, first derivatives and normal of a vertex: as evaluate(), but on an infinitely sharp edge with
     /// the mean of the normals of both sides.
     SurfacePoint vertex(HalfedgeId root, LatticePoint at, int level) const;
@@ -74,6 +77,7 @@ class LoopPatches {
     bool descend(HalfedgeId root, const detail::Bary& at, Descent& down) const;
     static SurfacePoint first_order(const Descent& down, const detail::BoxSplineTangents& tangents);
     SurfacePoint corner_point(const Descent& down) const;
+    Vec3d limit(HalfedgeId root, LatticePoint at, int level, HalfedgeId& cell_root, detail::LoopCell& cell) const;
     const Vec3d& corner_limit(std::uint32_t h) const { return limits_[origin(h)]; }
     void gather_control(std::uint32_t h, int valence, Vec3d* out) const;
     void gather_first(std::uint32_t h, int valence, Vec3d* out) const;

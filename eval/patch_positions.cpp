@@ -25,9 +25,9 @@ PatchPositions::PatchPositions(const ControlMesh& mesh, SchemeKind scheme, const
 
 void PatchPositions::positions(std::span<const Site> sites, std::span<Vec3d> out) const {
     with_patches(patches_, [&](const auto& patches) {
-        for_each_index(
-            static_cast<std::uint32_t>(sites.size()),
-            [&](std::uint32_t i) { out[i] = patches.limit(sites[i].root, sites[i].at, sites[i].level); }, k_grain);
+        for_each_block(static_cast<std::uint32_t>(sites.size()), k_grain, [&](std::uint32_t begin, std::uint32_t end) {
+            patches.limits(sites.subspan(begin, end - begin), out.subspan(begin, end - begin));
+        });
     });
 }
 

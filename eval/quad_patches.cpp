@@ -353,6 +353,10 @@ Vec3d QuadPatches::limit(HalfedgeId root, LatticePoint at, int level) const {
     return position(roots_[root.value], at.x * step, at.y * step);
 }
 
+void QuadPatches::limits(std::span<const Site> sites, std::span<Vec3d> out) const {
+    for (std::size_t i = 0; i < sites.size(); ++i) out[i] = limit(sites[i].root, sites[i].at, sites[i].level);
+}
+
 namespace {
 /// The point of an irregular cell at (x, y), where it is one of the nine that the cell keeps.
 const Vec3d* kept_point(const QuadNode& node, double x, double y) {

@@ -6,6 +6,7 @@
 #include "tetrakis/hier/site.hpp"
 
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace tetrakis {
@@ -28,6 +29,8 @@ class QuadPatches {
     SurfacePoint frame(HalfedgeId root, double x, double y) const { return evaluate(root, x, y, false); }
     /// The limit position at a lattice point of the cell, level <= k_max_level; about the cost of one patch.
     Vec3d limit(HalfedgeId root, LatticePoint at, int level) const;
+    /// limit() of many points.
+    void limits(std::span<const Site> sites, std::span<Vec3d> out) const;
 
     /// Limit position and normal of a vertex: as evaluate(), but on an infinitely sharp edge with the mean of the
     /// normals on both sides, and at a control vertex of such edges with the mean over its corner cells.

@@ -116,6 +116,7 @@ class BisectionForest {
     /// first root.
     /// @param use  F flags, zero where fans has no triangulation
     ExportedTriangles exported(const FanChoice& fans, std::span<const std::uint8_t> use) const;
+    detail::PooledTriangles pooled() const;  ///< exported()
 
     /// Verifies links, shapes, points, sites, counts and coverage. Returns the first violation, or nothing. O(leaves).
     std::optional<std::string> check() const;
@@ -187,6 +188,8 @@ class BisectionForest {
     void prefetch_beyond(const Diamond& diamond) const;
     Merge plan_merge(const Diamond& diamond, std::uint32_t pair) const;
     detail::PoolVector<std::uint32_t> leaves_in_order() const;
+    template <class Exported>
+    void export_to(Exported& out, const FanChoice& fans, std::span<const std::uint8_t> use) const;
     std::optional<std::string> check_leaf(std::uint32_t slot) const;
     std::optional<std::string> check_pool() const;
 

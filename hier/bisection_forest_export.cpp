@@ -8,7 +8,7 @@
 #include <oneapi/tbb/parallel_sort.h>
 
 #include <algorithm>
-#include <bit>
+#include <span>
 #include <string>
 
 namespace tetrakis {
@@ -17,28 +17,24 @@ namespace {
 
 constexpr std::uint32_t k_ahead = 16;  // records asked for ahead of time: the loops wait for memory
 
+constexpr std::uint32_t k_free = LeafId::none;
+
 struct Key {
     std::uint64_t path;  // its bits at the upper end
     std::uint32_t slot;
     bool operator<(const Key& o) const { return path < o.path; }
 };
 
-/// Sorts the leaves of a root whose depths hardly differ: each has its place among all nodes of the deepest level.
-/// False, and nothing is done, where that has many more of them.
-bool put_in_place(std::span<Key> keys, std::vector<std::uint32_t>& places) {
-    constexpr std::uint32_t k_free = 0xFFFF'FFFFu;
-    std::uint64_t all = 0;
-    for (const Key& key : keys) all |= key.path;
-    const int shift = std::countr_zero(all);
-    const std::size_t nodes = std::size_t{1} << std::min(64 - shift, 40);
-    if (nodes > 4 * keys.size()) return false;
-    places.assign(nodes, k_free);
-    for (const Key& key : keys) places[key.path >> shift] = key.slot;
-    std::size_t next = 0;
-    for (std::size_t node = 0; node < nodes; ++node)
-        if (places[node] != k_free) keys[next++] = {std::uint64_t{node} << shift, places[node]};
-    return true;
-}
+/// The leaves of a root: how many, and the greatest depth.
+struct RootLeaves {
+    std::uint32_t count = 0;
+    int deepest = 0;
+
+    std::uint64_t nodes() const { return std::uint64_t{1} << deepest; }
+    /// Whether its leaves are put in order by the places that they have among all nodes of the greatest depth. Not
+    /// where there are many more of these than leaves.
+    bool has_places() const { return deepest < 32 && nodes() <= 4 * std::uint64_t{count}; }
+};
 
 }  // namespace
 
@@ -46,36 +42,58 @@ bool put_in_place(std::span<Key> keys, std::vector<std::uint32_t>& places) {
 // compare as left-aligned numbers.
 detail::PoolVector<std::uint32_t> BisectionForest::leaves_in_order() const {
     const std::uint32_t slots = leaf_slots(), roots = mesh_->halfedge_count();
-    detail::PoolVector<std::uint32_t> first(roots + 1, 0);
-    for (std::uint32_t s = 0; s < slots; ++s)
-        if (leaves_[s].depth != k_dead) ++first[root(LeafId(s)).value + 1];
-    for (std::uint32_t r = 0; r < roots; ++r) first[r + 1] += first[r];
-
-    std::vector<Key> keys;  // of no pool: large, and what comes next must fit beside what is kept of it
-    detail::resize_large(keys, leaf_count_);
-    detail::PoolVector<std::uint32_t> next(first.begin(), first.end() - 1);
+    detail::PoolVector<RootLeaves> of_root(roots);
     for (std::uint32_t s = 0; s < slots; ++s) {
         const BisectionLeaf& l = leaves_[s];
         if (l.depth == k_dead) continue;
-        const std::uint64_t aligned = l.depth == 0 ? 0 : l.path << (64 - l.depth);
-        keys[next[root(LeafId(s)).value]++] = {aligned, s};
+        RootLeaves& of = of_root[root(LeafId(s)).value];
+        ++of.count;
+        of.deepest = std::max<int>(of.deepest, l.depth);
+    }
+    // Where a root's leaves go: places of its own, or keys to be sorted; and in the end.
+    detail::PoolVector<std::uint64_t> first(roots);
+    detail::PoolVector<std::uint32_t> first_in_order(roots + std::size_t{1}, 0);
+    std::uint64_t place_count = 0, key_count = 0;
+    for (std::uint32_t r = 0; r < roots; ++r) {
+        const RootLeaves& of = of_root[r];
+        std::uint64_t& count = of.has_places() ? place_count : key_count;
+        first[r] = count;
+        count += of.has_places() ? of.nodes() : of.count;
+        first_in_order[r + 1] = first_in_order[r] + of.count;
+    }
+    detail::PoolVector<std::uint32_t> places(place_count, k_free);
+    std::vector<Key> keys;  // of no pool: large, and what comes next must fit beside what is kept of it
+    detail::resize_large(keys, key_count);
+    detail::PoolVector<std::uint64_t> next_key(first.begin(), first.end());
+    for (std::uint32_t s = 0; s < slots; ++s) {
+        const BisectionLeaf& l = leaves_[s];
+        if (l.depth == k_dead) continue;
+        const std::uint32_t r = root(LeafId(s)).value;
+        if (of_root[r].has_places())
+            places[first[r] + (l.path << (of_root[r].deepest - l.depth))] = s;
+        else
+            keys[next_key[r]++] = {l.depth == 0 ? 0 : l.path << (64 - l.depth), s};
     }
     constexpr std::uint32_t k_roots_per_task = 64;
     constexpr std::uint32_t k_large_root = 1u << 16;  // worth a parallel sort of its own
-    for_each_block(roots, k_roots_per_task, [&](std::uint32_t begin, std::uint32_t end) {
-        std::vector<std::uint32_t> places;
-        for (std::uint32_t r = begin; r < end; ++r) {
-            const std::span<Key> of_root(keys.data() + first[r], first[r + 1] - first[r]);
-            if (of_root.size() < 2 || of_root.size() >= k_large_root || put_in_place(of_root, places)) continue;
-            std::sort(of_root.begin(), of_root.end());
-        }
-    });
+    const auto keys_of = [&](std::uint32_t r) { return std::span(keys.data() + first[r], of_root[r].count); };
     for (std::uint32_t r = 0; r < roots; ++r)
-        if (first[r + 1] - first[r] >= k_large_root)
-            oneapi::tbb::parallel_sort(keys.begin() + first[r], keys.begin() + first[r + 1]);
+        if (!of_root[r].has_places() && of_root[r].count >= k_large_root)
+            oneapi::tbb::parallel_sort(keys_of(r).begin(), keys_of(r).end());
     detail::PoolVector<std::uint32_t> order;
     detail::resize_large(order, leaf_count_);
-    for_each_index(leaf_count_, [&](std::uint32_t i) { order[i] = keys[i].slot; });
+    for_each_block(roots, k_roots_per_task, [&](std::uint32_t begin, std::uint32_t end) {
+        for (std::uint32_t r = begin; r < end; ++r) {
+            std::uint32_t* to = order.data() + first_in_order[r];
+            if (of_root[r].has_places()) {
+                for (std::uint64_t i = first[r]; i < first[r] + of_root[r].nodes(); ++i)
+                    if (places[i] != k_free) *to++ = places[i];
+                continue;
+            }
+            if (of_root[r].count < k_large_root) std::sort(keys_of(r).begin(), keys_of(r).end());
+            for (const Key& key : keys_of(r)) *to++ = key.slot;
+        }
+    });
     return order;
 }
 
@@ -90,6 +108,19 @@ std::vector<LeafId> BisectionForest::ordered_leaves() const {
 ExportedTriangles BisectionForest::exported() const { return exported(FanChoice{}, {}); }
 
 ExportedTriangles BisectionForest::exported(const FanChoice& fans, std::span<const std::uint8_t> use) const {
+    ExportedTriangles out;
+    export_to(out, fans, use);
+    return out;
+}
+
+detail::PooledTriangles BisectionForest::pooled() const {
+    detail::PooledTriangles out;
+    export_to(out, {}, {});
+    return out;
+}
+
+template <class Exported>
+void BisectionForest::export_to(Exported& out, const FanChoice& fans, std::span<const std::uint8_t> use) const {
     const ControlMesh& mesh = *mesh_;
     if (!use.empty() && use.size() != mesh.face_count())
         throw Error(ErrorCode::invalid_input, "there are " + std::to_string(use.size()) + " fan flags for " +
@@ -105,7 +136,6 @@ ExportedTriangles BisectionForest::exported(const FanChoice& fans, std::span<con
     };
     const detail::PoolVector<std::uint32_t> order = leaves_in_order();
     // Fans take their place among the leaves first; all else is then the same for both.
-    ExportedTriangles out;
     std::vector<std::uint8_t> fan_face;
     std::uint64_t triangle_count = leaf_count_;
     if (!use.empty()) {
@@ -152,7 +182,6 @@ ExportedTriangles BisectionForest::exported(const FanChoice& fans, std::span<con
     detail::resize_large(out.sites, out.points.size());
     for_each_index(static_cast<std::uint32_t>(out.points.size()),
                    [&](std::uint32_t p) { out.sites[p] = sites_[out.points[p].value]; });
-    return out;
 }
 
 }  // namespace tetrakis

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "tetrakis/hier/ids.hpp"
+#include "tetrakis/hier/pool_memory.hpp"
 #include "tetrakis/hier/site.hpp"
 
 #include <array>
@@ -18,5 +19,18 @@ struct ExportedTriangles {
     std::vector<LeafId> leaves;                           ///< per triangle: its leaf; invalid for a fan's triangles
     std::vector<PointId> points;                          ///< per point: its handle in the forest
 };
+
+namespace detail {
+
+/// The same for a caller that copies the triangles: they are in memory that is used again.
+struct PooledTriangles {
+    RawPoolVector<std::array<std::uint32_t, 3>> triangles;
+    std::vector<FaceId> faces;
+    std::vector<Site> sites;
+    std::vector<LeafId> leaves;
+    std::vector<PointId> points;
+};
+
+}  // namespace detail
 
 }  // namespace tetrakis

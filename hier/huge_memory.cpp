@@ -73,9 +73,9 @@ void free_memory(void* data, std::size_t bytes) noexcept {
 void wish_for_huge_pages(void* data, std::size_t bytes) noexcept {
 #if defined(__linux__)
     constexpr std::size_t k_huge = std::size_t{2} << 20;
-    if (bytes < 2 * k_huge) return;
     char* const begin = static_cast<char*>(data);
     const std::size_t before = (k_huge - reinterpret_cast<std::uintptr_t>(begin) % k_huge) % k_huge;
+    if (bytes < before + k_huge) return;
     madvise(begin + before, (bytes - before) / k_huge * k_huge, MADV_HUGEPAGE);
 #else
     (void)data, (void)bytes;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -8,6 +9,8 @@ namespace tetrakis::detail {
 /// The value that is there most often, the least one of several. Sorts them; there is at least one.
 template <class T>
 T most_frequent(std::vector<T>& values) {
+    // Mostly they are all the same.
+    if (std::adjacent_find(values.begin(), values.end(), std::not_equal_to<>()) == values.end()) return values[0];
     std::sort(values.begin(), values.end());
     T best = values[0];
     std::ptrdiff_t most = 0;

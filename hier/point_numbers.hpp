@@ -9,10 +9,12 @@
 namespace tetrakis::detail {
 
 /// Replaces the triangles' points by numbers in the order of first use, and lists the points by these.
+/// @param out       ExportedTriangles or PooledTriangles
 /// @param slots     points are below this
 /// @param expected  how many there are, about
 /// O(slots + triangles), one thread.
-inline void number_points(ExportedTriangles& out, std::size_t slots, std::size_t expected) {
+template <class Exported>
+void number_points(Exported& out, std::size_t slots, std::size_t expected) {
     constexpr std::size_t k_ahead =
         16;  // triangles whose points are asked for ahead of time: the loop waits for memory
     PoolVector<std::uint32_t> numbers(slots, PointId::none);

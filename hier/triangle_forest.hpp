@@ -114,6 +114,7 @@ class TriangleForest {
     std::vector<LeafId> ordered_leaves() const;
     /// The output mesh. O(leaves), parallel but for the numbering.
     ExportedTriangles exported() const;
+    detail::PooledTriangles pooled() const;  ///< the same
 
     /// Verifies links, points, counts and the rule of levels. Returns the first violation, or nothing.
     std::optional<std::string> check() const;
@@ -189,7 +190,10 @@ class TriangleForest {
     std::array<std::uint8_t, 4> child_masks(std::uint32_t record) const;
     std::vector<LeafRun> leaf_runs() const;
     void append_leaves(std::uint32_t record, LeafRun& run) const;
-    void write_run(const LeafRun& run, ExportedTriangles& out) const;
+    template <class Exported>
+    void write_run(const LeafRun& run, Exported& out) const;
+    template <class Exported>
+    void export_to(Exported& out) const;
     std::optional<std::string> check_record(std::uint32_t record) const;
     std::optional<std::string> check_points() const;
 

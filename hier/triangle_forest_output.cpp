@@ -97,8 +97,8 @@ std::array<std::uint8_t, 4> TriangleForest::child_masks(std::uint32_t record) co
 
 // The leaves of some roots, depth first with children by their numbers: the order of (root, path).
 struct TriangleForest::LeafRun {
-    std::vector<std::uint32_t> slots;
-    std::vector<std::uint8_t> masks;
+    detail::PoolVector<std::uint32_t> slots;
+    detail::PoolVector<std::uint8_t> masks;
     std::size_t triangles = 0, first_triangle = 0;
 
     void add(std::uint32_t slot, std::uint8_t mask) {
@@ -119,7 +119,8 @@ void TriangleForest::append_leaves(std::uint32_t record, LeafRun& run) const {
     }
 }
 
-void TriangleForest::write_run(const LeafRun& run, ExportedTriangles& out) const {
+template <class Exported>
+void TriangleForest::write_run(const LeafRun& run, Exported& out) const {
     std::size_t place = run.first_triangle;
     for (std::size_t i = 0; i < run.slots.size(); ++i) {
         const std::uint32_t slot = run.slots[i], mask = run.masks[i];
@@ -167,6 +168,19 @@ std::vector<LeafId> TriangleForest::ordered_leaves() const {
 }
 
 ExportedTriangles TriangleForest::exported() const {
+    ExportedTriangles out;
+    export_to(out);
+    return out;
+}
+
+detail::PooledTriangles TriangleForest::pooled() const {
+    detail::PooledTriangles out;
+    export_to(out);
+    return out;
+}
+
+template <class Exported>
+void TriangleForest::export_to(Exported& out) const {
     std::vector<LeafRun> runs = leaf_runs();
     const auto run_count = static_cast<std::uint32_t>(runs.size());
     std::size_t total = 0;
@@ -174,7 +188,6 @@ ExportedTriangles TriangleForest::exported() const {
         run.first_triangle = total;
         total += run.triangles;
     }
-    ExportedTriangles out;
     detail::resize_large(out.triangles, total);
     detail::resize_large(out.faces, total);
     detail::resize_large(out.leaves, total);
@@ -185,7 +198,6 @@ ExportedTriangles TriangleForest::exported() const {
     detail::resize_large(out.sites, out.points.size());
     for_each_index(static_cast<std::uint32_t>(out.points.size()),
                    [&](std::uint32_t i) { out.sites[i] = sites_[out.points[i].value]; });
-    return out;
 }
 
 }  // namespace tetrakis

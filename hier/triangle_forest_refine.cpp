@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cstring>
 #include <string>
+#include <utility>
 
 namespace tetrakis {
 
@@ -51,10 +52,10 @@ void TriangleForest::close_around(std::uint32_t slot, detail::PoolVector<std::ui
 void TriangleForest::mark_closure(std::span<const LeafId> marked, detail::PoolVector<std::uint32_t>& splits) {
     detail::reserve_large(splits, marked.size() + marked.size() / 4);
     for (const LeafId leaf : marked)
-        if (mark(leaf.value)) splits.push_back(leaf.value);
+        if (std::exchange(marks_[leaf.value], 1) == 0) splits.push_back(leaf.value);
     for (std::size_t begin = 0; begin < splits.size();) {
         const std::size_t end = splits.size();
-        if (end - begin <= k_split_grain) {
+        if (end - begin <= k_split_grain || detail::one_thread()) {
             for (std::size_t i = begin; i < end; ++i) close_around(splits[i], splits);
         } else {
             const auto count = static_cast<std::uint32_t>(end - begin);
@@ -178,7 +179,7 @@ void TriangleForest::refine(std::span<const LeafId> marked, std::vector<LeafId>&
                                                     std::to_string(face(leaf).value) + " is at level " +
                                                     std::to_string(k_max_level) + ", the deepest one");
     detail::PoolVector<std::uint32_t> splits;
-    detail::PoolVector<PlannedSplit> planned;
+    detail::RawPoolVector<PlannedSplit> planned;
     std::uint32_t new_points = 0, new_changed = 0, count = 0;
     const auto old_records = static_cast<std::uint32_t>(records_.size());
     const auto old_points = static_cast<std::uint32_t>(sites_.size());

@@ -225,6 +225,8 @@ class VertexForest {
         int coarse_side;       ///< that side
     };
     Turn turn(std::uint32_t slot, int corner) const;
+    struct FaceList;
+    class FaceFinder;
 
     void require_leaves(std::span<const LeafId> leaves) const;
     void start_joint(std::uint32_t record);

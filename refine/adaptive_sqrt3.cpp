@@ -35,8 +35,8 @@ Numbering add_leaves(const Sqrt3Levels& levels, const ControlMeshData& data, std
     std::vector<std::uint32_t>& corners = out.mesh.face_vertices;
     reserve_large(corners, 3 * leaf_count);
     reserve_large(out.mesh.face_offsets, leaf_count + 1);
-    // Of a closed surface: half as many vertices as triangles.
-    const std::size_t vertex_count = leaf_count / 2;
+    // Of a closed surface: half as many vertices as triangles, and two more on a sphere; of others some more.
+    const std::size_t vertex_count = leaf_count / 2 + leaf_count / 64 + 2;
     reserve_large(result.vertices, vertex_count);
     reserve_large(out.vertices, vertex_count);
     reserve_large(out.levels, vertex_count);

@@ -109,8 +109,7 @@ class BisectionFamily final : public HierarchyFamily {
     }
 
     HierarchyFaces faces(bool with_levels) const override {
-        return detail::faces_of(forest_.exported(), with_levels,
-                                [&](LeafId leaf) { return level(forest_.depth(leaf)); });
+        return detail::faces_of(forest_.pooled(), with_levels, [&](LeafId leaf) { return level(forest_.depth(leaf)); });
     }
     std::optional<std::string> check() const override { return forest_.check(); }
     std::uint64_t memory_bytes() const override { return forest_.memory_bytes(); }

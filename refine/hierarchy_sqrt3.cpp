@@ -1,3 +1,5 @@
+#include "tetrakis/hier/huge_memory.hpp"
+#include "tetrakis/hier/pool_memory.hpp"
 #include "tetrakis/hier/sqrt3_leaf.hpp"
 #include "tetrakis/hier/sqrt3_levels.hpp"
 #include "tetrakis/hier/sqrt3_slots.hpp"
@@ -124,9 +126,16 @@ class Sqrt3Family final : public HierarchyFamily {
         const Sqrt3Levels levels(slots_.forest().lattice(), slots_.forest().split(), 0);
         HierarchyFaces faces;
         faces.leaves = slots_.ordered_leaves();
-        faces.face_vertices.reserve(3 * faces.leaves.size());
+        const std::size_t face_count = faces.leaves.size();
+        detail::reserve_large(faces.face_offsets, face_count + 1);
+        detail::reserve_large(faces.face_vertices, 3 * face_count);
+        detail::reserve_large(faces.control_faces, face_count);
+        // As sqrt3_mesh() expects.
+        const std::size_t vertex_count = face_count / 2 + face_count / 64 + 2;
+        detail::reserve_large(faces.sites, vertex_count);
+        detail::reserve_large(faces.points, vertex_count);
         constexpr std::uint32_t k_unseen = 0xFFFF'FFFFu;
-        std::vector<std::uint32_t> number(levels.vertices.size(), k_unseen);
+        detail::PoolVector<std::uint32_t> number(levels.vertices.size(), k_unseen);
         const auto add = [&](std::uint32_t vertex) {
             if (number[vertex] == k_unseen) {
                 number[vertex] = static_cast<std::uint32_t>(faces.sites.size());

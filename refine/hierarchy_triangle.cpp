@@ -124,7 +124,7 @@ class TriangleFamily final : public HierarchyFamily {
     }
 
     HierarchyFaces faces(bool with_levels) const override {
-        return detail::faces_of(forest_.exported(), with_levels,
+        return detail::faces_of(forest_.pooled(), with_levels,
                                 [&](LeafId leaf) { return static_cast<std::uint8_t>(forest_.level(leaf)); });
     }
     std::optional<std::string> check() const override { return forest_.check(); }

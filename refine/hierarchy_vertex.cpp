@@ -1,3 +1,4 @@
+#include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/vertex_forest.hpp"
 #include "tetrakis/refine/hierarchy_families.hpp"
 #include "tetrakis/refine/vertex_levels.hpp"
@@ -165,12 +166,13 @@ class VertexFamily final : public HierarchyFamily {
     HierarchyFaces faces(bool with_levels) const override {
         DualFaces dual = forest_.faces();
         HierarchyFaces faces;
-        faces.sites.reserve(dual.cells.size());
+        detail::reserve_large(faces.sites, dual.cells.size());
         for (const VertexCell& cell : dual.cells) faces.sites.push_back(cell_site(cell));
+        detail::reserve_large(faces.points, dual.leaves.size());
         for (const LeafId leaf : dual.leaves) faces.points.emplace_back(leaf.value);
         // The levels of vertices are their own, whatever the faces around.
         if (with_levels) faces.levels.assign(dual.control_faces.size(), 0);
-        faces.leaves.reserve(dual.control_faces.size());
+        detail::reserve_large(faces.leaves, dual.control_faces.size());
         for (std::size_t f = 0; f < dual.control_faces.size(); ++f)
             faces.leaves.push_back(dual.leaves[dual.face_vertices[dual.face_offsets[f]]]);
         faces.face_offsets = std::move(dual.face_offsets);

@@ -1,10 +1,15 @@
 #include "tetrakis/refine/sqrt3_net.hpp"
 
 #include "tetrakis/hier/huge_memory.hpp"
+#include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/sqrt3_points.hpp"
+#include "tetrakis/refine/sqrt3_rules.hpp"
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <utility>
+#include <vector>
 
 namespace tetrakis::detail {
 
@@ -13,27 +18,69 @@ Sqrt3Net::Sqrt3Net(const Sqrt3Levels& levels)
     const std::size_t count = levels.vertices.size();
     points_ = reinterpret_cast<Vec3d*>(memory_[0].reserve(3 * count));
     next_points_ = reinterpret_cast<Vec3d*>(memory_[1].reserve(3 * count));
-    for (auto* flags : {&has_, &next_has_, &seen_}) resize_large(*flags, count);
+    for (auto* flags : {&has_, &next_has_}) resize_large(*flags, count);
+    resize_large(leaving_, count);
     std::copy(mesh_->positions().begin(), mesh_->positions().end(), points_);
     std::fill_n(has_.begin(), mesh_->vertex_count(), std::uint8_t{1});
 }
 
+/// Makes points of the next level, and limits; what a thread needs for itself.
+class Sqrt3Net::Worker {
+  public:
+    Worker(Sqrt3Net& net, const Limits& limits) : net_(net), levels_(*net.levels_), limits_(limits) {}
+
+    /// Asks for where the ring of a vertex begins.
+    void prefetch(std::uint32_t vertex) const {
+        const std::uint32_t leaving = net_.leaving_[vertex];
+        if (leaving == Sqrt3Level::none) return;
+        __builtin_prefetch(&here().twin[leaving]);
+        __builtin_prefetch(&here().vertex[leaving]);
+    }
+    /// Moves a vertex to the next level, and writes its limit.
+    void move(std::uint32_t vertex);
+    /// Makes the points over a face.
+    void add_apex(std::uint32_t face);
+
+  private:
+    const Sqrt3Level& here() const { return net_.here(); }
+    bool has(std::uint32_t vertex) const { return net_.has_[vertex] != 0; }
+    const Vec3d& point(std::uint32_t vertex) const { return net_.points_[vertex]; }
+    void put(std::uint32_t vertex, const Vec3d& at) {
+        net_.next_points_[vertex] = at;
+        net_.next_has_[vertex] = 1;
+    }
+    bool gather(std::uint32_t leaving);
+    bool gather_cut(std::uint32_t leaving);
+    void put_limit(std::uint32_t leaving, std::uint32_t to);
+    bool beside_cut(std::uint32_t leaving) const;
+    bool has_limit(std::uint32_t vertex, std::uint32_t leaving) const;
+
+    Sqrt3Net& net_;
+    const Sqrt3Levels& levels_;
+    const Limits& limits_;
+    Sqrt3Rules rules_;
+    std::optional<Sqrt3Points> points_alone_;  // for limits beside darts
+    Sqrt3Ring ring_;
+    std::vector<std::uint32_t> around_;  // the vertices around, where an edge is sharp
+};
+
 // The ring of the vertex that a half-edge leaves, the first one that does; false where part of it is missing.
-bool Sqrt3Net::gather(std::uint32_t leaving) {
+bool Sqrt3Net::Worker::gather(std::uint32_t leaving) {
     const Sqrt3Level& level = here();
     const std::uint32_t v = level.vertex[leaving];
-    if (has_[v] == 0) return false;
-    ring_.point = points_[v];
+    if (!has(v)) return false;
+    ring_.point = point(v);
     ring_.closed = true;
     ring_.around.clear();
     ring_.sharp.clear();
-    ring_.vertex_sharpness = tagged_ ? Sqrt3Rules::vertex_sharpness(*mesh_, levels_->vertices[v], level_) : 0.0f;
-    const bool kept = may_be_flipped();
+    ring_.vertex_sharpness =
+        net_.tagged_ ? Sqrt3Rules::vertex_sharpness(*net_.mesh_, levels_.vertices[v], net_.level_) : 0.0f;
+    const bool kept = net_.may_be_flipped();
     for (std::uint32_t h = leaving;;) {
         if (kept && h % 3 == 2 && level.twin[h - 2] == Sqrt3Level::none) return gather_cut(leaving);
         const std::uint32_t w = level.vertex[Sqrt3Level::next(h)];
-        if (!Sqrt3Level::there(w) || has_[w] == 0) return false;
-        ring_.around.push_back(points_[w]);
+        if (!Sqrt3Level::there(w) || !has(w)) return false;
+        ring_.around.push_back(point(w));
         h = level.twin[Sqrt3Level::prev(h)];
         if (h == leaving) break;
         if (h == Sqrt3Level::outside) return false;
@@ -52,9 +99,9 @@ bool Sqrt3Net::is_smooth_cut(std::uint32_t h) const {
 }
 
 // The same where some of the edges are not flipped, as Sqrt3Points::fan() has it.
-bool Sqrt3Net::gather_cut(std::uint32_t leaving) {
+bool Sqrt3Net::Worker::gather_cut(std::uint32_t leaving) {
     const Sqrt3Level& level = here();
-    const bool kept = may_be_flipped();
+    const bool kept = net_.may_be_flipped();
     const auto across = [&](std::uint32_t h) {
         if (level.twin[h] != Sqrt3Level::none) return level.twin[h];
         const Sqrt3Line* line = level.line(h);
@@ -74,8 +121,8 @@ bool Sqrt3Net::gather_cut(std::uint32_t leaving) {
     around_.clear();
     const auto add = [&](std::uint32_t to) {
         const std::uint32_t w = level.vertex[to];
-        if (!Sqrt3Level::there(w) || has_[w] == 0) return false;
-        ring_.around.push_back(points_[w]);
+        if (!Sqrt3Level::there(w) || !has(w)) return false;
+        ring_.around.push_back(point(w));
         around_.push_back(w);
         return true;
     };
@@ -92,7 +139,7 @@ bool Sqrt3Net::gather_cut(std::uint32_t leaving) {
     };
     for (std::uint32_t h = start;;) {
         if (!add_edge(h, Sqrt3Level::next(h))) return false;
-        if (const std::uint32_t side = h / 3 * 3; kept && h % 3 == 2 && is_smooth_cut(side)) {
+        if (const std::uint32_t side = h / 3 * 3; kept && h % 3 == 2 && net_.is_smooth_cut(side)) {
             const std::uint32_t beyond = level.line(side)->beyond;
             if (beyond == Sqrt3Level::outside || !add(Sqrt3Level::prev(beyond))) return false;
         }
@@ -105,11 +152,11 @@ bool Sqrt3Net::gather_cut(std::uint32_t leaving) {
     return true;
 }
 
-bool Sqrt3Net::beside_cut(std::uint32_t leaving) const {
+bool Sqrt3Net::Worker::beside_cut(std::uint32_t leaving) const {
     const Sqrt3Level& level = here();
     std::uint32_t h = leaving;
     do {
-        if (level.twin[h / 3 * 3] == Sqrt3Level::none && !is_smooth_cut(h / 3 * 3)) return true;
+        if (level.twin[h / 3 * 3] == Sqrt3Level::none && !net_.is_smooth_cut(h / 3 * 3)) return true;
         h = level.twin[Sqrt3Level::prev(h)];
     } while (h != leaving);
     return false;
@@ -117,57 +164,55 @@ bool Sqrt3Net::beside_cut(std::uint32_t leaving) const {
 
 // At its first level, or where that comes before a cut beside it, at the level after (Sqrt3Points::limit()). Of a ring
 // that has been gathered.
-bool Sqrt3Net::has_limit(std::uint32_t vertex, std::uint32_t leaving) const {
-    const int birth = levels_->vertices[vertex].birth;
-    if (birth == level_) return level_ % 2 == 0 || !beside_cut(leaving);
-    return birth + 1 == level_ && level_ % 2 == 0;
+bool Sqrt3Net::Worker::has_limit(std::uint32_t vertex, std::uint32_t leaving) const {
+    const int birth = levels_.vertices[vertex].birth;
+    if (birth == net_.level_) return net_.level_ % 2 == 0 || !beside_cut(leaving);
+    return birth + 1 == net_.level_ && net_.level_ % 2 == 0;
 }
 
-void Sqrt3Net::put_limit(const Limits& limits, std::uint32_t leaving, std::uint32_t to) {
-    limits.found[to] = 1;
+void Sqrt3Net::Worker::put_limit(std::uint32_t leaving, std::uint32_t to) {
+    limits_.found[to] = 1;
     // What a crease goes to may be a dart (Sqrt3Points::limit()).
     const bool alone =
         !here().lines.empty() && std::any_of(ring_.sharp.begin(), ring_.sharp.end(), [&](const auto& edge) {
-            return levels_->vertices[around_[edge.first]].kind == Sqrt3Vertex::Kind::control;
+            return levels_.vertices[around_[edge.first]].kind == Sqrt3Vertex::Kind::control;
         });
     if (alone) {
-        if (!points_alone_) points_alone_.emplace(levels_->lattice());
+        if (!points_alone_) points_alone_.emplace(levels_.lattice());
         const Sqrt3Level& level = here();
-        const LimitPoint point = points_alone_->limit(level_, 3 * level.number[leaving / 3] + leaving % 3);
-        limits.positions[to] = point.position;
-        if (!limits.normals.empty()) limits.normals[to] = point.normal;
-    } else if (limits.normals.empty()) {
-        limits.positions[to] = rules_.limit_position(ring_);
+        const LimitPoint point = points_alone_->limit(net_.level_, 3 * level.number[leaving / 3] + leaving % 3);
+        limits_.positions[to] = point.position;
+        if (!limits_.normals.empty()) limits_.normals[to] = point.normal;
+    } else if (limits_.normals.empty()) {
+        limits_.positions[to] = rules_.limit_position(ring_);
     } else {
         const LimitPoint point = rules_.limit(ring_);
-        limits.positions[to] = point.position;
-        limits.normals[to] = point.normal;
+        limits_.positions[to] = point.position;
+        limits_.normals[to] = point.normal;
     }
 }
 
-void Sqrt3Net::add_apex(std::uint32_t face) {
+void Sqrt3Net::Worker::add_apex(std::uint32_t face) {
     const Sqrt3Level& level = here();
     const std::uint32_t v = level.apex[face];
     if (v == Sqrt3Level::outside) return;
     std::array<Vec3d, 3> corner;
     for (std::uint32_t k = 0; k < 3; ++k) {
         const std::uint32_t w = level.vertex[3 * face + k];
-        if (!Sqrt3Level::there(w) || has_[w] == 0) return;
-        corner[k] = points_[w];
+        if (!Sqrt3Level::there(w) || !has(w)) return;
+        corner[k] = point(w);
     }
-    if (levels_->vertices[v].kind == Sqrt3Vertex::Kind::centre) {
-        next_points_[v] = Sqrt3Rules::centre(corner);
-        next_has_[v] = 1;
+    if (levels_.vertices[v].kind == Sqrt3Vertex::Kind::centre) {
+        put(v, Sqrt3Rules::centre(corner));
         return;
     }
-    if (is_smooth_cut(3 * face)) {
+    if (net_.is_smooth_cut(3 * face)) {
         const std::uint32_t beyond = level.line(3 * face)->beyond;
         const std::uint32_t w = Sqrt3Level::there(beyond) ? level.vertex[Sqrt3Level::prev(beyond)] : beyond;
-        if (!Sqrt3Level::there(w) || has_[w] == 0) return;
+        if (!Sqrt3Level::there(w) || !has(w)) return;
         for (std::uint32_t k = 0; k < 2; ++k) {
-            const std::uint32_t to = k == 0 ? v : levels_->beside(v);
-            next_points_[to] = Sqrt3Rules::beside_smooth(corner[k], corner[2], points_[w]);
-            next_has_[to] = 1;
+            const std::uint32_t to = k == 0 ? v : levels_.beside(v);
+            put(to, Sqrt3Rules::beside_smooth(corner[k], corner[2], point(w)));
         }
         return;
     }
@@ -178,32 +223,55 @@ void Sqrt3Net::add_apex(std::uint32_t face) {
             const std::size_t other = around_[ring_.sharp[0].first] == level.vertex[3 * face + 1 - k] ? 1 : 0;
             beyond = &ring_.around[ring_.sharp[other].first];
         }
-        const std::uint32_t to = k == 0 ? v : levels_->beside(v);
-        next_points_[to] = Sqrt3Rules::beside(corner[k], corner[1 - k], beyond);
-        next_has_[to] = 1;
+        const std::uint32_t to = k == 0 ? v : levels_.beside(v);
+        put(to, Sqrt3Rules::beside(corner[k], corner[1 - k], beyond));
     }
 }
 
-void Sqrt3Net::step(const Limits& limits) {
+void Sqrt3Net::Worker::move(std::uint32_t vertex) {
+    const std::uint32_t leaving = net_.leaving_[vertex];
+    if (leaving == Sqrt3Level::none) return;
+    const bool last = net_.at_last();
+    const std::uint32_t to = limits_.number.empty() ? no_number : limits_.number[vertex];
+    const bool asked = to != no_number && limits_.found[to] == 0;
+    if ((last && !asked) || !gather(leaving)) return;
+    if (asked && has_limit(vertex, leaving)) put_limit(leaving, to);
+    if (!last) put(vertex, rules_.moved(ring_, net_.level_ % 2 != 0));
+}
+
+// By vertices, not by half-edges: which of those are the first ones cannot be foretold.
+void Sqrt3Net::find_leaving() {
     const Sqrt3Level& level = here();
-    const bool last = at_last();
-    std::fill(seen_.begin(), seen_.end(), std::uint8_t{0});
+    std::fill(leaving_.begin(), leaving_.end(), Sqrt3Level::none);
+    for (auto h = static_cast<std::uint32_t>(level.vertex.size()); h-- > 0;)
+        if (const std::uint32_t v = level.vertex[h]; Sqrt3Level::there(v)) leaving_[v] = h;
+}
+
+void Sqrt3Net::step(const Limits& limits) {
+    constexpr std::uint32_t k_ahead = 8;         // vertices whose rings are asked for ahead of time
+    constexpr std::uint32_t k_block = 1u << 13;  // vertices or faces; each block has masks of its own
     std::fill(next_has_.begin(), next_has_.end(), std::uint8_t{0});
-    const auto halfedges = static_cast<std::uint32_t>(level.vertex.size());
-    for (std::uint32_t h = 0; h < halfedges; ++h) {
-        const std::uint32_t v = level.vertex[h];
-        if (!Sqrt3Level::there(v) || seen_[v] != 0) continue;
-        seen_[v] = 1;
-        const std::uint32_t to = limits.number.empty() ? no_number : limits.number[v];
-        const bool asked = to != no_number && limits.found[to] == 0;
-        if ((last && !asked) || !gather(h)) continue;
-        if (asked && has_limit(v, h)) put_limit(limits, h, to);
-        if (last) continue;
-        next_points_[v] = rules_.moved(ring_, level_ % 2 != 0);
-        next_has_[v] = 1;
-    }
-    if (last) return;
-    for (std::uint32_t f = 0; f < level.face_count(); ++f) add_apex(f);
+    find_leaving();
+    for_each_block(static_cast<std::uint32_t>(leaving_.size()), k_block, [&](std::uint32_t begin, std::uint32_t end) {
+        Worker worker(*this, limits);
+        for (std::uint32_t v = begin; v < end; ++v) {
+            if (v + k_ahead < end) worker.prefetch(v + k_ahead);
+            worker.move(v);
+        }
+    });
+    if (at_last()) return;
+    const Sqrt3Level& level = here();
+    const bool cuts = level_ % 2 != 0;
+    const auto is_cut = [&](std::uint32_t f) { return cuts && level.twin[3 * f] == Sqrt3Level::none; };
+    for_each_block(level.face_count(), k_block, [&](std::uint32_t begin, std::uint32_t end) {
+        Worker worker(*this, limits);
+        for (std::uint32_t f = begin; f < end; ++f)
+            if (!is_cut(f)) worker.add_apex(f);
+    });
+    // The faces on both sides of a cut edge write the same points: not at the same time.
+    Worker worker(*this, limits);
+    for (std::uint32_t f = 0; cuts && f < level.face_count(); ++f)
+        if (is_cut(f)) worker.add_apex(f);
     std::swap(points_, next_points_);
     std::swap(has_, next_has_);
     ++level_;

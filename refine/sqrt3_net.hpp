@@ -3,13 +3,10 @@
 #include "tetrakis/hier/huge_buffer.hpp"
 #include "tetrakis/hier/pool_memory.hpp"
 #include "tetrakis/hier/sqrt3_levels.hpp"
-#include "tetrakis/refine/sqrt3_points.hpp"
-#include "tetrakis/refine/sqrt3_rules.hpp"
+#include "tetrakis/hier/vec.hpp"
 
 #include <cstdint>
-#include <optional>
 #include <span>
-#include <vector>
 
 namespace tetrakis::detail {
 
@@ -40,27 +37,21 @@ class Sqrt3Net {
     static constexpr std::uint32_t no_number = 0xFFFF'FFFFu;
 
   private:
+    class Worker;
+
     const Sqrt3Level& here() const { return levels_->levels[static_cast<std::size_t>(level_)]; }
-    bool gather(std::uint32_t leaving);
-    bool gather_cut(std::uint32_t leaving);
-    void put_limit(const Limits& limits, std::uint32_t leaving, std::uint32_t to);
-    bool beside_cut(std::uint32_t leaving) const;
     bool may_be_flipped() const;
     bool is_smooth_cut(std::uint32_t h) const;
-    bool has_limit(std::uint32_t vertex, std::uint32_t leaving) const;
-    void add_apex(std::uint32_t face);
+    void find_leaving();
 
     const ControlMesh* mesh_;
     const Sqrt3Levels* levels_;
-    Sqrt3Rules rules_;
-    bool tagged_ = false;                      ///< some vertices of the mesh are
-    std::optional<Sqrt3Points> points_alone_;  ///< for limits beside darts
-    Sqrt3Ring ring_;
-    std::vector<std::uint32_t> around_;  ///< the vertices around, where an edge is sharp
+    bool tagged_ = false;  ///< some vertices of the mesh are
     int level_ = 0;
     HugeBuffer<double> memory_[2];
     Vec3d *points_, *next_points_;  // per vertex, of which those that has_ says are written
-    PoolVector<std::uint8_t> has_, next_has_, seen_;
+    PoolVector<std::uint8_t> has_, next_has_;
+    PoolVector<std::uint32_t> leaving_;  // per vertex: the first half-edge of the level that leaves it
 };
 
 }  // namespace tetrakis::detail
