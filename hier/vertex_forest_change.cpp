@@ -111,10 +111,18 @@ void VertexForest::refine(std::span<const LeafId> marked, std::vector<LeafId>& c
                     mark(across(above.parent, place.side).slot);
             }
         }
-        std::sort(splits.begin(), splits.end(), [&](std::uint32_t a, std::uint32_t b) {
-            const int level_a = level(LeafId(a)), level_b = level(LeafId(b));
-            return level_a != level_b ? level_a < level_b : a < b;
-        });
+        // By level, then by slot. To read all marks is cheaper than to sort many.
+        constexpr std::size_t k_sparse = 64;
+        if (splits.size() < marks_.size() / k_sparse) {
+            std::sort(splits.begin(), splits.end());
+        } else {
+            splits.clear();
+            for (std::uint32_t slot = 0; slot < marks_.size(); ++slot)
+                if (marks_[slot] != 0) splits.push_back(slot);
+        }
+        const auto is_coarser = [&](std::uint32_t a, std::uint32_t b) { return level(LeafId(a)) < level(LeafId(b)); };
+        if (!std::is_sorted(splits.begin(), splits.end(), is_coarser))
+            std::stable_sort(splits.begin(), splits.end(), is_coarser);
         const std::size_t fresh = splits.size() - std::min(splits.size(), free_records_.size());
         const std::uint64_t slots = child_.size() + 4 * static_cast<std::uint64_t>(fresh);
         if (slots > k_max_slots)

@@ -210,8 +210,7 @@ struct PartialLevels::Impl {
     }
     /// Limits of those that have come to where the mesh is regular; takes them out.
     void take_regular(const RuleMesh& level, std::span<const Vec3d> net, const std::vector<LevelQuery>& queries,
-                      bool positions_alone, detail::RegularPatch& patch, std::vector<Walker>& walkers,
-                      std::span<LimitPoint> out) const;
+                      detail::RegularPatch& patch, std::vector<Walker>& walkers, const detail::LimitsOut& out) const;
 
     void run(const std::vector<LevelQuery>& queries, Asked asked, std::span<Vec3d> positions,
              std::span<LimitPoint> points_out, LevelCost* cost) const;
@@ -222,7 +221,7 @@ struct PartialLevels::Impl {
                                          std::span<LimitPoint> out, LevelCost& cost) const;
     std::vector<std::uint32_t> write_limits(const RuleMesh& level, std::span<const Vec3d> net,
                                             std::span<const Walker> here, std::span<const int> vertices,
-                                            int whole_rings, std::span<LimitPoint> out) const;
+                                            int whole_rings, const detail::LimitsOut& out) const;
 
     Walker start(const LevelQuery& q, std::uint32_t index) const {
         Walker w;
@@ -353,6 +352,7 @@ std::vector<std::uint32_t> PartialLevels::Impl::run_block(const std::vector<Leve
                                                           std::span<LimitPoint> out, LevelCost& cost) const {
     Worker& tools = worker();
     detail::RegularPatch* const patches = asks_for_limits(asked) ? patch() : nullptr;
+    const detail::LimitsOut limits{out, asked == Asked::limit_positions ? positions : std::span<Vec3d>{}};
     std::vector<std::uint32_t> left;
     std::vector<Walker> walkers;
     walkers.reserve(block.size());
@@ -399,7 +399,7 @@ std::vector<std::uint32_t> PartialLevels::Impl::run_block(const std::vector<Leve
             w.frame.halfedge = now;
         }
         if (patches != nullptr) {
-            take_regular(part.mesh, here, queries, asked == Asked::limit_positions, *patches, walkers, out);
+            take_regular(part.mesh, here, queries, *patches, walkers, limits);
             if (walkers.empty()) return left;
         }
 
@@ -417,7 +417,7 @@ std::vector<std::uint32_t> PartialLevels::Impl::run_block(const std::vector<Leve
                 out[arrived[i].index] = frame(part.mesh, here, vertices[i]);
         else if (!vertices.empty())
             for (const std::uint32_t i :
-                 write_limits(part.mesh, here, {arrived, walkers.end()}, vertices, limit_rings, out))
+                 write_limits(part.mesh, here, {arrived, walkers.end()}, vertices, limit_rings, limits))
                 left.push_back(i);
         walkers.erase(arrived, walkers.end());
         if (walkers.empty()) return left;
@@ -434,9 +434,8 @@ std::vector<std::uint32_t> PartialLevels::Impl::run_block(const std::vector<Leve
 }
 
 void PartialLevels::Impl::take_regular(const RuleMesh& level, std::span<const Vec3d> net,
-                                       const std::vector<LevelQuery>& queries, bool positions_alone,
-                                       detail::RegularPatch& patch, std::vector<Walker>& walkers,
-                                       std::span<LimitPoint> out) const {
+                                       const std::vector<LevelQuery>& queries, detail::RegularPatch& patch,
+                                       std::vector<Walker>& walkers, const detail::LimitsOut& out) const {
     detail::RegularLimit& regular = *worker().limits.regular();
     regular.look_at(level);
     std::vector<detail::RegularPatch::Target> targets;
@@ -453,7 +452,7 @@ void PartialLevels::Impl::take_regular(const RuleMesh& level, std::span<const Ve
         targets.clear();
         for (std::size_t i = begin; i < end; ++i)
             targets.push_back({walkers[i].index, walkers[i].steps, queries[walkers[i].index].cell});
-        patch.limits(targets, positions_alone, out);
+        patch.limits(targets, out);
     }
     walkers.resize(kept);
 }
@@ -461,7 +460,7 @@ void PartialLevels::Impl::take_regular(const RuleMesh& level, std::span<const Ve
 std::vector<std::uint32_t> PartialLevels::Impl::write_limits(const RuleMesh& level, std::span<const Vec3d> net,
                                                              std::span<const Walker> here,
                                                              std::span<const int> vertices, int whole_rings,
-                                                             std::span<LimitPoint> out) const {
+                                                             const detail::LimitsOut& out) const {
     // Many addresses of a block name the same vertex.
     std::vector<int> once, number(level.vertex_count(), -1);
     for (const int v : vertices)
@@ -485,7 +484,7 @@ std::vector<std::uint32_t> PartialLevels::Impl::write_limits(const RuleMesh& lev
         if (missing[at] != 0)
             left.push_back(here[i].index);
         else
-            out[here[i].index] = points_once[at];
+            out.put(here[i].index, points_once[at]);
     }
     return left;
 }
@@ -525,9 +524,7 @@ void PartialLevels::frames(std::span<const VertexCell> cells, std::span<LimitPoi
 
 void PartialLevels::Impl::limit_positions(const std::vector<LevelQuery>& queries, std::span<Vec3d> positions) const {
     detail::check_length("positions to write", positions.size(), queries.size());
-    std::vector<LimitPoint> found(queries.size());
-    run(queries, Asked::limit_positions, {}, found, nullptr);
-    for (std::size_t i = 0; i < found.size(); ++i) positions[i] = found[i].position;
+    run(queries, Asked::limit_positions, positions, {}, nullptr);
 }
 
 void PartialLevels::positions(std::span<const Site> sites, std::span<Vec3d> positions) const {

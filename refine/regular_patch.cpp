@@ -125,8 +125,8 @@ bool RegularPatch::gather(const RuleMesh& mesh, std::span<const unsigned char> r
     return true;
 }
 
-void RegularPatch::limits(std::span<const Target> targets, bool positions_alone, std::span<LimitPoint> out) {
-    positions_alone_ = positions_alone;
+void RegularPatch::limits(std::span<const Target> targets, const LimitsOut& out) {
+    positions_alone_ = out.positions_alone();
     descend(0, targets, out);
 }
 
@@ -141,7 +141,7 @@ void RegularPatch::make_child(std::size_t depth, std::size_t child) {
         }
 }
 
-void RegularPatch::descend(std::size_t depth, std::span<const Target> targets, std::span<LimitPoint> out) {
+void RegularPatch::descend(std::size_t depth, std::span<const Target> targets, const LimitsOut& out) {
     const auto levels_left = [&](const Target& t) { return t.levels - static_cast<int>(depth); };
     const auto child_of = [&](const Target& t) {
         const int bit = levels_left(t) - 1;
@@ -153,19 +153,19 @@ void RegularPatch::descend(std::size_t depth, std::span<const Target> targets, s
         const int left = levels_left(targets[begin]);
         if (left == 0) {
             const LimitPoint point = limit(limit_, square(depth) + to_middle);
-            out[targets[begin].index] = point;
-            for (; end < targets.size() && levels_left(targets[end]) == 0; ++end) out[targets[end].index] = point;
+            out.put(targets[begin].index, point);
+            for (; end < targets.size() && levels_left(targets[end]) == 0; ++end) out.put(targets[end].index, point);
             continue;
         }
         const std::size_t child = child_of(targets[begin]);
         if (left == 1) {
             // From the parent's square at once: most targets are such.
-            LimitPoint& point = out[targets[begin].index];
-            point = limit(child_limit_[child], square(depth) + to_middle);
+            LimitPoint point = limit(child_limit_[child], square(depth) + to_middle);
             if (!positions_alone_ && point.normal == Vec3d(0)) {
                 make_child(depth, child);
                 point.normal = corner_normal(square(depth + 1) + to_middle);
             }
+            out.put(targets[begin].index, point);
             continue;
         }
         while (end < targets.size() && levels_left(targets[end]) > 1 && child_of(targets[end]) == child) ++end;

@@ -12,6 +12,20 @@
 
 namespace tetrakis::detail {
 
+/// Where limits go: whole points, or positions alone, without tangents and normals.
+struct LimitsOut {
+    std::span<LimitPoint> points;
+    std::span<Vec3d> positions;
+
+    bool positions_alone() const { return !positions.empty(); }
+    void put(std::uint32_t index, const LimitPoint& point) const {
+        if (positions_alone())
+            positions[index] = point.position;
+        else
+            points[index] = point;
+    }
+};
+
 /// A dual scheme where the mesh is regular: the net around a cell of a vertex quadtree is a square of points, from
 /// which those around each child follow by the same four rows everywhere, and so down to any level, without a mesh.
 class RegularPatch {
@@ -35,8 +49,7 @@ class RegularPatch {
     bool gather(const RuleMesh& mesh, std::span<const unsigned char> regular, std::span<const Vec3d> net, int ahead);
     /// Limits at targets below the gathered patch. A limit depends on the patch and the target alone; those in the
     /// order of a tree share their way.
-    /// @param positions_alone  leave out tangents and normals
-    void limits(std::span<const Target> targets, bool positions_alone, std::span<LimitPoint> out);
+    void limits(std::span<const Target> targets, const LimitsOut& out);
 
   private:
     struct Term {
@@ -53,7 +66,7 @@ class RegularPatch {
     bool reaches(int radius) const;
     Terms terms(std::span<const RegularLimit::LatticeTerm> lattice) const;
     LatticeTerms from_child(std::size_t child, std::span<const RegularLimit::LatticeTerm> lattice) const;
-    void descend(std::size_t depth, std::span<const Target> targets, std::span<LimitPoint> out);
+    void descend(std::size_t depth, std::span<const Target> targets, const LimitsOut& out);
     void make_child(std::size_t depth, std::size_t child);
     Vec3d* square(std::size_t depth);
     LimitPoint limit(const Masks& masks, const Vec3d* middle) const;
