@@ -1,8 +1,10 @@
 #include "tetrakis/hier/sqrt3_levels.hpp"
 
 #include "tetrakis/hier/huge_memory.hpp"
+#include "tetrakis/hier/parallel.hpp"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 namespace tetrakis {
@@ -134,16 +136,14 @@ void Sqrt3Levels::raise(Sqrt3Level& level, int index, std::span<const std::uint8
         }
     }
     for (const auto& [f, beyond] : later) level.apex[f] = level.apex[beyond] + 1;
-    for (std::uint32_t f = 0; f < count; ++f)
-        if (faces[f] != 0)
-            for (std::uint32_t j = 0; j < 3; ++j) finer.number[level.child[f] + j] = 3 * level.number[f] + j;
     const auto apex = [&](std::uint32_t h) {
         if (!Sqrt3Level::there(h)) return Sqrt3Level::outside;
         const std::uint32_t f = h / 3;
         return cuts && h % 3 == 1 && is_cut(level, f) ? beside(level.apex[f]) : level.apex[f];
     };
-    for (std::uint32_t f = 0; f < count; ++f) {
-        if (faces[f] == 0) continue;
+    for_each_index(count, [&](std::uint32_t f) {
+        if (faces[f] == 0) return;
+        for (std::uint32_t j = 0; j < 3; ++j) finer.number[level.child[f] + j] = 3 * level.number[f] + j;
         std::uint32_t* to = &finer.vertex[3 * std::size_t{level.child[f]}];
         const bool cut = cuts && is_cut(level, f);
         for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h, to += 3) {
@@ -156,9 +156,9 @@ void Sqrt3Levels::raise(Sqrt3Level& level, int index, std::span<const std::uint8
             const std::uint32_t twin = level.twin[h];
             to[0] = level.vertex[h];
             to[1] = !cuts && twin == Sqrt3Level::none ? level.vertex[Sqrt3Level::next(h)] : apex(twin);
-            to[2] = apex(h);
+            to[2] = cut ? apex(h) : level.apex[f];
         }
-    }
+    });
 }
 
 Sqrt3Leaf Sqrt3Levels::leaf(int level, std::uint32_t face, bool half, FaceId control_face) const {
@@ -194,10 +194,29 @@ void Sqrt3Levels::link(const Sqrt3Level& level, bool cuts, Sqrt3Level& finer) co
         const std::uint32_t f = level.child_over(h);
         return f == outside ? outside : 3 * f + j;
     };
+    // Where all edges are flipped and all faces beyond them are raised.
+    const auto link_plainly = [&](std::uint32_t f, std::uint32_t* to) {
+        std::array<std::uint32_t, 3> over, over_next;  // faces of the next level, over the half-edges beyond and after
+        for (std::uint32_t j = 0; j < 3; ++j) {
+            const std::uint32_t t = level.twin[3 * f + j];
+            if (!Sqrt3Level::there(t)) return false;
+            const std::uint32_t beyond = t / 3, first = level.child[beyond], side_beyond = t - 3 * beyond;
+            if (first == outside || (cuts && is_cut(level, beyond))) return false;
+            over[j] = first + side_beyond;
+            over_next[j] = first + (side_beyond == 2 ? 0 : side_beyond + 1);
+        }
+        for (std::uint32_t j = 0; j < 3; ++j) {
+            to[3 * j] = 3 * over_next[j] + 2;
+            to[3 * j + 1] = 3 * over[j] + 1;
+            to[3 * j + 2] = 3 * over[j == 0 ? 2 : j - 1];
+        }
+        return true;
+    };
     detail::resize_large(finer.twin, 3 * std::size_t{finer.face_count()});
-    for (std::uint32_t f = 0; f < level.face_count(); ++f) {
-        if (level.child[f] == outside) continue;
+    for_each_index(level.face_count(), [&](std::uint32_t f) {
+        if (level.child[f] == outside) return;
         std::uint32_t* to = &finer.twin[3 * std::size_t{level.child[f]}];
+        if (link_plainly(f, to)) return;
         const bool cut = cuts && is_cut(level, f);
         for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h, to += 3) {
             const std::uint32_t t = level.twin[h], behind = level.twin[prev(h)];
@@ -222,7 +241,7 @@ void Sqrt3Levels::link(const Sqrt3Level& level, bool cuts, Sqrt3Level& finer) co
             }
             to[2] = !cut ? side(behind, 0) : prev(h) == 3 * f ? none : side(3 * f, 2);
         }
-    }
+    });
 }
 
 // As Sqrt3Lattice finds what is beyond a line.

@@ -239,10 +239,18 @@ void Sqrt3Net::Worker::move(std::uint32_t vertex) {
     if (!last) put(vertex, rules_.moved(ring_, net_.level_ % 2 != 0));
 }
 
+// The vertices come in the order of their levels.
+std::uint32_t Sqrt3Net::born_at(int level) const {
+    const auto& vertices = levels_->vertices;
+    const auto end = std::partition_point(vertices.begin(), vertices.end(),
+                                          [&](const Sqrt3Vertex& v) { return static_cast<int>(v.birth) <= level; });
+    return static_cast<std::uint32_t>(end - vertices.begin());
+}
+
 // By vertices, not by half-edges: which of those are the first ones cannot be foretold.
 void Sqrt3Net::find_leaving() {
     const Sqrt3Level& level = here();
-    std::fill(leaving_.begin(), leaving_.end(), Sqrt3Level::none);
+    std::fill_n(leaving_.begin(), born_at(level_), Sqrt3Level::none);
     for (auto h = static_cast<std::uint32_t>(level.vertex.size()); h-- > 0;)
         if (const std::uint32_t v = level.vertex[h]; Sqrt3Level::there(v)) leaving_[v] = h;
 }
@@ -250,9 +258,9 @@ void Sqrt3Net::find_leaving() {
 void Sqrt3Net::step(const Limits& limits) {
     constexpr std::uint32_t k_ahead = 8;         // vertices whose rings are asked for ahead of time
     constexpr std::uint32_t k_block = 1u << 13;  // vertices or faces; each block has masks of its own
-    std::fill(next_has_.begin(), next_has_.end(), std::uint8_t{0});
+    std::fill_n(next_has_.begin(), born_at(level_ + 1), std::uint8_t{0});
     find_leaving();
-    for_each_block(static_cast<std::uint32_t>(leaving_.size()), k_block, [&](std::uint32_t begin, std::uint32_t end) {
+    for_each_block(born_at(level_), k_block, [&](std::uint32_t begin, std::uint32_t end) {
         Worker worker(*this, limits);
         for (std::uint32_t v = begin; v < end; ++v) {
             if (v + k_ahead < end) worker.prefetch(v + k_ahead);

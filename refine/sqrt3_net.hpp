@@ -42,6 +42,7 @@ class Sqrt3Net {
     const Sqrt3Level& here() const { return levels_->levels[static_cast<std::size_t>(level_)]; }
     bool may_be_flipped() const;
     bool is_smooth_cut(std::uint32_t h) const;
+    std::uint32_t born_at(int level) const;
     void find_leaving();
 
     const ControlMesh* mesh_;
@@ -49,9 +50,9 @@ class Sqrt3Net {
     bool tagged_ = false;  ///< some vertices of the mesh are
     int level_ = 0;
     HugeBuffer<double> memory_[2];
-    Vec3d *points_, *next_points_;  // per vertex, of which those that has_ says are written
-    PoolVector<std::uint8_t> has_, next_has_;
-    PoolVector<std::uint32_t> leaving_;  // per vertex: the first half-edge of the level that leaves it
+    Vec3d *points_, *next_points_;             // per vertex, of which those that has_ says are written
+    PoolVector<std::uint8_t> has_, next_has_;  // of the vertices that the level has
+    PoolVector<std::uint32_t> leaving_;        // per vertex: the first half-edge of the level that leaves it
 };
 
 }  // namespace tetrakis::detail
