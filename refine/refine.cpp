@@ -7,6 +7,7 @@
 #include "tetrakis/refine/chart_cells.hpp"
 #include "tetrakis/refine/corner_angles.hpp"
 #include "tetrakis/refine/followed_uvs.hpp"
+#include "tetrakis/refine/missing_ring.hpp"
 #include "tetrakis/refine/refined_points.hpp"
 #include "tetrakis/refine/repeated_rows.hpp"
 #include "tetrakis/refine/rule_levels.hpp"
@@ -17,6 +18,7 @@
 #include "tetrakis/schemes/linear.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
@@ -211,6 +213,45 @@ detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const SchemeInfo
     return demand;
 }
 
+bool recedes_somewhere(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules) {
+    if (scheme.step != averaging_step && scheme.step != biquartic_step) return false;
+    if (rules.averaging_boundary != AveragingBoundary::recede) return false;
+    for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
+        if (mesh.is_boundary(EdgeId(e))) return true;
+    return false;
+}
+
+/// Rows for a mesh whose boundary recedes: points that look beyond it are no numbers.
+std::unique_ptr<detail::RepeatedRows> receding_rows(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                                                    const RefineOptions& options,
+                                                    const detail::RepeatedRows::Demand& demand) {
+    const ControlMesh wide = detail::with_missing_ring(mesh);
+    RuleOptions rules = options.rules;
+    rules.averaging_boundary = AveragingBoundary::replicate;
+    auto by_rules = std::make_unique<detail::RuleLevels>(wide, scheme, rules, 0);
+    return detail::RepeatedRows::make(wide, scheme, levels, rules, by_rules, demand, options.context);
+}
+
+/// The faces all of whose points are there. False where there is none, or no normal where there is a point.
+bool keep_whole(const PolygonMesh& points, detail::RepeatedRows::Faces& faces) {
+    const auto missing = [](const Vec3d& p) { return std::isnan(p.x); };
+    detail::RepeatedRows::Faces kept{{0}, {}, {}};
+    for (std::size_t f = 0; f < faces.control.size(); ++f) {
+        const std::span<const std::uint32_t> corners(&faces.vertices[faces.offsets[f]],
+                                                     faces.offsets[f + 1] - faces.offsets[f]);
+        if (std::any_of(corners.begin(), corners.end(), [&](std::uint32_t v) { return missing(points.positions[v]); }))
+            continue;
+        for (const std::uint32_t v : corners) {
+            if (!points.normals.empty() && missing(points.normals[v])) return false;
+            kept.vertices.push_back(v);
+        }
+        kept.offsets.push_back(static_cast<std::uint32_t>(kept.vertices.size()));
+        kept.control.push_back(faces.control[f]);
+    }
+    faces = std::move(kept);
+    return !faces.control.empty();
+}
+
 /// Refined by rows that repeat themselves: the fast way of the schemes that have no kernels of their own. Nothing where
 /// there is none; `first_levels` then has what was done by rules.
 std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
@@ -241,20 +282,29 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
         chart_rows = detail::RepeatedRows::make(*charts, by, levels, rules, chart_levels, plain, quiet);
         if (!chart_rows) return std::nullopt;
     }
+    const bool recedes = recedes_somewhere(mesh, scheme, options.rules);
+    if (recedes && (mesh.has_uvs() || options.smoothing != 0)) return std::nullopt;
     const std::shared_ptr<const detail::RepeatedRows> rows =
-        detail::RepeatedRows::make(mesh, scheme, levels, options.rules, first_levels, demand, options.context);
+        recedes
+            ? receding_rows(mesh, scheme, levels, options, demand)
+            : detail::RepeatedRows::make(mesh, scheme, levels, options.rules, first_levels, demand, options.context);
     if (!rows) return std::nullopt;
     if (chart_rows && rows->root_level() != chart_rows->root_level()) return std::nullopt;
     PolygonMesh result;
     detail::RefinedPoints made{rows->point_count(),
                                [rows, context = options.context](auto control, auto positions, auto normals) {
-                                   rows->refine(control, positions, normals, context);
+                                   if (control.size() == rows->control_count())
+                                       return rows->refine(control, positions, normals, context);
+                                   std::vector<Vec3d> wide(control.begin(), control.end());
+                                   wide.resize(rows->control_count(), detail::k_missing_point);
+                                   rows->refine(wide, positions, normals, context);
                                }};
     made.make(mesh, options.normals, result);
     result.attributes =
         detail::refine_by_threes(options.attributes, mesh.vertex_count(), made.count,
                                  [&](std::span<const Vec3d> in, std::span<Vec3d> out) { made.refine(in, out, {}); });
     detail::RepeatedRows::Faces faces = rows->faces(options.context);
+    if (recedes && !keep_whole(result, faces)) return std::nullopt;
     if (chart_rows) {
         std::vector<Vec3d> points(chart_rows->point_count());
         chart_rows->refine(charts->positions(), points, {}, quiet);

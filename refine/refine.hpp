@@ -16,9 +16,9 @@ namespace tetrakis {
 /// refine_uniform(). The others go by the schemes' rules (RuleRefiner) for the first levels, two to four; from there on
 /// their roots are lattices as well, whose rows of weights repeat themselves, and no connectivity is made any more.
 /// What does not repeat goes by the rules to the end: honeycomb; what turns from sharp to smooth shortly before the
-/// last level; receding boundaries; texture coordinates of a dual scheme where a face has as much of it on one side of
-/// a seam as on another whose corners come from the same face; more than 32767 faces around a vertex or edges around a
-/// face. Vertices and faces are in no order to rely on. Holes
+/// last level; receding boundaries where there are texture coordinates or smoothing; texture coordinates of a dual
+/// scheme where a face has as much of it on one side of a seam as on another whose corners come from the same face;
+/// more than 32767 faces around a vertex or edges around a face. Vertices and faces are in no order to rely on. Holes
 /// are left out, and then the vertices that no face uses. Materials and groups are those of the control face that a
 /// face belongs to. UVs are refined face-varying (see uv_mesh()) by the same scheme, seams as boundaries. Faces of dual
 /// schemes and honeycomb lie across the seams; there charts go on straight beyond them, so that the smooth rules hold

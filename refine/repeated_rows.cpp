@@ -236,6 +236,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     const RootLayout last = all->net_.layout(segments);
     if ((all->limit_ && !all->limit_->fits(last)) || (all->normals_ && !all->normals_->fits(last))) return nullptr;
     all->levels_ = std::move(levels_by_rules);
+    all->control_count_ = mesh.vertex_count();
     return all;
 }
 

@@ -46,6 +46,7 @@ class RepeatedRows {
     /// The level whose faces, or (dual) corners, the roots are.
     int root_level() const { return root_level_; }
     std::uint32_t segments() const { return segments_.back(); }
+    std::size_t control_count() const { return control_count_; }
     using Faces = RootNet::Faces;
     Faces faces(const RunContext& context) const { return net_.faces(segments_.back(), context); }
 
@@ -66,6 +67,7 @@ class RepeatedRows {
 
     RootNet net_;
     int root_level_;
+    std::size_t control_count_ = 0;
     RowPatterns step_;
     std::optional<RowPatterns> limit_, normals_;
     std::unique_ptr<RuleLevels> levels_;

@@ -82,12 +82,17 @@ std::vector<std::uint32_t> RuleLevels::control_face_of_corners() const {
 void RuleLevels::follow_corners(const RuleStep& step) {
     const RuleMesh& finer = step.mesh;
     std::vector<int> corners, next;
+    // The corner that a point is the child of, at its origin; those on boundaries and creases are none's.
+    std::vector<int> corner_of(static_cast<std::size_t>(finer.vertex_count()), RuleMesh::none);
+    for (std::size_t h = 0; h < step.child_halfedge.size(); ++h)
+        if (const int child = step.child_halfedge[h]; child != RuleMesh::none)
+            corner_of[finer.origin(child)] = static_cast<int>(h);
     const auto follow = [&](const std::vector<int>& parent) {
         std::vector<int> of(static_cast<std::size_t>(finer.halfedge_count()));
         for (int f = 0; f < finer.face_count(); ++f) {
             corners.clear();
             for (const int v : finer.corners(f))
-                corners.push_back(v < last_.halfedge_count() ? parent[v] : RuleMesh::none);
+                corners.push_back(corner_of[v] != RuleMesh::none ? parent[corner_of[v]] : RuleMesh::none);
             if (std::all_of(corners.begin(), corners.end(), [](int c) { return c == RuleMesh::none; }))
                 corners[0] = control_face_[step.parent_face[f]];
             // Points on boundaries and creases belong to what is beside them on this side, corners of these to the

@@ -14,6 +14,7 @@
 #include <initializer_list>
 #include <numbers>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -309,6 +310,83 @@ TEST_CASE("[slow] creases of dual schemes by rows that repeat themselves are tho
         CHECK(repeated >= 12);
         CHECK(worst < 1e-7);
     }
+}
+
+TEST_CASE("boundaries that recede leave the points and faces that the rules leave, and by limits no fewer") {
+    for (const std::uint64_t seed : test::seeds(8))
+        for (int steps = 1; steps <= 4; ++steps) {
+            CAPTURE(seed);
+            CAPTURE(steps);
+            test::RandomMeshOptions random = test::random_options(seed);
+            random.columns = random.rows = 6;
+            random.removed_faces = 0.05;
+            const ControlMesh mesh = ControlMesh::build(test::random_mesh_data(seed, random));
+            VertexAttribute attribute{"x", 1, {}};
+            for (const Vec3d& p : mesh.positions()) attribute.values.push_back(static_cast<float>(p.x));
+            RefineOptions options{.limit = seed % 3 == 0, .attributes = {&attribute, 1}};
+            options.rules.averaging_steps = steps;
+            options.rules.averaging_boundary = AveragingBoundary::recede;
+            const SchemeInfo& scheme = *find_scheme("averaging");
+            std::optional<PolygonMesh> expected;
+            try {
+                expected = refine_stencils(mesh, scheme, 4, options).mesh;
+            } catch (const Error&) {
+                continue;  // nothing is left, or what only touches
+            }
+            const PolygonMesh ours = refine(mesh, scheme, 4, options);
+            const double size = bounding_box(mesh.positions()).diagonal();
+            CHECK(ours.positions.size() >= expected->positions.size());
+            const PointMatch in_ours(ours.positions);
+            double worst = 0;
+            for (const Vec3d& p : expected->positions)
+                worst = std::max(worst, glm::length(p - ours.positions[in_ours.nearest(p)]));
+            CHECK(worst < 1e-12 * size);
+            CHECK(ours.attributes[0].values.size() == ours.positions.size());
+            if (options.limit) continue;
+            CHECK(ours.positions.size() == expected->positions.size());
+            REQUIRE(ours.face_count() == expected->face_count());
+            CHECK(disagreement(marks(ours, false), marks(*expected, false)) < 1e-11 * (size + size * size));
+            for (std::size_t v = 0; v < ours.positions.size(); ++v)
+                CHECK(std::abs(ours.attributes[0].values[v] - ours.positions[v].x) < 1e-5 * size);
+        }
+}
+
+TEST_CASE("faces beside boundaries that recede lie in their control faces") {
+    constexpr std::uint32_t n = 8;
+    ControlMeshData data;
+    data.face_offsets = {0};
+    for (std::uint32_t i = 0; i < (n + 1) * (n + 1); ++i) data.positions.emplace_back(i % (n + 1), i / (n + 1), 0);
+    for (std::uint32_t f = 0; f < n * n; ++f) {
+        const std::uint32_t first = f / n * (n + 1) + f % n;
+        for (const std::uint32_t v : {first, first + 1, first + n + 2, first + n + 1}) data.face_vertices.push_back(v);
+        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+        data.face_material.push_back(f);
+        data.materials.push_back(std::to_string(f));
+    }
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    for (int steps = 1; steps <= 5; ++steps)
+        for (int levels = 1; levels <= 4; ++levels) {
+            CAPTURE(steps);
+            CAPTURE(levels);
+            RefineOptions options;
+            options.rules.averaging_steps = steps;
+            options.rules.averaging_boundary = AveragingBoundary::recede;
+            const SchemeInfo& scheme = *find_scheme("averaging");
+            for (const PolygonMesh& refined :
+                 {refine(mesh, scheme, levels, options), refine_stencils(mesh, scheme, levels, options).mesh}) {
+                REQUIRE(refined.face_count() > 0);
+                int outside = 0;
+                for (std::uint32_t f = 0; f < refined.face_count(); ++f) {
+                    Vec3d centre(0);
+                    for (std::uint32_t c = refined.face_offsets[f]; c < refined.face_offsets[f + 1]; ++c)
+                        centre += 0.25 * refined.positions[refined.face_vertices[c]];
+                    const std::uint32_t in = refined.face_material[f];
+                    outside +=
+                        std::max(std::abs(centre.x - in % n - 0.5), std::abs(centre.y - in / n - 0.5)) > 0.5 + 1e-9;
+                }
+                CHECK(outside == 0);
+            }
+        }
 }
 
 TEST_CASE("hundreds of edges around a vertex and around a face: rows that repeat themselves are those of the rules") {

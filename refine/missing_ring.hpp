@@ -1,0 +1,19 @@
+#pragma once
+
+#include "tetrakis/hier/control_mesh.hpp"
+
+#include <limits>
+
+namespace tetrakis::detail {
+
+/// No number: what is made from a point that is missing is missing.
+inline constexpr Vec3d k_missing_point{std::numeric_limits<double>::quiet_NaN(),
+                                       std::numeric_limits<double>::quiet_NaN(),
+                                       std::numeric_limits<double>::quiet_NaN()};
+
+/// The mesh with one more ring of quads along its boundaries, for outer points that are missing: what a boundary that
+/// recedes leaves (AveragingBoundary::recede) is what can be made without them. Vertices and faces keep their numbers,
+/// the others come after; tags, texture coordinates and what belongs to faces stay behind.
+ControlMesh with_missing_ring(const ControlMesh& mesh);
+
+}  // namespace tetrakis::detail
