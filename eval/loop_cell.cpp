@@ -1,6 +1,11 @@
 #include "tetrakis/eval/loop_cell.hpp"
 
+#include "tetrakis/eval/local_frame.hpp"
+
+#include <algorithm>
+#include <cmath>
 #include <new>
+#include <span>
 #include <type_traits>
 
 namespace tetrakis::detail {
@@ -13,11 +18,20 @@ LoopStarChain& LoopStarChain::make(RecordPool& pool, int valence, int size) {
     return *link;
 }
 
+void LoopStarChain::find_reach() {
+    const Vec3d& centre = *points();
+    double most = 0;
+    for (const Vec3d& p : std::span(points(), static_cast<std::size_t>(loop_star_size(valence_))))
+        most = std::max(most, glm::dot(p - centre, p - centre));
+    reach_ = round_up(std::sqrt(most));
+}
+
 const LoopStarChain& LoopStarChain::next() const {
     LoopStarChain* known = next_.load(std::memory_order_acquire);
     if (known != nullptr) return *known;
     LoopStarChain& fresh = make(*pool_, valence_, loop_star_step_size(valence_));
     loop_star_step(valence_, loop_vertex_rule(valence_).beta, points(), fresh.points());
+    fresh.find_reach();
     return next_.compare_exchange_strong(known, &fresh, std::memory_order_acq_rel) ? fresh : *known;
 }
 
@@ -34,6 +48,7 @@ LoopNode::LoopNode(LoopRings rings, RecordPool& pool) : pool_(&pool) {
         star_ = &LoopStarChain::make(pool, valence, loop_star_size(valence));
         const std::vector<Vec3d> points = rings.star_points(corner);
         std::copy(points.begin(), points.end(), star_->points());
+        star_->find_reach();
         return;
     }
     rings_ = std::make_unique<LoopRings>(std::move(rings));

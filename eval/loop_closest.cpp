@@ -1,5 +1,6 @@
 #include "tetrakis/eval/loop_closest.hpp"
 
+#include "tetrakis/eval/hull_beyond.hpp"
 #include "tetrakis/eval/nearest_in_root.hpp"
 
 #include <algorithm>
@@ -21,6 +22,53 @@ constexpr double k_rounding = 128 * std::numeric_limits<double>::epsilon();
 /// Squared sine of the angle between the way to a surface point and the surface's normal below which the foot is found:
 /// what is left then changes the distance by half of that.
 constexpr double k_square = 1e-8;
+
+/// How often a regular cell is cut up, and how many levels of others are looked at, before a search is cheaper.
+constexpr int k_net_cuts = 3, k_star_levels = 12, k_generic_levels = 4;
+
+bool net_beyond(const detail::Net12& net, const Vec3d& q, double reach, int cuts) {
+    if (detail::hull_beyond(
+            12, [&](int i) { return net[static_cast<std::size_t>(i)]; }, q, reach))
+        return true;
+    if (cuts == 0) return false;
+    // A net is the star of valence six.
+    constexpr int k_regular = 6;
+    std::array<Vec3d, detail::loop_star_step_size(k_regular)> step;
+    detail::loop_star_step(k_regular, detail::loop_vertex_rule(k_regular).beta, net.data(), step.data());
+    for (int k = 0; k < 4; ++k) {
+        detail::Net12 quarter;
+        if (k == 0)
+            std::copy_n(step.begin(), quarter.size(), quarter.begin());
+        else
+            detail::loop_star_quarter(k_regular, step.data(), k, quarter);
+        if (!net_beyond(quarter, q, reach, cuts - 1)) return false;
+    }
+    return true;
+}
+
+/// Whether the surface of a cell is certainly farther from q than `reach`. The boxes of the triangles around a vertex
+/// all hold its ring; what is beside it is told apart further down only.
+bool cell_beyond(const LoopPatches& patches, const detail::LoopCell& cell, const Vec3d& q, double reach, int level) {
+    using Kind = detail::LoopCell::Kind;
+    if (cell.kind == Kind::regular) return net_beyond(cell.net, q, reach, k_net_cuts);
+    if (cell.kind == Kind::star) {
+        const double own = cell.star->reach();
+        if (glm::length(q - *cell.star->points()) - own > reach) return true;
+        if (own < reach || level >= k_star_levels) return false;
+    } else if (cell.kind == Kind::generic) {
+        const std::vector<Vec3d> points = cell.node->rings().points();
+        if (detail::hull_beyond(
+                static_cast<int>(points.size()), [&](int i) { return points[static_cast<std::size_t>(i)]; }, q, reach))
+            return true;
+        if (level >= k_generic_levels) return false;
+    }
+    for (int k = 0; k < 4; ++k) {
+        detail::LoopCell quarter;
+        patches.child(cell, k, quarter);
+        if (!cell_beyond(patches, quarter, q, reach, level + 1)) return false;
+    }
+    return true;
+}
 
 /// Moves barycentrics into the triangle: the nearest point in the parameter plane would do as well; this one is cheap.
 void clamp_to_triangle(std::array<double, 3>& b) {
@@ -73,6 +121,9 @@ double LoopClosest::local(const Vec3d& q, SurfaceParameter at) const {
 }
 
 double LoopClosest::in_root(const Vec3d& q, HalfedgeId root, double best) const {
+    detail::LoopCell cell;
+    patches_.root_cell(root, cell);
+    if (cell_beyond(patches_, cell, q, best + k_rounding * patches_.largest_coordinate(), 0)) return best;
     return std::min(
         best, detail::nearest_in_root(
                   detail::RootShape::triangle, q, [&](double x, double y) { return patches_.tangents(root, x, y); },

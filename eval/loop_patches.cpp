@@ -269,6 +269,7 @@ const LoopStarChain& LoopPatches::star_root(std::uint32_t h, bool first_level) c
         gather_first(h, valence, fresh.points());
     else
         gather_control(h, valence, fresh.points());
+    fresh.find_reach();
     return grown_[h].star.compare_exchange_strong(known, &fresh, std::memory_order_acq_rel) ? fresh : *known;
 }
 

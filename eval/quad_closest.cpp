@@ -1,10 +1,12 @@
 #include "tetrakis/eval/quad_closest.hpp"
 
+#include "tetrakis/eval/hull_beyond.hpp"
 #include "tetrakis/eval/nearest_in_root.hpp"
 #include "tetrakis/hier/corner_cell.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace tetrakis {
 
@@ -20,6 +22,46 @@ Box3d node_box(const detail::QuadNode& node) {
         for (const Vec3d& p : node.local->points) box.add(p);
     }
     return box;
+}
+
+/// Of a position, in units of the largest coordinate.
+constexpr double k_rounding = 128 * std::numeric_limits<double>::epsilon();
+
+/// How often a regular cell is cut up, and how many levels of others are looked at, before a search is cheaper.
+constexpr int k_net_cuts = 3, k_star_levels = 12, k_generic_levels = 4;
+
+bool net_beyond(const detail::Net16& net, const Vec3d& q, double reach, int cuts) {
+    if (detail::hull_beyond(
+            16, [&](int i) { return Vec3d(net.c[0][i], net.c[1][i], net.c[2][i]); }, q, reach))
+        return true;
+    if (cuts == 0) return false;
+    for (int k = 0; k < 4; ++k) {
+        detail::Net16 quarter;
+        detail::child_net(net, k & 1, k >> 1, quarter);
+        if (!net_beyond(quarter, q, reach, cuts - 1)) return false;
+    }
+    return true;
+}
+
+/// Whether the surface of a cell is certainly farther from q than `reach`. The boxes of the cells around a vertex all
+/// hold its ring; what is beside it is told apart further down only.
+bool cell_beyond(const detail::QuadNode& node, const Vec3d& q, double reach) {
+    using Kind = detail::QuadNode::Kind;
+    if (node.kind == Kind::regular) return net_beyond(node.net, q, reach, node.crease ? 0 : k_net_cuts);
+    if (node.kind == Kind::star) {
+        const double own = node.star->reach;
+        if (glm::length(q - node.star->limit) - own > reach) return true;
+        if (own < reach || node.depth >= k_star_levels) return false;
+    } else {
+        const auto& points = node.local->points;
+        if (detail::hull_beyond(
+                static_cast<int>(points.size()), [&](int i) { return points[static_cast<std::size_t>(i)]; }, q, reach))
+            return true;
+        if (node.depth >= k_generic_levels) return false;
+    }
+    const detail::QuadNode* quarters = node.grown();
+    return std::all_of(quarters, quarters + 4,
+                       [&](const detail::QuadNode& quarter) { return cell_beyond(quarter, q, reach); });
 }
 
 }  // namespace
@@ -77,8 +119,12 @@ double QuadClosest::local(const Vec3d& q, SurfaceParameter at) const {
 }
 
 double QuadClosest::in_cell(const Vec3d& q, HalfedgeId root, double best) const {
-    return std::min(best, detail::nearest_in_root(detail::RootShape::square, q,
-                                                  [&](double x, double y) { return patches_.frame(root, x, y); }));
+    const detail::QuadNode& node = patches_.root_node(root);
+    if (cell_beyond(node, q, best + room_)) return best;
+    return std::min(best,
+                    detail::nearest_in_root(
+                        detail::RootShape::square, q, [&](double x, double y) { return patches_.frame(root, x, y); },
+                        [&](double x, double y) { return QuadPatches::position(node, x, y); }));
 }
 
 void QuadClosest::prepare(const RunContext& context) const {
@@ -88,6 +134,9 @@ void QuadClosest::prepare(const RunContext& context) const {
             return mesh.is_hole(mesh.face(HalfedgeId(h))) ? Box3d{} : node_box(patches_.root_node(HalfedgeId(h)));
         };
         bvh_ = std::make_unique<ClosestBvh>(mesh.halfedge_count(), box_of, context);
+        const Box3d bounds = bvh_->bounds();
+        for (int k = 0; k < 3; ++k)
+            room_ = std::max({room_, k_rounding * std::abs(bounds.lower[k]), k_rounding * std::abs(bounds.upper[k])});
     });
 }
 

@@ -31,6 +31,7 @@ class QuadClosest {
     const QuadPatches& patches_;
     mutable std::once_flag built_;
     mutable std::unique_ptr<ClosestBvh> bvh_;
+    mutable double room_ = 0;  ///< for the rounding of positions
 };
 
 }  // namespace tetrakis

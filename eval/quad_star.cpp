@@ -1,5 +1,10 @@
 #include "tetrakis/eval/quad_star.hpp"
 
+#include "tetrakis/eval/local_frame.hpp"
+
+#include <algorithm>
+#include <cmath>
+
 namespace tetrakis::detail {
 
 void QuadStar::find_limit() {
@@ -7,6 +12,13 @@ void QuadStar::find_limit() {
     for (int i = 0; i < valence; ++i) edges += edge(i), faces += face(i);
     const double n = valence;
     limit = (n * n * points[0] + 4.0 * edges + faces) / (n * (n + 5));
+    find_reach();
+}
+
+void QuadStar::find_reach() {
+    double most = 0;
+    for (const Vec3d& p : points) most = std::max(most, glm::dot(p - limit, p - limit));
+    reach = round_up(std::sqrt(most));
 }
 
 void subdivide(const QuadStar& star, QuadStar& child, std::array<Net16, 3>& regular) {
@@ -78,6 +90,7 @@ void subdivide(const QuadStar& star, QuadStar& child, std::array<Net16, 3>& regu
     Vec3d* outer = child.points.data() + 2 * n + 1;
     outer[0] = new_at(3, 0), outer[1] = new_at(3, 1), outer[2] = new_at(3, 2), outer[3] = new_at(3, 3);
     outer[4] = new_at(2, 3), outer[5] = new_at(1, 3), outer[6] = new_at(0, 3);
+    child.find_reach();
 
     constexpr int corner[3][2] = {{1, 0}, {1, 1}, {0, 1}};
     for (int k = 0; k < 3; ++k)

@@ -36,7 +36,8 @@ class StarPoints {
 /// (1,2) (0,2) (-1,2).
 struct QuadStar {
     int valence = 0;
-    Vec3d limit{0};  ///< limit position of the corner, the same at every level
+    float reach = 0;  ///< no point is farther from `limit`, so nor is the surface of the cell
+    Vec3d limit{0};   ///< limit position of the corner, the same at every level
     StarPoints points;
 
     static std::size_t point_count(int valence) { return 2 * static_cast<std::size_t>(valence) + 8; }
@@ -44,8 +45,9 @@ struct QuadStar {
     const Vec3d& face(int i) const { return points[static_cast<std::size_t>(2 + 2 * wrap(i))]; }
     const Vec3d& outer(int i) const { return points[static_cast<std::size_t>(2 * valence + 1 + i)]; }
     int wrap(int i) const { return i < 0 ? i + valence : (i < valence ? i : i % valence); }
-    /// Sets the limit from the points: MASKS, Catmull-Clark at an interior vertex.
+    /// Sets the limit from the points (MASKS, Catmull-Clark at an interior vertex), and the reach.
     void find_limit();
+    void find_reach();
 };
 
 /// One Catmull-Clark step: the cell at the extraordinary corner (again a star) and the nets of the three regular
