@@ -26,6 +26,9 @@ constexpr double k_square = 1e-8;
 /// How often a regular cell is cut up, and how many levels of others are looked at, before a search is cheaper.
 constexpr int k_net_cuts = 3, k_star_levels = 12, k_generic_levels = 4;
 
+/// Of a cell: the hull of more is that of a large ring, which says little about the cell.
+constexpr std::size_t k_most_points = 40;
+
 bool net_beyond(const detail::Net12& net, const Vec3d& q, double reach, int cuts) {
     if (detail::hull_beyond(
             12, [&](int i) { return net[static_cast<std::size_t>(i)]; }, q, reach))
@@ -57,7 +60,8 @@ bool cell_beyond(const LoopPatches& patches, const detail::LoopCell& cell, const
         if (own < reach || level >= k_star_levels) return false;
     } else if (cell.kind == Kind::generic) {
         const std::vector<Vec3d> points = cell.node->rings().points();
-        if (detail::hull_beyond(
+        if (points.size() <= k_most_points &&
+            detail::hull_beyond(
                 static_cast<int>(points.size()), [&](int i) { return points[static_cast<std::size_t>(i)]; }, q, reach))
             return true;
         if (level >= k_generic_levels) return false;

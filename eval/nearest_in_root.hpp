@@ -109,9 +109,5 @@ double nearest_in_root(RootShape shape, const Vec3d& q, Evaluate&& evaluate, Pos
         }
     return best;
 }
-template <class Evaluate>
-double nearest_in_root(RootShape shape, const Vec3d& q, Evaluate&& evaluate) {
-    return nearest_in_root(shape, q, evaluate, [&](double x, double y) { return evaluate(x, y).position; });
-}
 
 }  // namespace tetrakis::detail

@@ -30,6 +30,9 @@ constexpr double k_rounding = 128 * std::numeric_limits<double>::epsilon();
 /// How often a regular cell is cut up, and how many levels of others are looked at, before a search is cheaper.
 constexpr int k_net_cuts = 3, k_star_levels = 12, k_generic_levels = 4;
 
+/// Of a cell: the hull of more is that of a large ring, which says little about the cell.
+constexpr std::size_t k_most_points = 40;
+
 bool net_beyond(const detail::Net16& net, const Vec3d& q, double reach, int cuts) {
     if (detail::hull_beyond(
             16, [&](int i) { return Vec3d(net.c[0][i], net.c[1][i], net.c[2][i]); }, q, reach))
@@ -54,7 +57,8 @@ bool cell_beyond(const detail::QuadNode& node, const Vec3d& q, double reach) {
         if (own < reach || node.depth >= k_star_levels) return false;
     } else {
         const auto& points = node.local->points;
-        if (detail::hull_beyond(
+        if (points.size() <= k_most_points &&
+            detail::hull_beyond(
                 static_cast<int>(points.size()), [&](int i) { return points[static_cast<std::size_t>(i)]; }, q, reach))
             return true;
         if (node.depth >= k_generic_levels) return false;
