@@ -74,6 +74,53 @@ bool cell_beyond(const LoopPatches& patches, const detail::LoopCell& cell, const
     return true;
 }
 
+/// A box of the cell of a star with a large ring: of its regular parts, and of what is left after a few steps. The tree
+/// does not grow by it.
+void add_large_star(const detail::LoopStarChain& star, Box3d& box) {
+    constexpr int k_steps = 8;
+    const int n = star.valence();
+    const double beta = detail::loop_vertex_rule(n).beta;
+    std::vector<Vec3d> at(star.points(), star.points() + detail::loop_star_size(n)),
+        step(static_cast<std::size_t>(detail::loop_star_step_size(n)));
+    for (int i = 0; i < k_steps; ++i) {
+        detail::loop_star_step(n, beta, at.data(), step.data());
+        for (int quarter = 1; quarter < 4; ++quarter)
+            for (const Vec3d& p : detail::loop_star_quarter(n, step.data(), quarter)) box.add(p);
+        std::copy_n(step.begin(), at.size(), at.begin());
+    }
+    for (const Vec3d& p : at) box.add(p);
+}
+
+/// A box that holds the surface of a root.
+Box3d root_box(const LoopPatches& patches, FaceId face) {
+    using Kind = detail::LoopCell::Kind;
+    const ControlMesh& mesh = patches.mesh();
+    const HalfedgeId root = mesh.face_halfedge(face);
+    std::uint32_t most = 0;
+    for (std::uint32_t k = 0; k < 3; ++k)
+        most = std::max(most, mesh.face_valence(mesh.origin(HalfedgeId(root.value + k))));
+    detail::LoopCell cell;
+    if (most > k_most_points) patches.root_cell(root, cell);
+    if (most <= k_most_points || cell.kind == Kind::generic) return patches.bounds(face);
+    Box3d box;
+    const auto add = [&](const detail::LoopCell& part) {
+        if (part.kind == Kind::star)
+            add_large_star(*part.star, box);
+        else
+            for (const Vec3d& p : part.net) box.add(p);
+    };
+    if (cell.kind != Kind::split) {
+        add(cell);
+        return box;
+    }
+    for (int k = 0; k < 4; ++k) {
+        detail::LoopCell quarter;
+        patches.child(cell, k, quarter);
+        add(quarter);
+    }
+    return box;
+}
+
 /// Moves barycentrics into the triangle: the nearest point in the parameter plane would do as well; this one is cheap.
 void clamp_to_triangle(std::array<double, 3>& b) {
     double sum = 0;
@@ -150,7 +197,7 @@ const std::vector<Box3d>& LoopClosest::boxes() const {
         const Vec3d room(k_rounding * patches_.largest_coordinate());
         for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
             if (mesh.is_hole(FaceId(f))) continue;
-            boxes_[f] = patches_.bounds(FaceId(f));
+            boxes_[f] = root_box(patches_, FaceId(f));
             boxes_[f].lower -= room;
             boxes_[f].upper += room;
         }

@@ -5,6 +5,7 @@
 #include "tetrakis/hier/corner_cell.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -12,15 +13,48 @@ namespace tetrakis {
 
 namespace {
 
-Box3d node_box(const detail::QuadNode& node) {
-    Box3d box;
-    if (node.kind == detail::QuadNode::Kind::regular) {
-        for (int i = 0; i < 16; ++i) box.add(Vec3d(node.net.c[0][i], node.net.c[1][i], node.net.c[2][i]));
-    } else if (node.kind == detail::QuadNode::Kind::star) {
-        for (const Vec3d& p : node.star->points) box.add(p);
+void add_net(const detail::Net16& net, Box3d& box) {
+    for (int i = 0; i < 16; ++i) box.add(Vec3d(net.c[0][i], net.c[1][i], net.c[2][i]));
+}
+
+/// Of a cell: the hull of more is that of a large ring, which says little about the cell.
+constexpr std::size_t k_most_points = 40;
+
+/// A box of the cell of a star with a large ring: of its regular parts, and of what is left after a few steps. The tree
+/// does not grow by it.
+void add_large_star(const detail::QuadStar& star, Box3d& box) {
+    constexpr int k_steps = 8;
+    std::array<detail::QuadStar, 2> finer;
+    const detail::QuadStar* at = &star;
+    for (std::size_t step = 0; step < k_steps; ++step) {
+        std::array<detail::Net16, 3> regular;
+        subdivide(*at, finer[step % 2], regular);
+        for (const detail::Net16& net : regular) add_net(net, box);
+        at = &finer[step % 2];
+    }
+    for (const Vec3d& p : at->points) box.add(p);
+}
+
+void add_node(const detail::QuadNode& node, Box3d& box) {
+    using Kind = detail::QuadNode::Kind;
+    if (node.kind == Kind::regular) {
+        add_net(node.net, box);
+    } else if (node.kind == Kind::star) {
+        if (node.star->points.size() > k_most_points)
+            add_large_star(*node.star, box);
+        else
+            for (const Vec3d& p : node.star->points) box.add(p);
+    } else if (node.local->points.size() > k_most_points && node.depth == 0) {
+        const detail::QuadNode* quarters = node.grown();
+        for (int k = 0; k < 4; ++k) add_node(quarters[k], box);
     } else {
         for (const Vec3d& p : node.local->points) box.add(p);
     }
+}
+
+Box3d node_box(const detail::QuadNode& node) {
+    Box3d box;
+    add_node(node, box);
     return box;
 }
 
@@ -29,9 +63,6 @@ constexpr double k_rounding = 128 * std::numeric_limits<double>::epsilon();
 
 /// How often a regular cell is cut up, and how many levels of others are looked at, before a search is cheaper.
 constexpr int k_net_cuts = 3, k_star_levels = 12, k_generic_levels = 4;
-
-/// Of a cell: the hull of more is that of a large ring, which says little about the cell.
-constexpr std::size_t k_most_points = 40;
 
 bool net_beyond(const detail::Net16& net, const Vec3d& q, double reach, int cuts) {
     if (detail::hull_beyond(
