@@ -236,6 +236,7 @@ class VertexForest {
     bool must_stay(std::uint32_t record) const;
     void keep_what_must_stay(std::span<const std::uint32_t> records);
     std::optional<std::string> check_record(std::uint32_t record) const;
+    std::optional<std::string> check_joints() const;
 
     VertexRoots roots_;
     std::uint32_t leaf_count_ = 0;

@@ -1,7 +1,10 @@
 #include "tetrakis/hier/vertex_forest.hpp"
 
 #include <algorithm>
+#include <array>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace tetrakis {
 
@@ -20,6 +23,10 @@ std::optional<std::string> VertexForest::check_record(std::uint32_t record) cons
     if (r.root != place.root || r.at != place.at || r.level != place.level)
         return about(slot, "its record has another place");
     if (r.creases != creases(slot)) return about(slot, "its record lies along other creases");
+    std::array<std::uint8_t, 2> smooth{VertexRoots::never, VertexRoots::never};
+    for (int side = 0, i = 0; side < 4 && i < 2; ++side)
+        if (is_crease(slot, side)) smooth[static_cast<std::size_t>(i++)] = smooth_from(slot, side);
+    if (r.smooth_from != smooth) return about(slot, "its creases turn smooth otherwise than those of its record");
     if (r.level >= k_max_level) return about(slot, "is split below the deepest level");
     for (int s = 0; s < 4; ++s) {
         const Across next = beyond(slot, s);
@@ -53,6 +60,21 @@ std::optional<std::string> VertexForest::check_record(std::uint32_t record) cons
     return std::nullopt;
 }
 
+/// Each joint is that of one record, or free.
+std::optional<std::string> VertexForest::check_joints() const {
+    std::vector<char> known(joints_.size(), 0);
+    const auto is_new = [&](std::uint32_t joint) {
+        return joint < known.size() && std::exchange(known[joint], 1) == 0;
+    };
+    for (std::uint32_t record = 0; record < records_.size(); ++record)
+        if (const std::uint32_t joint = records_[record].joint; joint != k_no_joint && !is_new(joint))
+            return "record " + std::to_string(record) + " has a joint of others, or one that does not exist";
+    for (const std::uint32_t joint : free_joints_)
+        if (!is_new(joint)) return "joint " + std::to_string(joint) + " is free, but in use or none at all";
+    if (std::find(known.begin(), known.end(), 0) != known.end()) return "a joint is lost";
+    return std::nullopt;
+}
+
 std::optional<std::string> VertexForest::check() const {
     const std::uint32_t roots = roots_.count();
     if (roots_.link.size() != 4 * std::size_t{roots} || roots_.crease.size() != roots || roots_.hole.size() != roots)
@@ -67,6 +89,7 @@ std::optional<std::string> VertexForest::check() const {
     }
     if (child_.size() != roots + 4 * records_.size() || marks_.size() != child_.size())
         return "the arrays of slots have wrong sizes";
+    if (auto fault = check_joints()) return fault;
     std::size_t leaves = 0, records = 0;
     std::vector<std::uint32_t> open;
     for (std::uint32_t r = 0; r < roots; ++r) open.push_back(r);
@@ -82,6 +105,7 @@ std::optional<std::string> VertexForest::check() const {
             continue;
         }
         if (child_[slot] >= records_.size()) return about(slot, "has no record");
+        if (records_[child_[slot]].parent != slot) return about(slot, "has the record of another cell");
         if (auto fault = check_record(child_[slot])) return fault;
         ++records;
         for (std::uint32_t k = 0; k < 4; ++k) open.push_back(first_child(child_[slot]) + k);

@@ -232,7 +232,7 @@ std::unique_ptr<detail::RepeatedRows> receding_rows(const ControlMesh& mesh, con
     return detail::RepeatedRows::make(wide, scheme, levels, rules, by_rules, demand, options.context);
 }
 
-/// The faces all of whose points are there. False where there is none, or no normal where there is a point.
+/// The faces all of whose points are there. False where there is none.
 bool keep_whole(const PolygonMesh& points, detail::RepeatedRows::Faces& faces) {
     const auto missing = [](const Vec3d& p) { return std::isnan(p.x); };
     detail::RepeatedRows::Faces kept{{0}, {}, {}};
@@ -241,10 +241,7 @@ bool keep_whole(const PolygonMesh& points, detail::RepeatedRows::Faces& faces) {
                                                      faces.offsets[f + 1] - faces.offsets[f]);
         if (std::any_of(corners.begin(), corners.end(), [&](std::uint32_t v) { return missing(points.positions[v]); }))
             continue;
-        for (const std::uint32_t v : corners) {
-            if (!points.normals.empty() && missing(points.normals[v])) return false;
-            kept.vertices.push_back(v);
-        }
+        kept.vertices.insert(kept.vertices.end(), corners.begin(), corners.end());
         kept.offsets.push_back(static_cast<std::uint32_t>(kept.vertices.size()));
         kept.control.push_back(faces.control[f]);
     }
@@ -283,7 +280,9 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
         if (!chart_rows) return std::nullopt;
     }
     const bool recedes = recedes_somewhere(mesh, scheme, options.rules);
-    if (recedes && (mesh.has_uvs() || options.smoothing != 0)) return std::nullopt;
+    // Where normals end before the points do the limits say.
+    if (recedes && (mesh.has_uvs() || options.smoothing != 0 || (options.normals && !options.limit)))
+        return std::nullopt;
     const std::shared_ptr<const detail::RepeatedRows> rows =
         recedes
             ? receding_rows(mesh, scheme, levels, options, demand)

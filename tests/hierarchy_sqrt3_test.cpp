@@ -25,6 +25,8 @@ struct Sqrt3SlotsCorruptor {
         std::uint32_t& state = slots.child_[leaf.value];
         state = state == Sqrt3Slots::k_half ? Sqrt3Slots::k_whole : Sqrt3Slots::k_half;
     }
+    static void kill_root(Sqrt3Slots& slots) { slots.child_[0] = Sqrt3Slots::k_dead; }
+    static void halve_root(Sqrt3Slots& slots) { slots.child_[1] = Sqrt3Slots::k_half; }
     static void lose(Sqrt3Slots& slots) { slots.records_.front().live = false; }
     static void move(Sqrt3Slots& slots) { ++slots.records_.front().slot; }
 };
@@ -252,6 +254,8 @@ TEST_CASE("check() finds slots that are not as the split triangles say") {
     };
     using Corrupt = Sqrt3SlotsCorruptor;
     CHECK(fault([](Sqrt3Slots& s, LeafId leaf) { Corrupt::turn(s, leaf); }).find("side 0") < 99);
+    CHECK(fault([](Sqrt3Slots& s, LeafId) { Corrupt::kill_root(s); }).find("control face 0") < 99);
+    CHECK(fault([](Sqrt3Slots& s, LeafId) { Corrupt::halve_root(s); }).find("control face 1") < 99);
     CHECK(fault([](Sqrt3Slots& s, LeafId) { Corrupt::lose(s); }).find("more split") < 99);
     CHECK(fault([](Sqrt3Slots& s, LeafId) { Corrupt::move(s); }).find("where its number") < 99);
 }

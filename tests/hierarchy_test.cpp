@@ -6,6 +6,7 @@
 
 #include "tetrakis/hier/corner_cell.hpp"
 #include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/hier/triangle_cell.hpp"
 #include "tetrakis/refine/hierarchy_view.hpp"
 #include "tetrakis/refine/refine.hpp"
@@ -13,6 +14,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -225,6 +227,71 @@ TEST_CASE(
             check_sound(h);
             CHECK(test::same_mesh(h.to_mesh(), make_hierarchy(mesh, scheme).to_mesh()));
         }
+}
+
+TEST_CASE(
+    "[inv2] [inv5] [inv10] [slow] thousands of changes by any number of threads: the same handles, and the roots") {
+    constexpr std::uint64_t k_seed = 12;
+    for (const std::string_view scheme :
+         {"catmull-clark", "kobbelt", "4-8", "loop", "butterfly", "doo-sabin", "midedge", "biquartic", "sqrt3"}) {
+        CAPTURE(scheme);
+        const ControlMesh mesh = test::hierarchy_mesh(scheme, k_seed);
+        std::vector<std::vector<LeafHandle>> expected;
+        for (const int threads : {1, 2, 4}) {
+            CAPTURE(threads);
+            Hierarchy h = make_hierarchy(mesh, scheme);
+            const std::uint32_t roots = h.leaf_count();
+            REQUIRE(roots > 0);
+            std::vector<std::vector<LeafHandle>> states;
+            std::uint32_t round = 0, before = roots, changes = 0;
+            Random random(k_seed);
+            RunContext context;
+            context.threads = threads;
+            with_threads(context, [&] {
+                test::random_changes(h, 400, is_quaternary(h) ? 4 : 7, random, [&] {
+                    const std::uint32_t now = h.leaf_count();
+                    changes += std::max(now, before) - std::min(now, before);
+                    before = now;
+                    if (++round % 40 != 0) return;
+                    check_sound(h);
+                    states.push_back(test::leaves_of(h));
+                });
+                CHECK(changes > 2000);
+                h.coarsen_where(each_leaf([](const LeafView&) { return true; }));
+            });
+            CHECK(h.leaf_count() == roots);
+            if (expected.empty()) expected = states;
+            CHECK(states == expected);
+        }
+    }
+}
+
+TEST_CASE("equal parts of the leaves are compact") {
+    for (const std::string_view scheme : {"catmull-clark", "loop", "doo-sabin", "sqrt3"}) {
+        CAPTURE(scheme);
+        const ControlMesh mesh = test::hierarchy_mesh(scheme, 3);
+        Hierarchy h = make_hierarchy(mesh, scheme);
+        while (h.leaf_count() < 3000) {
+            int i = 0;
+            const int deepest = h.node(h.leaves().front()).depth + 1;
+            // A part of them one level deeper.
+            h.refine_where(each_leaf([&](const LeafView&) { return ++i % 9 != 0; }), deepest);
+        }
+        const std::vector<LeafHandle> leaves = h.leaves_for_parts();
+        REQUIRE(leaves.size() == h.leaf_count());
+        constexpr std::size_t k_parts = 4;
+        std::map<std::uint32_t, std::size_t> part;
+        for (std::size_t i = 0; i < leaves.size(); ++i) part[leaves[i].slot.value] = i * k_parts / leaves.size();
+        REQUIRE(part.size() == leaves.size());
+        int all = 0, cut = 0;
+        for (const LeafHandle leaf : leaves)
+            for (int side = 0; side < (scheme == "doo-sabin" ? 4 : 3); ++side)
+                for (const LeafHandle beyond : h.neighbours(leaf, side)) {
+                    ++all;
+                    cut += part.at(leaf.slot.value) != part.at(beyond.slot.value) ? 1 : 0;
+                }
+        CHECK(cut < all / 5);
+    }
 }
 
 TEST_CASE("[inv5] coarsening diamonds one by one undoes any refinement of a leaf") {

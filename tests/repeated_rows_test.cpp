@@ -323,7 +323,7 @@ TEST_CASE("boundaries that recede leave the points and faces that the rules leav
             const ControlMesh mesh = ControlMesh::build(test::random_mesh_data(seed, random));
             VertexAttribute attribute{"x", 1, {}};
             for (const Vec3d& p : mesh.positions()) attribute.values.push_back(static_cast<float>(p.x));
-            RefineOptions options{.limit = seed % 3 == 0, .attributes = {&attribute, 1}};
+            RefineOptions options{.limit = seed % 3 == 0, .normals = seed % 6 == 1, .attributes = {&attribute, 1}};
             options.rules.averaging_steps = steps;
             options.rules.averaging_boundary = AveragingBoundary::recede;
             const SchemeInfo& scheme = *find_scheme("averaging");

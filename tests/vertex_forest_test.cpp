@@ -43,6 +43,13 @@ struct VertexForestCorruptor {
         for (auto& child : forest.joints_.front().children) child.exists = true;
     }
     static void move_record(VertexForest& forest) { ++forest.records_.front().at.x; }
+    static void lose_joint(VertexForest& forest) { forest.records_.front().joint = 1000000; }
+    static void share_joint(VertexForest& forest) { forest.records_[1].joint = forest.records_[0].joint; }
+    static void free_joint(VertexForest& forest) { forest.free_joints_.push_back(0); }
+    static void turn_smooth(VertexForest& forest) { forest.records_.front().smooth_from[0] ^= 1; }
+    static void exchange_records(VertexForest& forest) {
+        std::swap(forest.child_[forest.records_[0].parent], forest.child_[forest.records_[1].parent]);
+    }
 };
 
 }  // namespace tetrakis
@@ -428,7 +435,10 @@ TEST_CASE("[bad-input] vertex quadtrees refuse what is no leaf, too deep or of n
     joined.refine(joined.ordered_leaves(), created);
     REQUIRE(VertexForestCorruptor::joints(joined) == 2 * 8);
     CHECK(!joined.check().has_value());
-    for (const auto damage : {VertexForestCorruptor::break_joint, VertexForestCorruptor::break_children}) {
+    for (const auto damage :
+         {VertexForestCorruptor::break_joint, VertexForestCorruptor::break_children, VertexForestCorruptor::lose_joint,
+          VertexForestCorruptor::share_joint, VertexForestCorruptor::free_joint, VertexForestCorruptor::turn_smooth,
+          VertexForestCorruptor::exchange_records}) {
         VertexForest copy = joined;
         damage(copy);
         CHECK(copy.check().has_value());
