@@ -44,7 +44,12 @@ struct VertexForestCorruptor {
     }
     static void move_record(VertexForest& forest) { ++forest.records_.front().at.x; }
     static void lose_joint(VertexForest& forest) { forest.records_.front().joint = 1000000; }
-    static void share_joint(VertexForest& forest) { forest.records_[1].joint = forest.records_[0].joint; }
+    static void share_joint(VertexForest& forest) {
+        auto& records = forest.records_;
+        const auto has_joint = [](const auto& r) { return r.joint != VertexForest::k_no_joint; };
+        const auto first = std::find_if(records.begin(), records.end(), has_joint);
+        std::find_if(first + 1, records.end(), has_joint)->joint = first->joint;
+    }
     static void free_joint(VertexForest& forest) { forest.free_joints_.push_back(0); }
     static void turn_smooth(VertexForest& forest) { forest.records_.front().smooth_from[0] ^= 1; }
     static void exchange_records(VertexForest& forest) {
