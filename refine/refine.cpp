@@ -7,6 +7,7 @@
 #include "tetrakis/refine/chart_cells.hpp"
 #include "tetrakis/refine/corner_angles.hpp"
 #include "tetrakis/refine/followed_uvs.hpp"
+#include "tetrakis/refine/honeycomb_levels.hpp"
 #include "tetrakis/refine/missing_ring.hpp"
 #include "tetrakis/refine/refined_points.hpp"
 #include "tetrakis/refine/repeated_rows.hpp"
@@ -330,6 +331,33 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
     return result;
 }
 
+/// Honeycomb refinement by arithmetic.
+std::optional<PolygonMesh> refine_honeycomb(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                                            const RefineOptions& options, std::unique_ptr<detail::RuleLevels>& start,
+                                            detail::RefinedPoints* keep) {
+    if (scheme.refinement != Refinement::honeycomb || levels < 1 || mesh.has_uvs()) return std::nullopt;
+    const std::shared_ptr<detail::HoneycombLevels> all = detail::HoneycombLevels::make(
+        mesh, start, scheme, levels, options.rules, demand_of(mesh, scheme, options), options.context);
+    if (!all) return std::nullopt;
+    PolygonMesh result;
+    detail::RefinedPoints made{all->point_count(),
+                               [all, context = options.context](auto control, auto positions, auto normals) {
+                                   all->refine(control, positions, normals, context);
+                               }};
+    made.make(mesh, options.normals, result);
+    result.attributes =
+        detail::refine_by_threes(options.attributes, mesh.vertex_count(), made.count,
+                                 [&](std::span<const Vec3d> in, std::span<Vec3d> out) { made.refine(in, out, {}); });
+    detail::RootNet::Faces faces = all->faces();
+    result.face_offsets = std::move(faces.offsets);
+    result.face_vertices = std::move(faces.vertices);
+    keep_surface(
+        mesh, scheme, options.rules, [&](std::uint32_t f) { return faces.control[f]; }, {}, result);
+    if (keep != nullptr) *keep = std::move(made);
+    detail::drop_unused_points(result, keep);
+    return result;
+}
+
 PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options,
                            StencilTable* stencils, detail::RefinedPoints* keep) {
     if (is_linear(scheme) && options.normals) {
@@ -342,6 +370,8 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
     if (stencils == nullptr) {
         detail::check_rounds(levels, options);
         first_levels = std::make_unique<detail::RuleLevels>(mesh, scheme, options.rules, options.smoothing);
+        if (std::optional<PolygonMesh> result = refine_honeycomb(mesh, scheme, levels, options, first_levels, keep))
+            return std::move(*result);
         if (std::optional<PolygonMesh> result = refine_repeated(mesh, scheme, levels, options, first_levels, keep))
             return std::move(*result);
     }
