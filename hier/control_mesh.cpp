@@ -146,6 +146,12 @@ class ControlMeshBuilder {
     std::vector<detail::EdgeUse> uses_;
 };
 
+bool ControlMesh::has_boundary() const {
+    for (std::uint32_t e = 0; e < edge_count(); ++e)
+        if (is_boundary(EdgeId(e))) return true;
+    return false;
+}
+
 Box3d ControlMesh::bounding_box() const {
     Box3d box;
     for (std::uint32_t v = 0; v < vertex_count(); ++v)

@@ -132,6 +132,8 @@ class ControlMesh {
     /// The edge's half-edge with the smaller number.
     HalfedgeId edge_halfedge(EdgeId e) const { return HalfedgeId(edge_halfedge_[e.value]); }
     bool is_boundary(EdgeId e) const { return !twin(edge_halfedge(e)).valid(); }
+    /// Whether any edge is. O(edges)
+    bool has_boundary() const;
 
     /// Where to start a walk around v: an outgoing half-edge; at a boundary vertex the one that has no twin, so that
     /// ccw_outgoing() sweeps all its faces. Invalid for an isolated vertex.

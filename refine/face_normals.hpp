@@ -10,15 +10,19 @@ namespace tetrakis::detail {
 /// the whole faces, where those are flat or cancel each other; of one face, where these do as well.
 class FaceNormals {
   public:
+    /// The unit normal at a corner between the next and the previous one; zero where they are in line with it.
+    static Vec3d at_corner(const Vec3d& corner, const Vec3d& next, const Vec3d& previous) {
+        const Vec3d ahead = next - corner, behind = previous - corner, cross = glm::cross(ahead, behind);
+        // A crease that runs straight through its vertex has no corner there.
+        constexpr double k_flat = 1e-10;
+        const bool turns = glm::length(cross) > k_flat * glm::length(ahead) * glm::length(behind);
+        return turns ? unit_or_zero(cross) : Vec3d(0);
+    }
+
     /// @param points  of a face, of which the vertex is number `corner`
     void add(std::span<const Vec3d> points, std::size_t corner) {
         const std::size_t size = points.size();
-        const Vec3d &at = points[corner], next = points[(corner + 1) % size] - at,
-                    before = points[(corner + size - 1) % size] - at;
-        // A crease that runs straight through its vertex has no corner there.
-        constexpr double k_flat = 1e-10;
-        const Vec3d cross = glm::cross(next, before);
-        if (glm::length(cross) > k_flat * glm::length(next) * glm::length(before)) corners_ += unit_or_zero(cross);
+        corners_ += at_corner(points[corner], points[(corner + 1) % size], points[(corner + size - 1) % size]);
         Vec3d area(0);
         for (std::size_t i = 1; i + 1 < size; ++i) area += glm::cross(points[i] - points[0], points[i + 1] - points[0]);
         const Vec3d normal = unit_or_zero(area);

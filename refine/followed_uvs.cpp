@@ -123,23 +123,12 @@ class SideBySide {
 
   private:
     void face(int f, FollowedUvs& out) const {
-        const int begin = surface_.face_begin(f), size = surface_.face_size(f);
-        const auto partner = [&](int i) { return partner_[static_cast<std::size_t>(begin + i % size)]; };
-        const auto home = [&](int i) {
-            return static_cast<std::uint32_t>(home_[static_cast<std::size_t>(begin + i % size)]);
-        };
-        const std::span corners(out.face_uvs.data() + begin, static_cast<std::size_t>(size));
-        for (int i = 0; i < size; ++i)
-            corners[static_cast<std::size_t>(i)] = static_cast<std::uint32_t>(charts_.mesh.origin(partner(i)));
-        const SeamRun run = longest_run(
-            size, [&](int i) { return charts_.mesh.next(partner(i)) == partner(i + 1); }, home);
-        out.control_face[f] = home_of(run, size, home);
-        if (run.size == size) return;
-        std::vector<std::uint32_t> beyond;
-        for (int h = charts_.mesh.next(partner(run.first + run.size - 1)); h != partner(run.first);
-             h = charts_.mesh.next(h))
-            beyond.push_back(static_cast<std::uint32_t>(charts_.mesh.origin(h)));
-        continue_uvs(run, beyond, corners, out.uvs);
+        const auto begin = static_cast<std::size_t>(surface_.face_begin(f));
+        out.control_face[f] = take_side(
+            std::span(out.face_uvs.data() + begin, static_cast<std::size_t>(surface_.face_size(f))),
+            [&](int i) { return partner_[begin + static_cast<std::size_t>(i)]; },
+            [&](int i) { return static_cast<std::uint32_t>(home_[begin + static_cast<std::size_t>(i)]); },
+            [&](int p) { return charts_.mesh.next(p); }, [&](int p) { return charts_.mesh.origin(p); }, out.uvs);
     }
 
     RuleMesh surface_;
@@ -191,9 +180,10 @@ bool takes_copies(const SchemeInfo& scheme, const RuleOptions& rules) {
 SeamExtension extend_over_seams(const ControlMesh& mesh, const RuleMesh& surface, const SchemeInfo& scheme,
                                 const RuleOptions& rules) {
     const bool averages = scheme.step == averaging_step || scheme.step == biquartic_step;
-    const int steps = scheme.step == biquartic_step ? 3 : rules.averaging_steps;
     // A step of averaging reaches half a face further; honeycomb's old vertices take from all faces around.
-    const int layers = averages ? (steps + 1) / 2 : scheme.refinement == Refinement::honeycomb ? 2 : 1;
+    const int layers = averages                                     ? (averaging_steps(scheme, rules) + 1) / 2
+                       : scheme.refinement == Refinement::honeycomb ? 2
+                                                                    : 1;
     std::vector<char> across(mesh.halfedge_count(), 0);
     for (int h = 0; h < surface.halfedge_count(); ++h) {
         const float s = surface.sharpness(h);

@@ -95,13 +95,15 @@ void HexagonMesh::find_tagged() {
         const std::uint32_t v =
             std::min(end != ends.end() ? end->vertex : none, tag != sharp_vertices_.end() ? tag->number : none);
         sharpness.clear();
-        Tagged of{v, VertexRule::smooth, {none, none}};
+        Tagged of{v, VertexRule::smooth, false, {none, none}};
         for (; end != ends.end() && end->vertex == v; ++end) {
             if (sharpness.size() < std::size(of.ends)) of.ends[sharpness.size()] = end->other;
             sharpness.push_back(end->sharpness);
         }
         const bool has_tag = tag != sharp_vertices_.end() && tag->number == v;
-        of.rule = vertex_rule(sharpness, has_tag ? tag++->sharpness : 0);
+        const float own = has_tag ? tag++->sharpness : 0;
+        of.rule = vertex_rule(sharpness, own);
+        of.semi_sharp = is_semi_sharp(own) || std::any_of(sharpness.begin(), sharpness.end(), is_semi_sharp);
         tagged_.push_back(of);
     }
 }

@@ -71,6 +71,7 @@ class HexagonMesh {
     struct Tagged {
         std::uint32_t vertex;
         VertexRule rule;
+        bool semi_sharp;        ///< the vertex or one of the edges
         std::uint32_t ends[2];  ///< a crease's, beyond its two edges
     };
     std::span<const Tagged> tagged() const { return tagged_; }  ///< ascending

@@ -3,12 +3,11 @@
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/huge_buffer.hpp"
 #include "tetrakis/hier/parallel.hpp"
-#include "tetrakis/refine/face_normals.hpp"
-#include "tetrakis/refine/honeycomb_limit.hpp"
 #include "tetrakis/refine/limit_search.hpp"
 #include "tetrakis/refine/mesh_part.hpp"
 #include "tetrakis/refine/rule_limit.hpp"
 #include "tetrakis/refine/uniform_cost.hpp"
+#include "tetrakis/schemes/ring_mask.hpp"
 
 #include <fmt/format.h>
 
@@ -51,7 +50,9 @@ void check_size(const ControlMesh& mesh, int levels, const RepeatedRows::Demand&
     // Connectivity, fans and points of the level above, of that above it, and so on; with limits, of the last one.
     constexpr std::uint64_t k_per_corner = 20, k_per_face = 2 * sizeof(std::uint32_t);
     const bool limits = demand.limit || demand.normals;
-    const std::uint64_t kept = (limits ? corners : 0) + above + above / 3;
+    // And of the charts, with what corners are there.
+    const std::uint64_t charts = mesh.has_uvs() ? 2 * corners : 0;
+    const std::uint64_t kept = (limits ? corners : 0) + charts + above + above / 3;
     const std::uint64_t bytes =
         vertices * demand.point_bytes + faces * (demand.face_bytes + (limits ? k_per_face : 0)) +
         corners * demand.corner_bytes + kept * k_per_corner + (above + above / 3) / 3 * sizeof(Vec3d);
@@ -113,19 +114,20 @@ std::unique_ptr<HoneycombLevels> HoneycombLevels::make(const ControlMesh& mesh, 
     check_size(mesh, levels, demand, context);
     std::unique_ptr<HoneycombLevels> all(new HoneycombLevels);
     all->limit_ = demand.limit;
-    all->normals_ = demand.normals;
     std::vector<std::uint32_t> control(mesh.face_count());
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) control[f] = f;
     all->levels_.reserve(static_cast<std::size_t>(levels) + 1);
     all->levels_.emplace_back(start->last(), std::move(control));
-    const HexagonMesh::Use last = demand.limit || demand.normals ? HexagonMesh::Use::limits : HexagonMesh::Use::faces;
+    const HexagonMesh::Use last =
+        demand.limit || demand.normals || mesh.has_uvs() ? HexagonMesh::Use::limits : HexagonMesh::Use::faces;
     for (int level = 1; level <= levels; ++level) {
         context.report("refine", static_cast<double>(level - 1) / levels);
         all->levels_.push_back(all->levels_.back().finer(level < levels ? HexagonMesh::Use::levels : last));
     }
-    if (last == HexagonMesh::Use::limits) {
+    if (demand.limit || demand.normals) {
+        all->fans_.emplace(all->levels_.back());
         try {
-            all->find_limits(scheme, rules);
+            if (all->limit_) all->find_limits(scheme, rules);
         } catch (const std::invalid_argument&) {
             return nullptr;
         }
@@ -134,100 +136,86 @@ std::unique_ptr<HoneycombLevels> HoneycombLevels::make(const ControlMesh& mesh, 
     return all;
 }
 
-RepeatedRows::Faces HoneycombLevels::faces() {
+RootNet::Faces HoneycombLevels::faces() {
     HexagonMesh& last = levels_.back();
-    if (limit_ || normals_) return {last.face_begins(), last.origins(), last.control_faces()};
+    if (fans_) return {last.face_begins(), last.origins(), last.control_faces()};
     return last.take_faces();
 }
 
-/// The vertices that a limit depends on, in the order of honeycomb_fan(). False where the mesh is another one there.
-template <class Visit>
-bool HoneycombLevels::walk_fan(std::uint32_t v, Visit&& visit) const {
-    const HexagonMesh& mesh = levels_.back();
-    if (tagged_[v] != 0) return false;
-    visit(v);
-    constexpr std::uint32_t k_edges = 3;
-    const auto is_hexagon = [&](std::uint32_t f) { return mesh.face_size(f) == k_hexagon; };
-    for (const std::uint32_t h : mesh.leaving(v)) {
-        const std::uint32_t f = face_of_[h], begin = mesh.face_begin(f);
-        if (!is_hexagon(f)) return false;
-        const auto ahead = [](std::uint32_t first, std::uint32_t at, std::uint32_t steps) {
-            return first + (at - first + steps) % k_hexagon;
-        };
-        const std::uint32_t next = ahead(begin, h, 1), e = mesh.origin(next);
-        if (tagged_[e] != 0 || mesh.leaving(e).size() != k_edges) return false;
-        const std::uint32_t across = mesh.twin(next), beyond = face_of_[across], first = mesh.face_begin(beyond);
-        if (!is_hexagon(beyond)) return false;
-        visit(e);
-        for (std::uint32_t k = 2; k < 5; ++k) visit(mesh.origin(ahead(begin, h, k)));
-        for (std::uint32_t k = 3; k < k_hexagon; ++k) visit(mesh.origin(ahead(first, across, k)));
-    }
-    return true;
-}
-
+/// @throws std::invalid_argument  there is none for one of them
 void HoneycombLevels::find_limits(const SchemeInfo& scheme, const RuleOptions& rules) {
     const HexagonMesh& mesh = levels_.back();
-    face_of_.resize(mesh.halfedge_count());
-    for_each_index(mesh.face_count(),
-                   [&](std::uint32_t f) { std::fill_n(face_of_.begin() + mesh.face_begin(f), mesh.face_size(f), f); });
-    tagged_.assign(mesh.vertex_count(), 0);
-    for (const HexagonMesh::Tagged& tagged : mesh.tagged()) tagged_[tagged.vertex] = 1;
-    if (!limit_) return;
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
-        const std::size_t valence = mesh.leaving(v).size();
-        if (valence == 0) continue;
-        if (valence < 2 || !walk_fan(v, [](std::uint32_t) {})) {
-            irregular_.push_back(static_cast<int>(v));
-            continue;
+        if (mesh.leaving(v).empty() || fans_->is_tagged(v)) continue;
+        if (fans_->is_plain(v))
+            fans_->need_weights(mesh.leaving(v).size());
+        else
+            beside_.push_back(v);
+    }
+    for (const HexagonMesh::Tagged& tagged : mesh.tagged())
+        if (tagged.semi_sharp || (tagged.rule != VertexRule::corner && tagged.rule != VertexRule::crease))
+            by_rules_.push_back(static_cast<int>(tagged.vertex));
+    MeshPartFinder finder;
+    const RuleView view(mesh, fans_->face_of());
+    const auto find = [&](std::span<const int> vertices, int rings, std::vector<int>& in_part) {
+        MeshPart part = finder.find(view, vertices, rings);
+        for (const int v : vertices)
+            in_part.push_back(
+                static_cast<int>(std::lower_bound(part.vertex.begin(), part.vertex.end(), v) - part.vertex.begin()));
+        return part;
+    };
+    if (!by_rules_.empty()) {
+        std::vector<int> vertices;
+        const MeshPart part = find(by_rules_, rule_limit_rings(scheme, rules), vertices);
+        const RuleLimits limits = RuleLimitFinder(scheme, rules).find(part.mesh, vertices);
+        for (int row = 0; row < limits.positions.row_count(); ++row) {
+            StencilRow from = limits.positions.row(row);
+            for (auto& term : from.terms) term.first = part.vertex[static_cast<std::size_t>(term.first)];
+            rows_.push(std::move(from));
         }
-        if (weights_.size() <= valence) weights_.resize(valence + 1);
-        if (weights_[valence].empty()) weights_[valence] = honeycomb_limit_weights(static_cast<int>(valence));
     }
-    MeshPartFinder parts;
-    const MeshPart part = parts.find(RuleView(mesh, face_of_), irregular_, rule_limit_rings(scheme, rules));
-    std::vector<int> vertices;
-    for (const int v : irregular_)
-        vertices.push_back(
-            static_cast<int>(std::lower_bound(part.vertex.begin(), part.vertex.end(), v) - part.vertex.begin()));
-    const RuleLimits limits = RuleLimitFinder(scheme, rules).find(part.mesh, vertices);
-    for (int row = 0; row < limits.positions.row_count(); ++row) {
-        StencilRow from = limits.positions.row(row);
-        for (auto& term : from.terms) term.first = part.vertex[static_cast<std::size_t>(term.first)];
-        rows_.push(std::move(from));
-    }
+    if (beside_.empty()) return;
+    // After the first step a vertex has the hexagons of its edges around it, after the second those beyond as well. Its
+    // fan there comes from the faces that its neighbours have here.
+    constexpr int k_rings = 2;
+    MeshPart part = find(std::vector<int>(beside_.begin(), beside_.end()), k_rings, in_part_);
+    const auto faces = static_cast<std::size_t>(part.mesh.face_count());
+    parts_.reserve(3);
+    parts_.emplace_back(part.mesh, std::vector<std::uint32_t>(faces, 0));
+    parts_.push_back(parts_.back().finer(HexagonMesh::Use::levels));
+    parts_.push_back(parts_.back().finer(HexagonMesh::Use::limits));
+    of_part_ = std::move(part.vertex);
+    part_fans_.emplace(parts_.back());
+    for (const int v : in_part_) part_fans_->need_weights(parts_.back().leaving(static_cast<std::uint32_t>(v)).size());
 }
 
-Vec3d HoneycombLevels::limit_of(std::uint32_t v, const Vec3d* net) const {
-    const std::size_t valence = levels_.back().leaving(v).size();
-    if (valence == 0) return net[v];
-    const double* weight = valence < weights_.size() ? weights_[valence].data() : nullptr;
-    Vec3d sum(0);
-    if (weight != nullptr && walk_fan(v, [&](std::uint32_t w) { sum += *weight++ * net[w]; })) return sum;
-    const auto at = std::lower_bound(irregular_.begin(), irregular_.end(), static_cast<int>(v)) - irregular_.begin();
-    const auto points = rows_.points(static_cast<int>(at));
-    const auto weights = rows_.weights(static_cast<int>(at));
-    sum = Vec3d(0);
-    for (std::size_t i = 0; i < points.size(); ++i) sum += weights[i] * net[points[i]];
-    return sum;
-}
-
-/// The scheme has no tangents.
-Vec3d HoneycombLevels::normal_of(std::uint32_t v, const Vec3d* net) const {
+void HoneycombLevels::write_limits(const Vec3d* net, std::span<Vec3d> points) const {
     const HexagonMesh& mesh = levels_.back();
-    FaceNormals normals;
-    std::vector<Vec3d> points;
-    for (const std::uint32_t h : mesh.leaving(v)) {
-        const std::uint32_t begin = mesh.face_begin(face_of_[h]), end = begin + mesh.face_size(face_of_[h]);
-        points.clear();
-        for (std::uint32_t c = begin; c < end; ++c) points.push_back(net[mesh.origin(c)]);
-        normals.add(points, h - begin);
+    for_each_index(mesh.vertex_count(), [&](std::uint32_t v) { points[v] = fans_->limit(v, net).value_or(net[v]); });
+    for (const HexagonMesh::Tagged& tagged : mesh.tagged())
+        if (tagged.rule == VertexRule::crease)
+            points[tagged.vertex] = k_crease_limit_mask.vertex * net[tagged.vertex] +
+                                    k_crease_limit_mask.neighbour * (net[tagged.ends[0]] + net[tagged.ends[1]]);
+    for (std::size_t i = 0; i < by_rules_.size(); ++i) {
+        const auto from = rows_.points(static_cast<int>(i));
+        const auto weights = rows_.weights(static_cast<int>(i));
+        Vec3d sum(0);
+        for (std::size_t k = 0; k < from.size(); ++k) sum += weights[k] * net[from[k]];
+        points[static_cast<std::size_t>(by_rules_[i])] = sum;
     }
-    return normals.normal();
+    if (beside_.empty()) return;
+    std::vector<Vec3d> part(of_part_.size()), finer(parts_[1].vertex_count()), finest(parts_[2].vertex_count());
+    for (std::size_t i = 0; i < part.size(); ++i) part[i] = net[of_part_[i]];
+    parts_[0].refine(part.data(), finer.data());
+    parts_[1].refine(finer.data(), finest.data());
+    for_each_index(static_cast<std::uint32_t>(beside_.size()), [&](std::uint32_t i) {
+        points[beside_[i]] = *part_fans_->limit(static_cast<std::uint32_t>(in_part_[i]), finest.data());
+    });
 }
 
 void HoneycombLevels::refine(std::span<const Vec3d> control, std::span<Vec3d> points, std::span<Vec3d> normals,
                              const RunContext& context) const {
-    std::vector<double> first = start_->net({&control.data()->x, 3 * control.size()}, 3);
+    const std::vector<double> first = start_->net({&control.data()->x, 3 * control.size()}, 3);
     HugeBuffer<double> buffers[2];
     const Vec3d* now = reinterpret_cast<const Vec3d*>(first.data());
     for (std::size_t level = 1; level < levels_.size(); ++level) {
@@ -240,9 +228,8 @@ void HoneycombLevels::refine(std::span<const Vec3d> control, std::span<Vec3d> po
         levels_[level - 1].refine(now, finer);
         now = finer;
     }
-    const std::uint32_t count = point_count();
-    if (limit_) for_each_index(count, [&](std::uint32_t v) { points[v] = limit_of(v, now); });
-    if (!normals.empty()) for_each_index(count, [&](std::uint32_t v) { normals[v] = normal_of(v, now); });
+    if (limit_) write_limits(now, points);
+    if (!normals.empty()) for_each_index(point_count(), [&](std::uint32_t v) { normals[v] = fans_->normal(v, now); });
 }
 
 }  // namespace tetrakis::detail

@@ -3,19 +3,23 @@
 #include "tetrakis/hier/control_mesh.hpp"
 #include "tetrakis/hier/run_context.hpp"
 #include "tetrakis/hier/vec.hpp"
+#include "tetrakis/refine/hexagon_fans.hpp"
 #include "tetrakis/refine/hexagon_mesh.hpp"
+#include "tetrakis/refine/honeycomb_charts.hpp"
 #include "tetrakis/refine/repeated_rows.hpp"
 #include "tetrakis/refine/rule_levels.hpp"
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 namespace tetrakis::detail {
 
-/// Honeycomb refinement from level to level by arithmetic (HexagonMesh). Limits of vertices among hexagons come from
-/// their fans, walked along; the rules say what those of the others are.
+/// Honeycomb refinement from level to level by arithmetic (HexagonMesh). Limits: of smooth vertices by their masks on
+/// the level, or beside other faces than hexagons on the next but one, of which that part is made; of vertices on
+/// creases and boundaries by theirs; of what is sharp for some levels as the rules find them.
 class HoneycombLevels {
   public:
     /// Null where the rules have no limit for a vertex: they say which.
@@ -28,7 +32,11 @@ class HoneycombLevels {
 
     std::uint32_t point_count() const { return levels_.back().vertex_count(); }
     /// The last level's. Without limits or normals they are given away.
-    RepeatedRows::Faces faces();
+    RootNet::Faces faces();
+    /// The texture coordinates of the mesh at the last level, where it has some.
+    FollowedUvs uvs(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules) const {
+        return follow_hexagons(mesh, scheme, rules, levels_);
+    }
 
     /// As RepeatedRows::refine().
     void refine(std::span<const Vec3d> control, std::span<Vec3d> points, std::span<Vec3d> normals,
@@ -37,20 +45,19 @@ class HoneycombLevels {
   private:
     HoneycombLevels() = default;
     void find_limits(const SchemeInfo& scheme, const RuleOptions& rules);
-    template <class Visit>
-    bool walk_fan(std::uint32_t v, Visit&& visit) const;
-    Vec3d limit_of(std::uint32_t v, const Vec3d* net) const;
-    Vec3d normal_of(std::uint32_t v, const Vec3d* net) const;
+    void write_limits(const Vec3d* net, std::span<Vec3d> points) const;
 
     std::unique_ptr<RuleLevels> start_;
     std::vector<HexagonMesh> levels_;
-    bool limit_ = false, normals_ = false;
-    // Of the last level, where it has limits or normals.
-    std::vector<std::uint32_t> face_of_;        ///< by half-edge
-    std::vector<char> tagged_;                  ///< by vertex
-    std::vector<std::vector<double>> weights_;  ///< of the limit, by valence
-    std::vector<int> irregular_;                ///< vertices with rows of their own
-    StencilTable rows_;                         ///< theirs
+    bool limit_ = false;
+    std::optional<HexagonFans> fans_;  ///< of the last level, where it has limits or normals
+    // Limits of vertices that are not plain.
+    std::vector<std::uint32_t> beside_;     ///< those beside other faces than hexagons
+    std::vector<HexagonMesh> parts_;        ///< what is around them, and two levels of that
+    std::vector<int> of_part_, in_part_;    ///< the part's vertices in the level; those beside in the part
+    std::optional<HexagonFans> part_fans_;  ///< of its last level
+    std::vector<int> by_rules_;             ///< the others
+    StencilTable rows_;
 };
 
 }  // namespace tetrakis::detail

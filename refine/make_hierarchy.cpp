@@ -35,12 +35,6 @@ class OtherLimits final : public LevelSource {
     std::shared_ptr<const PositionSource> limits_;
 };
 
-bool has_boundary(const ControlMesh& mesh) {
-    for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
-        if (mesh.is_boundary(EdgeId(e))) return true;
-    return false;
-}
-
 }  // namespace
 
 Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, const HierarchyOptions& options) {
@@ -53,8 +47,7 @@ Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, cons
     }
     const bool triangles = scheme.family == MeshFamily::triangles;
     std::unique_ptr<LevelSource> levels;
-    if (scheme.name == "averaging" && options.rules.averaging_boundary == AveragingBoundary::recede &&
-        has_boundary(mesh))
+    if (boundary_recedes(scheme, options.rules) && mesh.has_boundary())
         throw Error(ErrorCode::unsupported,
                     "a boundary that recedes leaves sites without vertex; hierarchies need one that is replicated");
     if (scheme.refinement == Refinement::sqrt3) {

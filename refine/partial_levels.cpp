@@ -171,9 +171,7 @@ struct PartialLevels::Impl {
     bool dual() const { return lattice == FanLattice::dual; }
 
     void start_dual() {
-        const bool recedes = rules.averaging_boundary == AveragingBoundary::recede &&
-                             (scheme.step == averaging_step || scheme.step == biquartic_step);
-        if (recedes)
+        if (boundary_recedes(scheme, rules))
             throw Error(ErrorCode::unsupported, "a boundary that recedes has no vertex quadtrees; replicate it");
         RuleStep step = scheme.step(base, rules);
         cut = all_tags_stay(base) ? step.mesh : scheme.step(sharp_for_ever(base), rules).mesh;

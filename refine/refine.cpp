@@ -91,6 +91,13 @@ void take_materials(const ControlMesh& mesh, const std::vector<std::uint32_t>& c
     }
 }
 
+void take_followed(const ControlMesh& mesh, detail::FollowedUvs followed, PolygonMesh& result) {
+    detail::drop_unused(followed.face_uvs, followed.uvs);
+    result.uvs = std::move(followed.uvs);
+    result.face_uvs = std::move(followed.face_uvs);
+    take_materials(mesh, followed.control_face, result);
+}
+
 /// Texture coordinates by the same scheme on the charts, whose faces and half-edges are the mesh's. False where they
 /// cannot be had.
 bool refine_uvs(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options,
@@ -104,10 +111,7 @@ bool refine_uvs(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, c
         detail::FollowedUvs followed = triples ? detail::follow_triangles(mesh, scheme, levels, options.rules)
                                                : detail::follow_across_seams(mesh, scheme, levels, options.rules);
         if (followed.face_uvs.size() != static_cast<std::size_t>(last.halfedge_count())) return false;
-        detail::drop_unused(followed.face_uvs, followed.uvs);
-        result.uvs = std::move(followed.uvs);
-        result.face_uvs = std::move(followed.face_uvs);
-        take_materials(mesh, followed.control_face, result);
+        take_followed(mesh, std::move(followed), result);
         return true;
     }
     const SchemeInfo& by =
@@ -214,14 +218,6 @@ detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const SchemeInfo
     return demand;
 }
 
-bool recedes_somewhere(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules) {
-    if (scheme.step != averaging_step && scheme.step != biquartic_step) return false;
-    if (rules.averaging_boundary != AveragingBoundary::recede) return false;
-    for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
-        if (mesh.is_boundary(EdgeId(e))) return true;
-    return false;
-}
-
 /// Rows for a mesh whose boundary recedes: points that look beyond it are no numbers.
 std::unique_ptr<detail::RepeatedRows> receding_rows(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                                                     const RefineOptions& options,
@@ -257,7 +253,11 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
                                            std::unique_ptr<detail::RuleLevels>& first_levels,
                                            detail::RefinedPoints* keep) {
     const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all,
-               dual = fan_lattice(scheme, options.rules) == FanLattice::dual;
+               dual = fan_lattice(scheme, options.rules) == FanLattice::dual,
+               recedes = boundary_recedes(scheme, options.rules) && mesh.has_boundary();
+    // Where normals end before the points do the limits say.
+    if (recedes && (mesh.has_uvs() || options.smoothing != 0 || (options.normals && !options.limit)))
+        return std::nullopt;
     std::unique_ptr<detail::RepeatedRows> chart_rows;
     std::optional<ControlMesh> charts;
     detail::SeamExtension extension;
@@ -280,10 +280,6 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
         chart_rows = detail::RepeatedRows::make(*charts, by, levels, rules, chart_levels, plain, quiet);
         if (!chart_rows) return std::nullopt;
     }
-    const bool recedes = recedes_somewhere(mesh, scheme, options.rules);
-    // Where normals end before the points do the limits say.
-    if (recedes && (mesh.has_uvs() || options.smoothing != 0 || (options.normals && !options.limit)))
-        return std::nullopt;
     const std::shared_ptr<const detail::RepeatedRows> rows =
         recedes
             ? receding_rows(mesh, scheme, levels, options, demand)
@@ -335,7 +331,7 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
 std::optional<PolygonMesh> refine_honeycomb(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                                             const RefineOptions& options, std::unique_ptr<detail::RuleLevels>& start,
                                             detail::RefinedPoints* keep) {
-    if (scheme.refinement != Refinement::honeycomb || levels < 1 || mesh.has_uvs()) return std::nullopt;
+    if (scheme.refinement != Refinement::honeycomb || levels < 1) return std::nullopt;
     const std::shared_ptr<detail::HoneycombLevels> all = detail::HoneycombLevels::make(
         mesh, start, scheme, levels, options.rules, demand_of(mesh, scheme, options), options.context);
     if (!all) return std::nullopt;
@@ -348,6 +344,10 @@ std::optional<PolygonMesh> refine_honeycomb(const ControlMesh& mesh, const Schem
     result.attributes =
         detail::refine_by_threes(options.attributes, mesh.vertex_count(), made.count,
                                  [&](std::span<const Vec3d> in, std::span<Vec3d> out) { made.refine(in, out, {}); });
+    if (mesh.has_uvs()) {
+        if (mesh.face_varying_rule() == FaceVaryingRule::linear_all) warn_of_smooth_uvs(scheme, result);
+        take_followed(mesh, all->uvs(mesh, scheme, options.rules), result);
+    }
     detail::RootNet::Faces faces = all->faces();
     result.face_offsets = std::move(faces.offsets);
     result.face_vertices = std::move(faces.vertices);

@@ -43,12 +43,6 @@ bool has_too_large_rings(const ControlMesh& mesh) {
     return false;
 }
 
-bool is_open(const ControlMesh& mesh) {
-    for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
-        if (mesh.is_boundary(EdgeId(e))) return true;
-    return false;
-}
-
 /// Whether each vertex inside becomes a face on the next level of a dual scheme.
 bool has_whole_faces(const RuleMesh& mesh, bool creases) {
     for (int v = 0; v < mesh.vertex_count(); ++v) {
@@ -161,8 +155,8 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     const LastLevel last_size =
         last_level(mesh, {triangles, !triangles && (dual || !quads), dual, factor, creases}, levels, demand);
     if (has_too_large_rings(mesh)) return nullptr;
-    const bool averages = scheme.step == averaging_step || scheme.step == biquartic_step;
-    if (averages && rules.averaging_boundary == AveragingBoundary::recede && is_open(mesh)) return nullptr;
+    const bool recedes = boundary_recedes(scheme, rules);
+    if (recedes && mesh.has_boundary()) return nullptr;
 
     RuleLevels& by_rules = *levels_by_rules;
     const auto advance = [&] {
@@ -213,7 +207,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     while (!dual && !stays(true))
         if (by_rules.level() + 1 >= levels || !go_on()) return nullptr;
     // Without rules for tags nothing is sharp inside; what recedes has no end.
-    const bool tags = !dual && !(averages && rules.averaging_boundary == AveragingBoundary::recede);
+    const bool tags = !dual && !recedes;
     const CornerKinds corners(all->net_, by_rules.last(), tags ? first : std::span<const int>(),
                               takes_corner_angles(scheme));
     double points = std::pow(factor, levels - base_level);

@@ -17,8 +17,6 @@ namespace tetrakis::detail {
 
 namespace {
 
-bool averages(const SchemeInfo& scheme) { return scheme.step == averaging_step || scheme.step == biquartic_step; }
-
 /// Why a vertex may have no limit.
 const char* why_none(const SchemeInfo& scheme, bool recedes) {
     if (recedes)
@@ -117,7 +115,7 @@ RuleLimits RuleLimitFinder::find(const RuleMesh& mesh, std::span<const int> vert
             }
         } else {
             const std::optional<LimitRows>& rows = found[next++];
-            const bool recedes = state_->options.averaging_boundary == AveragingBoundary::recede && averages(scheme);
+            const bool recedes = boundary_recedes(scheme, state_->options);
             if (!rows && may_end && recedes) {
                 limits.beyond.push_back(v);
                 limits.positions.push({{v, 1}});

@@ -72,4 +72,28 @@ inline void continue_uvs(const SeamRun& run, std::span<const std::uint32_t> beyo
                     });
 }
 
+/// The UVs of a face's corners, from one side of the seams that it lies across. Returns the control face that it
+/// belongs to there.
+/// @param partner  (i): the half-edge of the charts that corner i is
+/// @param home     (i): the control face that corner i lies in
+/// @param next     (p): the half-edge of the charts after that one in its face
+/// @param origin   (p): number of the UVs where it begins
+template <class Partner, class Home, class Next, class Origin>
+std::uint32_t take_side(std::span<std::uint32_t> corners, const Partner& partner, const Home& home, const Next& next,
+                        const Origin& origin, std::vector<Vec2d>& uvs) {
+    const int size = static_cast<int>(corners.size());
+    for (int i = 0; i < size; ++i)
+        corners[static_cast<std::size_t>(i)] = static_cast<std::uint32_t>(origin(partner(i)));
+    const auto around = [&](int i) { return partner(i % size); };
+    const SeamRun run = longest_run(
+        size, [&](int i) { return next(around(i)) == around(i + 1); }, home);
+    const std::uint32_t control = home_of(run, size, home);
+    if (run.size == size) return control;
+    std::vector<std::uint32_t> beyond;
+    for (auto p = next(around(run.first + run.size - 1)); p != partner(run.first); p = next(p))
+        beyond.push_back(static_cast<std::uint32_t>(origin(p)));
+    continue_uvs(run, beyond, corners, uvs);
+    return control;
+}
+
 }  // namespace tetrakis::detail

@@ -78,9 +78,7 @@ double scale(const SchemeInfo& scheme) { return scheme.refinement == Refinement:
 LocalMatrix local_matrix(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options) {
     check_shape(scheme, shape, fan_lattice(scheme, options));
     const FanLattice lattice = fan_lattice(scheme, shape, options);
-    const bool averages =
-        scheme.step == biquartic_step || (scheme.step == averaging_step && options.averaging_steps > 0);
-    if (averages && shape.boundary && options.averaging_boundary == AveragingBoundary::recede)
+    if (shape.boundary && boundary_recedes(scheme, options))
         throw std::invalid_argument(std::string(scheme.name) +
                                     " uses up the boundary in each step, so that nothing there maps to itself; leave "
                                     "out the boundary, or replicate it");

@@ -139,10 +139,17 @@ FanLattice fan_lattice(const SchemeInfo& scheme, const RuleOptions& options) {
     return scheme.lattice;
 }
 
+int averaging_steps(const SchemeInfo& scheme, const RuleOptions& options) {
+    return scheme.step == biquartic_step ? 3 : scheme.step == averaging_step ? options.averaging_steps : 0;
+}
+
+bool boundary_recedes(const SchemeInfo& scheme, const RuleOptions& options) {
+    return averaging_steps(scheme, options) > 0 && options.averaging_boundary == AveragingBoundary::recede;
+}
+
 bool ignores_creases(const SchemeInfo& scheme, const RuleOptions& options) {
-    if (scheme.step == biquartic_step) return true;
-    return scheme.step == averaging_step && options.averaging_steps != 0 &&
-           (options.averaging_steps != 2 || options.averaging_boundary == AveragingBoundary::recede);
+    const int steps = averaging_steps(scheme, options);
+    return steps != 0 && (steps != 2 || boundary_recedes(scheme, options));
 }
 
 FanLattice fan_lattice(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options) {

@@ -1,0 +1,89 @@
+#include "tetrakis/refine/hexagon_fans.hpp"
+
+#include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/face_normals.hpp"
+#include "tetrakis/refine/honeycomb_limit.hpp"
+
+#include <algorithm>
+#include <vector>
+
+namespace tetrakis::detail {
+
+namespace {
+
+constexpr std::uint32_t k_hexagon = 6;
+
+}  // namespace
+
+HexagonFans::HexagonFans(const HexagonMesh& mesh) : mesh_(mesh) {
+    face_of_.resize(mesh.halfedge_count());
+    for_each_index(mesh.face_count(),
+                   [&](std::uint32_t f) { std::fill_n(face_of_.begin() + mesh.face_begin(f), mesh.face_size(f), f); });
+    tagged_.assign(mesh.vertex_count(), 0);
+    for (const HexagonMesh::Tagged& tagged : mesh.tagged()) tagged_[tagged.vertex] = 1;
+}
+
+/// The vertices that a limit depends on, in the order of honeycomb_fan(). False where the mesh is another one there.
+template <class Visit>
+bool HexagonFans::walk(std::uint32_t v, Visit&& visit) const {
+    constexpr std::uint32_t k_edges = 3;
+    const auto is_hexagon = [&](std::uint32_t f) { return mesh_.face_size(f) == k_hexagon; };
+    const auto ahead = [](std::uint32_t begin, std::uint32_t h, std::uint32_t steps) {
+        const std::uint32_t at = h - begin + steps;
+        return begin + (at < k_hexagon ? at : at - k_hexagon);
+    };
+    const auto around = mesh_.leaving(v);
+    if (around.size() < 2 || tagged_[v] != 0) return false;
+    visit(v);
+    for (const std::uint32_t h : around) {
+        const std::uint32_t f = face_of_[h], begin = mesh_.face_begin(f);
+        if (!is_hexagon(f)) return false;
+        const std::uint32_t next = ahead(begin, h, 1), e = mesh_.origin(next);
+        if (tagged_[e] != 0 || mesh_.leaving(e).size() != k_edges) return false;
+        const std::uint32_t across = mesh_.twin(next), beyond = face_of_[across], first = mesh_.face_begin(beyond);
+        if (!is_hexagon(beyond)) return false;
+        visit(e);
+        for (std::uint32_t k = 2; k < 5; ++k) visit(mesh_.origin(ahead(begin, h, k)));
+        for (std::uint32_t k = 3; k < k_hexagon; ++k) visit(mesh_.origin(ahead(first, across, k)));
+    }
+    return true;
+}
+
+void HexagonFans::need_weights(std::size_t valence) {
+    if (weights_.size() <= valence) weights_.resize(valence + 1);
+    if (weights_[valence].empty()) weights_[valence] = honeycomb_limit_weights(static_cast<int>(valence));
+}
+
+bool HexagonFans::is_plain(std::uint32_t v) const {
+    return walk(v, [](std::uint32_t) {});
+}
+
+std::optional<Vec3d> HexagonFans::limit(std::uint32_t v, const Vec3d* net) const {
+    const std::size_t valence = mesh_.leaving(v).size();
+    if (valence >= weights_.size() || weights_[valence].empty()) return std::nullopt;
+    const double* weight = weights_[valence].data();
+    Vec3d sum(0);
+    if (!walk(v, [&](std::uint32_t w) { sum += *weight++ * net[w]; })) return std::nullopt;
+    return sum;
+}
+
+Vec3d HexagonFans::normal(std::uint32_t v, const Vec3d* net) const {
+    Vec3d corners(0);
+    for (const std::uint32_t h : mesh_.leaving(v)) {
+        const std::uint32_t begin = mesh_.face_begin(face_of_[h]), last = begin + mesh_.face_size(face_of_[h]) - 1;
+        corners += FaceNormals::at_corner(net[v], net[mesh_.origin(h < last ? h + 1 : begin)],
+                                          net[mesh_.origin(h > begin ? h - 1 : last)]);
+    }
+    if (const Vec3d normal = unit_of_sum(corners); normal != Vec3d(0)) return normal;
+    FaceNormals normals;
+    std::vector<Vec3d> points;
+    for (const std::uint32_t h : mesh_.leaving(v)) {
+        const std::uint32_t begin = mesh_.face_begin(face_of_[h]), end = begin + mesh_.face_size(face_of_[h]);
+        points.clear();
+        for (std::uint32_t c = begin; c < end; ++c) points.push_back(net[mesh_.origin(c)]);
+        normals.add(points, h - begin);
+    }
+    return normals.normal();
+}
+
+}  // namespace tetrakis::detail
