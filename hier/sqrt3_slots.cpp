@@ -38,6 +38,11 @@ Sqrt3Triangle Sqrt3Slots::triangle_of(std::uint32_t slot) const {
 
 Sqrt3Triangle Sqrt3Slots::triangle(LeafId leaf) const { return triangle_of(leaf.value); }
 
+LeafId Sqrt3Slots::find(const Sqrt3Triangle& triangle) const {
+    const LeafId leaf(slot_of(triangle.level, triangle.face));
+    return is_leaf(leaf) && triangle_of(leaf.value) == triangle ? leaf : LeafId{};
+}
+
 std::array<Sqrt3Vertex, 3> Sqrt3Slots::corners(const Sqrt3Triangle& t) const {
     const std::scoped_lock lock(shared_.mutex);
     Sqrt3Lattice& lattice = shared_.lattice;

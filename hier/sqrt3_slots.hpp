@@ -55,6 +55,11 @@ class Sqrt3Slots {
     LeafId neighbour(LeafId leaf, int side) const;
     /// By control face, then by where they come from: as Sqrt3Forest::leaves().
     std::vector<LeafId> ordered_leaves() const;
+    /// By control face that they lie in (on an edge of two: whose number they have), there along a Z-order curve
+    /// (Morton 1966) through the grid that the levels cut it into. Depends on the set of leaves alone. O(leaves).
+    std::vector<LeafId> leaves_on_curve() const;
+    /// The leaf that is this triangle; invalid if none is. O(level).
+    LeafId find(const Sqrt3Triangle& triangle) const;
     /// Whether a vertex is one of sqrt(3) refinement of this mesh.
     bool is_vertex(const Sqrt3Vertex& vertex) const;
 
@@ -85,6 +90,7 @@ class Sqrt3Slots {
 
   private:
     friend struct Sqrt3SlotsCorruptor;  // of the tests
+    class CurveWalk;
 
     // child_: the record of a split triangle, or one of these.
     static constexpr std::uint32_t k_whole = 0xFFFF'FFFFu, k_half = 0xFFFF'FFFEu, k_dead = 0xFFFF'FFFDu;

@@ -62,7 +62,7 @@ std::vector<LeafHandle> Hierarchy::handles(std::span<const LeafId> slots) const 
 std::span<const LeafHandle> Hierarchy::leaves() const {
     const std::scoped_lock lock(cache_->mutex);
     if (!cache_->valid) {
-        cache_->leaves = handles(family_->ordered_leaves());
+        cache_->leaves = handles(family_->leaves_on_curve());
         cache_->valid = true;
     }
     return cache_->leaves;
@@ -92,6 +92,8 @@ NodeView Hierarchy::view(const HierarchyNode& node) const {
 
 std::optional<LeafHandle> Hierarchy::find(const HierarchyNode& node) const {
     require_node(node);
+    if (const std::optional<LeafId> slot = family_->find(node))
+        return slot->valid() ? std::optional(handle(*slot)) : std::nullopt;
     const auto all = leaves();
     const auto found =
         std::partition_point(all.begin(), all.end(), [&](LeafHandle leaf) { return family_->node(leaf.slot) < node; });

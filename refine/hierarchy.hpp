@@ -107,14 +107,12 @@ class Hierarchy {
     // Leaves and nodes.
 
     std::uint32_t leaf_count() const { return family_->leaf_count(); }
-    /// All leaves in the order of the space-filling curve: by root, then by path. Cutting this range into equal parts
-    /// cuts the mesh into compact ones, but for sqrt3, whose siblings share a vertex, but no edge: leaves_for_parts().
-    /// Valid until the next change. O(leaves log leaves) after a change.
+    /// All leaves in the order of a space-filling curve, which depends on the set of leaves alone: by root, then by
+    /// path
+    /// ("sqrt3", where siblings share a vertex, but no edge: by the control face that they lie in, then along a Z-order
+    /// curve there). Cutting this range into equal parts cuts the mesh into compact ones. Valid until the next change.
+    /// O(leaves log leaves) after a change.
     std::span<const LeafHandle> leaves() const;
-    /// All leaves in an order to be cut into equal, compact parts: leaves(); sqrt3: along a Z-order curve (Morton 1966)
-    /// through the centres of the triangles, in the box around the net. The same for any number of threads. O(leaves),
-    /// sqrt3: and their vertices' positions.
-    std::vector<LeafHandle> leaves_for_parts() const;
     bool is_leaf(LeafHandle leaf) const;
     HierarchyNode node(LeafHandle leaf) const;
     LeafView view(LeafHandle leaf) const;

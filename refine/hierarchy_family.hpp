@@ -85,6 +85,11 @@ class HierarchyFamily {
     virtual std::array<LeafId, 2> neighbours(LeafId leaf, int side) const = 0;
     /// In the order of their nodes.
     virtual std::vector<LeafId> ordered_leaves() const = 0;
+    /// In an order whose equal parts are compact; depends on the set of leaves alone.
+    virtual std::vector<LeafId> leaves_on_curve() const { return ordered_leaves(); }
+    /// The node's leaf, or an invalid one if it is none, of families that find it without a list of all; those that do
+    /// not have leaves_on_curve() in the order of nodes.
+    virtual std::optional<LeafId> find(const HierarchyNode& /*node*/) const { return std::nullopt; }
 
     /// Splits the marked leaves, and what else has to be split.
     /// @param marked        leaves, none at the largest depth; repetitions do no harm

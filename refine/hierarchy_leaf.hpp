@@ -18,8 +18,8 @@ struct LeafHandle {
 };
 
 /// A node of a hierarchy's trees, leaf or not: the root's number (see the family), and the children taken from there,
-/// HierarchyTree::path_bits each, the first in the most significant bits. Compares along the space-filling curve, a
-/// parent before its children.
+/// HierarchyTree::path_bits each, the first in the most significant bits. Compares by root, then path, a parent
+/// before its children.
 struct HierarchyNode {
     std::uint32_t root = 0;
     std::uint64_t path = 0;

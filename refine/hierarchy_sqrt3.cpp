@@ -66,6 +66,8 @@ class Sqrt3Family final : public HierarchyFamily {
         return {slots_.neighbour(leaf, side), LeafId{}};
     }
     std::vector<LeafId> ordered_leaves() const override { return slots_.ordered_leaves(); }
+    std::vector<LeafId> leaves_on_curve() const override { return slots_.leaves_on_curve(); }
+    std::optional<LeafId> find(const HierarchyNode& node) const override { return slots_.find(triangle_of(node)); }
 
     void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) override {
         Sqrt3Slots::Changed removed;

@@ -48,7 +48,7 @@ void restore(HierarchyFamily& family, std::span<const HierarchyNode> nodes) {
 std::vector<std::byte> Hierarchy::saved() const {
     std::vector<HierarchyNode> nodes;
     nodes.reserve(leaf_count());
-    for (LeafHandle leaf : leaves()) nodes.push_back(family_->node(leaf.slot));
+    for (LeafId leaf : family_->ordered_leaves()) nodes.push_back(family_->node(leaf));
     return detail::encode_hierarchy(
         header(*family_, *scheme_, rules_), tree(), [&](const HierarchyNode& node) { return family_->has_node(node); },
         nodes);
@@ -132,8 +132,14 @@ void Hierarchy::load(const std::filesystem::path& path) {
 std::optional<std::string> Hierarchy::check() const {
     if (auto fault = family_->check()) return fault;
     if (generation_.size() < family_->leaf_slots()) return "slots without generation";
-    const auto all = leaves();
+    const std::vector<LeafHandle> all = handles(family_->ordered_leaves());
     if (all.size() != leaf_count()) return "the leaves in order are not all leaves";
+    const auto sorted = [](std::span<const LeafHandle> leaves) {
+        std::vector<LeafHandle> copy(leaves.begin(), leaves.end());
+        std::sort(copy.begin(), copy.end());
+        return copy;
+    };
+    if (sorted(leaves()) != sorted(all)) return "the leaves along the curve are others than those in order";
     for (std::size_t i = 0; i < all.size(); ++i) {
         const HierarchyNode node = family_->node(all[i].slot);
         const std::string name = "leaf " + std::to_string(all[i].slot.value);

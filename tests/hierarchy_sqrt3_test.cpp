@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
 
 using namespace tetrakis;
@@ -92,7 +93,8 @@ TEST_CASE(
         // Leaves one by one.
         for (std::size_t f = 0; f < limits.leaves.size(); ++f) {
             const LeafView view = h.view(limits.leaves[f]);
-            REQUIRE(limits.leaves[f] == h.leaves()[f]);
+            REQUIRE(h.find(view.node) == limits.leaves[f]);
+            if (f > 0) REQUIRE(h.node(limits.leaves[f - 1]) < view.node);
             for (std::size_t k = 0; k < 3; ++k) {
                 const std::uint32_t v = limits.mesh.face_vertices[3 * f + k];
                 REQUIRE(view.corner[k] == limits.sites[v]);
@@ -237,6 +239,51 @@ TEST_CASE(
     CHECK(deep.children(deepest).empty());
     CHECK(!deep.check());
     CHECK(deep.memory_bytes() < 80 * std::uint64_t{count} + 8192);
+}
+
+TEST_CASE("sqrt3 leaves come control face by control face, whichever edges are flipped or kept") {
+    for (const std::uint64_t seed : test::seeds(12)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = test::random_sqrt3_mesh(seed);
+        Hierarchy h = make_hierarchy(mesh, "sqrt3");
+        const std::uint32_t roots = h.leaf_count();
+        // Two steps cut a face in nine and its sides in three.
+        std::uint32_t in_root = 9, sides = 9;
+        for (int pairs = 1; pairs <= 2; ++pairs, in_root *= 9, sides *= 3) {
+            CAPTURE(pairs);
+            h.refine_where(each_leaf([](const LeafView&) { return true; }), 4 * pairs);
+            REQUIRE(h.leaf_count() == roots * in_root);
+            const std::vector<LeafHandle> leaves = test::leaves_of(h);
+            std::map<LeafHandle, std::size_t> root_of;
+            for (std::size_t i = 0; i < leaves.size(); ++i) root_of[leaves[i]] = i / in_root;
+            std::vector<std::uint32_t> outside(roots, 0);
+            for (const auto& [leaf, root] : root_of)
+                for (int side = 0; side < 3; ++side) {
+                    const LeafNeighbours beyond = h.neighbours(leaf, side);
+                    if (beyond.count == 0 || root_of.at(beyond.leaf[0]) != root) ++outside[root];
+                }
+            CHECK(std::count(outside.begin(), outside.end(), sides) == static_cast<std::ptrdiff_t>(roots));
+        }
+    }
+}
+
+TEST_CASE("sqrt3 leaves are in order and found down to the largest depth") {
+    for (const std::uint64_t seed : test::seeds(6)) {
+        CAPTURE(seed);
+        Hierarchy h = make_hierarchy(test::random_sqrt3_mesh(seed), "sqrt3");
+        LeafHandle at = h.leaves().front();
+        while (h.node(at).depth < h.tree().max_depth) {
+            const std::vector<LeafHandle> created = h.refine(at);
+            at = *std::max_element(created.begin(), created.end(),
+                                   [&](LeafHandle a, LeafHandle b) { return h.node(a).depth < h.node(b).depth; });
+        }
+        CHECK(!h.check());
+        for (const LeafHandle leaf : h.leaves()) {
+            const HierarchyNode node = h.node(leaf);
+            CHECK(h.find(node) == leaf);
+            if (node.depth > 0) CHECK(!h.find(*h.parent(node)));
+        }
+    }
 }
 
 TEST_CASE("check() finds slots that are not as the split triangles say") {

@@ -277,8 +277,14 @@ TEST_CASE("equal parts of the leaves are compact") {
             // A part of them one level deeper.
             h.refine_where(each_leaf([&](const LeafView&) { return ++i % 9 != 0; }), deepest);
         }
-        const std::vector<LeafHandle> leaves = h.leaves_for_parts();
+        const std::vector<LeafHandle> leaves = test::leaves_of(h);
         REQUIRE(leaves.size() == h.leaf_count());
+        // They are in this order whatever the history.
+        Hierarchy loaded = make_hierarchy(mesh, scheme);
+        loaded.load(h.saved());
+        const std::vector<LeafHandle> same = test::leaves_of(loaded);
+        CHECK(std::equal(leaves.begin(), leaves.end(), same.begin(), same.end(),
+                         [&](LeafHandle a, LeafHandle b) { return h.node(a) == loaded.node(b); }));
         constexpr std::size_t k_parts = 4;
         std::map<std::uint32_t, std::size_t> part;
         for (std::size_t i = 0; i < leaves.size(); ++i) part[leaves[i].slot.value] = i * k_parts / leaves.size();
