@@ -23,8 +23,8 @@ constexpr Place operator/(const Place& a, std::int64_t x) { return {a[0] / x, a[
 Place mean(const Place& a, const Place& b, const Place& c) { return (a + b + c) / 3; }
 Place third(const Place& from, const Place& to) { return (2 * from + to) / 3; }
 
-// 3^20: 18 pairs of steps, which is Sqrt3Lattice::max_level() of the smallest mesh, and two powers more for what is
-// marked in the last of them. It is less than 2^32, so two coordinates together have 64 bits.
+// 3^20: Sqrt3Lattice::max_level() is 37 at most, 18 pairs of steps and one; what is marked after 17 or 18 of them takes
+// two powers more. It is less than 2^32, so two coordinates together have 64 bits.
 constexpr std::int64_t k_grid = 3'486'784'401;
 
 /// A face of level 2 * `pairs`.

@@ -4,6 +4,7 @@
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/hier/pod_array.hpp"
 #include "tetrakis/hier/radix_sort.hpp"
+#include "tetrakis/hier/spread_bits.hpp"
 #include "tetrakis/refine/adaptive.hpp"
 #include "tetrakis/refine/triangle_memory.hpp"
 
@@ -94,19 +95,11 @@ class AdaptiveRefinement {
             const auto& c = t.corner;
             const std::uint64_t x = (std::uint64_t{c[0].x} + c[1].x + 2 * std::uint64_t{c[2].x}) << shift;
             const std::uint64_t y = (std::uint64_t{c[0].y} + c[1].y + 2 * std::uint64_t{c[2].y}) << shift;
-            const std::uint64_t curve = spread(x) | spread(y) << 1;
+            const std::uint64_t curve = detail::spread_bits(x) | detail::spread_bits(y) << 1;
             order_[i] = {std::uint64_t{t.root.value} << (64 - root_bits) | curve >> root_bits, leaves[i]};
         });
         radix_sort(order_, order_spare_, [](const Place& p) { return p.place; });
         for_each_index(static_cast<std::uint32_t>(leaves.size()), [&](std::uint32_t i) { leaves[i] = order_[i].leaf; });
-    }
-    /// Every bit moved to twice its place.
-    static std::uint64_t spread(std::uint64_t x) {
-        x = (x | x << 16) & 0x0000FFFF0000FFFFu;
-        x = (x | x << 8) & 0x00FF00FF00FF00FFu;
-        x = (x | x << 4) & 0x0F0F0F0F0F0F0F0Fu;
-        x = (x | x << 2) & 0x3333333333333333u;
-        return (x | x << 1) & 0x5555555555555555u;
     }
 
     void estimate(std::vector<LeafId>& leaves) {

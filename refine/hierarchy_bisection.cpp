@@ -1,5 +1,6 @@
 #include "tetrakis/hier/bisection_forest.hpp"
 #include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/refine/described_family.hpp"
 #include "tetrakis/refine/hierarchy_faces.hpp"
 #include "tetrakis/refine/hierarchy_families.hpp"
 
@@ -12,7 +13,7 @@ namespace tetrakis {
 
 namespace {
 
-class BisectionFamily final : public HierarchyFamily {
+class BisectionFamily final : public detail::DescribedFamily<BisectionFamily> {
   public:
     BisectionFamily(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source)
         : forest_(mesh),
@@ -51,17 +52,6 @@ class BisectionFamily final : public HierarchyFamily {
         return {forest_.root(leaf).value, l.depth == 0 ? 0 : l.path << (64 - l.depth), l.depth};
     }
     int depth(LeafId leaf) const override { return forest_.depth(leaf); }
-    LeafView view(LeafId leaf) const override {
-        LeafView view;
-        describe(leaf, view);
-        return view;
-    }
-    void views(std::span<const LeafId> leaves, std::span<LeafView> views) const override {
-        for (std::size_t i = 0; i < leaves.size(); ++i) describe(leaves[i], views[i]);
-    }
-    void remove_below(int least_depth, std::vector<LeafId>& leaves) const override {
-        std::erase_if(leaves, [&](LeafId leaf) { return forest_.depth(leaf) >= least_depth; });
-    }
     NodeView view(const HierarchyNode& node) const override {
         const CellTriangle t = triangle(node);
         NodeView view;
@@ -117,6 +107,8 @@ class BisectionFamily final : public HierarchyFamily {
     bool has_free_slots() const override { return forest_.has_free_slots(); }
 
   private:
+    friend class detail::DescribedFamily<BisectionFamily>;
+
     void describe(LeafId leaf, LeafView& view) const {
         const BisectionLeaf& l = forest_.leaf(leaf);
         view.node = node(leaf);

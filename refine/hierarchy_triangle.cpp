@@ -1,6 +1,7 @@
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/hier/triangle_cell.hpp"
 #include "tetrakis/hier/triangle_forest.hpp"
+#include "tetrakis/refine/described_family.hpp"
 #include "tetrakis/refine/hierarchy_faces.hpp"
 #include "tetrakis/refine/hierarchy_families.hpp"
 
@@ -13,7 +14,7 @@ namespace tetrakis {
 
 namespace {
 
-class TriangleFamily final : public HierarchyFamily {
+class TriangleFamily final : public detail::DescribedFamily<TriangleFamily> {
   public:
     TriangleFamily(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source)
         : forest_(mesh),
@@ -50,17 +51,6 @@ class TriangleFamily final : public HierarchyFamily {
                 static_cast<std::uint8_t>(level)};
     }
     int depth(LeafId leaf) const override { return forest_.level(leaf); }
-    LeafView view(LeafId leaf) const override {
-        LeafView view;
-        describe(leaf, view);
-        return view;
-    }
-    void views(std::span<const LeafId> leaves, std::span<LeafView> views) const override {
-        for (std::size_t i = 0; i < leaves.size(); ++i) describe(leaves[i], views[i]);
-    }
-    void remove_below(int least_depth, std::vector<LeafId>& leaves) const override {
-        std::erase_if(leaves, [&](LeafId leaf) { return forest_.level(leaf) >= least_depth; });
-    }
     NodeView view(const HierarchyNode& node) const override {
         const CellTriangle t = triangle(node);
         NodeView view;
@@ -133,6 +123,8 @@ class TriangleFamily final : public HierarchyFamily {
     bool has_free_slots() const override { return forest_.has_free_slots(); }
 
   private:
+    friend class detail::DescribedFamily<TriangleFamily>;
+
     void describe(LeafId leaf, LeafView& view) const {
         view.node = node(leaf);
         view.face = forest_.face(leaf);

@@ -1,5 +1,6 @@
 #include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/vertex_forest.hpp"
+#include "tetrakis/refine/described_family.hpp"
 #include "tetrakis/refine/hierarchy_families.hpp"
 #include "tetrakis/refine/vertex_levels.hpp"
 
@@ -60,7 +61,7 @@ void refine_towards(VertexForest& forest, std::span<const VertexCell> cells, std
         leaves.push_back(std::lower_bound(above.begin(), above.end(), std::pair(cell, LeafId(0)))->second);
 }
 
-class VertexFamily final : public HierarchyFamily {
+class VertexFamily final : public detail::DescribedFamily<VertexFamily> {
   public:
     VertexFamily(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source, VertexRoots roots)
         : mesh_(&mesh),
@@ -102,17 +103,6 @@ class VertexFamily final : public HierarchyFamily {
 
     HierarchyNode node(LeafId leaf) const override { return node_of(forest_.cell(leaf)); }
     int depth(LeafId leaf) const override { return forest_.level(leaf); }
-    LeafView view(LeafId leaf) const override {
-        LeafView view;
-        describe(leaf, view);
-        return view;
-    }
-    void views(std::span<const LeafId> leaves, std::span<LeafView> views) const override {
-        for (std::size_t i = 0; i < leaves.size(); ++i) describe(leaves[i], views[i]);
-    }
-    void remove_below(int least_depth, std::vector<LeafId>& leaves) const override {
-        std::erase_if(leaves, [&](LeafId leaf) { return forest_.level(leaf) >= least_depth; });
-    }
     NodeView view(const HierarchyNode& node) const override {
         NodeView view;
         describe(node, cell_of(node), view);
@@ -187,6 +177,8 @@ class VertexFamily final : public HierarchyFamily {
     bool has_free_slots() const override { return forest_.has_free_slots(); }
 
   private:
+    friend class detail::DescribedFamily<VertexFamily>;
+
     HierarchyNode node_of(const VertexCell& cell) const {
         HierarchyNode node{cell.root, 0, 0};
         for (int bit = cell.level - 1; bit >= 0; --bit) {

@@ -41,6 +41,14 @@ TETRAKIS_INLINE inline void store_last(T* p, const Lane<T>& v) {
     __builtin_memcpy(p, &two, sizeof two);
     p[2] = v[2];
 }
+/// @param last  nothing follows that could be written over
+template <class T>
+TETRAKIS_INLINE inline void store(T* p, const Lane<T>& v, bool last) {
+    if (last)
+        store_last(p, v);
+    else
+        store(p, v);
+}
 
 /// Point i of a line of n + 1 without turns.
 template <class T>
@@ -145,17 +153,11 @@ TETRAKIS_INLINE inline void factored_quad_rows(const RootLines<T>& root, std::ui
             cells = load(centres + at) + centre;
             if (x > 0) store(on + 2 * at - 3, half * b1 + sixteenth * (((b0 + b2) + (a1 + c1)) + (cells0 + cells)));
             const Lane<T> edge = quarter * ((b1 + b2) + cells);
-            if (last)
-                store_last(on + 2 * at, edge);
-            else
-                store(on + 2 * at, edge);
+            store(on + 2 * at, edge, last);
             if (!last) a1 = load(pa);
         }
         if (x > 0) store(between + 2 * at - 3, quarter * ((b1 + c1) + (centre0 + centre)));
-        if (last)
-            store_last(between + 2 * at, centre);
-        else
-            store(between + 2 * at, centre);
+        store(between + 2 * at, centre, last);
         store_last(centres + at, centre);
         b0 = b1;
         b1 = b2;
@@ -214,17 +216,11 @@ TETRAKIS_INLINE inline void refine_triangle_rows(const RootLines<T>& root, std::
         if (x > 0) {
             if constexpr (On) store(on + at - 3, w.vertex * b1 + w.neighbour * (((b0 + b2) + (u1 + u2)) + (c0 + c1)));
             const Lane<T> upright = w.end * (b1 + c1) + w.opposite * (c0 + b2);
-            if (end)
-                store_last(between + at - 3, upright);
-            else
-                store(between + at - 3, upright);
+            store(between + at - 3, upright, end);
         }
         if constexpr (On) {
             const Lane<T> flat = w.end * (b1 + b2) + w.opposite * (c1 + u2);
-            if (end)
-                store_last(on + at, flat);
-            else
-                store(on + at, flat);
+            store(on + at, flat, end);
         }
         if (!end) store(between + at, w.end * (b2 + c1) + w.opposite * (b1 + c2));
         if constexpr (On) u1 = u2;
@@ -314,10 +310,7 @@ void factored_strip(const PointLine<T>& left, const PointLine<T>& line, const Po
             store(finer + at - 3, half * p1 + sixteenth * (((p0 + p2) + (l1 + r1)) +
                                                            ((left0 + centre_left) + (right0 + centre_right))));
         const Lane<T> edge = quarter * ((p1 + p2) + (centre_left + centre_right));
-        if (last)
-            store_last(finer + at, edge);
-        else
-            store(finer + at, edge);
+        store(finer + at, edge, last);
         p0 = p1;
         p1 = p2;
         l1 = l2;
@@ -355,10 +348,7 @@ void refine_strip_triangles(const PointLine<T>& left, const PointLine<T>& line, 
                                        : r.take());
         if (x > 0) store(finer + at - 3, w.vertex * p1 + w.neighbour * (((p0 + p2) + (a0 + a1)) + (b0 + b1)));
         const Lane<T> middle = w.end * (p1 + p2) + w.opposite * (a1 + b1);
-        if (end)
-            store_last(finer + at, middle);
-        else
-            store(finer + at, middle);
+        store(finer + at, middle, end);
         p0 = p1;
         p1 = p2;
         a0 = a1;

@@ -270,7 +270,8 @@ TEST_CASE("sqrt3 leaves come control face by control face, whichever edges are f
 TEST_CASE("sqrt3 leaves are in order and found down to the largest depth") {
     for (const std::uint64_t seed : test::seeds(6)) {
         CAPTURE(seed);
-        Hierarchy h = make_hierarchy(test::random_sqrt3_mesh(seed), "sqrt3");
+        const ControlMesh mesh = test::random_sqrt3_mesh(seed);
+        Hierarchy h = make_hierarchy(mesh, "sqrt3");
         LeafHandle at = h.leaves().front();
         while (h.node(at).depth < h.tree().max_depth) {
             const std::vector<LeafHandle> created = h.refine(at);
