@@ -1,4 +1,5 @@
 #include "point_match.hpp"
+#include "random_mesh.hpp"
 
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/obj_reader.hpp"
@@ -14,6 +15,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <numbers>
 #include <set>
 #include <string>
 
@@ -453,6 +455,39 @@ TEST_CASE("triangle schemes cut the faces of other meshes, and give attributes t
                     CHECK(mine.attributes[0].values[3 * v + i] ==
                           doctest::Approx(mine.positions[v][static_cast<int>(i)]).epsilon(1e-6));
         }
+    }
+}
+
+TEST_CASE("kobbelt: Loop's tangent masks on the ring, a few levels down, point where the scheme's eigenvectors do") {
+    // Zorin and Schroeder's advice for tangents (SIGGRAPH course 2000, 4.4), against the masks of the scheme itself.
+    for (const std::uint64_t seed : test::seeds(3)) {
+        test::RandomMeshOptions options = test::random_options(seed);
+        options.topology = seed % 2 == 0 ? test::Topology::sphere : test::Topology::torus;
+        options.removed_faces = 0;
+        options.edge_vertices = options.hole = options.crease = options.corner = 0;
+        const ControlMesh mesh = ControlMesh::build(test::random_mesh_data(seed, options));
+        const auto largest_angle = [&](int levels) {
+            const RuleRefiner refiner(mesh, *find_scheme("kobbelt"), levels, {.normals = true});
+            std::vector<Vec3d> points(refiner.vertex_count()), normals(refiner.vertex_count());
+            refiner.refine(mesh.positions(), points, normals);
+            double most = 0;
+            for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+                const RuleMesh::Ring ring = refiner.last().ring(static_cast<int>(v));
+                Vec3d along(0), across(0);
+                for (int i = 0; i < ring.edges(); ++i) {
+                    const double turn = 2 * std::numbers::pi * i / ring.edges();
+                    along += std::cos(turn) * points[static_cast<std::size_t>(ring.at(i))];
+                    across += std::sin(turn) * points[static_cast<std::size_t>(ring.at(i))];
+                }
+                const Vec3d normal = glm::normalize(glm::cross(along, across));
+                most = std::max(most, std::acos(std::clamp(glm::dot(normal, normals[v]), -1.0, 1.0)));
+            }
+            return most;
+        };
+        CAPTURE(seed);
+        const double coarse = largest_angle(2), fine = largest_angle(5);
+        CHECK(fine < 0.3 * coarse);
+        CHECK(fine < 0.1);
     }
 }
 
