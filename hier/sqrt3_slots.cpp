@@ -1,6 +1,7 @@
 #include "tetrakis/hier/sqrt3_slots.hpp"
 
 #include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/parallel.hpp"
 
 #include <algorithm>
 #include <tuple>
@@ -61,6 +62,39 @@ PointId Sqrt3Slots::point(const Sqrt3Vertex& v) const {
     const std::uint64_t face = v.kind == Kind::centre ? v.key : Sqrt3Lattice::face(v.key);
     const std::uint32_t record = child_[slot_of(v.birth - 1, face)];
     return PointId(mesh().vertex_count() + 2 * record + (v.kind == Kind::second ? 1 : 0));
+}
+
+Sqrt3Slots::Places Sqrt3Slots::places(const Sqrt3Levels& levels) const {
+    using Kind = Sqrt3Vertex::Kind;
+    Places places;
+    places.slot.resize(levels.levels.size());
+    places.point.resize(levels.vertices.size());
+    for (std::uint32_t v = 0; v < mesh().vertex_count(); ++v) places.point[v] = v;
+    for (std::size_t k = 0; k < levels.levels.size(); ++k) {
+        const Sqrt3Level& level = levels.levels[k];
+        auto& slot = places.slot[k];
+        slot.resize(level.face_count());
+        if (k == 0)
+            for (std::uint32_t f = 0; f < level.face_count(); ++f)
+                slot[f] = static_cast<std::uint32_t>(level.number[f]);
+        if (k + 1 < levels.levels.size()) places.slot[k + 1].resize(levels.levels[k + 1].face_count());
+        for_each_index(level.face_count(), [&](std::uint32_t f) {
+            if (level.split[f] == 0) return;
+            for (std::uint32_t side = 0; side < 3; ++side)
+                if (const std::uint32_t child = level.child_over(3 * f + side); Sqrt3Level::there(child))
+                    places.slot[k + 1][child] = child_over(slot[f], side);
+            const std::uint32_t first = mesh().vertex_count() + 2 * child_[slot[f]], apex = level.apex[f];
+            if (levels.vertices[apex].kind == Kind::centre) {
+                places.point[apex] = first;
+                return;
+            }
+            // Those of a cut edge are those of the face that names them.
+            for (const std::uint32_t v : {apex, levels.beside(apex)})
+                if (const Sqrt3Vertex& vertex = levels.vertices[v]; Sqrt3Lattice::face(vertex.key) == level.number[f])
+                    places.point[v] = first + (vertex.kind == Kind::second ? 1 : 0);
+        });
+    }
+    return places;
 }
 
 bool Sqrt3Slots::is_vertex(const Sqrt3Vertex& v) const {

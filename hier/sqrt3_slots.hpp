@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/ids.hpp"
 #include "tetrakis/hier/sqrt3_forest.hpp"
+#include "tetrakis/hier/sqrt3_levels.hpp"
 
 #include <array>
 #include <cstddef>
@@ -60,6 +61,18 @@ class Sqrt3Slots {
     std::vector<LeafId> leaves_on_curve() const;
     /// The leaf that is this triangle; invalid if none is. O(level).
     LeafId find(const Sqrt3Triangle& triangle) const;
+    /// Slots and points of this forest's levels, side by side: what find() and point() look for one by one.
+    struct Places {
+        std::vector<detail::RawPoolVector<std::uint32_t>> slot;  ///< by level and face; anything where it is not there
+        detail::RawPoolVector<std::uint32_t> point;              ///< by vertex of the mesh; of others anything
+        /// The leaf that Sqrt3Levels::for_each_leaf() visits.
+        LeafId leaf(const Sqrt3Slots& slots, int level, std::uint32_t face, bool half) const {
+            const auto& at = slot[static_cast<std::size_t>(level)];
+            return LeafId(half ? slots.child_over(at[face / 3], face % 3) : at[face]);
+        }
+    };
+    /// @param levels  of forest()
+    Places places(const Sqrt3Levels& levels) const;
     /// Whether a vertex is one of sqrt(3) refinement of this mesh.
     bool is_vertex(const Sqrt3Vertex& vertex) const;
 
@@ -111,6 +124,7 @@ class Sqrt3Slots {
     bool is_split(std::uint32_t slot) const { return child_[slot] < k_whole_now; }
     bool is_leaf_slot(std::uint32_t slot) const { return child_[slot] == k_whole || child_[slot] == k_half; }
     std::uint32_t first_child(std::uint32_t record) const { return mesh().face_count() + 3 * record; }
+    std::uint32_t child_over(std::uint32_t slot, std::uint32_t side) const { return first_child(child_[slot]) + side; }
     std::uint32_t slot_of(int level, std::uint64_t face) const;
     Sqrt3Triangle triangle_of(std::uint32_t slot) const;
     LeafId leaf_with(Sqrt3Lattice& lattice, int level, std::uint64_t h) const;

@@ -100,6 +100,11 @@ bool add_limits(const Sqrt3Levels& levels, const Numbering& numbering, bool norm
 }  // namespace
 
 Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options) {
+    return sqrt3_mesh(forest, options, [](const Sqrt3Levels&, std::span<const std::uint32_t>) {});
+}
+
+Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options,
+                     const std::function<void(const Sqrt3Levels&, std::span<const std::uint32_t>)>& show) {
     const ControlMesh& mesh = forest.mesh();
     const bool limits = options.limit || options.normals;
     for (int rings = k_rings;; ++rings) {
@@ -110,7 +115,10 @@ Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options)
         out.mesh.groups = mesh.data().groups;
         const bool all = (!limits || add_limits(levels, numbering, options.normals, out)) &&
                          (options.limit || add_net(levels, numbering, out));
-        if (all) return out;
+        if (all) {
+            show(levels, numbering.vertices);
+            return out;
+        }
         if (levels.complete) throw std::logic_error("a vertex of an adaptive sqrt3 mesh that its levels do not have");
     }
 }

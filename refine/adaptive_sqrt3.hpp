@@ -3,9 +3,14 @@
 #include "tetrakis/hier/sqrt3_forest.hpp"
 #include "tetrakis/refine/polygon_mesh.hpp"
 
+#include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
 namespace tetrakis {
+
+class Sqrt3Levels;
 
 struct Sqrt3MeshOptions {
     bool limit = true;     ///< vertices on the limit surface; else in the net of the finest level around each
@@ -29,5 +34,10 @@ struct Sqrt3Mesh {
 /// Cost: half a microsecond to one a vertex, limit included, and half a kilobyte while it runs; where few are side by
 /// side, that for each level and some two hundred vertices around. One thread.
 Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options = {});
+/// And shows the levels that it is made from.
+/// @param show  called once, with the number of each vertex among those of the levels
+Sqrt3Mesh sqrt3_mesh(
+    const Sqrt3Forest& forest, const Sqrt3MeshOptions& options,
+    const std::function<void(const Sqrt3Levels& levels, std::span<const std::uint32_t> vertices)>& show);
 
 }  // namespace tetrakis

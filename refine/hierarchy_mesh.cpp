@@ -5,6 +5,7 @@
 #include "tetrakis/refine/triangle_cut.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -52,10 +53,6 @@ void Hierarchy::evaluate(const HierarchyFaces& faces, const ToMeshOptions& optio
     const auto count = static_cast<std::uint32_t>(faces.sites.size());
     const LevelSource& source = family_->source();
     const bool limit = options.positions == MeshPositions::limit;
-    if (limit || (options.positions == MeshPositions::finest && !options.normals)) {
-        options.context.report("vertices", 0);
-        if (family_->points_of_faces(limit, options.normals, mesh)) return;
-    }
     detail::resize_large(mesh.positions, count);
     if (options.normals) detail::resize_large(mesh.normals, count);
     if (limit) return evaluate_limits(faces, options, mesh);
@@ -105,7 +102,15 @@ HierarchyMesh Hierarchy::to_mesh(const ToMeshOptions& options) const {
     return with_threads(options.context, [&] {
         // No family has fewer; after that it is known.
         check_mesh_memory(options, leaf_count(), 3 * std::uint64_t{leaf_count()}, leaf_count() / 2);
-        HierarchyFaces faces = family_->faces(options.positions == MeshPositions::finest);
+        HierarchyMesh result;
+        std::optional<HierarchyFaces> with_points;
+        const bool limit = options.positions == MeshPositions::limit;
+        if (limit || (options.positions == MeshPositions::finest && !options.normals)) {
+            options.context.report("vertices", 0);
+            with_points = family_->faces_with_points(limit, options.normals, result.mesh);
+        }
+        HierarchyFaces faces =
+            with_points ? std::move(*with_points) : family_->faces(options.positions == MeshPositions::finest);
         const bool cut_faces = options.triangles && !faces.diagonal_at_first.empty();
         std::uint64_t face_count = faces.control_faces.size(), corner_count = faces.face_vertices.size();
         if (cut_faces) {
@@ -113,8 +118,7 @@ HierarchyMesh Hierarchy::to_mesh(const ToMeshOptions& options) const {
             corner_count = 3 * face_count;
         }
         check_mesh_memory(options, face_count, corner_count, faces.sites.size());
-        HierarchyMesh result;
-        evaluate(faces, options, result.mesh);
+        if (!with_points) evaluate(faces, options, result.mesh);
         if (cut_faces) {
             const detail::TriangleCut cut = detail::cut_polygons(faces.face_offsets, faces.diagonal_at_first);
             faces.face_offsets = cut.offsets();

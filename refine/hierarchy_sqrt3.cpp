@@ -1,4 +1,5 @@
 #include "tetrakis/hier/huge_memory.hpp"
+#include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/hier/pool_memory.hpp"
 #include "tetrakis/hier/sqrt3_leaf.hpp"
 #include "tetrakis/hier/sqrt3_levels.hpp"
@@ -127,26 +128,22 @@ class Sqrt3Family final : public HierarchyFamily {
     HierarchyFaces faces(bool with_levels) const override {
         const Sqrt3Levels levels(slots_.forest().lattice(), slots_.forest().split(), 0);
         HierarchyFaces faces;
-        faces.leaves = slots_.ordered_leaves();
-        const std::size_t face_count = faces.leaves.size();
+        const std::size_t face_count = slots_.leaf_count();
         detail::reserve_large(faces.face_offsets, face_count + 1);
         detail::reserve_large(faces.face_vertices, 3 * face_count);
-        detail::reserve_large(faces.control_faces, face_count);
         // As sqrt3_mesh() expects.
-        const std::size_t vertex_count = face_count / 2 + face_count / 64 + 2;
-        detail::reserve_large(faces.sites, vertex_count);
-        detail::reserve_large(faces.points, vertex_count);
+        std::vector<std::uint32_t> vertices;
+        detail::reserve_large(vertices, face_count / 2 + face_count / 64 + 2);
         constexpr std::uint32_t k_unseen = 0xFFFF'FFFFu;
         detail::PoolVector<std::uint32_t> number(levels.vertices.size(), k_unseen);
         const auto add = [&](std::uint32_t vertex) {
             if (number[vertex] == k_unseen) {
-                number[vertex] = static_cast<std::uint32_t>(faces.sites.size());
-                faces.sites.push_back(sqrt3_site(levels.vertices[vertex]));
-                faces.points.push_back(slots_.point(levels.vertices[vertex]));
+                number[vertex] = static_cast<std::uint32_t>(vertices.size());
+                vertices.push_back(vertex);
             }
             faces.face_vertices.push_back(number[vertex]);
         };
-        levels.for_each_leaf([&](int k, std::uint32_t face, bool half, FaceId control_face) {
+        levels.for_each_leaf([&](int k, std::uint32_t face, bool half, FaceId) {
             const Sqrt3Level& level = levels.levels[static_cast<std::size_t>(k)];
             if (half) {
                 add(level.vertex[face]);
@@ -156,17 +153,21 @@ class Sqrt3Family final : public HierarchyFamily {
                 for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) add(level.vertex[h]);
             }
             faces.face_offsets.push_back(static_cast<std::uint32_t>(faces.face_vertices.size()));
-            faces.control_faces.push_back(control_face);
             if (with_levels) faces.levels.push_back(static_cast<std::uint8_t>(half ? k + 1 : k));
         });
+        name(levels, vertices, faces);
         return faces;
     }
-    bool points_of_faces(bool limit, bool normals, PolygonMesh& mesh) const override {
-        Sqrt3Mesh found = sqrt3_mesh(slots_.forest(),
-                                     {.limit = limit, .normals = normals, .halves_are_finer = true, .leaves = false});
+    std::optional<HierarchyFaces> faces_with_points(bool limit, bool normals, PolygonMesh& mesh) const override {
+        HierarchyFaces faces;
+        Sqrt3Mesh found = sqrt3_mesh(
+            slots_.forest(), {.limit = limit, .normals = normals, .halves_are_finer = true, .leaves = false},
+            [&](const Sqrt3Levels& levels, std::span<const std::uint32_t> vertices) { name(levels, vertices, faces); });
         mesh.positions = std::move(found.mesh.positions);
         mesh.normals = std::move(found.mesh.normals);
-        return true;
+        faces.face_offsets = std::move(found.mesh.face_offsets);
+        faces.face_vertices = std::move(found.mesh.face_vertices);
+        return faces;
     }
     std::optional<std::string> check() const override { return slots_.check(); }
     std::uint64_t memory_bytes() const override { return slots_.memory_bytes(); }
@@ -174,6 +175,23 @@ class Sqrt3Family final : public HierarchyFamily {
     bool has_free_slots() const override { return slots_.has_free_slots(); }
 
   private:
+    /// What the hierarchy calls the triangles and vertices of a mesh.
+    /// @param vertices  of the levels
+    void name(const Sqrt3Levels& levels, std::span<const std::uint32_t> vertices, HierarchyFaces& faces) const {
+        const Sqrt3Slots::Places places = slots_.places(levels);
+        detail::reserve_large(faces.leaves, slots_.leaf_count());
+        detail::reserve_large(faces.control_faces, slots_.leaf_count());
+        levels.for_each_leaf([&](int k, std::uint32_t face, bool half, FaceId control_face) {
+            faces.leaves.push_back(places.leaf(slots_, k, face, half));
+            faces.control_faces.push_back(control_face);
+        });
+        detail::resize_large(faces.sites, vertices.size());
+        detail::resize_large(faces.points, vertices.size());
+        for_each_index(static_cast<std::uint32_t>(vertices.size()), [&](std::uint32_t i) {
+            faces.sites[i] = sqrt3_site(levels.vertices[vertices[i]]);
+            faces.points[i] = PointId(places.point[vertices[i]]);
+        });
+    }
     static int depth_of(const Sqrt3Triangle& t) { return 2 * t.level - (t.half ? 1 : 0); }
     HierarchyNode node_of(const Sqrt3Triangle& t) const {
         HierarchyNode node;

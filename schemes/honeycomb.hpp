@@ -11,7 +11,8 @@ namespace tetrakis {
 /// origin), then one per sharp edge.
 ///
 /// The corner of the middle k-gon takes Doo-Sabin's weights, whose eigenvalues for every k are 1, 1/2 twice, 1/4: on
-/// hexagons they reproduce the plane, and no k-gon has another eigenvalue above 1/4. An old vertex goes to the mean of
+/// hexagons they reproduce the plane, and no k-gon has another eigenvalue above 1/4; but the hexagons around it have,
+/// 7/24 (0.2917), so that curvatures are not bounded. An old vertex goes to the mean of
 /// the new corners around it. Boundary and crease: cubic B-spline; corner: stays.
 RuleStep honeycomb_step(const RuleMesh& mesh, const RuleOptions& options);
 /// At the centre of a face, or at a boundary vertex. Of its faces, one more after each step, those along the boundary

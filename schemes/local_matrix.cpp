@@ -75,8 +75,10 @@ double scale(const SchemeInfo& scheme) { return scheme.refinement == Refinement:
 
 }  // namespace
 
-LocalMatrix local_matrix(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options) {
-    check_shape(scheme, shape, fan_lattice(scheme, options));
+LocalMatrix local_matrix(const SchemeInfo& scheme, const FanShape& of, const RuleOptions& options) {
+    check_shape(scheme, of, fan_lattice(scheme, options));
+    FanShape shape = of;
+    shape.hexagons = scheme.family == MeshFamily::hexagons && !shape.boundary;
     const FanLattice lattice = fan_lattice(scheme, shape, options);
     if (shape.boundary && boundary_recedes(scheme, options))
         throw std::invalid_argument(std::string(scheme.name) +
@@ -84,7 +86,8 @@ LocalMatrix local_matrix(const SchemeInfo& scheme, const FanShape& shape, const 
                                     "out the boundary, or replicate it");
     // The lattice beside a dual boundary edge is the same whatever the valence.
     const int rings = fan_rings(scheme, shape, options);
-    const SectorFan fan(lattice, shape, rings + margin(scheme, options));
+    // A ring of hexagons does not feel its rim.
+    const SectorFan fan(lattice, shape, shape.hexagons ? rings : rings + margin(scheme, options));
     const RuleStep step = scheme.step(fan.mesh, options);
     LocalMatrix matrix{FanLabels(lattice, shape, rings), {}};
     const std::vector<int> rows = find_fan(step.mesh, child_start(fan, step), matrix.labels);

@@ -60,7 +60,7 @@ constexpr SchemeInfo k_table[] = {
      biquartic_closed_masks, "any polygons; boundary by copies of its vertices, or the outer ring is used up; no creases"},
     {"averaging", "Repeated averaging, m steps", vertex_split, quads, false, "Cm", 1, "bi-(m + 1)", k_dual, 2, averaging_step,
      averaging_closed_masks, "any polygons; m = 0 bilinear, 1 doo-sabin-cc, 2 nearly catmull-clark (with its creases), 3 biquartic; even m: face split"},
-    {"honeycomb", "Honeycomb refinement with Doo-Sabin weights", honeycomb, hexagons, false, "C0 (more is not proven)", 1, "1", k_dual, 0,
+    {"honeycomb", "Honeycomb refinement with Doo-Sabin weights", honeycomb, hexagons, false, "C0 (more is not proven)", 1, "1", k_dual, 1,
      honeycomb_step, honeycomb_closed_masks, "any polygons; boundary and crease as cubic B-spline"},
 };
 // clang-format on

@@ -11,6 +11,8 @@ namespace tetrakis {
 
 FanLabels::FanLabels(FanLattice lattice, const FanShape& shape, int rings)
     : lattice_(lattice), shape_(shape), rings_(rings) {
+    if (shape.hexagons && (lattice != FanLattice::dual || shape.boundary || rings > 1))
+        throw std::invalid_argument("hexagons lie around a face, in one ring");
     if (shape.faces < 1 || rings < 0) throw std::invalid_argument("a fan has at least one face");
     const bool dual = lattice == FanLattice::dual;
     const int n = shape.faces;
@@ -111,7 +113,11 @@ void dual_faces(const FanLabels& labels, Face&& face) {
     std::vector<FanLabel> middle;
     for (int s = 0; s < n; ++s) middle.push_back({s, 0, 0});
     face(middle);
-    for (int s = 0; s < n; ++s) {
+    for (int s = 0; s < n && labels.shape().hexagons; ++s) {
+        const int next = (s + 1) % n;
+        face({{next, 0, 0}, {s, 0, 0}, {s, 1, 1}, {s, 0, 1}, {next, 1, 0}, {next, 1, 1}});
+    }
+    for (int s = 0; s < n && !labels.shape().hexagons; ++s) {
         const int before = (s + n - 1) % n;
         for (int a = 1; a <= R; ++a) {
             // Beyond the side from corner s - 1 to corner s, then the quads of the corner itself.
@@ -268,6 +274,16 @@ std::vector<int> find_fan(const RuleMesh& mesh, std::span<const int> start, cons
                 if (a < R)
                     column =
                         ahead ? walk.next(walk.across(walk.next(column))) : walk.prev(walk.across(walk.prev(column)));
+            }
+        }
+    } else if (labels.shape().hexagons) {
+        for (int s = 0; s < n; ++s) {
+            see({s, 0, 0}, mesh.origin(start[s]));
+            int h = walk.across(start[s]);
+            if (mesh.face_size(mesh.face(h)) != 6) throw std::logic_error("the faces around a face are no hexagons");
+            for (const FanLabel label : {FanLabel{s, 1, 1}, {s, 0, 1}, {(s + 1) % n, 1, 0}}) {
+                h = walk.next(h);
+                see(label, mesh.target(h));
             }
         }
     } else if (dual) {

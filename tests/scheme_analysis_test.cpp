@@ -224,6 +224,53 @@ TEST_CASE(
     CHECK(analyse(*find_scheme("midpoint"), {.faces = 2}, {}).third == doctest::Approx(0.5));
 }
 
+TEST_CASE("honeycomb: a face and its ring of hexagons map to themselves as their matrix says, in any mesh") {
+    const SchemeInfo& scheme = *find_scheme("honeycomb");
+    for (const int k : {3, 4, 5, 6, 7, 12}) {
+        CAPTURE(k);
+        const SpectralAnalysis analysis = analyse(scheme, {.faces = k}, {});
+        CHECK(analysis.matrix.size() == 4 * k);
+        CHECK(analysis.lambda1 == doctest::Approx(0.5));
+        CHECK(analysis.lambda2 == doctest::Approx(0.5));
+        // The eigenvalue of what is the same all around: hexagons that rise beyond a level face.
+        CHECK(analysis.third == doctest::Approx(7.0 / 24).epsilon(1e-9));
+        CHECK(analysis.curvature == CurvatureClass::unbounded);
+        // A prism: two k-gons and k quads. After two steps there are hexagons around each.
+        RuleMesh::Builder faces;
+        for (int i = k; i-- > 0;) faces.corner(i);
+        faces.end_face();
+        for (int i = 0; i < k; ++i) faces.corner(k + i);
+        faces.end_face();
+        for (int i = 0; i < k; ++i) faces.face({i, (i + 1) % k, k + (i + 1) % k, k + i});
+        RuleMesh mesh(2 * k, std::move(faces));
+        for (int i = 0; i < 2; ++i) mesh = scheme.step(mesh, {}).mesh;
+        const RuleStep step = scheme.step(mesh, {});
+        for (const int face : {0, 1, 2}) {
+            if (mesh.face_size(face) != k) continue;
+            std::vector<int> start, child;
+            for (int c = 0; c < k; ++c) {
+                start.push_back(mesh.face_begin(face) + c);
+                child.push_back(step.child_halfedge[static_cast<std::size_t>(start.back())]);
+            }
+            const std::vector<int> coarse = find_fan(mesh, start, analysis.matrix.labels),
+                                   fine = find_fan(step.mesh, child, analysis.matrix.labels);
+            for (int i = 0; i < analysis.matrix.size(); ++i) {
+                const StencilRow row = step.stencils.row(fine[static_cast<std::size_t>(i)]);
+                double rest = 0;
+                for (const auto& [point, weight] : row.terms) rest += std::abs(weight);
+                for (int j = 0; j < analysis.matrix.size(); ++j) {
+                    double weight = 0;
+                    for (const auto& [point, w] : row.terms)
+                        if (point == coarse[static_cast<std::size_t>(j)]) weight += w;
+                    CHECK(std::abs(weight - analysis.matrix.at(i, j)) < 1e-14);
+                    rest -= std::abs(weight);
+                }
+                CHECK(std::abs(rest) < 1e-14);
+            }
+        }
+    }
+}
+
 TEST_CASE("honeycomb: the two faces along the boundary map to themselves as their matrix says, in any mesh") {
     RuleMesh::Builder faces;
     faces.face({0, 1, 2, 3, 4});

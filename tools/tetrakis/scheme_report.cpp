@@ -270,14 +270,17 @@ void print_scheme(const SchemeFindings& f, bool with_matrix) {
         fmt::print(
             "\nPoints: (s; a, b) is a steps along the boundary from the edge's middle (s = 0 ahead, 1 behind), b steps "
             "inwards.\n");
+    else if (labels.shape().hexagons)
+        fmt::print(
+            "\nPoints: (i; 0, 0) is corner i of the face, (i; 1, 1) lies beyond the edge that leaves it there, (i; 0, "
+            "1) "
+            "and (i; 1, 0) beside that in the hexagons beyond the sides after and before the corner.\nAround an old "
+            "vertex v of this face: i.j is corner j, counter-clockwise from v, of face i; 0 is this face, 1 lies "
+            "beyond its side from v, 2 beyond its side to v.\n");
     else if (dual)
         fmt::print(
             "\nPoints: (i; a, b) is a and b steps out of the face from its corner i, along the sides before and after "
-            "it.{}\n",
-            f.scheme.family == MeshFamily::hexagons
-                ? "\nAround an old vertex v of this face: i.j is corner j, counter-clockwise from v, of face i; 0 is "
-                  "this face, 1 lies beyond its side from v, 2 beyond its side to v."
-                : "");
+            "it.\n");
     else
         fmt::print(
             "\nPoints: c the vertex, ei its edge neighbours counter-clockwise, (i; a, b) a steps along ei, then b "
