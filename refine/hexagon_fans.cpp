@@ -5,6 +5,7 @@
 #include "tetrakis/refine/honeycomb_limit.hpp"
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -64,6 +65,76 @@ std::optional<Vec3d> HexagonFans::limit(std::uint32_t v, const Vec3d* net) const
     const double* weight = weights_[valence].data();
     Vec3d sum(0);
     if (!walk(v, [&](std::uint32_t w) { sum += *weight++ * net[w]; })) return std::nullopt;
+    return sum;
+}
+
+void HexagonFans::points_of(std::uint32_t face, const Vec3d* net, std::vector<Vec3d>& points) const {
+    points.clear();
+    const std::uint32_t begin = mesh_.face_begin(face), end = begin + mesh_.face_size(face);
+    for (std::uint32_t h = begin; h < end; ++h) points.push_back(net[mesh_.origin(h)]);
+}
+
+/// A vertex on the next level.
+Vec3d HexagonFans::moved(std::uint32_t v, const Vec3d* net) const {
+    if (tagged_[v] != 0) {
+        const auto tags = mesh_.tagged();
+        const auto tag =
+            std::lower_bound(tags.begin(), tags.end(), v,
+                             [](const HexagonMesh::Tagged& t, std::uint32_t number) { return t.vertex < number; });
+        if (tag->rule == VertexRule::corner) return net[v];
+        if (tag->rule == VertexRule::crease) return 0.75 * net[v] + 0.125 * (net[tag->ends[0]] + net[tag->ends[1]]);
+    }
+    std::vector<Vec3d> points;
+    Vec3d sum(0);
+    for (const std::uint32_t h : mesh_.leaving(v)) {
+        points_of(face_of_[h], net, points);
+        sum += mesh_.refine_corner(points, h - mesh_.face_begin(face_of_[h]));
+    }
+    return sum / static_cast<double>(mesh_.leaving(v).size());
+}
+
+Vec3d HexagonFans::limit_below(std::uint32_t v, const Vec3d* net) const {
+    const auto around = mesh_.leaving(v);
+    const std::size_t n = around.size();
+    // On the next level: the faces here with their new corners, and the hexagon of each edge, from the vertex on.
+    struct Sector {
+        std::vector<Vec3d> face;  ///< from the vertex on
+        std::array<Vec3d, k_hexagon> hexagon;
+    };
+    std::vector<Sector> sectors(n);
+    std::vector<Vec3d> points;
+    Vec3d middle(0);
+    for (std::size_t i = 0; i < n; ++i) {
+        const std::uint32_t f = face_of_[around[i]];
+        points_of(f, net, points);
+        std::rotate(points.begin(), points.begin() + (around[i] - mesh_.face_begin(f)), points.end());
+        sectors[i].face.resize(points.size());
+        mesh_.refine_face(points, sectors[i].face.data());
+        middle += sectors[i].face[0] / static_cast<double>(n);
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+        const std::uint32_t f = face_of_[around[i]], next = around[i] + 1,
+                            end = mesh_.face_begin(f) + mesh_.face_size(f);
+        const std::uint32_t neighbour = mesh_.origin(next < end ? next : mesh_.face_begin(f));
+        const std::vector<Vec3d>&left = sectors[i].face, &right = sectors[(i + n - 1) % n].face;
+        // Counter-clockwise; the face before the edge lies to its right, and ends with the neighbour.
+        sectors[i].hexagon = {middle, right.front(), right.back(), moved(neighbour, net), left[1], left[0]};
+    }
+    // And on the level after that, where the fan is as walk() has it.
+    std::vector<std::array<Vec3d, k_hexagon>> corners(n);
+    Vec3d fan_middle(0);
+    for (std::size_t i = 0; i < n; ++i) {
+        mesh_.refine_face(sectors[i].hexagon, corners[i].data());
+        fan_middle += corners[i][0] / static_cast<double>(n);
+    }
+    const double* weight = weights_[n].data();
+    Vec3d sum = *weight++ * fan_middle;
+    for (std::size_t i = 0; i < n; ++i) {
+        const auto &here = corners[i], &after = corners[(i + 1) % n];
+        const Vec3d beyond =
+            (here[5] + after[1] + mesh_.refine_corner(sectors[i].face, 0)) / 3.0;  // where the hexagons' edge ends
+        for (const Vec3d& p : {here[0], here[5], beyond, after[1], here[2], here[3], here[4]}) sum += *weight++ * p;
+    }
     return sum;
 }
 

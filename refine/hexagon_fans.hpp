@@ -24,6 +24,9 @@ class HexagonFans {
     /// Nothing where the vertex is not plain.
     /// @param net  the level's points
     std::optional<Vec3d> limit(std::uint32_t v, const Vec3d* net) const;
+    /// The limit of any vertex that is not tagged, from the level after the next, where it is plain: that part of both
+    /// is made for it. Needs its weights, too.
+    Vec3d limit_below(std::uint32_t v, const Vec3d* net) const;
     /// From the faces: the scheme has no tangents.
     Vec3d normal(std::uint32_t v, const Vec3d* net) const;
 
@@ -33,6 +36,8 @@ class HexagonFans {
   private:
     template <class Visit>
     bool walk(std::uint32_t v, Visit&& visit) const;
+    Vec3d moved(std::uint32_t v, const Vec3d* net) const;
+    void points_of(std::uint32_t face, const Vec3d* net, std::vector<Vec3d>& points) const;
 
     const HexagonMesh& mesh_;
     std::vector<std::uint32_t> face_of_;        ///< by half-edge

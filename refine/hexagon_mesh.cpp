@@ -45,7 +45,7 @@ HexagonMesh::HexagonMesh(const RuleMesh& mesh, std::vector<std::uint32_t> contro
         face_begin_.push_back(static_cast<std::uint32_t>(mesh.face_begin(f) + mesh.face_size(f)));
         turns[static_cast<std::uint32_t>(mesh.face_size(f))];
     }
-    turns[k_pentagon];
+    for (const std::uint32_t size : {k_pentagon, k_hexagon}) turns[size];
     for (auto& [size, turn] : turns)
         for (std::uint32_t i = 0; i < size; ++i) {
             const double angle = 2 * std::numbers::pi * i / size;
@@ -257,38 +257,51 @@ void HexagonMesh::set_leaving(std::span<const std::uint32_t> polygon, HexagonMes
     }
 }
 
+// Doo and Sabin's weights: a quarter of the point, three of the mean, and what turns with the corners.
+void HexagonMesh::refine_face(std::span<const Vec3d> p, Vec3d* to) const {
+    const std::size_t size = p.size();
+    if (size == k_hexagon) {
+        const Vec3d mean = 0.125 * ((p[0] + p[3]) + (p[1] + p[4]) + (p[2] + p[5]));
+        const Vec3d d[3] = {p[0] - p[3], p[1] - p[4], p[2] - p[5]};
+        constexpr double k_whole = 1.0 / 12, k_half = 1.0 / 24;
+        const Vec3d turning[3] = {k_whole * d[0] + k_half * (d[1] - d[2]), k_whole * d[1] + k_half * (d[0] + d[2]),
+                                  k_whole * d[2] + k_half * (d[1] - d[0])};
+        for (std::size_t i = 0; i < 3; ++i) {
+            to[i] = 0.25 * p[i] + (mean + turning[i]);
+            to[i + 3] = 0.25 * p[i + 3] + (mean - turning[i]);
+        }
+        return;
+    }
+    const auto& turn = turns_->find(static_cast<std::uint32_t>(size))->second;
+    Vec3d sum(0), cosines(0), sines(0);
+    for (std::size_t i = 0; i < size; ++i) {
+        sum += p[i];
+        cosines += turn[i].first * p[i];
+        sines += turn[i].second * p[i];
+    }
+    for (std::size_t i = 0; i < size; ++i)
+        to[i] = 0.25 * p[i] +
+                (0.75 * sum + 0.5 * (turn[i].first * cosines + turn[i].second * sines)) / static_cast<double>(size);
+}
+
+Vec3d HexagonMesh::refine_corner(std::span<const Vec3d> p, std::size_t i) const {
+    const std::size_t size = p.size();
+    const auto& turn = turns_->find(static_cast<std::uint32_t>(size))->second;
+    Vec3d sum(0);
+    for (std::size_t j = 0; j < size; ++j) sum += (0.75 + 0.5 * turn[(j + size - i) % size].first) * p[j];
+    return 0.25 * p[i] + sum / static_cast<double>(size);
+}
+
 void HexagonMesh::refine(const Vec3d* points, Vec3d* finer) const {
     Vec3d* const corner = finer + vertex_count_;
-    // Doo and Sabin's weights: a quarter of the point, three of the mean, and what turns with the corners.
-    for_each_index(face_count(), [&](std::uint32_t f) {
-        const std::uint32_t begin = face_begin_[f], size = face_begin_[f + 1] - begin;
-        const std::uint32_t* const at = origin_.data() + begin;
-        Vec3d* const to = corner + begin;
-        if (size == k_hexagon) {
-            const Vec3d p[k_hexagon] = {points[at[0]], points[at[1]], points[at[2]],
-                                        points[at[3]], points[at[4]], points[at[5]]};
-            const Vec3d mean = 0.125 * ((p[0] + p[3]) + (p[1] + p[4]) + (p[2] + p[5]));
-            const Vec3d d[3] = {p[0] - p[3], p[1] - p[4], p[2] - p[5]};
-            constexpr double k_whole = 1.0 / 12, k_half = 1.0 / 24;
-            const Vec3d turning[3] = {k_whole * d[0] + k_half * (d[1] - d[2]), k_whole * d[1] + k_half * (d[0] + d[2]),
-                                      k_whole * d[2] + k_half * (d[1] - d[0])};
-            for (std::uint32_t i = 0; i < 3; ++i) {
-                to[i] = 0.25 * p[i] + (mean + turning[i]);
-                to[i + 3] = 0.25 * p[i + 3] + (mean - turning[i]);
-            }
-            return;
+    for_each_block(face_count(), k_default_grain, [&](std::uint32_t begin_face, std::uint32_t end_face) {
+        std::vector<Vec3d> of_face(k_hexagon);
+        for (std::uint32_t f = begin_face; f < end_face; ++f) {
+            const std::uint32_t begin = face_begin_[f], size = face_begin_[f + 1] - begin;
+            if (of_face.size() < size) of_face.resize(size);
+            for (std::uint32_t i = 0; i < size; ++i) of_face[i] = points[origin_[begin + i]];
+            refine_face({of_face.data(), size}, corner + begin);
         }
-        const auto& turn = turns_->find(size)->second;
-        Vec3d sum(0), cosines(0), sines(0);
-        for (std::uint32_t i = 0; i < size; ++i) {
-            const Vec3d& p = points[at[i]];
-            sum += p;
-            cosines += turn[i].first * p;
-            sines += turn[i].second * p;
-        }
-        for (std::uint32_t i = 0; i < size; ++i)
-            to[i] = 0.25 * points[at[i]] +
-                    (0.75 * sum + 0.5 * (turn[i].first * cosines + turn[i].second * sines)) / double(size);
     });
     for_each_index(vertex_count_, [&](std::uint32_t v) {
         const auto around = leaving(v);

@@ -37,6 +37,10 @@ class HexagonMesh {
     HexagonMesh finer(Use use) const;
     /// Its points, one for each of its vertices.
     void refine(const Vec3d* points, Vec3d* finer) const;
+    /// The new corners of a face alone, from its points: as many as it has.
+    void refine_face(std::span<const Vec3d> points, Vec3d* corners) const;
+    /// The new corner of a face that is its number i.
+    Vec3d refine_corner(std::span<const Vec3d> points, std::size_t i) const;
 
     std::uint32_t vertex_count() const { return vertex_count_; }
     std::uint32_t face_count() const { return static_cast<std::uint32_t>(face_begin_.size() - 1); }

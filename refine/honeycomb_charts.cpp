@@ -1,8 +1,6 @@
 #include "tetrakis/refine/honeycomb_charts.hpp"
 
 #include "tetrakis/hier/parallel.hpp"
-#include "tetrakis/refine/rule_refiner.hpp"
-#include "tetrakis/refine/seam_extension.hpp"
 #include "tetrakis/refine/seam_face.hpp"
 
 #include <cstdint>
@@ -57,17 +55,16 @@ Partners next_partners(const HexagonMesh& surface, const HexagonMesh& finer, con
 
 }  // namespace
 
-FollowedUvs follow_hexagons(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
-                            std::span<const HexagonMesh> levels) {
-    const SeamExtension extension = extend_over_seams(mesh, rule_mesh(mesh), scheme, rules);
-    HexagonMesh chart(extension.mesh,
-                      std::vector<std::uint32_t>(static_cast<std::size_t>(extension.mesh.face_count())));
+FollowedUvs follow_hexagons(SeamExtension charts, std::span<const HexagonMesh> levels) {
+    const auto chart_faces = static_cast<std::size_t>(charts.mesh.face_count());
+    HexagonMesh chart(charts.mesh, std::vector<std::uint32_t>(chart_faces));
     std::vector<Vec3d> points;
-    for (const Vec2d& uv : extension.uvs) points.emplace_back(uv, 0);
+    for (const Vec2d& uv : charts.uvs) points.emplace_back(uv, 0);
+    charts = {};
     Partners at;
-    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
-        for (std::uint32_t i = 0; i < mesh.face_size(FaceId(f)); ++i) {
-            at.partner.push_back(static_cast<std::uint32_t>(at.partner.size()));
+    for (std::uint32_t f = 0; f < levels[0].face_count(); ++f)
+        for (std::uint32_t h = levels[0].face_begin(f); h < levels[0].face_begin(f + 1); ++h) {
+            at.partner.push_back(h);
             at.home.push_back(f);
         }
     for (std::size_t level = 1; level < levels.size(); ++level) {

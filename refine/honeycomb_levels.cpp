@@ -21,42 +21,65 @@ namespace {
 
 constexpr std::uint32_t k_hexagon = 6;
 
-/// @throws Error  unsupported, memory_limit
-void check_size(const ControlMesh& mesh, int levels, const RepeatedRows::Demand& demand, const RunContext& context) {
-    std::uint64_t vertices = mesh.vertex_count(), faces = mesh.face_count(), corners = mesh.halfedge_count(), above = 0,
-                  sharp = 0, boundary = 0;
-    for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
-        if (is_sharp(mesh.sharpness(EdgeId(e)))) {
-            ++sharp;
-            boundary += mesh.is_boundary(EdgeId(e)) ? 1 : 0;
+/// Elements of a level, and what of it is sharp.
+struct Counts {
+    std::uint64_t vertices, faces, corners, sharp_edges, boundary_edges;
+
+    explicit Counts(const RuleMesh& mesh)
+        : vertices(static_cast<std::uint64_t>(mesh.vertex_count())),
+          faces(static_cast<std::uint64_t>(mesh.face_count())),
+          corners(static_cast<std::uint64_t>(mesh.halfedge_count())),
+          sharp_edges(0),
+          boundary_edges(0) {
+        for (int e = 0; e < mesh.edge_count(); ++e) {
+            const int h = mesh.edge_halfedge(e);
+            sharp_edges += mesh.sharp(h) ? 1 : 0;
+            boundary_edges += mesh.twin(h) == RuleMesh::none ? 1 : 0;
         }
-    constexpr std::uint64_t k_most = std::uint64_t{1} << 30;
-    for (int level = 1; level <= levels; ++level) {
-        const std::uint64_t pentagons = 2 * sharp - boundary, hexagons = (corners - pentagons) / 2;
-        above = corners;
-        vertices += corners + sharp;
+    }
+    /// Of the next level, where nothing becomes smooth: at most.
+    void refine() {
+        const std::uint64_t pentagons = 2 * sharp_edges - boundary_edges, hexagons = (corners - pentagons) / 2;
+        vertices += corners + sharp_edges;
         faces += hexagons + pentagons;
         corners += k_hexagon * hexagons + (k_hexagon - 1) * pentagons;
-        sharp *= 2;
-        boundary *= 2;
-        if (corners >= k_most)
+        sharp_edges *= 2;
+        boundary_edges *= 2;
+    }
+};
+
+/// @param charts  of the texture coordinates; null: there are none
+/// @throws Error  unsupported, memory_limit
+void check_size(const ControlMesh& mesh, const RuleMesh& start, const RuleMesh* charts, int levels,
+                const RepeatedRows::Demand& demand, const RunContext& context) {
+    Counts counts(start), above = counts, of_charts(charts != nullptr ? *charts : RuleMesh());
+    constexpr std::uint64_t k_most = std::uint64_t{1} << 30;
+    for (int level = 1; level <= levels; ++level) {
+        above = counts;
+        counts.refine();
+        of_charts.refine();
+        if (const std::uint64_t most = std::max(counts.corners, of_charts.corners); most >= k_most)
             throw Error(
                 ErrorCode::unsupported,
                 fmt::format("{} levels of honeycomb refinement give more elements than can be counted; level {} "
-                            "has {} face corners, and the limit is {}",
-                            levels, level, corners, k_most),
+                            "has {} face corners{}, and the limit is {}",
+                            levels, level, most, most > counts.corners ? " in its charts" : "", k_most),
                 mesh.data().source);
     }
-    // Connectivity, fans and points of the level above, of that above it, and so on; with limits, of the last one.
-    constexpr std::uint64_t k_per_corner = 20, k_per_face = 2 * sizeof(std::uint32_t);
+    // Connectivity and fans of the level above, of that above it, and so on, with its points; with limits and charts,
+    // of the last one; of the charts points as well, and what corners are there.
+    constexpr std::uint64_t k_per_corner = 5 * sizeof(std::uint32_t);
     const bool limits = demand.limit || demand.normals;
-    // And of the charts, with what corners are there.
-    const std::uint64_t charts = mesh.has_uvs() ? 2 * corners : 0;
-    const std::uint64_t kept = (limits ? corners : 0) + charts + above + above / 3;
-    const std::uint64_t bytes =
-        vertices * demand.point_bytes + faces * (demand.face_bytes + (limits ? k_per_face : 0)) +
-        corners * demand.corner_bytes + kept * k_per_corner + (above + above / 3) / 3 * sizeof(Vec3d);
-    check_memory(mesh, levels, {vertices, faces, corners, bytes}, context);
+    const auto with_those_above = [](std::uint64_t size) { return size + size / 3; };
+    std::uint64_t bytes = counts.vertices * demand.point_bytes + counts.faces * demand.face_bytes +
+                          counts.corners * demand.corner_bytes + with_those_above(above.corners) * k_per_corner +
+                          with_those_above(above.vertices) * sizeof(Vec3d);
+    if (limits || charts != nullptr) bytes += counts.corners * k_per_corner;
+    if (charts != nullptr)
+        bytes += with_those_above(of_charts.corners) * k_per_corner +
+                 with_those_above(of_charts.vertices) * sizeof(Vec3d) +
+                 with_those_above(counts.corners) * 2 * sizeof(std::uint32_t) + of_charts.vertices * sizeof(Vec2d);
+    check_memory(mesh, levels, {counts.vertices, counts.faces, counts.corners, bytes}, context);
 }
 
 /// A level as the rules see one (RuleMesh).
@@ -106,34 +129,42 @@ class RuleView {
 };
 static_assert(static_cast<int>(HexagonMesh::none) == RuleMesh::none);
 
+/// Tagged vertices whose limits the rules find: those that are sharp for some levels, and ends of creases.
+std::vector<int> by_rules(const HexagonMesh& mesh) {
+    std::vector<int> vertices;
+    for (const HexagonMesh::Tagged& tagged : mesh.tagged())
+        if (!mesh.leaving(tagged.vertex).empty() &&
+            (tagged.semi_sharp || (tagged.rule != VertexRule::corner && tagged.rule != VertexRule::crease)))
+            vertices.push_back(static_cast<int>(tagged.vertex));
+    return vertices;
+}
+
 }  // namespace
 
-std::unique_ptr<HoneycombLevels> HoneycombLevels::make(const ControlMesh& mesh, std::unique_ptr<RuleLevels>& start,
-                                                       const SchemeInfo& scheme, int levels, const RuleOptions& rules,
-                                                       const RepeatedRows::Demand& demand, const RunContext& context) {
-    check_size(mesh, levels, demand, context);
-    std::unique_ptr<HoneycombLevels> all(new HoneycombLevels);
-    all->limit_ = demand.limit;
+HoneycombLevels::HoneycombLevels(const ControlMesh& mesh, std::unique_ptr<RuleLevels> start, const SchemeInfo& scheme,
+                                 int levels, const RuleOptions& rules, const RepeatedRows::Demand& demand,
+                                 const RunContext& context)
+    : start_(std::move(start)), limit_(demand.limit) {
+    if (mesh.has_uvs()) charts_ = extend_over_seams(mesh, start_->last(), scheme, rules);
+    check_size(mesh, start_->last(), charts_ ? &charts_->mesh : nullptr, levels, demand, context);
     std::vector<std::uint32_t> control(mesh.face_count());
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) control[f] = f;
-    all->levels_.reserve(static_cast<std::size_t>(levels) + 1);
-    all->levels_.emplace_back(start->last(), std::move(control));
-    const HexagonMesh::Use last =
-        demand.limit || demand.normals || mesh.has_uvs() ? HexagonMesh::Use::limits : HexagonMesh::Use::faces;
-    for (int level = 1; level <= levels; ++level) {
-        context.report("refine", static_cast<double>(level - 1) / levels);
-        all->levels_.push_back(all->levels_.back().finer(level < levels ? HexagonMesh::Use::levels : last));
-    }
-    if (demand.limit || demand.normals) {
-        all->fans_.emplace(all->levels_.back());
-        try {
-            if (all->limit_) all->find_limits(scheme, rules);
-        } catch (const std::invalid_argument&) {
-            return nullptr;
+    levels_.reserve(static_cast<std::size_t>(levels) + 1);
+    levels_.emplace_back(start_->last(), std::move(control));
+    // What has no limit has none on any level: old vertices keep their numbers.
+    if (limit_) try {
+            RuleLimitFinder(scheme, rules).find(start_->last(), by_rules(levels_.back()));
+        } catch (const std::invalid_argument& e) {
+            throw Error(ErrorCode::unsupported, e.what(), mesh.data().source);
         }
+    const bool fans = demand.limit || demand.normals;
+    const HexagonMesh::Use last = fans || charts_ ? HexagonMesh::Use::limits : HexagonMesh::Use::faces;
+    for (int level = 1; level <= levels; ++level) {
+        context.report("levels", static_cast<double>(level - 1) / levels);
+        levels_.push_back(levels_.back().finer(level < levels ? HexagonMesh::Use::levels : last));
     }
-    all->start_ = std::move(start);
-    return all;
+    if (fans) fans_.emplace(levels_.back());
+    if (limit_) find_limits(scheme, rules);
 }
 
 RootNet::Faces HoneycombLevels::faces() {
@@ -142,56 +173,42 @@ RootNet::Faces HoneycombLevels::faces() {
     return last.take_faces();
 }
 
-/// @throws std::invalid_argument  there is none for one of them
 void HoneycombLevels::find_limits(const SchemeInfo& scheme, const RuleOptions& rules) {
     const HexagonMesh& mesh = levels_.back();
+    std::vector<char> seen;  // by number of edges
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
-        if (mesh.leaving(v).empty() || fans_->is_tagged(v)) continue;
-        if (fans_->is_plain(v))
-            fans_->need_weights(mesh.leaving(v).size());
-        else
-            beside_.push_back(v);
+        const std::size_t valence = mesh.leaving(v).size();
+        if (seen.size() <= valence) seen.resize(valence + 1, 0);
+        if (valence == 0 || seen[valence] != 0 || fans_->is_tagged(v)) continue;
+        fans_->need_weights(valence);
+        seen[valence] = 1;
     }
-    for (const HexagonMesh::Tagged& tagged : mesh.tagged())
-        if (tagged.semi_sharp || (tagged.rule != VertexRule::corner && tagged.rule != VertexRule::crease))
-            by_rules_.push_back(static_cast<int>(tagged.vertex));
+    by_rules_ = by_rules(mesh);
+    if (by_rules_.empty()) return;
     MeshPartFinder finder;
-    const RuleView view(mesh, fans_->face_of());
-    const auto find = [&](std::span<const int> vertices, int rings, std::vector<int>& in_part) {
-        MeshPart part = finder.find(view, vertices, rings);
-        for (const int v : vertices)
-            in_part.push_back(
-                static_cast<int>(std::lower_bound(part.vertex.begin(), part.vertex.end(), v) - part.vertex.begin()));
-        return part;
-    };
-    if (!by_rules_.empty()) {
-        std::vector<int> vertices;
-        const MeshPart part = find(by_rules_, rule_limit_rings(scheme, rules), vertices);
-        const RuleLimits limits = RuleLimitFinder(scheme, rules).find(part.mesh, vertices);
-        for (int row = 0; row < limits.positions.row_count(); ++row) {
-            StencilRow from = limits.positions.row(row);
-            for (auto& term : from.terms) term.first = part.vertex[static_cast<std::size_t>(term.first)];
-            rows_.push(std::move(from));
-        }
+    const MeshPart part = finder.find(RuleView(mesh, fans_->face_of()), by_rules_, rule_limit_rings(scheme, rules));
+    std::vector<int> vertices;
+    for (const int v : by_rules_)
+        vertices.push_back(
+            static_cast<int>(std::lower_bound(part.vertex.begin(), part.vertex.end(), v) - part.vertex.begin()));
+    const RuleLimits limits = RuleLimitFinder(scheme, rules).find(part.mesh, vertices);
+    for (int row = 0; row < limits.positions.row_count(); ++row) {
+        StencilRow from = limits.positions.row(row);
+        for (auto& term : from.terms) term.first = part.vertex[static_cast<std::size_t>(term.first)];
+        rows_.push(std::move(from));
     }
-    if (beside_.empty()) return;
-    // After the first step a vertex has the hexagons of its edges around it, after the second those beyond as well. Its
-    // fan there comes from the faces that its neighbours have here.
-    constexpr int k_rings = 2;
-    MeshPart part = find(std::vector<int>(beside_.begin(), beside_.end()), k_rings, in_part_);
-    const auto faces = static_cast<std::size_t>(part.mesh.face_count());
-    parts_.reserve(3);
-    parts_.emplace_back(part.mesh, std::vector<std::uint32_t>(faces, 0));
-    parts_.push_back(parts_.back().finer(HexagonMesh::Use::levels));
-    parts_.push_back(parts_.back().finer(HexagonMesh::Use::limits));
-    of_part_ = std::move(part.vertex);
-    part_fans_.emplace(parts_.back());
-    for (const int v : in_part_) part_fans_->need_weights(parts_.back().leaving(static_cast<std::uint32_t>(v)).size());
 }
 
 void HoneycombLevels::write_limits(const Vec3d* net, std::span<Vec3d> points) const {
     const HexagonMesh& mesh = levels_.back();
-    for_each_index(mesh.vertex_count(), [&](std::uint32_t v) { points[v] = fans_->limit(v, net).value_or(net[v]); });
+    for_each_index(mesh.vertex_count(), [&](std::uint32_t v) {
+        if (fans_->is_tagged(v) || mesh.leaving(v).empty()) {
+            points[v] = net[v];
+            return;
+        }
+        const std::optional<Vec3d> plain = fans_->limit(v, net);
+        points[v] = plain ? *plain : fans_->limit_below(v, net);
+    });
     for (const HexagonMesh::Tagged& tagged : mesh.tagged())
         if (tagged.rule == VertexRule::crease)
             points[tagged.vertex] = k_crease_limit_mask.vertex * net[tagged.vertex] +
@@ -203,14 +220,6 @@ void HoneycombLevels::write_limits(const Vec3d* net, std::span<Vec3d> points) co
         for (std::size_t k = 0; k < from.size(); ++k) sum += weights[k] * net[from[k]];
         points[static_cast<std::size_t>(by_rules_[i])] = sum;
     }
-    if (beside_.empty()) return;
-    std::vector<Vec3d> part(of_part_.size()), finer(parts_[1].vertex_count()), finest(parts_[2].vertex_count());
-    for (std::size_t i = 0; i < part.size(); ++i) part[i] = net[of_part_[i]];
-    parts_[0].refine(part.data(), finer.data());
-    parts_[1].refine(finer.data(), finest.data());
-    for_each_index(static_cast<std::uint32_t>(beside_.size()), [&](std::uint32_t i) {
-        points[beside_[i]] = *part_fans_->limit(static_cast<std::uint32_t>(in_part_[i]), finest.data());
-    });
 }
 
 void HoneycombLevels::refine(std::span<const Vec3d> control, std::span<Vec3d> points, std::span<Vec3d> normals,

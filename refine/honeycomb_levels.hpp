@@ -22,42 +22,36 @@ namespace tetrakis::detail {
 /// creases and boundaries by theirs; of what is sharp for some levels as the rules find them.
 class HoneycombLevels {
   public:
-    /// Null where the rules have no limit for a vertex: they say which.
-    /// @param start   control mesh, levels 0: with what smoothing has been asked for; taken unless null is returned
+    /// @param start   control mesh, levels 0: with what smoothing has been asked for
     /// @param levels  >= 1
-    /// @throws Error  unsupported: more than can be counted; memory_limit
-    static std::unique_ptr<HoneycombLevels> make(const ControlMesh& mesh, std::unique_ptr<RuleLevels>& start,
-                                                 const SchemeInfo& scheme, int levels, const RuleOptions& rules,
-                                                 const RepeatedRows::Demand& demand, const RunContext& context);
+    /// @throws Error  unsupported: more than can be counted, a vertex without limit; memory_limit; before any level is
+    ///                made
+    HoneycombLevels(const ControlMesh& mesh, std::unique_ptr<RuleLevels> start, const SchemeInfo& scheme, int levels,
+                    const RuleOptions& rules, const RepeatedRows::Demand& demand, const RunContext& context);
+    HoneycombLevels(const HoneycombLevels&) = delete;
+    HoneycombLevels& operator=(const HoneycombLevels&) = delete;
 
     std::uint32_t point_count() const { return levels_.back().vertex_count(); }
     /// The last level's. Without limits or normals they are given away.
     RootNet::Faces faces();
-    /// The texture coordinates of the mesh at the last level, where it has some.
-    FollowedUvs uvs(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules) const {
-        return follow_hexagons(mesh, scheme, rules, levels_);
-    }
+    /// The texture coordinates of the mesh at the last level, where it has some: once, before its faces.
+    FollowedUvs take_uvs() { return follow_hexagons(std::move(*charts_), levels_); }
 
     /// As RepeatedRows::refine().
     void refine(std::span<const Vec3d> control, std::span<Vec3d> points, std::span<Vec3d> normals,
                 const RunContext& context) const;
 
   private:
-    HoneycombLevels() = default;
     void find_limits(const SchemeInfo& scheme, const RuleOptions& rules);
     void write_limits(const Vec3d* net, std::span<Vec3d> points) const;
 
     std::unique_ptr<RuleLevels> start_;
     std::vector<HexagonMesh> levels_;
+    std::optional<SeamExtension> charts_;
     bool limit_ = false;
     std::optional<HexagonFans> fans_;  ///< of the last level, where it has limits or normals
-    // Limits of vertices that are not plain.
-    std::vector<std::uint32_t> beside_;     ///< those beside other faces than hexagons
-    std::vector<HexagonMesh> parts_;        ///< what is around them, and two levels of that
-    std::vector<int> of_part_, in_part_;    ///< the part's vertices in the level; those beside in the part
-    std::optional<HexagonFans> part_fans_;  ///< of its last level
-    std::vector<int> by_rules_;             ///< the others
-    StencilTable rows_;
+    std::vector<int> by_rules_;        ///< vertices whose limits the rules have found
+    StencilTable rows_;                ///< theirs
 };
 
 }  // namespace tetrakis::detail

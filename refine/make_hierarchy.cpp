@@ -38,6 +38,8 @@ class OtherLimits final : public LevelSource {
 }  // namespace
 
 Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, const HierarchyOptions& options) {
+    if (averaging_steps(scheme, options.rules) < 0)
+        throw Error(ErrorCode::invalid_input, "the number of averaging steps must not be negative");
     if (scheme.family != MeshFamily::hexagons && fan_lattice(scheme, options.rules) == FanLattice::dual) {
         const auto points = std::make_shared<const PartialLevels>(mesh, scheme, options.rules);
         std::unique_ptr<LevelSource> of_cells = vertex_levels(points);

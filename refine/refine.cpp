@@ -32,8 +32,10 @@ std::optional<std::string> detail::ignored_creases(const ControlMesh& mesh, cons
     if (!ignores_creases(scheme, rules)) return std::nullopt;
     for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
         if (is_sharp(mesh.sharpness(EdgeId(e))) && !mesh.is_boundary(EdgeId(e)))
-            return "the creases were ignored: " + std::string(scheme.name) +
-                   " has no rule for them, unless in two steps";
+            return "the creases were ignored: " + std::string(scheme.name) + " has no rule for them" +
+                   (scheme.step == averaging_step && averaging_steps(scheme, rules) != 2 ? ", unless in two steps"
+                    : scheme.step == averaging_step                                      ? " where its boundary recedes"
+                                                                                         : "");
     return std::nullopt;
 }
 
@@ -332,9 +334,8 @@ std::optional<PolygonMesh> refine_honeycomb(const ControlMesh& mesh, const Schem
                                             const RefineOptions& options, std::unique_ptr<detail::RuleLevels>& start,
                                             detail::RefinedPoints* keep) {
     if (scheme.refinement != Refinement::honeycomb || levels < 1) return std::nullopt;
-    const std::shared_ptr<detail::HoneycombLevels> all = detail::HoneycombLevels::make(
-        mesh, start, scheme, levels, options.rules, demand_of(mesh, scheme, options), options.context);
-    if (!all) return std::nullopt;
+    const auto all = std::make_shared<detail::HoneycombLevels>(mesh, std::move(start), scheme, levels, options.rules,
+                                                               demand_of(mesh, scheme, options), options.context);
     PolygonMesh result;
     detail::RefinedPoints made{all->point_count(),
                                [all, context = options.context](auto control, auto positions, auto normals) {
@@ -346,7 +347,7 @@ std::optional<PolygonMesh> refine_honeycomb(const ControlMesh& mesh, const Schem
                                  [&](std::span<const Vec3d> in, std::span<Vec3d> out) { made.refine(in, out, {}); });
     if (mesh.has_uvs()) {
         if (mesh.face_varying_rule() == FaceVaryingRule::linear_all) warn_of_smooth_uvs(scheme, result);
-        take_followed(mesh, all->uvs(mesh, scheme, options.rules), result);
+        take_followed(mesh, all->take_uvs(), result);
     }
     detail::RootNet::Faces faces = all->faces();
     result.face_offsets = std::move(faces.offsets);

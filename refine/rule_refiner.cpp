@@ -156,6 +156,11 @@ RuleRefiner::RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int 
     }
     options.context.report("refine", 1);
     if (!options.limit && !options.normals) return;
+    if (!options.limit && scheme.family == MeshFamily::hexagons) {
+        // No tangents: normals are those of the faces.
+        s.limits.begin.assign(vertex_count() + std::size_t{1}, 0);
+        return;
+    }
     try {
         s.limits = detail::rule_limits(s.levels->last(), scheme, options.rules);
     } catch (const std::invalid_argument& e) {

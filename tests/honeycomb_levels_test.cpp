@@ -126,6 +126,40 @@ TEST_CASE("limits and normals of honeycomb refinement by arithmetic are those of
             }
 }
 
+TEST_CASE("honeycomb refinement leaves vertices without faces where they are, tags and all") {
+    ControlMeshData data = make_mesh(4, Tags::none, false).data();
+    data.positions.emplace_back(5, 5, 5);
+    data.positions.emplace_back(6, 5, 5);
+    data.corners.push_back({static_cast<std::uint32_t>(data.positions.size()) - 2, 1.5f});
+    data.corners.push_back({0, 2.5f});
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    for (int levels = 1; levels <= 3; ++levels) check_against_rules(mesh, levels, {.limit = true, .normals = true});
+}
+
+TEST_CASE("limits of honeycomb refinement that do not exist are refused before any level is made") {
+    ControlMeshData data = make_mesh(1, Tags::none, false).data();
+    const ControlMesh plain = ControlMesh::build(data);
+    std::uint32_t h = 0;
+    const auto is_inside = [&](VertexId v) { return !plain.is_boundary(v); };
+    while (!(is_inside(plain.origin(HalfedgeId(h))) && is_inside(plain.target(HalfedgeId(h))))) ++h;
+    data.creases.push_back(
+        {plain.origin(HalfedgeId(h)).value, plain.target(HalfedgeId(h)).value, k_sharpness_infinity});
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    bool started = false;
+    RefineOptions options{.limit = true};
+    options.context.progress = [&](std::string_view, double) { return started = true; };
+    try {
+        refine(mesh, "honeycomb", 7, options);
+        FAIL("accepted");
+    } catch (const Error& e) {
+        CHECK(e.code() == ErrorCode::unsupported);
+        CHECK(std::string_view(e.what()).find("a crease that ends there") != std::string_view::npos);
+    }
+    CHECK(!started);
+    // Normals alone are those of the faces, by arithmetic and by rules.
+    check_against_rules(mesh, 2, {.normals = true});
+}
+
 TEST_CASE("honeycomb refinement: the same bytes for any number of threads, and for positions again") {
     const ControlMesh mesh = make_mesh(1, Tags::none, true);
     RefineOptions options{.limit = true, .normals = true};
@@ -165,6 +199,17 @@ TEST_CASE("honeycomb refinement refuses what cannot be counted or held, before i
     CHECK(code(14, 0) == ErrorCode::unsupported);
     CHECK(code(10, 1 << 20) == ErrorCode::memory_limit);
     CHECK(code(2, 1 << 20) == std::nullopt);
+    // Every face a chart of its own, which goes on beyond its seams: more than there is of the mesh.
+    ControlMeshData data = mesh.data();
+    for (const std::uint32_t v : data.face_vertices) {
+        data.face_uvs.push_back(static_cast<std::uint32_t>(data.uvs.size()));
+        data.uvs.emplace_back(data.positions[v].x, data.positions[v].y);
+    }
+    const ControlMesh torn = ControlMesh::build(std::move(data));
+    RefineOptions options;
+    options.context.max_memory_bytes = 4 << 20;
+    CHECK_NOTHROW(refine(mesh, "honeycomb", 5, options));
+    CHECK_THROWS_AS(refine(torn, "honeycomb", 5, options), Error);
 }
 
 TEST_SUITE_END();
