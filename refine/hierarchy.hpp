@@ -57,7 +57,7 @@ struct HierarchyMesh {
     PolygonMesh mesh;                ///< materials and groups are those of the control faces; no UVs
     std::vector<Site> sites;         ///< per vertex
     std::vector<FaceId> faces;       ///< per face: its control face
-    std::vector<LeafHandle> leaves;  ///< per face
+    std::vector<LeafHandle> leaves;  ///< per face; in an order of their own, not in that of Hierarchy::leaves()
     std::vector<PointId> points;     ///< per vertex: as LeafView::point
 };
 
@@ -159,7 +159,8 @@ class Hierarchy {
                              const RunContext& context = {});
     /// Coarsens until no diamond of leaves that are all wanted can be merged. Returns the number of new leaves.
     std::size_t coarsen_where(const LeafPredicate& wanted, const RunContext& context = {});
-    /// Coarsens until every diamond that is left would have an error over the tolerance in a merged leaf.
+    /// Coarsens until every diamond that is left would have an error over the tolerance in a merged leaf, and splits
+    /// again what is over it for its new neighbours. Returns the number of new leaves before that.
     std::size_t coarsen_where(const ErrorEstimator& estimator, double tolerance, const RunContext& context = {});
 
     // Points of the scheme. Any site of the family will do, whether it is a vertex now or not. @throws Error
@@ -250,9 +251,11 @@ class Hierarchy {
     void ask(const LeafPredicate& wanted, std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers) const;
     std::vector<LeafHandle> handles(std::span<const LeafId> slots) const;
     template <class Marks>
-    std::size_t refine_until(int max_depth, const RunContext& context, Marks&& marks);
+    std::size_t refine_until(std::vector<LeafId> open, int max_depth, const RunContext& context, Marks&& marks);
     template <class Marks>
-    std::size_t coarsen_until(const RunContext& context, Marks&& marks);
+    std::size_t coarsen_until(const RunContext& context, std::vector<LeafHandle>* touched, Marks&& marks);
+    std::size_t refine_over(const ErrorEstimator& estimator, double tolerance, std::vector<LeafId> open, int max_depth,
+                            const RunContext& context);
     template <class Visit>
     void visit_around(LeafId start, int corner, Visit&& visit) const;
     void evaluate_limits(const HierarchyFaces& faces, const ToMeshOptions& options, PolygonMesh& mesh) const;

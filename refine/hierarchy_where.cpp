@@ -72,13 +72,14 @@ void Hierarchy::ask(const LeafPredicate& wanted, std::span<const LeafId> leaves,
     }
 }
 
+/// @param open   the leaves to begin with
 /// @param marks  marks(leaves, answers, report): which of these leaves are to be split
 template <class Marks>
-std::size_t Hierarchy::refine_until(int max_depth, const RunContext& context, Marks&& marks) {
+std::size_t Hierarchy::refine_until(std::vector<LeafId> open, int max_depth, const RunContext& context, Marks&& marks) {
     if (max_depth < 0 || max_depth > tree().max_depth)
         throw Error(ErrorCode::invalid_input, "the depth is " + std::to_string(max_depth) +
                                                   ", but has to be between 0 and " + std::to_string(tree().max_depth));
-    std::vector<LeafId> open = family_->ordered_leaves(), marked;
+    std::vector<LeafId> marked;
     std::vector<std::uint8_t> answers;
     FamilyUpdate update;
     std::size_t created = 0;
@@ -102,8 +103,9 @@ std::size_t Hierarchy::refine_until(int max_depth, const RunContext& context, Ma
     return created;
 }
 
+/// @param touched  if not null, receives the leaves that are new or beside new ones
 template <class Marks>
-std::size_t Hierarchy::coarsen_until(const RunContext& context, Marks&& marks) {
+std::size_t Hierarchy::coarsen_until(const RunContext& context, std::vector<LeafHandle>* touched, Marks&& marks) {
     std::vector<LeafId> open = family_->ordered_leaves(), wanted;
     std::vector<std::uint8_t> answers;
     FamilyUpdate update;
@@ -118,6 +120,10 @@ std::size_t Hierarchy::coarsen_until(const RunContext& context, Marks&& marks) {
         apply_coarsen(wanted, update);
         if (update.created.empty()) break;
         created += update.created.size();
+        for (const auto* list : {&update.created, &update.reshaped}) {
+            if (touched == nullptr) break;
+            for (const LeafHandle leaf : handles(*list)) touched->push_back(leaf);
+        }
         // What was wanted and is still there may be merged beside the new leaves.
         wanted.clear();
         for (LeafHandle leaf : before)
@@ -130,36 +136,41 @@ std::size_t Hierarchy::coarsen_until(const RunContext& context, Marks&& marks) {
 
 std::size_t Hierarchy::refine_where(const LeafPredicate& wanted, int max_depth, const RunContext& context) {
     return with_threads(context, [&] {
-        return refine_until(max_depth, context,
+        return refine_until(family_->ordered_leaves(), max_depth, context,
                             [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers,
                                 const std::function<void(double)>&) { ask(wanted, leaves, answers); });
     });
 }
 
+std::size_t Hierarchy::refine_over(const ErrorEstimator& estimator, double tolerance, std::vector<LeafId> open,
+                                   int max_depth, const RunContext& context) {
+    std::vector<double> errors;
+    return refine_until(std::move(open), max_depth, context,
+                        [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers,
+                            const std::function<void(double)>& report) {
+                            errors.resize(leaves.size());
+                            answers.resize(leaves.size());
+                            estimate_in_turns(leaves.size(), report, [&](std::size_t begin, std::size_t count) {
+                                family_->leaf_errors(leaves.subspan(begin, count), estimator,
+                                                     std::span(errors).subspan(begin, count));
+                            });
+                            // An error that is no number is not within the tolerance.
+                            for (std::size_t i = 0; i < leaves.size(); ++i) answers[i] = !(errors[i] <= tolerance);
+                        });
+}
+
 std::size_t Hierarchy::refine_where(const ErrorEstimator& estimator, double tolerance, int max_depth,
                                     const RunContext& context) {
     require_tolerance(tolerance);
-    return with_threads(context, [&] {
-        std::vector<double> errors;
-        return refine_until(max_depth, context,
-                            [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers,
-                                const std::function<void(double)>& report) {
-                                errors.resize(leaves.size());
-                                answers.resize(leaves.size());
-                                estimate_in_turns(leaves.size(), report, [&](std::size_t begin, std::size_t count) {
-                                    family_->leaf_errors(leaves.subspan(begin, count), estimator,
-                                                         std::span(errors).subspan(begin, count));
-                                });
-                                // An error that is no number is not within the tolerance.
-                                for (std::size_t i = 0; i < leaves.size(); ++i) answers[i] = !(errors[i] <= tolerance);
-                            });
-    });
+    return with_threads(
+        context, [&] { return refine_over(estimator, tolerance, family_->ordered_leaves(), max_depth, context); });
 }
 
 std::size_t Hierarchy::coarsen_where(const LeafPredicate& wanted, const RunContext& context) {
     return with_threads(context, [&] {
-        return coarsen_until(context, [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers,
-                                          const std::function<void(double)>&) { ask(wanted, leaves, answers); });
+        return coarsen_until(context, nullptr,
+                             [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers,
+                                 const std::function<void(double)>&) { ask(wanted, leaves, answers); });
     });
 }
 
@@ -169,8 +180,11 @@ std::size_t Hierarchy::coarsen_where(const ErrorEstimator& estimator, double tol
         std::vector<HierarchyNode> parents;
         std::vector<std::size_t> parent;  // per leaf
         std::vector<double> errors;
-        return coarsen_until(context, [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers,
-                                          const std::function<void(double)>& report) {
+        int deepest = 0;
+        for (const LeafId leaf : family_->ordered_leaves()) deepest = std::max(deepest, family_->depth(leaf));
+        std::vector<LeafHandle> touched;
+        const auto within = [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers,
+                                const std::function<void(double)>& report) {
             constexpr auto k_root = std::numeric_limits<std::size_t>::max();
             answers.assign(leaves.size(), 0);
             parents.clear();
@@ -190,7 +204,16 @@ std::size_t Hierarchy::coarsen_where(const ErrorEstimator& estimator, double tol
             });
             for (std::size_t i = 0; i < leaves.size(); ++i)
                 if (parent[i] != k_root) answers[i] = errors[parent[i]] <= tolerance;
-        });
+        };
+        const std::size_t created = coarsen_until(context, &touched, within);
+        // What lies beside a merged leaf has other triangles then, whose errors nobody has looked at.
+        std::vector<LeafId> beside;
+        for (const LeafHandle leaf : touched)
+            if (is_leaf(leaf)) beside.push_back(leaf.slot);
+        std::sort(beside.begin(), beside.end(), [](LeafId a, LeafId b) { return a.value < b.value; });
+        beside.erase(std::unique(beside.begin(), beside.end()), beside.end());
+        refine_over(estimator, tolerance, std::move(beside), deepest, context);
+        return created;
     });
 }
 
