@@ -1,10 +1,12 @@
 #include "tetrakis/hier/sqrt3_levels.hpp"
 
+#include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
 
 #include <algorithm>
 #include <array>
+#include <string>
 #include <utility>
 
 namespace tetrakis {
@@ -18,7 +20,8 @@ bool is_cut(const Sqrt3Level& level, std::uint32_t f) { return level.twin[3 * f]
 
 }  // namespace
 
-Sqrt3Levels::Sqrt3Levels(const Sqrt3Lattice& lattice, std::span<const NumberSet> split, int rings, bool limits)
+Sqrt3Levels::Sqrt3Levels(const Sqrt3Lattice& lattice, std::span<const NumberSet> split, int rings, bool limits,
+                         const RunContext& context)
     : lattice_(&lattice) {
     const bool one_more = limits && cuts_edges(static_cast<int>(split.size()));
     levels.resize(split.size() + (one_more ? 2 : 1));
@@ -32,11 +35,25 @@ Sqrt3Levels::Sqrt3Levels(const Sqrt3Lattice& lattice, std::span<const NumberSet>
         raise(levels[k], static_cast<int>(k), with_rings(levels[k], std::move(faces), rings), levels[k + 1]);
         link(levels[k], cuts, levels[k + 1]);
         link_lines(levels[k], cuts, levels[k + 1]);
+        context.report("levels", static_cast<double>(k + 1) / static_cast<double>(levels.size()));
+        if (const std::uint64_t most = context.max_memory_bytes, bytes = memory_bytes(); most != 0 && bytes > most)
+            throw Error(ErrorCode::memory_limit, "the first " + std::to_string(k + 2) + " of " +
+                                                     std::to_string(levels.size()) + " levels of the mesh take " +
+                                                     std::to_string(bytes) + " bytes, more than the limit of " +
+                                                     std::to_string(most) + "; coarsen first, or raise the limit");
     }
     Sqrt3Level& last = levels.back();
     last.split.assign(last.face_count(), 0);
     last.child.assign(last.face_count(), Sqrt3Level::outside);
     last.apex.assign(last.face_count(), Sqrt3Level::outside);
+}
+
+std::uint64_t Sqrt3Levels::memory_bytes() const {
+    constexpr std::uint64_t k_per_face = sizeof(std::uint64_t) + 8 * sizeof(std::uint32_t) + sizeof(std::uint8_t);
+    std::uint64_t bytes = vertices.size() * sizeof(Sqrt3Vertex);
+    for (const Sqrt3Level& level : levels)
+        bytes += level.number.size() * k_per_face + level.lines.size() * sizeof(Sqrt3Line);
+    return bytes;
 }
 
 void Sqrt3Levels::start(const ControlMesh& mesh) {

@@ -3,6 +3,7 @@
 #include "tetrakis/hier/control_mesh.hpp"
 #include "tetrakis/hier/number_set.hpp"
 #include "tetrakis/hier/pool_memory.hpp"
+#include "tetrakis/hier/run_context.hpp"
 #include "tetrakis/hier/sqrt3_lattice.hpp"
 #include "tetrakis/hier/sqrt3_leaf.hpp"
 
@@ -59,7 +60,9 @@ class Sqrt3Levels {
     /// @param split  per level: a face is split only where the forest has it
     /// @param rings   of faces around the split ones whose sides' faces are raised, too
     /// @param limits  also raise what the vertices beside edges that are cut next are surrounded by after the cut
-    Sqrt3Levels(const Sqrt3Lattice& lattice, std::span<const NumberSet> split, int rings, bool limits = false);
+    /// @throws Error  memory_limit: they would take more than the context allows; cancelled
+    Sqrt3Levels(const Sqrt3Lattice& lattice, std::span<const NumberSet> split, int rings, bool limits = false,
+                const RunContext& context = {});
 
     /// Calls visit(level, face, half, control face) for the triangles of the mesh, by control face, then by where they
     /// come from. Where `half`, the face is split, and `face` is the half-edge over which its part remains.
@@ -123,6 +126,7 @@ class Sqrt3Levels {
     bool complete = true;                      ///< no face is left out
 
     const Sqrt3Lattice& lattice() const { return *lattice_; }
+    std::uint64_t memory_bytes() const;
 
   private:
     void start(const ControlMesh& mesh);

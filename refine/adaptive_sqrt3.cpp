@@ -1,5 +1,6 @@
 #include "tetrakis/refine/adaptive_sqrt3.hpp"
 
+#include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/sqrt3_levels.hpp"
 #include "tetrakis/refine/sqrt3_net.hpp"
@@ -7,6 +8,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace tetrakis {
@@ -69,14 +71,30 @@ Numbering add_leaves(const Sqrt3Levels& levels, const ControlMeshData& data, std
     return result;
 }
 
+void report(const detail::Sqrt3Net& net, const Sqrt3Levels& levels, const RunContext& context) {
+    context.report("vertices", static_cast<double>(net.level()) / static_cast<double>(levels.levels.size()));
+}
+
+/// The levels, and what is needed to make their points.
+void check_memory(const Sqrt3Levels& levels, const RunContext& context) {
+    constexpr std::uint64_t k_per_vertex = 2 * sizeof(Vec3d) + 5 * sizeof(std::uint32_t);
+    const std::uint64_t bytes = levels.memory_bytes() + levels.vertices.size() * k_per_vertex;
+    if (context.max_memory_bytes == 0 || bytes <= context.max_memory_bytes) return;
+    throw Error(ErrorCode::memory_limit,
+                "the mesh depends on " + std::to_string(levels.vertices.size()) + " points of its levels, which take " +
+                    std::to_string(bytes) + " bytes, more than the limit of " +
+                    std::to_string(context.max_memory_bytes) + "; coarsen first, or raise the limit");
+}
+
 /// Points of the net, each vertex at its level. Whether there was all that they depend on.
-bool add_net(const Sqrt3Levels& levels, const Numbering& numbering, Sqrt3Mesh& out) {
+bool add_net(const Sqrt3Levels& levels, const Numbering& numbering, const RunContext& context, Sqrt3Mesh& out) {
     detail::Sqrt3Net net(levels);
     // Vertices by level.
     std::vector<std::vector<std::uint32_t>> at(levels.levels.size());
     for (std::uint32_t v = 0; v < out.levels.size(); ++v) at[static_cast<std::size_t>(out.levels[v])].push_back(v);
     out.mesh.positions.resize(out.levels.size());
     for (;; net.step({})) {
+        report(net, levels, context);
         for (const std::uint32_t v : at[static_cast<std::size_t>(net.level())]) {
             if (!net.has(numbering.vertices[v])) return false;
             out.mesh.positions[v] = net.point(numbering.vertices[v]);
@@ -85,12 +103,15 @@ bool add_net(const Sqrt3Levels& levels, const Numbering& numbering, Sqrt3Mesh& o
     }
 }
 
-bool add_limits(const Sqrt3Levels& levels, const Numbering& numbering, bool normals, Sqrt3Mesh& out) {
+bool add_limits(const Sqrt3Levels& levels, const Numbering& numbering, const Sqrt3MeshOptions& options,
+                Sqrt3Mesh& out) {
+    const bool normals = options.normals;
     detail::Sqrt3Net net(levels);
     detail::resize_large(out.mesh.positions, out.levels.size());
     if (normals) detail::resize_large(out.mesh.normals, out.levels.size());
     detail::PoolVector<std::uint8_t> found(out.levels.size(), 0);
     for (bool last = false; !last;) {
+        report(net, levels, options.context);
         last = net.at_last();
         net.step({numbering.number, out.mesh.positions, out.mesh.normals, found});
     }
@@ -108,13 +129,14 @@ Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options,
     const ControlMesh& mesh = forest.mesh();
     const bool limits = options.limit || options.normals;
     for (int rings = k_rings;; ++rings) {
-        const Sqrt3Levels levels(forest.lattice(), forest.split(), rings, limits);
+        const Sqrt3Levels levels(forest.lattice(), forest.split(), rings, limits, options.context);
+        check_memory(levels, options.context);
         Sqrt3Mesh out;
         const Numbering numbering = add_leaves(levels, mesh.data(), forest.leaf_count(), options, out);
         out.mesh.materials = mesh.data().materials;
         out.mesh.groups = mesh.data().groups;
-        const bool all = (!limits || add_limits(levels, numbering, options.normals, out)) &&
-                         (options.limit || add_net(levels, numbering, out));
+        const bool all = (!limits || add_limits(levels, numbering, options, out)) &&
+                         (options.limit || add_net(levels, numbering, options.context, out));
         if (all) {
             show(levels, numbering.vertices);
             return out;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "tetrakis/hier/run_context.hpp"
 #include "tetrakis/hier/sqrt3_forest.hpp"
 #include "tetrakis/refine/polygon_mesh.hpp"
 
@@ -19,6 +20,7 @@ struct Sqrt3MeshOptions {
     /// corners; else at its apex alone, which is the first to have it.
     bool halves_are_finer = false;
     bool leaves = true;  ///< list them, a hundred bytes each
+    RunContext context{};
 };
 
 /// An adaptive sqrt(3) mesh: triangles in the order of Sqrt3Forest::leaves(), vertices in order of first use. It
@@ -33,6 +35,7 @@ struct Sqrt3Mesh {
 
 /// Cost: half a microsecond to one a vertex, limit included, and half a kilobyte while it runs; where few are side by
 /// side, that for each level and some two hundred vertices around. One thread.
+/// @throws Error  memory_limit: what it takes while it runs is more than the context allows; cancelled
 Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options = {});
 /// And shows the levels that it is made from.
 /// @param show  called once, with the number of each vertex among those of the levels

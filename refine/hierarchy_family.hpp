@@ -114,7 +114,9 @@ class HierarchyFamily {
     /// faces() with positions (and normals, where asked for) of all vertices: on the limit surface, or each at the
     /// level of the finest leaf around it. Nothing, with the mesh as it was, for families whose source finds them as
     /// fast one by one.
+    /// @throws Error  memory_limit, cancelled
     virtual std::optional<HierarchyFaces> faces_with_points(bool /*limit*/, bool /*normals*/,
+                                                            const RunContext& /*context*/,
                                                             PolygonMesh& /*mesh*/) const {
         return std::nullopt;
     }

@@ -107,7 +107,7 @@ HierarchyMesh Hierarchy::to_mesh(const ToMeshOptions& options) const {
         const bool limit = options.positions == MeshPositions::limit;
         if (limit || (options.positions == MeshPositions::finest && !options.normals)) {
             options.context.report("vertices", 0);
-            with_points = family_->faces_with_points(limit, options.normals, result.mesh);
+            with_points = family_->faces_with_points(limit, options.normals, options.context, result.mesh);
         }
         HierarchyFaces faces =
             with_points ? std::move(*with_points) : family_->faces(options.positions == MeshPositions::finest);

@@ -158,10 +158,12 @@ class Sqrt3Family final : public HierarchyFamily {
         name(levels, vertices, faces);
         return faces;
     }
-    std::optional<HierarchyFaces> faces_with_points(bool limit, bool normals, PolygonMesh& mesh) const override {
+    std::optional<HierarchyFaces> faces_with_points(bool limit, bool normals, const RunContext& context,
+                                                    PolygonMesh& mesh) const override {
         HierarchyFaces faces;
         Sqrt3Mesh found = sqrt3_mesh(
-            slots_.forest(), {.limit = limit, .normals = normals, .halves_are_finer = true, .leaves = false},
+            slots_.forest(),
+            {.limit = limit, .normals = normals, .halves_are_finer = true, .leaves = false, .context = context},
             [&](const Sqrt3Levels& levels, std::span<const std::uint32_t> vertices) { name(levels, vertices, faces); });
         mesh.positions = std::move(found.mesh.positions);
         mesh.normals = std::move(found.mesh.normals);

@@ -369,4 +369,35 @@ TEST_CASE("an estimator of sqrt3 triangles drives refinement to the smallest set
     }
 }
 
+TEST_CASE("sqrt3: a mesh whose levels take more memory than allowed is refused, and can be cancelled") {
+    const ControlMesh mesh = test::random_sqrt3_mesh(2);
+    Hierarchy h = make_hierarchy(mesh, "sqrt3");
+    // Zooms far from each other, which need much around them for little.
+    for (std::uint32_t root = 0; root < mesh.face_count(); root += 3) {
+        if (mesh.is_hole(FaceId(root))) continue;
+        HierarchyNode spot{root, 0, 0};
+        for (int depth = 0; depth < 24; ++depth) spot = h.tree().child(spot, 0);
+        h.refine_where(each_leaf([&](const LeafView& leaf) { return h.tree().is_ancestor(leaf.node, spot); }), 24);
+    }
+    ToMeshOptions options;
+    const HierarchyMesh free = h.to_mesh(options);
+    options.context.max_memory_bytes = 200 * free.sites.size();
+    try {
+        h.to_mesh(options);
+        FAIL("not refused");
+    } catch (const Error& e) {
+        CHECK(e.code() == ErrorCode::memory_limit);
+    }
+    options.context.max_memory_bytes = 40'000 * free.sites.size();
+    CHECK(h.to_mesh(options).mesh.positions == free.mesh.positions);
+    int calls = 0;
+    options.context.progress = [&](std::string_view, double) { return ++calls < 5; };
+    try {
+        h.to_mesh(options);
+        FAIL("not cancelled");
+    } catch (const Error& e) {
+        CHECK(e.code() == ErrorCode::cancelled);
+    }
+}
+
 TEST_SUITE_END();

@@ -172,10 +172,12 @@ void add_refine_command(CLI::App& app, Command& chosen) {
                                               "schemes (0)")
                                  ->type_name("N")
                                  ->check(CLI::Range(0, 100).description(""));
-    CLI::Option* factored = command->add_flag("--factored", options->factored,
-                                              "By half-steps on the 4-8 mesh, which is written as triangles; --steps "
-                                              "says how many. For " +
-                                                  factored_scheme_names());
+    CLI::Option* factored = command->add_flag(
+        "--factored", options->factored,
+        "By half-steps on the 4-8 mesh, which is written as triangles (after none of Catmull-Clark's: "
+        "the control mesh); --steps "
+        "says how many. For " +
+            factored_scheme_names());
     command
         ->add_flag("--active", options->active,
                    "With --factored: write the scheme's own faces after the last whole level, not the 4-8 mesh")
