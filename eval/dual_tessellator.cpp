@@ -349,16 +349,7 @@ Tessellation tessellate_dual(const ControlMesh& mesh, const TessellateOptions& o
     try {
         return DualTessellator(mesh, options, context).run();
     } catch (const NoQuadtrees& none) {
-        const std::string scheme(options.scheme.name());
-        if (options.estimator == EstimatorKind::certified)
-            throw Error(ErrorCode::unsupported,
-                        "there is no certified bound for " + scheme + " on this mesh: " + none.why +
-                            "; use the embree estimator",
-                        mesh.data().source);
-        Tessellation result = tessellate_by_levels(mesh, options, context);
-        result.warnings.insert(result.warnings.begin(),
-                               scheme + " was refined by whole levels, as it cannot be adaptive here: " + none.why);
-        return result;
+        return tessellate_by_levels(mesh, options, context, none.why);
     }
 }
 

@@ -174,4 +174,18 @@ Tessellation tessellate_by_levels(const ControlMesh& mesh, const TessellateOptio
     return LevelTessellator(mesh, options, context).run();
 }
 
+Tessellation tessellate_by_levels(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context,
+                                  const std::string& why_not_adaptive) {
+    const std::string scheme(options.scheme.name());
+    if (options.estimator == EstimatorKind::certified)
+        throw Error(ErrorCode::unsupported,
+                    "there is no certified bound for " + scheme + " on this mesh: " + why_not_adaptive +
+                        "; use the embree estimator",
+                    mesh.data().source);
+    Tessellation result = tessellate_by_levels(mesh, options, context);
+    result.warnings.insert(result.warnings.begin(),
+                           scheme + " was refined by whole levels, as it cannot be adaptive here: " + why_not_adaptive);
+    return result;
+}
+
 }  // namespace tetrakis::detail

@@ -62,7 +62,11 @@ Tessellation detail::tessellate_by_limits(const ControlMesh& mesh, const Tessell
             return tessellate_by_levels(mesh, options, context);
         if (options.scheme.info().refinement == Refinement::sqrt3) return tessellate_sqrt3(mesh, options, context);
         const bool dual = fan_lattice(options.scheme.info(), options.rules) == FanLattice::dual;
-        return dual ? tessellate_dual(mesh, options, context) : tessellate_on_lattice(mesh, options, context);
+        if (dual) return tessellate_dual(mesh, options, context);
+        if (boundary_recedes(options.scheme.info(), options.rules) && mesh.has_boundary())
+            return tessellate_by_levels(mesh, options, context,
+                                        "a boundary that recedes leaves sites without vertex; replicate it");
+        return tessellate_on_lattice(mesh, options, context);
     } catch (const Error& error) {
         // Here nothing goes without limits.
         constexpr std::string_view k_advice = "; leave out the limit";

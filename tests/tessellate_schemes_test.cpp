@@ -209,7 +209,7 @@ TEST_CASE("[slow] dual schemes tessellate meshes with holes: what is left is ref
     }
 }
 
-TEST_CASE("a dual scheme whose boundary recedes is tessellated by whole levels, with a warning") {
+TEST_CASE("averages whose boundary recedes are tessellated by whole levels, with a warning") {
     const ControlMesh mesh = mesh_for(*find_scheme("averaging"),
                                       "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\n"
                                       "v 0 1 0\nv 1 1 1\nv 2 1 1\nv 3 1 0\n"
@@ -219,8 +219,24 @@ TEST_CASE("a dual scheme whose boundary recedes is tessellated by whole levels, 
                                       "f 5 6 10 9\nf 6 7 11 10\nf 7 8 12 11\n"
                                       "f 9 10 14 13\nf 10 11 15 14\nf 11 12 16 15\n");
     RuleOptions rules;
-    rules.averaging_steps = 1;
     rules.averaging_boundary = AveragingBoundary::recede;
+    rules.averaging_steps = 2;
+    constexpr int k_side = 6;
+    std::string grid;
+    for (int y = 0; y <= k_side; ++y)
+        for (int x = 0; x <= k_side; ++x)
+            grid += "v " + std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(x * y % 3) + "\n";
+    for (int v = 1; v <= k_side * (k_side + 1); ++v)
+        if (v % (k_side + 1) != 0)
+            grid += "f " + std::to_string(v) + " " + std::to_string(v + 1) + " " + std::to_string(v + k_side + 2) +
+                    " " + std::to_string(v + k_side + 1) + "\n";
+    const ControlMesh larger = mesh_for(*find_scheme("averaging"), grid);
+    const Tessellation even =
+        tessellate(larger, {.scheme = "averaging", .rules = rules, .tolerance = 2e-2, .measure_samples = k_samples});
+    CHECK(even.tolerance_reached);
+    REQUIRE(!even.warnings.empty());
+    CHECK(has(even.warnings[0], "whole levels"));
+    rules.averaging_steps = 1;
     const Tessellation result =
         tessellate(mesh, {.scheme = "averaging", .rules = rules, .tolerance = 2e-2, .measure_samples = k_samples});
     CHECK(result.tolerance_reached);

@@ -249,7 +249,9 @@ Image draw_scheme(const SchemePicture& picture, const RunContext& context) {
     const int mask_rows = (static_cast<int>(picture.masks.size()) + k_columns - 1) / k_columns;
     const int large_top = k_head + mask_rows * (k_cell + k_caption);
     Canvas canvas(k_width, large_top + k_caption + k_large + k_margin);
-    canvas.text({k_margin, 22}, 22, picture.title, k_ink);
+    constexpr double k_title = 22, k_room = k_width - 2 * k_margin;
+    const double title_height = k_title * std::min(1.0, k_room / Canvas::text_width(picture.title, k_title));
+    canvas.text({k_margin, k_title}, title_height, picture.title, k_ink);
     canvas.text({k_margin, 56}, 13, picture.subtitle, k_blue);
 
     const std::vector<Vec2d> places = label_places(labels, patch);
