@@ -10,12 +10,6 @@
 
 namespace tetrakis::detail {
 
-namespace {
-
-constexpr std::uint32_t k_hexagon = 6;
-
-}  // namespace
-
 HexagonFans::HexagonFans(const HexagonMesh& mesh) : mesh_(mesh) {
     face_of_.resize(mesh.halfedge_count());
     for_each_index(mesh.face_count(),
@@ -28,10 +22,10 @@ HexagonFans::HexagonFans(const HexagonMesh& mesh) : mesh_(mesh) {
 template <class Visit>
 bool HexagonFans::walk(std::uint32_t v, Visit&& visit) const {
     constexpr std::uint32_t k_edges = 3;
-    const auto is_hexagon = [&](std::uint32_t f) { return mesh_.face_size(f) == k_hexagon; };
+    const auto is_hexagon = [&](std::uint32_t f) { return mesh_.face_size(f) == k_hexagon_size; };
     const auto ahead = [](std::uint32_t begin, std::uint32_t h, std::uint32_t steps) {
         const std::uint32_t at = h - begin + steps;
-        return begin + (at < k_hexagon ? at : at - k_hexagon);
+        return begin + (at < k_hexagon_size ? at : at - k_hexagon_size);
     };
     const auto around = mesh_.leaving(v);
     if (around.size() < 2 || tagged_[v] != 0) return false;
@@ -45,7 +39,7 @@ bool HexagonFans::walk(std::uint32_t v, Visit&& visit) const {
         if (!is_hexagon(beyond)) return false;
         visit(e);
         for (std::uint32_t k = 2; k < 5; ++k) visit(mesh_.origin(ahead(begin, h, k)));
-        for (std::uint32_t k = 3; k < k_hexagon; ++k) visit(mesh_.origin(ahead(first, across, k)));
+        for (std::uint32_t k = 3; k < k_hexagon_size; ++k) visit(mesh_.origin(ahead(first, across, k)));
     }
     return true;
 }
@@ -99,7 +93,7 @@ Vec3d HexagonFans::limit_below(std::uint32_t v, const Vec3d* net) const {
     // On the next level: the faces here with their new corners, and the hexagon of each edge, from the vertex on.
     struct Sector {
         std::vector<Vec3d> face;  ///< from the vertex on
-        std::array<Vec3d, k_hexagon> hexagon;
+        std::array<Vec3d, k_hexagon_size> hexagon;
     };
     std::vector<Sector> sectors(n);
     std::vector<Vec3d> points;
@@ -121,7 +115,7 @@ Vec3d HexagonFans::limit_below(std::uint32_t v, const Vec3d* net) const {
         sectors[i].hexagon = {middle, right.front(), right.back(), moved(neighbour, net), left[1], left[0]};
     }
     // And on the level after that, where the fan is as walk() has it.
-    std::vector<std::array<Vec3d, k_hexagon>> corners(n);
+    std::vector<std::array<Vec3d, k_hexagon_size>> corners(n);
     Vec3d fan_middle(0);
     for (std::size_t i = 0; i < n; ++i) {
         mesh_.refine_face(sectors[i].hexagon, corners[i].data());

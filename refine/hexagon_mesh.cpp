@@ -11,8 +11,6 @@ namespace tetrakis::detail {
 
 namespace {
 
-constexpr std::uint32_t k_hexagon = 6, k_pentagon = 5;
-
 /// The polygon of the next level that a half-edge has a side of: the hexagon of a smooth edge,
 ///   { u, V + next(t), V + t, v, V + next(h), V + h }   for the edge's halves h from u to v, and t,
 /// or its own pentagon along a sharp one, { u, middle, v, V + next(h), V + h }, where V + h is the corner that the face
@@ -45,7 +43,7 @@ HexagonMesh::HexagonMesh(const RuleMesh& mesh, std::vector<std::uint32_t> contro
         face_begin_.push_back(static_cast<std::uint32_t>(mesh.face_begin(f) + mesh.face_size(f)));
         turns[static_cast<std::uint32_t>(mesh.face_size(f))];
     }
-    for (const std::uint32_t size : {k_pentagon, k_hexagon}) turns[size];
+    for (const std::uint32_t size : {k_pentagon_size, k_hexagon_size}) turns[size];
     for (auto& [size, turn] : turns)
         for (std::uint32_t i = 0; i < size; ++i) {
             const double angle = 2 * std::numbers::pi * i / size;
@@ -131,11 +129,11 @@ std::vector<std::uint32_t> HexagonMesh::add_polygons(HexagonMesh& fine) const {
             }
             if (first || polygon[h] == k_second) {
                 polygon[h] = packed(begin, of_pentagon);
-                begin += k_pentagon;
+                begin += k_pentagon_size;
             } else {
                 polygon[h] = packed(begin, first_of_hexagon);
                 polygon[twin_[h]] = packed(begin, second_of_hexagon);
-                begin += k_hexagon;
+                begin += k_hexagon_size;
             }
             fine.face_begin_.push_back(begin);
             fine.control_face_.push_back(control_face_[f]);
@@ -260,7 +258,7 @@ void HexagonMesh::set_leaving(std::span<const std::uint32_t> polygon, HexagonMes
 // Doo and Sabin's weights: a quarter of the point, three of the mean, and what turns with the corners.
 void HexagonMesh::refine_face(std::span<const Vec3d> p, Vec3d* to) const {
     const std::size_t size = p.size();
-    if (size == k_hexagon) {
+    if (size == k_hexagon_size) {
         const Vec3d mean = 0.125 * ((p[0] + p[3]) + (p[1] + p[4]) + (p[2] + p[5]));
         const Vec3d d[3] = {p[0] - p[3], p[1] - p[4], p[2] - p[5]};
         constexpr double k_whole = 1.0 / 12, k_half = 1.0 / 24;
@@ -295,7 +293,7 @@ Vec3d HexagonMesh::refine_corner(std::span<const Vec3d> p, std::size_t i) const 
 void HexagonMesh::refine(const Vec3d* points, Vec3d* finer) const {
     Vec3d* const corner = finer + vertex_count_;
     for_each_block(face_count(), k_default_grain, [&](std::uint32_t begin_face, std::uint32_t end_face) {
-        std::vector<Vec3d> of_face(k_hexagon);
+        std::vector<Vec3d> of_face(k_hexagon_size);
         for (std::uint32_t f = begin_face; f < end_face; ++f) {
             const std::uint32_t begin = face_begin_[f], size = face_begin_[f + 1] - begin;
             if (of_face.size() < size) of_face.resize(size);

@@ -13,6 +13,9 @@
 
 namespace tetrakis::detail {
 
+/// Corners of the faces that honeycomb refinement makes.
+inline constexpr std::uint32_t k_hexagon_size = 6, k_pentagon_size = 5;
+
 /// A level of honeycomb refinement (honeycomb_step()) as flat arrays. Those of the next level follow from them by
 /// arithmetic, half-edge by half-edge (in the manner of the half-edge refinement rule of Dupuy, Vanhoey 2021), and so
 /// do its points: no rows of weights are made and nothing is searched. Vertices, faces and half-edges have the numbers

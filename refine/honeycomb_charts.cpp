@@ -21,7 +21,6 @@ struct Partners {
 /// are its face's; an old vertex goes with the corner after it in a face.
 Partners next_partners(const HexagonMesh& surface, const HexagonMesh& finer, const HexagonMesh& chart,
                        const HexagonMesh& finer_chart, const Partners& at) {
-    constexpr std::uint32_t k_pentagon = 5;
     Partners next;
     next.partner.resize(finer.halfedge_count());
     next.home.resize(finer.halfedge_count());
@@ -46,7 +45,7 @@ Partners next_partners(const HexagonMesh& surface, const HexagonMesh& finer, con
     for (const HexagonMesh::Sharp& edge : surface.sharp_edges())
         for (const std::uint32_t h : {edge.number, surface.twin(edge.number)}) {
             if (h == HexagonMesh::none) continue;
-            const std::uint32_t corner = finer.twin(h) + 1, origin = corner + 1 - k_pentagon, target = corner - 2;
+            const std::uint32_t corner = finer.twin(h) + 1, origin = corner + 1 - k_pentagon_size, target = corner - 2;
             set(origin, finer_chart.next(next.partner[corner]), next.home[corner]);
             set(origin + 1, finer_chart.prev(next.partner[target]), next.home[target]);
         }

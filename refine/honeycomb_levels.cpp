@@ -19,8 +19,6 @@ namespace tetrakis::detail {
 
 namespace {
 
-constexpr std::uint32_t k_hexagon = 6;
-
 /// Elements of a level, and what of it is sharp.
 struct Counts {
     std::uint64_t vertices, faces, corners, sharp_edges, boundary_edges;
@@ -42,7 +40,7 @@ struct Counts {
         const std::uint64_t pentagons = 2 * sharp_edges - boundary_edges, hexagons = (corners - pentagons) / 2;
         vertices += corners + sharp_edges;
         faces += hexagons + pentagons;
-        corners += k_hexagon * hexagons + (k_hexagon - 1) * pentagons;
+        corners += k_hexagon_size * hexagons + (k_hexagon_size - 1) * pentagons;
         sharp_edges *= 2;
         boundary_edges *= 2;
     }

@@ -29,7 +29,7 @@ using test::Random;
 
 namespace {
 
-struct Choice {
+struct SiteChoice {
     std::string_view scheme;
     RuleOptions rules{};
 };
@@ -46,7 +46,7 @@ RuleOptions cosine() {
 }
 
 /// Every scheme whose vertices are sites of corner cells or triangles.
-std::vector<Choice> primal_choices() {
+std::vector<SiteChoice> primal_choices() {
     return {{"catmull-clark"},
             {"catmull-clark", cosine()},
             {"bilinear"},
@@ -137,7 +137,7 @@ std::vector<std::uint64_t> these_seeds(std::initializer_list<std::uint64_t> chos
     return seeds;
 }
 
-ControlMesh mesh_for(const Choice& choice, std::uint64_t seed) {
+ControlMesh site_mesh(const SiteChoice& choice, std::uint64_t seed) {
     test::RandomMeshOptions options = test::random_options(seed);
     // Where the faces at the boundary are left out, others are to remain.
     options.columns = options.rows = options.boundary_rule == BoundaryRule::none ? 4 : 3;
@@ -163,7 +163,7 @@ std::vector<Site> sites_of_level(const ControlMesh& mesh, bool triangles, int le
 struct Level {
     std::vector<Vec3d> points, limits;
 
-    Level(const ControlMesh& mesh, const Choice& choice, int level, const Places& places) {
+    Level(const ControlMesh& mesh, const SiteChoice& choice, int level, const Places& places) {
         RefineOptions options;
         options.rules = choice.rules;
         const RuleRefiner net(mesh, *find_scheme(choice.scheme), level, options);
@@ -178,11 +178,11 @@ struct Level {
 };
 
 /// Long averages take long.
-int levels_for(const Choice& choice) {
+int levels_for(const SiteChoice& choice) {
     return choice.scheme == "averaging" && choice.rules.averaging_steps > 2 ? 2 : 3;
 }
 
-Hierarchy hierarchy_for(const ControlMesh& mesh, const Choice& choice) {
+Hierarchy hierarchy_for(const ControlMesh& mesh, const SiteChoice& choice) {
     HierarchyOptions options;
     options.rules = choice.rules;
     return make_hierarchy(mesh, choice.scheme, options);
@@ -204,12 +204,12 @@ std::vector<int> finest_levels(const Hierarchy& h, const HierarchyMesh& out) {
 TEST_SUITE_BEGIN("refine");
 
 TEST_CASE("[inv1] primal schemes: each vertex of an adaptive mesh is where uniform refinement has its site") {
-    for (const Choice& choice : primal_choices())
+    for (const SiteChoice& choice : primal_choices())
         for (const std::uint64_t seed : these_seeds({2, 3, 4, 7})) {  // plane, tori, sphere; each boundary rule
             CAPTURE(choice.scheme);
             CAPTURE(seed);
             const int levels = levels_for(choice);
-            const ControlMesh mesh = mesh_for(choice, seed);
+            const ControlMesh mesh = site_mesh(choice, seed);
             Hierarchy h = hierarchy_for(mesh, choice);
             Random random(seed);
             for (int pass = 0; pass < 3; ++pass) {
@@ -244,12 +244,12 @@ TEST_CASE("[inv1] primal schemes: each vertex of an adaptive mesh is where unifo
 }
 
 TEST_CASE("[inv1] primal schemes: any site has its uniform position at any level, and its limit") {
-    for (const Choice& choice : primal_choices())
+    for (const SiteChoice& choice : primal_choices())
         for (const std::uint64_t seed : these_seeds({4, 7})) {
             CAPTURE(choice.scheme);
             CAPTURE(seed);
             const int levels = levels_for(choice);
-            const ControlMesh mesh = mesh_for(choice, seed);
+            const ControlMesh mesh = site_mesh(choice, seed);
             const Hierarchy h = hierarchy_for(mesh, choice);  // its roots' corners alone are vertices
             const bool triangles = h.family() == "triangles";
             const double tolerance = 1e-12 * mesh.bounding_box().diagonal();
@@ -283,7 +283,7 @@ namespace {
 /// A uniform level of refine() with limits, and of its vertices which are where.
 class UniformMesh {
   public:
-    UniformMesh(const ControlMesh& mesh, const Choice& choice, int level, double tolerance) {
+    UniformMesh(const ControlMesh& mesh, const SiteChoice& choice, int level, double tolerance) {
         RefineOptions options;
         options.rules = choice.rules;
         net = refine(mesh, choice.scheme, level, options);
@@ -379,7 +379,7 @@ LeafPredicate everything() {
 namespace {
 
 /// Seeds have no tags, infinitely sharp ones and semi-sharp ones in turn.
-void check_dual_sites(const Choice& choice, std::uint64_t seed_count, int levels) {
+void check_dual_sites(const SiteChoice& choice, std::uint64_t seed_count, int levels) {
     std::size_t with_limits = 0;
     std::set<int> levels_seen;
     for (const std::uint64_t seed : test::seeds(seed_count)) {
@@ -464,7 +464,7 @@ TEST_CASE("[inv1] sqrt3: each vertex of an adaptive mesh is where uniform refine
         CAPTURE(seed);
         const ControlMesh mesh = test::random_sqrt3_mesh(seed);
         const double tolerance = 1e-12 * mesh.bounding_box().diagonal();
-        const Choice choice{"sqrt3"};
+        const SiteChoice choice{"sqrt3"};
         Hierarchy h = hierarchy_for(mesh, choice), all = hierarchy_for(mesh, choice);
         const Hierarchy roots = hierarchy_for(mesh, choice);
         Random random(seed);
