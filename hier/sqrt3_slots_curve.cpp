@@ -34,13 +34,6 @@ struct Cell {
     std::array<Place, 3> corner{};
 };
 
-struct Marked {
-    std::uint64_t along;  // the curve in the control face
-    std::uint32_t root;
-    LeafId leaf;
-};
-static_assert(sizeof(Marked) == 16);
-
 }  // namespace
 
 class Sqrt3Slots::CurveWalk {
@@ -66,6 +59,13 @@ class Sqrt3Slots::CurveWalk {
     }
 
   private:
+    struct Marked {
+        std::uint64_t along;  // the curve in the control face
+        std::uint32_t root;
+        LeafId leaf;
+    };
+    static_assert(sizeof(Marked) == 16);
+
     // Marks are inside their leaves, so no two are the same; of those that lie in two control faces, in that whose
     // number they have.
     void visit(std::uint32_t slot, const Cell& cell) {

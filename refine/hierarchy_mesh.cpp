@@ -13,7 +13,8 @@ namespace tetrakis {
 
 namespace {
 
-constexpr std::uint32_t k_vertex_block = 1u << 16;  // vertices evaluated between reports
+/// Vertices evaluated between reports. Slow rules take a tenth of a millisecond for some of them.
+std::uint32_t vertices_at_once(const RunContext& context) { return context.progress ? 1u << 13 : 1u << 16; }
 
 /// Refuses a mesh over the limit.
 void check_mesh_memory(const ToMeshOptions& options, std::uint64_t faces, std::uint64_t corners,
@@ -33,11 +34,11 @@ void check_mesh_memory(const ToMeshOptions& options, std::uint64_t faces, std::u
 }  // namespace
 
 void Hierarchy::evaluate_limits(const HierarchyFaces& faces, const ToMeshOptions& options, PolygonMesh& mesh) const {
-    const auto count = static_cast<std::uint32_t>(faces.sites.size());
+    const auto count = static_cast<std::uint32_t>(faces.sites.size()), block = vertices_at_once(options.context);
     std::vector<LimitPoint> points;
-    for (std::uint32_t begin = 0; begin < count; begin += k_vertex_block) {
+    for (std::uint32_t begin = 0; begin < count; begin += block) {
         options.context.report("vertices", static_cast<double>(begin) / count);
-        const std::uint32_t size = std::min(k_vertex_block, count - begin);
+        const std::uint32_t size = std::min(block, count - begin);
         const std::span sites(faces.sites.data() + begin, size);
         if (options.normals) {
             points.assign(size, {});
@@ -50,7 +51,7 @@ void Hierarchy::evaluate_limits(const HierarchyFaces& faces, const ToMeshOptions
 
 // Positions (and normals) of all vertices. Those of levels go level by level, each vertex at its own.
 void Hierarchy::evaluate(const HierarchyFaces& faces, const ToMeshOptions& options, PolygonMesh& mesh) const {
-    const auto count = static_cast<std::uint32_t>(faces.sites.size());
+    const auto count = static_cast<std::uint32_t>(faces.sites.size()), block = vertices_at_once(options.context);
     const LevelSource& source = family_->source();
     const bool limit = options.positions == MeshPositions::limit;
     detail::resize_large(mesh.positions, count);
@@ -78,9 +79,9 @@ void Hierarchy::evaluate(const HierarchyFaces& faces, const ToMeshOptions& optio
     std::vector<Site> sites;
     std::vector<Vec3d> positions;
     for (std::uint32_t l = 0; l < 256; ++l)
-        for (std::uint32_t begin = first[l]; begin < first[l + 1]; begin += k_vertex_block) {
+        for (std::uint32_t begin = first[l]; begin < first[l + 1]; begin += block) {
             options.context.report("vertices", static_cast<double>(begin) / count);
-            const std::uint32_t size = std::min(k_vertex_block, first[l + 1] - begin);
+            const std::uint32_t size = std::min(block, first[l + 1] - begin);
             sites.resize(size);
             for (std::uint32_t i = 0; i < size; ++i) sites[i] = faces.sites[order[begin + i]];
             if (options.normals) {

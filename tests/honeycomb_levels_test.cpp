@@ -160,7 +160,7 @@ TEST_CASE("limits of honeycomb refinement that do not exist are refused before a
     check_against_rules(mesh, 2, {.normals = true});
 }
 
-TEST_CASE("honeycomb refinement: the same bytes for any number of threads, and for positions again") {
+TEST_CASE("[inv10] honeycomb refinement: the same bytes for any number of threads, and for positions again") {
     const ControlMesh mesh = make_mesh(1, Tags::none, true);
     RefineOptions options{.limit = true, .normals = true};
     options.context.threads = 1;

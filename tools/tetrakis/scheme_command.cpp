@@ -51,7 +51,7 @@ void draw(const SchemeFindings& f, const SchemeOptions& options) {
             "out --image, or --boundary",
             f.scheme.name));
     SchemePicture picture{
-        .title = fmt::format("{}: {} at {}", f.scheme.name, f.scheme.title, looked_at(f, labels)),
+        .title = fmt::format("{}: {} at {}", f.scheme.name, title_of(f), looked_at(f, labels)),
         .subtitle = fmt::format(
             "{}, third {:.6g}, {}; red: where the new point lies",
             f.boundary() ? fmt::format("eigenvalue along the boundary {:.6g}, across it {:.6g}", a.lambda1, a.lambda2)

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
+#include <string>
+#include <string_view>
 #include <utility>
 
 namespace tetrakis::cli {
@@ -56,6 +58,15 @@ std::vector<double> row_of(const LocalMatrix& m, int i) {
     std::vector<double> row(m.size());
     for (int j = 0; j < m.size(); ++j) row[j] = m.at(i, j);
     return row;
+}
+
+std::string title_of(const SchemeFindings& f) {
+    std::string title(f.scheme.title);
+    constexpr std::string_view k_steps = "m steps";
+    if (const std::size_t at = title.find(k_steps); at != std::string::npos)
+        title.replace(at, k_steps.size(),
+                      fmt::format("{} step{}", f.rules.averaging_steps, f.rules.averaging_steps == 1 ? "" : "s"));
+    return title;
 }
 
 std::string looked_at(const SchemeFindings& f, const FanLabels& labels) {
@@ -179,7 +190,7 @@ void print_scheme(const SchemeFindings& f, bool with_matrix) {
     const FanLabels& labels = a.matrix.labels;
     const bool dual = labels.lattice() == FanLattice::dual;
     Table table;
-    table.row("scheme", fmt::format("{}: {}", f.scheme.name, f.scheme.title));
+    table.row("scheme", fmt::format("{}: {}", f.scheme.name, title_of(f)));
     table.row("refinement", fmt::format("{}, {}, {}", refinement(f.scheme, f.rules), name(f.scheme.family),
                                         interpolating(f.scheme, f.rules) ? "interpolating" : "approximating"));
     table.row("takes", std::string(f.scheme.notes));
@@ -299,7 +310,7 @@ Json scheme_json(const SchemeFindings& f, bool with_matrix) {
     const SpectralAnalysis& a = f.analysis;
     const FanLabels& labels = a.matrix.labels;
     Json json = {{"name", f.scheme.name},
-                 {"title", f.scheme.title},
+                 {"title", title_of(f)},
                  {"refinement", refinement(f.scheme, f.rules)},
                  {"faces", name(f.scheme.family)},
                  {"interpolating", interpolating(f.scheme, f.rules)},

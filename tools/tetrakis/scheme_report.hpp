@@ -24,6 +24,8 @@ struct SchemeFindings {
     bool boundary() const { return analysis.matrix.labels.shape().boundary; }
 };
 
+/// The scheme's, with the number of its steps.
+std::string title_of(const SchemeFindings& f);
 std::string looked_at(const SchemeFindings& f, const FanLabels& labels);
 std::string place_name(const FanLabels& labels, FanLabel label);
 /// The new points in the middle: one of each kind, with its row of the matrix.
