@@ -59,9 +59,10 @@ void check_size(const ControlMesh& mesh, const RuleMesh& start, const RuleMesh* 
         if (const std::uint64_t most = std::max(counts.corners, of_charts.corners); most >= k_most)
             throw Error(
                 ErrorCode::unsupported,
-                fmt::format("{} levels of honeycomb refinement give more elements than can be counted; level {} "
-                            "has {} face corners{}, and the limit is {}",
-                            levels, level, most, most > counts.corners ? " in its charts" : "", k_most),
+                fmt::format(
+                    "{} levels of honeycomb refinement give more elements than its 32-bit numbers can count; level {} "
+                    "has {} face corners{}, and the limit is {}",
+                    levels, level, most, most > counts.corners ? " in its charts" : "", k_most),
                 mesh.data().source);
     }
     // Connectivity and fans of the level above, of that above it, and so on, with its points; with limits and charts,
