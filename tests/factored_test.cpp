@@ -280,7 +280,8 @@ TEST_CASE("[inv6] factored schemes are the classical ones: valences and n-gons 3
 }
 
 TEST_CASE(
-    "[inv6] factored Catmull-Clark is uniform refinement: creases, darts, corners, boundaries at valences 3 to 64") {
+    "[inv6] [slow] factored Catmull-Clark is uniform refinement: creases, darts, corners, boundaries at valences 3 to "
+    "64") {
     double worst = 0;
     for (int n = 3; n <= 64; ++n) {
         std::vector<Tagged> all = tagged_fans(n);
@@ -304,7 +305,8 @@ TEST_CASE(
     MESSAGE("largest relative disagreement ", worst);
 }
 
-TEST_CASE("[inv6] factored Doo-Sabin is the classical one: boundary vertices and n-gons on the boundary, 3 to 64") {
+TEST_CASE(
+    "[inv6] [slow] factored Doo-Sabin is the classical one: boundary vertices and n-gons on the boundary, 3 to 64") {
     double worst = 0;
     for (int n = 3; n <= 64; ++n)
         for (const Tagged& of : open_meshes(n)) {
@@ -318,7 +320,8 @@ TEST_CASE("[inv6] factored Doo-Sabin is the classical one: boundary vertices and
     MESSAGE("largest relative disagreement ", worst);
 }
 
-TEST_CASE("[inv6] factored schemes are the classical ones: creases, darts, corners and boundaries at some valences") {
+TEST_CASE(
+    "[inv6] [slow] factored schemes are the classical ones: creases, darts, corners and boundaries at some valences") {
     for (const FactoredScheme scheme : factored_schemes())
         for (const int n : {3, 4, 5, 6, 9, 17, 64}) {
             if (scheme == FactoredScheme::catmull_clark) continue;  // above

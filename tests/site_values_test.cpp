@@ -243,7 +243,7 @@ TEST_CASE("[inv1] primal schemes: each vertex of an adaptive mesh is where unifo
         }
 }
 
-TEST_CASE("[inv1] primal schemes: any site has its uniform position at any level, and its limit") {
+TEST_CASE("[inv1] [slow] primal schemes: any site has its uniform position at any level, and its limit") {
     for (const SiteChoice& choice : primal_choices())
         for (const std::uint64_t seed : these_seeds({4, 7})) {
             CAPTURE(choice.scheme);
@@ -445,7 +445,9 @@ void check_dual_sites(const SiteChoice& choice, std::uint64_t seed_count, int le
 
 }  // namespace
 
-TEST_CASE("[inv1] dual schemes: each vertex of an adaptive mesh is where uniform refinement has its site, limits too") {
+TEST_CASE(
+    "[inv1] [slow] dual schemes: each vertex of an adaptive mesh is where uniform refinement has its site, limits "
+    "too") {
     check_dual_sites({"doo-sabin"}, 12, 3);
     for (const std::string_view scheme : {"doo-sabin-cc", "midedge", "midedge-simplest"})
         check_dual_sites({scheme}, 6, 3);
