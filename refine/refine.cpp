@@ -248,6 +248,19 @@ bool keep_whole(const PolygonMesh& points, detail::RepeatedRows::Faces& faces) {
     return !faces.control.empty();
 }
 
+/// The faces of a mesh whose points are made, and what goes with them.
+/// @param keep  unless null, receives what makes the points
+void take_faces(const ControlMesh& mesh, const SchemeInfo& scheme, const RefineOptions& options,
+                detail::RootNet::Faces faces, detail::RefinedPoints made, detail::RefinedPoints* keep,
+                PolygonMesh& result) {
+    result.face_offsets = std::move(faces.offsets);
+    result.face_vertices = std::move(faces.vertices);
+    keep_surface(
+        mesh, scheme, options.rules, [&](std::uint32_t f) { return faces.control[f]; }, {}, result);
+    if (keep != nullptr) *keep = std::move(made);
+    detail::drop_unused_points(result, keep);
+}
+
 /// Refined by rows that repeat themselves: the fast way of the schemes that have no kernels of their own. Nothing where
 /// there is none; `first_levels` then has what was done by rules.
 std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
@@ -320,12 +333,7 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
             result.face_uvs = chart_rows->faces(options.context).vertices;
         }
     }
-    result.face_offsets = std::move(faces.offsets);
-    result.face_vertices = std::move(faces.vertices);
-    keep_surface(
-        mesh, scheme, options.rules, [&](std::uint32_t f) { return faces.control[f]; }, {}, result);
-    if (keep != nullptr) *keep = std::move(made);
-    detail::drop_unused_points(result, keep);
+    take_faces(mesh, scheme, options, std::move(faces), std::move(made), keep, result);
     return result;
 }
 
@@ -349,13 +357,7 @@ std::optional<PolygonMesh> refine_honeycomb(const ControlMesh& mesh, const Schem
         if (mesh.face_varying_rule() == FaceVaryingRule::linear_all) warn_of_smooth_uvs(scheme, result);
         take_followed(mesh, all->take_uvs(), result);
     }
-    detail::RootNet::Faces faces = all->faces();
-    result.face_offsets = std::move(faces.offsets);
-    result.face_vertices = std::move(faces.vertices);
-    keep_surface(
-        mesh, scheme, options.rules, [&](std::uint32_t f) { return faces.control[f]; }, {}, result);
-    if (keep != nullptr) *keep = std::move(made);
-    detail::drop_unused_points(result, keep);
+    take_faces(mesh, scheme, options, all->faces(), std::move(made), keep, result);
     return result;
 }
 
