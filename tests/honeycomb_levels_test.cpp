@@ -1,4 +1,5 @@
 #include "random_mesh.hpp"
+#include "refused_first.hpp"
 #include "same_bytes.hpp"
 
 #include "tetrakis/hier/error.hpp"
@@ -183,18 +184,8 @@ TEST_CASE("[inv10] honeycomb refinement: the same bytes for any number of thread
 
 TEST_CASE("honeycomb refinement refuses what cannot be counted or held, before it makes any of it") {
     const ControlMesh mesh = make_mesh(2, Tags::none, false);
-    const auto code = [&](int levels, std::uint64_t limit) -> std::optional<ErrorCode> {
-        RefineOptions options;
-        options.context.max_memory_bytes = limit;
-        bool started = false;
-        options.context.progress = [&](std::string_view, double) { return started = true; };
-        try {
-            refine(mesh, "honeycomb", levels, options);
-        } catch (const Error& e) {
-            CHECK(!started);
-            return e.code();
-        }
-        return std::nullopt;
+    const auto code = [&](int levels, std::uint64_t limit) {
+        return test::refused_first(mesh, "honeycomb", levels, limit);
     };
     CHECK(code(14, 0) == ErrorCode::unsupported);
     CHECK(code(10, 1 << 20) == ErrorCode::memory_limit);

@@ -1,5 +1,6 @@
 #include "point_match.hpp"
 #include "random_mesh.hpp"
+#include "refused_first.hpp"
 
 #include "tetrakis/hier/triangulate.hpp"
 #include "tetrakis/hier/vec.hpp"
@@ -571,20 +572,7 @@ TEST_CASE("rows do not repeat themselves where something turns smooth on the way
 
 TEST_CASE("too many levels and too little memory are refused before the first one is made, with or without a limit") {
     const ControlMesh mesh = make_mesh(3, false, false, true);
-    const auto code = [&](int levels, std::uint64_t limit) -> std::optional<ErrorCode> {
-        RefineOptions options;
-        options.context.max_memory_bytes = limit;
-        bool started = false;
-        options.context.progress = [&](std::string_view, double) { return started = true; };
-        try {
-            refine(mesh, "4-8", levels, options);
-        } catch (const Error& e) {
-            CHECK(std::string(e.what()).find(std::to_string(levels) + " levels") != std::string::npos);
-            CHECK_FALSE(started);
-            return e.code();
-        }
-        return std::nullopt;
-    };
+    const auto code = [&](int levels, std::uint64_t limit) { return test::refused_first(mesh, "4-8", levels, limit); };
     CHECK(code(20, 0) == ErrorCode::unsupported);
     CHECK(code(40, 0) == ErrorCode::unsupported);
     CHECK(code(9, std::uint64_t{64} << 20) == ErrorCode::memory_limit);
