@@ -1,6 +1,7 @@
 #include "tetrakis/hier/sqrt3_slots.hpp"
 
 #include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
 
 #include <algorithm>
@@ -9,9 +10,17 @@
 namespace tetrakis {
 
 Sqrt3Slots::Sqrt3Slots(const ControlMesh& mesh)
-    : forest_(mesh), child_(mesh.face_count(), std::uint32_t{k_whole}), shared_(forest_.lattice()) {
+    : forest_(mesh),
+      child_(mesh.face_count(), std::uint32_t{k_whole}),
+      across_(mesh.halfedge_count()),
+      shared_(forest_.lattice()) {
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
         if (mesh.is_hole(FaceId(f))) child_[f] = k_dead;
+    for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
+        const std::uint64_t twin = shared_.lattice.twin(0, h);
+        across_[h] = twin == Sqrt3Lattice::none ? k_kept : static_cast<std::uint32_t>(twin);
+        has_kept_ |= twin == Sqrt3Lattice::none;
+    }
 }
 
 // Names and slots.
@@ -64,37 +73,33 @@ PointId Sqrt3Slots::point(const Sqrt3Vertex& v) const {
     return PointId(mesh().vertex_count() + 2 * record + (v.kind == Kind::second ? 1 : 0));
 }
 
-Sqrt3Slots::Places Sqrt3Slots::places(const Sqrt3Levels& levels) const {
+detail::RawPoolVector<std::uint32_t> Sqrt3Slots::points(const Sqrt3Levels& levels) const {
     using Kind = Sqrt3Vertex::Kind;
-    Places places;
-    places.slot.resize(levels.levels.size());
-    places.point.resize(levels.vertices.size());
-    for (std::uint32_t v = 0; v < mesh().vertex_count(); ++v) places.point[v] = v;
-    for (std::size_t k = 0; k < levels.levels.size(); ++k) {
+    detail::RawPoolVector<std::uint32_t> point(levels.vertices.size()), slot(mesh().face_count()), finer;
+    for (std::uint32_t v = 0; v < mesh().vertex_count(); ++v) point[v] = v;
+    for (std::uint32_t f = 0; f < mesh().face_count(); ++f) slot[f] = f;
+    for (std::size_t k = 0; k + 1 < levels.levels.size(); ++k) {
         const Sqrt3Level& level = levels.levels[k];
-        auto& slot = places.slot[k];
-        slot.resize(level.face_count());
-        if (k == 0)
-            for (std::uint32_t f = 0; f < level.face_count(); ++f)
-                slot[f] = static_cast<std::uint32_t>(level.number[f]);
-        if (k + 1 < levels.levels.size()) places.slot[k + 1].resize(levels.levels[k + 1].face_count());
+        const bool last = k + 2 == levels.levels.size();  // its faces are not split
+        if (!last) finer.resize(levels.levels[k + 1].face_count());
         for_each_index(level.face_count(), [&](std::uint32_t f) {
             if (level.split[f] == 0) return;
-            for (std::uint32_t side = 0; side < 3; ++side)
+            for (std::uint32_t side = 0; side < 3 && !last; ++side)
                 if (const std::uint32_t child = level.child_over(3 * f + side); Sqrt3Level::there(child))
-                    places.slot[k + 1][child] = child_over(slot[f], side);
+                    finer[child] = child_over(slot[f], side);
             const std::uint32_t first = mesh().vertex_count() + 2 * child_[slot[f]], apex = level.apex[f];
             if (levels.vertices[apex].kind == Kind::centre) {
-                places.point[apex] = first;
+                point[apex] = first;
                 return;
             }
             // Those of a cut edge are those of the face that names them.
             for (const std::uint32_t v : {apex, levels.beside(apex)})
                 if (const Sqrt3Vertex& vertex = levels.vertices[v]; Sqrt3Lattice::face(vertex.key) == level.number[f])
-                    places.point[v] = first + (vertex.kind == Kind::second ? 1 : 0);
+                    point[v] = first + (vertex.kind == Kind::second ? 1 : 0);
         });
+        std::swap(slot, finer);
     }
-    return places;
+    return point;
 }
 
 bool Sqrt3Slots::is_vertex(const Sqrt3Vertex& v) const {
@@ -149,116 +154,143 @@ LeafId Sqrt3Slots::neighbour(LeafId leaf, int side) const {
 
 std::vector<LeafId> Sqrt3Slots::ordered_leaves() const {
     std::vector<LeafId> leaves;
-    leaves.reserve(leaf_count());
-    std::vector<std::uint32_t> open;
-    for (std::uint32_t root = 0; root < mesh().face_count(); ++root) {
-        if (child_[root] == k_dead) continue;
-        open.push_back(root);
-        while (!open.empty()) {
-            const std::uint32_t slot = open.back();
-            open.pop_back();
-            if (!is_split(slot)) {
-                leaves.emplace_back(slot);
-                continue;
-            }
-            for (std::uint32_t side = 3; side-- > 0;) open.push_back(first_child(child_[slot]) + side);
-        }
-    }
+    detail::reserve_large(leaves, leaf_count());
+    for_each_leaf([&](LeafId leaf, FaceId) { leaves.push_back(leaf); });
     return leaves;
 }
 
 // Changes.
 
-// A face that the forest has split by now; those of coarser levels come first. Returns the record.
-std::uint32_t Sqrt3Slots::split(const Sqrt3Face& face, const Twins& twins, Changed& changed) {
-    const std::uint32_t slot = slot_of(face.level, face.face);
-    if (child_[slot] == k_whole) changed.emplace_back(slot, triangle_of(slot));
-    auto record = static_cast<std::uint32_t>(records_.size());
-    if (free_records_.empty()) {
-        records_.emplace_back();
-        child_.resize(child_.size() + 3);
-    } else {
-        record = free_records_.back();
-        free_records_.pop_back();
-    }
-    records_[record] = {face.face, slot, face.level, true};
-    child_[slot] = record;
-    for (std::uint32_t side = 0; side < 3; ++side) {
-        const std::uint64_t twin = twins[side];
-        const bool whole =
-            twin == Sqrt3Lattice::none || forest_.is_split(Sqrt3Face{face.level, Sqrt3Lattice::face(twin)});
-        child_[first_child(record) + side] = whole ? k_whole_now : k_half;
-        if (!whole || twin == Sqrt3Lattice::none) continue;
-        const std::uint32_t beyond = slot_of(face.level + 1, twin);
-        if (beyond == k_no_slot || child_[beyond] != k_half) continue;
-        changed.emplace_back(beyond, triangle_of(beyond));
-        child_[beyond] = k_whole_now;
-    }
-    return record;
-}
-
-void Sqrt3Slots::refine(std::span<const LeafId> marked, std::vector<LeafId>& created, Changed& removed) {
-    created.clear();
-    removed.clear();
-    std::vector<Sqrt3Face> faces;
+// The faces that have to be split for these leaves to be, the coarsest first.
+detail::PoolVector<Sqrt3Slots::Wanted> Sqrt3Slots::wanted(std::span<const LeafId> marked) {
+    detail::PoolVector<Wanted> result;
+    result.reserve(marked.size());
+    const auto add = [&](const std::vector<Sqrt3Face>& needed) {
+        for (const Sqrt3Face& face : needed) result.push_back({face, k_no_slot});
+    };
+    const bool has_partners = shared_.lattice.has_lines();
+    const auto add_whole = [&](std::uint32_t slot) {
+        const Sqrt3Triangle t = triangle_of(slot);
+        if (has_partners && shared_.lattice.partner(t.level, t.face) != Sqrt3Lattice::none)
+            add(forest_.needed(Sqrt3Face{t.level, t.face}));
+        else
+            result.push_back({{t.level, t.face}, slot});
+    };
     for (const LeafId leaf : marked) {
-        const Sqrt3Triangle t = triangle(leaf);
-        if (!t.half) {
-            faces.push_back({t.level, t.face});
-            if (shared_.lattice.partner(t.level, t.face) == Sqrt3Lattice::none) continue;
-            const std::vector<Sqrt3Face> needed = forest_.needed(faces.back());
-            faces.insert(faces.end(), needed.begin(), needed.end());
+        if (child_[leaf.value] != k_half) {
+            add_whole(leaf.value);
+            continue;
+        }
+        const std::uint32_t h = over(leaf.value), twin = across(h);
+        if (twin < k_apart && child_[twin / 3] == k_whole) {
+            add_whole(twin / 3);
             continue;
         }
         Sqrt3Leaf half;
-        half.level = static_cast<std::uint8_t>(t.level - 1);
+        half.level = static_cast<std::uint8_t>(level_of(h / 3));
         half.half = true;
-        half.face = t.face;
-        const std::vector<Sqrt3Face> needed = forest_.needed(half);
-        faces.insert(faces.end(), needed.begin(), needed.end());
+        half.face = triangle_of(leaf.value).face;
+        add(forest_.needed(half));
     }
-    std::sort(faces.begin(), faces.end());
-    faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
+    // In many a call all leaves are split, in their order.
+    if (!std::is_sorted(result.begin(), result.end())) std::sort(result.begin(), result.end());
+    result.erase(std::unique(result.begin(), result.end()), result.end());
+    return result;
+}
+
+void Sqrt3Slots::refine(std::span<const LeafId> marked, std::vector<LeafId>& created, Changed* removed) {
+    created.clear();
+    if (removed != nullptr) removed->clear();
+    const detail::PoolVector<Wanted> wanted = this->wanted(marked);
+    detail::PoolVector<Sqrt3Face> faces;
+    faces.reserve(wanted.size());
+    for (const Wanted& w : wanted) faces.push_back(w.face);
     // All memory first, and the twins, which take some to be found: nothing may throw once the forest has changed.
     const std::size_t fresh = faces.size() - std::min(faces.size(), free_records_.size());
     if (child_.size() + 3 * std::uint64_t{fresh} > k_max_slots)
         throw Error(ErrorCode::memory_limit, "the hierarchy would have more triangles than 32 bits can number");
     const auto room = [](auto& vector, std::size_t size) {
-        if (size > vector.capacity()) vector.reserve(std::max(size, 2 * vector.capacity()));
+        if (size > vector.capacity()) detail::reserve_large(vector, std::max(size, 2 * vector.capacity()));
     };
     room(records_, records_.size() + fresh);
     room(free_records_, records_.size() + fresh);
     room(child_, child_.size() + 3 * fresh);
-    created.reserve(6 * faces.size());
-    removed.reserve(4 * faces.size());
-    std::vector<std::uint32_t> fresh_records;
+    room(across_, across_.size() + 9 * fresh);
+    detail::reserve_large(created, 6 * faces.size());
+    if (removed != nullptr) removed->reserve(4 * faces.size());
+    detail::PoolVector<std::uint32_t> fresh_records;
     fresh_records.reserve(faces.size());
+    detail::PoolVector<LeafId> whole;  // that were half when the call began
+    whole.reserve(3 * faces.size());
     std::vector<Twins> twins;
-    twins.reserve(faces.size());
-    for (const Sqrt3Face& face : faces) {
-        Twins& of = twins.emplace_back();
-        for (std::size_t side = 0; side < 3; ++side) of[side] = shared_.lattice.twin(face.level, 3 * face.face + side);
+    if (shared_.lattice.has_lines()) {
+        twins.resize(faces.size());
+        for (std::size_t i = 0; i < faces.size(); ++i)
+            for (std::size_t side = 0; side < 3; ++side)
+                twins[i][side] = shared_.lattice.twin(faces[i].level, 3 * faces[i].face + side);
     }
     forest_.refine_closed(faces);
-    for (std::size_t i = 0; i < faces.size(); ++i) fresh_records.push_back(split(faces[i], twins[i], removed));
+    for (std::size_t i = records_.size() + fresh; i-- > records_.size();)
+        free_records_.push_back(static_cast<std::uint32_t>(i));
+    records_.resize(records_.size() + fresh);
+    child_.resize(child_.size() + 3 * fresh, std::uint32_t{k_dead});
+    across_.resize(across_.size() + 9 * fresh, std::uint32_t{k_apart});
+    for (std::size_t i = 0; i < faces.size(); ++i)
+        fresh_records.push_back(split(wanted[i], twins.empty() ? nullptr : &twins[i], whole, removed));
     const auto is_new_leaf = [&](std::uint32_t slot) {
         if (child_[slot] == k_whole_now) child_[slot] = k_whole;
+        if (child_[slot] == k_half_now) child_[slot] = k_half;
         return is_leaf_slot(slot);
     };
     for (const std::uint32_t record : fresh_records)
         for (std::uint32_t side = 0; side < 3; ++side)
             if (is_new_leaf(first_child(record) + side)) created.emplace_back(first_child(record) + side);
-    for (const auto& [leaf, before] : removed)
-        if (before.half && is_new_leaf(leaf.value)) created.push_back(leaf);
+    for (const LeafId leaf : whole)
+        if (is_new_leaf(leaf.value)) created.push_back(leaf);
+}
+
+// A face that the forest has split by now; those of coarser levels come first. Returns the record.
+std::uint32_t Sqrt3Slots::split(const Wanted& wanted, const Twins* twins, detail::PoolVector<LeafId>& whole,
+                                Changed* removed) {
+    const auto [level, face] = wanted.face;
+    const std::uint32_t slot = wanted.slot != k_no_slot ? wanted.slot : slot_of(level, face);
+    const auto was = [&](std::uint32_t leaf) {
+        if (removed != nullptr) removed->emplace_back(leaf, triangle_of(leaf));
+    };
+    if (child_[slot] == k_whole) was(slot);
+    const std::uint32_t record = free_records_.back();
+    free_records_.pop_back();
+    records_[record] = {face, slot, level, true};
+    child_[slot] = record;
+    for (std::uint32_t side = 0; side < 3; ++side) {
+        const std::uint32_t h = 3 * slot + side;
+        std::uint32_t twin = across_[h];
+        if (twin == k_kept && twins != nullptr) twin = beyond(h, (*twins)[side]);
+        child_[child_over(h)] = k_whole_now;
+        if (twin == k_kept) {
+            keep(h);
+            continue;
+        }
+        if (twin == k_apart || !is_split(twin / 3)) {
+            child_[child_over(h)] = k_half_now;
+            continue;
+        }
+        const std::uint32_t other = child_over(twin);
+        if (child_[other] == k_half) {
+            was(other);
+            whole.emplace_back(other);
+        }
+        child_[other] = k_whole_now;
+        flip(h, twin);
+    }
+    return record;
 }
 
 // The record of the triangle beyond the edge that a whole triangle lies across; none at the boundary.
-std::uint32_t Sqrt3Slots::record_beyond(Sqrt3Lattice& lattice, std::uint32_t slot) const {
-    const Sqrt3Triangle t = triangle_of(slot);
-    if (t.level == 0 || t.half) return k_no_slot;
-    const std::uint64_t twin = lattice.twin(t.level - 1, t.face);
-    if (twin == Sqrt3Lattice::none) return k_no_slot;
-    return child_[slot_of(t.level - 1, Sqrt3Lattice::face(twin))];
+std::uint32_t Sqrt3Slots::record_beyond(std::uint32_t slot) const {
+    if (slot < mesh().face_count() || child_[slot] == k_half) return k_no_slot;
+    const std::uint32_t twin = across(over(slot));
+    return twin == k_kept ? k_no_slot : child_[twin / 3];
 }
 
 Sqrt3Slots::Group Sqrt3Slots::group_of(Sqrt3Lattice& lattice, std::uint32_t record) const {
@@ -279,8 +311,8 @@ Sqrt3Slots::Group Sqrt3Slots::group_of(Sqrt3Lattice& lattice, std::uint32_t reco
     for (const std::uint32_t of : sides)
         for (std::uint32_t side = 0; side < 3 && leaves; ++side) {
             if (child_[first_child(of) + side] == k_half) continue;
-            const std::uint64_t twin = lattice.twin(at.level, 3 * records_[of].face + side);
-            if (twin != Sqrt3Lattice::none) add(slot_of(at.level + 1, twin));
+            const std::uint32_t twin = across(3 * records_[of].slot + side);
+            if (twin != k_kept) add(child_over(twin));
         }
     return leaves ? group : Group{};
 }
@@ -291,7 +323,7 @@ std::vector<LeafId> Sqrt3Slots::group(LeafId leaf) const {
     const std::scoped_lock lock(shared_.mutex);
     Group found = group_of(shared_.lattice, (leaf.value - roots) / 3);
     if (found.slots.empty())
-        if (const std::uint32_t beyond = record_beyond(shared_.lattice, leaf.value); beyond != k_no_slot)
+        if (const std::uint32_t beyond = record_beyond(leaf.value); beyond != k_no_slot)
             found = group_of(shared_.lattice, beyond);
     std::vector<LeafId> result;
     for (std::size_t i = 0; i < found.own; ++i) result.emplace_back(found.slots[i]);
@@ -339,7 +371,10 @@ void Sqrt3Slots::coarsen(std::span<const LeafId> marked, std::vector<LeafId>& cr
         child_[records_[record].slot] = k_whole;
         created.emplace_back(records_[record].slot);
         free_records_.push_back(record);
-        for (std::uint32_t side = 0; side < 3; ++side) child_[first_child(record) + side] = k_dead;
+        for (std::uint32_t side = 0; side < 3; ++side) {
+            child_[first_child(record) + side] = k_dead;
+            unlink(first_child(record) + side);
+        }
     }
     for (const std::uint32_t slot : groups) {
         if (child_[slot] != k_whole) continue;
@@ -377,6 +412,7 @@ std::optional<std::string> Sqrt3Slots::check() const {
             if (state == k_dead || state == k_whole_now || (state == k_half) == whole)
                 return name + ": the triangle over side " + std::to_string(side) + " is not as the one beyond asks";
         }
+        if (auto fault = check_links(lattice, r)) return fault;
     }
     if (live != forest_.split_count())
         return std::string("the forest has more split triangles than there are slots for");
@@ -385,12 +421,13 @@ std::optional<std::string> Sqrt3Slots::check() const {
 }
 
 std::uint64_t Sqrt3Slots::memory_bytes() const {
-    return forest_.memory_bytes() + child_.capacity() * sizeof(child_[0]) + records_.capacity() * sizeof(Record) +
-           free_records_.capacity() * sizeof(free_records_[0]);
+    return forest_.memory_bytes() + (child_.capacity() + across_.capacity()) * sizeof(std::uint32_t) +
+           records_.capacity() * sizeof(Record) + free_records_.capacity() * sizeof(free_records_[0]);
 }
 
 void Sqrt3Slots::shrink() {
     child_.shrink_to_fit();
+    across_.shrink_to_fit();
     records_.shrink_to_fit();
     free_records_.shrink_to_fit();
 }

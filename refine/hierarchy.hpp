@@ -225,7 +225,7 @@ class Hierarchy {
     /// Where leaves or points have gone and others remain beyond their places, these are closed up: returns true then,
     /// all handles are stale and points have other numbers, and the journal starts anew, as after load().
     /// What is left is what a new hierarchy refined to the same leaves takes: at most 52 bytes a leaf (bisection;
-    /// triangles 31, vertices 26, sqrt3 21) and 16 for each of the first two families' vertices, for evenly refined
+    /// triangles 31, vertices 26, sqrt3 39) and 16 for each of the first two families' vertices, for evenly refined
     /// leaves. O(leaves), to close up O(leaves log leaves) and the memory that is left a second time.
     bool shrink();
 

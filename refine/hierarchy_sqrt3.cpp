@@ -53,14 +53,21 @@ class Sqrt3Family final : public HierarchyFamily {
     int depth(LeafId leaf) const override { return depth_of(slots_.triangle(leaf)); }
     LeafView view(LeafId leaf) const override {
         LeafView view;
-        const auto corners = describe(slots_.triangle(leaf), view);
+        describe(slots_.triangle(leaf), view);
         view.leaf.slot = leaf;
-        for (std::size_t k = 0; k < 3; ++k) view.point[k] = slots_.point(corners[k]);
+        const std::array<PointId, 3> points = slots_.points(leaf);
+        for (std::size_t k = 0; k < 3; ++k) {
+            view.point[k] = points[k];
+            view.corner[k] = sqrt3_site(slots_.vertex(points[k]));
+        }
         return view;
     }
     NodeView view(const HierarchyNode& node) const override {
         NodeView view;
-        describe(triangle_of(node), view);
+        const Sqrt3Triangle t = triangle_of(node);
+        describe(t, view);
+        const std::array<Sqrt3Vertex, 3> corners = slots_.corners(t);
+        for (std::size_t k = 0; k < 3; ++k) view.corner[k] = sqrt3_site(corners[k]);
         return view;
     }
     std::array<LeafId, 2> neighbours(LeafId leaf, int side) const override {
@@ -73,9 +80,8 @@ class Sqrt3Family final : public HierarchyFamily {
     void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) override {
         Sqrt3Slots::Changed removed;
         update.reshaped.clear();
-        slots_.refine(marked, update.created, removed);
+        slots_.refine(marked, update.created, with_removed ? &removed : nullptr);
         update.removed.clear();
-        if (!with_removed) return;
         for (const auto& [leaf, before] : removed) update.removed.emplace_back(leaf, node_of(before));
     }
     void coarsen(std::span<const LeafId> marked, FamilyUpdate& update) override {
@@ -180,22 +186,22 @@ class Sqrt3Family final : public HierarchyFamily {
     /// What the hierarchy calls the triangles and vertices of a mesh.
     /// @param vertices  of the levels
     void name(const Sqrt3Levels& levels, std::span<const std::uint32_t> vertices, HierarchyFaces& faces) const {
-        const Sqrt3Slots::Places places = slots_.places(levels);
         detail::reserve_large(faces.leaves, slots_.leaf_count());
         detail::reserve_large(faces.control_faces, slots_.leaf_count());
-        levels.for_each_leaf([&](int k, std::uint32_t face, bool half, FaceId control_face) {
-            faces.leaves.push_back(places.leaf(slots_, k, face, half));
+        slots_.for_each_leaf([&](LeafId leaf, FaceId control_face) {
+            faces.leaves.push_back(leaf);
             faces.control_faces.push_back(control_face);
         });
+        const detail::RawPoolVector<std::uint32_t> points = slots_.points(levels);
         detail::resize_large(faces.sites, vertices.size());
         detail::resize_large(faces.points, vertices.size());
         for_each_index(static_cast<std::uint32_t>(vertices.size()), [&](std::uint32_t i) {
             faces.sites[i] = sqrt3_site(levels.vertices[vertices[i]]);
-            faces.points[i] = PointId(places.point[vertices[i]]);
+            faces.points[i] = PointId(points[vertices[i]]);
         });
     }
     static int depth_of(const Sqrt3Triangle& t) { return 2 * t.level - (t.half ? 1 : 0); }
-    HierarchyNode node_of(const Sqrt3Triangle& t) const {
+    static HierarchyNode node_of(const Sqrt3Triangle& t) {
         HierarchyNode node;
         std::uint64_t face = t.face;
         for (int k = t.level; k > 0; --k, face /= 3) node.path |= face % 3 << (64 - k_side_bits * k);
@@ -208,14 +214,12 @@ class Sqrt3Family final : public HierarchyFamily {
         for (int k = 1; k <= t.level; ++k) t.face = 3 * t.face + (node.path >> (64 - k_side_bits * k) & 3);
         return t;
     }
-    std::array<Sqrt3Vertex, 3> describe(const Sqrt3Triangle& t, NodeView& view) const {
-        const std::array<Sqrt3Vertex, 3> corners = slots_.corners(t);
+    /// All but the corners.
+    static void describe(const Sqrt3Triangle& t, NodeView& view) {
         view.node = node_of(t);
         view.face = FaceId(view.node.root);
         view.level = t.level;
         view.corner_count = 3;
-        for (std::size_t k = 0; k < 3; ++k) view.corner[k] = sqrt3_site(corners[k]);
-        return corners;
     }
     Sqrt3Leaf leaf_of(const Sqrt3Triangle& t) const {
         Sqrt3Leaf leaf;
