@@ -262,17 +262,18 @@ std::uint32_t Sqrt3Slots::split(const Wanted& wanted, const Twins* twins, detail
     free_records_.pop_back();
     records_[record] = {face, slot, level, true};
     child_[slot] = record;
+    const std::uint32_t first = first_child(record);
     for (std::uint32_t side = 0; side < 3; ++side) {
         const std::uint32_t h = 3 * slot + side;
         std::uint32_t twin = across_[h];
         if (twin == k_kept && twins != nullptr) twin = beyond(h, (*twins)[side]);
-        child_[child_over(h)] = k_whole_now;
+        child_[first + side] = k_whole_now;
         if (twin == k_kept) {
             keep(h);
             continue;
         }
         if (twin == k_apart || !is_split(twin / 3)) {
-            child_[child_over(h)] = k_half_now;
+            child_[first + side] = k_half_now;
             continue;
         }
         const std::uint32_t other = child_over(twin);

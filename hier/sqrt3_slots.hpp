@@ -186,15 +186,16 @@ class Sqrt3Slots {
     void link(std::uint32_t h, std::uint32_t twin);
     void keep(std::uint32_t h);
     void flip(std::uint32_t h, std::uint32_t twin);
+    void link_first(std::uint32_t slot, std::uint32_t beyond);
     void unlink(std::uint32_t slot);
     std::optional<std::string> check_links(Sqrt3Lattice& lattice, std::uint32_t record) const;
 
     Sqrt3Forest forest_;
-    std::vector<std::uint32_t> child_;   // per slot
-    std::vector<std::uint32_t> across_;  // per half-edge of the face that a slot is, or is half of
-    bool has_kept_ = false;              // whether there are edges that are not flipped
-    std::vector<Record> records_;
-    std::vector<std::uint32_t> free_records_;
+    detail::PoolVector<std::uint32_t> child_;   // per slot
+    detail::PoolVector<std::uint32_t> across_;  // per half-edge of the face that a slot is, or is half of
+    bool has_kept_ = false;                     // whether there are edges that are not flipped
+    detail::PoolVector<Record> records_;
+    detail::PoolVector<std::uint32_t> free_records_;
     struct Shared {
         explicit Shared(const Sqrt3Lattice& from) : lattice(from) {}
         std::recursive_mutex mutex;  // what asks for it calls each other

@@ -88,16 +88,20 @@ void Sqrt3Slots::keep(std::uint32_t h) {
 
 /// The links of the two faces that the edge between two split ones is flipped to.
 void Sqrt3Slots::flip(std::uint32_t h, std::uint32_t twin) {
-    link(3 * child_over(h) + 1, 3 * child_over(twin) + 1);
-    for (const auto& [here, there] : {std::pair(h, twin), std::pair(twin, h)}) {
-        const std::uint32_t over = 3 * child_over(here), first = 3 * first_child(child_[there / 3]);
-        if (!is_cut(there / 3))
-            link(over, 3 * child_over(next(there)) + 2);
-        else if (there % 3 == 1)
-            link(over, first + 1);
-        else
-            across_[over] = k_kept;  // a third of the cut edge
-    }
+    const std::uint32_t here = child_over(h), there = child_over(twin);
+    link(3 * here + 1, 3 * there + 1);
+    link_first(here, twin);
+    link_first(there, h);
+}
+
+/// The first side of a face that lies across an edge, by the half-edge beyond the edge.
+void Sqrt3Slots::link_first(std::uint32_t slot, std::uint32_t beyond) {
+    if (!is_cut(beyond / 3))
+        link(3 * slot, 3 * child_over(next(beyond)) + 2);
+    else if (beyond % 3 == 1)
+        link(3 * slot, 3 * first_child(child_[beyond / 3]) + 1);
+    else
+        across_[3 * slot] = k_kept;  // a third of the cut edge
 }
 
 void Sqrt3Slots::unlink(std::uint32_t slot) {

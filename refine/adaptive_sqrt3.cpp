@@ -40,8 +40,9 @@ Numbering add_leaves(const Sqrt3Levels& levels, const ControlMeshData& data, std
     // Of a closed surface: half as many vertices as triangles, and two more on a sphere; of others some more.
     const std::size_t vertex_count = leaf_count / 2 + leaf_count / 64 + 2;
     reserve_large(result.vertices, vertex_count);
-    reserve_large(out.vertices, vertex_count);
-    reserve_large(out.levels, vertex_count);
+    if (options.vertices) reserve_large(out.vertices, vertex_count);
+    const bool with_levels = options.vertices || !options.limit;
+    if (with_levels) reserve_large(out.levels, vertex_count);
     out.mesh.face_offsets.push_back(0);
     levels.for_each_leaf([&](int k, std::uint32_t face, bool half, FaceId control_face) {
         const auto add = [&](std::uint32_t vertex, int level) {
@@ -49,10 +50,10 @@ Numbering add_leaves(const Sqrt3Levels& levels, const ControlMeshData& data, std
             if (v == detail::Sqrt3Net::no_number) {
                 v = static_cast<std::uint32_t>(result.vertices.size());
                 result.vertices.push_back(vertex);
-                out.vertices.push_back(levels.vertices[vertex]);
-                out.levels.push_back(level);
+                if (options.vertices) out.vertices.push_back(levels.vertices[vertex]);
+                if (with_levels) out.levels.push_back(level);
             }
-            out.levels[v] = std::max(out.levels[v], level);
+            if (with_levels) out.levels[v] = std::max(out.levels[v], level);
             corners.push_back(v);
         };
         const Sqrt3Level& level = levels.levels[static_cast<std::size_t>(k)];
@@ -107,9 +108,9 @@ bool add_limits(const Sqrt3Levels& levels, const Numbering& numbering, const Sqr
                 Sqrt3Mesh& out) {
     const bool normals = options.normals;
     detail::Sqrt3Net net(levels);
-    detail::resize_large(out.mesh.positions, out.levels.size());
-    if (normals) detail::resize_large(out.mesh.normals, out.levels.size());
-    detail::PoolVector<std::uint8_t> found(out.levels.size(), 0);
+    detail::resize_large(out.mesh.positions, numbering.vertices.size());
+    if (normals) detail::resize_large(out.mesh.normals, numbering.vertices.size());
+    detail::PoolVector<std::uint8_t> found(numbering.vertices.size(), 0);
     for (bool last = false; !last;) {
         report(net, levels, options.context);
         last = net.at_last();

@@ -19,7 +19,8 @@ struct Sqrt3MeshOptions {
     /// In the net a half triangle counts as one of the level that the whole one over its edge belongs to, at all its
     /// corners; else at its apex alone, which is the first to have it.
     bool halves_are_finer = false;
-    bool leaves = true;  ///< list them, a hundred bytes each
+    bool leaves = true;    ///< list them, a hundred bytes each
+    bool vertices = true;  ///< say what they are, twenty bytes each
     RunContext context{};
 };
 
@@ -28,9 +29,9 @@ struct Sqrt3MeshOptions {
 /// from, in which it lies where the edges between are kept (Sqrt3Forest); no UVs.
 struct Sqrt3Mesh {
     PolygonMesh mesh;
-    std::vector<Sqrt3Vertex> vertices;
-    std::vector<int> levels;        ///< per vertex: the finest level around it
-    std::vector<Sqrt3Leaf> leaves;  ///< of the triangles; empty unless the options ask for them
+    std::vector<Sqrt3Vertex> vertices;  ///< empty unless the options ask for them, as are levels
+    std::vector<int> levels;            ///< per vertex: the finest level around it
+    std::vector<Sqrt3Leaf> leaves;      ///< of the triangles; empty unless the options ask for them
 };
 
 /// Cost: half a microsecond to one a vertex, limit included, and half a kilobyte while it runs; where few are side by

@@ -169,7 +169,12 @@ class Sqrt3Family final : public HierarchyFamily {
         HierarchyFaces faces;
         Sqrt3Mesh found = sqrt3_mesh(
             slots_.forest(),
-            {.limit = limit, .normals = normals, .halves_are_finer = true, .leaves = false, .context = context},
+            {.limit = limit,
+             .normals = normals,
+             .halves_are_finer = true,
+             .leaves = false,
+             .vertices = false,
+             .context = context},
             [&](const Sqrt3Levels& levels, std::span<const std::uint32_t> vertices) { name(levels, vertices, faces); });
         mesh.positions = std::move(found.mesh.positions);
         mesh.normals = std::move(found.mesh.normals);

@@ -29,12 +29,26 @@ class Sqrt3Net::Worker {
   public:
     Worker(Sqrt3Net& net, const Limits& limits) : net_(net), levels_(*net.levels_), limits_(limits) {}
 
-    /// Asks for where the ring of a vertex begins.
-    void prefetch(std::uint32_t vertex) const {
+    /// Asks for what move() of a vertex will look at: first where that is, later, `at_once`, for itself.
+    void prefetch(std::uint32_t vertex, bool at_once) const {
         const std::uint32_t leaving = net_.leaving_[vertex];
         if (leaving == Sqrt3Level::none) return;
-        __builtin_prefetch(&here().twin[leaving]);
-        __builtin_prefetch(&here().vertex[leaving]);
+        const std::uint32_t face = vertex - net_.first_new_;
+        if (net_.level_ == 0 || vertex < net_.first_new_ || face >= above().face_count()) {
+            if (at_once) return;
+            __builtin_prefetch(&here().twin[leaving]);
+            __builtin_prefetch(&here().vertex[leaving]);
+            return;
+        }
+        for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) {
+            const std::uint32_t t = above().twin[h];
+            if (!Sqrt3Level::there(t)) continue;
+            const std::uint32_t& apex = above().apex[t / 3];
+            if (!at_once)
+                __builtin_prefetch(&apex);
+            else if (Sqrt3Level::there(apex))
+                __builtin_prefetch(&point(apex));
+        }
     }
     /// Moves a vertex to the next level, and writes its limit.
     void move(std::uint32_t vertex);
@@ -43,12 +57,14 @@ class Sqrt3Net::Worker {
 
   private:
     const Sqrt3Level& here() const { return net_.here(); }
+    const Sqrt3Level& above() const { return levels_.levels[static_cast<std::size_t>(net_.level_ - 1)]; }
     bool has(std::uint32_t vertex) const { return net_.has_[vertex] != 0; }
     const Vec3d& point(std::uint32_t vertex) const { return net_.points_[vertex]; }
     void put(std::uint32_t vertex, const Vec3d& at) {
         net_.next_points_[vertex] = at;
         net_.next_has_[vertex] = 1;
     }
+    bool gather_new(std::uint32_t vertex);
     bool gather(std::uint32_t leaving);
     bool gather_cut(std::uint32_t leaving);
     void put_limit(std::uint32_t leaving, std::uint32_t to);
@@ -63,6 +79,38 @@ class Sqrt3Net::Worker {
     Sqrt3Ring ring_;
     std::vector<std::uint32_t> around_;  // the vertices around, where an edge is sharp
 };
+
+// The ring of a vertex that the last step has put into a face, as gather() has it, from that face and those around:
+// without going around it from face to face. False where it is not as plain as that.
+bool Sqrt3Net::Worker::gather_new(std::uint32_t vertex) {
+    if (net_.level_ == 0 || vertex < net_.first_new_) return false;
+    const Sqrt3Level& level = above();
+    const bool cuts = net_.level_ % 2 == 0;
+    const std::uint32_t face = vertex - net_.first_new_;  // as long as each face before it has one point
+    if (face >= level.face_count() || level.apex[face] != vertex || !Sqrt3Level::there(level.child[face])) return false;
+    std::array<std::uint32_t, 6> around, leaving;
+    for (std::uint32_t j = 0; j < 3; ++j) {
+        const std::uint32_t t = level.twin[3 * face + j];
+        if (!Sqrt3Level::there(t)) return false;
+        const std::uint32_t over = level.child_over(t);
+        if (over == Sqrt3Level::outside || (cuts && level.twin[t / 3 * 3] == Sqrt3Level::none)) return false;
+        around[2 * j] = level.vertex[3 * face + j];
+        leaving[2 * j] = 3 * (level.child[face] + j) + 2;
+        around[2 * j + 1] = level.apex[t / 3];
+        leaving[2 * j + 1] = 3 * over + 1;
+    }
+    if (!has(vertex)) return false;
+    for (const std::uint32_t w : around)
+        if (!Sqrt3Level::there(w) || !has(w)) return false;
+    ring_.point = point(vertex);
+    ring_.closed = true;
+    ring_.sharp.clear();
+    ring_.vertex_sharpness = 0;
+    ring_.around.resize(6);
+    const auto first = static_cast<std::size_t>(std::min_element(leaving.begin(), leaving.end()) - leaving.begin());
+    for (std::size_t i = 0; i < 6; ++i) ring_.around[i] = point(around[(first + i) % 6]);
+    return true;
+}
 
 // The ring of the vertex that a half-edge leaves, the first one that does; false where part of it is missing.
 bool Sqrt3Net::Worker::gather(std::uint32_t leaving) {
@@ -234,7 +282,8 @@ void Sqrt3Net::Worker::move(std::uint32_t vertex) {
     const bool last = net_.at_last();
     const std::uint32_t to = limits_.number.empty() ? no_number : limits_.number[vertex];
     const bool asked = to != no_number && limits_.found[to] == 0;
-    if ((last && !asked) || !gather(leaving)) return;
+    if (last && !asked) return;
+    if ((net_.may_be_flipped() || !gather_new(vertex)) && !gather(leaving)) return;
     if (asked && has_limit(vertex, leaving)) put_limit(leaving, to);
     if (!last) put(vertex, rules_.moved(ring_, net_.level_ % 2 != 0));
 }
@@ -260,10 +309,12 @@ void Sqrt3Net::step(const Limits& limits) {
     constexpr std::uint32_t k_block = 1u << 13;  // vertices or faces; each block has masks of its own
     std::fill_n(next_has_.begin(), born_at(level_ + 1), std::uint8_t{0});
     find_leaving();
+    first_new_ = level_ == 0 ? 0 : born_at(level_ - 1);
     for_each_block(born_at(level_), k_block, [&](std::uint32_t begin, std::uint32_t end) {
         Worker worker(*this, limits);
         for (std::uint32_t v = begin; v < end; ++v) {
-            if (v + k_ahead < end) worker.prefetch(v + k_ahead);
+            if (v + 2 * k_ahead < end) worker.prefetch(v + 2 * k_ahead, false);
+            if (v + k_ahead < end) worker.prefetch(v + k_ahead, true);
             worker.move(v);
         }
     });

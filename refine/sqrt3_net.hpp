@@ -49,6 +49,7 @@ class Sqrt3Net {
     const Sqrt3Levels* levels_;
     bool tagged_ = false;  ///< some vertices of the mesh are
     int level_ = 0;
+    std::uint32_t first_new_ = 0;  ///< vertices from here on came with the last step
     HugeBuffer<double> memory_[2];
     Vec3d *points_, *next_points_;             // per vertex, of which those that has_ says are written
     PoolVector<std::uint8_t> has_, next_has_;  // of the vertices that the level has
