@@ -4,8 +4,10 @@
 #include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/sqrt3_levels.hpp"
 #include "tetrakis/refine/sqrt3_net.hpp"
+#include "tetrakis/refine/sqrt3_parts.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <stdexcept>
 #include <string>
@@ -20,11 +22,31 @@ namespace {
 // vertices need it.
 constexpr int k_rings = 3;
 
+// What may be raised beside the mesh at once: much more than evenly refined leaves need, and some more to begin with.
+constexpr std::uint64_t k_bytes_per_leaf = 256, k_base_bytes = std::uint64_t{32} << 20;
+constexpr std::size_t k_least_part = 64;  // leaves
+
 /// Numbers of the mesh's vertices, and its triangles.
 struct Numbering {
     detail::PoolVector<std::uint32_t> number;    ///< per vertex of the levels
     detail::PoolVector<std::uint32_t> vertices;  ///< the other way round
 };
+
+/// Calls visit(vertex, level) for the corners of a leaf.
+template <class Visit>
+void for_each_corner(const Sqrt3Levels& levels, const detail::Sqrt3LevelLeaf& leaf, bool halves_are_finer,
+                     Visit&& visit) {
+    const int k = leaf.level;
+    const Sqrt3Level& level = levels.levels[leaf.level];
+    if (leaf.half) {
+        const int half_level = halves_are_finer ? k + 1 : k;
+        visit(level.vertex[leaf.face], half_level);
+        visit(level.vertex[Sqrt3Level::next(leaf.face)], half_level);
+        visit(levels.apex(k, leaf.face), k + 1);
+    } else {
+        for (std::uint32_t h = 3 * leaf.face; h < 3 * leaf.face + 3; ++h) visit(level.vertex[h], k);
+    }
+}
 
 Numbering add_leaves(const Sqrt3Levels& levels, const ControlMeshData& data, std::size_t leaf_count,
                      const Sqrt3MeshOptions& options, Sqrt3Mesh& out) {
@@ -33,7 +55,6 @@ Numbering add_leaves(const Sqrt3Levels& levels, const ControlMeshData& data, std
     reserve_large(result.number, levels.vertices.size());
     result.number.assign(levels.vertices.size(), detail::Sqrt3Net::no_number);
     if (options.leaves) reserve_large(out.leaves, leaf_count);
-    const int half_level = options.halves_are_finer ? 1 : 0;
     std::vector<std::uint32_t>& corners = out.mesh.face_vertices;
     reserve_large(corners, 3 * leaf_count);
     reserve_large(out.mesh.face_offsets, leaf_count + 1);
@@ -45,7 +66,8 @@ Numbering add_leaves(const Sqrt3Levels& levels, const ControlMeshData& data, std
     if (with_levels) reserve_large(out.levels, vertex_count);
     out.mesh.face_offsets.push_back(0);
     levels.for_each_leaf([&](int k, std::uint32_t face, bool half, FaceId control_face) {
-        const auto add = [&](std::uint32_t vertex, int level) {
+        const detail::Sqrt3LevelLeaf leaf{face, static_cast<std::uint8_t>(k), half};
+        for_each_corner(levels, leaf, options.halves_are_finer, [&](std::uint32_t vertex, int level) {
             std::uint32_t& v = result.number[vertex];
             if (v == detail::Sqrt3Net::no_number) {
                 v = static_cast<std::uint32_t>(result.vertices.size());
@@ -55,20 +77,16 @@ Numbering add_leaves(const Sqrt3Levels& levels, const ControlMeshData& data, std
             }
             if (with_levels) out.levels[v] = std::max(out.levels[v], level);
             corners.push_back(v);
-        };
-        const Sqrt3Level& level = levels.levels[static_cast<std::size_t>(k)];
-        if (half) {
-            add(level.vertex[face], k + half_level);
-            add(level.vertex[Sqrt3Level::next(face)], k + half_level);
-            add(levels.apex(k, face), k + 1);
-        } else {
-            for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) add(level.vertex[h], k);
-        }
+        });
         if (options.leaves) out.leaves.push_back(levels.leaf(k, face, half, control_face));
         out.mesh.face_offsets.push_back(static_cast<std::uint32_t>(corners.size()));
         if (!data.face_material.empty()) out.mesh.face_material.push_back(data.face_material[control_face.value]);
         if (!data.face_group.empty()) out.mesh.face_group.push_back(data.face_group[control_face.value]);
     });
+    out.mesh.materials = data.materials;
+    out.mesh.groups = data.groups;
+    detail::resize_large(out.mesh.positions, result.vertices.size());
+    if (options.normals) detail::resize_large(out.mesh.normals, result.vertices.size());
     return result;
 }
 
@@ -87,36 +105,141 @@ void check_memory(const Sqrt3Levels& levels, const RunContext& context) {
                     std::to_string(context.max_memory_bytes) + "; coarsen first, or raise the limit");
 }
 
-/// Points of the net, each vertex at its level. Whether there was all that they depend on.
-bool add_net(const Sqrt3Levels& levels, const Numbering& numbering, const RunContext& context, Sqrt3Mesh& out) {
+/// Points of the net, each vertex at its level, as far as there is what they depend on.
+/// @param number  of vertices of the levels: which one of the mesh it is
+/// @param found   per vertex of the mesh: set where it has got its point
+void add_net(const Sqrt3Levels& levels, std::span<const std::uint32_t> number, const RunContext& context,
+             Sqrt3Mesh& out, std::span<std::uint8_t> found) {
     detail::Sqrt3Net net(levels);
     // Vertices by level.
     std::vector<std::vector<std::uint32_t>> at(levels.levels.size());
-    for (std::uint32_t v = 0; v < out.levels.size(); ++v) at[static_cast<std::size_t>(out.levels[v])].push_back(v);
-    out.mesh.positions.resize(out.levels.size());
+    for (std::uint32_t i = 0; i < number.size(); ++i)
+        if (number[i] != detail::Sqrt3Net::no_number) at[static_cast<std::size_t>(out.levels[number[i]])].push_back(i);
     for (;; net.step({})) {
         report(net, levels, context);
-        for (const std::uint32_t v : at[static_cast<std::size_t>(net.level())]) {
-            if (!net.has(numbering.vertices[v])) return false;
-            out.mesh.positions[v] = net.point(numbering.vertices[v]);
+        for (const std::uint32_t i : at[static_cast<std::size_t>(net.level())]) {
+            if (!net.has(i)) continue;
+            out.mesh.positions[number[i]] = net.point(i);
+            found[number[i]] = 1;
         }
-        if (net.at_last()) return true;
+        if (net.at_last()) return;
     }
 }
 
-bool add_limits(const Sqrt3Levels& levels, const Numbering& numbering, const Sqrt3MeshOptions& options,
-                Sqrt3Mesh& out) {
-    const bool normals = options.normals;
+/// The same on the limit surface.
+void add_limits(const Sqrt3Levels& levels, std::span<const std::uint32_t> number, const RunContext& context,
+                Sqrt3Mesh& out, std::span<std::uint8_t> found) {
     detail::Sqrt3Net net(levels);
-    detail::resize_large(out.mesh.positions, numbering.vertices.size());
-    if (normals) detail::resize_large(out.mesh.normals, numbering.vertices.size());
-    detail::PoolVector<std::uint8_t> found(numbering.vertices.size(), 0);
     for (bool last = false; !last;) {
-        report(net, levels, options.context);
+        report(net, levels, context);
         last = net.at_last();
-        net.step({numbering.number, out.mesh.positions, out.mesh.normals, found});
+        net.step({number, out.mesh.positions, out.mesh.normals, found});
     }
-    return std::find(found.begin(), found.end(), 0) == found.end();
+}
+
+enum class Pass { limits, net };
+std::vector<Pass> passes(const Sqrt3MeshOptions& options) {
+    if (options.limit) return {Pass::limits};
+    return options.normals ? std::vector{Pass::limits, Pass::net} : std::vector{Pass::net};
+}
+
+/// Whether all were found.
+bool add_points(Pass pass, const Sqrt3Levels& levels, std::span<const std::uint32_t> number, const RunContext& context,
+                Sqrt3Mesh& out, std::span<std::uint8_t> found) {
+    (pass == Pass::limits ? add_limits : add_net)(levels, number, context, out, found);
+    return std::all_of(number.begin(), number.end(),
+                       [&](std::uint32_t v) { return v == detail::Sqrt3Net::no_number || found[v] != 0; });
+}
+
+/// Calls make(levels) with more and more rings raised until it returns true.
+template <class Make>
+void with_rings(const Sqrt3Lattice& lattice, std::span<const NumberSet> split, bool limits, const RunContext& context,
+                const Make& make) {
+    for (int rings = k_rings;; ++rings) {
+        const Sqrt3Levels levels(lattice, split, rings, limits, context);
+        check_memory(levels, context);
+        if (make(levels)) return;
+        if (levels.complete) throw std::logic_error("a vertex of an adaptive sqrt3 mesh that its levels do not have");
+    }
+}
+
+using Show = std::function<void(const Sqrt3Levels&, std::span<const std::uint32_t>)>;
+
+Sqrt3Mesh mesh_at_once(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options, const RunContext& context,
+                       const Show& show) {
+    Sqrt3Mesh out;
+    with_rings(
+        forest.lattice(), forest.split(), options.limit || options.normals, context, [&](const Sqrt3Levels& levels) {
+            out = {};
+            const Numbering numbering = add_leaves(levels, forest.mesh().data(), forest.leaf_count(), options, out);
+            for (const Pass pass : passes(options)) {
+                detail::PoolVector<std::uint8_t> found(numbering.vertices.size(), 0);
+                if (!add_points(pass, levels, numbering.number, context, out, found)) return false;
+            }
+            show(levels, numbering.vertices);
+            return true;
+        });
+    return out;
+}
+
+/// The same, with what lies around raised for some leaves at a time: points depend on nothing else.
+/// @param context  what may be raised at once
+Sqrt3Mesh mesh_in_parts(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options, RunContext context,
+                        const Show& show) {
+    const Sqrt3Levels levels(forest.lattice(), forest.split(), 0, false, options.context);
+    Sqrt3Mesh out;
+    const Numbering numbering = add_leaves(levels, forest.mesh().data(), forest.leaf_count(), options, out);
+    detail::Sqrt3Parts parts(levels);
+    const std::uint64_t most = options.context.max_memory_bytes, taken = levels.memory_bytes() + parts.memory_bytes();
+    const auto refuse = [&](const std::string& what) {
+        throw Error(ErrorCode::memory_limit, "the levels of the mesh's " + std::to_string(forest.leaf_count()) +
+                                                 " triangles take " + std::to_string(taken) + " bytes" + what +
+                                                 ", more than the limit of " + std::to_string(most) +
+                                                 "; coarsen first, or raise the limit");
+    };
+    if (most != 0 && taken >= most) refuse("");
+    if (most != 0) context.max_memory_bytes = std::min(context.max_memory_bytes, most - taken);
+    const std::span<const detail::Sqrt3LevelLeaf> leaves = parts.leaves();
+    std::size_t size = (leaves.size() + 1) / 2;
+    for (const Pass pass : passes(options)) {
+        detail::PoolVector<std::uint8_t> found(numbering.vertices.size(), 0);
+        const auto add_part = [&](std::span<const detail::Sqrt3LevelLeaf> part) {
+            const std::vector<NumberSet> split = parts.split_for(part);
+            with_rings(forest.lattice(), split, pass == Pass::limits, context, [&](const Sqrt3Levels& raised) {
+                detail::PoolVector<std::uint32_t> number(raised.vertices.size(), detail::Sqrt3Net::no_number);
+                for (const detail::Sqrt3LevelLeaf& leaf : part) {
+                    std::array<std::uint32_t, 3> corner;
+                    std::size_t k = 0;
+                    for_each_corner(levels, leaf, options.halves_are_finer, [&](std::uint32_t vertex, int level) {
+                        const std::uint32_t v = numbering.number[vertex];
+                        const bool is_asked = found[v] == 0 && (pass == Pass::limits || level == out.levels[v]);
+                        corner[k++] = is_asked ? v : detail::Sqrt3Net::no_number;
+                    });
+                    k = 0;
+                    for_each_corner(raised, {parts.find(leaf, raised), leaf.level, leaf.half}, options.halves_are_finer,
+                                    [&](std::uint32_t vertex, int) {
+                                        if (const std::uint32_t v = corner[k++]; v != detail::Sqrt3Net::no_number)
+                                            number[vertex] = v;
+                                    });
+                }
+                return add_points(pass, raised, number, context, out, found);
+            });
+        };
+        for (std::size_t begin = 0; begin < leaves.size();) {
+            options.context.report("vertices", static_cast<double>(begin) / static_cast<double>(leaves.size()));
+            size = std::min(size, leaves.size() - begin);
+            try {
+                add_part(leaves.subspan(begin, size));
+                begin += size;
+            } catch (const Error& e) {
+                if (e.code() != ErrorCode::memory_limit) throw;
+                if (size <= k_least_part) refuse(", and what lies around a few of them takes the rest");
+                size = (size + 1) / 2;
+            }
+        }
+    }
+    show(levels, numbering.vertices);
+    return out;
 }
 
 }  // namespace
@@ -127,23 +250,16 @@ Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options)
 
 Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options,
                      const std::function<void(const Sqrt3Levels&, std::span<const std::uint32_t>)>& show) {
-    const ControlMesh& mesh = forest.mesh();
-    const bool limits = options.limit || options.normals;
-    for (int rings = k_rings;; ++rings) {
-        const Sqrt3Levels levels(forest.lattice(), forest.split(), rings, limits, options.context);
-        check_memory(levels, options.context);
-        Sqrt3Mesh out;
-        const Numbering numbering = add_leaves(levels, mesh.data(), forest.leaf_count(), options, out);
-        out.mesh.materials = mesh.data().materials;
-        out.mesh.groups = mesh.data().groups;
-        const bool all = (!limits || add_limits(levels, numbering, options, out)) &&
-                         (options.limit || add_net(levels, numbering, options.context, out));
-        if (all) {
-            show(levels, numbering.vertices);
-            return out;
-        }
-        if (levels.complete) throw std::logic_error("a vertex of an adaptive sqrt3 mesh that its levels do not have");
+    RunContext context = options.context;
+    const std::uint64_t most = k_base_bytes + k_bytes_per_leaf * forest.leaf_count();
+    context.max_memory_bytes = context.max_memory_bytes == 0 ? most : std::min(most, context.max_memory_bytes);
+    try {
+        return mesh_at_once(forest, options, context, show);
+    } catch (const Error& e) {
+        if (e.code() != ErrorCode::memory_limit) throw;
     }
+    context.progress = nullptr;
+    return mesh_in_parts(forest, options, context, show);
 }
 
 }  // namespace tetrakis

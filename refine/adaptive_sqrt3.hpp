@@ -34,9 +34,10 @@ struct Sqrt3Mesh {
     std::vector<Sqrt3Leaf> leaves;      ///< of the triangles; empty unless the options ask for them
 };
 
-/// Cost: half a microsecond to one a vertex, limit included, and half a kilobyte while it runs; where few are side by
-/// side, that for each level and some two hundred vertices around. One thread.
-/// @throws Error  memory_limit: what it takes while it runs is more than the context allows; cancelled
+/// Cost: a quarter to one microsecond a vertex, limit included. What vertices depend on around the leaves, some two
+/// hundred points of each level where few leaves are side by side, is raised for parts of the leaves at a time where it
+/// would take more than 256 bytes a leaf and 32 MiB, or than the context allows. One thread.
+/// @throws Error  memory_limit: the context does not even allow the levels of the leaves; cancelled
 Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options = {});
 /// And shows the levels that it is made from.
 /// @param show  called once, with the number of each vertex among those of the levels

@@ -371,6 +371,50 @@ TEST_CASE("an estimator of sqrt3 triangles drives refinement to the smallest set
     }
 }
 
+TEST_CASE("[inv10] sqrt3: points are the same bytes whatever part of their surroundings is raised at once") {
+    for (const std::uint64_t seed : test::seeds(2)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = test::random_sqrt3_mesh(seed);
+        Hierarchy h = make_hierarchy(mesh, "sqrt3");
+        Random random(seed);
+        test::random_changes(h, 20, 6, random, [] {});
+        for (int zoom = 0; zoom < 12; ++zoom) {
+            LeafHandle at = h.leaves()[random.below(static_cast<std::uint32_t>(h.leaf_count()))];
+            while (h.node(at).depth < 40) {
+                const std::vector<LeafHandle> created = h.refine(at);
+                at = created[random.below(static_cast<std::uint32_t>(created.size()))];
+            }
+        }
+        const Sqrt3Forest forest = forest_of(h);
+        const Sqrt3Levels levels(forest.lattice(), forest.split(), 3, true);
+        const std::uint64_t whole = levels.memory_bytes() + levels.vertices.size() * 2 * sizeof(Vec3d);
+        for (const bool limit : {true, false})
+            for (const bool normals : {true, false}) {
+                CAPTURE(limit);
+                CAPTURE(normals);
+                Sqrt3MeshOptions options{.limit = limit, .normals = normals, .halves_are_finer = seed % 2 == 0};
+                const Sqrt3Mesh expected = sqrt3_mesh(forest, options);
+                bool refused = false;
+                std::uint64_t least = 0;
+                for (std::uint64_t most = 2 * whole; !refused; most /= 2) {
+                    options.context.max_memory_bytes = most;
+                    try {
+                        const Sqrt3Mesh out = sqrt3_mesh(forest, options);
+                        REQUIRE(out.mesh.face_vertices == expected.mesh.face_vertices);
+                        REQUIRE(test::same_bytes(out.mesh.positions, expected.mesh.positions));
+                        REQUIRE(test::same_bytes(out.mesh.normals, expected.mesh.normals));
+                        REQUIRE(out.levels == expected.levels);
+                        least = most;
+                    } catch (const Error& e) {
+                        refused = e.code() == ErrorCode::memory_limit;
+                        REQUIRE(refused);
+                    }
+                }
+                CHECK(least < whole / 3);
+            }
+    }
+}
+
 TEST_CASE("sqrt3: a mesh whose levels take more memory than allowed is refused, and can be cancelled") {
     const ControlMesh mesh = test::random_sqrt3_mesh(2);
     Hierarchy h = make_hierarchy(mesh, "sqrt3");
