@@ -5,6 +5,7 @@
 #include "tetrakis/schemes/doo_sabin.hpp"
 #include "tetrakis/schemes/face_split.hpp"
 #include "tetrakis/schemes/linear.hpp"
+#include "tetrakis/schemes/scheme_info.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -170,4 +171,43 @@ BiquarticMask biquartic_mask(int k, BiquarticChild child) {
     return mask;
 }
 
+namespace detail {
+
+extern constinit const SchemeInfo biquartic_scheme{
+    .name = "biquartic",
+    .title = "Biquartic, Zorin, Schroeder 2001",
+    .refinement = Refinement::vertex_split,
+    .family = MeshFamily::quads,
+    .interpolating = false,
+    .smoothness = "C3",
+    .reproduction = 1,
+    .generation = "bi-4",
+    .lattice = FanLattice::dual,
+    .rings = 2,
+    .step = biquartic_step,
+    .closed_masks = biquartic_closed_masks,
+    .notes = "any polygons; boundary by copies of its vertices, or the outer ring is used up; no creases",
+    .averaging_steps = 3,
+};
+
+extern constinit const SchemeInfo averaging_scheme{
+    .name = "averaging",
+    .title = "Repeated averaging, m steps",
+    .refinement = Refinement::vertex_split,
+    .family = MeshFamily::quads,
+    .interpolating = false,
+    .smoothness = "Cm",
+    .reproduction = 1,
+    .generation = "bi-(m + 1)",
+    .lattice = FanLattice::dual,
+    .rings = 2,
+    .step = averaging_step,
+    .closed_masks = averaging_closed_masks,
+    .notes =
+        "any polygons; m = 0 bilinear, 1 doo-sabin-cc, 2 nearly catmull-clark (with its creases), 3 biquartic; "
+        "even m: face split",
+    .averaging_steps = SchemeInfo::k_chosen_steps,
+};
+
+}  // namespace detail
 }  // namespace tetrakis

@@ -4,6 +4,7 @@
 #include "tetrakis/schemes/corner_flatness.hpp"
 #include "tetrakis/schemes/face_split.hpp"
 #include "tetrakis/schemes/ring_limit.hpp"
+#include "tetrakis/schemes/scheme_info.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -233,4 +234,23 @@ ClosedMasks catmull_clark_closed_masks(const FanShape& shape, const RuleOptions&
     return masks;
 }
 
+namespace detail {
+
+extern constinit const SchemeInfo catmull_clark_scheme{
+    .name = "catmull-clark",
+    .title = "Catmull, Clark 1978",
+    .refinement = Refinement::face_split,
+    .family = MeshFamily::quads,
+    .interpolating = false,
+    .smoothness = "C2",
+    .reproduction = 1,
+    .generation = "bi-3",
+    .lattice = FanLattice::quads,
+    .rings = 2,
+    .step = catmull_clark_step,
+    .closed_masks = catmull_clark_closed_masks,
+    .notes = "any polygons; boundary, crease, corner, dart, semi-sharp; C1 edge rule, other weights beta, gamma",
+};
+
+}  // namespace detail
 }  // namespace tetrakis

@@ -1,6 +1,7 @@
 #include "tetrakis/schemes/doo_sabin.hpp"
 
 #include "tetrakis/schemes/corner_weights.hpp"
+#include "tetrakis/schemes/scheme_info.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -38,4 +39,39 @@ ClosedMasks doo_sabin_catmull_clark_closed_masks(const FanShape& shape, const Ru
     return detail::corner_weights_closed_masks(shape, 0.5 + std::cos(2 * pi / shape.faces) / 4);
 }
 
+namespace detail {
+
+extern constinit const SchemeInfo doo_sabin_scheme{
+    .name = "doo-sabin",
+    .title = "Doo, Sabin 1978",
+    .refinement = Refinement::vertex_split,
+    .family = MeshFamily::quads,
+    .interpolating = false,
+    .smoothness = "C1",
+    .reproduction = 1,
+    .generation = "bi-2",
+    .lattice = FanLattice::dual,
+    .rings = 1,
+    .step = doo_sabin_step,
+    .closed_masks = doo_sabin_closed_masks,
+    .notes = "any polygons; boundary as quadratic B-spline; a crease is a boundary on each side, corners stay",
+};
+
+extern constinit const SchemeInfo doo_sabin_catmull_clark_scheme{
+    .name = "doo-sabin-cc",
+    .title = "Doo-Sabin with the weights of Catmull, Clark 1978",
+    .refinement = Refinement::vertex_split,
+    .family = MeshFamily::quads,
+    .interpolating = false,
+    .smoothness = "C1",
+    .reproduction = 1,
+    .generation = "bi-2",
+    .lattice = FanLattice::dual,
+    .rings = 1,
+    .step = doo_sabin_catmull_clark_step,
+    .closed_masks = doo_sabin_catmull_clark_closed_masks,
+    .notes = "as doo-sabin; one averaging step",
+};
+
+}  // namespace detail
 }  // namespace tetrakis

@@ -2,6 +2,7 @@
 
 #include "tetrakis/schemes/face_split.hpp"
 #include "tetrakis/schemes/ring_mask.hpp"
+#include "tetrakis/schemes/scheme_info.hpp"
 
 #include <cstdlib>
 
@@ -132,4 +133,24 @@ ClosedMasks four_eight_closed_masks(const FanShape& shape, const RuleOptions&) {
     return masks;
 }
 
+namespace detail {
+
+extern constinit const SchemeInfo four_eight_scheme{
+    .name = "4-8",
+    .title = "4-8, Velho, Zorin 2001",
+    .refinement = Refinement::bisection,
+    .family = MeshFamily::quads,
+    .interpolating = false,
+    .smoothness = "C4",
+    .reproduction = 1,
+    .generation = "5",
+    .lattice = FanLattice::quads,
+    .rings = 2,
+    .step = four_eight_step,
+    .closed_masks = four_eight_closed_masks,
+    .notes =
+        "quads as blocks, two bisections at once; other polygons through their tetrakis mesh; boundary, crease, corner",
+};
+
+}  // namespace detail
 }  // namespace tetrakis

@@ -3,6 +3,7 @@
 #include "tetrakis/schemes/doo_sabin.hpp"
 #include "tetrakis/schemes/face_split.hpp"
 #include "tetrakis/schemes/ring_mask.hpp"
+#include "tetrakis/schemes/scheme_info.hpp"
 
 namespace tetrakis {
 
@@ -89,4 +90,23 @@ ClosedMasks honeycomb_closed_masks(const FanShape& shape, const RuleOptions& opt
     return doo_sabin_closed_masks(shape, options);
 }
 
+namespace detail {
+
+extern constinit const SchemeInfo honeycomb_scheme{
+    .name = "honeycomb",
+    .title = "Honeycomb refinement with Doo-Sabin weights",
+    .refinement = Refinement::honeycomb,
+    .family = MeshFamily::hexagons,
+    .interpolating = false,
+    .smoothness = "C0 (more is not proven)",
+    .reproduction = 1,
+    .generation = "1",
+    .lattice = FanLattice::dual,
+    .rings = 1,
+    .step = honeycomb_step,
+    .closed_masks = honeycomb_closed_masks,
+    .notes = "any polygons; boundary and crease as cubic B-spline",
+};
+
+}  // namespace detail
 }  // namespace tetrakis

@@ -3,6 +3,7 @@
 #include "tetrakis/schemes/face_split.hpp"
 #include "tetrakis/schemes/four_point.hpp"
 #include "tetrakis/schemes/linear.hpp"
+#include "tetrakis/schemes/scheme_info.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -154,4 +155,24 @@ ClosedMasks kobbelt_closed_masks(const FanShape& shape, const RuleOptions&) {
     return masks;
 }
 
+namespace detail {
+
+extern constinit const SchemeInfo kobbelt_scheme{
+    .name = "kobbelt",
+    .title = "Kobbelt 1996",
+    .refinement = Refinement::face_split,
+    .family = MeshFamily::quads,
+    .interpolating = true,
+    .smoothness = "C1",
+    .reproduction = 3,
+    .generation = "3",
+    .lattice = FanLattice::quads,
+    .rings = 4,
+    .step = kobbelt_step,
+    .closed_masks = kobbelt_closed_masks,
+    .notes = "quads (others after one bilinear step); boundary and crease by four-point",
+    .choice_rings = 2,
+};
+
+}  // namespace detail
 }  // namespace tetrakis

@@ -2,7 +2,7 @@
 
 #include "tetrakis/schemes/corner_flatness.hpp"
 #include "tetrakis/schemes/face_split.hpp"
-#include "tetrakis/schemes/scheme_table.hpp"
+#include "tetrakis/schemes/scheme_info.hpp"
 
 namespace tetrakis {
 
@@ -34,4 +34,39 @@ ClosedMasks linear_closed_masks(const FanShape&, const RuleOptions&) {
 
 bool is_linear(const SchemeInfo& scheme) { return scheme.step == bilinear_step || scheme.step == midpoint_step; }
 
+namespace detail {
+
+extern constinit const SchemeInfo midpoint_scheme{
+    .name = "midpoint",
+    .title = "Midpoints of triangles",
+    .refinement = Refinement::face_split,
+    .family = MeshFamily::triangles,
+    .interpolating = true,
+    .smoothness = "C0",
+    .reproduction = 1,
+    .generation = "1",
+    .lattice = FanLattice::triangles,
+    .rings = 1,
+    .step = midpoint_step,
+    .closed_masks = linear_closed_masks,
+    .notes = "triangles; the control mesh itself",
+};
+
+extern constinit const SchemeInfo bilinear_scheme{
+    .name = "bilinear",
+    .title = "Bilinear",
+    .refinement = Refinement::face_split,
+    .family = MeshFamily::quads,
+    .interpolating = true,
+    .smoothness = "C0",
+    .reproduction = 1,
+    .generation = "bi-1",
+    .lattice = FanLattice::quads,
+    .rings = 1,
+    .step = bilinear_step,
+    .closed_masks = linear_closed_masks,
+    .notes = "any polygons; quads become bilinear patches",
+};
+
+}  // namespace detail
 }  // namespace tetrakis

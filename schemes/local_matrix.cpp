@@ -1,7 +1,5 @@
 #include "tetrakis/schemes/spectrum.hpp"
 
-#include "tetrakis/schemes/averaging.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -15,7 +13,7 @@ namespace {
 /// How many more rings than those of the matrix keep the rim of the fan out of reach.
 int margin(const SchemeInfo& scheme, const RuleOptions& options) {
     constexpr int k_margin = 3;  // for all but many averaging steps, each two of which reach one ring further
-    return scheme.name == "averaging" ? k_margin + options.averaging_steps / 4 : k_margin;
+    return k_margin + averaging_steps(scheme, options) / 4;
 }
 
 void check_shape(const SchemeInfo& scheme, const FanShape& shape, FanLattice lattice) {

@@ -4,6 +4,7 @@
 #include "tetrakis/schemes/face_split.hpp"
 #include "tetrakis/schemes/loop.hpp"
 #include "tetrakis/schemes/ring_limit.hpp"
+#include "tetrakis/schemes/scheme_info.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -164,4 +165,24 @@ ClosedMasks loop_closed_masks(const FanShape& shape, const RuleOptions& options)
     return masks;
 }
 
+namespace detail {
+
+extern constinit const SchemeInfo loop_scheme{
+    .name = "loop",
+    .title = "Loop 1987",
+    .refinement = Refinement::face_split,
+    .family = MeshFamily::triangles,
+    .interpolating = false,
+    .smoothness = "C2",
+    .reproduction = 1,
+    .generation = "3",
+    .lattice = FanLattice::triangles,
+    .rings = 2,
+    .step = loop_step,
+    .closed_masks = loop_closed_masks,
+    .notes =
+        "triangles; boundary, crease, corner, dart, semi-sharp; Warren's weights, C1 edge rule, Hoppe's crease rule",
+};
+
+}  // namespace detail
 }  // namespace tetrakis

@@ -1,6 +1,7 @@
 #include "tetrakis/schemes/midedge.hpp"
 
 #include "tetrakis/schemes/corner_weights.hpp"
+#include "tetrakis/schemes/scheme_info.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -38,4 +39,39 @@ ClosedMasks midedge_simplest_closed_masks(const FanShape& shape, const RuleOptio
     return detail::corner_weights_closed_masks(shape, (1 + std::cos(2 * pi / shape.faces)) / 2);
 }
 
+namespace detail {
+
+extern constinit const SchemeInfo midedge_scheme{
+    .name = "midedge",
+    .title = "Midedge, Habib, Warren 1995",
+    .refinement = Refinement::vertex_split,
+    .family = MeshFamily::quads,
+    .interpolating = false,
+    .smoothness = "C1",
+    .reproduction = 1,
+    .generation = "2",
+    .lattice = FanLattice::dual,
+    .rings = 1,
+    .step = midedge_step,
+    .closed_masks = midedge_closed_masks,
+    .notes = "any polygons; boundary and creases as doo-sabin; subdominant 1/2 for every face",
+};
+
+extern constinit const SchemeInfo midedge_simplest_scheme{
+    .name = "midedge-simplest",
+    .title = "Midedge, Peters, Reif 1997",
+    .refinement = Refinement::vertex_split,
+    .family = MeshFamily::quads,
+    .interpolating = false,
+    .smoothness = "C1",
+    .reproduction = 1,
+    .generation = "2",
+    .lattice = FanLattice::dual,
+    .rings = 1,
+    .step = midedge_simplest_step,
+    .closed_masks = midedge_simplest_closed_masks,
+    .notes = "any polygons; two rounds of joining midpoints",
+};
+
+}  // namespace detail
 }  // namespace tetrakis

@@ -3,6 +3,7 @@
 #include "tetrakis/schemes/corner_flatness.hpp"
 #include "tetrakis/schemes/face_split.hpp"
 #include "tetrakis/schemes/four_point.hpp"
+#include "tetrakis/schemes/scheme_info.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -221,4 +222,39 @@ ClosedMasks modified_butterfly_closed_masks(const FanShape& shape, const RuleOpt
     return masks;
 }
 
+namespace detail {
+
+extern constinit const SchemeInfo butterfly_scheme{
+    .name = "butterfly",
+    .title = "Butterfly, Dyn, Levin, Gregory 1990",
+    .refinement = Refinement::face_split,
+    .family = MeshFamily::triangles,
+    .interpolating = true,
+    .smoothness = "C1",
+    .reproduction = 3,
+    .generation = "3",
+    .lattice = FanLattice::triangles,
+    .rings = 4,
+    .step = butterfly_step,
+    .closed_masks = butterfly_closed_masks,
+    .notes = "triangles; boundary by four-point and reflection; not smooth at valence 3",
+};
+
+extern constinit const SchemeInfo modified_butterfly_scheme{
+    .name = "modified-butterfly",
+    .title = "Modified Butterfly, Zorin, Schroeder, Sweldens 1996",
+    .refinement = Refinement::face_split,
+    .family = MeshFamily::triangles,
+    .interpolating = true,
+    .smoothness = "C1",
+    .reproduction = 3,
+    .generation = "3",
+    .lattice = FanLattice::triangles,
+    .rings = 4,
+    .step = modified_butterfly_step,
+    .closed_masks = modified_butterfly_closed_masks,
+    .notes = "triangles; boundary, crease, corner; reflection at boundaries as an option",
+};
+
+}  // namespace detail
 }  // namespace tetrakis

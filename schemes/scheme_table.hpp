@@ -1,40 +1,48 @@
 #pragma once
 
-#include "tetrakis/schemes/closed_masks.hpp"
-#include "tetrakis/schemes/rule_step.hpp"
+#include "tetrakis/schemes/scheme_info.hpp"
 
+#include <cstddef>
+#include <iterator>
 #include <span>
-#include <string>
 #include <string_view>
 
 namespace tetrakis {
 
-/// How a scheme's refinement makes its new mesh.
-enum class Refinement { face_split, vertex_split, sqrt3, bisection, honeycomb };
-/// The faces of its regular mesh.
-enum class MeshFamily { triangles, quads, hexagons };
+/// The schemes, as a range of `const SchemeInfo&` in the order of the table.
+class SchemeTable {
+  public:
+    class Iterator {
+      public:
+        using iterator_category = std::forward_iterator_tag;
+        using value_type = SchemeInfo;
+        using difference_type = std::ptrdiff_t;
+        using pointer = const SchemeInfo*;
+        using reference = const SchemeInfo&;
 
-/// One scheme as data. Everything that lists schemes or takes one by name reads scheme_table(); a new scheme is its
-/// own file and one line there.
-struct SchemeInfo {
-    std::string_view name;   ///< on the command line
-    std::string_view title;  ///< with authors and year
-    Refinement refinement;
-    MeshFamily family;
-    bool interpolating;
-    std::string_view smoothness;  ///< on regular meshes, away from extraordinary points
-    int reproduction;             ///< degree of the polynomials that the rules reproduce on regular meshes
-    std::string_view generation;  ///< degree of the polynomials that the limit surfaces contain there
-    FanLattice lattice;           ///< the neighbourhood that maps to itself
-    int rings;                    ///< of it that determine the surface around the middle
-    RuleStep (*step)(const RuleMesh&, const RuleOptions&);
-    ClosedMasks (*closed_masks)(const FanShape&, const RuleOptions&);
-    std::string_view notes;  ///< what it takes, and its choices
-    /// Rings around a new point in which its rule looks for extraordinary vertices, to choose one of several rows.
-    int choice_rings = 0;
+        Iterator() = default;
+        explicit Iterator(const SchemeInfo* const* at) : at_(at) {}
+        reference operator*() const { return **at_; }
+        pointer operator->() const { return *at_; }
+        Iterator& operator++() { return ++at_, *this; }
+        Iterator operator++(int) { return Iterator(at_++); }
+        friend bool operator==(Iterator, Iterator) = default;
+
+      private:
+        const SchemeInfo* const* at_ = nullptr;
+    };
+
+    explicit SchemeTable(std::span<const SchemeInfo* const> schemes) : schemes_(schemes) {}
+    Iterator begin() const { return Iterator(schemes_.data()); }
+    Iterator end() const { return Iterator(schemes_.data() + schemes_.size()); }
+    std::size_t size() const { return schemes_.size(); }
+
+  private:
+    std::span<const SchemeInfo* const> schemes_;
 };
 
-std::span<const SchemeInfo> scheme_table();
+/// All of them; also before main().
+SchemeTable scheme_table();
 /// The scheme of that name; nullptr for an unknown one.
 const SchemeInfo* find_scheme(std::string_view name);
 /// The name in the table that has the text in it, or else is the fewest edits away.

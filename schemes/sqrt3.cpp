@@ -2,6 +2,7 @@
 
 #include "tetrakis/schemes/corner_flatness.hpp"
 #include "tetrakis/schemes/face_split.hpp"
+#include "tetrakis/schemes/scheme_info.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -263,4 +264,23 @@ ClosedMasks sqrt3_closed_masks(const FanShape& shape, const RuleOptions&) {
     return masks;
 }
 
+namespace detail {
+
+extern constinit const SchemeInfo sqrt3_scheme{
+    .name = "sqrt3",
+    .title = "sqrt(3), Kobbelt 2000",
+    .refinement = Refinement::sqrt3,
+    .family = MeshFamily::triangles,
+    .interpolating = false,
+    .smoothness = "C2",
+    .reproduction = 1,
+    .generation = "1 or more",
+    .lattice = FanLattice::triangles,
+    .rings = 2,
+    .step = sqrt3_step,
+    .closed_masks = sqrt3_closed_masks,
+    .notes = "triangles; two steps at once; boundary and crease as ternary cubic B-spline, corner",
+};
+
+}  // namespace detail
 }  // namespace tetrakis

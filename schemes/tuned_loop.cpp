@@ -4,6 +4,7 @@
 #include "tetrakis/schemes/face_split.hpp"
 #include "tetrakis/schemes/loop.hpp"
 #include "tetrakis/schemes/loop_rules.hpp"
+#include "tetrakis/schemes/scheme_info.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -112,4 +113,25 @@ ClosedMasks tuned_loop_closed_masks(const FanShape& shape, const RuleOptions& op
     return masks;
 }
 
+namespace detail {
+
+extern constinit const SchemeInfo tuned_loop_scheme{
+    .name = "tuned-loop",
+    .title = "Loop with prescribed eigenvalues",
+    .refinement = Refinement::face_split,
+    .family = MeshFamily::triangles,
+    .interpolating = false,
+    .smoothness = "C2",
+    .reproduction = 1,
+    .generation = "3",
+    .lattice = FanLattice::triangles,
+    .rings = 2,
+    .step = tuned_loop_step,
+    .closed_masks = tuned_loop_closed_masks,
+    .notes =
+        "triangles; boundary and creases as loop; tuning 0 (loop) to 1 (even triangles, no crease at high valence, "
+        "larger ripples beside the vertex)",
+};
+
+}  // namespace detail
 }  // namespace tetrakis
