@@ -90,42 +90,61 @@ std::vector<Coordinates> unrolled(const RuleMesh& mesh, int corners) {
     return at;
 }
 
+StencilTable some_rows(const StencilTable& table, std::span<const int> rows) {
+    StencilTable some;
+    for (const int r : rows) some.push(table.row(r));
+    return some;
+}
+
 /// Fills in the rows and children of a draft. Returns the small cells, in the order of the children.
-std::vector<SmallCell> go_down(const SchemeInfo& scheme, const RuleOptions& options, RuleMesh mesh, int cell_corners,
-                               int rings, CellDraft& draft) {
-    const int n = mesh.vertex_count();
-    StencilTable rows;
-    for (int v = 0; v < n; ++v) rows.push({{v, 1}});
+std::vector<SmallCell> go_down(const SchemeInfo& scheme, const RuleOptions& options, const RuleMesh& whole,
+                               int cell_corners, int rings, CellDraft& draft) {
+    const int n = whole.vertex_count();
     std::vector<SmallCell> cells{{{0, 0}, unit_cell(cell_corners)}};
     MeshPartFinder parts;
+    // One level's points that matter further down, and the step from them: at vertices of many edges most of what it
+    // makes is too far away, and its rows are long.
+    StencilTable rows;
+    RuleStep step;
     for (int level = 0; level < k_levels; ++level) {
+        const RuleMesh& mesh = level == 0 ? whole : step.mesh;
         std::vector<int> seeds;
         for (const SmallCell& c : cells)
             for (const int v : mesh.corners(mesh.face(c.frame.halfedge))) seeds.push_back(v);
         const MeshPart part = parts.find(mesh, seeds, rings);
-        StencilTable kept;
-        for (const int v : part.vertex) kept.push(rows.row(v));
-        const RuleStep step = scheme.step(part.mesh, options);
+        if (level == 0)
+            for (const int v : part.vertex) rows.push({{v, 1}});
+        else
+            rows = rows.then(some_rows(step.stencils, part.vertex));
+        RuleStep next = scheme.step(part.mesh, options);
         std::vector<SmallCell> finer;
         for (SmallCell c : cells) {
             c.frame.halfedge = part.halfedge(mesh, c.frame.halfedge);
-            for (int child = 0; child < 4; ++child) finer.push_back(child_of(part.mesh, step, c, child, cell_corners));
+            for (int child = 0; child < 4; ++child) finer.push_back(child_of(part.mesh, next, c, child, cell_corners));
         }
-        rows = kept.then(step.stencils);
-        mesh = step.mesh;
+        step = std::move(next);
         cells = std::move(finer);
     }
-    draft.rows.assign(static_cast<std::size_t>(rows.row_count()) * static_cast<std::size_t>(n), 0.0);
+    std::vector<int> wanted, place(step.mesh.vertex_count(), -1);
+    for (const SmallCell& c : cells) {
+        std::optional<CellSurroundings> around =
+            cell_surroundings(step.mesh, face_corner(step.mesh, c.frame, 0, cell_corners), rings, parts);
+        if (!around) throw std::logic_error("a small cell has other tags than the large one");
+        for (int& v : around->vertices) {
+            if (place[v] < 0) {
+                place[v] = static_cast<int>(wanted.size());
+                wanted.push_back(v);
+            }
+            v = place[v];
+        }
+        draft.children.push_back({std::move(around->key), std::move(around->vertices)});
+    }
+    rows = rows.then(some_rows(step.stencils, wanted));
+    draft.rows.assign(wanted.size() * static_cast<std::size_t>(n), 0.0);
     for (int v = 0; v < rows.row_count(); ++v)
         for (std::size_t i = 0; i < rows.points(v).size(); ++i)
             draft.rows[static_cast<std::size_t>(v) * static_cast<std::size_t>(n) +
                        static_cast<std::size_t>(rows.points(v)[i])] = rows.weights(v)[i];
-    for (const SmallCell& c : cells) {
-        std::optional<CellSurroundings> around =
-            cell_surroundings(mesh, face_corner(mesh, c.frame, 0, cell_corners), rings, parts);
-        if (!around) throw std::logic_error("a small cell has other tags than the large one");
-        draft.children.push_back({std::move(around->key), std::move(around->vertices)});
-    }
     return cells;
 }
 

@@ -29,7 +29,7 @@ struct CellDraft {
     std::vector<CellAnchor> anchor;  ///< where the corners would have each of these
     std::vector<double> direct;      ///< size of each one's basis function, less the hats of the corners
     std::vector<int> active;         ///< those that matter
-    std::vector<double> rows;        ///< of the fine vertices, dense
+    std::vector<double> rows;        ///< of the small cells' vertices, dense
     std::vector<Child> children;
 
     std::span<const double> row(int v) const {

@@ -35,9 +35,10 @@ class NormEquations {
     };
     struct Kind {
         CellDraft draft;
-        std::vector<double> weight;  ///< of the active points
-        std::vector<Child> children;
-        bool none = false;  ///< there are no weights
+        std::vector<double> weight;   ///< of the active points
+        std::vector<double> below;    ///< the largest sums of their weights in children whose weights are known
+        std::vector<Child> children;  ///< the others
+        bool none = false;            ///< there are no weights
     };
     /// The points of a child that matter.
     struct Points {
@@ -132,8 +133,21 @@ void NormEquations::find_offsets(Kind& kind) {
         place[draft.active[a]] = static_cast<int>(a);
         kind.weight.push_back(draft.direct[draft.active[a]]);
     }
+    kind.below.assign(draft.active.size(), 0.0);
     for (const CellDraft::Child& child : draft.children) {
         const Points points = *points_of(child.key);
+        if (!kinds_.contains(child.key)) {
+            std::vector<double> sum(draft.active.size(), 0.0);
+            auto weight = points.weight->begin();
+            for_each_offset(kind, child, points, [&](std::span<const double> offset) {
+                for (int i = 0; i < draft.points; ++i)
+                    if (std::abs(offset[i]) > k_no_weight && draft.is_free(i))
+                        sum[place[i]] += *weight * std::abs(offset[i]);
+                ++weight;
+            });
+            for (std::size_t a = 0; a < sum.size(); ++a) kind.below[a] = std::max(kind.below[a], sum[a]);
+            continue;
+        }
         Child& terms = kind.children.emplace_back();
         terms.weight = points.weight;
         for_each_offset(kind, child, points, [&](std::span<const double> offset) {
@@ -147,7 +161,7 @@ void NormEquations::find_offsets(Kind& kind) {
 
 /// Returns the largest change.
 double NormEquations::improve(Kind& kind) const {
-    std::vector<double> below(kind.weight.size(), 0.0), sum(kind.weight.size());
+    std::vector<double> below = kind.below, sum(kind.weight.size());
     for (const Child& child : kind.children) {
         std::fill(sum.begin(), sum.end(), 0.0);
         for (std::size_t j = 0; j < child.offsets.size(); ++j)
