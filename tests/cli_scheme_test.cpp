@@ -9,6 +9,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 #include <set>
 #include <sstream>
 #include <string>
@@ -363,6 +364,28 @@ TEST_CASE("[slow] scheme draws a sheet with masks, characteristic map and basis 
         CHECK(ink(sheet, 0, 0.6, 0.48, 0.98) > 0.02);
         CHECK(ink(sheet, 0.6, 0.8, 0.9, 0.85) > 0.8);
     }
+    // Masks of honeycomb refinement: a new corner of a face is made of that hexagon's corners, which are where those of
+    // the face in the middle are in the picture of the limit mask; an old vertex of three hexagons around it.
+    const tetrakis::HeightImage honeycomb = draw("honeycomb.png", {"honeycomb"});
+    const auto dot_at = [&](int column, int row, double right, double down) {
+        const double x = 24 + 380 * column + 190 + right, y = 84 + 420 * row + 40 + 190 + down;
+        return honeycomb.values[std::size_t(std::lround(y)) * honeycomb.width + std::size_t(std::lround(x))] < 0.5f;
+    };
+    for (int k = 0; k < 6; ++k) {
+        const double angle = (30 + 60 * k) * std::numbers::pi / 180;
+        const double right = 144 * std::cos(angle), down = 144 * std::sin(angle);
+        CAPTURE(k);
+        CHECK(dot_at(0, 0, right, down));
+        CHECK(dot_at(1, 0, right, down));
+        CHECK(dot_at(3, 0, right, down));
+        CHECK(dot_at(0, 1, right, down));
+    }
+    // Of nearly a hundred weights each different one is written once: 0.11 of the window, mostly the lattice; with all
+    // of them it was 0.18.
+    const tetrakis::HeightImage many = draw("many.png", {"averaging", "--steps", "9"});
+    const double limit_ink = ink(many, 24.0 / many.width, 550.0 / many.height, 404.0 / many.width, 910.0 / many.height);
+    CHECK(limit_ink > 0.05);
+    CHECK(limit_ink < 0.14);
 
     CHECK(cli::run({"scheme", "loop", "--image", (dir / "loop.obj").string()}).code == 2);
     // At a boundary: one side of it, from the middle of the left half's height (the boundary) up.

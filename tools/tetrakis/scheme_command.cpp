@@ -67,9 +67,13 @@ void draw(const SchemeFindings& f, const SchemeOptions& options) {
         .analysis = a,
         .rules = options.rules,
         .masks = {}};
-    for (const int i : shown_rows(f.analysis.matrix))
-        picture.masks.push_back(
-            {fmt::format("new {}", place_name(labels, labels.all()[i])), row_of(f.analysis.matrix, i), i});
+    for (const int i : shown_rows(f.analysis.matrix)) {
+        const FanLabel label = labels.all()[i];
+        // Beyond the edges that leave a face in the middle of an old one are the old one's corners.
+        const bool old = labels.shape().hexagons && label.a == 1 && label.b == 1;
+        picture.masks.push_back({fmt::format("new {}{}", place_name(labels, label), old ? ", an old vertex" : ""),
+                                 row_of(f.analysis.matrix, i), i});
+    }
     const auto add = [&](const char* title, const std::vector<double>& weights) {
         if (!weights.empty()) picture.masks.push_back({title, weights, {}});
     };

@@ -11,6 +11,8 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <set>
+#include <string>
 
 namespace tetrakis::cli {
 namespace {
@@ -27,11 +29,12 @@ std::string weight_text(double x) {
     for (const int denominator :
          {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 16, 20, 24, 27, 32, 36, 40, 64, 81, 128, 256, 512}) {
         const double numerator = x * denominator;
-        if (std::abs(numerator - std::round(numerator)) < 1e-9)
+        if (std::round(numerator) != 0 && std::abs(numerator - std::round(numerator)) < 1e-9)
             return denominator == 1 ? fmt::format("{}", std::round(numerator))
                                     : fmt::format("{}/{}", std::round(numerator), denominator);
     }
-    return fmt::format("{:.3f}", x);
+    constexpr double k_least_fixed = 0.0005;
+    return std::abs(x) < k_least_fixed ? fmt::format("{:.0e}", x) : fmt::format("{:.3f}", x);
 }
 
 /// A square window of the plane on the canvas.
@@ -63,10 +66,10 @@ double largest(const std::vector<Vec2d>& points) {
 /// Where the labels are in the plane of the patch.
 std::vector<Vec2d> label_places(const FanLabels& labels, const FanPatch& patch) {
     std::vector<Vec2d> places;
-    if (patch.start.empty())  // hexagons: the face in the middle, whose corners come first
-        places.assign(patch.plane.begin(), patch.plane.begin() + labels.size());
-    else
-        for (const int v : find_fan(patch.mesh, patch.start, labels)) places.push_back(patch.plane[v]);
+    std::vector<int> start = patch.start;
+    // Hexagons: the face in the middle is the first, from its first corner on.
+    for (int s = 0; patch.start.empty() && s < labels.shape().faces; ++s) start.push_back(patch.mesh.face_begin(0) + s);
+    for (const int v : find_fan(patch.mesh, start, labels)) places.push_back(patch.plane[v]);
     return places;
 }
 
@@ -108,6 +111,51 @@ class LabelPlaces {
     std::vector<Box> taken_;
 };
 
+/// Where a line is within a square around the origin: its parameters there, from 0 at one end to 1 at the other.
+std::optional<Vec2d> part_within(Vec2d from, Vec2d to, double half) {
+    Vec2d part(0, 1);
+    for (int k = 0; k < 2; ++k) {
+        const double along = to[k] - from[k];
+        if (std::abs(along) < 1e-12 * half) {
+            if (std::abs(from[k]) > half) return std::nullopt;
+            continue;
+        }
+        const double a = (-half - from[k]) / along, b = (half - from[k]) / along;
+        part.x = std::max(part.x, std::min(a, b));
+        part.y = std::min(part.y, std::max(a, b));
+    }
+    if (part.x >= part.y) return std::nullopt;
+    return part;
+}
+
+/// Labels for dots of which many have the same weight: each weight once, the heaviest first, at the first dot where
+/// there is room for it; none for very light ones.
+void label_once(Canvas& canvas, LabelPlaces& labels, const SchemePicture::Mask& mask, const std::vector<Vec2d>& dots,
+                const std::vector<double>& radius, double height) {
+    constexpr double k_light = 0.01;  // of the heaviest
+    constexpr double k_gap = 6;
+    std::vector<int> order;
+    double heaviest = 0;
+    for (std::size_t i = 0; i < dots.size(); ++i) {
+        if (radius[i] != 0) order.push_back(static_cast<int>(i));
+        heaviest = std::max(heaviest, std::abs(mask.weights[i]));
+    }
+    std::erase_if(order, [&](int i) { return std::abs(mask.weights[i]) < k_light * heaviest; });
+    std::stable_sort(order.begin(), order.end(),
+                     [&](int a, int b) { return std::abs(mask.weights[a]) > std::abs(mask.weights[b]) + 1e-12; });
+    std::set<std::string> written;
+    for (const int i : order) {
+        const double w = mask.weights[i];
+        const std::string text = weight_text(w);
+        if (written.contains(text)) continue;
+        const Vec2d size(Canvas::text_width(text, height) + k_gap, height + k_gap);
+        const auto at = labels.find(dots[i], radius[i], size, false);
+        if (!at) continue;
+        canvas.label(*at, height, text, w > 0 ? k_ink : k_orange);
+        written.insert(text);
+    }
+}
+
 void draw_mask(Canvas& canvas, Vec2d corner, const SchemePicture::Mask& mask, const std::vector<Vec2d>& places,
                const FanPatch& patch, const std::vector<bool>& inner, Vec2d lambda) {
     constexpr double k_clearance = 46;  // around the outermost weight, which has its text beside it
@@ -118,6 +166,7 @@ void draw_mask(Canvas& canvas, Vec2d corner, const SchemePicture::Mask& mask, co
             used.push_back(places[i]);
             heaviest = std::max(heaviest, std::abs(mask.weights[i]));
         }
+    const bool crowded = used.size() > 24;
     // The part of the fan that the mask reaches; all of the face or ring in the middle for limits.
     if (!mask.new_point)
         for (std::size_t i = 0; i < places.size(); ++i)
@@ -132,17 +181,13 @@ void draw_mask(Canvas& canvas, Vec2d corner, const SchemePicture::Mask& mask, co
     const double scale = (0.5 * k_cell - k_clearance) / half;
     const Vec2d middle = corner + Vec2d(0.5 * k_cell, k_caption + 0.5 * k_cell);
     const Window window{middle - scale * Vec2d(centre.x, -centre.y), scale};
-    const double clip = half + 0.8 * k_clearance / scale;
-    const auto inside = [&](Vec2d p) {
-        const Vec2d d = glm::abs(p - centre);
-        return std::max(d.x, d.y) <= clip;
-    };
+    const double clip = half + 0.65 * k_clearance / scale;
     for (int e = 0; e < patch.mesh.edge_count(); ++e) {
         const int h = patch.mesh.edge_halfedge(e);
         const Vec2d a = patch.plane[patch.mesh.origin(h)], b = patch.plane[patch.mesh.target(h)];
-        if (inside(a) && inside(b)) canvas.line(window.at(a), window.at(b), 1.6, k_grey);
+        if (const auto part = part_within(a - centre, b - centre, clip))
+            canvas.line(window.at(a + part->x * (b - a)), window.at(a + part->y * (b - a)), 1.6, k_grey);
     }
-    const bool crowded = places.size() > 24 && used.size() > 24;
     LabelPlaces labels;
     std::vector<double> radius(places.size(), 0.0);
     for (std::size_t i = 0; i < places.size(); ++i) {
@@ -159,15 +204,21 @@ void draw_mask(Canvas& canvas, Vec2d corner, const SchemePicture::Mask& mask, co
         canvas.circle(at, k_ring, k_ring_width, k_red);
         labels.keep_free(at, k_ring + k_ring_width);
     }
-    const double height = crowded ? 7 : 11;
-    for (std::size_t i = 0; i < places.size(); ++i) {
-        if (radius[i] == 0) continue;
-        const double w = mask.weights[i];
-        const std::string text = weight_text(w);
-        const Vec2d size(Canvas::text_width(text, height) + 4, height + 4);
-        // Of many there are others with the same weight.
-        if (const auto at = labels.find(window.at(places[i]), radius[i], size, !crowded))
-            canvas.label(*at, height, text, w > 0 ? k_ink : k_orange);
+    if (crowded) {
+        std::vector<Vec2d> dots;
+        for (const Vec2d& p : places) dots.push_back(window.at(p));
+        label_once(canvas, labels, mask, dots, radius, 8);
+        canvas.text(corner + Vec2d(14, 31), 8, "each weight once, none below 1 % of the largest", k_grey);
+    } else {
+        constexpr double k_height = 11;
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            if (radius[i] == 0) continue;
+            const double w = mask.weights[i];
+            const std::string text = weight_text(w);
+            const Vec2d size(Canvas::text_width(text, k_height) + 4, k_height + 4);
+            canvas.label(*labels.find(window.at(places[i]), radius[i], size, true), k_height, text,
+                         w > 0 ? k_ink : k_orange);
+        }
     }
     canvas.text(corner + Vec2d(14, 10), 13, mask.title, k_ink);
 }
