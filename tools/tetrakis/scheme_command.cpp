@@ -32,7 +32,7 @@ struct SchemeOptions {
     std::filesystem::path image;
 };
 
-// The largest matrices take seconds, those of wide masks half a minute, and some hundred megabytes.
+// The largest matrices take some hundred megabytes and seconds, mask norms of many averaging steps a minute.
 constexpr int k_most_valence = 256;
 
 /// How far a mesh is from its limit over a cell at the vertex: the sum of weights that the certified estimator has.
