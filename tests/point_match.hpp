@@ -3,45 +3,52 @@
 #include "tetrakis/hier/vec.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numeric>
 #include <span>
 #include <vector>
 
-/// Nearest point of a set, by a sweep over x: for comparing meshes whose vertices are numbered differently.
+/// Nearest point of a set, by a sweep over one direction: for comparing meshes whose vertices are numbered differently.
 class PointMatch {
   public:
-    explicit PointMatch(std::span<const tetrakis::Vec3d> points) : points_(points), order_(points.size()) {
-        std::iota(order_.begin(), order_.end(), 0u);
-        // Any direction serves; a skew one keeps symmetric models from having many points at the same place on it.
-        std::sort(order_.begin(), order_.end(), [&](auto a, auto b) { return key(points[a]) < key(points[b]); });
+    explicit PointMatch(std::span<const tetrakis::Vec3d> points) {
+        entries_.reserve(points.size());
+        for (const tetrakis::Vec3d& p : points)
+            entries_.push_back({key(p), static_cast<std::uint32_t>(entries_.size()), p});
+        std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) { return a.key < b.key; });
     }
 
     std::uint32_t nearest(const tetrakis::Vec3d& p) const {
+        constexpr double k_infinity = std::numeric_limits<double>::infinity();
         const double k = key(p);
-        const auto middle = std::lower_bound(order_.begin(), order_.end(), k,
-                                             [&](std::uint32_t i, double value) { return key(points_[i]) < value; });
-        double best = std::numeric_limits<double>::infinity();
+        auto above = std::lower_bound(entries_.begin(), entries_.end(), k,
+                                      [](const Entry& e, double value) { return e.key < value; });
+        auto below = above;
+        double best = k_infinity;  // squared
         std::uint32_t found = 0;
-        const auto look = [&](std::uint32_t i) {
-            const double d = glm::length(points_[i] - p);
-            if (d < best || (d == best && i < found)) {
+        // The nearer side first: what is sought may be just below, and a walk upwards alone would see half of all.
+        for (;;) {
+            const double up = above != entries_.end() ? above->key - k : k_infinity;
+            const double down = below != entries_.begin() ? k - (below - 1)->key : k_infinity;
+            const double gap = std::min(up, down);
+            if (!(gap < k_infinity && gap * gap <= best)) return found;  // the key's gradient has unit length
+            const Entry& e = up <= down ? *above++ : *--below;
+            const tetrakis::Vec3d to = e.point - p;
+            const double d = to.x * to.x + to.y * to.y + to.z * to.z;
+            if (d < best || (d == best && e.index < found)) {
                 best = d;
-                found = i;
+                found = e.index;
             }
-            return std::abs(key(points_[i]) - k) <= best;  // the key's gradient has unit length
-        };
-        for (auto it = middle; it != order_.end() && look(*it); ++it) {
         }
-        for (auto it = middle; it != order_.begin() && look(*--it);) {
-        }
-        return found;
     }
 
   private:
+    struct Entry {
+        double key;
+        std::uint32_t index;
+        tetrakis::Vec3d point;
+    };
+    // Any direction serves; a skew one keeps symmetric models from having many points at the same place on it.
     static double key(const tetrakis::Vec3d& p) { return 0.8 * p.x + 0.36 * p.y + 0.48 * p.z; }
-    std::span<const tetrakis::Vec3d> points_;
-    std::vector<std::uint32_t> order_;
+    std::vector<Entry> entries_;  ///< by key
 };
