@@ -79,15 +79,23 @@ inline double disagreement(const std::vector<Vec3d>& a, const std::vector<Vec3d>
     return worst / bounding_box(b).diagonal();
 }
 
-inline std::vector<std::set<std::uint32_t>> stars(const FactoredMesh& mesh) {
-    std::vector<std::set<std::uint32_t>> result(mesh.positions().size());
-    for (std::uint32_t v = 0; v < result.size(); ++v) result[v].insert(v);
+using Star = std::vector<std::uint32_t>;  ///< a vertex and its neighbours, in ascending order
+
+inline std::vector<Star> stars(const FactoredMesh& mesh) {
+    std::vector<Star> result(mesh.positions().size());
+    for (std::uint32_t v = 0; v < result.size(); ++v) result[v].push_back(v);
     for (const auto& t : mesh.triangles())
-        for (const std::uint32_t a : t) result[a].insert(t.begin(), t.end());
+        for (const std::uint32_t a : t)
+            for (const std::uint32_t b : t)
+                if (a != b) result[a].push_back(b);
+    for (Star& star : result) {
+        std::sort(star.begin(), star.end());
+        star.erase(std::unique(star.begin(), star.end()), star.end());
+    }
     return result;
 }
 
-inline bool includes(const std::set<std::uint32_t>& large, const std::set<std::uint32_t>& small) {
+inline bool includes(const Star& large, const std::set<std::uint32_t>& small) {
     return std::includes(large.begin(), large.end(), small.begin(), small.end());
 }
 
@@ -108,7 +116,7 @@ inline bool needs_star_before(FactoredScheme scheme) {
 
 /// Whether a vertex in the middle of a block reads the block's corners alone: they are the common neighbours of the two
 /// that share the edge which it cuts.
-inline bool reads_a_block(const std::vector<std::set<std::uint32_t>>& stars, const std::set<std::uint32_t>& reads) {
+inline bool reads_a_block(const std::vector<Star>& stars, const std::set<std::uint32_t>& reads) {
     for (const std::uint32_t x : stars[*reads.begin()])
         for (const std::uint32_t y : stars[x])
             if (y != x && includes(stars[x], reads) && includes(stars[y], reads)) return true;
