@@ -127,7 +127,15 @@ void check_bounds(const SchemeInfo& scheme, const RuleOptions& rules, std::uint6
 }  // namespace
 
 TEST_CASE("[inv9] mask norms bound the difference of limit points from triangles, whatever is around them") {
+    for (const char* name : {"modified-butterfly", "loop"}) check_bounds<LoopFamily>(*find_scheme(name), {}, 0);
+    for (const char* name : {"kobbelt", "catmull-clark"}) check_bounds<QuadFamily>(*find_scheme(name), {}, 0);
+}
+
+TEST_CASE("[slow] [inv9] mask norms bound the difference of limit points from triangles: further schemes and rules") {
+    for (const char* name : {"butterfly", "tuned-loop"}) check_bounds<LoopFamily>(*find_scheme(name), {}, 0);
+    check_bounds<QuadFamily>(*find_scheme("4-8"), {}, 0);
     for (const std::uint64_t seed : test::seeds(2)) {
+        if (seed == 0) continue;  // above
         for (const char* name : {"butterfly", "modified-butterfly", "tuned-loop", "loop"})
             check_bounds<LoopFamily>(*find_scheme(name), {}, seed);
         for (const char* name : {"kobbelt", "catmull-clark", "4-8"})
