@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
+#include <stdexcept>
 #include <utility>
 
 namespace tetrakis::detail {
@@ -49,17 +51,37 @@ void ninths(const RuleMesh& mesh, int at_corner, Visit&& visit) {
     }
 }
 
+/// One step of a scheme that splits faces, for both. False where a chart ends before the surface does.
+/// @param partner  per half-edge of the surface, that of the charts
+bool refine_quads(RuleMesh& surface, SeamExtension& charts, std::vector<int>& partner, const SchemeInfo& scheme,
+                  const RuleOptions& rules) {
+    RuleStep step = scheme.step(surface, rules), chart_step = scheme.step(charts.mesh, rules);
+    charts.uvs = next_uvs(chart_step.stencils, charts.uvs);
+    std::vector<int> finer(static_cast<std::size_t>(step.mesh.halfedge_count()), RuleMesh::none);
+    for (std::size_t h = 0; h < partner.size(); ++h) {
+        int fine = step.child_halfedge[h], p = chart_step.child_halfedge[partner[h]];
+        if (fine == RuleMesh::none) continue;
+        if (p == RuleMesh::none) return false;
+        for (int i = 0; i < 4; ++i, fine = step.mesh.next(fine), p = chart_step.mesh.next(p)) finer[fine] = p;
+    }
+    partner = std::move(finer);
+    surface = std::move(step.mesh);
+    charts.mesh = std::move(chart_step.mesh);
+    return true;
+}
+
 /// Both meshes at one level, and what corners of one are in the other.
 class SideBySide {
   public:
-    SideBySide(RuleMesh surface, SeamExtension charts, const SchemeInfo& scheme, const RuleOptions& rules)
-        : surface_(std::move(surface)), charts_(std::move(charts)), scheme_(scheme), rules_(rules) {
-        partner_.resize(surface_.halfedge_count());
+    SideBySide(RuleMesh surface, SeamExtension charts, std::vector<int> partner, const SchemeInfo& scheme,
+               const RuleOptions& rules)
+        : surface_(std::move(surface)),
+          charts_(std::move(charts)),
+          scheme_(scheme),
+          rules_(rules),
+          partner_(std::move(partner)) {
         home_.resize(surface_.halfedge_count());
-        for (int h = 0; h < surface_.halfedge_count(); ++h) {
-            partner_[h] = h;
-            home_[h] = surface_.face(h);
-        }
+        for (int h = 0; h < surface_.halfedge_count(); ++h) home_[h] = surface_.face(h);
     }
 
     void refine() {
@@ -172,9 +194,9 @@ FollowedUvs follow_triangles(const ControlMesh& mesh, const SchemeInfo& scheme, 
     return out;
 }
 
-bool takes_copies(const SchemeInfo& scheme, const RuleOptions& rules) {
-    return scheme.step == averaging_step && rules.averaging_steps > 2 && rules.averaging_steps % 2 == 0 &&
-           rules.averaging_boundary == AveragingBoundary::replicate;
+bool extends_charts(const SchemeInfo& scheme, const RuleOptions& rules) {
+    const int steps = scheme.step == averaging_step ? rules.averaging_steps : 0;
+    return steps > 0 && steps % 2 == 0 && (steps > 2 || rules.averaging_boundary == AveragingBoundary::recede);
 }
 
 SeamExtension extend_over_seams(const ControlMesh& mesh, const RuleMesh& surface, const SchemeInfo& scheme,
@@ -192,9 +214,9 @@ SeamExtension extend_over_seams(const ControlMesh& mesh, const RuleMesh& surface
     return extend_over_seams(mesh, surface, layers, across);
 }
 
-ChartCorners chart_corners(const ControlMesh& mesh, SeamExtension charts, const SchemeInfo& scheme, int levels,
-                           const RuleOptions& rules) {
-    SideBySide both(rule_mesh(mesh), std::move(charts), scheme, rules);
+ChartCorners chart_corners(RuleMesh surface, SeamExtension charts, std::vector<int> partner, const SchemeInfo& scheme,
+                           int levels, const RuleOptions& rules) {
+    SideBySide both(std::move(surface), std::move(charts), std::move(partner), scheme, rules);
     for (int level = 0; level < levels; ++level) both.refine();
     return std::move(both).corners();
 }
@@ -206,23 +228,22 @@ FollowedUvs follow_across_seams(const ControlMesh& mesh, const SchemeInfo& schem
     with_runner.runner = &runner;
     RuleMesh surface = rule_mesh(mesh);
     SeamExtension charts = extend_over_seams(mesh, surface, scheme, rules);
-    if (takes_copies(scheme, rules)) {
-        // Refined faces are numbered as the coarse ones, and the mesh's are the first of the charts'.
-        std::size_t corners = mesh.halfedge_count();
-        for (int level = 0; level < levels; ++level) {
-            RuleStep step = scheme.step(charts.mesh, with_runner);
-            charts.uvs = next_uvs(step.stencils, charts.uvs);
-            charts.mesh = std::move(step.mesh);
-            corners *= 4;
+    std::vector<int> partner(static_cast<std::size_t>(surface.halfedge_count()));
+    std::iota(partner.begin(), partner.end(), 0);
+    try {
+        if (extends_charts(scheme, rules)) {
+            for (int level = 0; level < levels; ++level)
+                if (!refine_quads(surface, charts, partner, scheme, with_runner)) return {};
+            FollowedUvs out{std::move(charts.uvs), {}, {}};
+            for (const int p : partner) out.face_uvs.push_back(static_cast<std::uint32_t>(charts.mesh.origin(p)));
+            return out;
         }
-        FollowedUvs out{std::move(charts.uvs), std::vector<std::uint32_t>(corners), {}};
-        for (std::size_t h = 0; h < corners; ++h)
-            out.face_uvs[h] = static_cast<std::uint32_t>(charts.mesh.origin(static_cast<int>(h)));
-        return out;
+        SideBySide both(std::move(surface), std::move(charts), std::move(partner), scheme, with_runner);
+        for (int level = 0; level < levels; ++level) both.refine();
+        return both.result();
+    } catch (const std::invalid_argument&) {
+        return {};  // the surface is a mesh; what recedes may leave less of its charts
     }
-    SideBySide both(std::move(surface), std::move(charts), scheme, with_runner);
-    for (int level = 0; level < levels; ++level) both.refine();
-    return both.result();
 }
 
 }  // namespace tetrakis::detail

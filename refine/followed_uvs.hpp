@@ -23,11 +23,11 @@ struct FollowedUvs {
 /// boundaries, by the scheme's rules; or linear) have the same triangles in another order, found step by step.
 FollowedUvs follow_triangles(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RuleOptions& rules);
 
-/// Whether a scheme that splits faces has no boundary rule but copies of the boundary: the longer averages. A seam
-/// would then pull the chart together, so there it is continued, too.
-bool takes_copies(const SchemeInfo& scheme, const RuleOptions& rules);
+/// Whether a scheme that splits faces has no rule for boundaries: the longer averages take copies of them, those that
+/// recede use them up. A seam would then pull the chart together, so there it is continued, too.
+bool extends_charts(const SchemeInfo& scheme, const RuleOptions& rules);
 
-/// The extension that the scheme's rules need: for dual schemes, honeycomb, and where takes_copies().
+/// The extension that the scheme's rules need: for dual schemes, honeycomb, and where extends_charts().
 /// @param surface  rule_mesh(mesh)
 SeamExtension extend_over_seams(const ControlMesh& mesh, const RuleMesh& surface, const SchemeInfo& scheme,
                                 const RuleOptions& rules);
@@ -37,14 +37,15 @@ struct ChartCorners {
     std::vector<int> partner;  ///< per half-edge: that of the charts, RuleMesh::none where there is none
     std::vector<int> home;     ///< the control face that its origin lies in
 };
-/// @param charts  extend_over_seams() of the mesh
-ChartCorners chart_corners(const ControlMesh& mesh, SeamExtension charts, const SchemeInfo& scheme, int levels,
-                           const RuleOptions& rules);
+/// @param charts   extend_over_seams() of the mesh
+/// @param partner  of the control mesh's half-edges
+ChartCorners chart_corners(RuleMesh surface, SeamExtension charts, std::vector<int> partner, const SchemeInfo& scheme,
+                           int levels, const RuleOptions& rules);
 
 /// Dual schemes and honeycomb: mesh and extended charts (SeamExtension) are refined side by side; each corner inside a
 /// chart has its partner there. A face across a seam takes the UVs of one side, the one with the most of its corners,
 /// then the one of the lower control face; beyond the seam those of the extension. So the seam that is seen is the true
-/// one to half a face. Where takes_copies(), the charts' faces are the mesh's.
+/// one to half a face. Where extends_charts(), the charts have all faces of the mesh.
 FollowedUvs follow_across_seams(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                                 const RuleOptions& rules);
 

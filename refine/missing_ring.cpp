@@ -31,4 +31,9 @@ ControlMesh with_missing_ring(const ControlMesh& mesh) {
     return ControlMesh::build(std::move(data));
 }
 
+RuleOptions inside_missing_ring(RuleOptions rules) {
+    rules.averaging_boundary = AveragingBoundary::replicate;
+    return rules;
+}
+
 }  // namespace tetrakis::detail

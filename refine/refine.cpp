@@ -4,12 +4,12 @@
 #include "tetrakis/hier/huge_memory.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/hier/triangulate.hpp"
-#include "tetrakis/refine/chart_cells.hpp"
 #include "tetrakis/refine/corner_angles.hpp"
 #include "tetrakis/refine/followed_uvs.hpp"
 #include "tetrakis/refine/honeycomb_levels.hpp"
 #include "tetrakis/refine/missing_ring.hpp"
 #include "tetrakis/refine/refined_points.hpp"
+#include "tetrakis/refine/repeated_charts.hpp"
 #include "tetrakis/refine/repeated_rows.hpp"
 #include "tetrakis/refine/rule_levels.hpp"
 #include "tetrakis/refine/used_values.hpp"
@@ -93,8 +93,9 @@ void take_materials(const ControlMesh& mesh, const std::vector<std::uint32_t>& c
     }
 }
 
-void take_followed(const ControlMesh& mesh, detail::FollowedUvs followed, PolygonMesh& result) {
-    detail::drop_unused(followed.face_uvs, followed.uvs);
+/// @param extended  some belong to no face
+void take_followed(const ControlMesh& mesh, detail::FollowedUvs followed, bool extended, PolygonMesh& result) {
+    if (extended) detail::drop_unused(followed.face_uvs, followed.uvs);
     result.uvs = std::move(followed.uvs);
     result.face_uvs = std::move(followed.face_uvs);
     take_materials(mesh, followed.control_face, result);
@@ -109,11 +110,11 @@ bool refine_uvs(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, c
     const bool across =
         scheme.refinement == Refinement::honeycomb || fan_lattice(scheme, options.rules) == FanLattice::dual;
     if (across && linear && levels > 0) warn_of_smooth_uvs(scheme, result);
-    if (levels > 0 && (triples || across || (!linear && detail::takes_copies(scheme, options.rules)))) {
+    if (levels > 0 && (triples || across || (!linear && detail::extends_charts(scheme, options.rules)))) {
         detail::FollowedUvs followed = triples ? detail::follow_triangles(mesh, scheme, levels, options.rules)
                                                : detail::follow_across_seams(mesh, scheme, levels, options.rules);
         if (followed.face_uvs.size() != static_cast<std::size_t>(last.halfedge_count())) return false;
-        take_followed(mesh, std::move(followed), result);
+        take_followed(mesh, std::move(followed), true, result);
         return true;
     }
     const SchemeInfo& by =
@@ -212,39 +213,39 @@ detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const SchemeInfo
         demand.point_bytes += sizeof(Vec3d) + sizeof(Vec2d);
         demand.corner_bytes += sizeof(std::uint32_t);
     }
-    // Holes are taken out of a copy.
-    if (!mesh.data().holes.empty() || mesh.boundary_rule() == BoundaryRule::none) {
+    // Holes, and what has receded, are taken out of a copy.
+    if (!mesh.data().holes.empty() || mesh.boundary_rule() == BoundaryRule::none ||
+        (boundary_recedes(scheme, options.rules) && mesh.has_boundary())) {
         demand.point_bytes *= 2;
         demand.corner_bytes *= 2;
     }
     return demand;
 }
 
-/// Rows for a mesh whose boundary recedes: points that look beyond it are no numbers.
-std::unique_ptr<detail::RepeatedRows> receding_rows(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
-                                                    const RefineOptions& options,
-                                                    const detail::RepeatedRows::Demand& demand) {
-    const ControlMesh wide = detail::with_missing_ring(mesh);
-    RuleOptions rules = options.rules;
-    rules.averaging_boundary = AveragingBoundary::replicate;
-    auto by_rules = std::make_unique<detail::RuleLevels>(wide, scheme, rules, 0);
-    return detail::RepeatedRows::make(wide, scheme, levels, rules, by_rules, demand, options.context);
-}
-
-/// The faces all of whose points are there. False where there is none.
-bool keep_whole(const PolygonMesh& points, detail::RepeatedRows::Faces& faces) {
-    const auto missing = [](const Vec3d& p) { return std::isnan(p.x); };
+/// The faces all of whose points and normals are there, and their UVs. False where there is none, or where UVs of one
+/// are missing.
+bool keep_whole(const PolygonMesh& points, detail::RepeatedRows::Faces& faces, detail::FollowedUvs& uvs) {
+    const auto missing = [&](std::uint32_t v) {
+        return std::isnan(points.positions[v].x) || (!points.normals.empty() && std::isnan(points.normals[v].x));
+    };
     detail::RepeatedRows::Faces kept{{0}, {}, {}};
+    std::vector<std::uint32_t> kept_uvs, uvs_control;
     for (std::size_t f = 0; f < faces.control.size(); ++f) {
-        const std::span<const std::uint32_t> corners(&faces.vertices[faces.offsets[f]],
-                                                     faces.offsets[f + 1] - faces.offsets[f]);
-        if (std::any_of(corners.begin(), corners.end(), [&](std::uint32_t v) { return missing(points.positions[v]); }))
-            continue;
-        kept.vertices.insert(kept.vertices.end(), corners.begin(), corners.end());
+        const std::uint32_t begin = faces.offsets[f], end = faces.offsets[f + 1];
+        if (std::any_of(&faces.vertices[begin], faces.vertices.data() + end, missing)) continue;
+        for (std::uint32_t c = begin; c < end; ++c) {
+            kept.vertices.push_back(faces.vertices[c]);
+            if (uvs.face_uvs.empty()) continue;
+            kept_uvs.push_back(uvs.face_uvs[c]);
+            if (std::isnan(uvs.uvs[uvs.face_uvs[c]].x)) return false;
+        }
         kept.offsets.push_back(static_cast<std::uint32_t>(kept.vertices.size()));
         kept.control.push_back(faces.control[f]);
+        if (!uvs.control_face.empty()) uvs_control.push_back(uvs.control_face[f]);
     }
     faces = std::move(kept);
+    uvs.face_uvs = std::move(kept_uvs);
+    uvs.control_face = std::move(uvs_control);
     return !faces.control.empty();
 }
 
@@ -267,71 +268,54 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
                                            const RefineOptions& options,
                                            std::unique_ptr<detail::RuleLevels>& first_levels,
                                            detail::RefinedPoints* keep) {
-    const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all,
-               dual = fan_lattice(scheme, options.rules) == FanLattice::dual,
-               recedes = boundary_recedes(scheme, options.rules) && mesh.has_boundary();
-    // Where normals end before the points do the limits say.
-    if (recedes && (mesh.has_uvs() || options.smoothing != 0 || (options.normals && !options.limit)))
-        return std::nullopt;
-    std::unique_ptr<detail::RepeatedRows> chart_rows;
-    std::optional<ControlMesh> charts;
-    detail::SeamExtension extension;
+    const bool recedes = boundary_recedes(scheme, options.rules) && mesh.has_boundary();
+    const std::optional<ControlMesh> wide = recedes ? std::optional(detail::with_missing_ring(mesh)) : std::nullopt;
+    const ControlMesh& surface = wide ? *wide : mesh;
     const detail::RepeatedRows::Demand demand = demand_of(mesh, scheme, options);
     // Charts are told about by the mesh's own progress.
     RunContext quiet = options.context;
     if (options.context.progress)
         quiet.progress = [&](std::string_view stage, double) { return options.context.progress(stage, 0); };
+    std::optional<detail::RepeatedCharts> charts;
     if (mesh.has_uvs()) {
-        if ((scheme.refinement == Refinement::sqrt3 && linear) || detail::takes_copies(scheme, options.rules))
-            return std::nullopt;
-        const SchemeInfo& by =
-            linear && !dual ? *find_scheme(scheme.family == MeshFamily::triangles ? "midpoint" : "bilinear") : scheme;
-        if (dual) extension = detail::extend_over_seams(mesh, rule_mesh(mesh), scheme, options.rules);
-        charts = dual ? detail::chart_mesh(extension) : uv_mesh(mesh, options.rules);
-        const RuleOptions rules = detail::chart_rules(options.rules);
-        auto chart_levels = std::make_unique<detail::RuleLevels>(*charts, by, rules, 0);
-        detail::RepeatedRows::Demand plain = demand;
-        plain.limit = plain.normals = false;
-        chart_rows = detail::RepeatedRows::make(*charts, by, levels, rules, chart_levels, plain, quiet);
-        if (!chart_rows) return std::nullopt;
+        charts = detail::RepeatedCharts::make(mesh, surface, scheme, levels, options.rules, demand, quiet);
+        if (!charts) return std::nullopt;
     }
-    const std::shared_ptr<const detail::RepeatedRows> rows =
-        recedes
-            ? receding_rows(mesh, scheme, levels, options, demand)
-            : detail::RepeatedRows::make(mesh, scheme, levels, options.rules, first_levels, demand, options.context);
+    const RuleOptions rules = recedes ? detail::inside_missing_ring(options.rules) : options.rules;
+    // What recedes is smoothed while it is all there.
+    std::shared_ptr<const detail::RuleLevels> smoothed;
+    if (recedes && options.smoothing > 0)
+        smoothed = std::make_shared<const detail::RuleLevels>(mesh, scheme, options.rules, options.smoothing);
+    std::unique_ptr<detail::RuleLevels> wide_levels;
+    if (recedes) wide_levels = std::make_unique<detail::RuleLevels>(surface, scheme, rules, 0);
+    const std::shared_ptr<const detail::RepeatedRows> rows = detail::RepeatedRows::make(
+        surface, scheme, levels, rules, recedes ? wide_levels : first_levels, demand, options.context);
     if (!rows) return std::nullopt;
-    if (chart_rows && rows->root_level() != chart_rows->root_level()) return std::nullopt;
     PolygonMesh result;
-    detail::RefinedPoints made{rows->point_count(),
-                               [rows, context = options.context](auto control, auto positions, auto normals) {
-                                   if (control.size() == rows->control_count())
-                                       return rows->refine(control, positions, normals, context);
-                                   std::vector<Vec3d> wide(control.begin(), control.end());
-                                   wide.resize(rows->control_count(), detail::k_missing_point);
-                                   rows->refine(wide, positions, normals, context);
-                               }};
+    detail::RefinedPoints made{
+        rows->point_count(), [rows, smoothed, context = options.context](auto control, auto positions, auto normals) {
+            if (control.size() == rows->control_count()) return rows->refine(control, positions, normals, context);
+            std::vector<Vec3d> all(control.begin(), control.end());
+            if (smoothed) smoothed->net({&control.data()->x, 3 * control.size()}, 3, {&all.data()->x, 3 * all.size()});
+            all.resize(rows->control_count(), detail::k_missing_point);
+            rows->refine(all, positions, normals, context);
+        }};
     made.make(mesh, options.normals, result);
     result.attributes =
         detail::refine_by_threes(options.attributes, mesh.vertex_count(), made.count,
                                  [&](std::span<const Vec3d> in, std::span<Vec3d> out) { made.refine(in, out, {}); });
     detail::RepeatedRows::Faces faces = rows->faces(options.context);
-    if (recedes && !keep_whole(result, faces)) return std::nullopt;
-    if (chart_rows) {
-        std::vector<Vec3d> points(chart_rows->point_count());
-        chart_rows->refine(charts->positions(), points, {}, quiet);
-        result.uvs.assign(points.begin(), points.end());
-        if (dual) {
-            const detail::ChartCorners corners =
-                detail::chart_corners(mesh, std::move(extension), scheme, rows->root_level(), options.rules);
-            auto cells = detail::cell_uvs(rows->net(), chart_rows->net(), corners, rows->segments(), faces, result.uvs);
-            if (!cells) return std::nullopt;
-            if (linear) warn_of_smooth_uvs(scheme, result);
-            result.face_uvs = std::move(cells->face_uvs);
-            detail::drop_unused(result.face_uvs, result.uvs);
-            take_materials(mesh, cells->control_face, result);
-        } else {
-            result.face_uvs = chart_rows->faces(options.context).vertices;
-        }
+    detail::FollowedUvs uvs;
+    if (charts) {
+        std::optional<detail::FollowedUvs> followed = charts->refine(*rows, faces, quiet);
+        if (!followed) return std::nullopt;
+        uvs = std::move(*followed);
+    }
+    if (recedes && !keep_whole(result, faces, uvs)) return std::nullopt;
+    if (charts) {
+        if (!uvs.control_face.empty() && mesh.face_varying_rule() == FaceVaryingRule::linear_all)
+            warn_of_smooth_uvs(scheme, result);
+        take_followed(mesh, std::move(uvs), charts->extended(), result);
     }
     take_faces(mesh, scheme, options, std::move(faces), std::move(made), keep, result);
     return result;
@@ -355,7 +339,7 @@ std::optional<PolygonMesh> refine_honeycomb(const ControlMesh& mesh, const Schem
                                  [&](std::span<const Vec3d> in, std::span<Vec3d> out) { made.refine(in, out, {}); });
     if (mesh.has_uvs()) {
         if (mesh.face_varying_rule() == FaceVaryingRule::linear_all) warn_of_smooth_uvs(scheme, result);
-        take_followed(mesh, all->take_uvs(), result);
+        take_followed(mesh, all->take_uvs(), true, result);
     }
     take_faces(mesh, scheme, options, all->faces(), std::move(made), keep, result);
     return result;

@@ -8,6 +8,7 @@
 #include "tetrakis/refine/rule_refiner.hpp"
 #include "tetrakis/refine/star_lessons.hpp"
 #include "tetrakis/schemes/averaging.hpp"
+#include "tetrakis/schemes/corner_angles.hpp"
 
 #include <fmt/format.h>
 
@@ -15,6 +16,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -31,6 +33,25 @@ bool stays_as_it_is(const RuleMesh& mesh, int steps, bool creases = true) {
     for (int h = 0; creases && h < mesh.halfedge_count(); ++h)
         if (turns(mesh.sharpness(h))) return false;
     return std::none_of(mesh.vertex_sharpness().begin(), mesh.vertex_sharpness().end(), turns);
+}
+
+/// The same faces, tagged as those that cover them one level further down.
+RuleMesh with_later_tags(const RuleMesh& mesh) {
+    RuleMesh::Builder faces;
+    std::vector<int> twins, halfedges(static_cast<std::size_t>(mesh.halfedge_count()));
+    for (int f = 0; f < mesh.face_count(); ++f) {
+        for (int h = mesh.face_begin(f); h < mesh.face_begin(f) + mesh.face_size(f); ++h) {
+            faces.corner(mesh.origin(h), child_sharpness(mesh.sharpness(h)));
+            twins.push_back(mesh.twin(h));
+        }
+        faces.end_face();
+    }
+    std::iota(halfedges.begin(), halfedges.end(), 0);
+    faces.set_twins(std::move(twins));
+    faces.set_corner_angles(child_corner_angles(mesh, halfedges, halfedges.size()));
+    std::vector<float> sharpness = mesh.vertex_sharpness();
+    for (float& s : sharpness) s = child_sharpness(s);
+    return RuleMesh(mesh.vertex_count(), std::move(faces), std::move(sharpness));
 }
 
 /// Whether there are more roots around a corner than turns are counted (RootNet::Seen).
@@ -138,6 +159,48 @@ void check_memory(const ControlMesh& mesh, int levels, const LastLevel& last, co
 
 }  // namespace
 
+/// Which corners the steps from some level on see, and where rows take over from the rules.
+struct RepeatedRows::Plan {
+    std::vector<CornerKinds> kinds;    ///< different ones
+    std::vector<std::size_t> of_step;  ///< for each step from that level on
+    std::size_t of_limits = 0;
+    int by_rules = 0;  ///< steps
+    double cost = 0;   ///< of the lessons and of those, as so many points of a level by rules
+
+    std::size_t add(CornerKinds corners) {
+        const auto at = std::find(kinds.begin(), kinds.end(), corners);
+        const auto number = static_cast<std::size_t>(at - kinds.begin());
+        if (at == kinds.end()) kinds.push_back(std::move(corners));
+        return number;
+    }
+    bool used(std::size_t kind) const {
+        return std::find(of_step.begin() + by_rules, of_step.end(), kind) != of_step.end();
+    }
+    /// Where the least is to be done; or as early as ever.
+    /// @param points  of the level
+    void choose(const RootNet& net, int factor, double points, bool limits, bool early) {
+        const auto take = [&](int step) {
+            by_rules = step;
+            cost = points * (std::pow(factor * factor, step) - 1);
+            for (std::size_t i = 0; i < kinds.size(); ++i)
+                if (used(i) || (limits && i == of_limits)) cost += StarLessons::cost(kinds[i], net, factor);
+        };
+        const auto last = static_cast<int>(of_step.size()) - 1;
+        take(kinds.size() == 1 ? 0 : last);
+        // Lattices with fewer segments are too narrow for most masks.
+        constexpr double k_segments = 4;
+        for (int step = last; step-- > 0 && std::pow(factor, step) >= k_segments;) {
+            const int best = by_rules;
+            const double least = cost;
+            take(step);
+            if (cost > least && !early) {
+                by_rules = best;
+                cost = least;
+            }
+        }
+    }
+};
+
 std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                                                  const RuleOptions& rules, std::unique_ptr<RuleLevels>& levels_by_rules,
                                                  const Demand& demand, const RunContext& context) {
@@ -166,12 +229,12 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     // What limits see of a sharpness that runs out further down differs from level to level.
     constexpr int k_for_ever = std::numeric_limits<int>::max();
     const bool any_limits = demand.limit || demand.normals;
-    const auto stays = [&](bool with_creases) {
-        return stays_as_it_is(by_rules.last(), any_limits ? k_for_ever : levels - by_rules.level(), with_creases);
+    const auto stays = [&] {
+        return stays_as_it_is(by_rules.last(), any_limits ? k_for_ever : levels - by_rules.level(), creases);
     };
     // The roots of a dual scheme are the quads of the first level that has a face for each vertex (those with two faces
     // have none), and they are cut where it has creases from then on.
-    while (dual && !(has_whole_faces(by_rules.last(), creases) && stays(creases))) {
+    while (dual && !(has_whole_faces(by_rules.last(), creases) && stays())) {
         if (levels <= ++base_level) return nullptr;
         advance();
     }
@@ -191,8 +254,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         first.resize(net->base().halfedge_count());
         for (std::size_t h = 0; h < first.size(); ++h) first[h] = static_cast<int>(h);
     }
-    std::unique_ptr<RepeatedRows> all(
-        new RepeatedRows(std::move(*net), dual ? base_level - 1 : base_level, static_cast<std::uint32_t>(factor)));
+    std::unique_ptr<RepeatedRows> all(new RepeatedRows(std::move(*net), dual ? base_level - 1 : base_level));
     std::uint32_t segments = 1;
     const auto go_on = [&] {
         context.report("refine", 0);
@@ -204,23 +266,37 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         segments *= static_cast<std::uint32_t>(factor);
         return true;
     };
-    while (!dual && !stays(true))
-        if (by_rules.level() + 1 >= levels || !go_on()) return nullptr;
     // Without rules for tags nothing is sharp inside; what recedes has no end.
     const bool tags = !dual && !recedes;
-    const CornerKinds corners(all->net_, by_rules.last(), tags ? first : std::span<const int>(),
-                              takes_corner_angles(scheme));
-    double points = std::pow(factor, levels - base_level);
-    points *= points * all->net_.base().face_count / (triangles ? 2 : 1);
+    const int begin = by_rules.level();
+    using Sees = CornerKinds::Sees;
+    const auto corners = [&](const RuleMesh& at, Sees sees) {
+        return CornerKinds(all->net_, at, tags ? first : std::span<const int>(), sees, takes_corner_angles(scheme));
+    };
+    Plan plan;
+    plan.add(corners(by_rules.last(), Sees::one_step));
+    plan.of_step.assign(static_cast<std::size_t>(levels - begin), 0);
+    if (tags && !stays_as_it_is(by_rules.last(), any_limits ? k_for_ever : levels - begin)) {
+        RuleMesh later = with_later_tags(by_rules.last());
+        for (std::size_t step = 1; step < plan.of_step.size(); ++step) {
+            plan.of_step[step] = plan.add(corners(later, Sees::one_step));
+            later = with_later_tags(later);
+        }
+        if (any_limits) plan.of_limits = plan.add(corners(later, Sees::all));
+    }
+    const double roots = all->net_.base().face_count / (triangles ? 2.0 : 1.0);
+    plan.choose(all->net_, factor, roots, any_limits, demand.even_if_slower);
     // By the rules, to which the cases above and the few below go, a level takes more.
     check_memory(mesh, levels, last_size, context);
-    if (!demand.even_if_slower && StarLessons::cost(corners, all->net_, factor) > points) return nullptr;
-    if (!all->learn(corners, scheme, rules, demand, context)) return nullptr;
+    if (!demand.even_if_slower && plan.cost > roots * std::pow(factor * factor, levels - begin)) return nullptr;
+    if (!all->learn(plan, scheme, rules, demand, context)) return nullptr;
     const auto wide_enough = [&] {
-        return static_cast<int>(segments) > 2 * scheme.choice_rings && all->step_.fits(all->net_.layout(segments));
+        return by_rules.level() >= begin + plan.by_rules && static_cast<int>(segments) > 2 * scheme.choice_rings &&
+               all->fits(segments);
     };
     while (!wide_enough())
         if (by_rules.level() + 1 >= levels || !go_on()) return nullptr;
+    all->pattern_.erase(all->pattern_.begin(), all->pattern_.begin() + (by_rules.level() - begin));
     std::optional<std::vector<int>> vertices = all->net_.vertices(all->net_.layout(segments), by_rules.last(), first);
     if (!vertices) return nullptr;
     all->vertices_ = std::move(*vertices);
@@ -234,18 +310,34 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     return all;
 }
 
-bool RepeatedRows::learn(const CornerKinds& corners, const SchemeInfo& scheme, const RuleOptions& rules,
-                         const Demand& demand, const RunContext& context) {
-    StarLessons lessons(net_, corners, scheme, rules, context.max_memory_bytes);
+bool RepeatedRows::learn(const Plan& plan, const SchemeInfo& scheme, const RuleOptions& rules, const Demand& demand,
+                         const RunContext& context) {
+    const std::uint32_t factor = scheme.refinement == Refinement::sqrt3 ? 3 : 2;
     if (demand.limit) limit_.emplace(net_, 1, RowPatterns::Kind::points);
     if (demand.normals) normals_.emplace(net_, 1, RowPatterns::Kind::normals);
-    try {
-        if (!lessons.teach_step(step_)) return false;
-        return (!limit_ && !normals_) ||
-               lessons.teach_limits(limit_ ? &*limit_ : nullptr, normals_ ? &*normals_ : nullptr);
-    } catch (const std::invalid_argument&) {
-        return false;  // the rules say what is wrong
+    pattern_.assign(plan.of_step.size(), 0);
+    patterns_.reserve(plan.kinds.size());
+    for (std::size_t i = 0; i < plan.kinds.size(); ++i) {
+        StarLessons lessons(net_, plan.kinds[i], scheme, rules, context.max_memory_bytes);
+        try {
+            if (plan.used(i)) {
+                for (std::size_t step = 0; step < pattern_.size(); ++step)
+                    if (plan.of_step[step] == i) pattern_[step] = patterns_.size();
+                if (!lessons.teach_step(patterns_.emplace_back(net_, factor, RowPatterns::Kind::points))) return false;
+            }
+            if (i == plan.of_limits && (limit_ || normals_) &&
+                !lessons.teach_limits(limit_ ? &*limit_ : nullptr, normals_ ? &*normals_ : nullptr))
+                return false;
+        } catch (const std::invalid_argument&) {
+            return false;  // the rules say what is wrong
+        }
     }
+    return true;
+}
+
+bool RepeatedRows::fits(std::uint32_t segments) const {
+    return std::all_of(patterns_.begin(), patterns_.end(),
+                       [&](const RowPatterns& patterns) { return patterns.fits(net_.layout(segments)); });
 }
 
 void RepeatedRows::refine(std::span<const Vec3d> control, std::span<Vec3d> points, std::span<Vec3d> normals,
@@ -266,7 +358,7 @@ void RepeatedRows::refine(std::span<const Vec3d> control, std::span<Vec3d> point
     for (std::size_t i = 1; i < segments_.size(); ++i) {
         context.report("refine", static_cast<double>(i) / static_cast<double>(segments_.size()));
         Vec3d* const finer = buffer(i);
-        step_.apply(net_.layout(segments_[i - 1]), net_.layout(segments_[i]), now, finer);
+        patterns_[pattern_[i - 1]].apply(net_.layout(segments_[i - 1]), net_.layout(segments_[i]), now, finer);
         now = finer;
     }
     const RootLayout last = net_.layout(segments_.back());

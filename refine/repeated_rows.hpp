@@ -18,9 +18,10 @@ namespace tetrakis::detail {
 /// at a time), and of dual schemes.
 ///
 /// Rows of weights are the same all over the lattices but along sharp sides and around special corners, where they
-/// repeat themselves from level to level (RowPatterns). What they are the rules say of each kind of corner by itself.
-/// On the mesh they make the first level, or the first few where masks are wide; all later ones only read those rows,
-/// at places found by arithmetic.
+/// repeat themselves from level to level (RowPatterns). What they are the rules say of each kind of corner by itself;
+/// where tags turn smooth on the way, steps have rows of their own as long as these differ. On the mesh the rules make
+/// the first level, or the first few where masks are wide or tags soon gone; all later ones only read those rows, at
+/// places found by arithmetic.
 class RepeatedRows {
   public:
     /// What a result is, and takes: points, faces (with where they begin and the control face of each) and their
@@ -32,7 +33,7 @@ class RepeatedRows {
                       corner_bytes = sizeof(std::uint32_t);
     };
     /// Null where there is nothing to gain or it cannot be done: too few levels; a scheme or mesh (boundaries that
-    /// recede, something that turns from sharp to smooth on the way, roots glued to themselves) whose rows do not
+    /// recede, roots glued to themselves; dual: something that turns from sharp to smooth too late) whose rows do not
     /// repeat; no limit.
     /// @param levels_by_rules  not advanced yet; taken, or else left with the levels that the attempt has needed
     /// @param levels           from the control mesh to the last
@@ -57,18 +58,20 @@ class RepeatedRows {
                 const RunContext& context) const;
 
   private:
-    RepeatedRows(RootNet net, int root_level, std::uint32_t factor)
-        : net_(std::move(net)), root_level_(root_level), step_(net_, factor, RowPatterns::Kind::points) {}
+    RepeatedRows(RootNet net, int root_level) : net_(std::move(net)), root_level_(root_level) {}
 
-    bool learn(const CornerKinds& corners, const SchemeInfo& scheme, const RuleOptions& rules, const Demand& demand,
+    struct Plan;
+    bool learn(const Plan& plan, const SchemeInfo& scheme, const RuleOptions& rules, const Demand& demand,
                const RunContext& context);
+    bool fits(std::uint32_t segments) const;
     void at_shared_places(const RootLayout& last, const Vec3d* now, std::span<Vec3d> points,
                           std::span<Vec3d> normals) const;
 
     RootNet net_;
     int root_level_;
     std::size_t control_count_ = 0;
-    RowPatterns step_;
+    std::vector<RowPatterns> patterns_;
+    std::vector<std::size_t> pattern_;  ///< of each step after the levels by rules
     std::optional<RowPatterns> limit_, normals_;
     std::unique_ptr<RuleLevels> levels_;
     std::vector<std::uint32_t> segments_;  ///< of the last level by rules, and of those after it

@@ -372,7 +372,7 @@ bool RowPatterns::learn(const CornerKinds& corners, const Lesson& regular, std::
         }
     }
     // A place is near one sharp side only, but for those near a corner between two.
-    if (any_wedge) reach_ = std::max(reach_, net_.side_count() == 4 ? depth_ : 2 * depth_ - 1);
+    if (any_wedge && depth_ > 0) reach_ = std::max(reach_, net_.side_count() == 4 ? depth_ : 2 * depth_ - 1);
     if (reach_ + 2 * factor_ > zone + 1) return false;
 
     std::vector<std::vector<std::uint32_t>> side_number(lessons.size()), corner_number(lessons.size());

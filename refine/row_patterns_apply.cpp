@@ -3,6 +3,7 @@
 #include "tetrakis/hier/parallel.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 // The rows read again, at the places of a level.
 namespace tetrakis::detail {
@@ -19,8 +20,15 @@ struct PointOfRow {
 };
 struct NormalOfTangents {
     static constexpr std::size_t rows = 4, rows_inside = 2;
-    static Vec3d result_inside(const Vec3d* sums) { return unit_or_zero(glm::cross(sums[0], sums[1])); }
-    static Vec3d result(const Vec3d* sums) { return unit_of_sum(result_inside(sums) + result_inside(sums + 2)); }
+    // A normal that looks at a missing point is missing.
+    static Vec3d result_inside(const Vec3d* sums) {
+        const double all = sums[0].x + sums[1].x;
+        return std::isnan(all) ? Vec3d(all) : unit_or_zero(glm::cross(sums[0], sums[1]));
+    }
+    static Vec3d result(const Vec3d* sums) {
+        const Vec3d sum = result_inside(sums) + result_inside(sums + 2);
+        return std::isnan(sum.x) ? sum : unit_of_sum(sum);
+    }
 };
 
 /// The row's sum for one point.

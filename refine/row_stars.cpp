@@ -33,7 +33,8 @@ void StarKind::turn() {
     if (!angle.empty()) std::rotate(angle.begin(), angle.begin() + 1, angle.end());
 }
 
-CornerKinds::CornerKinds(const RootNet& net, const RuleMesh& mesh, std::span<const int> halfedge, bool angles) {
+CornerKinds::CornerKinds(const RootNet& net, const RuleMesh& mesh, std::span<const int> halfedge, Sees sees,
+                         bool angles) {
     const MeshLevel& base = net.base();
     kind.resize(base.halfedge_count());
     root.resize(base.halfedge_count());
@@ -43,6 +44,9 @@ CornerKinds::CornerKinds(const RootNet& net, const RuleMesh& mesh, std::span<con
         const auto [at, is_new] = numbers.try_emplace(star, static_cast<std::uint32_t>(kinds.size()));
         if (is_new) kinds.push_back(star);
         return at->second;
+    };
+    const auto seen = [&](float sharpness) {
+        return sees == Sees::one_step && sharpness > 1 ? k_sharpness_infinity : sharpness;
     };
     std::vector<std::uint32_t> around;
     StarKind star, turned;
@@ -57,13 +61,14 @@ CornerKinds::CornerKinds(const RootNet& net, const RuleMesh& mesh, std::span<con
         } while (h != RootNet::none && h != first);
         star.closed = h == first;
         star.crease_end = std::binary_search(net.crease_ends().begin(), net.crease_ends().end(), v);
-        star.corner = !halfedge.empty() && is_sharp(mesh.vertex_sharpness(mesh.origin(halfedge[first])));
+        star.corner = halfedge.empty() ? 0.0f : seen(mesh.vertex_sharpness(mesh.origin(halfedge[first])));
         star.sharp.clear();
-        const auto sharp = [&](std::uint32_t g) {
-            return static_cast<char>(base.twin[g] == RootNet::none || (!halfedge.empty() && mesh.sharp(halfedge[g])));
+        const auto sharpness = [&](std::uint32_t g) {
+            if (base.twin[g] == RootNet::none) return k_sharpness_infinity;
+            return halfedge.empty() ? 0.0f : seen(mesh.sharpness(halfedge[g]));
         };
-        for (const std::uint32_t g : around) star.sharp.push_back(sharp(g));
-        if (!star.closed) star.sharp.push_back(1);
+        for (const std::uint32_t g : around) star.sharp.push_back(sharpness(g));
+        if (!star.closed) star.sharp.push_back(k_sharpness_infinity);
         star.angle.clear();
         if (angles && mesh.has_corner_angles() && !halfedge.empty()) {
             for (const std::uint32_t g : around) star.angle.push_back(mesh.corner_angle(halfedge[g]));
@@ -71,7 +76,7 @@ CornerKinds::CornerKinds(const RootNet& net, const RuleMesh& mesh, std::span<con
         }
         std::uint32_t number = 0;
         std::size_t start = 0;
-        if (star.closed && !star.corner && !star.crease_end && star.angle.empty() &&
+        if (star.closed && star.corner == 0 && !star.crease_end && star.angle.empty() &&
             std::count(star.sharp.begin(), star.sharp.end(), 0) == std::ssize(around)) {
             if (smooth.size() <= around.size()) smooth.resize(around.size() + 1, 0);
             std::uint32_t& known = smooth[around.size()];
@@ -120,7 +125,7 @@ void RowStar::make_lattice() {
     const auto sharpness = [&](std::uint32_t a, std::uint32_t b) {
         const int at_a = spoke[a], at_b = spoke[b], on = a == 0 ? at_b : at_a;
         const bool along = a == 0 || b == 0 || at_a == at_b;
-        return along && on >= 0 && kind_.sharp[static_cast<std::size_t>(on)] != 0 ? k_sharpness_infinity : 0.0f;
+        return along && on >= 0 ? kind_.sharp[static_cast<std::size_t>(on)] : 0.0f;
     };
     RuleMesh::Builder builder;
     std::vector<double> angles;
@@ -135,9 +140,9 @@ void RowStar::make_lattice() {
     }
     builder.set_corner_angles(std::move(angles));
     std::vector<float> vertex_sharpness;
-    if (kind_.corner) {
+    if (is_sharp(kind_.corner)) {
         vertex_sharpness.assign(at.vertex_count(), 0.0f);
-        vertex_sharpness[0] = k_sharpness_infinity;
+        vertex_sharpness[0] = kind_.corner;
     }
     mesh_ = RuleMesh(static_cast<int>(at.vertex_count()), std::move(builder), std::move(vertex_sharpness));
     const std::uint32_t sides = net_.side_count();

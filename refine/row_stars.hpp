@@ -14,16 +14,17 @@ namespace tetrakis::detail {
 /// What lies around a corner of a net's roots and decides the rows of weights near it.
 struct StarKind {
     bool closed = true;
-    bool corner = false;      ///< the vertex is sharp
+    float corner = 0;         ///< how sharp the vertex is
     bool crease_end = false;  ///< RootNet::crease_ends()
-    /// The sides that leave it, counter-clockwise: one per root, and one more of an open star, whose ends are sharp.
-    std::vector<char> sharp;
+    /// How sharp the sides that leave it are, counter-clockwise: one per root, and one more of an open star, whose ends
+    /// are sharp for ever.
+    std::vector<float> sharp;
     std::vector<double>
         angle{};  ///< of a corner's sectors, for each root (RuleMesh::corner_angle); empty: none has one
 
     std::uint32_t roots() const { return static_cast<std::uint32_t>(sharp.size()) - (closed ? 0 : 1); }
-    bool sharp_before(std::uint32_t root) const { return sharp[root] != 0; }
-    bool sharp_after(std::uint32_t root) const { return sharp[(root + 1) % sharp.size()] != 0; }
+    bool sharp_before(std::uint32_t root) const { return is_sharp(sharp[root]); }
+    bool sharp_after(std::uint32_t root) const { return is_sharp(sharp[(root + 1) % sharp.size()]); }
     /// The same star from its next root on.
     void turn();
     auto operator<=>(const StarKind&) const = default;
@@ -34,11 +35,14 @@ struct CornerKinds {
     std::vector<StarKind> kinds;
     std::vector<std::uint32_t> kind;  ///< of each half-edge of the base: that of its origin
     std::vector<std::uint32_t> root;  ///< which of the kind's roots the half-edge's is
-    /// @param mesh      a level whose tags stay as they are
+    /// What a level's rows can see of its tags: those of a step no more of a sharpness than whether it outlasts that.
+    enum class Sees { one_step, all };
+    /// @param mesh      a level
     /// @param halfedge  of it, for each one of the base the one at the same corner along the same side; empty: nothing
     ///                  is sharp but what is open
     /// @param angles    whether the scheme has rules for corners' angles
-    CornerKinds(const RootNet& net, const RuleMesh& mesh, std::span<const int> halfedge, bool angles);
+    CornerKinds(const RootNet& net, const RuleMesh& mesh, std::span<const int> halfedge, Sees sees, bool angles);
+    bool operator==(const CornerKinds&) const = default;
 };
 
 /// The roots around one corner, by themselves, as a level of a scheme: where its rows can be read off.

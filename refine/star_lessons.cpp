@@ -48,7 +48,7 @@ const std::vector<std::unique_ptr<RowStar>>& StarLessons::stars(std::uint32_t se
     stars_.clear();
     stars_.resize(count + std::size_t{1});
     StarKind regular;
-    regular.sharp.assign(net_.side_count() == 4 ? 4 : 6, 0);
+    regular.sharp.assign(net_.side_count() == 4 ? 4 : 6, 0.0f);
     for_each_index(
         count + 1,
         [&](std::uint32_t i) {
