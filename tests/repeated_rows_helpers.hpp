@@ -85,7 +85,7 @@ inline ControlMesh make_mesh(std::uint64_t seed, bool triangles, bool sharp_for_
 }
 
 /// Largest distance of a point of one set from the other.
-inline double disagreement(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
+inline double farthest_apart(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
     REQUIRE(a.size() == b.size());
     if (a.empty()) return 0;
     const PointMatch in_a(a), in_b(b);
