@@ -17,12 +17,14 @@ using namespace tetrakis;
 namespace {
 
 /// An open mesh in two charts, every face of a material of its own.
-ControlMesh open_mesh(std::uint64_t seed, bool one_chart) {
+/// @param simple  of quads, with one seam
+ControlMesh open_mesh(std::uint64_t seed, bool one_chart, bool simple = false) {
     test::RandomMeshOptions random = test::random_options(seed);
     random.topology = test::Topology::plane;
     random.columns = random.rows = 7;
     random.removed_faces = seed % 3 == 0 ? 0 : 1;
     random.hole = 0;
+    if (simple) random.split = random.merge = 0;
     if (seed % 4 != 0) random.edge_vertices = 0;  // seams over vertices of two faces go by rules
     ControlMeshData data = test::random_mesh_data(seed, random);
     data.uvs.clear();
@@ -33,7 +35,7 @@ ControlMesh open_mesh(std::uint64_t seed, bool one_chart) {
     for (const double shift : {0.0, 100.0})
         for (const Vec3d& p : data.positions) data.uvs.emplace_back(p.x + shift, p.y + 0.5 * p.z);
     for (std::uint32_t f = 0; f + 1 < data.face_offsets.size(); ++f) {
-        const bool second = !one_chart && (seed % 2 == 0 ? f % 3 == 2 : f % 14 >= 7);
+        const bool second = !one_chart && (simple ? f >= 24 : seed % 2 == 0 ? f % 3 == 2 : f % 14 >= 7);
         for (std::uint32_t c = data.face_offsets[f]; c < data.face_offsets[f + 1]; ++c)
             data.face_uvs.push_back(data.face_vertices[c] + (second ? count : 0));
         data.face_material.push_back(f);
@@ -121,13 +123,13 @@ TEST_CASE(
     CHECK(dropped_by_rules < all / 4);
 }
 
-TEST_CASE("texture coordinates of four averaging steps by rows that repeat themselves are those of the rules") {
-    const ControlMesh mesh = open_mesh(1, false);
+TEST_CASE("[slow] texture coordinates of four averaging steps by rows that repeat themselves are those of the rules") {
+    const ControlMesh mesh = open_mesh(1, false, true);
     RefineOptions options;
     options.rules.averaging_steps = 4;
     const SchemeInfo& scheme = *find_scheme("averaging");
-    const PolygonMesh ours = refine(mesh, scheme, 4, options),
-                      expected = refine_stencils(mesh, scheme, 4, options).mesh;
+    const PolygonMesh ours = refine(mesh, scheme, 5, options),
+                      expected = refine_stencils(mesh, scheme, 5, options).mesh;
     CHECK(ours.positions != expected.positions);  // by rules they would be in the same order
     REQUIRE(ours.face_uvs.size() == expected.face_uvs.size());
     CHECK(ours.uvs.size() == expected.uvs.size());
