@@ -22,6 +22,8 @@ Sqrt3Net::Sqrt3Net(const Sqrt3Levels& levels)
     resize_large(leaving_, count);
     std::copy(mesh_->positions().begin(), mesh_->positions().end(), points_);
     std::fill_n(has_.begin(), mesh_->vertex_count(), std::uint8_t{1});
+    const auto& twin = levels.levels[0].twin;
+    has_cuts_ = std::find(twin.begin(), twin.end(), Sqrt3Level::none) != twin.end();
 }
 
 /// Makes points of the next level, and limits; what a thread needs for itself.
@@ -201,6 +203,7 @@ bool Sqrt3Net::Worker::gather_cut(std::uint32_t leaving) {
 }
 
 bool Sqrt3Net::Worker::beside_cut(std::uint32_t leaving) const {
+    if (!net_.has_cuts_) return false;
     const Sqrt3Level& level = here();
     std::uint32_t h = leaving;
     do {

@@ -47,7 +47,8 @@ class Sqrt3Net {
 
     const ControlMesh* mesh_;
     const Sqrt3Levels* levels_;
-    bool tagged_ = false;  ///< some vertices of the mesh are
+    bool tagged_ = false;    ///< some vertices of the mesh are
+    bool has_cuts_ = false;  ///< some edges are not flipped
     int level_ = 0;
     std::uint32_t first_new_ = 0;  ///< vertices from here on came with the last step
     HugeBuffer<double> memory_[2];
