@@ -21,7 +21,16 @@ Hierarchy::Hierarchy(std::unique_ptr<HierarchyFamily> family, const SchemeInfo& 
 
 // Handles.
 
+void Hierarchy::require_not_lost() const {
+    if (lost_)
+        throw Error(
+            ErrorCode::memory_limit,
+            "the system ran out of memory while this hierarchy was being changed, and its leaves are lost; load() "
+            "saved ones, or make it anew");
+}
+
 void Hierarchy::require_leaf(LeafHandle leaf) const {
+    require_not_lost();
     if (is_leaf(leaf)) return;
     const std::string name = "leaf " + std::to_string(leaf.slot.value);
     if (leaf.slot.value >= generation_.size())
@@ -60,6 +69,7 @@ std::vector<LeafHandle> Hierarchy::handles(std::span<const LeafId> slots) const 
 }
 
 std::span<const LeafHandle> Hierarchy::leaves() const {
+    require_not_lost();
     const std::scoped_lock lock(cache_->mutex);
     if (!cache_->valid) {
         cache_->leaves = handles(family_->leaves_on_curve());
@@ -69,7 +79,7 @@ std::span<const LeafHandle> Hierarchy::leaves() const {
 }
 
 bool Hierarchy::is_leaf(LeafHandle leaf) const {
-    return leaf.slot.value < generation_.size() && family_->is_leaf(leaf.slot) &&
+    return !lost_ && leaf.slot.value < generation_.size() && family_->is_leaf(leaf.slot) &&
            generation_[leaf.slot.value] == leaf.generation;
 }
 
@@ -91,6 +101,7 @@ NodeView Hierarchy::view(const HierarchyNode& node) const {
 }
 
 std::optional<LeafHandle> Hierarchy::find(const HierarchyNode& node) const {
+    require_not_lost();
     require_node(node);
     if (const std::optional<LeafId> slot = family_->find(node))
         return slot->valid() ? std::optional(handle(*slot)) : std::nullopt;
@@ -128,7 +139,19 @@ LeafNeighbours Hierarchy::neighbours(LeafHandle leaf, int side) const {
 
 // Changes.
 
-// A slot with a new leaf gets a new generation. Room comes first: after the family's change nothing may throw.
+/// A change, during which there is no way back where memory runs out.
+template <class Change>
+auto Hierarchy::all_or_lost(Change&& change) {
+    require_not_lost();
+    try {
+        return change();
+    } catch (const std::bad_alloc&) {
+        lost_ = true;
+        throw;
+    }
+}
+
+// A slot with a new leaf gets a new generation.
 void Hierarchy::renumber(const FamilyUpdate& update) {
     for (LeafId slot : update.created) ++generation_[slot.value];
     cache_->valid = false;
@@ -148,15 +171,17 @@ void Hierarchy::write_journal(const FamilyUpdate& update, std::span<const Journa
 }
 
 void Hierarchy::apply_refine(std::span<const LeafId> marked, FamilyUpdate& update) {
-    family_->refine(marked, journal_.active(), update);
-    std::vector<JournalLeaf> removed;
-    removed.reserve(update.removed.size());
-    for (const auto& [slot, node] : update.removed) removed.push_back({handle(slot), node});
-    if (const std::size_t slots = family_->leaf_slots(); slots > generation_.capacity())
-        detail::reserve_large(generation_, std::max(slots, 2 * generation_.capacity()));
-    generation_.resize(family_->leaf_slots(), first_generation_);
-    renumber(update);
-    if (journal_.active()) write_journal(update, removed);
+    all_or_lost([&] {
+        family_->refine(marked, journal_.active(), update);
+        std::vector<JournalLeaf> removed;
+        removed.reserve(update.removed.size());
+        for (const auto& [slot, node] : update.removed) removed.push_back({handle(slot), node});
+        if (const std::size_t slots = family_->leaf_slots(); slots > generation_.capacity())
+            detail::reserve_large(generation_, std::max(slots, 2 * generation_.capacity()));
+        generation_.resize(family_->leaf_slots(), first_generation_);
+        renumber(update);
+        if (journal_.active()) write_journal(update, removed);
+    });
 }
 
 void Hierarchy::apply_coarsen(std::span<const LeafId> marked, FamilyUpdate& update) {
@@ -169,13 +194,15 @@ void Hierarchy::apply_coarsen(std::span<const LeafId> marked, FamilyUpdate& upda
                                   [](const JournalLeaf& a, const JournalLeaf& b) { return a.leaf == b.leaf; }),
                       removed.end());
     }
-    family_->coarsen(marked, update);
-    if (journal_.active())
-        for (const auto& [slot, node] : update.removed) removed.push_back({handle(slot), node});
-    renumber(update);
-    if (!journal_.active()) return;
-    std::erase_if(removed, [&](const JournalLeaf& leaf) { return is_leaf(leaf.leaf); });
-    write_journal(update, removed);
+    all_or_lost([&] {
+        family_->coarsen(marked, update);
+        if (journal_.active())
+            for (const auto& [slot, node] : update.removed) removed.push_back({handle(slot), node});
+        renumber(update);
+        if (!journal_.active()) return;
+        std::erase_if(removed, [&](const JournalLeaf& leaf) { return is_leaf(leaf.leaf); });
+        write_journal(update, removed);
+    });
 }
 
 std::vector<LeafHandle> Hierarchy::refine(std::span<const LeafHandle> leaves) {
@@ -187,7 +214,7 @@ std::vector<LeafHandle> Hierarchy::refine(std::span<const LeafHandle> leaves) {
                                                     ", the deepest one; it cannot be split");
     FamilyUpdate update;
     apply_refine(marked, update);
-    return handles(update.created);
+    return all_or_lost([&] { return handles(update.created); });
 }
 
 bool Hierarchy::can_coarsen(LeafHandle leaf) const {
@@ -205,13 +232,13 @@ std::vector<LeafHandle> Hierarchy::coarsen(LeafHandle diamond) {
                         "further, or a neighbour would be too fine beside the merged leaf");
     FamilyUpdate update;
     apply_coarsen(members, update);
-    return handles(update.created);
+    return all_or_lost([&] { return handles(update.created); });
 }
 
 std::vector<LeafHandle> Hierarchy::coarsen(std::span<const LeafHandle> leaves) {
     FamilyUpdate update;
     apply_coarsen(require_leaves(leaves), update);
-    return handles(update.created);
+    return all_or_lost([&] { return handles(update.created); });
 }
 
 // Points.

@@ -88,7 +88,9 @@ struct HierarchyMesh {
 ///   half again. A whole triangle beside two splits stands for its parent's diamond; where that cannot be merged,
 ///   coarsen(leaf) takes the one beyond. Sites: vertices as they come about (sqrt3_site()). See Sqrt3Slots.
 ///
-/// All errors leave the hierarchy unchanged. Const calls are safe from several threads while none changes.
+/// All errors leave the hierarchy unchanged. Where the system itself runs out of memory during a change
+/// (std::bad_alloc), the leaves are lost: all later calls throw Error(memory_limit) until load(). Const calls are safe
+/// from several threads while none changes.
 class Hierarchy {
   public:
     /// The leaves of a family; its mesh and scheme outlive the hierarchy.
@@ -237,6 +239,9 @@ class Hierarchy {
     };
 
     LeafHandle handle(LeafId slot) const { return {slot, generation_[slot.value]}; }
+    void require_not_lost() const;
+    template <class Change>
+    auto all_or_lost(Change&& change);
     void require_leaf(LeafHandle leaf) const;
     std::vector<LeafId> require_leaves(std::span<const LeafHandle> leaves) const;
     void require_node(const HierarchyNode& node) const;
@@ -267,6 +272,7 @@ class Hierarchy {
     bool has_holes_ = false;
     std::vector<std::uint32_t> generation_;  // per slot
     std::uint32_t first_generation_ = 0;     // of slots to come
+    bool lost_ = false;                      // a change has run out of memory on its way
     HierarchyJournal journal_;
     std::unique_ptr<Cache> cache_ = std::make_unique<Cache>();
 };

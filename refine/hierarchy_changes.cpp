@@ -47,6 +47,7 @@ void Hierarchy::visit_around(LeafId start, int corner, Visit&& visit) const {
 }
 
 HierarchyChanges Hierarchy::changes_since(std::uint64_t stamp) const {
+    require_not_lost();
     if (!journal_.active() || stamp > journal_.now())
         throw Error(ErrorCode::invalid_input,
                     "stamp " + std::to_string(stamp) + " was never given by this hierarchy; ask stamp() for one first");

@@ -96,6 +96,7 @@ void Hierarchy::evaluate(const HierarchyFaces& faces, const ToMeshOptions& optio
 }
 
 HierarchyMesh Hierarchy::to_mesh(const ToMeshOptions& options) const {
+    require_not_lost();
     if (options.positions == MeshPositions::level &&
         (options.level < 0 || options.level > family_->source().max_level()))
         throw Error(ErrorCode::invalid_input, "level " + std::to_string(options.level) + " is not between 0 and " +

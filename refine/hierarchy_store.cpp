@@ -46,6 +46,7 @@ void restore(HierarchyFamily& family, std::span<const HierarchyNode> nodes) {
 }  // namespace
 
 std::vector<std::byte> Hierarchy::saved() const {
+    require_not_lost();
     std::vector<HierarchyNode> nodes;
     nodes.reserve(leaf_count());
     for (LeafId leaf : family_->ordered_leaves()) nodes.push_back(family_->node(leaf));
@@ -85,11 +86,13 @@ void Hierarchy::replace_leaves(std::unique_ptr<HierarchyFamily> family) {
     family_ = std::move(family);
     generation_ = std::move(generation);
     first_generation_ = newest + 1;
+    lost_ = false;
     cache_->valid = false;
     journal_.restart();
 }
 
 bool Hierarchy::shrink() {
+    require_not_lost();
     const bool closes_up = family_->has_free_slots();
     if (closes_up) {
         std::vector<HierarchyNode> nodes;
@@ -130,6 +133,7 @@ void Hierarchy::load(const std::filesystem::path& path) {
 }
 
 std::optional<std::string> Hierarchy::check() const {
+    if (lost_) return "the system ran out of memory in a change";
     if (auto fault = family_->check()) return fault;
     if (generation_.size() < family_->leaf_slots()) return "slots without generation";
     const std::vector<LeafHandle> all = handles(family_->ordered_leaves());

@@ -135,6 +135,7 @@ std::size_t Hierarchy::coarsen_until(const RunContext& context, std::vector<Leaf
 }
 
 std::size_t Hierarchy::refine_where(const LeafPredicate& wanted, int max_depth, const RunContext& context) {
+    require_not_lost();
     return with_threads(context, [&] {
         return refine_until(family_->ordered_leaves(), max_depth, context,
                             [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers,
@@ -161,12 +162,14 @@ std::size_t Hierarchy::refine_over(const ErrorEstimator& estimator, double toler
 
 std::size_t Hierarchy::refine_where(const ErrorEstimator& estimator, double tolerance, int max_depth,
                                     const RunContext& context) {
+    require_not_lost();
     require_tolerance(tolerance);
     return with_threads(
         context, [&] { return refine_over(estimator, tolerance, family_->ordered_leaves(), max_depth, context); });
 }
 
 std::size_t Hierarchy::coarsen_where(const LeafPredicate& wanted, const RunContext& context) {
+    require_not_lost();
     return with_threads(context, [&] {
         return coarsen_until(context, nullptr,
                              [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers,
@@ -175,6 +178,7 @@ std::size_t Hierarchy::coarsen_where(const LeafPredicate& wanted, const RunConte
 }
 
 std::size_t Hierarchy::coarsen_where(const ErrorEstimator& estimator, double tolerance, const RunContext& context) {
+    require_not_lost();
     require_tolerance(tolerance);
     return with_threads(context, [&] {
         std::vector<HierarchyNode> parents;
