@@ -41,6 +41,7 @@ class Sqrt3Tessellator {
               std::min(k_steps_a_level * options.max_level, forest_.max_level() - Sqrt3LeafErrors::k_steps_beyond)) {}
 
     Tessellation run() {
+        require_sqrt3_limits(mesh_);
         Stopwatch watch;
         result_.tolerance_absolute = tolerance_length(mesh_, options_);
         tolerance_ = options_.tolerance ? result_.tolerance_absolute : 0.0;

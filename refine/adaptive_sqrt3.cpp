@@ -244,12 +244,28 @@ Sqrt3Mesh mesh_in_parts(const Sqrt3Forest& forest, const Sqrt3MeshOptions& optio
 
 }  // namespace
 
+void require_sqrt3_limits(const ControlMesh& mesh) {
+    for (std::uint32_t i = 0; i < mesh.vertex_count(); ++i) {
+        const VertexId v(i);
+        const HalfedgeId leaving = mesh.vertex_halfedge(v);
+        if (!leaving.valid() || mesh.is_boundary(v) || mesh.face_valence(v) != 2 || mesh.sharpness(v) > 0) continue;
+        const float one = mesh.sharpness(mesh.edge(leaving)), other = mesh.sharpness(mesh.edge(mesh.prev(leaving)));
+        if (std::min(one, other) > 0 || std::max(one, other) < k_sharpness_infinity) continue;
+        throw Error(
+            ErrorCode::unsupported,
+            "sqrt3 has no limit at vertex " + std::to_string(i) +
+                ", where a crease ends between two triangles; tag the vertex as a corner, or leave out the limit",
+            mesh.data().source);
+    }
+}
+
 Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options) {
     return sqrt3_mesh(forest, options, [](const Sqrt3Levels&, std::span<const std::uint32_t>) {});
 }
 
 Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options,
                      const std::function<void(const Sqrt3Levels&, std::span<const std::uint32_t>)>& show) {
+    if (options.limit || options.normals) require_sqrt3_limits(forest.mesh());
     RunContext context = options.context;
     const std::uint64_t most = k_base_bytes + k_bytes_per_leaf * forest.leaf_count();
     context.max_memory_bytes = context.max_memory_bytes == 0 ? most : std::min(most, context.max_memory_bytes);

@@ -34,10 +34,16 @@ struct Sqrt3Mesh {
     std::vector<Sqrt3Leaf> leaves;      ///< of the triangles; empty unless the options ask for them
 };
 
+/// Refuses a mesh with a vertex that has no limit: where a crease that stays sharp ends between two triangles.
+/// O(vertices).
+/// @throws Error  unsupported: names the vertex
+void require_sqrt3_limits(const ControlMesh& mesh);
+
 /// Cost: a quarter to one microsecond a vertex, limit included. What vertices depend on around the leaves, some two
 /// hundred points of each level where few leaves are side by side, is raised for parts of the leaves at a time where it
 /// would take more than 256 bytes a leaf and 32 MiB, or than the context allows. One thread.
-/// @throws Error  memory_limit: the context does not even allow the levels of the leaves; cancelled
+/// @throws Error  memory_limit: the context does not even allow the levels of the leaves; cancelled; with limits or
+///                normals as require_sqrt3_limits()
 Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options = {});
 /// And shows the levels that it is made from.
 /// @param show  called once, with the number of each vertex among those of the levels

@@ -1,5 +1,6 @@
 #include "tetrakis/refine/sqrt3_rules.hpp"
 
+#include "tetrakis/hier/error.hpp"
 #include "tetrakis/schemes/spectrum.hpp"
 #include "tetrakis/schemes/sqrt3.hpp"
 
@@ -174,6 +175,9 @@ LimitPoint Sqrt3Rules::limit(const Sqrt3Ring& ring) {
 const Sqrt3Rules::DartMasks& Sqrt3Rules::dart_masks(std::size_t valence) {
     const auto known = darts_.find(valence);
     if (known != darts_.end()) return known->second;
+    if (valence < 3)
+        throw Error(ErrorCode::unsupported,
+                    "sqrt3 has no limit where a crease ends between two triangles; tag the vertex as a corner");
     const int n = static_cast<int>(valence);
     const SpectralAnalysis analysis = analyse(*find_scheme("sqrt3"), {.faces = n, .dart = true}, {});
     const FanLabels& labels = analysis.matrix.labels;

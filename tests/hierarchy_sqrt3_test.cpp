@@ -371,6 +371,34 @@ TEST_CASE("an estimator of sqrt3 triangles drives refinement to the smallest set
     }
 }
 
+TEST_CASE("sqrt3: a crease that ends between two triangles has no limit there, and it says where") {
+    ControlMeshData data;
+    data.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0.3}};
+    data.face_offsets = {0, 3, 6};
+    data.face_vertices = {0, 1, 2, 0, 2, 1};
+    for (const float sharpness : {2.0f, k_sharpness_infinity}) {
+        data.creases = {{0, 1, sharpness}};
+        const ControlMesh mesh = ControlMesh::build(data);
+        Hierarchy h = make_hierarchy(mesh, "sqrt3");
+        h.refine_where(each_leaf([](const LeafView&) { return true; }), 6);
+        CHECK(h.to_mesh({.positions = MeshPositions::finest}).mesh.face_count() == h.leaf_count());
+        const Site site = sqrt3_site({0, 0, Sqrt3Vertex::Kind::control});
+        if (sharpness < k_sharpness_infinity) {
+            CHECK(h.to_mesh().mesh.face_count() == h.leaf_count());
+            CHECK(h.limit(site).position == h.limit(site).position);
+            continue;
+        }
+        CHECK_THROWS_AS(h.limit(site), Error);
+        try {
+            h.to_mesh();
+            FAIL("not refused");
+        } catch (const Error& e) {
+            CHECK(e.code() == ErrorCode::unsupported);
+            CHECK(std::string(e.what()).find("vertex 0") != std::string::npos);
+        }
+    }
+}
+
 TEST_CASE("[inv10] sqrt3: points are the same bytes whatever part of their surroundings is raised at once") {
     for (const std::uint64_t seed : test::seeds(2)) {
         CAPTURE(seed);
