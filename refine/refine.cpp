@@ -57,6 +57,11 @@ std::optional<std::string> detail::ignored_corner_angles(const ControlMesh& mesh
 
 namespace {
 
+void warn_if_empty(PolygonMesh& result) {
+    if (result.face_count() == 0)
+        result.warnings.push_back("no face is left: all are holes, or touch the boundary under boundary rule none");
+}
+
 /// The structured path, where there is one.
 std::optional<PolygonMesh> refine_structured(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                                              const RefineOptions& options, detail::RefinedPoints* points) {
@@ -74,6 +79,7 @@ std::optional<PolygonMesh> refine_structured(const ControlMesh& mesh, const Sche
     PolygonMesh result = detail::refine_uniform_with_points(
         mesh, triangles ? SchemeKind::loop : SchemeKind::catmull_clark, levels, uniform, points);
     if (auto warning = detail::ignored_corner_angles(mesh, scheme)) result.warnings.push_back(std::move(*warning));
+    warn_if_empty(result);
     return result;
 }
 
@@ -187,8 +193,7 @@ void keep_surface(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleO
     if (auto warning = detail::ignored_creases(mesh, scheme, rules)) result.warnings.push_back(std::move(*warning));
     if (all_kept) return;
     keep_faces(kept, result);
-    if (result.face_count() == 0)
-        result.warnings.push_back("no face is left: all are holes, or touch the boundary under boundary rule none");
+    warn_if_empty(result);
     if (!result.uvs.empty()) detail::drop_unused(result.face_uvs, result.uvs);
 }
 

@@ -491,4 +491,23 @@ TEST_CASE("kobbelt: Loop's tangent masks on the ring, a few levels down, point w
     }
 }
 
+TEST_CASE("[bad-input] every scheme says that no face is left where all are holes") {
+    ControlMeshData data;
+    data.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+    data.face_offsets = {0, 3, 6};
+    data.face_vertices = {0, 1, 2, 0, 2, 3};
+    data.holes = {0, 1};
+    const ControlMesh mesh = ControlMesh::build(data);
+    for (const SchemeInfo& scheme : scheme_table())
+        for (const bool limit : {false, true}) {
+            CAPTURE(scheme.name);
+            CAPTURE(limit);
+            const PolygonMesh result = refine(mesh, scheme, 2, {.limit = limit});
+            CHECK(result.face_count() == 0);
+            CHECK(std::ranges::count_if(result.warnings, [](const std::string& warning) {
+                      return warning.find("no face is left") != std::string::npos;
+                  }) == 1);
+        }
+}
+
 TEST_SUITE_END();
