@@ -49,10 +49,11 @@ Sqrt3Levels::Sqrt3Levels(const Sqrt3Lattice& lattice, std::span<const NumberSet>
 }
 
 std::uint64_t Sqrt3Levels::memory_bytes() const {
-    constexpr std::uint64_t k_per_face = sizeof(std::uint64_t) + 8 * sizeof(std::uint32_t) + sizeof(std::uint8_t);
-    std::uint64_t bytes = vertices.size() * sizeof(Sqrt3Vertex);
+    const auto bytes_of = [](const auto& array) { return array.capacity() * sizeof(array[0]); };
+    std::uint64_t bytes = bytes_of(vertices);
     for (const Sqrt3Level& level : levels)
-        bytes += level.number.size() * k_per_face + level.lines.size() * sizeof(Sqrt3Line);
+        bytes += bytes_of(level.number) + bytes_of(level.twin) + bytes_of(level.lines) + bytes_of(level.vertex) +
+                 bytes_of(level.apex) + bytes_of(level.child) + bytes_of(level.split);
     return bytes;
 }
 

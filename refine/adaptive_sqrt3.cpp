@@ -199,6 +199,7 @@ Sqrt3Mesh mesh_in_parts(const Sqrt3Forest& forest, const Sqrt3MeshOptions& optio
     };
     if (most != 0 && taken >= most) refuse("");
     if (most != 0) context.max_memory_bytes = std::min(context.max_memory_bytes, most - taken);
+    context.max_memory_bytes /= 2;  // the rest is for what allocators keep of one part while the next is made
     const std::span<const detail::Sqrt3LevelLeaf> leaves = parts.leaves();
     std::size_t size = (leaves.size() + 1) / 2;
     for (const Pass pass : passes(options)) {
