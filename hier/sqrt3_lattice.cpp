@@ -43,6 +43,13 @@ int Sqrt3Lattice::max_level(const ControlMesh& mesh) {
     return level;
 }
 
+std::uint64_t Sqrt3Lattice::memory_bytes() const {
+    constexpr std::uint64_t k_node = sizeof(std::pair<std::uint64_t, std::uint64_t>) + 2 * sizeof(void*);
+    std::uint64_t bytes = last_.capacity() * sizeof(Twins);
+    for (const auto& level : twins_) bytes += level.size() * k_node + level.bucket_count() * sizeof(void*);
+    return bytes;
+}
+
 std::uint64_t Sqrt3Lattice::cut_side(int level, std::uint64_t f) {
     // Only the first half-edge of a face can be one that is not flipped after the step that flips the others.
     return cuts(level) && twin(level, 3 * f) == none ? 3 * f : none;

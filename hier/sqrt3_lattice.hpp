@@ -99,6 +99,9 @@ class Sqrt3Lattice {
     std::uint64_t before(int level, std::uint64_t h);
     std::uint64_t after(int level, std::uint64_t h);
 
+    /// Of the twins that it remembers.
+    std::uint64_t memory_bytes() const;
+
   private:
     /// The half-edge beyond one that is, or has been up to this level, on a crease or kept edge.
     struct Line {

@@ -422,11 +422,14 @@ std::optional<std::string> Sqrt3Slots::check() const {
 }
 
 std::uint64_t Sqrt3Slots::memory_bytes() const {
-    return forest_.memory_bytes() + (child_.capacity() + across_.capacity()) * sizeof(std::uint32_t) +
-           records_.capacity() * sizeof(Record) + free_records_.capacity() * sizeof(free_records_[0]);
+    const std::scoped_lock lock(shared_.mutex);
+    return forest_.memory_bytes() + shared_.lattice.memory_bytes() +
+           (child_.capacity() + across_.capacity()) * sizeof(std::uint32_t) + records_.capacity() * sizeof(Record) +
+           free_records_.capacity() * sizeof(free_records_[0]);
 }
 
 void Sqrt3Slots::shrink() {
+    shared_.lattice = forest_.lattice();  // which remembers nothing
     child_.shrink_to_fit();
     across_.shrink_to_fit();
     records_.shrink_to_fit();

@@ -215,7 +215,8 @@ detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const SchemeInfo
         demand.point_bytes += sizeof(float) * static_cast<std::uint64_t>(std::max(attribute.width, 0));
     if (!options.attributes.empty()) demand.point_bytes += sizeof(Vec3d);  // three numbers at a time
     if (mesh.has_uvs()) {
-        demand.point_bytes += sizeof(Vec3d) + sizeof(Vec2d);
+        // Charts are refined as meshes, and their points then made into texture coordinates.
+        demand.point_bytes += 2 * (sizeof(Vec3d) + sizeof(Vec2d));
         demand.corner_bytes += sizeof(std::uint32_t);
     }
     // Holes, and what has receded, are taken out of a copy.

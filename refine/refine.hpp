@@ -39,7 +39,9 @@ PolygonMesh refine(const ControlMesh& mesh, std::string_view scheme, int levels,
 
 /// The same by RuleRefiner for every scheme, with its vertices as combinations of the control vertices, for users with
 /// kernels of their own: row r of `stencils` is vertex r of `mesh`. Chaikin's creases are refined by the uniform rule
-/// here, with a warning; limits beside a boundary that recedes may end a ring earlier.
+/// here, with a warning; limits beside a boundary that recedes may end a ring earlier. Normals at corners, which have
+/// no tangent plane, are means of the faces around here; those of refine() by the plain rules of Loop and Catmull-Clark
+/// differ.
 /// @throws Error  as refine(); invalid_input: faces that a triangle scheme would have to cut first, see triangulate()
 struct RefinedStencils {
     PolygonMesh mesh;

@@ -223,7 +223,9 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
 
     RuleLevels& by_rules = *levels_by_rules;
     const auto advance = [&] {
-        check_rule_memory(mesh, scheme, by_rules.level() + 1, levels, context);
+        const int to = by_rules.level() + 1;
+        check_rule_memory(mesh, scheme, to, levels, context,
+                          to > base_level ? static_cast<std::uint64_t>(last_size.bytes) : 0);
         return by_rules.advance();
     };
     // What limits see of a sharpness that runs out further down differs from level to level.

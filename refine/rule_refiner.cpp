@@ -43,7 +43,8 @@ std::uint64_t growth(const SchemeInfo& scheme) {
 
 // Per half-edge of a level: connectivity, with what is needed to build it, and the stencils of its points (measured for
 // Loop and Catmull-Clark; the long rules of Butterfly, Kobbelt and many averaging steps take up to twice as much).
-constexpr std::uint64_t k_bytes_per_halfedge = 160;
+// With texture coordinates, charts have levels of their own.
+constexpr std::uint64_t k_bytes_per_halfedge = 160, k_bytes_with_charts = 240;
 
 /// Whether all rows around a vertex see its whole ring, or those in a face all of that, on every level.
 bool sees_rings(const SchemeInfo& scheme) {
@@ -109,7 +110,7 @@ void detail::check_rounds(int levels, const RefineOptions& options) {
 }
 
 void detail::check_rule_memory(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, int asked,
-                               const RunContext& context) {
+                               const RunContext& context, std::uint64_t beside) {
     constexpr std::uint64_t most = std::uint64_t{std::numeric_limits<int>::max()} / 2;
     std::uint64_t halfedges = mesh.halfedge_count();
     for (int level = 1; level <= levels; ++level) {
@@ -122,7 +123,7 @@ void detail::check_rule_memory(const ControlMesh& mesh, const SchemeInfo& scheme
                             " face corners, and the limit is " + std::to_string(most),
                         mesh.data().source);
     }
-    const std::uint64_t bytes = halfedges * k_bytes_per_halfedge +
+    const std::uint64_t bytes = beside + halfedges * (mesh.has_uvs() ? k_bytes_with_charts : k_bytes_per_halfedge) +
                                 static_cast<std::uint64_t>(levels) * bytes_of_large_rings(mesh, scheme),
                         limit = context.max_memory_bytes;
     if (limit == 0 || bytes <= limit) return;

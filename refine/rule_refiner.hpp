@@ -18,9 +18,10 @@ class RuleLevels;
 /// @throws Error  invalid_input, as RuleRefiner
 void check_rounds(int levels, const RefineOptions& options);
 /// Of the first levels of those asked for.
+/// @param beside  bytes that something else will take then
 /// @throws Error  unsupported, memory_limit, as RuleRefiner; before anything is allocated
 void check_rule_memory(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, int asked,
-                       const RunContext& context);
+                       const RunContext& context, std::uint64_t beside = 0);
 }  // namespace detail
 
 struct RefineOptions {

@@ -239,6 +239,7 @@ TEST_CASE(
     CHECK(deep.leaf_count() == count);
     CHECK(deep.children(deepest).empty());
     CHECK(!deep.check());
+    deep.shrink();
     CHECK(deep.memory_bytes() < 80 * std::uint64_t{count} + 8192);
 }
 
@@ -369,6 +370,21 @@ TEST_CASE("an estimator of sqrt3 triangles drives refinement to the smallest set
         CHECK_THROWS_AS(h.refine_where(size, std::nan(""), 20), Error);
         CHECK_THROWS_AS(h.coarsen_where(size, -1), Error);
     }
+}
+
+TEST_CASE("sqrt3: what neighbours have been found by is counted, and given back") {
+    const ControlMesh mesh = test::random_sqrt3_mesh(2);  // with creases and a boundary
+    Hierarchy h = make_hierarchy(mesh, "sqrt3");
+    h.refine_where(each_leaf([](const LeafView&) { return true; }), 8);
+    h.shrink();
+    const std::vector<LeafHandle> leaves = test::leaves_of(h);  // a list that counts, too
+    const std::uint64_t before = h.memory_bytes();
+    for (const LeafHandle leaf : leaves)
+        for (int side = 0; side < 3; ++side) CHECK(h.neighbours(leaf, side).count <= 1);
+    CHECK(h.memory_bytes() > before + 1000);
+    h.shrink();
+    CHECK(test::leaves_of(h) == leaves);
+    CHECK(h.memory_bytes() <= before);
 }
 
 TEST_CASE("sqrt3: a crease that ends between two triangles has no limit there, and it says where") {
