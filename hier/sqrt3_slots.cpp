@@ -247,6 +247,12 @@ void Sqrt3Slots::refine(std::span<const LeafId> marked, std::vector<LeafId>& cre
             if (is_new_leaf(first_child(record) + side)) created.emplace_back(first_child(record) + side);
     for (const LeafId leaf : whole)
         if (is_new_leaf(leaf.value)) created.push_back(leaf);
+    forget_twins();
+}
+
+// What the lattice remembers serves the next change, but is not to outweigh what it is for.
+void Sqrt3Slots::forget_twins() {
+    if (shared_.lattice.memory_bytes() > child_.capacity() + across_.capacity()) shared_.lattice = forest_.lattice();
 }
 
 // A face that the forest has split by now; those of coarser levels come first. Returns the record.
@@ -382,14 +388,14 @@ void Sqrt3Slots::coarsen(std::span<const LeafId> marked, std::vector<LeafId>& cr
         child_[slot] = k_half;
         created.emplace_back(slot);
     }
+    forget_twins();
 }
 
 // Checks.
 
 std::optional<std::string> Sqrt3Slots::check() const {
     if (auto fault = forest_.check()) return fault;
-    const std::scoped_lock lock(shared_.mutex);
-    Sqrt3Lattice& lattice = shared_.lattice;
+    Sqrt3Lattice lattice = forest_.lattice();
     for (std::uint32_t f = 0; f < mesh().face_count(); ++f) {
         const bool split = forest_.is_split(Sqrt3Face{0, f});
         const std::uint32_t state = child_[f], expected = mesh().is_hole(FaceId(f)) ? k_dead : k_whole;

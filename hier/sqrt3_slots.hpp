@@ -188,6 +188,7 @@ class Sqrt3Slots {
     void flip(std::uint32_t h, std::uint32_t twin);
     void link_first(std::uint32_t slot, std::uint32_t beyond);
     void unlink(std::uint32_t slot);
+    void forget_twins();
     std::optional<std::string> check_links(Sqrt3Lattice& lattice, std::uint32_t record) const;
 
     Sqrt3Forest forest_;

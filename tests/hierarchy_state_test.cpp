@@ -324,8 +324,8 @@ TEST_CASE("[bad-input] a memory limit ends refinement between two rounds, and re
             CHECK(std::string_view(e.what()).find(std::to_string(h.leaf_count())) != std::string_view::npos);
             CHECK(std::string_view(e.what()).find(std::to_string(context.max_memory_bytes)) != std::string_view::npos);
         }
-        CHECK(!h.check());
         CHECK(h.memory_bytes() <= context.max_memory_bytes);
+        CHECK(!h.check());  // which sqrt3 remembers twins from
         // As far as it came, it is what it would have been; from there it goes on.
         int depth = 0;
         for (const LeafHandle leaf : h.leaves()) depth = std::max(depth, int{h.node(leaf).depth});
