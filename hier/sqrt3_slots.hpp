@@ -199,7 +199,7 @@ class Sqrt3Slots {
     detail::PoolVector<std::uint32_t> free_records_;
     struct Shared {
         explicit Shared(const Sqrt3Lattice& from) : lattice(from) {}
-        std::recursive_mutex mutex;  // what asks for it calls each other
+        std::recursive_mutex mutex;  // a call that holds it may make another that asks for it
         Sqrt3Lattice lattice;        // remembers twins
     };
     mutable Shared shared_;

@@ -3,15 +3,18 @@
 #include "point_match.hpp"
 #include "random_mesh.hpp"
 
+#include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/triangulate.hpp"
 #include "tetrakis/hier/vec.hpp"
 #include "tetrakis/refine/polygon_mesh.hpp"
+#include "tetrakis/refine/refine.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -71,15 +74,7 @@ inline ControlMesh make_mesh(std::uint64_t seed, bool triangles, bool sharp_for_
     }
     for (auto& tag : data.creases) tag.sharpness = k_sharpness_infinity;
     for (auto& tag : data.corners) tag.sharpness = k_sharpness_infinity;
-    if (with_uvs) {
-        // Two charts; every third face is in the second one.
-        const auto count = static_cast<std::uint32_t>(data.positions.size());
-        for (const double shift : {0.0, 100.0})
-            for (const Vec3d& p : data.positions) data.uvs.emplace_back(p.x + shift, p.y + 0.5 * p.z);
-        for (std::size_t f = 0; f + 1 < data.face_offsets.size(); ++f)
-            for (std::uint32_t c = data.face_offsets[f]; c < data.face_offsets[f + 1]; ++c)
-                data.face_uvs.push_back(data.face_vertices[c] + (f % 3 == 2 ? count : 0));
-    }
+    if (with_uvs) add_charts(data);
     ControlMesh mesh = ControlMesh::build(std::move(data));
     return triangles ? triangulate(mesh) : mesh;
 }
@@ -122,6 +117,16 @@ inline PolygonMesh mesh_of(const RuleRefiner& refiner, const std::vector<Vec3d>&
         mesh.face_offsets.push_back(static_cast<std::uint32_t>(mesh.face_vertices.size()));
     }
     return mesh;
+}
+
+/// The mesh that comes with tables of stencils; nothing where receding leaves none, or parts that only touch.
+inline std::optional<PolygonMesh> by_stencils(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                                              const RefineOptions& options) {
+    try {
+        return refine_stencils(mesh, scheme, levels, options).mesh;
+    } catch (const Error&) {
+        return std::nullopt;
+    }
 }
 
 }  // namespace tetrakis::test
