@@ -22,7 +22,7 @@ bool is_cut(const Sqrt3Level& level, std::uint32_t f) { return level.twin[3 * f]
 
 Sqrt3Levels::Sqrt3Levels(const Sqrt3Lattice& lattice, std::span<const NumberSet> split, int rings, bool limits,
                          const RunContext& context)
-    : lattice_(&lattice) {
+    : lattice_(&lattice), split_levels_(split.size()) {
     const bool one_more = limits && cuts_edges(static_cast<int>(split.size()));
     levels.resize(split.size() + (one_more ? 2 : 1));
     start(lattice.mesh());
@@ -33,7 +33,7 @@ Sqrt3Levels::Sqrt3Levels(const Sqrt3Lattice& lattice, std::span<const NumberSet>
         detail::RawPoolVector<std::uint8_t> faces = levels[k].split;
         if (limits && cuts) add_beside_cuts(levels[k], faces);
         raise(levels[k], static_cast<int>(k), with_rings(levels[k], std::move(faces), rings), levels[k + 1]);
-        link(levels[k], cuts, levels[k + 1]);
+        if (k + 2 < levels.size() || needs_last_twins(levels[k], rings, limits)) link(levels[k], cuts, levels[k + 1]);
         link_lines(levels[k], cuts, levels[k + 1]);
         context.report("levels", static_cast<double>(k + 1) / static_cast<double>(levels.size()));
         if (const std::uint64_t most = context.max_memory_bytes, bytes = memory_bytes(); most != 0 && bytes > most)
@@ -55,6 +55,13 @@ std::uint64_t Sqrt3Levels::memory_bytes() const {
         bytes += bytes_of(level.number) + bytes_of(level.twin) + bytes_of(level.lines) + bytes_of(level.vertex) +
                  bytes_of(level.apex) + bytes_of(level.child) + bytes_of(level.split);
     return bytes;
+}
+
+bool Sqrt3Levels::needs_last_twins(const Sqrt3Level& before_last, int rings, bool limits) const {
+    if (!before_last.lines.empty()) return true;
+    const auto& roots = levels[0].twin;
+    const bool whole = complete && std::find(roots.begin(), roots.end(), Sqrt3Level::none) == roots.end();
+    return rings > 0 && limits && !whole;
 }
 
 void Sqrt3Levels::start(const ControlMesh& mesh) {

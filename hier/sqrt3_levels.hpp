@@ -30,7 +30,8 @@ struct Sqrt3Level {
     static constexpr std::uint32_t outside = 0xFFFF'FFFEu;  ///< a face that has not been raised, or its point
 
     detail::RawPoolVector<std::uint64_t> number;  ///< per face: the lattice's
-    detail::RawPoolVector<std::uint32_t> twin;    ///< per half-edge: across an edge that is flipped
+    /// Per half-edge: across an edge that is flipped. The last level may be without any (Sqrt3Levels).
+    detail::RawPoolVector<std::uint32_t> twin;
     std::vector<Sqrt3Line> lines;                 ///< by half-edge
     detail::RawPoolVector<std::uint32_t> vertex;  ///< per half-edge: its origin, in Sqrt3Levels::vertices
     /// Per face: its point of the next level; where a side is cut, the one over the first and third half-edge.
@@ -55,6 +56,9 @@ struct Sqrt3Level {
 
 /// The levels of an adaptive sqrt(3) mesh, side by side: all control faces; of the next level the faces over the sides
 /// of split faces and of those around them, and so on. O(faces), in one sweep. Keeps a reference to the lattice.
+///
+/// The last level has twins only where rings can be gone around in no other way: with rings and limits, where a face is
+/// left out or an edge not flipped, or where it has lines.
 class Sqrt3Levels {
   public:
     /// @param split  per level: a face is split only where the forest has it
@@ -75,12 +79,20 @@ class Sqrt3Levels {
         std::vector<Open> open;
         for (std::uint32_t root = 0; root < levels[0].face_count(); ++root) {
             if (lattice_->is_hole(0, root)) continue;
+            // Whether the triangle over a half-edge of a split face is a whole one.
+            const auto is_whole = [](const Sqrt3Level& level, std::uint32_t h) {
+                const std::uint32_t t = level.twin[h];
+                return t == Sqrt3Level::none || (t != Sqrt3Level::outside && level.split[t / 3] != 0);
+            };
             const auto enter = [&](std::uint32_t face) {
                 const std::size_t k = open.size();
-                if (levels[k].split[face] != 0)
-                    open.push_back({3 * face, 3 * face + 3});
-                else
-                    visit(static_cast<int>(k), face, false, FaceId(root));
+                const Sqrt3Level& level = levels[k];
+                if (level.split[face] == 0) return visit(static_cast<int>(k), face, false, FaceId(root));
+                if (k + 1 < split_levels_) return open.push_back({3 * face, 3 * face + 3});
+                for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) {
+                    const bool whole = is_whole(level, h);
+                    visit(static_cast<int>(whole ? k + 1 : k), whole ? level.child_over(h) : h, !whole, FaceId(root));
+                }
             };
             enter(root);
             while (!open.empty()) {
@@ -90,9 +102,7 @@ class Sqrt3Levels {
                 }
                 const std::uint32_t h = open.back().next++;
                 const std::size_t k = open.size() - 1;
-                const Sqrt3Level& level = levels[k];
-                const std::uint32_t t = level.twin[h];
-                if (t == Sqrt3Level::none || (t != Sqrt3Level::outside && level.split[t / 3] != 0))
+                if (const Sqrt3Level& level = levels[k]; is_whole(level, h))
                     enter(level.child_over(h));
                 else
                     visit(static_cast<int>(k), h, true, FaceId(root));
@@ -135,10 +145,12 @@ class Sqrt3Levels {
                                                    int rings) const;
     void add_beside_cuts(const Sqrt3Level& level, detail::RawPoolVector<std::uint8_t>& faces) const;
     void raise(Sqrt3Level& level, int index, std::span<const std::uint8_t> faces, Sqrt3Level& finer);
+    bool needs_last_twins(const Sqrt3Level& before_last, int rings, bool limits) const;
     void link(const Sqrt3Level& level, bool cuts, Sqrt3Level& finer) const;
     void link_lines(const Sqrt3Level& level, bool cuts, Sqrt3Level& finer) const;
 
     const Sqrt3Lattice* lattice_;
+    std::size_t split_levels_;  // from here on no face is split
 };
 
 }  // namespace tetrakis

@@ -39,15 +39,6 @@ std::uint32_t Sqrt3Slots::slot_of(int level, std::uint64_t face) const {
     return slot;
 }
 
-Sqrt3Triangle Sqrt3Slots::triangle_of(std::uint32_t slot) const {
-    const std::uint32_t roots = mesh().face_count();
-    if (slot < roots) return {0, false, slot};
-    const Record& record = records_[(slot - roots) / 3];
-    return {static_cast<std::uint8_t>(record.level + 1), child_[slot] == k_half, 3 * record.face + (slot - roots) % 3};
-}
-
-Sqrt3Triangle Sqrt3Slots::triangle(LeafId leaf) const { return triangle_of(leaf.value); }
-
 LeafId Sqrt3Slots::find(const Sqrt3Triangle& triangle) const {
     const LeafId leaf(slot_of(triangle.level, triangle.face));
     return is_leaf(leaf) && triangle_of(leaf.value) == triangle ? leaf : LeafId{};

@@ -45,7 +45,10 @@ class Sqrt3Slots {
     std::uint32_t leaf_slots() const { return static_cast<std::uint32_t>(child_.size()); }
     std::uint32_t leaf_count() const { return static_cast<std::uint32_t>(forest_.leaf_count()); }
     bool is_leaf(LeafId leaf) const { return leaf.value < child_.size() && is_leaf_slot(leaf.value); }
-    Sqrt3Triangle triangle(LeafId leaf) const;
+    Sqrt3Triangle triangle(LeafId leaf) const { return triangle_of(leaf.value); }
+    /// The same without its face.
+    int level(LeafId leaf) const { return level_of(leaf.value); }
+    bool is_half(LeafId leaf) const { return child_[leaf.value] == k_half; }
     /// Those of any triangle, counter-clockwise. O(level).
     std::array<Sqrt3Vertex, 3> corners(const Sqrt3Triangle& triangle) const;
     /// Those of a leaf.
@@ -135,7 +138,13 @@ class Sqrt3Slots {
         for (std::uint32_t side = 0; side < 3; ++side) visit_below(child_over(slot, side), root, visit);
     }
     std::uint32_t slot_of(int level, std::uint64_t face) const;
-    Sqrt3Triangle triangle_of(std::uint32_t slot) const;
+    Sqrt3Triangle triangle_of(std::uint32_t slot) const {
+        const std::uint32_t roots = mesh().face_count();
+        if (slot < roots) return {0, false, slot};
+        const std::uint32_t child = slot - roots;
+        const Record& record = records_[child / 3];
+        return {static_cast<std::uint8_t>(record.level + 1), child_[slot] == k_half, 3 * record.face + child % 3};
+    }
     LeafId leaf_with(Sqrt3Lattice& lattice, int level, std::uint64_t h) const;
     /// Slots whose triangles a split has changed, its own first; none where they are not all leaves.
     struct Group {

@@ -28,8 +28,8 @@ constexpr std::size_t k_least_part = 64;  // leaves
 
 /// Numbers of the mesh's vertices, and its triangles.
 struct Numbering {
-    detail::PoolVector<std::uint32_t> number;    ///< per vertex of the levels
-    detail::PoolVector<std::uint32_t> vertices;  ///< the other way round
+    detail::PoolVector<std::uint32_t> number;       ///< per vertex of the levels
+    detail::RawPoolVector<std::uint32_t> vertices;  ///< the other way round
 };
 
 /// Calls visit(vertex, level) for the corners of a leaf.
@@ -50,39 +50,42 @@ void for_each_corner(const Sqrt3Levels& levels, const detail::Sqrt3LevelLeaf& le
 
 Numbering add_leaves(const Sqrt3Levels& levels, const ControlMeshData& data, std::size_t leaf_count,
                      const Sqrt3MeshOptions& options, Sqrt3Mesh& out) {
-    using detail::reserve_large;
     Numbering result;
-    reserve_large(result.number, levels.vertices.size());
+    detail::reserve_large(result.number, levels.vertices.size());
     result.number.assign(levels.vertices.size(), detail::Sqrt3Net::no_number);
-    if (options.leaves) reserve_large(out.leaves, leaf_count);
-    std::vector<std::uint32_t>& corners = out.mesh.face_vertices;
-    reserve_large(corners, 3 * leaf_count);
-    reserve_large(out.mesh.face_offsets, leaf_count + 1);
-    // Of a closed surface: half as many vertices as triangles, and two more on a sphere; of others some more.
-    const std::size_t vertex_count = leaf_count / 2 + leaf_count / 64 + 2;
-    reserve_large(result.vertices, vertex_count);
-    if (options.vertices) reserve_large(out.vertices, vertex_count);
+    detail::resize_large(result.vertices, levels.vertices.size() + 1);
+    if (options.leaves) detail::reserve_large(out.leaves, leaf_count);
+    detail::resize_large(out.mesh.face_vertices, 3 * leaf_count);
+    detail::resize_large(out.mesh.face_offsets, leaf_count + 1);
+    for (std::size_t f = 0; f <= leaf_count; ++f) out.mesh.face_offsets[f] = static_cast<std::uint32_t>(3 * f);
     const bool with_levels = options.vertices || !options.limit;
-    if (with_levels) reserve_large(out.levels, vertex_count);
-    out.mesh.face_offsets.push_back(0);
+    // Of a closed surface: half as many vertices as triangles, and two more on a sphere; of others some more.
+    if (with_levels) detail::reserve_large(out.levels, leaf_count / 2 + leaf_count / 64 + 2);
+    std::uint32_t* corner = out.mesh.face_vertices.data();
+    std::uint32_t count = 0;
     levels.for_each_leaf([&](int k, std::uint32_t face, bool half, FaceId control_face) {
         const detail::Sqrt3LevelLeaf leaf{face, static_cast<std::uint8_t>(k), half};
         for_each_corner(levels, leaf, options.halves_are_finer, [&](std::uint32_t vertex, int level) {
+            // Not by a branch, which could not be foretold.
             std::uint32_t& v = result.number[vertex];
-            if (v == detail::Sqrt3Net::no_number) {
-                v = static_cast<std::uint32_t>(result.vertices.size());
-                result.vertices.push_back(vertex);
-                if (options.vertices) out.vertices.push_back(levels.vertices[vertex]);
-                if (with_levels) out.levels.push_back(level);
-            }
-            if (with_levels) out.levels[v] = std::max(out.levels[v], level);
-            corners.push_back(v);
+            const bool is_new = v == detail::Sqrt3Net::no_number;
+            result.vertices[count] = vertex;
+            v = is_new ? count : v;
+            count += is_new ? 1 : 0;
+            *corner++ = v;
+            if (!with_levels) return;
+            if (is_new) out.levels.push_back(level);
+            out.levels[v] = std::max(out.levels[v], level);
         });
         if (options.leaves) out.leaves.push_back(levels.leaf(k, face, half, control_face));
-        out.mesh.face_offsets.push_back(static_cast<std::uint32_t>(corners.size()));
         if (!data.face_material.empty()) out.mesh.face_material.push_back(data.face_material[control_face.value]);
         if (!data.face_group.empty()) out.mesh.face_group.push_back(data.face_group[control_face.value]);
     });
+    result.vertices.resize(count);
+    if (options.vertices) {
+        detail::reserve_large(out.vertices, count);
+        for (const std::uint32_t vertex : result.vertices) out.vertices.push_back(levels.vertices[vertex]);
+    }
     out.mesh.materials = data.materials;
     out.mesh.groups = data.groups;
     detail::resize_large(out.mesh.positions, result.vertices.size());

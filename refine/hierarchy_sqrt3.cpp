@@ -50,21 +50,47 @@ class Sqrt3Family final : public HierarchyFamily {
     std::uint32_t point_slots() const override { return slots_.point_slots(); }
 
     HierarchyNode node(LeafId leaf) const override { return node_of(slots_.triangle(leaf)); }
-    int depth(LeafId leaf) const override { return depth_of(slots_.triangle(leaf)); }
+    int depth(LeafId leaf) const override { return 2 * slots_.level(leaf) - (slots_.is_half(leaf) ? 1 : 0); }
     LeafView view(LeafId leaf) const override {
         LeafView view;
-        describe(slots_.triangle(leaf), view);
-        view.leaf.slot = leaf;
-        const std::array<PointId, 3> points = slots_.points(leaf);
-        for (std::size_t k = 0; k < 3; ++k) {
-            view.point[k] = points[k];
-            view.corner[k] = sqrt3_site(slots_.vertex(points[k]));
-        }
+        views({&leaf, 1}, {&view, 1});
         return view;
+    }
+    // Those that come from one split follow each other: they share the node above and the point over them.
+    void views(std::span<const LeafId> leaves, std::span<LeafView> views) const override {
+        Sqrt3Triangle above;
+        HierarchyNode node_above = node_of(above);
+        PointId apex;
+        Site apex_site;
+        for (std::size_t i = 0; i < leaves.size(); ++i) {
+            LeafView& view = views[i];
+            view.leaf.slot = leaves[i];
+            const Sqrt3Triangle t = slots_.triangle(leaves[i]);
+            if (t.level == 0) {
+                view.node = node_of(t);
+            } else {
+                const Sqrt3Triangle from{static_cast<std::uint8_t>(t.level - 1), false, t.face / 3};
+                if (from != above) node_above = node_of(above = from);
+                view.node = node_above;
+                view.node.path |= t.face % 3 << (64 - k_side_bits * t.level);
+                view.node.depth = static_cast<std::uint8_t>(depth_of(t));
+            }
+            describe(t, view);
+            const std::array<PointId, 3> points = slots_.points(leaves[i]);
+            if (points[2] != apex) apex_site = sqrt3_site(slots_.vertex(apex = points[2]));
+            for (std::size_t k = 0; k < 3; ++k) {
+                view.point[k] = points[k];
+                view.corner[k] = k == 2 ? apex_site : sqrt3_site(slots_.vertex(points[k]));
+            }
+        }
+    }
+    void remove_below(int least_depth, std::vector<LeafId>& leaves) const override {
+        std::erase_if(leaves, [&](LeafId leaf) { return depth(leaf) >= least_depth; });
     }
     NodeView view(const HierarchyNode& node) const override {
         NodeView view;
         const Sqrt3Triangle t = triangle_of(node);
+        view.node = node_of(t);
         describe(t, view);
         const std::array<Sqrt3Vertex, 3> corners = slots_.corners(t);
         for (std::size_t k = 0; k < 3; ++k) view.corner[k] = sqrt3_site(corners[k]);
@@ -219,9 +245,8 @@ class Sqrt3Family final : public HierarchyFamily {
         for (int k = 1; k <= t.level; ++k) t.face = 3 * t.face + (node.path >> (64 - k_side_bits * k) & 3);
         return t;
     }
-    /// All but the corners.
+    /// All but the node and the corners.
     static void describe(const Sqrt3Triangle& t, NodeView& view) {
-        view.node = node_of(t);
         view.face = FaceId(view.node.root);
         view.level = t.level;
         view.corner_count = 3;

@@ -4,6 +4,7 @@
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/sqrt3_points.hpp"
 #include "tetrakis/refine/sqrt3_rules.hpp"
+#include "tetrakis/schemes/sqrt3.hpp"
 
 #include <algorithm>
 #include <array>
@@ -24,6 +25,7 @@ Sqrt3Net::Sqrt3Net(const Sqrt3Levels& levels)
     std::fill_n(has_.begin(), mesh_->vertex_count(), std::uint8_t{1});
     const auto& twin = levels.levels[0].twin;
     has_cuts_ = std::find(twin.begin(), twin.end(), Sqrt3Level::none) != twin.end();
+    whole_ = !has_cuts_;
 }
 
 /// Makes points of the next level, and limits; what a thread needs for itself.
@@ -33,17 +35,24 @@ class Sqrt3Net::Worker {
 
     /// Asks for what move() of a vertex will look at: first where that is, later, `at_once`, for itself.
     void prefetch(std::uint32_t vertex, bool at_once) const {
-        const std::uint32_t leaving = net_.leaving_[vertex];
-        if (leaving == Sqrt3Level::none) return;
         const std::uint32_t face = vertex - net_.first_new_;
         if (net_.level_ == 0 || vertex < net_.first_new_ || face >= above().face_count()) {
-            if (at_once) return;
+            const std::uint32_t leaving = net_.leaving_[vertex];
+            if (at_once || leaving == Sqrt3Level::none) return;
+            if (net_.whole_ && net_.level_ > 0) {
+                __builtin_prefetch(&above().twin[leaving / 3]);
+                return;
+            }
             __builtin_prefetch(&here().twin[leaving]);
             __builtin_prefetch(&here().vertex[leaving]);
             return;
         }
         for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) {
             const std::uint32_t t = above().twin[h];
+            if (net_.whole_) {
+                if (at_once) __builtin_prefetch(&point(net_.first_new_ + t / 3));
+                continue;
+            }
             if (!Sqrt3Level::there(t)) continue;
             const std::uint32_t& apex = above().apex[t / 3];
             if (!at_once)
@@ -66,7 +75,9 @@ class Sqrt3Net::Worker {
         net_.next_points_[vertex] = at;
         net_.next_has_[vertex] = 1;
     }
-    bool gather_new(std::uint32_t vertex);
+    bool find_new(std::uint32_t vertex);
+    bool gather_old(std::uint32_t vertex);
+    void move_new(std::uint32_t vertex, std::uint32_t to);
     bool gather(std::uint32_t leaving);
     bool gather_cut(std::uint32_t leaving);
     void put_limit(std::uint32_t leaving, std::uint32_t to);
@@ -78,39 +89,68 @@ class Sqrt3Net::Worker {
     const Limits& limits_;
     Sqrt3Rules rules_;
     std::optional<Sqrt3Points> points_alone_;  // for limits beside darts
+    const RingMask vertex_mask_ = Sqrt3::vertex_mask(6), limit_mask_ = Sqrt3::limit_mask(6);
+    std::array<const Vec3d*, 6> new_ring_{};
     Sqrt3Ring ring_;
     std::vector<std::uint32_t> around_;  // the vertices around, where an edge is sharp
 };
 
 // The ring of a vertex that the last step has put into a face, as gather() has it, from that face and those around:
 // without going around it from face to face. False where it is not as plain as that.
-bool Sqrt3Net::Worker::gather_new(std::uint32_t vertex) {
+bool Sqrt3Net::Worker::find_new(std::uint32_t vertex) {
     if (net_.level_ == 0 || vertex < net_.first_new_) return false;
     const Sqrt3Level& level = above();
-    const bool cuts = net_.level_ % 2 == 0;
     const std::uint32_t face = vertex - net_.first_new_;  // as long as each face before it has one point
-    if (face >= level.face_count() || level.apex[face] != vertex || !Sqrt3Level::there(level.child[face])) return false;
-    std::array<std::uint32_t, 6> around, leaving;
-    for (std::uint32_t j = 0; j < 3; ++j) {
-        const std::uint32_t t = level.twin[3 * face + j];
-        if (!Sqrt3Level::there(t)) return false;
-        const std::uint32_t over = level.child_over(t);
-        if (over == Sqrt3Level::outside || (cuts && level.twin[t / 3 * 3] == Sqrt3Level::none)) return false;
-        around[2 * j] = level.vertex[3 * face + j];
-        leaving[2 * j] = 3 * (level.child[face] + j) + 2;
-        around[2 * j + 1] = level.apex[t / 3];
-        leaving[2 * j + 1] = 3 * over + 1;
+    std::array<std::uint32_t, 3> beyond;
+    std::array<std::uint32_t, 6> around;
+    if (net_.whole_) {
+        for (std::uint32_t j = 0; j < 3; ++j) {
+            beyond[j] = level.twin[3 * face + j];
+            around[2 * j] = level.vertex[3 * face + j];
+            around[2 * j + 1] = net_.first_new_ + beyond[j] / 3;
+        }
+    } else {
+        const bool cuts = net_.level_ % 2 == 0;
+        if (face >= level.face_count() || level.apex[face] != vertex || !Sqrt3Level::there(level.child[face]))
+            return false;
+        for (std::uint32_t j = 0; j < 3; ++j) {
+            const std::uint32_t t = beyond[j] = level.twin[3 * face + j];
+            if (!Sqrt3Level::there(t) || !Sqrt3Level::there(level.child[t / 3])) return false;
+            if (cuts && level.twin[t / 3 * 3] == Sqrt3Level::none) return false;
+            around[2 * j] = level.vertex[3 * face + j];
+            around[2 * j + 1] = level.apex[t / 3];
+        }
+        if (!has(vertex)) return false;
+        for (const std::uint32_t w : around)
+            if (!Sqrt3Level::there(w) || !has(w)) return false;
     }
-    if (!has(vertex)) return false;
-    for (const std::uint32_t w : around)
-        if (!Sqrt3Level::there(w) || !has(w)) return false;
+    // The face before those over its sides is the first of them, or one beyond; each has the vertex for its last
+    // corner.
+    std::size_t first = 0, least = 3 * std::size_t{face};
+    for (std::size_t j = 0; j < 3; ++j)
+        if (beyond[j] < least) {
+            least = beyond[j];
+            first = 2 * j + 1;
+        }
+    for (std::size_t i = 0; i < 6; ++i) new_ring_[i] = &point(around[first + i < 6 ? first + i : first + i - 6]);
+    return true;
+}
+
+// The ring of a vertex that has come before the last step, as gather() has it, where all edges were flipped: the points
+// in the faces that the level before has around it. False where it is not as plain as that.
+bool Sqrt3Net::Worker::gather_old(std::uint32_t vertex) {
+    const bool tagged = net_.tagged_ && vertex < net_.mesh_->vertex_count();
+    if (net_.level_ == 0 || !net_.whole_ || tagged) return false;
+    // The first half-edge that left it there: the face over half-edge h has the number h, and starts with 3 h.
+    const Sqrt3Level& level = above();
+    const std::uint32_t leaving = net_.leaving_[vertex] / 3;
     ring_.point = point(vertex);
     ring_.closed = true;
     ring_.sharp.clear();
     ring_.vertex_sharpness = 0;
-    ring_.around.resize(6);
-    const auto first = static_cast<std::size_t>(std::min_element(leaving.begin(), leaving.end()) - leaving.begin());
-    for (std::size_t i = 0; i < 6; ++i) ring_.around[i] = point(around[(first + i) % 6]);
+    ring_.around.assign(1, point(net_.first_new_ + level.twin[leaving] / 3));
+    for (std::uint32_t h = leaving, next; (next = level.twin[Sqrt3Level::prev(h)]) != leaving; h = next)
+        ring_.around.push_back(point(net_.first_new_ + h / 3));
     return true;
 }
 
@@ -250,10 +290,10 @@ void Sqrt3Net::Worker::add_apex(std::uint32_t face) {
     std::array<Vec3d, 3> corner;
     for (std::uint32_t k = 0; k < 3; ++k) {
         const std::uint32_t w = level.vertex[3 * face + k];
-        if (!Sqrt3Level::there(w) || !has(w)) return;
+        if (!net_.whole_ && (!Sqrt3Level::there(w) || !has(w))) return;
         corner[k] = point(w);
     }
-    if (levels_.vertices[v].kind == Sqrt3Vertex::Kind::centre) {
+    if (net_.whole_ || levels_.vertices[v].kind == Sqrt3Vertex::Kind::centre) {
         put(v, Sqrt3Rules::centre(corner));
         return;
     }
@@ -280,15 +320,38 @@ void Sqrt3Net::Worker::add_apex(std::uint32_t face) {
 }
 
 void Sqrt3Net::Worker::move(std::uint32_t vertex) {
-    const std::uint32_t leaving = net_.leaving_[vertex];
-    if (leaving == Sqrt3Level::none) return;
     const bool last = net_.at_last();
     const std::uint32_t to = limits_.number.empty() ? no_number : limits_.number[vertex];
     const bool asked = to != no_number && limits_.found[to] == 0;
     if (last && !asked) return;
-    if ((net_.may_be_flipped() || !gather_new(vertex)) && !gather(leaving)) return;
+    if (!net_.may_be_flipped() && find_new(vertex)) {
+        // Its limit is there at once, but for those beside a cut (has_limit()).
+        const bool limit = asked && (net_.level_ % 2 == 0 || !net_.has_cuts_ || !beside_cut(net_.leaving_[vertex]));
+        return move_new(vertex, limit ? to : no_number);
+    }
+    const std::uint32_t leaving = net_.leaving_[vertex];
+    if (leaving == Sqrt3Level::none) return;
+    if (!gather_old(vertex) && !gather(leaving)) return;
     if (asked && has_limit(vertex, leaving)) put_limit(leaving, to);
     if (!last) put(vertex, rules_.moved(ring_, net_.level_ % 2 != 0));
+}
+
+// move() of a vertex that find_new() has found.
+// @param to  where its limit goes, if that is asked for
+void Sqrt3Net::Worker::move_new(std::uint32_t vertex, std::uint32_t to) {
+    const Vec3d& at = point(vertex);
+    if (!net_.at_last()) put(vertex, Sqrt3Rules::masked(vertex_mask_, at, new_ring_));
+    if (to == no_number) return;
+    limits_.found[to] = 1;
+    limits_.positions[to] = Sqrt3Rules::masked(limit_mask_, at, new_ring_);
+    if (limits_.normals.empty()) return;
+    ring_.point = at;
+    ring_.closed = true;
+    ring_.sharp.clear();
+    ring_.vertex_sharpness = 0;
+    ring_.around.resize(6);
+    for (std::size_t i = 0; i < 6; ++i) ring_.around[i] = *new_ring_[i];
+    limits_.normals[to] = rules_.limit(ring_).normal;
 }
 
 // The vertices come in the order of their levels.
@@ -311,9 +374,13 @@ void Sqrt3Net::step(const Limits& limits) {
     constexpr std::uint32_t k_ahead = 8;         // vertices whose rings are asked for ahead of time
     constexpr std::uint32_t k_block = 1u << 13;  // vertices or faces; each block has masks of its own
     std::fill_n(next_has_.begin(), born_at(level_ + 1), std::uint8_t{0});
-    find_leaving();
     first_new_ = level_ == 0 ? 0 : born_at(level_ - 1);
-    for_each_block(born_at(level_), k_block, [&](std::uint32_t begin, std::uint32_t end) {
+    // On the last level the older ones have had their limits, unless some edges are cut, or rings not whole.
+    const bool new_alone = whole_ && at_last() && level_ > 0;
+    if (!new_alone) find_leaving();
+    const std::uint32_t first = new_alone ? first_new_ : 0;
+    for_each_block(born_at(level_) - first, k_block, [&](std::uint32_t block_begin, std::uint32_t block_end) {
+        const std::uint32_t begin = first + block_begin, end = first + block_end;
         Worker worker(*this, limits);
         for (std::uint32_t v = begin; v < end; ++v) {
             if (v + 2 * k_ahead < end) worker.prefetch(v + 2 * k_ahead, false);
@@ -336,6 +403,8 @@ void Sqrt3Net::step(const Limits& limits) {
         if (is_cut(f)) worker.add_apex(f);
     std::swap(points_, next_points_);
     std::swap(has_, next_has_);
+    // Children are numbered one after the other.
+    whole_ = whole_ && !level.child.empty() && level.child.back() == 3 * (level.face_count() - 1);
     ++level_;
 }
 

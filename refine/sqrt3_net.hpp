@@ -49,6 +49,7 @@ class Sqrt3Net {
     const Sqrt3Levels* levels_;
     bool tagged_ = false;    ///< some vertices of the mesh are
     bool has_cuts_ = false;  ///< some edges are not flipped
+    bool whole_ = false;  ///< all edges are, and no face of a level before is left out: face f has point f of those new
     int level_ = 0;
     std::uint32_t first_new_ = 0;  ///< vertices from here on came with the last step
     HugeBuffer<double> memory_[2];

@@ -38,12 +38,6 @@ const Sqrt3Rules::Masks& Sqrt3Rules::masks(std::size_t valence) {
     return masks;
 }
 
-Vec3d Sqrt3Rules::centre(const std::array<Vec3d, 3>& corners) {
-    Vec3d sum(0);
-    for (const Vec3d& p : corners) sum += (1.0 / 3) * p;
-    return sum;
-}
-
 Vec3d Sqrt3Rules::beside_smooth(const Vec3d& near, const Vec3d& opposite, const Vec3d& beyond) {
     return (1.0 / 3) * near + (1.0 / 3) * (opposite + beyond);
 }
@@ -59,10 +53,7 @@ Vec3d Sqrt3Rules::moved(const Sqrt3Ring& ring, bool cuts) {
     if (rule == VertexRule::crease)
         return Sqrt3::crease_vertex * ring.point + Sqrt3::crease_neighbour * ring.around[ring.sharp[0].first] +
                Sqrt3::crease_neighbour * ring.around[ring.sharp[1].first];
-    const RingMask& mask = masks(ring.around.size()).vertex;
-    Vec3d sum = mask.vertex * ring.point;
-    for (const Vec3d& q : ring.around) sum += mask.edge * q;
-    return sum;
+    return masked(masks(ring.around.size()).vertex, ring.point, ring.around);
 }
 
 // The ring alone decides it: what is around goes to the points of the faces and edges at the vertex.
@@ -123,10 +114,7 @@ Vec3d Sqrt3Rules::limit_position(const Sqrt3Ring& ring) {
         case VertexRule::smooth:
             break;
     }
-    const RingMask& mask = masks(ring.around.size()).limit;
-    Vec3d sum = mask.vertex * p;
-    for (const Vec3d& q : ring.around) sum += mask.edge * q;
-    return sum;
+    return masked(masks(ring.around.size()).limit, p, ring.around);
 }
 
 namespace {

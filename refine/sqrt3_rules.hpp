@@ -9,6 +9,7 @@
 #include <array>
 #include <cstddef>
 #include <map>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -37,7 +38,24 @@ class Sqrt3Rules {
   public:
     /// The tag of a vertex that is left of it at a level.
     static float vertex_sharpness(const ControlMesh& mesh, const Sqrt3Vertex& v, int level);
-    static Vec3d centre(const std::array<Vec3d, 3>& corners);
+    static Vec3d centre(const std::array<Vec3d, 3>& corners) {
+        Vec3d sum(0);
+        for (const Vec3d& p : corners) sum += (1.0 / 3) * p;
+        return sum;
+    }
+    /// A smooth vertex and those around it, in their order.
+    /// @param around  of points or pointers to them
+    template <class Around>
+    static Vec3d masked(const RingMask& mask, const Vec3d& point, const Around& around) {
+        Vec3d sum = mask.vertex * point;
+        for (const auto& q : around) {
+            if constexpr (std::is_pointer_v<std::decay_t<decltype(q)>>)
+                sum += mask.edge * *q;
+            else
+                sum += mask.edge * q;
+        }
+        return sum;
+    }
     /// The point of a kept edge that is smooth beside `near`, between the opposite corners of its faces: the centre of
     /// the flipped triangle. From either side the same bits.
     static Vec3d beside_smooth(const Vec3d& near, const Vec3d& opposite, const Vec3d& beyond);
