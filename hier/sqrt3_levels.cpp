@@ -29,7 +29,7 @@ Sqrt3Levels::Sqrt3Levels(const Sqrt3Lattice& lattice, std::span<const NumberSet>
     const NumberSet nothing;
     for (std::size_t k = 0; k + 1 < levels.size(); ++k) {
         const bool cuts = cuts_edges(static_cast<int>(k));
-        mark_split(levels[k], k < split.size() ? split[k] : nothing);
+        mark_split(k, k < split.size() ? split[k] : nothing);
         detail::RawPoolVector<std::uint8_t> faces = levels[k].split;
         if (limits && cuts) add_beside_cuts(levels[k], faces);
         raise(levels[k], static_cast<int>(k), with_rings(levels[k], std::move(faces), rings), levels[k + 1]);
@@ -84,9 +84,16 @@ void Sqrt3Levels::start(const ControlMesh& mesh) {
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) vertices.push_back({v, 0, Sqrt3Vertex::Kind::control});
 }
 
-void Sqrt3Levels::mark_split(Sqrt3Level& level, const NumberSet& numbers) const {
+void Sqrt3Levels::mark_split(std::size_t index, const NumberSet& numbers) {
+    Sqrt3Level& level = levels[index];
     level.split.resize(level.face_count());
-    for (std::uint32_t f = 0; f < level.face_count(); ++f) level.split[f] = numbers.contains(level.number[f]) ? 1 : 0;
+    bool all = index == 0 || levels[index - 1].all_split;
+    for (std::uint32_t f = 0; f < level.face_count(); ++f) {
+        const bool split = numbers.contains(level.number[f]);
+        level.split[f] = split ? 1 : 0;
+        all = all && split;
+    }
+    level.all_split = all;
 }
 
 // The point of a face opposite the side that will be cut has come with the step before.

@@ -38,6 +38,7 @@ struct Sqrt3Level {
     detail::RawPoolVector<std::uint32_t> apex;
     detail::RawPoolVector<std::uint32_t> child;  ///< per face: the first of three of the next level, or outside
     detail::RawPoolVector<std::uint8_t> split;   ///< per face
+    bool all_split = false;                      ///< and no face of the surface is missing
 
     std::uint32_t face_count() const { return static_cast<std::uint32_t>(number.size()); }
     static bool there(std::uint32_t h) { return h < outside; }
@@ -81,13 +82,15 @@ class Sqrt3Levels {
             if (lattice_->is_hole(0, root)) continue;
             // Whether the triangle over a half-edge of a split face is a whole one.
             const auto is_whole = [](const Sqrt3Level& level, std::uint32_t h) {
+                if (level.all_split) return true;
                 const std::uint32_t t = level.twin[h];
                 return t == Sqrt3Level::none || (t != Sqrt3Level::outside && level.split[t / 3] != 0);
             };
             const auto enter = [&](std::uint32_t face) {
                 const std::size_t k = open.size();
                 const Sqrt3Level& level = levels[k];
-                if (level.split[face] == 0) return visit(static_cast<int>(k), face, false, FaceId(root));
+                if (!level.all_split && level.split[face] == 0)
+                    return visit(static_cast<int>(k), face, false, FaceId(root));
                 if (k + 1 < split_levels_) return open.push_back({3 * face, 3 * face + 3});
                 for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) {
                     const bool whole = is_whole(level, h);
@@ -140,7 +143,7 @@ class Sqrt3Levels {
 
   private:
     void start(const ControlMesh& mesh);
-    void mark_split(Sqrt3Level& level, const NumberSet& numbers) const;
+    void mark_split(std::size_t index, const NumberSet& numbers);
     detail::RawPoolVector<std::uint8_t> with_rings(const Sqrt3Level& level, detail::RawPoolVector<std::uint8_t> faces,
                                                    int rings) const;
     void add_beside_cuts(const Sqrt3Level& level, detail::RawPoolVector<std::uint8_t>& faces) const;

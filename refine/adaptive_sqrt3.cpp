@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/huge_memory.hpp"
+#include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/hier/sqrt3_levels.hpp"
 #include "tetrakis/refine/sqrt3_net.hpp"
 #include "tetrakis/refine/sqrt3_parts.hpp"
@@ -273,13 +274,15 @@ Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options,
     RunContext context = options.context;
     const std::uint64_t most = k_base_bytes + k_bytes_per_leaf * forest.leaf_count();
     context.max_memory_bytes = context.max_memory_bytes == 0 ? most : std::min(most, context.max_memory_bytes);
-    try {
-        return mesh_at_once(forest, options, context, show);
-    } catch (const Error& e) {
-        if (e.code() != ErrorCode::memory_limit) throw;
-    }
-    context.progress = nullptr;
-    return mesh_in_parts(forest, options, context, show);
+    return with_threads(options.context, [&] {
+        try {
+            return mesh_at_once(forest, options, context, show);
+        } catch (const Error& e) {
+            if (e.code() != ErrorCode::memory_limit) throw;
+        }
+        context.progress = nullptr;
+        return mesh_in_parts(forest, options, context, show);
+    });
 }
 
 }  // namespace tetrakis

@@ -39,9 +39,9 @@ struct Sqrt3Mesh {
 /// @throws Error  unsupported: names the vertex
 void require_sqrt3_limits(const ControlMesh& mesh);
 
-/// Cost: a quarter to one microsecond a vertex, limit included. What vertices depend on around the leaves, some two
+/// Cost: 0.15 to 1 microsecond a vertex, limit included. What vertices depend on around the leaves, some two
 /// hundred points of each level where few leaves are side by side, is raised for parts of the leaves at a time where it
-/// would take more than 256 bytes a leaf and 32 MiB, or than the context allows. One thread.
+/// would take more than 256 bytes a leaf and 32 MiB, or than the context allows. By the context's threads.
 /// @throws Error  memory_limit: the context does not even allow the levels of the leaves; cancelled; with limits or
 ///                normals as require_sqrt3_limits()
 Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options = {});

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "tetrakis/hier/control_mesh.hpp"
+#include "tetrakis/hier/pool_memory.hpp"
 #include "tetrakis/hier/run_context.hpp"
 #include "tetrakis/refine/adaptive.hpp"
 #include "tetrakis/refine/hierarchy_family.hpp"
@@ -253,7 +254,8 @@ class Hierarchy {
     std::unique_ptr<HierarchyFamily> rebuilt(std::span<const HierarchyNode> nodes) const;
     void replace_leaves(std::unique_ptr<HierarchyFamily> family);
     void write_journal(const FamilyUpdate& update, std::span<const JournalLeaf> removed);
-    void ask(const LeafPredicate& wanted, std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers) const;
+    void ask(const LeafPredicate& wanted, std::span<const LeafId> leaves,
+             detail::PoolVector<std::uint8_t>& answers) const;
     std::vector<LeafHandle> handles(std::span<const LeafId> slots) const;
     template <class Marks>
     std::size_t refine_until(std::vector<LeafId> open, int max_depth, const RunContext& context, Marks&& marks);
@@ -270,9 +272,9 @@ class Hierarchy {
     const SchemeInfo* scheme_;
     std::string rules_;  // rule_choices()
     bool has_holes_ = false;
-    std::vector<std::uint32_t> generation_;  // per slot
-    std::uint32_t first_generation_ = 0;     // of slots to come
-    bool lost_ = false;                      // a change has run out of memory on its way
+    detail::PoolVector<std::uint32_t> generation_;  // per slot
+    std::uint32_t first_generation_ = 0;            // of slots to come
+    bool lost_ = false;                             // a change has run out of memory on its way
     HierarchyJournal journal_;
     std::unique_ptr<Cache> cache_ = std::make_unique<Cache>();
 };

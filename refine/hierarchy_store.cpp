@@ -82,7 +82,7 @@ std::unique_ptr<HierarchyFamily> Hierarchy::rebuilt(std::span<const HierarchyNod
 void Hierarchy::replace_leaves(std::unique_ptr<HierarchyFamily> family) {
     std::uint32_t newest = first_generation_;
     for (const std::uint32_t g : generation_) newest = std::max(newest, g);
-    std::vector<std::uint32_t> generation(family->leaf_slots(), newest + 1);
+    detail::PoolVector<std::uint32_t> generation(family->leaf_slots(), newest + 1);
     family_ = std::move(family);
     generation_ = std::move(generation);
     first_generation_ = newest + 1;

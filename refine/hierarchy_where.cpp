@@ -60,7 +60,7 @@ void check_refine_memory(const RunContext& context, std::uint64_t memory, std::u
 }  // namespace
 
 void Hierarchy::ask(const LeafPredicate& wanted, std::span<const LeafId> leaves,
-                    std::vector<std::uint8_t>& answers) const {
+                    detail::PoolVector<std::uint8_t>& answers) const {
     answers.assign(leaves.size(), 0);
     std::vector<LeafView> views(std::min(k_batch, leaves.size()));
     for (std::size_t begin = 0; begin < leaves.size(); begin += k_batch) {
@@ -79,8 +79,8 @@ std::size_t Hierarchy::refine_until(std::vector<LeafId> open, int max_depth, con
     if (max_depth < 0 || max_depth > tree().max_depth)
         throw Error(ErrorCode::invalid_input, "the depth is " + std::to_string(max_depth) +
                                                   ", but has to be between 0 and " + std::to_string(tree().max_depth));
-    std::vector<LeafId> marked;
-    std::vector<std::uint8_t> answers;
+    detail::PoolVector<LeafId> marked;
+    detail::PoolVector<std::uint8_t> answers;
     FamilyUpdate update;
     std::size_t created = 0;
     for (int pass = 0; !open.empty(); ++pass) {
@@ -89,6 +89,7 @@ std::size_t Hierarchy::refine_until(std::vector<LeafId> open, int max_depth, con
         family_->remove_below(max_depth, open);
         marks(open, answers, report);
         marked.clear();
+        marked.reserve(open.size());
         for (std::size_t i = 0; i < open.size(); ++i)
             if (answers[i]) marked.push_back(open[i]);
         if (marked.empty()) break;
@@ -107,7 +108,7 @@ std::size_t Hierarchy::refine_until(std::vector<LeafId> open, int max_depth, con
 template <class Marks>
 std::size_t Hierarchy::coarsen_until(const RunContext& context, std::vector<LeafHandle>* touched, Marks&& marks) {
     std::vector<LeafId> open = family_->ordered_leaves(), wanted;
-    std::vector<std::uint8_t> answers;
+    detail::PoolVector<std::uint8_t> answers;
     FamilyUpdate update;
     std::size_t created = 0;
     for (int pass = 0; !open.empty(); ++pass) {
@@ -138,7 +139,7 @@ std::size_t Hierarchy::refine_where(const LeafPredicate& wanted, int max_depth, 
     require_not_lost();
     return with_threads(context, [&] {
         return refine_until(family_->ordered_leaves(), max_depth, context,
-                            [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers,
+                            [&](std::span<const LeafId> leaves, detail::PoolVector<std::uint8_t>& answers,
                                 const std::function<void(double)>&) { ask(wanted, leaves, answers); });
     });
 }
@@ -147,7 +148,7 @@ std::size_t Hierarchy::refine_over(const ErrorEstimator& estimator, double toler
                                    int max_depth, const RunContext& context) {
     std::vector<double> errors;
     return refine_until(std::move(open), max_depth, context,
-                        [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers,
+                        [&](std::span<const LeafId> leaves, detail::PoolVector<std::uint8_t>& answers,
                             const std::function<void(double)>& report) {
                             errors.resize(leaves.size());
                             answers.resize(leaves.size());
@@ -172,7 +173,7 @@ std::size_t Hierarchy::coarsen_where(const LeafPredicate& wanted, const RunConte
     require_not_lost();
     return with_threads(context, [&] {
         return coarsen_until(context, nullptr,
-                             [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers,
+                             [&](std::span<const LeafId> leaves, detail::PoolVector<std::uint8_t>& answers,
                                  const std::function<void(double)>&) { ask(wanted, leaves, answers); });
     });
 }
@@ -187,7 +188,7 @@ std::size_t Hierarchy::coarsen_where(const ErrorEstimator& estimator, double tol
         int deepest = 0;
         for (const LeafId leaf : family_->ordered_leaves()) deepest = std::max(deepest, family_->depth(leaf));
         std::vector<LeafHandle> touched;
-        const auto within = [&](std::span<const LeafId> leaves, std::vector<std::uint8_t>& answers,
+        const auto within = [&](std::span<const LeafId> leaves, detail::PoolVector<std::uint8_t>& answers,
                                 const std::function<void(double)>& report) {
             constexpr auto k_root = std::numeric_limits<std::size_t>::max();
             answers.assign(leaves.size(), 0);

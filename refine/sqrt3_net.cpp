@@ -340,10 +340,12 @@ void Sqrt3Net::Worker::move(std::uint32_t vertex) {
 // @param to  where its limit goes, if that is asked for
 void Sqrt3Net::Worker::move_new(std::uint32_t vertex, std::uint32_t to) {
     const Vec3d& at = point(vertex);
-    if (!net_.at_last()) put(vertex, Sqrt3Rules::masked(vertex_mask_, at, new_ring_));
+    Vec3d around(0);
+    for (const Vec3d* q : new_ring_) around += *q;
+    if (!net_.at_last()) put(vertex, Sqrt3Rules::masked(vertex_mask_, at, around));
     if (to == no_number) return;
     limits_.found[to] = 1;
-    limits_.positions[to] = Sqrt3Rules::masked(limit_mask_, at, new_ring_);
+    limits_.positions[to] = Sqrt3Rules::masked(limit_mask_, at, around);
     if (limits_.normals.empty()) return;
     ring_.point = at;
     ring_.closed = true;

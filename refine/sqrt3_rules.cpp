@@ -6,10 +6,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
+#include <numeric>
+#include <span>
 #include <utility>
 
 namespace tetrakis::detail {
+
+namespace {
+
+Vec3d sum(std::span<const Vec3d> points) {
+    return std::accumulate(points.begin(), points.end(), Vec3d(0), std::plus<Vec3d>());
+}
+
+}  // namespace
 
 bool Sqrt3Ring::is_finite() const {
     return is_semi_sharp(vertex_sharpness) ||
@@ -53,7 +64,7 @@ Vec3d Sqrt3Rules::moved(const Sqrt3Ring& ring, bool cuts) {
     if (rule == VertexRule::crease)
         return Sqrt3::crease_vertex * ring.point + Sqrt3::crease_neighbour * ring.around[ring.sharp[0].first] +
                Sqrt3::crease_neighbour * ring.around[ring.sharp[1].first];
-    return masked(masks(ring.around.size()).vertex, ring.point, ring.around);
+    return masked(masks(ring.around.size()).vertex, ring.point, sum(ring.around));
 }
 
 // The ring alone decides it: what is around goes to the points of the faces and edges at the vertex.
@@ -114,7 +125,7 @@ Vec3d Sqrt3Rules::limit_position(const Sqrt3Ring& ring) {
         case VertexRule::smooth:
             break;
     }
-    return masked(masks(ring.around.size()).limit, p, ring.around);
+    return masked(masks(ring.around.size()).limit, p, sum(ring.around));
 }
 
 namespace {

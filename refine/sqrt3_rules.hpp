@@ -9,7 +9,6 @@
 #include <array>
 #include <cstddef>
 #include <map>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -43,18 +42,10 @@ class Sqrt3Rules {
         for (const Vec3d& p : corners) sum += (1.0 / 3) * p;
         return sum;
     }
-    /// A smooth vertex and those around it, in their order.
-    /// @param around  of points or pointers to them
-    template <class Around>
-    static Vec3d masked(const RingMask& mask, const Vec3d& point, const Around& around) {
-        Vec3d sum = mask.vertex * point;
-        for (const auto& q : around) {
-            if constexpr (std::is_pointer_v<std::decay_t<decltype(q)>>)
-                sum += mask.edge * *q;
-            else
-                sum += mask.edge * q;
-        }
-        return sum;
+    /// Of a smooth vertex.
+    /// @param around  the sum of those around it, in their order
+    static Vec3d masked(const RingMask& mask, const Vec3d& point, const Vec3d& around) {
+        return mask.vertex * point + mask.edge * around;
     }
     /// The point of a kept edge that is smooth beside `near`, between the opposite corners of its faces: the centre of
     /// the flipped triangle. From either side the same bits.

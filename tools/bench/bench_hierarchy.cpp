@@ -114,12 +114,14 @@ void sqrt3_to_uniform_level(benchmark::State& state, const std::string& model) {
     const ControlMesh mesh = triangulate(data_model(model));
     std::int64_t vertices = 0;
     for (auto _ : state) {
-        Sqrt3Forest forest(mesh);
-        for (std::int64_t step = 0; step < 2 * state.range(0); ++step)
-            forest.refine_where([](const Sqrt3Leaf&) { return true; });
-        const Sqrt3Mesh out = sqrt3_mesh(forest, {.leaves = false});
-        vertices += static_cast<std::int64_t>(out.vertices.size());
-        state.counters["bytes_per_leaf"] = static_cast<double>(forest.memory_bytes()) / out.mesh.face_count();
+        with_threads(context_of(state.range(1)), [&] {
+            Sqrt3Forest forest(mesh);
+            for (std::int64_t step = 0; step < 2 * state.range(0); ++step)
+                forest.refine_where([](const Sqrt3Leaf&) { return true; });
+            const Sqrt3Mesh out = sqrt3_mesh(forest, {.leaves = false});
+            vertices += static_cast<std::int64_t>(out.vertices.size());
+            state.counters["bytes_per_leaf"] = static_cast<double>(forest.memory_bytes()) / out.mesh.face_count();
+        });
     }
     state.SetItemsProcessed(vertices);
     state.counters["vertices"] = static_cast<double>(vertices) / static_cast<double>(state.iterations());
@@ -158,8 +160,9 @@ TETRAKIS_BENCH_TO_LEVEL(doo_sabin_rules, "doo-sabin", "knot", false);
 TETRAKIS_BENCH_TO_LEVEL(sqrt3_hierarchy, "sqrt3", "cube", false);
 BENCHMARK_CAPTURE(sqrt3_to_uniform_level, sqrt3, "cube")
     ->Name("hierarchy/to_uniform_level/sqrt3")
-    ->Arg(5)
-    ->ArgName("level")
-    ->Unit(benchmark::kMillisecond);
+    ->ArgsProduct({{5}, {1, 2}})
+    ->ArgNames({"level", "threads"})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 
 }  // namespace tetrakis::bench
