@@ -185,6 +185,7 @@ class BisectionForest {
     }
     bool find_diamond(std::uint32_t slot, Diamond& diamond) const;
     std::size_t find_marked_diamonds(std::span<const std::uint32_t> unique, std::vector<Diamond>& diamonds) const;
+    void merge_diamonds(std::span<const Diamond> diamonds, std::span<Merge> merges, std::span<LeafId> created);
     void prefetch_beyond(const Diamond& diamond) const;
     Merge plan_merge(const Diamond& diamond, std::uint32_t pair) const;
     detail::PoolVector<std::uint32_t> leaves_in_order() const;

@@ -91,11 +91,20 @@ LeafId BisectionForest::merge(LeafId id) {
         throw Error(ErrorCode::invalid_input,
                     "leaf " + std::to_string(id.value) +
                         " cannot be merged: it is a root, or a leaf at its apex is split further");
-    std::vector<LeafId> marked;
-    for (std::uint32_t p = 0; p < diamond.pair_count; ++p)
-        for (std::uint32_t s : diamond.pairs[p]) marked.push_back(LeafId(s));
-    coarsen(marked, scratch_.created);
-    return LeafId(diamond.pairs[0][0]);
+    const LeafId parent(diamond.pairs[0][0]);
+    if (const std::uint32_t lowest = diamond.lowest_slot(); lowest != id.value) find_diamond(lowest, diamond);
+    grow_work(leaves_.size());
+    make_room(free_leaves_, diamond.pair_count);
+    make_room(free_points_, 1);
+    std::array<Merge, 2> merges;
+    std::array<LeafId, 2> created;
+    merge_diamonds({&diamond, 1}, std::span(merges).first(diamond.pair_count),
+                   std::span(created).first(diamond.pair_count));
+    diamond.all([&](std::uint32_t s) {
+        scratch_.work[s].mark = 0;
+        return true;
+    });
+    return parent;
 }
 
 std::size_t BisectionForest::coarsen(std::span<const LeafId> marked, std::vector<LeafId>& created) {
@@ -119,7 +128,16 @@ std::size_t BisectionForest::coarsen(std::span<const LeafId> marked, std::vector
         clear_work();
         throw;
     }
-    // From here on nothing throws: the room is there.
+    merge_diamonds(diamonds, merges, created);
+    for (std::uint32_t s : unique) work[s].mark = 0;
+    return diamonds.size();
+}
+
+// Merges diamonds of leaves. Their places in `merges` follow each other; there is room for what they free. Leaves their
+// marks set. Does not throw.
+void BisectionForest::merge_diamonds(std::span<const Diamond> diamonds, std::span<Merge> merges,
+                                     std::span<LeafId> created) {
+    auto& work = scratch_.work;
     const auto count = static_cast<std::uint32_t>(diamonds.size());
     for_each_index(count, [&](std::uint32_t i) {
         if (i + k_ahead < count)
@@ -171,10 +189,8 @@ std::size_t BisectionForest::coarsen(std::span<const LeafId> marked, std::vector
         sites_[midpoint.value] = Site{};
         free_points_[last_point - i] = midpoint.value;
     });
-    for (std::uint32_t s : unique) work[s].mark = 0;
     leaf_count_ -= static_cast<std::uint32_t>(merges.size());
     midpoint_count_ -= count;
-    return count;
 }
 
 // Diamonds whose leaves are all marked, in the order of their lowest slots in `unique`. Returns the number of pairs.
