@@ -184,7 +184,8 @@ class BisectionForest {
         return i < reused ? free_points_[reused - 1 - i] : point_top_ + (i - reused);
     }
     bool find_diamond(std::uint32_t slot, Diamond& diamond) const;
-    std::size_t find_marked_diamonds(std::span<const std::uint32_t> unique, std::vector<Diamond>& diamonds) const;
+    std::size_t find_marked_diamonds(std::span<const std::uint32_t> unique,
+                                     detail::PoolVector<Diamond>& diamonds) const;
     void merge_diamonds(std::span<const Diamond> diamonds, std::span<Merge> merges, std::span<LeafId> created);
     void prefetch_beyond(const Diamond& diamond) const;
     Merge plan_merge(const Diamond& diamond, std::uint32_t pair) const;

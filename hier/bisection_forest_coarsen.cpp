@@ -111,9 +111,9 @@ std::size_t BisectionForest::coarsen(std::span<const LeafId> marked, std::vector
     require_leaves(marked);
     grow_work(leaves_.size());
     auto& work = scratch_.work;
-    std::vector<std::uint32_t> unique;
-    std::vector<Diamond> diamonds;
-    std::vector<Merge> merges;
+    detail::PoolVector<std::uint32_t> unique;
+    detail::PoolVector<Diamond> diamonds;
+    detail::PoolVector<Merge> merges;
     try {
         detail::reserve_large(unique, marked.size());
         for (std::size_t i = 0; i < marked.size(); ++i) {
@@ -195,7 +195,7 @@ void BisectionForest::merge_diamonds(std::span<const Diamond> diamonds, std::spa
 
 // Diamonds whose leaves are all marked, in the order of their lowest slots in `unique`. Returns the number of pairs.
 std::size_t BisectionForest::find_marked_diamonds(std::span<const std::uint32_t> unique,
-                                                  std::vector<Diamond>& diamonds) const {
+                                                  detail::PoolVector<Diamond>& diamonds) const {
     const auto count = static_cast<std::uint32_t>(unique.size());
     const auto is_marked = [&](std::uint32_t s) { return scratch_.work[s].mark != 0; };
     // Across its legs are the diamond's leaves, if there is one: a leaf that is not the lowest mostly sees so itself.
@@ -203,7 +203,7 @@ std::size_t BisectionForest::find_marked_diamonds(std::span<const std::uint32_t>
         const auto& across = leaves_[s].neighbour;
         return s < across[1].value && s < across[2].value;
     };
-    std::vector<std::vector<Diamond>> found((count + k_block - 1) / k_block);
+    std::vector<detail::PoolVector<Diamond>> found((count + k_block - 1) / k_block);
     for_each_index(
         static_cast<std::uint32_t>(found.size()),
         [&](std::uint32_t b) {
