@@ -81,6 +81,10 @@ class TriangleStencils {
   private:
     const ControlMesh* mesh_;
     EdgeSharpness sharpness_;
+    struct Frames {
+        std::uint32_t vertex, edge;  // the half-edges whose frames those of its origin and its edge are
+    };
+    std::vector<Frames> frames_;  // per half-edge
 };
 
 /// The rule that takes a ring's vertex to the next level, as weights on the ring's keys.

@@ -4,30 +4,34 @@
 
 namespace tetrakis::detail {
 
-TriangleStencils::TriangleStencils(const ControlMesh& mesh) : mesh_(&mesh), sharpness_(mesh) {}
+TriangleStencils::TriangleStencils(const ControlMesh& mesh)
+    : mesh_(&mesh), sharpness_(mesh), frames_(mesh.halfedge_count()) {
+    for (std::uint32_t i = 0; i < mesh.halfedge_count(); ++i) {
+        const HalfedgeId h(i);
+        frames_[i] = {mesh.vertex_halfedge(mesh.origin(h)).value, mesh.edge_halfedge(mesh.edge(h)).value};
+    }
+}
 
 const Vec3d& TriangleStencils::base_point(VertexKey key) const {
     return mesh_->position(mesh_->origin(HalfedgeId(key.root)));
 }
 
 VertexKey TriangleStencils::canonical(VertexKey at, int level) const {
-    const std::uint32_t n = std::uint32_t{1} << level, z = n - at.x - at.y;
-    const HalfedgeId h(at.root);
-    const auto vertex = [&](HalfedgeId out) {
-        return VertexKey{mesh_->vertex_halfedge(mesh_->origin(out)).value, 0, 0};
-    };
-    const auto edge = [&](HalfedgeId along, std::uint32_t distance) {
-        const HalfedgeId first = mesh_->edge_halfedge(mesh_->edge(along));
-        return VertexKey{first.value, first == along ? distance : n - distance, 0};
+    const std::uint32_t n = std::uint32_t{1} << level, z = n - at.x - at.y, h = at.root;
+    // The half-edges of face f are 3 f, 3 f + 1 and 3 f + 2.
+    const std::uint32_t side = h % 3, next = side == 2 ? h - 2 : h + 1, prev = side == 0 ? h + 2 : h - 1;
+    const auto vertex = [&](std::uint32_t out) { return VertexKey{frames_[out].vertex, 0, 0}; };
+    const auto edge = [&](std::uint32_t along, std::uint32_t distance) {
+        const std::uint32_t first = frames_[along].edge;
+        return VertexKey{first, first == along ? distance : n - distance, 0};
     };
     // Weights of the corners: z at origin(h), x at its target, y at the third.
-    if (at.y == 0) return at.x == 0 ? vertex(h) : z == 0 ? vertex(mesh_->next(h)) : edge(h, at.x);
-    if (at.x == 0) return z == 0 ? vertex(mesh_->prev(h)) : edge(mesh_->prev(h), z);
-    if (z == 0) return edge(mesh_->next(h), at.y);
-    const HalfedgeId first = mesh_->face_halfedge(mesh_->face(h));
-    if (first == h) return at;
+    if (at.y == 0) return at.x == 0 ? vertex(h) : z == 0 ? vertex(next) : edge(h, at.x);
+    if (at.x == 0) return z == 0 ? vertex(prev) : edge(prev, z);
+    if (z == 0) return edge(next, at.y);
+    if (side == 0) return at;
     // In the frame of next(h), x weighs the third corner and y the origin of h.
-    return first == mesh_->next(h) ? VertexKey{first.value, at.y, z} : VertexKey{first.value, z, at.x};
+    return side == 2 ? VertexKey{next, at.y, z} : VertexKey{prev, z, at.x};
 }
 
 void TriangleStencils::ring(VertexKey key, int level, KeyRing& ring) const {
