@@ -162,7 +162,7 @@ detail::PoolVector<Sqrt3Slots::Wanted> Sqrt3Slots::wanted(std::span<const LeafId
     const bool has_partners = shared_.lattice.has_lines();
     const auto add_whole = [&](std::uint32_t slot) {
         const Sqrt3Triangle t = triangle_of(slot);
-        if (has_partners && shared_.lattice.partner(t.level, t.face) != Sqrt3Lattice::none)
+        if (has_partners && is_cut(slot) && shared_.lattice.partner(t.level, t.face) != Sqrt3Lattice::none)
             add(forest_.needed(Sqrt3Face{t.level, t.face}));
         else
             result.push_back({{t.level, t.face}, slot});
@@ -216,9 +216,11 @@ void Sqrt3Slots::refine(std::span<const LeafId> marked, std::vector<LeafId>& cre
     std::vector<Twins> twins;
     if (shared_.lattice.has_lines()) {
         twins.resize(faces.size());
+        // Those of faces that have links are asked for only where these say nothing: a crease may have become smooth.
         for (std::size_t i = 0; i < faces.size(); ++i)
-            for (std::size_t side = 0; side < 3; ++side)
-                twins[i][side] = shared_.lattice.twin(faces[i].level, 3 * faces[i].face + side);
+            for (std::uint32_t side = 0; side < 3; ++side)
+                if (const std::uint32_t slot = wanted[i].slot; slot == k_no_slot || across_[3 * slot + side] == k_kept)
+                    twins[i][side] = shared_.lattice.twin(faces[i].level, 3 * faces[i].face + side);
     }
     forest_.refine_closed(faces);
     for (std::size_t i = records_.size() + fresh; i-- > records_.size();)

@@ -25,7 +25,6 @@ Sqrt3Net::Sqrt3Net(const Sqrt3Levels& levels)
     std::fill_n(has_.begin(), mesh_->vertex_count(), std::uint8_t{1});
     const auto& twin = levels.levels[0].twin;
     has_cuts_ = std::find(twin.begin(), twin.end(), Sqrt3Level::none) != twin.end();
-    whole_ = !has_cuts_;
 }
 
 /// Makes points of the next level, and limits; what a thread needs for itself.
@@ -35,11 +34,11 @@ class Sqrt3Net::Worker {
 
     /// Asks for what move() of a vertex will look at: first where that is, later, `at_once`, for itself.
     void prefetch(std::uint32_t vertex, bool at_once) const {
-        const std::uint32_t face = vertex - net_.first_new_;
-        if (net_.level_ == 0 || vertex < net_.first_new_ || face >= above().face_count()) {
+        const std::uint32_t face = new_face(vertex);
+        if (face == Sqrt3Level::none) {
             const std::uint32_t leaving = net_.leaving_[vertex];
             if (at_once || leaving == Sqrt3Level::none) return;
-            if (net_.whole_ && net_.level_ > 0) {
+            if (net_.all_raised_ && net_.level_ > 0) {
                 __builtin_prefetch(&above().twin[leaving / 3]);
                 return;
             }
@@ -49,7 +48,7 @@ class Sqrt3Net::Worker {
         }
         for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) {
             const std::uint32_t t = above().twin[h];
-            if (net_.whole_) {
+            if (net_.is_whole()) {
                 if (at_once) __builtin_prefetch(&point(net_.first_new_ + t / 3));
                 continue;
             }
@@ -75,6 +74,16 @@ class Sqrt3Net::Worker {
         net_.next_points_[vertex] = at;
         net_.next_has_[vertex] = 1;
     }
+    /// The face that the last step has put a vertex into, or a guess; none where it did not.
+    std::uint32_t new_face(std::uint32_t vertex) const {
+        if (net_.level_ == 0 || vertex < net_.first_new_) return Sqrt3Level::none;
+        // A cut face has more than one point; where no face is left out, faces have the lattice's numbers.
+        const bool by_key = net_.has_cuts_ && net_.level_ % 2 == 0 && net_.all_raised_ &&
+                            levels_.vertices[vertex].kind == Sqrt3Vertex::Kind::centre;
+        const std::uint32_t face =
+            by_key ? static_cast<std::uint32_t>(levels_.vertices[vertex].key) : vertex - net_.first_new_;
+        return face < above().face_count() ? face : Sqrt3Level::none;
+    }
     bool find_new(std::uint32_t vertex);
     bool gather_old(std::uint32_t vertex);
     void move_new(std::uint32_t vertex, std::uint32_t to);
@@ -98,12 +107,12 @@ class Sqrt3Net::Worker {
 // The ring of a vertex that the last step has put into a face, as gather() has it, from that face and those around:
 // without going around it from face to face. False where it is not as plain as that.
 bool Sqrt3Net::Worker::find_new(std::uint32_t vertex) {
-    if (net_.level_ == 0 || vertex < net_.first_new_) return false;
+    const std::uint32_t face = new_face(vertex);
+    if (face == Sqrt3Level::none) return false;
     const Sqrt3Level& level = above();
-    const std::uint32_t face = vertex - net_.first_new_;  // as long as each face before it has one point
     std::array<std::uint32_t, 3> beyond;
     std::array<std::uint32_t, 6> around;
-    if (net_.whole_) {
+    if (net_.is_whole()) {
         for (std::uint32_t j = 0; j < 3; ++j) {
             beyond[j] = level.twin[3 * face + j];
             around[2 * j] = level.vertex[3 * face + j];
@@ -111,8 +120,7 @@ bool Sqrt3Net::Worker::find_new(std::uint32_t vertex) {
         }
     } else {
         const bool cuts = net_.level_ % 2 == 0;
-        if (face >= level.face_count() || level.apex[face] != vertex || !Sqrt3Level::there(level.child[face]))
-            return false;
+        if (level.apex[face] != vertex || !Sqrt3Level::there(level.child[face])) return false;
         for (std::uint32_t j = 0; j < 3; ++j) {
             const std::uint32_t t = beyond[j] = level.twin[3 * face + j];
             if (!Sqrt3Level::there(t) || !Sqrt3Level::there(level.child[t / 3])) return false;
@@ -140,18 +148,25 @@ bool Sqrt3Net::Worker::find_new(std::uint32_t vertex) {
 // in the faces that the level before has around it. False where it is not as plain as that.
 bool Sqrt3Net::Worker::gather_old(std::uint32_t vertex) {
     const bool tagged = net_.tagged_ && vertex < net_.mesh_->vertex_count();
-    if (net_.level_ == 0 || !net_.whole_ || tagged) return false;
-    // The first half-edge that left it there: the face over half-edge h has the number h, and starts with 3 h.
+    if (net_.level_ == 0 || !net_.all_raised_ || net_.may_be_flipped() || tagged) return false;
+    // The first half-edge that left it there: the face over half-edge h has the number h, and starts with 3 h, where
+    // none of those around is cut.
     const Sqrt3Level& level = above();
+    const bool cuts = net_.has_cuts_ && net_.level_ % 2 == 0;
     const std::uint32_t leaving = net_.leaving_[vertex] / 3;
+    if (net_.has_cuts_ && (level.vertex[leaving] != vertex || level.twin[leaving] == Sqrt3Level::none)) return false;
     ring_.point = point(vertex);
     ring_.closed = true;
     ring_.sharp.clear();
     ring_.vertex_sharpness = 0;
-    ring_.around.assign(1, point(net_.first_new_ + level.twin[leaving] / 3));
-    for (std::uint32_t h = leaving, next; (next = level.twin[Sqrt3Level::prev(h)]) != leaving; h = next)
-        ring_.around.push_back(point(net_.first_new_ + h / 3));
-    return true;
+    ring_.around.assign(1, point(level.apex[level.twin[leaving] / 3]));
+    for (std::uint32_t h = leaving;;) {
+        const std::uint32_t next = level.twin[Sqrt3Level::prev(h)];
+        if (next == Sqrt3Level::none || (cuts && level.twin[h / 3 * 3] == Sqrt3Level::none)) return false;
+        if (next == leaving) return true;
+        ring_.around.push_back(point(level.apex[h / 3]));
+        h = next;
+    }
 }
 
 // The ring of the vertex that a half-edge leaves, the first one that does; false where part of it is missing.
@@ -290,10 +305,10 @@ void Sqrt3Net::Worker::add_apex(std::uint32_t face) {
     std::array<Vec3d, 3> corner;
     for (std::uint32_t k = 0; k < 3; ++k) {
         const std::uint32_t w = level.vertex[3 * face + k];
-        if (!net_.whole_ && (!Sqrt3Level::there(w) || !has(w))) return;
+        if (!net_.is_whole() && (!Sqrt3Level::there(w) || !has(w))) return;
         corner[k] = point(w);
     }
-    if (net_.whole_ || levels_.vertices[v].kind == Sqrt3Vertex::Kind::centre) {
+    if (net_.is_whole() || levels_.vertices[v].kind == Sqrt3Vertex::Kind::centre) {
         put(v, Sqrt3Rules::centre(corner));
         return;
     }
@@ -325,9 +340,8 @@ void Sqrt3Net::Worker::move(std::uint32_t vertex) {
     const bool asked = to != no_number && limits_.found[to] == 0;
     if (last && !asked) return;
     if (!net_.may_be_flipped() && find_new(vertex)) {
-        // Its limit is there at once, but for those beside a cut (has_limit()).
-        const bool limit = asked && (net_.level_ % 2 == 0 || !net_.has_cuts_ || !beside_cut(net_.leaving_[vertex]));
-        return move_new(vertex, limit ? to : no_number);
+        // Its limit is there at once: no edge around is one that the next step cuts.
+        return move_new(vertex, asked ? to : no_number);
     }
     const std::uint32_t leaving = net_.leaving_[vertex];
     if (leaving == Sqrt3Level::none) return;
@@ -378,7 +392,7 @@ void Sqrt3Net::step(const Limits& limits) {
     std::fill_n(next_has_.begin(), born_at(level_ + 1), std::uint8_t{0});
     first_new_ = level_ == 0 ? 0 : born_at(level_ - 1);
     // On the last level the older ones have had their limits, unless some edges are cut, or rings not whole.
-    const bool new_alone = whole_ && at_last() && level_ > 0;
+    const bool new_alone = is_whole() && at_last() && level_ > 0;
     if (!new_alone) find_leaving();
     const std::uint32_t first = new_alone ? first_new_ : 0;
     for_each_block(born_at(level_) - first, k_block, [&](std::uint32_t block_begin, std::uint32_t block_end) {
@@ -406,7 +420,7 @@ void Sqrt3Net::step(const Limits& limits) {
     std::swap(points_, next_points_);
     std::swap(has_, next_has_);
     // Children are numbered one after the other.
-    whole_ = whole_ && !level.child.empty() && level.child.back() == 3 * (level.face_count() - 1);
+    all_raised_ = all_raised_ && !level.child.empty() && level.child.back() == 3 * (level.face_count() - 1);
     ++level_;
 }
 

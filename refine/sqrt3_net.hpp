@@ -41,15 +41,17 @@ class Sqrt3Net {
 
     const Sqrt3Level& here() const { return levels_->levels[static_cast<std::size_t>(level_)]; }
     bool may_be_flipped() const;
+    /// Then face f has point f of those that came with the last step.
+    bool is_whole() const { return all_raised_ && !has_cuts_; }
     bool is_smooth_cut(std::uint32_t h) const;
     std::uint32_t born_at(int level) const;
     void find_leaving();
 
     const ControlMesh* mesh_;
     const Sqrt3Levels* levels_;
-    bool tagged_ = false;    ///< some vertices of the mesh are
-    bool has_cuts_ = false;  ///< some edges are not flipped
-    bool whole_ = false;  ///< all edges are, and no face of a level before is left out: face f has point f of those new
+    bool tagged_ = false;     ///< some vertices of the mesh are
+    bool has_cuts_ = false;   ///< some edges are not flipped
+    bool all_raised_ = true;  ///< no face of a level before is left out
     int level_ = 0;
     std::uint32_t first_new_ = 0;  ///< vertices from here on came with the last step
     HugeBuffer<double> memory_[2];
