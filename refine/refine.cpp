@@ -214,6 +214,7 @@ detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const SchemeInfo
     for (const VertexAttribute& attribute : options.attributes)
         demand.point_bytes += sizeof(float) * static_cast<std::uint64_t>(std::max(attribute.width, 0));
     if (!options.attributes.empty()) demand.point_bytes += sizeof(Vec3d);  // three numbers at a time
+    demand.whole_net = mesh.has_uvs();
     if (mesh.has_uvs()) {
         // Charts are refined as meshes, and their points then made into texture coordinates.
         demand.point_bytes += 2 * (sizeof(Vec3d) + sizeof(Vec2d));

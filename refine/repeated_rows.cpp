@@ -35,6 +35,30 @@ bool stays_as_it_is(const RuleMesh& mesh, int steps, bool creases = true) {
     return std::none_of(mesh.vertex_sharpness().begin(), mesh.vertex_sharpness().end(), turns);
 }
 
+/// The least sharpness of what turns smooth some time.
+float soonest_turn(const RuleMesh& mesh) {
+    float least = k_sharpness_infinity;
+    for (int h = 0; h < mesh.halfedge_count(); ++h)
+        if (mesh.sharp(h)) least = std::min(least, mesh.sharpness(h));
+    for (const float s : mesh.vertex_sharpness())
+        if (is_sharp(s)) least = std::min(least, s);
+    return least;
+}
+
+/// Steps of a dual scheme from the level that its roots are cut on until rows take over.
+constexpr int k_steps_before_strip = 3;
+
+/// Whether tags of a dual scheme turn smooth so late that no roots are to be cut after them.
+bool turns_late(const RuleMesh& mesh, int levels, bool limits) {
+    const auto late = [&](float sharpness) {
+        return is_semi_sharp(sharpness) && sharpness > static_cast<float>(levels - k_steps_before_strip) &&
+               (limits || sharpness <= static_cast<float>(levels - 1));
+    };
+    for (int h = 0; h < mesh.halfedge_count(); ++h)
+        if (late(mesh.sharpness(h))) return true;
+    return std::any_of(mesh.vertex_sharpness().begin(), mesh.vertex_sharpness().end(), late);
+}
+
 /// The same faces, tagged as those that cover them one level further down.
 RuleMesh with_later_tags(const RuleMesh& mesh) {
     RuleMesh::Builder faces;
@@ -232,14 +256,20 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     constexpr int k_for_ever = std::numeric_limits<int>::max();
     const bool any_limits = demand.limit || demand.normals;
     const auto stays = [&] {
-        return stays_as_it_is(by_rules.last(), any_limits ? k_for_ever : levels - by_rules.level(), creases);
+        // A step of a dual scheme does not see what turns smooth after it.
+        const int steps = levels - by_rules.level() - (dual ? 1 : 0);
+        return stays_as_it_is(by_rules.last(), any_limits ? k_for_ever : steps, creases);
     };
     // The roots of a dual scheme are the quads of the first level that has a face for each vertex (those with two faces
     // have none), and they are cut where it has creases from then on.
-    while (dual && !(has_whole_faces(by_rules.last(), creases) && stays())) {
+    bool strip = dual && creases && !demand.whole_net && turns_late(by_rules.last(), levels, any_limits);
+    while (dual && !(has_whole_faces(by_rules.last(), creases) &&
+                     (strip ? stays_as_it_is(by_rules.last(), k_steps_before_strip) : stays()))) {
         if (levels <= ++base_level) return nullptr;
         advance();
     }
+    strip = strip && !stays();
+    const float soonest = soonest_turn(by_rules.last());
     // The child of each of the roots' half-edges at its origin, level by level. Dual: the half-edge of a root's last
     // cell that stays in its face; root h is at corner h.
     std::vector<int> first;
@@ -298,6 +328,26 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     };
     while (!wide_enough())
         if (by_rules.level() + 1 >= levels || !go_on()) return nullptr;
+    if (strip) {
+        // Counted from the level that the net is cut on.
+        if (soonest <= static_cast<float>(by_rules.level() - base_level + 1)) return nullptr;
+        TurningStrip::Demand of_strip{.limit = demand.limit, .normals = demand.normals};
+        // By the rules a point of the strip costs more than one of theirs: it is cut out of what is made.
+        constexpr double k_most = 0.4;
+        if (!demand.even_if_slower) of_strip.most_points = k_most * last_size.points;
+        if (const std::uint64_t limit = context.max_memory_bytes; limit != 0) {
+            // Faces and points that are used are taken out of a copy.
+            if (2 * last_size.bytes >= static_cast<double>(limit)) return nullptr;
+            of_strip.max_bytes = limit - static_cast<std::uint64_t>(2 * last_size.bytes);
+        }
+        try {
+            all->strip_ = TurningStrip::make(all->net_, {by_rules, first, segments, levels - by_rules.level()}, scheme,
+                                             rules, of_strip, context);
+        } catch (const std::invalid_argument&) {
+            return nullptr;  // the rules say what is wrong
+        }
+        if (!all->strip_) return nullptr;
+    }
     all->pattern_.erase(all->pattern_.begin(), all->pattern_.begin() + (by_rules.level() - begin));
     std::optional<std::vector<int>> vertices = all->net_.vertices(all->net_.layout(segments), by_rules.last(), first);
     if (!vertices) return nullptr;
@@ -364,6 +414,13 @@ void RepeatedRows::refine(std::span<const Vec3d> control, std::span<Vec3d> point
         now = finer;
     }
     const RootLayout last = net_.layout(segments_.back());
+    const auto of_strip = points;
+    const auto normals_of_strip = normals;
+    if (strip_) {
+        const std::size_t own = points.size() - strip_->point_count();
+        points = points.first(own);
+        if (!normals.empty()) normals = normals.first(own);
+    }
     if (shared) {
         at_shared_places(last, now, points, normals);
     } else {
@@ -371,7 +428,9 @@ void RepeatedRows::refine(std::span<const Vec3d> control, std::span<Vec3d> point
         if (!normals.empty()) normals_->apply(last, last, now, normals.data());
     }
     if (std::find(normals.begin(), normals.end(), Vec3d(0)) != normals.end())
-        add_face_normals(faces(context), net_.point_numbers(last), now, normals);
+        add_face_normals(net_.faces(segments_.back(), context), net_.point_numbers(last), now, normals);
+    if (strip_)
+        strip_->refine({reinterpret_cast<const Vec3d*>(first.data()), first.size() / 3}, of_strip, normals_of_strip);
 }
 
 /// Of places of the same point the first one gives it; its normal is the mean of theirs.

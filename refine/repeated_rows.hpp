@@ -5,6 +5,7 @@
 #include "tetrakis/refine/root_net.hpp"
 #include "tetrakis/refine/row_patterns.hpp"
 #include "tetrakis/refine/rule_levels.hpp"
+#include "tetrakis/refine/turning_strip.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -28,6 +29,7 @@ class RepeatedRows {
     /// corners.
     struct Demand {
         bool limit = false, normals = false;
+        bool whole_net = false;       ///< all of it in roots: something else is to be found by its place there
         bool even_if_slower = false;  ///< on meshes so small that the rules would be done before rows are learned
         std::uint64_t point_bytes = sizeof(Vec3d), face_bytes = 2 * sizeof(std::uint32_t),
                       corner_bytes = sizeof(std::uint32_t);
@@ -42,14 +44,21 @@ class RepeatedRows {
                                               const RuleOptions& rules, std::unique_ptr<RuleLevels>& levels_by_rules,
                                               const Demand& demand, const RunContext& context);
 
-    std::uint32_t point_count() const { return net_.point_numbers(net_.layout(segments_.back())).count; }
+    /// With points that no face uses, where tags of a dual scheme turn smooth.
+    std::uint32_t point_count() const {
+        return net_.point_numbers(net_.layout(segments_.back())).count + (strip_ ? strip_->point_count() : 0);
+    }
     const RootNet& net() const { return net_; }
     /// The level whose faces, or (dual) corners, the roots are.
     int root_level() const { return root_level_; }
     std::uint32_t segments() const { return segments_.back(); }
     std::size_t control_count() const { return control_count_; }
     using Faces = RootNet::Faces;
-    Faces faces(const RunContext& context) const { return net_.faces(segments_.back(), context); }
+    Faces faces(const RunContext& context) const {
+        Faces faces = net_.faces(segments_.back(), context);
+        if (strip_) strip_->put_into(faces);
+        return faces;
+    }
 
     /// Points of the last level, on the limit surface where the demand was such. The same bytes for any number of
     /// threads.
@@ -76,6 +85,7 @@ class RepeatedRows {
     std::unique_ptr<RuleLevels> levels_;
     std::vector<std::uint32_t> segments_;  ///< of the last level by rules, and of those after it
     std::vector<int> vertices_;            ///< the rules' number at each place of that level
+    std::optional<TurningStrip> strip_;    ///< where tags of a dual scheme turn smooth
 };
 
 }  // namespace tetrakis::detail

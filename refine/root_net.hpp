@@ -86,6 +86,20 @@ class RootNet {
     /// are glued, where there are three; where there are two, a crease of one edge is left between both.
     const std::vector<std::uint32_t>& crease_ends() const { return crease_ends_; }
 
+    /// A way out of a cell: 0 along x, then counter-clockwise.
+    struct Heading {
+        std::uint32_t root = none, x = 0, y = 0, way = 0;
+
+        bool known() const { return root != none; }
+        Heading turned(std::uint32_t quarters) const { return {root, x, y, (way + quarters) % 4}; }
+    };
+    /// Seen from the next cell that way, still ahead; unknown where the net ends.
+    /// @param segments  of a root's sides
+    Heading ahead(std::uint32_t segments, const Heading& from) const;
+    std::uint32_t place(std::uint32_t segments, const Heading& at) const {
+        return (at.root * segments + at.y) * segments + at.x;
+    }
+
     /// The rules' vertices at a level's places; nothing where its faces are no such lattices.
     /// @param halfedge  of each root's half-edges the child at its origin; in cells of each root the half-edge of its
     ///                  last cell that stays in its face (the roots beyond the boundary have none)

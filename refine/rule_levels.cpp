@@ -47,8 +47,8 @@ void apply(const StencilTable& table, const double* in, int width, double* out) 
 RuleLevels::RuleLevels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, int smoothing)
     : scheme_(scheme), rules_(rules), source_(mesh.data().source), last_(rule_mesh(mesh, rules)) {
     rules_.runner = &runner_;
-    control_face_.resize(mesh.face_count());
-    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) control_face_[f] = static_cast<int>(f);
+    faces_.control_face.resize(mesh.face_count());
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) faces_.control_face[f] = static_cast<int>(f);
     for (int i = 0; i < smoothing; ++i) steps_.push_back(smoothing_stencils(last_));
 }
 
@@ -60,10 +60,10 @@ std::vector<int> RuleLevels::advance() {
         throw Error(ErrorCode::invalid_input, e.what(), source_);
     }
     if (fan_lattice(scheme_, rules_) == FanLattice::dual && scheme_.refinement == Refinement::vertex_split) {
-        follow_corners(step);
+        faces_.follow(last_, step);
     } else {
-        for (int& face : step.parent_face) face = control_face_[face];
-        control_face_ = std::move(step.parent_face);
+        for (int& face : step.parent_face) face = faces_.control_face[face];
+        faces_.control_face = std::move(step.parent_face);
     }
     steps_.push_back(std::move(step.stencils));
     last_ = std::move(step.mesh);
@@ -74,12 +74,13 @@ std::vector<int> RuleLevels::advance() {
 std::vector<std::uint32_t> RuleLevels::control_face_of_corners() const {
     std::vector<std::uint32_t> of(static_cast<std::size_t>(last_.halfedge_count()));
     for (int h = 0; h < last_.halfedge_count(); ++h)
-        of[h] = static_cast<std::uint32_t>(point_face_.empty() ? control_face_[last_.face(h)] : point_face_[h]);
+        of[h] = static_cast<std::uint32_t>(faces_.point_face.empty() ? faces_.control_face[last_.face(h)]
+                                                                     : faces_.point_face[h]);
     return of;
 }
 
 /// The points of a dual scheme lie in faces, its faces anywhere.
-void RuleLevels::follow_corners(const RuleStep& step) {
+void CornerFaces::follow(const RuleMesh& level, const RuleStep& step) {
     const RuleMesh& finer = step.mesh;
     std::vector<int> corners, next;
     // The corner that a point is the child of, at its origin; those on boundaries and creases are none's.
@@ -94,7 +95,7 @@ void RuleLevels::follow_corners(const RuleStep& step) {
             for (const int v : finer.corners(f))
                 corners.push_back(corner_of[v] != RuleMesh::none ? parent[corner_of[v]] : RuleMesh::none);
             if (std::all_of(corners.begin(), corners.end(), [](int c) { return c == RuleMesh::none; }))
-                corners[0] = control_face_[step.parent_face[f]];
+                corners[0] = control_face[step.parent_face[f]];
             // Points on boundaries and creases belong to what is beside them on this side, corners of these to the
             // first face of their sector: they are left over after the first round.
             for (bool first_round = true; std::count(corners.begin(), corners.end(), RuleMesh::none) != 0;
@@ -113,27 +114,27 @@ void RuleLevels::follow_corners(const RuleStep& step) {
         }
         return of;
     };
-    const bool first = corner_face_.empty();
+    const bool first = corner_face.empty();
     if (first) {
-        corner_face_.resize(static_cast<std::size_t>(last_.halfedge_count()));
-        for (int h = 0; h < last_.halfedge_count(); ++h) corner_face_[h] = control_face_[last_.face(h)];
+        corner_face.resize(static_cast<std::size_t>(level.halfedge_count()));
+        for (int h = 0; h < level.halfedge_count(); ++h) corner_face[h] = control_face[level.face(h)];
     }
-    std::vector<int> of_points = follow(first ? corner_face_ : point_face_);
-    corner_face_ = follow(corner_face_);
+    std::vector<int> of_points = follow(first ? corner_face : point_face);
+    corner_face = follow(corner_face);
     // Where a crease ends, its last point lies on both sides; it belongs to the left one, as in vertex_roots().
     for (int h = 0; h < static_cast<int>(step.child_crease.size()); ++h) {
         const int along = step.child_crease[h];
-        if (along == RuleMesh::none || last_.on_boundary(last_.origin(h)) ||
-            last_.sharp_neighbours(last_.origin(h)).size() != 1)
+        if (along == RuleMesh::none || level.on_boundary(level.origin(h)) ||
+            level.sharp_neighbours(level.origin(h)).size() != 1)
             continue;
         for (const int around : finer.ring(finer.origin(along)).halfedge) of_points[around] = of_points[along];
     }
-    point_face_ = std::move(of_points);
-    control_face_.resize(static_cast<std::size_t>(finer.face_count()));
+    point_face = std::move(of_points);
+    control_face.resize(static_cast<std::size_t>(finer.face_count()));
     for (int f = 0; f < finer.face_count(); ++f) {
-        corners.assign(point_face_.begin() + finer.face_begin(f),
-                       point_face_.begin() + finer.face_begin(f) + finer.face_size(f));
-        control_face_[f] = most_frequent(corners);
+        corners.assign(point_face.begin() + finer.face_begin(f),
+                       point_face.begin() + finer.face_begin(f) + finer.face_size(f));
+        control_face[f] = most_frequent(corners);
     }
 }
 

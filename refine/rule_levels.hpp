@@ -14,6 +14,17 @@ namespace tetrakis::detail {
 /// Writes every row's combination of `width` numbers a point: row by row, in the order of its terms whatever the width.
 void apply(const StencilTable& table, const double* in, int width, double* out);
 
+/// The control faces that a dual scheme's points and faces lie in.
+struct CornerFaces {
+    std::vector<int> control_face;  ///< by face
+    // By half-edge; from level 1 on.
+    std::vector<int> corner_face;  ///< of the corner there, on its side of creases
+    std::vector<int> point_face;   ///< the same, but one for all corners at the end of a crease
+
+    /// From a level to the next one.
+    void follow(const RuleMesh& level, const RuleStep& step);
+};
+
 /// A control mesh refined step by step by the rules of a scheme; what depends on connectivity and tags is kept.
 class RuleLevels {
   public:
@@ -29,7 +40,9 @@ class RuleLevels {
     int level() const { return level_; }
     const RuleMesh& last() const { return last_; }
     /// The control face that a face lies in. Dual schemes: most of its corners, or the first such face of several.
-    int control_face(int face) const { return control_face_[static_cast<std::size_t>(face)]; }
+    int control_face(int face) const { return faces_.control_face[static_cast<std::size_t>(face)]; }
+    /// Of dual schemes.
+    const CornerFaces& corner_faces() const { return faces_; }
     /// The control faces that the corners at the half-edges' origins come from.
     std::vector<std::uint32_t> control_face_of_corners() const;
     /// The rounds of smoothing and the steps so far, each from one level to the next.
@@ -39,8 +52,6 @@ class RuleLevels {
     void net(std::span<const double> control, int width, std::span<double> out) const;
 
   private:
-    void follow_corners(const RuleStep& step);
-
     ParallelBlocks runner_;
     const SchemeInfo& scheme_;
     RuleOptions rules_;
@@ -48,10 +59,7 @@ class RuleLevels {
     int level_ = 0;
     RuleMesh last_;
     std::vector<StencilTable> steps_;
-    std::vector<int> control_face_;
-    // By half-edge; dual schemes, from level 1 on.
-    std::vector<int> corner_face_;  ///< of the corner there, on its side of creases
-    std::vector<int> point_face_;   ///< the same, but one for all corners at the end of a crease
+    CornerFaces faces_;  ///< other schemes: of faces alone
 };
 
 }  // namespace tetrakis::detail
