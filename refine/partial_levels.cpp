@@ -10,6 +10,7 @@
 #include "tetrakis/refine/limit_search.hpp"
 #include "tetrakis/refine/mesh_part.hpp"
 #include "tetrakis/refine/regular_patch.hpp"
+#include "tetrakis/refine/rule_levels.hpp"
 #include "tetrakis/refine/rule_limit.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
 #include "tetrakis/refine/vertex_links.hpp"
@@ -20,7 +21,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -108,19 +108,6 @@ bool all_tags_stay(const RuleMesh& mesh) {
     return std::none_of(mesh.vertex_sharpness().begin(), mesh.vertex_sharpness().end(), is_semi_sharp);
 }
 
-/// The mesh as if what is semi-sharp in it stayed sharp for ever.
-RuleMesh sharp_for_ever(const RuleMesh& mesh) {
-    constexpr float endless = std::numeric_limits<float>::infinity();
-    RuleMesh::Builder faces;
-    for (int h = 0; h < mesh.halfedge_count(); ++h) {
-        faces.corner(mesh.origin(h), mesh.sharp(h) ? endless : 0.0f);
-        if (mesh.next(h) != h + 1) faces.end_face();
-    }
-    std::vector<float> corners = mesh.vertex_sharpness();
-    for (float& sharpness : corners) sharpness = is_sharp(sharpness) ? endless : 0.0f;
-    return {mesh.vertex_count(), std::move(faces), std::move(corners)};
-}
-
 enum class Asked {
     positions,
     limits,
@@ -174,7 +161,7 @@ struct PartialLevels::Impl {
         if (boundary_recedes(scheme, rules))
             throw Error(ErrorCode::unsupported, "a boundary that recedes has no vertex quadtrees; replicate it");
         RuleStep step = scheme.step(base, rules);
-        cut = all_tags_stay(base) ? step.mesh : scheme.step(sharp_for_ever(base), rules).mesh;
+        cut = all_tags_stay(base) ? step.mesh : scheme.step(detail::sharp_for_ever(base), rules).mesh;
         std::vector<Vec3d> finer(step.stencils.row_count());
         step.stencils.apply<Vec3d>(points, finer);
         points = std::move(finer);

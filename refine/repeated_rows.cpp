@@ -45,18 +45,17 @@ float soonest_turn(const RuleMesh& mesh) {
     return least;
 }
 
-/// Steps of a dual scheme from the level that its roots are cut on until rows take over.
-constexpr int k_steps_before_strip = 3;
-
-/// Whether tags of a dual scheme turn smooth so late that no roots are to be cut after them.
-bool turns_late(const RuleMesh& mesh, int levels, bool limits) {
-    const auto late = [&](float sharpness) {
-        return is_semi_sharp(sharpness) && sharpness > static_cast<float>(levels - k_steps_before_strip) &&
-               (limits || sharpness <= static_cast<float>(levels - 1));
+/// Steps until what turns smooth by then has done so.
+/// @param most  others than that many do not matter
+int steps_of_turns(const RuleMesh& mesh, int most) {
+    int steps = 0;
+    const auto see = [&](float sharpness) {
+        if (is_semi_sharp(sharpness) && sharpness <= static_cast<float>(most))
+            steps = std::max(steps, static_cast<int>(std::ceil(sharpness)));
     };
-    for (int h = 0; h < mesh.halfedge_count(); ++h)
-        if (late(mesh.sharpness(h))) return true;
-    return std::any_of(mesh.vertex_sharpness().begin(), mesh.vertex_sharpness().end(), late);
+    for (int h = 0; h < mesh.halfedge_count(); ++h) see(mesh.sharpness(h));
+    for (const float s : mesh.vertex_sharpness()) see(s);
+    return steps;
 }
 
 /// The same faces, tagged as those that cover them one level further down.
@@ -245,37 +244,55 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     const bool recedes = boundary_recedes(scheme, rules);
     if (recedes && mesh.has_boundary()) return nullptr;
 
-    RuleLevels& by_rules = *levels_by_rules;
+    std::unique_ptr<RuleLevels> cut_levels;
+    RuleLevels* all_rules = levels_by_rules.get();
     const auto advance = [&] {
-        const int to = by_rules.level() + 1;
+        const int to = all_rules->level() + 1;
         check_rule_memory(mesh, scheme, to, levels, context,
                           to > base_level ? static_cast<std::uint64_t>(last_size.bytes) : 0);
-        return by_rules.advance();
+        return all_rules->advance();
     };
     // What limits see of a sharpness that runs out further down differs from level to level.
     constexpr int k_for_ever = std::numeric_limits<int>::max();
     const bool any_limits = demand.limit || demand.normals;
-    const auto stays = [&] {
-        // A step of a dual scheme does not see what turns smooth after it.
-        const int steps = levels - by_rules.level() - (dual ? 1 : 0);
-        return stays_as_it_is(by_rules.last(), any_limits ? k_for_ever : steps, creases);
+    // A step of a dual scheme does not see what turns smooth after it.
+    const auto steps_that_matter = [&] {
+        return any_limits ? k_for_ever : levels - levels_by_rules->level() - (dual ? 1 : 0);
+    };
+    const auto stays = [&] { return stays_as_it_is(levels_by_rules->last(), steps_that_matter(), creases); };
+    // What lies along tags that turn smooth too late for that is made by the rules to the end, where it is not too
+    // much. Until rows take over roots are refined three times or more.
+    constexpr int k_first_steps = 3;
+    const auto needs_strip = [&] {
+        const int left = levels - levels_by_rules->level();
+        if (!creases || demand.whole_net || left <= k_first_steps) return false;
+        const RuleMesh& at = levels_by_rules->last();
+        return left - steps_of_turns(at, steps_that_matter()) <= k_first_steps &&
+               (soonest_turn(at) > 1 || left == k_first_steps + 1);
     };
     // The roots of a dual scheme are the quads of the first level that has a face for each vertex (those with two faces
     // have none), and they are cut where it has creases from then on.
-    bool strip = dual && creases && !demand.whole_net && turns_late(by_rules.last(), levels, any_limits);
-    while (dual && !(has_whole_faces(by_rules.last(), creases) &&
-                     (strip ? stays_as_it_is(by_rules.last(), k_steps_before_strip) : stays()))) {
+    while (dual && !(has_whole_faces(levels_by_rules->last(), creases) && (stays() || needs_strip()))) {
         if (levels <= ++base_level) return nullptr;
         advance();
     }
-    strip = strip && !stays();
-    const float soonest = soonest_turn(by_rules.last());
+    const bool has_strip = dual && !stays();
+    if (has_strip) cut_levels = levels_by_rules->with_sharp_tags();
     // The child of each of the roots' half-edges at its origin, level by level. Dual: the half-edge of a root's last
     // cell that stays in its face; root h is at corner h.
     std::vector<int> first;
     std::optional<RootNet> net;
-    if (dual) net = RootNet::of_corners(by_rules.last(), by_rules.control_face_of_corners(), creases);
+    if (dual) net = RootNet::of_corners(all_rules->last(), all_rules->control_face_of_corners(), creases);
     if (dual && !net) return nullptr;
+    std::vector<int> first_of_strip;
+    RuleMesh cut;
+    if (has_strip) {
+        advance();
+        all_rules = cut_levels.get();
+        first_of_strip = first = advance();
+        cut = all_rules->last();
+    }
+    RuleLevels& by_rules = *all_rules;
     while (by_rules.level() < base_level) first = advance();
     if (!dual) {
         std::vector<std::uint32_t> control(static_cast<std::size_t>(by_rules.last().face_count()));
@@ -328,9 +345,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     };
     while (!wide_enough())
         if (by_rules.level() + 1 >= levels || !go_on()) return nullptr;
-    if (strip) {
-        // Counted from the level that the net is cut on.
-        if (soonest <= static_cast<float>(by_rules.level() - base_level + 1)) return nullptr;
+    if (has_strip) {
         TurningStrip::Demand of_strip{.limit = demand.limit, .normals = demand.normals};
         // By the rules a point of the strip costs more than one of theirs: it is cut out of what is made.
         constexpr double k_most = 0.4;
@@ -341,8 +356,8 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
             of_strip.max_bytes = limit - static_cast<std::uint64_t>(2 * last_size.bytes);
         }
         try {
-            all->strip_ = TurningStrip::make(all->net_, {by_rules, first, segments, levels - by_rules.level()}, scheme,
-                                             rules, of_strip, context);
+            all->strip_ = TurningStrip::make(all->net_, {*levels_by_rules, cut, first_of_strip, levels - base_level},
+                                             scheme, rules, of_strip, context);
         } catch (const std::invalid_argument&) {
             return nullptr;  // the rules say what is wrong
         }
@@ -357,7 +372,8 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         all->segments_.push_back(segments *= static_cast<std::uint32_t>(factor));
     const RootLayout last = all->net_.layout(segments);
     if ((all->limit_ && !all->limit_->fits(last)) || (all->normals_ && !all->normals_->fits(last))) return nullptr;
-    all->levels_ = std::move(levels_by_rules);
+    all->levels_ = std::move(has_strip ? cut_levels : levels_by_rules);
+    if (has_strip) all->strip_levels_ = std::move(levels_by_rules);
     all->control_count_ = mesh.vertex_count();
     return all;
 }
@@ -429,8 +445,9 @@ void RepeatedRows::refine(std::span<const Vec3d> control, std::span<Vec3d> point
     }
     if (std::find(normals.begin(), normals.end(), Vec3d(0)) != normals.end())
         add_face_normals(net_.faces(segments_.back(), context), net_.point_numbers(last), now, normals);
-    if (strip_)
-        strip_->refine({reinterpret_cast<const Vec3d*>(first.data()), first.size() / 3}, of_strip, normals_of_strip);
+    if (!strip_) return;
+    const std::vector<double> start = strip_levels_->net({&control.data()->x, 3 * control.size()}, 3);
+    strip_->refine({reinterpret_cast<const Vec3d*>(start.data()), start.size() / 3}, of_strip, normals_of_strip);
 }
 
 /// Of places of the same point the first one gives it; its normal is the mean of theirs.

@@ -85,7 +85,8 @@ class RepeatedRows {
     std::unique_ptr<RuleLevels> levels_;
     std::vector<std::uint32_t> segments_;  ///< of the last level by rules, and of those after it
     std::vector<int> vertices_;            ///< the rules' number at each place of that level
-    std::optional<TurningStrip> strip_;    ///< where tags of a dual scheme turn smooth
+    std::unique_ptr<RuleLevels> strip_levels_;
+    std::optional<TurningStrip> strip_;  ///< from the last of these: where tags of a dual scheme turn smooth
 };
 
 }  // namespace tetrakis::detail

@@ -4,6 +4,7 @@
 #include "tetrakis/refine/limit_search.hpp"
 #include "tetrakis/refine/mesh_part.hpp"
 #include "tetrakis/refine/parallel_blocks.hpp"
+#include "tetrakis/schemes/averaging.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -121,14 +122,14 @@ class TurningStrip::Maker {
   public:
     Maker(const RootNet& net, const Start& start, const SchemeInfo& scheme, const RuleOptions& rules,
           const Demand& demand)
-        : net_(net), start_(start), scheme_(scheme), rules_(rules), demand_(demand), segments_(start.segments) {
+        : net_(net), start_(start), scheme_(scheme), rules_(rules), demand_(demand), segments_(1) {
         rules_.runner = &runner_;
     }
 
     std::optional<TurningStrip> make(const RunContext& context) {
         const RuleMesh& first = start_.levels.last();
-        Level at{first, first_headings(net_, segments_, first, start_.halfedge),
-                 std::vector<char>(static_cast<std::size_t>(first.vertex_count()), 0), start_.levels.corner_faces()};
+        Level at{first, first_headings(net_, segments_, start_.cut, start_.halfedge), first_changed(),
+                 start_.levels.corner_faces()};
         left_ = start_.steps;
         const MeshPart part = cut(at);
         strip_.from_ = part.vertex;
@@ -155,8 +156,19 @@ class TurningStrip::Maker {
         if (left == 0) return asks_for_limits() ? 2 * limit_rings() : 1;
         return (rings(left - 1) + 1) / 2 + 3 + reach();
     }
-    int reach() const { return scheme_.family == MeshFamily::quads && averages() ? 2 : 1; }
-    bool averages() const { return scheme_.name.find("averaging") != std::string_view::npos; }
+    /// Rings of faces around a corner that the rules of its child look at, its own included.
+    int reach() const { return scheme_.step == averaging_step ? rules_.averaging_steps / 2 + 2 : 1; }
+
+    /// Of the first level: what has turned smooth on the way to it.
+    std::vector<char> first_changed() const {
+        const RuleMesh &now = start_.levels.last(), &cut = start_.cut;
+        std::vector<char> changed(static_cast<std::size_t>(now.vertex_count()), 0);
+        for (int v = 0; v < now.vertex_count(); ++v)
+            changed[v] = is_sharp(cut.vertex_sharpness(v)) != is_sharp(now.vertex_sharpness(v)) ? 1 : 0;
+        for (int h = 0; h < now.halfedge_count(); ++h)
+            if (cut.sharp(h) != now.sharp(h)) changed[now.origin(h)] = changed[now.target(h)] = 1;
+        return changed;
+    }
 
     /// Vertices that have changed, or are tagged by what will.
     std::vector<int> seeds(const Level& at) const {
@@ -194,26 +206,28 @@ class TurningStrip::Maker {
         return part;
     }
 
-    /// Whether the rules of the corner's child see something that has changed.
-    bool sees_changed(const Level& at, int face) const {
-        const auto changed = [&](int f) {
-            const auto corners = at.mesh.corners(f);
-            return std::any_of(corners.begin(), corners.end(), [&](int v) { return at.changed[v] != 0; });
-        };
-        if (reach() == 1) return changed(face);
-        for (const int v : at.mesh.corners(face)) {
-            bool any = false;
-            for_each_leaving(at.mesh, v, [&](int h) { any = any || changed(at.mesh.face(h)); });
-            if (any) return true;
+    /// Vertices that have changed, or are seen by those in the rules of the same face's points.
+    std::vector<char> changed_nearby(const Level& at) const {
+        std::vector<char> changed = at.changed;
+        for (int ring = 1; ring < reach(); ++ring) {
+            const std::vector<char> before = changed;
+            for (int f = 0; f < at.mesh.face_count(); ++f) {
+                const auto corners = at.mesh.corners(f);
+                if (std::any_of(corners.begin(), corners.end(), [&](int v) { return before[v] != 0; }))
+                    for (const int v : corners) changed[v] = 1;
+            }
         }
-        return false;
+        return changed;
     }
 
     std::vector<char> changed_children(const Level& at, const RuleStep& step) const {
         const RuleMesh& finer = step.mesh;
+        const std::vector<char> nearby = changed_nearby(at);
         std::vector<char> changed(static_cast<std::size_t>(finer.vertex_count()), 0), is_known(changed);
         for (int f = 0; f < at.mesh.face_count(); ++f) {
-            const char sees = sees_changed(at, f) ? 1 : 0;
+            const auto corners = at.mesh.corners(f);
+            const char sees =
+                std::any_of(corners.begin(), corners.end(), [&](int v) { return nearby[v] != 0; }) ? 1 : 0;
             for (int h = at.mesh.face_begin(f); h < at.mesh.face_begin(f) + at.mesh.face_size(f); ++h) {
                 const int v = finer.origin(step.child_halfedge[h]);
                 changed[v] = sees;
@@ -225,7 +239,7 @@ class TurningStrip::Maker {
         for (int h = 0; h < at.mesh.halfedge_count(); ++h) {
             const int along = step.child_crease[h];
             if (along == RuleMesh::none) continue;
-            const bool sees = at.changed[at.mesh.origin(h)] != 0 || at.changed[at.mesh.target(h)] != 0,
+            const bool sees = nearby[at.mesh.origin(h)] != 0 || nearby[at.mesh.target(h)] != 0,
                        turned = matters && !is_sharp(child_sharpness(at.mesh.sharpness(h)));
             for (const int v : {finer.origin(along), finer.target(along)}) {
                 changed[v] = changed[v] != 0 || sees || turned ? 1 : 0;

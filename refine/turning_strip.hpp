@@ -23,9 +23,9 @@ namespace tetrakis::detail {
 class TurningStrip {
   public:
     struct Start {
-        const RuleLevels& levels;       ///< the last one: nothing has turned smooth since the net was cut
-        std::span<const int> halfedge;  ///< as RootNet::vertices()
-        std::uint32_t segments;         ///< of that level
+        const RuleLevels& levels;  ///< the last one is the first whose points have places in the net
+        const RuleMesh& cut;       ///< that level with all tags sharp for ever that were there when the net was cut
+        std::span<const int> halfedge;  ///< of it, as RootNet::vertices()
         int steps;                      ///< to the last level
     };
     struct Demand {
