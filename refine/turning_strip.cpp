@@ -4,7 +4,6 @@
 #include "tetrakis/refine/limit_search.hpp"
 #include "tetrakis/refine/mesh_part.hpp"
 #include "tetrakis/refine/parallel_blocks.hpp"
-#include "tetrakis/schemes/averaging.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -133,11 +132,12 @@ class TurningStrip::Maker {
         left_ = start_.steps;
         const MeshPart part = cut(at);
         strip_.from_ = part.vertex;
-        for (; left_ > 0;) {
+        while (left_ > 0 && at.mesh.face_count() > 0) {
             context.report("refine", 0);
             if (!step(at)) return std::nullopt;
         }
-        if (!finish(at)) return std::nullopt;
+        // Tags of vertices without creases have nothing to turn.
+        if (at.mesh.face_count() > 0 && !finish(at)) return std::nullopt;
         return std::move(strip_);
     }
 
@@ -154,11 +154,8 @@ class TurningStrip::Maker {
     /// whose outer vertices are not all there, and the mask's.
     int rings(int left) const {
         if (left == 0) return asks_for_limits() ? 2 * limit_rings() : 1;
-        return (rings(left - 1) + 1) / 2 + 3 + reach();
+        return (rings(left - 1) + 1) / 2 + 4;
     }
-    /// Rings of faces around a corner that the rules of its child look at, its own included.
-    int reach() const { return scheme_.step == averaging_step ? rules_.averaging_steps / 2 + 2 : 1; }
-
     /// Of the first level: what has turned smooth on the way to it.
     std::vector<char> first_changed() const {
         const RuleMesh &now = start_.levels.last(), &cut = start_.cut;
@@ -206,28 +203,13 @@ class TurningStrip::Maker {
         return part;
     }
 
-    /// Vertices that have changed, or are seen by those in the rules of the same face's points.
-    std::vector<char> changed_nearby(const Level& at) const {
-        std::vector<char> changed = at.changed;
-        for (int ring = 1; ring < reach(); ++ring) {
-            const std::vector<char> before = changed;
-            for (int f = 0; f < at.mesh.face_count(); ++f) {
-                const auto corners = at.mesh.corners(f);
-                if (std::any_of(corners.begin(), corners.end(), [&](int v) { return before[v] != 0; }))
-                    for (const int v : corners) changed[v] = 1;
-            }
-        }
-        return changed;
-    }
-
     std::vector<char> changed_children(const Level& at, const RuleStep& step) const {
         const RuleMesh& finer = step.mesh;
-        const std::vector<char> nearby = changed_nearby(at);
         std::vector<char> changed(static_cast<std::size_t>(finer.vertex_count()), 0), is_known(changed);
         for (int f = 0; f < at.mesh.face_count(); ++f) {
             const auto corners = at.mesh.corners(f);
             const char sees =
-                std::any_of(corners.begin(), corners.end(), [&](int v) { return nearby[v] != 0; }) ? 1 : 0;
+                std::any_of(corners.begin(), corners.end(), [&](int v) { return at.changed[v] != 0; }) ? 1 : 0;
             for (int h = at.mesh.face_begin(f); h < at.mesh.face_begin(f) + at.mesh.face_size(f); ++h) {
                 const int v = finer.origin(step.child_halfedge[h]);
                 changed[v] = sees;
@@ -239,7 +221,7 @@ class TurningStrip::Maker {
         for (int h = 0; h < at.mesh.halfedge_count(); ++h) {
             const int along = step.child_crease[h];
             if (along == RuleMesh::none) continue;
-            const bool sees = nearby[at.mesh.origin(h)] != 0 || nearby[at.mesh.target(h)] != 0,
+            const bool sees = at.changed[at.mesh.origin(h)] != 0 || at.changed[at.mesh.target(h)] != 0,
                        turned = matters && !is_sharp(child_sharpness(at.mesh.sharpness(h)));
             for (const int v : {finer.origin(along), finer.target(along)}) {
                 changed[v] = changed[v] != 0 || sees || turned ? 1 : 0;
@@ -262,7 +244,6 @@ class TurningStrip::Maker {
 
     bool step(Level& at) {
         RuleStep step = scheme_.step(at.mesh, rules_);
-        if (step.child_crease.empty()) return false;
         std::vector<char> changed = changed_children(at, step);
         const std::uint32_t n = segments_, finer_n = 2 * segments_;
         std::vector<Heading> headings = ChildHeadings(net_, finer_n, at.mesh, at.headings, step).take();
@@ -321,7 +302,6 @@ class TurningStrip::Maker {
             return n;
         };
         RootNet::Faces& faces = strip_.faces_;
-        faces.offsets.push_back(0);
         const auto changed = [&](int v) { return at.changed[v] != 0; };
         for (int f = 0; f < mesh.face_count(); ++f) {
             const auto corners = mesh.corners(f);
@@ -394,6 +374,7 @@ void TurningStrip::put_into(RootNet::Faces& faces) const {
 }
 
 void TurningStrip::refine(std::span<const Vec3d> start, std::span<Vec3d> points, std::span<Vec3d> normals) const {
+    if (own_.empty() && seen_.empty()) return;
     std::vector<Vec3d> net, finer;
     for (const int v : from_) net.push_back(start[v]);
     for (const StencilTable& step : steps_) {

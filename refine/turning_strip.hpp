@@ -56,7 +56,7 @@ class TurningStrip {
     std::uint32_t first_number_ = 0;
     std::vector<int> own_;             ///< of the last level's strip
     std::vector<std::uint32_t> dead_;  ///< numbers of the net's points that are not there; increasing
-    RootNet::Faces faces_;
+    RootNet::Faces faces_{{0}, {}, {}};
     // With limits or normals.
     bool limit_ = false, normals_ = false;
     RuleMesh mesh_;                      ///< the last level's strip
