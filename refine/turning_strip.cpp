@@ -143,19 +143,21 @@ class TurningStrip::Maker {
 
   private:
     bool asks_for_limits() const { return demand_.limit || demand_.normals; }
-    /// Rings of faces that a limit may depend on.
-    int limit_rings() const { return rule_limit_rings(scheme_, rules_); }
+    /// Rings of faces around what has changed in which limits and normals see it: those of a vertex are the face's that
+    /// it becomes, which depend on the faces around it; and one more.
+    static constexpr int k_limit_rings = 2;
     /// Whether a tag matters that is sharp now.
     bool turns(float sharpness) const {
         return is_semi_sharp(sharpness) && (asks_for_limits() || sharpness <= static_cast<float>(left_ - 1));
     }
-    /// Rings of faces around what has changed and what will that a level needs, for all of the next one's to be right:
-    /// those that its rings are the children of, one that its first points may be away from what changes them, the one
-    /// whose outer vertices are not all there, and the mask's.
+    /// Rings of faces around what has changed and what will that a level needs. A step changes the children of the
+    /// faces around what has changed before, so that rings there begin half a ring further out; and around the last
+    /// vertices whose face is wanted there is one more.
     int rings(int left) const {
-        if (left == 0) return asks_for_limits() ? 2 * limit_rings() : 1;
-        return (rings(left - 1) + 1) / 2 + 4;
+        if (left == 0) return asks_for_limits() ? k_limit_rings + rule_limit_rings(scheme_, rules_) : 1;
+        return (rings(left - 1) + 1) / 2 + 1;
     }
+
     /// Of the first level: what has turned smooth on the way to it.
     std::vector<char> first_changed() const {
         const RuleMesh &now = start_.levels.last(), &cut = start_.cut;
@@ -317,7 +319,7 @@ class TurningStrip::Maker {
         strip_.dead_ = std::move(dead_);
         if (!asks_for_limits()) return true;
         const std::vector<int> seeds = this->seeds(at);
-        const MeshPart near = finder_.find(mesh, seeds, limit_rings());
+        const MeshPart near = finder_.find(mesh, seeds, k_limit_rings);
         for (int h = 0; h < mesh.halfedge_count(); ++h) number_at(h);
         for (const int v : near.vertex)
             if (number[v] != RootNet::none) strip_.seen_.push_back(v);
