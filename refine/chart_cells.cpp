@@ -82,7 +82,8 @@ class CellFollower {
             if (r < surface_.own_roots()) {
                 if (corners_.partner[r] < 0) return false;
                 root_.push_back(static_cast<std::uint32_t>(corners_.partner[r]));
-                home_.push_back(static_cast<std::uint32_t>(corners_.home[r]));
+                home_.push_back({static_cast<std::uint32_t>(corners_.home[r]),
+                                 corners_.corner.empty() ? 0 : static_cast<std::uint32_t>(corners_.corner[r])});
                 continue;
             }
             // A corner goes with the edge that starts there.
@@ -129,9 +130,10 @@ class CellFollower {
         const int size = static_cast<int>(ring_.size());
         const auto corner = [&](int i) { return ring_[static_cast<std::size_t>(i)]; };
         const auto turned = [&](std::uint32_t c) { return charts.twin[charts.prev(c)]; };
-        const auto home = [&](int i) { return home_[corner(i) / 4]; };
+        const auto home = [&](int i) { return home_[corner(i) / 4].home; };
         const SeamRun run = longest_run(
-            size, [&](int i) { return turned(there(corner(i))) == there(corner((i + 1) % size)); }, home);
+            size, [&](int i) { return turned(there(corner(i))) == there(corner((i + 1) % size)); },
+            [&](int i) { return home_[corner(i) / 4]; });
         if (run.tied) return false;
         const std::size_t begin = out_.face_uvs.size();
         for (const std::uint32_t c : ring_) add(chart_.number(at_, there(c), 0, 0));
@@ -161,7 +163,7 @@ class CellFollower {
     std::vector<Vec2d>& uvs_;
     std::uint32_t n_;
     std::vector<std::uint32_t> root_;  ///< of the chart, for each of the surface
-    std::vector<std::uint32_t> home_;  ///< and the control face on whose side of seams it is
+    std::vector<SeamOrigin> home_;     ///< and the corner on whose side of seams it is
     std::vector<std::uint32_t> ring_, beyond_;
     CellUvs out_;
 };

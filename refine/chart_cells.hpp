@@ -24,8 +24,8 @@ struct CellUvs {
 /// @param corners         of that level
 /// @param faces           of the surface, of that many segments
 /// @param uvs             of the chart's points; receives those of faces that no point of the chart is made for
-/// @return nothing where the chart has not all that the surface has, or a face as much of one side as of another with
-///         the same control face, between which the order of its corners decides
+/// @return nothing where the chart has not all that the surface has, or a face as much of one side as of another from
+///         the same corner, between which the order of its corners decides
 std::optional<CellUvs> cell_uvs(const RootNet& surface, const RootNet& chart, const ChartCorners& corners,
                                 std::uint32_t segments, const RootNet::Faces& faces, std::vector<Vec2d>& uvs);
 

@@ -87,23 +87,25 @@ class SideBySide {
     void refine() {
         RuleStep step = scheme_.step(surface_, rules_), chart_step = scheme_.step(charts_.mesh, rules_);
         charts_.uvs = next_uvs(chart_step.stencils, charts_.uvs);
-        std::vector<int> old_partner(step.mesh.halfedge_count(), RuleMesh::none),
-            old_home(step.mesh.halfedge_count(), RuleMesh::none);
-        old_partner.swap(partner_);
-        old_home.swap(home_);
+        const auto halfedges = static_cast<std::size_t>(step.mesh.halfedge_count());
+        const std::vector<int> old_partner = std::exchange(partner_, std::vector<int>(halfedges, RuleMesh::none)),
+                               old_home = std::exchange(home_, std::vector<int>(halfedges, RuleMesh::none)),
+                               old_corner = std::exchange(corner_, std::vector<int>(halfedges, 0));
+        const bool first = old_corner.empty();
         std::vector<char> child(step.mesh.vertex_count(), 0);
         std::vector<int> queue;
-        const auto set = [&](int h, int partner, int home) {
+        const auto set = [&](int h, int partner, int home, int corner) {
             if (partner == RuleMesh::none || partner_[h] != RuleMesh::none) return;
             partner_[h] = partner;
             home_[h] = home;
+            corner_[h] = corner;
             queue.push_back(h);
         };
         for (int h = 0; h < surface_.halfedge_count(); ++h) {
             const int a = step.child_halfedge[h];
             if (a == RuleMesh::none || old_partner[h] == RuleMesh::none) continue;
             child[step.mesh.origin(a)] = 1;
-            set(a, chart_step.child_halfedge[old_partner[h]], old_home[h]);
+            set(a, chart_step.child_halfedge[old_partner[h]], old_home[h], first ? 0 : old_corner[h]);
         }
         // Around the children of corners, which lie on one side of every seam, then along faces to the other points: to
         // one at a dart or a tip from the left.
@@ -112,26 +114,30 @@ class SideBySide {
         for (std::size_t i = 0; i < queue.size(); ++i) {
             const int h = queue[i], p = partner_[h];
             if (const int left = twin(fine, fine.prev(h)); left != RuleMesh::none)
-                set(left, twin(chart, chart.prev(p)), home_[h]);
+                set(left, twin(chart, chart.prev(p)), home_[h], corner_[h]);
             if (const int t = twin(fine, h), q = twin(chart, p); t != RuleMesh::none && q != RuleMesh::none)
-                set(fine.next(t), chart.next(q), home_[h]);
+                set(fine.next(t), chart.next(q), home_[h], corner_[h]);
         }
         const auto behind = [&](int h) {
-            if (const int b = fine.prev(h); child[fine.origin(b)] == 0) set(b, chart.prev(partner_[h]), home_[h]);
+            if (const int b = fine.prev(h); child[fine.origin(b)] == 0)
+                set(b, chart.prev(partner_[h]), home_[h], corner_[h]);
         };
         const auto ahead = [&](int h) {
-            if (const int n = fine.next(h); child[fine.origin(n)] == 0) set(n, chart.next(partner_[h]), home_[h]);
+            if (const int n = fine.next(h); child[fine.origin(n)] == 0)
+                set(n, chart.next(partner_[h]), home_[h], corner_[h]);
         };
         const std::size_t children = queue.size();
         for (std::size_t i = 0; i < children; ++i) behind(queue[i]);
         for (std::size_t i = 0; i < children; ++i) ahead(queue[i]);
         for (std::size_t i = children; i < queue.size(); ++i) behind(queue[i]);
         for (std::size_t i = children; i < queue.size(); ++i) ahead(queue[i]);
+        // Honeycomb's old vertices and corners of faces do not meet themselves.
+        if (first && scheme_.refinement != Refinement::honeycomb) std::iota(corner_.begin(), corner_.end(), 0);
         surface_ = std::move(step.mesh);
         charts_.mesh = std::move(chart_step.mesh);
     }
 
-    ChartCorners corners() && { return {std::move(partner_), std::move(home_)}; }
+    ChartCorners corners() && { return {std::move(partner_), std::move(home_), std::move(corner_)}; }
 
     FollowedUvs result() {
         FollowedUvs out;
@@ -149,7 +155,11 @@ class SideBySide {
         out.control_face[f] = take_side(
             std::span(out.face_uvs.data() + begin, static_cast<std::size_t>(surface_.face_size(f))),
             [&](int i) { return partner_[begin + static_cast<std::size_t>(i)]; },
-            [&](int i) { return static_cast<std::uint32_t>(home_[begin + static_cast<std::size_t>(i)]); },
+            [&](int i) {
+                const std::size_t h = begin + static_cast<std::size_t>(i);
+                return SeamOrigin{static_cast<std::uint32_t>(home_[h]),
+                                  corner_.empty() ? 0 : static_cast<std::uint32_t>(corner_[h])};
+            },
             [&](int p) { return charts_.mesh.next(p); }, [&](int p) { return charts_.mesh.origin(p); }, out.uvs);
     }
 
@@ -159,6 +169,7 @@ class SideBySide {
     const RuleOptions& rules_;
     std::vector<int> partner_;  ///< per half-edge of the surface, that of the charts
     std::vector<int> home_;     ///< the control face that its origin lies in
+    std::vector<int> corner_;   ///< ChartCorners::corner
 };
 
 }  // namespace

@@ -83,8 +83,10 @@ FollowedUvs follow_hexagons(SeamExtension charts, std::span<const HexagonMesh> l
         const auto corner = [&](int i) { return begin + static_cast<std::size_t>(i); };
         out.control_face[f] = take_side(
             std::span(out.face_uvs).subspan(begin, last.face_size(f)), [&](int i) { return at.partner[corner(i)]; },
-            [&](int i) { return at.home[corner(i)]; }, [&](std::uint32_t p) { return chart.next(p); },
-            [&](std::uint32_t p) { return chart.origin(p); }, out.uvs);
+            [&](int i) {
+                return SeamOrigin{at.home[corner(i)], 0};
+            },
+            [&](std::uint32_t p) { return chart.next(p); }, [&](std::uint32_t p) { return chart.origin(p); }, out.uvs);
     }
     return out;
 }

@@ -4,6 +4,7 @@
 #include "tetrakis/hier/vec.hpp"
 
 #include <algorithm>
+#include <compare>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -13,22 +14,31 @@ namespace tetrakis::detail {
 /// Corners of a face of a dual scheme that lie on the same side of every seam.
 struct SeamRun {
     int first, size;
-    bool tied = false;  ///< with another one that begins in the same control face
+    bool tied = false;  ///< with another one that begins where it does
 };
 
-/// The run whose UVs a face takes: the one with the most corners, then the one that begins in the lowest control face.
+/// Where a corner of a face of a dual scheme comes from. Where a seam runs over an inner vertex of two faces, both of
+/// its sides meet in faces across it twice: then what lies in one control face has come from two corners there.
+struct SeamOrigin {
+    std::uint32_t home;    ///< control face
+    std::uint32_t corner;  ///< half-edge of level 1, from there on
+    auto operator<=>(const SeamOrigin&) const = default;
+};
+
+/// The run whose UVs a face takes: the one with the most corners, then the one that begins in the lowest control face,
+/// then at the lowest corner of level 1.
 /// @param goes_on  (i): whether the corner after i lies on the same side
-/// @param home     (i): the control face that corner i lies in
-template <class GoesOn, class Home>
-SeamRun longest_run(int size, const GoesOn& goes_on, const Home& home) {
+/// @param origin   (i): the SeamOrigin of corner i
+template <class GoesOn, class Origin>
+SeamRun longest_run(int size, const GoesOn& goes_on, const Origin& origin) {
     SeamRun best{0, 0};
     for (int i = 0; i < size; ++i) {
         if (goes_on((i + size - 1) % size)) continue;
         int length = 1;
         while (length < size && goes_on((i + length - 1) % size)) ++length;
-        if (length > best.size || (length == best.size && home(i) < home(best.first)))
+        if (length > best.size || (length == best.size && origin(i) < origin(best.first)))
             best = {i, length};
-        else if (length == best.size && home(i) == home(best.first))
+        else if (length == best.size && origin(i) == origin(best.first))
             best.tied = true;
     }
     return best.size == 0 ? SeamRun{0, size} : best;  // all of it on one side, and round
@@ -75,19 +85,19 @@ inline void continue_uvs(const SeamRun& run, std::span<const std::uint32_t> beyo
 /// The UVs of a face's corners, from one side of the seams that it lies across. Returns the control face that it
 /// belongs to there.
 /// @param partner  (i): the half-edge of the charts that corner i is
-/// @param home     (i): the control face that corner i lies in
+/// @param from     (i): the SeamOrigin of corner i
 /// @param next     (p): the half-edge of the charts after that one in its face
 /// @param origin   (p): number of the UVs where it begins
-template <class Partner, class Home, class Next, class Origin>
-std::uint32_t take_side(std::span<std::uint32_t> corners, const Partner& partner, const Home& home, const Next& next,
+template <class Partner, class From, class Next, class Origin>
+std::uint32_t take_side(std::span<std::uint32_t> corners, const Partner& partner, const From& from, const Next& next,
                         const Origin& origin, std::vector<Vec2d>& uvs) {
     const int size = static_cast<int>(corners.size());
     for (int i = 0; i < size; ++i)
         corners[static_cast<std::size_t>(i)] = static_cast<std::uint32_t>(origin(partner(i)));
     const auto around = [&](int i) { return partner(i % size); };
     const SeamRun run = longest_run(
-        size, [&](int i) { return next(around(i)) == around(i + 1); }, home);
-    const std::uint32_t control = home_of(run, size, home);
+        size, [&](int i) { return next(around(i)) == around(i + 1); }, from);
+    const std::uint32_t control = home_of(run, size, [&](int i) { return from(i).home; });
     if (run.size == size) return control;
     std::vector<std::uint32_t> beyond;
     for (auto p = next(around(run.first + run.size - 1)); p != partner(run.first); p = next(p))
