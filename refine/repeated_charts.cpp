@@ -35,6 +35,7 @@ std::optional<RepeatedCharts> RepeatedCharts::make(const ControlMesh& mesh, cons
     auto chart_levels = std::make_unique<RuleLevels>(*all.charts_, by, of_charts, 0);
     RepeatedRows::Demand plain = demand;
     plain.limit = plain.normals = false;
+    if (all.dual_) plain.root_level = RepeatedRows::first_whole_level(rule_mesh(surface), scheme, rules);
     all.rows_ = RepeatedRows::make(*all.charts_, by, levels, of_charts, chart_levels, plain, context);
     if (!all.rows_) return std::nullopt;
     return all;

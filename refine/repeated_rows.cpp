@@ -272,7 +272,8 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     };
     // The roots of a dual scheme are the quads of the first level that has a face for each vertex (those with two faces
     // have none), and they are cut where it has creases from then on.
-    while (dual && !(has_whole_faces(levels_by_rules->last(), creases) && (stays() || needs_strip()))) {
+    while (dual && !(has_whole_faces(levels_by_rules->last(), creases) &&
+                     levels_by_rules->level() >= demand.root_level && (stays() || needs_strip()))) {
         if (levels <= ++base_level) return nullptr;
         advance();
     }
@@ -401,6 +402,10 @@ bool RepeatedRows::learn(const Plan& plan, const SchemeInfo& scheme, const RuleO
         }
     }
     return true;
+}
+
+int RepeatedRows::first_whole_level(const RuleMesh& control, const SchemeInfo& scheme, const RuleOptions& rules) {
+    return has_whole_faces(control, !ignores_creases(scheme, rules)) ? 0 : 1;
 }
 
 bool RepeatedRows::fits(std::uint32_t segments) const {

@@ -29,6 +29,7 @@ class RepeatedRows {
     /// corners.
     struct Demand {
         bool limit = false, normals = false;
+        int root_level = 0;           ///< dual: at least
         bool whole_net = false;       ///< all of it in roots: something else is to be found by its place there
         bool even_if_slower = false;  ///< on meshes so small that the rules would be done before rows are learned
         std::uint64_t point_bytes = sizeof(Vec3d), face_bytes = 2 * sizeof(std::uint32_t),
@@ -51,6 +52,8 @@ class RepeatedRows {
     const RootNet& net() const { return net_; }
     /// The level whose faces, or (dual) corners, the roots are.
     int root_level() const { return root_level_; }
+    /// The first level of a dual scheme that has a face for each vertex.
+    static int first_whole_level(const RuleMesh& control, const SchemeInfo& scheme, const RuleOptions& rules);
     std::uint32_t segments() const { return segments_.back(); }
     std::size_t control_count() const { return control_count_; }
     using Faces = RootNet::Faces;

@@ -274,15 +274,18 @@ class TurningStrip::Maker {
         return is_worth_it(at);
     }
 
+    /// Whether the next step is one to be made.
     bool is_worth_it(const Level& at) {
-        // Of a half-edge of the strip: as by the rules, and twice its rows.
-        constexpr double k_bytes = 320;
-        bytes_ += k_bytes * at.mesh.halfedge_count();
+        // Of a half-edge of the strip: as by the rules; and its children.
+        constexpr double k_bytes = 160, k_children = 4;
+        const double halfedges = at.mesh.halfedge_count();
+        bytes_ += k_bytes * halfedges;
         const auto wider = std::ranges::count(at.changed, 1);
         const double points = static_cast<double>(at.mesh.vertex_count()) * std::pow(2.0, left_) +
                               static_cast<double>(wider) * (std::pow(4.0, left_) - std::pow(2.0, left_));
         if (demand_.most_points != 0 && points > demand_.most_points) return false;
-        return demand_.max_bytes == 0 || bytes_ <= static_cast<double>(demand_.max_bytes);
+        const double next = left_ > 0 ? k_children * k_bytes * halfedges : 0;
+        return demand_.max_bytes == 0 || bytes_ + next <= static_cast<double>(demand_.max_bytes);
     }
 
     bool finish(Level& at) {

@@ -6,6 +6,7 @@
 #include "tetrakis/hier/triangulate.hpp"
 #include "tetrakis/hier/vec.hpp"
 #include "tetrakis/refine/refine.hpp"
+#include "tetrakis/refine/repeated_charts.hpp"
 #include "tetrakis/refine/repeated_rows.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
 
@@ -340,6 +341,48 @@ TEST_CASE("tags of dual schemes that run out on the way leave the mesh that the 
         }
 }
 
+TEST_CASE("tags of dual schemes that run out late: holes, materials, attributes, limits and normals as by the rules") {
+    constexpr std::uint32_t n = 8;
+    ControlMeshData data = test::skewed_grid(n);
+    for (std::uint32_t x = 0; x < n; ++x)
+        data.creases.push_back({3 * (n + 1) + x, 3 * (n + 1) + x + 1, x < n / 2 ? 3.5f : 4.5f});
+    for (std::uint32_t y = 1; y < 5; ++y) data.creases.push_back({y * (n + 1) + 5, (y + 1) * (n + 1) + 5, 3.2f});
+    data.corners.push_back({3 * (n + 1) + 2, 3.7f});
+    data.holes.push_back(3 * n + 1);
+    data.materials = {"a", "b", "c"};
+    for (std::uint32_t f = 0; f < n * n; ++f) data.face_material.push_back(f * 2654435761u >> 9 & 1);
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    std::vector<float> xyz;
+    for (const Vec3d& p : mesh.positions())
+        for (int i = 0; i < 3; ++i) xyz.push_back(static_cast<float>(p[i]));
+    const VertexAttribute attribute{"xyz", 3, xyz};
+    for (const char* scheme : {"doo-sabin", "midedge-simplest"})
+        for (const bool limit : {false, true}) {
+            if (limit && scheme_named(scheme).name != "doo-sabin") continue;
+            CAPTURE(scheme);
+            CAPTURE(limit);
+            const RefineOptions options{.limit = limit, .normals = limit, .attributes = {&attribute, 1}};
+            const PolygonMesh ours = refine(mesh, scheme, 5, options),
+                              expected = refine_stencils(mesh, scheme_named(scheme), 5, options).mesh;
+            REQUIRE(ours.positions.size() == expected.positions.size());
+            REQUIRE(ours.face_count() == expected.face_count());
+            CHECK(farthest_apart(ours.positions, expected.positions) < 1e-11);
+            CHECK(farthest_apart(marks(ours, false), marks(expected, false)) < 1e-9);
+            CHECK(std::ranges::count(ours.face_material, 1) == std::ranges::count(expected.face_material, 1));
+            double worst = 0;
+            for (std::size_t v = 0; v < ours.positions.size(); ++v)
+                for (int i = 0; i < 3; ++i)
+                    worst = std::max(worst, std::abs(ours.attributes[0].values[3 * v + i] - ours.positions[v][i]));
+            CHECK(worst < 1e-4);
+            std::vector<Vec3d> with_normals = ours.positions, expected_with = expected.positions;
+            for (std::size_t v = 0; v < ours.normals.size(); ++v) {
+                with_normals[v] += ours.normals[v];
+                expected_with[v] += expected.normals[v];
+            }
+            CHECK(farthest_apart(with_normals, expected_with) < 1e-7);
+        }
+}
+
 TEST_CASE("limits on Hoppe's creases are the same seen from any level, however many faces each side has") {
     RefineOptions options{.limit = true};
     options.rules.hoppe_crease = true;
@@ -448,8 +491,65 @@ TEST_CASE("texture coordinates of a dual scheme at an inner vertex of valence 2,
     }
 }
 
+TEST_CASE("[slow] seams over inner vertices of two faces: texture coordinates by rows are those of the rules") {
+    int seams = 0, missing = 0;
+    for (const char* name : {"doo-sabin", "midedge", "biquartic"})
+        for (const std::uint64_t seed : test::seeds(8)) {
+            CAPTURE(name);
+            CAPTURE(seed);
+            test::RandomMeshOptions random = test::random_options(seed);
+            random.columns = random.rows = 3;
+            random.hole = random.corner = 0;
+            random.crease = seed % 4 == 3 ? 0.1 : 0.0;
+            random.edge_vertices = 0.2;
+            random.boundary_rule = BoundaryRule::edge_only;
+            ControlMeshData data = test::random_mesh_data(seed, random);
+            for (auto& crease : data.creases) crease.sharpness = k_sharpness_infinity;
+            test::add_charts(data);
+            if (seed % 2 == 0) {
+                // Every face a chart of its own.
+                data.uvs.clear();
+                data.face_uvs.clear();
+                for (std::uint32_t f = 0; f + 1 < data.face_offsets.size(); ++f)
+                    for (std::uint32_t c = data.face_offsets[f]; c < data.face_offsets[f + 1]; ++c) {
+                        data.face_uvs.push_back(c);
+                        const Vec3d& p = data.positions[data.face_vertices[c]];
+                        data.uvs.emplace_back(p.x + 10.0 * f, p.y + 0.5 * p.z);
+                    }
+            }
+            const ControlMesh mesh = ControlMesh::build(std::move(data));
+            const SchemeInfo& scheme = *find_scheme(name);
+            bool valence2 = false;
+            for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
+                valence2 = valence2 || (!mesh.is_boundary(VertexId(v)) && mesh.face_valence(VertexId(v)) == 2);
+            if (!valence2) continue;
+            ++seams;
+            constexpr int k_levels = 4;
+            auto levels = std::make_unique<detail::RuleLevels>(mesh, scheme, RuleOptions{}, 0);
+            const detail::RepeatedRows::Demand demand{.whole_net = true, .even_if_slower = true};
+            const auto rows = detail::RepeatedRows::make(mesh, scheme, k_levels, {}, levels, demand, {});
+            auto charts = detail::RepeatedCharts::make(mesh, mesh, scheme, k_levels, {}, demand, {});
+            detail::RepeatedRows::Faces faces;
+            if (rows) faces = rows->faces({});
+            const auto uvs = rows && charts ? charts->refine(*rows, faces, {}) : std::nullopt;
+            if (!uvs) {
+                ++missing;
+                continue;
+            }
+            PolygonMesh ours;
+            ours.face_offsets = faces.offsets;
+            ours.uvs = uvs->uvs;
+            ours.face_uvs = uvs->face_uvs;
+            const PolygonMesh expected = refine_stencils(mesh, scheme, k_levels).mesh;
+            REQUIRE(ours.face_count() == expected.face_count());
+            CHECK(farthest_apart(marks(ours, true), marks(expected, true)) < 1e-7);
+        }
+    CHECK(seams > 10);
+    CHECK(missing < 3);  // a crease that ends at a seam
+}
+
 TEST_CASE(
-    "rows do not repeat themselves where there are too few levels, or where creases of dual schemes turn smooth late") {
+    "rows do not repeat themselves where there are too few levels; of dual schemes, below tags that turn smooth") {
     const ControlMesh smooth = make_mesh(2, true, false);
     CHECK(rows_of(smooth, {"modified-butterfly", 4}) != nullptr);
     CHECK(rows_of(smooth, {"modified-butterfly", 2}) == nullptr);
@@ -458,8 +558,11 @@ TEST_CASE(
     std::uint32_t inner = 0;
     while (!smooth.twin(HalfedgeId(inner)).valid()) ++inner;
     data.creases.push_back({smooth.origin(HalfedgeId(inner)).value, smooth.target(HalfedgeId(inner)).value, 3.5f});
-    CHECK(rows_of(ControlMesh::build(data), {"doo-sabin", 4}) == nullptr);
+    // Sharp in each step of a dual scheme, whose points are where they are whatever comes then.
+    CHECK(rows_of(ControlMesh::build(data), {"doo-sabin", 4}) != nullptr);
     CHECK(rows_of(ControlMesh::build(data), {"modified-butterfly", 4}) != nullptr);
+    data.creases.back().sharpness = 1.5f;
+    CHECK(rows_of(ControlMesh::build(data), {"doo-sabin", 3}) == nullptr);
     // Sharp beyond the last level: as if for ever.
     data.creases.back().sharpness = 7.5f;
     CHECK(rows_of(ControlMesh::build(data), {"doo-sabin", 4}) != nullptr);

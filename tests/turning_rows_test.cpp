@@ -8,6 +8,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cstring>
 #include <memory>
 #include <vector>
 
@@ -149,6 +150,14 @@ TEST_CASE("[slow] dual schemes' tags that turn smooth late leave what the rules 
             const auto rows = detail::RepeatedRows::make(mesh, scheme, c.levels, c.rules, levels, demand, {});
             if (!rows) continue;
             ++repeated;
+            for (const int threads : {1, 3}) {
+                RunContext context;
+                context.threads = threads;
+                std::vector<Vec3d> points(rows->point_count()), again(points.size());
+                rows->refine(mesh.positions(), points, {}, {});
+                with_threads(context, [&] { rows->refine(mesh.positions(), again, {}, context); });
+                CHECK(std::memcmp(points.data(), again.data(), points.size() * sizeof(Vec3d)) == 0);
+            }
             const RefineOptions options{.rules = c.rules, .limit = demand.limit, .normals = demand.normals};
             const RuleRefiner by_rules(mesh, scheme, c.levels, options);
             Refined ours = by_rows(*rows, mesh, demand.normals);
