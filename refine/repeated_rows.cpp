@@ -24,38 +24,37 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Whether nothing turns from sharp to smooth within that many steps.
-/// @param creases  or corners alone
-bool stays_as_it_is(const RuleMesh& mesh, int steps, bool creases = true) {
-    const auto turns = [&](float sharpness) {
-        return is_semi_sharp(sharpness) && sharpness <= static_cast<float>(steps);
-    };
+/// Calls visit(sharpness) for what the rules see.
+/// @param creases  or corners on the boundary alone
+template <class Visit>
+void for_each_tag(const RuleMesh& mesh, bool creases, Visit&& visit) {
     for (int h = 0; creases && h < mesh.halfedge_count(); ++h)
-        if (turns(mesh.sharpness(h))) return false;
-    return std::none_of(mesh.vertex_sharpness().begin(), mesh.vertex_sharpness().end(), turns);
+        if (mesh.sharp(h)) visit(mesh.sharpness(h));
+    for (std::size_t v = 0; v < mesh.vertex_sharpness().size(); ++v)
+        if (is_sharp(mesh.vertex_sharpness()[v]) && (creases || mesh.on_boundary(static_cast<int>(v))))
+            visit(mesh.vertex_sharpness()[v]);
+}
+
+/// Steps until what turns smooth within that many has done so.
+int steps_of_turns(const RuleMesh& mesh, int most, bool creases) {
+    int steps = 0;
+    for_each_tag(mesh, creases, [&](float sharpness) {
+        if (is_semi_sharp(sharpness) && sharpness <= static_cast<float>(most))
+            steps = std::max(steps, static_cast<int>(std::ceil(sharpness)));
+    });
+    return steps;
+}
+
+/// Whether nothing turns from sharp to smooth within that many steps.
+bool stays_as_it_is(const RuleMesh& mesh, int steps, bool creases = true) {
+    return steps_of_turns(mesh, steps, creases) == 0;
 }
 
 /// The least sharpness of what turns smooth some time.
-float soonest_turn(const RuleMesh& mesh) {
+float soonest_turn(const RuleMesh& mesh, bool creases) {
     float least = k_sharpness_infinity;
-    for (int h = 0; h < mesh.halfedge_count(); ++h)
-        if (mesh.sharp(h)) least = std::min(least, mesh.sharpness(h));
-    for (const float s : mesh.vertex_sharpness())
-        if (is_sharp(s)) least = std::min(least, s);
+    for_each_tag(mesh, creases, [&](float sharpness) { least = std::min(least, sharpness); });
     return least;
-}
-
-/// Steps until what turns smooth by then has done so.
-/// @param most  others than that many do not matter
-int steps_of_turns(const RuleMesh& mesh, int most) {
-    int steps = 0;
-    const auto see = [&](float sharpness) {
-        if (is_semi_sharp(sharpness) && sharpness <= static_cast<float>(most))
-            steps = std::max(steps, static_cast<int>(std::ceil(sharpness)));
-    };
-    for (int h = 0; h < mesh.halfedge_count(); ++h) see(mesh.sharpness(h));
-    for (const float s : mesh.vertex_sharpness()) see(s);
-    return steps;
 }
 
 /// The same faces, tagged as those that cover them one level further down.
@@ -265,10 +264,10 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     constexpr int k_first_steps = 3;
     const auto needs_strip = [&] {
         const int left = levels - levels_by_rules->level();
-        if (!creases || demand.whole_net || left <= k_first_steps) return false;
+        if (demand.whole_net || left <= k_first_steps) return false;
         const RuleMesh& at = levels_by_rules->last();
-        return left - steps_of_turns(at, steps_that_matter()) <= k_first_steps &&
-               (soonest_turn(at) > 1 || left == k_first_steps + 1);
+        return left - steps_of_turns(at, steps_that_matter(), creases) <= k_first_steps &&
+               (soonest_turn(at, creases) > 1 || left == k_first_steps + 1);
     };
     // The roots of a dual scheme are the quads of the first level that has a face for each vertex (those with two faces
     // have none), and they are cut where it has creases from then on.

@@ -4,6 +4,7 @@
 #include "tetrakis/refine/limit_search.hpp"
 #include "tetrakis/refine/mesh_part.hpp"
 #include "tetrakis/refine/parallel_blocks.hpp"
+#include "tetrakis/schemes/averaging.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -143,19 +144,24 @@ class TurningStrip::Maker {
 
   private:
     bool asks_for_limits() const { return demand_.limit || demand_.normals; }
-    /// Rings of faces around what has changed in which limits and normals see it: those of a vertex are the face's that
-    /// it becomes, which depend on the faces around it; and one more.
-    static constexpr int k_limit_rings = 2;
+    /// Rings of faces beyond its own that the rules of a corner's child see.
+    int reach() const { return averaging_steps(scheme_, rules_) / 2; }
+    /// Rings of faces around what has changed in which limits and normals see it. Without averages those of a vertex
+    /// are the face's that it becomes, which depend on the faces around it; and one more.
+    int limit_rings() const {
+        constexpr int k_around = 2;
+        return reach() == 0 ? k_around : rule_limit_rings(scheme_, rules_);
+    }
     /// Whether a tag matters that is sharp now.
     bool turns(float sharpness) const {
         return is_semi_sharp(sharpness) && (asks_for_limits() || sharpness <= static_cast<float>(left_ - 1));
     }
     /// Rings of faces around what has changed and what will that a level needs. A step changes the children of the
     /// faces around what has changed before, so that rings there begin half a ring further out; and around the last
-    /// vertices whose face is wanted there is one more.
+    /// vertices whose face is wanted there is one more. Rules that reach further change more, from further away.
     int rings(int left) const {
-        if (left == 0) return asks_for_limits() ? k_limit_rings + rule_limit_rings(scheme_, rules_) : 1;
-        return (rings(left - 1) + 1) / 2 + 1;
+        if (left == 0) return asks_for_limits() ? limit_rings() + rule_limit_rings(scheme_, rules_) : 1;
+        return (rings(left - 1) + 1) / 2 + 1 + 3 * reach();
     }
 
     /// Of the first level: what has turned smooth on the way to it.
@@ -205,13 +211,28 @@ class TurningStrip::Maker {
         return part;
     }
 
+    /// Vertices that have changed, or have in the rings that rules reach.
+    std::vector<char> changed_nearby(const Level& at) const {
+        std::vector<char> changed = at.changed;
+        for (int ring = 0; ring < reach(); ++ring) {
+            const std::vector<char> before = changed;
+            for (int f = 0; f < at.mesh.face_count(); ++f) {
+                const auto corners = at.mesh.corners(f);
+                if (std::any_of(corners.begin(), corners.end(), [&](int v) { return before[v] != 0; }))
+                    for (const int v : corners) changed[v] = 1;
+            }
+        }
+        return changed;
+    }
+
     std::vector<char> changed_children(const Level& at, const RuleStep& step) const {
         const RuleMesh& finer = step.mesh;
+        const std::vector<char> nearby = changed_nearby(at);
         std::vector<char> changed(static_cast<std::size_t>(finer.vertex_count()), 0), is_known(changed);
         for (int f = 0; f < at.mesh.face_count(); ++f) {
             const auto corners = at.mesh.corners(f);
             const char sees =
-                std::any_of(corners.begin(), corners.end(), [&](int v) { return at.changed[v] != 0; }) ? 1 : 0;
+                std::any_of(corners.begin(), corners.end(), [&](int v) { return nearby[v] != 0; }) ? 1 : 0;
             for (int h = at.mesh.face_begin(f); h < at.mesh.face_begin(f) + at.mesh.face_size(f); ++h) {
                 const int v = finer.origin(step.child_halfedge[h]);
                 changed[v] = sees;
@@ -223,7 +244,7 @@ class TurningStrip::Maker {
         for (int h = 0; h < at.mesh.halfedge_count(); ++h) {
             const int along = step.child_crease[h];
             if (along == RuleMesh::none) continue;
-            const bool sees = at.changed[at.mesh.origin(h)] != 0 || at.changed[at.mesh.target(h)] != 0,
+            const bool sees = nearby[at.mesh.origin(h)] != 0 || nearby[at.mesh.target(h)] != 0,
                        turned = matters && !is_sharp(child_sharpness(at.mesh.sharpness(h)));
             for (const int v : {finer.origin(along), finer.target(along)}) {
                 changed[v] = changed[v] != 0 || sees || turned ? 1 : 0;
@@ -322,7 +343,7 @@ class TurningStrip::Maker {
         strip_.dead_ = std::move(dead_);
         if (!asks_for_limits()) return true;
         const std::vector<int> seeds = this->seeds(at);
-        const MeshPart near = finder_.find(mesh, seeds, k_limit_rings);
+        const MeshPart near = finder_.find(mesh, seeds, limit_rings());
         for (int h = 0; h < mesh.halfedge_count(); ++h) number_at(h);
         for (const int v : near.vertex)
             if (number[v] != RootNet::none) strip_.seen_.push_back(v);
