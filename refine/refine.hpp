@@ -15,16 +15,17 @@ namespace tetrakis {
 /// Catmull-Clark, Loop, bilinear and midpoint refinement with their plain rules take the structured path of
 /// refine_uniform(). The others go by the schemes' rules (RuleRefiner) for the first levels, two to four; from there on
 /// their roots are lattices as well, whose rows of weights repeat themselves, and no connectivity is made any more.
-/// Honeycomb refinement goes from level to level by arithmetic. What does not repeat goes by the rules to the end: what
-/// turns from sharp to smooth shortly before the last level; receding boundaries where there are texture coordinates,
-/// smoothing, or normals without limits; texture coordinates of a dual scheme where a face has as much of it on one
-/// side of a seam as on another whose corners come from the same face; more than 32767 faces around a vertex or edges
-/// around a face. Vertices and faces are in no order to rely on. Holes are left out, and then the vertices that no face
-/// uses. Materials and groups are those of the control face that a face belongs to. UVs are refined face-varying (see
-/// uv_mesh()) by the same scheme, seams as boundaries. Faces of dual schemes and honeycomb lie across the seams; there
-/// charts go on straight beyond them, so that the smooth rules hold up to the seam, and a face takes the UVs of one
-/// side (the face-varying rule makes no difference to them). Creases are refined by the uniform rule except by
-/// Catmull-Clark and Loop. Triangle schemes take other faces cut by triangulate(), with a warning.
+/// Honeycomb refinement goes from level to level by arithmetic. Where tags of dual schemes turn smooth late, or
+/// limits see some that would later, a strip along them is made by the rules. What does not repeat goes by the rules to
+/// the end: such tags where there are texture coordinates, or where the strip would be two fifths of the mesh; linear
+/// texture coordinates of sqrt3 and of even averages whose boundary recedes; those of dual schemes along a crease that
+/// ends at a seam; more than 32767 faces around a vertex or edges around a face. Vertices and faces are in no order to
+/// rely on. Holes are left out, and then the vertices that no face uses. Materials and groups are those of the control
+/// face that a face belongs to. UVs are refined face-varying (see uv_mesh()) by the same scheme, seams as boundaries.
+/// Faces of dual schemes and honeycomb lie across the seams; there charts go on straight beyond them, so that the
+/// smooth rules hold up to the seam, and a face takes the UVs of one side (the face-varying rule makes no difference to
+/// them). Creases are refined by the uniform rule except by Catmull-Clark and Loop. Triangle schemes take other faces
+/// cut by triangulate(), with a warning.
 /// @param levels  >= 0: steps of the scheme (a sqrt3 or 4-8 step is two of its simple steps)
 /// @param options normals: none for the schemes whose surfaces have no tangent planes, bilinear and midpoint
 /// @throws Error  invalid_input: levels < 0, an attribute of the wrong length, or a mesh that the scheme cannot take

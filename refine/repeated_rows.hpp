@@ -36,8 +36,8 @@ class RepeatedRows {
                       corner_bytes = sizeof(std::uint32_t);
     };
     /// Null where there is nothing to gain or it cannot be done: too few levels; a scheme or mesh (boundaries that
-    /// recede, roots glued to themselves; dual: something that turns from sharp to smooth too late) whose rows do not
-    /// repeat; no limit.
+    /// recede, roots glued to themselves; dual: something that turns from sharp to smooth too late, and the whole net
+    /// is wanted or a strip would be most of it) whose rows do not repeat; no limit.
     /// @param levels_by_rules  not advanced yet; taken, or else left with the levels that the attempt has needed
     /// @param levels           from the control mesh to the last
     /// @throws Error  as RuleRefiner
