@@ -34,16 +34,19 @@ class ChildHeadings {
             if (!headings[h].known()) continue;
             const int first = step.child_halfedge[h];
             headings_[first] = child(headings[h]);
-            turn(first, headings_[first]);
+            turn(first, 3);
+            turn_back(first, 3);
         }
-        // Of a crease the points at both ends of an edge, one cell outwards from the corners' children.
+        // Of a crease the points at both ends of an edge, one cell outwards from the corners' children; each has two
+        // half-edges on either side, whether it is sharp from here on or not.
         for (int h = 0; h < level.halfedge_count(); ++h) {
             const int along = step.child_crease[h];
             if (along == RuleMesh::none) continue;
-            const Heading before = headings_[step.child_halfedge[h]],
-                          after = headings_[step.child_halfedge[level.next(h)]];
-            if (before.known()) turn(along, net_.ahead(n_, before.turned(3)).turned(1));
-            if (after.known()) turn(finer_.next(along), net_.ahead(n_, after.turned(2)).turned(2));
+            headings_[along] = net_.ahead(n_, headings_[step.child_halfedge[h]].turned(3)).turned(1);
+            turn(along, 1);
+            const int inwards = finer_.next(along);
+            headings_[inwards] = net_.ahead(n_, headings_[step.child_halfedge[level.next(h)]].turned(2)).turned(2);
+            turn_back(inwards, 1);
         }
         // Tips: beyond a point on a crease, from its face.
         for (int h = 0; h < finer_.halfedge_count(); ++h)
@@ -54,25 +57,21 @@ class ChildHeadings {
     std::vector<Heading> take() { return std::move(headings_); }
 
   private:
-    /// All around a point, as far as its side of a crease goes.
-    void turn(int h, Heading heading) {
-        if (!heading.known()) return;
-        const auto set = [&](int at, std::uint32_t quarters) {
-            if (at == RuleMesh::none || headings_[at].known()) return false;
-            headings_[at] = heading.turned(quarters);
-            return true;
-        };
-        headings_[h] = heading;
-        int at = h;
-        for (std::uint32_t quarters = 1; quarters < 4 && !finer_.sharp(finer_.prev(at)); ++quarters) {
-            at = finer_.twin(finer_.prev(at));
-            if (!set(at, quarters)) break;
+    /// So many half-edges counter-clockwise from one that is known.
+    void turn(int h, int count) {
+        for (; count > 0; --count) {
+            const int next = finer_.twin(finer_.prev(h));
+            if (next == RuleMesh::none || headings_[next].known()) return;
+            headings_[next] = headings_[h].turned(1);
+            h = next;
         }
-        at = h;
-        for (std::uint32_t quarters = 1; quarters < 4 && !finer_.sharp(at); ++quarters) {
-            at = finer_.twin(at);
-            if (at != RuleMesh::none) at = finer_.next(at);
-            if (!set(at, 4 - quarters)) break;
+    }
+    void turn_back(int h, int count) {
+        for (; count > 0 && finer_.twin(h) != RuleMesh::none; --count) {
+            const int next = finer_.next(finer_.twin(h));
+            if (headings_[next].known()) return;
+            headings_[next] = headings_[h].turned(3);
+            h = next;
         }
     }
 

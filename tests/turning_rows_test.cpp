@@ -40,13 +40,13 @@ ControlMesh with_late_tags(const ControlMesh& mesh, std::uint64_t seed, int leve
     data.creases.clear();
     data.corners.clear();
     test::Random random(seed);
-    const float sharpness[] = {float(levels) - 1, float(levels) - 0.4f, float(levels) - 1.5f, float(levels) + 0.5f,
-                               k_sharpness_infinity};
+    const float sharpness[] = {float(levels) - 1,    float(levels) - 0.4f, float(levels) - 1.5f, float(levels) + 0.5f,
+                               k_sharpness_infinity, float(levels) - 3,    float(levels) - 2.3f};
     for (std::uint32_t e = 0; e < mesh.edge_count(); ++e) {
         const HalfedgeId h = mesh.edge_halfedge(EdgeId(e));
         if (mesh.is_boundary(EdgeId(e)) || !random.chance(0.2)) continue;
         data.creases.push_back(
-            {mesh.origin(h).value, mesh.target(h).value, sharpness[random.below(seed % 2 == 0 ? 6 : 5)]});
+            {mesh.origin(h).value, mesh.target(h).value, sharpness[random.below(seed % 2 == 0 ? 7 : 5)]});
     }
     for (int i = 0; i < 4; ++i) data.corners.push_back({random.below(mesh.vertex_count()), sharpness[i]});
     for (std::uint32_t v = 0, i = 0; v < mesh.vertex_count(); ++v)
