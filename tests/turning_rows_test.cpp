@@ -186,4 +186,24 @@ TEST_CASE("[slow] dual schemes' tags that turn smooth late leave what the rules 
     }
 }
 
+TEST_CASE("three creases of a dual scheme's corner, one of which turns smooth three steps before the last") {
+    constexpr std::uint32_t n = 4, middle = 2 * (n + 1) + 2;
+    ControlMeshData data = test::skewed_grid(n);
+    data.creases = {{middle, middle + 1, 2.7f},
+                    {middle, middle - 1, k_sharpness_infinity},
+                    {middle, middle + n + 1, 3.3f},
+                    {middle + 1, middle + 2, 2.7f}};
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    const SchemeInfo& scheme = *find_scheme("doo-sabin");
+    auto levels = std::make_unique<detail::RuleLevels>(mesh, scheme, RuleOptions{}, 0);
+    const auto rows = detail::RepeatedRows::make(mesh, scheme, 6, {}, levels, {.even_if_slower = true}, {});
+    REQUIRE(rows != nullptr);
+    const RuleRefiner by_rules(mesh, scheme, 6, {});
+    const Refined ours = by_rows(*rows, mesh, false);
+    std::vector<Vec3d> expected(by_rules.vertex_count());
+    by_rules.refine(mesh.positions(), expected);
+    CHECK(test::farthest_apart(ours.mesh.positions, expected) < 1e-11);
+    CHECK(ours.mesh.face_count() == by_rules.face_count());
+}
+
 TEST_SUITE_END();
