@@ -141,7 +141,7 @@ TEST_CASE("[slow] dual schemes' tags that turn smooth late leave what the rules 
         if (fan_lattice(scheme, c.rules) != FanLattice::dual) continue;
         CAPTURE(c.scheme);
         int repeated = 0;
-        for (const std::uint64_t seed : test::seeds(8)) {
+        for (const std::uint64_t seed : test::seeds(6)) {
             CAPTURE(seed);
             const ControlMesh mesh = with_late_tags(test::make_mesh(seed % 6, false, false), seed, c.levels);
             const bool limits = seed % 3 == 1;
@@ -182,7 +182,7 @@ TEST_CASE("[slow] dual schemes' tags that turn smooth late leave what the rules 
             }
             if (demand.normals) CHECK(test::farthest_apart(ours.mesh.positions, expected) < 1e-7);
         }
-        CHECK(repeated >= 6);
+        CHECK(repeated >= 5);
     }
 }
 
