@@ -1,5 +1,7 @@
 #pragma once
 
+#include "tetrakis/schemes/stencil_table.hpp"
+
 #include <complex>
 #include <cstddef>
 #include <vector>
@@ -28,9 +30,18 @@ class DenseMatrix {
 std::vector<Complex> eigenvalues(const DenseMatrix<double>& m);
 std::vector<Complex> eigenvalues(const DenseMatrix<Complex>& m);
 
+/// Of a sparse matrix, rows and columns of the same numbers. O(size) and O(size^3) of the largest block that depends on
+/// itself in circles.
+std::vector<Complex> eigenvalues(const StencilTable& m);
+
 /// y with y^T M = lambda y^T for a simple eigenvalue, to rounding, its largest entry of size one: by inverse iteration
 /// a little beside it. O(size^3).
 std::vector<double> left_eigenvector(const DenseMatrix<double>& m, double lambda);
 std::vector<Complex> left_eigenvector(const DenseMatrix<Complex>& m, Complex lambda);
+/// The same of a sparse matrix: in the time of a banded one, where it is a narrow band around its diagonal.
+/// @param start  of the iteration; it has the sign that the result gets
+std::vector<double> left_eigenvector(const StencilTable& m, double lambda, std::vector<double> start);
+/// x with x^T (lambda - M) = b^T, where lambda is no eigenvalue.
+std::vector<double> left_solution(const StencilTable& m, double lambda, const std::vector<double>& b);
 
 }  // namespace tetrakis::detail

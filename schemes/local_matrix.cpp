@@ -89,20 +89,72 @@ LocalMatrix local_matrix(const SchemeInfo& scheme, const FanShape& of, const Rul
     const RuleStep step = scheme.step(fan.mesh, options);
     LocalMatrix matrix{FanLabels(lattice, shape, rings), {}};
     const std::vector<int> rows = find_fan(step.mesh, child_start(fan, step), matrix.labels);
-    const int size = matrix.size();
-    matrix.weights.assign(static_cast<std::size_t>(size) * size, 0.0);
-    for (int i = 0; i < size; ++i) {
+    for (int i = 0; i < matrix.size(); ++i) {
+        if (matrix.turns() && matrix.labels.all()[i].sector != 0) continue;
         const auto points = step.stencils.points(rows[i]);
         const auto weights = step.stencils.weights(rows[i]);
+        StencilRow row;
         for (std::size_t t = 0; t < points.size(); ++t) {
             const int column = matrix.labels.find(fan.labels.all()[points[t]]);
             if (column >= 0)
-                matrix.weights[static_cast<std::size_t>(i) * size + column] = weights[t];
+                row.add(column, weights[t]);
             else if (std::abs(weights[t]) > 1e-14)
                 throw std::logic_error(std::string(scheme.name) + ": the rings of its matrix do not map to themselves");
         }
+        matrix.rows.push(std::move(row));
     }
     return matrix;
+}
+
+namespace {
+
+/// Where a label is among those that a fan turns into: each place has one of every sector, after the centre.
+struct Turned {
+    int place, sector;
+
+    Turned(const FanLabels& labels, int i) {
+        const int n = labels.shape().faces, centre = labels.lattice() == FanLattice::dual ? 0 : 1;
+        place = i < centre ? 0 : centre + (i - centre) / n;
+        sector = i < centre ? 0 : (i - centre) % n;
+    }
+};
+
+/// The label that this one becomes by a turn of so many sectors.
+int turned(const FanLabels& labels, int i, int sectors) {
+    const int n = labels.shape().faces, centre = labels.lattice() == FanLattice::dual ? 0 : 1;
+    if (i < centre) return i;
+    const int s = (i - centre) % n;
+    return i - s + (s + sectors) % n;
+}
+
+}  // namespace
+
+StencilRow LocalMatrix::row(int i) const {
+    if (!turns()) return rows.row(i);
+    const Turned of(labels, i);
+    StencilRow result;
+    rows.add_row(of.place, 1, result);
+    if (of.sector == 0) return result;
+    for (auto& [column, weight] : result.terms) column = turned(labels, column, of.sector);
+    result.gather();
+    return result;
+}
+
+double LocalMatrix::at(int row, int column) const {
+    if (turns()) {
+        const Turned of(labels, row);
+        column = turned(labels, column, labels.shape().faces - of.sector);
+        row = of.place;
+    }
+    const auto points = rows.points(row);
+    const auto found = std::lower_bound(points.begin(), points.end(), column);
+    return found != points.end() && *found == column ? rows.weights(row)[found - points.begin()] : 0;
+}
+
+std::size_t LocalMatrix::weight_count() const {
+    if (!turns()) return rows.points().size();
+    const std::size_t centre = labels.lattice() == FanLattice::dual ? 0 : rows.points(0).size();
+    return centre + (rows.points().size() - centre) * static_cast<std::size_t>(labels.shape().faces);
 }
 
 int reproduction_degree(const SchemeInfo& scheme, const RuleOptions& options) {

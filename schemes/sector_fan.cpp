@@ -214,24 +214,25 @@ struct Walk {
 
 SectorFan::SectorFan(FanLattice lattice, const FanShape& shape, int rings)
     : labels(lattice, shape, rings), mesh(fan_mesh(labels)) {
-    const auto halfedge = [&](FanLabel from, FanLabel to) {
-        const int a = labels.find(from), b = labels.find(to);
-        for (int h = 0; h < mesh.halfedge_count(); ++h)
-            if (mesh.origin(h) == a && mesh.target(h) == b) return h;
-        throw std::logic_error("a fan without one of its edges");
-    };
+    std::vector<std::pair<int, int>> edges;  // to start from: their ends
+    const auto add = [&](FanLabel from, FanLabel to) { edges.emplace_back(labels.find(from), labels.find(to)); };
     const int n = shape.faces;
-    if (lattice == FanLattice::dual && shape.boundary) {
-        start = {halfedge({1, 0, 0}, {0, 0, 0})};
-        return;
-    }
-    if (lattice == FanLattice::pentagons) {
-        start = {halfedge({}, {0, 1, 0})};
-        return;
-    }
-    for (int s = 0; s < n; ++s)
-        start.push_back(lattice == FanLattice::dual ? halfedge({s, 0, 0}, {(s + 1) % n, 0, 0})
-                                                    : halfedge({}, {s, 1, 0}));
+    if (lattice == FanLattice::dual && shape.boundary)
+        add({1, 0, 0}, {0, 0, 0});
+    else if (lattice == FanLattice::pentagons)
+        add({}, {0, 1, 0});
+    else
+        for (int s = 0; s < n; ++s)
+            lattice == FanLattice::dual ? add({s, 0, 0}, {(s + 1) % n, 0, 0}) : add({}, {s, 1, 0});
+    std::map<std::pair<int, int>, std::size_t> number;
+    for (std::size_t i = 0; i < edges.size(); ++i) number[edges[i]] = i;
+    start.assign(edges.size(), RuleMesh::none);
+    for (int h = 0; h < mesh.halfedge_count(); ++h)
+        if (const auto at = number.find({mesh.origin(h), mesh.target(h)});
+            at != number.end() && start[at->second] == RuleMesh::none)
+            start[at->second] = h;
+    if (std::find(start.begin(), start.end(), RuleMesh::none) != start.end())
+        throw std::logic_error("a fan without one of its edges");
 }
 
 std::vector<int> find_fan(const RuleMesh& mesh, std::span<const int> start, const FanLabels& labels) {

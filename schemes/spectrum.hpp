@@ -14,13 +14,20 @@ enum class CurvatureClass { bounded, zero, unbounded };
 std::string_view name(CurvatureClass curvature);
 
 /// A scheme's local subdivision matrix, from its own rules: the inner rings of a fan one level down, as combinations of
-/// the same rings. Row-major; rows and columns in the order of the labels.
+/// the same rings. Rows and columns are in the order of the labels.
 struct LocalMatrix {
     FanLabels labels;
-    std::vector<double> weights;
+    /// Its rows without what is zero. Where the fan turns into itself, those of the centre (if it has one) and of
+    /// sector 0 alone, in their order: the others are the same, turned.
+    StencilTable rows;
 
     int size() const { return labels.size(); }
-    double at(int row, int column) const { return weights[static_cast<std::size_t>(row) * labels.size() + column]; }
+    bool turns() const { return !labels.shape().boundary && !labels.shape().dart; }
+    /// A row, whose points are columns in increasing order.
+    StencilRow row(int i) const;
+    double at(int row, int column) const;
+    /// The number of weights that are not zero.
+    std::size_t weight_count() const;
 };
 /// @throws std::invalid_argument  the shape is not one of the scheme: fewer than 2 faces (interior) or 1 (boundary)
 ///                                at a vertex, fewer than 3 corners of a face, a corner or dart where it has none
@@ -51,8 +58,10 @@ struct SpectralAnalysis {
     std::vector<double> limit{}, tangent1{}, tangent2{};
 };
 
-/// Eigenvalues and left eigenvectors of the local matrix. Interior fans are solved Fourier mode by Fourier mode, others
-/// split into even and odd, so any valence is a matter of small blocks.
+/// Eigenvalues and left eigenvectors of the local matrix. Interior fans are solved Fourier mode by Fourier mode, so any
+/// valence is a matter of small blocks. Others are split into even and odd, and these into what depends on itself in
+/// circles, which at a boundary may be as many points as a ring has: O(valence^3), but for rules that are the same in
+/// all sectors as if the surface went on beyond the boundary with the opposite sign, which sine modes solve.
 /// @throws std::invalid_argument  as local_matrix()
 SpectralAnalysis analyse(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options);
 

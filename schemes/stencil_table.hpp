@@ -141,6 +141,8 @@ class StencilTable {
         }
     }
 
+    friend bool operator==(const StencilTable&, const StencilTable&) = default;
+
   private:
     // More terms than there are points are summed in a row of all points, in the same order, instead of being sorted:
     // at vertices of many edges, whose rows have the whole ring, that is all of the time.

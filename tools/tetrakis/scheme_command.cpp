@@ -120,7 +120,7 @@ std::vector<std::string> idle_options(const SchemeFindings& f) {
         RuleOptions without = f.rules;
         choice.take_back(without);
         if (rule_choices(without) != rule_choices(f.rules) &&
-            local_matrix(f.scheme, matrix.labels.shape(), without).weights == matrix.weights)
+            local_matrix(f.scheme, matrix.labels.shape(), without).rows == matrix.rows)
             warnings.push_back(
                 fmt::format("{} has no effect on {} at {}", choice.option, f.scheme.name, looked_at(f, matrix.labels)));
     }

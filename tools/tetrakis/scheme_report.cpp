@@ -55,8 +55,8 @@ std::vector<int> shown_rows(const LocalMatrix& m) {
 }
 
 std::vector<double> row_of(const LocalMatrix& m, int i) {
-    std::vector<double> row(m.size());
-    for (int j = 0; j < m.size(); ++j) row[j] = m.at(i, j);
+    std::vector<double> row(static_cast<std::size_t>(m.size()), 0.0);
+    for (const auto& [column, weight] : m.row(i).terms) row[static_cast<std::size_t>(column)] = weight;
     return row;
 }
 
@@ -300,8 +300,8 @@ void print_scheme(const SchemeFindings& f, bool with_matrix) {
     fmt::print("\n");
     for (int i = 0; i < a.matrix.size(); ++i) {
         std::string line;
-        for (int j = 0; j < a.matrix.size(); ++j)
-            line += fmt::format("{}{}", j == 0 ? "" : " ", number(a.matrix.at(i, j)));
+        for (const double weight : row_of(a.matrix, i))
+            line += fmt::format("{}{}", line.empty() ? "" : " ", number(weight));
         fmt::print("{:<12} {}\n", place_name(labels, labels.all()[i]), line);
     }
 }
@@ -327,9 +327,8 @@ Json scheme_json(const SchemeFindings& f, bool with_matrix) {
     for (const FanLabel label : labels.all()) points.push_back(label_json(label));
     for (const int i : shown_rows(a.matrix)) {
         Json terms = Json::array();
-        for (int j = 0; j < a.matrix.size(); ++j)
-            if (a.matrix.at(i, j) != 0)
-                terms.push_back({{"point", label_json(labels.all()[j])}, {"weight", a.matrix.at(i, j)}});
+        for (const auto& [column, weight] : a.matrix.row(i).terms)
+            terms.push_back({{"point", label_json(labels.all()[column])}, {"weight", weight}});
         masks.push_back({{"new_point", label_json(labels.all()[i])}, {"terms", terms}});
     }
     for (const Eigenvalue& e : a.eigenvalues)
