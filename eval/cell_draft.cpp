@@ -1,7 +1,6 @@
 #include "tetrakis/eval/cell_draft.hpp"
 
 #include "tetrakis/refine/level_walk.hpp"
-#include "tetrakis/schemes/stencil_table.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -90,21 +89,14 @@ std::vector<Coordinates> unrolled(const RuleMesh& mesh, int corners) {
     return at;
 }
 
-StencilTable some_rows(const StencilTable& table, std::span<const int> rows) {
-    StencilTable some;
-    for (const int r : rows) some.push(table.row(r));
-    return some;
-}
-
 /// Fills in the rows and children of a draft. Returns the small cells, in the order of the children.
 std::vector<SmallCell> go_down(const SchemeInfo& scheme, const RuleOptions& options, const RuleMesh& whole,
                                int cell_corners, int rings, CellDraft& draft) {
-    const int n = whole.vertex_count();
     std::vector<SmallCell> cells{{{0, 0}, unit_cell(cell_corners)}};
     MeshPartFinder parts;
     // One level's points that matter further down, and the step from them: at vertices of many edges most of what it
     // makes is too far away, and its rows are long.
-    StencilTable rows;
+    std::vector<RingRow> rows;
     RuleStep step;
     for (int level = 0; level < k_levels; ++level) {
         const RuleMesh& mesh = level == 0 ? whole : step.mesh;
@@ -113,9 +105,10 @@ std::vector<SmallCell> go_down(const SchemeInfo& scheme, const RuleOptions& opti
             for (const int v : mesh.corners(mesh.face(c.frame.halfedge))) seeds.push_back(v);
         const MeshPart part = parts.find(mesh, seeds, rings);
         if (level == 0)
-            for (const int v : part.vertex) rows.push({{v, 1}});
+            for (const int v : part.vertex)
+                rows.push_back({std::vector<double>(draft.groups.members.size(), 0.0), {{v, 1}}});
         else
-            rows = rows.then(some_rows(step.stencils, part.vertex));
+            rows = compose(draft.groups, rows, step.stencils, part.vertex);
         RuleStep next = scheme.step(part.mesh, options);
         std::vector<SmallCell> finer;
         for (SmallCell c : cells) {
@@ -139,23 +132,31 @@ std::vector<SmallCell> go_down(const SchemeInfo& scheme, const RuleOptions& opti
         }
         draft.children.push_back({std::move(around->key), std::move(around->vertices)});
     }
-    rows = rows.then(some_rows(step.stencils, wanted));
-    draft.rows.assign(wanted.size() * static_cast<std::size_t>(n), 0.0);
-    for (int v = 0; v < rows.row_count(); ++v)
-        for (std::size_t i = 0; i < rows.points(v).size(); ++i)
-            draft.rows[static_cast<std::size_t>(v) * static_cast<std::size_t>(n) +
-                       static_cast<std::size_t>(rows.points(v)[i])] = rows.weights(v)[i];
+    draft.rows = compose(draft.groups, rows, step.stencils, wanted);
     return cells;
 }
 
 }  // namespace
 
-bool CellDraft::annihilates(std::span<const double> functional) const {
-    std::array<double, 4> sum{};
+void CellDraft::set_anchor(std::vector<CellAnchor> to) {
+    anchor = std::move(to);
+    group_anchor.assign(groups.members.size(), {});
+    for (std::size_t g = 0; g < group_anchor.size(); ++g)
+        for (const int i : groups.members[g])
+            for (std::size_t k = 0; k < 4; ++k) group_anchor[g][k] += anchor[i][k];
+}
+
+bool CellDraft::annihilates(const RingRow& functional) const {
+    CellAnchor sum{};
     double size = 1;
-    for (std::size_t i = 0; i < functional.size(); ++i) {
-        size += std::abs(functional[i]);
-        for (int k = 0; k < 4; ++k) sum[k] += functional[i] * anchor[i][k];
+    for (std::size_t g = 0; g < groups.members.size(); ++g) {
+        size += std::abs(functional.level[g]) * static_cast<double>(groups.members[g].size());
+        for (std::size_t k = 0; k < 4; ++k) sum[k] += functional.level[g] * group_anchor[g][k];
+    }
+    for (const auto& [i, weight] : functional.more) {
+        const double level = functional.level_at(groups, i);
+        size += std::abs(level + weight) - std::abs(level);
+        for (std::size_t k = 0; k < 4; ++k) sum[k] += weight * anchor[i][k];
     }
     return std::all_of(sum.begin(), sum.end(), [&](double s) { return std::abs(s) < k_no_weight * size; });
 }
@@ -172,27 +173,34 @@ std::optional<CellDraft> draft_cell(const SchemeInfo& scheme, const RuleOptions&
     CellDraft draft;
     const int n = mesh.vertex_count();
     draft.points = n;
+    draft.groups = PointGroups(mesh);
     const std::vector<Coordinates> at = unrolled(mesh, cell_corners);
     const std::vector<SmallCell> cells = go_down(scheme, options, mesh, cell_corners, rings, draft);
     // The vertices of the small cells, without the hats.
-    std::vector<std::vector<double>> off;
+    std::vector<RingRow> off;
+    RingRowSum sum(draft.groups);
     for (std::size_t c = 0; c < cells.size(); ++c)
         for (int k = 0; k < cell_corners; ++k) {
-            const std::span<const double> row = draft.row(draft.children[c].vertices[k]);
-            off.emplace_back(row.begin(), row.end());
+            sum.add(draft.rows[draft.children[c].vertices[k]], 1);
             const std::array<double, 4> hat = hats(cells[c].at[k], cell_corners);
-            for (int i = 0; i < cell_corners; ++i) off.back()[i] -= hat[i];
+            for (int i = 0; i < cell_corners; ++i) sum.add(i, -hat[i]);
+            off.push_back(sum.take());
         }
     draft.direct.assign(n, 0.0);
-    for (const std::vector<double>& f : off)
-        for (int i = 0; i < n; ++i) draft.direct[i] = std::max(draft.direct[i], std::abs(f[i]));
+    std::vector<double> all(n);
+    for (const RingRow& f : off) {
+        std::fill(all.begin(), all.end(), 0.0);
+        f.add_to(draft.groups, 1, all);
+        for (int i = 0; i < n; ++i) draft.direct[i] = std::max(draft.direct[i], std::abs(all[i]));
+    }
     for (int i = 0; i < n; ++i)
         if (i < cell_corners || draft.direct[i] > k_no_weight) draft.active.push_back(i);
     // The anchor that the rules reproduce.
     const auto reproduces = [&](auto&& anchor) {
-        draft.anchor.clear();
-        for (int i = 0; i < n; ++i) draft.anchor.push_back(anchor(at[i]));
-        return std::all_of(off.begin(), off.end(), [&](const std::vector<double>& f) { return draft.annihilates(f); });
+        std::vector<CellAnchor> anchors;
+        for (int i = 0; i < n; ++i) anchors.push_back(anchor(at[i]));
+        draft.set_anchor(std::move(anchors));
+        return std::all_of(off.begin(), off.end(), [&](const RingRow& f) { return draft.annihilates(f); });
     };
     // Around many edges a lattice may close after several turns: its points are far from there.
     std::vector<Coordinates> places;
@@ -201,7 +209,7 @@ std::optional<CellDraft> draft_cell(const SchemeInfo& scheme, const RuleOptions&
     const bool flat = std::adjacent_find(places.begin(), places.end()) == places.end();
     const bool linear = flat && ((cell_corners == 4 && reproduces(bilinear)) ||
                                  reproduces([&](const Coordinates& p) { return affine(p, cell_corners); }));
-    if (!linear) draft.anchor = draft.constant();
+    if (!linear) draft.set_anchor(draft.constant());
     return draft;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "tetrakis/eval/cell_surroundings.hpp"
+#include "tetrakis/eval/ring_rows.hpp"
 #include "tetrakis/schemes/scheme_table.hpp"
 
 #include <array>
@@ -29,13 +30,10 @@ struct CellDraft {
     std::vector<CellAnchor> anchor;  ///< where the corners would have each of these
     std::vector<double> direct;      ///< size of each one's basis function, less the hats of the corners
     std::vector<int> active;         ///< those that matter
-    std::vector<double> rows;        ///< of the small cells' vertices, dense
+    PointGroups groups;
+    std::vector<RingRow> rows;  ///< of the small cells' vertices
     std::vector<Child> children;
 
-    std::span<const double> row(int v) const {
-        return {rows.data() + static_cast<std::size_t>(v) * static_cast<std::size_t>(points),
-                static_cast<std::size_t>(points)};
-    }
     /// The first corner for all.
     std::vector<CellAnchor> constant() const { return std::vector<CellAnchor>(points, {1, 0, 0, 0}); }
     /// Whether a point may be anywhere else than where the corners would have it.
@@ -45,7 +43,10 @@ struct CellDraft {
         return false;
     }
     /// Whether a combination of the points is 0 where all are where the corners would have them.
-    bool annihilates(std::span<const double> functional) const;
+    bool annihilates(const RingRow& functional) const;
+    /// Sums of the anchors of each group, which annihilates() needs.
+    std::vector<CellAnchor> group_anchor;
+    void set_anchor(std::vector<CellAnchor> to);
 };
 
 /// Nothing where the surroundings are no mesh or have more than one extraordinary point.

@@ -27,10 +27,15 @@ class NormEquations {
     Known solve();
 
   private:
+    /// As RingRow, of active points by their numbers among these.
+    struct Sizes {
+        std::vector<double> level;
+        std::vector<std::pair<int, double>> more;
+    };
     struct Child {
         /// Per point of the child that has a weight: how far it is from where the child's corners would have it, as a
-        /// combination of the same of the parent's active points; sizes of weights.
-        std::vector<std::vector<std::pair<int, double>>> offsets;
+        /// combination of the same of the parent's points; sizes of weights.
+        std::vector<Sizes> offsets;
         const std::vector<double>* weight = nullptr;  ///< of the child's points
     };
     struct Kind {
@@ -52,6 +57,9 @@ class NormEquations {
     bool for_each_offset(const Kind& kind, const CellDraft::Child& child, const Points& points, Visit&& visit) const;
     bool activate(Kind& kind);
     void find_offsets(Kind& kind);
+    static Sizes sizes(const CellDraft& draft, const RingRow& row, const std::vector<int>& place);
+    static void add(const Sizes& sizes, double factor, std::span<double> level, std::span<double> sum);
+    static void add_levels(const CellDraft& draft, std::span<const double> level, std::span<double> sum);
     double improve(Kind& kind) const;
     void spread_none();
 
@@ -87,16 +95,12 @@ template <class Visit>
 bool NormEquations::for_each_offset(const Kind& kind, const CellDraft::Child& child, const Points& points,
                                     Visit&& visit) const {
     const CellDraft& draft = kind.draft;
-    std::vector<double> offset;
+    RingRowSum sum(draft.groups);
     for (std::size_t j = 0; j < points.point.size(); ++j) {
-        const std::span<const double> row = draft.row(child.vertices[points.point[j]]);
-        offset.assign(row.begin(), row.end());
-        for (int k = 0; k < 4; ++k) {
-            const double a = points.anchor[j][k];
-            if (a == 0) continue;
-            const std::span<const double> corner = draft.row(child.vertices[k]);
-            for (int i = 0; i < draft.points; ++i) offset[i] -= a * corner[i];
-        }
+        sum.add(draft.rows[child.vertices[points.point[j]]], 1);
+        for (int k = 0; k < 4; ++k)
+            if (const double a = points.anchor[j][k]; a != 0) sum.add(draft.rows[child.vertices[k]], -a);
+        const RingRow& offset = sum.take();
         if (!draft.annihilates(offset)) return false;
         visit(offset);
     }
@@ -109,21 +113,54 @@ bool NormEquations::activate(Kind& kind) {
     const std::size_t before = draft.active.size();
     std::vector<char> active(draft.points, 0);
     for (const int i : draft.active) active[i] = 1;
+    // A weight of most of a group counts for all of it.
+    std::vector<char> all_active(draft.groups.members.size(), 0);
     for (const CellDraft::Child& child : draft.children) {
         const std::optional<Points> points = points_of(child.key);
         kind.none = kind.none || !points;
         if (kind.none) return true;
-        const bool known = for_each_offset(kind, child, *points, [&](std::span<const double> offset) {
-            for (int i = 0; i < draft.points; ++i)
-                if (std::abs(offset[i]) > k_no_weight && !std::exchange(active[i], 1)) draft.active.push_back(i);
+        const auto activate_point = [&](int i) {
+            if (!std::exchange(active[i], 1)) draft.active.push_back(i);
+        };
+        const bool known = for_each_offset(kind, child, *points, [&](const RingRow& offset) {
+            for (std::size_t g = 0; g < offset.level.size(); ++g) {
+                if (std::abs(offset.level[g]) <= k_no_weight || all_active[g]) continue;
+                all_active[g] = 1;
+                for (const int i : draft.groups.members[g]) activate_point(i);
+            }
+            for (const auto& [i, weight] : offset.more)
+                if (std::abs(offset.level_at(draft.groups, i) + weight) > k_no_weight) activate_point(i);
         });
         if (known) continue;
         // Inside the cell the rules reproduce more than around it.
         kind.none = draft.anchor == draft.constant();
-        draft.anchor = draft.constant();
+        draft.set_anchor(draft.constant());
         return true;
     }
     return draft.active.size() > before;
+}
+
+NormEquations::Sizes NormEquations::sizes(const CellDraft& draft, const RingRow& row, const std::vector<int>& place) {
+    const auto size = [](double weight) { return std::abs(weight) > k_no_weight ? std::abs(weight) : 0; };
+    Sizes result;
+    for (const double level : row.level) result.level.push_back(size(level));
+    for (const auto& [i, weight] : row.more) {
+        const double level = row.level_at(draft.groups, i), more = size(level + weight) - size(level);
+        if (place[i] >= 0 && draft.is_free(i) && more != 0) result.more.emplace_back(place[i], more);
+    }
+    return result;
+}
+
+void NormEquations::add(const Sizes& sizes, double factor, std::span<double> level, std::span<double> sum) {
+    for (std::size_t g = 0; g < level.size(); ++g) level[g] += factor * sizes.level[g];
+    for (const auto& [a, more] : sizes.more) sum[a] += factor * more;
+}
+
+/// Adds what all of a group have to its active points.
+void NormEquations::add_levels(const CellDraft& draft, std::span<const double> level, std::span<double> sum) {
+    for (std::size_t a = 0; a < sum.size() && !level.empty(); ++a)
+        if (const int g = draft.groups.of[draft.active[a]]; g >= 0 && draft.is_free(draft.active[a]))
+            sum[a] += level[g];
 }
 
 void NormEquations::find_offsets(Kind& kind) {
@@ -137,35 +174,29 @@ void NormEquations::find_offsets(Kind& kind) {
     for (const CellDraft::Child& child : draft.children) {
         const Points points = *points_of(child.key);
         if (!kinds_.contains(child.key)) {
-            std::vector<double> sum(draft.active.size(), 0.0);
+            std::vector<double> sum(draft.active.size(), 0.0), level(draft.groups.members.size(), 0.0);
             auto weight = points.weight->begin();
-            for_each_offset(kind, child, points, [&](std::span<const double> offset) {
-                for (int i = 0; i < draft.points; ++i)
-                    if (std::abs(offset[i]) > k_no_weight && draft.is_free(i))
-                        sum[place[i]] += *weight * std::abs(offset[i]);
-                ++weight;
-            });
+            for_each_offset(kind, child, points,
+                            [&](const RingRow& offset) { add(sizes(draft, offset, place), *weight++, level, sum); });
+            add_levels(draft, level, sum);
             for (std::size_t a = 0; a < sum.size(); ++a) kind.below[a] = std::max(kind.below[a], sum[a]);
             continue;
         }
         Child& terms = kind.children.emplace_back();
         terms.weight = points.weight;
-        for_each_offset(kind, child, points, [&](std::span<const double> offset) {
-            auto& sizes = terms.offsets.emplace_back();
-            for (int i = 0; i < draft.points; ++i)
-                if (std::abs(offset[i]) > k_no_weight && draft.is_free(i))
-                    sizes.emplace_back(place[i], std::abs(offset[i]));
-        });
+        for_each_offset(kind, child, points,
+                        [&](const RingRow& offset) { terms.offsets.push_back(sizes(draft, offset, place)); });
     }
 }
 
 /// Returns the largest change.
 double NormEquations::improve(Kind& kind) const {
-    std::vector<double> below = kind.below, sum(kind.weight.size());
+    std::vector<double> below = kind.below, sum(kind.weight.size()), level(kind.draft.groups.members.size());
     for (const Child& child : kind.children) {
         std::fill(sum.begin(), sum.end(), 0.0);
-        for (std::size_t j = 0; j < child.offsets.size(); ++j)
-            for (const auto& [a, size] : child.offsets[j]) sum[a] += (*child.weight)[j] * size;
+        std::fill(level.begin(), level.end(), 0.0);
+        for (std::size_t j = 0; j < child.offsets.size(); ++j) add(child.offsets[j], (*child.weight)[j], level, sum);
+        add_levels(kind.draft, level, sum);
         for (std::size_t a = 0; a < sum.size(); ++a) below[a] = std::max(below[a], sum[a]);
     }
     double change = 0;
