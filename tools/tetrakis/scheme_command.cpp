@@ -2,6 +2,7 @@
 #include "console.hpp"
 #include "files.hpp"
 #include "report.hpp"
+#include "run_options.hpp"
 #include "scheme_option.hpp"
 #include "scheme_picture.hpp"
 #include "scheme_report.hpp"
@@ -12,6 +13,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -32,8 +34,35 @@ struct SchemeOptions {
     std::filesystem::path image;
 };
 
-// The largest matrices take some hundred megabytes and seconds, mask norms of many averaging steps a minute.
-constexpr int k_most_valence = 256;
+// What an analysis takes at least, whatever the scheme: the fan's points and rules for each edge, and, where rules see
+// whole rings, the terms of their rows (measured from 1000 to 4096 edges).
+constexpr std::uint64_t k_bytes_per_edge = 12 * 1024, k_bytes_per_pair = 16;
+// Of a matrix's number, printed as JSON: itself and its text.
+constexpr std::uint64_t k_bytes_per_number = 48;
+// Of a picture, per edge: the mesh under it, refined twice.
+constexpr std::uint64_t k_bytes_drawn_per_edge = 300 * 1024;
+
+/// @throws UsageError  there is not so much memory
+void check_memory(const std::string& what, std::uint64_t bytes) {
+    const std::uint64_t there = free_memory_bytes();
+    if (there == 0 || bytes <= there) return;
+    throw UsageError(fmt::format("{} takes about {:.3g} GB of memory, and {:.3g} are free; ask for a lower --valence",
+                                 what, 1e-9 * static_cast<double>(bytes), 1e-9 * static_cast<double>(there)));
+}
+
+void check_memory(const SchemeInfo& scheme, const SchemeOptions& options, const FanShape& shape, int valence) {
+    const auto n = static_cast<std::uint64_t>(valence);
+    const bool dual = scheme.refinement == Refinement::vertex_split;
+    const bool pairs = (dual || scheme.refinement == Refinement::sqrt3) && !options.boundary;
+    check_memory(fmt::format("--valence {}", valence), n * k_bytes_per_edge + (pairs ? n * n * k_bytes_per_pair : 0));
+    if (options.matrix && options.json) {
+        const FanLabels labels(fan_lattice(scheme, shape, options.rules), shape,
+                               fan_rings(scheme, shape, options.rules));
+        const auto size = static_cast<std::uint64_t>(labels.size());
+        check_memory(fmt::format("--matrix, {0} x {0} numbers as JSON,", size), size * size * k_bytes_per_number);
+    }
+    if (!options.image.empty()) check_memory(fmt::format("--image at valence {}", valence), n * k_bytes_drawn_per_edge);
+}
 
 /// How far a mesh is from its limit over a cell at the vertex: the sum of weights that the certified estimator has.
 std::optional<tetrakis::detail::CellRemainder::Total> mask_norm(const SchemeInfo& scheme, const FanShape& shape,
@@ -67,8 +96,13 @@ void draw(const SchemeFindings& f, const SchemeOptions& options) {
         .analysis = a,
         .rules = options.rules,
         .masks = {}};
-    for (const int i : shown_rows(f.analysis.matrix)) {
+    // Of many beside a boundary the first ones: further inside they are alike.
+    constexpr std::size_t k_most_masks = 48;
+    constexpr int k_sectors_drawn = 6;
+    const std::vector<int> rows = shown_rows(f.analysis.matrix);
+    for (const int i : rows) {
         const FanLabel label = labels.all()[i];
+        if (rows.size() > k_most_masks && label.sector >= k_sectors_drawn) continue;
         // Beyond the edges that leave a face in the middle of an old one are the old one's corners.
         const bool old = labels.shape().hexagons && label.a == 1 && label.b == 1;
         picture.masks.push_back({fmt::format("new {}{}", place_name(labels, label), old ? ", an old vertex" : ""),
@@ -87,11 +121,11 @@ void draw(const SchemeFindings& f, const SchemeOptions& options) {
 void check_valence(const SchemeInfo& scheme, const SchemeOptions& options, bool dual) {
     if (!options.valence || (options.boundary && dual)) return;
     const int least = dual ? 3 : 2;
-    if (*options.valence >= least && *options.valence <= k_most_valence) return;
+    if (*options.valence >= least) return;
     throw UsageError(fmt::format(
-        "--valence {}: {} {}, and no more than {} are computed with{}", *options.valence,
+        "--valence {}: {} {}{}", *options.valence,
         dual ? fmt::format("{} is looked at around a face, which has at least", scheme.name) : "a vertex has at least",
-        dual ? "3 corners" : "2 edges", k_most_valence,
+        dual ? "3 corners" : "2 edges",
         !dual || *options.valence != 2          ? ""
         : scheme.family == MeshFamily::hexagons ? "; its old vertices have one rule for any number of edges"
                                                 : "; a vertex inside with two edges becomes no face in a dual scheme: "
@@ -151,6 +185,7 @@ ExitCode run(SchemeOptions options) {
     if (lattice == FanLattice::pentagons && options.valence)
         throw UsageError(
             fmt::format("a boundary vertex of {} has one edge more in each step and so no --valence", scheme.name));
+    if (options.valence) check_memory(scheme, options, shape, valence);
     try {
         SpectralAnalysis analysis = analyse(scheme, shape, options.rules);
         SchemeMasks masks = scheme_masks(scheme, analysis, options.rules);

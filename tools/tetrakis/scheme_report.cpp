@@ -8,6 +8,7 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
+#include <map>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -16,7 +17,7 @@ namespace tetrakis::cli {
 namespace {
 
 // Of long lists, people see this much; JSON has all.
-constexpr std::size_t k_shown_eigenvalues = 12;
+constexpr std::size_t k_shown_eigenvalues = 12, k_shown_masks = 64;
 constexpr double k_same_eigenvalue = 1e-6, k_same_weight = 1e-12;
 // A multiple eigenvalue 0 comes out as large as a root of the rounding error.
 constexpr double k_zero_eigenvalue = 1e-4;
@@ -82,19 +83,20 @@ namespace {
 
 std::string mask_text(const FanLabels& labels, const std::vector<double>& weights) {
     if (weights.empty()) return "not determined: its eigenvalue is not simple";
-    // Points of one weight side by side.
+    // Points of one weight side by side; the groups by their weights as well, for masks of thousands.
     std::vector<std::pair<double, std::string>> groups;
+    std::map<double, std::size_t> group_of;
     for (int i = 0; i < labels.size(); ++i) {
-        if (std::abs(weights[i]) < 1e-13) continue;
+        const double weight = weights[i];
+        if (std::abs(weight) < 1e-13) continue;
         const std::string place = place_name(labels, labels.all()[i]);
-        bool found = false;
-        for (auto& [weight, places] : groups)
-            if (std::abs(weight - weights[i]) < k_same_weight) {
-                places += " " + place;
-                found = true;
-                break;
-            }
-        if (!found) groups.emplace_back(weights[i], place);
+        auto same = group_of.upper_bound(weight - k_same_weight);
+        if (same == group_of.end() || same->first >= weight + k_same_weight)
+            same = group_of.emplace(weight, groups.size()).first;
+        if (same->second == groups.size())
+            groups.emplace_back(weight, place);
+        else
+            groups[same->second].second += " " + place;
     }
     std::string text;
     for (const auto& [weight, places] : groups)
@@ -207,7 +209,14 @@ void print_scheme(const SchemeFindings& f, bool with_matrix) {
                               : f.scheme.family == MeshFamily::triangles ? "its plane"
                                                                          : "its bilinear patch"));
     bool first = true;
-    for (const int i : shown_rows(a.matrix)) {
+    std::size_t masks = 0;
+    const std::vector<int> rows = shown_rows(a.matrix);
+    for (const int i : rows) {
+        // Further from a boundary they are alike.
+        if (masks++ == k_shown_masks) {
+            table.row("", fmt::format("... ({} more)", rows.size() - k_shown_masks));
+            break;
+        }
         table.row(first ? "masks" : "", fmt::format("new {}: {}", place_name(labels, labels.all()[i]),
                                                     mask_text(labels, row_of(a.matrix, i))));
         first = false;
@@ -225,9 +234,10 @@ void print_scheme(const SchemeFindings& f, bool with_matrix) {
         int count = 0;
         const bool zero = std::abs(e.value) < k_zero_eigenvalue;
         if (zero) e.value = 0;
-        // Others of the same size may lie between.
+        // Others of the same size may lie between; what comes after is smaller.
         for (std::size_t k = i; k < a.eigenvalues.size(); ++k) {
             const auto value = a.eigenvalues[k].value;
+            if (!zero && std::abs(value) < std::abs(e.value) - 2 * k_same_eigenvalue) break;
             if (counted[k] ||
                 (zero ? std::abs(value) >= k_zero_eigenvalue : std::abs(value - e.value) >= k_same_eigenvalue))
                 continue;
