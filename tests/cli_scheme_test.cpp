@@ -13,6 +13,7 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <tuple>
 #include <vector>
 
 TEST_SUITE_BEGIN("cli");
@@ -87,7 +88,34 @@ TEST_CASE("scheme explains what primal schemes do at two edges, and why dual one
         CHECK((dual ? two.err.find(reason) : two.out.find("no characteristic map")) != std::string::npos);
         CHECK(one.err.find(dual ? "at least 3 corners" : "at least 2 edges") != std::string::npos);
     }
-    CHECK(cli::run({"scheme", "loop", "--valence", "257"}).err.find("no more than 256") != std::string::npos);
+}
+
+TEST_CASE("scheme answers at vertices of a thousand edges, and says what would take too much memory") {
+    constexpr int n = 1000;
+    for (const char* name : {"loop", "catmull-clark", "doo-sabin", "sqrt3"})
+        for (const bool boundary : {false, true}) {
+            if (boundary && (std::string(name) == "doo-sabin" || std::string(name) == "sqrt3")) continue;
+            CAPTURE(name);
+            CAPTURE(boundary);
+            std::vector<std::string> arguments{"scheme", name, "--valence", std::to_string(n)};
+            if (boundary) arguments.push_back("--boundary");
+            CHECK(cli::run(arguments).code == 0);
+            arguments.push_back("--json");
+            const nlohmann::json scheme = cli::run_json(arguments);
+            double sum = 0;
+            for (const double w : scheme.at("limit").at("weights")) sum += w;
+            CHECK(sum == doctest::Approx(1).epsilon(1e-12));
+            int multiplicity = 0;
+            for (const auto& e : scheme.at("eigenvalues")) multiplicity += e.at("multiplicity").get<int>();
+            CHECK(static_cast<std::size_t>(multiplicity) == scheme.at("points").size());
+        }
+    const ProcessResult matrix = cli::run({"scheme", "loop", "--valence", "100000", "--matrix", "--json"});  // of 4 TB
+    CHECK(matrix.code == 2);
+    CHECK(matrix.err.find("--matrix, 300001 x 300001 numbers as JSON, takes about 4.32e+03 GB") != std::string::npos);
+    const ProcessResult all = cli::run({"scheme", "doo-sabin", "--valence", "2000000000"});
+    CHECK(all.code == 2);
+    CHECK(all.err.find("GB of memory") != std::string::npos);
+    CHECK(all.err.find("ask for a lower --valence") != std::string::npos);
 }
 
 TEST_CASE("scheme prints the rule of honeycomb's old vertices: the mean of the new corners around") {
@@ -138,6 +166,19 @@ TEST_CASE("scheme says how far a mesh is from its limit, where mask norms do") {
         CHECK(five.at("linear") == false);
         CHECK(regular.at("sum").get<double>() > 0.5);
         CHECK(regular.at("sum").get<double>() < five.at("sum").get<double>());
+    }
+    // Around many edges, where what most points of a ring have in common is kept once: as with whole rows.
+    for (const auto& [name, inside, boundary] : {std::tuple{"loop", 3.5002340400360943, 2.1041804055265354},
+                                                 {"kobbelt", 4.2917886973057655, 1.7173014444821746},
+                                                 {"4-8", 7.93493747416608, 3.8649626596495104},
+                                                 {"tuned-loop", 2.852704057467213, 2.1041804055265354}}) {
+        CAPTURE(name);
+        const auto sum_of = [&, of = name](std::vector<std::string> more) {
+            more.insert(more.begin(), {"scheme", of, "--valence", "40", "--json"});
+            return cli::run_json(more).at("mask_norm").at("sum").get<double>();
+        };
+        CHECK(sum_of({}) == doctest::Approx(inside).epsilon(1e-12));
+        CHECK(sum_of({"--boundary"}) == doctest::Approx(boundary).epsilon(1e-12));
     }
     // Loop's basis functions are positive and sum to one: over a face those of other points than its corners have no
     // more than all.

@@ -224,6 +224,112 @@ TEST_CASE(
     CHECK(analyse(*find_scheme("midpoint"), {.faces = 2}, {}).third == doctest::Approx(0.5));
 }
 
+TEST_CASE("the rows of a local matrix are those of its scheme's step, in all sectors") {
+    for (const Variant& v : variants()) {
+        if (v.scheme->family == MeshFamily::hexagons) continue;
+        CAPTURE(v.name);
+        for (const FanShape shape : {FanShape{.faces = 5}, FanShape{.faces = 26}, {.faces = 5, .boundary = true}}) {
+            const LocalMatrix matrix = local_matrix(*v.scheme, shape, v.options);
+            const FanLattice lattice = fan_lattice(*v.scheme, shape, v.options);
+            const SectorFan fan(lattice, shape, fan_rings(*v.scheme, shape, v.options) + 4);
+            const RuleStep step = v.scheme->step(fan.mesh, v.options);
+            const std::vector<int> rows = find_fan(step.mesh, child_start(fan, step), matrix.labels);
+            double off = 0;
+            for (int i = 0; i < matrix.size(); ++i) {
+                std::vector<double> difference(static_cast<std::size_t>(fan.labels.size()), 0.0);
+                for (const auto& [point, weight] : step.stencils.row(rows[i]).terms)
+                    difference[static_cast<std::size_t>(point)] = weight;
+                for (const auto& [column, weight] : matrix.row(i).terms) {
+                    CHECK(matrix.at(i, column) == weight);
+                    difference[static_cast<std::size_t>(fan.labels.find(matrix.labels.all()[column]))] -= weight;
+                }
+                off = std::max(off, largest(difference));
+            }
+            CHECK(off < 1e-14);
+        }
+    }
+}
+
+TEST_CASE("at a thousand edges masks and eigenvalues are the closed forms") {
+    constexpr int n = 1000;
+    const double angle = 2 * std::numbers::pi / n, c = std::cos(angle);
+    struct Known {
+        const char* scheme;
+        double lambda, centre, edge, face;  ///< of the limit, each edge's and face's
+    };
+    const double beta = (0.625 - std::pow(0.375 + 0.25 * c, 2)) / n, omega = 1 / (0.375 / beta + n);
+    const double a = (4 - 2 * c) / 9, b = 3 * a / (1 + 3 * a);
+    const double two_steps = (2 + 2 * c) / 9;
+    const Known known[] = {
+        {"loop", 0.375 + 0.25 * c, 1 - n * omega, omega, 0},
+        {"sqrt3", two_steps, 1 - b, b / n, 0},
+        {"catmull-clark", (5 + c + std::sqrt((c + 9) * (c + 1))) / 16, n / (n + 5.0), 4 / (n * (n + 5.0)),
+         1 / (n * (n + 5.0))},
+        {"doo-sabin", 0.5, 0, 1.0 / n, 0},
+    };
+    for (const auto& [name, lambda, centre, edge, face] : known) {
+        CAPTURE(name);
+        const SpectralAnalysis an = analyse(*find_scheme(name), {.faces = n}, {});
+        const FanLabels& labels = an.matrix.labels;
+        const bool dual = labels.lattice() == FanLattice::dual;
+        CHECK(an.lambda1 == doctest::Approx(lambda).epsilon(1e-12));
+        CHECK(sum(an.limit) == doctest::Approx(1).epsilon(1e-12));
+        REQUIRE(an.tangent1.size() == an.limit.size());
+        if (!dual) CHECK(an.limit[0] == doctest::Approx(centre).epsilon(1e-10));
+        const double first = an.tangent1[labels.find(dual ? FanLabel{0, 0, 0} : FanLabel{0, 1, 0})];
+        double off = 0;
+        for (int s = 0; s < n; ++s) {
+            const int e = labels.find(dual ? FanLabel{s, 0, 0} : FanLabel{s, 1, 0});
+            off = std::max(
+                {off, n * std::abs(an.limit[e] - edge), std::abs(an.tangent1[e] - first * std::cos(s * angle))});
+            if (face == 0) continue;
+            off = std::max(off, n * std::abs(an.limit[labels.find({s, 1, 1})] - face));
+        }
+        CHECK(off < 1e-9);
+        // A row is the same turned: Doo and Sabin's weights from the far side of the face.
+        if (!dual) continue;
+        for (const int s : {0, 1, 499, 999}) {
+            const double expected = (3 + 2 * std::cos((s - 500) * angle)) / (4.0 * n);
+            CHECK(an.matrix.at(labels.find({500, 0, 0}), labels.find({s, 0, 0})) ==
+                  doctest::Approx(expected).epsilon(1e-12));
+        }
+    }
+}
+
+TEST_CASE("at boundaries of many edges sine modes and bands give what the whole matrix does") {
+    const auto magnitudes = [](std::vector<detail::Complex> values) {
+        std::vector<double> result;
+        for (const detail::Complex z : values) result.push_back(std::abs(z));
+        std::sort(result.begin(), result.end());
+        return result;
+    };
+    for (const char* name : {"loop", "catmull-clark", "midpoint", "bilinear", "sqrt3", "4-8"})
+        for (const int faces : {25, 26}) {
+            CAPTURE(name);
+            CAPTURE(faces);
+            const SpectralAnalysis a = analyse(*find_scheme(name), {.faces = faces, .boundary = true}, {});
+            detail::DenseMatrix<double> whole(a.matrix.size());
+            for (int i = 0; i < a.matrix.size(); ++i)
+                for (const auto& [j, weight] : a.matrix.row(i).terms) whole(i, j) = weight;
+            std::vector<detail::Complex> values;
+            for (const Eigenvalue& e : a.eigenvalues) values.push_back(e.value);
+            const std::vector<double> found = magnitudes(values), expected = magnitudes(detail::eigenvalues(whole));
+            REQUIRE(found.size() == expected.size());
+            double off = 0;
+            for (std::size_t i = 0; i < found.size(); ++i) off = std::max(off, std::abs(found[i] - expected[i]));
+            CHECK(off < 1e-8);
+        }
+    for (const auto& [name, faces] : {std::pair{"loop", 300}, {"catmull-clark", 80}}) {
+        CAPTURE(name);
+        check_masks({name, find_scheme(name)}, {.faces = faces, .boundary = true});
+    }
+    // Loop's edges are a second difference: the largest eigenvalue inside is that of half a sine.
+    const SpectralAnalysis loop = analyse(*find_scheme("loop"), {.faces = 999, .boundary = true}, {});
+    CHECK(loop.lambda1 == doctest::Approx(0.5).epsilon(1e-12));
+    CHECK(loop.lambda2 == doctest::Approx(0.375 + 0.25 * std::cos(std::numbers::pi / 999)).epsilon(1e-12));
+    CHECK(loop.limit[0] == doctest::Approx(2.0 / 3).epsilon(1e-12));
+}
+
 TEST_CASE("honeycomb: a face and its ring of hexagons map to themselves as their matrix says, in any mesh") {
     const SchemeInfo& scheme = *find_scheme("honeycomb");
     for (const int k : {3, 4, 5, 6, 7, 12}) {
