@@ -14,7 +14,6 @@
 #include "tetrakis/refine/rule_limit.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
 #include "tetrakis/refine/vertex_links.hpp"
-#include "tetrakis/schemes/averaging.hpp"
 
 #include <oneapi/tbb/enumerable_thread_specific.h>
 
@@ -45,15 +44,6 @@ constexpr std::size_t k_block_of_others = 256;
 constexpr std::size_t k_block_of_patches = 16 * k_block;
 // How many rings more than a regular vertex one beside an extraordinary point needs for Doo-Sabin's masks.
 constexpr int k_rings_beside_a_point = 2;
-
-/// Rings of faces around a face, or around the corner of a face, that the rules of its new points look at.
-int reach(const SchemeInfo& scheme, const RuleOptions& options) {
-    if (scheme.step == averaging_step) return options.averaging_steps / 2 + 2;
-    for (const std::string_view name : {"loop", "tuned-loop", "midpoint", "catmull-clark", "bilinear", "4-8",
-                                        "doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest"})
-        if (scheme.name == name) return 1;
-    return 2;
-}
 
 /// An address on its way down: a cell of the target level and the point asked for, both in the frame of the cell that
 /// it has come to, whose sides are `size` long.
@@ -140,7 +130,7 @@ struct PartialLevels::Impl {
     };
 
     Impl(const ControlMesh& m, const SchemeInfo& s, const RuleOptions& r)
-        : mesh(m), scheme(s), rules(r), lattice(fan_lattice(s, r)), reach(tetrakis::reach(s, r)), first_step(s.step) {
+        : mesh(m), scheme(s), rules(r), lattice(fan_lattice(s, r)), reach(rule_rings(s, r)), first_step(s.step) {
         if (scheme.refinement == Refinement::sqrt3 || scheme.family == MeshFamily::hexagons)
             throw Error(ErrorCode::unsupported,
                         std::string(scheme.name) + " has no lattice of cells by which to name its vertices");

@@ -6,12 +6,9 @@
 #include "tetrakis/refine/corner_angles.hpp"
 #include "tetrakis/refine/rule_levels.hpp"
 #include "tetrakis/refine/rule_limit.hpp"
-#include "tetrakis/schemes/averaging.hpp"
 #include "tetrakis/schemes/four_eight.hpp"
 #include "tetrakis/schemes/kobbelt.hpp"
 #include "tetrakis/schemes/linear.hpp"
-#include "tetrakis/schemes/modified_butterfly.hpp"
-#include "tetrakis/schemes/tuned_loop.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -46,20 +43,13 @@ std::uint64_t growth(const SchemeInfo& scheme) {
 // With texture coordinates, charts have levels of their own.
 constexpr std::uint64_t k_bytes_per_halfedge = 160, k_bytes_with_charts = 240;
 
-/// Whether all rows around a vertex see its whole ring, or those in a face all of that, on every level.
-bool sees_rings(const SchemeInfo& scheme) {
-    return scheme.step == modified_butterfly_step || scheme.step == kobbelt_step || scheme.step == tuned_loop_step ||
-           scheme.step == averaging_step || scheme.refinement == Refinement::vertex_split ||
-           scheme.refinement == Refinement::sqrt3;
-}
-
 /// Bytes of the terms of those rows where rings are large, for each level.
 std::uint64_t bytes_of_large_rings(const ControlMesh& mesh, const SchemeInfo& scheme) {
     constexpr std::uint64_t k_large = 32, k_term = sizeof(int) + sizeof(double);
     std::uint64_t bytes = 0;
     const auto add = [&](std::uint64_t size) { bytes += size > k_large ? size * size * k_term : 0; };
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) add(mesh.face_size(FaceId(f)));
-    for (std::uint32_t v = 0; v < mesh.vertex_count() && sees_rings(scheme); ++v) add(mesh.face_valence(VertexId(v)));
+    for (std::uint32_t v = 0; v < mesh.vertex_count() && scheme.sees_rings; ++v) add(mesh.face_valence(VertexId(v)));
     return bytes;
 }
 

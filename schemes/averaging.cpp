@@ -184,6 +184,8 @@ extern constinit const SchemeInfo biquartic_scheme{
     .generation = "bi-4",
     .lattice = FanLattice::dual,
     .rings = 2,
+    .rule_rings = 2,
+    .sees_rings = true,
     .step = biquartic_step,
     .closed_masks = biquartic_closed_masks,
     .notes = "any polygons; boundary by copies of its vertices, or the outer ring is used up; no creases",
@@ -201,6 +203,8 @@ extern constinit const SchemeInfo averaging_scheme{
     .generation = "bi-(m + 1)",
     .lattice = FanLattice::dual,
     .rings = 2,
+    .rule_rings = 2,
+    .sees_rings = true,
     .step = averaging_step,
     .closed_masks = averaging_closed_masks,
     .notes =

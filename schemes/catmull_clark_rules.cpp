@@ -247,6 +247,8 @@ extern constinit const SchemeInfo catmull_clark_scheme{
     .generation = "bi-3",
     .lattice = FanLattice::quads,
     .rings = 2,
+    .rule_rings = 1,
+    .sees_rings = false,
     .step = catmull_clark_step,
     .closed_masks = catmull_clark_closed_masks,
     .notes = "any polygons; boundary, crease, corner, dart, semi-sharp; C1 edge rule, other weights beta, gamma",

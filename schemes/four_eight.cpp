@@ -146,6 +146,8 @@ extern constinit const SchemeInfo four_eight_scheme{
     .generation = "5",
     .lattice = FanLattice::quads,
     .rings = 2,
+    .rule_rings = 1,
+    .sees_rings = false,
     .step = four_eight_step,
     .closed_masks = four_eight_closed_masks,
     .notes =

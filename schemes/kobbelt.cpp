@@ -168,6 +168,8 @@ extern constinit const SchemeInfo kobbelt_scheme{
     .generation = "3",
     .lattice = FanLattice::quads,
     .rings = 4,
+    .rule_rings = 2,
+    .sees_rings = true,
     .step = kobbelt_step,
     .closed_masks = kobbelt_closed_masks,
     .notes = "quads (others after one bilinear step); boundary and crease by four-point",

@@ -178,6 +178,8 @@ extern constinit const SchemeInfo loop_scheme{
     .generation = "3",
     .lattice = FanLattice::triangles,
     .rings = 2,
+    .rule_rings = 1,
+    .sees_rings = false,
     .step = loop_step,
     .closed_masks = loop_closed_masks,
     .notes =

@@ -25,6 +25,12 @@ struct SchemeInfo {
     std::string_view generation;  ///< degree of the polynomials that the limit surfaces contain there
     FanLattice lattice;           ///< the neighbourhood that maps to itself
     int rings;                    ///< of it that determine the surface around the middle
+    /// Rings of faces around a face, or around the corner of a face, that the rules of its new points look at; half the
+    /// chosen averaging steps come to them.
+    int rule_rings;
+    /// Whether the rules of all new points around a vertex look at its whole ring, or those in a face at all of that,
+    /// on every level: then they are as many terms as there are edges, squared.
+    bool sees_rings;
     RuleStep (*step)(const RuleMesh&, const RuleOptions&);
     ClosedMasks (*closed_masks)(const FanShape&, const RuleOptions&);
     std::string_view notes;  ///< what it takes, and its choices

@@ -107,6 +107,10 @@ int averaging_steps(const SchemeInfo& scheme, const RuleOptions& options) {
     return chooses_steps(scheme) ? options.averaging_steps : scheme.averaging_steps;
 }
 
+int rule_rings(const SchemeInfo& scheme, const RuleOptions& options) {
+    return scheme.rule_rings + (chooses_steps(scheme) ? options.averaging_steps / 2 : 0);
+}
+
 bool boundary_recedes(const SchemeInfo& scheme, const RuleOptions& options) {
     return averaging_steps(scheme, options) > 0 && options.averaging_boundary == AveragingBoundary::recede;
 }

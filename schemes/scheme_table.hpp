@@ -60,6 +60,8 @@ FanLattice fan_lattice(const SchemeInfo& scheme, const FanShape& shape, const Ru
 int fan_rings(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options);
 /// Averaging steps of repeated averaging and of the biquartic scheme, which is three of them; others have none.
 int averaging_steps(const SchemeInfo& scheme, const RuleOptions& options);
+/// SchemeInfo::rule_rings with the chosen averaging steps.
+int rule_rings(const SchemeInfo& scheme, const RuleOptions& options);
 /// Whether each step uses up the outer ring of an open mesh (AveragingBoundary).
 bool boundary_recedes(const SchemeInfo& scheme, const RuleOptions& options);
 /// Whether tags inside a mesh have no effect: longer averages, unless they have Catmull-Clark's rules.

@@ -277,6 +277,8 @@ extern constinit const SchemeInfo sqrt3_scheme{
     .generation = "1 or more",
     .lattice = FanLattice::triangles,
     .rings = 2,
+    .rule_rings = 2,
+    .sees_rings = true,
     .step = sqrt3_step,
     .closed_masks = sqrt3_closed_masks,
     .notes = "triangles; two steps at once; boundary and crease as ternary cubic B-spline, corner",

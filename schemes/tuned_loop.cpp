@@ -126,6 +126,8 @@ extern constinit const SchemeInfo tuned_loop_scheme{
     .generation = "3",
     .lattice = FanLattice::triangles,
     .rings = 2,
+    .rule_rings = 1,
+    .sees_rings = true,
     .step = tuned_loop_step,
     .closed_masks = tuned_loop_closed_masks,
     .notes =

@@ -52,8 +52,7 @@ void check_memory(const std::string& what, std::uint64_t bytes) {
 
 void check_memory(const SchemeInfo& scheme, const SchemeOptions& options, const FanShape& shape, int valence) {
     const auto n = static_cast<std::uint64_t>(valence);
-    const bool dual = scheme.refinement == Refinement::vertex_split;
-    const bool pairs = (dual || scheme.refinement == Refinement::sqrt3) && !options.boundary;
+    const bool pairs = scheme.sees_rings && !options.boundary;
     check_memory(fmt::format("--valence {}", valence), n * k_bytes_per_edge + (pairs ? n * n * k_bytes_per_pair : 0));
     if (options.matrix && options.json) {
         const FanLabels labels(fan_lattice(scheme, shape, options.rules), shape,
