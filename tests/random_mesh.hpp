@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <map>
 #include <numbers>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -204,9 +205,19 @@ class RandomMeshMaker {
 
     void split_faces() {
         std::vector<Polygon> result;
+        // Around small tori two quads may have the same diagonal, or one an edge for its diagonal.
+        std::set<std::pair<std::uint32_t, std::uint32_t>> taken;
+        for (const auto& [edge, f] : edges()) taken.insert(std::minmax(edge.first, edge.second));
         for (Polygon& p : faces_) {
             if (p.size() == 4 && (o_.triangles_only || random_.chance(o_.split))) {
-                const std::uint32_t s = random_.below(2);
+                std::uint32_t s = random_.below(2);
+                if (!taken.insert(std::minmax(p[s], p[s + 2])).second) {
+                    s = 1 - s;
+                    if (!taken.insert(std::minmax(p[s], p[s + 2])).second && !o_.triangles_only) {
+                        result.push_back(std::move(p));
+                        continue;
+                    }
+                }
                 result.push_back({p[s], p[s + 1], p[s + 2]});
                 result.push_back({p[s + 2], p[(s + 3) % 4], p[s]});
             } else {

@@ -158,6 +158,7 @@ TETRAKIS_BENCH_TO_LEVEL(loop_closure, "loop", "knot_tri", false);
 TETRAKIS_BENCH_TO_LEVEL(kobbelt_rules, "kobbelt", "cube", false);
 TETRAKIS_BENCH_TO_LEVEL(doo_sabin_rules, "doo-sabin", "knot", false);
 TETRAKIS_BENCH_TO_LEVEL(sqrt3_hierarchy, "sqrt3", "cube", false);
+TETRAKIS_BENCH_TO_LEVEL(sqrt3_hierarchy_creases, "sqrt3", "extruded_pentagon", false);
 BENCHMARK_CAPTURE(sqrt3_to_uniform_level, sqrt3, "cube")
     ->Name("hierarchy/to_uniform_level/sqrt3")
     ->ArgsProduct({{5}, {1, 2}})
