@@ -120,17 +120,17 @@ bool Sqrt3Net::Worker::find_new(std::uint32_t vertex) {
         }
     } else {
         const bool cuts = net_.level_ % 2 == 0;
-        if (level.apex[face] != vertex || !Sqrt3Level::there(level.child[face])) return false;
+        const auto is_raised = [&](std::uint32_t f) { return net_.all_raised_ || Sqrt3Level::there(level.child[f]); };
+        if (level.apex[face] != vertex || !is_raised(face)) return false;
         for (std::uint32_t j = 0; j < 3; ++j) {
             const std::uint32_t t = beyond[j] = level.twin[3 * face + j];
-            if (!Sqrt3Level::there(t) || !Sqrt3Level::there(level.child[t / 3])) return false;
+            if (!Sqrt3Level::there(t) || !is_raised(t / 3)) return false;
             if (cuts && level.twin[t / 3 * 3] == Sqrt3Level::none) return false;
             around[2 * j] = level.vertex[3 * face + j];
             around[2 * j + 1] = level.apex[t / 3];
         }
-        if (!has(vertex)) return false;
-        for (const std::uint32_t w : around)
-            if (!Sqrt3Level::there(w) || !has(w)) return false;
+        const auto is_there = [&](std::uint32_t w) { return Sqrt3Level::there(w) && has(w); };
+        if (!net_.all_raised_ && !(has(vertex) && std::all_of(around.begin(), around.end(), is_there))) return false;
     }
     // The face before those over its sides is the first of them, or one beyond; each has the vertex for its last
     // corner.
@@ -305,7 +305,7 @@ void Sqrt3Net::Worker::add_apex(std::uint32_t face) {
     std::array<Vec3d, 3> corner;
     for (std::uint32_t k = 0; k < 3; ++k) {
         const std::uint32_t w = level.vertex[3 * face + k];
-        if (!net_.is_whole() && (!Sqrt3Level::there(w) || !has(w))) return;
+        if (!net_.all_raised_ && (!Sqrt3Level::there(w) || !has(w))) return;
         corner[k] = point(w);
     }
     if (net_.is_whole() || levels_.vertices[v].kind == Sqrt3Vertex::Kind::centre) {

@@ -51,7 +51,7 @@ class Sqrt3Net {
     const Sqrt3Levels* levels_;
     bool tagged_ = false;     ///< some vertices of the mesh are
     bool has_cuts_ = false;   ///< some edges are not flipped
-    bool all_raised_ = true;  ///< no face of a level before is left out
+    bool all_raised_ = true;  ///< no face of a level before is left out: all vertices have points
     int level_ = 0;
     std::uint32_t first_new_ = 0;  ///< vertices from here on came with the last step
     HugeBuffer<double> memory_[2];

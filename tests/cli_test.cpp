@@ -277,7 +277,7 @@ TEST_CASE("[bad-input] the exit code says whose fault it is, the message what is
         {{"refine", cube, "--factored", "-o", out}, 2, "--steps"},
         {{"refine", cube, "--factored", "--steps", "2", "--levels", "1", "-o", out}, 2, "--levels"},
         {{"refine", cube, "--factored", "--steps", "2", "--averaging-steps", "-1", "-o", out}, 2, "--averaging-steps"},
-        {{"refine", cube, "--factored", "--steps", "2", "--averaging-steps", "10", "-o", out}, 2, "0 to 9"},
+        {{"refine", cube, "--factored", "--steps", "2", "--averaging-steps", "65", "-o", out}, 2, "0 to 64"},
         {{"refine", cube, "--levels", "2", "--averaging-steps", "2", "-o", out}, 2, "--factored"},
         {{"refine", cube, "--factored", "--steps", "2", "--tuning", "0.5", "-o", out}, 2, "--tuning"},
         {{"refine", cube, "--factored", "--steps", "2", "--scheme", "loop", "-o", out}, 2, "midedge-simplest"},
@@ -351,6 +351,17 @@ TEST_CASE("Ctrl-C ends a long run with 130 and leaves no file") {
     CHECK(result.code == 130);
     CHECK(result.err.find("cancelled") != std::string::npos);
     CHECK(result.out.empty());
+    CHECK(scratch.file_count() == 0);
+}
+
+TEST_CASE("a scheme's analysis ends at once when it is asked to") {
+    const ScratchDir scratch;
+    const std::string out = (scratch / "out.png").string();
+    // Far longer than the signal takes.
+    Process process(cli::command_line({"scheme", "kobbelt", "--valence", "700", "--boundary", "--image", out}));
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    process.send(SIGTERM);
+    CHECK(process.wait().code == 128 + SIGTERM);
     CHECK(scratch.file_count() == 0);
 }
 

@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <fstream>
@@ -29,7 +30,17 @@ class Process {
         for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
         argv.push_back(nullptr);
         const std::string out = (scratch_ / "out").string(), err = (scratch_ / "err").string();
+        int starting[2];  // its end that the program would write to is closed as it starts
+        if (::pipe2(starting, O_CLOEXEC) != 0) throw std::runtime_error("cannot make a pipe");
         id_ = ::fork();
+        if (id_ != 0) ::close(starting[1]);
+        if (id_ > 0) {
+            // Until then its signal handlers are those of the tests.
+            char none;
+            while (::read(starting[0], &none, 1) < 0 && errno == EINTR) {
+            }
+        }
+        if (id_ != 0) ::close(starting[0]);
         if (id_ < 0) throw std::runtime_error("cannot fork");
         if (id_ > 0) return;
         std::signal(SIGINT, SIG_DFL);

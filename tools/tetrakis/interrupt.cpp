@@ -26,6 +26,14 @@ void catch_interrupts() {
     }
 }
 
+void let_interrupts_end() {
+    for (const int signal : {SIGINT, SIGTERM}) {
+        struct sigaction action = {};
+        if (sigaction(signal, nullptr, &action) == 0 && action.sa_handler == set_interrupt_flag)
+            std::signal(signal, SIG_DFL);
+    }
+}
+
 bool interrupted() noexcept { return interrupt_flag != 0; }
 
 }  // namespace tetrakis::cli

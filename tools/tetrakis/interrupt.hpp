@@ -6,6 +6,9 @@ namespace tetrakis::cli {
 /// second one ends the program at once.
 void catch_interrupts();
 
+/// From now on such a signal ends the program at once: for long work that nothing can cancel, while no file is written.
+void let_interrupts_end();
+
 /// Whether such a signal has arrived.
 bool interrupted() noexcept;
 

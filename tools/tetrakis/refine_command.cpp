@@ -158,7 +158,7 @@ void add_refine_command(CLI::App& app, Command& chosen) {
                              ->add_option("--steps", options->steps,
                                           "With --factored: half-steps, two for a level (averaging: two more than its "
                                           "averaging steps). Else, for averaging: its number of averaging steps in a "
-                                          "level, 0 to 9 (3)")
+                                          "level, 0 to 64 (3)")
                              ->type_name("K")
                              ->check(CLI::Range(0, 2 * k_most_levels));
     CLI::Option* averaging_steps = command

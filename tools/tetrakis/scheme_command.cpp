@@ -1,6 +1,7 @@
 #include "commands.hpp"
 #include "console.hpp"
 #include "files.hpp"
+#include "interrupt.hpp"
 #include "report.hpp"
 #include "run_options.hpp"
 #include "scheme_option.hpp"
@@ -113,7 +114,10 @@ void draw(const SchemeFindings& f, const SchemeOptions& options) {
     add("limit position", f.masks.limit);
     add("tangent 1", f.masks.tangent1);
     add("tangent 2", f.masks.tangent2);
-    write_png(options.image, draw_scheme(picture, {}));
+    const auto image = draw_scheme(picture, {});
+    catch_interrupts();
+    write_png(options.image, image);
+    let_interrupts_end();
 }
 
 /// @throws UsageError  the scheme has no such vertex or face
@@ -185,6 +189,7 @@ ExitCode run(SchemeOptions options) {
         throw UsageError(
             fmt::format("a boundary vertex of {} has one edge more in each step and so no --valence", scheme.name));
     if (options.valence) check_memory(scheme, options, shape, valence);
+    let_interrupts_end();
     try {
         SpectralAnalysis analysis = analyse(scheme, shape, options.rules);
         SchemeMasks masks = scheme_masks(scheme, analysis, options.rules);

@@ -19,7 +19,7 @@ namespace tetrakis::cli {
 
 namespace {
 
-constexpr int k_most_averaging_steps = 9;
+constexpr int k_most_averaging_steps = 64;
 constexpr std::string_view k_measured = "measured";
 
 double corner_degrees(const std::string& text) {

@@ -252,6 +252,8 @@ void draw_lines(Canvas& canvas, const Window& window, const FanPatch& patch, con
             }
         return;
     }
+    Vec2d centre(0);  // of a dual fan's middle face, which the refined patch has a smaller copy of
+    for (int s = 0; s < n && dual; ++s) centre += places[labels.find({s, 0, 0})] / static_cast<double>(n);
     for (int s = 0; s < n + (boundary ? 1 : 0); ++s) {
         std::vector<FanLabel> line;
         if (dual) {
@@ -260,6 +262,7 @@ void draw_lines(Canvas& canvas, const Window& window, const FanPatch& patch, con
             const int rim = R - 1, before = (s + n - 1) % n;
             for (int b = 0; b <= rim; ++b) line.push_back({s, 0, b});
             draw(line, true);
+            canvas.line(window.at(centre), window.at(places[labels.find({s, 0, 0})]), 3.2, k_blue);
             for (int c = m - 1; c <= rim; c += m) {
                 line.clear();
                 for (int b = rim; b >= 0; --b) line.push_back({s, c, b});
