@@ -45,6 +45,23 @@ Vec3d face_normal_at(const RuleMesh& mesh, std::span<const Vec3d> net, int v) {
     return normals.normal();
 }
 
+Vec3d limit_sum(const StencilTable& table, int row, std::span<const Vec3d> net) {
+    Vec3d result(0);
+    const auto from = table.points(row);
+    const auto weights = table.weights(row);
+    for (std::size_t i = 0; i < from.size(); ++i) result += weights[i] * net[static_cast<std::size_t>(from[i])];
+    return result;
+}
+
+Vec3d limit_normal(const RuleLimits& limits, int i, const RuleMesh& mesh, std::span<const Vec3d> net, int v) {
+    Vec3d normal(0);
+    const auto at = static_cast<std::size_t>(i);
+    for (int row = limits.begin[at]; row < limits.begin[at + 1]; ++row)
+        normal += unit_or_zero(glm::cross(limit_sum(limits.tangent1, row, net), limit_sum(limits.tangent2, row, net)));
+    normal = unit_of_sum(normal);
+    return normal != Vec3d(0) ? normal : face_normal_at(mesh, net, v);
+}
+
 struct RuleLimitFinder::State {
     State(const SchemeInfo& s, const RuleOptions& o) : scheme(s), options(o), search(scheme, options) {}
 

@@ -70,4 +70,10 @@ class RuleLimitFinder {
 /// The normal of a vertex without tangents (FaceNormals).
 Vec3d face_normal_at(const RuleMesh& mesh, std::span<const Vec3d> net, int v);
 
+/// A row of RuleLimits, of the mesh's points.
+Vec3d limit_sum(const StencilTable& table, int row, std::span<const Vec3d> net);
+/// The unit normal of the i-th of the limits' vertices, which is `v` of the mesh: of its tangents, the mean of the
+/// sides of a crease; where these say nothing, that of face_normal_at().
+Vec3d limit_normal(const RuleLimits& limits, int i, const RuleMesh& mesh, std::span<const Vec3d> net, int v);
+
 }  // namespace tetrakis::detail

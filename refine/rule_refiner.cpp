@@ -244,19 +244,10 @@ void RuleRefiner::check_normals(std::span<const Vec3d> normals) const {
 }
 
 void RuleRefiner::State::write_normals(const Vec3d* points, std::span<Vec3d> normals) const {
-    const auto sum = [&](const StencilTable& table, int row) {
-        Vec3d result(0);
-        const auto from = table.points(row);
-        for (std::size_t i = 0; i < from.size(); ++i) result += table.weights(row)[i] * points[from[i]];
-        return result;
-    };
+    const std::span net(points, normals.size());
     for_each_index(static_cast<std::uint32_t>(normals.size()), [&](std::uint32_t i) {
         const int v = static_cast<int>(i);
-        Vec3d normal(0);
-        for (int row = limits.begin[i]; row < limits.begin[i + 1]; ++row)
-            normal += unit_or_zero(glm::cross(sum(limits.tangent1, row), sum(limits.tangent2, row)));
-        normals[i] = unit_of_sum(normal);
-        if (normals[i] == Vec3d(0)) normals[i] = detail::face_normal_at(levels->last(), {points, normals.size()}, v);
+        normals[i] = detail::limit_normal(limits, v, levels->last(), net, v);
     });
 }
 

@@ -409,20 +409,10 @@ void TurningStrip::refine(std::span<const Vec3d> start, std::span<Vec3d> points,
     }
     if (!limit_)
         for (std::size_t i = 0; i < own_.size(); ++i) points[first_number_ + i] = net[own_[i]];
-    const auto sum = [&](const StencilTable& table, int row) {
-        Vec3d result(0);
-        const auto from = table.points(row);
-        for (std::size_t i = 0; i < from.size(); ++i) result += table.weights(row)[i] * net[from[i]];
-        return result;
-    };
     for_each_index(static_cast<std::uint32_t>(seen_.size()), [&](std::uint32_t i) {
-        if (limit_) points[number_[i]] = sum(limits_.positions, static_cast<int>(i));
-        if (normals.empty()) return;
-        Vec3d normal(0);
-        for (int row = limits_.begin[i]; row < limits_.begin[i + 1]; ++row)
-            normal += unit_or_zero(glm::cross(sum(limits_.tangent1, row), sum(limits_.tangent2, row)));
-        normal = unit_of_sum(normal);
-        normals[number_[i]] = normal != Vec3d(0) ? normal : face_normal_at(mesh_, net, seen_[i]);
+        const int row = static_cast<int>(i);
+        if (limit_) points[number_[i]] = limit_sum(limits_.positions, row, net);
+        if (!normals.empty()) normals[number_[i]] = limit_normal(limits_, row, mesh_, net, seen_[i]);
     });
 }
 
