@@ -74,50 +74,50 @@ TETRAKIS_INLINE inline QuadRow<Side, T> quad_row(const RootLines<T>& root, std::
     return {root.inner + 3 * (std::uint64_t{r - 1} * (root.segments - 1)), 3};
 }
 
-/// Two finer rows between and on coarse rows r and r + 1, r = row; the first of them only for r > 0. `Side`: one of the
-/// rows is a side of the root.
+/// One finer row of 2 n - 1 points from columns of the coarse rows: column(x, p) is the mean across them at p, which
+/// takes the next inner points; left and right are those of the sides.
+template <class T, class Column>
+TETRAKIS_INLINE inline void refine_quad_columns(std::uint32_t n, const QuadWeights<T>& w, const Lane<T>& left,
+                                                const Lane<T>& right, Column column, T* out) {
+    const T half = T(0.5);
+    Lane<T> p0{}, p1 = left, p2;
+    for (std::uint32_t x = 0; x + 1 < n; ++x, out += 6) {
+        p2 = column();
+        if (x > 0) store(out - 3, w.side * (p0 + p2) + w.centre * p1);
+        store(out, half * (p1 + p2));
+        p0 = p1;
+        p1 = p2;
+    }
+    p2 = right;
+    if (n > 1) store(out - 3, w.side * (p0 + p2) + w.centre * p1);
+    store_last(out, half * (p1 + p2));
+}
+
+/// Finer rows 2 row (for row > 0) and 2 row + 1, which lie on and above coarse row `row`. One after the other: where
+/// they are not in the caches, to write both at once takes more than twice as long. `Side`: one of the coarse rows is a
+/// side of the root.
 template <bool On, bool Side, class T>
 TETRAKIS_INLINE inline void refine_quad_rows(const RootLines<T>& root, std::uint32_t row, const QuadWeights<T>& w,
                                              T* finer) {
     const std::uint32_t n = root.segments;
-    QuadRow<Side, T> b = quad_row<Side>(root, row), c = quad_row<Side>(root, row + 1),
-                     a = On ? quad_row<Side>(root, row - 1) : b;
     const std::uint64_t stride = 3 * std::uint64_t{2 * n - 1};
-    T* between = finer + 2 * row * stride;
-    T* on = between - (On ? stride : 0);
-    const T half = T(0.5);
-
-    Lane<T> on0{}, on1, on2, mid0{}, mid1, mid2;
-    const auto column = [&](const T* pa, const T* pb, const T* pc, Lane<T>& out_on, Lane<T>& out_mid) TETRAKIS_INLINE {
-        const Lane<T> vb = load(pb), vc = load(pc);
-        if constexpr (On) out_on = w.side * (load(pa) + vc) + w.centre * vb;
-        out_mid = half * (vb + vc);
-    };
-    const auto side = [&](const PointLine<T>& s, Lane<T>& out_on, Lane<T>& out_mid) TETRAKIS_INLINE {
-        column(point_of(s, On ? row - 1 : 0, n), point_of(s, row, n), point_of(s, row + 1, n), out_on, out_mid);
-    };
-    const auto even = [&](std::uint32_t x) TETRAKIS_INLINE {
-        const std::uint64_t at = 6 * std::uint64_t{x} - 3;
-        if constexpr (On) store(on + at, w.side * (on0 + on2) + w.centre * on1);
-        store(between + at, w.side * (mid0 + mid2) + w.centre * mid1);
-    };
-    side(root.left, on1, mid1);
-    for (std::uint32_t x = 0; x + 1 < n; ++x) {
-        column(On ? a.take() : nullptr, b.take(), c.take(), on2, mid2);
-        if (x > 0) even(x);
-        const std::uint64_t at = 6 * std::uint64_t{x};
-        if constexpr (On) store(on + at, half * (on1 + on2));
-        store(between + at, half * (mid1 + mid2));
-        on0 = on1;
-        on1 = on2;
-        mid0 = mid1;
-        mid1 = mid2;
+    if constexpr (On) {
+        QuadRow<Side, T> a = quad_row<Side>(root, row - 1), b = quad_row<Side>(root, row),
+                         c = quad_row<Side>(root, row + 1);
+        const auto mean = [&](const T* pa, const T* pb, const T* pc)
+                              TETRAKIS_INLINE { return w.side * (load(pa) + load(pc)) + w.centre * load(pb); };
+        const auto side = [&](const PointLine<T>& s) TETRAKIS_INLINE {
+            return mean(point_of(s, row - 1, n), point_of(s, row, n), point_of(s, row + 1, n));
+        };
+        const auto column = [&]() TETRAKIS_INLINE { return mean(a.take(), b.take(), c.take()); };
+        refine_quad_columns(n, w, side(root.left), side(root.right), column, finer + (2 * row - 1) * stride);
     }
-    side(root.right, on2, mid2);
-    if (n > 1) even(n - 1);
-    const std::uint64_t at = 6 * std::uint64_t{n - 1};
-    if constexpr (On) store_last(on + at, half * (on1 + on2));
-    store_last(between + at, half * (mid1 + mid2));
+    QuadRow<Side, T> b = quad_row<Side>(root, row), c = quad_row<Side>(root, row + 1);
+    const auto mean = [&](const T* pb, const T* pc) TETRAKIS_INLINE { return T(0.5) * (load(pb) + load(pc)); };
+    const auto side = [&](const PointLine<T>& s)
+                          TETRAKIS_INLINE { return mean(point_of(s, row, n), point_of(s, row + 1, n)); };
+    const auto column = [&]() TETRAKIS_INLINE { return mean(b.take(), c.take()); };
+    refine_quad_columns(n, w, side(root.left), side(root.right), column, finer + 2 * row * stride);
 }
 
 template <class T>
@@ -181,7 +181,8 @@ void factored_quad(const RootLines<T>& root, T* centres, T* finer) {
     }
 }
 
-/// Finer rows 2 row (for row > 0) and 2 row + 1. `Side`: the row or the one below it is the root's bottom.
+/// Finer rows 2 row (for row > 0) and 2 row + 1, one after the other as in refine_quad_rows(). `Side`: the row or the
+/// one below it is the root's bottom.
 template <bool On, bool Side, class T>
 TETRAKIS_INLINE inline void refine_triangle_rows(const RootLines<T>& root, std::uint32_t row,
                                                  const TriangleWeights<T>& w, T* on) {
@@ -193,38 +194,36 @@ TETRAKIS_INLINE inline void refine_triangle_rows(const RootLines<T>& root, std::
         const std::uint64_t begin = std::uint64_t{y - 1} * (n - 1) - std::uint64_t{y - 1} * y / 2;
         return root.inner + 3 * begin;
     };
-    const T* u = On ? line(row - 1) : nullptr;
-    const T* b = line(row);
-    const T* c = line(row + 1);
-    T* between = on + (On ? 3 * std::uint64_t{2 * last - 1} : 0);
-
-    Lane<T> u1{}, u2{}, b0{}, b1, b2, c0{}, c1, c2{};
-    if constexpr (On) u1 = load(point_of(root.left, row - 1, n));
-    b1 = load(point_of(root.left, row, n));
-    c1 = load(point_of(root.left, row + 1, n));
-    for (std::uint32_t x = 0; x < last; ++x) {
+    const Lane<T> b_first = load(point_of(root.left, row, n)), c_first = load(point_of(root.left, row + 1, n)),
+                  b_last = load(point_of(root.right, row, n));
+    if constexpr (On) {
+        const T *u = line(row - 1), *b = line(row), *c = line(row + 1);
+        const std::ptrdiff_t below = row == 1 ? bottom : 3;
+        Lane<T> u1 = load(point_of(root.left, row - 1, n)), b0{}, b1 = b_first, c0{}, c1 = c_first;
+        for (std::uint32_t x = 0; x < last; ++x, u += below, b += 3, c += 3) {
+            const bool end = x + 1 == last;
+            const Lane<T> u2 = load(u), b2 = end ? b_last : load(b);
+            T* const out = on + 6 * std::uint64_t{x};
+            if (x > 0) store(out - 3, w.vertex * b1 + w.neighbour * (((b0 + b2) + (u1 + u2)) + (c0 + c1)));
+            store(out, w.end * (b1 + b2) + w.opposite * (c1 + u2), end);
+            u1 = u2;
+            b0 = b1;
+            b1 = b2;
+            c0 = c1;
+            if (!end) c1 = load(x + 2 == last ? point_of(root.right, row + 1, n) : c);
+        }
+    }
+    T* const between = on + (On ? 3 * std::uint64_t{2 * last - 1} : 0);
+    const T *b = line(row), *c = line(row + 1);
+    Lane<T> b1 = b_first, c0{}, c1 = c_first;
+    for (std::uint32_t x = 0; x < last; ++x, b += On ? 3 : bottom, c += 3) {
         const bool end = x + 1 == last;
-        if constexpr (On) {
-            u2 = load(u);
-            u += row == 1 ? bottom : 3;
-        }
-        b2 = load(end ? point_of(root.right, row, n) : b);
-        if (!end) c2 = load(x + 2 == last ? point_of(root.right, row + 1, n) : c);
-        b += On ? 3 : bottom;
-        c += 3;
-        const std::uint64_t at = 6 * std::uint64_t{x};
-        if (x > 0) {
-            if constexpr (On) store(on + at - 3, w.vertex * b1 + w.neighbour * (((b0 + b2) + (u1 + u2)) + (c0 + c1)));
-            const Lane<T> upright = w.end * (b1 + c1) + w.opposite * (c0 + b2);
-            store(between + at - 3, upright, end);
-        }
-        if constexpr (On) {
-            const Lane<T> flat = w.end * (b1 + b2) + w.opposite * (c1 + u2);
-            store(on + at, flat, end);
-        }
-        if (!end) store(between + at, w.end * (b2 + c1) + w.opposite * (b1 + c2));
-        if constexpr (On) u1 = u2;
-        b0 = b1;
+        const Lane<T> b2 = end ? b_last : load(b);
+        T* const out = between + 6 * std::uint64_t{x};
+        if (x > 0) store(out - 3, w.end * (b1 + c1) + w.opposite * (c0 + b2), end);
+        if (end) break;
+        const Lane<T> c2 = load(x + 2 == last ? point_of(root.right, row + 1, n) : c);
+        store(out, w.end * (b2 + c1) + w.opposite * (b1 + c2));
         b1 = b2;
         c0 = c1;
         c1 = c2;
