@@ -136,37 +136,46 @@ void refine_quad(const RootLines<T>& root, QuadWeights<T> w, T* finer) {
 template <bool On, bool Side, class T>
 TETRAKIS_INLINE inline void factored_quad_rows(const RootLines<T>& root, std::uint32_t row, T* centres, T* finer) {
     const std::uint32_t n = root.segments;
-    QuadRow<Side, T> b = quad_row<Side>(root, row), c = quad_row<Side>(root, row + 1),
-                     a = On ? quad_row<Side>(root, row - 1) : b;
     const std::uint64_t stride = 3 * std::uint64_t{2 * n - 1};
-    T* between = finer + 2 * row * stride;
-    T* on = between - (On ? stride : 0);
     const T half = T(0.5), quarter = T(0.25), sixteenth = T(0.0625);
-
-    Lane<T> a1{}, b0{}, b1 = load(point_of(root.left, row, n)), c1 = load(point_of(root.left, row + 1, n)), centre0{},
-                        cells0{};
-    const auto cell = [&](std::uint32_t x, const T* pa, const T* pb, const T* pc, bool last) TETRAKIS_INLINE {
-        const std::uint64_t at = 3 * std::uint64_t{x};
-        const Lane<T> b2 = load(pb), c2 = load(pc), centre = quarter * ((b1 + c1) + (b2 + c2));
-        Lane<T> cells{};
-        if constexpr (On) {
-            cells = load(centres + at) + centre;
-            if (x > 0) store(on + 2 * at - 3, half * b1 + sixteenth * (((b0 + b2) + (a1 + c1)) + (cells0 + cells)));
-            const Lane<T> edge = quarter * ((b1 + b2) + cells);
-            store(on + 2 * at, edge, last);
-            if (!last) a1 = load(pa);
+    const Lane<T> b_first = load(point_of(root.left, row, n)), c_first = load(point_of(root.left, row + 1, n));
+    {
+        QuadRow<Side, T> b = quad_row<Side>(root, row), c = quad_row<Side>(root, row + 1),
+                         a = On ? quad_row<Side>(root, row - 1) : b;
+        T* on = finer + (2 * row - (On ? 1 : 0)) * stride;
+        Lane<T> a1{}, b0{}, b1 = b_first, c1 = c_first, cells0{};
+        const auto cell = [&](std::uint32_t x, const T* pa, const T* pb, const T* pc, bool last) TETRAKIS_INLINE {
+            const std::uint64_t at = 3 * std::uint64_t{x};
+            const Lane<T> b2 = load(pb), c2 = load(pc), centre = quarter * ((b1 + c1) + (b2 + c2));
+            if constexpr (On) {
+                const Lane<T> cells = load(centres + at) + centre;
+                if (x > 0) store(on + 2 * at - 3, half * b1 + sixteenth * (((b0 + b2) + (a1 + c1)) + (cells0 + cells)));
+                store(on + 2 * at, quarter * ((b1 + b2) + cells), last);
+                if (!last) a1 = load(pa);
+                cells0 = cells;
+            }
+            store_last(centres + at, centre);
+            b0 = b1;
+            b1 = b2;
+            c1 = c2;
+        };
+        for (std::uint32_t x = 0; x + 1 < n; ++x) cell(x, On ? a.take() : nullptr, b.take(), c.take(), false);
+        cell(n - 1, nullptr, point_of(root.right, row, n), point_of(root.right, row + 1, n), true);
+    }
+    QuadRow<Side, T> b = quad_row<Side>(root, row), c = quad_row<Side>(root, row + 1);
+    T* between = finer + 2 * row * stride;
+    Lane<T> sides = b_first + c_first, centre0{};
+    for (std::uint32_t x = 0; x < n; ++x, between += 6) {
+        const Lane<T> centre = load(centres + 3 * std::uint64_t{x});
+        if (x > 0) store(between - 3, quarter * (sides + (centre0 + centre)));
+        if (x + 1 == n) {
+            store_last(between, centre);
+            break;
         }
-        if (x > 0) store(between + 2 * at - 3, quarter * ((b1 + c1) + (centre0 + centre)));
-        store(between + 2 * at, centre, last);
-        store_last(centres + at, centre);
-        b0 = b1;
-        b1 = b2;
-        c1 = c2;
+        store(between, centre);
+        sides = load(b.take()) + load(c.take());
         centre0 = centre;
-        cells0 = cells;
-    };
-    for (std::uint32_t x = 0; x + 1 < n; ++x) cell(x, On ? a.take() : nullptr, b.take(), c.take(), false);
-    cell(n - 1, nullptr, point_of(root.right, row, n), point_of(root.right, row + 1, n), true);
+    }
 }
 
 template <class T>
