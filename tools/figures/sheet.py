@@ -4,7 +4,7 @@ import math
 from PIL import Image, ImageDraw, ImageFont
 
 INK, GREY, PALE, BLUE, RED, ORANGE = (36, 43, 56), (150, 158, 170), (222, 228, 236), (31, 84, 158), (204, 56, 41), (224, 122, 26)
-SAMPLES = 3  # per pixel and axis
+SAMPLES = 6  # per pixel and axis
 
 
 def font(size, bold=False):
