@@ -418,7 +418,7 @@ TEST_CASE("sqrt3: a crease that ends between two triangles has no limit there, a
     }
 }
 
-TEST_CASE("[inv10] sqrt3: points are the same bytes whatever part of their surroundings is raised at once") {
+TEST_CASE("[slow] [inv10] sqrt3: points are the same bytes whatever part of their surroundings is raised at once") {
     for (const std::uint64_t seed : test::seeds(2)) {
         CAPTURE(seed);
         const ControlMesh mesh = test::random_sqrt3_mesh(seed);

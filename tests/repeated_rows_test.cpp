@@ -212,10 +212,11 @@ TEST_CASE("[slow] creases of dual schemes by rows that repeat themselves are tho
 
 TEST_CASE(
     "boundaries that recede leave the points and faces that the rules leave, and by limits and normals no fewer") {
-    for (const std::uint64_t seed : test::seeds(8))
+    for (const std::uint64_t seed : test::seeds(5))
         for (int steps = 1; steps <= 4; ++steps) {
             CAPTURE(seed);
             CAPTURE(steps);
+            const int levels = seed % 4 == 0 ? 4 : 3;
             test::RandomMeshOptions random = test::random_options(seed);
             random.columns = random.rows = 6;
             random.removed_faces = 0.05;
@@ -226,9 +227,9 @@ TEST_CASE(
             options.rules.averaging_steps = steps;
             options.rules.averaging_boundary = AveragingBoundary::recede;
             const SchemeInfo& scheme = *find_scheme("averaging");
-            const std::optional<PolygonMesh> expected = test::by_stencils(mesh, scheme, 4, options);
+            const std::optional<PolygonMesh> expected = test::by_stencils(mesh, scheme, levels, options);
             if (!expected) continue;
-            const PolygonMesh ours = refine(mesh, scheme, 4, options);
+            const PolygonMesh ours = refine(mesh, scheme, levels, options);
             const double size = bounding_box(mesh.positions()).diagonal();
             CHECK(ours.positions.size() >= expected->positions.size());
             const PointMatch in_ours(ours.positions);
