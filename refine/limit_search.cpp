@@ -360,8 +360,11 @@ class LimitSearch::Finder {
             if (semi_sharp(mesh, fan[i], ring)) return std::nullopt;
             if (sharp) {
                 if (mesh.rule(fan[i]) != VertexRule::crease) return std::nullopt;
+                // As many faces on each side of the crease.
                 const int faces = lattice_ == FanLattice::triangles ? 3 : 2;
-                if (!ring.closed ? ring.faces() != faces : ring.faces() != 2 * faces) return std::nullopt;
+                if (ring.faces() != (ring.closed ? 2 : 1) * faces) return std::nullopt;
+                const auto first = std::find_if(ring.sharpness.begin(), ring.sharpness.end(), is_sharp);
+                if (ring.closed && !is_sharp(first[faces])) return std::nullopt;
             } else if (!ring.closed || ring.edges() != (size == 3 ? 6 : 4) || mesh.rule(fan[i]) != VertexRule::smooth) {
                 return std::nullopt;
             }

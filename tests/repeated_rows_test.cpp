@@ -12,6 +12,7 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <initializer_list>
@@ -19,6 +20,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 using namespace tetrakis;
@@ -402,6 +404,54 @@ TEST_CASE("limits on Hoppe's creases are the same seen from any level, however m
     for (std::size_t v = 0; v < 3; ++v) {
         CHECK(glm::length(early[v] - late[v]) < 1e-12);
         CHECK(glm::length(net[v] - late[v]) < 5e-3);
+    }
+}
+
+TEST_CASE("limits beside a crease that bends at a vertex of regular valence are the same seen from any level") {
+    // A triangular lattice whose crease leaves two faces on one side of the middle, four on the other.
+    constexpr std::uint32_t n = 7, middle = n / 2;
+    const auto at = [](std::uint32_t x, std::uint32_t y) { return y * n + x; };
+    ControlMeshData data;
+    data.face_offsets = {0};
+    for (std::uint32_t y = 0; y < n; ++y)
+        for (std::uint32_t x = 0; x < n; ++x)
+            data.positions.emplace_back(x + 0.5 * y + 0.1 * std::sin(7.0 * at(x, y)), 0.8 * y,
+                                        std::cos(5.0 * at(x, y)));
+    for (std::uint32_t y = 0; y + 1 < n; ++y)
+        for (std::uint32_t x = 0; x + 1 < n; ++x)
+            for (const auto& face : {std::array{at(x, y), at(x + 1, y), at(x, y + 1)},
+                                     std::array{at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)}}) {
+                data.face_vertices.insert(data.face_vertices.end(), face.begin(), face.end());
+                data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+            }
+    for (std::uint32_t i = 0; i < middle; ++i) {
+        data.creases.push_back({at(i, middle), at(i + 1, middle), k_sharpness_infinity});
+        data.creases.push_back({at(middle, middle + i), at(middle, middle + i + 1), k_sharpness_infinity});
+    }
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    const RefineOptions plain{.limit = true, .normals = true};
+    RefineOptions hoppe = plain;
+    hoppe.rules.hoppe_crease = true;
+    const std::pair<std::string_view, RefineOptions> chosen[] = {
+        {"loop", plain}, {"loop", hoppe}, {"tuned-loop", plain}, {"modified-butterfly", plain}};
+    for (const auto& [name, options] : chosen) {
+        CAPTURE(name);
+        for (const auto& [early, late] : {std::pair(1, 2), {2, 4}}) {
+            const PolygonMesh a = refine(mesh, *find_scheme(name), early, options),
+                              b = refine(mesh, *find_scheme(name), late, options);
+            const PointMatch in_b(b.positions), in_control(mesh.positions());
+            double worst = 0, worst_normal = 0;
+            for (std::size_t v = 0; v < a.positions.size(); ++v) {
+                const std::uint32_t w = in_b.nearest(a.positions[v]);
+                worst = std::max(worst, glm::length(a.positions[v] - b.positions[w]));
+                // Corners stay where they are, and have the mean normal of their faces.
+                const Vec3d& nearest = mesh.positions()[in_control.nearest(a.positions[v])];
+                if (!options.rules.hoppe_crease && glm::length(a.positions[v] - nearest) > 1e-9)
+                    worst_normal = std::max(worst_normal, glm::length(a.normals[v] - b.normals[w]));
+            }
+            CHECK(worst < 1e-12);
+            CHECK(worst_normal < 1e-9);
+        }
     }
 }
 
