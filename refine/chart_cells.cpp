@@ -48,14 +48,16 @@ class CellFollower {
     std::optional<CellUvs> run() {
         if (!find_roots()) return std::nullopt;
         out_.face_uvs.reserve(faces_.vertices.size());
-        out_.control_face = faces_.control;
+        out_.control_face.reserve(faces_.control.size());
         // In the order of RootNet::faces().
         const MeshLevel& base = surface_.base();
         for (std::uint32_t r = 0; r < base.face_count; ++r)
             for (std::uint32_t y = 0; y + 1 < n_; ++y)
-                for (std::uint32_t x = 0; x + 1 < n_; ++x)
+                for (std::uint32_t x = 0; x + 1 < n_; ++x) {
                     for (const auto& [i, k] : {std::pair(0u, 0u), {1u, 0u}, {1u, 1u}, {0u, 1u}})
                         add(chart_.number_at(at_, root_[r], {x + i, y + k}));
+                    out_.control_face.push_back(home_[r].home);
+                }
         bool whole = true;
         surface_.for_each_inner_edge([&](std::uint32_t h) { whole = whole && across(h); });
         surface_.for_each_inner_vertex([&](std::uint32_t h) { whole = whole && around(h); });
@@ -100,16 +102,19 @@ class CellFollower {
     bool across(std::uint32_t h) {
         const MeshLevel &base = surface_.base(), &charts = chart_.base();
         const std::uint32_t t = base.twin[h];
-        std::uint32_t ch = there(h), ct = there(t);
+        std::uint32_t ch = there(h), ct = there(t), home = std::min(home_[h / 4].home, home_[t / 4].home);
         if (charts.twin[ch] != ct) {
             // A seam: two corners on either side.
             if (home_[h / 4] == home_[t / 4]) return false;
-            if (home_[h / 4] < home_[t / 4])
+            const bool here = home_[h / 4] < home_[t / 4];
+            if (here)
                 ct = charts.twin[ch];
             else
                 ch = charts.twin[ct];
             if (ch == none || ct == none) return false;
+            home = home_[(here ? h : t) / 4].home;
         }
+        out_.control_face.insert(out_.control_face.end(), n_ - 1, home);
         for (std::uint32_t j = 1; j < n_; ++j) {
             add(chart_.number(at_, ct, n_ - j, 0));
             add(chart_.number(at_, ct, n_ - 1 - j, 0));
@@ -137,6 +142,7 @@ class CellFollower {
         if (run.tied) return false;
         const std::size_t begin = out_.face_uvs.size();
         for (const std::uint32_t c : ring_) add(chart_.number(at_, there(c), 0, 0));
+        out_.control_face.push_back(home_of(run, size, home));
         if (run.size == size) return true;
         beyond_.clear();
         const std::uint32_t start = there(corner(run.first));
@@ -145,14 +151,7 @@ class CellFollower {
             beyond_.push_back(numbers_.of(chart_.number(at_, c, 0, 0)));
         }
         continue_uvs(run, beyond_, std::span(out_.face_uvs).subspan(begin), uvs_);
-        out_.control_face[face_written()] = home_of(run, size, home);
         return true;
-    }
-    /// The face that has just been written.
-    std::size_t face_written() const {
-        const auto end = static_cast<std::uint32_t>(out_.face_uvs.size());
-        return static_cast<std::size_t>(std::lower_bound(faces_.offsets.begin(), faces_.offsets.end(), end) -
-                                        faces_.offsets.begin() - 1);
     }
 
     const RootNet &surface_, &chart_;

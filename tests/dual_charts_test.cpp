@@ -1,4 +1,5 @@
 #include "dual_mesh.hpp"
+#include "random_mesh.hpp"
 
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/obj_reader.hpp"
@@ -9,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <string>
 #include <tuple>
@@ -251,6 +253,38 @@ TEST_CASE("[bad-input] UVs of vertex quadtrees: a seam along a crease that ends 
     AdaptiveDual dual(mesh, *find_scheme("doo-sabin"));
     CHECK(dual.to_mesh().uvs.empty());
     CHECK_THROWS_WITH_AS(dual.to_mesh({.uvs = true}), doctest::Contains("charts"), Error);
+}
+
+TEST_CASE("faces have the material of the side whose UVs they have, also beside creases that end near a seam") {
+    constexpr std::uint32_t k_charts = 3;
+    constexpr double k_apart = 100;
+    std::size_t faces = 0, wrong = 0;
+    for (const std::uint64_t seed : test::seeds(12)) {
+        ControlMeshData data = test::random_mesh_data(seed, test::random_options(seed));
+        const auto points = static_cast<std::uint32_t>(data.positions.size());
+        for (std::uint32_t chart = 0; chart < k_charts; ++chart) {
+            data.materials.push_back(std::to_string(chart));
+            for (const Vec3d& p : data.positions) data.uvs.emplace_back(p.x + k_apart * chart, p.y + 0.5 * p.z);
+        }
+        test::Random random(seed);
+        for (std::size_t f = 0; f + 1 < data.face_offsets.size(); ++f) {
+            data.face_material.push_back(random.chance(0.3) ? random.below(k_charts) : 0);
+            for (std::uint32_t k = data.face_offsets[f]; k < data.face_offsets[f + 1]; ++k)
+                data.face_uvs.push_back(data.face_vertices[k] + points * data.face_material.back());
+        }
+        const ControlMesh mesh = ControlMesh::build(std::move(data));
+        for (const char* name : {"doo-sabin", "midedge-simplest"}) {
+            const PolygonMesh got = refine(mesh, *find_scheme(name), 5);
+            if (got.face_uvs.empty()) continue;  // creases that come to a seam
+            faces += got.face_count();
+            for (std::uint32_t f = 0; f < got.face_count(); ++f) {
+                const double u = got.uvs[got.face_uvs[got.face_offsets[f]]].x;
+                wrong += std::lround(u / k_apart) == static_cast<long>(got.face_material[f]) ? 0 : 1;
+            }
+        }
+    }
+    CHECK(faces > 200'000);
+    CHECK(wrong == 0);
 }
 
 TEST_SUITE_END();
