@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 namespace tetrakis {
@@ -26,19 +26,25 @@ constexpr const SchemeInfo* k_table[] = {
 };
 #undef TETRAKIS_SCHEME
 
-int edit_distance(std::string_view a, std::string_view b) {
-    std::vector<int> row(b.size() + 1);
+/// Edits that make of a text a name.
+struct EditDistance {
+    int to_start;  ///< to whatever start of the name is the nearest
+    int to_all;
+};
+
+EditDistance edit_distance(std::string_view text, std::string_view name) {
+    std::vector<int> row(name.size() + 1);
     std::iota(row.begin(), row.end(), 0);
-    for (std::size_t i = 1; i <= a.size(); ++i) {
+    for (std::size_t i = 1; i <= text.size(); ++i) {
         int diagonal = row[0];
         row[0] = static_cast<int>(i);
-        for (std::size_t j = 1; j <= b.size(); ++j) {
-            const int replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+        for (std::size_t j = 1; j <= name.size(); ++j) {
+            const int replaced = diagonal + (text[i - 1] == name[j - 1] ? 0 : 1);
             diagonal = row[j];
             row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
         }
     }
-    return row.back();
+    return {*std::min_element(row.begin(), row.end()), row.back()};
 }
 
 bool chooses_steps(const SchemeInfo& scheme) { return scheme.averaging_steps == SchemeInfo::k_chosen_steps; }
@@ -54,11 +60,12 @@ const SchemeInfo* find_scheme(std::string_view name) {
 }
 
 std::string_view nearest_scheme_name(std::string_view text) {
-    // The start or another part of a name is that name.
+    // A part of a name is that name, and so is its start with a mistake or two.
     constexpr std::size_t k_telling = 3;
     const auto distance = [&](const SchemeInfo& scheme) {
         const bool part = text.size() >= k_telling && scheme.name.find(text) != std::string_view::npos;
-        return std::pair(part ? 0 : 1, edit_distance(text, scheme.name));
+        const EditDistance edits = edit_distance(text, scheme.name);
+        return std::tuple(part ? 0 : 1, std::min(edits.to_start + 1, edits.to_all), edits.to_all);
     };
     const SchemeTable table = scheme_table();
     return std::min_element(table.begin(), table.end(),

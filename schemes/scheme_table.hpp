@@ -45,7 +45,7 @@ class SchemeTable {
 SchemeTable scheme_table();
 /// The scheme of that name; nullptr for an unknown one.
 const SchemeInfo* find_scheme(std::string_view name);
-/// The name in the table that has the text in it, or else is the fewest edits away.
+/// The name in the table that has the text in it, or else is, itself or its start, the fewest edits away.
 std::string_view nearest_scheme_name(std::string_view name);
 
 std::string_view name(Refinement refinement);

@@ -582,6 +582,9 @@ TEST_CASE("[bad-input] what a scheme or a rule mesh cannot take is refused with 
     CHECK(find_scheme("nothing") == nullptr);
     CHECK(nearest_scheme_name("catmul-clarck") == "catmull-clark");
     CHECK(nearest_scheme_name("doosabin") == "doo-sabin");
+    CHECK(nearest_scheme_name("cattmull") == "catmull-clark");
+    CHECK(nearest_scheme_name("Biquartics") == "biquartic");
+    CHECK(nearest_scheme_name("lop") == "loop");
     const auto mesh = [](int vertices, std::vector<std::vector<int>> polygons) {
         RuleMesh::Builder faces;
         for (const auto& polygon : polygons) {
