@@ -544,7 +544,7 @@ SpectralAnalysis analyse(const SchemeInfo& scheme, const FanShape& shape, const 
         analyse_rotation(analysis);
     else
         bends = analyse_mirror(analysis);
-    finish(analysis, rotates, bends);
+    finish(analysis, !shape.boundary, bends);
     // Two of the faces at the vertex; what those between do is not in the matrix.
     if (analysis.matrix.labels.lattice() == FanLattice::pentagons) analysis.proper = false;
     normalise(analysis.tangent1);

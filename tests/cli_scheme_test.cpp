@@ -151,6 +151,50 @@ TEST_CASE("scheme classifies averaging by its number of steps, and says which op
     CHECK(warned({"loop", "--edge-rule", "cosine"}, "--edge-rule"));
 }
 
+TEST_CASE("scheme explains corners, with the angle that they get, and darts") {
+    const auto corner = [](const char* name, std::vector<std::string> more) {
+        more.insert(more.begin(), {"scheme", name, "--corner", "--json"});
+        return cli::run_json(more);
+    };
+    for (const char* name : {"loop", "tuned-loop", "catmull-clark"}) {
+        CAPTURE(name);
+        for (const char* degrees : {"90", "270"}) {
+            const nlohmann::json found = corner(name, {"--valence", "4", "--corner-angle", degrees});
+            CHECK(found.at("corner") == true);
+            // It stays, and its two sharp edges span the plane.
+            const std::vector<double> limit = found.at("limit").at("weights");
+            CHECK(limit[0] == 1);
+            CHECK(std::count(limit.begin(), limit.end(), 0.0) == static_cast<std::ptrdiff_t>(limit.size()) - 1);
+            for (const double value : found.at("subdominant")) CHECK(value == doctest::Approx(0.5));
+            CHECK(found.at("tangent_plane") == true);
+        }
+        const nlohmann::json dart = cli::run_json({"scheme", name, "--dart", "--json"});
+        CHECK(dart.at("dart") == true);
+        CHECK(dart.at("tangent_plane") == true);
+    }
+    // Without an angle the sector is not smaller than the tangents.
+    CHECK(corner("loop", {"--valence", "5"}).at("tangent_plane") == false);
+    CHECK(cli::run_json({"scheme", "loop", "--dart", "--json"}).at("curvature") == "unbounded");
+    CHECK(cli::run({"scheme", "doo-sabin", "--dart"}).code == 2);
+    CHECK(cli::run({"scheme", "loop", "--dart", "--corner"}).code == 2);
+    CHECK(cli::run({"scheme", "loop", "--corner-angle", "90"}).err.find("no vertex but a --corner") !=
+          std::string::npos);
+}
+
+TEST_CASE("scheme and refine take the tension of the ten-point rule; what is no number is refused") {
+    const nlohmann::json masks = cli::run_json({"scheme", "butterfly", "--ten-point", "0.01", "--json"}).at("masks");
+    CHECK(masks.dump().find("0.49") != std::string::npos);  // 1/2 - w
+    CHECK(cli::run({"scheme", "loop", "--ten-point", "0.01"}).err.find("--ten-point has no effect") !=
+          std::string::npos);
+    for (const char* bad : {"nan", "2", "-0.1", "x"})
+        CHECK(cli::run({"scheme", "tuned-loop", "--tuning", bad}).code == 2);
+    for (const char* bad : {"nan", "inf", "x"}) CHECK(cli::run({"scheme", "butterfly", "--ten-point", bad}).code == 2);
+    const ScratchDir scratch;
+    CHECK(cli::run({"refine", cli::data("cube.obj"), "--scheme", "averaging", "--steps", "64", "--levels", "1", "-o",
+                    (scratch / "many.obj").string()})
+              .code == 0);
+}
+
 TEST_CASE("scheme says how far a mesh is from its limit, where mask norms do") {
     for (const auto& [name, known] : {std::pair{"modified-butterfly", true},
                                       {"kobbelt", true},

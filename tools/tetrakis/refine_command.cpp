@@ -148,7 +148,7 @@ void add_refine_command(CLI::App& app, Command& chosen) {
         ->add_option("--scheme", options->scheme,
                      "Subdivision scheme, any that \"tetrakis schemes\" lists (catmull-clark)")
         ->type_name("S");
-    constexpr int k_most_levels = 31;  // far beyond what 32-bit indices allow; the library says so
+    constexpr int k_most_levels = 31, k_most_steps = 64;  // far beyond what 32-bit indices allow; the library says so
     CLI::Option* levels = command->add_option("--levels", options->levels, "Steps of the scheme")
                               ->type_name("N")
                               ->check(CLI::Range(0, k_most_levels));
@@ -160,7 +160,7 @@ void add_refine_command(CLI::App& app, Command& chosen) {
                                           "averaging steps). Else, for averaging: its number of averaging steps in a "
                                           "level, 0 to 64 (3)")
                              ->type_name("K")
-                             ->check(CLI::Range(0, 2 * k_most_levels));
+                             ->check(CLI::Range(0, k_most_steps));
     CLI::Option* averaging_steps = command
                                        ->add_option("--averaging-steps", options->averaging_steps,
                                                     "With --factored, for averaging: what --steps is without it (3)")
@@ -190,8 +190,11 @@ void add_refine_command(CLI::App& app, Command& chosen) {
         ->type_name("OUT");
     CLI::Option* stencils =
         command
-            ->add_option("--stencils", options->stencils,
-                         "Write the vertices as weights of control vertices (by the rules, so in their order)")
+            ->add_option(
+                "--stencils", options->stencils,
+                "Write the vertices as weights of control vertices (by the rules, so in their order), as a "
+                "sparse matrix by rows: after \"tetrakis-stencils 1\" and the numbers of rows, control "
+                "vertices and terms, a line per vertex: how many terms, then control vertex and weight of each")
             ->type_name("T.txt");
     factored->needs(steps);
     averaging_steps->needs(factored);

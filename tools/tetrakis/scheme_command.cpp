@@ -29,7 +29,7 @@ namespace {
 struct SchemeOptions {
     std::string scheme;
     std::optional<int> valence;
-    bool boundary = false, matrix = false, json = false;
+    bool boundary = false, corner = false, dart = false, matrix = false, json = false;
     RuleOptionFlags flags;
     RuleOptions rules;
     std::filesystem::path image;
@@ -149,6 +149,7 @@ std::vector<std::string> idle_options(const SchemeFindings& f) {
         {"--warren", [](RuleOptions& o) { o.loop_weights = LoopWeights::loop; }},
         {"--hoppe", [](RuleOptions& o) { o.hoppe_crease = false; }},
         {"--reflect", [](RuleOptions& o) { o.reflect_at_boundary = false; }},
+        {"--ten-point", [](RuleOptions& o) { o.butterfly_w = 0; }},
         {RuleOptionFlags::recede_option, [](RuleOptions& o) { o.averaging_boundary = AveragingBoundary::replicate; }},
     };
     const LocalMatrix& matrix = f.analysis.matrix;
@@ -171,12 +172,14 @@ ExitCode run(SchemeOptions options) {
     outputs.check({});
     options.rules = options.flags.rules();
     std::vector<std::string> warnings = options.flags.unused(scheme);
-    if ((options.rules.corner_angle != 0 || options.rules.measure_corner_angles) && warnings.empty())
-        warnings.push_back(
-            "--corner-angle has no effect here: at no vertex but a tagged corner, which stays where it is");
+    if (options.rules.measure_corner_angles || (options.rules.corner_angle != 0 && !options.corner)) {
+        if (warnings.empty())
+            warnings.push_back(options.corner ? "--corner-angle measured has no effect here: there is no control mesh"
+                                              : "--corner-angle has no effect here: at no vertex but a --corner");
+    }
     print_warnings(warnings);
     const int valence = options.valence.value_or(regular_valence(scheme, options.boundary));
-    FanShape shape{.faces = valence, .boundary = options.boundary};
+    FanShape shape{.faces = valence, .boundary = options.boundary, .corner = options.corner, .dart = options.dart};
     const FanLattice lattice = fan_lattice(scheme, shape, options.rules);
     const bool dual = lattice == FanLattice::dual;
     check_valence(scheme, options, dual);
@@ -224,7 +227,14 @@ void add_scheme_command(CLI::App& app, Command& chosen) {
         ->add_option("--valence", options->valence,
                      "Edges at the vertex, or corners of the face of a dual scheme (the regular number)")
         ->type_name("N");
-    command->add_flag("--boundary", options->boundary, "Look at a boundary vertex, or a dual scheme's boundary edge");
+    CLI::Option* boundary = command->add_flag("--boundary", options->boundary,
+                                              "Look at a boundary vertex, or a dual scheme's boundary edge");
+    CLI::Option* corner =
+        command->add_flag("--corner", options->corner,
+                          "Look at a corner: between two sharp edges, at a boundary or not; see --corner-angle");
+    command->add_flag("--dart", options->dart, "Look at a dart: a vertex inside where a crease ends")
+        ->excludes(corner)
+        ->excludes(boundary);
     command->add_flag("--matrix", options->matrix, "The local subdivision matrix as well");
     command->add_flag("--json", options->json, "Print JSON");
     command->add_option("--image", options->image, "Draw masks, characteristic map and basis function (.png)")
@@ -232,7 +242,10 @@ void add_scheme_command(CLI::App& app, Command& chosen) {
     options->flags.add_averaging_steps(*command);
     options->flags.add(*command);
     command->footer("Example:\n  tetrakis scheme loop --valence 5 --image loop5.png");
-    command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+    command->callback([options, &chosen] {
+        options->boundary = options->boundary || options->corner;
+        chosen = [options] { return run(*options); };
+    });
 }
 
 }  // namespace tetrakis::cli

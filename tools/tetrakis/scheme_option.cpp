@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <initializer_list>
 #include <numbers>
 #include <string>
@@ -32,6 +33,18 @@ std::string check_corner_angle(const std::string& text) {
     const double degrees = corner_degrees(text);
     if (text == k_measured || (degrees >= 1 && degrees <= 359 && degrees != 180)) return {};
     return text + " is neither " + std::string(k_measured) + " nor a number of degrees from 1 to 359 other than 180";
+}
+
+std::string check_tuning(const std::string& text) {
+    double tuning = 0;
+    const bool within = CLI::detail::lexical_cast(text, tuning) && tuning >= 0 && tuning <= 1;
+    return within ? std::string() : text + " is not a number from 0 to 1";
+}
+
+std::string check_tension(const std::string& text) {
+    double w = 0;
+    const bool finite = CLI::detail::lexical_cast(text, w) && std::isfinite(w);
+    return finite ? std::string() : text + " is not a finite number";
 }
 
 }  // namespace
@@ -61,7 +74,7 @@ std::vector<CLI::Option*> RuleOptionFlags::add(CLI::App& command) {
     return {
         command.add_option("--tuning", rules_.tuning, "tuned-loop: 0 (loop) to 1 (the default)")
             ->type_name("T")
-            ->check(CLI::Range(0.0, 1.0).description("")),
+            ->check(CLI::Validator(check_tuning, "")),
         command
             .add_option("--edge-rule", edge_rule_,
                         "loop, tuned-loop, catmull-clark: edges beside creases: plain, cosine or brief")
@@ -83,6 +96,12 @@ std::vector<CLI::Option*> RuleOptionFlags::add(CLI::App& command) {
         command.add_flag("--hoppe", hoppe_, "loop: Hoppe's crease rule"),
         command.add_flag("--reflect", rules_.reflect_at_boundary,
                          "modified-butterfly: points beyond the boundary by reflection"),
+        command
+            .add_option(
+                "--ten-point", rules_.butterfly_w,
+                "butterfly, modified-butterfly: tension w of the ten-point rule at regular edges (0: eight points)")
+            ->type_name("W")
+            ->check(CLI::Validator(check_tension, "")),
         command.add_flag(recede_option, recede_,
                          "biquartic, averaging: use up the outer ring of an open mesh instead of copying it"),
     };
@@ -118,6 +137,7 @@ std::vector<std::string> RuleOptionFlags::unused(const SchemeInfo& scheme) const
     look(warren_, {"loop"}, "--warren");
     look(hoppe_, {"loop"}, "--hoppe");
     look(rules_.reflect_at_boundary, {"modified-butterfly"}, "--reflect");
+    look(rules_.butterfly_w != plain.butterfly_w, {"butterfly", "modified-butterfly"}, "--ten-point");
     look(recede_, {"biquartic", "averaging"}, recede_option);
     look(rules_.averaging_steps != plain.averaging_steps, {"averaging"}, steps_option_.c_str());
     return warnings;

@@ -74,6 +74,8 @@ std::string looked_at(const SchemeFindings& f, const FanLabels& labels) {
     const bool dual = labels.lattice() == FanLattice::dual;
     if (labels.lattice() == FanLattice::pentagons)
         return "a boundary vertex after two steps: its two faces along the boundary";
+    if (labels.shape().corner && !dual) return fmt::format("a corner between sharp edges, with {} edges", f.valence);
+    if (labels.shape().dart) return fmt::format("a vertex with {} edges, at which a crease ends (a dart)", f.valence);
     if (labels.shape().boundary)
         return dual ? "a boundary edge between quads" : fmt::format("a boundary vertex with {} edges", f.valence);
     return fmt::format("a {} with {} {}", dual ? "face" : "vertex", f.valence, dual ? "corners" : "edges");
@@ -332,7 +334,9 @@ Json scheme_json(const SchemeFindings& f, bool with_matrix) {
                  {"mask_norm", f.mask_norm ? Json{{"sum", f.mask_norm->sum}, {"linear", f.mask_norm->linear}} : Json()},
                  {"dual", labels.lattice() == FanLattice::dual},
                  {"valence", f.valence},
-                 {"boundary", f.boundary()}};
+                 {"boundary", f.boundary()},
+                 {"corner", labels.shape().corner},
+                 {"dart", labels.shape().dart}};
     Json points = Json::array(), masks = Json::array(), values = Json::array();
     for (const FanLabel label : labels.all()) points.push_back(label_json(label));
     for (const int i : shown_rows(a.matrix)) {
