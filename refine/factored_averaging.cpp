@@ -3,6 +3,7 @@
 #include "tetrakis/schemes/averaging_level.hpp"
 #include "tetrakis/schemes/face_split.hpp"
 
+#include <algorithm>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -19,7 +20,11 @@ constexpr std::uint32_t k_no_number = 0xFFFF'FFFFu;
 class FactoredAveraging final : public FactoredFaces {
   public:
     FactoredAveraging(const ControlMesh& control, const RuleOptions& rules)
-        : FactoredFaces(control), rules_(rules), source_(control.data().source), own_(FactoredFaces::active_mesh()) {
+        : FactoredFaces(control),
+          rules_(rules),
+          open_(control.has_boundary()),
+          source_(control.data().source),
+          own_(FactoredFaces::active_mesh()) {
         rules_.runner = nullptr;
         if (rules.averaging_steps < 0)
             throw Error(ErrorCode::invalid_input, "the number of averaging steps must not be negative");
@@ -28,7 +33,7 @@ class FactoredAveraging final : public FactoredFaces {
     int half_steps_per_level() const override { return 2 + rules_.averaging_steps; }
 
     void half_step(FactoredTrace* trace) override {
-        check_halfedge_memory(done_ >= 2);
+        check_halfedge_memory(halfedges(), done_ >= 2, k_next);
         if (rules_.averaging_steps == 0 && done_ == 2) take_split();
         if (done_ == 0)
             rest_centres(trace);
@@ -42,6 +47,27 @@ class FactoredAveraging final : public FactoredFaces {
         set_states();
     }
 
+    void check_half_steps(int count) const override {
+        // What a boundary leaves when it recedes does not follow from counts, and need not grow.
+        if (rules_.averaging_boundary == AveragingBoundary::recede && open_) count = std::min(count, 1);
+        const int averagings = rules_.averaging_steps;
+        std::uint64_t at = halfedges();
+        int done = done_;
+        for (int i = 0; i < count; ++i) {
+            const std::string which = half_step_of(i, count);
+            check_halfedge_memory(at, done >= 2, which);
+            if (done == 2) check_halfedge_count(at, averagings == 0 ? k_growth : k_most_growth, which);
+            if (averagings == 0 && done == 2) {
+                at *= k_growth;
+                done = 0;
+            }
+            ++done;
+            if (averagings == 0 || done < 2 + averagings) continue;
+            at *= k_growth;
+            done = 0;
+        }
+    }
+
     std::vector<std::array<std::uint32_t, 3>> triangles() const override {
         return run_ ? averaged_triangles(true) : FactoredFaces::triangles();
     }
@@ -51,6 +77,9 @@ class FactoredAveraging final : public FactoredFaces {
     PolygonMesh active_mesh() const override { return own_; }
 
   private:
+    // Four quads with four half-edges for each half-edge, those of copies included.
+    static constexpr std::uint64_t k_most_growth = 64;
+
     /// What the averagings of a level share.
     struct Run {
         AveragingLevel level;
@@ -70,7 +99,7 @@ class FactoredAveraging final : public FactoredFaces {
 
     /// Without averaging: the split mesh is the next level's.
     void take_split() {
-        if (static_cast<std::uint32_t>(mesh_.halfedge_count()) > k_most_halfedges / 4) refuse();
+        check_halfedge_count(halfedges(), k_growth, k_next);
         vertex_ = places();
         mesh_ = split_polygons(mesh_);
         midpoint_.clear();
@@ -95,11 +124,8 @@ class FactoredAveraging final : public FactoredFaces {
 
     /// All that can fail, before anything changes.
     void start() {
-        // Four quads with four half-edges for each half-edge, those of copies included.
-        constexpr std::uint32_t k_growth = 64;
-        if (static_cast<std::uint32_t>(mesh_.halfedge_count()) > k_most_halfedges / k_growth ||
-            positions_.size() > k_most_halfedges)
-            refuse();
+        check_halfedge_count(halfedges(), k_most_growth, k_next);
+        check_halfedge_count(positions_.size(), 1, k_next);
         try {
             AveragingLevel level(mesh_, rules_);
             std::vector<char> first = level.made(), last = first;
@@ -236,6 +262,7 @@ class FactoredAveraging final : public FactoredFaces {
     }
 
     RuleOptions rules_;
+    bool open_;
     std::string source_;
     int done_ = 0;  ///< half-steps of this level
     std::optional<Run> run_;

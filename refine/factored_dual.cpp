@@ -29,7 +29,7 @@ class FactoredDual final : public FactoredFaces {
     FactoredDual(const ControlMesh& control, FactoredScheme scheme) : FactoredFaces(control), mask_(mask_of(scheme)) {}
 
     void half_step(FactoredTrace* trace) override {
-        check_halfedge_memory(!midpoint_.empty());
+        check_halfedge_memory(halfedges(), !midpoint_.empty(), k_next);
         if (midpoint_.empty())
             insert_midpoints(trace);
         else
@@ -37,14 +37,25 @@ class FactoredDual final : public FactoredFaces {
         set_states();
     }
 
+    void check_half_steps(int count) const override {
+        std::uint64_t at = halfedges();
+        bool finer = !midpoint_.empty();
+        for (int i = 0; i < count; ++i, finer = !finer) {
+            const std::string which = half_step_of(i, count);
+            check_halfedge_memory(at, finer, which);
+            if (!finer) continue;
+            check_halfedge_count(at, k_growth_at_creases, which);
+            at *= k_growth;
+        }
+    }
+
   private:
+    static constexpr std::uint64_t k_growth_at_creases = 6;
+
     // Second half-step.
     void insert_corners(FactoredTrace* trace) {
-        // A step makes four half-edges of one, and up to six at creases; positions are kept.
-        constexpr std::uint32_t k_growth = 6;
-        if (static_cast<std::uint32_t>(mesh_.halfedge_count()) > k_most_halfedges / k_growth ||
-            positions_.size() > k_most_halfedges)
-            refuse();
+        check_halfedge_count(halfedges(), k_growth_at_creases, k_next);
+        check_halfedge_count(positions_.size(), 1, k_next);  // they are kept
         const auto first = static_cast<std::uint32_t>(positions_.size());
         const auto row = [&](const Vec3d& p) {
             add(p);

@@ -1,6 +1,5 @@
 #include "tetrakis/refine/factored_faces.hpp"
 
-#include "tetrakis/hier/error.hpp"
 #include "tetrakis/refine/rule_refiner.hpp"
 #include "tetrakis/refine/used_values.hpp"
 
@@ -17,7 +16,7 @@ void add_face(PolygonMesh& mesh, const Corners& corners) {
 }  // namespace
 
 FactoredFaces::FactoredFaces(const ControlMesh& control) {
-    if (control.halfedge_count() > k_most_halfedges) refuse();
+    check_halfedge_count(control.halfedge_count(), 1, k_next);
     mesh_ = rule_mesh(control);
     positions_.assign(control.positions().begin(), control.positions().end());
     vertex_.resize(mesh_.vertex_count());
@@ -28,14 +27,10 @@ FactoredFaces::FactoredFaces(const ControlMesh& control) {
     set_states();
 }
 
-void FactoredFaces::refuse() {
-    throw Error(ErrorCode::unsupported, "so many half-steps have more elements than 31 bits can count");
-}
-
-void FactoredFaces::check_halfedge_memory(bool finer) const {
-    // Two half-steps make four half-edges of one (more at creases), each with its point, triangle and stencil row.
+void FactoredFaces::check_halfedge_memory(std::uint64_t halfedges, bool finer, std::string_view which) const {
+    // Each with its point, triangle and stencil row.
     constexpr std::uint64_t k_per_halfedge = 240;
-    check_memory(k_per_halfedge * static_cast<std::uint64_t>(mesh_.halfedge_count()) * (finer ? 4 : 1));
+    check_memory(k_per_halfedge * halfedges * (finer ? k_growth : 1), which);
 }
 
 std::vector<std::array<std::uint32_t, 3>> FactoredFaces::triangles() const {

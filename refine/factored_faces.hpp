@@ -33,10 +33,18 @@ class FactoredFaces : public FactoredSteps {
         std::uint32_t computed_;
     };
 
-    [[noreturn]] static void refuse();
+    std::uint64_t halfedges() const { return static_cast<std::uint64_t>(mesh_.halfedge_count()); }
+    /// A step makes four half-edges of one, and more at creases and boundaries.
+    static constexpr std::uint64_t k_growth = 4;
+    /// @param halfedges  of the mesh that the half-step starts from
+    /// @param finer      it makes the next mesh
     /// @throws Error  memory_limit
-    /// @param finer  the half-step makes the next mesh, of four times as many half-edges (more at creases)
-    void check_halfedge_memory(bool finer) const;
+    void check_halfedge_memory(std::uint64_t halfedges, bool finer, std::string_view which) const;
+    /// @param growth  half-edges that the half-step makes of one, at most
+    /// @throws Error  unsupported
+    static void check_halfedge_count(std::uint64_t halfedges, std::uint64_t growth, std::string_view which) {
+        if (halfedges > k_most_halfedges / growth) refuse_count(halfedges * growth, 31, which);
+    }
 
     std::uint32_t add(const Vec3d& p) {
         positions_.push_back(p);

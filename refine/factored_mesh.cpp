@@ -91,6 +91,7 @@ void FactoredMesh::half_step(FactoredTrace* trace) {
     state_->steps->half_step(trace);
     ++state_->half_steps;
 }
+void FactoredMesh::check_half_steps(int count) const { state_->steps->check_half_steps(count); }
 int FactoredMesh::half_steps() const { return state_->half_steps; }
 int FactoredMesh::half_steps_per_level() const { return state_->steps->half_steps_per_level(); }
 std::span<const Vec3d> FactoredMesh::positions() const { return state_->steps->positions(); }
@@ -101,11 +102,17 @@ PolygonMesh FactoredMesh::mesh(std::vector<std::uint32_t>* numbers) const {
 }
 PolygonMesh FactoredMesh::active_mesh() const { return state_->warned(state_->steps->active_mesh()); }
 
-void detail::FactoredSteps::check_memory(std::uint64_t bytes) const {
+void detail::FactoredSteps::check_memory(std::uint64_t bytes, std::string_view which) const {
     if (max_memory_bytes_ == 0 || bytes <= max_memory_bytes_) return;
-    throw Error(ErrorCode::memory_limit, "the next half-step needs about " + std::to_string(bytes >> 20) +
+    throw Error(ErrorCode::memory_limit, std::string(which) + " needs about " + std::to_string(bytes >> 20) +
                                              " MiB, but the limit is " + std::to_string(max_memory_bytes_ >> 20) +
                                              " MiB; ask for fewer half-steps or raise --max-memory");
+}
+
+void detail::FactoredSteps::refuse_count(std::uint64_t elements, int bits, std::string_view which) {
+    throw Error(ErrorCode::unsupported, "so many half-steps have more elements than " + std::to_string(bits) +
+                                            " bits can count: " + std::string(which) + " needs up to " +
+                                            std::to_string(elements) + " face corners; ask for fewer half-steps");
 }
 
 }  // namespace tetrakis

@@ -97,6 +97,11 @@ class FactoredMesh {
     /// @throws Error  unsupported: more elements than can be counted; memory_limit; invalid_input: AveragingBoundary::
     ///                recede would use up the whole mesh in this level; the mesh is then as it was
     void half_step(FactoredTrace* trace = nullptr);
+    /// Whether so many more will find room, before any of them is made: by the counts that follow from those of now.
+    /// Where creases and boundaries add elements, half_step() may find a little more; where a boundary recedes, only
+    /// the next half-step is looked at.
+    /// @throws Error  unsupported, memory_limit, as the first half_step() that has no room would
+    void check_half_steps(int count) const;
     int half_steps() const;
     int half_steps_per_level() const;  ///< that make a step of the scheme
 

@@ -1,4 +1,3 @@
-#include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/refine/factored_steps.hpp"
 #include "tetrakis/refine/level_ring.hpp"
@@ -42,11 +41,20 @@ class FactoredPrimal final : public FactoredSteps {
     }
 
     void half_step(FactoredTrace* trace) override {
-        check_counts();
+        check_counts(counts(), centred_, k_next);
         if (!centred_)
             insert_centres(trace);
         else
             insert_edge_points(trace);
+    }
+
+    void check_half_steps(int count) const override {
+        LevelCounts at = counts();
+        bool centred = centred_;
+        for (int i = 0; i < count; ++i, centred = !centred) {
+            check_counts(at, centred, half_step_of(i, count));
+            if (centred) at = next_counts(at, SchemeKind::catmull_clark);
+        }
     }
 
     FactoredVertex state(std::uint32_t v) const override {
@@ -111,21 +119,23 @@ class FactoredPrimal final : public FactoredSteps {
     bool tagged(std::uint32_t v) const { return level_.has_tags() && level_.tagged[v] != 0; }
     std::uint32_t target(std::uint32_t h) const { return level_.origin[level_.next(h)]; }
 
-    void check_counts() const {
-        const LevelCounts finer =
-            next_counts({level_.vertex_count, level_.edge_count, level_.face_count, level_.halfedge_count()},
-                        SchemeKind::catmull_clark);
+    LevelCounts counts() const {
+        return {level_.vertex_count, level_.edge_count, level_.face_count, level_.halfedge_count()};
+    }
+
+    /// Of a half-step from a level, or from what is between it and the next one.
+    void check_counts(const LevelCounts& level, bool centred, std::string_view which) const {
+        const LevelCounts finer = next_counts(level, SchemeKind::catmull_clark);
         if (finer.halfedges > std::numeric_limits<std::uint32_t>::max() || finer.vertices >= none)
-            throw Error(ErrorCode::unsupported, "so many half-steps have more elements than 32 bits can count");
+            refuse_count(finer.halfedges, 32, which);
         // Points now, before and as output; connectivity of the level and of the next one; triangles as output.
-        const std::uint64_t H = level_.halfedge_count();
+        const std::uint64_t H = level.halfedges;
         constexpr std::uint64_t k_per_point = 96, k_per_halfedge = 24, k_per_triangle = 24;
-        if (!centred_)
-            check_memory(k_per_point * (level_.vertex_count + level_.face_count) +
-                         (k_per_halfedge + k_per_triangle) * H);
+        if (!centred)
+            check_memory(k_per_point * (level.vertices + level.faces) + (k_per_halfedge + k_per_triangle) * H, which);
         else
-            check_memory(k_per_point * finer.vertices + k_per_halfedge * (H + finer.halfedges) +
-                         k_per_triangle * 2 * H);
+            check_memory(k_per_point * finer.vertices + k_per_halfedge * (H + finer.halfedges) + k_per_triangle * 2 * H,
+                         which);
     }
 
     Vec3d centre(std::uint32_t f, FactoredTrace* trace, std::span<const Vec3d> points) const {

@@ -403,9 +403,7 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
     if (stencils != nullptr) {
         std::vector<char> used(result.positions.size(), 0);
         for (const std::uint32_t v : result.face_vertices) used[v] = 1;
-        const StencilTable all = refiner.stencils();
-        for (int v = 0; v < all.row_count(); ++v)
-            if (used[v] != 0) stencils->push(all.row(v));
+        *stencils = refiner.stencils(used);
     }
     detail::drop_unused_points(result, keep);
     return result;

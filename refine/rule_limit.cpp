@@ -6,6 +6,7 @@
 #include "tetrakis/refine/regular_limit.hpp"
 #include "tetrakis/schemes/averaging.hpp"
 
+#include <algorithm>
 #include <numeric>
 #include <optional>
 #include <span>
@@ -118,9 +119,21 @@ RuleLimits RuleLimitFinder::find(const RuleMesh& mesh, std::span<const int> vert
     std::vector<int> others;
     for (const int v : vertices)
         if (mesh.first(v) != RuleMesh::none && !is_regular(v)) others.push_back(v);
-    const std::vector<std::optional<LimitRows>> found = state_->others(mesh, others);
+    // By blocks: rows on their own take several times what they take in the tables.
+    // Honeycomb refinement has all its vertices here.
+    const std::size_t block = std::size_t{1} << (scheme.family == MeshFamily::hexagons ? 8 : 13);
+    std::vector<std::optional<LimitRows>> found;
     RuleLimits limits;
     std::size_t next = 0;
+    const auto next_rows = [&]() -> const std::optional<LimitRows>& {
+        const std::size_t at = next++ % block;
+        if (at == 0) {
+            found.clear();
+            found =
+                state_->others(mesh, std::span(others).subspan(next - 1, std::min(block, others.size() - next + 1)));
+        }
+        return found[at];
+    };
     for (const int v : vertices) {
         if (mesh.first(v) == RuleMesh::none) {
             limits.positions.push({{v, 1}});
@@ -131,7 +144,7 @@ RuleLimits RuleLimitFinder::find(const RuleMesh& mesh, std::span<const int> vert
                 limits.tangent2.push(std::move(tangents->second));
             }
         } else {
-            const std::optional<LimitRows>& rows = found[next++];
+            const std::optional<LimitRows>& rows = next_rows();
             const bool recedes = boundary_recedes(scheme, state_->options);
             if (!rows && may_end && recedes) {
                 limits.beyond.push_back(v);

@@ -42,12 +42,13 @@ std::uint64_t growth(const SchemeInfo& scheme) {
 // Loop and Catmull-Clark; the long rules of Butterfly, Kobbelt and many averaging steps take up to twice as much).
 // With texture coordinates, charts have levels of their own.
 constexpr std::uint64_t k_bytes_per_halfedge = 160, k_bytes_with_charts = 240;
+constexpr std::uint64_t k_bytes_per_term = sizeof(int) + sizeof(double);
 
 /// Bytes of the terms of those rows where rings are large, for each level.
 std::uint64_t bytes_of_large_rings(const ControlMesh& mesh, const SchemeInfo& scheme) {
-    constexpr std::uint64_t k_large = 32, k_term = sizeof(int) + sizeof(double);
+    constexpr std::uint64_t k_large = 32;
     std::uint64_t bytes = 0;
-    const auto add = [&](std::uint64_t size) { bytes += size > k_large ? size * size * k_term : 0; };
+    const auto add = [&](std::uint64_t size) { bytes += size > k_large ? size * size * k_bytes_per_term : 0; };
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) add(mesh.face_size(FaceId(f)));
     for (std::uint32_t v = 0; v < mesh.vertex_count() && scheme.sees_rings; ++v) add(mesh.face_valence(VertexId(v)));
     return bytes;
@@ -86,7 +87,14 @@ struct RuleRefiner::State {
     std::uint32_t control_vertices;
     RefineOptions options;
     std::unique_ptr<detail::RuleLevels> levels;
+    std::string source;
     detail::RuleLimits limits{};
+
+    /// coarse.then(fine), where it finds room.
+    StencilTable composed(const StencilTable& coarse, const StencilTable& fine) const;
+    /// What levels and limits take, with a table of stencils from the control vertices.
+    std::uint64_t bytes_with(const StencilTable& table) const;
+    void check_memory(const std::string& what, std::uint64_t bytes) const;
 
     /// @param points  of the last level, no limits
     void write_normals(const Vec3d* points, std::span<Vec3d> normals) const;
@@ -135,7 +143,7 @@ RuleRefiner::RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int 
     detail::check_rule_memory(mesh, scheme, levels, levels, options.context);
     if (!first_levels)
         first_levels = std::make_unique<detail::RuleLevels>(mesh, scheme, options.rules, options.smoothing);
-    state_ = std::make_unique<State>(State{mesh.vertex_count(), options, std::move(first_levels)});
+    state_ = std::make_unique<State>(State{mesh.vertex_count(), options, std::move(first_levels), mesh.data().source});
     State& s = *state_;
     std::uint64_t done = 0, all = 0;
     for (std::uint64_t i = 0, size = 1; i < static_cast<std::uint64_t>(levels); ++i) all += size *= growth(scheme);
@@ -152,6 +160,10 @@ RuleRefiner::RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int 
         s.limits.begin.assign(vertex_count() + std::size_t{1}, 0);
         return;
     }
+    // The shortest rows that there are: limits and two tangents of seven terms, or of a fan of honeycomb's ten.
+    const std::uint64_t terms = is_linear(scheme) ? 1 : scheme.family == MeshFamily::hexagons ? 10 : 3 * 7;
+    s.check_memory("the limits of " + std::to_string(vertex_count()) + " vertices",
+                   s.bytes_with({}) + vertex_count() * terms * k_bytes_per_term);
     try {
         s.limits = detail::rule_limits(s.levels->last(), scheme, options.rules);
     } catch (const std::invalid_argument& e) {
@@ -251,12 +263,83 @@ void RuleRefiner::State::write_normals(const Vec3d* points, std::span<Vec3d> nor
     });
 }
 
-StencilTable RuleRefiner::stencils() const {
+namespace {
+
+std::uint64_t bytes_of(std::uint64_t rows, std::uint64_t terms) {
+    return rows * sizeof(std::size_t) + terms * k_bytes_per_term;
+}
+std::uint64_t bytes_of(const StencilTable& table) { return bytes_of(table.begins().size(), table.points().size()); }
+
+/// Terms of coarse.then(fine), and of its first rows: from these it guesses how much to reserve.
+struct TermCount {
+    std::uint64_t all = 0, first = 0;
+};
+TermCount count_terms(const StencilTable& coarse, const StencilTable& fine, std::uint32_t columns) {
+    TermCount count;
+    std::vector<int> last_row(columns, -1);
+    for (int r = 0; r < fine.row_count(); ++r) {
+        for (const int middle : fine.points(r)) {
+            for (const int point : coarse.points(middle)) {
+                count.all += last_row[point] == r ? 0 : 1;
+                last_row[point] = r;
+            }
+        }
+        if (r == detail::k_rows_per_block) count.first = count.all;
+    }
+    return count;
+}
+
+StencilTable rows_of(const StencilTable& table, std::span<const char> wanted) {
+    StencilTable rows;
+    for (int r = 0; r < table.row_count(); ++r)
+        if (wanted[static_cast<std::size_t>(r)] != 0) rows.push(table.row(r));
+    return rows;
+}
+
+}  // namespace
+
+std::uint64_t RuleRefiner::State::bytes_with(const StencilTable& table) const {
+    return k_bytes_per_halfedge * static_cast<std::uint64_t>(levels->last().halfedge_count()) +
+           bytes_of(limits.positions) + bytes_of(limits.tangent1) + bytes_of(limits.tangent2) + bytes_of(table);
+}
+
+void RuleRefiner::State::check_memory(const std::string& what, std::uint64_t bytes) const {
+    const std::uint64_t limit = options.context.max_memory_bytes;
+    if (limit == 0 || bytes <= limit) return;
+    throw Error(ErrorCode::memory_limit,
+                what + " need about " + std::to_string(bytes >> 20) +
+                    " MiB together with the levels, and the limit is " + std::to_string(limit >> 20) +
+                    " MiB; ask for fewer levels",
+                source);
+}
+
+StencilTable RuleRefiner::State::composed(const StencilTable& coarse, const StencilTable& fine) const {
+    if (options.context.max_memory_bytes != 0) {
+        const auto rows = static_cast<std::uint64_t>(fine.row_count());
+        const TermCount terms = count_terms(coarse, fine, control_vertices);
+        // StencilTable::push_rows() reserves nine eighths of what the first rows say; a table that outgrows that has
+        // its weights twice for a while.
+        const bool grows = terms.all > terms.first * rows / detail::k_rows_per_block * 9 / 8;
+        check_memory("the stencils of " + std::to_string(rows) + " vertices, " + std::to_string(terms.all) +
+                         " weights of control vertices,",
+                     bytes_with(coarse) + bytes_of(rows, terms.all) + (grows ? terms.all * sizeof(double) : 0));
+    }
+    return coarse.then(fine);
+}
+
+StencilTable RuleRefiner::stencils(std::span<const char> wanted) const {
     const State& s = *state_;
+    if (!wanted.empty()) check_length("vertices wanted or not", wanted.size(), vertex_count());
+    std::vector<const StencilTable*> tables;
+    for (const StencilTable& step : s.levels->steps()) tables.push_back(&step);
+    if (s.options.limit) tables.push_back(&s.limits.positions);
     StencilTable all;
     for (int v = 0; v < static_cast<int>(s.control_vertices); ++v) all.push({{v, 1}});
-    for (const StencilTable& step : s.levels->steps()) all = all.then(step);
-    return s.options.limit ? all.then(s.limits.positions) : all;
+    const bool some = std::ranges::count(wanted, 0) != 0;
+    // Rows are left out of the last table, not of the product, which would be there twice then.
+    for (const StencilTable* table : tables)
+        all = some && table == tables.back() ? s.composed(all, rows_of(*table, wanted)) : s.composed(all, *table);
+    return some && tables.empty() ? rows_of(all, wanted) : all;
 }
 
 }  // namespace tetrakis

@@ -91,7 +91,9 @@ class RuleRefiner {
     void refine(std::span<const Vec3d> control, std::span<Vec3d> positions, std::span<Vec3d> normals) const;
 
     /// What refine() does, as one row per vertex of weights of control vertices.
-    StencilTable stencils() const;
+    /// @param wanted  by vertex, 0: leave its row out; empty: all rows
+    /// @throws Error  memory_limit (with the numbers, before the table is allocated); invalid_input: the wrong length
+    StencilTable stencils(std::span<const char> wanted = {}) const;
 
   private:
     void check_normals(std::span<const Vec3d> normals) const;

@@ -306,6 +306,7 @@ TEST_CASE("[bad-input] the exit code says whose fault it is, the message what is
         {{"refine", cube, "--levels", "2", "-o", (scratch / "no" / "out.obj").string()}, 1, "no"},
         {{"refine", missing, "--levels", "2", "-o", "/proc/out.obj"}, 1, "/proc"},  // seen before any work
         {{"refine", cube, "--factored", "--steps", "20", "--max-memory", "200M", "-o", out}, 1, "half-step"},
+        {{"refine", cube, "--factored", "--steps", "62", "--max-memory", "500G", "-o", out}, 1, "of 62"},
         {{"refine", cube, "--levels", "30", "-o", out}, 1, "32-bit"},
         {{"refine", cube, "--levels", "9", "-o", out, "--max-memory", "10M"}, 1, "10 MiB"},
     };

@@ -14,6 +14,8 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -490,6 +492,36 @@ TEST_CASE("[inv7] half-steps commute with affine maps") {
                 if (a.state(v) != FactoredVertex::unused)
                     worst = std::max(worst, glm::length(map(a.positions()[v]) - b.positions()[v]));
             CHECK(worst < k_agreement * mapped.bounding_box().diagonal());
+        }
+}
+
+TEST_CASE("factored schemes: half-steps without room are refused before any is made") {
+    const auto code = [](auto&& call) -> std::optional<ErrorCode> {
+        try {
+            call();
+        } catch (const Error& e) {
+            return e.code();
+        }
+        return std::nullopt;
+    };
+    std::vector<ControlMesh> meshes{test::prism(5)};
+    for (const std::uint64_t seed : test::seeds(2)) meshes.push_back(random_surface(seed, 1.0));
+    for (std::size_t m = 0; m < meshes.size(); ++m)
+        for (const FactoredScheme scheme : factored_schemes()) {
+            CAPTURE(m);
+            CAPTURE(name(scheme));
+            CHECK(code([&] { FactoredMesh(meshes[m], scheme).check_half_steps(300); }) == ErrorCode::unsupported);
+            constexpr std::uint64_t k_limit = 8 << 20;
+            CHECK_THROWS_WITH_AS(FactoredMesh(meshes[m], scheme, k_limit).check_half_steps(62),
+                                 doctest::Contains("of 62 needs about"), Error);
+            // As many as there is room for are not refused; of a closed mesh without creases no more than these.
+            FactoredMesh mesh(meshes[m], scheme, k_limit);
+            while (!code([&] { mesh.half_step(); })) {
+            }
+            const FactoredMesh start(meshes[m], scheme, k_limit);
+            CHECK_FALSE(code([&] { start.check_half_steps(mesh.half_steps()); }));
+            if (m == 0) CHECK(code([&] { start.check_half_steps(mesh.half_steps() + 1); }) == ErrorCode::memory_limit);
+            CHECK(code([&] { mesh.check_half_steps(1); }) == ErrorCode::memory_limit);
         }
 }
 

@@ -424,6 +424,31 @@ TEST_CASE("[bad-input] refine() names what is wrong") {
     }
 }
 
+TEST_CASE("stencils count against the memory limit, and rows that are not wanted are left out") {
+    const ControlMesh cube = model("cube");
+    RefineOptions options;
+    options.context.max_memory_bytes = 1 << 20;  // enough for the levels
+    for (const char* scheme : {"catmull-clark", "4-8", "doo-sabin"}) {
+        CAPTURE(scheme);
+        const RuleRefiner refiner(cube, *find_scheme(scheme), 4, options);
+        CHECK_THROWS_WITH_AS(refiner.stencils(), doctest::Contains("the stencils of"), Error);
+        CHECK_THROWS_WITH_AS(refine_stencils(cube, *find_scheme(scheme), 4, options), doctest::Contains("1 MiB"),
+                             Error);
+        RefineOptions more = options;
+        more.context.max_memory_bytes = 8 << 20;
+        const RuleRefiner large(cube, *find_scheme(scheme), 4, more);
+        const StencilTable all = large.stencils();
+        CHECK(all == RuleRefiner(cube, *find_scheme(scheme), 4).stencils());
+        std::vector<char> wanted(large.vertex_count(), 0);
+        StencilTable expected;
+        for (std::uint32_t v = 0; v < large.vertex_count(); v += 3) {
+            wanted[v] = 1;
+            expected.push(all.row(static_cast<int>(v)));
+        }
+        CHECK(large.stencils(wanted) == expected);
+    }
+}
+
 TEST_CASE("triangle schemes cut the faces of other meshes, and give attributes to the vertices that this adds") {
     const ControlMesh cube =
         ControlMesh::build(parse_obj("v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 1 0.9 0\nv 1 1.1 1\n"

@@ -34,6 +34,7 @@ struct FactoredResult {
 FactoredResult by_half_steps(const FactoredRefine& options, FactoredScheme scheme, const ControlMesh& mesh,
                              const RunContext& context) {
     FactoredMesh factored(mesh, scheme, context.max_memory_bytes, options.rules.rules());
+    factored.check_half_steps(options.half_steps);
     FactoredResult result{.mesh = {}, .levels = options.half_steps / factored.half_steps_per_level()};
     for (int i = 0; i < options.half_steps; ++i) {
         context.report("refine", static_cast<double>(i) / options.half_steps);
