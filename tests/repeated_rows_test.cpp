@@ -213,7 +213,8 @@ TEST_CASE("[slow] creases of dual schemes by rows that repeat themselves are tho
 }
 
 TEST_CASE(
-    "boundaries that recede leave the points and faces that the rules leave, and by limits and normals no fewer") {
+    "[slow] boundaries that recede leave the points and faces that the rules leave, and by limits and normals no "
+    "fewer") {
     for (const std::uint64_t seed : test::seeds(5))
         for (int steps = 1; steps <= 4; ++steps) {
             CAPTURE(seed);
