@@ -175,6 +175,7 @@ TEST_CASE("scheme explains corners, with the angle that they get, and darts") {
     // Without an angle the sector is not smaller than the tangents.
     CHECK(corner("loop", {"--valence", "5"}).at("tangent_plane") == false);
     CHECK(cli::run_json({"scheme", "loop", "--dart", "--json"}).at("curvature") == "unbounded");
+    CHECK(cli::run_json({"scheme", "doo-sabin", "--corner", "--json"}).at("limit").at("weights").at(0) == 1);
     CHECK(cli::run({"scheme", "doo-sabin", "--dart"}).code == 2);
     CHECK(cli::run({"scheme", "loop", "--dart", "--corner"}).code == 2);
     CHECK(cli::run({"scheme", "loop", "--corner-angle", "90"}).err.find("no vertex but a --corner") !=
@@ -289,28 +290,34 @@ TEST_CASE("refine --stencils: its rows, applied to the control vertices, are the
         const auto control = vertices(input), fine = vertices(out);
         std::istringstream text(slurp(table));
         std::string magic;
-        std::size_t version = 0, rows = 0, controls = 0, terms = 0, met = 0;
+        std::size_t version = 0, rows = 0, controls = 0, terms = 0;
         text >> magic >> version >> rows >> controls >> terms;
         CHECK(magic == "tetrakis-stencils");
-        CHECK(version == 1);
+        CHECK(version == 2);
         REQUIRE(rows == fine.size());
         REQUIRE(controls == control.size());
+        const auto numbers = [&](auto kind, std::size_t count) {
+            std::vector<decltype(kind)> array(count);
+            for (auto& x : array) text >> x;
+            return array;
+        };
+        const std::vector<std::size_t> begin = numbers(std::size_t{0}, rows + 1), from = numbers(std::size_t{0}, terms);
+        const std::vector<double> weight = numbers(0.0, terms);
+        REQUIRE(text.good());
+        std::string more;
+        CHECK(!static_cast<bool>(text >> more));
+        REQUIRE(begin.front() == 0);
+        REQUIRE(begin.back() == terms);
         double most = 0;
         for (std::size_t r = 0; r < rows; ++r) {
-            std::size_t count = 0;
-            text >> count;
+            REQUIRE(begin[r] < begin[r + 1]);
             std::array<double, 3> p{};
-            for (std::size_t i = 0; i < count; ++i, ++met) {
-                std::size_t v = controls;
-                double w = 0;
-                text >> v >> w;
-                REQUIRE(v < controls);
-                for (int k = 0; k < 3; ++k) p[k] += w * control[v][k];
+            for (std::size_t i = begin[r]; i < begin[r + 1]; ++i) {
+                REQUIRE(from[i] < controls);
+                for (int k = 0; k < 3; ++k) p[k] += weight[i] * control[from[i]][k];
             }
             for (int k = 0; k < 3; ++k) most = std::max(most, std::abs(p[k] - fine[r][k]));
         }
-        CHECK(text.good());
-        CHECK(met == terms);
         CHECK(most < 1e-12);
     }
 }

@@ -4,29 +4,32 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstddef>
-#include <iterator>
-#include <string>
+#include <span>
 
 namespace tetrakis {
 
+namespace {
+
+/// One line of numbers.
+template <class T>
+void write_array(AtomicFile& file, std::span<const T> numbers) {
+    constexpr std::size_t k_block = std::size_t{1} << 16;
+    for (std::size_t i = 0; i < numbers.size(); i += k_block)
+        file.write(fmt::format("{}{}", i == 0 ? "" : " ",
+                               fmt::join(numbers.subspan(i, std::min(k_block, numbers.size() - i)), " ")));
+    file.write("\n");
+}
+
+}  // namespace
+
 void write_stencils(AtomicFile& file, const StencilTable& table, int control_vertices) {
-    constexpr std::size_t k_block = std::size_t{1} << 20;
-    std::size_t terms = 0;
-    for (int r = 0; r < table.row_count(); ++r) terms += table.points(r).size();
-    std::string text = fmt::format("tetrakis-stencils 1\n{} {} {}\n", table.row_count(), control_vertices, terms);
-    for (int r = 0; r < table.row_count(); ++r) {
-        const auto points = table.points(r);
-        const auto weights = table.weights(r);
-        fmt::format_to(std::back_inserter(text), "{}", points.size());
-        for (std::size_t i = 0; i < points.size(); ++i)
-            fmt::format_to(std::back_inserter(text), " {} {}", points[i], weights[i]);
-        text += '\n';
-        if (text.size() < k_block) continue;
-        file.write(text);
-        text.clear();
-    }
-    file.write(text);
+    file.write(
+        fmt::format("tetrakis-stencils 2\n{} {} {}\n", table.row_count(), control_vertices, table.points().size()));
+    write_array(file, table.begins());
+    write_array(file, table.points());
+    write_array(file, table.weights());
 }
 
 void write_stencils(const std::filesystem::path& path, const StencilTable& table, int control_vertices) {

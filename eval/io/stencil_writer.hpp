@@ -10,12 +10,15 @@ class AtomicFile;  // hier/atomic_file.hpp
 
 /// Writes a stencil table as text, for programs that refine with kernels of their own:
 ///
-///     tetrakis-stencils 1
+///     tetrakis-stencils 2
 ///     <rows> <control vertices> <terms>
-///     <number of terms> <control vertex> <weight> <control vertex> <weight> ...
+///     <where each row begins, and the number of terms: rows + 1 numbers>
+///     <control vertex of each term>
+///     <weight of each term>
 ///
-/// one line per row; vertices count from 0 and increase along a row; weights are the shortest decimals that read back
-/// the same. Row r applied to any value per control vertex, term by term from the left, gives that of vertex r.
+/// compressed rows (CSR), each array a line: the terms of row r are those from begin r to begin r + 1. Vertices and
+/// terms count from 0; vertices increase along a row; weights are the shortest decimals that read back the same. Row r
+/// applied to any value per control vertex, term by term from the left, gives that of vertex r.
 /// @throws Error  io
 void write_stencils(const std::filesystem::path& path, const StencilTable& table, int control_vertices);
 /// The same into a file that the caller commits.

@@ -192,9 +192,9 @@ void add_refine_command(CLI::App& app, Command& chosen) {
         command
             ->add_option(
                 "--stencils", options->stencils,
-                "Write the vertices as weights of control vertices (by the rules, so in their order), as a "
-                "sparse matrix by rows: after \"tetrakis-stencils 1\" and the numbers of rows, control "
-                "vertices and terms, a line per vertex: how many terms, then control vertex and weight of each")
+                "Write the vertices as weights of control vertices (by the rules, so in their order), in compressed "
+                "rows (CSR): after \"tetrakis-stencils 2\" and the numbers of rows, control vertices and terms a line "
+                "of where rows begin, one of control vertices and one of weights")
             ->type_name("T.txt");
     factored->needs(steps);
     averaging_steps->needs(factored);
