@@ -74,8 +74,8 @@ TETRAKIS_INLINE inline QuadRow<Side, T> quad_row(const RootLines<T>& root, std::
     return {root.inner + 3 * (std::uint64_t{r - 1} * (root.segments - 1)), 3};
 }
 
-/// One finer row of 2 n - 1 points from columns of the coarse rows: column(x, p) is the mean across them at p, which
-/// takes the next inner points; left and right are those of the sides.
+/// One finer row of 2 n - 1 points from means across the coarse rows: column() is that of the next inner points, left
+/// and right are those of the sides.
 template <class T, class Column>
 TETRAKIS_INLINE inline void refine_quad_columns(std::uint32_t n, const QuadWeights<T>& w, const Lane<T>& left,
                                                 const Lane<T>& right, Column column, T* out) {

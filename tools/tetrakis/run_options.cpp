@@ -34,6 +34,16 @@ std::optional<std::uint64_t> parse_byte_size(std::string_view text) {
     return static_cast<std::uint64_t>(bytes);
 }
 
+CLI::Validator number_check(const std::string& kind, bool (*is_of_kind)(double)) {
+    return CLI::Validator(
+        [kind, is_of_kind](const std::string& text) {
+            double x = 0;
+            return CLI::detail::lexical_cast(text, x) && std::isfinite(x) && is_of_kind(x) ? std::string()
+                                                                                           : text + " is not " + kind;
+        },
+        "");
+}
+
 void RunOptions::add_threads(CLI::App& command) {
     constexpr int k_most_threads = 1024;
     command.add_option("--threads", threads, "How many threads to use; default: one for each processor")

@@ -10,9 +10,14 @@
 #include <chrono>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace tetrakis::cli {
+
+/// Checks that an option's text is a finite number of some kind (the parser itself takes "nan").
+/// @param kind  how the refusal calls it, with its article
+CLI::Validator number_check(const std::string& kind, bool (*is_of_kind)(double));
 
 /// The options that every long command has: --threads and --max-memory.
 struct RunOptions {

@@ -172,13 +172,14 @@ ExitCode run(SchemeOptions options) {
     outputs.check({});
     options.rules = options.flags.rules();
     std::vector<std::string> warnings = options.flags.unused(scheme);
-    if (options.rules.measure_corner_angles || (options.rules.corner_angle != 0 && !options.corner)) {
-        if (warnings.empty())
-            warnings.push_back(options.corner ? "--corner-angle measured has no effect here: there is no control mesh"
-                                              : "--corner-angle has no effect here: at no vertex but a --corner");
-    }
+    const bool idle_angle = options.rules.measure_corner_angles || (options.rules.corner_angle != 0 && !options.corner);
+    if (idle_angle && warnings.empty())
+        warnings.push_back(options.corner ? "--corner-angle measured has no effect here: there is no control mesh"
+                                          : "--corner-angle has no effect here: at no vertex but a --corner");
     print_warnings(warnings);
-    const int valence = options.valence.value_or(regular_valence(scheme, options.boundary));
+    // A corner of a dual scheme has one face after a step.
+    const bool dual_corner = options.corner && fan_lattice(scheme, options.rules) == FanLattice::dual;
+    const int valence = options.valence.value_or(dual_corner ? 2 : regular_valence(scheme, options.boundary));
     FanShape shape{.faces = valence, .boundary = options.boundary, .corner = options.corner, .dart = options.dart};
     const FanLattice lattice = fan_lattice(scheme, shape, options.rules);
     const bool dual = lattice == FanLattice::dual;

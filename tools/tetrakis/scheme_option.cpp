@@ -1,13 +1,13 @@
 #include "scheme_option.hpp"
 
 #include "exit_code.hpp"
+#include "run_options.hpp"
 
 #include "tetrakis/hier/triangulate.hpp"
 #include "tetrakis/refine/refine.hpp"
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <initializer_list>
 #include <numbers>
 #include <string>
@@ -33,18 +33,6 @@ std::string check_corner_angle(const std::string& text) {
     const double degrees = corner_degrees(text);
     if (text == k_measured || (degrees >= 1 && degrees <= 359 && degrees != 180)) return {};
     return text + " is neither " + std::string(k_measured) + " nor a number of degrees from 1 to 359 other than 180";
-}
-
-std::string check_tuning(const std::string& text) {
-    double tuning = 0;
-    const bool within = CLI::detail::lexical_cast(text, tuning) && tuning >= 0 && tuning <= 1;
-    return within ? std::string() : text + " is not a number from 0 to 1";
-}
-
-std::string check_tension(const std::string& text) {
-    double w = 0;
-    const bool finite = CLI::detail::lexical_cast(text, w) && std::isfinite(w);
-    return finite ? std::string() : text + " is not a finite number";
 }
 
 }  // namespace
@@ -74,7 +62,7 @@ std::vector<CLI::Option*> RuleOptionFlags::add(CLI::App& command) {
     return {
         command.add_option("--tuning", rules_.tuning, "tuned-loop: 0 (loop) to 1 (the default)")
             ->type_name("T")
-            ->check(CLI::Validator(check_tuning, "")),
+            ->check(number_check("a number from 0 to 1", [](double t) { return t >= 0 && t <= 1; })),
         command
             .add_option("--edge-rule", edge_rule_,
                         "loop, tuned-loop, catmull-clark: edges beside creases: plain, cosine or brief")
@@ -101,7 +89,7 @@ std::vector<CLI::Option*> RuleOptionFlags::add(CLI::App& command) {
                 "--ten-point", rules_.butterfly_w,
                 "butterfly, modified-butterfly: tension w of the ten-point rule at regular edges (0: eight points)")
             ->type_name("W")
-            ->check(CLI::Validator(check_tension, "")),
+            ->check(number_check("a finite number", [](double) { return true; })),
         command.add_flag(recede_option, recede_,
                          "biquartic, averaging: use up the outer ring of an open mesh instead of copying it"),
     };

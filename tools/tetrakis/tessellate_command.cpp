@@ -248,24 +248,13 @@ ExitCode run(TessellateCommandOptions options) {
     return about(options.input, [&] { return run_checked(options); });
 }
 
-/// Checks that an option's text is a finite number of some kind (the parser itself takes "nan").
-CLI::Validator number(const std::string& kind, bool (*is_of_kind)(double)) {
-    return CLI::Validator(
-        [kind, is_of_kind](const std::string& text) {
-            double x = 0;
-            return CLI::detail::lexical_cast(text, x) && std::isfinite(x) && is_of_kind(x) ? std::string()
-                                                                                           : text + " is not " + kind;
-        },
-        "");
-}
-
 void add_refinement_options(CLI::App& command, TessellateOptions& t) {
     command
         .add_option("--tolerance", t.tolerance,
                     "Largest distance allowed between mesh and limit surface (or target), in both directions, as a\n"
                     "share of the diagonal of the box of all vertices that faces of the control mesh use")
         ->type_name("T")
-        ->check(number("a positive number", [](double x) { return x > 0; }));
+        ->check(number_check("a positive number", [](double x) { return x > 0; }));
     command.add_flag("--absolute", t.tolerance_is_absolute, "The tolerance is a length in the unit of the model");
     command
         .add_option("--max-triangles", t.max_triangles,
@@ -330,7 +319,7 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
         ->type_name("IMG");
     command->add_option("--amplitude", options->amplitude, "How far white is raised, in the unit of the model")
         ->type_name("A")
-        ->check(number("a finite number", [](double) { return true; }));
+        ->check(number_check("a finite number", [](double) { return true; }));
     command->add_flag("--no-measure", options->no_measure, "Do not measure the result at the end");
     constexpr std::uint64_t k_most_samples = 10'000'000'000;
     command
