@@ -287,6 +287,7 @@ class DualTessellator {
         if (options_.uvs && mesh_.has_uvs()) add_uvs();
         for (const FaceId f : triangles_.faces.control_faces) result_.triangle_face.push_back(f.value);
         add_face_attributes(mesh_, result_.triangle_face, mesh);
+        split_normals_of(result_, mesh_, options_);
     }
 
     void add_uvs() {

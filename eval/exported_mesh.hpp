@@ -2,6 +2,7 @@
 
 #include "tetrakis/eval/local_frame.hpp"
 #include "tetrakis/eval/output_triangle.hpp"
+#include "tetrakis/eval/shading_normals.hpp"
 #include "tetrakis/eval/tessellate.hpp"
 #include "tetrakis/hier/exported_triangles.hpp"
 #include "tetrakis/hier/fan_choice.hpp"
@@ -67,5 +68,32 @@ struct ExportedMesh : ExportedTriangles {
         return hierarchy.forest().exported();
     }
 };
+
+/// Limit normals at the corners of triangles, each seen from inside its triangle: continued linearly from two points
+/// near by.
+/// @param origin   (triangle) its OutputTriangle
+/// @param normals  (canonical sites, receives their limit normals)
+template <class Family, class Origin, class Normals>
+SideNormals normals_from_inside(const ControlMesh& mesh, Origin&& origin, Normals&& normals) {
+    return [&mesh, origin, normals](std::span<const std::uint64_t> corners, std::span<Vec3d> out) {
+        // 2^-8 of a triangle: what is left of its bend after continuing is below a thousandth of it.
+        constexpr int k_finer = 8, k_least = 3;
+        std::vector<Site> sites;
+        std::vector<std::size_t> place;
+        for (std::size_t i = 0; i < corners.size(); ++i) {
+            const OutputTriangle from = origin(static_cast<std::uint32_t>(corners[i] / 3));
+            const int finer = std::min(k_finer, k_max_level - (from.fan.valid() ? 0 : from.cell.level));
+            if (finer < k_least) continue;
+            for (const std::uint32_t steps : {1u, 2u})
+                sites.push_back(
+                    Family::canonical_site(mesh, from.template inner_site<Family>(mesh, corners[i] % 3, finer, steps)));
+            place.push_back(i);
+        }
+        std::vector<Vec3d> found(sites.size());
+        normals(std::span<const Site>(sites), std::span<Vec3d>(found));
+        for (std::size_t j = 0; j < place.size(); ++j)
+            out[place[j]] = unit_or_zero(2.0 * found[2 * j] - found[2 * j + 1]);
+    };
+}
 
 }  // namespace tetrakis::detail

@@ -396,6 +396,14 @@ class LatticeTessellator {
                 points_.limits(std::span(exported_.sites).subspan(begin, size), limits);
                 for (std::size_t i = 0; i < size; ++i) mesh.normals[begin + i] = limits[i].normal;
             }
+            const SideNormals side = normals_from_inside<Family>(
+                mesh_, [&](std::uint32_t t) { return origin(forest, t); },
+                [&](std::span<const Site> sites, std::span<Vec3d> normals) {
+                    limits.resize(sites.size());
+                    points_.limits(sites, limits);
+                    for (std::size_t i = 0; i < sites.size(); ++i) normals[i] = limits[i].normal;
+                });
+            split_normals_of(result_, mesh_, options_, side);
         }
         if (options_.uvs && mesh_.has_uvs()) {
             const LimitUvs<Family> uvs(mesh_, options_, result_.warnings);

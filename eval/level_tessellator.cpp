@@ -71,6 +71,7 @@ class LevelTessellator {
         result_.seconds.measure = watch.lap();
         result_.tolerance_reached = tolerance_reached(options_, result_, tolerance, left_over);
         warn_of_nothing(result_);
+        split_normals_of(result_, mesh_, options_);
         return std::move(result_);
     }
 

@@ -45,6 +45,19 @@ struct OutputTriangle {
         if (!fan.valid()) return Family::corner_site(mesh, cell, k);
         return {HalfedgeId(mesh.face_halfedge(fan).value + fan_corner[k]), {0, 0}, 0};
     }
+    /// An address of a point inside the triangle near corner k: `steps` of 2^finer from the corner towards each of the
+    /// two others. Of a fan's triangle, in the corner's own root. @param finer  levels below the triangle's
+    template <class Family>
+    Site inner_site(const ControlMesh& mesh, std::size_t k, int finer, std::uint32_t steps) const {
+        if (fan.valid())
+            return {HalfedgeId(mesh.face_halfedge(fan).value + fan_corner[k]),
+                    {steps, steps},
+                    static_cast<std::uint8_t>(finer)};
+        const LatticePoint a = cell.corner[k], b = cell.corner[(k + 1) % 3], c = cell.corner[(k + 2) % 3];
+        const std::uint32_t rest = (1u << finer) - 2 * steps;
+        const LatticePoint p{rest * a.x + steps * (b.x + c.x), rest * a.y + steps * (b.y + c.y)};
+        return Family::lattice_site(mesh, cell.root, p, cell.level + finer);
+    }
 };
 
 }  // namespace tetrakis

@@ -365,7 +365,13 @@ void check(const TriangleMesh& mesh, const RenderOptions& options) {
         reject(fmt::format("occlusion samples must be 0 to {}", k_most_occlusion));
     if (!options.triangle_values.empty() && options.triangle_values.size() != mesh.triangles.size())
         reject(fmt::format("{} values for {} triangles", options.triangle_values.size(), mesh.triangles.size()));
-    if (!mesh.normals.empty() && mesh.normals.size() != mesh.positions.size())
+    if (!mesh.triangle_normals.empty() && mesh.triangle_normals.size() != mesh.triangles.size())
+        reject(fmt::format("normals for {} triangles of {}", mesh.triangle_normals.size(), mesh.triangles.size()));
+    for (const auto& triangle : mesh.triangle_normals)
+        for (const std::uint32_t n : triangle)
+            if (n >= mesh.normals.size())
+                reject(fmt::format("a triangle uses normal {}, but there are {}", n, mesh.normals.size()));
+    if (mesh.triangle_normals.empty() && !mesh.normals.empty() && mesh.normals.size() != mesh.positions.size())
         reject(fmt::format("{} normals for {} vertices", mesh.normals.size(), mesh.positions.size()));
     // Normals are gathered before the hierarchy could look at the indices.
     for (const auto& triangle : mesh.triangles)

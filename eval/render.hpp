@@ -19,7 +19,7 @@ struct RenderOptions {
     std::optional<Camera> camera;  ///< unset: fitted to the mesh, looking from `view`
     ViewDirection view;
     Shading shading = Shading::smooth;
-    double crease_degrees = 40;  ///< smooth shading stops at edges sharper than this
+    double crease_degrees = 40;  ///< smooth shading stops at edges sharper than this, where normals are not by corner
 
     bool wireframe = false;
     double wire_pixels = 1.1;  ///< line width, the same at any distance; lines fade on triangles of a few pixels

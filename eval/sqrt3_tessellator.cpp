@@ -200,6 +200,7 @@ class Sqrt3Tessellator {
             result_.deepest_level = std::max(result_.deepest_level, level_of(leaf));
         }
         add_face_attributes(mesh_, result_.triangle_face, result_.mesh);
+        split_normals_of(result_, mesh_, options_);
         if (!options_.uvs || !mesh_.has_uvs()) return;
         try {
             const std::vector<Vec2d> uv = Sqrt3Uvs(forest_.lattice()).corners(leaves_, context_);

@@ -50,6 +50,8 @@ void check(const ControlMesh& mesh, const TessellateOptions& options) {
         refuse("the tolerance must be a positive number");
     if (options.min_level < 0 || options.max_level > k_max_level || options.min_level > options.max_level)
         refuse("levels must be 0 <= minimum <= maximum <= " + std::to_string(k_max_level));
+    if (!(options.crease_degrees >= 0 && options.crease_degrees <= 180))
+        refuse("the crease angle must be 0 to 180 degrees");
     if (options.displacement && !mesh.has_uvs())
         refuse("a displacement needs texture coordinates, and the control mesh has none");
     if (options.displacement && !std::isfinite(options.amplitude))
@@ -335,7 +337,7 @@ class Tessellator {
 
     void add_attributes(const typename Family::Hierarchy& hierarchy) {
         context_.report("attributes", 0);
-        if (options_.normals && !map_.plain()) geometric_normals(result_.mesh);
+        if (options_.normals) add_normals(hierarchy);
         if (options_.uvs && uv_) {
             const auto corner_uv = [&](std::uint32_t t, std::size_t k) {
                 return uv_->at(origin(hierarchy, t).template corner_site<Family>(mesh_, k));
@@ -344,6 +346,21 @@ class Tessellator {
         }
         context_.report("attributes", 1);
         add_face_attributes(mesh_, result_.triangle_face, result_.mesh);
+    }
+
+    void add_normals(const typename Family::Hierarchy& hierarchy) {
+        detail::SideNormals side;
+        if (map_.plain())
+            side = detail::normals_from_inside<Family>(
+                mesh_, [&](std::uint32_t t) { return origin(hierarchy, t); },
+                [&](std::span<const Site> sites, std::span<Vec3d> normals) {
+                    for_each_index(static_cast<std::uint32_t>(sites.size()), [&](std::uint32_t i) {
+                        normals[i] = patches_->vertex(sites[i].root, sites[i].at, sites[i].level).normal;
+                    });
+                });
+        else
+            geometric_normals(result_.mesh);
+        detail::split_normals_of(result_, mesh_, options_, side);
     }
 
     const ControlMesh& mesh_;

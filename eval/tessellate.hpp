@@ -60,8 +60,11 @@ struct TessellateOptions {
     const HeightImage* displacement = nullptr;  ///< heights in [0, 1] by UV, along the limit normal
     double amplitude = 0;                       ///< height 1 in the unit of the model
     bool normals = true;                        ///< compute limit normals
-    bool uvs = true;                            ///< carry the UV layer over, where there is one
-    bool measure = true;                        ///< measure the result at the end (symmetric Hausdorff, mean, RMS)
+    /// Vertices are split for shading, in TriangleMesh::triangle_normals alone, where a limit normal is farther than
+    /// this off its triangle, as on roundings tighter than the tolerance. At infinitely sharp edges they always are.
+    double crease_degrees = 30;
+    bool uvs = true;      ///< carry the UV layer over, where there is one
+    bool measure = true;  ///< measure the result at the end (symmetric Hausdorff, mean, RMS)
     /// Samples that measuring aims at, each way: a lattice on every triangle, of at least 3 and at most 24 intervals a
     /// side (some 300 points). Against limit points, half as many, spread as compare() does.
     std::uint64_t measure_samples = 500'000;

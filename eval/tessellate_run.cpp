@@ -64,6 +64,13 @@ bool tolerance_reached(const TessellateOptions& options, const Tessellation& res
            (options.estimator != EstimatorKind::certified || *result.certified_error <= tolerance);
 }
 
+void split_normals_of(Tessellation& result, const ControlMesh& mesh, const TessellateOptions& options,
+                      const SideNormals& side) {
+    if (result.mesh.normals.empty()) return;
+    const bool creases = !ignores_creases(options.scheme.info(), options.rules);
+    split_normals(result.mesh, result.triangle_face, creases ? &mesh : nullptr, options.crease_degrees, side);
+}
+
 void check_coarsest(const TessellateOptions& options, std::size_t triangles) {
     if (options.max_triangles == 0 || triangles <= options.max_triangles) return;
     throw Error(

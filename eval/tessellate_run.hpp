@@ -1,5 +1,6 @@
 #pragma once
 
+#include "tetrakis/eval/shading_normals.hpp"
 #include "tetrakis/eval/tessellate.hpp"
 #include "tetrakis/refine/adaptive.hpp"
 
@@ -50,6 +51,10 @@ double written_rounding(const TessellateOptions& options, const TriangleMesh& me
 /// @param tolerance  as a length
 /// @param left_over  parts were left above it, for a level or a budget
 bool tolerance_reached(const TessellateOptions& options, const Tessellation& result, double tolerance, bool left_over);
+
+/// split_normals() of a result that has one normal a vertex, or none, and its triangles' control faces.
+void split_normals_of(Tessellation& result, const ControlMesh& mesh, const TessellateOptions& options,
+                      const SideNormals& side = {});
 
 /// @throws Error  unsupported: a result that has more triangles than allowed, which then is the coarsest one
 void check_coarsest(const TessellateOptions& options, std::size_t triangles);

@@ -1,5 +1,6 @@
 #include "tetrakis/eval/io/mesh_encoders.hpp"
 #include "tetrakis/eval/io/mesh_writer.hpp"
+#include "tetrakis/eval/io/split_vertices.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -66,46 +67,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
 
-// Vertices as glTF wants them: one normal and one UV each. The first UV met at a vertex stays with it, each further one
-// makes a copy at the end, in the order of the corners.
-struct SplitVertices {
-    std::vector<std::uint32_t> corner_vertex;  // per corner; empty: as in the mesh
-    std::vector<std::uint32_t> vertex_uv;      // per vertex, copies included
-    std::vector<std::uint32_t> copy_of;        // per copy
-    std::uint64_t count = 0;
-};
-
-SplitVertices split_at_seams(const MeshView& mesh) {
-    SplitVertices split;
-    split.count = mesh.positions.size();
-    if (!mesh.has_uvs()) return split;
-    const auto original_count = static_cast<std::uint32_t>(mesh.positions.size());
-    split.vertex_uv.assign(original_count, k_none);
-    split.corner_vertex.resize(mesh.corners.size());
-    std::vector<std::uint32_t> next_copy(original_count, k_none);  // chains from a vertex through its copies
-    for (std::size_t c = 0; c < mesh.corners.size(); ++c) {
-        // Equal coordinates under two numbers are one UV.
-        const auto same_uv = [&](std::uint32_t i) {
-            return split.vertex_uv[i] == mesh.corner_uvs[c] ||
-                   mesh.uvs[split.vertex_uv[i]] == mesh.uvs[mesh.corner_uvs[c]];
-        };
-        std::uint32_t v = mesh.corners[c];
-        if (split.vertex_uv[v] == k_none) split.vertex_uv[v] = mesh.corner_uvs[c];
-        while (!same_uv(v)) {
-            if (next_copy[v] == k_none) {
-                if (split.count >= k_none - 1) throw Error(ErrorCode::unsupported, "too many vertices for GLB");
-                next_copy[v] = static_cast<std::uint32_t>(split.count++);
-                next_copy.push_back(k_none);
-                split.vertex_uv.push_back(mesh.corner_uvs[c]);
-                split.copy_of.push_back(mesh.corners[c]);
-            }
-            v = next_copy[v];
-        }
-        split.corner_vertex[c] = v;
-    }
-    return split;
-}
-
 // Triangles of one group and material: a primitive.
 struct Primitive {
     std::uint32_t group = 0, material = 0;
@@ -169,7 +130,7 @@ Vec3f unit_normal(const Vec3d& n) {
 class GlbEncoder {
   public:
     GlbEncoder(const MeshView& mesh, const RunContext& context)
-        : mesh_(mesh), context_(context), split_(split_at_seams(mesh)), list_(cut_into_triangles(mesh, split_)) {
+        : mesh_(mesh), context_(context), split_(mesh, true), list_(cut_into_triangles(mesh, split_)) {
         const Box3d box = bounding_box(mesh.positions);
         origin_ = glb_origin(box);
         const Vec3d reach = glm::max(glm::abs(box.lower - origin_), glm::abs(box.upper - origin_));
@@ -200,10 +161,7 @@ class GlbEncoder {
     }
 
   private:
-    std::uint32_t original(std::uint64_t v) const {
-        return v < mesh_.positions.size() ? static_cast<std::uint32_t>(v) : split_.copy_of[v - mesh_.positions.size()];
-    }
-    Vec3f local(std::uint64_t v) const { return Vec3f(mesh_.positions[original(v)] - origin_); }
+    Vec3f local(std::uint64_t v) const { return Vec3f(mesh_.positions[split_.original(v)] - origin_); }
 
     Json describe() {
         Json json;
@@ -303,13 +261,13 @@ class GlbEncoder {
         write_in_pieces(file, mesh_.has_normals() ? split_.count : 0, context_, 0.3, 0.5,
                         [&](std::string& out, std::uint64_t first, std::uint64_t last) {
                             for (std::uint64_t v = first; v < last; ++v)
-                                append_bytes(out, unit_normal(mesh_.normals[original(v)]));
+                                append_bytes(out, unit_normal(mesh_.normals[split_.normal(v)]));
                         });
         write_in_pieces(file, mesh_.has_uvs() ? split_.count : 0, context_, 0.5, 0.6,
                         [&](std::string& out, std::uint64_t first, std::uint64_t last) {
                             for (std::uint64_t v = first; v < last; ++v) {
                                 const std::uint32_t i = split_.vertex_uv[v];
-                                const Vec2d uv = i == k_none ? Vec2d(0) : mesh_.uvs[i];
+                                const Vec2d uv = i == SplitVertices::k_no_uv ? Vec2d(0) : mesh_.uvs[i];
                                 append_bytes(out, glm::vec2(uv.x, 1 - uv.y));  // glTF counts v from the top
                             }
                         });

@@ -39,6 +39,7 @@ MeshView::MeshView(const TriangleMesh& mesh)
       uvs(mesh.uvs),
       corners(flat(mesh.triangles)),
       corner_uvs(flat(mesh.triangle_uvs)),
+      corner_normals(flat(mesh.triangle_normals)),
       face_material(mesh.triangle_material),
       face_group(mesh.triangle_group),
       materials(mesh.materials),
@@ -63,7 +64,9 @@ void MeshView::check() const {
         if (face_offsets[f + 1] < face_offsets[f] + std::uint64_t{3})
             reject(fmt::format("face {} has fewer than three corners", f));
     if (face_offsets.empty() && corners.size() % 3 != 0) reject("no face offsets, and corners that are not triangles");
-    if (has_normals() && normals.size() != positions.size())
+    if (!corner_normals.empty() && corner_normals.size() != corners.size())
+        reject(fmt::format("{} normal indices for {} face corners", corner_normals.size(), corners.size()));
+    if (has_normals() && corner_normals.empty() && normals.size() != positions.size())
         reject(fmt::format("{} normals for {} vertices", normals.size(), positions.size()));
     if (has_uvs() && corner_uvs.size() != corners.size())
         reject(fmt::format("{} texture coordinate indices for {} face corners", corner_uvs.size(), corners.size()));
@@ -75,6 +78,7 @@ void MeshView::check() const {
     per_face(face_group, "group");
     check_range(corners, positions.size(), "vertex index");
     check_range(corner_uvs, uvs.size(), "texture coordinate index");
+    check_range(corner_normals, normals.size(), "normal index");
     check_range(face_material, materials.size(), "face material");
     check_range(face_group, groups.size(), "face group");
     check_finite(positions, "position");

@@ -15,6 +15,7 @@ struct MeshView {
     std::span<const Vec3d> positions, normals;
     std::span<const Vec2d> uvs;
     std::span<const std::uint32_t> corners, corner_uvs;  ///< one per face corner; corner_uvs may be empty
+    std::span<const std::uint32_t> corner_normals;       ///< one per face corner; empty: normals are by vertex
     std::span<const std::uint32_t> face_offsets;         ///< empty: all faces are triangles
     std::span<const std::uint32_t> face_material, face_group;
     std::span<const std::string> materials, groups;
@@ -29,6 +30,10 @@ struct MeshView {
     std::uint64_t face_end(std::uint64_t f) const { return face_begin(f + 1); }
     bool has_uvs() const { return !corner_uvs.empty(); }
     bool has_normals() const { return !normals.empty(); }
+    /// The number of a face corner's normal.
+    std::uint32_t normal(std::uint64_t corner) const {
+        return corner_normals.empty() ? corners[corner] : corner_normals[corner];
+    }
 
     /// @throws Error invalid_input: arrays that do not belong together, an index out of range, a number that is not
     ///         finite, a face with fewer than three corners

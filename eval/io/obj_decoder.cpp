@@ -221,23 +221,15 @@ class ObjDecoder {
         }
         if (!material_.named()) mesh_.materials.clear(), mesh_.triangle_material.clear();
         if (!group_.named()) mesh_.groups.clear(), mesh_.triangle_group.clear();
-        if (has_all_normals_) gather_normals();
+        if (has_all_normals_) keep_normals();
     }
 
-    // One normal per vertex, or none at all where a crease gives a vertex several.
-    void gather_normals() {
-        std::vector<std::uint32_t> normal_of(mesh_.positions.size(), k_none);
-        for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
-            for (int k = 0; k < 3; ++k) {
-                std::uint32_t& mine = normal_of[mesh_.triangles[t][k]];
-                const std::uint32_t here = triangle_normals_[t][k];
-                if (mine == k_none) mine = here;
-                if (mine != here && normals_[mine] != normals_[here]) return;
-            }
+    // By vertex where all vertices have the normal of their own number, as in files of tetrakis without creases.
+    void keep_normals() {
         if (mesh_.triangles.empty()) return;
-        mesh_.normals.resize(mesh_.positions.size(), Vec3d(0, 0, 1));
-        for (std::size_t v = 0; v < normal_of.size(); ++v)
-            if (normal_of[v] != k_none) mesh_.normals[v] = normals_[normal_of[v]];
+        mesh_.normals = std::move(normals_);
+        if (triangle_normals_ != mesh_.triangles || mesh_.normals.size() != mesh_.positions.size())
+            mesh_.triangle_normals = std::move(triangle_normals_);
     }
 
     struct Forward {

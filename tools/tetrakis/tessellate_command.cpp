@@ -320,6 +320,13 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
     command->add_option("--amplitude", options->amplitude, "How far white is raised, in the unit of the model")
         ->type_name("A")
         ->check(number_check("a finite number", [](double) { return true; }));
+    command
+        ->add_option("--crease-angle", options->tessellate.crease_degrees,
+                     "Give a vertex several normals where its limit normal is farther than this off a triangle, in\n"
+                     "degrees: on roundings tighter than the tolerance. Infinitely sharp edges always are hard")
+        ->type_name("DEG")
+        ->capture_default_str()
+        ->check(number_check("an angle from 0 to 180 degrees", [](double x) { return x >= 0 && x <= 180; }));
     command->add_flag("--no-measure", options->no_measure, "Do not measure the result at the end");
     constexpr std::uint64_t k_most_samples = 10'000'000'000;
     command
