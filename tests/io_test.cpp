@@ -134,6 +134,38 @@ TEST_CASE("GLB gives back the mesh to float precision about its own origin") {
     }
 }
 
+TEST_CASE("normals by corner go through all formats: OBJ indexes them, PLY and GLB split vertices") {
+    const ScratchDir dir;
+    // Two sides of a ridge: vertices 0 and 1 have a normal on each, and UV seams there, too, at one of them.
+    TriangleMesh mesh;
+    mesh.positions = {{0, 0, 1}, {0, 3, 1}, {-1, 1, 0}, {1, 1, 0}};
+    mesh.triangles = {{0, 1, 2}, {1, 0, 3}};
+    mesh.normals = {{-0.6, 0, 0.8}, {0.6, 0, 0.8}};
+    mesh.triangle_normals = {{0, 0, 0}, {1, 1, 1}};
+    mesh.uvs = {{0, 0}, {0, 1}, {1, 0}, {0.5, 0.5}};
+    mesh.triangle_uvs = {{0, 1, 2}, {1, 3, 2}};
+    for (const char* name : {"mesh.obj", "mesh.ply", "mesh.glb"}) {
+        CAPTURE(name);
+        write_mesh(dir / name, mesh);
+        const TriangleMesh back = read_triangle_mesh(dir / name);
+        CHECK(back.positions == mesh.positions);  // copies are joined again
+        CHECK(back.triangles == mesh.triangles);
+        REQUIRE(back.triangles.size() == 2);
+        for (std::size_t t = 0; t < 2; ++t)
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::uint32_t n =
+                    back.triangle_normals.empty() ? back.triangles[t][k] : back.triangle_normals[t][k];
+                CHECK(glm::length(back.normals[n] - mesh.normals[t]) < 1e-7);
+                CHECK(uv_at(back, t, static_cast<int>(k)) == uv_at(mesh, t, static_cast<int>(k)));
+            }
+    }
+    mesh.triangle_normals[1][2] = 2;
+    CHECK_THROWS_WITH_AS(write_mesh(dir / "bad.obj", mesh), doctest::Contains("normal index number 5 is 2"), Error);
+    mesh.triangle_normals.pop_back();
+    CHECK_THROWS_WITH_AS(write_mesh(dir / "bad.obj", mesh), doctest::Contains("3 normal indices for 6"), Error);
+    CHECK(!std::filesystem::exists(dir / "bad.obj"));
+}
+
 TEST_CASE("a GLB keeps the rules of its format") {
     const ScratchDir dir;
     TriangleMesh mesh = gltf_mesh();
@@ -296,7 +328,8 @@ TEST_CASE("OBJ as other programs write it is read") {
     const TriangleMesh mesh = read_triangle_mesh(dir / "a.obj");
     CHECK(mesh.positions.size() == 5);
     CHECK(mesh.triangles == std::vector<std::array<std::uint32_t, 3>>{{0, 1, 2}, {0, 2, 3}, {4, 0, 1}});
-    CHECK(mesh.normals.size() == 5);   // two numbers, one normal
+    CHECK(mesh.normals.size() == 2);
+    CHECK(mesh.triangle_normals == std::vector<std::array<std::uint32_t, 3>>{{0, 1, 0}, {0, 0, 0}, {0, 0, 0}});
     CHECK(mesh.triangle_uvs.empty());  // the last face has none
     CHECK(mesh.materials == std::vector<std::string>{"red paint"});
     CHECK(mesh.groups == std::vector<std::string>{"thing"});

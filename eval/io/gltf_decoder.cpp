@@ -1,7 +1,7 @@
 #include "tetrakis/eval/io/mesh_decoders.hpp"
+#include "tetrakis/eval/io/split_vertices.hpp"
 
 #include <fmt/format.h>
-#include <oneapi/tbb/parallel_sort.h>
 #include <glm/gtc/quaternion.hpp>
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/mat4x4.hpp>
@@ -9,7 +9,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <numeric>
 #include <optional>
 
 #include <tiny_gltf.h>
@@ -327,43 +326,7 @@ class GltfDecoder {
         } else {
             mesh_.triangle_material.clear();
         }
-        join_split_vertices();
-    }
-
-    // Vertices with the same bits of position and normal become the first of them.
-    void join_split_vertices() {
-        const auto count = static_cast<std::uint32_t>(mesh_.positions.size());
-        const bool normals = !mesh_.normals.empty();
-        const auto compare = [&](std::uint32_t a, std::uint32_t b) {
-            const int by_position = std::memcmp(&mesh_.positions[a], &mesh_.positions[b], sizeof(Vec3d));
-            if (by_position != 0 || !normals) return by_position;
-            return std::memcmp(&mesh_.normals[a], &mesh_.normals[b], sizeof(Vec3d));
-        };
-        std::vector<std::uint32_t> order(count);
-        std::iota(order.begin(), order.end(), 0u);
-        oneapi::tbb::parallel_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-            const int by_bits = compare(a, b);
-            return by_bits != 0 ? by_bits < 0 : a < b;
-        });
-        std::vector<std::uint32_t> target(count);
-        for (std::uint32_t i = 0; i < count; ++i) {
-            const bool fresh = i == 0 || compare(order[i - 1], order[i]) != 0;
-            target[order[i]] = fresh ? order[i] : target[order[i - 1]];
-        }
-        std::uint32_t kept = 0;
-        for (std::uint32_t v = 0; v < count; ++v) {
-            if (target[v] != v) {
-                target[v] = target[target[v]];  // the first of its kind comes earlier and has its new number already
-                continue;
-            }
-            mesh_.positions[kept] = mesh_.positions[v];
-            if (normals) mesh_.normals[kept] = mesh_.normals[v];
-            target[v] = kept++;
-        }
-        mesh_.positions.resize(kept);
-        if (normals) mesh_.normals.resize(kept);
-        for (auto& triangle : mesh_.triangles)
-            for (std::uint32_t& v : triangle) v = target[v];
+        join_split_vertices(mesh_);
     }
 
     const std::filesystem::path& path_;

@@ -1,5 +1,6 @@
 #include "tetrakis/eval/io/mesh_decoders.hpp"
 #include "tetrakis/eval/io/ply_header.hpp"
+#include "tetrakis/eval/io/split_vertices.hpp"
 
 #include <fmt/format.h>
 
@@ -59,6 +60,7 @@ class PlyDecoder {
             mesh_.uvs = std::move(uv_of_vertex_);
             mesh_.triangle_uvs = mesh_.triangles;
         }
+        if (!mesh_.normals.empty()) join_split_vertices(mesh_);
         return std::move(mesh_);
     }
 

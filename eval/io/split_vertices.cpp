@@ -2,6 +2,11 @@
 
 #include "tetrakis/hier/error.hpp"
 
+#include <oneapi/tbb/parallel_sort.h>
+
+#include <cstring>
+#include <numeric>
+
 namespace tetrakis::detail {
 
 SplitVertices::SplitVertices(const MeshView& mesh, bool uvs) : count(mesh.positions.size()) {
@@ -43,6 +48,42 @@ SplitVertices::SplitVertices(const MeshView& mesh, bool uvs) : count(mesh.positi
         }
         corner_vertex[c] = v;
     }
+}
+
+void join_split_vertices(TriangleMesh& mesh) {
+    const auto count = static_cast<std::uint32_t>(mesh.positions.size());
+    const auto compare = [&](const std::vector<Vec3d>& values, std::uint32_t a, std::uint32_t b) {
+        return std::memcmp(&values[a], &values[b], sizeof(Vec3d));
+    };
+    std::vector<std::uint32_t> order(count);
+    std::iota(order.begin(), order.end(), 0u);
+    oneapi::tbb::parallel_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+        const int by_bits = compare(mesh.positions, a, b);
+        return by_bits != 0 ? by_bits < 0 : a < b;
+    });
+    std::vector<std::uint32_t> target(count);
+    bool one_normal = true;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const bool fresh = i == 0 || compare(mesh.positions, order[i - 1], order[i]) != 0;
+        target[order[i]] = fresh ? order[i] : target[order[i - 1]];
+        if (!mesh.normals.empty() && compare(mesh.normals, target[order[i]], order[i]) != 0) one_normal = false;
+    }
+    if (!one_normal) mesh.triangle_normals = mesh.triangles;
+    const bool reduce_normals = one_normal && !mesh.normals.empty();
+    std::uint32_t kept = 0;
+    for (std::uint32_t v = 0; v < count; ++v) {
+        if (target[v] != v) {
+            target[v] = target[target[v]];  // the first of its kind comes earlier and has its new number already
+            continue;
+        }
+        mesh.positions[kept] = mesh.positions[v];
+        if (reduce_normals) mesh.normals[kept] = mesh.normals[v];
+        target[v] = kept++;
+    }
+    mesh.positions.resize(kept);
+    if (reduce_normals) mesh.normals.resize(kept);
+    for (auto& triangle : mesh.triangles)
+        for (std::uint32_t& v : triangle) v = target[v];
 }
 
 }  // namespace tetrakis::detail

@@ -30,4 +30,9 @@ struct SplitVertices {
     std::uint32_t normal(std::uint64_t v) const { return vertex_normal.empty() ? original(v) : vertex_normal[v]; }
 };
 
+/// The way back: vertices with the same bits of position become the first of them. Where their normals differ, normals
+/// are by corner from then on.
+/// @param mesh  with one normal a vertex, or none. O(V log V)
+void join_split_vertices(TriangleMesh& mesh);
+
 }  // namespace tetrakis::detail
