@@ -42,7 +42,7 @@ SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rule
     SchemeSupport support;
     const SchemeInfo& info = scheme.info();
     support.adaptive = info.refinement != Refinement::honeycomb;
-    support.patches = scheme.kind().has_value() && detail::has_plain_rules(rules);
+    support.patches = detail::has_plain_rules(info, rules);
     support.certified =
         support.patches || is_linear(info) || has_mask_norms(info, rules) || detail::DualBound::has(info);
     return support;
@@ -50,7 +50,7 @@ SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rule
 
 SchemeSupport scheme_support(const ControlMesh& mesh, const SchemeChoice& scheme, const RuleOptions& rules) {
     SchemeSupport support = scheme_support(scheme, rules);
-    support.patches = support.patches && detail::has_plain_rules(mesh, rules);
+    support.patches = support.patches && detail::has_plain_rules(mesh, scheme.info(), rules);
     return support;
 }
 

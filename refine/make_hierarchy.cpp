@@ -64,7 +64,7 @@ Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, cons
                                                 ": its vertices are no sites of corner cells or triangles");
     if (scheme.name == "bilinear" || scheme.name == "midpoint")
         levels = linear_levels(mesh, triangles);
-    else if ((scheme.name == "catmull-clark" || scheme.name == "loop") && detail::has_plain_rules(mesh, options.rules))
+    else if (detail::has_plain_rules(mesh, scheme, options.rules))
         levels = closure_levels(mesh, triangles ? SchemeKind::loop : SchemeKind::catmull_clark);
     else
         levels = rule_levels(mesh, scheme, options.rules);

@@ -39,14 +39,17 @@ std::optional<std::string> detail::ignored_creases(const ControlMesh& mesh, cons
     return std::nullopt;
 }
 
-bool detail::has_plain_rules(const RuleOptions& rules) {
-    return rules.edge_beside_crease == EdgeBesideCrease::plain && rules.loop_weights == LoopWeights::loop &&
-           !rules.hoppe_crease && !rules.catmull_clark_beta && !rules.catmull_clark_gamma && rules.corner_angle == 0 &&
-           !rules.measure_corner_angles;
+bool detail::has_plain_rules(const SchemeInfo& scheme, const RuleOptions& rules) {
+    const std::optional<SchemeKind> kind = scheme_from_name(scheme.name);
+    if (!kind || rules.edge_beside_crease != EdgeBesideCrease::plain || rules.corner_angle != 0 ||
+        rules.measure_corner_angles)
+        return false;
+    if (kind == SchemeKind::loop) return rules.loop_weights == LoopWeights::loop && !rules.hoppe_crease;
+    return !rules.catmull_clark_beta && !rules.catmull_clark_gamma;
 }
 
-bool detail::has_plain_rules(const ControlMesh& mesh, const RuleOptions& rules) {
-    return !mesh.has_corner_angles() && has_plain_rules(rules);
+bool detail::has_plain_rules(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules) {
+    return !mesh.has_corner_angles() && has_plain_rules(scheme, rules);
 }
 
 std::optional<std::string> detail::ignored_corner_angles(const ControlMesh& mesh, const SchemeInfo& scheme) {
@@ -66,8 +69,7 @@ void warn_if_empty(PolygonMesh& result) {
 std::optional<PolygonMesh> refine_structured(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                                              const RefineOptions& options, detail::RefinedPoints* points) {
     const bool linear = is_linear(scheme);
-    const bool smooth = scheme.name == name(SchemeKind::catmull_clark) || scheme.name == name(SchemeKind::loop);
-    if (options.smoothing != 0 || !(linear || (smooth && detail::has_plain_rules(mesh, options.rules))))
+    if (options.smoothing != 0 || !(linear || detail::has_plain_rules(mesh, scheme, options.rules)))
         return std::nullopt;
     const bool triangles = scheme.family == MeshFamily::triangles;
     if (triangles && !mesh.all_triangles()) return std::nullopt;  // the rules say what is wrong

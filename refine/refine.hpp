@@ -56,10 +56,11 @@ const SchemeInfo& scheme_named(std::string_view name);
 
 namespace detail {
 
-/// Whether Catmull-Clark and Loop are those of the patches and structured kernels.
-bool has_plain_rules(const RuleOptions& rules);
-/// And those of the mesh, whose corners may have angles of their own.
-bool has_plain_rules(const ControlMesh& mesh, const RuleOptions& rules);
+/// Whether the scheme is Catmull-Clark or Loop by the rules of the patches and structured kernels. Options of other
+/// schemes do not matter.
+bool has_plain_rules(const SchemeInfo& scheme, const RuleOptions& rules);
+/// And on this mesh, whose corners may have angles of their own.
+bool has_plain_rules(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules);
 
 /// A warning, if the mesh has creases and the scheme no rule for them.
 std::optional<std::string> ignored_creases(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules);

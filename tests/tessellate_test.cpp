@@ -656,4 +656,36 @@ TEST_CASE("[bad-input] a model too small for its squares is refused") {
     CHECK(code_of([&] { tessellate(mesh, options); }, "scale it up") == ErrorCode::invalid_input);
 }
 
+TEST_CASE("options of other schemes' rules change nothing, and keep the exact patches") {
+    const ControlMesh quads = load_control_mesh(std::string(TETRAKIS_SOURCE_DIR) + "/data/cube.obj");
+    const ControlMesh triangles = load_control_mesh(std::string(TETRAKIS_SOURCE_DIR) + "/data/tetrahedron.obj");
+    RuleOptions of_loop, of_catmull_clark;
+    of_loop.loop_weights = LoopWeights::warren;
+    of_loop.hoppe_crease = true;
+    of_catmull_clark.catmull_clark_beta = 1.2;
+    of_catmull_clark.catmull_clark_gamma = 0.2;
+    for (RuleOptions* rules : {&of_loop, &of_catmull_clark}) {
+        rules->tuning = 0.5;
+        rules->averaging_steps = 4;
+        rules->reflect_at_boundary = true;
+    }
+    for (const bool loop : {false, true}) {
+        CAPTURE(loop);
+        const ControlMesh& mesh = loop ? triangles : quads;
+        const char* scheme = loop ? "loop" : "catmull-clark";
+        const RuleOptions& others = loop ? of_catmull_clark : of_loop;
+        CHECK(scheme_support(scheme, others).patches);
+        CHECK(!scheme_support(scheme, loop ? of_loop : of_catmull_clark).patches);
+        const TessellateOptions plain{.scheme = scheme, .tolerance = 1e-2};
+        TessellateOptions with_others = plain;
+        with_others.rules = others;
+        const Tessellation a = tessellate(mesh, plain), b = tessellate(mesh, with_others);
+        CHECK(a.mesh.positions == b.mesh.positions);
+        CHECK(a.mesh.triangles == b.mesh.triangles);
+        CHECK(a.certified_error == b.certified_error);
+        CHECK(refine(mesh, scheme, 3, {.limit = true}).positions ==
+              refine(mesh, scheme, 3, {.rules = others, .limit = true}).positions);
+    }
+}
+
 TEST_SUITE_END();
