@@ -19,11 +19,4 @@ if [ ! -f "$build/build.ninja" ]; then
 fi
 cmake --build "$build" --parallel "${TETRAKIS_JOBS:-$(nproc)}" --target tetrakis_cli figure_data
 
-# Debian's packages serve Debian's interpreter, which need not be the first one.
-for python in python3 /usr/bin/python3; do
-    if "$python" -c 'import PIL' 2>/dev/null; then
-        exec "$python" tools/figures.py "$build" "${TETRAKIS_FIGURES_DIR:-out/figures}" "$@"
-    fi
-done
-echo "figures: no Python with Pillow (python3-pil) was found" >&2
-exit 1
+exec python3 tools/figures.py "$build" "${TETRAKIS_FIGURES_DIR:-out/figures}" "$@"

@@ -11,12 +11,13 @@ required="g++ cmake ninja-build libglm-dev libtinyobjloader-dev libembree-dev li
 libcli11-dev nlohmann-json3-dev libstb-dev libtinygltf-dev doctest-dev zlib1g-dev python3"
 # Without these the build works and says what it leaves out: the comparison with OpenSubdiv, a faster rebuild.
 optional="libosd-dev ccache"
+figures="python3-pil fonts-dejavu-core libmeshoptimizer-dev"
 for argument in "$@"; do
     case "$argument" in
         --bench) optional="$optional libcgal-dev libopenmesh-dev libmeshoptimizer-dev libbenchmark-dev libp4est-dev \
 libopenmpi-dev openmpi-bin" ;;
-        --figures) required="$required python3-pil fonts-dejavu-core libmeshoptimizer-dev" ;;
-        --ci) required="$required clang-format" ;;
+        --figures) required="$required $figures" ;;
+        --ci) required="$required clang-format $figures" ;;
         *) echo "usage: $0 [--bench] [--figures] [--ci]" >&2; exit 2 ;;
     esac
 done

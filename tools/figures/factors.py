@@ -50,10 +50,8 @@ class Drawing:
         most = max(abs(w) for _, w in parts)
         for place, w in parts:
             p.dot(at(place), BLUE if w > 0 else ORANGE, 3 + 4 * math.sqrt(abs(w) / most))
-        x, y = p.at(at(new))
-        r = 9 * 3
-        p.draw.ellipse((x - r, y - r, x + r, y + r), outline=RED, width=6)
-        taken = [(p.at(at(place)), 8) for place, _ in parts] + [((x, y), 10)]
+        p.ring(at(new), RED, 9, 2)
+        taken = [(p.pixel(at(place)), (8, 8)) for place, _ in parts] + [(p.pixel(at(new)), (10, 10))]
         for place, w in parts:
             label(p, at(place), fraction(w), taken)
         return p.picture()
@@ -61,23 +59,19 @@ class Drawing:
 
 def label(p, place, text, taken):
     """Below its dot, or above or beside it where that covers something. @param taken  middles and half sizes, pixels"""
-    x, y = p.at(place)
+    x, y = p.pixel(place)
     half = (4 + 4 * len(text), 8)
     best = None
     for dx, dy in ((0, 19), (0, -19), (half[0] + 10, 0), (-half[0] - 10, 0), (half[0], 16), (-half[0], 16), (half[0], -16), (-half[0], -16)):
-        cx, cy = x / 3 + dx, y / 3 + dy
+        cx, cy = x + dx, y + dy
         if not (half[0] < cx < p.size[0] - half[0] and half[1] < cy < p.size[1] - half[1]):
             continue
-        covered = 0
-        for (mx, my), size in taken:
-            w, h = size if isinstance(size, tuple) else (size, size)
-            covered += max(0, half[0] + w - abs(cx - mx / 3)) * max(0, half[1] + h - abs(cy - my / 3)) if abs(cx - mx / 3) < half[0] + w and abs(cy - my / 3) < half[1] + h else 0
+        covered = sum(max(0, half[0] + w - abs(cx - mx)) * max(0, half[1] + h - abs(cy - my)) for (mx, my), (w, h) in taken)
         if best is None or covered < best[0]:
-            best = (covered, cx, cy)
-    _, cx, cy = best
-    taken.append(((cx * 3, cy * 3), half))
-    box = ((cx - p.size[0] / 2) * 3 / p.scale + p.middle[0], -(cy - p.size[1] / 2) * 3 / p.scale + p.middle[1])
-    p.text(box, text, INK, 12)
+            best = (covered, dx, dy)
+    _, dx, dy = best
+    taken.append(((x + dx, y + dy), half))
+    p.text(place, text, INK, 12, (dx, dy))
 
 
 def checked(make, product, points, faces, scheme, option=None):

@@ -1,5 +1,6 @@
 """Contact sheets and drawings in the plane, with Pillow."""
 import math
+import sys
 
 from PIL import Image, ImageDraw, ImageFont
 
@@ -8,10 +9,7 @@ SAMPLES = 6  # per pixel and axis
 
 
 def font(size, bold=False):
-    try:
-        return ImageFont.truetype("DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf", size)
-    except OSError:
-        return ImageFont.load_default()
+    return ImageFont.truetype("DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf", size)
 
 
 class Sheet:
@@ -21,6 +19,8 @@ class Sheet:
         self.title, self.note, self.columns, self.cell, self.items = title, note, columns, cell, []
 
     def add(self, picture, caption):
+        if all(low == high for low, high in picture.convert("RGB").getextrema()):
+            sys.exit(f"figures: {self.title}: the picture of {caption!r} is blank")
         self.items.append((picture, caption))
 
     def save(self, path):
@@ -55,8 +55,13 @@ class Plane:
         self.middle = ((low[0] + high[0]) / 2, (low[1] + high[1]) / 2)
 
     def at(self, p):
+        """In samples."""
         return (self.image.width / 2 + (p[0] - self.middle[0]) * self.scale,
                 self.image.height / 2 - (p[1] - self.middle[1]) * self.scale)
+
+    def pixel(self, p):
+        """Where a point is in the finished picture."""
+        return tuple(c / SAMPLES for c in self.at(p))
 
     def polygon(self, points, fill):
         self.draw.polygon([self.at(p) for p in points], fill)
@@ -79,10 +84,16 @@ class Plane:
         r = radius * SAMPLES
         self.draw.ellipse((x - r, y - r, x + r, y + r), colour)
 
-    def text(self, p, text, colour=INK, size=13, below=0):
+    def ring(self, p, colour, radius, width):
+        """A circle's outline; radius and width in pixels."""
         x, y = self.at(p)
+        r = radius * SAMPLES
+        self.draw.ellipse((x - r, y - r, x + r, y + r), outline=colour, width=width * SAMPLES)
+
+    def text(self, p, text, colour=INK, size=13, offset=(0, 0)):
+        """The text's middle is at p, moved by the offset: pixels to the right and downwards."""
+        x, y = (c + SAMPLES * d for c, d in zip(self.at(p), offset))
         letters = font(size * SAMPLES)
-        y += below * SAMPLES
         box = self.draw.textbbox((x, y), text, letters, anchor="mm")
         self.draw.rectangle((box[0] - SAMPLES, box[1] - SAMPLES, box[2] + SAMPLES, box[3] + SAMPLES), "white")
         self.draw.text((x, y), text, colour, letters, anchor="mm")
