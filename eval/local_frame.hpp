@@ -2,6 +2,7 @@
 
 #include "tetrakis/hier/vec.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -14,12 +15,14 @@ struct LocalFrame {
     Vec3d origin{0.0};
     double scale = 1;
 
-    static LocalFrame of(const Box3d& box) {
+    static LocalFrame of(const Box3d& box) { return around(0.5 * box.lower + 0.5 * box.upper, box); }
+    /// The same with its origin at a point of the box.
+    static LocalFrame around(const Vec3d& origin, const Box3d& box) {
         LocalFrame frame;
         if (box.empty()) return frame;
-        frame.origin = 0.5 * box.lower + 0.5 * box.upper;
-        const Vec3d half = 0.5 * box.upper - 0.5 * box.lower;
-        const double extent = std::max({half.x, half.y, half.z});
+        frame.origin = origin;
+        const Vec3d reach = glm::max(box.upper - origin, origin - box.lower);
+        const double extent = std::max({reach.x, reach.y, reach.z});
         // Beyond these exponents the scale itself would leave the range of double.
         constexpr int k_largest_exponent = 1020;
         if (extent > 0) frame.scale = std::scalbn(1.0, std::min(-std::ilogb(extent) - 1, k_largest_exponent));

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 
@@ -23,12 +24,27 @@ struct TriangleBvh::State {
 
 namespace {
 
-// A local coordinate is at most 1 in size, so rounding it to float moves a vertex by at most sqrt(3) 2^-25.
-constexpr double k_vertex_rounding = 1.7320508075688774 * 0x1p-25;
+// Rounding to float moves a local coordinate c by at most 2^-24 |c|. Of a box at the distance d from a point whose
+// coordinates are at most r, the sides that the distance is taken to have coordinates of at most r + d: rounding moves
+// it by sqrt(3) 2^-24 r, and by a share of d that search_radius() allows for.
+constexpr double k_vertex_rounding = 1.7320508075688774 * 0x1p-24;
 
 // Points that one task looks up, and points between two progress reports.
 constexpr std::uint32_t k_point_grain = 256;
 constexpr std::size_t k_progress_block = 1 << 16;
+
+/// The median of each coordinate. Where a few vertices lie far away from all else, floats about it resolve all else.
+Vec3d median(std::span<const Vec3d> positions) {
+    Vec3d result{0.0};
+    std::vector<double> values(positions.size());
+    for (int axis = 0; axis < 3; ++axis) {
+        std::ranges::transform(positions, values.begin(), [&](const Vec3d& p) { return p[axis]; });
+        const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+        std::ranges::nth_element(values, middle);
+        result[axis] = *middle;
+    }
+    return result;
+}
 
 struct Search {
     const void* state;
@@ -101,8 +117,9 @@ TriangleBvh::TriangleBvh(std::span<const Vec3d> positions, std::span<const std::
                 throw Error(ErrorCode::invalid_input, fmt::format("vertex {} of triangle {} is not finite", v, t));
             state.bounds.add(p);
         }
-    state.frame = detail::LocalFrame::of(state.bounds);
     if (triangles.empty()) return;
+    state.frame =
+        detail::LocalFrame::around(glm::clamp(median(positions), state.bounds.lower, state.bounds.upper), state.bounds);
     RTCGeometry geometry = rtcNewGeometry(state.scene.device(), RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                                                  3 * sizeof(float), positions.size()));
@@ -146,7 +163,7 @@ ClosestPoint TriangleBvh::closest(const Vec3d& point, double max_distance) const
         query.x = static_cast<float>(local.x);
         query.y = static_cast<float>(local.y);
         query.z = static_cast<float>(local.z);
-        search.slack = glm::length(local - Vec3d(query.x, query.y, query.z)) + k_vertex_rounding;
+        search.slack = glm::length(local - Vec3d(query.x, query.y, query.z)) + k_vertex_rounding * reach;
         query.radius = detail::search_radius(max_distance * state.frame.scale, search.slack);
         RTCPointQueryContext context;
         rtcInitPointQueryContext(&context);

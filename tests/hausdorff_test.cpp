@@ -95,6 +95,37 @@ TEST_CASE("distances far below float resolution are exact") {
         }
 }
 
+TEST_CASE(
+    "a triangle far away from all else neither changes the closest points nor makes each search look everywhere") {
+    // To floats that reach the far triangle the whole sphere is in one place: 20'000 searches that look at all of its
+    // 20'000 triangles take 30 times as long as this test.
+    TriangleMesh mesh = shapes::sphere(100, 100, Vec3d(0.3, -0.2, 0.1), 1.0);
+    const TriangleBvh alone(mesh);
+    const TriangleMesh sphere = mesh;
+    const std::uint32_t far = static_cast<std::uint32_t>(mesh.positions.size());
+    const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
+    for (const Vec3d& p : {Vec3d(0, 0x1p32, 0), Vec3d(1, 0x1p32, 0), Vec3d(0, 0x1p32, 1)}) mesh.positions.push_back(p);
+    mesh.triangles.push_back({far, far + 1, far + 2});
+    const TriangleBvh bvh(mesh);
+    std::mt19937_64 random(20240119);
+    std::uniform_real_distribution<double> unit(-1.5, 1.5);
+    std::vector<Vec3d> points(20'000);
+    for (Vec3d& p : points) p = Vec3d(unit(random), unit(random), unit(random));
+    for (std::size_t i = 0; i < 1000; ++i) points[i] = sphere.positions[i];  // ties
+    std::vector<ClosestPoint> found(points.size()), expected(points.size());
+    bvh.closest(points, found);
+    alone.closest(points, expected);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        REQUIRE(found[i].triangle == expected[i].triangle);
+        REQUIRE(found[i].distance == expected[i].distance);
+        REQUIRE(found[i].point == expected[i].point);
+    }
+    CHECK(bvh.closest(Vec3d(0.1, 0x1.1p32, 0.1)).triangle == count);
+    CHECK(bvh.closest(Vec3d(0, 0, 0x1p100)).distance == 0x1p100);  // too far for squares of floats
+    CHECK(bvh.closest(points[7], found[7].distance).triangle == found[7].triangle);
+    CHECK_FALSE(bvh.closest(Vec3d(0.3, -0.2, 0.1), 0.9).found());
+}
+
 TEST_CASE("[inv10] batches give what single queries give, in any number of threads") {
     const TriangleMesh sphere = shapes::sphere(30, 60, Vec3d(0), 2.0);
     const TriangleBvh bvh(sphere);
