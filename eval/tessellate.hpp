@@ -18,7 +18,7 @@ struct HeightImage;  // eval/io/height_image.hpp
 enum class EstimatorKind {
     /// Cheap two-sided filters, then closest points and normal rays against the limit surface or a target. Of surfaces
     /// without patches: the limit points that each triangle's edges and inside have one and two levels further down.
-    embree,
+    measured,
     certified,  ///< refines until the certified bound itself is within the tolerance
 };
 
@@ -40,7 +40,7 @@ SchemeSupport scheme_support(const ControlMesh& mesh, const SchemeChoice& scheme
 struct TessellateOptions {
     SchemeChoice scheme = SchemeKind::catmull_clark;  ///< see scheme_support()
     RuleOptions rules{};                              ///< choices that the scheme's rules offer
-    EstimatorKind estimator = EstimatorKind::embree;
+    EstimatorKind estimator = EstimatorKind::measured;
     /// With the certified estimator: the sides of a leaf may slide over edges that hardly fold, instead of keeping to
     /// them (edge_slack.hpp). As well certified, for up to two thirds more time, and at tight tolerances up to half the
     /// triangles. Needs patches and a tolerance, and no max_triangles.

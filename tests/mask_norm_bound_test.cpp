@@ -258,7 +258,7 @@ TEST_CASE("[slow] [inv9] averaging is tessellated to a certified tolerance where
     REQUIRE(sure.certified_error);
     CHECK(*sure.certified_error <= sure.tolerance_absolute * (1 + 1e-9));
     CHECK(sure.measured_error->hausdorff <= *sure.certified_error * (1 + 1e-9));
-    options.estimator = EstimatorKind::embree;
+    options.estimator = EstimatorKind::measured;
     CHECK_FALSE(tessellate(mesh, options).certified_error);
     options.rules.averaging_steps = 3;
     options.estimator = EstimatorKind::certified;
@@ -284,6 +284,6 @@ TEST_CASE("[bad-input] tags that stay semi-sharp for long have no bound by mask 
     CHECK(*sure.certified_error <= sure.tolerance_absolute * (1 + 1e-9));
     CHECK(sure.measured_error->hausdorff <= *sure.certified_error);
     CHECK_FALSE(MaskNormBound<LoopFamily>::has(scheme, {}, many));
-    CHECK_FALSE(result(many, EstimatorKind::embree).certified_error);
+    CHECK_FALSE(result(many, EstimatorKind::measured).certified_error);
     CHECK_THROWS_WITH_AS(result(many, EstimatorKind::certified), doctest::Contains("semi-sharp"), Error);
 }

@@ -18,7 +18,7 @@ using namespace tetrakis;
 namespace {
 
 constexpr SchemeKind k_schemes[] = {SchemeKind::catmull_clark, SchemeKind::loop};
-constexpr EstimatorKind k_estimators[] = {EstimatorKind::embree, EstimatorKind::certified};
+constexpr EstimatorKind k_estimators[] = {EstimatorKind::measured, EstimatorKind::certified};
 
 double diagonal(const ControlMesh& mesh) { return bounding_box(mesh.positions()).diagonal(); }
 
@@ -91,7 +91,7 @@ TEST_CASE("[inv1] [inv3] tessellations are conforming, with vertices at limits t
     for (const SchemeKind scheme : k_schemes)
         for (const EstimatorKind estimator : k_estimators)
             for (const std::uint64_t seed : test::seeds(14)) {
-                INFO(name(scheme), estimator == EstimatorKind::embree ? ", embree" : ", certified");
+                INFO(name(scheme), estimator == EstimatorKind::measured ? ", measured" : ", certified");
                 CAPTURE(seed);
                 const ControlMesh mesh = make_mesh(scheme, seed);
                 TessellateOptions options;
@@ -125,7 +125,7 @@ TEST_CASE("[slow] [inv9] measured <= certified, and certified <= tolerance with 
     for (const SchemeKind scheme : k_schemes)
         for (const EstimatorKind estimator : k_estimators)
             for (const std::uint64_t seed : test::seeds(5)) {
-                INFO(name(scheme), estimator == EstimatorKind::embree ? ", embree" : ", certified");
+                INFO(name(scheme), estimator == EstimatorKind::measured ? ", measured" : ", certified");
                 CAPTURE(seed);
                 const ControlMesh mesh = make_mesh(scheme, seed + 100);
                 TessellateOptions options;
@@ -174,7 +174,7 @@ TEST_CASE("[inv10] the same bytes for 1 to 4 threads, and from run to run") {
     for (const SchemeKind scheme : k_schemes)
         for (const EstimatorKind estimator : k_estimators)
             for (const bool budget : {false, true}) {
-                INFO(name(scheme), estimator == EstimatorKind::embree ? ", embree" : ", certified",
+                INFO(name(scheme), estimator == EstimatorKind::measured ? ", measured" : ", certified",
                      budget ? ", budget" : "");
                 const ControlMesh mesh = make_mesh(scheme, 8);
                 TessellateOptions options;

@@ -376,7 +376,7 @@ TEST_CASE("[inv9] linear schemes: certified by their polynomials, and coarse whe
     const ControlMesh cube = mesh_for(*find_scheme("bilinear"),
                                       "v -1 -1 -1\nv 1 -1 -1\nv -1 1 -1\nv 1 1 -1\nv -1 -1 1\nv 1 -1 1\nv -1 1 1\n"
                                       "v 1 1 1\nf 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 4 3 7 8\nf 3 1 5 7\nf 2 4 8 6\n");
-    for (const EstimatorKind estimator : {EstimatorKind::embree, EstimatorKind::certified}) {
+    for (const EstimatorKind estimator : {EstimatorKind::measured, EstimatorKind::certified}) {
         const Tessellation flat = tessellate(
             cube, {.scheme = "bilinear", .estimator = estimator, .tolerance = 1e-3, .measure_samples = k_samples});
         CHECK(flat.mesh.triangles.size() == 12);
@@ -681,7 +681,7 @@ TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use inst
     const std::string uncertified = refusal(code, [&] {
         tessellate(mesh, {.scheme = "biquartic", .estimator = EstimatorKind::certified, .tolerance = 1e-2});
     });
-    CHECK(has(uncertified, "embree estimator"));
+    CHECK(has(uncertified, "measured estimator"));
     for (const SchemeInfo& scheme : scheme_table()) {
         CAPTURE(scheme.name);
         if (scheme_support(scheme.name).certified) CHECK(has(uncertified, scheme.name.data()));

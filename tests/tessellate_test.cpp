@@ -99,7 +99,7 @@ TEST_CASE("[slow] [inv9] a cube meets tolerances of 3e-5, certified, and 2e-6") 
     CHECK(certified.tolerance_reached);
     CHECK(*certified.certified_error <= certified.tolerance_absolute);
     CHECK(certified.measured_error->hausdorff <= *certified.certified_error);
-    options.estimator = EstimatorKind::embree;
+    options.estimator = EstimatorKind::measured;
     options.tolerance = 2e-6;
     const Tessellation measured = tessellate(mesh, options);
     CHECK(measured.tolerance_reached);
@@ -134,12 +134,12 @@ TEST_CASE("[slow] [inv3] [inv9] valence 2, darts, poles, holes, creases: the ref
         INFO(shape);
         const std::string name = shape;
         const ControlMesh mesh = load_control_mesh(*folder / (name + ".obj"), {.repair = true});
-        for (const EstimatorKind estimator : {EstimatorKind::embree, EstimatorKind::certified}) {
+        for (const EstimatorKind estimator : {EstimatorKind::measured, EstimatorKind::certified}) {
             TessellateOptions options;
             options.scheme = name.starts_with("loop") ? SchemeKind::loop : SchemeKind::catmull_clark;
             options.estimator = estimator;
             options.tolerance = 1e-2;
-            options.measure = estimator == EstimatorKind::embree;
+            options.measure = estimator == EstimatorKind::measured;
             options.measure_samples = 100'000;
             const Tessellation result = tessellate(mesh, options);
             check_conforming(mesh, result);
@@ -489,7 +489,7 @@ TEST_CASE("options that cannot be meant are refused with advice") {
     refuse(cube, "levels must be", [](auto& o) { o.min_level = 3, o.max_level = 2; });
     refuse(bare, "texture coordinates", [&](auto& o) { o.displacement = &image; });
     refuse(cube, "amplitude", [&](auto& o) { o.displacement = &image, o.amplitude = std::nan(""); });
-    refuse(cube, "use the embree estimator",
+    refuse(cube, "use the measured estimator",
            [&](auto& o) { o.displacement = &image, o.estimator = EstimatorKind::certified; });
     refuse(cube, "no triangles", [&](auto& o) { o.target = &empty; });
     refuse(cube, "uses vertex 2, but there are 2 vertices", [&](auto& o) { o.target = &broken; });
@@ -535,7 +535,7 @@ TEST_CASE("the certified estimator leaves room for the rounding of written float
     }
     options.tolerance = 1e-7;      // coordinates up to 3 in floats: off by up to 3e-7
     options.max_triangles = 2000;  // what matters is said before any refinement
-    for (const EstimatorKind kind : {EstimatorKind::certified, EstimatorKind::embree}) {
+    for (const EstimatorKind kind : {EstimatorKind::certified, EstimatorKind::measured}) {
         options.estimator = kind;
         const Tessellation result = tessellate(mesh, options);
         CHECK(!result.tolerance_reached);
