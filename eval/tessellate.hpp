@@ -63,8 +63,11 @@ struct TessellateOptions {
     /// Vertices are split for shading, in TriangleMesh::triangle_normals alone, where a limit normal is farther than
     /// this off its triangle, as on roundings tighter than the tolerance. At infinitely sharp edges they always are.
     double crease_degrees = 30;
-    bool uvs = true;      ///< carry the UV layer over, where there is one
-    bool measure = true;  ///< measure the result at the end (symmetric Hausdorff, mean, RMS)
+    bool uvs = true;  ///< carry the UV layer over, where there is one
+    /// Measure the result at the end (symmetric Hausdorff, mean, RMS); with the measured estimator what is found to be
+    /// off the tolerance is split and measured again. Takes many times what tessellating takes. A target that reaches
+    /// beyond the mesh is found by this alone.
+    bool measure = false;
     /// Samples that measuring aims at, each way: a lattice on every triangle, of at least 3 and at most 24 intervals a
     /// side (some 300 points). Against limit points, half as many, spread as compare() does.
     std::uint64_t measure_samples = 500'000;
@@ -92,6 +95,8 @@ struct Tessellation {
     std::vector<float>
         triangle_error;  ///< T: the error of each triangle, measured or else estimated, unit of the model
     double tolerance_absolute = std::numeric_limits<double>::infinity();
+    /// No estimate is above the tolerance, and neither is what was measured and what the certified estimator certifies.
+    /// With the measured estimator and without TessellateOptions::measure the samples that refinement took say so.
     bool tolerance_reached = true;
     /// Upper bound on the distance between mesh and limit surface, both directions; empty with target or displacement,
     /// and for schemes without a bound (see scheme_support()).

@@ -237,8 +237,11 @@ TEST_CASE("[inv9] [slow] dual schemes keep to a certified tolerance") {
             INFO("scheme ", std::string(name));
             CAPTURE(creased);
             const ControlMesh mesh = random_dual_net(4, creased);
-            TessellateOptions options{
-                .scheme = name, .estimator = EstimatorKind::certified, .tolerance = 1e-2, .measure_samples = 50'000};
+            TessellateOptions options{.scheme = name,
+                                      .estimator = EstimatorKind::certified,
+                                      .tolerance = 1e-2,
+                                      .measure = true,
+                                      .measure_samples = 50'000};
             const Tessellation sure = tessellate(mesh, options);
             REQUIRE(sure.certified_error);
             CHECK(sure.tolerance_reached);
