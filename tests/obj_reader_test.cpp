@@ -339,6 +339,15 @@ TEST_CASE("what is left out or filled in is a warning") {
     CHECK(mesh.warnings().size() == 6);
 }
 
+TEST_CASE("vertex colours are said to be left out, once") {
+    const ControlMeshData data =
+        parse("v 0 0 0 1 0 0\nv 1 0 0 1 0.5 0\nv 1 1 0 1 1 0 0\nv 0 1 0\nv 2 2 2 1\nf 1 2 3 4\n");
+    REQUIRE(data.warnings.size() == 1);
+    CHECK(data.warnings[0] ==
+          data.source + ": vertex colours are not carried over (3 vertices have one, the first is on line 1)");
+    CHECK(parse(k_square + "f 1 2 3 4\n").warnings.empty());
+}
+
 TEST_CASE("repair while reading reports each repair") {
     const ControlMeshData data = parse(k_square + "v 0 nan 0\nf 1 2 3\nf 2 3 1\nf 1 3 5\nf 3 4\nf 1 2 -9\n", true);
     CHECK(data.face_offsets.size() == 2);
