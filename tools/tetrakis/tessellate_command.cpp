@@ -33,7 +33,8 @@ struct TessellateCommandOptions {
     RuleOptionFlags rules;
     TessellateOptions tessellate;
     std::optional<double> amplitude;
-    bool no_measure = false, repair = false;
+    ReadOptions read;
+    bool no_measure = false;
     RenderOptions render;
     bool samples_given = false;
     std::string view_option;  ///< of --size, --camera and --up one that is given, or empty
@@ -206,7 +207,7 @@ TriangleMesh read_target(const std::filesystem::path& path, const RunContext& co
 ExitCode run_checked(TessellateCommandOptions& options) {
     Run process(options.run);
     const RunContext& context = process.context();
-    LoadedModel model = load_model(options.input, options.repair, context);
+    LoadedModel model = load_model(options.input, options.read, context);
     const std::uint64_t faces = model.mesh.face_count();
     const Stopwatch prepare;
     prepare_for(options.tessellate.scheme.info(), model.mesh, context);
@@ -354,7 +355,7 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
         ->type_name("N")
         ->capture_default_str()
         ->check(CLI::Range(std::uint64_t{1}, k_most_samples));
-    command->add_flag("--repair", options->repair, "Mend what can be mended safely, and say what was done");
+    add_read_options(*command, options->read);
     command->add_option("--report", options->report, "Write figures as JSON")->type_name("R.json");
     command->add_option("--image", options->image, "Draw the result with its wireframe")->type_name("I.png");
     command->add_option("--image-heat", options->heat_image, "Draw the result coloured by its error")
