@@ -149,13 +149,14 @@ class Repair {
         source_face_.resize(face_count());
         std::iota(source_face_.begin(), source_face_.end(), 0u);
         const std::vector<std::uint32_t> first = welded(data_.positions, distance);
-        std::vector<std::uint8_t> joined(first.size(), 0);
-        std::uint64_t gone = 0, places = 0;
+        std::vector<std::uint8_t> has_others(first.size(), 0);
+        std::uint64_t gone = 0;
         for (std::uint32_t v = 0; v < first.size(); ++v)
             if (first[v] != v) {
                 ++gone;
-                places += joined[first[v]]++ == 0 ? 1 : 0;
+                has_others[first[v]] = 1;
             }
+        const auto places = static_cast<std::uint64_t>(std::ranges::count(has_others, 1));
         if (gone == 0) return {};
         report("joined {} vertices at {} places", gone + places, places);
         drop_misfit_layers();

@@ -343,6 +343,10 @@ TEST_CASE("welding within a distance joins what chains of such steps reach, and 
         CHECK(weld(data, distance).size() == 1);
         CHECK(data.positions == wanted);
     }
+    ControlMeshData data;
+    data.face_offsets = {0};
+    data.positions.assign(600, {1, 2, 3});
+    CHECK(weld(data) == std::vector<std::string>{"joined 600 vertices at 1 places"});
 }
 
 TEST_CASE("corners that fall together are taken out, with faces and tags that are then nothing") {

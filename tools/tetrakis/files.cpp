@@ -41,7 +41,8 @@ void add_read_options(CLI::App& command, ReadOptions& options) {
         ->type_name("[DISTANCE]")
         ->expected(0, 1)
         ->default_str("0")
-        ->check(number_check("a distance of 0 or more", [](double x) { return x >= 0; }));
+        ->check(number_check("a distance of 0 or more (give the model before --weld, or write --weld=0)",
+                             [](double x) { return x >= 0; }));
     command.add_flag("--repair", options.repair, "Mend what can be mended safely, and say what was done");
 }
 
