@@ -22,8 +22,8 @@ using Kind = MeshFaultKind;
 constexpr std::uint32_t k_scan_block = 16384;
 // Corner counts up to which comparing all pairs beats sorting.
 constexpr std::uint32_t k_small_face = 16;
-// Boundary edges, of which one that lies on another is enough for a warning that the faces share no vertices.
-constexpr std::uint64_t k_edges_to_one_unwelded = 10;
+// Of so many boundary edges one has to lie on another for a warning: a few that do may be meant.
+constexpr std::uint64_t k_edges_to_one_unwelded = 4;
 // Twice the area over the perimeter squared, below which a face is a line as far as doubles can tell.
 constexpr double k_zero_area = 1e-14;
 
