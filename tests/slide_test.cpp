@@ -268,7 +268,8 @@ TEST_CASE("[slow] [inv9] where a level stops a mesh that slides, its certified e
                 INFO(name(scheme));
                 CAPTURE(seed);
                 CAPTURE(level);
-                TessellateOptions options{.measure = true};
+                TessellateOptions options;
+                options.measure = true;
                 options.scheme = scheme;
                 options.estimator = EstimatorKind::certified;
                 options.tolerance = 1e-3;
@@ -326,7 +327,8 @@ TEST_CASE("[inv9] certified errors of meshes that the measured estimator made kn
     for (std::uint32_t i = 0; i < n; ++i) data.face_vertices.push_back(i);
     data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
     const ControlMesh mesh = ControlMesh::build(std::move(data));
-    TessellateOptions options{.measure = true};
+    TessellateOptions options;
+    options.measure = true;
     options.tolerance = 1e-3;
     options.min_level = 2;
     const Tessellation result = tessellate(mesh, options);
@@ -337,7 +339,8 @@ TEST_CASE("[inv9] certified errors of meshes that the measured estimator made kn
 TEST_CASE("sliding needs the certified estimator, a tolerance alone, and patches") {
     const ControlMesh mesh = make_mesh(SchemeKind::loop, 300);
     const auto refused = [&](auto&& change, ErrorCode code) {
-        TessellateOptions options{.measure = true};
+        TessellateOptions options;
+        options.measure = true;
         options.scheme = SchemeKind::loop;
         options.estimator = EstimatorKind::certified;
         options.tolerance = 0.01;

@@ -96,7 +96,8 @@ TEST_CASE("[slow] [inv9] narrow rounded creases within a leaf are seen: the rook
     const auto folder = shared_data::folder("data/osd-shapes");
     if (!folder) return;
     const ControlMesh mesh = ControlMesh::build(read_obj(*folder / "catmark_rook.obj", {.repair = true}));
-    TessellateOptions options{.measure = true};
+    TessellateOptions options;
+    options.measure = true;
     options.scheme = SchemeKind::catmull_clark;
     options.tolerance = 1e-4;
     options.normals = options.uvs = false;

@@ -128,7 +128,8 @@ TEST_CASE("[slow] [inv9] measured <= certified, and certified <= tolerance with 
                 INFO(name(scheme), estimator == EstimatorKind::measured ? ", measured" : ", certified");
                 CAPTURE(seed);
                 const ControlMesh mesh = make_mesh(scheme, seed + 100);
-                TessellateOptions options{.measure = true};
+                TessellateOptions options;
+                options.measure = true;
                 options.scheme = scheme;
                 options.estimator = estimator;
                 options.tolerance = 0.02;
@@ -154,7 +155,8 @@ TEST_CASE("[slow] [inv9] certified bounds hold where a level or a budget stops t
                 INFO(name(scheme), budget ? ", budget" : ", level");
                 CAPTURE(seed);
                 const ControlMesh mesh = make_mesh(scheme, seed + 30);
-                TessellateOptions options{.measure = true};
+                TessellateOptions options;
+                options.measure = true;
                 options.scheme = scheme;
                 options.estimator = EstimatorKind::certified;
                 options.tolerance = 1e-4;
@@ -195,7 +197,8 @@ TEST_CASE("[inv10] the same bytes for 1 to 4 threads, and from run to run") {
 
 TEST_CASE("[inv10] measurements do not depend on the number of threads") {
     const ControlMesh mesh = make_mesh(SchemeKind::catmull_clark, 12);
-    TessellateOptions options{.measure = true};
+    TessellateOptions options;
+    options.measure = true;
     options.tolerance = 0.03;
     RunContext one, three;
     one.threads = 1, three.threads = 3;
@@ -216,7 +219,8 @@ TEST_CASE("[slow] a budget of triangles is never exceeded, and the error falls a
             std::size_t fewest = 0;
             for (const std::uint64_t most : {200, 400, 801, 1600, 3203}) {
                 CAPTURE(most);
-                TessellateOptions options{.measure = true};
+                TessellateOptions options;
+                options.measure = true;
                 options.scheme = scheme;
                 options.max_triangles = most;
                 options.measure_samples = 100'000;

@@ -91,7 +91,8 @@ TEST_CASE("[slow] [inv9] a cube meets tolerances of 3e-5, certified, and 2e-6") 
     ControlMeshData data = parse_obj(cube_text(), "cube.obj");
     data.holes = {0, 1, 2, 3, 4};  // one face tells as much as six
     const ControlMesh mesh = ControlMesh::build(std::move(data));
-    TessellateOptions options{.measure = true};
+    TessellateOptions options;
+    options.measure = true;
     options.uvs = false;
     options.estimator = EstimatorKind::certified;
     options.tolerance = 3e-5;
@@ -177,7 +178,8 @@ TEST_CASE("a hole of the control mesh over a target of two large triangles is se
     TriangleMesh square;
     square.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
     square.triangles = {{0, 1, 2}, {0, 2, 3}};
-    TessellateOptions options{.measure = true};
+    TessellateOptions options;
+    options.measure = true;
     options.tolerance = 2e-3;
     options.target = &square;
     const Tessellation result = tessellate(frame, options);
@@ -208,7 +210,8 @@ TEST_CASE("a control mesh is projected onto a target within the tolerance") {
         }
         sphere.triangles.push_back({at(rings - 1, s), last, at(rings - 1, s + 1)});
     }
-    TessellateOptions options{.measure = true};
+    TessellateOptions options;
+    options.measure = true;
     options.tolerance = 0.01;
     options.target = &sphere;
     options.measure_samples = 50'000;
@@ -264,7 +267,8 @@ TEST_CASE("what of a target the projection does not reach counts as error") {
         target.triangles.push_back({v, v + 1, v + 2});
         target.triangles.push_back({v, v + 2, v + 3});
     }
-    TessellateOptions options{.measure = true};
+    TessellateOptions options;
+    options.measure = true;
     options.tolerance = 0.01;
     options.target = &target;
     const Tessellation result = tessellate(mesh, options);
@@ -282,7 +286,8 @@ TEST_CASE("what of a target the projection does not reach counts as error") {
 TEST_CASE("a displacement stands on the limit surface along its normal") {
     const ControlMesh mesh = ControlMesh::build(grid(4, false));
     const HeightImage image = waves();
-    TessellateOptions options{.measure = true};
+    TessellateOptions options;
+    options.measure = true;
     options.tolerance = 2e-3;
     options.displacement = &image;
     options.amplitude = 0.1;
@@ -323,7 +328,8 @@ TEST_CASE("[slow] [inv3] a displacement opens no crack at seams and creases") {
                                        {3u, 7u}})
                 data.creases.push_back({a, b, 10});
         const ControlMesh mesh = ControlMesh::build(std::move(data));
-        TessellateOptions options{.measure = true};
+        TessellateOptions options;
+        options.measure = true;
         options.tolerance = 0.02;
         options.displacement = &image;
         options.amplitude = 0.1;
@@ -445,7 +451,8 @@ TEST_CASE("materials and groups of the control faces go with their triangles") {
 
 TEST_CASE("a cancelled or too large tessellation throws") {
     const ControlMesh mesh = parse(cube_text());
-    TessellateOptions options{.measure = true};
+    TessellateOptions options;
+    options.measure = true;
     options.tolerance = 1e-4;
     for (const int after : {0, 1, 2, 4, 7}) {
         CAPTURE(after);
@@ -513,7 +520,8 @@ TEST_CASE("absolute tolerances, and the rounding of written floats") {
     ControlMeshData data = parse_obj(cube_text(), "cube.obj");
     for (Vec3d& p : data.positions) p = p * 3.0 + Vec3d(1000, 0, 0);
     const ControlMesh mesh = ControlMesh::build(std::move(data));
-    TessellateOptions options{.measure = true};
+    TessellateOptions options;
+    options.measure = true;
     options.tolerance = 0.02;
     options.tolerance_is_absolute = true;
     const Tessellation result = tessellate(mesh, options);
@@ -577,7 +585,8 @@ TEST_CASE("mean and RMS are of actual distances also where Newton's method gets 
         ControlMeshData data = grid(6, false);
         for (std::uint32_t v = 0; v < data.positions.size(); ++v)
             data.positions[v] = {k_column[v % 7], v / 7, ripple * std::sin(v)};
-        TessellateOptions options{.measure = true};
+        TessellateOptions options;
+        options.measure = true;
         options.tolerance = 0.1;
         const auto measured = tessellate(ControlMesh::build(std::move(data)), options).measured_error;
         REQUIRE(measured);
@@ -588,7 +597,8 @@ TEST_CASE("mean and RMS are of actual distances also where Newton's method gets 
 }
 
 TEST_CASE("isolated vertices weigh nothing in a relative tolerance") {
-    TessellateOptions options{.measure = true};
+    TessellateOptions options;
+    options.measure = true;
     options.tolerance = 1e-2;
     const Tessellation a = tessellate(parse(cube_text()), options);
     ControlMeshData data = parse_obj(cube_text(), "cube.obj");
@@ -606,7 +616,8 @@ TEST_CASE("[bad-input] coordinates are as large as their fourth powers allow, or
         for (Vec3d& p : data.positions) p *= factor;
         return data;
     };
-    TessellateOptions options{.measure = true};
+    TessellateOptions options;
+    options.measure = true;
     options.tolerance = 1e-2;
     const Tessellation small = tessellate(ControlMesh::build(scaled(1)), options);
     const Tessellation large = tessellate(ControlMesh::build(scaled(1e55)), options);
@@ -648,7 +659,8 @@ TEST_CASE("[inv3] beside an interior vertex of valence 2 no edge has more than t
 
 TEST_CASE("[inv9] a certified tolerance is met under a budget that is large enough") {
     const ControlMesh mesh = parse(cube_text());
-    TessellateOptions options{.measure = true};
+    TessellateOptions options;
+    options.measure = true;
     options.estimator = EstimatorKind::certified;
     for (const double tolerance : {0.3, 0.1, 3e-2, 1e-2}) {
         CAPTURE(tolerance);
@@ -663,7 +675,8 @@ TEST_CASE("[inv9] a certified tolerance is met under a budget that is large enou
 
 TEST_CASE("[bad-input] a model too small for its squares is refused") {
     const ControlMesh mesh = parse("v 0 0 0\nv 1e-80 0 0\nv 1e-80 1e-80 0\nv 0 1e-80 0\nf 1 2 3 4\n");
-    TessellateOptions options{.measure = true};
+    TessellateOptions options;
+    options.measure = true;
     options.tolerance = 1e-3;
     CHECK(code_of([&] { tessellate(mesh, options); }, "scale it up") == ErrorCode::invalid_input);
 }
