@@ -744,7 +744,8 @@ TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use inst
             stages.emplace(stage);
             return stage != "measure";
         };
-        refusal(ErrorCode::cancelled, [&] { tessellate(mesh, {.scheme = name, .tolerance = 1e-2}, impatient); });
+        refusal(ErrorCode::cancelled,
+                [&] { tessellate(mesh, {.scheme = name, .tolerance = 1e-2, .measure = true}, impatient); });
         CHECK(stages.count("refine") == 1);
     }
 }
