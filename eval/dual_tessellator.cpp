@@ -62,7 +62,7 @@ class DualTessellator {
             bound_.emplace(points_, options.scheme.info(), forest_.roots(), mesh.bounding_box());
         if (certified() && !bound_)
             throw Error(ErrorCode::unsupported,
-                        "there is no certified bound where " + std::string(no_bound) + "; use the embree estimator",
+                        "there is no certified bound where " + std::string(no_bound) + "; use the measured estimator",
                         mesh.data().source);
     }
 

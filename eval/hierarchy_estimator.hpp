@@ -28,6 +28,7 @@ class HierarchyEstimator final : public ErrorEstimator {
     /// @param tolerance  what errors will be compared with: of those above it, it is known only that they are, which
     ///                   is cheaper. 0: all are as seen
     HierarchyEstimator(const Hierarchy& hierarchy, double tolerance);
+    HierarchyEstimator(const Hierarchy&&, double) = delete;
 
     /// @throws Error  unsupported: a limit that the scheme has no mask for
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;

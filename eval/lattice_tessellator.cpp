@@ -156,7 +156,7 @@ class LatticeTessellator {
             throw Error(
                 ErrorCode::unsupported,
                 "there is no certified bound where edges or vertices are semi-sharp for more than 6 levels; use "
-                "the embree estimator, or tag them 10 (sharp for good) or at most 6",
+                "the measured estimator, or tag them 10 (sharp for good) or at most 6",
                 mesh_.data().source);
         if (!certified) aim_ *= k_sampled_aim;
         result_.seconds.build = watch.lap();

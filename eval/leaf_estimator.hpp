@@ -13,7 +13,7 @@ namespace tetrakis {
 
 /// The two estimators of DESIGN 3.7 for leaves of one family.
 ///
-/// certified: the certified bound itself. embree: the bound where it accepts; else the deviation of samples from the
+/// certified: the certified bound itself. measured: the bound where it accepts; else the deviation of samples from the
 /// triangle's plane (two-sided, see PlaneMeasure) and, where tangential drift makes the way back doubtful, the leaf's
 /// own samples and Newton's method for a closest point; ever more samples towards creases of finite sharpness. Edges on
 /// boundaries and hard creases are measured against themselves. With a target mesh or a displacement everything is

@@ -181,7 +181,7 @@ Tessellation tessellate_by_levels(const ControlMesh& mesh, const TessellateOptio
     if (options.estimator == EstimatorKind::certified)
         throw Error(ErrorCode::unsupported,
                     "there is no certified bound for " + scheme + " on this mesh: " + why_not_adaptive +
-                        "; use the embree estimator",
+                        "; use the measured estimator",
                     mesh.data().source);
     Tessellation result = tessellate_by_levels(mesh, options, context);
     result.warnings.insert(result.warnings.begin(),

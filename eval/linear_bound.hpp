@@ -19,6 +19,7 @@ class LinearBound final : public SurfaceBound {
     /// @param mesh    lives longer
     /// @param scheme  is_linear()
     LinearBound(const ControlMesh& mesh, const SchemeInfo& scheme);
+    LinearBound(const ControlMesh&&, const SchemeInfo&) = delete;
 
     double bound(const CellTriangle& triangle) const;
     /// Of a face cut along its diagonals; infinite for more than four corners that are no flat convex polygon.

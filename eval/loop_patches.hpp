@@ -23,6 +23,7 @@ class LoopPatches {
     /// @throws Error  invalid_input: a face is not a triangle; unsupported: corner angles; memory_limit where the
     /// context's limit would be exceeded
     explicit LoopPatches(const ControlMesh& mesh, const RunContext& context = {});
+    explicit LoopPatches(const ControlMesh&&, const RunContext& = {}) = delete;
     ~LoopPatches();
     LoopPatches(const LoopPatches&) = delete;
     LoopPatches& operator=(const LoopPatches&) = delete;

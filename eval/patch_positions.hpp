@@ -20,6 +20,7 @@ class PatchPositions final : public PositionSource {
   public:
     /// @throws Error  invalid_input: Loop, and a face is not a triangle; memory_limit
     PatchPositions(const ControlMesh& mesh, SchemeKind scheme, const RunContext& context = {});
+    PatchPositions(const ControlMesh&&, SchemeKind, const RunContext& = {}) = delete;
 
     /// @param sites  of corner cells (Catmull-Clark) or face triangles (Loop), of levels up to k_max_level
     void positions(std::span<const Site> sites, std::span<Vec3d> out) const override;

@@ -19,6 +19,7 @@ class QuadPatches {
   public:
     /// O(H). @throws Error unsupported: corner angles; memory_limit where the context's limit would be exceeded.
     explicit QuadPatches(const ControlMesh& mesh, const RunContext& context = {});
+    explicit QuadPatches(const ControlMesh&&, const RunContext& = {}) = delete;
     ~QuadPatches();
 
     const ControlMesh& mesh() const { return mesh_; }

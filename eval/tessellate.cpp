@@ -58,7 +58,7 @@ void check(const ControlMesh& mesh, const TessellateOptions& options) {
         refuse("the amplitude of the displacement must be a finite number");
     if (options.estimator == EstimatorKind::certified && (options.target || options.displacement))
         refuse(
-            "the certified estimator bounds the limit surface itself; use the embree estimator with a target or a "
+            "the certified estimator bounds the limit surface itself; use the measured estimator with a target or a "
             "displacement");
     if (options.slide &&
         (options.estimator != EstimatorKind::certified || !options.tolerance || options.max_triangles != 0))
@@ -90,7 +90,7 @@ class Tessellator {
         typename Family::Hierarchy hierarchy(mesh_);
         context_.report("build", 0.9);
         // Built on demand, by whatever thread needs them, these could not be cancelled.
-        if (map_.plain() && options_.estimator == EstimatorKind::embree && mesh_.halfedge_count() > k_many_roots)
+        if (map_.plain() && options_.estimator == EstimatorKind::measured && mesh_.halfedge_count() > k_many_roots)
             closest_->prepare(context_);
         const LeafEstimator<Family> estimator(map_, *closest_, options_.estimator, aim_, options_.slide);
         const detail::RefineProgress progress(context_, options_.max_triangles,

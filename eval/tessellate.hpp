@@ -18,7 +18,7 @@ struct HeightImage;  // eval/io/height_image.hpp
 enum class EstimatorKind {
     /// Cheap two-sided filters, then closest points and normal rays against the limit surface or a target. Of surfaces
     /// without patches: the limit points that each triangle's edges and inside have one and two levels further down.
-    embree,
+    measured,
     certified,  ///< refines until the certified bound itself is within the tolerance
 };
 
@@ -40,7 +40,7 @@ SchemeSupport scheme_support(const ControlMesh& mesh, const SchemeChoice& scheme
 struct TessellateOptions {
     SchemeChoice scheme = SchemeKind::catmull_clark;  ///< see scheme_support()
     RuleOptions rules{};                              ///< choices that the scheme's rules offer
-    EstimatorKind estimator = EstimatorKind::embree;
+    EstimatorKind estimator = EstimatorKind::measured;
     /// With the certified estimator: the sides of a leaf may slide over edges that hardly fold, instead of keeping to
     /// them (edge_slack.hpp). As well certified, for up to two thirds more time, and at tight tolerances up to half the
     /// triangles. Needs patches and a tolerance, and no max_triangles.
@@ -63,8 +63,11 @@ struct TessellateOptions {
     /// Vertices are split for shading, in TriangleMesh::triangle_normals alone, where a limit normal is farther than
     /// this off its triangle, as on roundings tighter than the tolerance. At infinitely sharp edges they always are.
     double crease_degrees = 30;
-    bool uvs = true;      ///< carry the UV layer over, where there is one
-    bool measure = true;  ///< measure the result at the end (symmetric Hausdorff, mean, RMS)
+    bool uvs = true;  ///< carry the UV layer over, where there is one
+    /// Measure the result at the end (symmetric Hausdorff, mean, RMS); with the measured estimator what is found to be
+    /// off the tolerance is split and measured again. Takes many times what tessellating takes. A target that reaches
+    /// beyond the mesh is found by this alone.
+    bool measure = false;
     /// Samples that measuring aims at, each way: a lattice on every triangle, of at least 3 and at most 24 intervals a
     /// side (some 300 points). Against limit points, half as many, spread as compare() does.
     std::uint64_t measure_samples = 500'000;
@@ -92,6 +95,8 @@ struct Tessellation {
     std::vector<float>
         triangle_error;  ///< T: the error of each triangle, measured or else estimated, unit of the model
     double tolerance_absolute = std::numeric_limits<double>::infinity();
+    /// No estimate is above the tolerance, and neither is what was measured and what the certified estimator certifies.
+    /// With the measured estimator and without TessellateOptions::measure the samples that refinement took say so.
     bool tolerance_reached = true;
     /// Upper bound on the distance between mesh and limit surface, both directions; empty with target or displacement,
     /// and for schemes without a bound (see scheme_support()).

@@ -31,7 +31,7 @@ void check_scheme(const TessellateOptions& options) {
         throw Error(
             ErrorCode::unsupported,
             "there is no certified bound for " + name +
-                ": its limit is known at points alone; use the embree estimator, or one of catmull-clark, loop, "
+                ": its limit is known at points alone; use the measured estimator, or one of catmull-clark, loop, "
                 "tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, averaging in an even number of steps, "
                 "doo-sabin, doo-sabin-cc, midedge, midedge-simplest, bilinear, midpoint");
 }

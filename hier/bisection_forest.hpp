@@ -51,6 +51,7 @@ class BisectionForest {
     /// All roots as leaves. Keeps a reference to the mesh. O(H).
     /// @throws Error memory_limit: more vertices and faces than points can be numbered
     explicit BisectionForest(const ControlMesh& mesh);
+    explicit BisectionForest(const ControlMesh&&) = delete;
 
     const ControlMesh& mesh() const { return *mesh_; }
 

@@ -138,6 +138,7 @@ class ControlMeshBuilder {
         const auto isolated = std::ranges::count(mesh_.vertex_halfedge_, HalfedgeId::none);
         for (std::string& oddity : detail::find_oddities(data, static_cast<std::uint64_t>(isolated)))
             mesh_.warnings_.push_back(std::move(oddity));
+        if (const auto oddity = detail::unwelded_edges(data, mesh_.twin_)) mesh_.warnings_.push_back(*oddity);
         if (const auto oddity = detail::idle_angles(data, angles)) mesh_.warnings_.push_back(*oddity);
     }
 

@@ -22,6 +22,8 @@ using Kind = MeshFaultKind;
 constexpr std::uint32_t k_scan_block = 16384;
 // Corner counts up to which comparing all pairs beats sorting.
 constexpr std::uint32_t k_small_face = 16;
+// Of so many boundary edges one has to lie on another for a warning: a few that do may be meant.
+constexpr std::uint64_t k_edges_to_one_unwelded = 4;
 // Twice the area over the perimeter squared, below which a face is a line as far as doubles can tell.
 constexpr double k_zero_area = 1e-14;
 
@@ -328,6 +330,65 @@ std::vector<std::string> find_oddities(const ControlMeshData& data, std::uint64_
     return oddities;
 }
 
+std::vector<std::uint32_t> first_at_place(std::span<const Vec3d> positions, std::vector<std::uint32_t> listed) {
+    const auto key = [&](std::uint32_t v) {
+        const Vec3d& p = positions[v];
+        return std::tuple(p.x, p.y, p.z);
+    };
+    std::sort(listed.begin(), listed.end(), [&](std::uint32_t a, std::uint32_t b) {
+        const auto p = key(a), q = key(b);
+        return p != q ? p < q : a < b;
+    });
+    std::vector<std::uint32_t> first(positions.size());
+    for (std::uint32_t v = 0; v < first.size(); ++v) first[v] = v;
+    for (std::size_t i = 1; i < listed.size(); ++i)
+        if (key(listed[i]) == key(listed[i - 1])) first[listed[i]] = first[listed[i - 1]];
+    return first;
+}
+
+std::optional<std::string> unwelded_edges(const ControlMeshData& data, std::span<const std::uint32_t> twin) {
+    struct Edge {
+        std::uint32_t low, high;  // the places of its ends
+        std::uint32_t a, b;       // its ends, as its face runs
+        bool same_place(const Edge& other) const { return low == other.low && high == other.high; }
+    };
+    std::vector<Edge> edges;
+    std::vector<std::uint32_t> ends;
+    for (std::uint32_t f = 0; f + 1 < data.face_offsets.size(); ++f)
+        for (std::uint32_t h = data.face_offsets[f], end = data.face_offsets[f + 1]; h < end; ++h) {
+            if (twin[h] != HalfedgeId::none) continue;
+            const std::uint32_t next = h + 1 == end ? data.face_offsets[f] : h + 1;
+            edges.push_back({0, 0, data.face_vertices[h], data.face_vertices[next]});
+            ends.push_back(edges.back().a);  // of every boundary vertex an edge starts
+        }
+    const std::vector<std::uint32_t> place = first_at_place(data.positions, std::move(ends));
+    for (Edge& edge : edges) std::tie(edge.low, edge.high) = std::minmax(place[edge.a], place[edge.b]);
+    std::sort(edges.begin(), edges.end(), [](const Edge& x, const Edge& y) {
+        return std::tie(x.low, x.high, x.a, x.b) < std::tie(y.low, y.high, y.a, y.b);
+    });
+    // Two edges in one place make an edge inside; more of them, or two of one direction, would make none.
+    std::vector<std::uint32_t> vertices;
+    std::uint64_t unwelded = 0;
+    for (std::size_t i = 0, count = 1; i < edges.size(); i += count) {
+        for (count = 1; i + count < edges.size() && edges[i].same_place(edges[i + count]);) ++count;
+        if (count != 2 || edges[i].low == edges[i].high || place[edges[i].a] == place[edges[i + 1].a]) continue;
+        unwelded += 2;
+        for (const Edge& edge : {edges[i], edges[i + 1]}) vertices.insert(vertices.end(), {edge.a, edge.b});
+    }
+    if (unwelded == 0 || unwelded * k_edges_to_one_unwelded < edges.size()) return std::nullopt;
+    const auto distinct = [&] {
+        std::sort(vertices.begin(), vertices.end());
+        vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+        return vertices.size();
+    };
+    const std::size_t all = distinct();
+    for (std::uint32_t& v : vertices) v = place[v];
+    return fmt::format(
+        "{} of {} boundary edges lie on one another, between {} vertices at {} places: faces side by side share no "
+        "vertices, and the surface ends between them; --weld, or weld() in the library, joins them",
+        unwelded, edges.size(), all, distinct());
+}
+
 }  // namespace detail
 
 std::vector<MeshFault> find_faults(const ControlMeshData& data) {
@@ -351,12 +412,13 @@ std::vector<std::string> find_oddities(const ControlMeshData& data) {
     for (std::uint32_t v : data.face_vertices) used[v] = 1;
     std::vector<std::string> oddities =
         detail::find_oddities(data, static_cast<std::uint64_t>(std::ranges::count(used, 0)));
-    if (!data.corner_angles.empty()) {
-        const auto uses =
-            detail::sorted_edge_uses(data.face_offsets, data.face_vertices, detail::count_of(data.positions.size()));
-        const auto angles = detail::tagged_angles(data, detail::link_mesh(data, uses));
-        if (const auto oddity = detail::idle_angles(data, angles)) oddities.push_back(*oddity);
-    }
+    const auto uses =
+        detail::sorted_edge_uses(data.face_offsets, data.face_vertices, detail::count_of(data.positions.size()));
+    const detail::MeshLinks links = detail::link_mesh(data, uses);
+    if (const auto oddity = detail::unwelded_edges(data, links.twin)) oddities.push_back(*oddity);
+    if (!data.corner_angles.empty())
+        if (const auto oddity = detail::idle_angles(data, detail::tagged_angles(data, links)))
+            oddities.push_back(*oddity);
     return oddities;
 }
 

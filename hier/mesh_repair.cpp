@@ -7,12 +7,15 @@
 #include "tetrakis/hier/mesh_split.hpp"
 
 #include <fmt/format.h>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>
 #include <tuple>
+#include <utility>
 
 namespace tetrakis {
 
@@ -37,6 +40,91 @@ struct Tally {
     }
 };
 
+/// Sets of vertices, each named by its lowest one.
+class VertexSets {
+  public:
+    explicit VertexSets(std::vector<std::uint32_t> first) : parent_(std::move(first)) {}
+
+    std::uint32_t find(std::uint32_t v) {
+        while (parent_[v] != v) v = parent_[v] = parent_[parent_[v]];
+        return v;
+    }
+    void unite(std::uint32_t a, std::uint32_t b) {
+        a = find(a), b = find(b);
+        parent_[std::max(a, b)] = std::min(a, b);
+    }
+    std::vector<std::uint32_t> firsts() {
+        for (std::uint32_t v = 0; v < parent_.size(); ++v) parent_[v] = find(v);
+        return std::move(parent_);
+    }
+
+  private:
+    std::vector<std::uint32_t> parent_;
+};
+
+/// By vertex: the lowest one of those that weld() joins it with.
+std::vector<std::uint32_t> welded(const std::vector<Vec3d>& positions, double distance) {
+    std::vector<std::uint32_t> listed;
+    double largest = 0;
+    for (std::uint32_t v = 0; v < positions.size(); ++v) {
+        const Vec3d& p = positions[v];
+        if (!is_sound(p)) continue;
+        listed.push_back(v);
+        largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+    }
+    std::vector<std::uint32_t> first = detail::first_at_place(positions, listed);
+    // Coordinates of doubles that differ are hardly nearer to each other, and the numbers of cells fit 64 bits.
+    constexpr double k_least_share = 0x1p-50;
+    if (largest == 0 || distance <= largest * k_least_share) return first;
+
+    // Cells whose diagonal is within the distance: all vertices of one are joined.
+    constexpr double k_side = 0.57;  // < 1 / sqrt(3); the distance reaches over two cells
+    struct Point {
+        std::array<std::int64_t, 3> cell;
+        std::uint32_t vertex;
+        auto operator<=>(const Point&) const = default;
+    };
+    std::vector<Point> points;
+    for (const std::uint32_t v : listed) {
+        if (first[v] != v) continue;
+        const Vec3d at = glm::floor(positions[v] / (k_side * distance));
+        points.push_back(
+            {{static_cast<std::int64_t>(at.x), static_cast<std::int64_t>(at.y), static_cast<std::int64_t>(at.z)}, v});
+    }
+    std::sort(points.begin(), points.end());
+    std::vector<std::uint32_t> start;  // of each cell in `points`
+    for (std::uint32_t i = 0; i < points.size(); ++i)
+        if (i == 0 || points[i].cell != points[i - 1].cell) start.push_back(i);
+    const std::uint32_t cells = count_of(start.size());
+    start.push_back(count_of(points.size()));
+
+    VertexSets sets(std::move(first));
+    for (std::uint32_t c = 0; c < cells; ++c)
+        for (std::uint32_t i = start[c] + 1; i < start[c + 1]; ++i)
+            sets.unite(points[start[c]].vertex, points[i].vertex);
+    const auto join = [&](std::uint32_t c, std::uint32_t d) {
+        if (sets.find(points[start[c]].vertex) == sets.find(points[start[d]].vertex)) return;
+        for (std::uint32_t i = start[c]; i < start[c + 1]; ++i)
+            for (std::uint32_t j = start[d]; j < start[d + 1]; ++j)
+                if (glm::distance(positions[points[i].vertex], positions[points[j].vertex]) <= distance)
+                    return sets.unite(points[i].vertex, points[j].vertex);
+    };
+    for (std::uint32_t c = 0; c < cells; ++c) {
+        const std::array<std::int64_t, 3> cell = points[start[c]].cell;
+        for (std::int64_t x = 0; x <= 2; ++x)  // each pair of cells once
+            for (std::int64_t y = x == 0 ? 0 : -2; y <= 2; ++y) {
+                const std::int64_t z = x == 0 && y == 0 ? 1 : -2;
+                const std::array<std::int64_t, 3> low{cell[0] + x, cell[1] + y, cell[2] + z};
+                const std::array<std::int64_t, 3> high{low[0], low[1], cell[2] + 2};
+                auto d = std::lower_bound(start.begin(), start.end() - 1, low,
+                                          [&](std::uint32_t i, const auto& wanted) { return points[i].cell < wanted; });
+                for (; d != start.end() - 1 && points[*d].cell <= high; ++d)
+                    join(c, count_of(static_cast<std::size_t>(d - start.begin())));
+            }
+    }
+    return sets.firsts();
+}
+
 class Repair {
   public:
     explicit Repair(ControlMeshData& data) : data_(data) {}
@@ -53,6 +141,28 @@ class Repair {
         mend_tags();
         mend_angles();
         drop_isolated();
+        return std::move(reports_);
+    }
+
+    std::vector<std::string> weld(double distance) {
+        check_offsets();
+        source_face_.resize(face_count());
+        std::iota(source_face_.begin(), source_face_.end(), 0u);
+        const std::vector<std::uint32_t> first = welded(data_.positions, distance);
+        std::vector<std::uint8_t> has_others(first.size(), 0);
+        std::uint64_t gone = 0;
+        for (std::uint32_t v = 0; v < first.size(); ++v)
+            if (first[v] != v) {
+                ++gone;
+                has_others[first[v]] = 1;
+            }
+        const auto places = static_cast<std::uint64_t>(std::ranges::count(has_others, 1));
+        if (gone == 0) return {};
+        report("joined {} vertices at {} places", gone + places, places);
+        drop_misfit_layers();
+        renumber_vertices(first);
+        join_uvs();
+        drop_collapsed();
         return std::move(reports_);
     }
 
@@ -425,6 +535,86 @@ class Repair {
         for (auto& tag : data_.corner_angles) tag.vertex = number[tag.vertex];
     }
 
+    /// Leaves of each set of vertices its first one.
+    void renumber_vertices(const std::vector<std::uint32_t>& first) {
+        std::vector<std::uint32_t> number(first.size()), kept;
+        for (std::uint32_t v = 0; v < first.size(); ++v) {
+            if (first[v] == v) kept.push_back(v);
+            number[v] = first[v] == v ? count_of(kept.size() - 1) : number[first[v]];
+        }
+        gather(data_.positions, kept);
+        gather(data_.vertex_lines, kept);
+        // What is not there stays a number of nothing: there are fewer vertices now.
+        const auto follow = [&](std::uint32_t& v) {
+            if (v < number.size()) v = number[v];
+        };
+        for (std::uint32_t& v : data_.face_vertices) follow(v);
+        for (auto& tag : data_.creases) follow(tag.a), follow(tag.b);
+        for (auto& tag : data_.corners) follow(tag.vertex);
+        for (auto& tag : data_.corner_angles) follow(tag.vertex);
+        const std::size_t creases = data_.creases.size();
+        std::erase_if(data_.creases, [](const auto& tag) { return tag.a == tag.b; });
+        if (creases != data_.creases.size())
+            report("dropped {} crease tags of edges whose ends fell together", creases - data_.creases.size());
+    }
+
+    /// Equal texture coordinates become one.
+    void join_uvs() {
+        std::vector<Vec3d> values;
+        std::vector<std::uint32_t> sound, number(data_.uvs.size()), kept;
+        for (std::uint32_t i = 0; i < data_.uvs.size(); ++i) {
+            values.emplace_back(data_.uvs[i], 0.0);
+            if (is_sound_uv(data_.uvs[i])) sound.push_back(i);
+        }
+        const std::vector<std::uint32_t> first = detail::first_at_place(values, std::move(sound));
+        for (std::uint32_t i = 0; i < first.size(); ++i) {
+            if (first[i] == i) kept.push_back(i);
+            number[i] = first[i] == i ? count_of(kept.size() - 1) : number[first[i]];
+        }
+        for (std::uint32_t& i : data_.face_uvs)
+            if (i < number.size()) i = number[i];
+        gather(data_.uvs, kept);
+        gather(data_.uv_lines, kept);
+    }
+
+    /// Takes out corners that are where the one before them is, and faces that then have fewer than three.
+    void drop_collapsed() {
+        NewFaces faces;
+        Tally small, cut;
+        for (std::uint32_t f = 0; f < face_count(); ++f) {
+            const std::uint32_t begin = data_.face_offsets[f], end = data_.face_offsets[f + 1];
+            const std::size_t size = faces.corners.size();
+            for (std::uint32_t h = begin; h < end; ++h)
+                if (data_.face_vertices[h] != data_.face_vertices[h == begin ? end - 1 : h - 1])
+                    faces.corners.push_back(h);
+            if (faces.corners.size() - size < 3) {
+                faces.corners.resize(size);
+                small.add(f);
+                continue;
+            }
+            if (faces.corners.size() - size < end - begin) cut.add(f);
+            faces.offsets.push_back(count_of(faces.corners.size()));
+            faces.sources.push_back(f);
+        }
+        if (small.count != 0)
+            report("dropped {} faces with fewer than three corners left (the first is {})", small.count,
+                   original_face(small.first));
+        if (cut.count != 0)
+            report("took corners that fell together out of {} faces (the first is {})", cut.count,
+                   original_face(cut.first));
+        if (small.count + cut.count == 0) return;
+        adopt(std::move(faces));
+        const std::size_t angles = data_.corner_angles.size();
+        std::erase_if(data_.corner_angles, [&](auto& tag) {
+            const auto at = std::lower_bound(source_face_.begin(), source_face_.end(), tag.face);
+            if (at == source_face_.end() || *at != tag.face) return true;
+            tag.face = count_of(static_cast<std::size_t>(at - source_face_.begin()));
+            return false;
+        });
+        if (angles != data_.corner_angles.size())
+            report("dropped {} corner angle tags of faces that are not there", angles - data_.corner_angles.size());
+    }
+
     ControlMeshData& data_;
     std::vector<std::uint32_t> source_face_;  ///< number in the source, by face now
     std::vector<std::uint32_t> origin_;       ///< vertex before the split, by vertex now
@@ -434,5 +624,11 @@ class Repair {
 }  // namespace
 
 std::vector<std::string> repair(ControlMeshData& data) { return Repair(data).run(); }
+
+std::vector<std::string> weld(ControlMeshData& data, double distance) {
+    if (!(distance >= 0 && std::isfinite(distance)))
+        throw Error(ErrorCode::invalid_input, "the distance to weld within must be 0 or more", data.source);
+    return Repair(data).weld(distance);
+}
 
 }  // namespace tetrakis

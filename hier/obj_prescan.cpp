@@ -151,6 +151,7 @@ class Prescan {
         if ((n.count == 4 || n.count == 5 || n.count >= 7) && n.value[3] != 1.0 && weighted_++ == 0)
             first_weight_ = line_;
         if ((n.count == 5 || n.count == 8) && surplus_++ == 0) first_surplus_ = line_;
+        if (n.count >= 6 && coloured_++ == 0) first_colour_ = line_;
         scan_.data.positions.emplace_back(n.value[0], n.value[1], n.value[2]);
         scan_.data.vertex_lines.push_back(line_);
         if (scan_.data.positions.size() >= ObjScan::k_no_element) fail("more than 2^31 vertices; split the model");
@@ -257,6 +258,11 @@ class Prescan {
                             "(the first is on "
                             "line {}); it is ignored",
                             surplus_, first_surplus_));
+        if (coloured_ != 0)
+            data.warnings.push_back(
+                fmt::format("{}: vertex colours are not carried over ({} vertices have one, the "
+                            "first is on line {})",
+                            data.source, coloured_, first_colour_));
         std::uint64_t others = 0;
         for (std::size_t i = 0; i < ignored_list_.size(); ++i) {
             const Ignored& ignored = ignored_list_[i];
@@ -280,6 +286,7 @@ class Prescan {
     std::uint64_t line_ = 0;
     CurrentName material_, group_;
     std::uint64_t corner_count_ = 0, weighted_ = 0, first_weight_ = 0, surplus_ = 0, first_surplus_ = 0;
+    std::uint64_t coloured_ = 0, first_colour_ = 0;
     std::unordered_map<std::string, std::size_t> ignored_;
     std::vector<Ignored> ignored_list_;
 };

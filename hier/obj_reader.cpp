@@ -175,6 +175,8 @@ ControlMeshData parse_obj(std::string_view text, std::string source, const ReadO
     detail::ObjScan scan = detail::prescan_obj(text, std::move(source));
     read_with_tinyobj(scan);
     ControlMeshData data = std::move(scan.data);
+    if (options.weld)
+        for (const std::string& report : weld(data, *options.weld)) data.warnings.push_back("welded: " + report);
     if (!options.repair) return data;
     const bool had_faces = !scan.face_sizes.empty();
     const std::vector<std::string> reports = repair(data);

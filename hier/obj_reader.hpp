@@ -4,12 +4,16 @@
 #include "tetrakis/hier/run_context.hpp"
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 
 namespace tetrakis {
 
 struct ReadOptions {
+    /// Join vertices within this distance, by weld() (mesh_repair.hpp), before any repair; 0: those in the very same
+    /// place. What that does becomes a warning.
+    std::optional<double> weld{};
     bool repair = false;  ///< mend what repair() can (mesh_repair.hpp); each repair becomes a warning
 };
 

@@ -37,6 +37,7 @@ class Sqrt3Forest {
     /// @param kept    as Sqrt3Lattice takes it
     /// @throws Error  unsupported: other faces than triangles
     explicit Sqrt3Forest(const ControlMesh& mesh, const std::function<bool(EdgeId)>& kept = {});
+    explicit Sqrt3Forest(const ControlMesh&&, const std::function<bool(EdgeId)>& = {}) = delete;
 
     const ControlMesh& mesh() const { return *mesh_; }
     /// To be copied where it is used.

@@ -52,6 +52,7 @@ class Sqrt3Lattice {
     /// @param mesh  of triangles. Keeps a reference.
     /// @param kept  whether an edge is to be kept, or empty
     explicit Sqrt3Lattice(const ControlMesh& mesh, const std::function<bool(EdgeId)>& kept = {});
+    explicit Sqrt3Lattice(const ControlMesh&&, const std::function<bool(EdgeId)>& = {}) = delete;
 
     /// Levels beyond which half-edges have no 64-bit numbers.
     static int max_level(const ControlMesh& mesh);

@@ -39,6 +39,7 @@ class Sqrt3Slots {
   public:
     /// The control faces as leaves. Keeps a reference. @throws Error  as Sqrt3Forest
     explicit Sqrt3Slots(const ControlMesh& mesh);
+    explicit Sqrt3Slots(const ControlMesh&&) = delete;
 
     const Sqrt3Forest& forest() const { return forest_; }
     /// Leaves are numbered below this; not all of these numbers are leaves.

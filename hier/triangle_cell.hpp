@@ -32,6 +32,7 @@ class TriangleSites {
   public:
     /// O(H): finds the smallest root around each vertex once.
     explicit TriangleSites(const ControlMesh& mesh);
+    explicit TriangleSites(const ControlMesh&&) = delete;
 
     /// @param site  any address, with x + y <= 2^level. O(1).
     Site canonical(const Site& site) const;

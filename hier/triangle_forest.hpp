@@ -46,6 +46,7 @@ class TriangleForest {
     /// One leaf per face that is no hole. Keeps a reference to the mesh. O(H).
     /// @throws Error  unsupported: a face is not a triangle (triangulate() makes such a mesh)
     explicit TriangleForest(const ControlMesh& mesh);
+    explicit TriangleForest(const ControlMesh&&) = delete;
 
     const ControlMesh& mesh() const { return *mesh_; }
 

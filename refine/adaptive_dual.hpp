@@ -24,6 +24,7 @@ class AdaptiveDual {
     /// The scheme's level 1 as leaves. Keeps a reference to the mesh. O(H).
     /// @throws Error  as PartialLevels and PartialLevels::vertex_roots(); invalid_input: a scheme that is not dual
     AdaptiveDual(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules = {});
+    AdaptiveDual(const ControlMesh&&, const SchemeInfo&, const RuleOptions& = {}) = delete;
 
     VertexForest& forest() { return forest_; }
     const VertexForest& forest() const { return forest_; }

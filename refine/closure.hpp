@@ -25,6 +25,7 @@ class Closure : public PositionSource {
     /// @param mesh   control mesh; Loop: triangles only
     /// @throws Error invalid_input: Loop on other faces than triangles; unsupported: corner angles
     Closure(const ControlMesh& mesh, SchemeKind scheme);
+    Closure(const ControlMesh&&, SchemeKind) = delete;
     ~Closure() override;
     Closure(Closure&&) noexcept;
     Closure& operator=(Closure&&) noexcept;

@@ -292,5 +292,8 @@ struct HierarchyOptions {
 ///                nearest one); unsupported: a scheme without hierarchy, or a choice of rules that it has none for
 Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, const HierarchyOptions& options = {});
 Hierarchy make_hierarchy(const ControlMesh& mesh, std::string_view scheme, const HierarchyOptions& options = {});
+// A temporary mesh would be gone before the hierarchy is used.
+Hierarchy make_hierarchy(const ControlMesh&&, const SchemeInfo&, const HierarchyOptions& = {}) = delete;
+Hierarchy make_hierarchy(const ControlMesh&&, std::string_view, const HierarchyOptions& = {}) = delete;
 
 }  // namespace tetrakis

@@ -16,6 +16,7 @@ class BisectionHierarchy {
   public:
     explicit BisectionHierarchy(const ControlMesh& mesh)
         : forest_(mesh), fans_(mesh.face_count(), 0), fan_errors_(mesh.face_count(), 0.0) {}
+    explicit BisectionHierarchy(const ControlMesh&&) = delete;
 
     /// Starts a face, all of whose roots are leaves, without its centre.
     void accept_fan(FaceId face, double error) {
@@ -101,6 +102,7 @@ class TriangleHierarchy {
         : forest_(mesh), first_count_(forest_.leaf_count()), first_points_(forest_.point_count()) {
         for (std::uint32_t h = 0; h < mesh.halfedge_count() && !ends_; ++h) ends_ = ends_at(HalfedgeId(h));
     }
+    explicit TriangleHierarchy(const ControlMesh&&) = delete;
 
     /// The two faces of an interior vertex of valence 2 would both have the edge between the middles of the vertex'
     /// edges, which then had four triangles. In one of the faces the cell behind that edge is always split.

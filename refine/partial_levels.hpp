@@ -40,6 +40,7 @@ class PartialLevels : public PositionSource {
     /// @throws Error  invalid_input: a mesh that the scheme cannot take; unsupported: a scheme without such addresses
     ///                (sqrt3, honeycomb), a dual scheme whose boundary recedes
     PartialLevels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules = {});
+    PartialLevels(const ControlMesh&&, const SchemeInfo&, const RuleOptions& = {}) = delete;
     ~PartialLevels() override;
     PartialLevels(PartialLevels&&) noexcept;
     PartialLevels& operator=(PartialLevels&&) noexcept;

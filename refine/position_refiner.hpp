@@ -26,6 +26,9 @@ class PositionRefiner {
     /// Cost: that of refine(); beside its mesh are kept points of the levels above the last, by rules all weights.
     PositionRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options = {});
     PositionRefiner(const ControlMesh& mesh, std::string_view scheme, int levels, const RefineOptions& options = {});
+    // A temporary mesh would be gone before the refiner is used.
+    PositionRefiner(const ControlMesh&&, const SchemeInfo&, int, const RefineOptions& = {}) = delete;
+    PositionRefiner(const ControlMesh&&, std::string_view, int, const RefineOptions& = {}) = delete;
     ~PositionRefiner();
     PositionRefiner(PositionRefiner&&) noexcept;
     PositionRefiner& operator=(PositionRefiner&&) noexcept;

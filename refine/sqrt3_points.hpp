@@ -20,6 +20,7 @@ class Sqrt3Points {
   public:
     /// @param mesh  as Sqrt3Forest takes it. Keeps a reference.
     explicit Sqrt3Points(const ControlMesh& mesh) : Sqrt3Points(Sqrt3Lattice(mesh)) {}
+    explicit Sqrt3Points(const ControlMesh&&) = delete;
     explicit Sqrt3Points(Sqrt3Lattice lattice) : mesh_(&lattice.mesh()), lattice_(std::move(lattice)) {}
 
     Sqrt3Lattice& lattice() { return lattice_; }

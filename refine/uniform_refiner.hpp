@@ -58,6 +58,7 @@ class UniformRefiner {
     /// bits
     ///                can count; memory_limit (with the numbers, before anything is allocated)
     UniformRefiner(const ControlMesh& mesh, SchemeKind scheme, int levels, const UniformOptions& options = {});
+    UniformRefiner(const ControlMesh&&, SchemeKind, int, const UniformOptions& = {}) = delete;
     ~UniformRefiner();
     UniformRefiner(UniformRefiner&&) noexcept;
     UniformRefiner& operator=(UniformRefiner&&) noexcept;

@@ -110,7 +110,7 @@ TEST_CASE("[inv10] one and two threads write the same bytes") {
         bool measured;  // what takes longest; once for each estimator
     };
     for (const Case& c :
-         {Case{".obj", "embree", true}, Case{".ply", "certified", true}, Case{".glb", "embree", false}}) {
+         {Case{".obj", "measured", true}, Case{".ply", "certified", true}, Case{".glb", "measured", false}}) {
         CAPTURE(c.extension);
         CAPTURE(c.estimator);
         const auto run = [&](const std::string& threads) {
@@ -165,6 +165,36 @@ TEST_CASE("exit code 4: what stopped the refinement, and the best result all the
     const Run more(rook, {"--max-triangles", "9000"});
     CHECK(more.report["measured_error"]["hausdorff"].get<double>() <
           budget.report["measured_error"]["hausdorff"].get<double>());
+}
+
+TEST_CASE("the summary says what was measured, what is proven and how to prove more") {
+    const auto has = [](const Run& run, const std::string& words) {
+        return run.result.out.find(words) != std::string::npos;
+    };
+    const std::string advice = "; --estimator certified proves 1.0";
+    const Run measured(cli::data("pawn.obj"), {"--tolerance", "1e-2", "--samples", "5000"});
+    CAPTURE(measured.result.out);
+    REQUIRE(measured.result.code == 0);
+    CHECK(measured.report["estimator"] == "measured");
+    CHECK(has(measured, " of the tolerance (kept)\n"));
+    CHECK(has(measured, "proven error    at most "));
+    CHECK((measured.report["certified_error"] > measured.report["tolerance_absolute"]) == has(measured, advice));
+    CHECK(has(measured, advice));
+    const Run unmeasured(cli::data("pawn.obj"), {"--tolerance", "1e-2", "--no-measure", "--estimator", "measured"});
+    CAPTURE(unmeasured.result.out);
+    CHECK(has(unmeasured, "left out (--no-measure)"));
+    CHECK(has(unmeasured, advice));
+    const Run certified(cli::data("pawn.obj"), {"--tolerance", "1e-2", "--no-measure", "--estimator", "certified"});
+    CHECK(has(certified, "proven error  at most "));
+    CHECK_FALSE(has(certified, advice));
+    const Run missed(cli::data("pawn.obj"), {"--tolerance", "1e-4", "--max-level", "1", "--samples", "5000"});
+    CAPTURE(missed.result.out);
+    CHECK(missed.result.code == 4);
+    CHECK(has(missed, " of the tolerance (missed)\n"));
+    CHECK_FALSE(has(missed, advice));
+    const Run unknown(cli::data("pawn.obj"), {"--tolerance", "1e-2", "--estimator", "embree"});
+    CHECK(unknown.result.code == 2);
+    CHECK(unknown.result.err.find("certified") != std::string::npos);
 }
 
 TEST_CASE("--no-measure leaves the measurement out") {
@@ -247,7 +277,7 @@ TEST_CASE("[bad-input] what other schemes cannot do is refused before anything i
         std::string words;
     };
     for (const Case& c : {Case{{"--scheme", "buterfly"}, "did you mean butterfly?"},
-                          Case{{"--scheme", "biquartic", "--estimator", "certified"}, "--estimator embree"},
+                          Case{{"--scheme", "biquartic", "--estimator", "certified"}, "--estimator measured"},
                           Case{{"--scheme", "sqrt3", "--estimator", "certified"}, "modified-butterfly"},
                           Case{{"--scheme", "4-8", "--target", "x.obj"}, "--scheme catmull-clark or loop"}}) {
         CAPTURE(c.words);

@@ -331,6 +331,47 @@ TEST_CASE("[bad-input] the exit code says whose fault it is, the message what is
     }
 }
 
+TEST_CASE("faces that share no vertices and colours that are lost are warnings; --weld joins the faces") {
+    const ScratchDir scratch;
+    const std::string model = (scratch / "pieces.obj").string(), out = (scratch / "out.ply").string();
+    std::string text;
+    for (const char* face : {"000 010 110 100", "001 101 111 011", "000 100 101 001", "010 011 111 110",
+                             "000 001 011 010", "100 110 111 101"}) {
+        std::istringstream corners(face);
+        for (std::string c; corners >> c;) text += std::string("v ") + c[0] + " " + c[1] + " " + c[2] + " 1 0 0\n";
+        text += "f -4 -3 -2 -1\n";
+    }
+    spill(model, text);
+    const std::string warning = "between 24 vertices at 8 places";
+    using Words = std::vector<std::string>;
+    for (const Words& line : {Words{"tessellate", model, "-o", out, "--tolerance", "1e-2", "--no-measure"},
+                              Words{"refine", model, "-o", out, "--levels", "2"},
+                              Words{"refine", model, "-o", out, "--factored", "--steps", "2"}, Words{"info", model}}) {
+        CAPTURE(line);
+        const ProcessResult pieces = cli::run(line);
+        CHECK(pieces.code == 0);
+        CHECK((pieces.err + pieces.out).find(warning) != std::string::npos);
+        CHECK((pieces.err + pieces.out).find(model + ": vertex colours are not carried over") != std::string::npos);
+        for (const Words& weld : {Words{"--weld"}, Words{"--weld", "1e-6"}, Words{"--weld=0"}}) {
+            Words welding = line;
+            welding.insert(welding.end(), weld.begin(), weld.end());
+            const ProcessResult whole = cli::run(welding);
+            CAPTURE(whole.err);
+            CHECK(whole.code == 0);
+            CHECK((whole.err + whole.out).find("joined 24 vertices at 8 places") != std::string::npos);
+            CHECK((whole.err + whole.out).find(warning) == std::string::npos);
+        }
+    }
+    CHECK(cli::run_json({"info", "--json", "--weld", model})["vertices"] == 8);
+    for (const char* bad : {"--weld=-1", "--weld=nan", "--weld=inf", "--weld=x"}) {
+        const ProcessResult refused = cli::run({"info", model, bad});
+        CHECK(refused.code == 2);
+        CAPTURE(refused.err);
+        CHECK(refused.err.find("is not a distance of 0 or more") != std::string::npos);
+    }
+    CHECK(cli::run({"info", model, "--weld", "-1"}).code == 2);
+}
+
 TEST_CASE("a failed run leaves the file that was there") {
     const ScratchDir scratch;
     const std::string out = (scratch / "out.obj").string();

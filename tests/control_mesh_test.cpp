@@ -1,8 +1,28 @@
 #include "tetrakis/hier/control_mesh.hpp"
 
+#include "tetrakis/hier/bisection_forest.hpp"
+#include "tetrakis/hier/sqrt3_forest.hpp"
+#include "tetrakis/hier/sqrt3_slots.hpp"
+#include "tetrakis/hier/triangle_cell.hpp"
+#include "tetrakis/hier/triangle_forest.hpp"
+
 #include <doctest/doctest.h>
 
+#include <type_traits>
+
 using namespace tetrakis;
+
+// What keeps a reference to a mesh takes one that stays, and no temporary.
+template <class Forest>
+constexpr bool takes_meshes_that_stay =
+    std::is_constructible_v<Forest, const ControlMesh&>&& std::is_constructible_v<Forest, ControlMesh&> &&
+    !std::is_constructible_v<Forest, ControlMesh> && !std::is_constructible_v<Forest, const ControlMesh>;
+static_assert(takes_meshes_that_stay<BisectionForest>);
+static_assert(takes_meshes_that_stay<TriangleForest>);
+static_assert(takes_meshes_that_stay<TriangleSites>);
+static_assert(takes_meshes_that_stay<Sqrt3Forest>);
+static_assert(takes_meshes_that_stay<Sqrt3Lattice>);
+static_assert(takes_meshes_that_stay<Sqrt3Slots>);
 
 TEST_SUITE_BEGIN("hier");
 

@@ -151,6 +151,7 @@ TEST_CASE("a slope and a gentle wave of many pixels take no more triangles than 
         for (int x = 0; x < 512; ++x)
             image.values.push_back(0.5f + 0.5f * std::sin(6.2831853f * (static_cast<float>(x) + 0.5f) / 512));
     TessellateOptions options;
+    options.measure = true;
     options.displacement = &image;
     options.amplitude = 0.1;
     options.tolerance = 1e-3;

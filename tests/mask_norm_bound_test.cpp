@@ -231,13 +231,14 @@ TEST_CASE("[slow] [inv9] interpolating schemes are tessellated to a certified to
             const Tessellation sure = tessellate(taken, {.scheme = scheme,
                                                          .estimator = EstimatorKind::certified,
                                                          .tolerance = tolerance,
+                                                         .measure = true,
                                                          .measure_samples = 10'000});
             REQUIRE(sure.certified_error);
             CHECK(sure.tolerance_reached);
             CHECK(*sure.certified_error <= sure.tolerance_absolute * (1 + 1e-9));
             CHECK(sure.measured_error->hausdorff <= *sure.certified_error * (1 + 1e-9));
-            const Tessellation seen =
-                tessellate(taken, {.scheme = scheme, .tolerance = tolerance, .measure_samples = 10'000});
+            const Tessellation seen = tessellate(
+                taken, {.scheme = scheme, .tolerance = tolerance, .measure = true, .measure_samples = 10'000});
             REQUIRE(seen.certified_error);
             CHECK(seen.measured_error->hausdorff <= *seen.certified_error * (1 + 1e-9));
         }
@@ -253,12 +254,13 @@ TEST_CASE("[slow] [inv9] averaging is tessellated to a certified tolerance where
                               .rules = {.averaging_steps = 2},
                               .estimator = EstimatorKind::certified,
                               .tolerance = 0.01,
+                              .measure = true,
                               .measure_samples = 10'000};
     const Tessellation sure = tessellate(mesh, options);
     REQUIRE(sure.certified_error);
     CHECK(*sure.certified_error <= sure.tolerance_absolute * (1 + 1e-9));
     CHECK(sure.measured_error->hausdorff <= *sure.certified_error * (1 + 1e-9));
-    options.estimator = EstimatorKind::embree;
+    options.estimator = EstimatorKind::measured;
     CHECK_FALSE(tessellate(mesh, options).certified_error);
     options.rules.averaging_steps = 3;
     options.estimator = EstimatorKind::certified;
@@ -276,14 +278,15 @@ TEST_CASE("[bad-input] tags that stay semi-sharp for long have no bound by mask 
     const SchemeInfo& scheme = *find_scheme("modified-butterfly");
     const ControlMesh some = tagged("2.5"), many = tagged("7.5");
     const auto result = [&](const ControlMesh& mesh, EstimatorKind estimator) {
-        return tessellate(mesh,
-                          {.scheme = scheme, .estimator = estimator, .tolerance = 0.01, .measure_samples = 10'000});
+        return tessellate(
+            mesh,
+            {.scheme = scheme, .estimator = estimator, .tolerance = 0.01, .measure = true, .measure_samples = 10'000});
     };
     const Tessellation sure = result(some, EstimatorKind::certified);
     REQUIRE(sure.certified_error);
     CHECK(*sure.certified_error <= sure.tolerance_absolute * (1 + 1e-9));
     CHECK(sure.measured_error->hausdorff <= *sure.certified_error);
     CHECK_FALSE(MaskNormBound<LoopFamily>::has(scheme, {}, many));
-    CHECK_FALSE(result(many, EstimatorKind::embree).certified_error);
+    CHECK_FALSE(result(many, EstimatorKind::measured).certified_error);
     CHECK_THROWS_WITH_AS(result(many, EstimatorKind::certified), doctest::Contains("semi-sharp"), Error);
 }

@@ -4,7 +4,11 @@
 
 #include <doctest/doctest.h>
 
+#include <glm/geometric.hpp>
+
 #include <algorithm>
+#include <array>
+#include <iterator>
 #include <limits>
 
 using namespace tetrakis;
@@ -233,6 +237,157 @@ TEST_CASE("every non-manifold shape of the data folder loads with repair, and on
         CHECK(contains(mesh.warnings()[0], "repaired: "));
     }
     CHECK(count >= 4);
+}
+
+namespace {
+
+/// A cube of six faces that share no vertices, each with the unit square as its texture by coordinates of its own.
+ControlMeshData unwelded_cube() {
+    ControlMeshData data;
+    data.face_offsets = {0};
+    for (const std::array<int, 4>& face :
+         {std::array{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}) {
+        for (const int i : face) {
+            data.face_vertices.push_back(static_cast<std::uint32_t>(data.positions.size()));
+            data.face_uvs.push_back(static_cast<std::uint32_t>(data.uvs.size()));
+            data.positions.emplace_back(i & 1, i >> 1 & 1, i >> 2);
+            data.uvs.emplace_back(i & 1, i >> 1 & 1);
+            data.vertex_lines.push_back(data.positions.size());
+            data.uv_lines.push_back(100 + data.uvs.size());
+        }
+        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+    }
+    return data;
+}
+
+std::size_t weld_warnings(const ControlMesh& mesh) {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(mesh.warnings(), [](const std::string& w) { return contains(w, "--weld"); }));
+}
+
+}  // namespace
+
+TEST_CASE("faces that share no vertices are a warning, and welding joins them, tags and texture coordinates too") {
+    ControlMeshData data = unwelded_cube();
+    data.creases = {{0, 1, 3.0f}, {20, 23, 2.0f}};  // the edge from (0 0 0) up; the one from (1 0 0) to (1 0 1)
+    data.corners = {{2, 4.0f}};                     // (1 1 0)
+    data.holes = {1};
+    const ControlMesh pieces = ControlMesh::build(data);
+    REQUIRE(pieces.warnings().size() == 1);
+    CHECK(
+        contains(pieces.warnings()[0], "24 of 24 boundary edges lie on one another, between 24 vertices at 8 places"));
+    CHECK(find_oddities(data) == pieces.warnings());
+    CHECK(weld(data) == std::vector<std::string>{"joined 24 vertices at 8 places"});
+    const ControlMesh cube = ControlMesh::build(data);
+    CHECK(cube.warnings().empty());
+    CHECK(cube.vertex_count() == 8);
+    CHECK(cube.edge_count() == 12);
+    CHECK(!cube.has_boundary());
+    CHECK(data.uvs.size() == 4);
+    CHECK(data.uv_lines == std::vector<std::uint64_t>{101, 102, 103, 104});
+    const auto at = [&](VertexId v) { return cube.position(v); };
+    int creases = 0;
+    for (std::uint32_t h = 0; h < cube.halfedge_count(); ++h) {
+        const HalfedgeId e(h);
+        CHECK(data.uvs[cube.uv_index(e)] == Vec2d(at(cube.origin(e))));
+        const Vec3d middle = 0.5 * (at(cube.origin(e)) + at(cube.target(e)));
+        const float wanted = middle == Vec3d(0, 0.5, 0) ? 3.0f : middle == Vec3d(1, 0, 0.5) ? 2.0f : 0.0f;
+        CHECK(cube.sharpness(cube.edge(e)) == wanted);
+        creases += wanted != 0;
+    }
+    CHECK(creases == 4);
+    for (std::uint32_t v = 0; v < 8; ++v)
+        CHECK(cube.sharpness(VertexId(v)) == (at(VertexId(v)) == Vec3d(1, 1, 0) ? 4.0f : 0.0f));
+    CHECK(cube.is_hole(FaceId(1)));
+    CHECK(weld(data).empty());
+}
+
+TEST_CASE("no warning where welding would help little or make no surface") {
+    // Sheets one above the other, one face with the same corners the other way round, three faces at an edge.
+    const auto quad = [](double z) { return std::array<Vec3d, 4>{{{0, 0, z}, {1, 0, z}, {1, 1, z}, {0, 1, z}}}; };
+    std::vector<Vec3d> points;
+    for (const double z : {0.0, 1.0}) std::ranges::copy(quad(z), std::back_inserter(points));
+    CHECK(weld_warnings(ControlMesh::build(mesh_data(points, {{0, 1, 2, 3}, {4, 5, 6, 7}}))) == 0);
+    // The same direction along the edge: joined, they would be turned against each other.
+    CHECK(weld_warnings(ControlMesh::build(mesh_data(
+              {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}, {1, 0, 0}, {0, -1, 0}}, {{0, 1, 2}, {3, 4, 5}}))) == 0);
+    CHECK(weld_warnings(ControlMesh::build(mesh_data(
+              {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}, {1, 0, 0}, {0, -1, 0}}, {{0, 1, 2}, {4, 3, 5}}))) == 1);
+    // What repair() has split stays split.
+    ControlMeshData fins = mesh_data(k_points, {{0, 1, 2}, {1, 0, 3}, {1, 0, 4}});
+    CHECK(!repair(fins).empty());
+    CHECK(weld_warnings(ControlMesh::build(fins)) == 0);
+}
+
+TEST_CASE("welding within a distance joins what chains of such steps reach, and nothing else") {
+    std::mt19937_64 random(7);
+    for (const double distance : {1e-9, 0.01, 0.05, 0.1, 3.0, 1e300}) {
+        CAPTURE(distance);
+        ControlMeshData data;
+        data.positions = random_points(300, random);
+        for (int i = 0; i < 30; ++i) data.positions[static_cast<std::size_t>(200 + i)] = data.positions[0];
+        data.face_offsets = {0};
+        const std::vector<Vec3d> before = data.positions;
+        std::vector<std::uint32_t> set(before.size());
+        for (std::uint32_t v = 0; v < set.size(); ++v) set[v] = v;
+        for (bool changed = true; changed;) {  // by brute force
+            changed = false;
+            for (std::uint32_t a = 0; a < set.size(); ++a)
+                for (std::uint32_t b = 0; b < a; ++b)
+                    if (set[a] != set[b] && glm::distance(before[a], before[b]) <= distance)
+                        set[a] = set[b] = std::min(set[a], set[b]), changed = true;
+        }
+        std::vector<Vec3d> wanted;
+        for (std::uint32_t v = 0; v < set.size(); ++v)
+            if (set[v] == v) wanted.push_back(before[v]);
+        CHECK(weld(data, distance).size() == 1);
+        CHECK(data.positions == wanted);
+    }
+    ControlMeshData data;
+    data.face_offsets = {0};
+    data.positions.assign(600, {1, 2, 3});
+    CHECK(weld(data) == std::vector<std::string>{"joined 600 vertices at 1 places"});
+}
+
+TEST_CASE("corners that fall together are taken out, with faces and tags that are then nothing") {
+    ControlMeshData data =
+        mesh_data({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {1.001, 0, 0}, {1.001, 1, 0}, {2, 0, 0}},
+                  {{0, 1, 2, 3}, {1, 4, 2}, {4, 5, 2}, {4, 6, 5}, {4, 6, 6}});
+    data.materials = {"a", "b", "c", "d", "e"};
+    data.face_material = {0, 1, 2, 3, 4};
+    data.holes = {1, 3};
+    data.creases = {{1, 4, 1.0f}, {4, 5, 2.0f}};
+    const std::vector<std::string> reports = weld(data, 0.01);
+    CHECK(reports_have(reports, "joined 4 vertices at 2 places"));
+    CHECK(reports_have(reports, "dropped 3 faces with fewer than three corners left (the first is face 1)"));
+    CHECK(reports_have(reports, "dropped 1 crease tags of edges whose ends fell together"));
+    CHECK(reports_have(reports, "dropped 1 hole tags"));
+    const ControlMesh mesh = ControlMesh::build(data);
+    CHECK(mesh.face_count() == 2);
+    CHECK(mesh.vertex_count() == 5);
+    CHECK(data.face_material == std::vector<std::uint32_t>{0, 3});
+    CHECK(mesh.is_hole(FaceId(1)));
+    CHECK(data.creases.size() == 1);
+    CHECK(mesh.edge_count() == 6);
+}
+
+TEST_CASE("[bad-input] distances to weld within") {
+    for (const double distance :
+         {-1.0, -1e-300, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+        ControlMeshData data = unwelded_cube();
+        const Error error = error_of([&] { weld(data, distance); });
+        CHECK(error.code() == ErrorCode::invalid_input);
+        CHECK(contains(error.what(), "must be 0 or more"));
+        CHECK(data.positions.size() == 24);
+    }
+    // Random soups: never worse than an error, and sound after a repair.
+    std::mt19937_64 random(3);
+    for (int i = 0; i < 200; ++i) {
+        ControlMeshData data = wild_soup(random);
+        weld(data, i % 2 == 0 ? 0.0 : 0.4);
+        repair(data);
+        if (data.face_offsets.size() > 1) CHECK(find_faults(data).empty());
+    }
 }
 
 TEST_SUITE_END();

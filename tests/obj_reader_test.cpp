@@ -102,9 +102,10 @@ TEST_CASE("an OBJ file with every kind of line is read as written") {
     CHECK(data.boundary_rule == BoundaryRule::edge_only);
     CHECK(data.face_varying_rule == FaceVaryingRule::linear_all);
     CHECK(data.crease_method == CreaseMethod::chaikin);
-    REQUIRE(data.warnings.size() == 2);
-    CHECK(contains(data.warnings[0], "'t smoothtriangles' ignored (the first is line 29)"));
-    CHECK(contains(data.warnings[1], "4 of 8 face corners have no texture coordinate"));
+    REQUIRE(data.warnings.size() == 3);
+    CHECK(contains(data.warnings[0], "vertex colours are not carried over (2 vertices have one, the first is on line 5)"));
+    CHECK(contains(data.warnings[1], "'t smoothtriangles' ignored (the first is line 29)"));
+    CHECK(contains(data.warnings[2], "4 of 8 face corners have no texture coordinate"));
     const ControlMesh mesh = ControlMesh::build(data);
     CHECK(mesh.is_hole(FaceId(1)));
     CHECK(mesh.has_uvs());
@@ -337,6 +338,15 @@ TEST_CASE("what is left out or filled in is a warning") {
     CHECK(contains(data.warnings[4], "1 of 3 face corners have no normal"));
     const ControlMesh mesh = ControlMesh::build(data);
     CHECK(mesh.warnings().size() == 6);
+}
+
+TEST_CASE("vertex colours are said to be left out, once") {
+    const ControlMeshData data =
+        parse("v 0 0 0 1 0 0\nv 1 0 0 1 0.5 0\nv 1 1 0 1 1 0 0\nv 0 1 0\nv 2 2 2 1\nf 1 2 3 4\n");
+    REQUIRE(data.warnings.size() == 1);
+    CHECK(data.warnings[0] ==
+          data.source + ": vertex colours are not carried over (3 vertices have one, the first is on line 1)");
+    CHECK(parse(k_square + "f 1 2 3 4\n").warnings.empty());
 }
 
 TEST_CASE("repair while reading reports each repair") {

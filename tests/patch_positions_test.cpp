@@ -1,5 +1,7 @@
 #include "hierarchy_helpers.hpp"
 
+#include "tetrakis/eval/hierarchy_estimator.hpp"
+#include "tetrakis/eval/linear_bound.hpp"
 #include "tetrakis/eval/patch_positions.hpp"
 #include "tetrakis/hier/error.hpp"
 
@@ -8,10 +10,21 @@
 
 #include <algorithm>
 #include <memory>
+#include <type_traits>
 #include <vector>
 
 using namespace tetrakis;
 using test::Random;
+
+// What keeps a reference to a mesh or a hierarchy takes one that stays, and no temporary.
+template <class Keeper, class Kept, class... Rest>
+constexpr bool takes_what_stays =
+    std::is_constructible_v<Keeper, const Kept&, Rest...> && !std::is_constructible_v<Keeper, Kept, Rest...>;
+static_assert(takes_what_stays<QuadPatches, ControlMesh>);
+static_assert(takes_what_stays<LoopPatches, ControlMesh>);
+static_assert(takes_what_stays<PatchPositions, ControlMesh, SchemeKind>);
+static_assert(takes_what_stays<LinearBound, ControlMesh, const SchemeInfo&>);
+static_assert(takes_what_stays<HierarchyEstimator, Hierarchy, double>);
 
 namespace {
 

@@ -3,9 +3,14 @@
 
 #include "tetrakis/hier/error.hpp"
 #include "tetrakis/hier/triangulate.hpp"
+#include "tetrakis/refine/adaptive_dual.hpp"
+#include "tetrakis/refine/closure.hpp"
+#include "tetrakis/refine/hierarchy.hpp"
+#include "tetrakis/refine/partial_levels.hpp"
 #include "tetrakis/refine/position_refiner.hpp"
 #include "tetrakis/refine/refine.hpp"
 #include "tetrakis/refine/repeated_rows.hpp"
+#include "tetrakis/refine/sqrt3_points.hpp"
 #include "tetrakis/refine/uniform_refiner.hpp"
 
 #include <doctest/doctest.h>
@@ -16,9 +21,31 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 using namespace tetrakis;
+
+// What keeps a reference to a mesh takes one that stays, and no temporary.
+template <class Refiner, class... Rest>
+constexpr bool takes_meshes_that_stay = std::is_constructible_v<Refiner, const ControlMesh&, Rest...> &&
+                                        !std::is_constructible_v<Refiner, ControlMesh, Rest...> &&
+                                        !std::is_constructible_v<Refiner, const ControlMesh, Rest...>;
+static_assert(takes_meshes_that_stay<PositionRefiner, const char*, int>);
+static_assert(takes_meshes_that_stay<PositionRefiner, const SchemeInfo&, int, RefineOptions>);
+static_assert(takes_meshes_that_stay<UniformRefiner<double>, SchemeKind, int>);
+static_assert(takes_meshes_that_stay<AdaptiveDual, const SchemeInfo&>);
+static_assert(takes_meshes_that_stay<Closure, SchemeKind>);
+static_assert(takes_meshes_that_stay<PartialLevels, const SchemeInfo&>);
+static_assert(takes_meshes_that_stay<Sqrt3Points>);
+template <class Mesh, class Scheme>
+concept MakesHierarchy = requires(Mesh&& mesh, Scheme scheme) {
+    make_hierarchy(std::forward<Mesh>(mesh), scheme);
+    make_hierarchy(std::forward<Mesh>(mesh), scheme, {.rules = {}});
+};
+static_assert(MakesHierarchy<const ControlMesh&, const char*> && MakesHierarchy<ControlMesh&, const SchemeInfo&>);
+static_assert(!MakesHierarchy<ControlMesh, const char*> && !MakesHierarchy<const ControlMesh, const SchemeInfo&>);
 
 namespace {
 

@@ -244,7 +244,7 @@ TEST_CASE(
             CHECK(compare_meshes(reference.mesh, still.mesh, k_sampling).hausdorff <=
                   *still.certified_error + reference.tolerance_absolute);
             // What is certified of a mesh that the other estimator made knows of sliding, too.
-            options.estimator = EstimatorKind::embree;
+            options.estimator = EstimatorKind::measured;
             options.tolerance = 10 * *options.tolerance;
             const Tessellation measured = tessellate(mesh, options);
             CHECK(compare_meshes(reference.mesh, measured.mesh, k_sampling).hausdorff <=
@@ -269,6 +269,7 @@ TEST_CASE("[slow] [inv9] where a level stops a mesh that slides, its certified e
                 CAPTURE(seed);
                 CAPTURE(level);
                 TessellateOptions options;
+                options.measure = true;
                 options.scheme = scheme;
                 options.estimator = EstimatorKind::certified;
                 options.tolerance = 1e-3;
@@ -304,7 +305,7 @@ TEST_CASE("[inv10] sliding is the same for any number of threads") {
     }
 }
 
-TEST_CASE("[inv9] certified errors of meshes that the embree estimator made know of sliding") {
+TEST_CASE("[inv9] certified errors of meshes that the measured estimator made know of sliding") {
     // A flat disc of n-gons with a round rim: inside there is nothing but sliding.
     ControlMeshData data;
     const std::uint32_t n = 6;
@@ -327,6 +328,7 @@ TEST_CASE("[inv9] certified errors of meshes that the embree estimator made know
     data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
     const ControlMesh mesh = ControlMesh::build(std::move(data));
     TessellateOptions options;
+    options.measure = true;
     options.tolerance = 1e-3;
     options.min_level = 2;
     const Tessellation result = tessellate(mesh, options);
@@ -338,6 +340,7 @@ TEST_CASE("sliding needs the certified estimator, a tolerance alone, and patches
     const ControlMesh mesh = make_mesh(SchemeKind::loop, 300);
     const auto refused = [&](auto&& change, ErrorCode code) {
         TessellateOptions options;
+        options.measure = true;
         options.scheme = SchemeKind::loop;
         options.estimator = EstimatorKind::certified;
         options.tolerance = 0.01;
@@ -350,7 +353,7 @@ TEST_CASE("sliding needs the certified estimator, a tolerance alone, and patches
         }
         return false;
     };
-    CHECK(refused([](TessellateOptions& o) { o.estimator = EstimatorKind::embree; }, ErrorCode::invalid_input));
+    CHECK(refused([](TessellateOptions& o) { o.estimator = EstimatorKind::measured; }, ErrorCode::invalid_input));
     CHECK(refused([](TessellateOptions& o) { o.max_triangles = 1000; }, ErrorCode::invalid_input));
     CHECK(refused([](TessellateOptions& o) { o.tolerance.reset(), o.max_triangles = 1000; }, ErrorCode::invalid_input));
     CHECK(refused([](TessellateOptions& o) { o.scheme = "midpoint"; }, ErrorCode::unsupported));

@@ -97,6 +97,7 @@ TEST_CASE("[slow] [inv9] narrow rounded creases within a leaf are seen: the rook
     if (!folder) return;
     const ControlMesh mesh = ControlMesh::build(read_obj(*folder / "catmark_rook.obj", {.repair = true}));
     TessellateOptions options;
+    options.measure = true;
     options.scheme = SchemeKind::catmull_clark;
     options.tolerance = 1e-4;
     options.normals = options.uvs = false;

@@ -78,7 +78,7 @@ TEST_CASE("every phase of a tessellation reports, and can be cancelled at each o
     TessellateOptions loop, quads, certified, budget, displaced;
     loop.scheme = SchemeKind::loop;
     for (TessellateOptions* options : {&loop, &quads, &certified, &displaced}) options->tolerance = 1e-2;
-    for (TessellateOptions* options : {&loop, &certified, &budget}) options->measure = false;
+    for (TessellateOptions* options : {&quads, &displaced}) options->measure = true;
     certified.estimator = EstimatorKind::certified;
     budget.max_triangles = 700;
     displaced.displacement = &image;

@@ -18,7 +18,7 @@ using namespace tetrakis;
 namespace {
 
 constexpr SchemeKind k_schemes[] = {SchemeKind::catmull_clark, SchemeKind::loop};
-constexpr EstimatorKind k_estimators[] = {EstimatorKind::embree, EstimatorKind::certified};
+constexpr EstimatorKind k_estimators[] = {EstimatorKind::measured, EstimatorKind::certified};
 
 double diagonal(const ControlMesh& mesh) { return bounding_box(mesh.positions()).diagonal(); }
 
@@ -91,7 +91,7 @@ TEST_CASE("[inv1] [inv3] tessellations are conforming, with vertices at limits t
     for (const SchemeKind scheme : k_schemes)
         for (const EstimatorKind estimator : k_estimators)
             for (const std::uint64_t seed : test::seeds(14)) {
-                INFO(name(scheme), estimator == EstimatorKind::embree ? ", embree" : ", certified");
+                INFO(name(scheme), estimator == EstimatorKind::measured ? ", measured" : ", certified");
                 CAPTURE(seed);
                 const ControlMesh mesh = make_mesh(scheme, seed);
                 TessellateOptions options;
@@ -125,10 +125,11 @@ TEST_CASE("[slow] [inv9] measured <= certified, and certified <= tolerance with 
     for (const SchemeKind scheme : k_schemes)
         for (const EstimatorKind estimator : k_estimators)
             for (const std::uint64_t seed : test::seeds(5)) {
-                INFO(name(scheme), estimator == EstimatorKind::embree ? ", embree" : ", certified");
+                INFO(name(scheme), estimator == EstimatorKind::measured ? ", measured" : ", certified");
                 CAPTURE(seed);
                 const ControlMesh mesh = make_mesh(scheme, seed + 100);
                 TessellateOptions options;
+                options.measure = true;
                 options.scheme = scheme;
                 options.estimator = estimator;
                 options.tolerance = 0.02;
@@ -155,6 +156,7 @@ TEST_CASE("[slow] [inv9] certified bounds hold where a level or a budget stops t
                 CAPTURE(seed);
                 const ControlMesh mesh = make_mesh(scheme, seed + 30);
                 TessellateOptions options;
+                options.measure = true;
                 options.scheme = scheme;
                 options.estimator = EstimatorKind::certified;
                 options.tolerance = 1e-4;
@@ -174,7 +176,7 @@ TEST_CASE("[inv10] the same bytes for 1 to 4 threads, and from run to run") {
     for (const SchemeKind scheme : k_schemes)
         for (const EstimatorKind estimator : k_estimators)
             for (const bool budget : {false, true}) {
-                INFO(name(scheme), estimator == EstimatorKind::embree ? ", embree" : ", certified",
+                INFO(name(scheme), estimator == EstimatorKind::measured ? ", measured" : ", certified",
                      budget ? ", budget" : "");
                 const ControlMesh mesh = make_mesh(scheme, 8);
                 TessellateOptions options;
@@ -196,6 +198,7 @@ TEST_CASE("[inv10] the same bytes for 1 to 4 threads, and from run to run") {
 TEST_CASE("[inv10] measurements do not depend on the number of threads") {
     const ControlMesh mesh = make_mesh(SchemeKind::catmull_clark, 12);
     TessellateOptions options;
+    options.measure = true;
     options.tolerance = 0.03;
     RunContext one, three;
     one.threads = 1, three.threads = 3;
@@ -217,6 +220,7 @@ TEST_CASE("[slow] a budget of triangles is never exceeded, and the error falls a
             for (const std::uint64_t most : {200, 400, 801, 1600, 3203}) {
                 CAPTURE(most);
                 TessellateOptions options;
+                options.measure = true;
                 options.scheme = scheme;
                 options.max_triangles = most;
                 options.measure_samples = 100'000;

@@ -206,7 +206,7 @@ TEST_CASE("[slow] dual schemes tessellate meshes with holes: what is left is ref
         const SchemeInfo& scheme = *find_scheme(name);
         const ControlMesh mesh = mesh_for(scheme, text);
         const Tessellation result =
-            tessellate(mesh, {.scheme = scheme, .tolerance = 1e-2, .measure_samples = k_samples});
+            tessellate(mesh, {.scheme = scheme, .tolerance = 1e-2, .measure = true, .measure_samples = k_samples});
         CHECK(result.tolerance_reached);
         CHECK(result.mesh.triangles.size() < 4'000);
         CHECK(std::count(result.triangle_face.begin(), result.triangle_face.end(), 1u) == 0);
@@ -239,14 +239,16 @@ TEST_CASE("averages whose boundary recedes are tessellated by whole levels, with
             grid += "f " + std::to_string(v) + " " + std::to_string(v + 1) + " " + std::to_string(v + k_side + 2) +
                     " " + std::to_string(v + k_side + 1) + "\n";
     const ControlMesh larger = mesh_for(*find_scheme("averaging"), grid);
-    const Tessellation even =
-        tessellate(larger, {.scheme = "averaging", .rules = rules, .tolerance = 2e-2, .measure_samples = k_samples});
+    const Tessellation even = tessellate(
+        larger,
+        {.scheme = "averaging", .rules = rules, .tolerance = 2e-2, .measure = true, .measure_samples = k_samples});
     CHECK(even.tolerance_reached);
     REQUIRE(!even.warnings.empty());
     CHECK(has(even.warnings[0], "whole levels"));
     rules.averaging_steps = 1;
-    const Tessellation result =
-        tessellate(mesh, {.scheme = "averaging", .rules = rules, .tolerance = 2e-2, .measure_samples = k_samples});
+    const Tessellation result = tessellate(
+        mesh,
+        {.scheme = "averaging", .rules = rules, .tolerance = 2e-2, .measure = true, .measure_samples = k_samples});
     CHECK(result.tolerance_reached);
     REQUIRE(!result.warnings.empty());
     CHECK(has(result.warnings[0], "whole levels"));
@@ -265,6 +267,7 @@ TEST_CASE("Catmull-Clark and Loop by other than their plain rules go by limit po
     const Tessellation warren = tessellate(mesh, {.scheme = "loop",
                                                   .rules = {.loop_weights = LoopWeights::warren},
                                                   .tolerance = 1e-2,
+                                                  .measure = true,
                                                   .measure_samples = k_samples});
     REQUIRE(warren.certified_error);  // by mask norms
     CHECK(warren.measured_error->hausdorff <= *warren.certified_error);
@@ -307,7 +310,7 @@ TEST_CASE("[slow] what is measured against limit points is what a finer uniform 
         CAPTURE(name);
         const SchemeInfo& scheme = *find_scheme(name);
         const ControlMesh mesh = mesh_for(scheme, k_closed);
-        const Tessellation result = tessellate(mesh, {.scheme = scheme, .tolerance = 1e-2});
+        const Tessellation result = tessellate(mesh, {.scheme = scheme, .tolerance = 1e-2, .measure = true});
         REQUIRE(result.measured_error);
         CHECK(result.measured_error->hausdorff <= result.tolerance_absolute);
         CHECK(result.certified_error.has_value() == (name != "sqrt3"));
@@ -376,21 +379,30 @@ TEST_CASE("[inv9] linear schemes: certified by their polynomials, and coarse whe
     const ControlMesh cube = mesh_for(*find_scheme("bilinear"),
                                       "v -1 -1 -1\nv 1 -1 -1\nv -1 1 -1\nv 1 1 -1\nv -1 -1 1\nv 1 -1 1\nv -1 1 1\n"
                                       "v 1 1 1\nf 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 4 3 7 8\nf 3 1 5 7\nf 2 4 8 6\n");
-    for (const EstimatorKind estimator : {EstimatorKind::embree, EstimatorKind::certified}) {
-        const Tessellation flat = tessellate(
-            cube, {.scheme = "bilinear", .estimator = estimator, .tolerance = 1e-3, .measure_samples = k_samples});
+    for (const EstimatorKind estimator : {EstimatorKind::measured, EstimatorKind::certified}) {
+        const Tessellation flat = tessellate(cube, {.scheme = "bilinear",
+                                                    .estimator = estimator,
+                                                    .tolerance = 1e-3,
+                                                    .measure = true,
+                                                    .measure_samples = k_samples});
         CHECK(flat.mesh.triangles.size() == 12);
         CHECK(*flat.certified_error < 1e-12);
         const ControlMesh triangles = mesh_for(*find_scheme("midpoint"), k_open);
-        const Tessellation same = tessellate(
-            triangles, {.scheme = "midpoint", .estimator = estimator, .tolerance = 1e-3, .measure_samples = k_samples});
+        const Tessellation same = tessellate(triangles, {.scheme = "midpoint",
+                                                         .estimator = estimator,
+                                                         .tolerance = 1e-3,
+                                                         .measure = true,
+                                                         .measure_samples = k_samples});
         CHECK(same.mesh.triangles.size() == triangles.face_count());
         CHECK(same.measured_error->hausdorff <= *same.certified_error);
         CHECK(*same.certified_error < 1e-12);
 
         const ControlMesh open = mesh_for(*find_scheme("bilinear"), k_open);
-        const Tessellation bent = tessellate(
-            open, {.scheme = "bilinear", .estimator = estimator, .tolerance = 2e-3, .measure_samples = k_samples});
+        const Tessellation bent = tessellate(open, {.scheme = "bilinear",
+                                                    .estimator = estimator,
+                                                    .tolerance = 2e-3,
+                                                    .measure = true,
+                                                    .measure_samples = k_samples});
         CHECK(bent.measured_error->hausdorff <= *bent.certified_error);
         CHECK(bent.measured_error->hausdorff > 0.1 * *bent.certified_error);
         if (estimator == EstimatorKind::certified) CHECK(*bent.certified_error <= bent.tolerance_absolute);
@@ -596,7 +608,7 @@ TEST_CASE("sqrt3: what is tagged and what has holes is within the tolerance, by 
         CAPTURE(seed);
         const ControlMesh mesh = test::random_sqrt3_mesh(seed);
         const Tessellation result =
-            tessellate(mesh, {.scheme = "sqrt3", .tolerance = 1e-2, .measure_samples = k_samples});
+            tessellate(mesh, {.scheme = "sqrt3", .tolerance = 1e-2, .measure = true, .measure_samples = k_samples});
         CHECK(result.tolerance_reached);
         CHECK(test::topology(result.mesh.triangles) == test::surface_topology(mesh));
         const TriangleMesh reference = triangles_of(refine(mesh, "sqrt3", 4, {.limit = true}));
@@ -616,8 +628,8 @@ TEST_CASE("[slow] honeycomb refinement is tessellated by whole levels") {
     int before = 0;
     for (const double tolerance : {0.05, 0.01, 0.005}) {
         CAPTURE(tolerance);
-        const Tessellation result =
-            tessellate(mesh, {.scheme = "honeycomb", .tolerance = tolerance, .measure_samples = 50'000});
+        const Tessellation result = tessellate(
+            mesh, {.scheme = "honeycomb", .tolerance = tolerance, .measure = true, .measure_samples = 50'000});
         CHECK(result.tolerance_reached);
         REQUIRE(result.measured_error);
         CHECK(result.measured_error->hausdorff <= result.tolerance_absolute);
@@ -636,8 +648,11 @@ TEST_CASE("[slow] honeycomb refinement is tessellated by whole levels") {
     }
     CHECK(before > 1);
     // The level before does not do.
-    const Tessellation coarser = tessellate(
-        mesh, {.scheme = "honeycomb", .tolerance = 0.005, .max_level = before - 1, .measure_samples = 50'000});
+    const Tessellation coarser = tessellate(mesh, {.scheme = "honeycomb",
+                                                   .tolerance = 0.005,
+                                                   .max_level = before - 1,
+                                                   .measure = true,
+                                                   .measure_samples = 50'000});
     CHECK_FALSE(coarser.tolerance_reached);
     CHECK(coarser.measured_error->hausdorff > coarser.tolerance_absolute);
     TessellateOptions within;
@@ -660,8 +675,9 @@ TEST_CASE("honeycomb refinement with holes: faces that touch in a vertex alone a
                   "t hole 1/0/0 0\nt hole 1/0/0 5\nt crease 2/1/0 5 6 1.25\nt crease 2/1/0 9 13 4\nt "
                   "interpolateboundary 1/0/0 1\n",
                   "test.obj"));
-    const Tessellation result =
-        tessellate(mesh, {.scheme = "honeycomb", .tolerance = 0.05, .crease_degrees = 180, .measure_samples = 10'000});
+    const Tessellation result = tessellate(
+        mesh,
+        {.scheme = "honeycomb", .tolerance = 0.05, .crease_degrees = 180, .measure = true, .measure_samples = 10'000});
     CHECK(result.tolerance_reached);
     const PolygonMesh level = refine(mesh, "honeycomb", result.deepest_level, {.limit = true, .normals = true});
     CHECK(result.mesh.positions == level.positions);
@@ -681,7 +697,7 @@ TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use inst
     const std::string uncertified = refusal(code, [&] {
         tessellate(mesh, {.scheme = "biquartic", .estimator = EstimatorKind::certified, .tolerance = 1e-2});
     });
-    CHECK(has(uncertified, "embree estimator"));
+    CHECK(has(uncertified, "measured estimator"));
     for (const SchemeInfo& scheme : scheme_table()) {
         CAPTURE(scheme.name);
         if (scheme_support(scheme.name).certified) CHECK(has(uncertified, scheme.name.data()));
@@ -710,7 +726,7 @@ TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use inst
     // A crease that is semi-sharp for long has a limit like any other.
     const ControlMesh crease = mesh_for(*find_scheme("kobbelt"), std::string(k_closed) + "t crease 2/1/0 0 1 7.5\n");
     const Tessellation creased =
-        tessellate(crease, {.scheme = "kobbelt", .tolerance = 1e-2, .measure_samples = k_samples});
+        tessellate(crease, {.scheme = "kobbelt", .tolerance = 1e-2, .measure = true, .measure_samples = k_samples});
     CHECK(creased.tolerance_reached);
     // Memory, and a caller who has had enough.
     RunContext small;
@@ -728,7 +744,8 @@ TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use inst
             stages.emplace(stage);
             return stage != "measure";
         };
-        refusal(ErrorCode::cancelled, [&] { tessellate(mesh, {.scheme = name, .tolerance = 1e-2}, impatient); });
+        refusal(ErrorCode::cancelled,
+                [&] { tessellate(mesh, {.scheme = name, .tolerance = 1e-2, .measure = true}, impatient); });
         CHECK(stages.count("refine") == 1);
     }
 }

@@ -92,6 +92,7 @@ TEST_CASE("[slow] [inv9] a cube meets tolerances of 3e-5, certified, and 2e-6") 
     data.holes = {0, 1, 2, 3, 4};  // one face tells as much as six
     const ControlMesh mesh = ControlMesh::build(std::move(data));
     TessellateOptions options;
+    options.measure = true;
     options.uvs = false;
     options.estimator = EstimatorKind::certified;
     options.tolerance = 3e-5;
@@ -99,7 +100,7 @@ TEST_CASE("[slow] [inv9] a cube meets tolerances of 3e-5, certified, and 2e-6") 
     CHECK(certified.tolerance_reached);
     CHECK(*certified.certified_error <= certified.tolerance_absolute);
     CHECK(certified.measured_error->hausdorff <= *certified.certified_error);
-    options.estimator = EstimatorKind::embree;
+    options.estimator = EstimatorKind::measured;
     options.tolerance = 2e-6;
     const Tessellation measured = tessellate(mesh, options);
     CHECK(measured.tolerance_reached);
@@ -134,12 +135,12 @@ TEST_CASE("[slow] [inv3] [inv9] valence 2, darts, poles, holes, creases: the ref
         INFO(shape);
         const std::string name = shape;
         const ControlMesh mesh = load_control_mesh(*folder / (name + ".obj"), {.repair = true});
-        for (const EstimatorKind estimator : {EstimatorKind::embree, EstimatorKind::certified}) {
+        for (const EstimatorKind estimator : {EstimatorKind::measured, EstimatorKind::certified}) {
             TessellateOptions options;
             options.scheme = name.starts_with("loop") ? SchemeKind::loop : SchemeKind::catmull_clark;
             options.estimator = estimator;
             options.tolerance = 1e-2;
-            options.measure = estimator == EstimatorKind::embree;
+            options.measure = estimator == EstimatorKind::measured;
             options.measure_samples = 100'000;
             const Tessellation result = tessellate(mesh, options);
             check_conforming(mesh, result);
@@ -178,6 +179,7 @@ TEST_CASE("a hole of the control mesh over a target of two large triangles is se
     square.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
     square.triangles = {{0, 1, 2}, {0, 2, 3}};
     TessellateOptions options;
+    options.measure = true;
     options.tolerance = 2e-3;
     options.target = &square;
     const Tessellation result = tessellate(frame, options);
@@ -209,6 +211,7 @@ TEST_CASE("a control mesh is projected onto a target within the tolerance") {
         sphere.triangles.push_back({at(rings - 1, s), last, at(rings - 1, s + 1)});
     }
     TessellateOptions options;
+    options.measure = true;
     options.tolerance = 0.01;
     options.target = &sphere;
     options.measure_samples = 50'000;
@@ -265,6 +268,7 @@ TEST_CASE("what of a target the projection does not reach counts as error") {
         target.triangles.push_back({v, v + 2, v + 3});
     }
     TessellateOptions options;
+    options.measure = true;
     options.tolerance = 0.01;
     options.target = &target;
     const Tessellation result = tessellate(mesh, options);
@@ -283,6 +287,7 @@ TEST_CASE("a displacement stands on the limit surface along its normal") {
     const ControlMesh mesh = ControlMesh::build(grid(4, false));
     const HeightImage image = waves();
     TessellateOptions options;
+    options.measure = true;
     options.tolerance = 2e-3;
     options.displacement = &image;
     options.amplitude = 0.1;
@@ -324,6 +329,7 @@ TEST_CASE("[slow] [inv3] a displacement opens no crack at seams and creases") {
                 data.creases.push_back({a, b, 10});
         const ControlMesh mesh = ControlMesh::build(std::move(data));
         TessellateOptions options;
+        options.measure = true;
         options.tolerance = 0.02;
         options.displacement = &image;
         options.amplitude = 0.1;
@@ -446,6 +452,7 @@ TEST_CASE("materials and groups of the control faces go with their triangles") {
 TEST_CASE("a cancelled or too large tessellation throws") {
     const ControlMesh mesh = parse(cube_text());
     TessellateOptions options;
+    options.measure = true;
     options.tolerance = 1e-4;
     for (const int after : {0, 1, 2, 4, 7}) {
         CAPTURE(after);
@@ -489,7 +496,7 @@ TEST_CASE("options that cannot be meant are refused with advice") {
     refuse(cube, "levels must be", [](auto& o) { o.min_level = 3, o.max_level = 2; });
     refuse(bare, "texture coordinates", [&](auto& o) { o.displacement = &image; });
     refuse(cube, "amplitude", [&](auto& o) { o.displacement = &image, o.amplitude = std::nan(""); });
-    refuse(cube, "use the embree estimator",
+    refuse(cube, "use the measured estimator",
            [&](auto& o) { o.displacement = &image, o.estimator = EstimatorKind::certified; });
     refuse(cube, "no triangles", [&](auto& o) { o.target = &empty; });
     refuse(cube, "uses vertex 2, but there are 2 vertices", [&](auto& o) { o.target = &broken; });
@@ -497,11 +504,24 @@ TEST_CASE("options that cannot be meant are refused with advice") {
     refuse(ControlMesh(), "no faces", [](auto&) {});
 }
 
+TEST_CASE("tessellate() measures where it is asked to, and says by which samples a tolerance was reached") {
+    const ControlMesh mesh = parse(cube_text());
+    const Tessellation quick = tessellate(mesh, {.tolerance = 1e-2});
+    CHECK_FALSE(quick.measured_error);
+    CHECK(quick.tolerance_reached);
+    CHECK(quick.certified_error);
+    const Tessellation measured = tessellate(mesh, {.tolerance = 1e-2, .measure = true, .measure_samples = 20'000});
+    REQUIRE(measured.measured_error);
+    CHECK(measured.measured_error->hausdorff <= measured.tolerance_absolute);
+    CHECK(measured.mesh.triangles.size() >= quick.mesh.triangles.size());
+}
+
 TEST_CASE("absolute tolerances, and the rounding of written floats") {
     ControlMeshData data = parse_obj(cube_text(), "cube.obj");
     for (Vec3d& p : data.positions) p = p * 3.0 + Vec3d(1000, 0, 0);
     const ControlMesh mesh = ControlMesh::build(std::move(data));
     TessellateOptions options;
+    options.measure = true;
     options.tolerance = 0.02;
     options.tolerance_is_absolute = true;
     const Tessellation result = tessellate(mesh, options);
@@ -535,7 +555,7 @@ TEST_CASE("the certified estimator leaves room for the rounding of written float
     }
     options.tolerance = 1e-7;      // coordinates up to 3 in floats: off by up to 3e-7
     options.max_triangles = 2000;  // what matters is said before any refinement
-    for (const EstimatorKind kind : {EstimatorKind::certified, EstimatorKind::embree}) {
+    for (const EstimatorKind kind : {EstimatorKind::certified, EstimatorKind::measured}) {
         options.estimator = kind;
         const Tessellation result = tessellate(mesh, options);
         CHECK(!result.tolerance_reached);
@@ -566,6 +586,7 @@ TEST_CASE("mean and RMS are of actual distances also where Newton's method gets 
         for (std::uint32_t v = 0; v < data.positions.size(); ++v)
             data.positions[v] = {k_column[v % 7], v / 7, ripple * std::sin(v)};
         TessellateOptions options;
+        options.measure = true;
         options.tolerance = 0.1;
         const auto measured = tessellate(ControlMesh::build(std::move(data)), options).measured_error;
         REQUIRE(measured);
@@ -577,6 +598,7 @@ TEST_CASE("mean and RMS are of actual distances also where Newton's method gets 
 
 TEST_CASE("isolated vertices weigh nothing in a relative tolerance") {
     TessellateOptions options;
+    options.measure = true;
     options.tolerance = 1e-2;
     const Tessellation a = tessellate(parse(cube_text()), options);
     ControlMeshData data = parse_obj(cube_text(), "cube.obj");
@@ -595,6 +617,7 @@ TEST_CASE("[bad-input] coordinates are as large as their fourth powers allow, or
         return data;
     };
     TessellateOptions options;
+    options.measure = true;
     options.tolerance = 1e-2;
     const Tessellation small = tessellate(ControlMesh::build(scaled(1)), options);
     const Tessellation large = tessellate(ControlMesh::build(scaled(1e55)), options);
@@ -637,6 +660,7 @@ TEST_CASE("[inv3] beside an interior vertex of valence 2 no edge has more than t
 TEST_CASE("[inv9] a certified tolerance is met under a budget that is large enough") {
     const ControlMesh mesh = parse(cube_text());
     TessellateOptions options;
+    options.measure = true;
     options.estimator = EstimatorKind::certified;
     for (const double tolerance : {0.3, 0.1, 3e-2, 1e-2}) {
         CAPTURE(tolerance);
@@ -652,6 +676,7 @@ TEST_CASE("[inv9] a certified tolerance is met under a budget that is large enou
 TEST_CASE("[bad-input] a model too small for its squares is refused") {
     const ControlMesh mesh = parse("v 0 0 0\nv 1e-80 0 0\nv 1e-80 1e-80 0\nv 0 1e-80 0\nf 1 2 3 4\n");
     TessellateOptions options;
+    options.measure = true;
     options.tolerance = 1e-3;
     CHECK(code_of([&] { tessellate(mesh, options); }, "scale it up") == ErrorCode::invalid_input);
 }

@@ -35,7 +35,7 @@ tessellate() {
     "$tetrakis" tessellate "$model" --scheme "$scheme" --tolerance "$tolerance" --estimator "$1" \
         -o "out/$2.glb" --report "out/$2.json" --image "out/$2.png" --image-heat "out/$2_error.png" || [ $? -eq 4 ]
 }
-tessellate embree "$name"
+tessellate measured "$name"
 tessellate certified "${name}_certified"
 echo
 echo "Look at out/$name.png (wireframe) and out/${name}_error.png (error); out/$name.json has the figures,"

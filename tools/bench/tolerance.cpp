@@ -36,11 +36,11 @@ struct Row {
     std::string model;
     double tolerance = 0;
     PeerResult rate, adapt;
-    Judged equal;              ///< internal tolerance scaled until limit to mesh is the tolerance
-    Judged embree, certified;  ///< the tolerance as asked for
-    Judged sliding;            ///< certified, with TessellateOptions::slide
+    Judged equal;                ///< internal tolerance scaled until limit to mesh is the tolerance
+    Judged measured, certified;  ///< the tolerance as asked for
+    Judged sliding;              ///< certified, with TessellateOptions::slide
     /// Milliseconds by round; empty for a peer that does not meet the tolerance.
-    std::vector<double> rate_ms, adapt_ms, certified_ms, embree_ms, certified_two_threads_ms, embree_two_threads_ms;
+    std::vector<double> rate_ms, adapt_ms, certified_ms, measured_ms, certified_two_threads_ms, measured_two_threads_ms;
     std::vector<double> sliding_ms;
     std::vector<double> certified_twice_ms;  ///< two runs at once, a thread each: what the machine can give
 
@@ -114,8 +114,8 @@ class Runner {
             return result;
         });
         add_peer(row.adapt_ms, row.adapt);
-        add_own(row.embree_ms, EstimatorKind::embree, 1);
-        add_own(row.embree_two_threads_ms, EstimatorKind::embree, 2);
+        add_own(row.measured_ms, EstimatorKind::measured, 1);
+        add_own(row.measured_two_threads_ms, EstimatorKind::measured, 2);
         auto measured = milliseconds_in_turns(runs_, works);
         for (std::size_t i = 0; i < works.size(); ++i) *times[i] = std::move(measured[i]);
     }
@@ -182,17 +182,17 @@ void print_times(const std::vector<Row>& rows) {
         "for.\n"
         "The peers' times are for a parameter that is known to suffice. All take turns; medians over the rounds.\n"
         "`two runs at once`: how much more work than one thread two do that share nothing: what the machine gives.\n\n"
-        "| model | tolerance | Bfr, best rate | Bfr, rates per edge | certified | its triangles | embree | its "
+        "| model | tolerance | Bfr, best rate | Bfr, rates per edge | certified | its triangles | measured | its "
         "triangles | "
-        "two threads: certified | embree | two runs at once |\n"
+        "two threads: certified | measured | two runs at once |\n"
         "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
     for (const Row& r : rows)
         fmt::print("| {} | {:g} | {} | {} | {:.3g} | {} | {:.3g} | {} | {:.2f}x | {:.2f}x | {:.2f}x |\n", r.model,
                    r.tolerance, r.rate_ms.empty() ? "-" : fmt::format("{:.3g}", median_of(r.rate_ms)),
                    r.adapt_ms.empty() ? "-" : fmt::format("{:.3g}", median_of(r.adapt_ms)), median_of(r.certified_ms),
-                   grouped(r.certified.triangles), median_of(r.embree_ms), grouped(r.embree.triangles),
+                   grouped(r.certified.triangles), median_of(r.measured_ms), grouped(r.measured.triangles),
                    median_ratio(r.certified_ms, r.certified_two_threads_ms),
-                   median_ratio(r.embree_ms, r.embree_two_threads_ms), r.machine());
+                   median_ratio(r.measured_ms, r.measured_two_threads_ms), r.machine());
 }
 
 void print_sliding(const std::vector<Row>& rows) {
@@ -213,28 +213,28 @@ void print_means(const std::vector<Row>& rows, const std::vector<double>& tolera
         "tolerance is left out of its mean.\n\n"
         "| tolerance | triangles to best rate | to rates per edge | certified / measured | time to best rate: "
         "certified | "
-        "embree | two threads: certified | embree | two runs at once |\n"
+        "measured | two threads: certified | measured | two runs at once |\n"
         "|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
     for (const double tolerance : tolerances) {
-        std::vector<double> to_rate, to_adapt, certified, time_certified, time_embree, two_certified, two_embree,
+        std::vector<double> to_rate, to_adapt, certified, time_certified, time_measured, two_certified, two_measured,
             machine;
         for (const Row& r : rows) {
             if (r.tolerance != tolerance) continue;
             if (r.rate.met && r.equal.valid()) to_rate.push_back(over(r.equal.triangles, r.rate.triangles));
             if (!r.rate_ms.empty()) {
                 time_certified.push_back(median_ratio(r.certified_ms, r.rate_ms));
-                time_embree.push_back(median_ratio(r.embree_ms, r.rate_ms));
+                time_measured.push_back(median_ratio(r.measured_ms, r.rate_ms));
             }
             if (r.adapt.met && r.equal.valid()) to_adapt.push_back(over(r.equal.triangles, r.adapt.triangles));
             certified.push_back(r.certified.certified / r.certified.measured());
             two_certified.push_back(median_ratio(r.certified_ms, r.certified_two_threads_ms));
-            two_embree.push_back(median_ratio(r.embree_ms, r.embree_two_threads_ms));
+            two_measured.push_back(median_ratio(r.measured_ms, r.measured_two_threads_ms));
             machine.push_back(r.machine());
         }
         fmt::print("| {:g} | {:.2f} ({}) | {:.2f} ({}) | {:.2f} | {:.2f} | {:.2f} | {:.2f}x | {:.2f}x | {:.2f}x |\n",
                    tolerance, geometric_mean(to_rate), to_rate.size(), geometric_mean(to_adapt), to_adapt.size(),
-                   median_of(certified), geometric_mean(time_certified), geometric_mean(time_embree),
-                   geometric_mean(two_certified), geometric_mean(two_embree), geometric_mean(machine));
+                   median_of(certified), geometric_mean(time_certified), geometric_mean(time_measured),
+                   geometric_mean(two_certified), geometric_mean(two_measured), geometric_mean(machine));
     }
 }
 
@@ -290,10 +290,10 @@ int main(int argc, char** argv) {
             row.tolerance = t;
             row.rate = peer(t, "bfr-rate", best_uniform_rate);
             row.adapt = peer(t, "bfr-adapt", best_adaptive_rates);
-            row.embree = runner.judged(EstimatorKind::embree, t);
+            row.measured = runner.judged(EstimatorKind::measured, t);
             row.certified = runner.judged(EstimatorKind::certified, t);
             row.sliding = runner.judged(EstimatorKind::certified, t, true);
-            row.equal = runner.at_equal_error(EstimatorKind::embree, t, row.embree);
+            row.equal = runner.at_equal_error(EstimatorKind::measured, t, row.measured);
             runner.measure_times(row);
             rows.push_back(std::move(row));
         }

@@ -19,10 +19,12 @@ if(TARGET tetrakis_cli)
   install(TARGETS tetrakis_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
 
+# Not at the top of the build tree, which find_package() searches where the program's folder is on PATH: the file works
+# only where it is installed, beside its targets.
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/tetrakisConfig.cmake.in
-                              ${PROJECT_BINARY_DIR}/tetrakisConfig.cmake
+                              ${PROJECT_BINARY_DIR}/package/tetrakisConfig.cmake
                               INSTALL_DESTINATION ${TETRAKIS_INSTALL_CMAKEDIR})
 # Before 1.0 a minor version may change the interface.
-write_basic_package_version_file(${PROJECT_BINARY_DIR}/tetrakisConfigVersion.cmake COMPATIBILITY SameMinorVersion)
-install(FILES ${PROJECT_BINARY_DIR}/tetrakisConfig.cmake ${PROJECT_BINARY_DIR}/tetrakisConfigVersion.cmake
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/package/tetrakisConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/package/tetrakisConfig.cmake ${PROJECT_BINARY_DIR}/package/tetrakisConfigVersion.cmake
         DESTINATION ${TETRAKIS_INSTALL_CMAKEDIR})

@@ -65,7 +65,7 @@ FactoredResult by_levels(const FactoredRefine& options, const ControlMesh& mesh,
 
 ExitCode run_checked(const FactoredRefine& options, FactoredScheme scheme) {
     Run process(options.run);
-    LoadedModel model = load_model(options.input, options.repair, process.context());
+    LoadedModel model = load_model(options.input, options.read, process.context());
     Report report = Report::of(options.input, name(scheme), model, options.run);
     for (std::string& warning : options.rules.unused(scheme_named(name(scheme))))
         report.warnings.push_back(std::move(warning));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "exit_code.hpp"
+#include "files.hpp"
 #include "run_options.hpp"
 #include "scheme_option.hpp"
 
@@ -16,7 +17,7 @@ struct FactoredRefine {
     RuleOptionFlags rules;
     int half_steps = 0;
     bool active = false;  ///< write the scheme's own faces
-    bool repair = false;
+    ReadOptions read;
     RunOptions run;
 };
 

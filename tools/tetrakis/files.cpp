@@ -1,8 +1,8 @@
 #include "files.hpp"
+#include "run_options.hpp"
 
 #include "tetrakis/eval/io/mesh_writer.hpp"
 #include "tetrakis/hier/atomic_file.hpp"
-#include "tetrakis/hier/obj_reader.hpp"
 
 #include <fmt/format.h>
 
@@ -33,7 +33,20 @@ bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
 
 }  // namespace
 
-LoadedModel load_model(const std::filesystem::path& path, bool repair, const RunContext& context) {
+void add_read_options(CLI::App& command, ReadOptions& options) {
+    command
+        .add_option("--weld", options.weld,
+                    "Join vertices in one place, or within a distance in the unit of the model, so that faces side by\n"
+                    "side share them; comes before --repair")
+        ->type_name("[DISTANCE]")
+        ->expected(0, 1)
+        ->default_str("0")
+        ->check(number_check("a distance of 0 or more (give the model before --weld, or write --weld=0)",
+                             [](double x) { return x >= 0; }));
+    command.add_flag("--repair", options.repair, "Mend what can be mended safely, and say what was done");
+}
+
+LoadedModel load_model(const std::filesystem::path& path, const ReadOptions& options, const RunContext& context) {
     const std::string extension = lower_extension(path);
     for (const char* other : {".ply", ".glb", ".gltf", ".stl", ".fbx", ".usd", ".usda", ".usdc", ".blend"})
         if (extension == other)
@@ -43,7 +56,7 @@ LoadedModel load_model(const std::filesystem::path& path, bool repair, const Run
         LoadedModel model;
         const Stopwatch load;
         context.report("load", 0);
-        ControlMeshData data = read_obj(path, {.repair = repair});
+        ControlMeshData data = read_obj(path, options);
         model.load_seconds = load.seconds();
         const Stopwatch build;
         context.report("build", 0);

@@ -4,7 +4,10 @@
 
 #include "tetrakis/hier/control_mesh.hpp"
 #include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/obj_reader.hpp"
 #include "tetrakis/hier/run_context.hpp"
+
+#include <CLI/CLI.hpp>
 
 #include <chrono>
 #include <filesystem>
@@ -55,8 +58,11 @@ struct LoadedModel {
     double load_seconds = 0, build_seconds = 0;
 };
 
+/// --weld and --repair, which every command that loads a control mesh has.
+void add_read_options(CLI::App& command, ReadOptions& options);
+
 /// @throws InputError, Error (memory_limit, cancelled)
-LoadedModel load_model(const std::filesystem::path& path, bool repair, const RunContext& context);
+LoadedModel load_model(const std::filesystem::path& path, const ReadOptions& options, const RunContext& context);
 
 /// The files that a command is to write, checked before any work is done.
 class OutputFiles {

@@ -18,7 +18,8 @@ namespace {
 
 struct InfoOptions {
     std::filesystem::path input;
-    bool json = false, repair = false;
+    ReadOptions read;
+    bool json = false;
 };
 
 std::string_view name_of(BoundaryRule rule) {
@@ -131,7 +132,7 @@ void print_summary(const ControlMesh& mesh, const MeshStatistics& s, const Box3d
 
 ExitCode run(const InfoOptions& options) {
     Run process({});
-    const LoadedModel model = load_model(options.input, options.repair, process.context());
+    const LoadedModel model = load_model(options.input, options.read, process.context());
     process.end_progress();
     print_warnings(model.mesh.warnings());
     const MeshStatistics s = statistics(model.mesh);
@@ -150,7 +151,7 @@ void add_info_command(CLI::App& app, Command& chosen) {
     CLI::App* command = app.add_subcommand("info", "Checks a control mesh and says what is in it");
     command->add_option("IN", options->input, "Control mesh (.obj)")->required()->type_name("");
     command->add_flag("--json", options->json, "Print JSON");
-    command->add_flag("--repair", options->repair, "Mend what can be mended safely, and say what was done");
+    add_read_options(*command, options->read);
     command->footer("Example:\n  tetrakis info data/rook.obj");
     command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
 }

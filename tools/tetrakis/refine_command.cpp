@@ -28,7 +28,8 @@ struct Options {
     std::string scheme{name(SchemeKind::catmull_clark)};
     RuleOptionFlags rules;
     int levels = 0, smoothing = 0, steps = 0, averaging_steps = 0;
-    bool limit = false, repair = false, factored = false, active = false;
+    ReadOptions read;
+    bool limit = false, factored = false, active = false;
     RunOptions run;
 };
 
@@ -58,7 +59,7 @@ class MemoryRest {
 
 ExitCode run_checked(const Options& options, const SchemeInfo& scheme) {
     Run process(options.run);
-    LoadedModel model = load_model(options.input, options.repair, process.context());
+    LoadedModel model = load_model(options.input, options.read, process.context());
     const std::uint64_t faces = model.mesh.face_count();
     const Stopwatch build;
     prepare_for(scheme, model.mesh, process.context());
@@ -128,7 +129,7 @@ ExitCode run_checked(const Options& options, const SchemeInfo& scheme) {
 ExitCode run(const Options& options) {
     if (options.factored)
         return run_factored_refine({options.input, options.output, options.report, options.scheme, options.rules,
-                                    options.steps, options.active, options.repair, options.run});
+                                    options.steps, options.active, options.read, options.run});
     const SchemeInfo& scheme = chosen_scheme(options.scheme);
     OutputFiles outputs;
     outputs.add(OutputFiles::Kind::mesh, "-o", options.output);
@@ -184,7 +185,7 @@ void add_refine_command(CLI::App& app, Command& chosen) {
         ->needs(factored);
     options->run.add_threads(*command);
     options->run.add_max_memory(*command);
-    command->add_flag("--repair", options->repair, "Mend what can be mended safely, and say what was done");
+    add_read_options(*command, options->read);
     command->add_option("-o,--output", options->output, "Mesh to write: .obj, .ply or .glb")
         ->required()
         ->type_name("OUT");

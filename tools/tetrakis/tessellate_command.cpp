@@ -33,7 +33,8 @@ struct TessellateCommandOptions {
     RuleOptionFlags rules;
     TessellateOptions tessellate;
     std::optional<double> amplitude;
-    bool no_measure = false, repair = false;
+    ReadOptions read;
+    bool no_measure = false;
     RenderOptions render;
     bool samples_given = false;
     std::string view_option;  ///< of --size, --camera and --up one that is given, or empty
@@ -52,7 +53,7 @@ void check_combination(const TessellateCommandOptions& options) {
     if (t.estimator == EstimatorKind::certified && (!options.target.empty() || !options.displacement.empty()))
         throw UsageError(
             "--estimator certified bounds the distance to the limit surface itself; with --target or --displacement "
-            "use --estimator embree");
+            "use --estimator measured");
     if (options.tessellate.slide && options.tessellate.estimator != EstimatorKind::certified)
         throw UsageError("--slide needs --estimator certified");
     if (options.tessellate.slide && options.tessellate.max_triangles != 0)
@@ -73,7 +74,7 @@ void check_combination(const TessellateCommandOptions& options) {
     if (!support.certified && t.estimator == EstimatorKind::certified)
         throw UsageError(
             "there is no certified bound for " + scheme +
-            ", whose limit is known at points alone: use --estimator embree, which measures, or --scheme "
+            ", whose limit is known at points alone: use --estimator measured, which measures, or --scheme "
             "catmull-clark, loop, tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, averaging (with an even "
             "--steps), doo-sabin, doo-sabin-cc, midedge, midedge-simplest, bilinear or midpoint");
 }
@@ -116,7 +117,7 @@ Report make_report(const TessellateCommandOptions& options, const LoadedModel& m
     report.warnings.insert(report.warnings.end(), result.warnings.begin(), result.warnings.end());
     for (std::string& warning : options.rules.unused(options.tessellate.scheme.info()))
         report.warnings.push_back(std::move(warning));
-    report.more["estimator"] = options.tessellate.estimator == EstimatorKind::certified ? "certified" : "embree";
+    report.more["estimator"] = options.tessellate.estimator == EstimatorKind::certified ? "certified" : "measured";
     report.more["tolerance_reached"] = options.tessellate.tolerance ? Json(result.tolerance_reached) : Json(nullptr);
     report.more["samples"] = result.measured_error ? Json{{"forward", result.measured_error->forward_samples},
                                                           {"backward", result.measured_error->backward_samples}}
@@ -125,10 +126,13 @@ Report make_report(const TessellateCommandOptions& options, const LoadedModel& m
     return report;
 }
 
-void print_summary(const TessellateCommandOptions& options, const Report& report) {
+/// @param mesh  the control mesh as tessellated
+void print_summary(const TessellateCommandOptions& options, const ControlMesh& mesh, const Tessellation& result,
+                   const Report& report) {
+    const TessellateOptions& t = options.tessellate;
     const double tolerance = report.tolerance_absolute.value_or(0);
     const auto share = [&](double error) {
-        return tolerance > 0 ? fmt::format("{:<10} {:.3f} of the tolerance", format_length(error), error / tolerance)
+        return tolerance > 0 ? fmt::format("{}, {:.3f} of the tolerance", format_length(error), error / tolerance)
                              : format_length(error);
     };
     Table table;
@@ -142,14 +146,27 @@ void print_summary(const TessellateCommandOptions& options, const Report& report
                   fmt::format("{:<10} {:.3g} of the diagonal", format_length(tolerance), *report.tolerance));
     else if (report.tolerance_absolute)
         table.row("tolerance", format_length(tolerance));
-    if (report.certified_error) table.row("certified error", share(*report.certified_error));
     if (const auto& error = report.measured_error) {
-        table.row("measured error", share(error->hausdorff));
+        std::string text = share(error->hausdorff);
+        if (tolerance > 0 && error->hausdorff > tolerance)
+            text += " (missed)";
+        else if (tolerance > 0 && result.tolerance_reached)
+            text += " (kept)";
+        table.row("measured error", text);
         table.row("",
                   fmt::format("{0} to mesh {1}, mesh to {0} {2}, mean {3}, rms {4}",
                               options.target.empty() ? "surface" : "target", format_length(error->forward),
                               format_length(error->backward), format_length(error->mean), format_length(error->rms)));
         table.row("", fmt::format("in {} samples", format_count(error->forward_samples + error->backward_samples)));
+    } else if (tolerance > 0 && result.tolerance_reached && t.estimator == EstimatorKind::measured) {
+        table.row("measured error", "left out (--no-measure); within the tolerance where refinement took samples");
+    }
+    if (report.certified_error) {
+        const bool proves_less = tolerance > 0 && *report.certified_error > tolerance;
+        const bool can_prove = t.estimator == EstimatorKind::measured && t.max_triangles == 0 &&
+                               result.tolerance_reached && scheme_support(mesh, t.scheme, t.rules).certified;
+        table.row("proven error", "at most " + share(*report.certified_error) +
+                                      (proves_less && can_prove ? "; --estimator certified proves 1.0" : ""));
     }
     const StageSeconds& s = report.seconds;
     table.row("time", fmt::format("load {}, build {}, refine {}, estimate {}, measure {}, write {}",
@@ -190,7 +207,7 @@ TriangleMesh read_target(const std::filesystem::path& path, const RunContext& co
 ExitCode run_checked(TessellateCommandOptions& options) {
     Run process(options.run);
     const RunContext& context = process.context();
-    LoadedModel model = load_model(options.input, options.repair, context);
+    LoadedModel model = load_model(options.input, options.read, context);
     const std::uint64_t faces = model.mesh.face_count();
     const Stopwatch prepare;
     prepare_for(options.tessellate.scheme.info(), model.mesh, context);
@@ -236,7 +253,7 @@ ExitCode run_checked(TessellateCommandOptions& options) {
     const bool missed = options.tessellate.tolerance && !result.tolerance_reached;
     print_warnings(report.warnings);
     if (missed) print_warning(advice(options, result));
-    print_summary(options, report);
+    print_summary(options, model.mesh, result, report);
     return missed ? ExitCode::tolerance_not_reached : ExitCode::done;
 }
 
@@ -266,11 +283,13 @@ void add_refinement_options(CLI::App& command, TessellateOptions& t) {
         .add_option_function<std::string>(
             "--estimator",
             [&t](const std::string& name) {
-                t.estimator = name == "certified" ? EstimatorKind::certified : EstimatorKind::embree;
+                t.estimator = name == "certified" ? EstimatorKind::certified : EstimatorKind::measured;
             },
-            "What decides where to refine: embree (default; measures, fewest triangles) or certified (a proven bound)")
+            "What is to be within the tolerance: measured (default; the distances of closest points; fewest triangles) "
+            "or\n"
+            "certified (a proven bound on them)")
         ->type_name("E")
-        ->check(CLI::IsMember({"embree", "certified"}).description(""));
+        ->check(CLI::IsMember({"measured", "certified"}).description(""));
     command.add_flag(
         "--slide", t.slide,
         "With --estimator certified and a tolerance alone, catmull-clark and loop: the surface may slide over edges\n"
@@ -336,7 +355,7 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
         ->type_name("N")
         ->capture_default_str()
         ->check(CLI::Range(std::uint64_t{1}, k_most_samples));
-    command->add_flag("--repair", options->repair, "Mend what can be mended safely, and say what was done");
+    add_read_options(*command, options->read);
     command->add_option("--report", options->report, "Write figures as JSON")->type_name("R.json");
     command->add_option("--image", options->image, "Draw the result with its wireframe")->type_name("I.png");
     command->add_option("--image-heat", options->heat_image, "Draw the result coloured by its error")
