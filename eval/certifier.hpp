@@ -4,8 +4,8 @@
 #include "tetrakis/eval/fan_error.hpp"
 #include "tetrakis/eval/leaf_estimator.hpp"
 #include "tetrakis/eval/mesh_slack.hpp"
+#include "tetrakis/eval/patch_batches.hpp"
 #include "tetrakis/eval/plane_measure.hpp"
-#include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/hier/run_context.hpp"
 #include "tetrakis/refine/adaptive_refinement.hpp"
 
@@ -99,21 +99,21 @@ class Certifier {
     /// A first guess at the largest error, which settles most triangles at first sight.
     void guess() {
         all_known_ = by_bounds();
-        for_each_reported(static_cast<std::uint32_t>(largest_.size()), 4, context_, "certify", 0, 0.2,
-                          [&](std::uint32_t block) {
-                              over_block(block, [&](std::uint32_t t) {
-                                  const LeafId leaf = exported_.leaves[t];
-                                  if (!leaf.valid()) {
-                                      has_fans_.store(true, std::memory_order_relaxed);
-                                      return 0.0;
-                                  }
-                                  if (!by_bounds()) return t % k_stride == 0 ? sampled(t) : 0.0;
-                                  const double error = known(t);
-                                  if (error > 0) return error;
-                                  all_known_.store(false, std::memory_order_relaxed);
-                                  return refinement_.error(leaf);
-                              });
-                          });
+        for_each_batch(&estimator_.patches(), static_cast<std::uint32_t>(largest_.size()), 4, context_, "certify", 0,
+                       0.2, [&](std::uint32_t block) {
+                           over_block(block, [&](std::uint32_t t) {
+                               const LeafId leaf = exported_.leaves[t];
+                               if (!leaf.valid()) {
+                                   has_fans_.store(true, std::memory_order_relaxed);
+                                   return 0.0;
+                               }
+                               if (!by_bounds()) return t % k_stride == 0 ? sampled(t) : 0.0;
+                               const double error = known(t);
+                               if (error > 0) return error;
+                               all_known_.store(false, std::memory_order_relaxed);
+                               return refinement_.error(leaf);
+                           });
+                       });
     }
 
     /// Across the triangle: how far the surface slides is no error.
@@ -130,8 +130,8 @@ class Certifier {
         for (std::uint32_t round = 0; round < std::min(k_rounds, blocks); ++round) {
             const double begin = from + (to - from) * round / k_rounds,
                          end = from + (to - from) * (round + 1) / k_rounds;
-            for_each_reported((blocks - round + k_rounds - 1) / k_rounds, 1, context_, "certify", begin, end,
-                              [&](std::uint32_t i) { over_block(i * k_rounds + round, error_of); });
+            for_each_batch(&estimator_.patches(), (blocks - round + k_rounds - 1) / k_rounds, 1, context_, "certify",
+                           begin, end, [&](std::uint32_t i) { over_block(i * k_rounds + round, error_of); });
             for (std::uint32_t block = round; block < blocks; block += k_rounds)
                 floor_ = std::max(floor_, largest_[block]);
         }

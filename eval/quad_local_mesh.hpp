@@ -49,6 +49,10 @@ struct QuadLocalMesh {
     /// start there.
     std::uint32_t first_half = none;
 
+    std::size_t memory_bytes() const {
+        const auto bytes = [](const auto& values) { return values.capacity() * sizeof(values[0]); };
+        return sizeof(QuadLocalMesh) + bytes(points) + bytes(faces) + bytes(twin) + bytes(sharpness) + bytes(far_half);
+    }
     static std::uint32_t next(std::uint32_t h) { return (h & ~3u) | ((h + 1) & 3u); }
     static std::uint32_t prev(std::uint32_t h) { return (h & ~3u) | ((h + 3) & 3u); }
     std::uint32_t origin(std::uint32_t h) const { return faces[h >> 2][h & 3]; }

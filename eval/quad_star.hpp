@@ -15,6 +15,7 @@ class StarPoints {
         if (size > inside_.size()) outside_ = std::make_unique<Vec3d[]>(size);
     }
     std::size_t size() const { return size_; }
+    std::size_t outside_bytes() const { return outside_ ? size_ * sizeof(Vec3d) : 0; }
     Vec3d* data() { return outside_ ? outside_.get() : inside_.data(); }
     const Vec3d* data() const { return outside_ ? outside_.get() : inside_.data(); }
     Vec3d& operator[](std::size_t i) { return data()[i]; }
@@ -44,6 +45,7 @@ struct QuadStar {
     const Vec3d& edge(int i) const { return points[static_cast<std::size_t>(1 + 2 * wrap(i))]; }
     const Vec3d& face(int i) const { return points[static_cast<std::size_t>(2 + 2 * wrap(i))]; }
     const Vec3d& outer(int i) const { return points[static_cast<std::size_t>(2 * valence + 1 + i)]; }
+    std::size_t memory_bytes() const { return sizeof(QuadStar) + points.outside_bytes(); }
     int wrap(int i) const { return i < 0 ? i + valence : (i < valence ? i : i % valence); }
     /// Sets the limit from the points (MASKS, Catmull-Clark at an interior vertex), and the reach.
     void find_limit();
