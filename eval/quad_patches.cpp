@@ -7,6 +7,7 @@
 #include "tetrakis/schemes/ring_limit.hpp"
 #include "tetrakis/schemes/sharpness.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <string>
 
@@ -22,12 +23,11 @@ namespace {
 /// Below this a cell is a point: parameters have no more bits.
 constexpr int k_deepest_cell = 52;
 
-/// What the rings of large faces and vertices take: each of their corner cells keeps all of its own.
+/// What the rings of the largest face or vertex take: each of its corner cells keeps all of its own.
 std::uint64_t ring_bytes(const ControlMesh& mesh) {
-    constexpr std::uint64_t k_in_place = 8;
     std::uint64_t bytes = 0;
     const auto add = [&](std::uint64_t n) {
-        if (n > k_in_place) bytes += n * detail::QuadStar::point_count(static_cast<int>(n)) * sizeof(Vec3d);
+        bytes = std::max(bytes, n * detail::QuadStar::point_count(static_cast<int>(n)) * sizeof(Vec3d));
     };
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) add(mesh.face_size(FaceId(f)));
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
@@ -38,8 +38,9 @@ std::uint64_t ring_bytes(const ControlMesh& mesh) {
 
 QuadPatches::QuadPatches(const ControlMesh& mesh, const RunContext& context) : mesh_(mesh) {
     detail::refuse_corner_angles(mesh);
-    const std::uint64_t rings = ring_bytes(mesh);
-    const std::uint64_t bytes = std::uint64_t{mesh.halfedge_count()} * sizeof(QuadNode) + rings;
+    // Beside the trees: a pointer and a sharpness for each half-edge, two points for each edge or so.
+    constexpr std::uint64_t k_of_root = sizeof(QuadRoot*) + sizeof(float) + sizeof(Vec3d);
+    const std::uint64_t bytes = mesh.halfedge_count() * k_of_root + ring_bytes(mesh);
     if (context.max_memory_bytes != 0 && bytes > context.max_memory_bytes)
         throw Error(ErrorCode::memory_limit,
                     "the patch tree of " + std::to_string(mesh.halfedge_count()) + " corner cells needs " +

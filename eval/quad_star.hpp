@@ -1,6 +1,7 @@
 #pragma once
 
 #include "tetrakis/eval/bicubic.hpp"
+#include "tetrakis/hier/pool_memory.hpp"
 
 #include <array>
 #include <memory>
@@ -35,7 +36,7 @@ class StarPoints {
 /// points: [0] the corner; [1 + 2i] its edge neighbours e_i and [2 + 2i] the face points f_i between e_i and e_(i+1),
 /// counter-clockwise, e_0 = (1, 0), f_0 = (1, 1), e_1 = (0, 1); [2n + 1 ..] the outer seven (2,-1) (2,0) (2,1) (2,2)
 /// (1,2) (0,2) (-1,2).
-struct QuadStar {
+struct QuadStar : PoolNew {
     int valence = 0;
     float reach = 0;  ///< no point is farther from `limit`, so nor is the surface of the cell
     Vec3d limit{0};   ///< limit position of the corner, the same at every level

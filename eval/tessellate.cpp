@@ -146,7 +146,7 @@ class Tessellator {
             const double certified =
                 detail::Certifier<Family>(result_.mesh,
                                           {exported_, [&](std::uint32_t t) { return origin(hierarchy, t).cell; }},
-                                          estimator, refinement, fan_error, slide_bounds_, aim_, context_)
+                                          estimator, refinement, fan_error, fan_errors_, slide_bounds_, aim_, context_)
                     .run();
             result_.certified_error = certified + detail::written_rounding(options_, result_.mesh);
             // No point is farther than what is certified, wherever the search for its closest point ended.
@@ -167,6 +167,7 @@ class Tessellator {
                 "across a "
                 "seam or a crease): refinement stopped there, far below the tolerance");
         detail::warn_of_nothing(result_);
+        detail::warn_of_fine_control_mesh(mesh_, options_, result_);
         add_attributes(hierarchy);
         return std::move(result_);
     }
@@ -253,18 +254,19 @@ class Tessellator {
         const std::vector<std::uint8_t> wanted(mesh_.face_count(), 1);
         fans_ = choose_fans(mesh_, corner_positions_, wanted);
         fan_error.emplace(map_, estimator, fans_, corner_positions_);
-        std::vector<double> errors(mesh_.face_count(), 0.0);
-        detail::for_each_batch(patches_.get(), mesh_.face_count(), 4, context_, "coarsest", 0.4, 1,
-                               [&](std::uint32_t f) {
-                                   if (!fans_.has(FaceId(f))) return;
-                                   // A budget opens the worst fans first: their errors must be known.
-                                   errors[f] = options_.estimator == EstimatorKind::certified
-                                                   ? fan_error->certified(FaceId(f), aim_, options_.max_triangles == 0)
-                                                   : fan_error->measured(FaceId(f), aim_);
-                               });
+        fan_errors_.assign(mesh_.face_count(), 0.0);
+        detail::for_each_batch(
+            patches_.get(), mesh_.face_count(), 4, context_, "coarsest", 0.4, 1, [&](std::uint32_t f) {
+                if (!fans_.has(FaceId(f))) return;
+                // A budget opens the worst fans first: their errors must be known.
+                fan_errors_[f] = options_.estimator == EstimatorKind::certified
+                                     ? fan_error->certified(FaceId(f), aim_, options_.max_triangles == 0)
+                                     : fan_error->measured(FaceId(f), aim_);
+            });
         const bool budget = options_.max_triangles != 0;
         for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)
-            if (fans_.has(FaceId(f)) && (budget || errors[f] <= aim_)) hierarchy.accept_fan(FaceId(f), errors[f]);
+            if (const double error = std::abs(fan_errors_[f]); fans_.has(FaceId(f)) && (budget || error <= aim_))
+                hierarchy.accept_fan(FaceId(f), error);
     }
 
     void export_mesh(const typename Family::Hierarchy& hierarchy,
@@ -386,6 +388,7 @@ class Tessellator {
     SurfaceMap<Family> map_;
     FanChoice fans_;
     std::vector<Vec3d> corner_positions_;
+    std::vector<double> fan_errors_;  ///< by face: FanError's
     detail::ExportedMesh<Family> exported_;
     MeshChange change_;                    ///< since the export before
     std::vector<double> slide_bounds_;     ///< by triangle: SlideCheck::bounds()
