@@ -27,9 +27,9 @@ void for_each_batch(const Patches* patches, std::uint32_t count, std::uint32_t g
         for_each_reported(count, grain, context, stage, from, to, std::forward<Body>(body));
     } else {
         if (!patches) return for_each_reported(count, grain, context, stage, from, to, std::forward<Body>(body));
-        constexpr std::uint32_t k_reports = 64, k_first = 16, k_least = 4;
-        const std::uint32_t most = std::max(context.progress ? count / k_reports + 1 : count, k_first * grain);
-        std::uint32_t batch = k_first * grain;
+        constexpr std::uint32_t k_reports = 64, k_grains = 16, k_least = 4;
+        const std::uint32_t most = std::max(context.progress ? count / k_reports + 1 : count, k_grains * grain);
+        std::uint32_t batch = k_least * grain;
         for (std::uint32_t begin = 0; begin < count;) {
             context.report(stage, from + (to - from) * begin / count);
             const std::uint64_t before = patches->forgettable_bytes();

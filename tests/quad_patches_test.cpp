@@ -316,7 +316,7 @@ TEST_CASE("patch trees that are forgotten between batches grow again, bit for bi
         return patches.frame(HalfedgeId(h), 1.0 / 64, 63.0 / 64).position;
     };
     for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) first[h] = at(kept, h);
-    CHECK(kept.forgettable_bytes() > 3 * forgotten.bytes_to_keep());
+    CHECK(kept.forgettable_bytes() > 2 * forgotten.bytes_to_keep());
     std::uint64_t most = 0;
     RunContext watch;
     watch.progress = [&](std::string_view, double) {
@@ -325,7 +325,7 @@ TEST_CASE("patch trees that are forgotten between batches grow again, bit for bi
     };
     detail::for_each_batch(&forgotten, mesh.halfedge_count(), 16, watch, "test", 0, 1,
                            [&](std::uint32_t h) { again[h] = at(forgotten, h); });
-    CHECK(forgotten.times_forgotten() > 3);
+    CHECK(forgotten.times_forgotten() > 1);
     CHECK(most < 2 * forgotten.bytes_to_keep());
     bool same = true;
     for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) same &= same_bits(first[h], again[h]);
