@@ -180,9 +180,9 @@ TEST_CASE("--no-measure leaves the measurement out") {
 
 namespace {
 bool warns_of(const Run& run, std::string_view text) {
-    return std::ranges::any_of(run.report["warnings"], [&](const auto& warning) {
-        return warning.get<std::string>().find(text) != std::string::npos;
-    });
+    for (const nlohmann::json& warning : run.report["warnings"])
+        if (warning.get<std::string>().find(text) != std::string::npos) return true;
+    return false;
 }
 
 /// A torus of n x n quads, each cut into two triangles: all valences are 6.
