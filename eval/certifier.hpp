@@ -4,8 +4,8 @@
 #include "tetrakis/eval/fan_error.hpp"
 #include "tetrakis/eval/leaf_estimator.hpp"
 #include "tetrakis/eval/mesh_slack.hpp"
+#include "tetrakis/eval/patch_batches.hpp"
 #include "tetrakis/eval/plane_measure.hpp"
-#include "tetrakis/hier/parallel.hpp"
 #include "tetrakis/hier/run_context.hpp"
 #include "tetrakis/refine/adaptive_refinement.hpp"
 
@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -33,16 +34,19 @@ class Certifier {
 
     /// @param refinement    knows the errors of leaves by `estimator`, which aimed at `tolerance`
     /// @param fan_error     where there may be faces without a centre
+    /// @param fan_errors    of these by face, negative where they are not certified
     /// @param slide_bounds  SlideCheck::bounds(), or empty
     Certifier(const TriangleMesh& mesh, Origins origins, const LeafEstimator<Family>& estimator,
               const Refinement& refinement, const std::optional<FanError>& fan_error,
-              const std::vector<double>& slide_bounds, double tolerance, const RunContext& context)
+              std::span<const double> fan_errors, const std::vector<double>& slide_bounds, double tolerance,
+              const RunContext& context)
         : mesh_(mesh),
           origins_(std::move(origins)),
           exported_(origins_.exported),
           estimator_(estimator),
           refinement_(refinement),
           fan_error_(fan_error),
+          fan_errors_(fan_errors),
           slide_bounds_(slide_bounds),
           tolerance_(tolerance),
           context_(context),
@@ -53,7 +57,7 @@ class Certifier {
     double run() {
         if (count_ == 0) return 0;
         guess();
-        if (all_known_ && !has_fans_) return std::ranges::max(largest_);
+        if (all_known_) return std::ranges::max(largest_);
         floor_ = by_bounds() ? tolerance_ : 0.0;
         for (double e : largest_) floor_ = std::max(floor_, e);
         std::ranges::fill(largest_, 0.0);
@@ -61,9 +65,7 @@ class Certifier {
         // First those that nothing is known of; what is known may be loose, where all of it matters.
         pass(0.2, 0.9, [&](std::uint32_t t) {
             const LeafId leaf = exported_.leaves[t];
-            if (leaf.valid()) return known(t) > 0 ? 0.0 : bound(t, !refinement_.marked(leaf));
-            return exported_.part[t] == 0 && fan_error_ ? fan_error_->certified(exported_.faces[t], floor_, false)
-                                                        : 0.0;
+            return known(t) > 0 ? 0.0 : bound(t, !leaf.valid() || !refinement_.marked(leaf));
         });
         pass(0.9, 1, [&](std::uint32_t t) {
             const double error = known(t);
@@ -81,10 +83,15 @@ class Certifier {
     bool by_bounds() const { return estimator_.kind() == EstimatorKind::certified; }
 
     /// The bound that the estimator has for a triangle already, or 0. It has one for errors within the tolerance that
-    /// it has not marked; and for leaves that slide, where the check has found no other.
+    /// it has not marked; and for leaves that slide, where the check has found no other. The first triangle of a fan
+    /// stands for all of it.
     double known(std::uint32_t t) const {
         const LeafId leaf = exported_.leaves[t];
-        if (!leaf.valid() || (refinement_.marked(leaf) && slide_bounds_.empty())) return 0;
+        if (!leaf.valid()) {
+            const double error = exported_.part[t] == 0 ? fan_errors_[exported_.faces[t].value] : 0;
+            return error <= tolerance_ ? std::max(error, 0.0) : 0;
+        }
+        if (refinement_.marked(leaf) && slide_bounds_.empty()) return 0;
         const bool checked = !slide_bounds_.empty() && slide_bounds_[t] > 0;
         const double error = checked ? slide_bounds_[t] : refinement_.error(leaf);
         return error <= tolerance_ ? error : 0;
@@ -99,21 +106,22 @@ class Certifier {
     /// A first guess at the largest error, which settles most triangles at first sight.
     void guess() {
         all_known_ = by_bounds();
-        for_each_reported(static_cast<std::uint32_t>(largest_.size()), 4, context_, "certify", 0, 0.2,
-                          [&](std::uint32_t block) {
-                              over_block(block, [&](std::uint32_t t) {
-                                  const LeafId leaf = exported_.leaves[t];
-                                  if (!leaf.valid()) {
-                                      has_fans_.store(true, std::memory_order_relaxed);
-                                      return 0.0;
-                                  }
-                                  if (!by_bounds()) return t % k_stride == 0 ? sampled(t) : 0.0;
-                                  const double error = known(t);
-                                  if (error > 0) return error;
-                                  all_known_.store(false, std::memory_order_relaxed);
-                                  return refinement_.error(leaf);
-                              });
-                          });
+        for_each_batch(&estimator_.patches(), static_cast<std::uint32_t>(largest_.size()), 4, context_, "certify", 0,
+                       0.2, [&](std::uint32_t block) {
+                           over_block(block, [&](std::uint32_t t) {
+                               const LeafId leaf = exported_.leaves[t];
+                               const bool fan = !leaf.valid();
+                               if (fan && exported_.part[t] != 0) return 0.0;
+                               if (!by_bounds()) {
+                                   if (fan) return std::max(-fan_errors_[exported_.faces[t].value], 0.0);
+                                   return t % k_stride == 0 ? sampled(t) : 0.0;
+                               }
+                               const double error = known(t);
+                               if (error > 0) return error;
+                               all_known_.store(false, std::memory_order_relaxed);
+                               return fan ? 0.0 : refinement_.error(leaf);
+                           });
+                       });
     }
 
     /// Across the triangle: how far the surface slides is no error.
@@ -130,8 +138,8 @@ class Certifier {
         for (std::uint32_t round = 0; round < std::min(k_rounds, blocks); ++round) {
             const double begin = from + (to - from) * round / k_rounds,
                          end = from + (to - from) * (round + 1) / k_rounds;
-            for_each_reported((blocks - round + k_rounds - 1) / k_rounds, 1, context_, "certify", begin, end,
-                              [&](std::uint32_t i) { over_block(i * k_rounds + round, error_of); });
+            for_each_batch(&estimator_.patches(), (blocks - round + k_rounds - 1) / k_rounds, 1, context_, "certify",
+                           begin, end, [&](std::uint32_t i) { over_block(i * k_rounds + round, error_of); });
             for (std::uint32_t block = round; block < blocks; block += k_rounds)
                 floor_ = std::max(floor_, largest_[block]);
         }
@@ -140,6 +148,8 @@ class Certifier {
     /// With what the mesh grants a triangle or without, whichever is less.
     /// @param still  whether it might do without
     double bound(std::uint32_t t, bool still) const {
+        if (!exported_.leaves[t].valid())
+            return exported_.part[t] == 0 ? fan_error_->certified(exported_.faces[t], floor_, false) : 0;
         const CellTriangle leaf = origins_.cell(t);
         const EdgeSlack slack = granted_->of(t, estimator_.soft_edges(leaf));
         auto& bounder = estimator_.bounder();
@@ -154,13 +164,14 @@ class Certifier {
     const LeafEstimator<Family>& estimator_;
     const Refinement& refinement_;
     const std::optional<FanError>& fan_error_;
+    std::span<const double> fan_errors_;
     const std::vector<double>& slide_bounds_;
     double tolerance_;
     const RunContext& context_;
     std::uint32_t count_;
     std::vector<double> largest_;  ///< by block of triangles
     double floor_ = 0;
-    std::atomic<bool> all_known_ = false, has_fans_ = false;
+    std::atomic<bool> all_known_ = false;
     std::optional<MeshSlack> granted_;
 };
 

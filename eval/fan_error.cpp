@@ -130,7 +130,7 @@ double FanError::measured(FaceId face, double tolerance) const {
                     error = std::max(error, map_.target->closest(q).distance);
                 }
     }
-    return error;
+    return -error;
 }
 
 }  // namespace tetrakis

@@ -202,6 +202,7 @@ class LatticeTessellator {
         result_.seconds.measure += watch.lap();
         result_.tolerance_reached = tolerance_reached(options_, result_, tolerance_, refinement.left_over());
         warn_of_nothing(result_);
+        warn_of_fine_control_mesh(mesh_, options_, result_);
         add_attributes(forest);
         return std::move(result_);
     }

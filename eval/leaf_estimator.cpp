@@ -1,5 +1,6 @@
 #include "tetrakis/eval/leaf_estimator.hpp"
 
+#include "tetrakis/eval/patch_batches.hpp"
 #include "tetrakis/eval/plane_measure.hpp"
 #include "tetrakis/eval/sample_sheet.hpp"
 #include "tetrakis/eval/strip_samples.hpp"
@@ -54,23 +55,21 @@ LeafEstimator<Family>::LeafEstimator(const SurfaceMap<Family>& map, const typena
 
 template <class Family>
 void LeafEstimator<Family>::estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const {
-    for_each_block(
-        static_cast<std::uint32_t>(triangles.size()), k_estimator_grain, [&](std::uint32_t begin, std::uint32_t end) {
-            typename Family::Bounder& bounder = bounders_.local();
-            for (std::uint32_t i = begin; i < end; ++i) {
-                const CellTriangle& leaf = triangles[i];
-                if (!map_.plain()) {
-                    errors[i] = mapped(leaf);
-                } else if (kind_ == EstimatorKind::certified) {
-                    const LeafError e = bounder.leaf_error(
-                        leaf, tolerance_, slide_ ? LeafSlack::assumed(tolerance_, soft_edges(leaf)) : LeafSlack{});
-                    const double error = e.lower > tolerance_ ? e.lower : e.upper;
-                    errors[i] = e.slides ? -error : error;
-                } else {
-                    errors[i] = measured(leaf, bounder);
-                }
-            }
-        });
+    detail::for_each_batch(map_.patches, static_cast<std::uint32_t>(triangles.size()), k_estimator_grain, {}, {}, 0, 1,
+                           [&](std::uint32_t i) {
+                               const CellTriangle& leaf = triangles[i];
+                               if (!map_.plain()) {
+                                   errors[i] = mapped(leaf);
+                               } else if (kind_ == EstimatorKind::certified) {
+                                   const LeafError e = bounder().leaf_error(
+                                       leaf, tolerance_,
+                                       slide_ ? LeafSlack::assumed(tolerance_, soft_edges(leaf)) : LeafSlack{});
+                                   const double error = e.lower > tolerance_ ? e.lower : e.upper;
+                                   errors[i] = e.slides ? -error : error;
+                               } else {
+                                   errors[i] = measured(leaf, bounder());
+                               }
+                           });
 }
 
 template <class Family>

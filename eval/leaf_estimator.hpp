@@ -27,6 +27,7 @@ class LeafEstimator final : public ErrorEstimator {
     LeafEstimator(const SurfaceMap<Family>& map, const typename Family::Closest& closest, EstimatorKind kind,
                   double tolerance, bool slide = false);
 
+    /// From one thread at a time: on the way trees of the patches may be forgotten.
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
 
     /// Some leaf of a mapped surface could not be resolved: see mapped().
@@ -34,6 +35,7 @@ class LeafEstimator final : public ErrorEstimator {
     /// The calling thread's bounder.
     typename Family::Bounder& bounder() const { return bounders_.local(); }
     EstimatorKind kind() const { return kind_; }
+    const typename Family::Patches& patches() const { return *map_.patches; }
     /// The edges that a leaf may slide over.
     std::array<bool, 3> soft_edges(const CellTriangle& leaf) const;
 

@@ -1,6 +1,7 @@
 #include "tetrakis/eval/measure.hpp"
 
 #include "tetrakis/eval/local_frame.hpp"
+#include "tetrakis/eval/patch_batches.hpp"
 #include "tetrakis/eval/point_triangle.hpp"
 #include "tetrakis/eval/strip_samples.hpp"
 #include "tetrakis/hier/parallel.hpp"
@@ -233,7 +234,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
             sideways[t] = local;
         }
     };
-    for_each_reported(blocks, 1, context, "measure", 0, 0.9, run_block);
+    detail::for_each_batch(map.patches, blocks, 1, context, "measure", 0, 0.9, run_block);
 
     Sums total;
     for (const Sums& sum : sums) {
@@ -256,6 +257,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
         for (std::uint32_t t : order) {
             if (sideways[t] <= exact && sideways[t] <= tolerance) break;
             context.report("measure", 0.95);
+            detail::forget_large_trees(map.patches);
             const OutputTriangle from = origin(t);
             const auto& tri = mesh.triangles[t];
             const Vec3d a = mesh.positions[tri[0]], b = mesh.positions[tri[1]], c = mesh.positions[tri[2]];

@@ -25,7 +25,7 @@ class PatchPositions final : public PositionSource {
     /// @param sites  of corner cells (Catmull-Clark) or face triangles (Loop), of levels up to k_max_level
     void positions(std::span<const Site> sites, std::span<Vec3d> out) const override;
 
-    /// Bytes of the tree's roots.
+    /// Bytes of the trees, which grow with the sites asked for.
     std::uint64_t memory_bytes() const;
 
   private:

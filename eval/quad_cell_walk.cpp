@@ -27,7 +27,7 @@ const CellFacts* QuadCellWalk::root_facts(const QuadNode& node, HalfedgeId root)
 
 WalkCell& QuadCellWalk::cell(HalfedgeId root, int level, std::uint64_t x, std::uint64_t y) {
     int from = -1;
-    if (root == root_) {
+    if (root == root_ && times_forgotten_ == patches_.times_forgotten()) {
         // The deepest kept cell that holds the wanted one.
         from = std::min(depth_, level);
         while (from > 0) {
@@ -38,6 +38,7 @@ WalkCell& QuadCellWalk::cell(HalfedgeId root, int level, std::uint64_t x, std::u
     }
     if (from < 0) {
         root_ = root;
+        times_forgotten_ = patches_.times_forgotten();
         WalkCell& top = cells_[0];
         top.node = &patches_.root_node(root);
         const bool regular = top.node->kind == QuadNode::Kind::regular;

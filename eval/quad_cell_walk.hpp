@@ -74,6 +74,7 @@ class QuadCellWalk {
 
     const QuadPatches& patches_;
     HalfedgeId root_;
+    std::uint64_t times_forgotten_ = 0;  ///< as the patches had it when the cells were reached
     std::vector<RootFacts> root_facts_;  ///< of roots seen lately: they are asked for again and again
     std::vector<WalkCell> cells_;
     std::vector<Net16> nets_;

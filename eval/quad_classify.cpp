@@ -206,7 +206,7 @@ void classify(const QuadLocalMesh& mesh, QuadNode& node) {
         kinds[static_cast<std::size_t>(k)] = corner_kind(mesh, k, fans[static_cast<std::size_t>(k)]);
     if (regular_net(mesh, fans, kinds, node) || star_net(mesh, fans, kinds, node)) return;
     node.kind = QuadNode::Kind::generic;
-    node.local = std::make_unique<QuadLocalMesh>(mesh);
+    node.local = std::make_unique<QuadLocalMesh>(mesh, pool_resource());
 }
 
 }  // namespace tetrakis::detail

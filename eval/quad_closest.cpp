@@ -166,7 +166,7 @@ void QuadClosest::prepare(const RunContext& context) const {
     const ControlMesh& mesh = patches_.mesh();
     std::call_once(built_, [&] {
         const auto box_of = [&](std::uint32_t h) {
-            return mesh.is_hole(mesh.face(HalfedgeId(h))) ? Box3d{} : node_box(patches_.root_node(HalfedgeId(h)));
+            return mesh.is_hole(mesh.face(HalfedgeId(h))) ? Box3d{} : patches_.with_root(HalfedgeId(h), node_box);
         };
         bvh_ = std::make_unique<ClosestBvh>(mesh.halfedge_count(), box_of, context);
         const Box3d bounds = bvh_->bounds();

@@ -7,6 +7,11 @@
 
 namespace tetrakis::detail {
 
+std::pmr::memory_resource* pool_resource() {
+    static PoolResource resource;
+    return &resource;
+}
+
 CornerFan corner_fan(const QuadLocalMesh& mesh, int corner, std::pmr::memory_resource* memory) {
     CornerFan fan{std::pmr::vector<std::uint32_t>(memory)};
     fan.outgoing.reserve(8);

@@ -2,6 +2,7 @@
 
 #include "tetrakis/eval/bicubic.hpp"
 #include "tetrakis/hier/control_mesh.hpp"
+#include "tetrakis/hier/pool_memory.hpp"
 
 #include <array>
 #include <cstddef>
@@ -25,16 +26,35 @@ class GrowthScratch {
     std::pmr::monotonic_buffer_resource resource_{block_.data(), block_.size()};
 };
 
+/// Pool memory for what is kept.
+class PoolResource final : public std::pmr::memory_resource {
+    void* do_allocate(std::size_t bytes, std::size_t) override { return PoolNew::operator new(bytes); }
+    void do_deallocate(void* memory, std::size_t bytes, std::size_t) override { free_memory(memory, bytes); }
+    bool do_is_equal(const std::pmr::memory_resource& other) const noexcept override {
+        return dynamic_cast<const PoolResource*>(&other) != nullptr;
+    }
+};
+std::pmr::memory_resource* pool_resource();
+
 /// A cell with all faces that touch it, as a small quad mesh of its own with tags: what is left when a cell is neither
 /// a regular patch nor a star. Half-edge 4 f + k starts at corner k of face f; face 0 is the cell, its corners in the
 /// order (0,0) (1,0) (1,1) (0,1). Only the rings around the cell's corners are complete; what lies beyond is never
 /// needed.
-struct QuadLocalMesh {
+struct QuadLocalMesh : PoolNew {
     static constexpr std::uint32_t none = 0xFFFF'FFFFu;
 
-    /// A copy has the default memory.
     explicit QuadLocalMesh(std::pmr::memory_resource* memory)
         : points(memory), faces(memory), twin(memory), sharpness(memory), far_half(memory) {}
+    /// A copy of one.
+    QuadLocalMesh(const QuadLocalMesh& from, std::pmr::memory_resource* memory)
+        : points(from.points, memory),
+          faces(from.faces, memory),
+          twin(from.twin, memory),
+          sharpness(from.sharpness, memory),
+          corner_sharpness(from.corner_sharpness),
+          chaikin(from.chaikin),
+          far_half(from.far_half, memory),
+          first_half(from.first_half) {}
 
     std::pmr::vector<Vec3d> points;
     std::pmr::vector<std::array<std::uint32_t, 4>> faces;
@@ -49,6 +69,10 @@ struct QuadLocalMesh {
     /// start there.
     std::uint32_t first_half = none;
 
+    std::size_t memory_bytes() const {
+        const auto bytes = [](const auto& values) { return values.capacity() * sizeof(values[0]); };
+        return sizeof(QuadLocalMesh) + bytes(points) + bytes(faces) + bytes(twin) + bytes(sharpness) + bytes(far_half);
+    }
     static std::uint32_t next(std::uint32_t h) { return (h & ~3u) | ((h + 1) & 3u); }
     static std::uint32_t prev(std::uint32_t h) { return (h & ~3u) | ((h + 3) & 3u); }
     std::uint32_t origin(std::uint32_t h) const { return faces[h >> 2][h & 3]; }

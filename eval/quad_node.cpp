@@ -108,11 +108,18 @@ void QuadNode::adopt(std::unique_ptr<QuadStar> from) {
     tip = QuadTip::of(*star);
 }
 
+std::uint64_t QuadNode::own_bytes() const {
+    return (own_star ? own_star->memory_bytes() : 0) + (local ? local->memory_bytes() : 0);
+}
+
 const QuadNode* QuadNode::grown() const {
     QuadNode* self = const_cast<QuadNode*>(this);
     if (const QuadQuarters* found = self->quarters.load(std::memory_order_acquire)) return found->cell.data();
     std::unique_ptr<QuadQuarters> fresh(new QuadQuarters);
-    for (QuadNode& child : fresh->cell) child.depth = static_cast<std::uint8_t>(depth + 1);
+    for (QuadNode& child : fresh->cell) {
+        child.depth = static_cast<std::uint8_t>(depth + 1);
+        child.bytes = bytes;
+    }
     if (kind == Kind::star) {
         grow_star(*this, *fresh);
     } else {
@@ -128,10 +135,13 @@ const QuadNode* QuadNode::grown() const {
         child.facts = &fresh->facts[i];
     }
     find_points(*this, *fresh);
+    std::uint64_t taken = sizeof(QuadQuarters);
+    for (const QuadNode& child : fresh->cell) taken += child.own_bytes();
     QuadQuarters* expected = nullptr;
-    if (self->quarters.compare_exchange_strong(expected, fresh.get(), std::memory_order_acq_rel))
-        return fresh.release()->cell.data();
-    return expected->cell.data();
+    if (!self->quarters.compare_exchange_strong(expected, fresh.get(), std::memory_order_acq_rel))
+        return expected->cell.data();
+    if (bytes) bytes->fetch_add(taken, std::memory_order_relaxed);
+    return fresh.release()->cell.data();
 }
 
 const std::array<Vec3d, 9>& QuadNode::points() const {

@@ -26,6 +26,7 @@ struct QuadNode {
     std::uint8_t depth = 0;
     SideCrease crease;
     std::atomic<QuadQuarters*> quarters{nullptr};
+    std::atomic<std::uint64_t>* bytes = nullptr;  ///< of the tree and its siblings: grows with them
     Net16 net;
     const QuadStar* star = nullptr;    ///< its own, or one of its parent's quarters
     QuadTip tip;                       ///< of the star
@@ -47,6 +48,14 @@ struct QuadNode {
     void drop_quarters();
     /// Becomes a star cell.
     void adopt(std::unique_ptr<QuadStar> from);
+    /// Bytes of what is its own beside the node, without its quarters.
+    std::uint64_t own_bytes() const;
+};
+
+/// The cell of a whole root.
+struct QuadRoot : QuadNode, PoolNew {
+    HalfedgeId halfedge;
+    QuadRoot* next = nullptr;  ///< in the list of those that are there
 };
 
 /// What a node grows, in one block; below 4032 bytes, from where oneTBB's allocator gives 5376.

@@ -7,6 +7,7 @@
 #include "tetrakis/schemes/ring_limit.hpp"
 #include "tetrakis/schemes/sharpness.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <string>
 
@@ -15,18 +16,18 @@ namespace tetrakis {
 using detail::Net16;
 using detail::QuadLocalMesh;
 using detail::QuadNode;
+using detail::QuadRoot;
 using detail::Weights4;
 
 namespace {
 /// Below this a cell is a point: parameters have no more bits.
 constexpr int k_deepest_cell = 52;
 
-/// What the rings of large faces and vertices take: each of their corner cells keeps all of its own.
+/// What the rings of the largest face or vertex take: each of its corner cells keeps all of its own.
 std::uint64_t ring_bytes(const ControlMesh& mesh) {
-    constexpr std::uint64_t k_in_place = 8;
     std::uint64_t bytes = 0;
     const auto add = [&](std::uint64_t n) {
-        if (n > k_in_place) bytes += n * detail::QuadStar::point_count(static_cast<int>(n)) * sizeof(Vec3d);
+        bytes = std::max(bytes, n * detail::QuadStar::point_count(static_cast<int>(n)) * sizeof(Vec3d));
     };
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) add(mesh.face_size(FaceId(f)));
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
@@ -37,8 +38,9 @@ std::uint64_t ring_bytes(const ControlMesh& mesh) {
 
 QuadPatches::QuadPatches(const ControlMesh& mesh, const RunContext& context) : mesh_(mesh) {
     detail::refuse_corner_angles(mesh);
-    const std::uint64_t rings = ring_bytes(mesh);
-    const std::uint64_t bytes = std::uint64_t{mesh.halfedge_count()} * sizeof(QuadNode) + rings;
+    // Beside the trees: a pointer and a sharpness for each half-edge, two points for each edge or so.
+    constexpr std::uint64_t k_of_root = sizeof(QuadRoot*) + sizeof(float) + sizeof(Vec3d);
+    const std::uint64_t bytes = mesh.halfedge_count() * k_of_root + ring_bytes(mesh);
     if (context.max_memory_bytes != 0 && bytes > context.max_memory_bytes)
         throw Error(ErrorCode::memory_limit,
                     "the patch tree of " + std::to_string(mesh.halfedge_count()) + " corner cells needs " +
@@ -47,18 +49,47 @@ QuadPatches::QuadPatches(const ControlMesh& mesh, const RunContext& context) : m
                         "; cut up faces of very many corners and vertices of very many edges, or raise the limit");
     first_step(context);
     roots_ = decltype(roots_)(mesh.halfedge_count());
-    constexpr std::uint64_t k_large_rings = 1 << 24;
-    for_each_reported(mesh.halfedge_count(), rings > k_large_rings ? 4 : 256, context, "build", 0.1, 0.5,
-                      [&](std::uint32_t h) { build_root(HalfedgeId(h)); });
-    first_ = {};
-    half_sharpness_ = {};
-    vertex_sharpness_ = {};
-    smooth_ = {};
 }
 
-QuadPatches::~QuadPatches() {
+QuadPatches::~QuadPatches() { forget_trees(); }
+
+std::uint64_t QuadPatches::memory_bytes() const {
+    return roots_.size() * sizeof(roots_[0]) + first_.size() * sizeof(Vec3d) +
+           (half_sharpness_.size() + vertex_sharpness_.size()) * sizeof(float) + smooth_.size() + forgettable_bytes();
+}
+
+std::uint64_t QuadPatches::bytes_to_keep() const {
+    constexpr std::uint64_t k_least = 64 << 20, k_of_root = 256;
+    return std::max(k_least, k_of_root * roots_.size());
+}
+
+const QuadNode& QuadPatches::made_root(HalfedgeId root) const {
+    auto fresh = std::make_unique<QuadRoot>();
+    fresh->halfedge = root;
+    fresh->bytes = &tree_bytes_;
+    build_root(root, *fresh);
+    QuadRoot* known = nullptr;
+    if (!roots_[root.value].compare_exchange_strong(known, fresh.get(), std::memory_order_acq_rel)) return *known;
+    tree_bytes_.fetch_add(sizeof(QuadRoot) + fresh->own_bytes(), std::memory_order_relaxed);
+    fresh->next = made_.load(std::memory_order_relaxed);
+    while (!made_.compare_exchange_weak(fresh->next, fresh.get(), std::memory_order_release)) {
+    }
+    return *fresh.release();
+}
+
+void QuadPatches::forget_trees() const {
+    std::vector<QuadRoot*> trees;
+    for (QuadRoot* root = made_.exchange(nullptr, std::memory_order_acquire); root; root = root->next)
+        trees.push_back(root);
     for_each_index(
-        static_cast<std::uint32_t>(roots_.size()), [this](std::uint32_t h) { roots_[h].drop_quarters(); }, 64);
+        static_cast<std::uint32_t>(trees.size()),
+        [&](std::uint32_t i) {
+            roots_[trees[i]->halfedge.value].store(nullptr, std::memory_order_relaxed);
+            delete trees[i];
+        },
+        64);
+    tree_bytes_.store(0, std::memory_order_relaxed);
+    ++times_forgotten_;
 }
 
 void QuadPatches::first_step(const RunContext&) {
@@ -170,9 +201,8 @@ void QuadPatches::gather_around(HalfedgeId h, Net16& net) const {
     net.set(2, -1, edge_point(m.prev(t)));
 }
 
-void QuadPatches::build_root(HalfedgeId h) {
+void QuadPatches::build_root(HalfedgeId h, QuadNode& node) const {
     const ControlMesh& m = mesh_;
-    QuadNode& node = roots_[h.value];
     const VertexId v = m.origin(h);
     const HalfedgeId t = m.twin(h), p = m.twin(m.prev(h));
     const std::uint32_t size = m.face_size(m.face(h)), n = m.face_valence(v);
@@ -350,7 +380,7 @@ SurfacePoint QuadPatches::corner_limit(const QuadNode& node, int corner) {
 
 Vec3d QuadPatches::limit(HalfedgeId root, LatticePoint at, int level) const {
     const double step = std::ldexp(1.0, -level);
-    return position(roots_[root.value], at.x * step, at.y * step);
+    return position(root_node(root), at.x * step, at.y * step);
 }
 
 void QuadPatches::limits(std::span<const Site> sites, std::span<Vec3d> out) const {
@@ -382,7 +412,7 @@ Vec3d QuadPatches::position(const QuadNode& cell, double x, double y) {
 }
 
 SurfacePoint QuadPatches::evaluate(HalfedgeId root, double x, double y, bool second) const {
-    const QuadNode* node = &roots_[root.value];
+    const QuadNode* node = &root_node(root);
     const Vec3d* kept = nullptr;  // the same bits as position()
     double scale = 1;
     while (node->kind != QuadNode::Kind::regular) {

@@ -5,7 +5,7 @@
 #include "tetrakis/eval/leaf_estimator.hpp"
 #include "tetrakis/eval/mesh_change.hpp"
 #include "tetrakis/eval/mesh_slack.hpp"
-#include "tetrakis/hier/parallel.hpp"
+#include "tetrakis/eval/patch_batches.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -36,7 +36,7 @@ class SlideCheck {
         const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
         bound_.assign(count, 0);
         constexpr std::uint32_t k_grain = 64;
-        for_each_reported(count, k_grain, context_, "refine", 0.9, 1, [&](std::uint32_t t) {
+        for_each_batch(&estimator_.patches(), count, k_grain, context_, "refine", 0.9, 1, [&](std::uint32_t t) {
             if (!slides(t)) return;
             if (before && unchanged(*before, change, t)) {
                 bound_[t] = bound_before[change.triangle[t]];

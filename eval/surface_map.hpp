@@ -21,6 +21,8 @@ class UvSurface {
     Vec2d at(HalfedgeId root, double x, double y) const;
     /// At a lattice point, in the UV layer's own canonical frame: both sides of an unbroken edge get the same bits.
     Vec2d at(const Site& address) const;
+    /// Of the UV layer; null where it is linear.
+    const typename Family::Patches* patches() const { return patches_.get(); }
 
   private:
     const ControlMesh& mesh_;

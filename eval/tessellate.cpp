@@ -6,6 +6,7 @@
 #include "tetrakis/eval/leaf_estimator.hpp"
 #include "tetrakis/eval/local_frame.hpp"
 #include "tetrakis/eval/measure.hpp"
+#include "tetrakis/eval/patch_batches.hpp"
 #include "tetrakis/eval/plane_measure.hpp"
 #include "tetrakis/eval/slide_check.hpp"
 #include "tetrakis/eval/tessellate_limits.hpp"
@@ -145,7 +146,7 @@ class Tessellator {
             const double certified =
                 detail::Certifier<Family>(result_.mesh,
                                           {exported_, [&](std::uint32_t t) { return origin(hierarchy, t).cell; }},
-                                          estimator, refinement, fan_error, slide_bounds_, aim_, context_)
+                                          estimator, refinement, fan_error, fan_errors_, slide_bounds_, aim_, context_)
                     .run();
             result_.certified_error = certified + detail::written_rounding(options_, result_.mesh);
             // No point is farther than what is certified, wherever the search for its closest point ended.
@@ -166,6 +167,7 @@ class Tessellator {
                 "across a "
                 "seam or a crease): refinement stopped there, far below the tolerance");
         detail::warn_of_nothing(result_);
+        detail::warn_of_fine_control_mesh(mesh_, options_, result_);
         add_attributes(hierarchy);
         return std::move(result_);
     }
@@ -242,26 +244,29 @@ class Tessellator {
     void choose_coarsest(BisectionHierarchy& hierarchy, const LeafEstimator<QuadFamily>& estimator,
                          std::optional<FanError>& fan_error) {
         corner_positions_.resize(mesh_.vertex_count());
-        for_each_reported(mesh_.vertex_count(), 64, context_, "coarsest", 0, 0.2, [&](std::uint32_t v) {
-            const HalfedgeId h = mesh_.vertex_halfedge(VertexId(v));
-            corner_positions_[v] = h.valid() ? map_.vertex(Family::canonical_site(mesh_, {h, {0, 0}, 0}), nullptr)
-                                             : mesh_.position(VertexId(v));
-        });
+        detail::for_each_batch(
+            patches_.get(), mesh_.vertex_count(), 64, context_, "coarsest", 0, 0.2, [&](std::uint32_t v) {
+                const HalfedgeId h = mesh_.vertex_halfedge(VertexId(v));
+                corner_positions_[v] = h.valid() ? map_.vertex(Family::canonical_site(mesh_, {h, {0, 0}, 0}), nullptr)
+                                                 : mesh_.position(VertexId(v));
+            });
         if (options_.min_level > 0) return;
         const std::vector<std::uint8_t> wanted(mesh_.face_count(), 1);
         fans_ = choose_fans(mesh_, corner_positions_, wanted);
         fan_error.emplace(map_, estimator, fans_, corner_positions_);
-        std::vector<double> errors(mesh_.face_count(), 0.0);
-        for_each_reported(mesh_.face_count(), 4, context_, "coarsest", 0.4, 1, [&](std::uint32_t f) {
-            if (!fans_.has(FaceId(f))) return;
-            // A budget opens the worst fans first: their errors must be known.
-            errors[f] = options_.estimator == EstimatorKind::certified
-                            ? fan_error->certified(FaceId(f), aim_, options_.max_triangles == 0)
-                            : fan_error->measured(FaceId(f), aim_);
-        });
+        fan_errors_.assign(mesh_.face_count(), 0.0);
+        detail::for_each_batch(
+            patches_.get(), mesh_.face_count(), 4, context_, "coarsest", 0.4, 1, [&](std::uint32_t f) {
+                if (!fans_.has(FaceId(f))) return;
+                // A budget opens the worst fans first: their errors must be known.
+                fan_errors_[f] = options_.estimator == EstimatorKind::certified
+                                     ? fan_error->certified(FaceId(f), aim_, options_.max_triangles == 0)
+                                     : fan_error->measured(FaceId(f), aim_);
+            });
         const bool budget = options_.max_triangles != 0;
         for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)
-            if (fans_.has(FaceId(f)) && (budget || errors[f] <= aim_)) hierarchy.accept_fan(FaceId(f), errors[f]);
+            if (const double error = std::abs(fan_errors_[f]); fans_.has(FaceId(f)) && (budget || error <= aim_))
+                hierarchy.accept_fan(FaceId(f), error);
     }
 
     void export_mesh(const typename Family::Hierarchy& hierarchy,
@@ -278,7 +283,7 @@ class Tessellator {
         mesh.normals.resize(options_.normals ? points : 0);
         change_ = mesh_before.triangles.empty() ? MeshChange{}
                                                 : MeshChange(before, mesh_before.triangles, exported_, mesh.triangles);
-        for_each_reported(points, 32, context_, "export", 0.2, 0.9, [&](std::uint32_t i) {
+        detail::for_each_batch(patches_.get(), points, 32, context_, "export", 0.2, 0.9, [&](std::uint32_t i) {
             const std::uint32_t known = change_.vertex.empty() ? MeshChange::k_new : change_.vertex[i];
             if (known != MeshChange::k_new) {
                 mesh.positions[i] = mesh_before.positions[known];
@@ -339,10 +344,14 @@ class Tessellator {
         context_.report("attributes", 0);
         if (options_.normals) add_normals(hierarchy);
         if (options_.uvs && uv_) {
-            const auto corner_uv = [&](std::uint32_t t, std::size_t k) {
-                return uv_->at(origin(hierarchy, t).template corner_site<Family>(mesh_, k));
-            };
-            add_uvs(result_.mesh, corner_uv, context_);
+            const auto count = static_cast<std::uint32_t>(result_.mesh.triangles.size());
+            std::vector<std::array<Vec2d, 3>> uvs(count);
+            detail::for_each_batch(uv_->patches(), count, 128, context_, "attributes", 0, 0.7, [&](std::uint32_t t) {
+                for (std::size_t k = 0; k < 3; ++k)
+                    uvs[t][k] = uv_->at(origin(hierarchy, t).template corner_site<Family>(mesh_, k));
+            });
+            add_uvs(
+                result_.mesh, [&](std::uint32_t t, std::size_t k) { return uvs[t][k]; }, context_);
         }
         context_.report("attributes", 1);
         add_face_attributes(mesh_, result_.triangle_face, result_.mesh);
@@ -354,9 +363,11 @@ class Tessellator {
             side = detail::normals_from_inside<Family>(
                 mesh_, [&](std::uint32_t t) { return origin(hierarchy, t); },
                 [&](std::span<const Site> sites, std::span<Vec3d> normals) {
-                    for_each_index(static_cast<std::uint32_t>(sites.size()), [&](std::uint32_t i) {
-                        normals[i] = patches_->vertex(sites[i].root, sites[i].at, sites[i].level).normal;
-                    });
+                    detail::for_each_batch(patches_.get(), static_cast<std::uint32_t>(sites.size()), k_default_grain,
+                                           {}, {}, 0, 1, [&](std::uint32_t i) {
+                                               normals[i] =
+                                                   patches_->vertex(sites[i].root, sites[i].at, sites[i].level).normal;
+                                           });
                 });
         else
             geometric_normals(result_.mesh);
@@ -377,6 +388,7 @@ class Tessellator {
     SurfaceMap<Family> map_;
     FanChoice fans_;
     std::vector<Vec3d> corner_positions_;
+    std::vector<double> fan_errors_;  ///< by face: FanError's
     detail::ExportedMesh<Family> exported_;
     MeshChange change_;                    ///< since the export before
     std::vector<double> slide_bounds_;     ///< by triangle: SlideCheck::bounds()

@@ -60,6 +60,8 @@ void split_normals_of(Tessellation& result, const ControlMesh& mesh, const Tesse
 void check_coarsest(const TessellateOptions& options, std::size_t triangles);
 /// Says so where nothing of the control mesh is part of the surface.
 void warn_of_nothing(Tessellation& result);
+/// Says so where the control mesh is as fine as the tolerance asks: of a scheme that keeps its faces at level 0.
+void warn_of_fine_control_mesh(const ControlMesh& mesh, const TessellateOptions& options, Tessellation& result);
 
 /// What the caller is told while a mesh is refined: how much of a budget is used, else what the refinement says.
 class RefineProgress {

@@ -9,7 +9,10 @@
 #include <algorithm>
 #include <cmath>
 #include <csignal>
+#include <fstream>
 #include <map>
+#include <numbers>
+#include <string_view>
 
 using namespace tetrakis;
 
@@ -204,6 +207,60 @@ TEST_CASE("--no-measure leaves the measurement out") {
     CHECK(run.report["samples"].is_null());
     CHECK(run.report["certified_error"].is_number_float());
 }
+
+namespace {
+bool warns_of(const Run& run, std::string_view text) {
+    for (const nlohmann::json& warning : run.report["warnings"])
+        if (warning.get<std::string>().find(text) != std::string::npos) return true;
+    return false;
+}
+
+/// A torus of n x n quads, each cut into two triangles: all valences are 6.
+void write_triangle_torus(const std::filesystem::path& path, int n) {
+    std::ofstream out(path);
+    const auto angle = [n](int i) { return 2 * std::numbers::pi * i / n; };
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j)
+            out << "v " << (3 + std::cos(angle(j))) * std::cos(angle(i)) << ' '
+                << (3 + std::cos(angle(j))) * std::sin(angle(i)) << ' ' << std::sin(angle(j)) << '\n';
+    const auto at = [n](int i, int j) { return i % n * n + j % n + 1; };
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) {
+            out << "f " << at(i, j) << ' ' << at(i + 1, j) << ' ' << at(i + 1, j + 1) << '\n';
+            out << "f " << at(i, j) << ' ' << at(i + 1, j + 1) << ' ' << at(i, j + 1) << '\n';
+        }
+}
+}  // namespace
+
+TEST_CASE("Catmull-Clark on triangles alone: a hint at loop, unless the scheme is given") {
+    const std::string knot = cli::data("knot_tri.obj");
+    CHECK(warns_of(Run(knot, {"--tolerance", "1e-2", "--no-measure"}), "--scheme loop"));
+    for (const std::string scheme : {"catmull-clark", "loop"})
+        CHECK(!warns_of(Run(knot, {"--tolerance", "1e-2", "--no-measure", "--scheme", scheme}), "--scheme loop"));
+    CHECK(!warns_of(Run(cli::data("rook.obj"), {"--tolerance", "1e-2", "--no-measure"}), "--scheme loop"));
+}
+
+TEST_CASE("a control mesh whose own faces are within the tolerance is named") {
+    const std::string knot = cli::data("knot_tri.obj");
+    for (const std::string scheme : {"catmull-clark", "loop", "sqrt3"}) {
+        CAPTURE(scheme);
+        const Run fine(knot, {"--tolerance", "1e-2", "--no-measure", "--scheme", scheme});
+        CHECK(warns_of(fine, "nothing was refined") == (scheme != "sqrt3"));
+        CHECK(!warns_of(Run(knot, {"--tolerance", "1e-3", "--no-measure", "--scheme", scheme}), "nothing was refined"));
+    }
+}
+
+#if !defined(__SANITIZE_ADDRESS__)
+TEST_CASE("Catmull-Clark on many triangles takes little memory") {
+    // Patch trees of all 7200 would take 680 MB.
+    const ScratchDir scratch;
+    const auto torus = scratch / "torus.obj";
+    write_triangle_torus(torus, 60);
+    const Run run(torus.string(), {"--tolerance", "1e-3", "--no-measure", "--max-memory", "160M"});
+    CHECK(run.result.code == 0);
+    CHECK(run.mesh.triangles.size() == 7200);
+}
+#endif
 
 TEST_CASE("Loop cuts other faces into triangles, and says so") {
     const Run run(cli::data("extruded_pentagon.obj"), {"--tolerance", "1e-2", "--scheme", "loop"});

@@ -1,4 +1,5 @@
 #include "tetrakis/eval/quad_patches.hpp"
+#include "tetrakis/eval/patch_batches.hpp"
 
 #include "golden_limits.hpp"
 #include "quad_test_mesh.hpp"
@@ -11,8 +12,11 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
+#include <cmath>
 #include <cstring>
 #include <memory>
+#include <numbers>
 
 using namespace tetrakis;
 
@@ -287,6 +291,47 @@ TEST_CASE("[inv10] a point's bits depend on nothing evaluated before, nor on thr
             same &= same_bits(forwards[i], backwards[i]) && same_bits(forwards[i], threaded[i]);
         CHECK(same);
     }
+}
+
+TEST_CASE("patch trees that are forgotten between batches grow again, bit for bit, and take little memory") {
+    constexpr std::uint32_t n = 32;
+    ControlMeshData data;  // a torus of triangles: six at each vertex
+    for (std::uint32_t i = 0; i < n * n; ++i) {
+        const double a = 2 * std::numbers::pi * (i / n) / n, b = 2 * std::numbers::pi * (i % n) / n;
+        data.positions.push_back({(3 + std::cos(b)) * std::cos(a), (3 + std::cos(b)) * std::sin(a), std::sin(b)});
+    }
+    const auto vertex = [](std::uint32_t i, std::uint32_t j) { return i % n * n + j % n; };
+    data.face_offsets = {0};
+    for (std::uint32_t i = 0; i < n; ++i)
+        for (std::uint32_t j = 0; j < n; ++j)
+            for (const auto& v : {std::array{vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1)},
+                                  std::array{vertex(i, j), vertex(i + 1, j + 1), vertex(i, j + 1)}}) {
+                data.face_vertices.insert(data.face_vertices.end(), v.begin(), v.end());
+                data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+            }
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    const QuadPatches kept(mesh), forgotten(mesh);
+    std::vector<Vec3d> first(mesh.halfedge_count()), again(mesh.halfedge_count());
+    const auto at = [](const QuadPatches& patches, std::uint32_t h) {
+        // Towards both irregular corners of the cell.
+        return patches.frame(HalfedgeId(h), 1.0 / 32, 1.0 / 32).position +
+               patches.frame(HalfedgeId(h), 31.0 / 32, 31.0 / 32).position;
+    };
+    for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) first[h] = at(kept, h);
+    CHECK(kept.forgettable_bytes() > 2 * forgotten.bytes_to_keep());
+    std::uint64_t most = 0;
+    RunContext watch;
+    watch.progress = [&](std::string_view, double) {
+        most = std::max(most, forgotten.memory_bytes());
+        return true;
+    };
+    detail::for_each_batch(&forgotten, mesh.halfedge_count(), 16, watch, "test", 0, 1,
+                           [&](std::uint32_t h) { again[h] = at(forgotten, h); });
+    CHECK(forgotten.times_forgotten() > 1);
+    CHECK(most < 2 * forgotten.bytes_to_keep());
+    bool same = true;
+    for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) same &= same_bits(first[h], again[h]);
+    CHECK(same);
 }
 
 TEST_CASE("the patch tree refuses what does not fit into memory") {

@@ -36,7 +36,7 @@ struct TessellateCommandOptions {
     ReadOptions read;
     bool no_measure = false;
     RenderOptions render;
-    bool samples_given = false;
+    bool samples_given = false, scheme_given = false;
     std::string view_option;  ///< of --size, --camera and --up one that is given, or empty
     RunOptions run;
 };
@@ -115,6 +115,10 @@ Report make_report(const TessellateCommandOptions& options, const LoadedModel& m
     report.seconds.load = model.load_seconds;
     report.seconds.build += model.build_seconds;
     report.warnings.insert(report.warnings.end(), result.warnings.begin(), result.warnings.end());
+    if (!options.scheme_given && model.mesh.all_triangles())
+        report.warnings.push_back(
+            "all faces are triangles, which --scheme loop is made for: its surface is smoother there, and it is faster "
+            "(--scheme catmull-clark, the default, says that you mean it)");
     for (std::string& warning : options.rules.unused(options.tessellate.scheme.info()))
         report.warnings.push_back(std::move(warning));
     report.more["estimator"] = options.tessellate.estimator == EstimatorKind::certified ? "certified" : "measured";
@@ -368,6 +372,7 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
         "Example:\n  tetrakis tessellate data/rook.obj --tolerance 1e-3 -o rook.glb --report rook.json");
     command->callback([options, command, &chosen] {
         options->samples_given = command->count("--samples") != 0;
+        options->scheme_given = command->count("--scheme") != 0;
         options->view_option = given_view_option(*command);
         chosen = [options] { return run(*options); };
     });
