@@ -21,7 +21,7 @@ constexpr std::uint32_t k_block = 256;
 constexpr int k_deepest = 16;
 // Of a piece no more cells are looked at on one level: those count by what is known of them. Where hardly any error is
 // attained, as on a flat sheet whose parameters run unevenly, no bound is ever tight.
-constexpr std::uint32_t k_most_cells = 1024;
+constexpr std::uint32_t k_most_cells = 256;
 // Beside semi-sharp edges nothing is known before they are smooth: cells as small as that are many along an edge.
 constexpr float k_most_sharp_levels = 6;
 // A bound is tight where it is within this of an error that there is.
