@@ -63,13 +63,13 @@ class Certifier {
         std::ranges::fill(largest_, 0.0);
         if (!all_known_) granted_.emplace(mesh_.triangles, mesh_.positions);
         // First those that nothing is known of; what is known may be loose, where all of it matters.
-        pass(0.2, 0.9, [&](std::uint32_t t) {
+        pass(0.2, 0.9, [&](std::uint32_t t, double floor) {
             const LeafId leaf = exported_.leaves[t];
-            return known(t) > 0 ? 0.0 : bound(t, !leaf.valid() || !refinement_.marked(leaf));
+            return known(t) > 0 ? 0.0 : bound(t, floor, !leaf.valid() || !refinement_.marked(leaf));
         });
-        pass(0.9, 1, [&](std::uint32_t t) {
+        pass(0.9, 1, [&](std::uint32_t t, double floor) {
             const double error = known(t);
-            return error <= floor_ ? error : bound(t, true);
+            return error <= floor ? error : bound(t, floor, true);
         });
         return std::ranges::max(largest_);
     }
@@ -100,7 +100,7 @@ class Certifier {
     template <class ErrorOf>
     void over_block(std::uint32_t block, const ErrorOf& error_of) {
         for (std::uint32_t t = block * k_block; t < std::min((block + 1) * k_block, count_); ++t)
-            largest_[block] = std::max(largest_[block], error_of(t));
+            largest_[block] = std::max(largest_[block], error_of(t, std::max(floor_, largest_[block])));
     }
 
     /// A first guess at the largest error, which settles most triangles at first sight.
@@ -108,7 +108,7 @@ class Certifier {
         all_known_ = by_bounds();
         for_each_batch(&estimator_.patches(), static_cast<std::uint32_t>(largest_.size()), 4, context_, "certify", 0,
                        0.2, [&](std::uint32_t block) {
-                           over_block(block, [&](std::uint32_t t) {
+                           over_block(block, [&](std::uint32_t t, double) {
                                const LeafId leaf = exported_.leaves[t];
                                const bool fan = !leaf.valid();
                                if (fan && exported_.part[t] != 0) return 0.0;
@@ -131,7 +131,8 @@ class Certifier {
         return plane.flat() ? std::abs(glm::dot(plane.normal(), quick.middle)) : glm::length(quick.middle);
     }
 
-    /// In rounds, of every k_rounds-th block each: what one finds settles most triangles of the next.
+    /// In rounds, of every k_rounds-th block each: what one finds settles most triangles of the next, and so does what
+    /// is found in a block.
     template <class ErrorOf>
     void pass(double from, double to, const ErrorOf& error_of) {
         const auto blocks = static_cast<std::uint32_t>(largest_.size());
@@ -147,15 +148,15 @@ class Certifier {
 
     /// With what the mesh grants a triangle or without, whichever is less.
     /// @param still  whether it might do without
-    double bound(std::uint32_t t, bool still) const {
+    double bound(std::uint32_t t, double floor, bool still) const {
         if (!exported_.leaves[t].valid())
-            return exported_.part[t] == 0 ? fan_error_->certified(exported_.faces[t], floor_, false) : 0;
+            return exported_.part[t] == 0 ? fan_error_->certified(exported_.faces[t], floor, false) : 0;
         const CellTriangle leaf = origins_.cell(t);
         const EdgeSlack slack = granted_->of(t, estimator_.soft_edges(leaf));
         auto& bounder = estimator_.bounder();
-        if (still || !slack.any()) return bounder.certified_error(leaf, floor_, LeafSlack::known(slack));
-        const double sliding = bounder.certified_error(leaf, floor_, LeafSlack::known(slack, true));
-        return sliding <= floor_ ? sliding : std::min(sliding, bounder.certified_error(leaf, floor_));
+        if (still || !slack.any()) return bounder.certified_error(leaf, floor, LeafSlack::known(slack));
+        const double sliding = bounder.certified_error(leaf, floor, LeafSlack::known(slack, true));
+        return sliding <= floor ? sliding : std::min(sliding, bounder.certified_error(leaf, floor));
     }
 
     const TriangleMesh& mesh_;

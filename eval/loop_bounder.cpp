@@ -227,7 +227,7 @@ void LoopBounder::bound_red(const BoxSplineHessian& h, const Points& point, doub
     if (attain_inner(inner, attained, own)) return;
     attain_centroid(point, detail::centroid_deviation(h, k_whole, bend[1]));
     if (rejected_ || settle(upper)) return;
-    if (depth == 0) {
+    if (!may_split(depth)) {
         upper_ = std::max(upper_, upper);
         return;
     }
@@ -261,7 +261,7 @@ void LoopBounder::bound_regular(const BoxSplineHessian& h, const Corners& at, co
     if (attain_inner(inner, attained, own)) return;
     attain_centroid(point, detail::centroid_deviation(h, at, bend[1]));
     if (rejected_ || settle(upper)) return;
-    if (depth == 0) {
+    if (!may_split(depth)) {
         upper_ = std::max(upper_, upper);
         return;
     }
@@ -315,6 +315,7 @@ LeafError LoopBounder::find_error(const CellTriangle& leaf, double decide_at, co
     decide_at_ = decide_at;
     stretch_ = 1;
     lower_ = upper_ = 0;
+    splits_ = 0;
     rejected_ = false;
     Corners at;
     Level& level = locate(leaf, at);
@@ -331,7 +332,7 @@ LeafError LoopBounder::find_error(const CellTriangle& leaf, double decide_at, co
             std::array<Vec3d, 3> c;
             for (std::size_t i = 0; i < 3; ++i) c[i] = detail::BoxSplineLattice::position(level.cell.net, at[i]);
             set_leaf(c, slack);
-            bound_regular(level.hessian, at, corner, size == 0 ? k_unknown : own, k_max_refinement);
+            bound_regular(level.hessian, at, corner, size == 0 ? k_unknown : own, k_regular_refinement);
         }
     } else {
         std::array<Vec3d, 3> c;

@@ -43,6 +43,12 @@ class LoopBounder {
         detail::BoxSplineHessian hessian;
         double patch_deviation = 0;  ///< with the hessian
     };
+    /// Pieces of regular patches are quartered at most this often: what a patch adds to an attained error is by then a
+    /// few thousandths of what it adds at first. Where hardly any error is attained, as on a flat sheet whose
+    /// parameters run unevenly, no bound is ever within a twentieth of it.
+    static constexpr int k_regular_refinement = 6;
+    /// Nor are more pieces of a leaf split than this; those that are left count by what is known of them.
+    static constexpr int k_most_splits = 1 << 13;
     /// No bound yet.
     static constexpr double k_unknown = std::numeric_limits<double>::infinity();
 
@@ -88,6 +94,7 @@ class LoopBounder {
     /// @param hessian  of the patch
     void bound_regular(const detail::BoxSplineHessian& hessian, const Corners& at, const Points& point, double own,
                        int depth);
+    bool may_split(int depth) { return depth > 0 && splits_++ < k_most_splits; }
     bool attain_inner(Points& inner, double attained, double own);
     void attain_centroid(const Points& point, const Vec3d& bend);
     double hull_error(const detail::LoopCell& cell, const Points& point) const;
@@ -123,6 +130,7 @@ class LoopBounder {
     // State of one leaf_error() call.
     double decide_at_ = 0, lower_ = 0, upper_ = 0;
     double stretch_ = 1;  ///< all three are divided by it
+    int splits_ = 0;
     bool rejected_ = false;
     Point rejecting_;                          ///< the first point to do so
     std::array<Vec3d, 3> corners_, side_;      ///< of T; side k from corner k to the next

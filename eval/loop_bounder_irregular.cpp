@@ -68,12 +68,12 @@ void LoopBounder::bound_quarter(const LoopCell& cell, int quarter, const Piece& 
     }
     const BoxSplineHessian hessian(child.net);
     if (!is_whole(part.at)) {
-        bound_regular(hessian, part.at, part.point, k_unknown, depth - 1);
+        bound_regular(hessian, part.at, part.point, k_unknown, std::min(depth - 1, k_regular_refinement));
         return;
     }
     Points point;  // in the order of the patch's corners
     for (std::size_t i = 0; i < 3; ++i) point[static_cast<std::size_t>(corner_of(part.at[i]))] = part.point[i];
-    bound_red(hessian, point, k_unknown, depth - 1);
+    bound_red(hessian, point, k_unknown, std::min(depth - 1, k_regular_refinement));
 }
 
 /// A whole star cell, from the table of its valence where that is enough.
@@ -157,7 +157,7 @@ bool LoopBounder::bound_star_part(const detail::LoopStarChain& star, const Piece
 
 void LoopBounder::bound_irregular(const LoopCell& cell, const Piece& piece, int depth) {
     if (rejected_) return;
-    if (depth <= 0) {
+    if (!may_split(depth)) {
         upper_ = std::max(upper_, hull_error(cell, piece.point) + pad_);
         return;
     }

@@ -19,6 +19,9 @@ constexpr std::uint32_t k_block = 256;
 // Levels below a piece that are looked at. Around an extraordinary point the remainder halves from one to the next, so
 // that this is where it is smaller than anything asked for.
 constexpr int k_deepest = 16;
+// Of a piece no more cells are looked at on one level: those count by what is known of them. Where hardly any error is
+// attained, as on a flat sheet whose parameters run unevenly, no bound is ever tight.
+constexpr std::uint32_t k_most_cells = 256;
 // Beside semi-sharp edges nothing is known before they are smooth: cells as small as that are many along an edge.
 constexpr float k_most_sharp_levels = 6;
 // A bound is tight where it is within this of an error that there is.
@@ -167,7 +170,8 @@ template <class Family>
 struct MaskNormBound<Family>::Walker {
     detail::CellFrame frame;
     std::uint32_t piece;
-    Corners at;  ///< the piece's corners, in sides of the cell
+    Corners at;       ///< the piece's corners, in sides of the cell
+    double most = 0;  ///< bound on the error in the cell's part, once it is known
 };
 
 bool has_mask_norms(const SchemeInfo& scheme, const RuleOptions& rules) {
@@ -247,6 +251,7 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
     std::fill(errors.begin(), errors.end(), rounding_);
     std::vector<double> least(pieces.size(), 0.0);  // an error that there is
     std::vector<std::uint8_t> decided(pieces.size(), 0);
+    std::vector<std::uint32_t> open(pieces.size());  // cells
     detail::MeshPartFinder parts, around;
     const RuleMesh* above = &base_;
     std::span<const Vec3d> net = mesh_.positions();
@@ -297,16 +302,23 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
                 else if (wanted.decide && exceeds)
                     decided[w.piece] = 1;
                 else
-                    next.push_back(w);
+                    next.emplace_back(w).most = most;
             }
         }
-        std::erase_if(next, [&](const Walker& w) { return decided[w.piece] != 0; });
+        std::fill(open.begin(), open.end(), 0u);
+        for (const Walker& w : next) ++open[w.piece];
+        std::erase_if(next, [&](const Walker& w) {
+            if (decided[w.piece] != 0) return true;
+            if (open[w.piece] <= k_most_cells) return false;
+            errors[w.piece] = std::max(errors[w.piece], w.most + rounding_);
+            return true;
+        });
         walkers.clear();
         if (next.empty()) break;
         RuleStep made = (level < 0 ? first_step_ : scheme_.step)(part.mesh, rules_);
         for (const Walker& w : next) {
             if (level < 0) {
-                walkers.push_back({{made.child_halfedge[w.frame.halfedge], 0}, w.piece, w.at});
+                walkers.push_back({{made.child_halfedge[w.frame.halfedge], 0}, w.piece, w.at, 0});
                 continue;
             }
             for (int child = 0; child < 4; ++child) {

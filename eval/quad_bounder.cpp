@@ -32,6 +32,7 @@ void QuadBounder::start(double decide_at, bool may_reject) {
     decide_at_ = decide_at;
     may_reject_ = may_reject;
     lower_ = upper_ = 0;
+    splits_ = 0;
     stretch_ = 1;
     rejected_ = false;
     distance_ = false;
@@ -146,21 +147,23 @@ void QuadBounder::bound(WalkCell& cell, const Piece& piece, const Corners& corne
         if (upper > decide_at_) upper = std::min(upper, hull_error(*cell.node, piece, corners));
         upper += k_rounding * scale_;
         if (settled(upper)) return;
-        if (depth == 0) {
+        if (depth == 0 || exhausted()) {
             upper_ = std::max(upper_, upper);
             return;
         }
     } else if (!cell.crease) {
-        if (bound_regular(cell.patch(), piece, corners, depth > 0)) return;
+        if (bound_regular(cell.patch(), piece, corners, depth > 0 && !exhausted())) return;
     } else {
         // Where the crease's strip is next to nothing, as if the crease were sharp: that is cheaper.
-        if (cell.beyond() <= k_small_strip * decide_at_ && bound_regular(cell.patch(), piece, corners, false)) return;
+        const bool as_sharp = cell.beyond() <= k_small_strip * decide_at_ || exhausted();
+        if (as_sharp && bound_regular(cell.patch(), piece, corners, false)) return;
         if (bound_strips(cell, piece, corners)) return;
     }
     split(cell, piece, corners, depth);
 }
 
 void QuadBounder::split(WalkCell& cell, const Piece& piece, const Corners& corners, int depth) {
+    ++splits_;
     // The new corners are the midpoints of the edges (of the base alone for a quarter).
     const auto& L = corners.linear;
     const auto& D = corners.deviation;

@@ -120,6 +120,8 @@ class QuadBounder {
     LeafError find_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack);
     void need_triangle();
     bool settled(double upper);
+    /// Whether no more pieces of this leaf are to be split: those that are left count by what is known of them.
+    bool exhausted() const { return splits_ >= k_most_splits; }
     /// Takes note of an error that is attained. False when that rejects the leaf.
     bool attain(double error);
 
@@ -129,6 +131,8 @@ class QuadBounder {
     // State of one call.
     double decide_at_ = 0, lower_ = 0, upper_ = 0;
     double stretch_ = 1;  ///< all three are divided by it
+    static constexpr int k_most_splits = 1 << 10;
+    int splits_ = 0;
     bool rejected_ = false, may_reject_ = true;
     Vec3d rejecting_{0};                 ///< the first point of the surface that was looked at: it rejects most leaves
     bool distance_ = false;              ///< to the leaf's triangle; else S - L counts

@@ -177,7 +177,12 @@ bool QuadBounder::bound_regular(const WalkCell::Patch& patch, const Piece& piece
         middle[i] = measured_form(s[i], d[i]);
         if (!attain(node_error(middle[i], piece.edge[i]) - patch.beyond)) return true;
     }
-    if (settled(quadratic_error(corner, middle, piece.edge, rest) + pad)) return true;
+    const double upper = quadratic_error(corner, middle, piece.edge, rest) + pad;
+    if (settled(upper)) return true;
+    if (exhausted()) {
+        upper_ = std::max(upper_, upper);
+        return true;
+    }
     if (patch.beyond > 0) return false;  // its strips tell more than finer lattices
     return bound_on_lattice(patch, piece, corners, rest, may_split);
 }

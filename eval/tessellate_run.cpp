@@ -114,13 +114,20 @@ RefineProgress::RefineProgress(const RunContext& outer, std::uint64_t budget,
 }
 
 void WatchedEstimator::estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const {
+    constexpr double k_short = 0.02, k_long = 0.1;  // seconds
+    constexpr std::size_t k_least = 16;
     Stopwatch watch;
-    for (std::size_t begin = 0; begin < triangles.size(); begin += block_) {
+    for (std::size_t begin = 0; begin < triangles.size();) {
         if (begin > 0) progress_.again();
         const std::size_t size = std::min(block_, triangles.size() - begin);
         inner_.estimate(triangles.subspan(begin, size), errors.subspan(begin, size));
+        begin += size;
+        const double seconds = watch.lap();
+        if (seconds < k_short && size == block_) block_ = std::min(most_, 2 * block_);
+        if (seconds > k_long)
+            block_ = std::max(k_least, static_cast<std::size_t>(k_long / seconds * static_cast<double>(size)));
+        seconds_ += seconds;
     }
-    seconds_ += watch.lap();
 }
 
 }  // namespace tetrakis::detail

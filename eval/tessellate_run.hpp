@@ -4,6 +4,7 @@
 #include "tetrakis/eval/tessellate.hpp"
 #include "tetrakis/refine/adaptive.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <functional>
 #include <string>
@@ -79,19 +80,21 @@ class RefineProgress {
     double fraction_ = 0;
 };
 
-/// Adds up the time that an estimator takes, and lets the caller cancel between blocks of triangles.
+/// Adds up the time that an estimator takes, and lets the caller cancel between blocks of triangles: as many as take a
+/// moment, for a leaf of a degenerate surface may take a thousand times as long as another.
 class WatchedEstimator final : public ErrorEstimator {
   public:
-    /// @param block  triangles between two chances to cancel
-    WatchedEstimator(const ErrorEstimator& inner, const RefineProgress& progress, std::size_t block = 4096)
-        : inner_(inner), progress_(progress), block_(block) {}
+    /// @param most  triangles between two chances to cancel
+    WatchedEstimator(const ErrorEstimator& inner, const RefineProgress& progress, std::size_t most = 4096)
+        : inner_(inner), progress_(progress), most_(most), block_(std::min<std::size_t>(most, 256)) {}
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
     double seconds() const { return seconds_; }
 
   private:
     const ErrorEstimator& inner_;
     const RefineProgress& progress_;
-    std::size_t block_;
+    std::size_t most_;
+    mutable std::size_t block_;
     mutable double seconds_ = 0;
 };
 

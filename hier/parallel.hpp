@@ -3,9 +3,11 @@
 #include "tetrakis/hier/run_context.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string_view>
+#include <thread>
 #include <type_traits>
 #include <utility>
 
@@ -51,6 +53,33 @@ void for_each_index(std::uint32_t count, Body&& body, std::uint32_t grain = k_de
     });
 }
 
+namespace detail {
+
+/// Reports the same fraction again from within a loop where a moment has passed, so that a few slow elements can be
+/// cancelled. Other threads than the one that made it stay silent.
+class RepeatedReport {
+  public:
+    RepeatedReport(const RunContext& context, std::string_view stage, double fraction)
+        : context_(context), stage_(stage), fraction_(fraction) {}
+    void operator()() {
+        if (std::this_thread::get_id() != thread_) return;
+        constexpr auto k_moment = std::chrono::milliseconds(50);
+        const auto now = std::chrono::steady_clock::now();
+        if (now - last_ < k_moment) return;
+        context_.report(stage_, fraction_);
+        last_ = now;
+    }
+
+  private:
+    const RunContext& context_;
+    std::string_view stage_;
+    double fraction_;
+    std::thread::id thread_ = std::this_thread::get_id();
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace detail
+
 /// for_each_index in batches, with a report before each: `stage` goes from fraction `from` to `to`. Without anybody to
 /// report to it is for_each_index.
 template <class Body>
@@ -60,10 +89,14 @@ void for_each_reported(std::uint32_t count, std::uint32_t grain, const RunContex
     constexpr std::uint32_t k_batches = 64, k_grains = 16;
     const std::uint32_t batch = std::max(count / k_batches + 1, k_grains * grain);
     for (std::uint32_t begin = 0; begin < count;) {
-        context.report(stage, from + (to - from) * begin / count);
+        const double fraction = from + (to - from) * begin / count;
+        context.report(stage, fraction);
+        detail::RepeatedReport again(context, stage, fraction);
         const std::uint32_t size = std::min(batch, count - begin);
-        for_each_index(
-            size, [&](std::uint32_t i) { body(begin + i); }, grain);
+        for_each_block(size, grain, [&](std::uint32_t first, std::uint32_t end) {
+            again();
+            for (std::uint32_t i = first; i != end; ++i) body(begin + i);
+        });
         begin += size;
     }
     context.report(stage, to);

@@ -486,16 +486,19 @@ TEST_CASE("[bad-input] tessellate refuses options that make no sense before any 
     CHECK(scratch.file_count() == 0);
 }
 
-TEST_CASE("Ctrl-C ends a tessellation with 130 and leaves no file") {
-    const ScratchDir scratch;
-    Process process(cli::command_line({"tessellate", cli::data("knot.obj"), "--tolerance", "1e-7", "-o",
-                                       (scratch / "out.ply").string(), "--report", (scratch / "r.json").string()}));
-    REQUIRE(process.wait_for_handler(SIGINT));
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));
-    process.send(SIGINT);
-    const ProcessResult result = process.wait();
-    CHECK(result.code == 130);
-    CHECK(scratch.file_count() == 0);
+TEST_CASE("Ctrl-C and SIGTERM end a tessellation with 130 and leave no file") {
+    for (const int signal : {SIGINT, SIGTERM}) {
+        CAPTURE(signal);
+        const ScratchDir scratch;
+        Process process(cli::command_line({"tessellate", cli::data("knot.obj"), "--tolerance", "1e-7", "-o",
+                                           (scratch / "out.ply").string(), "--report", (scratch / "r.json").string()}));
+        REQUIRE(process.wait_for_handler(signal));
+        std::this_thread::sleep_for(std::chrono::milliseconds(300));
+        process.send(signal);
+        const ProcessResult result = process.wait();
+        CHECK(result.code == 130);
+        CHECK(scratch.file_count() == 0);
+    }
 }
 
 TEST_SUITE_END();
