@@ -1,5 +1,5 @@
 #include "tetrakis/hier/mesh_repair.hpp"
-#include "input_helpers.hpp"
+#include "tests/input_helpers.hpp"
 #include "tetrakis/hier/obj_reader.hpp"
 
 #include <doctest/doctest.h>
@@ -69,7 +69,7 @@ ControlMeshData wild_soup(std::mt19937_64& random) {
 
 }  // namespace
 
-TEST_SUITE_BEGIN("hier");
+TEST_SUITE_BEGIN("contract");
 
 TEST_CASE("repair leaves no fault in any random soup, and every layer stays with its corner") {
     int with_faces = 0, with_angles = 0;

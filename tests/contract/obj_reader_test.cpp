@@ -1,5 +1,5 @@
 #include "tetrakis/hier/obj_reader.hpp"
-#include "input_helpers.hpp"
+#include "tests/input_helpers.hpp"
 
 #include <doctest/doctest.h>
 
@@ -64,7 +64,7 @@ bool survives(const std::string& text) {
 
 }  // namespace
 
-TEST_SUITE_BEGIN("hier");
+TEST_SUITE_BEGIN("contract");
 
 TEST_CASE("an OBJ file with every kind of line is read as written") {
     const ControlMeshData data = parse(k_good);

@@ -1,5 +1,5 @@
 #include "tetrakis/hier/mesh_check.hpp"
-#include "input_helpers.hpp"
+#include "tests/input_helpers.hpp"
 #include "tetrakis/hier/control_mesh.hpp"
 
 #include <doctest/doctest.h>
@@ -107,7 +107,7 @@ ControlMeshData grid(std::uint32_t n) {
 
 }  // namespace
 
-TEST_SUITE_BEGIN("hier");
+TEST_SUITE_BEGIN("contract");
 
 TEST_CASE("[bad-input] every fault of an element is found, named, located and comes with advice") {
     ControlMeshData data = two_quads();
