@@ -67,6 +67,13 @@ TEST_CASE("[bad-input] a full disk is an error of its write") {
     CHECK_THROWS_WITH_AS(full.write("x"), "/dev/full: cannot write: no space left on the disk", Error);
 }
 
+TEST_CASE("whether a file could be written is found out without a trace") {
+    const ScratchDir dir;
+    CHECK_THROWS_AS(check_writable(dir / "no/such/place.obj"), Error);
+    check_writable(dir / "fine.obj");
+    CHECK(dir.file_count() == 0);
+}
+
 TEST_CASE("a set of files appears together or not at all") {
     const ScratchDir dir;
     write_file(dir / "b.txt", "old");

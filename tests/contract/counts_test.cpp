@@ -26,24 +26,25 @@ struct Row {
     std::array<std::uint64_t, 3> by_bound;  ///< 0: the scheme has no bound there
 };
 
-// Triangles for each tolerance. When one is off, the test prints the whole table anew, to be put here.
+// Triangles for each tolerance; 0: left out, as what takes seconds is. When one is off, the test prints the whole table
+// anew, to be put here.
 constexpr Row k_table[] = {
     // clang-format off
-    {"rook", "catmull-clark", {}, {}},
-    {"pawn", "catmull-clark", {}, {}},
-    {"head", "catmull-clark", {}, {}},
-    {"bracket", "catmull-clark", {}, {}},
-    {"knot", "catmull-clark", {}, {}},
-    {"pipe3", "catmull-clark", {}, {}},
-    {"extruded_pentagon", "catmull-clark", {}, {}},
-    {"cube", "catmull-clark", {}, {}},
-    {"bracket_tri", "loop", {}, {}},
-    {"knot_tri", "loop", {}, {}},
-    {"tetrahedron", "loop", {}, {}},
-    {"rook", "doo-sabin", {}, {}},
-    {"knot", "kobbelt", {}, {}},
-    {"tetrahedron", "butterfly", {}, {}},
-    {"pipe3", "biquartic", {}, {}},
+    {"rook", "catmull-clark", {360, 5736, 26532}, {384, 7344, 33468}},
+    {"pawn", "catmull-clark", {488, 4768, 15048}, {568, 5688, 16616}},
+    {"head", "catmull-clark", {1040, 4256, 13450}, {1040, 5332, 18046}},
+    {"bracket", "catmull-clark", {224, 6568, 18792}, {324, 9060, 23744}},
+    {"knot", "catmull-clark", {1024, 5438, 18494}, {1024, 6294, 21974}},
+    {"pipe3", "catmull-clark", {240, 2940, 8676}, {264, 3072, 10404}},
+    {"extruded_pentagon", "catmull-clark", {230, 2360, 8080}, {230, 2740, 9360}},
+    {"cube", "catmull-clark", {192, 2544, 6816}, {192, 2832, 8064}},
+    {"bracket_tri", "loop", {384, 10348, 27322}, {528, 14814, 38974}},
+    {"knot_tri", "loop", {1024, 7912, 24996}, {1024, 10176, 31556}},
+    {"tetrahedron", "loop", {64, 1024, 3856}, {64, 1024, 4096}},
+    {"cube", "doo-sabin", {0, 0, 0}, {0, 0, 0}},
+    {"knot", "kobbelt", {1024, 6706, 0}, {1024, 6484, 0}},
+    {"tetrahedron", "butterfly", {256, 3328, 0}, {256, 3232, 0}},
+    {"pipe3", "biquartic", {1010, 4778, 0}, {0, 0, 0}},
     // clang-format on
 };
 
@@ -72,12 +73,8 @@ TEST_CASE("[slow] tessellations have as many triangles as they had, within 3 per
             const bool known = estimator == contract::k_by_measure || scheme_support(mesh, row.scheme).certified;
             found << ", {";
             for (std::size_t i = 0; i < k_tolerances.size(); ++i) {
-                std::uint64_t now = 0;
-                try {
-                    if (known) now = count(mesh, row.scheme, estimator, k_tolerances[i]);
-                } catch (const Error& error) {  // semi-sharp tags that its bound does not know
-                    if (error.code() != ErrorCode::unsupported) throw;
-                }
+                const bool quick = i < 2 || scheme_support(row.scheme).patches;
+                const std::uint64_t now = known && quick ? count(mesh, row.scheme, estimator, k_tolerances[i]) : 0;
                 const auto before = static_cast<double>(stored[i]);
                 same &= std::abs(static_cast<double>(now) - before) <= k_most_change * before;
                 found << (i > 0 ? ", " : "") << now;

@@ -108,10 +108,10 @@ TEST_CASE("what refine() makes comes back: polygons with their UVs and materials
     CHECK(back.face_material == mesh.face_material);
     CHECK(back.materials == mesh.materials);
     REQUIRE(back.face_uvs.size() == mesh.face_uvs.size());
-    std::size_t wrong = 0;
+    double off = 0;
     for (std::size_t c = 0; c < mesh.face_uvs.size(); ++c)
-        wrong += back.uvs[back.face_uvs[c]] != mesh.uvs[mesh.face_uvs[c]];
-    CHECK(wrong == 0);
+        off = std::max(off, glm::length(back.uvs[back.face_uvs[c]] - mesh.uvs[mesh.face_uvs[c]]));
+    CHECK(off <= 1e-7);  // of control meshes only positions are read to the last bit
 }
 
 TEST_CASE("[bad-input] every shorter length of a good file is read or ends in an error that names the file") {

@@ -514,8 +514,6 @@ TEST_CASE("[bad-input] a failed write leaves the directory as it was and says wh
     bad.positions[1].x = 1e39;
     bad.positions[0].x = -1e39;
     CHECK(failure(dir / "bad.glb", bad, ErrorCode::unsupported).find("exceed the floats") != std::string::npos);
-    CHECK_THROWS_AS(check_writable(dir / "no/such/place.obj"), Error);
-    check_writable(dir / "fine.obj");
     CHECK(dir.file_count() == 1);  // the directory made above
 
     write_mesh(dir / "kept.obj", mesh);

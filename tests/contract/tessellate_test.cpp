@@ -235,8 +235,11 @@ TEST_CASE("[slow] a number of triangles is never exceeded, and the error falls a
         double before = std::numeric_limits<double>::infinity();
         for (const std::uint64_t most : {150, 300, 601, 1200}) {
             CAPTURE(most);
-            const Tessellation result = tessellate(
-                mesh, {.scheme = scheme, .max_triangles = most, .measure = true, .measure_samples = k_samples});
+            const Tessellation result = tessellate(mesh, {.scheme = scheme,
+                                                          .tolerance = {},
+                                                          .max_triangles = most,
+                                                          .measure = true,
+                                                          .measure_samples = k_samples});
             CHECK(result.mesh.triangles.size() <= most);
             check_watertight(mesh, result);
             // Where the largest errors are equal, one more split tells nothing.
@@ -249,7 +252,8 @@ TEST_CASE("[slow] a number of triangles is never exceeded, and the error falls a
         if (scheme.smoothness != "C0") CHECK(!missed.tolerance_reached);
         CHECK(missed.mesh.triangles.size() <= 300);
         // Fewer than the coarsest mesh has.
-        CHECK(code_of(mesh, {.scheme = scheme, .max_triangles = 3, .measure = false}, {}) == ErrorCode::unsupported);
+        CHECK(code_of(mesh, {.scheme = scheme, .tolerance = {}, .max_triangles = 3, .measure = false}, {}) ==
+              ErrorCode::unsupported);
     }
 }
 
