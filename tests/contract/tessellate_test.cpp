@@ -233,7 +233,7 @@ TEST_CASE("[slow] a number of triangles is never exceeded, and the error falls a
         if (!scheme_support(scheme).adaptive) continue;
         const ControlMesh mesh = mesh_for(scheme, k_closed);
         double before = std::numeric_limits<double>::infinity();
-        for (const std::uint64_t most : {150, 300, 601, 1200}) {
+        for (const std::uint64_t most : {150, 300, 601}) {
             CAPTURE(most);
             const Tessellation result = tessellate(mesh, {.scheme = scheme,
                                                           .tolerance = {},
@@ -243,7 +243,7 @@ TEST_CASE("[slow] a number of triangles is never exceeded, and the error falls a
             CHECK(result.mesh.triangles.size() <= most);
             check_watertight(mesh, result);
             // Where the largest errors are equal, one more split tells nothing.
-            CHECK(result.measured_error->hausdorff <= 1.05 * before);
+            CHECK(result.measured_error->hausdorff <= 1.05 * before + 1e-12 * diagonal(mesh));
             before = result.measured_error->hausdorff;
         }
         // With a tolerance that this is too few for: the best there is, and it says so.
@@ -267,7 +267,7 @@ TEST_CASE("[slow] one, two and three threads give the same bytes") {
             test::add_charts(data);
             const ControlMesh mesh = mesh_for(scheme, ControlMesh::build(std::move(data)));
             const TessellateOptions options{
-                .scheme = scheme, .estimator = estimator, .tolerance = 2e-2, .measure = true, .measure_samples = 5'000};
+                .scheme = scheme, .estimator = estimator, .tolerance = 4e-2, .measure = true, .measure_samples = 5'000};
             RunContext context;
             context.threads = 1;
             const Tessellation first = tessellate(mesh, options, context);
