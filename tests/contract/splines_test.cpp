@@ -1,4 +1,4 @@
-#include "random_mesh.hpp"
+#include "tests/random_mesh.hpp"
 
 #include "tetrakis/refine/refine.hpp"
 
@@ -192,7 +192,7 @@ bool in_the_middle(const Vec3d& p) {
 
 }  // namespace
 
-TEST_SUITE_BEGIN("refine");
+TEST_SUITE_BEGIN("contract");
 
 TEST_CASE("regular meshes: control points of finer levels are those of the scheme's box spline") {
     for (const auto& [name, times, rules] : regular_splines()) {

@@ -1,5 +1,5 @@
-#include "point_match.hpp"
-#include "random_mesh.hpp"
+#include "tests/point_match.hpp"
+#include "tests/random_mesh.hpp"
 
 #include "tetrakis/refine/refine.hpp"
 
@@ -131,7 +131,7 @@ double largest_gap(const std::vector<Vec3d>& points, const std::vector<Vec3d>& f
 
 }  // namespace
 
-TEST_SUITE_BEGIN("refine");
+TEST_SUITE_BEGIN("contract");
 
 TEST_CASE("boundary curves see nothing of the inside, on any level and in the limit") {
     for (const std::uint64_t seed : test::seeds(1))
