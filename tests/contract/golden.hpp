@@ -63,7 +63,8 @@ inline Mesh read_mesh(const std::filesystem::path& path) {
         words >> kind;
         if (kind == "v") {
             tetrakis::Vec3d p;
-            REQUIRE(words >> p.x >> p.y >> p.z);
+            words >> p.x >> p.y >> p.z;
+            REQUIRE(!words.fail());
             mesh.points.push_back(p);
         } else if (kind == "f") {
             auto& face = mesh.faces.emplace_back();
@@ -92,8 +93,9 @@ inline std::vector<Limit> read_limits(const std::filesystem::path& path) {
         }
         std::istringstream words(line);
         Limit l;
-        REQUIRE(words >> l.at.x >> l.at.y >> l.at.z >> l.position.x >> l.position.y >> l.position.z >> l.normal.x >>
-                l.normal.y >> l.normal.z);
+        words >> l.at.x >> l.at.y >> l.at.z >> l.position.x >> l.position.y >> l.position.z >> l.normal.x >>
+            l.normal.y >> l.normal.z;
+        REQUIRE(!words.fail());
         l.iterated = iterated;
         iterated = false;
         limits.push_back(l);
