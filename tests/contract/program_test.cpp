@@ -117,8 +117,7 @@ TEST_CASE("a file that cannot be written whole takes those that belong to it wit
     const ScratchDir scratch;
     // A limit of 8 KiB for each file, which the report keeps to and the mesh does not.
     const ProcessResult result = run_process(
-        {"/bin/sh", "-c",
-         "ulimit -f 16; exec \"$0\" tessellate \"$1\" --tolerance 1e-3 --no-measure -o out.ply --report r.json",
+        {"/bin/sh", "-c", "ulimit -f 16; exec \"$0\" tessellate \"$1\" --tolerance 1e-3 -o out.ply --report r.json",
          TETRAKIS_CLI, data("cube.obj")},
         scratch.path().string());
     CAPTURE(result.err);
