@@ -87,6 +87,7 @@ void check_distance(const ControlMesh& mesh, const SchemeInfo& scheme, const Tes
     const double forward = judge.limit_to_mesh(result.mesh), backward = judge.mesh_to_limit(result.mesh);
     CAPTURE(result.tolerance_absolute);
     CAPTURE(judge.doubt());
+    CHECK(judge.doubt() <= result.tolerance_absolute);
     CHECK(result.tolerance_reached);
     if (by_bound) {
         REQUIRE(result.certified_error);
@@ -228,14 +229,14 @@ TEST_CASE("[slow] creases, darts, corners, semi-sharp tags, holes and open meshe
     struct Case {
         const char* what;
         std::string text;
-        bool hole = false, semi_sharp = false;
+        bool hole = false, semi_sharp = false, dart = false;
     };
     const std::string closed = k_closed, tube = k_tube;
     const Case cases[] = {
         {"boundary", tube},
         {"crease that closes",
          closed + "t crease 2/1/0 0 1 10\nt crease 2/1/0 1 3 10\nt crease 2/1/0 3 2 10\nt crease 2/1/0 2 0 10\n"},
-        {"dart", closed + "t crease 2/1/0 4 8 10\n"},
+        {"dart", closed + "t crease 2/1/0 4 8 10\n", false, false, true},
         {"corner", closed + "t corner 1/1/0 8 10\n"},
         {"semi-sharp crease", closed + "t crease 2/1/0 4 8 2.5\nt crease 2/1/0 8 7 1\n", false, true},
         {"semi-sharp corner", closed + "t corner 1/1/0 8 1.5\n", false, true},
@@ -243,9 +244,15 @@ TEST_CASE("[slow] creases, darts, corners, semi-sharp tags, holes and open meshe
     };
     for (const char* name : k_schemes)
         for (const Case& c : cases) {
-            CAPTURE(c.what);
+            INFO(c.what);
             const SchemeInfo& scheme = *find_scheme(name);
             const bool dual = is_dual(scheme);
+            if (scheme.refinement == Refinement::honeycomb && c.dart) {
+                // There is no mask for the limit at the end of a crease.
+                CHECK(code_of(mesh_for(scheme, c.text), {.scheme = scheme, .tolerance = 2e-2}, {}) ==
+                      ErrorCode::unsupported);
+                continue;
+            }
             if (dual && c.hole) {
                 // The edge of a hole is an edge of none of their levels: no points of a level tell where it is.
                 const ControlMesh mesh = mesh_for(scheme, c.text);
@@ -254,7 +261,7 @@ TEST_CASE("[slow] creases, darts, corners, semi-sharp tags, holes and open meshe
                 CHECK(result.tolerance_reached);
                 continue;
             }
-            check_all(mesh_for(scheme, c.text), scheme, 1e-2, !(dual && (c.semi_sharp || c.hole)));
+            check_all(mesh_for(scheme, c.text), scheme, 2e-2, !(dual && c.semi_sharp));
         }
 }
 
@@ -308,7 +315,7 @@ TEST_CASE("[slow] one, two and three threads give the same bytes") {
         }
 }
 
-TEST_CASE("a callback cancels at any moment, and too little memory is said") {
+TEST_CASE("[slow] a callback cancels at any moment, and too little memory is said") {
     for (const char* name : k_schemes) {
         const SchemeInfo& scheme = *find_scheme(name);
         CAPTURE(scheme.name);
@@ -316,7 +323,7 @@ TEST_CASE("a callback cancels at any moment, and too little memory is said") {
         for (const EstimatorKind estimator : {k_by_measure, k_by_bound}) {
             if (estimator == k_by_bound && !scheme_support(scheme).certified) continue;
             const TessellateOptions options{
-                .scheme = scheme, .estimator = estimator, .tolerance = 3e-2, .measure = false};
+                .scheme = scheme, .estimator = estimator, .tolerance = 0.1, .measure = false};
             std::size_t calls = 0;
             RunContext counting;
             counting.threads = 2;
@@ -356,7 +363,7 @@ TEST_CASE("materials and groups are those of the control face that a triangle co
             data.face_group.push_back(f / 5 % 2);
         }
         const ControlMesh mesh = ControlMesh::build(std::move(data));
-        const Tessellation result = tessellate(mesh, {.scheme = scheme, .tolerance = 3e-2, .measure = false});
+        const Tessellation result = tessellate(mesh, {.scheme = scheme, .tolerance = 0.1, .measure = false});
         CHECK(result.mesh.materials == mesh.data().materials);
         CHECK(result.mesh.groups == mesh.data().groups);
         const std::size_t count = result.mesh.triangles.size();
@@ -386,7 +393,7 @@ TEST_CASE("texture coordinates at the corners of control faces are the given one
             for (std::uint32_t v = 0; v < data.positions.size(); ++v)
                 data.corners.push_back({v, k_infinite_sharpness, 0});
         const ControlMesh mesh = ControlMesh::build(std::move(data));
-        TessellateOptions options{.scheme = scheme, .tolerance = 3e-2, .measure = false};
+        TessellateOptions options{.scheme = scheme, .tolerance = 0.1, .measure = false};
         const Tessellation result = tessellate(mesh, options);
         REQUIRE(result.mesh.triangle_uvs.size() == result.mesh.triangles.size());
         const PointMatch match(result.mesh.positions);
