@@ -189,30 +189,30 @@ TEST_CASE("the judge knows distances that are known") {
     CHECK(fine.doubt() < 0.05 * coarse.tolerance_absolute);
 }
 
-TEST_CASE("[slow] every model of data/ at 1e-2: watertight, and within what was asked and certified") {
+TEST_CASE("[slow] every model of data/ at 1e-2 and 3e-3: watertight, and within what was asked and certified") {
     for (const auto& entry : std::filesystem::directory_iterator(TETRAKIS_SOURCE_DIR "/data")) {
         if (entry.path().extension() != ".obj") continue;
         const std::string name = entry.path().stem().string();
         CAPTURE(name);
         const ControlMesh mesh = load_control_mesh(entry.path());
         const bool loop = name.ends_with("_tri") || name == "tetrahedron";
-        check_all(mesh, *find_scheme(loop ? "loop" : "catmull-clark"), 1e-2, true, mesh.face_count() < 200);
+        for (const double tolerance : {1e-2, 3e-3})
+            check_all(mesh, *find_scheme(loop ? "loop" : "catmull-clark"), tolerance, true, mesh.face_count() < 200);
     }
 }
 
 TEST_CASE("[slow] random meshes with all tags, by Catmull-Clark and Loop") {
     for (const char* name : {"catmull-clark", "loop"})
-        for (const std::uint64_t seed : test::seeds(5)) {
+        for (const std::uint64_t seed : test::seeds(10)) {
             CAPTURE(seed);
             const SchemeInfo& scheme = *find_scheme(name);
             test::RandomMeshOptions options = test::random_options(seed);
             options.columns = options.rows = 3;
             options.triangles_only = scheme.family == MeshFamily::triangles;
             const ControlMesh mesh = test::random_mesh(seed, options);
-            if (test::surface_topology(mesh).euler == 0 && mesh.has_boundary() &&
-                mesh.boundary_rule() == BoundaryRule::none)
-                continue;  // perhaps no face is left
-            check_all(mesh, scheme, 2e-2);
+            std::uint32_t holes = 0;
+            for (std::uint32_t f = 0; f < mesh.face_count(); ++f) holes += mesh.is_hole(FaceId(f));
+            if (holes < mesh.face_count()) check_all(mesh, scheme, 1e-2);
         }
 }
 
