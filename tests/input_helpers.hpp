@@ -61,7 +61,7 @@ inline std::optional<std::filesystem::path> shared_dir() {
     const char* given = std::getenv("TETRAKIS_SHARED_DIR");
     const std::filesystem::path path = given ? given : std::filesystem::path(TETRAKIS_SOURCE_DIR) / ".." / "shared";
     if (std::filesystem::is_directory(path)) return path;
-    MESSAGE("skipped: there is no folder ", path.string(), " (set TETRAKIS_SHARED_DIR)");
+    MESSAGE("SKIPPED: there is no folder ", path.string(), " (set TETRAKIS_SHARED_DIR)");
     return {};
 }
 

@@ -1,37 +1,20 @@
 #include "tetrakis/eval/loop_patches.hpp"
 
+#include "contract/golden.hpp"
 #include "loop_reference.hpp"
+
 #include "tetrakis/hier/obj_reader.hpp"
 
 #include <doctest/doctest.h>
 
-#include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <memory>
-#include <sstream>
 #include <string>
 #include <thread>
 
 using namespace tetrakis;
 
 namespace {
-
-std::filesystem::path shared_dir() {
-    if (const char* dir = std::getenv("TETRAKIS_SHARED_DIR")) return dir;
-    return std::filesystem::path(TETRAKIS_SOURCE_DIR) / ".." / "shared";
-}
-
-std::string gunzip(const std::filesystem::path& path) {
-    const std::string command = "gzip -dc '" + path.string() + "'";
-    std::string text;
-    FILE* pipe = popen(command.c_str(), "r");
-    std::array<char, 65536> buffer;
-    for (std::size_t n; pipe != nullptr && (n = fread(buffer.data(), 1, buffer.size(), pipe)) > 0;)
-        text.append(buffer.data(), n);
-    if (pipe != nullptr) pclose(pipe);
-    return text;
-}
 
 double diagonal(const ControlMesh& mesh) { return bounding_box(mesh.positions()).diagonal(); }
 
@@ -46,43 +29,30 @@ double nearest(const Vec3d& p, const std::vector<Vec3d>& points) {
 TEST_SUITE_BEGIN("eval");
 
 TEST_CASE("[golden] Loop limits of the patch tree are those of the golden files") {
-    const auto reference = shared_dir() / "reference";
-    if (!std::filesystem::exists(reference / "golden")) {
-        MESSAGE("skipped: no golden data at ", reference.string());
-        return;
-    }
+    const auto folder = golden::folder();
+    if (!folder) return;
     int meshes = 0;
-    for (const auto& entry : std::filesystem::directory_iterator(reference / "golden")) {
-        const std::string file = entry.path().filename().string();
-        const std::size_t suffix = file.find(".loop.osd.limit.txt.gz");
-        if (suffix == std::string::npos) continue;
-        const ControlMesh mesh = load_control_mesh(reference / "meshes" / (file.substr(0, suffix) + ".obj"));
+    for (const auto& path : golden::files(*folder, ".loop.osd.limit.txt.gz")) {
+        const std::string file = path.filename().string();
+        const ControlMesh mesh = load_control_mesh(*folder / "meshes" / (file.substr(0, file.find('.')) + ".obj"));
         CAPTURE(file);
         const LoopPatches patches(mesh);
-        std::istringstream lines(gunzip(entry.path()));
-        std::vector<Vec3d> golden, ours;
-        for (std::string line; std::getline(lines, line);) {
-            if (line.empty() || line[0] == '#') continue;
-            std::istringstream numbers(line);
-            Vec3d at, limit;
-            numbers >> at.x >> at.y >> at.z >> limit.x >> limit.y >> limit.z;
-            golden.push_back(limit);
-        }
+        std::vector<Vec3d> theirs, ours;
+        for (const golden::Limit& limit : golden::read_limits(path)) theirs.push_back(limit.position);
         for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
             if (mesh.is_hole(FaceId(f))) continue;
             for (std::uint32_t x = 0; x <= 4; ++x)
                 for (std::uint32_t y = 0; x + y <= 4; ++y)
                     ours.push_back(patches.limit(mesh.face_halfedge(FaceId(f)), {x, y}, 2));
         }
-        REQUIRE(!golden.empty());
         const double tolerance = 1e-9 * diagonal(mesh);
         double worst = 0;
-        for (const Vec3d& p : golden) worst = std::max(worst, nearest(p, ours));
-        for (const Vec3d& p : ours) worst = std::max(worst, nearest(p, golden));
+        for (const Vec3d& p : theirs) worst = std::max(worst, nearest(p, ours));
+        for (const Vec3d& p : ours) worst = std::max(worst, nearest(p, theirs));
         CHECK(worst < tolerance);
         ++meshes;
     }
-    CHECK(meshes > 0);
+    CHECK(meshes == 14);
 }
 
 TEST_CASE("[inv1] Loop limits are those of the uniformly refined mesh, tags and boundaries included") {

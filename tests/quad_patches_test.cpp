@@ -1,7 +1,7 @@
 #include "tetrakis/eval/quad_patches.hpp"
 #include "tetrakis/eval/patch_batches.hpp"
 
-#include "golden_limits.hpp"
+#include "contract/golden.hpp"
 #include "quad_test_mesh.hpp"
 #include "shared_data.hpp"
 
@@ -107,20 +107,20 @@ TEST_CASE("[inv1] patch tree and closure agree on the reference shapes") {
 }
 
 TEST_CASE("[golden] Catmull-Clark limits and normals of the patch tree are those of the golden files") {
-    const auto golden = shared_data::folder("reference/golden"), meshes = shared_data::folder("reference/meshes");
-    if (!golden || !meshes) return;
+    const auto folder = golden::folder();
+    if (!folder) return;
     int count = 0;
-    for (const auto& path : shared_data::files(*golden, ".catmark.osd.limit.txt.gz")) {
+    for (const auto& path : golden::files(*folder, ".catmark.osd.limit.txt.gz")) {
         const std::string file = path.filename().string();
         INFO(file);
-        const ControlMesh mesh = load_control_mesh(*meshes / (file.substr(0, file.find('.')) + ".obj"));
+        const ControlMesh mesh = load_control_mesh(*folder / "meshes" / (file.substr(0, file.find('.')) + ".obj"));
         const QuadPatches patches(mesh);
         std::vector<SurfacePoint> ours;
         for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h)
             for (std::uint32_t i = 0; i < 9 && !mesh.is_hole(mesh.face(HalfedgeId(h))); ++i)
                 ours.push_back(patches.vertex(HalfedgeId(h), {i % 3, i / 3}, 1));
         const double tolerance = 1e-9 * diagonal(mesh);
-        for (const test::GoldenLimit& limit : test::read_golden_limits(path)) {
+        for (const golden::Limit& limit : golden::read_limits(path)) {
             double nearest = std::numeric_limits<double>::infinity(), normal = nearest;
             for (const SurfacePoint& p : ours) {
                 const double d = glm::length(p.position - limit.position);

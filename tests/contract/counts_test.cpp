@@ -1,0 +1,89 @@
+#include "tests/contract/judge.hpp"
+
+#include "tetrakis/eval/tessellate.hpp"
+#include "tetrakis/hier/obj_reader.hpp"
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cstdint>
+#include <cstdlib>
+#include <map>
+#include <sstream>
+#include <string>
+
+using namespace tetrakis;
+
+namespace {
+
+// The share by which a number may differ from what is stored. All that makes a difference on purpose renews the table.
+constexpr double k_most_change = 0.03;
+constexpr std::array<double, 3> k_tolerances = {1e-2, 1e-3, 3e-4};
+
+struct Row {
+    const char *model, *scheme;
+    std::array<std::uint64_t, 3> by_measure;
+    std::array<std::uint64_t, 3> by_bound;  ///< 0: the scheme has no bound there
+};
+
+// Triangles for each tolerance; 0: left out, as what takes seconds is. When one is off, the test prints the whole table
+// anew, to be put here.
+constexpr Row k_table[] = {
+    // clang-format off
+    {"rook", "catmull-clark", {360, 5736, 26532}, {384, 7344, 33468}},
+    {"pawn", "catmull-clark", {488, 4768, 15048}, {568, 5688, 16616}},
+    {"head", "catmull-clark", {1040, 4256, 13450}, {1040, 5332, 18046}},
+    {"bracket", "catmull-clark", {224, 6568, 18792}, {324, 9060, 23744}},
+    {"knot", "catmull-clark", {1024, 5438, 18494}, {1024, 6294, 21974}},
+    {"pipe3", "catmull-clark", {240, 2940, 8676}, {264, 3072, 10404}},
+    {"extruded_pentagon", "catmull-clark", {230, 2360, 8080}, {230, 2740, 9360}},
+    {"cube", "catmull-clark", {192, 2544, 6816}, {192, 2832, 8064}},
+    {"bracket_tri", "loop", {384, 10348, 27322}, {528, 14814, 38974}},
+    {"knot_tri", "loop", {1024, 7912, 24996}, {1024, 10176, 31556}},
+    {"tetrahedron", "loop", {64, 1024, 3856}, {64, 1024, 4096}},
+    {"cube", "doo-sabin", {620, 3068, 0}, {764, 4796, 0}},
+    {"knot", "kobbelt", {1024, 6706, 0}, {1024, 6484, 0}},
+    {"tetrahedron", "butterfly", {256, 3328, 0}, {256, 3232, 0}},
+    {"pipe3", "biquartic", {1010, 4778, 0}, {0, 0, 0}},
+    // clang-format on
+};
+
+std::uint64_t count(const ControlMesh& mesh, const char* scheme, EstimatorKind estimator, double tolerance) {
+    // By measure the mesh is mended by what is measured; the bound needs no measurement.
+    return tessellate(mesh, {.scheme = scheme,
+                             .estimator = estimator,
+                             .tolerance = tolerance,
+                             .measure = estimator == contract::k_by_measure,
+                             .measure_samples = 20'000})
+        .mesh.triangles.size();
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("contract");
+
+TEST_CASE("[slow] tessellations have as many triangles as they had, within 3 percent") {
+    std::ostringstream found;
+    bool same = true;
+    for (const Row& row : k_table) {
+        const ControlMesh mesh = load_control_mesh(std::string(TETRAKIS_SOURCE_DIR "/data/") + row.model + ".obj");
+        found << "    {\"" << row.model << "\", \"" << row.scheme << "\"";
+        for (const auto& [estimator, stored] :
+             {std::pair{contract::k_by_measure, row.by_measure}, {contract::k_by_bound, row.by_bound}}) {
+            const bool known = estimator == contract::k_by_measure || scheme_support(mesh, row.scheme).certified;
+            found << ", {";
+            for (std::size_t i = 0; i < k_tolerances.size(); ++i) {
+                const bool quick = i < 2 || scheme_support(row.scheme).patches;
+                const std::uint64_t now = known && quick ? count(mesh, row.scheme, estimator, k_tolerances[i]) : 0;
+                const auto before = static_cast<double>(stored[i]);
+                same &= std::abs(static_cast<double>(now) - before) <= k_most_change * before;
+                found << (i > 0 ? ", " : "") << now;
+            }
+            found << "}";
+        }
+        found << "},\n";
+    }
+    CHECK_MESSAGE(same, "the table is now:\n" << found.str());
+}
+
+TEST_SUITE_END();

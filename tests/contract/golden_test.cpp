@@ -1,0 +1,280 @@
+#include "golden.hpp"
+#include "tests/point_match.hpp"
+
+#include "tetrakis/hier/obj_reader.hpp"
+#include "tetrakis/refine/hierarchy.hpp"
+#include "tetrakis/refine/refine.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+// The points and the oriented faces of three other libraries, and the limits of OpenSubdiv. Sharpness is a float there
+// as it is here.
+
+using namespace tetrakis;
+
+namespace {
+
+std::string name_of(const std::filesystem::path& mesh) { return mesh.stem().string(); }
+
+/// Of a bounding box's diagonal; what is measured is 2e-15.
+constexpr double k_points_apart = 1e-13, k_limits_apart = 1e-12;
+constexpr double k_normals_apart = 1e-10, k_iterated_normals_apart = 2e-6;
+
+std::vector<std::uint32_t> from_least(std::vector<std::uint32_t> face) {
+    std::rotate(face.begin(), std::min_element(face.begin(), face.end()), face.end());
+    return face;
+}
+
+/// The same points, one for one, and the same faces with the same side up. What no face of theirs uses is left out.
+void check_same(const PolygonMesh& ours, const golden::Mesh& theirs) {
+    const double diagonal = bounding_box(theirs.points).diagonal();
+    const PointMatch match(ours.positions);
+    std::multiset<std::vector<std::uint32_t>> faces, expected;
+    std::map<std::uint32_t, std::uint32_t> ours_of;
+    std::set<std::uint32_t> taken;
+    double worst = 0;
+    for (const auto& face : theirs.faces) {
+        std::vector<std::uint32_t> numbers;
+        for (const std::uint32_t v : face) {
+            const auto [known, is_new] = ours_of.try_emplace(v, 0);
+            if (is_new) {
+                known->second = match.nearest(theirs.points[v]);
+                taken.insert(known->second);
+                worst = std::max(worst, glm::length(ours.positions[known->second] - theirs.points[v]));
+            }
+            numbers.push_back(known->second);
+        }
+        expected.insert(from_least(numbers));
+    }
+    CHECK(worst < k_points_apart * diagonal);
+    CHECK(ours_of.size() == ours.positions.size());
+    CHECK(taken.size() == ours.positions.size());
+    for (std::uint32_t f = 0; f < ours.face_count(); ++f)
+        faces.insert(from_least({ours.face_vertices.begin() + ours.face_offsets[f],
+                                 ours.face_vertices.begin() + ours.face_offsets[f + 1]}));
+    CHECK(faces == expected);
+}
+
+struct Comparison {
+    const char* scheme;
+    const char* file;  ///< "<scheme>.<library>"
+    int per_level;     ///< so many levels of the library's are one of ours
+    CreaseMethod creases = CreaseMethod::uniform;
+};
+
+ControlMesh load(const std::filesystem::path& path, const Comparison& with) {
+    ControlMeshData data = read_obj(path);
+    data.crease_method = with.creases;
+    // The two others know no corners.
+    if (!std::string(with.file).ends_with(".osd")) data.boundary_rule = BoundaryRule::edge_only;
+    return ControlMesh::build(std::move(data));
+}
+
+using Accepts = std::function<bool(const ControlMesh&)>;
+
+/// @param files  how many there are
+void check_levels(
+    const Comparison& with, int files, const Accepts& accepts = [](const ControlMesh&) { return true; }) {
+    const auto folder = golden::folder();
+    if (!folder) return;
+    int compared = 0;
+    for (const auto& path : golden::files(*folder / "meshes", ".obj"))
+        for (int level = 1; level <= 3; ++level) {
+            const std::string file = name_of(path) + "." + with.file + ".L" + std::to_string(level) + ".obj.gz";
+            if (level % with.per_level != 0 || !std::filesystem::exists(*folder / file)) continue;
+            const ControlMesh mesh = load(path, with);
+            if (!accepts(mesh)) continue;
+            CAPTURE(file);
+            check_same(refine(mesh, with.scheme, level / with.per_level), golden::read_mesh(*folder / file));
+            ++compared;
+        }
+    CHECK(compared == files);
+}
+
+void check_limits(const Comparison& with, int files) {
+    const auto folder = golden::folder();
+    if (!folder) return;
+    int compared = 0;
+    for (const auto& path : golden::files(*folder / "meshes", ".obj")) {
+        const std::string file = name_of(path) + "." + with.file + ".limit.txt.gz";
+        if (!std::filesystem::exists(*folder / file)) continue;
+        CAPTURE(file);
+        ++compared;
+        const ControlMesh mesh = load(path, with);
+        const PolygonMesh level = refine(mesh, with.scheme, 2),
+                          limit = refine(mesh, with.scheme, 2, {.limit = true, .normals = true});
+        REQUIRE(level.positions.size() == limit.positions.size());
+        REQUIRE(level.positions.size() == limit.normals.size());
+        const double diagonal = bounding_box(level.positions).diagonal();
+        const PointMatch match(level.positions);
+        std::set<std::uint32_t> vertices;
+        double level_apart = 0, limit_apart = 0, normal_apart = 0, iterated_apart = 0;
+        std::size_t normals = 0;
+        const std::vector<golden::Limit> theirs = golden::read_limits(*folder / file);
+        for (const golden::Limit& l : theirs) {
+            const std::uint32_t v = match.nearest(l.at);
+            vertices.insert(v);
+            level_apart = std::max(level_apart, glm::length(level.positions[v] - l.at));
+            limit_apart = std::max(limit_apart, glm::length(limit.positions[v] - l.position));
+            if (l.normal == Vec3d(0)) continue;
+            ++normals;
+            double& apart = l.iterated ? iterated_apart : normal_apart;
+            apart = std::max(apart, glm::length(limit.normals[v] - l.normal));
+        }
+        CHECK(level_apart < k_limits_apart * diagonal);
+        CHECK(limit_apart < k_limits_apart * diagonal);
+        CHECK(normal_apart < k_normals_apart);
+        CHECK(iterated_apart < k_iterated_normals_apart);
+        CHECK(vertices.size() == theirs.size());
+        CHECK(vertices.size() == level.positions.size());
+        CHECK(2 * normals > theirs.size());
+    }
+    CHECK(compared == files);
+}
+
+bool is_closed(const ControlMesh& mesh) { return !mesh.has_boundary(); }
+
+/// The new point of each edge of an interpolating scheme's level 1: the vertex beside both of its ends. Vertices are
+/// numbered as in the control mesh, by their places.
+std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3d> edge_points(
+    const ControlMesh& mesh, const std::vector<Vec3d>& points, const std::vector<std::vector<std::uint32_t>>& faces) {
+    const PointMatch match(points);
+    std::vector<std::uint32_t> old_vertex(points.size(), mesh.vertex_count());
+    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+        const std::uint32_t at = match.nearest(mesh.position(VertexId(v)));
+        REQUIRE(glm::length(points[at] - mesh.position(VertexId(v))) < 1e-15);
+        old_vertex[at] = v;
+    }
+    std::map<std::uint32_t, std::set<std::uint32_t>> ends;
+    for (const auto& face : faces)
+        for (const std::uint32_t v : face)
+            for (const std::uint32_t w : face)
+                if (old_vertex[v] == mesh.vertex_count() && old_vertex[w] < mesh.vertex_count())
+                    ends[v].insert(old_vertex[w]);
+    std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3d> result;
+    for (const auto& [v, both] : ends) {
+        REQUIRE(both.size() == 2);
+        result[{*both.begin(), *both.rbegin()}] = points[v];
+    }
+    REQUIRE(result.size() == mesh.edge_count());
+    return result;
+}
+
+std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3d> edge_points(const ControlMesh& mesh, const char* scheme) {
+    const PolygonMesh refined = refine(mesh, scheme, 1);
+    std::vector<std::vector<std::uint32_t>> faces;
+    for (std::uint32_t f = 0; f < refined.face_count(); ++f)
+        faces.emplace_back(refined.face_vertices.begin() + refined.face_offsets[f],
+                           refined.face_vertices.begin() + refined.face_offsets[f + 1]);
+    return edge_points(mesh, refined.positions, faces);
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("contract");
+
+TEST_CASE("golden: Catmull-Clark levels are those of OpenSubdiv") {
+    check_levels({"catmull-clark", "catmark.osd", 1}, 88);
+}
+TEST_CASE("golden: Loop levels are those of OpenSubdiv") { check_levels({"loop", "loop.osd", 1}, 41); }
+TEST_CASE("golden: bilinear levels are those of OpenSubdiv") { check_levels({"bilinear", "bilinear.osd", 1}, 30); }
+TEST_CASE("golden: Catmull-Clark levels with Chaikin's creases are those of OpenSubdiv") {
+    check_levels({"catmull-clark", "catmark-chaikin.osd", 1, CreaseMethod::chaikin}, 9);
+}
+TEST_CASE("golden: Loop levels with Chaikin's creases are those of OpenSubdiv") {
+    check_levels({"loop", "loop-chaikin.osd", 1, CreaseMethod::chaikin}, 3);
+}
+TEST_CASE("golden: Catmull-Clark limits and normals are those of OpenSubdiv") {
+    check_limits({"catmull-clark", "catmark.osd", 1}, 30);
+}
+TEST_CASE("golden: Loop limits and normals are those of OpenSubdiv") { check_limits({"loop", "loop.osd", 1}, 14); }
+
+TEST_CASE("golden: Catmull-Clark levels are those of CGAL") { check_levels({"catmull-clark", "catmark.cgal", 1}, 30); }
+TEST_CASE("golden: Loop levels are those of CGAL") { check_levels({"loop", "loop.cgal", 1}, 16); }
+TEST_CASE("golden: Doo-Sabin levels are those of CGAL") { check_levels({"doo-sabin", "doosabin.cgal", 1}, 18); }
+TEST_CASE("golden: sqrt3 levels are those of CGAL") { check_levels({"sqrt3", "sqrt3.cgal", 2}, 8); }
+
+// Its Catmull-Clark has rules of its own for boundaries, 2/3, 1/6, 1/6 at their vertices: no file of an open mesh here.
+TEST_CASE("golden: Catmull-Clark levels of closed meshes are those of OpenMesh") {
+    check_levels({"catmull-clark", "catmark.openmesh", 1}, 18);
+}
+TEST_CASE("golden: Loop levels are those of OpenMesh") { check_levels({"loop", "loop.openmesh", 1}, 16); }
+TEST_CASE("golden: sqrt3 levels are those of OpenMesh") { check_levels({"sqrt3", "sqrt3.openmesh", 2}, 8); }
+TEST_CASE("golden: midedge levels are those of OpenMesh, whose midpoints are joined twice") {
+    check_levels({"midedge-simplest", "midpoint.openmesh", 2}, 9);
+}
+TEST_CASE("golden: Modified Butterfly levels of closed meshes are those of OpenMesh") {
+    check_levels({"modified-butterfly", "butterfly.openmesh", 1}, 10, is_closed);
+}
+
+TEST_CASE("golden: single steps of sqrt3, which hierarchies have, are those of CGAL and OpenMesh") {
+    const auto folder = golden::folder();
+    if (!folder) return;
+    int compared = 0;
+    for (const auto& path : golden::files(*folder / "meshes", ".obj"))
+        for (const char* library : {"sqrt3.cgal", "sqrt3.openmesh"}) {
+            const std::string file = name_of(path) + "." + library + ".L1.obj.gz";
+            if (!std::filesystem::exists(*folder / file)) continue;
+            CAPTURE(file);
+            const ControlMesh mesh = load(path, {"sqrt3", library, 2});
+            Hierarchy all = make_hierarchy(mesh, "sqrt3");
+            all.refine_where(each_leaf([](const LeafView&) { return true; }), 2);
+            check_same(all.to_mesh({.positions = MeshPositions::level, .level = 1}).mesh,
+                       golden::read_mesh(*folder / file));
+            ++compared;
+        }
+    CHECK(compared == 16);
+}
+
+// OpenMesh has no rule for edges that end on a boundary. It takes the eight-point rule there, points beyond the
+// boundary by reflection, and the rule of the extraordinary vertex where the other end is one inside the mesh: the
+// first Butterfly with reflection, and not the rules of Zorin's thesis, which differ from it there by up to 0.3.
+TEST_CASE("golden: Butterfly beside boundaries is that of OpenMesh by reflection, Zorin's further inside") {
+    const auto folder = golden::folder();
+    if (!folder) return;
+    int inside = 0, beside = 0, apart = 0;
+    for (const std::string name : {"cone9_tri", "grid_tri", "pipe3_tri"}) {
+        CAPTURE(name);
+        const ControlMesh mesh =
+            load(*folder / "meshes" / (name + ".obj"), {"modified-butterfly", "butterfly.openmesh", 1});
+        const golden::Mesh level = golden::read_mesh(*folder / (name + ".butterfly.openmesh.L1.obj.gz"));
+        const auto theirs = edge_points(mesh, level.points, level.faces),
+                   zorin = edge_points(mesh, "modified-butterfly"), reflected = edge_points(mesh, "butterfly");
+        for (const auto& [ends, point] : theirs) {
+            const VertexId u(ends.first), v(ends.second);
+            bool boundary_edge = false;
+            for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
+                const HalfedgeId i(h);
+                if (mesh.origin(i) == u && mesh.target(i) == v) boundary_edge |= !mesh.twin(i).valid();
+                if (mesh.origin(i) == v && mesh.target(i) == u) boundary_edge |= !mesh.twin(i).valid();
+            }
+            const auto extraordinary = [&](VertexId w) { return !mesh.is_boundary(w) && mesh.valence(w) != 6; };
+            const bool is_inside = !mesh.is_boundary(u) && !mesh.is_boundary(v);
+            if (boundary_edge || is_inside || extraordinary(u) || extraordinary(v)) {
+                CHECK(glm::length(zorin.at(ends) - point) < 1e-14);
+                ++inside;
+                continue;
+            }
+            CHECK(glm::length(reflected.at(ends) - point) < 1e-14);
+            const double distance = glm::length(zorin.at(ends) - point);
+            CHECK(distance < 0.3);
+            ++beside;
+            apart += distance > 1e-3 ? 1 : 0;
+        }
+    }
+    CHECK(inside == 140);
+    CHECK(beside >= apart);
+    CHECK(apart == 45);
+}
+
+TEST_SUITE_END();

@@ -1,0 +1,384 @@
+#include "tests/hierarchy_helpers.hpp"
+#include "tests/point_match.hpp"
+#include "tests/scratch_dir.hpp"
+#include "tests/surface_topology.hpp"
+
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/refine/hierarchy.hpp"
+#include "tetrakis/refine/refine.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <map>
+#include <optional>
+#include <set>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+// What holds for a hierarchy of any scheme after any history: all by the same tests.
+
+using namespace tetrakis;
+using test::Random;
+
+namespace {
+
+/// Of each family some, with points by kernels and by rules.
+constexpr std::string_view k_schemes[] = {"catmull-clark", "4-8",       "kobbelt", "loop",
+                                          "tuned-loop",    "doo-sabin", "midedge", "sqrt3"};
+
+/// What is finite is there in the limit only as it is on the first level that has the vertex, so that meshes of dual
+/// schemes have infinitely sharp tags or none.
+ControlMesh mesh_for(std::string_view scheme, std::uint64_t seed) {
+    if (scheme == "sqrt3") return test::random_sqrt3_mesh(seed);
+    test::RandomMeshOptions options = test::random_options(seed);
+    options.columns = options.rows = 3 + static_cast<int>(seed % 2);
+    if (find_scheme(scheme)->lattice == FanLattice::dual) {
+        options.crease = seed % 2 == 1 ? 0.25 : 0;
+        options.corner = seed % 2 == 1 ? 0.1 : 0;
+        return test::random_dual_mesh(seed, options);
+    }
+    options.triangles_only = find_scheme(scheme)->family == MeshFamily::triangles;
+    return test::random_mesh(seed, options);
+}
+
+/// Calls check(scheme, mesh, random) for all schemes and some meshes each.
+template <class Check>
+void for_each_mesh(std::uint64_t meshes, Check&& check) {
+    for (const std::string_view scheme : k_schemes)
+        for (const std::uint64_t seed : test::seeds(meshes)) {
+            CAPTURE(scheme);
+            CAPTURE(seed);
+            const ControlMesh mesh = mesh_for(scheme, seed);
+            Random random(seed);
+            check(scheme, mesh, random);
+        }
+}
+
+LeafPredicate everything() {
+    return each_leaf([](const LeafView&) { return true; });
+}
+
+/// Depth of leaves of that many levels, about.
+int depth_of(const Hierarchy& h, int levels) { return h.tree().child_count == 4 ? levels : 2 * levels; }
+
+void random_history(Hierarchy& h, Random& random, int rounds = 40) {
+    test::random_changes(h, rounds, depth_of(h, 3), random, [] {});
+}
+
+HierarchyMesh with_normals(const Hierarchy& h) {
+    // At levels: some schemes have limits for some vertices only.
+    return h.to_mesh({.positions = MeshPositions::finest, .normals = true});
+}
+
+ErrorCode code_of(auto&& call) {
+    try {
+        call();
+    } catch (const Error& e) {
+        return e.code();
+    }
+    return {};
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("contract");
+
+TEST_CASE("hierarchy: the same leaves give the same bytes, refined to at once, one by one, or coarsened to") {
+    for_each_mesh(4, [](std::string_view scheme, const ControlMesh& mesh, Random& random) {
+        Hierarchy h = make_hierarchy(mesh, scheme);
+        if (h.leaf_count() == 0) return;
+        random_history(h, random);
+        const std::set<HierarchyNode> target = test::nodes_of(h);
+        const HierarchyMesh expected = with_normals(h);
+        CHECK(target.size() == h.leaf_count());
+
+        Hierarchy at_once = make_hierarchy(mesh, scheme);
+        const LeafPredicate above = each_leaf([&](const LeafView& leaf) { return !target.contains(leaf.node); });
+        at_once.refine_where(above, at_once.tree().max_depth);
+        CHECK(test::nodes_of(at_once) == target);
+        CHECK(test::same_mesh(with_normals(at_once), expected));
+
+        Hierarchy one_by_one = make_hierarchy(mesh, scheme);
+        for (bool changed = true; changed;) {
+            changed = false;
+            std::vector<LeafHandle> leaves = test::leaves_of(one_by_one);
+            random.shuffle(leaves);
+            for (const LeafHandle leaf : leaves) {
+                if (!one_by_one.is_leaf(leaf) || target.contains(one_by_one.node(leaf))) continue;
+                CHECK(!one_by_one.refine(leaf).empty());
+                changed = true;
+            }
+        }
+        CHECK(test::nodes_of(one_by_one) == target);
+        CHECK(test::same_mesh(with_normals(one_by_one), expected));
+
+        Hierarchy down = make_hierarchy(mesh, scheme);
+        int deepest = 0;
+        for (const HierarchyNode& node : target) deepest = std::max<int>(deepest, node.depth);
+        down.refine_where(everything(), deepest);
+        // sqrt3: a whole triangle whose half is wanted becomes that by a merge beyond its edge.
+        const auto stays = [&](const HierarchyNode& node) {
+            return target.contains(node) || (down.tree().halves && node.depth > 0 && node.depth % 2 == 0 &&
+                                             target.contains(down.tree().parent(node)));
+        };
+        down.coarsen_where(each_leaf([&](const LeafView& leaf) { return !stays(leaf.node); }));
+        CHECK(test::nodes_of(down) == target);
+        CHECK(test::same_mesh(with_normals(down), expected));
+    });
+}
+
+TEST_CASE("hierarchy: meshes are conforming, with the control mesh's topology, and neighbours one level apart") {
+    for_each_mesh(6, [](std::string_view scheme, const ControlMesh& mesh, Random& random) {
+        Hierarchy h = make_hierarchy(mesh, scheme);
+        const bool dual = h.family() == "vertices";
+        random_history(h, random);
+        const auto expected = test::surface_topology(mesh),
+                   found = test::topology(test::faces_of(with_normals(h).mesh));
+        CHECK(found.fault.empty());
+        // Dual faces lie across the borders of holes, and along those with creases they may be left out.
+        if (!dual || mesh.data().holes.empty()) {
+            CHECK(found.euler == expected.euler);
+            CHECK(found.boundary_loops == expected.boundary_loops);
+        }
+        for (const LeafHandle leaf : h.leaves()) {
+            const LeafView view = h.view(leaf);
+            for (int side = 0; side < view.sides(); ++side)
+                for (const LeafHandle across : h.neighbours(leaf, side)) {
+                    REQUIRE(std::abs(h.view(across).level - view.level) <= 1);
+                    bool back = false;
+                    for (int k = 0; k < h.view(across).sides(); ++k)
+                        for (const LeafHandle other : h.neighbours(across, k)) back |= other == leaf;
+                    REQUIRE(back);
+                }
+        }
+        const auto fault = h.check();
+        CHECK_MESSAGE(!fault, fault.value_or(""));
+    });
+}
+
+TEST_CASE("hierarchy: what is coarsened as far as it goes is the roots again, by a predicate or one by one") {
+    for_each_mesh(3, [](std::string_view scheme, const ControlMesh& mesh, Random& random) {
+        Hierarchy h = make_hierarchy(mesh, scheme);
+        const HierarchyMesh roots = with_normals(h);
+        const std::set<HierarchyNode> nodes = test::nodes_of(h);
+        random_history(h, random);
+        const std::vector<std::byte> leaves = h.saved();
+        h.coarsen_where(everything());
+        CHECK(test::nodes_of(h) == nodes);
+        CHECK(test::same_mesh(with_normals(h), roots));
+        h.load(leaves);
+        for (bool merged = true; merged;) {
+            merged = false;
+            for (const LeafHandle leaf : test::leaves_of(h))
+                if (h.is_leaf(leaf) && h.can_coarsen(leaf)) {
+                    h.coarsen(leaf);
+                    merged = true;
+                }
+        }
+        CHECK(test::nodes_of(h) == nodes);
+        CHECK(test::same_mesh(with_normals(h), roots));
+    });
+}
+
+TEST_CASE("hierarchy: every vertex of an adaptive mesh is a point of a uniform level, and its limit is that point's") {
+    std::map<std::string_view, std::size_t> limits_compared;
+    std::map<std::string_view, int> deepest_of;
+    for_each_mesh(4, [&](std::string_view scheme, const ControlMesh& mesh, Random& random) {
+        Hierarchy h = make_hierarchy(mesh, scheme);
+        if (h.leaf_count() == 0) return;
+        const bool dual = h.family() == "vertices";
+        const int steps = h.family() == "sqrt3" ? 2 : 1;  // of the hierarchy for one of refine()
+        const int levels = 3;
+        for (int pass = 0; pass < 5; ++pass) {
+            auto some = test::random_subset(test::leaves_of(h), 0.25, random);
+            std::erase_if(some, [&](LeafHandle leaf) { return h.view(leaf).level >= levels * steps - steps + 1; });
+            h.refine(some);
+        }
+        const double tolerance = 1e-12 * mesh.bounding_box().diagonal();
+        const auto apart = [](const PointMatch& match, const PolygonMesh& points, const Vec3d& p) {
+            return glm::length(points.positions[match.nearest(p)] - p);
+        };
+        std::optional<HierarchyMesh> limits;
+        try {
+            limits = h.to_mesh({.normals = true});
+        } catch (const Error& e) {
+            REQUIRE(e.code() == ErrorCode::unsupported);
+        }
+        int deepest = 0;
+        for (int level = 0; level <= levels; ++level) {
+            CAPTURE(level);
+            const PolygonMesh net = refine(mesh, scheme, level);
+            const PointMatch match(net.positions);
+            // A vertex of a dual scheme is on its own level alone.
+            const HierarchyMesh out =
+                h.to_mesh({.positions = dual ? MeshPositions::finest : MeshPositions::level, .level = level * steps});
+            double worst = 0, worst_limit = 0;
+            std::optional<PolygonMesh> surface;
+            try {
+                surface = refine(mesh, scheme, level, {.limit = true});
+            } catch (const Error& e) {
+                REQUIRE(e.code() == ErrorCode::unsupported);
+            }
+            const PointMatch on_surface(surface ? surface->positions : std::vector<Vec3d>{});
+            for (std::size_t v = 0; v < out.sites.size(); ++v) {
+                const int first = h.first_level(out.sites[v]);
+                deepest = std::max(deepest, first);
+                if (dual ? first != level : first > level * steps) continue;
+                worst = std::max(worst, apart(match, net, out.mesh.positions[v]));
+                if (!limits || !surface) continue;
+                worst_limit = std::max(worst_limit, apart(on_surface, *surface, limits->mesh.positions[v]));
+                ++limits_compared[scheme];
+            }
+            CHECK(worst <= tolerance);
+            CHECK(worst_limit <= tolerance);
+        }
+        CHECK(deepest <= levels * steps);
+        deepest_of[scheme] = std::max(deepest_of[scheme], deepest);
+    });
+    for (const std::string_view scheme : k_schemes) {
+        CAPTURE(scheme);
+        CHECK(limits_compared[scheme] > 100);
+        CHECK(deepest_of[scheme] >= 3);
+    }
+}
+
+TEST_CASE("hierarchy: refined everywhere it is the uniform level, point by point") {
+    for_each_mesh(2, [](std::string_view scheme, const ControlMesh& mesh, Random&) {
+        Hierarchy h = make_hierarchy(mesh, scheme);
+        if (h.leaf_count() == 0) return;
+        const int steps = h.family() == "sqrt3" ? 2 : 1, level = 2;
+        // Leaves of families of triangles that are halved or start from the faces' centres are a level ahead.
+        const int depth = h.family() == "bisection"  ? 2 * (level - 1) + 1
+                          : h.family() == "vertices" ? level - 1
+                          : h.family() == "sqrt3"    ? 2 * level * steps
+                                                     : level;
+        h.refine_where(everything(), depth);
+        const HierarchyMesh out = h.to_mesh({.positions = MeshPositions::level, .level = level * steps});
+        const PolygonMesh net = refine(mesh, scheme, level);
+        REQUIRE(out.mesh.positions.size() == net.positions.size());
+        const PointMatch ours(out.mesh.positions), theirs(net.positions);
+        double worst = 0;
+        for (const Vec3d& p : out.mesh.positions)
+            worst = std::max(worst, glm::length(net.positions[theirs.nearest(p)] - p));
+        for (const Vec3d& p : net.positions)
+            worst = std::max(worst, glm::length(out.mesh.positions[ours.nearest(p)] - p));
+        CHECK(worst <= 1e-12 * mesh.bounding_box().diagonal());
+    });
+}
+
+TEST_CASE("hierarchy: saved leaves come back with the same bytes, from memory and from a file, and go on from there") {
+    const ScratchDir scratch;
+    for_each_mesh(2, [&](std::string_view scheme, const ControlMesh& mesh, Random& random) {
+        Hierarchy h = make_hierarchy(mesh, scheme);
+        random_history(h, random);
+        const std::vector<std::byte> bytes = h.saved();
+        Hierarchy other = make_hierarchy(mesh, scheme);
+        const std::vector<LeafHandle> old = test::leaves_of(other);
+        other.load(bytes);
+        for (const LeafHandle leaf : old) CHECK(!other.is_leaf(leaf));
+        CHECK(test::nodes_of(other) == test::nodes_of(h));
+        CHECK(test::same_mesh(with_normals(other), with_normals(h)));
+        CHECK(other.saved() == bytes);
+        h.save(scratch.path() / "leaves");
+        Hierarchy third = make_hierarchy(mesh, scheme);
+        third.load(scratch.path() / "leaves");
+        CHECK(test::same_mesh(with_normals(third), with_normals(h)));
+        random_history(third, random, 10);
+        const auto fault = third.check();
+        CHECK_MESSAGE(!fault, fault.value_or(""));
+        // Cut off, they are refused, and nothing changes.
+        const HierarchyMesh before = with_normals(third);
+        CHECK(code_of([&] { third.load(std::span(bytes).first(bytes.size() - 1)); }) == ErrorCode::invalid_input);
+        CHECK(test::same_mesh(with_normals(third), before));
+    });
+}
+
+TEST_CASE("hierarchy: one and two threads give the same bytes and the same handles") {
+    for_each_mesh(2, [](std::string_view scheme, const ControlMesh& mesh, Random&) {
+        const auto run = [&](int threads) {
+            RunContext context;
+            context.threads = threads;
+            Hierarchy h = make_hierarchy(mesh, scheme, {.context = context});
+            h.refine_where(each_leaf([](const LeafView& leaf) {
+                               return (leaf.node.root * 7 + leaf.node.depth) % 3 != 0 || leaf.node.depth < 2;
+                           }),
+                           depth_of(h, 3), context);
+            h.coarsen_where(each_leaf([](const LeafView& leaf) { return leaf.node.root % 5 == 0; }), context);
+            HierarchyMesh out = h.to_mesh({.positions = MeshPositions::finest, .normals = true, .context = context});
+            return std::pair(std::move(out), test::leaves_of(h));
+        };
+        const auto one = run(1), two = run(2);
+        CHECK(test::same_mesh(one.first, two.first));
+        CHECK(one.first.points == two.first.points);
+        CHECK(one.first.leaves == two.first.leaves);
+        CHECK(one.second == two.second);
+    });
+}
+
+TEST_CASE("hierarchy: handles of leaves that are gone are refused by all that takes them, and nothing changes") {
+    for_each_mesh(2, [](std::string_view scheme, const ControlMesh& mesh, Random& random) {
+        Hierarchy h = make_hierarchy(mesh, scheme);
+        if (h.leaf_count() == 0) return;
+        std::set<LeafHandle> gone;
+        for (int round = 0; round < 8; ++round) {
+            const std::vector<LeafHandle> before = test::leaves_of(h);
+            random_history(h, random, 2);
+            for (const LeafHandle leaf : before)
+                if (!h.is_leaf(leaf)) gone.insert(leaf);
+        }
+        REQUIRE(!gone.empty());
+        for (const LeafHandle leaf : h.leaves()) CHECK(!gone.contains(leaf));
+        const std::vector<LeafHandle> leaves = test::leaves_of(h);
+        const LeafHandle good = leaves[0];
+        std::size_t looked_at = 0;
+        for (const LeafHandle leaf : gone) {
+            if (++looked_at > 20) break;
+            CHECK(!h.is_leaf(leaf));
+            const std::vector<LeafHandle> both{good, leaf};
+            CHECK(code_of([&] { h.refine(leaf); }) == ErrorCode::invalid_input);
+            CHECK(code_of([&] { h.refine(both); }) == ErrorCode::invalid_input);
+            CHECK(code_of([&] { h.coarsen(leaf); }) == ErrorCode::invalid_input);
+            CHECK(code_of([&] { h.coarsen(both); }) == ErrorCode::invalid_input);
+            CHECK(code_of([&] { (void)h.can_coarsen(leaf); }) == ErrorCode::invalid_input);
+            CHECK(code_of([&] { (void)h.node(leaf); }) == ErrorCode::invalid_input);
+            CHECK(code_of([&] { (void)h.view(leaf); }) == ErrorCode::invalid_input);
+            CHECK(code_of([&] { (void)h.neighbours(leaf, 0); }) == ErrorCode::invalid_input);
+        }
+        CHECK(test::leaves_of(h) == leaves);
+    });
+}
+
+TEST_CASE("hierarchy: a zoom into one spot costs leaves by the level, and stays conforming") {
+    for (const std::string_view scheme : k_schemes) {
+        CAPTURE(scheme);
+        const ControlMesh mesh = mesh_for(scheme, 4);
+        Hierarchy h = make_hierarchy(mesh, scheme);
+        const std::size_t roots = h.leaf_count();
+        const int depth = depth_of(h, 12);
+        LeafHandle leaf = h.leaves()[roots / 2];
+        std::size_t last = roots, most = 0;
+        while (h.node(leaf).depth < depth) {
+            const HierarchyNode node = h.node(leaf);
+            h.refine(leaf);
+            most = std::max(most, h.leaf_count() - last);
+            last = h.leaf_count();
+            // The first of its children that is there.
+            for (const HierarchyNode& child : h.children(node))
+                if (const auto found = h.find(child)) {
+                    leaf = *found;
+                    break;
+                }
+            if (!h.is_leaf(leaf)) break;
+        }
+        CHECK(h.node(leaf).depth >= depth - 1);
+        CHECK(most < 40 + 4 * roots);
+        const auto found = test::topology(test::faces_of(with_normals(h).mesh));
+        CHECK(found.fault.empty());
+    }
+}
+
+TEST_SUITE_END();

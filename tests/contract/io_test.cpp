@@ -1,0 +1,598 @@
+#include "tetrakis/eval/io/height_image.hpp"
+#include "tetrakis/eval/io/mesh_reader.hpp"
+#include "tetrakis/eval/io/mesh_writer.hpp"
+#include "tetrakis/eval/io/png.hpp"
+
+#include "tests/scratch_dir.hpp"
+#include "tests/shapes.hpp"
+
+#include <doctest/doctest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <random>
+
+using namespace tetrakis;
+
+TEST_SUITE_BEGIN("contract");
+
+namespace {
+
+// A sphere with everything a mesh can have; coordinates use all bits of a double and a wide range of exponents.
+TriangleMesh rich_mesh() {
+    TriangleMesh mesh = shapes::sphere(9, 14, Vec3d(0.1, 1e-5, 1e3), 1.0 / 3);
+    std::mt19937_64 random(7);
+    std::uniform_real_distribution<double> unit(-1, 1);
+    mesh.positions[3].x = 1e-310;  // subnormal
+    mesh.positions[4].y = -0.0;
+    mesh.positions[5].z = 1.7976931348623157e300;
+    mesh.positions[6].z = 5e-324;
+    for (int i = 0; i < 50; ++i) mesh.uvs.emplace_back(unit(random), unit(random));
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        const auto number = [&](std::uint64_t k) { return static_cast<std::uint32_t>((t * k) % 50); };
+        mesh.triangle_uvs.push_back({number(1), number(7), number(11)});
+        mesh.triangle_material.push_back(t / 10 % 3);
+        mesh.triangle_group.push_back(t < 40 ? 0 : 1);
+    }
+    mesh.materials = {"brass", "blue steel", "wood"};
+    mesh.groups = {"upper part", "lower"};
+    return mesh;
+}
+
+TriangleMesh gltf_mesh() {  // without what floats cannot hold
+    TriangleMesh mesh = rich_mesh();
+    const TriangleMesh plain = shapes::sphere(9, 14, Vec3d(0.1, 1e-5, 1e3), 1.0 / 3);
+    mesh.positions = plain.positions;
+    return mesh;
+}
+
+bool same_bits(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Vec3d)) == 0;
+}
+
+Vec2d uv_at(const TriangleMesh& mesh, std::size_t t, int k) { return mesh.uvs[mesh.triangle_uvs[t][k]]; }
+
+std::string message_of(const std::filesystem::path& path, ErrorCode code = ErrorCode::invalid_input) {
+    try {
+        read_triangle_mesh(path);
+    } catch (const Error& error) {
+        CHECK(error.code() == code);
+        return std::string(error.what()).substr(path.string().size());
+    }
+    FAIL("read without an error");
+    return {};
+}
+
+std::string obj_message(const ScratchDir& dir, const std::string& text) {
+    spill(dir / "bad.obj", text);
+    return message_of(dir / "bad.obj");
+}
+
+std::string ply_message(const ScratchDir& dir, const std::string& text) {
+    spill(dir / "bad.ply", text);
+    return message_of(dir / "bad.ply");
+}
+
+}  // namespace
+
+TEST_CASE("OBJ and PLY give back every bit of a mesh") {
+    const ScratchDir dir;
+    const TriangleMesh mesh = rich_mesh();
+    for (const char* name : {"mesh.obj", "mesh.ply", "MESH.PLY"}) {
+        CAPTURE(name);
+        write_mesh(dir / name, mesh);
+        const TriangleMesh back = read_triangle_mesh(dir / name);
+        CHECK(same_bits(back.positions, mesh.positions));
+        CHECK(same_bits(back.normals, mesh.normals));
+        CHECK(back.triangles == mesh.triangles);
+        CHECK(back.triangle_material == mesh.triangle_material);
+        CHECK(back.materials == mesh.materials);
+        CHECK(back.triangle_group == mesh.triangle_group);
+        CHECK(back.groups == mesh.groups);
+        REQUIRE(back.triangle_uvs.size() == mesh.triangles.size());
+        for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+            for (int k = 0; k < 3; ++k) REQUIRE(uv_at(back, t, k) == uv_at(mesh, t, k));
+    }
+    CHECK(dir.file_count() == 3);  // no temporary file is left
+}
+
+TEST_CASE("GLB gives back the mesh to float precision about its own origin") {
+    const ScratchDir dir;
+    const TriangleMesh mesh = gltf_mesh();
+    const Box3d box = bounding_box(mesh.positions);
+    CHECK(glb_origin(box) != Vec3d(0));
+    const double bound = glb_rounding_bound(box);
+    CHECK(bound < 1e-7);  // 2^-24 of 1/3 in each axis; about the world's origin it would be 3e-5
+    write_mesh(dir / "mesh.glb", mesh);
+    const TriangleMesh back = read_triangle_mesh(dir / "mesh.glb");
+    // Copies at the seams are joined again; triangles come group by group, material by material.
+    REQUIRE(back.positions.size() == mesh.positions.size());
+    REQUIRE(back.triangles.size() == mesh.triangles.size());
+    double worst = 0;
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+        worst = std::max(worst, glm::length(back.positions[v] - mesh.positions[v]));
+        REQUIRE(glm::length(back.normals[v] - mesh.normals[v]) < 1e-7);
+    }
+    CHECK(worst <= bound);
+    CHECK(worst > bound / 10);
+    std::vector<std::uint32_t> order;
+    for (std::uint32_t g = 0; g < 2; ++g)
+        for (std::uint32_t m = 0; m < 3; ++m)
+            for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+                if (mesh.triangle_group[t] == g && mesh.triangle_material[t] == m) order.push_back(t);
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        REQUIRE(back.triangles[i] == mesh.triangles[order[i]]);
+        REQUIRE(back.materials[back.triangle_material[i]] == mesh.materials[mesh.triangle_material[order[i]]]);
+        REQUIRE(back.groups[back.triangle_group[i]] == mesh.groups[mesh.triangle_group[order[i]]]);
+        for (int k = 0; k < 3; ++k) REQUIRE(glm::length(uv_at(back, i, k) - uv_at(mesh, order[i], k)) < 1e-6);
+    }
+}
+
+TEST_CASE("normals by corner go through all formats: OBJ indexes them, PLY and GLB split vertices") {
+    const ScratchDir dir;
+    // Two sides of a ridge: vertices 0 and 1 have a normal on each, and UV seams there, too, at one of them.
+    TriangleMesh mesh;
+    mesh.positions = {{0, 0, 1}, {0, 3, 1}, {-1, 1, 0}, {1, 1, 0}};
+    mesh.triangles = {{0, 1, 2}, {1, 0, 3}};
+    mesh.normals = {{-0.6, 0, 0.8}, {0.6, 0, 0.8}};
+    mesh.triangle_normals = {{0, 0, 0}, {1, 1, 1}};
+    mesh.uvs = {{0, 0}, {0, 1}, {1, 0}, {0.5, 0.5}};
+    mesh.triangle_uvs = {{0, 1, 2}, {1, 3, 2}};
+    for (const char* name : {"mesh.obj", "mesh.ply", "mesh.glb"}) {
+        CAPTURE(name);
+        write_mesh(dir / name, mesh);
+        const TriangleMesh back = read_triangle_mesh(dir / name);
+        CHECK(back.positions == mesh.positions);  // copies are joined again
+        CHECK(back.triangles == mesh.triangles);
+        REQUIRE(back.triangles.size() == 2);
+        for (std::size_t t = 0; t < 2; ++t)
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::uint32_t n =
+                    back.triangle_normals.empty() ? back.triangles[t][k] : back.triangle_normals[t][k];
+                CHECK(glm::length(back.normals[n] - mesh.normals[t]) < 1e-7);
+                CHECK(uv_at(back, t, static_cast<int>(k)) == uv_at(mesh, t, static_cast<int>(k)));
+            }
+    }
+    mesh.triangle_normals[1][2] = 2;
+    CHECK_THROWS_WITH_AS(write_mesh(dir / "bad.obj", mesh), doctest::Contains("normal index number 5 is 2"), Error);
+    mesh.triangle_normals.pop_back();
+    CHECK_THROWS_WITH_AS(write_mesh(dir / "bad.obj", mesh), doctest::Contains("3 normal indices for 6"), Error);
+    CHECK(!std::filesystem::exists(dir / "bad.obj"));
+}
+
+TEST_CASE("a GLB keeps the rules of its format") {
+    const ScratchDir dir;
+    TriangleMesh mesh = gltf_mesh();
+    mesh.materials[1] =
+        "Stra\xdf"
+        "e";  // Latin-1, as old OBJ files have it
+    write_mesh(dir / "mesh.glb", mesh);
+    const std::string bytes = slurp(dir / "mesh.glb");
+    const auto word = [&](std::size_t at) {
+        std::uint32_t value;
+        std::memcpy(&value, bytes.data() + at, 4);
+        return value;
+    };
+    REQUIRE(bytes.substr(0, 4) == "glTF");
+    CHECK(word(4) == 2);
+    CHECK(word(8) == bytes.size());
+    REQUIRE(bytes.substr(16, 4) == "JSON");
+    const std::size_t json_size = word(12), bin = 20 + json_size;
+    CHECK(json_size % 4 == 0);
+    REQUIRE(bytes.substr(bin + 4, 3) == "BIN");
+    CHECK(word(bin) % 4 == 0);
+    CHECK(bin + 8 + word(bin) == bytes.size());
+    const auto json = nlohmann::json::parse(bytes.substr(20, json_size));
+    CHECK(json["asset"]["version"] == "2.0");
+    CHECK(json["buffers"][0]["byteLength"] == word(bin));
+    CHECK(json["materials"][1]["name"] ==
+          "Stra\xc3\x9f"
+          "e");
+    std::size_t triangles = 0;
+    for (const auto& node : json["nodes"]) {
+        CHECK(node["translation"].size() == 3);
+        for (const auto& primitive : json["meshes"][node["mesh"].get<int>()]["primitives"]) {
+            const auto& positions = json["accessors"][primitive["attributes"]["POSITION"].get<int>()];
+            const auto& indices = json["accessors"][primitive["indices"].get<int>()];
+            const std::size_t count = positions["count"];
+            triangles += indices["count"].get<std::size_t>() / 3;
+            for (const auto* accessor : {&positions, &indices}) {
+                const auto& view = json["bufferViews"][(*accessor)["bufferView"].get<int>()];
+                CHECK(view["byteOffset"].get<std::size_t>() % 4 == 0);
+                CHECK(view["byteOffset"].get<std::size_t>() + view["byteLength"].get<std::size_t>() <= word(bin));
+            }
+            const auto& view = json["bufferViews"][positions["bufferView"].get<int>()];
+            const std::size_t start = bin + 8 + view["byteOffset"].get<std::size_t>();
+            for (int axis = 0; axis < 3; ++axis) {
+                float lower = 1e30f, upper = -1e30f;
+                for (std::size_t v = 0; v < count; ++v) {
+                    float x;
+                    std::memcpy(&x, bytes.data() + start + 12 * v + 4 * axis, 4);
+                    lower = std::min(lower, x), upper = std::max(upper, x);
+                }
+                CHECK(positions["min"][axis].get<float>() == lower);
+                CHECK(positions["max"][axis].get<float>() == upper);
+            }
+            const auto& index_view = json["bufferViews"][indices["bufferView"].get<int>()];
+            for (std::size_t i = 0; i < indices["count"].get<std::size_t>(); ++i)
+                REQUIRE(word(bin + 8 + index_view["byteOffset"].get<std::size_t>() +
+                             indices["byteOffset"].get<std::size_t>() + 4 * i) < count);
+        }
+    }
+    CHECK(triangles == mesh.triangles.size());
+}
+
+TEST_CASE("polygons are written as polygons, and cut into triangles for GLB") {
+    const ScratchDir dir;
+    PolygonMesh mesh;  // a quad whose diagonals differ, and a 200-gon beside it
+    mesh.positions = {{0, 0, 0}, {4, -1, 0}, {4, 1, 0}, {0, 2, 0}};
+    mesh.face_offsets = {0, 4, 204};
+    mesh.face_vertices = {0, 1, 2, 3};
+    for (std::uint32_t i = 0; i < 200; ++i) {
+        mesh.positions.push_back({10 + std::cos(i * 0.0314159), std::sin(i * 0.0314159), 0});
+        mesh.face_vertices.push_back(4 + i);
+    }
+    mesh.uvs = {{0, 0}, {1, 0}, {1, 1}};
+    for (std::uint32_t c = 0; c < 204; ++c) mesh.face_uvs.push_back(c % 3);
+    write_mesh(dir / "p.obj", mesh);
+    const std::string text = slurp(dir / "p.obj");
+    CHECK(text.find("\nf 1/1 2/2 3/3 4/1\n") != std::string::npos);
+    for (const char* name : {"p.obj", "p.ply", "p.glb"}) {
+        CAPTURE(name);
+        write_mesh(dir / name, mesh);
+        const TriangleMesh back = read_triangle_mesh(dir / name);
+        CHECK(back.positions.size() == 204);
+        REQUIRE(back.triangles.size() == 2 + 198);
+        CHECK(back.triangle_uvs.size() == 200);
+        double area = 0;
+        for (const auto& [a, b, c] : back.triangles)
+            area += glm::cross(back.positions[b] - back.positions[a], back.positions[c] - back.positions[a]).z / 2;
+        double expected = 8;
+        for (int i = 0; i < 200; ++i) {
+            const Vec3d &p = mesh.positions[4 + i], &q = mesh.positions[4 + (i + 1) % 200];
+            expected += (p.x * q.y - q.x * p.y) / 2;
+        }
+        CHECK(area == doctest::Approx(expected).epsilon(1e-5));
+    }
+    // The GLB's quad is cut along the shorter diagonal.
+    const auto quad = read_triangle_mesh(dir / "p.glb").triangles[0];
+    CHECK(std::count(quad.begin(), quad.end(), 0u) + std::count(quad.begin(), quad.end(), 2u) == 2);
+}
+
+TEST_CASE("[inv10] the thread count changes no byte of a file") {
+    const ScratchDir dir;
+    const TriangleMesh mesh = shapes::sphere(150, 300, Vec3d(0), 1.0);  // several pieces long
+    for (const char* extension : {".obj", ".ply", ".glb"}) {
+        std::string first;
+        for (const int threads : {1, 2}) {
+            RunContext context;
+            context.threads = threads;
+            write_mesh(dir / (std::string("m") + extension), mesh, context);
+            const std::string bytes = slurp(dir / (std::string("m") + extension));
+            if (threads == 1) first = bytes;
+            CHECK(bytes == first);
+        }
+    }
+}
+
+TEST_CASE("text PLY, big-endian PLY and properties of other programs are read") {
+    const ScratchDir dir;
+    spill(dir / "a.ply",
+          "ply\r\nformat ascii 1.0\r\ncomment made by hand\r\nelement vertex 4\r\nproperty float x\r\nproperty float "
+          "y\r\n"
+          "property float z\r\nproperty uchar red\r\nproperty float s\r\nproperty float t\r\nelement face 1\r\n"
+          "property uchar flags\r\nproperty list uchar int vertex_index\r\nelement edge 1\r\nproperty int vertex1\r\n"
+          "end_header\r\n0 0 0 255 0 0\r\n1 0 0 255 1 0\n+1 1 0 0 1 1\n0 1e0 0 0 0 1\n7 4 0 1 2 3\n0");
+    const TriangleMesh text = read_triangle_mesh(dir / "a.ply");
+    CHECK(text.triangles == std::vector<std::array<std::uint32_t, 3>>{{0, 1, 2}, {0, 2, 3}});
+    CHECK(text.positions[2] == Vec3d(1, 1, 0));
+    CHECK(text.triangle_uvs == text.triangles);
+    CHECK(text.uvs[3] == Vec2d(0, 1));
+
+    std::string big =
+        "ply\nformat binary_big_endian 1.0\nelement face 1\nproperty list ushort uint vertex_indices\n"
+        "element vertex 3\nproperty short x\nproperty double y\nproperty float z\nend_header\n";
+    const auto put = [&]<class T>(T value) {
+        char bytes[sizeof(T)];
+        std::memcpy(bytes, &value, sizeof(T));
+        for (std::size_t i = sizeof(T); i-- > 0;) big += bytes[i];
+    };
+    put(std::uint16_t{3});
+    for (const std::uint32_t v : {2u, 1u, 0u}) put(v);
+    for (int v = 0; v < 3; ++v) {
+        put(static_cast<std::int16_t>(-300 * v));
+        put(0.1 * v);
+        put(0.5f);
+    }
+    spill(dir / "b.ply", big);
+    const TriangleMesh back = read_triangle_mesh(dir / "b.ply");
+    CHECK(back.positions[2] == Vec3d(-600, 0.2, 0.5));
+    CHECK(back.triangles.front() == std::array<std::uint32_t, 3>{2, 1, 0});
+    spill(dir / "b.ply", big.substr(0, big.size() - 1));
+    CHECK(message_of(dir / "b.ply").find("the file") != std::string::npos);
+}
+
+TEST_CASE("OBJ as other programs write it is read") {
+    const ScratchDir dir;
+    spill(dir / "a.obj",
+          "# comment\r\nmtllib x.mtl\r\no thing\r\nv 0 0 0 1 0.5 0.5\r\nv 1 0 0\r\n  v 1 1 0 \nv +0 1e0 0\nvt 0.5\nvt "
+          "0 1 0\n"
+          "vn 0 0 1\nvn 0 0 1\nusemtl red paint\nf -4/1/1 -3/2/2 \\\n -2/1/1 -1/2/1 # quad\nl 1 2\nf 5//1 1//1 2//1\nv "
+          "9 9 9");
+    const TriangleMesh mesh = read_triangle_mesh(dir / "a.obj");
+    CHECK(mesh.positions.size() == 5);
+    CHECK(mesh.triangles == std::vector<std::array<std::uint32_t, 3>>{{0, 1, 2}, {0, 2, 3}, {4, 0, 1}});
+    CHECK(mesh.normals.size() == 2);
+    CHECK(mesh.triangle_normals == std::vector<std::array<std::uint32_t, 3>>{{0, 1, 0}, {0, 0, 0}, {0, 0, 0}});
+    CHECK(mesh.triangle_uvs.empty());  // the last face has none
+    CHECK(mesh.materials == std::vector<std::string>{"red paint"});
+    CHECK(mesh.groups == std::vector<std::string>{"thing"});
+}
+
+TEST_CASE("[bad-input] faults of OBJ files are named with their line") {
+    const ScratchDir dir;
+    const std::string points = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    const std::string no_number = ":4: a vertex index of this face is not a number; write corners as v, v/vt";
+    CHECK(obj_message(dir, points + "f 1 2\n") ==
+          ":4: this face has 2 corners; complete it to three or more, or remove it");
+    CHECK(obj_message(dir, "v 1 2\n") == ":1: this vertex has 2 of 3 coordinates; complete the line");
+    CHECK(obj_message(dir, points + "v 0 nan 0\nf 1 2 3") ==
+          ":4: coordinate 2 of this vertex is not finite; give a finite number");
+    CHECK(obj_message(dir, points + "v 0 0 1e999\n") ==
+          ":4: coordinate 3 of this vertex is not finite; give a finite number");
+    CHECK(obj_message(dir, points + "v 0 0 1x\n") ==
+          ":4: coordinate 3 of this vertex is not a number; correct the line");
+    CHECK(obj_message(dir, points + "f 1 2 0\n").find(":4: this face has vertex number 0; OBJ counts from 1") == 0);
+    CHECK(obj_message(dir, points + "f 1 2 -4\n").find(":4: this face counts back") == 0);
+    CHECK(obj_message(dir, points + "\nf 1 2 3\nf 1 2 9\n") ==
+          ":6: this face uses vertex 9, but the file has 3; the file may be cut short");
+    CHECK(obj_message(dir, points + "f 1 2 99999999999999\n") ==
+          ":4: a vertex index of this face is too large for any mesh; correct the number");
+    CHECK(obj_message(dir, points + "f 1 2 99999999999999999999\n").find(no_number) == 0);
+    CHECK(obj_message(dir, points + "f 1/1 2/1 3/1\n").find(":4: this face uses texture coordinate 1") == 0);
+    CHECK(obj_message(dir, points + "f a b c\n").find(no_number) == 0);
+    CHECK(obj_message(dir, points + "f 1/2/3/4 2 3\n")
+              .find(":4: a corner of this face is not v, v/vt, v//vn or v/vt/vn") == 0);
+    CHECK(obj_message(dir, points) == ": the file has no faces");
+    CHECK(obj_message(dir, "") == ": the file is empty");
+    CHECK(message_of(dir / "none.obj", ErrorCode::io) == ": there is no such file");
+    CHECK(message_of(dir / "none.stl", ErrorCode::unsupported).find("meshes are read from") != std::string::npos);
+    std::filesystem::create_directory(dir / "dir.obj");
+    CHECK(message_of(dir / "dir.obj", ErrorCode::io) == ": this is a directory, not a file");
+}
+
+TEST_CASE("[bad-input] faults of PLY files are named, and absurd counts allocate nothing") {
+    const ScratchDir dir;
+    const std::string vertex = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
+    const std::string face = "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    const std::string head = "ply\nformat ascii 1.0\n";
+    const std::string points = "0 0 0\n1 0 0\n0 1 0\n";
+    CHECK(ply_message(dir, head + vertex + face + points + "3 0 1 3\n") ==
+          ": a face uses vertex 3, but there are 3 vertices");
+    CHECK(ply_message(dir, head + vertex + face + points + "3 0 1 -1\n") ==
+          ":13: a vertex index of face 0 is no index");
+    CHECK(ply_message(dir, head + vertex + face + points + "2 0 1\n") == ":13: face 0 has 2 corners; it needs three");
+    CHECK(ply_message(dir, head + vertex + face + "0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n") ==
+          ":11: y of vertex 1 is not finite");
+    CHECK(ply_message(dir, head + vertex + face + "0 0 0\n1 o 0\n0 1 0\n3 0 1 2\n") == ":11: this is not a number");
+    CHECK(ply_message(dir, head + vertex + face + points + "9999999 0 1 2\n") ==
+          ":13: a list is longer than the rest of the file");
+    CHECK(ply_message(dir, head + "element vertex 4000000000\nproperty float x\nproperty float y\nproperty float z\n" +
+                               face + points)
+              .find("4000000000 elements 'vertex' do not fit") != std::string::npos);
+    CHECK(ply_message(dir, head + "element vertex 9999999999999999999999\n").find(":3: an element line") == 0);
+    CHECK(ply_message(dir, head + "element vertex 5\nend_header\n").find("has no properties") != std::string::npos);
+    CHECK(ply_message(dir, head + "element vertex 1\nproperty float x\nend_header\n0\n").find("no x, y and z") !=
+          std::string::npos);
+    CHECK(ply_message(dir, head + vertex + "end_header\n" + points) == ": the file has no faces");
+    CHECK(
+        ply_message(dir, "ply\nformat ascii 1.0\nelement vertex 3\nproperty flat x\n").find(":4: a property has an") ==
+        0);
+    CHECK(ply_message(dir, "ply\nelement vertex 1\nproperty list float int x\n").find(":3: the count of a list") == 0);
+    CHECK(ply_message(dir, "plx\n").find(":1: this is no PLY file") == 0);
+    CHECK(ply_message(dir, "ply\nformat binary_middle_endian 1.0\n").find(":2: the format is none of") == 0);
+}
+
+TEST_CASE("[bad-input] files cut short at any length are refused or read as far as they are whole") {
+    const ScratchDir dir;
+    TriangleMesh mesh = shapes::octahedron();
+    mesh.normals = mesh.positions;
+    mesh.uvs = {{0, 0}, {1, 0}, {0, 1}};
+    mesh.triangle_uvs.assign(8, {0, 1, 2});
+    for (const char* name : {"cut.ply", "cut.glb", "cut.obj"}) {
+        write_mesh(dir / "whole.tmp.ply", mesh);
+        write_mesh(dir / name, mesh);
+        const std::string bytes = slurp(dir / name);
+        for (std::size_t length = 0; length < bytes.size(); ++length) {
+            spill(dir / name, bytes.substr(0, length));
+            CAPTURE(name);
+            CAPTURE(length);
+            try {
+                const TriangleMesh back = read_triangle_mesh(dir / name);
+                // Text has no end mark: an OBJ cut between faces, or in the last number, reads as a smaller mesh.
+                CHECK(name == std::string("cut.obj"));
+                CHECK(back.triangles.size() <= 8);
+            } catch (const Error& error) {
+                CHECK(error.code() == ErrorCode::invalid_input);
+                if (name == std::string("cut.glb") && length >= 12)
+                    CHECK(std::string(error.what())
+                              .find(std::to_string(length) + " of " + std::to_string(bytes.size()) + " bytes") !=
+                          std::string::npos);
+            }
+        }
+        spill(dir / name, bytes);
+        CHECK(read_triangle_mesh(dir / name).triangles.size() == 8);
+    }
+}
+
+TEST_CASE("[bad-input] bytes of a good file flipped at random crash nothing") {
+    const ScratchDir dir;
+    TriangleMesh mesh = shapes::octahedron();
+    mesh.triangle_material.assign(8, 0);
+    mesh.materials = {"m"};
+    std::mt19937_64 random(99);
+    for (const char* name : {"flip.ply", "flip.glb", "flip.obj"}) {
+        write_mesh(dir / name, mesh);
+        const std::string good = slurp(dir / name);
+        int refused = 0;
+        for (int i = 0; i < 600; ++i) {
+            std::string bytes = good;
+            for (int k = 0; k < 1 + i % 3; ++k) bytes[random() % bytes.size()] = static_cast<char>(random());
+            spill(dir / name, bytes);
+            try {
+                const TriangleMesh back = read_triangle_mesh(dir / name);
+                for (const auto& triangle : back.triangles)
+                    for (const std::uint32_t v : triangle) REQUIRE(v < back.positions.size());
+            } catch (const Error&) {
+                ++refused;
+            }
+        }
+        CHECK(refused > 40);
+    }
+}
+
+TEST_CASE("[bad-input] glTF files with accessors that reach beyond their data are refused") {
+    const ScratchDir dir;
+    const auto gltf = [&](const std::string& accessor, const std::string& rest) {
+        spill(dir / "a.gltf", R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[)" + rest +
+                                  R"(],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+            "accessors":[)" + accessor +
+                                  R"(],"bufferViews":[{"buffer":0,"byteLength":36}],
+            "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})");
+        return dir / "a.gltf";
+    };
+    const std::string good = R"({"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"})";
+    const TriangleMesh mesh = read_triangle_mesh(gltf(good, R"({"mesh":0,"scale":[2,2,-2],"translation":[0,0,5]})"));
+    REQUIRE(mesh.triangles.size() == 1);
+    CHECK(mesh.positions[1] == Vec3d(2, 0, 5));
+    CHECK(mesh.triangles[0] == std::array<std::uint32_t, 3>{0, 2, 1});  // mirrored: turned round again
+    const std::string node = R"({"mesh":0})";
+    CHECK(message_of(gltf(R"({"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"})", node)) ==
+          ": accessor 0 exceeds its buffer view");
+    CHECK(message_of(gltf(R"({"bufferView":0,"componentType":5126,"count":99999999999,"type":"VEC3"})", node)) ==
+          ": accessor 0 exceeds its buffer view");
+    CHECK(message_of(gltf(R"({"bufferView":0,"byteOffset":4,"componentType":5126,"count":3,"type":"VEC3"})", node)) ==
+          ": accessor 0 exceeds its buffer view");
+    CHECK(message_of(gltf(R"({"bufferView":7,"componentType":5126,"count":3,"type":"VEC3"})", node)) ==
+          ": there is no buffer view number 7; the file has 1");
+    CHECK(message_of(gltf(good, R"({"mesh":3})")) == ": there is no mesh number 3; the file has 1");
+    CHECK(message_of(gltf(good, R"({"mesh":0,"children":[0]})")).find("is its own ancestor") != std::string::npos);
+    CHECK(message_of(gltf(R"({"bufferView":0,"componentType":5126,"count":9,"type":"SCALAR"})", node)) ==
+          ": accessor 0 has the wrong type for a position");
+}
+
+TEST_CASE("[bad-input] a failed write leaves the directory as it was and says why") {
+    const ScratchDir dir;
+    const TriangleMesh mesh = shapes::octahedron();
+    const auto failure = [&](const std::filesystem::path& path, const TriangleMesh& what,
+                             ErrorCode code = ErrorCode::io) -> std::string {
+        try {
+            write_mesh(path, what);
+        } catch (const Error& error) {
+            CHECK(error.code() == code);
+            return error.what();
+        }
+        FAIL("written without an error");
+        return {};
+    };
+    CHECK(failure(dir / "no/such/place.obj", mesh).find("there is no directory") != std::string::npos);
+    CHECK(failure(dir / "mesh.xyz", mesh, ErrorCode::unsupported).find("use .obj, .ply or .glb") != std::string::npos);
+    CHECK(failure(dir / "mesh", mesh, ErrorCode::unsupported).find("needs an extension") != std::string::npos);
+    CHECK(failure(dir / (std::string(300, 'x') + ".obj"), mesh).find("too long") != std::string::npos);
+    std::filesystem::create_directory(dir / "taken.ply");
+    CHECK(failure(dir / "taken.ply", mesh).find("this is a directory") != std::string::npos);
+    TriangleMesh bad = mesh;
+    bad.triangles[2][1] = 6;
+    CHECK(failure(dir / "bad.obj", bad, ErrorCode::invalid_input) ==
+          "mesh to write: vertex index number 7 is 6, but there are 6");
+    bad = mesh;
+    bad.positions[1].x = std::nan("");
+    CHECK(failure(dir / "bad.obj", bad, ErrorCode::invalid_input) == "mesh to write: position 1 is not finite");
+    bad = mesh;
+    bad.positions[1].x = 1e39;
+    bad.positions[0].x = -1e39;
+    CHECK(failure(dir / "bad.glb", bad, ErrorCode::unsupported).find("exceed the floats") != std::string::npos);
+    CHECK(dir.file_count() == 1);  // the directory made above
+
+    write_mesh(dir / "kept.obj", mesh);
+    const std::string before = slurp(dir / "kept.obj");
+    RunContext context;
+    context.progress = [](std::string_view, double) { return false; };
+    CHECK_THROWS_AS(write_mesh(dir / "kept.obj", mesh, context), Error);
+    CHECK(slurp(dir / "kept.obj") == before);
+    CHECK(dir.file_count() == 2);
+}
+
+TEST_CASE("[bad-input] a disk that fills up leaves no partial file") {
+    const ScratchDir dir;
+    const TriangleMesh mesh = shapes::sphere(60, 120, Vec3d(0), 1.0);
+    // A file size limit is what a full disk looks like to one process; /dev/full is what the kernel offers.
+    rlimit old{};
+    ::getrlimit(RLIMIT_FSIZE, &old);
+    const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit small{10'000, old.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &small);
+    for (const char* name : {"big.obj", "big.ply", "big.glb"}) {
+        try {
+            write_mesh(dir / name, mesh);
+            CHECK_MESSAGE(false, "written");
+        } catch (const Error& error) {
+            CHECK(error.code() == ErrorCode::io);
+            CHECK(std::string(error.what()).find("larger than the system allows") != std::string::npos);
+        }
+    }
+    ::setrlimit(RLIMIT_FSIZE, &old);
+    std::signal(SIGXFSZ, old_handler);
+    CHECK(dir.file_count() == 0);
+}
+
+TEST_CASE("height images: PNG round trip, bilinear samples, wrapping") {
+    const ScratchDir dir;
+    Image picture{3, 2, {}};
+    for (const std::uint8_t value : {0, 51, 102, 153, 204, 255})
+        for (int channel = 0; channel < 3; ++channel) picture.rgb.push_back(value);
+    write_png(dir / "h.png", picture);
+    const HeightImage image = load_height_image(dir / "h.png");
+    REQUIRE(image.width == 3);
+    REQUIRE(image.height == 2);
+    for (int i = 0; i < 6; ++i) CHECK(image.values[i] == doctest::Approx(0.2 * i).epsilon(1e-6));
+    // Pixel centres: the upper row has v = 3/4.
+    CHECK(image.sample({0.5 / 3, 0.75}) == doctest::Approx(0.0));
+    CHECK(image.sample({1.5 / 3, 0.25}) == doctest::Approx(0.8));
+    CHECK(image.sample({1.0 / 3, 0.75}) == doctest::Approx(0.1));
+    CHECK(image.sample({1.5 / 3, 0.5}) == doctest::Approx((0.2 + 0.8) / 2));
+    CHECK(image.sample({0.0, 0.75}) == doctest::Approx(0.2));                        // between 0.4 and 0
+    CHECK(image.sample({1.0, 0.75}) == doctest::Approx(image.sample({0.0, 0.75})));  // the seam closes
+    CHECK(image.sample({7.25, -3.4}) == doctest::Approx(image.sample({0.25, 0.6})));
+    CHECK(image.sample({0.0, 0.75}, ImageWrap::clamp) == doctest::Approx(0.0));
+    CHECK(image.sample({5.0, -5.0}, ImageWrap::clamp) == doctest::Approx(1.0));
+    CHECK(image.sample({1e300, 0.3}) >= 0.0);
+    CHECK(image.sample({std::nan(""), 0.3}) == 0.0);
+    CHECK(HeightImage{}.sample({0.5, 0.5}) == 0.0);
+
+    // 16 bits are kept: a PGM of two samples that 8 bits cannot tell apart.
+    spill(dir / "h.pgm", std::string("P5 2 1 65535\n") + std::string("\x80\x00\x80\x01", 4));
+    const HeightImage deep = load_height_image(dir / "h.pgm");
+    CHECK(deep.values[1] > deep.values[0]);
+    CHECK(deep.values[0] == doctest::Approx(0x8000 / 65535.0).epsilon(1e-6));
+}
+
+TEST_CASE("[bad-input] pictures that are none") {
+    const ScratchDir dir;
+    spill(dir / "x.png", "no picture");
+    CHECK_THROWS_AS(load_height_image(dir / "x.png"), Error);
+    CHECK_THROWS_AS(load_height_image(dir / "none.png"), Error);
+    Image picture{3, 2, std::vector<std::uint8_t>(18)};
+    write_png(dir / "h.png", picture);
+    const std::string bytes = slurp(dir / "h.png");
+    for (std::size_t length = 0; length + 12 < bytes.size(); ++length) {  // the last 12 bytes are the end mark
+        spill(dir / "x.png", bytes.substr(0, length));
+        CHECK_THROWS_AS(load_height_image(dir / "x.png"), Error);
+    }
+    CHECK_THROWS_AS(write_png(dir / "e.png", Image{}), Error);
+    CHECK_THROWS_AS(write_png(dir / "no/e.png", picture), Error);
+}
+
+TEST_SUITE_END();

@@ -1,0 +1,64 @@
+#pragma once
+
+#include "tetrakis/eval/tessellate.hpp"
+#include "tetrakis/eval/triangle_mesh.hpp"
+#include "tetrakis/hier/control_mesh.hpp"
+#include "tetrakis/refine/refine.hpp"
+#include "tetrakis/schemes/scheme_table.hpp"
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+// What a tessellation is judged by: distances from scratch, in doubles, to points that refine() puts on the limit
+// surface. Nothing of the library's own measuring is used.
+namespace tetrakis::contract {
+
+// By their names of today.
+inline constexpr EstimatorKind k_by_measure = EstimatorKind::embree, k_by_bound = EstimatorKind::certified;
+
+/// The distance of points to the nearest of some triangles: a tree of boxes over them.
+class NearestTriangle {
+  public:
+    NearestTriangle(std::vector<Vec3d> points, std::vector<std::array<std::uint32_t, 3>> triangles);
+    double distance(const Vec3d& p) const;
+
+  private:
+    struct Node {
+        Box3d box;
+        std::uint32_t first = 0, count = 0;  ///< a leaf's triangles; count 0: its children are first and first + 1
+    };
+    void split(std::uint32_t node, std::uint32_t first, std::uint32_t count, const std::vector<Vec3d>& centres);
+
+    std::vector<Vec3d> points_;
+    std::vector<std::array<std::uint32_t, 3>> triangles_;
+    std::vector<std::uint32_t> order_;
+    std::vector<Node> nodes_;
+};
+
+/// The limit surface as refine() gives it at one level.
+class LimitJudge {
+  public:
+    LimitJudge(const ControlMesh& mesh, const SchemeInfo& scheme, int level, const RuleOptions& rules = {});
+
+    /// From the level's limit points, which lie on the surface, to the mesh: never more than the actual distance.
+    double limit_to_mesh(const TriangleMesh& mesh) const;
+    /// From points on each triangle, its edges included, to the mesh of the level's limit points.
+    double mesh_to_limit(const TriangleMesh& mesh) const;
+    /// How far mesh_to_limit() may be off, about: by the distance of these points from the mesh of the level before,
+    /// which is twice as coarse or more.
+    double doubt() const { return doubt_; }
+    std::size_t face_count() const { return face_count_; }
+
+  private:
+    std::vector<Vec3d> points_;
+    std::unique_ptr<NearestTriangle> surface_;
+    double doubt_ = 0;
+    std::size_t face_count_ = 0;
+};
+
+/// A level for a judge of this result: two finer than its own, or one where that would be very many faces.
+int judging_level(const ControlMesh& mesh, const SchemeInfo& scheme, const Tessellation& result);
+
+}  // namespace tetrakis::contract

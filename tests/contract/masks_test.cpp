@@ -1,0 +1,620 @@
+#include "tests/point_match.hpp"
+#include "tests/random_mesh.hpp"
+#include "tests/scheme_variants.hpp"
+
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/refine/refine.hpp"
+#include "tetrakis/schemes/spectrum.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <numbers>
+#include <numeric>
+#include <optional>
+#include <set>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+// Weights of the schemes: those of the papers, what all of them have in common, and what follows for their limits.
+
+using namespace tetrakis;
+
+namespace {
+
+double sum(const std::vector<double>& w) { return std::accumulate(w.begin(), w.end(), 0.0); }
+
+double largest(const std::vector<double>& w) {
+    double most = 0;
+    for (const double x : w) most = std::max(most, std::abs(x));
+    return most;
+}
+
+/// How far l S is from lambda l, for a largest weight of one.
+double residual(const std::vector<double>& l, const LocalMatrix& s, double lambda) {
+    std::vector<double> x(l.size(), 0.0);
+    for (int i = 0; i < s.size(); ++i)
+        for (int j = 0; j < s.size(); ++j) x[j] += l[i] * s.at(i, j);
+    for (int j = 0; j < s.size(); ++j) x[j] -= lambda * l[j];
+    return largest(x) / largest(l);
+}
+
+/// Distance of two vectors scaled to a largest weight of one with the same sign.
+double difference(const std::vector<double>& a, const std::vector<double>& b) {
+    double dot = 0, most = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) dot += a[i] * b[i];
+    const double p = 1 / largest(a), q = (dot < 0 ? -1 : 1) / largest(b);
+    for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, std::abs(p * a[i] - q * b[i]));
+    return most;
+}
+
+/// What is printed for a shape is what the matrix says.
+void check_masks(const test::SchemeVariant& v, const FanShape& shape) {
+    const SpectralAnalysis a = analyse(*v.scheme, shape, v.options);
+    double off = 0;
+    for (int i = 0; i < a.matrix.size(); ++i) {
+        double row = -1;
+        for (int j = 0; j < a.matrix.size(); ++j) row += a.matrix.at(i, j);
+        off = std::max(off, std::abs(row));
+    }
+    CHECK(off < 1e-13);
+    const SchemeMasks masks = scheme_masks(*v.scheme, a, v.options);
+    // Left eigenvectors of a matrix with nearby eigenvalues are known to the rounding error over the distance.
+    constexpr double k_tolerance = 1e-9;
+    CHECK(sum(masks.limit) == doctest::Approx(1).epsilon(1e-12));
+    CHECK(residual(masks.limit, a.matrix, 1) < k_tolerance);
+    CHECK(difference(masks.limit, a.limit) < k_tolerance);
+    const ClosedMasks closed = v.scheme->closed_masks(shape, v.options);
+    const auto check_tangent = [&](const std::vector<double>& mask, const std::vector<double>& numeric, double lambda,
+                                   double formula_lambda, bool is_formula) {
+        if (mask.empty()) return;
+        CHECK(std::abs(sum(mask)) < 1e-10 * largest(mask));
+        CHECK(residual(mask, a.matrix, is_formula ? formula_lambda : lambda) < k_tolerance);
+        // Where no tangent plane is (plain rules, many faces), the mode along the boundary is not the dominant one.
+        if (!is_formula || !a.proper) return;
+        CHECK(formula_lambda == doctest::Approx(lambda).epsilon(1e-7));
+        if (!numeric.empty()) CHECK(difference(mask, numeric) < 1e-7);
+    };
+    check_tangent(masks.tangent1, a.tangent1, a.lambda1, closed.lambda1, masks.tangent1_is_formula);
+    check_tangent(masks.tangent2, a.tangent2, a.lambda2, closed.lambda2, masks.tangent2_is_formula);
+}
+
+ControlMesh random_mesh_for(const SchemeInfo& scheme, std::uint64_t seed) {
+    test::RandomMeshOptions options = test::random_options(seed);
+    options.columns = options.rows = 3;
+    options.triangles_only = scheme.family == MeshFamily::triangles;
+    return test::random_mesh(seed, options);
+}
+
+std::optional<RefinedStencils> stencils(const ControlMesh& mesh, const SchemeInfo& scheme, int level, bool limit) {
+    try {
+        return refine_stencils(mesh, scheme, level, {.limit = limit});
+    } catch (const Error& e) {
+        REQUIRE(e.code() == ErrorCode::unsupported);
+        return std::nullopt;
+    }
+}
+
+/// n x n vertices of a regular mesh, at whole numbers, or closed to a torus.
+ControlMeshData regular_mesh(bool triangles, std::uint32_t n, bool torus) {
+    ControlMeshData data;
+    for (std::uint32_t y = 0; y < n; ++y)
+        for (std::uint32_t x = 0; x < n; ++x) data.positions.emplace_back(x, y, 0);
+    data.face_offsets.push_back(0);
+    const auto add = [&](std::initializer_list<std::uint32_t> corners) {
+        data.face_vertices.insert(data.face_vertices.end(), corners);
+        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+    };
+    const std::uint32_t cells = torus ? n : n - 1;
+    for (std::uint32_t y = 0; y < cells; ++y)
+        for (std::uint32_t x = 0; x < cells; ++x) {
+            const std::uint32_t a = y * n + x, b = y * n + (x + 1) % n, c = (y + 1) % n * n + (x + 1) % n,
+                                d = (y + 1) % n * n + x;
+            if (triangles) {
+                add({a, b, c});
+                add({a, c, d});
+            } else {
+                add({a, b, c, d});
+            }
+        }
+    return data;
+}
+
+/// A vertex at the origin with n faces around it; numbered from the middle: 0, then the ends of its edges, then what is
+/// opposite in the quads.
+ControlMesh fan(bool triangles, std::uint32_t n) {
+    ControlMeshData data;
+    data.positions.emplace_back(0, 0, 0);
+    for (const int ring : {0, 1})
+        for (std::uint32_t i = 0; i < n && (ring == 0 || !triangles); ++i) {
+            const double angle = 2 * std::numbers::pi * (i + 0.5 * ring) / n;
+            data.positions.emplace_back((1 + ring) * std::cos(angle), (1 + ring) * std::sin(angle), 0);
+        }
+    data.face_offsets.push_back(0);
+    for (std::uint32_t i = 0; i < n; ++i) {
+        const std::uint32_t a = 1 + i, b = 1 + (i + 1) % n;
+        if (triangles)
+            data.face_vertices.insert(data.face_vertices.end(), {0, a, b});
+        else
+            data.face_vertices.insert(data.face_vertices.end(), {0, a, 1 + n + i, b});
+        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+    }
+    return ControlMesh::build(std::move(data));
+}
+
+/// How far the row of the vertex in the middle of a fan is from the weights of the middle, of each edge's end, and of
+/// each quad's opposite corner.
+double off_in_the_middle(const SchemeInfo& scheme, std::uint32_t n, const RefineOptions& options, int level,
+                         double centre, double edge, double face = 0) {
+    const RefinedStencils refined =
+        refine_stencils(fan(scheme.family == MeshFamily::triangles, n), scheme, level, options);
+    int found = 0;
+    double off = 0;
+    for (int r = 0; r < refined.stencils.row_count(); ++r) {
+        if (glm::length(refined.mesh.positions[static_cast<std::size_t>(r)]) > 1e-6) continue;
+        ++found;
+        std::vector<double> weights(1 + 2 * n, 0.0);
+        for (std::size_t i = 0; i < refined.stencils.points(r).size(); ++i)
+            weights[static_cast<std::size_t>(refined.stencils.points(r)[i])] = refined.stencils.weights(r)[i];
+        for (std::uint32_t i = 0; i < weights.size(); ++i)
+            off = std::max(off, std::abs(weights[i] - (i == 0 ? centre : i <= n ? edge : face)));
+    }
+    CHECK(found == 1);
+    return off;
+}
+
+using Weights = std::vector<double>;
+
+Weights ascending(std::span<const double> weights, double unit) {
+    Weights result;
+    // In units, in which they are whole numbers.
+    for (const double w : weights) result.push_back(std::round(w / unit * 1e6) / 1e6);
+    std::sort(result.begin(), result.end());
+    return result;
+}
+
+Weights products(const Weights& a, const Weights& b) {
+    Weights result;
+    for (const double x : a)
+        for (const double y : b) result.push_back(x * y);
+    std::sort(result.begin(), result.end());
+    return result;
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("contract");
+
+TEST_CASE("masks: all rows of weights sum to one, with boundaries, holes, creases and corners, in the limit too") {
+    for (const SchemeInfo& scheme : scheme_table())
+        for (const std::uint64_t seed : test::seeds(6))
+            for (const bool limit : {false, true}) {
+                CAPTURE(scheme.name);
+                CAPTURE(seed);
+                CAPTURE(limit);
+                const auto refined = stencils(random_mesh_for(scheme, seed), scheme, limit ? 1 : 2, limit);
+                if (!refined) continue;
+                double off = 0;
+                for (int r = 0; r < refined->stencils.row_count(); ++r) {
+                    const std::span<const double> w = refined->stencils.weights(r);
+                    off = std::max(off, std::abs(std::accumulate(w.begin(), w.end(), -1.0)));
+                }
+                CHECK(off < 1e-12);
+                CHECK(refined->stencils.row_count() == static_cast<int>(refined->mesh.positions.size()));
+            }
+}
+
+TEST_CASE("masks: affine maps go through refinement and limits") {
+    const auto map = [](const Vec3d& p) {
+        return Vec3d(2 * p.x - p.y + 0.5 * p.z + 3, 0.3 * p.x + p.y - 7, p.x + 0.2 * p.y - 1.5 * p.z);
+    };
+    for (const SchemeInfo& scheme : scheme_table())
+        for (const std::uint64_t seed : test::seeds(3))
+            for (const bool limit : {false, true}) {
+                CAPTURE(scheme.name);
+                CAPTURE(seed);
+                CAPTURE(limit);
+                const ControlMesh mesh = random_mesh_for(scheme, seed);
+                ControlMeshData data = mesh.data();
+                for (Vec3d& p : data.positions) p = map(p);
+                PolygonMesh before, after;
+                try {
+                    before = refine(mesh, scheme, 2, {.limit = limit});
+                    after = refine(ControlMesh::build(std::move(data)), scheme, 2, {.limit = limit});
+                } catch (const Error& e) {
+                    REQUIRE(e.code() == ErrorCode::unsupported);
+                    continue;
+                }
+                CHECK(before.face_vertices == after.face_vertices);
+                REQUIRE(before.positions.size() == after.positions.size());
+                double apart = 0;
+                for (std::size_t v = 0; v < before.positions.size(); ++v)
+                    apart = std::max(apart, glm::length(map(before.positions[v]) - after.positions[v]));
+                CHECK(apart < 1e-12 * mesh.bounding_box().diagonal());
+            }
+}
+
+TEST_CASE("masks: interpolating schemes keep the control points bit for bit, the others do not") {
+    for (const SchemeInfo& scheme : scheme_table()) {
+        CAPTURE(scheme.name);
+        const ControlMesh mesh = ControlMesh::build(test::skewed_grid(4));
+        const PolygonMesh refined = refine(mesh, scheme, 2), limit = refine(mesh, scheme, 1, {.limit = true});
+        for (const PolygonMesh* points : {&refined, &limit}) {
+            const PointMatch match(points->positions);
+            std::uint32_t kept = 0;
+            for (const Vec3d& p : mesh.positions()) kept += points->positions[match.nearest(p)] == p ? 1 : 0;
+            CHECK((kept == mesh.vertex_count()) == scheme.interpolating);
+        }
+    }
+}
+
+TEST_CASE("masks: polynomials on regular meshes are reproduced up to the degree in the table, and no further") {
+    constexpr std::uint32_t n = 17;
+    for (const SchemeInfo& scheme : scheme_table()) {
+        if (scheme.family == MeshFamily::hexagons) continue;
+        CAPTURE(scheme.name);
+        int degree = 0;
+        for (bool reproduced = true; reproduced; ++degree)
+            for (int power = 0; power <= degree; ++power) {
+                const auto height = [&](const Vec3d& p) {
+                    return std::pow((p.x - 8) / 4, power) * std::pow((p.y - 8) / 4, degree - power);
+                };
+                ControlMeshData data = regular_mesh(scheme.family == MeshFamily::triangles, n, false);
+                for (Vec3d& p : data.positions) p.z = height(p);
+                const PolygonMesh refined = refine(ControlMesh::build(std::move(data)), scheme, 1);
+                int compared = 0;
+                for (const Vec3d& p : refined.positions) {
+                    if (std::max(std::abs(p.x - 8), std::abs(p.y - 8)) > 2.1) continue;
+                    ++compared;
+                    if (std::abs(p.z - height(p)) > 1e-12) reproduced = false;
+                }
+                CHECK(compared >= 16);
+            }
+        // The one at which the loop ended is not.
+        CHECK(degree - 2 == scheme.reproduction);
+    }
+}
+
+TEST_CASE("masks: vertices of any number of faces have the weights of Catmull and Clark, Loop, Warren and Kobbelt") {
+    const SchemeInfo &catmull_clark = scheme_named("catmull-clark"), &loop = scheme_named("loop"),
+                     &sqrt3 = scheme_named("sqrt3");
+    for (const std::uint32_t n : {3u, 4u, 5u, 6u, 7u, 8u, 9u, 12u, 33u, 100u}) {
+        CAPTURE(n);
+        const double angle = 2 * std::numbers::pi / n, c = std::cos(angle);
+        CHECK(off_in_the_middle(catmull_clark, n, {}, 1, 1 - 7.0 / (4 * n), 1.5 / (n * n), 0.25 / (n * n)) < 1e-14);
+        CHECK(off_in_the_middle(catmull_clark, n, {.limit = true}, 0, n / (n + 5.0), 4 / (n * (n + 5.0)),
+                                1 / (n * (n + 5.0))) < 1e-14);
+        const double beta = (0.625 - std::pow(0.375 + 0.25 * c, 2)) / n, omega = 1 / (0.375 / beta + n);
+        CHECK(off_in_the_middle(loop, n, {}, 1, 1 - n * beta, beta) < 1e-15);
+        CHECK(off_in_the_middle(loop, n, {.limit = true}, 0, 1 - n * omega, omega) < 1e-14);
+        const double warren = n == 3 ? 3.0 / 16 : 3.0 / (8 * n);
+        CHECK(off_in_the_middle(loop, n, {.rules = {.loop_weights = LoopWeights::warren}}, 1, 1 - n * warren, warren) <
+              1e-15);
+        const double alpha = (4 - 2 * c) / 9, limit = 3 * alpha / (1 + 3 * alpha);
+        CHECK(off_in_the_middle(sqrt3, n, {.limit = true}, 0, 1 - limit, limit / n) < 1e-14);
+    }
+}
+
+TEST_CASE("masks: faces of any number of corners have the weights of Doo and Sabin") {
+    for (const std::uint32_t n : {3u, 5u, 6u, 7u, 12u, 40u}) {
+        CAPTURE(n);
+        // A prism, whose other faces are quads.
+        ControlMeshData data;
+        data.face_offsets = {0};
+        for (const int top : {0, 1})
+            for (std::uint32_t i = 0; i < n; ++i) {
+                const double angle = 2 * std::numbers::pi * i / n;
+                data.positions.emplace_back(std::cos(angle), std::sin(angle), top);
+            }
+        for (std::uint32_t i = 0; i < n; ++i) data.face_vertices.push_back(n + i);
+        data.face_offsets.push_back(n);
+        for (std::uint32_t i = 0; i < n; ++i) data.face_vertices.push_back(n - 1 - i);
+        data.face_offsets.push_back(2 * n);
+        for (std::uint32_t i = 0; i < n; ++i) {
+            data.face_vertices.insert(data.face_vertices.end(), {i, (i + 1) % n, n + (i + 1) % n, n + i});
+            data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+        }
+        const RefinedStencils refined =
+            refine_stencils(ControlMesh::build(std::move(data)), scheme_named("doo-sabin"), 1);
+        std::uint32_t of_face = 0;
+        double off = 0;
+        for (int r = 0; r < refined.stencils.row_count(); ++r) {
+            const std::span<const int> points = refined.stencils.points(r);
+            const std::span<const double> weights = refined.stencils.weights(r);
+            if (points.size() != n || points.front() != static_cast<int>(n)) continue;
+            ++of_face;
+            const auto own = std::max_element(weights.begin(), weights.end()) - weights.begin();
+            for (std::uint32_t i = 0; i < n; ++i) {
+                const double angle = 2 * std::numbers::pi * (i - static_cast<double>(own)) / n;
+                const double expected = i == own ? 0.25 + 1.25 / n : (3 + 2 * std::cos(angle)) / (4.0 * n);
+                off = std::max(off, std::abs(weights[i] - expected));
+            }
+        }
+        CHECK(of_face == n);
+        CHECK(off < 1e-15);
+    }
+}
+
+TEST_CASE("masks: on regular meshes the rows are those of the papers and no others") {
+    // Of vertices, edges and faces, or of all points of dual schemes, in units of `unit`.
+    struct Known {
+        std::string_view scheme;
+        double unit;
+        std::set<Weights> rows;
+    };
+    const Weights four_point{-1, -1, 9, 9};
+    const Known known[] = {
+        {"loop", 1.0 / 16, {{1, 1, 1, 1, 1, 1, 10}, {2, 2, 6, 6}}},
+        {"tuned-loop", 1.0 / 16, {{1, 1, 1, 1, 1, 1, 10}, {2, 2, 6, 6}}},
+        {"midpoint", 1.0 / 2, {{2}, {1, 1}}},
+        {"butterfly", 1.0 / 16, {{16}, {-1, -1, -1, -1, 2, 2, 8, 8}}},
+        {"modified-butterfly", 1.0 / 16, {{16}, {-1, -1, -1, -1, 2, 2, 8, 8}}},
+        {"catmull-clark", 1.0 / 64, {{1, 1, 1, 1, 6, 6, 6, 6, 36}, {4, 4, 4, 4, 24, 24}, {16, 16, 16, 16}}},
+        {"bilinear", 1.0 / 4, {{4}, {2, 2}, {1, 1, 1, 1}}},
+        {"kobbelt", 1.0 / 256, {{256}, {-16, -16, 144, 144}, products(four_point, four_point)}},
+        {"doo-sabin", 1.0 / 16, {{1, 3, 3, 9}}},
+        {"doo-sabin-cc", 1.0 / 16, {{1, 3, 3, 9}}},
+        {"midedge", 1.0 / 4, {{1, 1, 2}}},
+        {"midedge-simplest", 1.0 / 4, {{1, 1, 2}}},
+        {"biquartic", 1.0 / 256, {products({1, 5, 10}, {1, 5, 10})}},
+        {"averaging", 1.0 / 256, {products({1, 5, 10}, {1, 5, 10})}},
+    };
+    for (const auto& [name, unit, rows] : known) {
+        CAPTURE(name);
+        const SchemeInfo& scheme = scheme_named(name);
+        ControlMeshData data = regular_mesh(scheme.family == MeshFamily::triangles, 8, true);
+        const RefinedStencils refined = refine_stencils(ControlMesh::build(std::move(data)), scheme, 1);
+        std::set<Weights> found;
+        for (int r = 0; r < refined.stencils.row_count(); ++r)
+            found.insert(ascending(refined.stencils.weights(r), unit));
+        CHECK(found == rows);
+    }
+}
+
+TEST_CASE("masks: limits and tangents are eigenvectors of the scheme's own matrix") {
+    for (const test::SchemeVariant& v : test::scheme_variants()) {
+        CAPTURE(v.name);
+        for (const int n : {3, 4, 5, 6, 7, 8, 9, 12, 16, 31}) {
+            CAPTURE(n);
+            check_masks(v, {.faces = n});
+        }
+    }
+}
+
+TEST_CASE("masks: limits and tangents are eigenvectors at boundaries") {
+    for (const test::SchemeVariant& v : test::scheme_variants()) {
+        CAPTURE(v.name);
+        for (const int K : {1, 2, 3, 4, 5, 6, 7, 8, 12, 16}) {
+            if (v.scheme->rings > 2 && K > 6) continue;
+            CAPTURE(K);
+            check_masks(v, {.faces = K, .boundary = true});
+        }
+    }
+    for (const auto& [name, faces] : {std::pair{"loop", 300}, {"catmull-clark", 80}}) {
+        CAPTURE(name);
+        check_masks({name, find_scheme(name)}, {.faces = faces, .boundary = true});
+    }
+    // Loop's edges are a second difference: the largest eigenvalue inside is that of half a sine.
+    const SpectralAnalysis loop = analyse(*find_scheme("loop"), {.faces = 999, .boundary = true}, {});
+    CHECK(loop.lambda1 == doctest::Approx(0.5).epsilon(1e-12));
+    CHECK(loop.lambda2 == doctest::Approx(0.375 + 0.25 * std::cos(std::numbers::pi / 999)).epsilon(1e-12));
+    CHECK(loop.limit[0] == doctest::Approx(2.0 / 3).epsilon(1e-12));
+}
+
+TEST_CASE(
+    "masks: at two edges inside they are eigenvectors, and what a half turn or the mirror does to the matrix changes "
+    "nothing") {
+    for (const test::SchemeVariant& v : test::scheme_variants()) {
+        CAPTURE(v.name);
+        const FanShape shape{.faces = 2};
+        if (fan_lattice(*v.scheme, v.options) == FanLattice::dual) {
+            CHECK_THROWS_AS(analyse(*v.scheme, shape, v.options), std::invalid_argument);
+            continue;
+        }
+        // The points beyond a regular edge are other ones from either of its sides there.
+        if (v.options.butterfly_w != 0) continue;
+        const bool weights = v.options.catmull_clark_beta.has_value();
+        if (weights) continue;  // refused: no such weights have a tangent plane there
+        check_masks(v, shape);
+        const SpectralAnalysis a = analyse(*v.scheme, shape, v.options);
+        const FanLabels& labels = a.matrix.labels;
+        double off = 0;
+        for (int i = 0; i < a.matrix.size(); ++i)
+            for (int j = 0; j < a.matrix.size(); ++j) {
+                const auto turned = [&](int k) {
+                    FanLabel label = labels.all()[k];
+                    ++label.sector;
+                    return labels.find(label);
+                };
+                const auto mirrored = [&](int k) { return labels.find(labels.mirrored(labels.all()[k])); };
+                off = std::max(off, std::abs(a.matrix.at(i, j) - a.matrix.at(turned(i), turned(j))));
+                off = std::max(off, std::abs(a.matrix.at(i, j) - a.matrix.at(mirrored(i), mirrored(j))));
+            }
+        CHECK(off < 1e-15);
+        CHECK_FALSE(a.proper);
+    }
+    // By hand: Loop's edges take 3/8 of the vertex and their end, 2/8 of the other.
+    const SpectralAnalysis loop = analyse(*find_scheme("loop"), {.faces = 2}, {});
+    CHECK(loop.lambda1 == doctest::Approx(1.0 / 8).epsilon(1e-12));
+    CHECK(loop.lambda2 == doctest::Approx(1.0 / 8).epsilon(1e-12));
+    CHECK(loop.limit[0] == doctest::Approx(8.0 / 21).epsilon(1e-12));
+    const SpectralAnalysis quads = analyse(*find_scheme("catmull-clark"), {.faces = 2}, {});
+    CHECK(quads.lambda1 == doctest::Approx(1.0 / 4).epsilon(1e-12));
+    CHECK(quads.third == doctest::Approx(1.0 / 4).epsilon(1e-12));
+    CHECK(analyse(*find_scheme("midpoint"), {.faces = 2}, {}).third == doctest::Approx(0.5));
+}
+
+TEST_CASE("masks: at a thousand edges they and the eigenvalues are the closed forms") {
+    constexpr int n = 1000;
+    const double angle = 2 * std::numbers::pi / n, c = std::cos(angle);
+    struct Known {
+        const char* scheme;
+        double lambda, centre, edge, face;  ///< of the limit, each edge's and face's
+    };
+    const double beta = (0.625 - std::pow(0.375 + 0.25 * c, 2)) / n, omega = 1 / (0.375 / beta + n);
+    const double a = (4 - 2 * c) / 9, b = 3 * a / (1 + 3 * a);
+    const double two_steps = (2 + 2 * c) / 9;
+    const Known known[] = {
+        {"loop", 0.375 + 0.25 * c, 1 - n * omega, omega, 0},
+        {"sqrt3", two_steps, 1 - b, b / n, 0},
+        {"catmull-clark", (5 + c + std::sqrt((c + 9) * (c + 1))) / 16, n / (n + 5.0), 4 / (n * (n + 5.0)),
+         1 / (n * (n + 5.0))},
+        {"doo-sabin", 0.5, 0, 1.0 / n, 0},
+    };
+    for (const auto& [name, lambda, centre, edge, face] : known) {
+        CAPTURE(name);
+        const SpectralAnalysis an = analyse(*find_scheme(name), {.faces = n}, {});
+        const FanLabels& labels = an.matrix.labels;
+        const bool dual = labels.lattice() == FanLattice::dual;
+        CHECK(an.lambda1 == doctest::Approx(lambda).epsilon(1e-12));
+        CHECK(sum(an.limit) == doctest::Approx(1).epsilon(1e-12));
+        REQUIRE(an.tangent1.size() == an.limit.size());
+        if (!dual) CHECK(an.limit[0] == doctest::Approx(centre).epsilon(1e-10));
+        const double first = an.tangent1[labels.find(dual ? FanLabel{0, 0, 0} : FanLabel{0, 1, 0})];
+        double off = 0;
+        for (int s = 0; s < n; ++s) {
+            const int e = labels.find(dual ? FanLabel{s, 0, 0} : FanLabel{s, 1, 0});
+            off = std::max(
+                {off, n * std::abs(an.limit[e] - edge), std::abs(an.tangent1[e] - first * std::cos(s * angle))});
+            if (face == 0) continue;
+            off = std::max(off, n * std::abs(an.limit[labels.find({s, 1, 1})] - face));
+        }
+        CHECK(off < 1e-9);
+        // A row is the same turned: Doo and Sabin's weights from the far side of the face.
+        if (!dual) continue;
+        for (const int s : {0, 1, 499, 999}) {
+            const double expected = (3 + 2 * std::cos((s - 500) * angle)) / (4.0 * n);
+            CHECK(an.matrix.at(labels.find({500, 0, 0}), labels.find({s, 0, 0})) ==
+                  doctest::Approx(expected).epsilon(1e-12));
+        }
+    }
+}
+
+TEST_CASE("masks: limits and tangents are eigenvectors at corners that copies of the boundary or dual faces surround") {
+    for (const test::SchemeVariant& v : test::scheme_variants()) {
+        CAPTURE(v.name);
+        const bool dual = fan_lattice(*v.scheme, v.options) == FanLattice::dual;
+        if (v.scheme->family == MeshFamily::hexagons || (!dual && v.scheme->name != "averaging")) continue;
+        for (int K = 1; K <= (dual ? 1 : 6); ++K) {
+            CAPTURE(K);
+            check_masks(v, {.faces = K, .boundary = true, .corner = true});
+        }
+    }
+}
+
+TEST_CASE("masks: the table's degrees are those of the rules, and supports those of the literature") {
+    const std::map<std::string_view, double> supports = {{"loop", 2},
+                                                         {"tuned-loop", 2},
+                                                         {"butterfly", 3},
+                                                         {"modified-butterfly", 3},
+                                                         {"midpoint", 1},
+                                                         {"catmull-clark", 2},
+                                                         {"kobbelt", 3},
+                                                         {"bilinear", 1},
+                                                         {"4-8", 3},
+                                                         {"doo-sabin", 1.5},
+                                                         {"doo-sabin-cc", 1.5},
+                                                         {"midedge", 1.5},
+                                                         {"midedge-simplest", 1.5},
+                                                         {"biquartic", 2.5},
+                                                         {"honeycomb", 3}};
+    for (const SchemeInfo& scheme : scheme_table()) {
+        CAPTURE(scheme.name);
+        CHECK(reproduction_degree(scheme, {}) == scheme.reproduction);
+        if (supports.contains(scheme.name))
+            CHECK(support_radius(scheme, {}) == doctest::Approx(supports.at(scheme.name)));
+    }
+}
+
+TEST_CASE("masks: subdominant and third eigenvalues are those of the literature") {
+    struct Case {
+        const char* scheme;
+        int valence;
+        double lambda, third;
+    };
+    // Numbers to four digits from an independent program; closed forms are tested elsewhere.
+    const Case cases[] = {
+        {"kobbelt", 3, .4263, .25},   {"kobbelt", 5, .5379, .3619}, {"kobbelt", 16, .6046, .5821},
+        {"biquartic", 3, .3966, .25}, {"biquartic", 8, .6639, .5},  {"biquartic", 16, .7202, .6639},
+        {"4-8", 3, .4083, .25},       {"4-8", 6, .5819, .4083},     {"4-8", 16, .6474, .6142},
+        {"doo-sabin", 9, .5, .25},    {"midedge", 9, .5, .25},      {"modified-butterfly", 9, .5, .25},
+        {"tuned-loop", 9, .5, .25},   {"tuned-loop", 30, .5, .25}};
+    for (const Case& c : cases) {
+        CAPTURE(c.scheme);
+        CAPTURE(c.valence);
+        const SpectralAnalysis a = analyse(*find_scheme(c.scheme), {.faces = c.valence}, {});
+        CHECK(a.lambda1 == doctest::Approx(c.lambda).epsilon(2e-4));
+        CHECK(a.third == doctest::Approx(c.third).epsilon(2e-4));
+        CHECK(a.proper);
+    }
+    CHECK(analyse(*find_scheme("loop"), {.faces = 6}, {}).curvature == CurvatureClass::bounded);
+    CHECK(analyse(*find_scheme("loop"), {.faces = 9}, {}).curvature == CurvatureClass::unbounded);
+    CHECK(analyse(*find_scheme("catmull-clark"), {.faces = 5}, {}).curvature == CurvatureClass::unbounded);
+    CHECK(analyse(*find_scheme("doo-sabin"), {.faces = 5}, {}).curvature == CurvatureClass::bounded);
+    // The original Butterfly is not smooth at valence 3, and midpoints nowhere.
+    CHECK_FALSE(analyse(*find_scheme("butterfly"), {.faces = 3}, {}).proper);
+    CHECK_FALSE(analyse(*find_scheme("midpoint"), {.faces = 5}, {}).proper);
+}
+
+TEST_CASE("masks: boundary vertices have a tangent plane wherever the scheme's rules are made for it") {
+    struct Case {
+        const char* scheme;
+        EdgeBesideCrease rule;
+        int first, last;          ///< faces at the vertex
+        double lambda1, lambda2;  ///< 0: whatever it is
+    };
+    constexpr auto plain = EdgeBesideCrease::plain, cosine = EdgeBesideCrease::cosine, brief = EdgeBesideCrease::brief;
+    const Case cases[] = {{"loop", plain, 2, 5, .5, 0},
+                          {"loop", cosine, 2, 16, .5, .5},
+                          {"loop", brief, 2, 16, .5, 0},
+                          {"catmull-clark", plain, 2, 3, .5, 0},
+                          {"catmull-clark", cosine, 2, 16, .5, .5},
+                          {"catmull-clark", brief, 2, 16, .5, 0},
+                          {"modified-butterfly", plain, 2, 9, .5, .5},
+                          {"kobbelt", plain, 2, 9, .5, .5},
+                          {"4-8", plain, 2, 3, .5, 0},
+                          {"sqrt3", plain, 2, 5, 1.0 / 3, 0},
+                          {"tuned-loop", cosine, 2, 16, .5, .5}};
+    for (const Case& c : cases)
+        for (int K = c.first; K <= c.last; ++K) {
+            CAPTURE(c.scheme);
+            CAPTURE(K);
+            const SpectralAnalysis a =
+                analyse(*find_scheme(c.scheme), {.faces = K, .boundary = true}, {.edge_beside_crease = c.rule});
+            CHECK(a.proper);
+            CHECK(a.lambda1 == doctest::Approx(c.lambda1));
+            if (c.lambda2 > 0) CHECK(a.lambda2 == doctest::Approx(c.lambda2));
+        }
+    // And one face more is too many for the plain rules.
+    CHECK_FALSE(analyse(*find_scheme("loop"), {.faces = 6, .boundary = true}, {}).proper);
+    CHECK_FALSE(analyse(*find_scheme("catmull-clark"), {.faces = 4, .boundary = true}, {}).proper);
+}
+
+TEST_CASE("masks: beside a biquartic boundary the tangent plane is that of a tensor product whose end is even") {
+    const SpectralAnalysis a = analyse(*find_scheme("biquartic"), {.faces = 4, .boundary = true}, {});
+    CHECK(a.proper);
+    CHECK(a.lambda1 == doctest::Approx(0.5));
+    CHECK(a.lambda2 == doctest::Approx(0.25));
+    // That of u^2, along the boundary: as large as that of v^2 across it.
+    CHECK(a.third == doctest::Approx(0.25));
+    // The quartic spline in the middle between two control points, and the coefficient of v^2 across.
+    const double along[] = {11, 1}, across[] = {-1, 1, 0};
+    const FanLabels& labels = a.matrix.labels;
+    REQUIRE(a.tangent2.size() == static_cast<std::size_t>(labels.size()));
+    for (int i = 0; i < labels.size(); ++i) {
+        const FanLabel l = labels.all()[i];
+        CAPTURE(i);
+        CHECK(std::abs(a.tangent2[i] - along[l.a] * across[l.b] / 11) < 1e-12);
+    }
+    // And no more than a claim where another mode across is as large: midedge's are both 1/4.
+    CHECK_FALSE(analyse(*find_scheme("midedge"), {.faces = 4, .boundary = true}, {}).proper);
+}
+
+TEST_SUITE_END();

@@ -1,0 +1,423 @@
+#include "tests/point_match.hpp"
+#include "tests/random_mesh.hpp"
+#include "tests/same_bytes.hpp"
+
+#include "tetrakis/hier/error.hpp"
+#include "tetrakis/hier/triangulate.hpp"
+#include "tetrakis/refine/position_refiner.hpp"
+#include "tetrakis/refine/refine.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <numbers>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+// refine() has several ways to a result, by scheme, mesh, tags, level and options. One table of all of these against
+// the one general way: rows of refine_stencils() times the control points.
+
+using namespace tetrakis;
+
+namespace {
+
+enum class Shape { closed, open, prism, valence_2, many_edges, hole };
+constexpr Shape k_shapes[] = {Shape::closed,    Shape::open,       Shape::prism,
+                              Shape::valence_2, Shape::many_edges, Shape::hole};
+enum class Tags { none, crease, semi_sharp, dart, corner, seams };
+constexpr Tags k_tags[] = {Tags::none, Tags::crease, Tags::semi_sharp, Tags::dart, Tags::corner, Tags::seams};
+
+/// Two n-gons, the first one below, and what joins them.
+ControlMeshData prism(std::uint32_t n) {
+    ControlMeshData data;
+    for (int top = 0; top < 2; ++top)
+        for (std::uint32_t i = 0; i < n; ++i) {
+            const double angle = 2 * std::numbers::pi * i / n;
+            data.positions.emplace_back(std::cos(angle), std::sin(angle), top);
+        }
+    data.face_offsets = {0, n, 2 * n};
+    for (std::uint32_t i = 0; i < n; ++i) data.face_vertices.push_back(n - 1 - i);
+    for (std::uint32_t i = 0; i < n; ++i) data.face_vertices.push_back(n + i);
+    for (std::uint32_t i = 0; i < n; ++i) {
+        const std::uint32_t j = (i + 1) % n;
+        data.face_vertices.insert(data.face_vertices.end(), {i, j, n + j, n + i});
+        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+    }
+    return data;
+}
+
+/// A pyramid over an n-gon.
+ControlMeshData pyramid(std::uint32_t n) {
+    ControlMeshData data;
+    for (std::uint32_t i = 0; i < n; ++i) {
+        const double angle = 2 * std::numbers::pi * i / n;
+        data.positions.emplace_back(std::cos(angle), std::sin(angle), 0.2 * std::cos(3 * angle));
+    }
+    data.positions.emplace_back(0, 0, 1);
+    data.face_offsets.push_back(0);
+    for (std::uint32_t i = 0; i < n; ++i) {
+        data.face_vertices.insert(data.face_vertices.end(), {i, (i + 1) % n, n});
+        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+    }
+    for (std::uint32_t i = 0; i < n; ++i) data.face_vertices.push_back(n - 1 - i);
+    data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+    return data;
+}
+
+ControlMeshData shape_data(Shape shape) {
+    switch (shape) {
+        case Shape::closed:
+            return prism(4);
+        case Shape::open:
+            return test::skewed_grid(3);
+        case Shape::many_edges:
+            return pyramid(40);
+        case Shape::prism:
+            return prism(5);
+        case Shape::hole: {
+            ControlMeshData data = prism(5);
+            data.holes = {1};
+            return data;
+        }
+        case Shape::valence_2: {
+            // A vertex in the middle of an upright edge.
+            ControlMeshData data = prism(4);
+            const auto v = static_cast<std::uint32_t>(data.positions.size());
+            data.positions.emplace_back(1.2, 0.1, 0.5);
+            std::vector<std::uint32_t> offsets{0}, corners;
+            for (std::size_t f = 0; f + 1 < data.face_offsets.size(); ++f) {
+                for (std::uint32_t c = data.face_offsets[f]; c < data.face_offsets[f + 1]; ++c) {
+                    const std::uint32_t a = data.face_vertices[c];
+                    const std::uint32_t b =
+                        data.face_vertices[c + 1 == data.face_offsets[f + 1] ? data.face_offsets[f] : c + 1];
+                    corners.push_back(a);
+                    if (std::minmax(a, b) == std::pair<const std::uint32_t&, const std::uint32_t&>(0u, 4u))
+                        corners.push_back(v);
+                }
+                offsets.push_back(static_cast<std::uint32_t>(corners.size()));
+            }
+            data.face_offsets = std::move(offsets);
+            data.face_vertices = std::move(corners);
+            return data;
+        }
+    }
+    return {};
+}
+
+ControlMesh make_mesh(const SchemeInfo& scheme, Shape shape, Tags tags) {
+    ControlMeshData data = shape_data(shape);
+    test::Random random(7);
+    for (Vec3d& p : data.positions)
+        p += 0.1 * Vec3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    for (std::uint32_t f = 0; f + 1 < data.face_offsets.size(); ++f) {
+        data.face_material.push_back(f);
+        data.materials.push_back("material " + std::to_string(f));
+    }
+    if (tags == Tags::seams) test::add_charts(data);
+    ControlMesh mesh = ControlMesh::build(std::move(data));
+    if (scheme.family == MeshFamily::triangles) mesh = triangulate(mesh);
+    data = mesh.data();
+    // The edges of one face, or of the middle one of the open mesh.
+    const FaceId face(shape == Shape::open ? mesh.face_count() / 2 : mesh.face_count() - 1);
+    std::vector<HalfedgeId> loop{mesh.face_halfedge(face)};
+    while (loop.size() < mesh.face_size(face)) loop.push_back(mesh.next(loop.back()));
+    switch (tags) {
+        case Tags::none:
+        case Tags::seams:
+            break;
+        case Tags::crease:
+            for (const HalfedgeId h : loop)
+                data.creases.push_back({mesh.origin(h).value, mesh.target(h).value, k_infinite_sharpness});
+            break;
+        case Tags::semi_sharp:
+            for (const HalfedgeId h : loop)
+                data.creases.push_back({mesh.origin(h).value, mesh.target(h).value, h == loop[0] ? 2.3f : 1.5f});
+            break;
+        case Tags::dart:
+            data.creases.push_back({mesh.origin(loop[1]).value, mesh.target(loop[1]).value, k_infinite_sharpness});
+            break;
+        case Tags::corner:
+            data.corners.push_back({mesh.origin(loop[0]).value, k_infinite_sharpness});
+            data.corners.push_back({mesh.origin(loop[2]).value, 1.5f});
+            break;
+    }
+    return ControlMesh::build(std::move(data));
+}
+
+struct Entry {
+    Shape shape;
+    Tags tags;
+    int level;
+    bool limit;
+};
+
+/// The levels that are compared. From the last one on what repeats itself is not made by the general rules any more.
+std::vector<int> levels_of(const SchemeInfo& scheme) {
+    return {0, 1, 2, scheme.refinement == Refinement::sqrt3 ? 4 : 5};
+}
+
+/// Others take too long.
+bool is_in_table(const SchemeInfo& scheme, const Entry& e) {
+    const bool few_tags = e.tags == Tags::none || e.tags == Tags::crease || e.tags == Tags::seams;
+    if (e.shape == Shape::many_edges) {
+        if (scheme.averaging_steps != 0) return e.level <= 1 && e.tags == Tags::none;
+        return e.limit ? e.level <= 1 && few_tags : e.level <= 1 || (e.level == 2 && few_tags);
+    }
+    // These three steps are the biquartic scheme's.
+    if (scheme.averaging_steps == SchemeInfo::k_chosen_steps && e.limit && !few_tags) return false;
+    if (e.level <= 1) return true;
+    if (e.level == 2) return !e.limit || e.shape == Shape::closed || e.shape == Shape::open;
+    if (scheme.refinement == Refinement::sqrt3)
+        return !e.limit && (e.tags == Tags::none || e.tags == Tags::crease) && e.shape == Shape::closed;
+    if (e.limit) return e.tags == Tags::none && (e.shape == Shape::closed || e.shape == Shape::open);
+    return few_tags && (e.shape == Shape::closed || e.shape == Shape::open || e.shape == Shape::hole);
+}
+
+std::vector<std::vector<std::uint32_t>> faces_of(const PolygonMesh& mesh) {
+    std::vector<std::vector<std::uint32_t>> faces;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+        faces.emplace_back(mesh.face_vertices.begin() + mesh.face_offsets[f],
+                           mesh.face_vertices.begin() + mesh.face_offsets[f + 1]);
+    return faces;
+}
+
+/// Face numbers by their corners from the least one on, these renumbered.
+std::map<std::vector<std::uint32_t>, std::pair<std::uint32_t, std::uint32_t>> face_numbers(
+    const PolygonMesh& mesh, const std::vector<std::uint32_t>& number) {
+    std::map<std::vector<std::uint32_t>, std::pair<std::uint32_t, std::uint32_t>> result;
+    std::uint32_t f = 0;
+    for (auto face : faces_of(mesh)) {
+        for (std::uint32_t& v : face) v = number[v];
+        const auto least = std::min_element(face.begin(), face.end());
+        const auto first = static_cast<std::uint32_t>(least - face.begin());
+        std::rotate(face.begin(), least, face.end());
+        result[face] = {f++, first};
+    }
+    return result;
+}
+
+/// Vertices whose normals are a matter of choice for Catmull-Clark and Loop, which have no tangent plane there.
+int without_tangent_plane(const ControlMesh& mesh) {
+    int count = 0;
+    for (std::uint32_t i = 0; i < mesh.vertex_count(); ++i) {
+        const VertexId v(i);
+        count += mesh.sharpness(v) == k_sharpness_infinity || (!mesh.is_boundary(v) && mesh.face_valence(v) == 2);
+    }
+    return count;
+}
+
+bool same_bytes(const PolygonMesh& a, const PolygonMesh& b) {
+    bool same = test::same_bytes(a.positions, b.positions) && test::same_bytes(a.normals, b.normals) &&
+                test::same_bytes(a.uvs, b.uvs) && a.face_offsets == b.face_offsets &&
+                a.face_vertices == b.face_vertices && a.face_uvs == b.face_uvs && a.face_material == b.face_material &&
+                a.attributes.size() == b.attributes.size();
+    for (std::size_t i = 0; same && i < a.attributes.size(); ++i)
+        same = test::same_bytes(a.attributes[i].values, b.attributes[i].values);
+    return same;
+}
+
+/// False, with nothing compared, where both of them say that this is not supported.
+bool compare(const SchemeInfo& scheme, const Entry& entry) {
+    const ControlMesh mesh = make_mesh(scheme, entry.shape, entry.tags);
+    VertexAttribute attribute{"numbers", 2, {}};
+    test::Random random(11);
+    for (std::uint32_t v = 0; v < 2 * mesh.vertex_count(); ++v)
+        attribute.values.push_back(static_cast<float>(random.uniform(-1, 1)));
+    const int level = entry.level;
+    RefineOptions options{.limit = entry.limit, .normals = entry.limit, .attributes = {&attribute, 1}};
+    RefinedStencils expected;
+    try {
+        expected = refine_stencils(mesh, scheme, level, options);
+    } catch (const Error& e) {
+        REQUIRE(e.code() == ErrorCode::unsupported);
+        ErrorCode code{};
+        try {
+            refine(mesh, scheme, level, options);
+        } catch (const Error& ours) {
+            code = ours.code();
+        }
+        CHECK(code == ErrorCode::unsupported);
+        return false;
+    }
+    options.context.threads = 1;
+    const PolygonMesh ours = refine(mesh, scheme, level, options);
+    options.context.threads = 2;
+    CHECK(same_bytes(ours, refine(mesh, scheme, level, options)));
+
+    // The rows are the mesh's vertices.
+    const double size = mesh.bounding_box().diagonal();
+    const std::size_t count = expected.mesh.positions.size();
+    REQUIRE(expected.stencils.row_count() == static_cast<int>(count));
+    std::vector<Vec3d> rows(count);
+    expected.stencils.apply<Vec3d>(mesh.positions(), rows);
+    double rows_apart = 0;
+    for (std::size_t v = 0; v < count; ++v)
+        rows_apart = std::max(rows_apart, glm::length(rows[v] - expected.mesh.positions[v]));
+    CHECK(rows_apart < 1e-13 * size);
+
+    // Points, one for one.
+    REQUIRE(ours.positions.size() == count);
+    const PointMatch match(rows);
+    std::vector<std::uint32_t> number;
+    double apart = 0;
+    for (const Vec3d& p : ours.positions) {
+        number.push_back(match.nearest(p));
+        apart = std::max(apart, glm::length(rows[number.back()] - p));
+    }
+    CHECK(apart < 1e-12 * size);
+    if (std::set<std::uint32_t>(number.begin(), number.end()).size() < count) {
+        // Edges of two faces give one point twice: which of them a face has cannot be seen from the place.
+        CHECK(scheme.name == "midedge-simplest");
+        CHECK(entry.shape == Shape::valence_2);
+        return true;
+    }
+
+    // Faces, each with its side up, its material and its texture coordinates.
+    std::vector<std::uint32_t> identity(count);
+    for (std::uint32_t v = 0; v < count; ++v) identity[v] = v;
+    const auto our_faces = face_numbers(ours, number), their_faces = face_numbers(expected.mesh, identity);
+    REQUIRE(ours.face_count() == expected.mesh.face_count());
+    REQUIRE(our_faces.size() == ours.face_count());
+    REQUIRE(ours.face_material.size() == ours.face_count());
+    REQUIRE(ours.face_uvs.size() == expected.mesh.face_uvs.size());
+    CHECK(ours.uvs.size() == expected.mesh.uvs.size());
+    CHECK(ours.materials == expected.mesh.materials);
+    CHECK(ours.face_uvs.empty() == !mesh.has_uvs());
+    std::size_t missing = 0, material = 0;
+    double uv_apart = 0;
+    for (const auto& [corners, at] : our_faces) {
+        const auto other = their_faces.find(corners);
+        if (other == their_faces.end()) {
+            ++missing;
+            continue;
+        }
+        const auto [f, first] = at;
+        const auto [g, other_first] = other->second;
+        material += ours.face_material[f] != expected.mesh.face_material[g] ? 1 : 0;
+        if (ours.face_uvs.empty()) continue;
+        for (std::uint32_t i = 0; i < corners.size(); ++i) {
+            const auto n = static_cast<std::uint32_t>(corners.size());
+            const Vec2d a = ours.uvs[ours.face_uvs[ours.face_offsets[f] + (first + i) % n]];
+            const Vec2d b =
+                expected.mesh.uvs[expected.mesh.face_uvs[expected.mesh.face_offsets[g] + (other_first + i) % n]];
+            uv_apart = std::max(uv_apart, glm::length(a - b));
+        }
+    }
+    CHECK(missing == 0);
+    CHECK(material == 0);
+    CHECK(uv_apart < 1e-12 * 100);
+
+    // Attributes.
+    REQUIRE(ours.attributes.size() == 1);
+    REQUIRE(ours.attributes[0].values.size() == 2 * count);
+    double attributes_apart = 0;
+    for (std::size_t v = 0; v < count; ++v)
+        for (std::size_t k = 0; k < 2; ++k) {
+            double sum = 0;
+            const int r = static_cast<int>(number[v]);
+            for (std::size_t i = 0; i < expected.stencils.points(r).size(); ++i)
+                sum += expected.stencils.weights(r)[i] *
+                       attribute.values[2 * static_cast<std::size_t>(expected.stencils.points(r)[i]) + k];
+            attributes_apart = std::max(attributes_apart, std::abs(sum - ours.attributes[0].values[2 * v + k]));
+        }
+    CHECK(attributes_apart < 1e-6);
+
+    // Normals.
+    REQUIRE(ours.normals.size() == expected.mesh.normals.size());
+    int other_normals = 0;
+    for (std::size_t v = 0; v < ours.normals.size(); ++v)
+        other_normals += glm::length(ours.normals[v] - expected.mesh.normals[number[v]]) > 1e-9 ? 1 : 0;
+    const bool plain = scheme.name == "catmull-clark" || scheme.name == "loop";
+    CHECK(other_normals <= (plain ? without_tangent_plane(mesh) : 0));
+    return true;
+}
+
+/// @param entries  so many of the table are supported, at least; for the others both say that they are not
+void check_table(std::string_view name, int entries) {
+    const SchemeInfo& scheme = scheme_named(name);
+    int compared = 0;
+    for (const Shape shape : k_shapes)
+        for (const Tags tags : k_tags)
+            for (const int level : levels_of(scheme))
+                for (const bool limit : {false, true}) {
+                    const Entry entry{shape, tags, level, limit};
+                    if (!is_in_table(scheme, entry)) continue;
+                    CAPTURE(static_cast<int>(shape));
+                    CAPTURE(static_cast<int>(tags));
+                    CAPTURE(level);
+                    CAPTURE(limit);
+                    compared += compare(scheme, entry) ? 1 : 0;
+                }
+    CHECK(compared >= entries);
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("contract");
+
+// Limits that are not supported: of a dual scheme's vertex of two faces that is seen from level 0, of honeycomb
+// refinement at darts.
+TEST_CASE("refine() is rows of weights times the control points: loop") { check_table("loop", 194); }
+TEST_CASE("refine() is rows of weights times the control points: tuned-loop") { check_table("tuned-loop", 194); }
+TEST_CASE("refine() is rows of weights times the control points: butterfly") { check_table("butterfly", 194); }
+TEST_CASE("refine() is rows of weights times the control points: modified-butterfly") {
+    check_table("modified-butterfly", 194);
+}
+TEST_CASE("refine() is rows of weights times the control points: midpoint") { check_table("midpoint", 194); }
+TEST_CASE("refine() is rows of weights times the control points: sqrt3") { check_table("sqrt3", 185); }
+TEST_CASE("refine() is rows of weights times the control points: catmull-clark") { check_table("catmull-clark", 194); }
+TEST_CASE("refine() is rows of weights times the control points: kobbelt") { check_table("kobbelt", 194); }
+TEST_CASE("refine() is rows of weights times the control points: bilinear") { check_table("bilinear", 194); }
+TEST_CASE("refine() is rows of weights times the control points: 4-8") { check_table("4-8", 194); }
+TEST_CASE("refine() is rows of weights times the control points: doo-sabin") { check_table("doo-sabin", 190); }
+TEST_CASE("refine() is rows of weights times the control points: doo-sabin-cc") { check_table("doo-sabin-cc", 190); }
+TEST_CASE("refine() is rows of weights times the control points: midedge") { check_table("midedge", 190); }
+TEST_CASE("refine() is rows of weights times the control points: midedge-simplest") {
+    check_table("midedge-simplest", 190);
+}
+TEST_CASE("refine() is rows of weights times the control points: biquartic") { check_table("biquartic", 171); }
+TEST_CASE("refine() is rows of weights times the control points: averaging") { check_table("averaging", 138); }
+TEST_CASE("refine() is rows of weights times the control points: honeycomb") { check_table("honeycomb", 182); }
+
+TEST_CASE("refine() is rows of weights times the control points: no scheme is left out") {
+    const std::set<std::string_view> known = {
+        "loop",      "tuned-loop", "butterfly", "modified-butterfly", "midpoint",     "sqrt3",   "catmull-clark",
+        "kobbelt",   "bilinear",   "4-8",       "doo-sabin",          "doo-sabin-cc", "midedge", "midedge-simplest",
+        "biquartic", "averaging",  "honeycomb"};
+    for (const SchemeInfo& scheme : scheme_table()) {
+        CAPTURE(scheme.name);
+        CHECK(known.contains(scheme.name));
+    }
+    CHECK(scheme_table().size() == known.size());
+}
+
+TEST_CASE("positions refined again are the bytes of refine() for control points that have moved") {
+    for (const SchemeInfo& scheme : scheme_table())
+        for (const Shape shape : {Shape::closed, Shape::open, Shape::hole})
+            for (const bool limit : {false, true}) {
+                CAPTURE(scheme.name);
+                CAPTURE(static_cast<int>(shape));
+                CAPTURE(limit);
+                const ControlMesh mesh = make_mesh(scheme, shape, Tags::semi_sharp);
+                ControlMeshData data = mesh.data();
+                test::Random random(3);
+                for (Vec3d& p : data.positions) p += 0.05 * Vec3d(random.uniform(), random.uniform(), random.uniform());
+                const ControlMesh moved = ControlMesh::build(std::move(data));
+                const RefineOptions options{.limit = limit, .normals = limit};
+                const int level = limit ? 1 : 3;
+                const PositionRefiner refiner(mesh, scheme, level, options);
+                CHECK(same_bytes(refiner.mesh(), refine(mesh, scheme, level, options)));
+                PolygonMesh again = refiner.mesh();
+                for (const ControlMesh* control : {&moved, &mesh, &moved})
+                    refiner.refine(control->positions(), again.positions, again.normals);
+                CHECK(same_bytes(again, refine(moved, scheme, level, options)));
+            }
+}
+
+TEST_SUITE_END();

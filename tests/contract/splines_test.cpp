@@ -1,0 +1,262 @@
+#include "tests/random_mesh.hpp"
+
+#include "tetrakis/refine/refine.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <initializer_list>
+#include <map>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+// On regular meshes most schemes are box splines. A box spline is known by its directions alone: its control points one
+// level on are means along each of them, and its values follow from those of splines with one direction less.
+
+using namespace tetrakis;
+
+namespace {
+
+/// How often e1, e2, e1 + e2 and e1 - e2 occur.
+using SplineDirections = std::array<int, 4>;
+constexpr std::array<std::array<int, 2>, 4> k_spline_direction{{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
+
+struct RegularSpline {
+    std::string_view scheme;
+    SplineDirections times;
+    RuleOptions rules{};
+};
+
+std::vector<RegularSpline> regular_splines() {
+    std::vector<RegularSpline> result = {
+        {"loop", {2, 2, 2, 0}},
+        {"loop", {2, 2, 2, 0}, {.loop_weights = LoopWeights::warren}},
+        {"tuned-loop", {2, 2, 2, 0}},
+        {"midpoint", {1, 1, 1, 0}},
+        {"catmull-clark", {4, 4, 0, 0}},
+        {"bilinear", {2, 2, 0, 0}},
+        {"4-8", {2, 2, 2, 2}},
+        {"doo-sabin", {3, 3, 0, 0}},
+        {"doo-sabin-cc", {3, 3, 0, 0}},
+        {"midedge", {1, 1, 1, 1}},
+        {"midedge-simplest", {1, 1, 1, 1}},
+        {"biquartic", {5, 5, 0, 0}},
+    };
+    for (int m = 0; m <= 4; ++m) result.push_back({"averaging", {m + 2, m + 2, 0, 0}, {.averaging_steps = m}});
+    return result;
+}
+
+/// Values of the box spline of such directions whose support begins at the origin. Its points are multiples of powers
+/// of two. Where a spline of too few directions jumps, the value is that a little to one side, to the same one always.
+class BoxSplineValues {
+  public:
+    double at(const SplineDirections& times, double x, double y) {
+        // Beyond its support; only the last direction has one that is below the origin.
+        if (x < 0 || x > times[0] + times[2] + times[3] || y < -times[3] || y > times[1] + times[2]) return 0;
+        const auto [known, is_new] = values_.try_emplace({times, x, y}, 0.0);
+        if (!is_new) return known->second;
+        return values_[{times, x, y}] = computed(times, x, y);
+    }
+
+  private:
+    double computed(const SplineDirections& times, double x, double y) {
+        std::vector<int> found;
+        int total = 0;
+        for (int d = 0; d < 4; ++d) {
+            total += times[d];
+            if (times[d] > 0) found.push_back(d);
+        }
+        // The point as so much of the first two directions there are, and so the side to look to.
+        const auto& a = k_spline_direction[found[0]];
+        const auto& b = k_spline_direction[found[1]];
+        const double det = a[0] * b[1] - a[1] * b[0];
+        const auto share = [&](double u, double v) {
+            return std::array{(u * b[1] - v * b[0]) / det, (a[0] * v - a[1] * u) / det};
+        };
+        const auto t = share(x, y), side = share(1, 0.618);
+        if (found.size() == 2)
+            return univariate(times[found[0]], t[0], side[0]) * univariate(times[found[1]], t[1], side[1]) /
+                   std::abs(det);
+        // De Boor, Hoellig 1982: the recurrence over each direction left out once.
+        double sum = 0;
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            const int d = found[i];
+            SplineDirections fewer = times;
+            --fewer[d];
+            const double part = i < 2 ? t[i] : 0;
+            if (part != 0) sum += part * at(fewer, x, y);
+            if (part != times[d])
+                sum += (times[d] - part) * at(fewer, x - k_spline_direction[d][0], y - k_spline_direction[d][1]);
+        }
+        return sum / (total - 2);
+    }
+
+    /// The B-spline of an order, on [0, order].
+    static double univariate(int order, double t, double side) {
+        if (order == 1) return (t > 0 || (t == 0 && side > 0)) && (t < 1 || (t == 1 && side < 0)) ? 1 : 0;
+        if (t < 0 || t > order) return 0;
+        return (t * univariate(order - 1, t, side) + (order - t) * univariate(order - 1, t - 1, side)) / (order - 1);
+    }
+
+    struct Key {
+        SplineDirections times;
+        double x, y;
+        auto operator<=>(const Key&) const = default;
+    };
+    std::map<Key, double> values_;
+};
+
+/// Control points on a grid over [0, k_cells]^2, heights at random. All schemes keep planes, so that x and y of what is
+/// made of them say where in the plane it is; the middle sees nothing of the boundary.
+constexpr int k_cells = 10;
+constexpr double k_middle = 1;  ///< half a side
+
+struct HeightGrid {
+    ControlMesh mesh;
+    double height(int x, int y) const { return mesh.positions()[static_cast<std::size_t>(y * (k_cells + 1) + x)].z; }
+};
+
+HeightGrid height_grid(MeshFamily family) {
+    test::Random random(5);
+    ControlMeshData data;
+    data.face_offsets.push_back(0);
+    for (int y = 0; y <= k_cells; ++y)
+        for (int x = 0; x <= k_cells; ++x) data.positions.push_back({x, y, random.uniform(-1, 1)});
+    const auto face = [&](std::initializer_list<int> corners) {
+        for (const int v : corners) data.face_vertices.push_back(static_cast<std::uint32_t>(v));
+        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+    };
+    for (int y = 0; y < k_cells; ++y)
+        for (int x = 0; x < k_cells; ++x) {
+            const int a = y * (k_cells + 1) + x, b = a + 1, c = b + k_cells + 1, d = c - 1;
+            if (family == MeshFamily::triangles) {
+                face({a, b, c});
+                face({a, c, d});
+            } else {
+                face({a, b, c, d});
+            }
+        }
+    return {ControlMesh::build(std::move(data))};
+}
+
+/// Heights of the control points after some levels, by means alone: each level doubles the grid, four times its points
+/// with nothing between, and takes means of neighbours along each direction as often as it occurs.
+class RefinedHeights {
+  public:
+    RefinedHeights(const HeightGrid& grid, const SplineDirections& times, int levels) : unit_(2 << levels) {
+        std::vector<double> heights(static_cast<std::size_t>(side()) * side(), 0.0);
+        for (int y = 0; y <= k_cells; ++y)
+            for (int x = 0; x <= k_cells; ++x) heights[index(x * unit_, y * unit_)] = grid.height(x, y);
+        for (int level = 1; level <= levels; ++level) {
+            for (double& h : heights) h *= 4;
+            const int half = unit_ >> (level + 1);
+            for (int d = 0; d < 4; ++d)
+                for (int i = 0; i < times[d]; ++i) {
+                    const int away =
+                        index(half * k_spline_direction[d][0], half * k_spline_direction[d][1]) - index(0, 0);
+                    std::vector<double> means(heights.size(), 0.0);
+                    // Beyond the array there is nothing that the middle sees.
+                    const int reach = std::abs(away), end = static_cast<int>(heights.size()) - reach;
+                    for (int j = reach; j < end; ++j) means[j] = (heights[j - away] + heights[j + away]) / 2;
+                    heights = std::move(means);
+                }
+        }
+        heights_ = std::move(heights);
+    }
+    double at(double x, double y) const {
+        return heights_[index(static_cast<int>(std::lround(x * unit_)), static_cast<int>(std::lround(y * unit_)))];
+    }
+
+  private:
+    int side() const { return k_cells * unit_ + 1; }
+    std::size_t index(int u, int v) const { return static_cast<std::size_t>(v) * side() + u; }
+
+    int unit_;  ///< places in one cell of the control grid: twice those of the last level
+    std::vector<double> heights_;
+};
+
+/// The place in the plane that a point has but for rounding: a multiple of half the finest cell there is.
+constexpr int k_finest_level = 3;
+double nearest_place(double x) { return std::round(x * (2 << k_finest_level)) / (2 << k_finest_level); }
+
+bool in_the_middle(const Vec3d& p) {
+    // Points lie on halves, quarters, ...: nothing is near the limits.
+    return std::max(std::abs(p.x - k_cells / 2.0), std::abs(p.y - k_cells / 2.0)) < k_middle + 1e-6;
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("contract");
+
+TEST_CASE("regular meshes: control points of finer levels are those of the scheme's box spline") {
+    for (const auto& [name, times, rules] : regular_splines()) {
+        CAPTURE(name);
+        CAPTURE(rules.averaging_steps);
+        const HeightGrid grid = height_grid(scheme_named(name).family);
+        const RefinedHeights expected(grid, times, k_finest_level);
+        double apart = 0;
+        int compared = 0;
+        const PolygonMesh refined = refine(grid.mesh, name, k_finest_level, {.rules = rules});
+        for (const Vec3d& p : refined.positions) {
+            if (!in_the_middle(p)) continue;
+            const double x = nearest_place(p.x), y = nearest_place(p.y);
+            apart = std::max({apart, std::abs(p.x - x), std::abs(p.y - y), std::abs(p.z - expected.at(x, y))});
+            ++compared;
+        }
+        CHECK(apart < 1e-13);
+        CHECK(compared >= 16 * 16);
+    }
+}
+
+TEST_CASE("regular meshes: limit points are values of the scheme's box spline") {
+    for (const auto& [name, times, rules] : regular_splines()) {
+        CAPTURE(name);
+        CAPTURE(rules.averaging_steps);
+        const HeightGrid grid = height_grid(scheme_named(name).family);
+        // Half of its support lies on each side of a control point.
+        const auto half_support = [&](int axis) {
+            int sum = 0;
+            for (int d = 0; d < 4; ++d) sum += times[d] * k_spline_direction[d][axis];
+            return sum / 2.0;
+        };
+        BoxSplineValues spline;
+        for (const int level : {0, 1}) {
+            CAPTURE(level);
+            double apart = 0;
+            int compared = 0;
+            const PolygonMesh limit = refine(grid.mesh, name, level, {.rules = rules, .limit = true});
+            for (const Vec3d& p : limit.positions) {
+                if (!in_the_middle(p)) continue;
+                const double x = nearest_place(p.x), y = nearest_place(p.y);
+                double height = 0;
+                for (int j = 0; j <= k_cells; ++j)
+                    for (int i = 0; i <= k_cells; ++i) {
+                        if (std::max(std::abs(i - x), std::abs(j - y)) > 4) continue;
+                        height +=
+                            grid.height(i, j) * spline.at(times, x - i + half_support(0), y - j + half_support(1));
+                    }
+                apart = std::max({apart, std::abs(p.x - x), std::abs(p.y - y), std::abs(p.z - height)});
+                ++compared;
+            }
+            CHECK(apart < 1e-12);
+            CHECK(compared >= (level == 0 ? 9 : 16));
+        }
+    }
+}
+
+TEST_CASE("regular meshes: each scheme has its box spline, or is known to have none") {
+    std::set<std::string_view> known = {"butterfly", "modified-butterfly", "kobbelt", "sqrt3", "honeycomb"};
+    for (const RegularSpline& spline : regular_splines()) known.insert(spline.scheme);
+    for (const SchemeInfo& scheme : scheme_table()) {
+        CAPTURE(scheme.name);
+        CHECK(known.contains(scheme.name));
+    }
+}
+
+TEST_SUITE_END();

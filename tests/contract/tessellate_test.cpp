@@ -1,0 +1,425 @@
+#include "tetrakis/eval/tessellate.hpp"
+
+#include "tests/contract/judge.hpp"
+
+#include "tests/point_match.hpp"
+#include "tests/random_mesh.hpp"
+#include "tests/same_bytes.hpp"
+#include "tests/scheme_meshes.hpp"
+#include "tests/surface_topology.hpp"
+
+#include "tetrakis/hier/obj_reader.hpp"
+#include "tetrakis/hier/triangulate.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <set>
+#include <string>
+#include <vector>
+
+using namespace tetrakis;
+using contract::k_by_bound;
+using contract::k_by_measure;
+using contract::LimitJudge;
+using test::k_closed;
+using test::k_tube;
+using test::same_bytes;
+
+namespace {
+
+// The estimator by measure looks at samples, and leaves up to 5 % more than the tolerance between them today; to
+// become 1.0.
+constexpr double k_over_tolerance = 1.1;
+constexpr double k_rounding = 1 + 1e-9;
+constexpr std::uint64_t k_samples = 20'000;
+
+const char* const k_schemes[] = {"catmull-clark", "loop",  "doo-sabin", "midedge",    "4-8",      "kobbelt",
+                                 "butterfly",     "sqrt3", "biquartic", "tuned-loop", "bilinear", "honeycomb"};
+
+bool is_dual(const SchemeInfo& scheme) { return scheme.refinement == Refinement::vertex_split; }
+
+/// With the faces that the scheme takes.
+ControlMesh mesh_for(const SchemeInfo& scheme, const ControlMesh& mesh) {
+    return scheme.family == MeshFamily::triangles && !mesh.all_triangles() ? triangulate(mesh) : mesh;
+}
+ControlMesh mesh_for(const SchemeInfo& scheme, const std::string& text) {
+    return mesh_for(scheme, ControlMesh::build(parse_obj(text, "test.obj")));
+}
+
+/// A random mesh, smooth but for its boundary.
+ControlMeshData smooth_mesh(std::uint64_t seed, const SchemeInfo& scheme) {
+    test::RandomMeshOptions options = test::random_options(seed);
+    options.columns = options.rows = 3;
+    options.crease = options.corner = options.hole = options.edge_vertices = 0;
+    options.boundary_rule = BoundaryRule::edge_and_corner;
+    options.triangles_only = scheme.family == MeshFamily::triangles;
+    return test::random_mesh_data(seed, options);
+}
+
+double diagonal(const ControlMesh& mesh) { return mesh.bounding_box().diagonal(); }
+
+void check_watertight(const ControlMesh& mesh, const Tessellation& result) {
+    const test::SurfaceTopology found = test::topology(result.mesh.triangles), given = test::surface_topology(mesh);
+    CHECK(found.fault == "");
+    CHECK(found.euler == given.euler);
+    CHECK(found.boundary_loops == given.boundary_loops);
+}
+
+/// Each vertex is a limit point of refine() at some level up to one beyond the deepest.
+void check_vertices(const ControlMesh& mesh, const SchemeInfo& scheme, const Tessellation& result) {
+    std::vector<Vec3d> limits;
+    for (int level = 1; level <= result.deepest_level + 1; ++level) {
+        const std::vector<Vec3d> points = refine(mesh, scheme, level, {.limit = true}).positions;
+        limits.insert(limits.end(), points.begin(), points.end());
+    }
+    const PointMatch match(limits);
+    double off = 0;
+    for (const Vec3d& p : result.mesh.positions) off = std::max(off, glm::length(limits[match.nearest(p)] - p));
+    CHECK(off <= 1e-10 * diagonal(mesh));
+}
+
+/// What the result says of its distance, and what an independent judge says.
+void check_distance(const ControlMesh& mesh, const SchemeInfo& scheme, const Tessellation& result, bool by_bound) {
+    const LimitJudge judge(mesh, scheme, contract::judging_level(mesh, scheme, result));
+    const double forward = judge.limit_to_mesh(result.mesh), backward = judge.mesh_to_limit(result.mesh);
+    CAPTURE(result.tolerance_absolute);
+    CAPTURE(judge.doubt());
+    CHECK(judge.doubt() <= result.tolerance_absolute);
+    CHECK(result.tolerance_reached);
+    if (by_bound) {
+        REQUIRE(result.certified_error);
+        CHECK(*result.certified_error <= result.tolerance_absolute);
+    } else {
+        CHECK(forward <= k_over_tolerance * result.tolerance_absolute);
+        CHECK(backward <= k_over_tolerance * result.tolerance_absolute + judge.doubt());
+    }
+    if (result.certified_error) {
+        const double rounding = 1e-14 * diagonal(mesh);
+        CHECK(forward <= k_rounding * *result.certified_error + rounding);
+        CHECK(backward <= k_rounding * *result.certified_error + judge.doubt() + rounding);
+        if (result.measured_error)
+            CHECK(result.measured_error->hausdorff <= k_rounding * *result.certified_error + rounding);
+    }
+    if (result.measured_error) {
+        const MeasuredError& measured = *result.measured_error;
+        CHECK(measured.hausdorff == std::max(measured.forward, measured.backward));
+        CHECK(measured.hausdorff <= k_over_tolerance * result.tolerance_absolute);
+        CHECK(measured.mean <= k_rounding * measured.rms);
+        CHECK(measured.rms <= k_rounding * measured.hausdorff);
+        // Neither sees much that the other does not.
+        CHECK(forward <= 1.1 * measured.hausdorff + judge.doubt());
+    }
+}
+
+/// All that any result must keep, by each estimator that the scheme has.
+void check_all(const ControlMesh& mesh, const SchemeInfo& scheme, double tolerance, bool bound_is_known = true,
+               bool few_faces = true) {
+    for (const EstimatorKind estimator : {k_by_measure, k_by_bound}) {
+        const bool by_bound = estimator == k_by_bound;
+        if (by_bound && !(bound_is_known && scheme_support(mesh, scheme).certified)) continue;
+        CAPTURE(scheme.name);
+        CAPTURE(by_bound);
+        const Tessellation result = tessellate(mesh, {.scheme = scheme,
+                                                      .estimator = estimator,
+                                                      .tolerance = tolerance,
+                                                      .measure = true,
+                                                      .measure_samples = k_samples});
+        CHECK(result.tolerance_absolute == doctest::Approx(tolerance * diagonal(mesh)).epsilon(1e-12));
+        CHECK(result.triangle_face.size() == result.mesh.triangles.size());
+        CHECK(result.triangle_error.size() == result.mesh.triangles.size());
+        check_watertight(mesh, result);
+        if (few_faces) check_vertices(mesh, scheme, result);
+        check_distance(mesh, scheme, result, by_bound);
+    }
+}
+
+/// The error with which it ends, if any.
+std::optional<ErrorCode> code_of(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context) {
+    try {
+        tessellate(mesh, options, context);
+    } catch (const Error& error) {
+        return error.code();
+    }
+    return std::nullopt;
+}
+
+void check_same(const Tessellation& a, const Tessellation& b) {
+    CHECK(same_bytes(a.mesh.positions, b.mesh.positions));
+    CHECK(same_bytes(a.mesh.triangles, b.mesh.triangles));
+    CHECK(same_bytes(a.mesh.normals, b.mesh.normals));
+    CHECK(same_bytes(a.mesh.triangle_normals, b.mesh.triangle_normals));
+    CHECK(same_bytes(a.mesh.uvs, b.mesh.uvs));
+    CHECK(same_bytes(a.mesh.triangle_uvs, b.mesh.triangle_uvs));
+    CHECK(same_bytes(a.triangle_face, b.triangle_face));
+    CHECK(same_bytes(a.triangle_error, b.triangle_error));
+    CHECK(a.certified_error == b.certified_error);
+    REQUIRE(a.measured_error.has_value() == b.measured_error.has_value());
+    if (a.measured_error) CHECK(a.measured_error->rms == b.measured_error->rms);
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("contract");
+
+TEST_CASE("the judge knows distances that are known") {
+    // Bilinear: the unit square itself.
+    const ControlMesh square = ControlMesh::build(parse_obj("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n", ""));
+    const LimitJudge judge(square, *find_scheme("bilinear"), 3);
+    CHECK(judge.doubt() < 1e-15);
+    TriangleMesh mesh;
+    mesh.positions = {{0, 0, 0.25}, {1, 0, 0.25}, {1, 1, 0.25}, {0, 1, 0.25}, {0.5, 0.5, 1}};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    CHECK(judge.limit_to_mesh(mesh) == doctest::Approx(0.25));
+    CHECK(judge.mesh_to_limit(mesh) == doctest::Approx(0.25));
+    mesh.triangles = {{0, 1, 2}};  // half of it: the far corner is half a diagonal away
+    CHECK(judge.limit_to_mesh(mesh) == doctest::Approx(std::sqrt(0.5 + 0.0625)));
+    mesh.triangles = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}};  // a tent
+    CHECK(judge.mesh_to_limit(mesh) == doctest::Approx(1));
+    // A mesh too coarse for what is asked does not pass.
+    const ControlMesh closed = mesh_for(*find_scheme("catmull-clark"), k_closed);
+    const Tessellation coarse = tessellate(closed, {.tolerance = 3e-2, .measure = false});
+    const LimitJudge fine(closed, *find_scheme("catmull-clark"), 6);
+    const double forward = fine.limit_to_mesh(coarse.mesh);
+    CHECK(forward <= coarse.tolerance_absolute);
+    CHECK(forward >= 0.3 * coarse.tolerance_absolute);
+    CHECK(fine.mesh_to_limit(coarse.mesh) >= 0.3 * coarse.tolerance_absolute);
+    CHECK(fine.doubt() < 0.05 * coarse.tolerance_absolute);
+}
+
+TEST_CASE("[slow] every model of data/ at 1e-2 and 3e-3: watertight, and within what was asked and certified") {
+    for (const auto& entry : std::filesystem::directory_iterator(TETRAKIS_SOURCE_DIR "/data")) {
+        if (entry.path().extension() != ".obj") continue;
+        const std::string name = entry.path().stem().string();
+        CAPTURE(name);
+        const ControlMesh mesh = load_control_mesh(entry.path());
+        const bool loop = name.ends_with("_tri") || name == "tetrahedron";
+        for (const double tolerance : {1e-2, 3e-3})
+            check_all(mesh, *find_scheme(loop ? "loop" : "catmull-clark"), tolerance, true, mesh.face_count() < 200);
+    }
+}
+
+TEST_CASE("[slow] random meshes with all tags, by Catmull-Clark and Loop") {
+    for (const char* name : {"catmull-clark", "loop"})
+        for (const std::uint64_t seed : test::seeds(10)) {
+            CAPTURE(seed);
+            const SchemeInfo& scheme = *find_scheme(name);
+            test::RandomMeshOptions options = test::random_options(seed);
+            options.columns = options.rows = 3;
+            options.triangles_only = scheme.family == MeshFamily::triangles;
+            const ControlMesh mesh = test::random_mesh(seed, options);
+            std::uint32_t holes = 0;
+            for (std::uint32_t f = 0; f < mesh.face_count(); ++f) holes += mesh.is_hole(FaceId(f));
+            if (holes < mesh.face_count()) check_all(mesh, scheme, 1e-2);
+        }
+}
+
+TEST_CASE("[slow] smooth random meshes, by every scheme") {
+    for (const char* name : k_schemes)
+        for (const std::uint64_t seed : test::seeds(2)) {
+            CAPTURE(seed);
+            const SchemeInfo& scheme = *find_scheme(name);
+            check_all(mesh_for(scheme, ControlMesh::build(smooth_mesh(seed, scheme))), scheme, 3e-2);
+        }
+}
+
+TEST_CASE("[slow] creases, darts, corners, semi-sharp tags, holes and open meshes, by every scheme") {
+    struct Case {
+        const char* what;
+        std::string text;
+        bool hole = false, semi_sharp = false, dart = false;
+    };
+    const std::string closed = k_closed, tube = k_tube;
+    const Case cases[] = {
+        {"boundary", tube},
+        {"crease that closes",
+         closed + "t crease 2/1/0 0 1 10\nt crease 2/1/0 1 3 10\nt crease 2/1/0 3 2 10\nt crease 2/1/0 2 0 10\n"},
+        {"dart", closed + "t crease 2/1/0 4 8 10\n", false, false, true},
+        {"corner", closed + "t corner 1/1/0 8 10\n"},
+        {"semi-sharp crease", closed + "t crease 2/1/0 4 8 2.5\nt crease 2/1/0 8 7 1\n", false, true},
+        {"semi-sharp corner", closed + "t corner 1/1/0 8 1.5\n", false, true},
+        {"hole", closed + "t hole 1/0/0 1\n", true},
+    };
+    for (const char* name : k_schemes)
+        for (const Case& c : cases) {
+            INFO(c.what);
+            const SchemeInfo& scheme = *find_scheme(name);
+            const bool dual = is_dual(scheme);
+            if (scheme.refinement == Refinement::honeycomb && c.dart) {
+                // There is no mask for the limit at the end of a crease.
+                CHECK(code_of(mesh_for(scheme, c.text), {.scheme = scheme, .tolerance = 2e-2}, {}) ==
+                      ErrorCode::unsupported);
+                continue;
+            }
+            if (dual && c.hole) {
+                // The edge of a hole is an edge of none of their levels: no points of a level tell where it is.
+                const ControlMesh mesh = mesh_for(scheme, c.text);
+                const Tessellation result = tessellate(mesh, {.scheme = scheme, .tolerance = 1e-2, .measure = false});
+                check_watertight(mesh, result);
+                CHECK(result.tolerance_reached);
+                continue;
+            }
+            check_all(mesh_for(scheme, c.text), scheme, 2e-2, !(dual && c.semi_sharp));
+        }
+}
+
+TEST_CASE("[slow] a number of triangles is never exceeded, and the error falls as it grows") {
+    for (const char* name : k_schemes) {
+        const SchemeInfo& scheme = *find_scheme(name);
+        CAPTURE(scheme.name);
+        if (!scheme_support(scheme).adaptive) continue;
+        const ControlMesh mesh = mesh_for(scheme, k_closed);
+        double before = std::numeric_limits<double>::infinity();
+        for (const std::uint64_t most : {150, 300, 601}) {
+            CAPTURE(most);
+            const Tessellation result = tessellate(mesh, {.scheme = scheme,
+                                                          .tolerance = {},
+                                                          .max_triangles = most,
+                                                          .measure = true,
+                                                          .measure_samples = k_samples});
+            CHECK(result.mesh.triangles.size() <= most);
+            check_watertight(mesh, result);
+            // Where the largest errors are equal, one more split tells nothing.
+            CHECK(result.measured_error->hausdorff <= 1.05 * before + 1e-12 * diagonal(mesh));
+            before = result.measured_error->hausdorff;
+        }
+        // With a tolerance that this is too few for: the best there is, and it says so.
+        const Tessellation missed =
+            tessellate(mesh, {.scheme = scheme, .tolerance = 1e-5, .max_triangles = 300, .measure = false});
+        if (scheme.smoothness != "C0") CHECK(!missed.tolerance_reached);
+        CHECK(missed.mesh.triangles.size() <= 300);
+        // Fewer than the coarsest mesh has.
+        CHECK(code_of(mesh, {.scheme = scheme, .tolerance = {}, .max_triangles = 3, .measure = false}, {}) ==
+              ErrorCode::unsupported);
+    }
+}
+
+TEST_CASE("[slow] one, two and three threads give the same bytes") {
+    for (const char* name : k_schemes)
+        for (const EstimatorKind estimator : {k_by_measure, k_by_bound}) {
+            const SchemeInfo& scheme = *find_scheme(name);
+            CAPTURE(scheme.name);
+            if (estimator == k_by_bound && !scheme_support(scheme).certified) continue;
+            ControlMeshData data = smooth_mesh(3, scheme);
+            test::add_charts(data);
+            const ControlMesh mesh = mesh_for(scheme, ControlMesh::build(std::move(data)));
+            const TessellateOptions options{
+                .scheme = scheme, .estimator = estimator, .tolerance = 4e-2, .measure = true, .measure_samples = 5'000};
+            RunContext context;
+            context.threads = 1;
+            const Tessellation first = tessellate(mesh, options, context);
+            for (context.threads = 2; context.threads <= 3; ++context.threads)
+                check_same(first, tessellate(mesh, options, context));
+        }
+}
+
+TEST_CASE("[slow] a callback cancels at any moment, and too little memory is said") {
+    for (const char* name : k_schemes) {
+        const SchemeInfo& scheme = *find_scheme(name);
+        CAPTURE(scheme.name);
+        const ControlMesh mesh = mesh_for(scheme, k_closed);
+        for (const EstimatorKind estimator : {k_by_measure, k_by_bound}) {
+            if (estimator == k_by_bound && !scheme_support(scheme).certified) continue;
+            const TessellateOptions options{
+                .scheme = scheme, .estimator = estimator, .tolerance = 0.1, .measure = false};
+            std::size_t calls = 0;
+            RunContext counting;
+            counting.threads = 2;
+            counting.progress = [&](std::string_view, double fraction) {
+                CHECK(fraction >= 0);
+                CHECK(fraction <= 1);
+                return ++calls > 0;
+            };
+            CHECK(code_of(mesh, options, counting) == std::nullopt);
+            REQUIRE(calls > 0);
+            for (const double share : {0.0, 0.25, 0.5, 0.75}) {
+                CAPTURE(share);
+                std::size_t left = static_cast<std::size_t>(share * static_cast<double>(calls));
+                RunContext impatient;
+                impatient.threads = 2;
+                impatient.progress = [&](std::string_view, double) { return left-- > 0; };
+                CHECK(code_of(mesh, options, impatient) == ErrorCode::cancelled);
+            }
+        }
+        RunContext little;
+        little.max_memory_bytes = 200'000;
+        if (scheme.smoothness != "C0")
+            CHECK(code_of(mesh, {.scheme = scheme, .tolerance = 1e-5, .measure = false}, little) ==
+                  ErrorCode::memory_limit);
+    }
+}
+
+TEST_CASE("materials and groups are those of the control face that a triangle comes from") {
+    for (const char* name : k_schemes) {
+        const SchemeInfo& scheme = *find_scheme(name);
+        CAPTURE(scheme.name);
+        ControlMeshData data = smooth_mesh(4, scheme);
+        data.materials = {"wood", "stone", "glass"};
+        data.groups = {"near", "far"};
+        for (std::uint32_t f = 0; f + 1 < data.face_offsets.size(); ++f) {
+            data.face_material.push_back(f * f % 3);
+            data.face_group.push_back(f / 5 % 2);
+        }
+        const ControlMesh mesh = ControlMesh::build(std::move(data));
+        const Tessellation result = tessellate(mesh, {.scheme = scheme, .tolerance = 0.1, .measure = false});
+        CHECK(result.mesh.materials == mesh.data().materials);
+        CHECK(result.mesh.groups == mesh.data().groups);
+        const std::size_t count = result.mesh.triangles.size();
+        REQUIRE(result.mesh.triangle_material.size() == count);
+        REQUIRE(result.mesh.triangle_group.size() == count);
+        std::size_t wrong = 0;
+        for (std::size_t t = 0; t < count; ++t) {
+            const std::uint32_t face = result.triangle_face[t];
+            wrong += result.mesh.triangle_material[t] != mesh.data().face_material[face];
+            wrong += result.mesh.triangle_group[t] != mesh.data().face_group[face];
+        }
+        CHECK(wrong == 0);
+        if (is_dual(scheme) || scheme.refinement == Refinement::honeycomb) continue;
+        CHECK(std::set(result.triangle_face.begin(), result.triangle_face.end()).size() == mesh.face_count());
+    }
+}
+
+TEST_CASE("texture coordinates at the corners of control faces are the given ones where the rule keeps them") {
+    // Vertices stay where they are: of interpolating schemes, and elsewhere as corners.
+    for (const char* name : {"catmull-clark", "loop", "tuned-loop", "4-8", "kobbelt", "butterfly", "bilinear"}) {
+        const SchemeInfo& scheme = *find_scheme(name);
+        CAPTURE(scheme.name);
+        ControlMeshData data = smooth_mesh(5, scheme);
+        test::add_charts(data);
+        data.face_varying_rule = FaceVaryingRule::linear_all;
+        if (!scheme.interpolating)
+            for (std::uint32_t v = 0; v < data.positions.size(); ++v)
+                data.corners.push_back({v, k_infinite_sharpness, 0});
+        const ControlMesh mesh = ControlMesh::build(std::move(data));
+        TessellateOptions options{.scheme = scheme, .tolerance = 0.1, .measure = false};
+        const Tessellation result = tessellate(mesh, options);
+        REQUIRE(result.mesh.triangle_uvs.size() == result.mesh.triangles.size());
+        const PointMatch match(result.mesh.positions);
+        double off = 0, uv_off = 0;
+        std::size_t found = 0;
+        for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
+            const Vec3d& p = mesh.position(mesh.origin(HalfedgeId(h)));
+            const std::uint32_t v = match.nearest(p);
+            off = std::max(off, glm::length(result.mesh.positions[v] - p));
+            std::size_t here = 0;
+            for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t)
+                for (std::size_t k = 0; k < 3; ++k)
+                    if (result.mesh.triangles[t][k] == v && result.triangle_face[t] == mesh.face(HalfedgeId(h)).value) {
+                        const Vec2d given = mesh.data().uvs[mesh.uv_index(HalfedgeId(h))];
+                        const Vec2d uv = result.mesh.uvs[result.mesh.triangle_uvs[t][k]];
+                        uv_off = std::max(uv_off, glm::length(uv - given));
+                        ++here;
+                    }
+            found += here > 0;
+        }
+        CHECK(off <= 1e-12 * diagonal(mesh));
+        CHECK(uv_off <= 1e-10);
+        CHECK(found == mesh.halfedge_count());
+        options.uvs = false;
+        CHECK(tessellate(mesh, options).mesh.uvs.empty());
+    }
+}
+
+TEST_SUITE_END();
