@@ -47,7 +47,7 @@ struct TessellateOptions {
     bool slide = false;
     /// Largest allowed distance between mesh and limit surface, in both directions. Unset: refine to max_triangles
     /// only.
-    std::optional<double> tolerance;
+    std::optional<double> tolerance{};
     bool tolerance_is_absolute = false;  ///< else relative to the diagonal of the control mesh's bounding_box()
     /// 0: no limit; else the best mesh within it, largest errors first. The coarsest mesh, which has all corners of the
     /// control mesh, must fit.

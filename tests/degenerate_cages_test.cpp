@@ -113,7 +113,7 @@ ControlMesh repaired_fins() {
 TEST_CASE("flat sheets are certified as quickly as others, though hardly a point of them is off") {
     const ControlMesh mesh = flat_sheet();
     for (const double tolerance : {5e-2, 1e-3})
-        for (const EstimatorKind estimator : {EstimatorKind::embree, EstimatorKind::certified}) {
+        for (const EstimatorKind estimator : {EstimatorKind::measured, EstimatorKind::certified}) {
             CAPTURE(tolerance);
             CAPTURE(estimator == EstimatorKind::certified);
             const Tessellation result = in_time(
@@ -136,7 +136,7 @@ TEST_CASE("[slow] the bound of a tuned scheme comes to an end where there is non
 TEST_CASE("[slow] degenerate cages come to an end, by every scheme and both estimators") {
     for (const SchemeInfo& scheme : scheme_table())
         for (const Degenerate& degenerate : cages())
-            for (const EstimatorKind estimator : {EstimatorKind::embree, EstimatorKind::certified}) {
+            for (const EstimatorKind estimator : {EstimatorKind::measured, EstimatorKind::certified}) {
                 CAPTURE(std::string(scheme.name));
                 CAPTURE(std::string(degenerate.name));
                 CAPTURE(estimator == EstimatorKind::certified);

@@ -279,7 +279,8 @@ TEST_CASE(
         for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
             CHECK(cells[f] == 4 * static_cast<int>(mesh.face_size(FaceId(f))));
     }
-    CHECK_THROWS_AS(UniformRefiner<double>(prism(4), SchemeKind::loop, 1, {.factored = true}), Error);
+    const ControlMesh mesh = prism(4);
+    CHECK_THROWS_AS(UniformRefiner<double>(mesh, SchemeKind::loop, 1, {.factored = true}), Error);
 }
 
 TEST_CASE("[inv6] factored schemes are the classical ones: valences and n-gons 3 to 12, and 64") {

@@ -243,8 +243,9 @@ TEST_CASE("limits where a crease ends at an inner vertex of valence 2 are those 
 }
 
 TEST_CASE("[bad-input] a scheme whose vertices are no sites is refused by name") {
+    const ControlMesh mesh = test::hierarchy_mesh("loop", 1);
     try {
-        make_hierarchy(test::hierarchy_mesh("loop", 1), "honeycomb");
+        make_hierarchy(mesh, "honeycomb");
         FAIL("no error");
     } catch (const Error& e) {
         CHECK(e.code() == ErrorCode::unsupported);

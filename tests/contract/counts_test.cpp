@@ -53,7 +53,7 @@ std::uint64_t count(const ControlMesh& mesh, const char* scheme, EstimatorKind e
     return tessellate(mesh, {.scheme = scheme,
                              .estimator = estimator,
                              .tolerance = tolerance,
-                             .measure = estimator == contract::k_by_measure,
+                             .measure = estimator == EstimatorKind::measured,
                              .measure_samples = 20'000})
         .mesh.triangles.size();
 }
@@ -69,8 +69,8 @@ TEST_CASE("[slow] tessellations have as many triangles as they had, within 3 per
         const ControlMesh mesh = load_control_mesh(std::string(TETRAKIS_SOURCE_DIR "/data/") + row.model + ".obj");
         found << "    {\"" << row.model << "\", \"" << row.scheme << "\"";
         for (const auto& [estimator, stored] :
-             {std::pair{contract::k_by_measure, row.by_measure}, {contract::k_by_bound, row.by_bound}}) {
-            const bool known = estimator == contract::k_by_measure || scheme_support(mesh, row.scheme).certified;
+             {std::pair{EstimatorKind::measured, row.by_measure}, {EstimatorKind::certified, row.by_bound}}) {
+            const bool known = estimator == EstimatorKind::measured || scheme_support(mesh, row.scheme).certified;
             found << ", {";
             for (std::size_t i = 0; i < k_tolerances.size(); ++i) {
                 const bool quick = i < 2 || scheme_support(row.scheme).patches;

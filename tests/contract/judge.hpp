@@ -15,9 +15,6 @@
 // surface. Nothing of the library's own measuring is used.
 namespace tetrakis::contract {
 
-// By their names of today.
-inline constexpr EstimatorKind k_by_measure = EstimatorKind::embree, k_by_bound = EstimatorKind::certified;
-
 /// The distance of points to the nearest of some triangles: a tree of boxes over them.
 class NearestTriangle {
   public:

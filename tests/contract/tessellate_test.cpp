@@ -21,9 +21,9 @@
 #include <vector>
 
 using namespace tetrakis;
-using contract::k_by_bound;
-using contract::k_by_measure;
 using contract::LimitJudge;
+using EstimatorKind::certified;
+using EstimatorKind::measured;
 using test::k_closed;
 using test::k_tube;
 using test::same_bytes;
@@ -117,8 +117,8 @@ void check_distance(const ControlMesh& mesh, const SchemeInfo& scheme, const Tes
 /// All that any result must keep, by each estimator that the scheme has.
 void check_all(const ControlMesh& mesh, const SchemeInfo& scheme, double tolerance, bool bound_is_known = true,
                bool few_faces = true) {
-    for (const EstimatorKind estimator : {k_by_measure, k_by_bound}) {
-        const bool by_bound = estimator == k_by_bound;
+    for (const EstimatorKind estimator : {EstimatorKind::measured, EstimatorKind::certified}) {
+        const bool by_bound = estimator == EstimatorKind::certified;
         if (by_bound && !(bound_is_known && scheme_support(mesh, scheme).certified)) continue;
         CAPTURE(scheme.name);
         CAPTURE(by_bound);
@@ -298,10 +298,10 @@ TEST_CASE("[slow] a number of triangles is never exceeded, and the error falls a
 
 TEST_CASE("[slow] one, two and three threads give the same bytes") {
     for (const char* name : k_schemes)
-        for (const EstimatorKind estimator : {k_by_measure, k_by_bound}) {
+        for (const EstimatorKind estimator : {EstimatorKind::measured, EstimatorKind::certified}) {
             const SchemeInfo& scheme = *find_scheme(name);
             CAPTURE(scheme.name);
-            if (estimator == k_by_bound && !scheme_support(scheme).certified) continue;
+            if (estimator == EstimatorKind::certified && !scheme_support(scheme).certified) continue;
             ControlMeshData data = smooth_mesh(3, scheme);
             test::add_charts(data);
             const ControlMesh mesh = mesh_for(scheme, ControlMesh::build(std::move(data)));
@@ -320,8 +320,8 @@ TEST_CASE("[slow] a callback cancels at any moment, and too little memory is sai
         const SchemeInfo& scheme = *find_scheme(name);
         CAPTURE(scheme.name);
         const ControlMesh mesh = mesh_for(scheme, k_closed);
-        for (const EstimatorKind estimator : {k_by_measure, k_by_bound}) {
-            if (estimator == k_by_bound && !scheme_support(scheme).certified) continue;
+        for (const EstimatorKind estimator : {EstimatorKind::measured, EstimatorKind::certified}) {
+            if (estimator == EstimatorKind::certified && !scheme_support(scheme).certified) continue;
             const TessellateOptions options{
                 .scheme = scheme, .estimator = estimator, .tolerance = 0.1, .measure = false};
             std::size_t calls = 0;
