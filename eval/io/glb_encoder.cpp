@@ -1,6 +1,6 @@
-#include "tetrakis/eval/io/mesh_encoders.hpp"
-#include "tetrakis/eval/io/mesh_writer.hpp"
-#include "tetrakis/eval/io/split_vertices.hpp"
+#include "mesh_encoders.hpp"
+#include "mesh_writer.hpp"
+#include "split_vertices.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -1,5 +1,5 @@
-#include "tetrakis/eval/io/mesh_decoders.hpp"
-#include "tetrakis/eval/io/split_vertices.hpp"
+#include "mesh_decoders.hpp"
+#include "split_vertices.hpp"
 
 #include <fmt/format.h>
 #include <glm/gtc/quaternion.hpp>

@@ -2,8 +2,8 @@
 
 // Private to eval/io: one decoder per format, from the bytes of a whole file; mesh_reader picks.
 
-#include "tetrakis/eval/triangle_mesh.hpp"
-#include "tetrakis/hier/run_context.hpp"
+#include "../../hier/base/run_context.hpp"
+#include "../surface/triangle_mesh.hpp"
 
 #include <cstdint>
 #include <filesystem>

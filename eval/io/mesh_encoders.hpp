@@ -2,9 +2,9 @@
 
 // Private to eval/io: one encoder per format; mesh_writer picks.
 
-#include "tetrakis/eval/io/mesh_view.hpp"
-#include "tetrakis/hier/atomic_file.hpp"
-#include "tetrakis/hier/parallel.hpp"
+#include "../../hier/base/atomic_file.hpp"
+#include "../../hier/base/parallel.hpp"
+#include "mesh_view.hpp"
 
 #include <bit>
 #include <string>

@@ -1,6 +1,6 @@
-#include "tetrakis/eval/io/mesh_reader.hpp"
+#include "mesh_reader.hpp"
 
-#include "tetrakis/eval/io/mesh_decoders.hpp"
+#include "mesh_decoders.hpp"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "tetrakis/eval/triangle_mesh.hpp"
-#include "tetrakis/hier/run_context.hpp"
+#include "../../hier/base/run_context.hpp"
+#include "../surface/triangle_mesh.hpp"
 
 #include <filesystem>
 

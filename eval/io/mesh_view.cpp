@@ -1,6 +1,6 @@
-#include "tetrakis/eval/io/mesh_view.hpp"
+#include "mesh_view.hpp"
 
-#include "tetrakis/hier/error.hpp"
+#include "../../hier/base/error.hpp"
 
 #include <fmt/format.h>
 

@@ -1,8 +1,8 @@
-#include "tetrakis/eval/io/mesh_writer.hpp"
+#include "mesh_writer.hpp"
 
-#include "tetrakis/eval/io/mesh_encoders.hpp"
-#include "tetrakis/hier/atomic_file.hpp"
-#include "tetrakis/hier/parallel.hpp"
+#include "../../hier/base/atomic_file.hpp"
+#include "../../hier/base/parallel.hpp"
+#include "mesh_encoders.hpp"
 
 #include <algorithm>
 #include <cctype>

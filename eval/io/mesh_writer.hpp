@@ -1,8 +1,8 @@
 #pragma once
 
-#include "tetrakis/eval/triangle_mesh.hpp"
-#include "tetrakis/hier/run_context.hpp"
-#include "tetrakis/refine/polygon_mesh.hpp"
+#include "../../hier/base/run_context.hpp"
+#include "../../refine/rules/polygon_mesh.hpp"
+#include "../surface/triangle_mesh.hpp"
 
 #include <filesystem>
 

@@ -1,4 +1,4 @@
-#include "tetrakis/eval/io/mesh_decoders.hpp"
+#include "mesh_decoders.hpp"
 
 #include <fmt/format.h>
 

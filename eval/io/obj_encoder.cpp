@@ -1,4 +1,4 @@
-#include "tetrakis/eval/io/mesh_encoders.hpp"
+#include "mesh_encoders.hpp"
 
 #include <fmt/compile.h>
 #include <fmt/format.h>

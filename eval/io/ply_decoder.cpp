@@ -1,6 +1,6 @@
-#include "tetrakis/eval/io/mesh_decoders.hpp"
-#include "tetrakis/eval/io/ply_header.hpp"
-#include "tetrakis/eval/io/split_vertices.hpp"
+#include "mesh_decoders.hpp"
+#include "ply_header.hpp"
+#include "split_vertices.hpp"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
-#include "tetrakis/eval/io/mesh_encoders.hpp"
-#include "tetrakis/eval/io/split_vertices.hpp"
+#include "mesh_encoders.hpp"
+#include "split_vertices.hpp"
 
 #include <fmt/format.h>
 

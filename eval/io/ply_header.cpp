@@ -1,6 +1,6 @@
-#include "tetrakis/eval/io/ply_header.hpp"
+#include "ply_header.hpp"
 
-#include "tetrakis/eval/io/mesh_decoders.hpp"
+#include "mesh_decoders.hpp"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
-#include "tetrakis/eval/io/png.hpp"
+#include "png.hpp"
 
-#include "tetrakis/hier/atomic_file.hpp"
-#include "tetrakis/hier/error.hpp"
+#include "../../hier/base/atomic_file.hpp"
+#include "../../hier/base/error.hpp"
 
 #include <cstdlib>
 #include <new>

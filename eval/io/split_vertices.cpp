@@ -1,6 +1,6 @@
-#include "tetrakis/eval/io/split_vertices.hpp"
+#include "split_vertices.hpp"
 
-#include "tetrakis/hier/error.hpp"
+#include "../../hier/base/error.hpp"
 
 #include <oneapi/tbb/parallel_sort.h>
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tetrakis/eval/io/mesh_view.hpp"
+#include "mesh_view.hpp"
 
 #include <cstdint>
 #include <vector>

@@ -1,6 +1,6 @@
-#include "tetrakis/eval/io/stencil_writer.hpp"
+#include "stencil_writer.hpp"
 
-#include "tetrakis/hier/atomic_file.hpp"
+#include "../../hier/base/atomic_file.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tetrakis/schemes/stencil_table.hpp"
+#include "../../schemes/core/stencil_table.hpp"
 
 #include <filesystem>
 

@@ -1,6 +1,4 @@
-#include "tetrakis/eval/tessellate.hpp"
-#include "tetrakis/hier/control_mesh.hpp"
-#include "tetrakis/hier/version.hpp"
+#include <tetrakis/tetrakis.hpp>
 
 #include <iostream>
 #include <utility>

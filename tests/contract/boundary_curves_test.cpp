@@ -1,7 +1,7 @@
-#include "tests/point_match.hpp"
-#include "tests/random_mesh.hpp"
+#include "../kit/point_match.hpp"
+#include "../kit/random_mesh.hpp"
 
-#include "tetrakis/refine/refine.hpp"
+#include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,7 +1,7 @@
-#include "tests/contract/judge.hpp"
+#include "judge.hpp"
 
-#include "tetrakis/eval/tessellate.hpp"
-#include "tetrakis/hier/obj_reader.hpp"
+#include "../../eval/tessellate/tessellate.hpp"
+#include "../../hier/mesh/obj_reader.hpp"
 
 #include <doctest/doctest.h>
 

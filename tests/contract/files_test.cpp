@@ -1,10 +1,10 @@
-#include "tetrakis/eval/io/mesh_reader.hpp"
-#include "tetrakis/eval/io/mesh_writer.hpp"
-#include "tetrakis/eval/tessellate.hpp"
-#include "tetrakis/hier/obj_reader.hpp"
-#include "tetrakis/refine/refine.hpp"
+#include "../../eval/io/mesh_reader.hpp"
+#include "../../eval/io/mesh_writer.hpp"
+#include "../../eval/tessellate/tessellate.hpp"
+#include "../../hier/mesh/obj_reader.hpp"
+#include "../../refine/uniform/refine.hpp"
 
-#include "tests/scratch_dir.hpp"
+#include "../kit/scratch_dir.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,9 +1,9 @@
 #include "golden.hpp"
-#include "tests/point_match.hpp"
+#include "../kit/point_match.hpp"
 
-#include "tetrakis/hier/obj_reader.hpp"
-#include "tetrakis/refine/hierarchy.hpp"
-#include "tetrakis/refine/refine.hpp"
+#include "../../hier/mesh/obj_reader.hpp"
+#include "../../refine/adaptive/hierarchy.hpp"
+#include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>
 

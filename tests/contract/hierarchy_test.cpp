@@ -1,11 +1,11 @@
-#include "tests/hierarchy_helpers.hpp"
-#include "tests/point_match.hpp"
-#include "tests/scratch_dir.hpp"
-#include "tests/surface_topology.hpp"
+#include "../kit/hierarchy_helpers.hpp"
+#include "../kit/point_match.hpp"
+#include "../kit/scratch_dir.hpp"
+#include "../kit/surface_topology.hpp"
 
-#include "tetrakis/hier/error.hpp"
-#include "tetrakis/refine/hierarchy.hpp"
-#include "tetrakis/refine/refine.hpp"
+#include "../../hier/base/error.hpp"
+#include "../../refine/adaptive/hierarchy.hpp"
+#include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>
 

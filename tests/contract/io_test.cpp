@@ -1,10 +1,10 @@
-#include "tetrakis/eval/io/height_image.hpp"
-#include "tetrakis/eval/io/mesh_reader.hpp"
-#include "tetrakis/eval/io/mesh_writer.hpp"
-#include "tetrakis/eval/io/png.hpp"
+#include "../../eval/io/mesh_reader.hpp"
+#include "../../eval/io/mesh_writer.hpp"
+#include "../../eval/io/png.hpp"
+#include "../../eval/surface/height_image.hpp"
 
-#include "tests/scratch_dir.hpp"
-#include "tests/shapes.hpp"
+#include "../kit/scratch_dir.hpp"
+#include "../kit/shapes.hpp"
 
 #include <doctest/doctest.h>
 #include <sys/resource.h>

@@ -1,4 +1,4 @@
-#include "tests/contract/judge.hpp"
+#include "judge.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
 #pragma once
 
-#include "tetrakis/eval/tessellate.hpp"
-#include "tetrakis/eval/triangle_mesh.hpp"
-#include "tetrakis/hier/control_mesh.hpp"
-#include "tetrakis/refine/refine.hpp"
-#include "tetrakis/schemes/scheme_table.hpp"
+#include "../../eval/surface/triangle_mesh.hpp"
+#include "../../eval/tessellate/tessellate.hpp"
+#include "../../hier/mesh/control_mesh.hpp"
+#include "../../refine/uniform/refine.hpp"
+#include "../../schemes/core/scheme_table.hpp"
 
 #include <array>
 #include <cstdint>

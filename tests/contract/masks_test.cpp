@@ -1,10 +1,10 @@
-#include "tests/point_match.hpp"
-#include "tests/random_mesh.hpp"
-#include "tests/scheme_variants.hpp"
+#include "../kit/point_match.hpp"
+#include "../kit/random_mesh.hpp"
+#include "../kit/scheme_variants.hpp"
 
-#include "tetrakis/hier/error.hpp"
-#include "tetrakis/refine/refine.hpp"
-#include "tetrakis/schemes/spectrum.hpp"
+#include "../../hier/base/error.hpp"
+#include "../../refine/uniform/refine.hpp"
+#include "../../schemes/analysis/spectrum.hpp"
 
 #include <doctest/doctest.h>
 

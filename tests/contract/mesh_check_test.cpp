@@ -1,6 +1,6 @@
-#include "tetrakis/hier/mesh_check.hpp"
-#include "tests/input_helpers.hpp"
-#include "tetrakis/hier/control_mesh.hpp"
+#include "../../hier/mesh/mesh_check.hpp"
+#include "../../hier/mesh/control_mesh.hpp"
+#include "../kit/input_helpers.hpp"
 
 #include <doctest/doctest.h>
 

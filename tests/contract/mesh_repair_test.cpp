@@ -1,6 +1,6 @@
-#include "tetrakis/hier/mesh_repair.hpp"
-#include "tests/input_helpers.hpp"
-#include "tetrakis/hier/obj_reader.hpp"
+#include "../../hier/mesh/mesh_repair.hpp"
+#include "../../hier/mesh/obj_reader.hpp"
+#include "../kit/input_helpers.hpp"
 
 #include <doctest/doctest.h>
 

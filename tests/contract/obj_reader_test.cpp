@@ -1,5 +1,5 @@
-#include "tetrakis/hier/obj_reader.hpp"
-#include "tests/input_helpers.hpp"
+#include "../../hier/mesh/obj_reader.hpp"
+#include "../kit/input_helpers.hpp"
 
 #include <doctest/doctest.h>
 
@@ -103,7 +103,8 @@ TEST_CASE("an OBJ file with every kind of line is read as written") {
     CHECK(data.face_varying_rule == FaceVaryingRule::linear_all);
     CHECK(data.crease_method == CreaseMethod::chaikin);
     REQUIRE(data.warnings.size() == 3);
-    CHECK(contains(data.warnings[0], "vertex colours are not carried over (2 vertices have one, the first is on line 5)"));
+    CHECK(contains(data.warnings[0],
+                   "vertex colours are not carried over (2 vertices have one, the first is on line 5)"));
     CHECK(contains(data.warnings[1], "'t smoothtriangles' ignored (the first is line 29)"));
     CHECK(contains(data.warnings[2], "4 of 8 face corners have no texture coordinate"));
     const ControlMesh mesh = ControlMesh::build(data);

@@ -1,7 +1,7 @@
-#include "tests/process.hpp"
-#include "tests/scratch_dir.hpp"
+#include "../kit/process.hpp"
+#include "../kit/scratch_dir.hpp"
 
-#include "tetrakis/eval/io/mesh_reader.hpp"
+#include "../../eval/io/mesh_reader.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,11 +1,11 @@
-#include "tests/point_match.hpp"
-#include "tests/random_mesh.hpp"
-#include "tests/same_bytes.hpp"
+#include "../kit/point_match.hpp"
+#include "../kit/random_mesh.hpp"
+#include "../kit/same_bytes.hpp"
 
-#include "tetrakis/hier/error.hpp"
-#include "tetrakis/hier/triangulate.hpp"
-#include "tetrakis/refine/position_refiner.hpp"
-#include "tetrakis/refine/refine.hpp"
+#include "../../hier/base/error.hpp"
+#include "../../hier/mesh/triangulate.hpp"
+#include "../../refine/uniform/position_refiner.hpp"
+#include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>
 

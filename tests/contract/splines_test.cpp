@@ -1,6 +1,6 @@
-#include "tests/random_mesh.hpp"
+#include "../kit/random_mesh.hpp"
 
-#include "tetrakis/refine/refine.hpp"
+#include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,15 +1,15 @@
-#include "tetrakis/eval/tessellate.hpp"
+#include "../../eval/tessellate/tessellate.hpp"
 
-#include "tests/contract/judge.hpp"
+#include "judge.hpp"
 
-#include "tests/point_match.hpp"
-#include "tests/random_mesh.hpp"
-#include "tests/same_bytes.hpp"
-#include "tests/scheme_meshes.hpp"
-#include "tests/surface_topology.hpp"
+#include "../kit/point_match.hpp"
+#include "../kit/random_mesh.hpp"
+#include "../kit/same_bytes.hpp"
+#include "../kit/scheme_meshes.hpp"
+#include "../kit/surface_topology.hpp"
 
-#include "tetrakis/hier/obj_reader.hpp"
-#include "tetrakis/hier/triangulate.hpp"
+#include "../../hier/mesh/obj_reader.hpp"
+#include "../../hier/mesh/triangulate.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "tetrakis/hier/control_mesh.hpp"
-#include "tetrakis/hier/vec.hpp"
+#include "../../hier/base/vec.hpp"
+#include "../../hier/mesh/control_mesh.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,10 +1,10 @@
+#include "../../eval/surface/patch_positions.hpp"
+#include "../../hier/base/parallel.hpp"
+#include "../../hier/forest/sqrt3_lattice.hpp"
+#include "../../refine/adaptive/adaptive_sqrt3.hpp"
+#include "../../refine/adaptive/hierarchy.hpp"
 #include "adaptive_peers.hpp"
 #include "piece_models.hpp"
-#include "tetrakis/eval/patch_positions.hpp"
-#include "tetrakis/hier/parallel.hpp"
-#include "tetrakis/hier/sqrt3_lattice.hpp"
-#include "tetrakis/refine/adaptive_sqrt3.hpp"
-#include "tetrakis/refine/hierarchy.hpp"
 
 #include <benchmark/benchmark.h>
 

@@ -1,8 +1,8 @@
 // Factored Catmull-Clark, two half-steps a level, against the direct structured refinement: one thread, kept buffers,
 // points alone. Asked: at most twice the time.
+#include "../../hier/base/parallel.hpp"
+#include "../../refine/uniform/grid_refinement.hpp"
 #include "piece_models.hpp"
-#include "tetrakis/hier/parallel.hpp"
-#include "tetrakis/refine/grid_refinement.hpp"
 
 #include <benchmark/benchmark.h>
 

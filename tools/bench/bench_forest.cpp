@@ -1,6 +1,6 @@
+#include "../../hier/base/parallel.hpp"
+#include "../../hier/forest/bisection_forest.hpp"
 #include "piece_models.hpp"
-#include "tetrakis/hier/bisection_forest.hpp"
-#include "tetrakis/hier/parallel.hpp"
 
 #include <benchmark/benchmark.h>
 

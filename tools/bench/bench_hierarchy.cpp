@@ -1,10 +1,10 @@
+#include "../../eval/surface/patch_positions.hpp"
+#include "../../hier/base/parallel.hpp"
+#include "../../hier/forest/bisection_forest.hpp"
+#include "../../hier/mesh/triangulate.hpp"
+#include "../../refine/adaptive/adaptive_sqrt3.hpp"
+#include "../../refine/adaptive/hierarchy.hpp"
 #include "piece_models.hpp"
-#include "tetrakis/eval/patch_positions.hpp"
-#include "tetrakis/hier/bisection_forest.hpp"
-#include "tetrakis/hier/parallel.hpp"
-#include "tetrakis/hier/triangulate.hpp"
-#include "tetrakis/refine/adaptive_sqrt3.hpp"
-#include "tetrakis/refine/hierarchy.hpp"
 
 #include <benchmark/benchmark.h>
 

@@ -1,6 +1,6 @@
 #include "bench_models.hpp"
 
-#include "tetrakis/hier/obj_reader.hpp"
+#include "../../hier/mesh/obj_reader.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
+#include "../../eval/surface/loop_patches.hpp"
+#include "../../eval/surface/quad_patches.hpp"
 #include "piece_models.hpp"
-#include "tetrakis/eval/loop_patches.hpp"
-#include "tetrakis/eval/quad_patches.hpp"
 
 #include <benchmark/benchmark.h>
 

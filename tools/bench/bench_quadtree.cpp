@@ -1,10 +1,10 @@
+#include "../../hier/base/parallel.hpp"
+#include "../../hier/forest/bisection_forest.hpp"
+#include "../../hier/forest/quadtree_view.hpp"
+#include "../../hier/forest/vertex_forest.hpp"
+#include "../../refine/adaptive/partial_levels.hpp"
+#include "../../schemes/core/scheme_table.hpp"
 #include "quadtree_pattern.hpp"
-#include "tetrakis/hier/bisection_forest.hpp"
-#include "tetrakis/hier/parallel.hpp"
-#include "tetrakis/hier/quadtree_view.hpp"
-#include "tetrakis/hier/vertex_forest.hpp"
-#include "tetrakis/refine/partial_levels.hpp"
-#include "tetrakis/schemes/scheme_table.hpp"
 
 #include <benchmark/benchmark.h>
 

@@ -4,14 +4,14 @@
 #include "bench_models.hpp"
 #include "uniform_peers.hpp"
 
-#include "tetrakis/hier/freed_memory.hpp"
-#include "tetrakis/hier/obj_reader.hpp"
-#include "tetrakis/hier/parallel.hpp"
-#include "tetrakis/hier/triangulate.hpp"
-#include "tetrakis/refine/position_refiner.hpp"
-#include "tetrakis/refine/refine.hpp"
-#include "tetrakis/refine/rule_refiner.hpp"
-#include "tetrakis/refine/uniform_refiner.hpp"
+#include "../../hier/base/freed_memory.hpp"
+#include "../../hier/base/parallel.hpp"
+#include "../../hier/mesh/obj_reader.hpp"
+#include "../../hier/mesh/triangulate.hpp"
+#include "../../refine/rules/rule_refiner.hpp"
+#include "../../refine/uniform/position_refiner.hpp"
+#include "../../refine/uniform/refine.hpp"
+#include "../../refine/uniform/uniform_refiner.hpp"
 
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>

@@ -1,8 +1,8 @@
 #pragma once
 
+#include "../../hier/mesh/control_mesh.hpp"
+#include "../../schemes/core/scheme_kind.hpp"
 #include "nearest_triangle.hpp"
-#include "tetrakis/hier/control_mesh.hpp"
-#include "tetrakis/schemes/scheme_kind.hpp"
 
 #include <array>
 #include <cstdint>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tetrakis/hier/vec.hpp"
+#include "../../hier/base/vec.hpp"
 
 #include <embree3/rtcore.h>
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "tetrakis/hier/control_mesh.hpp"
-#include "tetrakis/schemes/scheme_kind.hpp"
+#include "../../hier/mesh/control_mesh.hpp"
+#include "../../schemes/core/scheme_kind.hpp"
 
 #include <opensubdiv/far/topologyRefiner.h>
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "tetrakis/hier/control_mesh.hpp"
-#include "tetrakis/hier/obj_reader.hpp"
+#include "../../hier/mesh/control_mesh.hpp"
+#include "../../hier/mesh/obj_reader.hpp"
 
 #include <cmath>
 #include <filesystem>

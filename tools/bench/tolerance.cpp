@@ -1,11 +1,11 @@
 // Triangles and time to a tolerance: tetrakis and OpenSubdiv's Bfr on the same models, judged by the same samples of
 // the limit surface. Prints Markdown.
 //   bench_tolerance [--models a,b] [--tolerances 1e-2,1e-3] [--peers FILE] [--samples N] [--runs N]
+#include "../../eval/tessellate/tessellate.hpp"
+#include "../../hier/base/version.hpp"
 #include "bench_models.hpp"
 #include "peer_search.hpp"
 #include "stopwatch.hpp"
-#include "tetrakis/eval/tessellate.hpp"
-#include "tetrakis/hier/version.hpp"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>

@@ -1,13 +1,13 @@
 #include "figure_commands.hpp"
 
-#include "tetrakis/eval/io/mesh_writer.hpp"
-#include "tetrakis/hier/obj_reader.hpp"
-#include "tetrakis/hier/triangulate.hpp"
-#include "tetrakis/refine/adaptive_dual.hpp"
-#include "tetrakis/refine/adaptive_sqrt3.hpp"
-#include "tetrakis/refine/factored_mesh.hpp"
-#include "tetrakis/refine/hierarchy.hpp"
-#include "tetrakis/refine/vertex_levels.hpp"
+#include "../../eval/io/mesh_writer.hpp"
+#include "../../hier/mesh/obj_reader.hpp"
+#include "../../hier/mesh/triangulate.hpp"
+#include "../../refine/adaptive/adaptive_dual.hpp"
+#include "../../refine/adaptive/adaptive_sqrt3.hpp"
+#include "../../refine/adaptive/hierarchy.hpp"
+#include "../../refine/adaptive/vertex_levels.hpp"
+#include "../../refine/factored/factored_mesh.hpp"
 
 #include <algorithm>
 #include <array>

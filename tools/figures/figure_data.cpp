@@ -5,16 +5,16 @@
 //                                            "edges": not drawn there, for the edges of the mesh's own polygons
 //   figure_data curves                       prints the curves as JSON
 //   figure_data adaptive, zoom, factored, simplify: figure_commands.hpp
-#include "canvas.hpp"
+#include "../tetrakis/canvas.hpp"
 #include "figure_commands.hpp"
 
-#include "tetrakis/eval/io/mesh_reader.hpp"
-#include "tetrakis/eval/io/mesh_writer.hpp"
-#include "tetrakis/eval/render.hpp"
-#include "tetrakis/hier/obj_reader.hpp"
-#include "tetrakis/hier/triangulate.hpp"
-#include "tetrakis/refine/rule_refinement.hpp"
-#include "tetrakis/schemes/curve.hpp"
+#include "../../eval/io/mesh_reader.hpp"
+#include "../../eval/io/mesh_writer.hpp"
+#include "../../eval/render/render.hpp"
+#include "../../hier/mesh/obj_reader.hpp"
+#include "../../hier/mesh/triangulate.hpp"
+#include "../../refine/rules/rule_refinement.hpp"
+#include "../../schemes/curves/curve.hpp"
 
 #include <glm/trigonometric.hpp>
 #include <nlohmann/json.hpp>

@@ -1,7 +1,7 @@
 #include "figure_commands.hpp"
 
-#include "tetrakis/eval/io/mesh_reader.hpp"
-#include "tetrakis/eval/io/mesh_writer.hpp"
+#include "../../eval/io/mesh_reader.hpp"
+#include "../../eval/io/mesh_writer.hpp"
 
 #include <cstdint>
 #include <stdexcept>

@@ -1,6 +1,6 @@
 #include "basis_surface.hpp"
 
-#include "tetrakis/refine/rule_limit.hpp"
+#include "../../refine/rules/rule_limit.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,8 @@
 
 #include "fan_patch.hpp"
 
-#include "tetrakis/eval/triangle_mesh.hpp"
-#include "tetrakis/hier/run_context.hpp"
+#include "../../eval/surface/triangle_mesh.hpp"
+#include "../../hier/base/run_context.hpp"
 
 namespace tetrakis::cli {
 

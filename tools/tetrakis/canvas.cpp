@@ -1,6 +1,6 @@
 #include "canvas.hpp"
 
-#include "tetrakis/eval/text_rectangles.hpp"
+#include "../../eval/render/text_rectangles.hpp"
 
 #include <algorithm>
 #include <cmath>

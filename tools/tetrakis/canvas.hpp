@@ -1,7 +1,7 @@
 #pragma once
 
-#include "tetrakis/eval/io/png.hpp"
-#include "tetrakis/hier/vec.hpp"
+#include "../../eval/io/png.hpp"
+#include "../../hier/base/vec.hpp"
 
 #include <string>
 

@@ -4,9 +4,9 @@
 #include "report.hpp"
 #include "run_options.hpp"
 
-#include "tetrakis/eval/hausdorff.hpp"
-#include "tetrakis/eval/io/mesh_reader.hpp"
-#include "tetrakis/hier/vec.hpp"
+#include "../../eval/distance/hausdorff.hpp"
+#include "../../eval/io/mesh_reader.hpp"
+#include "../../hier/base/vec.hpp"
 
 #include <fmt/format.h>
 

@@ -4,11 +4,11 @@
 #include "files.hpp"
 #include "report.hpp"
 
-#include "tetrakis/eval/io/mesh_writer.hpp"
-#include "tetrakis/hier/atomic_file.hpp"
-#include "tetrakis/refine/factored_mesh.hpp"
-#include "tetrakis/refine/refine.hpp"
-#include "tetrakis/refine/uniform.hpp"
+#include "../../eval/io/mesh_writer.hpp"
+#include "../../hier/base/atomic_file.hpp"
+#include "../../refine/factored/factored_mesh.hpp"
+#include "../../refine/uniform/refine.hpp"
+#include "../../refine/uniform/uniform.hpp"
 
 #include <fmt/format.h>
 

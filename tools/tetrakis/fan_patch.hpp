@@ -1,7 +1,7 @@
 #pragma once
 
-#include "tetrakis/hier/vec.hpp"
-#include "tetrakis/schemes/spectrum.hpp"
+#include "../../hier/base/vec.hpp"
+#include "../../schemes/analysis/spectrum.hpp"
 
 #include <vector>
 

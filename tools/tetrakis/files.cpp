@@ -1,8 +1,8 @@
 #include "files.hpp"
 #include "run_options.hpp"
 
-#include "tetrakis/eval/io/mesh_writer.hpp"
-#include "tetrakis/hier/atomic_file.hpp"
+#include "../../eval/io/mesh_writer.hpp"
+#include "../../hier/base/atomic_file.hpp"
 
 #include <fmt/format.h>
 

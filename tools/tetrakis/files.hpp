@@ -2,10 +2,10 @@
 
 #include "exit_code.hpp"
 
-#include "tetrakis/hier/control_mesh.hpp"
-#include "tetrakis/hier/error.hpp"
-#include "tetrakis/hier/obj_reader.hpp"
-#include "tetrakis/hier/run_context.hpp"
+#include "../../hier/base/error.hpp"
+#include "../../hier/base/run_context.hpp"
+#include "../../hier/mesh/control_mesh.hpp"
+#include "../../hier/mesh/obj_reader.hpp"
 
 #include <CLI/CLI.hpp>
 

@@ -5,7 +5,7 @@
 #include "report.hpp"
 #include "run_options.hpp"
 
-#include "tetrakis/hier/vec.hpp"
+#include "../../hier/base/vec.hpp"
 
 #include <fmt/format.h>
 

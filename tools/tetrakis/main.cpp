@@ -2,8 +2,8 @@
 #include "console.hpp"
 #include "interrupt.hpp"
 
-#include "tetrakis/hier/error.hpp"
-#include "tetrakis/hier/version.hpp"
+#include "../../hier/base/error.hpp"
+#include "../../hier/base/version.hpp"
 
 #include <cstdio>
 #include <exception>

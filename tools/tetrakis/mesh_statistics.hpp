@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tetrakis/hier/control_mesh.hpp"
+#include "../../hier/mesh/control_mesh.hpp"
 
 #include <cstdint>
 #include <map>

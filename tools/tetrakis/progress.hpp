@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tetrakis/hier/run_context.hpp"
+#include "../../hier/base/run_context.hpp"
 
 #include <chrono>
 #include <string_view>

@@ -6,10 +6,10 @@
 #include "run_options.hpp"
 #include "scheme_option.hpp"
 
-#include "tetrakis/eval/io/mesh_writer.hpp"
-#include "tetrakis/eval/io/stencil_writer.hpp"
-#include "tetrakis/hier/atomic_file.hpp"
-#include "tetrakis/refine/refine.hpp"
+#include "../../eval/io/mesh_writer.hpp"
+#include "../../eval/io/stencil_writer.hpp"
+#include "../../hier/base/atomic_file.hpp"
+#include "../../refine/uniform/refine.hpp"
 
 #include <fmt/format.h>
 

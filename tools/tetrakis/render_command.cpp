@@ -4,10 +4,10 @@
 #include "render_options.hpp"
 #include "run_options.hpp"
 
-#include "tetrakis/eval/hausdorff.hpp"
-#include "tetrakis/eval/io/mesh_reader.hpp"
-#include "tetrakis/eval/io/png.hpp"
-#include "tetrakis/eval/render.hpp"
+#include "../../eval/distance/hausdorff.hpp"
+#include "../../eval/io/mesh_reader.hpp"
+#include "../../eval/io/png.hpp"
+#include "../../eval/render/render.hpp"
 
 #include <fmt/format.h>
 

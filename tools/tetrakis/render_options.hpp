@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tetrakis/eval/render.hpp"
+#include "../../eval/render/render.hpp"
 
 #include <CLI/CLI.hpp>
 

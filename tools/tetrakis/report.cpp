@@ -1,6 +1,6 @@
 #include "report.hpp"
 
-#include "tetrakis/hier/version.hpp"
+#include "../../hier/base/version.hpp"
 
 namespace tetrakis::cli {
 namespace {

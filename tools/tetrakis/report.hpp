@@ -3,8 +3,8 @@
 #include "files.hpp"
 #include "run_options.hpp"
 
-#include "tetrakis/eval/tessellate.hpp"
-#include "tetrakis/hier/atomic_file.hpp"
+#include "../../eval/tessellate/tessellate.hpp"
+#include "../../hier/base/atomic_file.hpp"
 
 #include <nlohmann/json.hpp>
 

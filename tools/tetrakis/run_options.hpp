@@ -2,7 +2,7 @@
 
 #include "progress.hpp"
 
-#include "tetrakis/hier/run_context.hpp"
+#include "../../hier/base/run_context.hpp"
 
 #include <oneapi/tbb/global_control.h>
 #include <CLI/CLI.hpp>

@@ -8,9 +8,9 @@
 #include "scheme_picture.hpp"
 #include "scheme_report.hpp"
 
-#include "tetrakis/eval/mask_norm_bound.hpp"
-#include "tetrakis/schemes/rule_choices.hpp"
-#include "tetrakis/schemes/spectrum.hpp"
+#include "../../eval/bounds/mask_norm_bound.hpp"
+#include "../../schemes/analysis/spectrum.hpp"
+#include "../../schemes/core/rule_choices.hpp"
 
 #include <fmt/format.h>
 

@@ -3,8 +3,8 @@
 #include "exit_code.hpp"
 #include "run_options.hpp"
 
-#include "tetrakis/hier/triangulate.hpp"
-#include "tetrakis/refine/refine.hpp"
+#include "../../hier/mesh/triangulate.hpp"
+#include "../../refine/uniform/refine.hpp"
 
 #include <algorithm>
 #include <charconv>

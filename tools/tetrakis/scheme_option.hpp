@@ -1,8 +1,8 @@
 #pragma once
 
-#include "tetrakis/hier/control_mesh.hpp"
-#include "tetrakis/hier/run_context.hpp"
-#include "tetrakis/schemes/scheme_table.hpp"
+#include "../../hier/base/run_context.hpp"
+#include "../../hier/mesh/control_mesh.hpp"
+#include "../../schemes/core/scheme_table.hpp"
 
 #include <CLI/CLI.hpp>
 

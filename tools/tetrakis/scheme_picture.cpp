@@ -3,7 +3,7 @@
 #include "basis_surface.hpp"
 #include "canvas.hpp"
 
-#include "tetrakis/eval/render.hpp"
+#include "../../eval/render/render.hpp"
 
 #include <fmt/format.h>
 

@@ -2,9 +2,9 @@
 
 #include "fan_patch.hpp"
 
-#include "tetrakis/eval/io/png.hpp"
-#include "tetrakis/hier/run_context.hpp"
-#include "tetrakis/schemes/spectrum.hpp"
+#include "../../eval/io/png.hpp"
+#include "../../hier/base/run_context.hpp"
+#include "../../schemes/analysis/spectrum.hpp"
 
 #include <optional>
 #include <string>

@@ -2,8 +2,8 @@
 
 #include "report.hpp"
 
-#include "tetrakis/eval/mask_norm_bound.hpp"
-#include "tetrakis/schemes/spectrum.hpp"
+#include "../../eval/bounds/mask_norm_bound.hpp"
+#include "../../schemes/analysis/spectrum.hpp"
 
 #include <optional>
 #include <string>

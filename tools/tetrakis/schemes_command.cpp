@@ -1,7 +1,7 @@
 #include "commands.hpp"
 #include "report.hpp"
 
-#include "tetrakis/schemes/scheme_table.hpp"
+#include "../../schemes/core/scheme_table.hpp"
 
 #include <fmt/format.h>
 

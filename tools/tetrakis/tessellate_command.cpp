@@ -6,13 +6,13 @@
 #include "run_options.hpp"
 #include "scheme_option.hpp"
 
-#include "tetrakis/eval/io/height_image.hpp"
-#include "tetrakis/eval/io/mesh_reader.hpp"
-#include "tetrakis/eval/io/mesh_writer.hpp"
-#include "tetrakis/eval/io/png.hpp"
-#include "tetrakis/eval/render.hpp"
-#include "tetrakis/eval/tessellate.hpp"
-#include "tetrakis/hier/atomic_file.hpp"
+#include "../../eval/io/mesh_reader.hpp"
+#include "../../eval/io/mesh_writer.hpp"
+#include "../../eval/io/png.hpp"
+#include "../../eval/render/render.hpp"
+#include "../../eval/surface/height_image.hpp"
+#include "../../eval/tessellate/tessellate.hpp"
+#include "../../hier/base/atomic_file.hpp"
 
 #include <fmt/format.h>
 

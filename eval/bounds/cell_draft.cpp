@@ -1,0 +1,216 @@
+#include "cell_draft.hpp"
+
+#include "../../refine/adaptive/level_walk.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace tetrakis::detail {
+
+namespace {
+
+// Levels that a weight is looked at directly; below them it is a sum of others.
+constexpr int k_levels = 3;
+
+using Coordinates = std::array<double, 2>;
+
+std::array<double, 4> affine(const Coordinates& p, int corners) {
+    if (corners == 3) return {1 - p[0] - p[1], p[0], p[1], 0};
+    return {1 - p[0] - p[1], p[0], 0, p[1]};
+}
+std::array<double, 4> bilinear(const Coordinates& p) {
+    const double x = p[0], y = p[1];
+    return {(1 - x) * (1 - y), x * (1 - y), x * y, (1 - x) * y};
+}
+std::array<double, 4> hats(const Coordinates& p, int corners) {
+    return corners == 3 ? affine(p, corners) : bilinear(p);
+}
+std::array<Coordinates, 4> unit_cell(int corners) {
+    if (corners == 3) return {{{0, 0}, {1, 0}, {0, 1}, {0, 0}}};
+    return {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+}
+Coordinates middle(const Coordinates& a, const Coordinates& b) { return {(a[0] + b[0]) / 2, (a[1] + b[1]) / 2}; }
+
+/// A cell some levels down, and where its corners are in the first one's coordinates.
+struct SmallCell {
+    CellFrame frame;
+    std::array<Coordinates, 4> at;
+};
+
+SmallCell child_of(const RuleMesh& mesh, const RuleStep& step, const SmallCell& cell, int child, int n) {
+    SmallCell result{n == 3 ? triangle_child(mesh, step, cell.frame, child) : quad_child(mesh, step, cell.frame, child),
+                     cell.at};
+    if (n == 3) {
+        for (int k = 0; k < 3; ++k)
+            result.at[k] =
+                child < 3 ? middle(cell.at[k], cell.at[child]) : middle(cell.at[(k + 1) % 3], cell.at[(k + 2) % 3]);
+        return result;
+    }
+    for (int k = 0; k < 4; ++k) result.at[k] = middle(cell.at[k], cell.at[child]);
+    return result;
+}
+
+/// Where a lattice that goes on from the first face has its vertices: face by face across edges.
+std::vector<Coordinates> unrolled(const RuleMesh& mesh, int corners) {
+    std::vector<Coordinates> at(mesh.vertex_count());
+    std::vector<char> seen(mesh.vertex_count(), 0), entered(mesh.face_count(), 0);
+    const std::array<Coordinates, 4> first = unit_cell(corners);
+    for (int k = 0; k < corners; ++k) {
+        at[mesh.origin(k)] = first[k];
+        seen[mesh.origin(k)] = 1;
+    }
+    std::vector<std::pair<int, std::array<Coordinates, 4>>> queue{{0, first}};  // a half-edge, and its face from there
+    entered[0] = 1;
+    for (std::size_t i = 0; i < queue.size(); ++i) {
+        const auto [h, cell] = queue[i];
+        int side = h;
+        for (int k = 0; k < corners; ++k, side = mesh.next(side)) {
+            const int t = mesh.twin(side);
+            if (t == RuleMesh::none || entered[mesh.face(t)]) continue;
+            entered[mesh.face(t)] = 1;
+            const Coordinates &a = cell[k], &b = cell[(k + 1) % corners];
+            const auto beyond = [&](const Coordinates& base, const Coordinates& inner, const Coordinates& other) {
+                return Coordinates{base[0] + other[0] - inner[0], base[1] + other[1] - inner[1]};
+            };
+            // The twin leaves b.
+            std::array<Coordinates, 4> next{b, a};
+            if (corners == 3) {
+                next[2] = beyond(a, cell[(k + 2) % 3], b);
+            } else {
+                next[2] = beyond(a, cell[(k + 3) % 4], a);
+                next[3] = beyond(b, cell[(k + 2) % 4], b);
+            }
+            int at_corner = t;
+            for (int c = 0; c < corners; ++c, at_corner = mesh.next(at_corner))
+                if (!std::exchange(seen[mesh.origin(at_corner)], 1)) at[mesh.origin(at_corner)] = next[c];
+            queue.emplace_back(t, next);
+        }
+    }
+    return at;
+}
+
+/// Fills in the rows and children of a draft. Returns the small cells, in the order of the children.
+std::vector<SmallCell> go_down(const SchemeInfo& scheme, const RuleOptions& options, const RuleMesh& whole,
+                               int cell_corners, int rings, CellDraft& draft) {
+    std::vector<SmallCell> cells{{{0, 0}, unit_cell(cell_corners)}};
+    MeshPartFinder parts;
+    // One level's points that matter further down, and the step from them: at vertices of many edges most of what it
+    // makes is too far away, and its rows are long.
+    std::vector<RingRow> rows;
+    RuleStep step;
+    for (int level = 0; level < k_levels; ++level) {
+        const RuleMesh& mesh = level == 0 ? whole : step.mesh;
+        std::vector<int> seeds;
+        for (const SmallCell& c : cells)
+            for (const int v : mesh.corners(mesh.face(c.frame.halfedge))) seeds.push_back(v);
+        const MeshPart part = parts.find(mesh, seeds, rings);
+        if (level == 0)
+            for (const int v : part.vertex)
+                rows.push_back({std::vector<double>(draft.groups.members.size(), 0.0), {{v, 1}}});
+        else
+            rows = compose(draft.groups, rows, step.stencils, part.vertex);
+        RuleStep next = scheme.step(part.mesh, options);
+        std::vector<SmallCell> finer;
+        for (SmallCell c : cells) {
+            c.frame.halfedge = part.halfedge(mesh, c.frame.halfedge);
+            for (int child = 0; child < 4; ++child) finer.push_back(child_of(part.mesh, next, c, child, cell_corners));
+        }
+        step = std::move(next);
+        cells = std::move(finer);
+    }
+    std::vector<int> wanted, place(step.mesh.vertex_count(), -1);
+    for (const SmallCell& c : cells) {
+        std::optional<CellSurroundings> around =
+            cell_surroundings(step.mesh, face_corner(step.mesh, c.frame, 0, cell_corners), rings, parts);
+        if (!around) throw std::logic_error("a small cell has other tags than the large one");
+        for (int& v : around->vertices) {
+            if (place[v] < 0) {
+                place[v] = static_cast<int>(wanted.size());
+                wanted.push_back(v);
+            }
+            v = place[v];
+        }
+        draft.children.push_back({std::move(around->key), std::move(around->vertices)});
+    }
+    draft.rows = compose(draft.groups, rows, step.stencils, wanted);
+    return cells;
+}
+
+}  // namespace
+
+void CellDraft::set_anchor(std::vector<CellAnchor> to) {
+    anchor = std::move(to);
+    group_anchor.assign(groups.members.size(), {});
+    for (std::size_t g = 0; g < group_anchor.size(); ++g)
+        for (const int i : groups.members[g])
+            for (std::size_t k = 0; k < 4; ++k) group_anchor[g][k] += anchor[i][k];
+}
+
+bool CellDraft::annihilates(const RingRow& functional) const {
+    CellAnchor sum{};
+    double size = 1;
+    for (std::size_t g = 0; g < groups.members.size(); ++g) {
+        size += std::abs(functional.level[g]) * static_cast<double>(groups.members[g].size());
+        for (std::size_t k = 0; k < 4; ++k) sum[k] += functional.level[g] * group_anchor[g][k];
+    }
+    for (const auto& [i, weight] : functional.more) {
+        const double level = functional.level_at(groups, i);
+        size += std::abs(level + weight) - std::abs(level);
+        for (std::size_t k = 0; k < 4; ++k) sum[k] += weight * anchor[i][k];
+    }
+    return std::all_of(sum.begin(), sum.end(), [&](double s) { return std::abs(s) < k_no_weight * size; });
+}
+
+std::optional<CellDraft> draft_cell(const SchemeInfo& scheme, const RuleOptions& options, const SurroundingsKey& key,
+                                    int cell_corners, int rings) {
+    RuleMesh mesh;
+    try {
+        mesh = surroundings_mesh(key);
+    } catch (const std::invalid_argument&) {
+        return std::nullopt;
+    }
+    if (!is_simple(mesh, cell_corners, rings)) return std::nullopt;
+    CellDraft draft;
+    const int n = mesh.vertex_count();
+    draft.points = n;
+    draft.groups = PointGroups(mesh);
+    const std::vector<Coordinates> at = unrolled(mesh, cell_corners);
+    const std::vector<SmallCell> cells = go_down(scheme, options, mesh, cell_corners, rings, draft);
+    // The vertices of the small cells, without the hats.
+    std::vector<RingRow> off;
+    RingRowSum sum(draft.groups);
+    for (std::size_t c = 0; c < cells.size(); ++c)
+        for (int k = 0; k < cell_corners; ++k) {
+            sum.add(draft.rows[draft.children[c].vertices[k]], 1);
+            const std::array<double, 4> hat = hats(cells[c].at[k], cell_corners);
+            for (int i = 0; i < cell_corners; ++i) sum.add(i, -hat[i]);
+            off.push_back(sum.take());
+        }
+    draft.direct.assign(n, 0.0);
+    std::vector<double> all(n);
+    for (const RingRow& f : off) {
+        std::fill(all.begin(), all.end(), 0.0);
+        f.add_to(draft.groups, 1, all);
+        for (int i = 0; i < n; ++i) draft.direct[i] = std::max(draft.direct[i], std::abs(all[i]));
+    }
+    for (int i = 0; i < n; ++i)
+        if (i < cell_corners || draft.direct[i] > k_no_weight) draft.active.push_back(i);
+    // The anchor that the rules reproduce.
+    const auto reproduces = [&](auto&& anchor) {
+        std::vector<CellAnchor> anchors;
+        for (int i = 0; i < n; ++i) anchors.push_back(anchor(at[i]));
+        draft.set_anchor(std::move(anchors));
+        return std::all_of(off.begin(), off.end(), [&](const RingRow& f) { return draft.annihilates(f); });
+    };
+    // Around many edges a lattice may close after several turns: its points are far from there.
+    std::vector<Coordinates> places;
+    for (const int i : draft.active) places.push_back(at[i]);
+    std::sort(places.begin(), places.end());
+    const bool flat = std::adjacent_find(places.begin(), places.end()) == places.end();
+    const bool linear = flat && ((cell_corners == 4 && reproduces(bilinear)) ||
+                                 reproduces([&](const Coordinates& p) { return affine(p, cell_corners); }));
+    if (!linear) draft.set_anchor(draft.constant());
+    return draft;
+}
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,318 @@
+#include "cell_norms.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <utility>
+
+namespace tetrakis::detail {
+
+namespace {
+
+// The iteration: it ends where nothing changes by more than this, and has failed where weights grow or creep.
+constexpr double k_settled = 1e-10, k_most_weight = 1e3;
+constexpr int k_most_rounds = 400;
+// Added to what the iteration approaches from below: a hundred times its last change.
+constexpr double k_beyond = 1e-8;
+
+/// The equations between the weights of some kinds of surroundings, and others that are known.
+class NormEquations {
+  public:
+    using Known = std::map<SurroundingsKey, std::unique_ptr<const CellNorms>>;
+
+    /// @param known  has all that drafts are made of and that are no drafts
+    NormEquations(std::map<SurroundingsKey, std::optional<CellDraft>> drafts, const Known& known);
+
+    /// The weights, or nullptr, of each draft.
+    Known solve();
+
+  private:
+    /// As RingRow, of active points by their numbers among these.
+    struct Sizes {
+        std::vector<double> level;
+        std::vector<std::pair<int, double>> more;
+    };
+    struct Child {
+        /// Per point of the child that has a weight: how far it is from where the child's corners would have it, as a
+        /// combination of the same of the parent's points; sizes of weights.
+        std::vector<Sizes> offsets;
+        const std::vector<double>* weight = nullptr;  ///< of the child's points
+    };
+    struct Kind {
+        CellDraft draft;
+        std::vector<double> weight;   ///< of the active points
+        std::vector<double> below;    ///< the largest sums of their weights in children whose weights are known
+        std::vector<Child> children;  ///< the others
+        bool none = false;            ///< there are no weights
+    };
+    /// The points of a child that matter.
+    struct Points {
+        std::vector<int> point;
+        std::vector<CellAnchor> anchor;
+        const std::vector<double>* weight = nullptr;
+    };
+
+    std::optional<Points> points_of(const SurroundingsKey& key) const;
+    template <class Visit>
+    bool for_each_offset(const Kind& kind, const CellDraft::Child& child, const Points& points, Visit&& visit) const;
+    bool activate(Kind& kind);
+    void find_offsets(Kind& kind);
+    static Sizes sizes(const CellDraft& draft, const RingRow& row, const std::vector<int>& place);
+    static void add(const Sizes& sizes, double factor, std::span<double> level, std::span<double> sum);
+    static void add_levels(const CellDraft& draft, std::span<const double> level, std::span<double> sum);
+    double improve(Kind& kind) const;
+    void spread_none();
+
+    std::map<SurroundingsKey, Kind> kinds_;
+    const Known& known_;
+};
+
+NormEquations::NormEquations(std::map<SurroundingsKey, std::optional<CellDraft>> drafts, const Known& known)
+    : known_(known) {
+    for (auto& [key, draft] : drafts) {
+        Kind& kind = kinds_[key];
+        kind.none = !draft;
+        if (draft) kind.draft = std::move(*draft);
+    }
+}
+
+std::optional<NormEquations::Points> NormEquations::points_of(const SurroundingsKey& key) const {
+    if (const auto at = kinds_.find(key); at != kinds_.end()) {
+        const Kind& kind = at->second;
+        if (kind.none) return std::nullopt;
+        Points points{kind.draft.active, {}, &kind.weight};
+        for (const int i : points.point) points.anchor.push_back(kind.draft.anchor[i]);
+        return points;
+    }
+    const CellNorms* const norms = known_.at(key).get();
+    if (norms == nullptr) return std::nullopt;
+    return Points{norms->point, norms->anchor, &norms->weight};
+}
+
+/// Visits how far the child's points are from where its corners would have them, as combinations of the parent's
+/// points. False where that is not 0 when those are where the parent's corners would have them.
+template <class Visit>
+bool NormEquations::for_each_offset(const Kind& kind, const CellDraft::Child& child, const Points& points,
+                                    Visit&& visit) const {
+    const CellDraft& draft = kind.draft;
+    RingRowSum sum(draft.groups);
+    for (std::size_t j = 0; j < points.point.size(); ++j) {
+        sum.add(draft.rows[child.vertices[points.point[j]]], 1);
+        for (int k = 0; k < 4; ++k)
+            if (const double a = points.anchor[j][k]; a != 0) sum.add(draft.rows[child.vertices[k]], -a);
+        const RingRow& offset = sum.take();
+        if (!draft.annihilates(offset)) return false;
+        visit(offset);
+    }
+    return true;
+}
+
+/// A point that matters to a small cell does to the large one. Returns whether anything was not known before.
+bool NormEquations::activate(Kind& kind) {
+    CellDraft& draft = kind.draft;
+    const std::size_t before = draft.active.size();
+    std::vector<char> active(draft.points, 0);
+    for (const int i : draft.active) active[i] = 1;
+    // A weight of most of a group counts for all of it.
+    std::vector<char> all_active(draft.groups.members.size(), 0);
+    for (const CellDraft::Child& child : draft.children) {
+        const std::optional<Points> points = points_of(child.key);
+        kind.none = kind.none || !points;
+        if (kind.none) return true;
+        const auto activate_point = [&](int i) {
+            if (!std::exchange(active[i], 1)) draft.active.push_back(i);
+        };
+        const bool known = for_each_offset(kind, child, *points, [&](const RingRow& offset) {
+            for (std::size_t g = 0; g < offset.level.size(); ++g) {
+                if (std::abs(offset.level[g]) <= k_no_weight || all_active[g]) continue;
+                all_active[g] = 1;
+                for (const int i : draft.groups.members[g]) activate_point(i);
+            }
+            for (const auto& [i, weight] : offset.more)
+                if (std::abs(offset.level_at(draft.groups, i) + weight) > k_no_weight) activate_point(i);
+        });
+        if (known) continue;
+        // Inside the cell the rules reproduce more than around it.
+        kind.none = draft.anchor == draft.constant();
+        draft.set_anchor(draft.constant());
+        return true;
+    }
+    return draft.active.size() > before;
+}
+
+NormEquations::Sizes NormEquations::sizes(const CellDraft& draft, const RingRow& row, const std::vector<int>& place) {
+    const auto size = [](double weight) { return std::abs(weight) > k_no_weight ? std::abs(weight) : 0; };
+    Sizes result;
+    for (const double level : row.level) result.level.push_back(size(level));
+    for (const auto& [i, weight] : row.more) {
+        const double level = row.level_at(draft.groups, i), more = size(level + weight) - size(level);
+        if (place[i] >= 0 && draft.is_free(i) && more != 0) result.more.emplace_back(place[i], more);
+    }
+    return result;
+}
+
+void NormEquations::add(const Sizes& sizes, double factor, std::span<double> level, std::span<double> sum) {
+    for (std::size_t g = 0; g < level.size(); ++g) level[g] += factor * sizes.level[g];
+    for (const auto& [a, more] : sizes.more) sum[a] += factor * more;
+}
+
+/// Adds what all of a group have to its active points.
+void NormEquations::add_levels(const CellDraft& draft, std::span<const double> level, std::span<double> sum) {
+    for (std::size_t a = 0; a < sum.size() && !level.empty(); ++a)
+        if (const int g = draft.groups.of[draft.active[a]]; g >= 0 && draft.is_free(draft.active[a]))
+            sum[a] += level[g];
+}
+
+void NormEquations::find_offsets(Kind& kind) {
+    const CellDraft& draft = kind.draft;
+    std::vector<int> place(draft.points, -1);
+    for (std::size_t a = 0; a < draft.active.size(); ++a) {
+        place[draft.active[a]] = static_cast<int>(a);
+        kind.weight.push_back(draft.direct[draft.active[a]]);
+    }
+    kind.below.assign(draft.active.size(), 0.0);
+    for (const CellDraft::Child& child : draft.children) {
+        const Points points = *points_of(child.key);
+        if (!kinds_.contains(child.key)) {
+            std::vector<double> sum(draft.active.size(), 0.0), level(draft.groups.members.size(), 0.0);
+            auto weight = points.weight->begin();
+            for_each_offset(kind, child, points,
+                            [&](const RingRow& offset) { add(sizes(draft, offset, place), *weight++, level, sum); });
+            add_levels(draft, level, sum);
+            for (std::size_t a = 0; a < sum.size(); ++a) kind.below[a] = std::max(kind.below[a], sum[a]);
+            continue;
+        }
+        Child& terms = kind.children.emplace_back();
+        terms.weight = points.weight;
+        for_each_offset(kind, child, points,
+                        [&](const RingRow& offset) { terms.offsets.push_back(sizes(draft, offset, place)); });
+    }
+}
+
+/// Returns the largest change.
+double NormEquations::improve(Kind& kind) const {
+    std::vector<double> below = kind.below, sum(kind.weight.size()), level(kind.draft.groups.members.size());
+    for (const Child& child : kind.children) {
+        std::fill(sum.begin(), sum.end(), 0.0);
+        std::fill(level.begin(), level.end(), 0.0);
+        for (std::size_t j = 0; j < child.offsets.size(); ++j) add(child.offsets[j], (*child.weight)[j], level, sum);
+        add_levels(kind.draft, level, sum);
+        for (std::size_t a = 0; a < sum.size(); ++a) below[a] = std::max(below[a], sum[a]);
+    }
+    double change = 0;
+    for (std::size_t a = 0; a < below.size(); ++a) {
+        const double now = kind.draft.direct[kind.draft.active[a]] + below[a];
+        change = std::max(change, now - kind.weight[a]);
+        kind.weight[a] = now;
+        kind.none = kind.none || now > k_most_weight;
+    }
+    return change;
+}
+
+/// What is made of something without weights has none.
+void NormEquations::spread_none() {
+    for (bool again = true; again;) {
+        again = false;
+        for (auto& [key, kind] : kinds_)
+            if (!kind.none)
+                for (const CellDraft::Child& child : kind.draft.children)
+                    if (const auto at = kinds_.find(child.key); at != kinds_.end() && at->second.none)
+                        kind.none = again = true;
+    }
+}
+
+NormEquations::Known NormEquations::solve() {
+    for (bool again = true; again;) {
+        again = false;
+        for (auto& [key, kind] : kinds_)
+            if (!kind.none && activate(kind)) again = true;
+    }
+    for (auto& [key, kind] : kinds_)
+        if (!kind.none) find_offsets(kind);
+    double change = std::numeric_limits<double>::infinity();
+    for (int round = 0; round < k_most_rounds && change > k_settled; ++round) {
+        change = 0;
+        for (auto& [key, kind] : kinds_)
+            if (!kind.none) change = std::max(change, improve(kind));
+    }
+    if (change > k_settled)
+        for (auto& [key, kind] : kinds_) kind.none = true;
+    spread_none();
+    Known result;
+    for (const auto& [key, kind] : kinds_) {
+        std::unique_ptr<CellNorms> norms;
+        if (!kind.none) {
+            norms = std::make_unique<CellNorms>();
+            for (std::size_t a = 0; a < kind.weight.size(); ++a) {
+                const int i = kind.draft.active[a];
+                if (!kind.draft.is_free(i)) continue;
+                norms->point.push_back(i);
+                norms->weight.push_back(kind.weight[a] + k_beyond);
+                norms->anchor.push_back(kind.draft.anchor[i]);
+            }
+        }
+        result.emplace(key, std::move(norms));
+    }
+    return result;
+}
+
+}  // namespace
+
+/// Kinds of surroundings depth first (Tarjan 1972): those that are made of one another are solved together, after all
+/// others that they are made of. So the weights of a kind do not depend on what was asked for before.
+class CellNormTable::Search {
+  public:
+    explicit Search(const CellNormTable& table) : table_(table) {}
+
+    /// Returns the number of the first kind that this one, or what it is made of, leads back to.
+    int visit(const SurroundingsKey& key) {
+        const auto of = kinds_.try_emplace(key).first;  // stays where it is
+        Kind& kind = of->second;
+        const int number = kind.number = static_cast<int>(kinds_.size());
+        stack_.push_back(key);
+        kind.draft = draft_cell(table_.scheme_, table_.options_, key, table_.corners_, table_.rings_);
+        int lowest = number;
+        if (kind.draft)
+            for (const CellDraft::Child& child : kind.draft->children) {
+                if (table_.known_.contains(child.key)) continue;
+                const auto met = kinds_.find(child.key);
+                lowest = std::min(lowest, met == kinds_.end() ? visit(child.key) : met->second.number);
+            }
+        if (lowest == number) solve(key);
+        return lowest;
+    }
+
+  private:
+    struct Kind {
+        int number = 0;
+        std::optional<CellDraft> draft;
+    };
+
+    void solve(const SurroundingsKey& first) {
+        std::map<SurroundingsKey, std::optional<CellDraft>> drafts;
+        for (bool last = false; !last;) {
+            last = stack_.back() == first;
+            drafts.emplace(stack_.back(), std::move(kinds_.at(stack_.back()).draft));
+            stack_.pop_back();
+        }
+        NormEquations::Known solved = NormEquations(std::move(drafts), table_.known_).solve();
+        const std::unique_lock lock(table_.reading_);
+        table_.known_.merge(std::move(solved));
+    }
+
+    const CellNormTable& table_;
+    std::map<SurroundingsKey, Kind> kinds_;
+    std::vector<SurroundingsKey> stack_;
+};
+
+const CellNorms* CellNormTable::find(const SurroundingsKey& key) const {
+    {
+        const std::shared_lock lock(reading_);
+        if (const auto at = known_.find(key); at != known_.end()) return at->second.get();
+    }
+    const std::lock_guard writer(writing_);
+    if (!known_.contains(key)) Search(*this).visit(key);
+    return known_.at(key).get();
+}
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,48 @@
+#pragma once
+
+#include "cell_draft.hpp"
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <shared_mutex>
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// Weights of the points around a cell, by how far each is from where the cell's corners would have it: their sum
+/// bounds how far the limit is from the cell.
+struct CellNorms {
+    std::vector<int> point;  ///< those with a weight, by their numbers in the surroundings
+    std::vector<double> weight;
+    std::vector<CellAnchor> anchor;
+};
+
+/// The weights for each kind of surroundings, found when they are asked for.
+///
+/// A weight is the largest size of the point's basis function on the vertices a few levels down, and what is left below
+/// these: the same sum over each of the small cells there, whose points are combinations of those around the large one.
+/// These equations between all kinds of surroundings that come up are solved by iteration. That it converges is the
+/// proof that the steps contract (as in the difference schemes of Dyn, Levin, Gregory 1990; what surrounds the cell is
+/// in the place of the regular lattice).
+class CellNormTable {
+  public:
+    /// @param options  must live as long
+    CellNormTable(const SchemeInfo& scheme, const RuleOptions& options, int cell_corners, int rings)
+        : scheme_(scheme), options_(options), corners_(cell_corners), rings_(rings) {}
+
+    /// nullptr where there are none. From any thread.
+    const CellNorms* find(const SurroundingsKey& key) const;
+
+  private:
+    class Search;
+
+    const SchemeInfo& scheme_;
+    const RuleOptions& options_;
+    int corners_, rings_;
+    mutable std::shared_mutex reading_;
+    mutable std::mutex writing_;
+    mutable std::map<SurroundingsKey, std::unique_ptr<const CellNorms>> known_;
+};
+
+}  // namespace tetrakis::detail

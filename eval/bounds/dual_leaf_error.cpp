@@ -1,0 +1,190 @@
+#include "dual_leaf_error.hpp"
+
+#include "../../hier/base/parallel.hpp"
+#include "../../refine/adaptive/adaptive_dual.hpp"
+#include "plane_measure.hpp"
+#include "point_triangle.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace tetrakis::detail {
+
+namespace {
+
+/// Per vertex the neighbours across edges that one triangle alone has.
+std::vector<std::array<std::uint32_t, 2>> boundary_neighbours(const DualFaces& faces, std::uint32_t vertex_count) {
+    struct Edge {
+        std::uint32_t low, high;
+        auto operator<=>(const Edge&) const = default;
+    };
+    std::vector<Edge> edges;
+    for (std::size_t t = 0; t < faces.control_faces.size(); ++t)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t a = faces.face_vertices[3 * t + k], b = faces.face_vertices[3 * t + (k + 1) % 3];
+            edges.push_back({std::min(a, b), std::max(a, b)});
+        }
+    std::sort(edges.begin(), edges.end());
+    std::vector<std::array<std::uint32_t, 2>> beside(vertex_count);
+    for (std::uint32_t v = 0; v < vertex_count; ++v) beside[v] = {v, v};
+    for (std::size_t i = 0; i < edges.size();) {
+        std::size_t end = i + 1;
+        while (end < edges.size() && edges[end] == edges[i]) ++end;
+        if (end == i + 1) {
+            const auto [a, b] = edges[i];
+            beside[a][beside[a][0] == a ? 0 : 1] = b;
+            beside[b][beside[b][0] == b ? 0 : 1] = a;
+        }
+        i = end;
+    }
+    return beside;
+}
+
+}  // namespace
+
+DualTriangles dual_triangles(const VertexForest& forest) {
+    DualTriangles mesh;
+    mesh.faces = forest.faces();
+    DualFaces& faces = mesh.faces;
+    // Triangles of a face follow each other in the cut mesh, two fewer than corners.
+    const std::uint32_t vertices = mesh.vertex_count();
+    const auto face_count = static_cast<std::uint32_t>(faces.control_faces.size());
+    mesh.around_begin.assign(vertices + std::size_t{1}, 0);
+    const auto size = [&](std::uint32_t f) { return faces.face_offsets[f + 1] - faces.face_offsets[f]; };
+    for (std::uint32_t f = 0; f < face_count; ++f)
+        for (std::uint32_t i = faces.face_offsets[f]; i < faces.face_offsets[f + 1]; ++i)
+            mesh.around_begin[faces.face_vertices[i] + std::size_t{1}] += size(f) - 2;
+    for (std::uint32_t v = 0; v < vertices; ++v) mesh.around_begin[v + std::size_t{1}] += mesh.around_begin[v];
+    mesh.around.resize(mesh.around_begin[vertices]);
+    std::vector<std::uint32_t> next(mesh.around_begin.begin(), mesh.around_begin.end() - 1);
+    for (std::uint32_t f = 0, first = 0; f < face_count; first += size(f) - 2, ++f)
+        for (std::uint32_t i = faces.face_offsets[f]; i < faces.face_offsets[f + 1]; ++i)
+            for (std::uint32_t k = 0; k + 2 < size(f); ++k) mesh.around[next[faces.face_vertices[i]]++] = first + k;
+    cut_into_triangles(faces);
+    mesh.beside = boundary_neighbours(faces, vertices);
+    return mesh;
+}
+
+void add_cells_below(const VertexRoots& roots, const VertexCell& cell, int bits, std::vector<VertexCell>& cells) {
+    const std::uint32_t side = 1u << bits;
+    for (std::uint32_t y = 0; y < side; ++y)
+        for (std::uint32_t x = 0; x < side; ++x)
+            cells.push_back(roots.existing({cell.root,
+                                            {(cell.at.x << bits) + x, (cell.at.y << bits) + y},
+                                            static_cast<std::uint8_t>(cell.level + bits)}));
+}
+
+double dual_leaf_error(const VertexForest& forest, const DualTriangles& mesh, std::span<const Vec3d> positions,
+                       std::uint32_t vertex, LeafId leaf, int bits, std::span<const Vec3d> points) {
+    const auto to_mesh = [&](const Vec3d& p) {
+        double squared = std::numeric_limits<double>::infinity();
+        for (std::uint32_t i = mesh.around_begin[vertex]; i < mesh.around_begin[vertex + std::size_t{1}]; ++i) {
+            const auto t = mesh.triangle(mesh.around[i]);
+            squared = std::min(
+                squared, nearest_on_triangle(p, positions[t[0]], positions[t[1]], positions[t[2]]).squared_distance);
+        }
+        return std::sqrt(squared);
+    };
+    double error = 0;
+    for (const Vec3d& p : points) error = std::max(error, to_mesh(p));
+    // Sides where the surface ends: the points along them, to the mesh's boundary.
+    const std::uint32_t side = 1u << bits;
+    const auto point = [&](std::uint32_t x, std::uint32_t y) { return points[std::size_t{y} * side + x]; };
+    for (int s = 0; s < 4; ++s) {
+        if (forest.neighbours(leaf, s)[0].valid() || forest.across_crease(leaf, s).valid()) continue;
+        for (std::uint32_t i = 0; i < side; ++i) {
+            const Vec3d p = s == 0   ? point(i, 0)
+                            : s == 1 ? point(side - 1, i)
+                            : s == 2 ? point(i, side - 1)
+                                     : point(0, i);
+            double nearest = std::numeric_limits<double>::infinity();
+            for (const std::uint32_t w : mesh.beside[vertex])
+                nearest = std::min(nearest, segment_distance(p, positions[vertex], positions[w]));
+            error = std::max(error, nearest);
+        }
+    }
+    return error;
+}
+
+void DualLeafErrors::find(Layer& layer, const VertexForest& forest, std::span<const LeafId> leaves,
+                          const std::function<void(double)>& report) {
+    const std::size_t each = std::size_t{1} << (2 * layer.bits);
+    layer.known.resize(forest.leaf_slots(), 0);
+    layer.points.resize(forest.leaf_slots() * each);
+    std::vector<LeafId> fresh;
+    for (const LeafId leaf : leaves)
+        if (layer.known[leaf.value] == 0) fresh.push_back(leaf);
+    constexpr std::size_t k_cells = 1u << 15;  // evaluated between two reports
+    const std::size_t block = k_cells / each;
+    std::vector<VertexCell> cells;
+    std::vector<LimitPoint> limits;
+    for (std::size_t begin = 0; begin < fresh.size(); begin += block) {
+        report(static_cast<double>(begin) / static_cast<double>(fresh.size()));
+        const auto some = std::span(fresh).subspan(begin, std::min(block, fresh.size() - begin));
+        cells.clear();
+        for (const LeafId leaf : some) add_cells_below(forest.roots(), forest.cell(leaf), layer.bits, cells);
+        limits.resize(cells.size());
+        points_.limits(cells, limits);
+        for (std::size_t i = 0; i < some.size(); ++i)
+            for (std::size_t k = 0; k < each; ++k)
+                layer.points[some[i].value * each + k] = limits[i * each + k].position;
+    }
+    for (const LeafId leaf : fresh) layer.known[leaf.value] = 1;
+}
+
+void DualLeafErrors::forget_from(std::uint32_t slot) {
+    for (Layer* layer : {&own_, &children_, &grandchildren_})
+        if (layer->known.size() > slot)
+            std::fill(layer->known.begin() + static_cast<std::ptrdiff_t>(slot), layer->known.end(), std::uint8_t{0});
+}
+
+std::vector<Vec3d> DualLeafErrors::positions(const VertexForest& forest, const DualTriangles& mesh,
+                                             const std::function<void(double)>& report) {
+    find(own_, forest, mesh.faces.leaves, report);
+    std::vector<Vec3d> positions(mesh.vertex_count());
+    for (std::size_t v = 0; v < positions.size(); ++v) positions[v] = own_.points[mesh.faces.leaves[v].value];
+    return positions;
+}
+
+std::vector<double> DualLeafErrors::errors(const VertexForest& forest, const DualTriangles& mesh,
+                                           std::span<const Vec3d> positions, double decide_at,
+                                           const std::function<void(double)>& report) {
+    // A vertex on a crease has a leaf on each side.
+    std::vector<std::uint32_t> vertex(mesh.vertex_count());
+    std::iota(vertex.begin(), vertex.end(), 0u);
+    std::vector<LeafId> leaves = mesh.faces.leaves;
+    for (const DualFaces::OtherSide& side : mesh.faces.other_sides) {
+        vertex.push_back(side.vertex);
+        leaves.push_back(side.leaf);
+    }
+    const auto error_by = [&](const Layer& layer, std::uint32_t i) {
+        const std::size_t each = std::size_t{1} << (2 * layer.bits);
+        return dual_leaf_error(forest, mesh, positions, vertex[i], leaves[i], layer.bits,
+                               std::span(layer.points).subspan(leaves[i].value * each, each));
+    };
+    std::vector<double> of_leaf(leaves.size()), errors(mesh.vertex_count(), 0.0);
+    find(children_, forest, leaves, [&](double done) { report(0.2 * done); });
+    constexpr std::uint32_t k_grain = 64;
+    for_each_index(
+        static_cast<std::uint32_t>(leaves.size()), [&](std::uint32_t i) { of_leaf[i] = error_by(children_, i); },
+        k_grain);
+    const auto raise = [&](std::uint32_t i) { errors[vertex[i]] = std::max(errors[vertex[i]], of_leaf[i]); };
+    for (std::uint32_t i = 0; i < leaves.size(); ++i) raise(i);
+    std::vector<std::uint32_t> undecided;
+    std::vector<LeafId> their;
+    for (std::uint32_t i = 0; i < leaves.size(); ++i)
+        if (errors[vertex[i]] <= decide_at) {
+            undecided.push_back(i);
+            their.push_back(leaves[i]);
+        }
+    find(grandchildren_, forest, their, [&](double done) { report(0.2 + 0.8 * done); });
+    for_each_index(
+        static_cast<std::uint32_t>(undecided.size()),
+        [&](std::uint32_t i) { of_leaf[undecided[i]] = error_by(grandchildren_, undecided[i]); }, k_grain);
+    for (const std::uint32_t i : undecided) raise(i);
+    return errors;
+}
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,74 @@
+#pragma once
+
+#include "../../hier/base/run_context.hpp"
+#include "../../hier/forest/vertex_forest.hpp"
+#include "../../refine/adaptive/partial_levels.hpp"
+#include "../surface/triangle_mesh.hpp"
+
+#include <array>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// The triangle mesh of a vertex forest's leaves, and the faces around each of its vertices.
+struct DualTriangles {
+    DualFaces faces;                          ///< triangles
+    std::vector<std::uint32_t> around;        ///< per vertex, concatenated: triangles of the dual faces that it is in
+    std::vector<std::uint32_t> around_begin;  ///< V + 1 numbers into `around`
+    /// Per vertex its neighbours along the mesh's boundary; itself where there is none.
+    std::vector<std::array<std::uint32_t, 2>> beside;
+
+    std::uint32_t vertex_count() const { return static_cast<std::uint32_t>(faces.cells.size()); }
+    std::uint32_t triangle_count() const { return static_cast<std::uint32_t>(faces.control_faces.size()); }
+    std::array<std::uint32_t, 3> triangle(std::uint32_t t) const {
+        return {faces.face_vertices[3 * std::size_t{t}], faces.face_vertices[3 * std::size_t{t} + 1],
+                faces.face_vertices[3 * std::size_t{t} + 2]};
+    }
+};
+DualTriangles dual_triangles(const VertexForest& forest);
+
+/// Appends the cells that a cell has `bits` levels down, row by row; for those that do not exist, others beside them.
+void add_cells_below(const VertexRoots& roots, const VertexCell& cell, int bits, std::vector<VertexCell>& cells);
+
+/// How far the surface over a vertex's cell is from the triangles around it, and along the boundary from the mesh's, by
+/// limit points of the cells below it.
+/// @param positions  of the mesh's vertices: the vertex itself, those of the triangles around it and beside it are used
+/// @param leaf       the vertex, or one of its sides where it is on a crease
+/// @param points     as add_cells_below() orders them
+double dual_leaf_error(const VertexForest& forest, const DualTriangles& mesh, std::span<const Vec3d> positions,
+                       std::uint32_t vertex, LeafId leaf, int bits, std::span<const Vec3d> points);
+
+/// Limit points of a forest's leaves, and of their cells' children and grandchildren, which tell how far the surface is
+/// from the mesh between the leaves. Each is found when it is first needed, in large batches, and kept.
+class DualLeafErrors {
+  public:
+    explicit DualLeafErrors(const PartialLevels& points) : points_(points) {}
+
+    /// Limit positions of the mesh's vertices.
+    std::vector<Vec3d> positions(const VertexForest& forest, const DualTriangles& mesh,
+                                 const std::function<void(double)>& report);
+    /// Per vertex of the mesh, how far the surface over its cell is from the triangles around it, and along the
+    /// boundary from the mesh's: by its children where that is above `decide_at`, else by its grandchildren.
+    std::vector<double> errors(const VertexForest& forest, const DualTriangles& mesh, std::span<const Vec3d> positions,
+                               double decide_at, const std::function<void(double)>& report);
+
+    /// Forgets the points of slots from this number on: a forest is taken back to an earlier state.
+    void forget_from(std::uint32_t slot);
+
+  private:
+    /// Points of leaves' cells `bits` levels down, row by row, `4^bits` each; by slot.
+    struct Layer {
+        int bits = 0;
+        std::vector<std::uint8_t> known;
+        std::vector<Vec3d> points;
+    };
+    void find(Layer& layer, const VertexForest& forest, std::span<const LeafId> leaves,
+              const std::function<void(double)>& report);
+
+    const PartialLevels& points_;
+    Layer own_{0, {}, {}}, children_{1, {}, {}}, grandchildren_{2, {}, {}};
+};
+
+}  // namespace tetrakis::detail

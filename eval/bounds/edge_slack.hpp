@@ -1,0 +1,87 @@
+#pragma once
+
+#include "../../hier/base/vec.hpp"
+
+#include <array>
+
+namespace tetrakis {
+
+/// What is known of a mesh around one of its triangles T, so that the surface over T may slide over T's edges.
+///
+/// Across an edge with slack another triangle follows, which is turned against T's plane by at most `fold`; and either
+/// of the two contains the isosceles triangle over the edge (its tent) whose base angles have the tangent `tent`. Tents
+/// of one triangle do not overlap.
+///
+/// The error of a leaf, with slack at some edges: let f be the foot of a point p of its surface on T's plane, h its
+/// height, D the triangle together with the tents beyond its edges with slack (unfolded into the plane: convex), R the
+/// two tents at an edge, t how far f lies beyond the line of an edge with slack, w that edge's fold, W the largest. It
+/// is the largest of
+///     sqrt(h^2 + dist(f, D)^2) + max(0, w t)                         for all points, the largest over the edges,
+///     dist(p, edge)                                                  for those on a side without slack,
+///     sqrt(h^2 + dist(f, R)^2) (1 + W^2 / 4) + W dist(f, edge)       for those on a side with slack.
+/// Where the errors of all leaves are at most E, the mesh and the surface are within E of each other both ways. Proof:
+/// there is a continuous map F of the surface into the mesh that moves no point by more than E: p goes to the point of
+/// D that is nearest to f, folded back; on a side with slack to the nearest point of R, unfolded into the plane that
+/// halves the fold, so that both leaves agree there; on a side without to the nearest point of the edge. (Projections
+/// onto convex sets that contain the edge do not increase the distance from it, nor t, and folding moves a point by at
+/// most w t. The tents are those that the mesh has room for; with smaller ones assumed a bound only grows.) In a narrow
+/// collar F changes from one rule to the other, from u to v: in a leaf's own unfolded plane both ends are within E of
+/// p, so the point where the line between them crosses the edge is, and in the folded mesh each of its two parts lies
+/// in a plane, where distances are convex. A leaf with a side that does not slide over an edge at which its neighbour
+/// does has such a collar, too. F and the parametrisation of the surface by the mesh carry each leaf into the same T
+/// with tents, which is contractible, so they are homotopic; F has degree 1 and meets every point of the mesh.
+///
+/// For fold 0 at all edges it is sliding in a plane, which costs nothing.
+struct EdgeSlack {
+    std::array<double, 3> fold{-1, -1, -1};  ///< by edge (corner k to k + 1), in radians; negative: no slack
+    std::array<double, 3> tent{};            ///< by edge; tangents
+
+    /// Whether there is slack at some edge.
+    bool any() const { return fold[0] >= 0 || fold[1] >= 0 || fold[2] >= 0; }
+};
+
+/// Largest fold there is slack for: with more it helps little.
+inline constexpr double k_largest_fold = 0.25;
+
+/// What a leaf that has to be within a tolerance may take for granted of its neighbours, before these are known; to be
+/// checked when they are. Without slack where the triangle is small beside the tolerance, or thin.
+/// @param soft   whether the leaf may have slack at all at edge k
+/// @param loose  share by which what is assumed may miss the limits: for checking, with corners found on another way
+EdgeSlack assumed_slack(const std::array<Vec3d, 3>& corners, double tolerance, const std::array<bool, 3>& soft,
+                        double loose = 0);
+
+/// The slack that a leaf's error is asked for with: none, what is known, or what is assumed for its triangle.
+class LeafSlack {
+  public:
+    LeafSlack() = default;
+    /// What a mesh grants.
+    /// @param needed  it is known that the leaf is not within the tolerance without
+    static LeafSlack known(const EdgeSlack& edges, bool needed = false) {
+        LeafSlack slack;
+        slack.edges_ = edges;
+        slack.needed_ = needed;
+        return slack;
+    }
+    /// assumed_slack() of the leaf's triangle.
+    static LeafSlack assumed(double tolerance, const std::array<bool, 3>& soft) {
+        LeafSlack slack;
+        slack.tolerance_ = tolerance;
+        slack.soft_ = soft;
+        return slack;
+    }
+    bool needed() const { return needed_; }
+    /// Whether there is none whatever the triangle.
+    bool none() const { return !(tolerance_ > 0) && !edges_.any(); }
+    /// @param corners  of the leaf's triangle
+    EdgeSlack at(const std::array<Vec3d, 3>& corners) const {
+        return tolerance_ > 0 ? assumed_slack(corners, tolerance_, soft_) : edges_;
+    }
+
+  private:
+    EdgeSlack edges_;
+    double tolerance_ = 0;
+    std::array<bool, 3> soft_{};
+    bool needed_ = false;
+};
+
+}  // namespace tetrakis

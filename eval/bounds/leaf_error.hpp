@@ -1,0 +1,22 @@
+#pragma once
+
+#include "../../hier/base/vec.hpp"
+
+#include <array>
+
+namespace tetrakis {
+
+/// What is known of the distance between a surface and a triangle of a hierarchy.
+struct LeafError {
+    double lower = 0;     ///< attained at a sample
+    double upper = 0;     ///< never exceeded (rounding included)
+    bool slides = false;  ///< only with the slack that the leaf was given
+};
+
+/// A first look at a leaf: what the cheap filters need.
+struct QuickError {
+    std::array<Vec3d, 3> corners;  ///< limit positions of corners 0, 1, 2
+    Vec3d middle{0};               ///< S - L at the middle of the edge corner 0 - corner 1
+};
+
+}  // namespace tetrakis

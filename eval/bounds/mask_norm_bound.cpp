@@ -1,0 +1,439 @@
+#include "mask_norm_bound.hpp"
+
+#include "../../hier/base/parallel.hpp"
+#include "../../refine/rules/rule_refiner.hpp"
+#include "../../schemes/rules/averaging.hpp"
+#include "../surface/site_limits.hpp"
+#include "../tessellate/limit_samples.hpp"
+#include "../tessellate/surface_family.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tetrakis {
+
+namespace {
+
+constexpr std::uint32_t k_block = 256;
+// Levels below a piece that are looked at. Around an extraordinary point the remainder halves from one to the next, so
+// that this is where it is smaller than anything asked for.
+constexpr int k_deepest = 16;
+// Of a piece no more cells are looked at on one level: those count by what is known of them. Where hardly any error is
+// attained, as on a flat sheet whose parameters run unevenly, no bound is ever tight.
+constexpr std::uint32_t k_most_cells = 256;
+// Beside semi-sharp edges nothing is known before they are smooth: cells as small as that are many along an edge.
+constexpr float k_most_sharp_levels = 6;
+// A bound is tight where it is within this of an error that there is.
+constexpr double k_tight = 1.05;
+// Errors that are as good as none, where nothing is aimed at: a share of the model's diagonal.
+constexpr double k_no_error = 1e-7;
+// A level's points are sums of the level before, a few products each.
+constexpr double k_roundings = 256;
+// Parts of a cell that are no larger, and no larger a share of the piece, are corners and edges that rounding has given
+// an area.
+constexpr double k_no_area = 1e-12, k_no_share = 1e-6;
+constexpr double k_infinite = std::numeric_limits<double>::infinity();
+
+using Coordinates = std::array<double, 2>;
+using Corners = std::array<Coordinates, 3>;
+
+void say_nothing(double) {}
+
+/// Barycentrics of a triangle in the plane.
+class Barycentrics {
+  public:
+    explicit Barycentrics(const Corners& at) : origin_(at[0]) {
+        const double ax = at[1][0] - at[0][0], ay = at[1][1] - at[0][1];
+        const double bx = at[2][0] - at[0][0], by = at[2][1] - at[0][1];
+        const double area = ax * by - ay * bx;
+        one_ = {by / area, -bx / area};
+        two_ = {-ay / area, ax / area};
+    }
+    std::array<double, 3> operator()(const Coordinates& p) const {
+        const double x = p[0] - origin_[0], y = p[1] - origin_[1];
+        const double b1 = one_[0] * x + one_[1] * y, b2 = two_[0] * x + two_[1] * y;
+        return {1 - b1 - b2, b1, b2};
+    }
+
+  private:
+    Coordinates origin_, one_, two_;
+};
+
+/// The part of a cell that a triangle covers: a convex polygon of at most seven corners.
+struct Covered {
+    std::array<Coordinates, 8> at;
+    std::array<std::array<double, 3>, 8> b;  ///< barycentrics
+    int count = 0;
+    bool whole = true;
+
+    void add(const Coordinates& p, const std::array<double, 3>& weights) {
+        at[count] = p;
+        b[count++] = weights;
+    }
+};
+
+Covered covered(const Corners& triangle, int cell_corners) {
+    constexpr double k_beside = 1e-12;  // on an edge, but for rounding
+    constexpr Coordinates k_quad[] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}}, k_triangle[] = {{0, 0}, {1, 0}, {0, 1}};
+    const Barycentrics barycentrics(triangle);
+    Covered part;
+    for (int k = 0; k < cell_corners; ++k) {
+        const Coordinates& p = cell_corners == 4 ? k_quad[k] : k_triangle[k];
+        part.add(p, barycentrics(p));
+    }
+    for (std::size_t side = 0; side < 3; ++side) {
+        const Covered before = part;
+        part.count = 0;
+        for (int i = 0; i < before.count; ++i) {
+            const int j = (i + 1) % before.count;
+            const double here = before.b[i][side], next = before.b[j][side];
+            if (here >= -k_beside)
+                part.add(before.at[i], before.b[i]);
+            else
+                part.whole = false;
+            if ((here > k_beside && next < -k_beside) || (here < -k_beside && next > k_beside)) {
+                const double s = here / (here - next);
+                Coordinates p;
+                std::array<double, 3> b;
+                for (std::size_t c = 0; c < 2; ++c) p[c] = before.at[i][c] + s * (before.at[j][c] - before.at[i][c]);
+                for (std::size_t c = 0; c < 3; ++c) b[c] = before.b[i][c] + s * (before.b[j][c] - before.b[i][c]);
+                part.add(p, b);
+            }
+        }
+    }
+    const auto area = [](auto&& corner, int count) {
+        double sum = 0;
+        for (int i = 0; i < count; ++i) {
+            const Coordinates &p = corner(i), &q = corner((i + 1) % count);
+            sum += p[0] * q[1] - p[1] * q[0];
+        }
+        return sum;
+    };
+    const double covered_area = area([&](int i) -> const Coordinates& { return part.at[i]; }, part.count);
+    const double whole =
+        std::abs(area([&](int i) -> const Coordinates& { return triangle[static_cast<std::size_t>(i)]; }, 3));
+    if (!(covered_area > std::min(k_no_area, k_no_share * whole))) part.count = 0;
+    return part;
+}
+
+/// How far a cell of a level is from a flat triangle, parameter by parameter.
+struct Deviation {
+    double at_points;  ///< at the corners of the part that the triangle covers
+    double most;
+    bool whole;  ///< the part is the cell
+};
+
+/// @param corner  of the cell
+Deviation deviation(const Covered& part, const std::array<Vec3d, 4>& corner, int cell_corners,
+                    const SlidTriangle& triangle) {
+    double off = 0;
+    Coordinates low{1, 1}, high{0, 0};
+    std::array<double, 3> least{1, 1, 1}, most{0, 0, 0};
+    for (int i = 0; i < part.count; ++i) {
+        const auto [x, y] = part.at[i];
+        const std::array<double, 3>& b = part.b[i];
+        const Vec3d p = cell_corners == 3 ? (1 - x - y) * corner[0] + x * corner[1] + y * corner[2]
+                                          : (1 - y) * ((1 - x) * corner[0] + x * corner[1]) +
+                                                y * ((1 - x) * corner[3] + x * corner[2]);
+        off = std::max(off, glm::length(p - triangle(b)));
+        for (std::size_t c = 0; c < 2; ++c) {
+            low[c] = std::min(low[c], part.at[i][c]);
+            high[c] = std::max(high[c], part.at[i][c]);
+        }
+        for (std::size_t k = 0; k < 3; ++k) {
+            least[k] = std::min(least[k], b[k]);
+            most[k] = std::max(most[k], b[k]);
+        }
+    }
+    // Every point of the part is a mean of its corners, in a whole cell with the weights that its patch has; so is the
+    // difference, but for what bends.
+    double bend = triangle.bend({most[0] - least[0], most[1] - least[1], most[2] - least[2]});
+    if (cell_corners == 4 && !part.whole)
+        bend +=
+            0.25 * (high[0] - low[0]) * (high[1] - low[1]) * glm::length(corner[0] - corner[1] + corner[2] - corner[3]);
+    return {off, off + bend, part.whole};
+}
+
+/// The same point's coordinates in a quarter of the cell.
+Coordinates in_child(const Coordinates& p, int child, int cell_corners) {
+    constexpr Coordinates k_quad[] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}}, k_triangle[] = {{0, 0}, {1, 0}, {0, 1}};
+    if (cell_corners == 3 && child == 3) return {1 - 2 * p[0], 1 - 2 * p[1]};
+    const Coordinates& base = cell_corners == 4 ? k_quad[child] : k_triangle[child];
+    return {2 * p[0] - base[0], 2 * p[1] - base[1]};
+}
+
+}  // namespace
+
+/// A piece in one of the cells that it reaches into.
+template <class Family>
+struct MaskNormBound<Family>::Walker {
+    detail::CellFrame frame;
+    std::uint32_t piece;
+    Corners at;       ///< the piece's corners, in sides of the cell
+    double most = 0;  ///< bound on the error in the cell's part, once it is known
+};
+
+bool has_mask_norms(const SchemeInfo& scheme, const RuleOptions& rules) {
+    if (scheme.step == averaging_step) return rules.averaging_steps > 0 && rules.averaging_steps % 2 == 0;
+    for (const std::string_view name :
+         {"butterfly", "modified-butterfly", "kobbelt", "loop", "tuned-loop", "catmull-clark", "4-8"})
+        if (scheme.name == name) return true;
+    return false;
+}
+
+template <class Family>
+bool MaskNormBound<Family>::has(const SchemeInfo& scheme, const RuleOptions& rules, const ControlMesh& mesh) {
+    const auto lasts = [](float sharpness) { return is_semi_sharp(sharpness) && sharpness > k_most_sharp_levels; };
+    for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
+        if (lasts(mesh.sharpness(EdgeId(e)))) return false;
+    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
+        if (lasts(mesh.sharpness(VertexId(v)))) return false;
+    return has_mask_norms(scheme, rules);
+}
+
+template <class Family>
+MaskNormBound<Family>::MaskNormBound(const Hierarchy& points, const SchemeInfo& scheme, const RuleOptions& rules,
+                                     double aim)
+    : mesh_(points.mesh()),
+      points_(points),
+      scheme_(scheme),
+      rules_(rules),
+      decides_(aim > 0),
+      base_(rule_mesh(points.mesh(), rules)),
+      first_step_(first_rule_step(scheme, base_)),
+      remainder_(scheme, rules) {
+    const Box3d box = mesh_.bounding_box();
+    rounding_ =
+        k_roundings * std::numeric_limits<double>::epsilon() * std::max(glm::length(box.lower), glm::length(box.upper));
+    aim_ = std::max(aim > 0 ? aim - rounding_ : k_no_error * box.diagonal(), 0.0);
+}
+
+template <class Family>
+void MaskNormBound<Family>::add_pieces(const CellTriangle& t, const SlidTriangle& triangle,
+                                       std::vector<Piece>& pieces) const {
+    const double unit = std::ldexp(1.0, -t.level);
+    Piece piece{t.root, t.level, {}, triangle};
+    double right = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        piece.at[k] = {t.corner[k].x * unit, t.corner[k].y * unit};
+        right = std::max(right, piece.at[k][0]);
+    }
+    pieces.push_back(piece);
+    if (remainder_.corners() == 3 || right <= 1) return;
+    // The other half lies in the next corner's cell.
+    piece.cell = mesh_.next(t.root);
+    for (Coordinates& p : piece.at) p = {p[1], 2 - p[0]};
+    pieces.push_back(piece);
+}
+
+template <class Family>
+void MaskNormBound<Family>::bound(std::span<const Piece> pieces, Wanted wanted, std::span<double> errors) const {
+    const auto count = static_cast<std::uint32_t>(pieces.size());
+    for_each_index((count + k_block - 1) / k_block,
+                   [&](std::uint32_t b) {
+                       const std::size_t begin = std::size_t{b} * k_block,
+                                         size = std::min<std::size_t>(k_block, pieces.size() - begin);
+                       bound_block(pieces.subspan(begin, size), wanted, errors.subspan(begin, size));
+                   },
+                   1);
+}
+
+template <class Family>
+void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wanted, std::span<double> errors) const {
+    const int n = remainder_.corners();
+    // A level's rings give twice as many on the next one, less the two that rules reach.
+    const int rings = std::max(remainder_.rings() + 1, 4);
+    std::vector<Walker> walkers, next;
+    for (std::uint32_t i = 0; i < pieces.size(); ++i)
+        if (covered(pieces[i].at, n).count > 0)
+            walkers.push_back({{static_cast<int>(pieces[i].cell.value), 0}, i, pieces[i].at});
+    std::fill(errors.begin(), errors.end(), rounding_);
+    std::vector<double> least(pieces.size(), 0.0);  // an error that there is
+    std::vector<std::uint8_t> decided(pieces.size(), 0);
+    std::vector<std::uint32_t> open(pieces.size());  // cells
+    detail::MeshPartFinder parts, around;
+    const RuleMesh* above = &base_;
+    std::span<const Vec3d> net = mesh_.positions();
+    RuleStep step;
+    std::vector<Vec3d> here, finer;
+    std::vector<double> remainder;  // per face
+    // Quads: one more step, from the control mesh to its corner cells.
+    for (int level = n == 4 ? -1 : 0; !walkers.empty(); ++level) {
+        std::vector<int> seeds;
+        for (const Walker& w : walkers)
+            for (const int v : above->corners(above->face(w.frame.halfedge))) seeds.push_back(v);
+        const detail::MeshPart part = parts.find(*above, seeds, rings);
+        here.resize(part.vertex.size());
+        for (std::size_t i = 0; i < here.size(); ++i) here[i] = net[part.vertex[i]];
+        for (Walker& w : walkers) w.frame.halfedge = part.halfedge(*above, w.frame.halfedge);
+        next.clear();
+        if (level < 0) {
+            next = walkers;
+        } else {
+            detail::CellRemainder::Level remainder_at(remainder_, part.mesh, here, around);
+            remainder.assign(static_cast<std::size_t>(part.mesh.face_count()), -1.0);
+            for (const Walker& w : walkers) {
+                const Piece& piece = pieces[w.piece];
+                if (level < piece.level) {
+                    next.push_back(w);
+                    continue;
+                }
+                if (decided[w.piece] != 0) continue;
+                std::array<Vec3d, 4> corner{};
+                int h = detail::face_corner(part.mesh, w.frame, 0, n);
+                double& rest = remainder[static_cast<std::size_t>(part.mesh.face(h))];
+                if (rest < 0) {
+                    rest = remainder_at(h);
+                    // Beside corners of some angles there are weights only as seen from the corner itself.
+                    for (int k = 1, other = h; k < n && rest == k_infinite; ++k)
+                        rest = remainder_at(other = part.mesh.next(other));
+                }
+                for (int k = 0; k < n; ++k, h = part.mesh.next(h)) corner[k] = here[part.mesh.origin(h)];
+                const Deviation off = deviation(covered(w.at, n), corner, n, piece.triangle);
+                // Points of an interpolating scheme are limit points.
+                const double apart = scheme_.interpolating && off.whole ? 0 : rest;
+                least[w.piece] = std::max(least[w.piece], off.at_points - apart);
+                const double most = off.most + rest, sure = least[w.piece];
+                const bool exceeds = sure > wanted.floor;
+                const double floor = exceeds && !wanted.decide ? k_tight * sure : wanted.floor;
+                if (most <= floor || level >= piece.level + k_deepest)
+                    errors[w.piece] = std::max(errors[w.piece], most + rounding_);
+                else if (wanted.decide && exceeds)
+                    decided[w.piece] = 1;
+                else
+                    next.emplace_back(w).most = most;
+            }
+        }
+        std::fill(open.begin(), open.end(), 0u);
+        for (const Walker& w : next) ++open[w.piece];
+        std::erase_if(next, [&](const Walker& w) {
+            if (decided[w.piece] != 0) return true;
+            if (open[w.piece] <= k_most_cells) return false;
+            errors[w.piece] = std::max(errors[w.piece], w.most + rounding_);
+            return true;
+        });
+        walkers.clear();
+        if (next.empty()) break;
+        RuleStep made = (level < 0 ? first_step_ : scheme_.step)(part.mesh, rules_);
+        for (const Walker& w : next) {
+            if (level < 0) {
+                walkers.push_back({{made.child_halfedge[w.frame.halfedge], 0}, w.piece, w.at, 0});
+                continue;
+            }
+            for (int child = 0; child < 4; ++child) {
+                Corners at;
+                for (std::size_t k = 0; k < 3; ++k) at[k] = in_child(w.at[k], child, n);
+                if (covered(at, n).count == 0) continue;
+                walkers.push_back({n == 3 ? detail::triangle_child(part.mesh, made, w.frame, child)
+                                          : detail::quad_child(part.mesh, made, w.frame, child),
+                                   w.piece, at});
+            }
+        }
+        finer.resize(made.stencils.row_count());
+        made.stencils.template apply<Vec3d>(here, finer);
+        step = std::move(made);
+        above = &step.mesh;
+        net = finer;
+    }
+    for (std::size_t i = 0; i < pieces.size(); ++i)
+        if (decided[i] != 0) errors[i] = least[i] + rounding_;
+}
+
+template <class Family>
+void MaskNormBound<Family>::bound_triangles(std::span<const CellTriangle> triangles, Wanted wanted,
+                                            std::span<double> errors) const {
+    const auto count = static_cast<std::uint32_t>(triangles.size());
+    // The corners and the middles of the sides.
+    constexpr std::size_t k_points = 6;
+    std::vector<Site> sites(k_points * triangles.size());
+    for_each_index(count, [&](std::uint32_t t) {
+        for (int row = 0, i = 0; row <= 2; ++row)
+            for (int column = 0; column <= row; ++column, ++i)
+                sites[k_points * t + static_cast<std::size_t>(i)] =
+                    detail::lattice_site_of<Family>(mesh_, triangles[t], 1, row, column);
+    });
+    std::vector<Vec3d> points(sites.size());
+    detail::limit_positions_once(points_, sites, points, say_nothing);
+    std::vector<Piece> pieces;
+    std::vector<std::uint32_t> of;
+    for (std::uint32_t t = 0; t < count; ++t) {
+        const Vec3d* const p = points.data() + k_points * t;
+        add_pieces(triangles[t], SlidTriangle({p[3], p[5], p[0]}, {p[4], p[2], p[1]}), pieces);
+        of.resize(pieces.size(), t);
+    }
+    std::vector<double> found(pieces.size());
+    bound(pieces, wanted, found);
+    std::fill(errors.begin(), errors.end(), 0.0);
+    for (std::size_t i = 0; i < pieces.size(); ++i) errors[of[i]] = std::max(errors[of[i]], found[i]);
+}
+
+template <class Family>
+bool MaskNormBound<Family>::has_fan_bound(FaceId face) const {
+    return mesh_.face_size(face) <= 4;
+}
+
+template <class Family>
+void MaskNormBound<Family>::bound_fans(const FanChoice& fans, std::span<const FaceId> faces,
+                                       std::span<const Vec3d> corners, Wanted wanted, std::span<double> out) const {
+    // Each half of a corner's cell, cut from the corner to the centre, over a triangle that lies in the fan: from the
+    // corner to the middle of an edge and to the middle of the fan, which is on the diagonal.
+    std::vector<Piece> pieces;
+    std::vector<std::size_t> of;
+    for (std::size_t i = 0; i < faces.size(); ++i) {
+        if (!has_fan_bound(faces[i])) continue;
+        const std::uint32_t size = mesh_.face_size(faces[i]), h0 = mesh_.face_halfedge(faces[i]).value;
+        const auto at = [&](std::uint32_t c) { return corners[mesh_.origin(HalfedgeId(h0 + c % size)).value]; };
+        Vec3d centre = (at(0) + at(1) + at(2)) / 3.0;
+        if (size == 4) {
+            // The corner that is in one triangle alone lies beside the diagonal.
+            const auto& one = fans.of(faces[i])[0];
+            const std::uint32_t out_of_it = 6u - one[0] - one[1] - one[2];
+            centre = 0.5 * (at(out_of_it + 1) + at(out_of_it + 3));
+        }
+        for (std::uint32_t c = 0; c < size; ++c) {
+            const Vec3d ahead = 0.5 * (at(c) + at(c + 1)), behind = 0.5 * (at(c) + at(c + size - 1));
+            pieces.push_back({HalfedgeId(h0 + c), 0, {{{0, 0}, {1, 0}, {1, 1}}}, SlidTriangle({at(c), ahead, centre})});
+            pieces.push_back(
+                {HalfedgeId(h0 + c), 0, {{{0, 0}, {1, 1}, {0, 1}}}, SlidTriangle({at(c), centre, behind})});
+        }
+        of.resize(pieces.size(), i);
+    }
+    std::vector<double> found(pieces.size());
+    bound(pieces, wanted, found);
+    for (std::size_t i = 0; i < faces.size(); ++i) out[i] = has_fan_bound(faces[i]) ? 0.0 : k_infinite;
+    for (std::size_t i = 0; i < pieces.size(); ++i) out[of[i]] = std::max(out[of[i]], found[i]);
+}
+
+template <class Family>
+void MaskNormBound<Family>::estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const {
+    bound_triangles(triangles, {aim_, decides_}, errors);
+}
+
+template <class Family>
+void MaskNormBound<Family>::estimate_fans(const FanChoice& fans, std::span<const FaceId> faces,
+                                          std::span<const Vec3d> corners, std::span<double> out) const {
+    bound_fans(fans, faces, corners, {aim_, decides_}, out);
+}
+
+template <class Family>
+double MaskNormBound<Family>::largest(std::span<const CellTriangle> triangles, double known) const {
+    std::vector<double> errors(triangles.size());
+    bound_triangles(triangles, {std::max(aim_, known - rounding_), false}, errors);
+    for (const double e : errors) known = std::max(known, e);
+    return known;
+}
+
+template <class Family>
+double MaskNormBound<Family>::largest_of_fans(const FanChoice& fans, std::span<const FaceId> faces,
+                                              std::span<const Vec3d> corners, double known) const {
+    std::vector<double> errors(faces.size());
+    bound_fans(fans, faces, corners, {std::max(aim_, known - rounding_), false}, errors);
+    for (const double e : errors) known = std::max(known, e);
+    return known;
+}
+
+template class MaskNormBound<QuadFamily>;
+template class MaskNormBound<LoopFamily>;
+
+}  // namespace tetrakis

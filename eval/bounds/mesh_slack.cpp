@@ -1,0 +1,110 @@
+#include "mesh_slack.hpp"
+
+#include "../../hier/base/parallel.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace tetrakis {
+
+namespace {
+
+/// For the rounding of angles and of corners that were found on another way.
+constexpr double k_margin = 1 + 1e-6;
+constexpr double k_normal_rounding = 1e-6;
+
+std::size_t next(std::size_t k) { return k == 2 ? 0 : k + 1; }
+
+}  // namespace
+
+MeshSlack::MeshSlack(std::span<const std::array<std::uint32_t, 3>> triangles, std::span<const Vec3d> positions)
+    : triangles_(triangles), twin_(3 * triangles.size(), k_none), facets_(triangles.size()) {
+    const auto count = static_cast<std::uint32_t>(triangles.size());
+    for_each_index(count, [&](std::uint32_t t) {
+        Facet& facet = facets_[t];
+        const auto& v = triangles[t];
+        const std::array<Vec3d, 3> p{positions[v[0]], positions[v[1]], positions[v[2]]};
+        const std::array<Vec3d, 3> side{p[1] - p[0], p[2] - p[1], p[0] - p[2]};
+        const Vec3d cross = glm::cross(side[0], side[1]);
+        const double area = glm::length(cross);
+        if (!(area > 0)) return;
+        for (std::size_t k = 0; k < 3; ++k)
+            facet.normal[k] = static_cast<float>(cross[static_cast<Vec3d::length_type>(k)] / area);
+        const std::array<double, 3> length{glm::length(side[0]), glm::length(side[1]), glm::length(side[2])};
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::size_t before = next(next(k));
+            // tan(a / 2) = sin a / (1 + cos a)
+            const double tangent = area / (length[k] * length[before] - glm::dot(side[k], side[before]));
+            facet.tangent[k] = static_cast<float>(std::min(tangent, 1e3) / k_margin);
+        }
+    });
+    // By their smaller vertex, half-edges that start there, in any order.
+    std::vector<std::uint32_t> first(positions.size() + 1, 0), end(positions.size(), 0);
+    const auto each = [&](const auto& visit) {
+        for_each_index(count, [&](std::uint32_t t) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::uint32_t a = triangles[t][k], b = triangles[t][next(k)];
+                if (a < b) visit(a, 3 * t + static_cast<std::uint32_t>(k));
+            }
+        });
+    };
+    const auto take = [&](std::uint32_t& number) {
+        return std::atomic_ref(number).fetch_add(1, std::memory_order_relaxed);
+    };
+    each([&](std::uint32_t a, std::uint32_t) { take(end[a]); });
+    for (std::size_t v = 0; v < positions.size(); ++v) first[v + 1] = first[v] + std::exchange(end[v], first[v]);
+    std::vector<std::uint32_t> from(first.back());
+    each([&](std::uint32_t a, std::uint32_t h) { from[take(end[a])] = h; });
+    // Each of them has at most one twin, which finds both links.
+    for_each_index(count, [&](std::uint32_t t) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t a = triangles[t][k], b = triangles[t][next(k)];
+            if (a < b) continue;
+            const std::uint32_t h = 3 * t + static_cast<std::uint32_t>(k);
+            for (std::uint32_t i = first[b]; i < first[b + std::size_t{1}]; ++i)
+                if (triangles[from[i] / 3][next(from[i] % 3)] == a) {
+                    twin_[h] = from[i];
+                    twin_[from[i]] = h;
+                }
+        }
+    });
+}
+
+double MeshSlack::fold(const Facet& a, const Facet& b) {
+    const Vec3d n(a.normal[0], a.normal[1], a.normal[2]), m(b.normal[0], b.normal[1], b.normal[2]);
+    const double along = glm::dot(n, m);
+    if (!(along > 0.5)) return std::numeric_limits<double>::infinity();
+    return k_margin * glm::length(glm::cross(n, m)) / along + k_normal_rounding;
+}
+
+double MeshSlack::tent(std::uint32_t t, std::size_t k, std::uint32_t twin) const {
+    const auto &own = facets_[t].tangent, &other = facets_[twin / 3].tangent;
+    return std::min({own[k], own[next(k)], other[twin % 3], other[next(twin % 3)]});
+}
+
+EdgeSlack MeshSlack::of(std::uint32_t t, const std::array<bool, 3>& soft) const {
+    EdgeSlack slack;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t twin = twin_[3 * std::size_t{t} + k];
+        if (!soft[k] || twin == k_none) continue;
+        const double bend = fold(facets_[t], facets_[twin / 3]);
+        if (bend <= k_largest_fold) slack.fold[k] = bend, slack.tent[k] = tent(t, k, twin);
+    }
+    return slack;
+}
+
+bool MeshSlack::grants(std::uint32_t t, const EdgeSlack& assumed) const {
+    for (std::size_t k = 0; k < 3; ++k) {
+        if (assumed.fold[k] < 0) continue;
+        const std::uint32_t twin = twin_[3 * std::size_t{t} + k];
+        if (twin == k_none || !(fold(facets_[t], facets_[twin / 3]) <= assumed.fold[k]) ||
+            !(tent(t, k, twin) >= assumed.tent[k]))
+            return false;
+    }
+    return true;
+}
+
+}  // namespace tetrakis

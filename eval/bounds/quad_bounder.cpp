@@ -1,0 +1,354 @@
+#include "quad_bounder.hpp"
+
+#include "plane_measure.hpp"
+#include "quad_remainder.hpp"
+
+#include <limits>
+
+namespace tetrakis {
+
+using detail::k_centre_point;
+using detail::k_corner_point;
+using detail::k_corner_x;
+using detail::k_corner_y;
+using detail::k_rounding;
+using detail::k_side_point;
+using detail::QuadNode;
+using detail::WalkCell;
+
+namespace {
+
+/// A crease of finite sharpness counts as a sharp one first where that changes the error by this share of it at most.
+constexpr double k_small_strip = 0.125;
+
+}  // namespace
+
+QuadBounder::QuadBounder(const QuadPatches& patches) : patches_(patches), walk_(patches) {
+    for (const Vec3d& p : patches.mesh().positions())
+        scale_ = std::max({scale_, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+}
+
+void QuadBounder::start(double decide_at, bool may_reject) {
+    decide_at_ = decide_at;
+    may_reject_ = may_reject;
+    lower_ = upper_ = 0;
+    splits_ = 0;
+    stretch_ = 1;
+    rejected_ = false;
+    distance_ = false;
+}
+
+LeafError QuadBounder::finish() const {
+    if (rejected_) return {stretch_ * lower_, std::numeric_limits<double>::infinity()};
+    return {stretch_ * lower_, stretch_ * std::max(upper_, lower_)};
+}
+
+bool QuadBounder::attain(double error) {
+    lower_ = std::max(lower_, error);
+    rejected_ |= may_reject_ && lower_ > decide_at_;
+    return !rejected_;
+}
+
+bool QuadBounder::settled(double upper) {
+    const double pad = k_rounding * scale_;
+    if (upper > decide_at_ && upper > 1.05 * lower_ + pad && upper > upper_) return false;
+    upper_ = std::max(upper_, upper);
+    return true;
+}
+
+/// @param corners  of the leaf, corner 2 first
+void QuadBounder::measure_distance(const std::array<Vec3d, 3>& corners, const EdgeSlack& slack) {
+    distance_ = true;
+    has_triangle_ = false;
+    leaf_ = corners;
+    if (slack.any()) set_slack(slack);
+}
+
+void QuadBounder::set_slack(const EdgeSlack& slack) {
+    need_triangle();
+    if (triangle_.sliver()) return;
+    const auto turned = [](const std::array<double, 3>& of) { return std::array<double, 3>{of[2], of[0], of[1]}; };
+    triangle_.set_slack({turned(slack.fold), turned(slack.tent)});
+    stretch_ = triangle_.stretch();
+    decide_at_ /= stretch_ * detail::k_stretch_rounding;
+}
+
+void QuadBounder::need_triangle() {
+    if (!distance_ || has_triangle_) return;
+    triangle_ = detail::TriangleDistance(leaf_);
+    has_triangle_ = true;
+}
+
+double QuadBounder::node_error(const Vec3d& node, int edge) const {
+    if (!distance_) return glm::length(node);
+    return edge >= 0 ? triangle_.to_edge(node, static_cast<std::size_t>(edge)) : triangle_.to_triangle(node);
+}
+double QuadBounder::tip_error(const QuadNode& node, const Piece& piece, const Corners& corners) const {
+    constexpr double k_unknown = std::numeric_limits<double>::infinity();
+    if (!distance_ || node.kind != QuadNode::Kind::star || !node.tip) return k_unknown;
+    const detail::QuadTip& tip = node.tip;
+    // The star's corner as the piece's, and the piece's edges that lie along d0, d1 and between them.
+    constexpr std::size_t none = 3;
+    std::size_t corner = none, along0 = none, along1 = none, diagonal = none;
+    const int from = (node.turn - piece.turn) & 3;
+    if (piece.quarter) {
+        if (from == 0) corner = 1, along0 = 1, diagonal = 0;
+        if (from == 1) corner = 2, along1 = 1, diagonal = 2;
+    } else {
+        if (from == 0) corner = 0, along0 = 0, along1 = 2;
+        if (from == 1) corner = 1, along1 = 0, diagonal = 1;
+        if (from == 3) corner = 2, along0 = 2, diagonal = 1;
+    }
+    if (corner == none || corners.deviation[corner] != Vec3d(0)) return k_unknown;
+    const Vec3d& origin = corners.linear[corner];
+    const double reach = tip.map->reach;
+    const Vec3d far = origin + reach * (tip.d0 + tip.d1);
+    double error = triangle_.to_triangle(triangle_.local(far));
+    const auto look = [&](std::size_t edge, const Vec3d& end, bool inside) {
+        if (edge == none) return;
+        const Vec3d local = triangle_.local(end);
+        if (inside) error = std::max(error, triangle_.to_triangle(local));
+        if (piece.edge[edge] >= 0)
+            error = std::max(error, triangle_.to_edge(local, static_cast<std::size_t>(piece.edge[edge])));
+    };
+    look(along0, origin + reach * tip.d0, true);
+    look(along1, origin + reach * tip.d1, true);
+    look(diagonal, far, false);
+    return error + tip.rest;
+}
+
+double QuadBounder::hull_error(const QuadNode& node, const Piece& piece, const Corners& corners) const {
+    const Vec3d* points = node.kind == QuadNode::Kind::star ? node.star->points.data() : node.local->points.data();
+    const std::size_t count = node.kind == QuadNode::Kind::star ? node.star->points.size() : node.local->points.size();
+    double least = std::numeric_limits<double>::infinity(), most = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        // A corner of the piece that all the leaf's edges at the piece meet at stands for all of them.
+        const std::size_t opposite = (k + 1) % 3;
+        if (distance_ && piece.edge[opposite] >= 0) continue;
+        double far = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            const Vec3d d = points[i] - corners.linear[k];
+            far = std::max(far, glm::dot(d, d));
+        }
+        most = std::max(most, far);
+        least = std::min(least, far);
+    }
+    return std::sqrt(distance_ ? least : most);
+}
+
+void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {
+    if (!rejected_) bound(home(piece), piece, corners, depth);
+}
+
+void QuadBounder::bound(WalkCell& cell, const Piece& piece, const Corners& corners, int depth) {
+    if (cell.irregular() || cell.crease) need_triangle();
+    if (cell.irregular()) {
+        double upper = tip_error(*cell.node, piece, corners);
+        if (upper > decide_at_) upper = std::min(upper, hull_error(*cell.node, piece, corners));
+        upper += k_rounding * scale_;
+        if (settled(upper)) return;
+        if (depth == 0 || exhausted()) {
+            upper_ = std::max(upper_, upper);
+            return;
+        }
+    } else if (!cell.crease) {
+        if (bound_regular(cell.patch(), piece, corners, depth > 0 && !exhausted())) return;
+    } else {
+        // Where the crease's strip is next to nothing, as if the crease were sharp: that is cheaper.
+        const bool as_sharp = cell.beyond() <= k_small_strip * decide_at_ || exhausted();
+        if (as_sharp && bound_regular(cell.patch(), piece, corners, false)) return;
+        if (bound_strips(cell, piece, corners)) return;
+    }
+    split(cell, piece, corners, depth);
+}
+
+void QuadBounder::split(WalkCell& cell, const Piece& piece, const Corners& corners, int depth) {
+    ++splits_;
+    // The new corners are the midpoints of the edges (of the base alone for a quarter).
+    const auto& L = corners.linear;
+    const auto& D = corners.deviation;
+    const auto& E = piece.edge;
+    const int k = piece.turn, k1 = (k + 1) & 3, k2 = (k + 2) & 3, k3 = (k + 3) & 3;
+    const auto part = [&](int at, int turn, std::array<std::int8_t, 3> edge) {
+        Piece p = piece;
+        p.level += 1;
+        p.x = 2 * piece.x + static_cast<unsigned>(k_corner_x[at]);
+        p.y = 2 * piece.y + static_cast<unsigned>(k_corner_y[at]);
+        p.turn = turn;
+        p.quarter = false;
+        p.edge = edge;
+        return p;
+    };
+    const std::int8_t none = -1;
+    std::array<Vec3d, 3> l, d;
+    const auto middle = [&](std::size_t i, int point) {
+        const Vec3d s = cell.point(point);
+        l[i] = 0.5 * (L[i] + L[(i + 1) % 3]);
+        d[i] = s - l[i];
+        return attain(node_error(measured_form(s, d[i]), E[i]));
+    };
+    if (piece.quarter) {
+        if (!middle(1, k_side_point[k])) return;
+        bound(part(k, k1, {none, E[0], E[1]}), {{l[1], L[0], L[1]}, {d[1], D[0], D[1]}}, depth - 1);
+        bound(part(k1, k, {E[1], E[2], none}), {{l[1], L[2], L[0]}, {d[1], D[2], D[0]}}, depth - 1);
+        return;
+    }
+    if (!middle(0, k_side_point[k]) || !middle(1, k_centre_point) || !middle(2, k_side_point[k3])) return;
+    bound(part(k, k, {E[0], none, E[2]}), {{L[0], l[0], l[2]}, {D[0], d[0], d[2]}}, depth - 1);
+    bound(part(k, k2, {none, none, none}), {{l[1], l[2], l[0]}, {d[1], d[2], d[0]}}, depth - 1);
+    bound(part(k1, k, {E[0], E[1], none}), {{l[0], L[1], l[1]}, {d[0], D[1], d[1]}}, depth - 1);
+    bound(part(k3, k, {none, E[1], E[2]}), {{l[2], l[1], L[2]}, {d[2], d[1], D[2]}}, depth - 1);
+}
+
+QuadBounder::Piece QuadBounder::piece_of(const CellTriangle& leaf) {
+    const LatticePoint a = leaf.corner[0], b = leaf.corner[1], apex = leaf.corner[2];
+    Piece piece;
+    piece.root = leaf.root;
+    piece.edge = {0, 1, 2};
+    const std::uint32_t x0 = std::min({a.x, b.x, apex.x}), x1 = std::max({a.x, b.x, apex.x});
+    const std::uint32_t y0 = std::min({a.y, b.y, apex.y}), y1 = std::max({a.y, b.y, apex.y});
+    if (x1 - x0 == 1 && y1 - y0 == 1) {
+        piece.level = leaf.level;
+        piece.x = x0, piece.y = y0;
+        const int cx = apex.x != x0, cy = apex.y != y0;
+        piece.turn = cy == 0 ? cx : 3 - cx;
+        return piece;
+    }
+    piece.level = leaf.level - 1;
+    piece.quarter = true;
+    piece.x = (apex.x - 1) / 2, piece.y = (apex.y - 1) / 2;
+    if (a.y < apex.y && b.y < apex.y)
+        piece.turn = 0;
+    else if (a.x > apex.x && b.x > apex.x)
+        piece.turn = 1;
+    else if (a.y > apex.y && b.y > apex.y)
+        piece.turn = 2;
+    else
+        piece.turn = 3;
+    return piece;
+}
+
+QuadBounder::Corners QuadBounder::leaf_corners(WalkCell& cell, const Piece& piece) {
+    const int k = piece.turn;
+    Corners corners;
+    if (piece.quarter) {
+        corners.linear = {cell.point(k_centre_point), cell.point(k_corner_point[k]),
+                          cell.point(k_corner_point[(k + 1) & 3])};
+    } else {
+        corners.linear = {cell.point(k_corner_point[k]), cell.point(k_corner_point[(k + 1) & 3]),
+                          cell.point(k_corner_point[(k + 3) & 3])};
+    }
+    corners.deviation = {Vec3d(0), Vec3d(0), Vec3d(0)};
+    return corners;
+}
+
+bool QuadBounder::is_root(const CellTriangle& leaf) { return leaf.level == 0 && leaf.corner[1].x == 2; }
+
+LeafError QuadBounder::leaf_error(const CellTriangle& leaf, double decide_at, const LeafSlack& slack) {
+    if (slack.needed()) return find_error(leaf, decide_at, slack.at({}));
+    const LeafError still = find_error(leaf, decide_at, {});
+    if (still.upper <= decide_at || slack.none()) return still;
+    // A height is an error, wherever the leaf may slide.
+    if (const double high = rejected_ ? height(rejecting_) : 0; high > decide_at)
+        return {high, std::numeric_limits<double>::infinity()};
+    const EdgeSlack edges = slack.at({leaf_[1], leaf_[2], leaf_[0]});
+    if (!edges.any()) return still;
+    LeafError sliding = find_error(leaf, decide_at, edges);
+    if (sliding.upper >= still.upper) return {std::min(sliding.lower, still.lower), still.upper};
+    sliding.slides = true;
+    return sliding;
+}
+
+/// Of a point over the plane of leaf_.
+double QuadBounder::height(const Vec3d& p) const {
+    const Vec3d n = glm::cross(leaf_[1] - leaf_[0], leaf_[2] - leaf_[0]);
+    const double area = glm::length(n);
+    return area > 0 ? std::abs(glm::dot(n, p - leaf_[0])) / area : 0;
+}
+
+LeafError QuadBounder::find_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack) {
+    start(decide_at, may_reject_);
+    if (is_root(leaf)) {
+        bound_root(leaf.root, nullptr, slack);
+        return finish();
+    }
+    // The middle of the base decides most leaves that must be split.
+    const Piece piece = piece_of(leaf);
+    WalkCell& cell = home(piece);
+    const Corners corners = leaf_corners(cell, piece);
+    const Vec3d middle = cell.point(piece.quarter ? k_side_point[piece.turn] : k_centre_point);
+    measure_distance(corners.linear, slack);
+    rejecting_ = middle;
+    const bool slides = stretch_ > 1 && triangle_.slides(1);
+    if (attain(slides ? triangle_.to_edge(triangle_.local(middle), 1)
+                      : detail::segment_distance(middle, corners.linear[1], corners.linear[2])))
+        bound(cell, piece, corners, detail::k_max_refinement);
+    return finish();
+}
+
+void QuadBounder::bound_root(HalfedgeId h, const Vec3d* centre, const EdgeSlack& slack) {
+    // Two half-cells that share the edge from the midpoint m of the base to the centre c. Edges of the leaf: from c to
+    // v, v to w, w to c.
+    const HalfedgeId g = patches_.mesh().next(h);
+    const Piece first{h, 0, 0, 0, 1, false, {-1, 0, 1}}, second{g, 0, 0, 0, 3, false, {1, 2, -1}};
+    Corners left = leaf_corners(home(first), first), right = leaf_corners(home(second), second);
+    const Vec3d v = left.linear[2], c = left.linear[1], w = right.linear[1], m = left.linear[0];
+    const Vec3d base = 0.5 * (v + w), linear_centre = centre ? *centre : c;
+    if (!centre) {
+        measure_distance({c, v, w}, slack);
+        need_triangle();
+        // The middles of the edges decide most leaves that must be split.
+        const auto reject = [&](const Vec3d& p, std::size_t edge) {
+            rejecting_ = p;
+            return !attain(triangle_.to_edge(triangle_.local(p), edge));
+        };
+        if (reject(m, 1) || reject(home(second).point(k_centre_point), 2) ||
+            reject(home(first).point(k_centre_point), 0))
+            return;
+    }
+    left.linear = {base, linear_centre, v};
+    right.linear = {base, w, linear_centre};
+    left.deviation[0] = right.deviation[0] = m - base;
+    left.deviation[1] = right.deviation[2] = c - linear_centre;
+    if (!attain(std::max(node_error(measured_form(m, m - base), 1), centre ? glm::length(c - linear_centre) : 0.0)))
+        return;
+    bound(first, left, detail::k_max_refinement);
+    bound(second, right, detail::k_max_refinement);
+}
+
+LeafError QuadBounder::root_error(HalfedgeId root, const Vec3d& centre, double decide_at, bool may_reject) {
+    start(decide_at, may_reject);
+    bound_root(root, &centre, {});
+    may_reject_ = true;
+    return finish();
+}
+
+double QuadBounder::certified_error(const CellTriangle& leaf, double floor, const LeafSlack& slack) {
+    may_reject_ = false;
+    const LeafError e = leaf_error(leaf, floor, slack);
+    may_reject_ = true;
+    return e.upper;
+}
+
+QuickError QuadBounder::quick_error(const CellTriangle& leaf) {
+    QuickError quick;
+    if (is_root(leaf)) {
+        WalkCell& cell = walk_.cell(leaf.root, 0, 0, 0);
+        const Vec3d v = cell.point(k_corner_point[0]), m = cell.point(k_corner_point[1]),
+                    c = cell.point(k_corner_point[2]);
+        const Vec3d w = walk_.cell(patches_.mesh().next(leaf.root), 0, 0, 0).point(k_corner_point[0]);
+        quick.corners = {v, w, c};
+        quick.middle = m - 0.5 * (v + w);
+        return quick;
+    }
+    const Piece piece = piece_of(leaf);
+    WalkCell& cell = home(piece);
+    const Corners corners = leaf_corners(cell, piece);
+    const Vec3d middle = cell.point(piece.quarter ? k_side_point[piece.turn] : k_centre_point);
+    // corners.linear starts at the apex or right angle, which is the leaf's corner 2; 1 and 2 follow counter-clockwise.
+    quick.corners = {corners.linear[1], corners.linear[2], corners.linear[0]};
+    quick.middle = middle - 0.5 * (quick.corners[0] + quick.corners[1]);
+    return quick;
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,295 @@
+#include "hausdorff.hpp"
+
+#include "../../hier/base/parallel.hpp"
+#include "../surface/local_frame.hpp"
+#include "mesh_sampling.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace tetrakis {
+
+namespace {
+
+using detail::SampleBlock;
+
+struct Corners {
+    Vec3d a, ab, ac;
+    Corners(const TriangleMesh& mesh, std::uint32_t t)
+        : a(mesh.positions[mesh.triangles[t][0]]),
+          ab(mesh.positions[mesh.triangles[t][1]] - a),
+          ac(mesh.positions[mesh.triangles[t][2]] - a) {}
+    Vec3d at(const Vec2d& uv) const { return a + uv.x * ab + uv.y * ac; }
+    double area() const { return 0.5 * glm::length(glm::cross(ab, ac)); }
+};
+
+struct Worst {
+    double distance = -1;
+    std::uint32_t triangle = 0;
+    Vec2d uv{0.0};
+    Vec3d point{0.0};
+    void offer(double d, std::uint32_t t, const Vec2d& where, const Vec3d& p) {
+        if (d > distance) *this = {d, t, where, p};
+    }
+};
+
+struct BlockResult {
+    double sum = 0, sum_of_squares = 0;  // weighted by area
+    std::uint64_t samples = 0;
+    Worst worst;
+    std::vector<float> triangle_max;  // of the triangles touched
+};
+
+// Barycentric weights of a point at fraction s of side k (corner k to corner k + 1).
+Vec2d on_side(int k, double s) {
+    constexpr Vec2d k_corners[4] = {{0, 0}, {1, 0}, {0, 1}, {0, 0}};
+    return k_corners[k] + s * (k_corners[k + 1] - k_corners[k]);
+}
+
+class Sampler {
+  public:
+    Sampler(const TriangleMesh& mesh, const TriangleBvh& to, const SamplingOptions& options)
+        : mesh_(mesh), to_(to), options_(options) {
+        std::vector<double> areas(mesh.triangles.size());
+        for_each_index(static_cast<std::uint32_t>(areas.size()),
+                       [&](std::uint32_t t) { areas[t] = Corners(mesh, t).area(); });
+        plan_ = detail::plan_samples(areas, options.samples);
+    }
+
+    DirectedDistance run(const RunContext& context) {
+        DirectedDistance result;
+        result.area = plan_.area;
+        if (options_.per_triangle) result.triangle_max.assign(mesh_.triangles.size(), 0.0f);
+        std::vector<Worst> worst;
+        sample_vertices(result, worst, context);
+        sample_triangles(result, worst, context);
+        climb(result, worst);
+        if (plan_.area > 0) {
+            result.mean /= plan_.area;
+            result.rms = std::sqrt(result.rms / plan_.area);
+        }
+        return result;
+    }
+
+  private:
+    static constexpr std::size_t k_blocks_per_report = 64;
+    static constexpr std::uint32_t k_vertex_grain = 1024;
+
+    void sample_vertices(DirectedDistance& result, std::vector<Worst>& worst, const RunContext& context) {
+        // A triangle and corner for each vertex, so that the worst vertex is known as a point of a triangle.
+        std::vector<std::uint64_t> corner_of(mesh_.positions.size(), k_unused);
+        for (std::size_t t = mesh_.triangles.size(); t-- > 0;)
+            for (int k = 0; k < 3; ++k) corner_of[mesh_.triangles[t][k]] = 3 * t + k;
+        const auto count = static_cast<std::uint32_t>(mesh_.positions.size());
+        std::vector<float> distance_of(options_.per_triangle ? count : 0);
+        const std::uint32_t blocks = (count + k_vertex_grain - 1) / k_vertex_grain;
+        std::vector<BlockResult> results(blocks);
+        for_each_reported_batch(blocks, 0.0, context, [&](std::uint32_t b) {
+            ClosestPointWalker walker(to_);
+            BlockResult& out = results[b];
+            for (std::uint32_t v = b * k_vertex_grain; v < std::min(count, (b + 1) * k_vertex_grain); ++v) {
+                if (corner_of[v] == k_unused) continue;
+                const double distance = walker.closest(mesh_.positions[v]).distance;
+                if (!distance_of.empty()) distance_of[v] = detail::round_up(distance);
+                ++out.samples;
+                out.worst.offer(distance, static_cast<std::uint32_t>(corner_of[v] / 3),
+                                on_side(static_cast<int>(corner_of[v] % 3), 0), mesh_.positions[v]);
+            }
+        });
+        for (const BlockResult& block : results) {
+            result.samples += block.samples;
+            if (block.samples > 0) worst.push_back(block.worst);
+        }
+        if (!distance_of.empty())
+            for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
+                for (const std::uint32_t v : mesh_.triangles[t])
+                    result.triangle_max[t] = std::max(result.triangle_max[t], distance_of[v]);
+    }
+
+    void sample_triangles(DirectedDistance& result, std::vector<Worst>& worst, const RunContext& context) {
+        std::vector<BlockResult> results(plan_.blocks.size());
+        for_each_reported_batch(static_cast<std::uint32_t>(results.size()), 0.2, context,
+                                [&](std::uint32_t b) { results[b] = sample_block(plan_.blocks[b]); });
+        for (std::size_t b = 0; b < results.size(); ++b) {
+            const BlockResult& block = results[b];
+            result.mean += block.sum;
+            result.rms += block.sum_of_squares;
+            result.samples += block.samples;
+            worst.push_back(block.worst);
+            for (std::size_t i = 0; i < block.triangle_max.size(); ++i) {
+                float& largest = result.triangle_max[plan_.blocks[b].first_triangle + i];
+                largest = std::max(largest, block.triangle_max[i]);
+            }
+        }
+    }
+
+    BlockResult sample_block(const SampleBlock& block) const {
+        BlockResult out;
+        ClosestPointWalker walker(to_);
+        if (options_.per_triangle) out.triangle_max.assign(block.end_triangle - block.first_triangle, 0.0f);
+        for (std::uint32_t t = block.first_triangle; t < block.end_triangle; ++t) {
+            const Corners corners(mesh_, t);
+            const std::uint32_t inside = plan_.inside[t], rows = detail::rows_of(inside);
+            const std::uint64_t first = t == block.first_triangle ? block.first_sample : 0;
+            const std::uint64_t end = t + 1 == block.end_triangle ? block.end_sample : inside;
+            const double weight = corners.area() / inside;
+            double largest = 0;
+            const auto measure = [&](const Vec2d& uv) {
+                const Vec3d point = corners.at(uv);
+                const double distance = walker.closest(point).distance;
+                ++out.samples;
+                largest = std::max(largest, distance);
+                out.worst.offer(distance, t, uv, point);
+                return distance;
+            };
+            for (std::uint64_t k = first; k < end; ++k) {
+                const double distance = measure(detail::inside_sample(k, rows));
+                out.sum += weight * distance;
+                out.sum_of_squares += weight * distance * distance;
+            }
+            if (first == 0) {
+                const std::uint32_t on_edge = detail::edge_sample_count(rows);
+                const auto& corner = mesh_.triangles[t];
+                for (int side = 0; side < 3; ++side) {
+                    const bool lower = corner[side] < corner[(side + 1) % 3];
+                    for (std::uint32_t k = 0; k < on_edge; ++k) measure(on_side(side, detail::edge_sample(k, lower)));
+                }
+            }
+            if (options_.per_triangle) out.triangle_max[t - block.first_triangle] = detail::round_up(largest);
+        }
+        return out;
+    }
+
+    // Pattern search in the plane of the triangle, from the worst sample of each of the worst blocks.
+    void climb(DirectedDistance& result, std::vector<Worst>& worst) const {
+        std::stable_sort(worst.begin(), worst.end(),
+                         [](const Worst& l, const Worst& r) { return l.distance > r.distance; });
+        const std::size_t climbs = std::min<std::size_t>(options_.climbs, worst.size());
+        std::vector<std::uint64_t> tried(climbs, 0);
+        for_each_index(
+            static_cast<std::uint32_t>(climbs), [&](std::uint32_t i) { tried[i] = climb_from(worst[i]); }, 1);
+        result.samples += std::accumulate(tried.begin(), tried.end(), std::uint64_t{0});
+        Worst top;
+        for (const Worst& w : worst) top.offer(w.distance, w.triangle, w.uv, w.point);
+        result.max = std::max(top.distance, 0.0);
+        result.worst_point = top.point;
+        result.worst_triangle = top.triangle;
+        if (options_.per_triangle)
+            for (std::size_t i = 0; i < climbs; ++i) {
+                float& largest = result.triangle_max[worst[i].triangle];
+                largest = std::max(largest, detail::round_up(worst[i].distance));
+            }
+    }
+
+    std::uint64_t climb_from(Worst& top) const {
+        const Corners corners(mesh_, top.triangle);
+        ClosestPointWalker walker(to_);
+        std::uint64_t tried = 0;
+        constexpr int k_halvings = 12;  // the last step is below a thousandth of the sample spacing
+        constexpr int k_most_moves = 4;
+        constexpr Vec2d k_directions[6] = {{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}};
+        double step = 1 / std::sqrt(static_cast<double>(plan_.inside[top.triangle]) + 1);
+        for (int halving = 0; halving < k_halvings; ++halving, step /= 2)
+            for (int move = 0; move < k_most_moves; ++move) {
+                const double before = top.distance;
+                const Vec2d from = top.uv;
+                for (const Vec2d& direction : k_directions) {
+                    Vec2d uv = glm::max(from + step * direction, Vec2d(0));
+                    if (uv.x + uv.y > 1) uv /= uv.x + uv.y;
+                    const Vec3d point = corners.at(uv);
+                    top.offer(walker.closest(point).distance, top.triangle, uv, point);
+                    ++tried;
+                }
+                if (top.distance <= before) break;
+            }
+        return tried;
+    }
+
+    template <class Body>
+    void for_each_reported_batch(std::uint32_t blocks, double done, const RunContext& context, Body&& body) const {
+        for (std::uint32_t begin = 0; begin < blocks; begin += k_blocks_per_report) {
+            context.report("measure", done + (done == 0 ? 0.2 : 0.8) * begin / blocks);
+            const auto count = std::min<std::uint32_t>(k_blocks_per_report, blocks - begin);
+            for_each_index(
+                count, [&](std::uint32_t i) { body(begin + i); }, 1);
+        }
+    }
+
+    static constexpr std::uint64_t k_unused = ~std::uint64_t{0};
+    const TriangleMesh& mesh_;
+    const TriangleBvh& to_;
+    SamplingOptions options_;
+    detail::SamplingPlan plan_;
+};
+
+void check_mesh(const TriangleMesh& mesh, const char* which) {
+    if (mesh.triangles.empty()) throw Error(ErrorCode::invalid_input, std::string(which) + " has no triangles");
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        for (const std::uint32_t v : mesh.triangles[t]) {
+            if (v >= mesh.positions.size())
+                throw Error(ErrorCode::invalid_input, "triangle " + std::to_string(t) + " uses vertex " +
+                                                          std::to_string(v) + ", but there are " +
+                                                          std::to_string(mesh.positions.size()) + " vertices");
+            const Vec3d& p = mesh.positions[v];
+            if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
+                throw Error(ErrorCode::invalid_input, "vertex " + std::to_string(v) + " is not finite");
+        }
+}
+
+}  // namespace
+
+DirectedDistance directed_distance(const TriangleMesh& mesh, const TriangleBvh& to, const SamplingOptions& options,
+                                   const RunContext& context) {
+    check_mesh(mesh, "the sampled mesh");
+    if (to.triangle_count() == 0) throw Error(ErrorCode::invalid_input, "the mesh measured against has no triangles");
+    return with_threads(context, [&] { return Sampler(mesh, to, options).run(context); });
+}
+
+MeasuredError measured_error(const DirectedDistance& forward, const DirectedDistance& backward) {
+    MeasuredError error;
+    error.forward = forward.max;
+    error.backward = backward.max;
+    error.hausdorff = std::max(forward.max, backward.max);
+    error.forward_samples = forward.samples;
+    error.backward_samples = backward.samples;
+    const double area = forward.area + backward.area;
+    if (area > 0) {
+        error.mean = (forward.mean * forward.area + backward.mean * backward.area) / area;
+        error.rms =
+            std::sqrt((forward.rms * forward.rms * forward.area + backward.rms * backward.rms * backward.area) / area);
+    }
+    return error;
+}
+
+MeshComparison compare(const TriangleMesh& reference, const TriangleMesh& mesh, const SamplingOptions& options,
+                       const RunContext& context) {
+    check_mesh(reference, "the reference mesh");
+    check_mesh(mesh, "the mesh");
+    MeshComparison result;
+    {
+        const TriangleBvh to_mesh(mesh, context);
+        result.bvh_bytes += to_mesh.memory_bytes();
+        result.forward = directed_distance(reference, to_mesh, options, context);
+    }
+    const TriangleBvh to_reference(reference, context);
+    result.bvh_bytes = std::max(result.bvh_bytes, to_reference.memory_bytes());
+    result.backward = directed_distance(mesh, to_reference, options, context);
+    result.error = measured_error(result.forward, result.backward);
+    return result;
+}
+
+MeasuredError compare_meshes(const TriangleMesh& reference, const TriangleMesh& mesh, const SamplingOptions& options,
+                             const RunContext& context) {
+    return compare(reference, mesh, options, context).error;
+}
+
+std::vector<float> distance_by_triangle(std::span<const ClosestPoint> points, std::uint32_t triangle_count) {
+    std::vector<float> largest(triangle_count, 0.0f);
+    for (const ClosestPoint& p : points)
+        if (p.triangle < triangle_count)
+            largest[p.triangle] = std::max(largest[p.triangle], detail::round_up(p.distance));
+    return largest;
+}
+
+}  // namespace tetrakis

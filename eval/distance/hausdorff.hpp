@@ -1,0 +1,62 @@
+#pragma once
+
+#include "../../hier/base/run_context.hpp"
+#include "../surface/triangle_mesh.hpp"
+#include "../tessellate/tessellate.hpp"
+#include "triangle_bvh.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace tetrakis {
+
+/// How densely a mesh is sampled. Every vertex is a sample; so is at least one point inside each triangle and one on
+/// each side of each edge; the rest of `samples` goes to the triangles by area, one to each of m^2 equal parts.
+struct SamplingOptions {
+    std::uint64_t samples = 500'000;  ///< aimed at for each direction; small triangles may make it more
+    /// Searches from the worst samples for a still worse point nearby (0: none), so that the largest distance does not
+    /// hang on where the samples happen to lie.
+    std::uint32_t climbs = 32;
+    bool per_triangle = false;  ///< also give the largest distance of each triangle
+};
+
+/// Distances from the points of one mesh to another.
+struct DirectedDistance {
+    double max = 0, mean = 0, rms = 0;  ///< mean and RMS are weighted by area
+    double area = 0;                    ///< of the sampled mesh
+    std::uint64_t samples = 0;
+    Vec3d worst_point{0.0};            ///< on the sampled mesh, where `max` was found
+    std::uint32_t worst_triangle = 0;  ///< of the sampled mesh
+    std::vector<float> triangle_max;   ///< largest sample of each triangle, rounded up; if asked for
+};
+
+/// Both directions, and what they are made of.
+struct MeshComparison {
+    MeasuredError error;                 ///< forward: reference to mesh; backward: mesh to reference
+    DirectedDistance forward, backward;  ///< forward samples the reference, backward the mesh
+    std::uint64_t bvh_bytes = 0;         ///< memory of the larger hierarchy; one at a time is held
+};
+
+/// Distances from samples of `mesh` to the nearest point of `to`. Same bytes for any number of threads.
+/// @throws Error invalid_input: no triangles, an index out of range or a position that is not finite; cancelled
+/// Cost: about half a microsecond a sample and thread for meshes that are close to each other.
+DirectedDistance directed_distance(const TriangleMesh& mesh, const TriangleBvh& to, const SamplingOptions& options = {},
+                                   const RunContext& context = {});
+
+/// Symmetric Hausdorff distance of two triangle meshes by dense sampling. What it finds is a lower bound of the true
+/// one: each number is the distance of an actual point.
+MeshComparison compare(const TriangleMesh& reference, const TriangleMesh& mesh, const SamplingOptions& options = {},
+                       const RunContext& context = {});
+
+/// The same, the figures alone.
+MeasuredError compare_meshes(const TriangleMesh& reference, const TriangleMesh& mesh,
+                             const SamplingOptions& options = {}, const RunContext& context = {});
+
+/// Joins two directions into one measured error.
+MeasuredError measured_error(const DirectedDistance& forward, const DirectedDistance& backward);
+
+/// Largest distance per triangle of the mesh that closest points were found on: result[t] is the largest distance of
+/// the points whose nearest triangle is t, rounded up; 0 where there is none.
+std::vector<float> distance_by_triangle(std::span<const ClosestPoint> points, std::uint32_t triangle_count);
+
+}  // namespace tetrakis

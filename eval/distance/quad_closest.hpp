@@ -1,0 +1,37 @@
+#pragma once
+
+#include "../surface/quad_patches.hpp"
+#include "../surface/surface_parameter.hpp"
+#include "closest_bvh.hpp"
+
+#include <memory>
+#include <mutex>
+
+namespace tetrakis {
+
+/// Closest points on the limit surface of Catmull-Clark: Newton's method from a given start, or a search of all corner
+/// cells by Embree's boxes with Newton in each candidate. Thread-safe.
+class QuadClosest {
+  public:
+    explicit QuadClosest(const QuadPatches& patches) : patches_(patches) {}
+
+    /// Builds the boxes of global(), with progress and within the memory limit, unless they are there.
+    /// @throws Error memory_limit, cancelled
+    void prepare(const RunContext& context) const;
+    /// Distance from q to a nearby point of the surface: Gauss-Newton from `start`, across cells, not across the
+    /// boundary. Never more than the distance to the start. An upper bound of the distance to the surface.
+    double local(const Vec3d& q, SurfaceParameter start) const;
+    /// Distance from q to the surface if it is less than `best`, else `best`. Builds the boxes at its first call,
+    /// unless prepare() did.
+    double global(const Vec3d& q, double best) const;
+
+  private:
+    double in_cell(const Vec3d& q, HalfedgeId root, double best) const;
+
+    const QuadPatches& patches_;
+    mutable std::once_flag built_;
+    mutable std::unique_ptr<ClosestBvh> bvh_;
+    mutable double room_ = 0;  ///< for the rounding of positions
+};
+
+}  // namespace tetrakis

@@ -1,0 +1,269 @@
+#include "triangle_bvh.hpp"
+
+#include "../../hier/base/parallel.hpp"
+#include "../bounds/point_triangle.hpp"
+#include "embree_scene.hpp"
+#include "search_radius.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+namespace tetrakis {
+
+struct TriangleBvh::State {
+    State(std::uint64_t max_memory_bytes) : scene(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_COMPACT, max_memory_bytes) {}
+    std::span<const Vec3d> positions;
+    std::span<const std::array<std::uint32_t, 3>> triangles;
+    Box3d bounds;
+    detail::LocalFrame frame;
+    detail::EmbreeScene scene;
+};
+
+namespace {
+
+// Rounding to float moves a local coordinate c by at most 2^-24 |c|. Of a box at the distance d from a point whose
+// coordinates are at most r, the sides that the distance is taken to have coordinates of at most r + d: rounding moves
+// it by sqrt(3) 2^-24 r, and by a share of d that search_radius() allows for.
+constexpr double k_vertex_rounding = 1.7320508075688774 * 0x1p-24;
+
+// Points that one task looks up, and points between two progress reports.
+constexpr std::uint32_t k_point_grain = 256;
+constexpr std::size_t k_progress_block = 1 << 16;
+
+/// The median of each coordinate. Where a few vertices lie far away from all else, floats about it resolve all else.
+Vec3d median(std::span<const Vec3d> positions) {
+    Vec3d result{0.0};
+    std::vector<double> values(positions.size());
+    for (int axis = 0; axis < 3; ++axis) {
+        std::ranges::transform(positions, values.begin(), [&](const Vec3d& p) { return p[axis]; });
+        const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+        std::ranges::nth_element(values, middle);
+        result[axis] = *middle;
+    }
+    return result;
+}
+
+struct Search {
+    const void* state;
+    Vec3d point;
+    double best, best_squared;  // the distance to beat, and its square rounded up
+    double slack;
+    ClosestPoint* out;
+};
+
+template <class Out, class Convert>
+void look_up(const TriangleBvh& bvh, std::span<const Vec3d> points, std::span<Out> out, const RunContext& context,
+             Convert&& convert) {
+    if (points.size() != out.size())
+        throw Error(ErrorCode::invalid_input,
+                    fmt::format("{} points, but room for {} results", points.size(), out.size()));
+    with_threads(context, [&] {
+        for (std::size_t begin = 0; begin < points.size(); begin += k_progress_block) {
+            context.report("measure", static_cast<double>(begin) / static_cast<double>(points.size()));
+            const auto count = static_cast<std::uint32_t>(std::min(k_progress_block, points.size() - begin));
+            for_each_block(count, k_point_grain, [&](std::uint32_t first, std::uint32_t last) {
+                ClosestPointWalker walker(bvh);
+                for (std::size_t i = begin + first; i < begin + last; ++i) out[i] = convert(walker.closest(points[i]));
+            });
+        }
+    });
+}
+
+}  // namespace
+
+struct TriangleBvhCallbacks {
+    static bool candidate(RTCPointQueryFunctionArguments* args) {
+        auto& search = *static_cast<Search*>(args->userPtr);
+        const auto& state = *static_cast<const TriangleBvh::State*>(search.state);
+        const auto& corner = state.triangles[args->primID];
+        const detail::TrianglePoint nearest = detail::nearest_on_triangle(
+            search.point, state.positions[corner[0]], state.positions[corner[1]], state.positions[corner[2]]);
+        if (nearest.squared_distance > search.best_squared) return false;
+        const double distance = std::sqrt(nearest.squared_distance);
+        if (distance > search.best || (distance == search.best && args->primID > search.out->triangle)) return false;
+        const bool nearer = distance < search.best;
+        *search.out = {nearest.point, distance, args->primID, nearest.u, nearest.v};
+        if (!nearer) return false;
+        search.best = distance;
+        search.best_squared = nearest.squared_distance * (1 + 0x1p-50);
+        const float radius = detail::search_radius(distance * state.frame.scale, search.slack);
+        if (radius >= args->query->radius) return false;
+        args->query->radius = radius;
+        return true;
+    }
+};
+
+TriangleBvh::~TriangleBvh() = default;
+TriangleBvh::TriangleBvh(TriangleBvh&&) noexcept = default;
+TriangleBvh& TriangleBvh::operator=(TriangleBvh&&) noexcept = default;
+
+TriangleBvh::TriangleBvh(std::span<const Vec3d> positions, std::span<const std::array<std::uint32_t, 3>> triangles,
+                         const RunContext& context)
+    : state_(std::make_unique<State>(context.max_memory_bytes)) {
+    State& state = *state_;
+    state.positions = positions;
+    state.triangles = triangles;
+    for (std::size_t t = 0; t < triangles.size(); ++t)
+        for (const std::uint32_t v : triangles[t]) {
+            if (v >= positions.size())
+                throw Error(
+                    ErrorCode::invalid_input,
+                    fmt::format("triangle {} uses vertex {}, but there are {} vertices", t, v, positions.size()));
+            const Vec3d& p = positions[v];
+            if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
+                throw Error(ErrorCode::invalid_input, fmt::format("vertex {} of triangle {} is not finite", v, t));
+            state.bounds.add(p);
+        }
+    if (triangles.empty()) return;
+    state.frame =
+        detail::LocalFrame::around(glm::clamp(median(positions), state.bounds.lower, state.bounds.upper), state.bounds);
+    RTCGeometry geometry = rtcNewGeometry(state.scene.device(), RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                                 3 * sizeof(float), positions.size()));
+    if (vertices == nullptr) {
+        rtcReleaseGeometry(geometry);
+        throw Error(ErrorCode::memory_limit, "no memory left for the bounding volume hierarchy");
+    }
+    with_threads(context, [&] {
+        for_each_index(static_cast<std::uint32_t>(positions.size()), [&](std::uint32_t v) {
+            const Vec3d local = state.frame.to_local(positions[v]);
+            for (int axis = 0; axis < 3; ++axis) vertices[3 * std::size_t(v) + axis] = static_cast<float>(local[axis]);
+        });
+        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, triangles.data(), 0,
+                                   sizeof(triangles[0]), triangles.size());
+        rtcSetGeometryPointQueryFunction(geometry, &TriangleBvhCallbacks::candidate);
+        state.scene.build(geometry, context);
+    });
+}
+
+std::uint32_t TriangleBvh::triangle_count() const { return static_cast<std::uint32_t>(state_->triangles.size()); }
+Box3d TriangleBvh::bounds() const { return state_->bounds; }
+std::uint64_t TriangleBvh::memory_bytes() const { return state_->scene.memory_bytes(); }
+
+ClosestPoint TriangleBvh::closest(const Vec3d& point, double max_distance) const noexcept {
+    const State& state = *state_;
+    ClosestPoint result;
+    if (state.triangles.empty()) return result;
+    const Vec3d local = state.frame.to_local(point);
+    const double reach = std::max({std::abs(local.x), std::abs(local.y), std::abs(local.z)});
+    RTCPointQuery query;
+    query.time = 0;
+    Search search{&state, point, max_distance, max_distance * max_distance * (1 + 0x1p-50), 0, &result};
+    if (!(reach <= detail::k_farthest_float_query)) {  // too far for squares of floats: every triangle is a candidate
+        query.radius = std::numeric_limits<float>::infinity();
+        RTCPointQueryFunctionArguments args{};
+        args.query = &query;
+        args.userPtr = &search;
+        for (args.primID = 0; args.primID < state.triangles.size(); ++args.primID)
+            TriangleBvhCallbacks::candidate(&args);
+    } else {
+        query.x = static_cast<float>(local.x);
+        query.y = static_cast<float>(local.y);
+        query.z = static_cast<float>(local.z);
+        search.slack = glm::length(local - Vec3d(query.x, query.y, query.z)) + k_vertex_rounding * reach;
+        query.radius = detail::search_radius(max_distance * state.frame.scale, search.slack);
+        RTCPointQueryContext context;
+        rtcInitPointQueryContext(&context);
+        rtcPointQuery(state.scene.scene(), &query, &context, nullptr, &search);
+    }
+    return result;
+}
+
+namespace {
+
+// A ray in the local frame, its direction of unit length; `unit` is the local length of one t.
+bool make_local_ray(const detail::LocalFrame& frame, const Vec3d& origin, const Vec3d& direction, double t_min,
+                    double t_max, RTCRay& ray, double& unit) {
+    const double length = glm::length(direction);
+    if (!(length > 0) || !std::isfinite(length)) return false;
+    const Vec3d local = frame.to_local(origin), along = direction / length;
+    unit = length * frame.scale;
+    ray.org_x = static_cast<float>(local.x);
+    ray.org_y = static_cast<float>(local.y);
+    ray.org_z = static_cast<float>(local.z);
+    ray.dir_x = static_cast<float>(along.x);
+    ray.dir_y = static_cast<float>(along.y);
+    ray.dir_z = static_cast<float>(along.z);
+    ray.tnear = static_cast<float>(std::max(t_min, 0.0) * unit);
+    ray.tfar = static_cast<float>(t_max * unit);
+    ray.time = 0;
+    ray.mask = 0xFFFF'FFFFu;
+    ray.id = 0;
+    ray.flags = 0;
+    return ray.tnear <= ray.tfar;
+}
+
+}  // namespace
+
+RayHit TriangleBvh::intersect(const Vec3d& origin, const Vec3d& direction, double t_min, double t_max) const noexcept {
+    RayHit result;
+    const State& state = *state_;
+    RTCRayHit query;
+    double unit = 1;
+    if (state.triangles.empty() || !make_local_ray(state.frame, origin, direction, t_min, t_max, query.ray, unit))
+        return result;
+    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcIntersect1(state.scene.scene(), &context, &query);
+    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return result;
+    result.triangle = query.hit.primID;
+    const auto& corner = state.triangles[result.triangle];
+    const Vec3d a = state.positions[corner[0]];
+    const Vec3d ab = state.positions[corner[1]] - a, ac = state.positions[corner[2]] - a, ao = origin - a;
+    const Vec3d normal = glm::cross(ab, ac);
+    const double slope = glm::dot(normal, direction);
+    const double t = -glm::dot(normal, ao) / slope;
+    const double float_t = query.ray.tfar / unit;
+    // Edge-on, the plane says little about where the ray meets the triangle: keep what the float ray found.
+    constexpr double k_float_error = 1e-5;
+    if (!(std::abs(t - float_t) * unit <= k_float_error * (1 + std::abs(float_t) * unit))) {
+        result.t = float_t;
+        result.u = query.hit.u;
+        result.v = query.hit.v;
+        return result;
+    }
+    const Vec3d at = ao + t * direction;
+    const double normal_squared = glm::dot(normal, normal);
+    result.t = t;
+    result.u = std::clamp(glm::dot(glm::cross(at, ac), normal) / normal_squared, 0.0, 1.0);
+    result.v = std::clamp(glm::dot(glm::cross(ab, at), normal) / normal_squared, 0.0, 1.0 - result.u);
+    return result;
+}
+
+bool TriangleBvh::occluded(const Vec3d& origin, const Vec3d& direction, double t_min, double t_max) const noexcept {
+    const State& state = *state_;
+    RTCRay ray;
+    double unit = 1;
+    if (state.triangles.empty() || !make_local_ray(state.frame, origin, direction, t_min, t_max, ray, unit))
+        return false;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcOccluded1(state.scene.scene(), &context, &ray);
+    return ray.tfar < 0;
+}
+
+void TriangleBvh::closest(std::span<const Vec3d> points, std::span<ClosestPoint> out, const RunContext& context) const {
+    look_up(*this, points, out, context, [](const ClosestPoint& found) { return found; });
+}
+
+void TriangleBvh::distances(std::span<const Vec3d> points, std::span<double> out, const RunContext& context) const {
+    look_up(*this, points, out, context, [](const ClosestPoint& found) { return found.distance; });
+}
+
+ClosestPoint ClosestPointWalker::closest(const Vec3d& point) noexcept {
+    // The surplus covers the roundings of the distances; should it ever not, the search is repeated without a bound.
+    constexpr double k_surplus = 1e-9;
+    const double bound = (last_distance_ + glm::length(point - last_point_)) * (1 + k_surplus);
+    ClosestPoint result = bvh_->closest(point, bound);
+    if (!result.found()) result = bvh_->closest(point);
+    last_point_ = point;
+    last_distance_ = result.distance;
+    return result;
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,51 @@
+#pragma once
+
+#include "../../hier/base/run_context.hpp"
+#include "../io/png.hpp"
+#include "../surface/triangle_mesh.hpp"
+#include "camera.hpp"
+
+#include <optional>
+#include <span>
+#include <string>
+
+namespace tetrakis {
+
+enum class Shading { smooth, flat };
+
+/// Colours are sRGB in [0, 1]. The defaults make a picture fit to be shown.
+struct RenderOptions {
+    int width = 1200, height = 900;
+    std::optional<Camera> camera;  ///< unset: fitted to the mesh, looking from `view`
+    ViewDirection view;
+    Shading shading = Shading::smooth;
+    double crease_degrees = 40;  ///< smooth shading stops at edges sharper than this, where normals are not by corner
+
+    bool wireframe = false;
+    double wire_pixels = 1.1;  ///< line width, the same at any distance; lines fade on triangles of a few pixels
+    Vec3f wire_colour{0.10f, 0.13f, 0.19f};
+
+    /// Heat map: one value per triangle, e.g. Tessellation::triangle_error; empty: none.
+    std::span<const float> triangle_values;
+    double lowest_value = 0;
+    std::optional<double> highest_value;  ///< unset: the largest value there is
+    bool legend = true;
+    std::string legend_title;  ///< ASCII
+
+    Vec3f surface_colour{0.80f, 0.62f, 0.46f};
+    Vec3f back_colour{0.42f, 0.46f, 0.55f};  ///< of back faces
+    Vec3f background_top{0.965f, 0.970f, 0.980f}, background_bottom{0.870f, 0.885f, 0.905f};
+    bool ground = true;  ///< a shadow on the ground under the model
+
+    int supersampling = 3;       ///< n^2 rays per pixel
+    int occlusion_samples = 24;  ///< ambient occlusion rays per pixel; 0: none
+};
+
+/// Draws a mesh by casting rays: a soft key light with shadow, fill, rim and sky light with ambient occlusion.
+/// Same bytes for any number of threads.
+/// @throws Error invalid_input: no triangles, indices or positions that are not usable, sizes or values out of range,
+///               a camera that looks nowhere; memory_limit; cancelled
+/// Cost: about 40 rays a pixel; some seconds for a million pixels.
+Image render(const TriangleMesh& mesh, const RenderOptions& options = {}, const RunContext& context = {});
+
+}  // namespace tetrakis

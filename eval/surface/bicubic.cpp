@@ -1,0 +1,106 @@
+#include "bicubic.hpp"
+
+#include "../../schemes/core/sharpness.hpp"
+
+namespace tetrakis::detail {
+
+void child_net(const Net16& net, SideCrease crease, int qx, int qy, Net16& out, SideCrease& out_crease) {
+    if (!crease) {
+        out_crease = {};
+        child_net(net, qx, qy, out);
+        return;
+    }
+    const bool across_y = crease.side == 0 || crease.side == 2;
+    const bool far = crease.side == 1 || crease.side == 2;  // the crease is at 1, not at 0
+    const double weight = std::min(1.0, static_cast<double>(crease.sharpness));
+    const int along = across_y ? 1 : 4, across = across_y ? 4 : 1;
+    const int q_along = across_y ? qx : qy, q_across = across_y ? qy : qx;
+    // The smooth quarter, and the crease's own row blended with the curve along it.
+    child_net(net, qx, qy, out);
+    const int from = (far ? 2 : 1) * across, to = (far ? 3 - q_across : 1 - q_across) * across;
+    for (int k = 0; k < 3; ++k) {
+        double curve[4];
+        half_curve(net.c[k] + from, along, q_along != 0, curve, 1);
+        for (int i = 0; i < 4; ++i) {
+            double& point = out.c[k][to + i * along];
+            point = weight * curve[i] + (1 - weight) * point;
+        }
+    }
+    const bool touches = (q_across != 0) == far;
+    const float next = child_sharpness(crease.sharpness);
+    out_crease = touches && next > 0 ? SideCrease{crease.side, next} : SideCrease{};
+}
+
+double sharpened(const Net16& net, SideCrease crease, Net16& out) {
+    const bool across_y = crease.side == 0 || crease.side == 2;
+    const bool far = crease.side == 1 || crease.side == 2;
+    const int along = across_y ? 1 : 4, across = (across_y ? 4 : 1) * (far ? -1 : 1);
+    const int beyond = far ? 3 * std::abs(across) : 0;
+    out = net;
+    double most = 0;
+    for (int i = 0; i < 4; ++i) {
+        double squared = 0;
+        for (int k = 0; k < 3; ++k) {
+            const double* p = net.c[k] + beyond + i * along;
+            const double phantom = 2 * p[across] - p[2 * across], difference = p[0] - phantom;
+            out.c[k][beyond + i * along] = phantom;
+            squared += difference * difference;
+        }
+        most = std::max(most, squared);
+    }
+    return std::exp2(-std::floor(static_cast<double>(crease.sharpness))) / 6 * std::sqrt(most);
+}
+
+int crease_strips(const Net16& net, SideCrease crease, std::array<CreaseStrip, 3>& strips) {
+    const bool across_y = crease.side == 0 || crease.side == 2;
+    const bool far = crease.side == 1 || crease.side == 2;
+    const int along = across_y ? 1 : 4, across = across_y ? 4 : 1;
+    const CreasePieces pieces = CreasePieces::make(crease.sharpness);
+    for (int s = 0; s < pieces.count; ++s) {
+        CreaseStrip& strip = strips[static_cast<std::size_t>(s)];
+        strip.begin = pieces.begin[s], strip.end = pieces.end[s];
+        strip.origin = pieces.whole(s) ? 0 : strip.begin;
+        strip.span = pieces.whole(s) ? 1 : strip.end - strip.begin;
+        for (int k = 0; k < 3; ++k)
+            for (int i = 0; i < 4; ++i) {
+                const double* p = net.c[k] + i * along;
+                for (int j = 0; j < 4; ++j) {
+                    const Weights4& w = pieces.control[s][j];
+                    const auto at = [&](int c) { return p[across * (far ? 3 - c : c)]; };
+                    strip.net.c[k][i * along + across * (far ? 3 - j : j)] =
+                        (w[0] * at(0) + w[1] * at(1)) + (w[2] * at(2) + w[3] * at(3));
+                }
+            }
+    }
+    return pieces.count;
+}
+
+const CreasePieces& crease_pieces(float sharpness) {
+    // Most models have creases of one sharpness, or of a few.
+    thread_local float known = 0;
+    thread_local CreasePieces pieces = CreasePieces::make(known);
+    if (sharpness != known) {
+        pieces = CreasePieces::make(sharpness);
+        known = sharpness;
+    }
+    return pieces;
+}
+
+void regular_basis(SideCrease crease, double x, double y, Weights4 (&wx)[3], Weights4 (&wy)[3]) {
+    wx[0] = cubic_basis(x), wx[1] = cubic_basis_d1(x), wx[2] = cubic_basis_d2(x);
+    wy[0] = cubic_basis(y), wy[1] = cubic_basis_d1(y), wy[2] = cubic_basis_d2(y);
+    if (!crease) return;
+    const bool across_y = crease.side == 0 || crease.side == 2;
+    const bool far = crease.side == 1 || crease.side == 2;
+    Weights4(&w)[3] = across_y ? wy : wx;
+    const double t = across_y ? y : x;
+    crease_basis(crease_pieces(crease.sharpness), far ? 1 - t : t, w[0], w[1], w[2]);
+    if (!far) return;
+    for (Weights4& weights : w) {
+        std::swap(weights[0], weights[3]);
+        std::swap(weights[1], weights[2]);
+    }
+    for (double& d : w[1]) d = -d;
+}
+
+}  // namespace tetrakis::detail

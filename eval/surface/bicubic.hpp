@@ -1,0 +1,268 @@
+#pragma once
+
+#include "../../hier/base/vec.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+namespace tetrakis::detail {
+
+/// Control net of one uniform bicubic B-spline patch, one array per coordinate: entry 4 * row + column, rows y = -1..2,
+/// columns x = -1..2; the patch covers [0, 1]^2.
+struct Net16 {
+    double c[3][16];
+
+    Vec3d at(int x, int y) const {
+        const int i = 4 * (y + 1) + x + 1;
+        return {c[0][i], c[1][i], c[2][i]};
+    }
+    void set(int x, int y, const Vec3d& p) {
+        const int i = 4 * (y + 1) + x + 1;
+        c[0][i] = p.x, c[1][i] = p.y, c[2][i] = p.z;
+    }
+};
+
+using Weights4 = std::array<double, 4>;
+
+/// Uniform cubic B-spline basis at t in [0, 1], by de Boor's formulas.
+inline Weights4 cubic_basis(double t) {
+    const double s = 1 - t;
+    return {s * s * s / 6, (3 * t * t * t - 6 * t * t + 4) / 6, (3 * s * s * s - 6 * s * s + 4) / 6, t * t * t / 6};
+}
+inline Weights4 cubic_basis_d1(double t) {
+    const double s = 1 - t;
+    return {-s * s / 2, (3 * t * t - 4 * t) / 2, (-3 * s * s + 4 * s) / 2, t * t / 2};
+}
+inline Weights4 cubic_basis_d2(double t) { return {1 - t, 3 * t - 2, 1 - 3 * t, t}; }
+
+/// Value of the net under tensor weights.
+inline Vec3d combine(const Net16& net, const Weights4& wx, const Weights4& wy) {
+    Vec3d result;
+    for (int k = 0; k < 3; ++k) {
+        const double* p = net.c[k];
+        double sum = 0;
+        for (int r = 0; r < 4; ++r)
+            sum += wy[r] * (wx[0] * p[4 * r] + wx[1] * p[4 * r + 1] + wx[2] * p[4 * r + 2] + wx[3] * p[4 * r + 3]);
+        result[k] = sum;
+    }
+    return result;
+}
+
+/// Value and first derivatives of the net under tensor weights (values, first derivatives); the value as combine() has
+/// it, bit by bit.
+struct NetTangents {
+    Vec3d position, du, dv;
+};
+inline NetTangents combine_tangents(const Net16& net, const Weights4 (&wx)[3], const Weights4 (&wy)[3]) {
+    NetTangents result;
+    for (int k = 0; k < 3; ++k) {
+        const double* p = net.c[k];
+        double value = 0, du = 0, dv = 0;
+        for (int r = 0; r < 4; ++r, p += 4) {
+            const double row = wx[0][0] * p[0] + wx[0][1] * p[1] + wx[0][2] * p[2] + wx[0][3] * p[3];
+            const double row_du = wx[1][0] * p[0] + wx[1][1] * p[1] + wx[1][2] * p[2] + wx[1][3] * p[3];
+            value += wy[0][r] * row;
+            du += wy[0][r] * row_du;
+            dv += wy[1][r] * row;
+        }
+        result.position[k] = value, result.du[k] = du, result.dv[k] = dv;
+    }
+    return result;
+}
+
+/// One binary refinement of the curve rule: four points give the four of the lower (upper = 0) or upper half.
+/// Lower: edge, vertex, edge, vertex points at -1/2, 0, 1/2, 1; upper: vertex, edge, vertex, edge at 0, 1/2, 1, 3/2.
+inline void half_curve(const double* p, int stride, bool upper, double* q, int out_stride) {
+    const double a = p[0], b = p[stride], c = p[2 * stride], d = p[3 * stride];
+    if (!upper) {
+        q[0] = 0.5 * (a + b);
+        q[out_stride] = 0.125 * (a + c) + 0.75 * b;
+        q[2 * out_stride] = 0.5 * (b + c);
+        q[3 * out_stride] = 0.125 * (b + d) + 0.75 * c;
+    } else {
+        q[0] = 0.125 * (a + c) + 0.75 * b;
+        q[out_stride] = 0.5 * (b + c);
+        q[2 * out_stride] = 0.125 * (b + d) + 0.75 * c;
+        q[3 * out_stride] = 0.5 * (c + d);
+    }
+}
+
+/// Net of the quarter (qx, qy) in {0, 1}^2 of a smooth patch.
+inline void child_net(const Net16& net, int qx, int qy, Net16& out) {
+    for (int k = 0; k < 3; ++k) {
+        double rows[16];
+        const double* p = net.c[k];
+        if (qx == 0) {
+            for (int r = 0; r < 16; r += 4) {
+                rows[r] = 0.5 * (p[r] + p[r + 1]);
+                rows[r + 1] = 0.125 * (p[r] + p[r + 2]) + 0.75 * p[r + 1];
+                rows[r + 2] = 0.5 * (p[r + 1] + p[r + 2]);
+                rows[r + 3] = 0.125 * (p[r + 1] + p[r + 3]) + 0.75 * p[r + 2];
+            }
+        } else {
+            for (int r = 0; r < 16; r += 4) {
+                rows[r] = 0.125 * (p[r] + p[r + 2]) + 0.75 * p[r + 1];
+                rows[r + 1] = 0.5 * (p[r + 1] + p[r + 2]);
+                rows[r + 2] = 0.125 * (p[r + 1] + p[r + 3]) + 0.75 * p[r + 2];
+                rows[r + 3] = 0.5 * (p[r + 2] + p[r + 3]);
+            }
+        }
+        double* o = out.c[k];
+        if (qy == 0) {
+            for (int x = 0; x < 4; ++x) {
+                o[x] = 0.5 * (rows[x] + rows[4 + x]);
+                o[4 + x] = 0.125 * (rows[x] + rows[8 + x]) + 0.75 * rows[4 + x];
+                o[8 + x] = 0.5 * (rows[4 + x] + rows[8 + x]);
+                o[12 + x] = 0.125 * (rows[4 + x] + rows[12 + x]) + 0.75 * rows[8 + x];
+            }
+        } else {
+            for (int x = 0; x < 4; ++x) {
+                o[x] = 0.125 * (rows[x] + rows[8 + x]) + 0.75 * rows[4 + x];
+                o[4 + x] = 0.5 * (rows[4 + x] + rows[8 + x]);
+                o[8 + x] = 0.125 * (rows[4 + x] + rows[12 + x]) + 0.75 * rows[8 + x];
+                o[12 + x] = 0.5 * (rows[8 + x] + rows[12 + x]);
+            }
+        }
+    }
+}
+
+/// A crease of finite sharpness along one side of an otherwise regular cell (a single-crease patch): the net then holds
+/// the real points beyond the crease. Sides: 0 y = 0, 1 x = 1, 2 y = 1, 3 x = 0.
+struct SideCrease {
+    std::int8_t side = -1;
+    float sharpness = 0;
+    explicit operator bool() const { return side >= 0; }
+};
+
+/// Where the across-crease curve is one cubic: break points, ascending, and the weights of each piece's control points.
+/// t = 0 is the crease; p_-1 lies beyond it. With s = floor + fraction: [2^-floor, 1] follows the infinitely sharp
+/// rule; [0, 2^-floor] the smooth rule after one blended step, if there is a fraction.
+struct CreasePieces {
+    int count = 0;
+    double begin[3], end[3];
+    Weights4 control[3][4];  ///< control[piece][i]: weights of p_-1, p_0, p_1, p_2 for the piece's control point i - 1
+
+    static CreasePieces make(float sharpness) {
+        CreasePieces out;
+        const double floor = std::floor(static_cast<double>(sharpness));
+        const double fraction = sharpness - floor;
+        const double h = std::exp2(-floor);
+        // Points at level `floor` of the infinitely sharp curve (natural end: p_-1 = 2 p_0 - p_1 on either side), by
+        // blossoming.
+        const Weights4 level[4] = {{h, 1 - h, 0, 0},
+                                   {0, 1, 0, 0},
+                                   {0, 1 - h, h, 0},
+                                   {0, 1 - 2 * h + h * h * h, 2 * h - 2 * h * h * h, h * h * h}};
+        const auto add = [&](double b, double e, const Weights4* control) {
+            out.begin[out.count] = b, out.end[out.count] = e;
+            for (int i = 0; i < 4; ++i) out.control[out.count][i] = control[i];
+            ++out.count;
+        };
+        const auto mix = [](double a, const Weights4& x, double b, const Weights4& y, double c, const Weights4& z) {
+            Weights4 w;
+            for (int i = 0; i < 4; ++i) w[i] = a * x[i] + b * y[i] + c * z[i];
+            return w;
+        };
+        if (fraction == 0) {
+            add(0, h, level);
+        } else {
+            const Weights4 zero{};
+            const Weights4 centre = mix((1 - fraction) / 8, level[0], fraction + 0.75 * (1 - fraction), level[1],
+                                        (1 - fraction) / 8, level[2]);
+            const Weights4 before = mix(0.5, level[0], 0.5, level[1], 0, zero);
+            const Weights4 middle = mix(0.5, level[1], 0.5, level[2], 0, zero);
+            const Weights4 one = mix(0.125, level[1], 0.75, level[2], 0.125, level[3]);
+            const Weights4 beyond = mix(0.5, level[2], 0.5, level[3], 0, zero);
+            const Weights4 low[4] = {before, centre, middle, one}, high[4] = {centre, middle, one, beyond};
+            add(0, h / 2, low);
+            add(h / 2, h, high);
+        }
+        if (h < 1) {
+            // One cubic on [h, 1]: the control points of the sharp curve's own unit patch.
+            const Weights4 sharp[4] = {{0, 2, -1, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
+            add(h, 1, sharp);
+            out.last_is_whole = true;
+        }
+        return out;
+    }
+    /// The last piece's control points belong to [0, 1], not to [begin, end].
+    bool whole(int piece) const { return last_is_whole && piece == count - 1; }
+    bool last_is_whole = false;
+    int find(double t) const {
+        int i = 0;
+        while (i + 1 < count && t >= end[i]) ++i;
+        return i;
+    }
+};
+
+/// CreasePieces::make() of the sharpness, known from this thread's last call where that asked for the same one.
+const CreasePieces& crease_pieces(float sharpness);
+
+/// Basis of the across-crease curve at t: weights of p_-1, p_0, p_1, p_2.
+inline Weights4 crease_values(const CreasePieces& pieces, double t) {
+    const int i = pieces.find(t);
+    const bool whole = pieces.whole(i);
+    const double scale = whole ? 1 : 1 / (pieces.end[i] - pieces.begin[i]);
+    const Weights4 basis = cubic_basis(whole ? t : (t - pieces.begin[i]) * scale);
+    Weights4 weights{};
+    for (int k = 0; k < 4; ++k)
+        for (int j = 0; j < 4; ++j) weights[j] += basis[k] * pieces.control[i][k][j];
+    return weights;
+}
+
+/// The same with its derivatives.
+inline void crease_basis(const CreasePieces& pieces, double t, Weights4& w0, Weights4& w1, Weights4& w2) {
+    const int i = pieces.find(t);
+    const bool whole = pieces.whole(i);
+    const double scale = whole ? 1 : 1 / (pieces.end[i] - pieces.begin[i]);
+    const double local = whole ? t : (t - pieces.begin[i]) * scale;
+    const Weights4 b0 = cubic_basis(local), b1 = cubic_basis_d1(local), b2 = cubic_basis_d2(local);
+    w0 = w1 = w2 = {};
+    for (int k = 0; k < 4; ++k)
+        for (int j = 0; j < 4; ++j) {
+            w0[j] += b0[k] * pieces.control[i][k][j];
+            w1[j] += scale * b1[k] * pieces.control[i][k][j];
+            w2[j] += scale * scale * b2[k] * pieces.control[i][k][j];
+        }
+}
+
+/// Quarter of a single-crease cell: quarters at the crease get sharpness max(s - 1, 0) on the same side, the others are
+/// smooth.
+void child_net(const Net16& net, SideCrease crease, int qx, int qy, Net16& out, SideCrease& out_crease);
+
+/// The patch of a single-crease cell with the crease taken as infinitely sharp. @return a bound on the difference: with
+/// h = 2^-floor(sharpness), the smooth rule of the strip at the crease has p_-1 where the sharp one has the phantom
+/// 2 p_0 - p_1; they differ by h (p_-1 - 2 p_0 + p_1) at that level, and the basis of p_-1 is at most 1 / 6. The
+/// blended step of a fraction lies between this and the next level.
+double sharpened(const Net16& net, SideCrease crease, Net16& out);
+
+/// A part of a single-crease cell, between two lines along the crease, that is one bicubic patch.
+struct CreaseStrip {
+    double begin, end;    ///< distance from the crease, as a share of the cell
+    double origin, span;  ///< the net's own parameter across the crease is (distance - origin) / span
+    Net16 net;            ///< oriented as the cell: across the crease its parameter runs as the cell's
+};
+
+/// The strips of a single-crease cell, from the crease on; @return how many (at most 3).
+int crease_strips(const Net16& net, SideCrease crease, std::array<CreaseStrip, 3>& strips);
+
+/// Bases of a regular or single-crease cell at (x, y): [0] values, [1] first and [2] second derivatives.
+void regular_basis(SideCrease crease, double x, double y, Weights4 (&wx)[3], Weights4 (&wy)[3]);
+
+/// Position on a regular or single-crease cell; its weights are the values of regular_basis(), bit by bit.
+inline Vec3d regular_position(const Net16& net, SideCrease crease, double x, double y) {
+    if (!crease) return combine(net, cubic_basis(x), cubic_basis(y));
+    const bool across_y = crease.side == 0 || crease.side == 2;
+    const bool far = crease.side == 1 || crease.side == 2;
+    const double t = across_y ? y : x;
+    Weights4 across = crease_values(crease_pieces(crease.sharpness), far ? 1 - t : t);
+    if (far) {
+        std::swap(across[0], across[3]);
+        std::swap(across[1], across[2]);
+    }
+    return across_y ? combine(net, cubic_basis(x), across) : combine(net, across, cubic_basis(y));
+}
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,154 @@
+#include "quad_node.hpp"
+
+#include "quad_patches.hpp"
+
+namespace tetrakis {
+
+namespace detail {
+
+namespace {
+
+/// Cell position of (x, y) in the frame of a star whose corner `turn` is the origin.
+void unturn(int turn, int& x, int& y) {
+    const int a = x, b = y;
+    switch (turn) {
+        case 0:
+            break;
+        case 1:
+            x = 1 - b, y = a;
+            break;
+        case 2:
+            x = 1 - a, y = 1 - b;
+            break;
+        default:
+            x = b, y = 1 - a;
+            break;
+    }
+}
+
+void unturn_net(int turn, const Net16& net, Net16& out) {
+    for (int b = -1; b <= 2; ++b)
+        for (int a = -1; a <= 2; ++a) {
+            int x = a, y = b;
+            unturn(turn, x, y);
+            out.set(x, y, net.at(a, b));
+        }
+}
+
+void grow_star(const QuadNode& node, QuadQuarters& quarters) {
+    const int turn = node.turn;
+    std::array<Net16, 3> regular;
+    subdivide(*node.star, quarters.star, regular);
+    const auto index = [&](int a, int b) {
+        unturn(turn, a, b);
+        return static_cast<std::size_t>(2 * b + a);
+    };
+    QuadNode& star = quarters.cell[index(0, 0)];
+    star.kind = QuadNode::Kind::star;
+    star.turn = node.turn;
+    star.star = &quarters.star;
+    star.tip = node.tip.child(quarters.star);
+    constexpr int corner[3][2] = {{1, 0}, {1, 1}, {0, 1}};
+    for (std::size_t k = 0; k < 3; ++k)
+        unturn_net(turn, regular[k], quarters.cell[index(corner[k][0], corner[k][1])].net);
+}
+
+}  // namespace
+
+/// Limit position of corner k of any cell.
+Vec3d corner_position(const QuadNode& node, int k) {
+    if (node.facts) return node.facts->point[static_cast<std::size_t>(k_corner_point[k])];
+    if (node.kind == QuadNode::Kind::regular)
+        return regular_position(node.net, node.crease, k_corner_x[k], k_corner_y[k]);
+    if (node.kind == QuadNode::Kind::star) {
+        if (node.turn == k) return node.star->limit;
+        return corner_position(node.grown()[2 * k_corner_y[k] + k_corner_x[k]], k);
+    }
+    return QuadPatches::corner_limit(node, k).position;
+}
+
+/// The nine points of a cell from its quarters: of those that meet at a point the simplest one gives it.
+void find_points(const QuadNode& node, QuadQuarters& quarters) {
+    const auto cost = [](const QuadNode& n) {
+        return n.facts ? 0 : (n.kind == QuadNode::Kind::regular ? 1 : (n.kind == QuadNode::Kind::star ? 2 : 3));
+    };
+    for (int i = 0; i < 9; ++i) {
+        const int column = i % 3, row = i / 3;
+        if (node.corners && column != 1 && row != 1) {
+            quarters.point[static_cast<std::size_t>(i)] = node.corners[3 * (row / 2) + column / 2];
+            continue;
+        }
+        const QuadNode* best = nullptr;
+        int corner = 0;
+        for (int q = 0; q < 4; ++q) {
+            const int x = column - (q & 1), y = row - (q >> 1);
+            if (x < 0 || y < 0 || x > 1 || y > 1) continue;
+            const QuadNode& quarter = quarters.cell[static_cast<std::size_t>(q)];
+            if (best && cost(quarter) >= cost(*best)) continue;
+            best = &quarter;
+            corner = y == 0 ? x : 3 - x;
+        }
+        quarters.point[static_cast<std::size_t>(i)] = corner_position(*best, corner);
+    }
+    for (int q = 0; q < 4; ++q) {
+        QuadNode& quarter = quarters.cell[static_cast<std::size_t>(q)];
+        if (quarter.kind != QuadNode::Kind::regular) quarter.corners = &quarters.point[3u * (q >> 1) + (q & 1)];
+    }
+}
+
+QuadNode::~QuadNode() { drop_quarters(); }
+
+void QuadNode::drop_quarters() { delete quarters.exchange(nullptr, std::memory_order_acquire); }
+
+void QuadNode::adopt(std::unique_ptr<QuadStar> from) {
+    kind = Kind::star;
+    from->find_limit();
+    own_star = std::move(from);
+    star = own_star.get();
+    tip = QuadTip::of(*star);
+}
+
+std::uint64_t QuadNode::own_bytes() const {
+    return (own_star ? own_star->memory_bytes() : 0) + (local ? local->memory_bytes() : 0);
+}
+
+const QuadNode* QuadNode::grown() const {
+    QuadNode* self = const_cast<QuadNode*>(this);
+    if (const QuadQuarters* found = self->quarters.load(std::memory_order_acquire)) return found->cell.data();
+    std::unique_ptr<QuadQuarters> fresh(new QuadQuarters);
+    for (QuadNode& child : fresh->cell) {
+        child.depth = static_cast<std::uint8_t>(depth + 1);
+        child.bytes = bytes;
+    }
+    if (kind == Kind::star) {
+        grow_star(*this, *fresh);
+    } else {
+        GrowthScratch scratch;
+        const QuadLocalStep step(*local, scratch.resource());
+        for (int k = 0; k < 4; ++k)
+            classify(step.child(k), fresh->cell[static_cast<std::size_t>(2 * k_corner_y[k] + k_corner_x[k])]);
+    }
+    for (std::size_t i = 0; i < 4; ++i) {
+        QuadNode& child = fresh->cell[i];
+        if (child.kind != Kind::regular || child.crease) continue;
+        fresh->facts[i].fill(child.net);
+        child.facts = &fresh->facts[i];
+    }
+    find_points(*this, *fresh);
+    std::uint64_t taken = sizeof(QuadQuarters);
+    for (const QuadNode& child : fresh->cell) taken += child.own_bytes();
+    QuadQuarters* expected = nullptr;
+    if (!self->quarters.compare_exchange_strong(expected, fresh.get(), std::memory_order_acq_rel))
+        return expected->cell.data();
+    if (bytes) bytes->fetch_add(taken, std::memory_order_relaxed);
+    return fresh.release()->cell.data();
+}
+
+const std::array<Vec3d, 9>& QuadNode::points() const {
+    grown();
+    return quarters.load(std::memory_order_acquire)->point;
+}
+
+}  // namespace detail
+
+}  // namespace tetrakis

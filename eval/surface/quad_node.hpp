@@ -1,0 +1,83 @@
+#pragma once
+
+#include "../../hier/base/pool_memory.hpp"
+#include "bicubic.hpp"
+#include "cell_facts.hpp"
+#include "quad_local_mesh.hpp"
+#include "quad_star.hpp"
+#include "quad_tip.hpp"
+
+#include <array>
+#include <atomic>
+#include <memory>
+
+namespace tetrakis {
+
+namespace detail {
+
+struct QuadQuarters;
+
+/// One cell of a patch tree. Regular cells are leaves: one bicubic patch (or a single-crease patch); the others grow
+/// four children on demand.
+struct QuadNode {
+    enum class Kind : std::uint8_t { regular, star, generic };
+    Kind kind = Kind::regular;
+    std::uint8_t turn = 0;  ///< star: the corner of the cell that is extraordinary
+    std::uint8_t depth = 0;
+    SideCrease crease;
+    std::atomic<QuadQuarters*> quarters{nullptr};
+    std::atomic<std::uint64_t>* bytes = nullptr;  ///< of the tree and its siblings: grows with them
+    Net16 net;
+    const QuadStar* star = nullptr;    ///< its own, or one of its parent's quarters
+    QuadTip tip;                       ///< of the star
+    const CellFacts* facts = nullptr;  ///< of smooth regular cells below a root
+    /// Of irregular cells below a root: limit positions of the corners, the first of the four in the parent's points.
+    const Vec3d* corners = nullptr;
+    std::unique_ptr<QuadStar> own_star;
+    std::unique_ptr<QuadLocalMesh> local;
+
+    QuadNode() = default;
+    QuadNode(const QuadNode&) = delete;
+    QuadNode& operator=(const QuadNode&) = delete;
+    ~QuadNode();
+    /// The four quarters, index 2 * qy + qx, grown at the first call; every thread would build the same bits.
+    const QuadNode* grown() const;
+    /// Limit positions at (column / 2, row / 2), number 3 * row + column, of an irregular cell; grows it.
+    const std::array<Vec3d, 9>& points() const;
+    /// Forgets what has grown, however deep; nobody else may be reading it.
+    void drop_quarters();
+    /// Becomes a star cell.
+    void adopt(std::unique_ptr<QuadStar> from);
+    /// Bytes of what is its own beside the node, without its quarters.
+    std::uint64_t own_bytes() const;
+};
+
+/// The cell of a whole root.
+struct QuadRoot : QuadNode, PoolNew {
+    HalfedgeId halfedge;
+    QuadRoot* next = nullptr;  ///< in the list of those that are there
+};
+
+/// What a node grows, in one block; below 4032 bytes, from where oneTBB's allocator gives 5376.
+struct QuadQuarters : PoolNew {
+    std::array<QuadNode, 4> cell;
+    std::array<CellFacts, 4> facts;
+    std::array<Vec3d, 9> point;  ///< QuadNode::points()
+    QuadStar star;               ///< of the one quarter that is a star, where the parent is one
+};
+
+/// Corner k of a cell.
+constexpr int k_corner_x[4] = {0, 1, 1, 0};
+constexpr int k_corner_y[4] = {0, 0, 1, 1};
+
+/// Corner k of a cell as a number of its nine points, and the middle of the side from corner k to k + 1.
+constexpr int k_corner_point[4] = {0, 2, 8, 6};
+constexpr int k_side_point[4] = {1, 5, 7, 3};
+constexpr int k_centre_point = 4;
+
+/// Turns a local mesh into the simplest node that represents it exactly.
+void classify(const QuadLocalMesh& mesh, QuadNode& node);
+
+}  // namespace detail
+
+}  // namespace tetrakis

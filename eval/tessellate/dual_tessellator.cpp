@@ -1,0 +1,357 @@
+#include "dual_tessellator.hpp"
+
+#include "../../hier/base/parallel.hpp"
+#include "../../refine/adaptive/adaptive_dual.hpp"
+#include "../../refine/adaptive/dual_charts.hpp"
+#include "../../refine/adaptive/triangle_memory.hpp"
+#include "../bounds/dual_bound.hpp"
+#include "../bounds/dual_leaf_error.hpp"
+#include "../surface/local_frame.hpp"
+#include "level_tessellator.hpp"
+#include "limit_reference.hpp"
+#include "tessellate_run.hpp"
+#include "tessellation_attributes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+
+namespace tetrakis::detail {
+
+namespace {
+
+/// Bytes a triangle that refining and exporting take at their peak (half a leaf with its points, faces), for the
+/// memory limit.
+constexpr std::uint64_t k_dual_bytes = 800;
+
+/// Per mending after the first.
+constexpr double k_lower_aim = 0.8;
+
+/// Three vertices more for each leaf that is split, and two triangles for each of them.
+constexpr std::uint64_t k_triangles_per_split = 6;
+
+/// Why a mesh has no vertex quadtrees.
+struct NoQuadtrees {
+    std::string why;
+};
+
+/// @throws NoQuadtrees  where make() says that something is not supported
+template <class Make>
+auto quadtrees_from(Make&& make) {
+    try {
+        return make();
+    } catch (const Error& error) {
+        if (error.code() != ErrorCode::unsupported) throw;
+        throw NoQuadtrees{error.what()};
+    }
+}
+
+class DualTessellator {
+  public:
+    DualTessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
+        : mesh_(mesh),
+          options_(options),
+          context_(context),
+          points_(quadtrees_from([&] { return PartialLevels(mesh, options.scheme.info(), options.rules); })),
+          forest_(quadtrees_from([&] { return points_.vertex_roots(); })),
+          leaf_errors_(points_) {
+        const std::string_view no_bound = lacks_bound();
+        if (DualBound::has(options.scheme.info()) && no_bound.empty())
+            bound_.emplace(points_, options.scheme.info(), forest_.roots(), mesh.bounding_box());
+        if (certified() && !bound_)
+            throw Error(ErrorCode::unsupported,
+                        "there is no certified bound where " + std::string(no_bound) + "; use the measured estimator",
+                        mesh.data().source);
+    }
+
+    Tessellation run() {
+        Stopwatch watch;
+        result_.tolerance_absolute = tolerance_length(mesh_, options_);
+        tolerance_ = options_.tolerance ? result_.tolerance_absolute : 0.0;
+        aim_ = aim_beside_rounding(mesh_, options_, tolerance_, result_.warnings);
+        if (!certified()) aim_ *= k_sampled_aim;
+        result_.seconds.build = watch.lap();
+        refine_to_least_level();
+        refine({});
+        check_coarsest(options_, result_.mesh.triangles.size());
+        result_.seconds.estimate = estimating_;
+        result_.seconds.refine = watch.lap() - estimating_;
+        result_.peak_memory_before_measure_bytes = peak_memory_bytes();
+        if (options_.measure) {
+            for (int round = 0;; ++round) {
+                measure();
+                result_.seconds.measure += watch.lap();
+                if (!options_.tolerance || result_.measured_error->hausdorff <= tolerance_ ||
+                    options_.max_triangles != 0 || left_over_ || certified() || round == k_repairs)
+                    break;
+                const std::vector<LeafId> off = found_off();
+                if (off.empty()) break;
+                // The measurement names the worst places, not all that are like them: those come with a lower aim.
+                if (round > 0) aim_ *= k_lower_aim;
+                refine(off);
+                result_.seconds.refine += watch.lap();
+            }
+        }
+        if (bound_) certify();
+        result_.seconds.measure += watch.lap();
+        export_mesh();
+        result_.tolerance_reached = tolerance_reached(options_, result_, tolerance_, left_over_);
+        warn_of_nothing(result_);
+        return std::move(result_);
+    }
+
+  private:
+    bool certified() const { return options_.estimator == EstimatorKind::certified; }
+
+    /// What the mesh has that the bound does not know; empty: nothing.
+    std::string_view lacks_bound() const {
+        if (!DualBound::takes_tags(mesh_))
+            return "edges or vertices are semi-sharp (tag them 10, which is sharp for good)";
+        const auto& holes = forest_.roots().hole;
+        if (std::find(holes.begin(), holes.end(), 1) != holes.end())
+            return "the mesh has holes (remove their faces instead)";
+        if (!forest_.roots().joints.empty()) return "only two faces meet at a vertex inside";
+        return {};
+    }
+
+    void refine_to_least_level() {
+        std::vector<LeafId> low, created;
+        for (;;) {
+            low.clear();
+            for (const LeafId leaf : forest_.ordered_leaves())
+                if (forest_.level(leaf) < options_.min_level) low.push_back(leaf);
+            if (low.empty()) return;
+            forest_.refine(low, created);
+        }
+    }
+
+    /// Splits these leaves, then all whose error is above the aim, as far as levels and budget allow; ends with mesh,
+    /// positions and errors of the last state.
+    void refine(std::vector<LeafId> marked) {
+        std::vector<LeafId> created;
+        for (int pass = 1;; ++pass) {
+            const double done = 1.0 - 1.0 / pass;
+            if (!marked.empty()) forest_.refine(marked, created);
+            estimate(done);
+            check_triangle_memory(triangles_.triangle_count(), triangles_.triangle_count() * k_dual_bytes,
+                                  context_.max_memory_bytes);
+            if (options_.max_triangles != 0) return refine_in_budget();
+            marked.clear();
+            left_over_ = false;
+            for (std::uint32_t v = 0; v < errors_.size(); ++v) {
+                if (!(errors_[v] > aim_)) continue;
+                const LeafId leaf = triangles_.faces.leaves[v];
+                if (forest_.level(leaf) < options_.max_level)
+                    marked.push_back(leaf);
+                else
+                    left_over_ = true;
+            }
+            if (marked.empty()) return;
+        }
+    }
+
+    /// The worst leaves first: in each round those above half of the largest error, as many as the budget may take.
+    void refine_in_budget() {
+        constexpr double k_share = 0.5;
+        std::vector<LeafId> created;
+        std::vector<std::uint32_t> order;
+        std::uint64_t most = std::numeric_limits<std::uint64_t>::max();  // leaves to split in a round
+        for (;;) {
+            const std::uint64_t count = triangles_.triangle_count(), budget = options_.max_triangles;
+            order.clear();
+            left_over_ = false;
+            double largest = 0;
+            for (std::uint32_t v = 0; v < errors_.size(); ++v) {
+                if (!(errors_[v] > aim_)) continue;
+                left_over_ = true;
+                if (forest_.level(triangles_.faces.leaves[v]) >= options_.max_level) continue;
+                order.push_back(v);
+                largest = std::max(largest, errors_[v]);
+            }
+            std::erase_if(order, [&](std::uint32_t v) { return errors_[v] < k_share * largest; });
+            // Vertices stand in the order of their leaves' paths, whatever the history.
+            std::stable_sort(order.begin(), order.end(),
+                             [&](std::uint32_t a, std::uint32_t b) { return errors_[a] > errors_[b]; });
+            if (order.empty() || count >= budget) return;
+            most = std::min({most, std::uint64_t{order.size()}, (budget - count) / k_triangles_per_split});
+            if (most == 0) return;
+            order.resize(most);
+            const VertexForest before = forest_;
+            std::vector<LeafId> marked;
+            for (const std::uint32_t v : order) marked.push_back(triangles_.faces.leaves[v]);
+            forest_.refine(marked, created);
+            DualTriangles next = dual_triangles(forest_);
+            if (next.triangle_count() > budget) {  // closure took more than there was: fewer at a time
+                forest_ = before;
+                leaf_errors_.forget_from(forest_.leaf_slots());
+                if (bound_) bound_->forget_from(forest_.leaf_slots());
+                most /= 2;
+                if (most == 0) return;
+                continue;
+            }
+            if (most == order.size()) most = std::numeric_limits<std::uint64_t>::max();
+            estimate(static_cast<double>(next.triangle_count()) / static_cast<double>(budget));
+        }
+    }
+
+    void estimate(double done) {
+        const auto report = [&](double) { context_.report("refine", std::min(done, 1.0)); };
+        triangles_ = dual_triangles(forest_);
+        Stopwatch watch;
+        positions_ = leaf_errors_.positions(forest_, triangles_, report);
+        // A budget compares errors with each other: there all are looked at closely.
+        const bool budget = options_.max_triangles != 0;
+        if (certified()) {
+            DualBound::Errors found =
+                bound_->errors(forest_, triangles_, positions_, {budget ? 0.0 : aim_, budget}, report);
+            errors_ = std::move(found.of_vertex);
+            certified_ = found.largest;
+        } else {
+            const double decide_at = budget ? std::numeric_limits<double>::infinity() : aim_;
+            errors_ = leaf_errors_.errors(forest_, triangles_, positions_, decide_at, report);
+        }
+        estimating_ += watch.lap();
+        result_.mesh.positions = positions_;
+        result_.mesh.triangles.resize(triangles_.triangle_count());
+        result_.triangle_error.resize(triangles_.triangle_count());
+        for (std::uint32_t t = 0; t < triangles_.triangle_count(); ++t) {
+            const auto corners = triangles_.triangle(t);
+            result_.mesh.triangles[t] = corners;
+            result_.triangle_error[t] =
+                round_up(std::max({errors_[corners[0]], errors_[corners[1]], errors_[corners[2]]}));
+        }
+    }
+
+    void certify() {
+        context_.report("certify", 0);
+        if (!certified() || certified_ > aim_)
+            certified_ = bound_
+                             ->errors(forest_, triangles_, positions_, {aim_, true},
+                                      [&](double done) { context_.report("certify", done); })
+                             .largest;
+        if (certified() || std::isfinite(certified_))
+            result_.certified_error = certified_ + written_rounding(options_, result_.mesh);
+    }
+
+    /// Against the mesh of all leaves' descendants some levels down.
+    void measure() {
+        const std::size_t count = result_.mesh.triangles.size();
+        int deepest = 0;
+        for (const VertexCell& cell : triangles_.faces.cells) deepest = std::max<int>(deepest, cell.level);
+        const int bits = reference_bits(count, deepest);
+        check_reference_memory(std::uint64_t{count} << (2 * bits), context_);
+        VertexForest finer = forest_;
+        std::vector<LeafId> created;
+        for (int i = 0; i < bits; ++i) finer.refine(finer.ordered_leaves(), created);
+        DualFaces faces = finer.faces();
+        cut_into_triangles(faces);
+        LimitReference reference;
+        reference.mesh.positions.resize(faces.cells.size());
+        for_each_block_of_limits(faces.cells, "measure", 0.5,
+                                 [&](std::size_t begin, std::span<const LimitPoint> limits) {
+                                     for (std::size_t i = 0; i < limits.size(); ++i)
+                                         reference.mesh.positions[begin + i] = limits[i].position;
+                                 });
+        reference.mesh.triangles.resize(faces.control_faces.size());
+        for (std::size_t t = 0; t < reference.mesh.triangles.size(); ++t)
+            for (std::size_t k = 0; k < 3; ++k) reference.mesh.triangles[t][k] = faces.face_vertices[3 * t + k];
+        measure_triangles(std::move(reference), result_, options_.measure_samples / 2, context_);
+    }
+
+    /// The leaves around triangles that a measurement found to be off.
+    std::vector<LeafId> found_off() const {
+        std::vector<LeafId> leaves;
+        for (std::uint32_t t = 0; t < result_.triangle_error.size(); ++t) {
+            if (!(static_cast<double>(result_.triangle_error[t]) > tolerance_)) continue;
+            for (const std::uint32_t v : triangles_.triangle(t))
+                if (const LeafId leaf = triangles_.faces.leaves[v]; forest_.level(leaf) < options_.max_level)
+                    leaves.push_back(leaf);
+        }
+        return leaves;
+    }
+
+    void export_mesh() {
+        TriangleMesh& mesh = result_.mesh;
+        if (options_.normals) {
+            mesh.normals.resize(mesh.positions.size());
+            for_each_block_of_limits(triangles_.faces.cells, "export", 1,
+                                     [&](std::size_t begin, std::span<const LimitPoint> limits) {
+                                         for (std::size_t i = 0; i < limits.size(); ++i)
+                                             mesh.normals[begin + i] = limits[i].normal;
+                                     });
+        }
+        for (const VertexCell& cell : triangles_.faces.cells)
+            result_.deepest_level = std::max<int>(result_.deepest_level, cell.level);
+        if (options_.uvs && mesh_.has_uvs()) add_uvs();
+        for (const FaceId f : triangles_.faces.control_faces) result_.triangle_face.push_back(f.value);
+        add_face_attributes(mesh_, result_.triangle_face, mesh);
+        split_normals_of(result_, mesh_, options_);
+    }
+
+    void add_uvs() {
+        context_.report("attributes", 0);
+        try {
+            const DualCharts charts(mesh_, options_.scheme.info(), options_.rules, forest_.roots());
+            DualFaces faces = forest_.faces(FaceCorners::leaves);
+            auto [uvs, face_uvs] = charts.uvs(forest_, faces, true);
+            cut_into_triangles(faces, &face_uvs);
+            TriangleMesh& mesh = result_.mesh;
+            mesh.uvs = std::move(uvs);
+            mesh.triangle_uvs.resize(mesh.triangles.size());
+            for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+                for (std::size_t k = 0; k < 3; ++k) mesh.triangle_uvs[t][k] = face_uvs[3 * t + k];
+            // What a triangle is made of goes with its UVs.
+            triangles_.faces.control_faces = std::move(faces.control_faces);
+            if (mesh_.face_varying_rule() == FaceVaryingRule::linear_all)
+                result_.warnings.push_back(
+                    "the texture coordinates were refined smoothly, not linearly as their tag asks: faces of " +
+                    std::string(options_.scheme.name()) + " do not lie in faces of the control mesh");
+        } catch (const Error& error) {
+            if (error.code() != ErrorCode::unsupported && error.code() != ErrorCode::invalid_input) throw;
+            result_.warnings.push_back("the texture coordinates were left out: " + std::string(error.what()));
+        }
+    }
+
+    template <class Take>
+    void for_each_block_of_limits(std::span<const VertexCell> cells, std::string_view stage, double share,
+                                  Take&& take) {
+        constexpr std::size_t k_block = 1u << 15;
+        std::vector<LimitPoint> limits;
+        for (std::size_t begin = 0; begin < cells.size(); begin += k_block) {
+            context_.report(stage, share * static_cast<double>(begin) / static_cast<double>(cells.size()));
+            const auto some = cells.subspan(begin, std::min(k_block, cells.size() - begin));
+            limits.resize(some.size());
+            points_.limits(some, limits);
+            take(begin, limits);
+        }
+    }
+
+    const ControlMesh& mesh_;
+    const TessellateOptions& options_;
+    const RunContext& context_;
+    PartialLevels points_;
+    VertexForest forest_;
+    DualLeafErrors leaf_errors_;
+    std::optional<DualBound> bound_;
+    Tessellation result_;
+    double tolerance_ = 0, aim_ = 0, estimating_ = 0;
+    double certified_ = 0;  ///< of the certified estimator's last state
+    bool left_over_ = false;
+    DualTriangles triangles_;
+    std::vector<Vec3d> positions_;
+    std::vector<double> errors_;  ///< per vertex
+};
+
+}  // namespace
+
+Tessellation tessellate_dual(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context) {
+    try {
+        return DualTessellator(mesh, options, context).run();
+    } catch (const NoQuadtrees& none) {
+        return tessellate_by_levels(mesh, options, context, none.why);
+    }
+}
+
+}  // namespace tetrakis::detail

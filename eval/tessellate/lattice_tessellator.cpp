@@ -1,0 +1,445 @@
+#include "lattice_tessellator.hpp"
+
+#include "../../hier/base/parallel.hpp"
+#include "../../refine/adaptive/adaptive_refinement.hpp"
+#include "../../refine/attributes/uv_mesh.hpp"
+#include "../../schemes/rules/averaging.hpp"
+#include "../../schemes/rules/linear.hpp"
+#include "../bounds/linear_bound.hpp"
+#include "../bounds/mask_norm_bound.hpp"
+#include "../surface/local_frame.hpp"
+#include "../surface/site_limits.hpp"
+#include "exported_mesh.hpp"
+#include "fan_limit_error.hpp"
+#include "limit_estimator.hpp"
+#include "limit_reference.hpp"
+#include "tessellate_run.hpp"
+#include "tessellation_attributes.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_map>
+
+namespace tetrakis::detail {
+
+namespace {
+
+/// Bytes a triangle that refining and exporting take at their peak (leaf, samples, error, output), for the memory
+/// limit.
+constexpr std::uint64_t k_lattice_bytes = 800;
+
+/// Triangles estimated between two chances to cancel: enough for many blocks of limit points.
+constexpr std::size_t k_estimator_block = 1u << 14;
+
+/// Errors that are asked for again: a budget's refinement asks for one leaf after the other, which costs a limit point
+/// its whole neighbourhood. Those that a refinement by falling tolerances will have asked for, in large batches, are
+/// kept.
+class KeptErrors final : public ErrorEstimator {
+  public:
+    explicit KeptErrors(const ErrorEstimator& inner) : inner_(inner) {}
+
+    /// From here on all new triangles count as good where `enough` says so.
+    void stop_where(std::function<bool()> enough) { enough_ = std::move(enough); }
+
+    void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override {
+        std::vector<CellTriangle> unknown;
+        std::vector<std::size_t> place;
+        for (std::size_t i = 0; i < triangles.size(); ++i) {
+            const auto known = known_.find(key(triangles[i]));
+            if (known != known_.end()) {
+                errors[i] = known->second;
+            } else {
+                unknown.push_back(triangles[i]);
+                place.push_back(i);
+            }
+        }
+        std::vector<double> found(unknown.size(), 0.0);
+        const bool enough = enough_ && enough_();
+        if (!enough && !unknown.empty()) inner_.estimate(unknown, found);
+        for (std::size_t i = 0; i < unknown.size(); ++i) {
+            errors[place[i]] = found[i];
+            if (!enough) known_.emplace(key(unknown[i]), found[i]);
+        }
+    }
+
+  private:
+    using Key = std::array<std::uint32_t, 8>;
+    static Key key(const CellTriangle& t) {
+        return {t.root.value,  t.level,       t.corner[0].x, t.corner[0].y,
+                t.corner[1].x, t.corner[1].y, t.corner[2].x, t.corner[2].y};
+    }
+    struct Hash {
+        std::size_t operator()(const Key& k) const {
+            std::uint64_t h = 0;
+            for (const std::uint32_t x : k) h = (h ^ x) * 0x9E37'79B9'7F4A'7C15ull, h ^= h >> 29;
+            return static_cast<std::size_t>(h);
+        }
+    };
+    const ErrorEstimator& inner_;
+    std::function<bool()> enough_;
+    mutable std::unordered_map<Key, double, Hash> known_;
+};
+
+/// Texture coordinates at the corners of triangles: limits of the chart by the same scheme where it can be subdivided,
+/// else linear.
+template <class Family>
+class LimitUvs {
+  public:
+    LimitUvs(const ControlMesh& mesh, const TessellateOptions& options, std::vector<std::string>& warnings)
+        : mesh_(mesh) {
+        try {
+            chart_ = uv_mesh(mesh, options.rules);
+            const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
+            const bool triangles = options.scheme.info().family == MeshFamily::triangles;
+            const SchemeInfo& scheme =
+                linear ? *find_scheme(triangles ? "midpoint" : "bilinear") : options.scheme.info();
+            points_.emplace(make_hierarchy(chart_, scheme, {.rules = chart_rules(options.rules)}));
+        } catch (const Error& error) {
+            warnings.push_back(std::string("the UV layer cannot be subdivided and is interpolated linearly (") +
+                               error.what() + ")");
+        }
+    }
+
+    std::vector<Vec2d> at(std::span<const Site> addresses, const RunContext& context) const {
+        std::vector<Vec2d> uvs(addresses.size());
+        const auto count = static_cast<std::uint32_t>(addresses.size());
+        if (!points_) {
+            for_each_index(count, [&](std::uint32_t i) {
+                const Site& s = addresses[i];
+                const double step = std::ldexp(1.0, -s.level);
+                uvs[i] = Family::linear(mesh_, s.root, s.at.x * step, s.at.y * step,
+                                        [&](HalfedgeId h) { return mesh_.data().uvs[mesh_.uv_index(h)]; });
+            });
+            return uvs;
+        }
+        std::vector<Site> sites(addresses.size());
+        for_each_index(count, [&](std::uint32_t i) { sites[i] = Family::canonical_site(chart_, addresses[i]); });
+        std::vector<Vec3d> positions(addresses.size());
+        limit_positions_once(*points_, sites, positions,
+                             [&](double done) { context.report("attributes", 0.5 * done); });
+        for_each_index(count, [&](std::uint32_t i) { uvs[i] = Vec2d(positions[i]); });
+        return uvs;
+    }
+
+  private:
+    const ControlMesh& mesh_;
+    ControlMesh chart_;
+    std::optional<Hierarchy> points_;
+};
+
+template <class Family>
+class LatticeTessellator {
+  public:
+    LatticeTessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
+        : mesh_(mesh),
+          options_(options),
+          context_(context),
+          points_(make_hierarchy(mesh, options.scheme.info(), {.rules = options.rules})) {}
+
+    Tessellation run() {
+        Stopwatch watch;
+        result_.tolerance_absolute = tolerance_length(mesh_, options_);
+        tolerance_ = options_.tolerance ? result_.tolerance_absolute : 0.0;
+        aim_ = aim_beside_rounding(mesh_, options_, tolerance_, result_.warnings);
+        const bool certified = options_.estimator == EstimatorKind::certified;
+        // Masks of averaging are wide, and to bound by them takes longer than all else: only where it is asked for.
+        const bool bounds = certified || options_.scheme.info().step != averaging_step;
+        if (is_linear(options_.scheme.info()))
+            bound_ = std::make_unique<LinearBound>(mesh_, options_.scheme.info());
+        else if (bounds && MaskNormBound<Family>::has(options_.scheme.info(), options_.rules, mesh_))
+            bound_ = std::make_unique<MaskNormBound<Family>>(points_, options_.scheme.info(), options_.rules,
+                                                             options_.max_triangles != 0 ? 0.0 : aim_);
+        if (certified && !bound_)
+            throw Error(
+                ErrorCode::unsupported,
+                "there is no certified bound where edges or vertices are semi-sharp for more than 6 levels; use "
+                "the measured estimator, or tag them 10 (sharp for good) or at most 6",
+                mesh_.data().source);
+        if (!certified) aim_ *= k_sampled_aim;
+        result_.seconds.build = watch.lap();
+
+        ForestView forest(mesh_);
+        // A budget compares errors with each other: there all are looked at closely.
+        const LimitEstimator<Family> by_points(points_, options_.max_triangles != 0 ? 0.0 : aim_);
+        const ErrorEstimator& inner =
+            certified ? static_cast<const ErrorEstimator&>(*bound_) : static_cast<const ErrorEstimator&>(by_points);
+        const RefineProgress progress(context_, options_.max_triangles, [&] { return forest.triangle_count(); });
+        const WatchedEstimator watched(inner, progress, k_estimator_block);
+        KeptErrors kept(watched);
+        AdaptiveOptions adaptive{aim_, options_.max_triangles, options_.min_level, options_.max_level};
+        adaptive.max_memory_bytes = context_.max_memory_bytes;
+        adaptive.base_bytes = points_.memory_bytes();
+        adaptive.bytes_per_triangle = k_lattice_bytes;
+        if constexpr (std::is_same_v<Family, QuadFamily>) choose_coarsest(forest);
+        if (options_.max_triangles != 0) foresee(kept, adaptive, progress.context());
+        const ErrorEstimator& estimator =
+            options_.max_triangles != 0 ? static_cast<const ErrorEstimator&>(kept) : watched;
+        Refinement refinement(forest, estimator, adaptive, progress.context());
+        refinement.run();
+        export_mesh(forest, refinement);
+        check_coarsest(options_, result_.mesh.triangles.size());
+        result_.seconds.estimate = watched.seconds();
+        result_.seconds.refine = watch.lap() - result_.seconds.estimate;
+        result_.peak_memory_before_measure_bytes = peak_memory_bytes();
+
+        if (options_.measure) {
+            for (int round = 0;; ++round) {
+                measure(forest);
+                result_.seconds.measure += watch.lap();
+                if (!options_.tolerance || result_.measured_error->hausdorff <= tolerance_ ||
+                    options_.max_triangles != 0 || refinement.left_over() || certified || round == k_repairs ||
+                    !repair(forest, refinement))
+                    break;
+                export_mesh(forest, refinement);
+                result_.seconds.refine += watch.lap();
+            }
+        }
+        if (bound_) result_.certified_error = certify(forest, refinement);
+        if (result_.certified_error) *result_.certified_error += written_rounding(options_, result_.mesh);
+        result_.seconds.measure += watch.lap();
+        result_.tolerance_reached = tolerance_reached(options_, result_, tolerance_, refinement.left_over());
+        warn_of_nothing(result_);
+        warn_of_fine_control_mesh(mesh_, options_, result_);
+        add_attributes(forest);
+        return std::move(result_);
+    }
+
+  private:
+    using ForestView = typename Family::Hierarchy;
+    using Refinement = AdaptiveRefinement<ForestView>;
+
+    /// DESIGN 3.10: faces that do without their centre.
+    void choose_coarsest(BisectionHierarchy& forest) {
+        if (options_.min_level > 0) return;
+        std::vector<Site> sites;
+        std::vector<std::uint32_t> vertex;
+        corners_.assign(mesh_.positions().begin(), mesh_.positions().end());
+        for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v)
+            if (const HalfedgeId h = mesh_.vertex_halfedge(VertexId(v)); h.valid()) {
+                sites.push_back(canonical(mesh_, {h, {0, 0}, 0}));
+                vertex.push_back(v);
+            }
+        std::vector<Vec3d> positions(sites.size());
+        limit_positions(points_, sites, positions, [&](double done) { context_.report("coarsest", 0.2 * done); });
+        for (std::size_t i = 0; i < vertex.size(); ++i) corners_[vertex[i]] = positions[i];
+        // Those that a bound is wanted for, if there is one at all.
+        std::vector<std::uint8_t> wanted(mesh_.face_count(), 1);
+        if (bound_)
+            for (std::uint32_t f = 0; f < mesh_.face_count(); ++f) wanted[f] = bound_->has_fan_bound(FaceId(f)) ? 1 : 0;
+        fans_ = choose_fans(mesh_, corners_, wanted);
+        std::vector<double> errors;
+        if (options_.estimator == EstimatorKind::certified) {
+            std::vector<FaceId> faces;
+            for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)
+                if (fans_.has(FaceId(f))) faces.push_back(FaceId(f));
+            std::vector<double> found(faces.size());
+            bound_->estimate_fans(fans_, faces, corners_, found);
+            errors.assign(mesh_.face_count(), 0.0);
+            for (std::size_t i = 0; i < faces.size(); ++i) errors[faces[i].value] = found[i];
+        } else {
+            errors = fan_limit_errors(points_, fans_, corners_, context_);
+        }
+        for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)
+            if (fans_.has(FaceId(f)) && (options_.max_triangles != 0 || errors[f] <= aim_))
+                forest.accept_fan(FaceId(f), errors[f]);
+    }
+
+    /// Has the errors estimated that a refinement to the budget will ask for, and hardly others: by refining another
+    /// forest to falling tolerances until it has as many triangles.
+    void foresee(KeptErrors& kept, AdaptiveOptions adaptive, const RunContext& context) const {
+        constexpr double k_fall = 0.5;       // about twice as many triangles
+        constexpr std::uint64_t k_most = 3;  // budgets, where a fall brings more than that
+        const std::uint64_t budget = adaptive.max_triangles;
+        ForestView forest(mesh_);
+        std::vector<LeafId> roots;
+        forest.initial_leaves(roots);
+        std::vector<CellTriangle> triangles;
+        std::array<CellTriangle, 3> parts;
+        for (const LeafId leaf : roots) {
+            const int n = forest.triangles(leaf, parts);
+            triangles.insert(triangles.end(), parts.begin(), parts.begin() + n);
+        }
+        std::vector<double> errors(triangles.size());
+        kept.estimate(triangles, errors);
+        double tolerance = 0;
+        for (const double e : errors) tolerance = std::max(tolerance, e);
+        const double least = std::max(adaptive.tolerance, 1e-14 * mesh_.bounding_box().diagonal());
+        kept.stop_where([&] { return forest.triangle_count() > k_most * budget; });
+        adaptive.max_triangles = 0;
+        while (forest.triangle_count() <= budget && tolerance > least) {
+            tolerance *= k_fall;
+            adaptive.tolerance = std::max(tolerance, least);
+            Refinement(forest, kept, adaptive, context).run();
+        }
+        kept.stop_where({});
+    }
+
+    void export_mesh(const ForestView& forest, const Refinement& refinement) {
+        context_.report("export", 0);
+        exported_ = ExportedMesh<Family>(forest, fans_);
+        TriangleMesh& mesh = result_.mesh;
+        mesh.triangles = std::move(exported_.triangles);
+        mesh.positions.resize(exported_.sites.size());
+        limit_positions(points_, exported_.sites, mesh.positions,
+                        [&](double done) { context_.report("export", 0.9 * done); });
+        exported_.describe(forest, refinement, result_);
+        context_.report("export", 1.0);
+    }
+
+    OutputTriangle origin(const ForestView& forest, std::uint32_t t) const {
+        return exported_.origin(forest, fans_, t);
+    }
+
+    /// Against a denser mesh of limit points over the same leaves. Those that fans hide are leaves like others.
+    void measure(const ForestView& forest) {
+        std::vector<CellTriangle> pieces;
+        std::vector<FaceId> fan_of;           // per piece: the face whose fan it belongs to, else invalid
+        std::vector<std::uint32_t> triangle;  // per piece: its triangle of the output, else none
+        const auto count = static_cast<std::uint32_t>(result_.mesh.triangles.size());
+        int deepest = 0;
+        for (std::uint32_t t = 0; t < count; ++t) {
+            const OutputTriangle from = origin(forest, t);
+            if (!from.fan.valid()) {
+                pieces.push_back(from.cell);
+                fan_of.push_back(FaceId{});
+                triangle.push_back(t);
+                deepest = std::max<int>(deepest, from.cell.level);
+                continue;
+            }
+            if (exported_.part[t] != 0) continue;
+            const std::uint32_t h0 = mesh_.face_halfedge(from.fan).value;
+            for (std::uint32_t r = 0; r < mesh_.face_size(from.fan); ++r) {
+                pieces.push_back({HalfedgeId(h0 + r), 0, {LatticePoint{0, 0}, {2, 0}, {1, 1}}});
+                fan_of.push_back(from.fan);
+                triangle.push_back(t);
+            }
+        }
+        const LimitReference reference =
+            limit_reference<Family>(points_, pieces, reference_bits(pieces.size(), deepest), context_, 0.5);
+        const ReferenceDistances distances =
+            measure_reference(reference, pieces.size(), result_.mesh, options_.measure_samples / 2, context_);
+        result_.measured_error = distances.error;
+        result_.triangle_error = distances.of_triangle;
+        for (std::size_t p = 0; p < pieces.size(); ++p) {
+            // A fan's triangles share what its face is off.
+            for (std::uint32_t t = triangle[p]; t < count; ++t) {
+                if (t != triangle[p] &&
+                    (!fan_of[p].valid() || exported_.faces[t] != fan_of[p] || exported_.part[t] == 0))
+                    break;
+                result_.triangle_error[t] = std::max(result_.triangle_error[t], distances.of_piece[p]);
+            }
+        }
+    }
+
+    /// Splits what the measurement found to be off. False when nothing can be done.
+    bool repair(ForestView& forest, Refinement& refinement) {
+        std::vector<LeafId> leaves;
+        std::vector<FaceId> fans;
+        for (std::uint32_t t = 0; t < result_.triangle_error.size(); ++t) {
+            if (!(static_cast<double>(result_.triangle_error[t]) > tolerance_)) continue;
+            const LeafId leaf = exported_.leaves[t];
+            if (!leaf.valid())
+                fans.push_back(exported_.faces[t]);
+            else if (forest.level(leaf) < options_.max_level)
+                leaves.push_back(leaf);
+        }
+        if (leaves.empty() && fans.empty()) return false;
+        refinement.split(leaves, fans);
+        return true;
+    }
+
+    /// Nothing where a face's fan has no bound.
+    std::optional<double> certify(const ForestView& forest, const Refinement& refinement) const {
+        constexpr std::uint32_t k_triangles = 4096;  // between two chances to cancel
+        const auto count = static_cast<std::uint32_t>(result_.mesh.triangles.size());
+        // What the bound has decided is certified already.
+        const auto decided = [&](double error) {
+            return options_.estimator == EstimatorKind::certified && error <= aim_;
+        };
+        double largest = 0;
+        std::vector<CellTriangle> cells;
+        std::vector<FaceId> fans;
+        for (std::uint32_t t = 0; t < count; ++t) {
+            const OutputTriangle from = origin(forest, t);
+            const bool fan = from.fan.valid();
+            const double error = fan ? forest.fan_error(from.fan) : refinement.error(exported_.leaves[t]);
+            if (decided(error))
+                largest = std::max(largest, error);
+            else if (!fan)
+                cells.push_back(from.cell);
+            else if (exported_.part[t] == 0)
+                fans.push_back(from.fan);
+            if (t + 1 < count && cells.size() < k_triangles && fans.size() < k_triangles) continue;
+            context_.report("certify", static_cast<double>(t) / count);
+            largest = bound_->largest(cells, largest);
+            largest = bound_->largest_of_fans(fans_, fans, corners_, largest);
+            cells.clear();
+            fans.clear();
+        }
+        return std::isfinite(largest) ? std::optional(largest) : std::nullopt;
+    }
+
+    void add_attributes(const ForestView& forest) {
+        TriangleMesh& mesh = result_.mesh;
+        context_.report("attributes", 0);
+        if (options_.normals) {
+            mesh.normals.resize(mesh.positions.size());
+            constexpr std::size_t k_block = 1u << 16;
+            std::vector<LimitPoint> limits;
+            for (std::size_t begin = 0; begin < mesh.normals.size(); begin += k_block) {
+                context_.report("attributes",
+                                0.4 * static_cast<double>(begin) / static_cast<double>(mesh.normals.size()));
+                const std::size_t size = std::min(k_block, mesh.normals.size() - begin);
+                limits.resize(size);
+                points_.limits(std::span(exported_.sites).subspan(begin, size), limits);
+                for (std::size_t i = 0; i < size; ++i) mesh.normals[begin + i] = limits[i].normal;
+            }
+            const SideNormals side = normals_from_inside<Family>(
+                mesh_, [&](std::uint32_t t) { return origin(forest, t); },
+                [&](std::span<const Site> sites, std::span<Vec3d> normals) {
+                    limits.resize(sites.size());
+                    points_.limits(sites, limits);
+                    for (std::size_t i = 0; i < sites.size(); ++i) normals[i] = limits[i].normal;
+                });
+            split_normals_of(result_, mesh_, options_, side);
+        }
+        if (options_.uvs && mesh_.has_uvs()) {
+            const LimitUvs<Family> uvs(mesh_, options_, result_.warnings);
+            std::vector<Site> addresses(3 * mesh.triangles.size());
+            for_each_index(static_cast<std::uint32_t>(mesh.triangles.size()), [&](std::uint32_t t) {
+                for (std::size_t k = 0; k < 3; ++k)
+                    addresses[3 * std::size_t{t} + k] = origin(forest, t).template corner_site<Family>(mesh_, k);
+            });
+            const std::vector<Vec2d> corner = uvs.at(addresses, context_);
+            add_uvs(
+                mesh, [&](std::uint32_t t, std::size_t k) { return corner[3 * std::size_t{t} + k]; }, context_);
+        }
+        context_.report("attributes", 1);
+        add_face_attributes(mesh_, result_.triangle_face, mesh);
+    }
+
+    const ControlMesh& mesh_;
+    const TessellateOptions& options_;
+    const RunContext& context_;
+    Hierarchy points_;
+    Tessellation result_;
+    double tolerance_ = 0, aim_ = 0;
+    std::unique_ptr<SurfaceBound> bound_;
+    FanChoice fans_;
+    std::vector<Vec3d> corners_;  ///< of the fans, by control vertex
+    ExportedMesh<Family> exported_;
+};
+
+}  // namespace
+
+Tessellation tessellate_on_lattice(const ControlMesh& mesh, const TessellateOptions& options,
+                                   const RunContext& context) {
+    if (options.scheme.info().family == MeshFamily::triangles)
+        return LatticeTessellator<LoopFamily>(mesh, options, context).run();
+    return LatticeTessellator<QuadFamily>(mesh, options, context).run();
+}
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,62 @@
+#pragma once
+
+#include "../../refine/adaptive/adaptive.hpp"
+#include "../bounds/plane_measure.hpp"
+#include "surface_map.hpp"
+#include "tessellate.hpp"
+
+#include <oneapi/tbb/enumerable_thread_specific.h>
+
+#include <atomic>
+
+namespace tetrakis {
+
+/// The two estimators of DESIGN 3.7 for leaves of one family.
+///
+/// certified: the certified bound itself. measured: the bound where it accepts; else the deviation of samples from the
+/// triangle's plane (two-sided, see PlaneMeasure) and, where tangential drift makes the way back doubtful, the leaf's
+/// own samples and Newton's method for a closest point; ever more samples towards creases of finite sharpness. Edges on
+/// boundaries and hard creases are measured against themselves. With a target mesh or a displacement everything is
+/// sampled; against a target also by rays along the normal.
+///
+/// Errors within the tolerance that are not certified are negative: sampled ones, and those of leaves that slide.
+template <class Family>
+class LeafEstimator final : public ErrorEstimator {
+  public:
+    /// @param slide  whether leaves take slack of their neighbours for granted (assumed_slack); to be checked
+    LeafEstimator(const SurfaceMap<Family>& map, const typename Family::Closest& closest, EstimatorKind kind,
+                  double tolerance, bool slide = false);
+
+    /// From one thread at a time: on the way trees of the patches may be forgotten.
+    void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
+
+    /// Some leaf of a mapped surface could not be resolved: see mapped().
+    bool gave_up() const { return gave_up_.load(std::memory_order_relaxed); }
+    /// The calling thread's bounder.
+    typename Family::Bounder& bounder() const { return bounders_.local(); }
+    EstimatorKind kind() const { return kind_; }
+    const typename Family::Patches& patches() const { return *map_.patches; }
+    /// The edges that a leaf may slide over.
+    std::array<bool, 3> soft_edges(const CellTriangle& leaf) const;
+
+  private:
+    double measured(const CellTriangle& leaf, typename Family::Bounder& bounder) const;
+    /// @param middle  an error that is attained
+    double sampled(const CellTriangle& leaf, typename Family::Bounder& bounder, const std::array<Vec3d, 3>& corners,
+                   double middle) const;
+    /// The same at points of the leaf where creases of finite sharpness are rounded off.
+    double measured_in_strips(const CellTriangle& leaf, const std::array<Vec3d, 3>& corners,
+                              const detail::PlaneMeasure& plane) const;
+    /// Leaves much smaller than the tolerance are left as they are: there the map jumps, and refining would never end.
+    double mapped(const CellTriangle& leaf) const;
+
+    const SurfaceMap<Family>& map_;
+    const typename Family::Closest& closest_;
+    EstimatorKind kind_;
+    double tolerance_;
+    bool slide_;
+    mutable std::atomic<bool> gave_up_ = false;
+    mutable oneapi::tbb::enumerable_thread_specific<typename Family::Bounder> bounders_;
+};
+
+}  // namespace tetrakis

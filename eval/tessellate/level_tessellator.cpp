@@ -1,0 +1,192 @@
+#include "level_tessellator.hpp"
+
+#include "../../hier/mesh/mesh_split.hpp"
+#include "../../hier/mesh/triangulate.hpp"
+#include "../../refine/uniform/refine.hpp"
+#include "../surface/local_frame.hpp"
+#include "limit_reference.hpp"
+#include "tessellate_run.hpp"
+#include "tessellation_attributes.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+namespace tetrakis::detail {
+
+namespace {
+
+/// The control mesh with each face of a material of its own, which then tells where faces of its levels come from.
+ControlMesh with_faces_as_materials(const ControlMesh& mesh, bool uvs) {
+    ControlMeshData data = mesh.data();
+    data.face_material.resize(mesh.face_count());
+    std::iota(data.face_material.begin(), data.face_material.end(), 0u);
+    data.materials.assign(mesh.face_count(), "");
+    data.face_group.clear();
+    data.groups.clear();
+    if (!uvs) {
+        data.uvs.clear();
+        data.uv_lines.clear();
+        data.face_uvs.clear();
+    }
+    return ControlMesh::build(std::move(data));
+}
+
+class LevelTessellator {
+  public:
+    LevelTessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
+        : mesh_(mesh), options_(options), context_(context), marked_(with_faces_as_materials(mesh, options.uvs)) {
+        for (std::uint32_t f = 0; f < mesh.face_count(); ++f) has_holes_ = has_holes_ || mesh.is_hole(FaceId(f));
+    }
+
+    Tessellation run() {
+        Stopwatch watch;
+        result_.tolerance_absolute = tolerance_length(mesh_, options_);
+        const double tolerance = options_.tolerance ? result_.tolerance_absolute : 0.0;
+        const double aim = aim_beside_rounding(mesh_, options_, tolerance, result_.warnings);
+        result_.seconds.build = watch.lap();
+        bool left_over = false;
+        for (int level = options_.min_level;; ++level) {
+            Level next = make(level, options_.normals);
+            if (level > options_.min_level && is_too_much(next)) {
+                left_over = true;
+                break;
+            }
+            take(std::move(next), level);
+            check_coarsest(options_, result_.mesh.triangles.size());
+            result_.seconds.refine += watch.lap();
+            if (options_.tolerance) {
+                measure(level);
+                result_.seconds.estimate += watch.lap();
+                if (result_.measured_error->hausdorff <= aim) break;
+            }
+            if (level == options_.max_level) {
+                left_over = options_.tolerance.has_value();
+                break;
+            }
+        }
+        result_.peak_memory_before_measure_bytes = peak_memory_bytes();
+        if (!result_.measured_error) measure(result_.deepest_level);
+        if (!options_.measure) result_.measured_error.reset();
+        result_.seconds.measure = watch.lap();
+        result_.tolerance_reached = tolerance_reached(options_, result_, tolerance, left_over);
+        warn_of_nothing(result_);
+        split_normals_of(result_, mesh_, options_);
+        return std::move(result_);
+    }
+
+  private:
+    struct Level {
+        TriangleMesh mesh;
+        std::vector<std::uint32_t> face;  ///< per triangle: the control face
+        std::vector<std::string> warnings;
+    };
+
+    bool is_too_much(const Level& level) const {
+        return options_.max_triangles != 0 && level.mesh.triangles.size() > options_.max_triangles;
+    }
+
+    /// A level on the limit surface, its faces cut into triangles.
+    Level make(int level, bool normals) const {
+        context_.report("refine", 0);
+        PolygonMesh from = refine(marked_, options_.scheme.info(), level,
+                                  {.rules = options_.rules, .limit = true, .normals = normals, .context = context_});
+        Level result;
+        result.warnings = std::move(from.warnings);
+        result.mesh.normals = std::move(from.normals);
+        if (from.face_count() == 0) return result;
+        ControlMeshData data;
+        data.positions = std::move(from.positions);
+        data.face_offsets = std::move(from.face_offsets);
+        data.face_vertices = std::move(from.face_vertices);
+        data.uvs = std::move(from.uvs);
+        data.face_uvs = std::move(from.face_uvs);
+        data.face_material = std::move(from.face_material);
+        data.materials = std::move(from.materials);
+        // Where holes were left out, faces may touch in a vertex alone: two while they are cut, one afterwards.
+        const auto vertex_count = static_cast<std::uint32_t>(data.positions.size());
+        const std::vector<std::uint32_t> origin =
+            has_holes_ ? split_to_manifold(data).origin : std::vector<std::uint32_t>();
+        const auto copies = has_holes_ ? static_cast<std::uint32_t>(origin.size()) - vertex_count : 0;
+        const auto whole = [&](std::uint32_t v) {
+            if (v < vertex_count) return v;
+            return v < vertex_count + copies ? origin[v] : v - copies;
+        };
+        const ControlMesh cut = triangulate(ControlMesh::build(std::move(data), context_), context_);
+        const ControlMeshData& triangles = cut.data();
+        result.mesh.positions = triangles.positions;
+        const auto first_copy = result.mesh.positions.begin() + vertex_count;
+        result.mesh.positions.erase(first_copy, first_copy + copies);
+        result.mesh.uvs = triangles.uvs;
+        result.face = triangles.face_material;
+        result.mesh.triangles.resize(cut.face_count());
+        if (cut.has_uvs()) result.mesh.triangle_uvs.resize(cut.face_count());
+        for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t)
+            for (std::size_t k = 0; k < 3; ++k) {
+                result.mesh.triangles[t][k] = whole(triangles.face_vertices[3 * t + k]);
+                if (cut.has_uvs()) result.mesh.triangle_uvs[t][k] = triangles.face_uvs[3 * t + k];
+            }
+        // A face that has no ear has become a fan around its mean.
+        if (normals && result.mesh.normals.size() != result.mesh.positions.size()) geometric_normals(result.mesh);
+        return result;
+    }
+
+    void take(Level&& level, int number) {
+        result_.mesh = std::move(level.mesh);
+        result_.triangle_face = std::move(level.face);
+        result_.triangle_error.assign(result_.mesh.triangles.size(), 0.0f);
+        result_.measured_error.reset();
+        result_.deepest_level = number;
+        add_face_attributes(mesh_, result_.triangle_face, result_.mesh);
+        // All levels have the same.
+        if (number == options_.min_level)
+            for (std::string& warning : level.warnings) result_.warnings.push_back(std::move(warning));
+    }
+
+    /// Against the mesh of a level some steps further, each of which has about four times as many triangles.
+    void measure(int level) {
+        const std::size_t count = result_.mesh.triangles.size();
+        if (count == 0) {
+            result_.measured_error.emplace();
+            return;
+        }
+        const int steps = reference_bits(count, 0);
+        check_reference_memory(std::uint64_t{count} << 2 * steps, context_);
+        context_.report("measure", 0);
+        LimitReference reference;
+        reference.mesh = make(level + steps, false).mesh;
+        reference.mesh.uvs.clear();
+        reference.mesh.triangle_uvs.clear();
+        measure_triangles(std::move(reference), result_, options_.measure_samples / 2, context_);
+    }
+
+    const ControlMesh& mesh_;
+    const TessellateOptions& options_;
+    const RunContext& context_;
+    ControlMesh marked_;
+    bool has_holes_ = false;
+    Tessellation result_;
+};
+
+}  // namespace
+
+Tessellation tessellate_by_levels(const ControlMesh& mesh, const TessellateOptions& options,
+                                  const RunContext& context) {
+    return LevelTessellator(mesh, options, context).run();
+}
+
+Tessellation tessellate_by_levels(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context,
+                                  const std::string& why_not_adaptive) {
+    const std::string scheme(options.scheme.name());
+    if (options.estimator == EstimatorKind::certified)
+        throw Error(ErrorCode::unsupported,
+                    "there is no certified bound for " + scheme + " on this mesh: " + why_not_adaptive +
+                        "; use the measured estimator",
+                    mesh.data().source);
+    Tessellation result = tessellate_by_levels(mesh, options, context);
+    result.warnings.insert(result.warnings.begin(),
+                           scheme + " was refined by whole levels, as it cannot be adaptive here: " + why_not_adaptive);
+    return result;
+}
+
+}  // namespace tetrakis::detail

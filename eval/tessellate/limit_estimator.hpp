@@ -1,0 +1,33 @@
+#pragma once
+
+#include "../../refine/adaptive/adaptive.hpp"
+#include "../../refine/adaptive/hierarchy.hpp"
+#include "limit_samples.hpp"
+
+#include <functional>
+
+namespace tetrakis {
+
+/// The error of triangles of a hierarchy over a surface that is known by its limit points alone: the distances of the
+/// points that the triangle's edges and inside have one and two levels further down, to the triangle as PlaneMeasure
+/// takes them; back from the triangle to them where they have drifted away sideways; and along boundaries and hard
+/// creases to the triangle's own edge. No bound: what lies between the points can be farther.
+template <class Family>
+class LimitEstimator final : public ErrorEstimator {
+  public:
+    /// @param points     gives the limit points; lives longer
+    /// @param tolerance  decides which triangles are looked at one level down only: errors above it are lower bounds.
+    ///                   0: none
+    LimitEstimator(const Hierarchy& points, double tolerance) : points_(points), tolerance_(tolerance) {}
+
+    void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
+
+  private:
+    double of_middles(const CellTriangle& triangle, const std::array<Vec3d, 6>& samples) const;
+    double of_samples(const CellTriangle& triangle, const detail::LimitSamples& samples) const;
+
+    const Hierarchy& points_;
+    double tolerance_;
+};
+
+}  // namespace tetrakis

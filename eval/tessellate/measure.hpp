@@ -1,0 +1,31 @@
+#pragma once
+
+#include "../../hier/base/run_context.hpp"
+#include "output_triangle.hpp"
+#include "surface_map.hpp"
+#include "tessellate.hpp"
+
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace tetrakis {
+
+/// Measures a tessellation against its surface by dense sampling, both directions (DESIGN 3.7).
+///
+/// Samples: the barycentric lattice of every triangle (at least 3 intervals a side, more until there are about
+/// `samples` in all), on the surface and on the triangle. Forward: each surface point to the nearest triangle by
+/// Embree, in double. Backward: each point of a triangle to the surface, by Newton's method from the parameters it came
+/// with; the largest by Embree's search of the whole surface, until no other can exceed it. Mean and RMS weigh samples
+/// by the area of their triangle. With a target, forward is sampled on the target too,
+/// evenly by area: what no point was projected to counts.
+/// @param samples         that are aimed at, each way
+/// @param tolerance       triangles beyond it are searched exactly, whatever the largest error is
+/// @param origin          where the triangle of that number comes from
+/// @param triangle_error  receives the largest error found at each triangle
+template <class Family>
+MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriangle(std::uint32_t)>& origin,
+                      const SurfaceMap<Family>& map, const typename Family::Closest& closest, std::uint64_t samples,
+                      double tolerance, std::vector<double>& triangle_error, const RunContext& context);
+
+}  // namespace tetrakis

@@ -1,0 +1,332 @@
+#include "shading_normals.hpp"
+
+#include "../../hier/base/parallel.hpp"
+
+#include <glm/trigonometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace tetrakis::detail {
+
+namespace {
+
+constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
+
+/// Sides of a crease whose normals differ by less than this share the vertex's own: nobody sees the difference.
+constexpr double k_one_plane_degrees = 1;
+
+std::uint32_t vertex_of(const TriangleMesh& mesh, std::uint64_t corner) {
+    return mesh.triangles[corner / 3][corner % 3];
+}
+
+double corner_angle(const TriangleMesh& mesh, std::uint64_t corner) {
+    const auto& triangle = mesh.triangles[corner / 3];
+    const std::uint64_t k = corner % 3;
+    const Vec3d p = mesh.positions[triangle[k]];
+    const Vec3d a = mesh.positions[triangle[(k + 1) % 3]] - p, b = mesh.positions[triangle[(k + 2) % 3]] - p;
+    return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
+}
+
+/// Whether a unit normal is within the angle with this cosine of a triangle's, given in any length. A triangle without
+/// area agrees with every normal.
+bool agrees(const Vec3d& normal, const Vec3d& area, double least_cosine) {
+    return glm::dot(normal, area) >= least_cosine * glm::length(area);
+}
+
+Vec3d area_vector(const TriangleMesh& mesh, std::size_t t) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    return glm::cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a]);
+}
+
+/// The triangles around a vertex, by its corners.
+struct VertexFaces {
+    std::vector<Vec3d> normals;  ///< unit normals
+    std::vector<double> angles;  ///< at the vertex
+
+    VertexFaces(const TriangleMesh& mesh, std::span<const std::uint64_t> corners)
+        : normals(corners.size()), angles(corners.size()) {
+        for (std::size_t i = 0; i < corners.size(); ++i) {
+            normals[i] = face_normal(mesh, corners[i] / 3);
+            angles[i] = corner_angle(mesh, corners[i]);
+        }
+    }
+    /// `normal`, if the i-th triangle and those that are within the angle of it are within the angle of it, too; else
+    /// the mean of these triangles, weighted by their angles at the vertex: triangles that look like one face have the
+    /// same normal, or none of them has.
+    /// @param group  per corner: triangles of other groups do not count; empty: all are one group
+    Vec3d agreed(const Vec3d& normal, std::size_t i, std::span<const std::uint32_t> group, double least_cosine) const {
+        Vec3d sum(0);
+        bool agreed = agrees(normal, normals[i], least_cosine);
+        for (std::size_t j = 0; j < normals.size(); ++j) {
+            if (!group.empty() && group[j] != group[i]) continue;
+            if (glm::dot(normals[j], normals[i]) < least_cosine) continue;
+            sum += angles[j] * normals[j];
+            agreed = agreed && agrees(normal, normals[j], least_cosine);
+        }
+        if (agreed) return normal;
+        const double length = glm::length(sum);
+        return length > 0 ? sum / length : normals[i];
+    }
+};
+
+/// The corners at some of the vertices, one vertex after the other, by number.
+struct VertexCorners {
+    std::vector<std::uint32_t> vertices;  ///< which, in order
+    std::vector<std::uint64_t> first, corners;
+
+    /// @param chosen  per vertex: whether it is one of them
+    VertexCorners(const TriangleMesh& mesh, std::span<const std::uint8_t> chosen) {
+        std::vector<std::uint32_t> place(chosen.size(), k_none);
+        for (std::uint32_t v = 0; v < chosen.size(); ++v)
+            if (chosen[v] != 0) {
+                place[v] = static_cast<std::uint32_t>(vertices.size());
+                vertices.push_back(v);
+            }
+        first.assign(vertices.size() + 1, 0);
+        const std::uint64_t count = 3 * std::uint64_t{mesh.triangles.size()};
+        for (std::uint64_t c = 0; c < count; ++c)
+            if (const std::uint32_t i = place[vertex_of(mesh, c)]; i != k_none) ++first[i + 1];
+        for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+        corners.resize(first.back());
+        std::vector<std::uint64_t> next(first.begin(), first.end() - 1);
+        for (std::uint64_t c = 0; c < count; ++c)
+            if (const std::uint32_t i = place[vertex_of(mesh, c)]; i != k_none) corners[next[i]++] = c;
+    }
+    std::span<const std::uint64_t> of(std::uint32_t i) const {
+        return std::span(corners).subspan(first[i], first[i + 1] - first[i]);
+    }
+};
+
+/// Pairs of control faces with an infinitely sharp edge between them.
+class SharpPairs {
+  public:
+    explicit SharpPairs(const ControlMesh* control) {
+        if (control == nullptr) return;
+        for (std::uint32_t e = 0; e < control->edge_count(); ++e) {
+            if (control->sharpness(EdgeId(e)) != k_sharpness_infinity) continue;
+            const HalfedgeId h = control->edge_halfedge(EdgeId(e)), t = control->twin(h);
+            if (!t.valid() || control->is_hole(control->face(h)) || control->is_hole(control->face(t))) continue;
+            pairs_.push_back(key(control->face(h).value, control->face(t).value));
+            if (has_.empty()) has_.assign(control->face_count(), 0);
+            has_[control->face(h).value] = has_[control->face(t).value] = 1;
+        }
+        std::sort(pairs_.begin(), pairs_.end());
+    }
+    bool empty() const { return pairs_.empty(); }
+    bool has(std::uint32_t face) const { return has_[face] != 0; }
+    bool between(std::uint32_t f, std::uint32_t g) const {
+        return f != g && std::binary_search(pairs_.begin(), pairs_.end(), key(f, g));
+    }
+
+  private:
+    static std::uint64_t key(std::uint32_t f, std::uint32_t g) {
+        return std::uint64_t{std::min(f, g)} << 32 | std::max(f, g);
+    }
+    std::vector<std::uint64_t> pairs_;
+    std::vector<std::uint8_t> has_;  ///< per control face
+};
+
+class NormalSplitter {
+  public:
+    NormalSplitter(TriangleMesh& mesh, std::span<const std::uint32_t> triangle_face, const ControlMesh* control,
+                   double crease_degrees)
+        : mesh_(mesh), face_(triangle_face), sharp_(control), least_cosine_(std::cos(glm::radians(crease_degrees))) {}
+
+    void run(const SideNormals& side) {
+        const std::vector<std::uint8_t> chosen = vertices_to_look_at();
+        if (std::find(chosen.begin(), chosen.end(), 1) == chosen.end()) return;
+        const VertexCorners around(mesh_, chosen);
+        const auto count = static_cast<std::uint32_t>(around.vertices.size());
+        group_.resize(around.corners.size());
+        std::vector<std::uint32_t> groups(count);
+        for_each_index(count, [&](std::uint32_t i) {
+            groups[i] = find_groups(around.of(i), std::span(group_).subspan(around.first[i]));
+        });
+        // Each side is asked for at the first of its corners.
+        std::vector<std::uint64_t> asked;
+        std::vector<std::uint64_t> first_asked(count + 1, 0);
+        for (std::uint32_t i = 0; i < count; ++i) {
+            if (groups[i] > 1)
+                for (std::uint64_t c = around.first[i]; c < around.first[i + 1]; ++c)
+                    if (group_[c] == asked.size() - first_asked[i]) asked.push_back(around.corners[c]);
+            first_asked[i + 1] = asked.size();
+        }
+        std::vector<Vec3d> sides(asked.size(), Vec3d(0));
+        if (side) side(asked, sides);
+        normals_.resize(around.corners.size());
+        for_each_index(count, [&](std::uint32_t i) {
+            choose_normals(around.of(i), std::span(group_).subspan(around.first[i]), groups[i],
+                           std::span(sides).subspan(first_asked[i]), chosen,
+                           std::span(normals_).subspan(around.first[i]));
+        });
+        number_normals(around);
+    }
+
+  private:
+    /// Vertices of triangles that their normal does not agree with, and those that may be on a crease.
+    std::vector<std::uint8_t> vertices_to_look_at() const {
+        const auto count = static_cast<std::uint32_t>(mesh_.triangles.size());
+        std::vector<std::uint8_t> off(count, 0);
+        for_each_index(count, [&](std::uint32_t t) {
+            const Vec3d area = area_vector(mesh_, t);
+            for (std::size_t k = 0; k < 3; ++k)
+                if (!agrees(mesh_.normals[mesh_.triangles[t][k]], area, least_cosine_)) off[t] |= 1u << k;
+        });
+        std::vector<std::uint8_t> chosen(mesh_.positions.size(), 0);
+        for (std::uint32_t t = 0; t < count; ++t)
+            for (std::size_t k = 0; k < 3 && off[t] != 0; ++k)
+                if (off[t] >> k & 1u) chosen[mesh_.triangles[t][k]] = 1;
+        if (sharp_.empty()) return chosen;
+        std::vector<std::uint32_t> seen(mesh_.positions.size(), k_none);  // a control face around each vertex
+        for (std::uint32_t t = 0; t < count; ++t)
+            if (sharp_.has(face_[t]))
+                for (const std::uint32_t v : mesh_.triangles[t]) {
+                    if (seen[v] != k_none && seen[v] != face_[t]) chosen[v] = 1;
+                    seen[v] = face_[t];
+                }
+        return chosen;
+    }
+
+    std::uint32_t end(std::uint64_t corner, std::uint64_t turn) const {
+        return mesh_.triangles[corner / 3][(corner % 3 + turn) % 3];
+    }
+
+    /// Numbers the groups of a vertex's corners, which no sharp edge divides, by their first corners. Returns how many
+    /// there are.
+    std::uint32_t find_groups(std::span<const std::uint64_t> corners, std::span<std::uint32_t> group) const {
+        const auto count = static_cast<std::uint32_t>(corners.size());
+        if (sharp_.empty()) {
+            std::fill_n(group.begin(), count, 0u);
+            return 1;
+        }
+        std::vector<std::uint32_t> by_end(count), parent(count);
+        for (std::uint32_t i = 0; i < count; ++i) by_end[i] = parent[i] = i;
+        const auto next_end = [&](std::uint32_t i) { return end(corners[i], 1); };
+        std::sort(by_end.begin(), by_end.end(),
+                  [&](std::uint32_t i, std::uint32_t j) { return next_end(i) < next_end(j); });
+        const auto root = [&](std::uint32_t i) {
+            while (parent[i] != i) i = parent[i] = parent[parent[i]];
+            return i;
+        };
+        for (std::uint32_t i = 0; i < count; ++i) {
+            const auto across = std::lower_bound(by_end.begin(), by_end.end(), end(corners[i], 2),
+                                                 [&](std::uint32_t j, std::uint32_t v) { return next_end(j) < v; });
+            if (across == by_end.end() || next_end(*across) != end(corners[i], 2)) continue;
+            if (sharp_.between(face_[corners[i] / 3], face_[corners[*across] / 3])) continue;
+            parent[root(i)] = root(*across);
+        }
+        std::vector<std::uint32_t> number(count, k_none);
+        std::uint32_t groups = 0;
+        for (std::uint32_t i = 0; i < count; ++i) {
+            if (number[root(i)] == k_none) number[root(i)] = groups++;
+            group[i] = number[root(i)];
+        }
+        return groups;
+    }
+
+    /// Continues the normals of the smooth vertices at a corner's edges to the corner: on a circular arc the normals at
+    /// both ends of a chord are mirror images.
+    Vec3d from_neighbours(std::uint64_t corner, std::span<const std::uint8_t> chosen) const {
+        const Vec3d area = area_vector(mesh_, corner / 3);
+        Vec3d sum(0);
+        for (const std::uint64_t turn : {1u, 2u}) {
+            const std::uint32_t w = end(corner, turn);
+            if (chosen[w] != 0) continue;
+            const Vec3d chord = unit_or_zero(mesh_.positions[w] - mesh_.positions[vertex_of(mesh_, corner)]);
+            const Vec3d mirrored = mesh_.normals[w] - 2 * glm::dot(mesh_.normals[w], chord) * chord;
+            if (agrees(mirrored, area, least_cosine_)) sum += mirrored;
+        }
+        const double length = glm::length(sum);
+        return length > 0 ? sum / length : face_normal(mesh_, corner / 3);
+    }
+
+    /// @param sides    of each group, where there are several; zero: not known
+    /// @param normals  receives the corners'
+    void choose_normals(std::span<const std::uint64_t> corners, std::span<const std::uint32_t> group,
+                        std::uint32_t groups, std::span<const Vec3d> sides, std::span<const std::uint8_t> chosen,
+                        std::span<Vec3d> normals) const {
+        const Vec3d own = mesh_.normals[vertex_of(mesh_, corners[0])];
+        const VertexFaces faces(mesh_, corners);
+        std::vector<Vec3d> of_group(groups, own);
+        if (groups > 1) {
+            std::copy_n(sides.begin(), groups, of_group.begin());
+            for (std::size_t i = 0; i < corners.size(); ++i)
+                if (sides[group[i]] == Vec3d(0))
+                    of_group[group[i]] += faces.angles[i] * from_neighbours(corners[i], chosen);
+            for (Vec3d& normal : of_group) normal = unit_or_zero(normal);
+            const double one_plane = std::cos(glm::radians(k_one_plane_degrees));
+            if (std::all_of(of_group.begin(), of_group.end(),
+                            [&](const Vec3d& normal) { return glm::dot(normal, own) >= one_plane; }))
+                std::fill(of_group.begin(), of_group.end(), own);
+        }
+        for (std::size_t i = 0; i < corners.size(); ++i)
+            normals[i] = faces.agreed(of_group[group[i]], i, group, least_cosine_);
+    }
+
+    /// Each vertex's first normal takes the place of its own; the others follow after all of these.
+    void number_normals(const VertexCorners& around) {
+        const std::size_t vertex_count = mesh_.normals.size();
+        std::vector<std::array<std::uint32_t, 3>> numbers = mesh_.triangles;
+        for (std::uint32_t i = 0; i < around.vertices.size(); ++i) {
+            const std::uint32_t v = around.vertices[i];
+            const std::size_t first_extra = mesh_.normals.size();
+            mesh_.normals[v] = normals_[around.first[i]];
+            for (std::uint64_t c = around.first[i]; c < around.first[i + 1]; ++c) {
+                std::size_t number = v;
+                if (normals_[c] != mesh_.normals[v])
+                    number = static_cast<std::size_t>(
+                        std::find(mesh_.normals.begin() + static_cast<std::ptrdiff_t>(first_extra), mesh_.normals.end(),
+                                  normals_[c]) -
+                        mesh_.normals.begin());
+                if (number == mesh_.normals.size()) mesh_.normals.push_back(normals_[c]);
+                numbers[around.corners[c] / 3][around.corners[c] % 3] = static_cast<std::uint32_t>(number);
+            }
+        }
+        if (mesh_.normals.size() > vertex_count) mesh_.triangle_normals = std::move(numbers);
+    }
+
+    TriangleMesh& mesh_;
+    std::span<const std::uint32_t> face_;
+    SharpPairs sharp_;
+    double least_cosine_;
+    std::vector<std::uint32_t> group_;  ///< per corner looked at: its group at the vertex
+    std::vector<Vec3d> normals_;        ///< per corner looked at
+};
+
+}  // namespace
+
+Vec3d face_normal(const TriangleMesh& mesh, std::size_t t) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    // Scaled first, so that squares of tiny or huge sides stay in range.
+    const Vec3d ab = mesh.positions[b] - mesh.positions[a], ac = mesh.positions[c] - mesh.positions[a];
+    const double l = glm::length(ab), m = glm::length(ac);
+    if (!(l > 0) || !(m > 0)) return Vec3d(0);
+    return unit_or_zero(glm::cross(ab / l, ac / m));
+}
+
+void split_normals(TriangleMesh& mesh, std::span<const std::uint32_t> triangle_face, const ControlMesh* control,
+                   double crease_degrees, const SideNormals& side) {
+    NormalSplitter(mesh, triangle_face, control, crease_degrees).run(side);
+}
+
+std::vector<std::array<Vec3f, 3>> corner_normals(const TriangleMesh& mesh, double crease_degrees) {
+    std::vector<std::array<Vec3f, 3>> result(mesh.triangles.size());
+    if (!mesh.triangle_normals.empty()) {
+        for (std::size_t t = 0; t < result.size(); ++t)
+            for (std::size_t k = 0; k < 3; ++k) result[t][k] = Vec3f(mesh.normals[mesh.triangle_normals[t][k]]);
+        return result;
+    }
+    const double least_cosine = std::cos(glm::radians(crease_degrees));
+    const VertexCorners around(mesh, std::vector<std::uint8_t>(mesh.positions.size(), 1));
+    for_each_index(static_cast<std::uint32_t>(mesh.positions.size()), [&](std::uint32_t v) {
+        const std::span<const std::uint64_t> corners = around.of(v);
+        const VertexFaces faces(mesh, corners);
+        const Vec3d own = mesh.normals.empty() ? Vec3d(0) : mesh.normals[v];
+        for (std::size_t i = 0; i < corners.size(); ++i)
+            result[corners[i] / 3][corners[i] % 3] = Vec3f(faces.agreed(own, i, {}, least_cosine));
+    });
+    return result;
+}
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,74 @@
+#pragma once
+
+#include "../distance/triangle_bvh.hpp"
+#include "../surface/height_detail.hpp"
+#include "../surface/height_image.hpp"
+#include "surface_family.hpp"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace tetrakis {
+
+/// Texture coordinates anywhere on a surface: the limit of the UV layer's own mesh under the face-varying rule, or
+/// linear.
+template <class Family>
+class UvSurface {
+  public:
+    /// @param warnings  told when the UV layer cannot be subdivided (uv_mesh.hpp) and is interpolated linearly
+    UvSurface(const ControlMesh& mesh, std::vector<std::string>& warnings);
+    Vec2d at(HalfedgeId root, double x, double y) const;
+    /// At a lattice point, in the UV layer's own canonical frame: both sides of an unbroken edge get the same bits.
+    Vec2d at(const Site& address) const;
+    /// Of the UV layer; null where it is linear.
+    const typename Family::Patches* patches() const { return patches_.get(); }
+
+  private:
+    const ControlMesh& mesh_;
+    ControlMesh uv_mesh_;
+    std::unique_ptr<typename Family::Patches> patches_;  ///< null: linear
+};
+
+/// Where the vertices of the output stand: on the limit surface, displaced along its normal, projected onto a target.
+template <class Family>
+class SurfaceMap {
+  public:
+    const typename Family::Patches* patches = nullptr;
+    const UvSurface<Family>* uv = nullptr;
+    const HeightImage* displacement = nullptr;
+    double amplitude = 0;
+    const HeightPyramid* heights = nullptr;  ///< of `displacement`: finds what samples miss
+    const TriangleBvh* target = nullptr;
+    const TriangleMesh* target_mesh = nullptr;  ///< what `target` is made of
+
+    bool plain() const { return !displacement && !target; }
+    Vec3d apply(const SurfacePoint& point, const Vec2d& at) const {
+        Vec3d p = point.position;
+        if (displacement) p += amplitude * displacement->sample(at) * point.normal;
+        if (target) p = target->closest(p).point;
+        return p;
+    }
+    /// apply() to a point of the surface, with what it takes to look for details of the displacement around it.
+    detail::DisplacedSample sample(const SurfaceParameter& at) const {
+        const SurfacePoint point = patches->evaluate(at.root, at.x, at.y);
+        const Vec2d place = displacement ? uv->at(at.root, at.x, at.y) : Vec2d(0);
+        return {apply(point, place), point.normal, place};
+    }
+    /// Whether details of the displacement are to be looked for: on a target they mean nothing.
+    bool has_detail() const { return heights && !target; }
+    /// A vertex of the output, by its canonical site. @param normal  receives the limit normal; may be null
+    Vec3d vertex(const Site& site, Vec3d* normal) const {
+        if (!normal && plain()) return patches->limit(site.root, site.at, site.level);
+        const SurfacePoint point = patches->vertex(site.root, site.at, site.level);
+        if (normal) *normal = point.normal;
+        return apply(point, displacement ? uv->at(site) : Vec2d(0));
+    }
+    /// Anywhere. On edges where a displacement jumps (UV seams, hard creases) the value of the given root.
+    Vec3d operator()(const SurfaceParameter& at) const {
+        if (plain()) return patches->evaluate(at.root, at.x, at.y).position;
+        return apply(patches->evaluate(at.root, at.x, at.y), displacement ? uv->at(at.root, at.x, at.y) : Vec2d(0));
+    }
+};
+
+}  // namespace tetrakis

@@ -1,0 +1,410 @@
+#include "tessellate.hpp"
+
+#include "../../hier/base/parallel.hpp"
+#include "../../refine/adaptive/adaptive_refinement.hpp"
+#include "../bounds/plane_measure.hpp"
+#include "../surface/local_frame.hpp"
+#include "certifier.hpp"
+#include "exported_mesh.hpp"
+#include "fan_error.hpp"
+#include "leaf_estimator.hpp"
+#include "measure.hpp"
+#include "patch_batches.hpp"
+#include "slide_check.hpp"
+#include "tessellate_limits.hpp"
+#include "tessellate_run.hpp"
+#include "tessellation_attributes.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tetrakis {
+
+namespace {
+
+/// A repair that leaves more than this share of the error has not helped; after two of them it is left at that.
+constexpr double k_progress = 0.98;
+
+/// Roots from which the boxes for closest points are built beforehand, needed or not: below, that is a matter of a
+/// tenth of a second.
+constexpr std::uint32_t k_many_roots = 1u << 18;
+
+/// Bytes a triangle that refining and exporting take at their peak (leaf, half a vertex, error, output), for the memory
+/// limit.
+constexpr std::uint64_t k_patch_bytes = 200;
+/// The same where leaves slide: the mesh is there twice, with its folds.
+constexpr std::uint64_t k_sliding_bytes = 340;
+
+void check(const ControlMesh& mesh, const TessellateOptions& options) {
+    const auto refuse = [](const std::string& text) { throw Error(ErrorCode::invalid_input, text); };
+    if (mesh.face_count() == 0) refuse("the control mesh has no faces");
+    if (!options.tolerance && options.max_triangles == 0)
+        refuse("neither a tolerance nor a maximum number of triangles is given; give at least one of them");
+    if (options.tolerance && !(*options.tolerance > 0 && std::isfinite(*options.tolerance)))
+        refuse("the tolerance must be a positive number");
+    if (options.min_level < 0 || options.max_level > k_max_level || options.min_level > options.max_level)
+        refuse("levels must be 0 <= minimum <= maximum <= " + std::to_string(k_max_level));
+    if (!(options.crease_degrees >= 0 && options.crease_degrees <= 180))
+        refuse("the crease angle must be 0 to 180 degrees");
+    if (options.displacement && !mesh.has_uvs())
+        refuse("a displacement needs texture coordinates, and the control mesh has none");
+    if (options.displacement && !std::isfinite(options.amplitude))
+        refuse("the amplitude of the displacement must be a finite number");
+    if (options.estimator == EstimatorKind::certified && (options.target || options.displacement))
+        refuse(
+            "the certified estimator bounds the limit surface itself; use the measured estimator with a target or a "
+            "displacement");
+    if (options.slide &&
+        (options.estimator != EstimatorKind::certified || !options.tolerance || options.max_triangles != 0))
+        refuse("sliding needs the certified estimator and a tolerance, and no maximum number of triangles");
+    if (options.slide && !scheme_support(mesh, options.scheme, options.rules).patches)
+        throw Error(ErrorCode::unsupported,
+                    "sliding needs a scheme with patches: catmull-clark or loop, by their plain rules, without "
+                    "corner angles");
+    if (options.target && options.target->triangles.empty()) refuse("the target mesh has no triangles");
+    if (options.scheme.info().family == MeshFamily::triangles && !mesh.all_triangles())
+        refuse(std::string(options.scheme.name()) + " needs a triangle mesh; triangulate() makes one");
+}
+
+template <class Family>
+class Tessellator {
+  public:
+    Tessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
+        : mesh_(mesh), options_(options), context_(context) {}
+
+    Tessellation run() {
+        detail::Stopwatch watch;
+        result_.tolerance_absolute = detail::tolerance_length(mesh_, options_);
+        tolerance_ = options_.tolerance ? result_.tolerance_absolute : 0.0;
+        aim_ = detail::aim_beside_rounding(mesh_, options_, tolerance_, result_.warnings);
+        prepare();
+        context_.report("build", 0.5);
+        result_.seconds.build = watch.lap();
+
+        typename Family::Hierarchy hierarchy(mesh_);
+        context_.report("build", 0.9);
+        // Built on demand, by whatever thread needs them, these could not be cancelled.
+        if (map_.plain() && options_.estimator == EstimatorKind::measured && mesh_.halfedge_count() > k_many_roots)
+            closest_->prepare(context_);
+        const LeafEstimator<Family> estimator(map_, *closest_, options_.estimator, aim_, options_.slide);
+        const detail::RefineProgress progress(context_, options_.max_triangles,
+                                              [&] { return hierarchy.triangle_count(); });
+        const detail::WatchedEstimator watched(estimator, progress);
+        AdaptiveOptions adaptive{aim_, options_.max_triangles, options_.min_level, options_.max_level};
+        adaptive.max_memory_bytes = context_.max_memory_bytes;
+        adaptive.base_bytes = patches_->memory_bytes();
+        adaptive.bytes_per_triangle = options_.slide ? k_sliding_bytes : k_patch_bytes;
+        std::optional<FanError> fan_error;
+        if constexpr (std::is_same_v<Family, QuadFamily>) {
+            choose_coarsest(hierarchy, estimator, fan_error);
+        }
+        AdaptiveRefinement<typename Family::Hierarchy> refinement(hierarchy, watched, adaptive, progress.context());
+        refinement.run();
+        export_mesh(hierarchy, refinement);
+        if (options_.slide) {
+            detail::SlideCheck<Family> check(estimator, aim_, context_);
+            while (split_where_refused(check, hierarchy, refinement)) export_mesh(hierarchy, refinement);
+            for (std::uint32_t t = 0; t < slide_bounds_.size(); ++t)
+                if (slide_bounds_[t] > 0) result_.triangle_error[t] = detail::round_up(slide_bounds_[t]);
+        }
+        detail::check_coarsest(options_, result_.mesh.triangles.size());
+        result_.seconds.estimate = watched.seconds();
+        result_.seconds.refine = watch.lap() - result_.seconds.estimate;
+        result_.peak_memory_before_measure_bytes = detail::peak_memory_bytes();
+
+        if (options_.measure) {
+            double last = std::numeric_limits<double>::infinity();
+            for (int round = 0, stalled = 0;; ++round) {
+                result_.measured_error = measure<Family>(
+                    result_.mesh, [&](std::uint32_t t) { return origin(hierarchy, t); }, map_, *closest_,
+                    options_.measure_samples,
+                    may_repair(refinement) ? tolerance_ : std::numeric_limits<double>::infinity(), measured_errors_,
+                    context_);
+                result_.seconds.measure += watch.lap();
+                // A mesh that slides is what its bounds were checked for.
+                if (!options_.tolerance || options_.slide || result_.measured_error->hausdorff <= tolerance_ ||
+                    refinement.budget_spent() || round == detail::k_repairs)
+                    break;
+                // Where splitting no longer helps (a map that jumps) more of it would not either.
+                stalled += result_.measured_error->hausdorff > k_progress * last;
+                last = result_.measured_error->hausdorff;
+                if (stalled == 2 || !repair(hierarchy, refinement)) break;
+                export_mesh(hierarchy, refinement);
+                result_.seconds.refine += watch.lap();
+            }
+            std::ranges::transform(measured_errors_, result_.triangle_error.begin(), detail::round_up);
+            measured_errors_ = {};
+        }
+        if (map_.plain()) {
+            const double certified =
+                detail::Certifier<Family>(result_.mesh,
+                                          {exported_, [&](std::uint32_t t) { return origin(hierarchy, t).cell; }},
+                                          estimator, refinement, fan_error, fan_errors_, slide_bounds_, aim_, context_)
+                    .run();
+            result_.certified_error = certified + detail::written_rounding(options_, result_.mesh);
+            // No point is farther than what is certified, wherever the search for its closest point ended.
+            if (result_.measured_error) {
+                MeasuredError& measured = *result_.measured_error;
+                for (double* error : {&measured.forward, &measured.backward, &measured.hausdorff})
+                    *error = std::min(*error, certified);
+            }
+            result_.seconds.estimate += watch.lap();
+        }
+        result_.tolerance_reached =
+            detail::tolerance_reached(options_, result_, tolerance_, refinement.left_over() || estimator.gave_up());
+        if (options_.target && options_.tolerance && result_.measured_error) warn_of_target(refinement.left_over());
+        if (options_.displacement && options_.tolerance) warn_of_torn_heights();
+        if (estimator.gave_up())
+            result_.warnings.push_back(
+                "somewhere the mapped surface jumps (two sheets of the target are equally near, or heights differ "
+                "across a "
+                "seam or a crease): refinement stopped there, far below the tolerance");
+        detail::warn_of_nothing(result_);
+        detail::warn_of_fine_control_mesh(mesh_, options_, result_);
+        add_attributes(hierarchy);
+        return std::move(result_);
+    }
+
+  private:
+    /// Which way a target is too far from the mesh, and by how much.
+    void warn_of_target(bool left_over) {
+        const MeasuredError& error = *result_.measured_error;
+        const auto much = [&](double distance) {
+            return fmt::format("{:.3g}, {:.3g} times the tolerance", distance, distance / tolerance_);
+        };
+        if (error.backward > tolerance_)
+            result_.warnings.push_back(fmt::format("the mesh is up to {} away from the target", much(error.backward)));
+        if (!(error.forward > tolerance_)) return;
+        std::string text = fmt::format("the target is up to {} away from the mesh", much(error.forward));
+        if (error.backward <= tolerance_)
+            text += fmt::format(", though every part of the mesh is within {:.3g} of the target", error.backward);
+        if (!left_over)
+            text +=
+                ": what the control mesh does not cover stays out of reach, however fine the mesh; cut it off the "
+                "target, or let the control mesh cover it";
+        result_.warnings.push_back(text);
+    }
+
+    /// Where the texture coordinates of a control vertex differ from face to face, so may its heights: the surface is
+    /// torn there, and no refinement brings the triangles that bridge it within the tolerance.
+    void warn_of_torn_heights() {
+        const auto height = [&](HalfedgeId h) {
+            if constexpr (std::is_same_v<Family, QuadFamily>) return height_at(h, 0, 0);
+            const std::uint32_t corner = h.value % 3;
+            return height_at(HalfedgeId(h.value - corner), corner == 1, corner == 2);
+        };
+        double jump = 0;
+        VertexId where;
+        std::vector<std::array<double, 2>> range(
+            mesh_.vertex_count(), {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()});
+        for (std::uint32_t h = 0; h < mesh_.halfedge_count(); ++h) {
+            if (mesh_.is_hole(mesh_.face(HalfedgeId(h)))) continue;
+            const VertexId v = mesh_.origin(HalfedgeId(h));
+            auto& [low, high] = range[v.value];
+            const double here = height(HalfedgeId(h));
+            low = std::min(low, here), high = std::max(high, here);
+            if (high - low > jump) jump = high - low, where = v;
+        }
+        if (!(jump > tolerance_)) return;
+        const Vec3d at = mesh_.position(where);
+        result_.warnings.push_back(fmt::format(
+            "the height image lifts the faces around a control vertex on a UV seam, the one at ({:.4g}, {:.4g}, "
+            "{:.4g}), by heights that differ by {:.3g}, {:.3g} times the tolerance: the surface is torn there, and the "
+            "mesh bridges it; let the heights agree across seams",
+            at.x, at.y, at.z, jump, jump / tolerance_));
+    }
+    double height_at(HalfedgeId root, double x, double y) const {
+        return options_.amplitude * options_.displacement->sample(uv_->at(root, x, y));
+    }
+
+    void prepare() {
+        patches_ = std::make_unique<typename Family::Patches>(mesh_, context_);
+        closest_ = std::make_unique<typename Family::Closest>(*patches_);
+        if (mesh_.has_uvs() && (options_.uvs || options_.displacement))
+            uv_ = std::make_unique<UvSurface<Family>>(mesh_, result_.warnings);
+        if (options_.target) target_ = std::make_unique<TriangleBvh>(*options_.target, context_);
+        map_.patches = patches_.get();
+        map_.uv = uv_.get();
+        map_.displacement = options_.displacement;
+        map_.amplitude = options_.amplitude;
+        if (options_.displacement) heights_ = std::make_unique<HeightPyramid>(*options_.displacement);
+        map_.heights = heights_.get();
+        map_.target = target_.get();
+        map_.target_mesh = options_.target;
+    }
+
+    /// DESIGN 3.10: faces that do without their centre.
+    void choose_coarsest(BisectionHierarchy& hierarchy, const LeafEstimator<QuadFamily>& estimator,
+                         std::optional<FanError>& fan_error) {
+        corner_positions_.resize(mesh_.vertex_count());
+        detail::for_each_batch(
+            patches_.get(), mesh_.vertex_count(), 64, context_, "coarsest", 0, 0.2, [&](std::uint32_t v) {
+                const HalfedgeId h = mesh_.vertex_halfedge(VertexId(v));
+                corner_positions_[v] = h.valid() ? map_.vertex(Family::canonical_site(mesh_, {h, {0, 0}, 0}), nullptr)
+                                                 : mesh_.position(VertexId(v));
+            });
+        if (options_.min_level > 0) return;
+        const std::vector<std::uint8_t> wanted(mesh_.face_count(), 1);
+        fans_ = choose_fans(mesh_, corner_positions_, wanted);
+        fan_error.emplace(map_, estimator, fans_, corner_positions_);
+        fan_errors_.assign(mesh_.face_count(), 0.0);
+        detail::for_each_batch(
+            patches_.get(), mesh_.face_count(), 4, context_, "coarsest", 0.4, 1, [&](std::uint32_t f) {
+                if (!fans_.has(FaceId(f))) return;
+                // A budget opens the worst fans first: their errors must be known.
+                fan_errors_[f] = options_.estimator == EstimatorKind::certified
+                                     ? fan_error->certified(FaceId(f), aim_, options_.max_triangles == 0)
+                                     : fan_error->measured(FaceId(f), aim_);
+            });
+        const bool budget = options_.max_triangles != 0;
+        for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)
+            if (const double error = std::abs(fan_errors_[f]); fans_.has(FaceId(f)) && (budget || error <= aim_))
+                hierarchy.accept_fan(FaceId(f), error);
+    }
+
+    void export_mesh(const typename Family::Hierarchy& hierarchy,
+                     const AdaptiveRefinement<typename Family::Hierarchy>& refinement) {
+        context_.report("export", 0);
+        const detail::ExportedMesh<Family> before = std::move(exported_);
+        exported_ = detail::ExportedMesh<Family>(hierarchy, fans_);
+        const std::uint32_t points = static_cast<std::uint32_t>(exported_.sites.size());
+        TriangleMesh& mesh = result_.mesh;
+        const TriangleMesh mesh_before = std::move(mesh);
+        mesh = {};
+        mesh.triangles = std::move(exported_.triangles);
+        mesh.positions.resize(points);
+        mesh.normals.resize(options_.normals ? points : 0);
+        change_ = mesh_before.triangles.empty() ? MeshChange{}
+                                                : MeshChange(before, mesh_before.triangles, exported_, mesh.triangles);
+        detail::for_each_batch(patches_.get(), points, 32, context_, "export", 0.2, 0.9, [&](std::uint32_t i) {
+            const std::uint32_t known = change_.vertex.empty() ? MeshChange::k_new : change_.vertex[i];
+            if (known != MeshChange::k_new) {
+                mesh.positions[i] = mesh_before.positions[known];
+                if (options_.normals) mesh.normals[i] = mesh_before.normals[known];
+                return;
+            }
+            mesh.positions[i] = map_.vertex(exported_.sites[i], options_.normals ? &mesh.normals[i] : nullptr);
+        });
+        exported_.describe(hierarchy, refinement, result_);
+        context_.report("export", 1.0);
+    }
+
+    OutputTriangle origin(const typename Family::Hierarchy& hierarchy, std::uint32_t t) const {
+        return exported_.origin(hierarchy, fans_, t);
+    }
+
+    /// Whether what a measurement finds may be mended: not where a level or a budget stopped the refinement.
+    bool may_repair(const AdaptiveRefinement<typename Family::Hierarchy>& refinement) const {
+        // What is certified needs no repair: searches for closest points that end short of them are no reason to split.
+        return options_.tolerance && options_.max_triangles == 0 && !refinement.left_over() &&
+               options_.estimator != EstimatorKind::certified;
+    }
+
+    /// Splits what the measurement found to be off. False when nothing can be done.
+    bool repair(typename Family::Hierarchy& hierarchy, AdaptiveRefinement<typename Family::Hierarchy>& refinement) {
+        std::vector<LeafId> leaves;
+        std::vector<FaceId> fans;
+        for (std::uint32_t t = 0; t < measured_errors_.size(); ++t) {
+            if (!(measured_errors_[t] > tolerance_)) continue;
+            const LeafId leaf = exported_.leaves[t];
+            if (!leaf.valid())
+                fans.push_back(exported_.faces[t]);
+            else if (hierarchy.level(leaf) < options_.max_level)
+                leaves.push_back(leaf);
+        }
+        if (leaves.empty() && fans.empty()) return false;
+        refinement.split(leaves, fans);
+        return true;
+    }
+
+    /// Splits the leaves that were to slide farther than the mesh around them allows. False when there are none.
+    bool split_where_refused(detail::SlideCheck<Family>& check, typename Family::Hierarchy& hierarchy,
+                             AdaptiveRefinement<typename Family::Hierarchy>& refinement) {
+        slide_bounds_ = check.bounds(
+            result_.mesh, change_,
+            [&](std::uint32_t t) { return exported_.leaves[t].valid() && refinement.marked(exported_.leaves[t]); },
+            [&](std::uint32_t t) { return origin(hierarchy, t).cell; });
+        std::vector<LeafId> leaves;
+        for (std::uint32_t t = 0; t < slide_bounds_.size(); ++t)
+            if (slide_bounds_[t] > aim_ && hierarchy.level(exported_.leaves[t]) < options_.max_level)
+                leaves.push_back(exported_.leaves[t]);
+        if (leaves.empty()) return false;
+        refinement.split(leaves, {});
+        return true;
+    }
+
+    void add_attributes(const typename Family::Hierarchy& hierarchy) {
+        context_.report("attributes", 0);
+        if (options_.normals) add_normals(hierarchy);
+        if (options_.uvs && uv_) {
+            const auto count = static_cast<std::uint32_t>(result_.mesh.triangles.size());
+            std::vector<std::array<Vec2d, 3>> uvs(count);
+            detail::for_each_batch(uv_->patches(), count, 128, context_, "attributes", 0, 0.7, [&](std::uint32_t t) {
+                for (std::size_t k = 0; k < 3; ++k)
+                    uvs[t][k] = uv_->at(origin(hierarchy, t).template corner_site<Family>(mesh_, k));
+            });
+            add_uvs(
+                result_.mesh, [&](std::uint32_t t, std::size_t k) { return uvs[t][k]; }, context_);
+        }
+        context_.report("attributes", 1);
+        add_face_attributes(mesh_, result_.triangle_face, result_.mesh);
+    }
+
+    void add_normals(const typename Family::Hierarchy& hierarchy) {
+        detail::SideNormals side;
+        if (map_.plain())
+            side = detail::normals_from_inside<Family>(
+                mesh_, [&](std::uint32_t t) { return origin(hierarchy, t); },
+                [&](std::span<const Site> sites, std::span<Vec3d> normals) {
+                    detail::for_each_batch(patches_.get(), static_cast<std::uint32_t>(sites.size()), k_default_grain,
+                                           {}, {}, 0, 1, [&](std::uint32_t i) {
+                                               normals[i] =
+                                                   patches_->vertex(sites[i].root, sites[i].at, sites[i].level).normal;
+                                           });
+                });
+        else
+            geometric_normals(result_.mesh);
+        detail::split_normals_of(result_, mesh_, options_, side);
+    }
+
+    const ControlMesh& mesh_;
+    const TessellateOptions& options_;
+    const RunContext& context_;
+    Tessellation result_;
+    double tolerance_ = 0;
+    double aim_ = 0;  ///< what the estimator aims at: the tolerance, or what rounding leaves of it
+    std::unique_ptr<typename Family::Patches> patches_;
+    std::unique_ptr<typename Family::Closest> closest_;
+    std::unique_ptr<UvSurface<Family>> uv_;
+    std::unique_ptr<TriangleBvh> target_;
+    std::unique_ptr<HeightPyramid> heights_;
+    SurfaceMap<Family> map_;
+    FanChoice fans_;
+    std::vector<Vec3d> corner_positions_;
+    std::vector<double> fan_errors_;  ///< by face: FanError's
+    detail::ExportedMesh<Family> exported_;
+    MeshChange change_;                    ///< since the export before
+    std::vector<double> slide_bounds_;     ///< by triangle: SlideCheck::bounds()
+    std::vector<double> measured_errors_;  ///< by triangle; floats would not hold lengths above 1e38
+};
+
+}  // namespace
+
+Tessellation tessellate(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context) {
+    check(mesh, options);
+    return with_threads(context, [&] {
+        if (!scheme_support(mesh, options.scheme, options.rules).patches)
+            return detail::tessellate_by_limits(mesh, options, context);
+        if (options.scheme.kind() == SchemeKind::loop) return Tessellator<LoopFamily>(mesh, options, context).run();
+        return Tessellator<QuadFamily>(mesh, options, context).run();
+    });
+}
+
+}  // namespace tetrakis

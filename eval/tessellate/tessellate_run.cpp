@@ -1,0 +1,133 @@
+#include "tessellate_run.hpp"
+
+#include "../../hier/mesh/mesh_check.hpp"
+#include "../io/mesh_writer.hpp"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+
+namespace tetrakis::detail {
+
+std::uint64_t peak_memory_bytes() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+double tolerance_length(const ControlMesh& mesh, const TessellateOptions& options) {
+    const Box3d box = mesh.bounding_box();
+    double tolerance = options.tolerance.value_or(std::numeric_limits<double>::infinity());
+    if (options.tolerance && !options.tolerance_is_absolute) tolerance *= box.diagonal();
+    // What rounds to nothing beside the coordinates can never be reached.
+    constexpr double k_least_tolerance = 1e-14;
+    const double largest = std::max(glm::length(box.lower), glm::length(box.upper));
+    if (options.tolerance && !(tolerance > k_least_tolerance * largest))
+        throw Error(
+            ErrorCode::invalid_input,
+            box.diagonal() > 0
+                ? "the tolerance is below the rounding of coordinates of this size; use a larger one, or move the "
+                  "model to the origin"
+                : "the control mesh has no extent, so that a relative tolerance means nothing; give an absolute "
+                  "one");
+    // Squares of squares of lengths must not vanish.
+    if (box.diagonal() > 0 && box.diagonal() * k_max_coordinate < 1)
+        throw Error(ErrorCode::invalid_input,
+                    fmt::format("the control mesh is only {:.2g} across, too small to calculate with; scale it up",
+                                box.diagonal()));
+    return tolerance;
+}
+
+double aim_beside_rounding(const ControlMesh& mesh, const TessellateOptions& options, double tolerance,
+                           std::vector<std::string>& warnings) {
+    if (!options.tolerance || !options.floats_written) return tolerance;
+    const double rounding = glb_rounding_bound_within(mesh.bounding_box());
+    constexpr double k_below = 1 - 1e-15;  // the sum of both is rounded once more
+    if (rounding < tolerance * k_below)
+        return options.estimator == EstimatorKind::certified ? tolerance * k_below - rounding : tolerance;
+    warnings.push_back(
+        fmt::format("the floats that are written may be off by {:.2g}, which alone is more than the tolerance of "
+                    "{:.2g}; write doubles (.obj or .ply) or use a larger tolerance",
+                    rounding, tolerance));
+    return tolerance;
+}
+
+double written_rounding(const TessellateOptions& options, const TriangleMesh& mesh) {
+    return options.floats_written ? glb_rounding_bound(bounding_box(mesh.positions)) : 0;
+}
+
+bool tolerance_reached(const TessellateOptions& options, const Tessellation& result, double tolerance, bool left_over) {
+    if (!options.tolerance) return true;
+    return !left_over && written_rounding(options, result.mesh) <= tolerance &&
+           (!result.measured_error || result.measured_error->hausdorff <= tolerance) &&
+           (options.estimator != EstimatorKind::certified || *result.certified_error <= tolerance);
+}
+
+void split_normals_of(Tessellation& result, const ControlMesh& mesh, const TessellateOptions& options,
+                      const SideNormals& side) {
+    if (result.mesh.normals.empty()) return;
+    const bool creases = !ignores_creases(options.scheme.info(), options.rules);
+    split_normals(result.mesh, result.triangle_face, creases ? &mesh : nullptr, options.crease_degrees, side);
+}
+
+void check_coarsest(const TessellateOptions& options, std::size_t triangles) {
+    if (options.max_triangles == 0 || triangles <= options.max_triangles) return;
+    throw Error(
+        ErrorCode::unsupported,
+        fmt::format("the coarsest mesh of this surface has {0} triangles, more than the {1} allowed; allow at "
+                    "least {0}{2}",
+                    triangles, options.max_triangles, options.min_level > 0 ? ", or lower the minimum level" : ""));
+}
+
+void warn_of_nothing(Tessellation& result) {
+    if (result.mesh.triangles.empty())
+        result.warnings.emplace_back(
+            "no face of the control mesh is part of the surface: all are holes, or touch the boundary under boundary "
+            "rule 0 (none); the mesh is empty");
+}
+
+void warn_of_fine_control_mesh(const ControlMesh& mesh, const TessellateOptions& options, Tessellation& result) {
+    if (!options.tolerance || options.max_triangles != 0 || options.max_level == 0 || !result.tolerance_reached ||
+        result.deepest_level > 0 || result.mesh.triangles.empty())
+        return;
+    std::size_t own = 0;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+        if (!mesh.is_hole(FaceId(f))) own += mesh.face_size(FaceId(f)) - std::size_t{2};
+    constexpr double k_hardly = 1.01;  // of some faces the centre may be needed
+    if (static_cast<double>(result.mesh.triangles.size()) > k_hardly * static_cast<double>(own)) return;
+    result.warnings.push_back(
+        fmt::format("the control mesh's own faces are within the tolerance already: {} was refined, and the result has "
+                    "their connectivity; a coarser control mesh would do, or a smaller tolerance gives more",
+                    result.mesh.triangles.size() > own ? "next to nothing" : "nothing"));
+}
+
+RefineProgress::RefineProgress(const RunContext& outer, std::uint64_t budget,
+                               std::function<std::uint64_t()> triangle_count)
+    : context_(outer) {
+    if (!outer.progress) return;
+    context_.progress = [this, &outer, budget, triangle_count](std::string_view stage, double fraction) {
+        if (budget != 0) fraction = static_cast<double>(triangle_count()) / static_cast<double>(budget);
+        fraction_ = std::clamp(fraction, fraction_, 1.0);
+        return outer.progress(stage, fraction_);
+    };
+}
+
+void WatchedEstimator::estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const {
+    constexpr double k_short = 0.02, k_long = 0.1;  // seconds
+    constexpr std::size_t k_least = 16;
+    Stopwatch watch;
+    for (std::size_t begin = 0; begin < triangles.size();) {
+        if (begin > 0) progress_.again();
+        const std::size_t size = std::min(block_, triangles.size() - begin);
+        inner_.estimate(triangles.subspan(begin, size), errors.subspan(begin, size));
+        begin += size;
+        const double seconds = watch.lap();
+        if (seconds < k_short && size == block_) block_ = std::min(most_, 2 * block_);
+        if (seconds > k_long)
+            block_ = std::max(k_least, static_cast<std::size_t>(k_long / seconds * static_cast<double>(size)));
+        seconds_ += seconds;
+    }
+}
+
+}  // namespace tetrakis::detail

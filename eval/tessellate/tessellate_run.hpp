@@ -1,0 +1,101 @@
+#pragma once
+
+#include "../../refine/adaptive/adaptive.hpp"
+#include "shading_normals.hpp"
+#include "tessellate.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <string>
+#include <vector>
+
+/// What all ways to tessellate have in common: lengths from options, time, memory, progress.
+namespace tetrakis::detail {
+
+/// After a measurement, leaves found to be off are split and the mesh measured again, at most this often.
+inline constexpr int k_repairs = 8;
+
+/// Where errors come from points of the surface, it may be a little farther between them: they aim at this share.
+inline constexpr double k_sampled_aim = 0.98;
+
+class Stopwatch {
+  public:
+    double lap() {
+        const auto now = std::chrono::steady_clock::now();
+        const double seconds = std::chrono::duration<double>(now - last_).count();
+        last_ = now;
+        return seconds;
+    }
+
+  private:
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+std::uint64_t peak_memory_bytes();
+
+/// The tolerance in the unit of the model; infinite where none is given.
+/// @throws Error  invalid_input: one that rounding hides, or a mesh too small to calculate with
+double tolerance_length(const ControlMesh& mesh, const TessellateOptions& options);
+
+/// What the estimator aims at. What is certified includes the rounding of the floats that are written: the certified
+/// estimator must do with the rest of the tolerance.
+/// @param tolerance  as a length
+/// @param warnings   told where the rounding alone is more than the tolerance
+double aim_beside_rounding(const ControlMesh& mesh, const TessellateOptions& options, double tolerance,
+                           std::vector<std::string>& warnings);
+
+/// What rounding the result's vertices to float may add, where floats are written.
+double written_rounding(const TessellateOptions& options, const TriangleMesh& mesh);
+
+/// Whether a result, its rounding included, is within the tolerance as far as it was measured and certified.
+/// @param tolerance  as a length
+/// @param left_over  parts were left above it, for a level or a budget
+bool tolerance_reached(const TessellateOptions& options, const Tessellation& result, double tolerance, bool left_over);
+
+/// split_normals() of a result that has one normal a vertex, or none, and its triangles' control faces.
+void split_normals_of(Tessellation& result, const ControlMesh& mesh, const TessellateOptions& options,
+                      const SideNormals& side = {});
+
+/// @throws Error  unsupported: a result that has more triangles than allowed, which then is the coarsest one
+void check_coarsest(const TessellateOptions& options, std::size_t triangles);
+/// Says so where nothing of the control mesh is part of the surface.
+void warn_of_nothing(Tessellation& result);
+/// Says so where the control mesh is as fine as the tolerance asks: of a scheme that keeps its faces at level 0.
+void warn_of_fine_control_mesh(const ControlMesh& mesh, const TessellateOptions& options, Tessellation& result);
+
+/// What the caller is told while a mesh is refined: how much of a budget is used, else what the refinement says.
+class RefineProgress {
+  public:
+    RefineProgress(const RunContext& outer, std::uint64_t budget, std::function<std::uint64_t()> triangle_count);
+    RefineProgress(const RefineProgress&) = delete;
+    RefineProgress& operator=(const RefineProgress&) = delete;
+
+    const RunContext& context() const { return context_; }
+    /// Says the same once more, for the chance to cancel.
+    void again() const { context_.report("refine", fraction_); }
+
+  private:
+    RunContext context_;
+    double fraction_ = 0;
+};
+
+/// Adds up the time that an estimator takes, and lets the caller cancel between blocks of triangles: as many as take a
+/// moment, for a leaf of a degenerate surface may take a thousand times as long as another.
+class WatchedEstimator final : public ErrorEstimator {
+  public:
+    /// @param most  triangles between two chances to cancel
+    WatchedEstimator(const ErrorEstimator& inner, const RefineProgress& progress, std::size_t most = 4096)
+        : inner_(inner), progress_(progress), most_(most), block_(std::min<std::size_t>(most, 256)) {}
+    void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
+    double seconds() const { return seconds_; }
+
+  private:
+    const ErrorEstimator& inner_;
+    const RefineProgress& progress_;
+    std::size_t most_;
+    mutable std::size_t block_;
+    mutable double seconds_ = 0;
+};
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,154 @@
+#include "atomic_file.hpp"
+
+#include "error.hpp"
+
+#include <fmt/format.h>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
+namespace tetrakis {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Linux moves at most about 2 GiB per call anyway; smaller pieces let a signal in between.
+constexpr std::size_t k_most_per_write = std::size_t{1} << 30;
+
+std::string reason(int error) {
+    switch (error) {
+        case ENOSPC:
+            return "no space left on the disk";
+        case EDQUOT:
+            return "the disk quota is used up";
+        case EFBIG:
+            return "the file would be larger than the system allows";
+        case EACCES:
+        case EPERM:
+            return "no permission to write there";
+        case EROFS:
+            return "the file system is read-only";
+        case ENAMETOOLONG:
+            return "the name is too long";
+        default:
+            return std::strerror(error);
+    }
+}
+
+// Links are followed, so that the file they name is replaced and not the link; a dangling link names the file to make.
+fs::path resolve_links(fs::path path) {
+    constexpr int k_most_links = 40;  // what Linux itself follows
+    std::error_code error;
+    for (int i = 0; i < k_most_links && fs::is_symlink(fs::symlink_status(path, error)); ++i) {
+        const fs::path link = fs::read_symlink(path, error);
+        if (error) break;
+        path = link.is_absolute() ? link : path.parent_path() / link;
+    }
+    return path;
+}
+
+fs::path directory_of(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : fs::path("."); }
+
+}  // namespace
+
+AtomicFile::AtomicFile(const fs::path& path) : path_(path), target_(resolve_links(path)) {
+    if (!target_.has_filename())
+        throw Error(ErrorCode::io,
+                    path.empty() ? "the name of the output file is empty" : "this names a directory, not a file", path);
+    const fs::path directory = directory_of(target_);
+    struct stat there {};
+    if (::stat(directory.c_str(), &there) != 0)
+        throw Error(ErrorCode::io,
+                    errno == ENOENT ? fmt::format("there is no directory {}; create it first", directory.string())
+                                    : fmt::format("cannot enter {}: {}", directory.string(), reason(errno)),
+                    path);
+    if (!S_ISDIR(there.st_mode))
+        throw Error(ErrorCode::io, fmt::format("{} is not a directory", directory.string()), path);
+    const bool exists = ::stat(target_.c_str(), &there) == 0;
+    if (exists && S_ISDIR(there.st_mode)) throw Error(ErrorCode::io, "this is a directory; name a file", path);
+    if (exists && !S_ISREG(there.st_mode)) {
+        descriptor_ = ::open(target_.c_str(), O_WRONLY | O_CLOEXEC);
+        if (descriptor_ < 0) fail("cannot open");
+        return;
+    }
+    // Renaming would get around the write protection of the file itself: the user meant it.
+    if (exists && ::access(target_.c_str(), W_OK) != 0)
+        throw Error(ErrorCode::io, "the file is write-protected; change its mode or choose another name", path);
+    static std::atomic<unsigned> counter{0};
+    constexpr int k_attempts = 1000;  // names left over by processes that were killed
+    for (int i = 0; i < k_attempts && descriptor_ < 0; ++i) {
+        temporary_ = directory / fmt::format(".tetrakis-{}-{}.tmp", ::getpid(), counter++);
+        descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        if (descriptor_ < 0 && errno != EEXIST) break;
+    }
+    if (descriptor_ < 0) {
+        temporary_.clear();
+        fail("cannot create the file");
+    }
+    if (exists) (void)::fchmod(descriptor_, there.st_mode & 07777);  // a replaced file keeps its mode where it can
+}
+
+AtomicFile::~AtomicFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+    if (!temporary_.empty()) ::unlink(temporary_.c_str());
+}
+
+void AtomicFile::write(std::span<const std::byte> bytes) {
+    while (!bytes.empty()) {
+        const ssize_t written = ::write(descriptor_, bytes.data(), std::min(bytes.size(), k_most_per_write));
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) fail("cannot write");
+        size_ += static_cast<std::uint64_t>(written);
+        bytes = bytes.subspan(static_cast<std::size_t>(written));
+    }
+}
+
+void AtomicFile::finish() {
+    if (descriptor_ < 0) return;
+    // Some file systems report a full disk only now. Pipes and devices cannot be synchronised (EINVAL), nor need they.
+    if (::fsync(descriptor_) != 0 && errno != EINVAL && errno != ENOTSUP) fail("cannot write");
+    const int closed = ::close(descriptor_);
+    descriptor_ = -1;
+    if (closed != 0 && errno != EINTR) fail("cannot write");
+}
+
+void AtomicFile::commit() {
+    finish();
+    if (temporary_.empty()) return;
+    if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail("cannot put the finished file in place");
+    temporary_.clear();
+}
+
+void AtomicFile::fail(const char* what) const {
+    const int error = errno;
+    throw Error(ErrorCode::io, fmt::format("{}: {}", what, reason(error)), path_);
+}
+
+AtomicFile& FileSet::add(const fs::path& path) { return files_.emplace_back(path); }
+
+void FileSet::finish() {
+    for (AtomicFile& file : files_) file.finish();
+}
+
+void FileSet::commit() {
+    finish();
+    for (AtomicFile& file : files_) file.commit();
+}
+
+void write_file(const fs::path& path, std::string_view bytes) {
+    AtomicFile file(path);
+    file.write(bytes);
+    file.commit();
+}
+
+void check_writable(const fs::path& path) { AtomicFile{path}; }
+
+}  // namespace tetrakis

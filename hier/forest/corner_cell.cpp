@@ -1,0 +1,62 @@
+#include "corner_cell.hpp"
+
+#include <initializer_list>
+
+namespace tetrakis::detail {
+
+namespace {
+
+bool is_hole(const ControlMesh& mesh, HalfedgeId h) { return mesh.is_hole(mesh.face(h)); }
+
+/// Best of several addresses of one point; those without a root do not count.
+Site best(const ControlMesh& mesh, std::initializer_list<Site> addresses) {
+    Site result;
+    for (const Site& site : addresses) {
+        if (!site.root.valid()) continue;
+        if (!result.root.valid()) {
+            result = site;
+            continue;
+        }
+        const bool hole = is_hole(mesh, site.root), result_hole = is_hole(mesh, result.root);
+        if (hole != result_hole ? result_hole : site.root < result.root) result = site;
+    }
+    return result;
+}
+
+Site at_vertex(const ControlMesh& mesh, VertexId v) {
+    const HalfedgeId first = mesh.vertex_halfedge(v);
+    HalfedgeId h = first;
+    while (is_hole(mesh, h)) {
+        h = mesh.ccw_outgoing(h);
+        if (!h.valid() || h == first) return {first, {0, 0}, 0};
+    }
+    return {h, {0, 0}, 0};
+}
+
+/// The middle of the edge of h: m(h) = (1, 0) of Q(h) = (0, 1) of Q(next h), and the same from the twin's side.
+Site at_edge_middle(const ControlMesh& mesh, HalfedgeId h) {
+    const HalfedgeId t = mesh.twin(h);
+    const HalfedgeId beyond = t.valid() ? mesh.next(t) : HalfedgeId{};
+    return best(mesh, {{h, {1, 0}, 0}, {mesh.next(h), {0, 1}, 0}, {t, {1, 0}, 0}, {beyond, {0, 1}, 0}});
+}
+
+}  // namespace
+
+Site canonical_on_side(const ControlMesh& mesh, const Site& minimal) {
+    const auto [root, at, level] = minimal;
+    if (level == 0) {
+        if (at == LatticePoint{0, 0}) return at_vertex(mesh, mesh.origin(root));
+        if (at == LatticePoint{1, 1}) return {mesh.face_halfedge(mesh.face(root)), {1, 1}, 0};
+        return at_edge_middle(mesh, at.x == 1 ? root : mesh.prev(root));
+    }
+    const std::uint32_t n = 1u << level;
+    // A point that is no corner of its cell lies on one side only.
+    const CellSide side = at.y == 0   ? CellSide::edge
+                          : at.x == 0 ? CellSide::prev_edge
+                          : at.x == n ? CellSide::next_cell
+                                      : CellSide::prev_cell;
+    const HalfedgeId other = across(mesh, root, side);
+    return best(mesh, {minimal, {other, {at.y, at.x}, level}});
+}
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,103 @@
+#pragma once
+
+#include "../mesh/control_mesh.hpp"
+#include "site.hpp"
+
+#include <array>
+#include <bit>
+#include <cstdint>
+
+namespace tetrakis {
+
+/// The sides of the corner cell Q(h) of the half-edge h: v -> w in a face with centre c: the quadrilateral
+/// [v, m(h), c, m(prev h)], x along v -> m(h), y along v -> m(prev h).
+enum class CellSide : std::uint8_t {
+    edge,       ///< y = 0, on the edge h; beyond it Q(next(twin h))
+    prev_edge,  ///< x = 0, on the edge prev h; beyond it Q(twin(prev h))
+    next_cell,  ///< x = N, towards Q(next h)
+    prev_cell,  ///< y = N, towards Q(prev h)
+};
+inline constexpr std::array k_cell_sides{CellSide::edge, CellSide::prev_edge, CellSide::next_cell, CellSide::prev_cell};
+
+/// A point in the frame of a corner cell that may lie beyond its sides. The unit is whatever the caller counts in:
+/// lattice steps, or half-steps to address cell centres.
+struct CellPoint {
+    HalfedgeId root;
+    std::int64_t x = 0, y = 0;
+    friend constexpr auto operator<=>(const CellPoint&, const CellPoint&) = default;
+};
+
+/// The corner cell beyond a side; invalid on the boundary. Hole faces are faces here.
+inline HalfedgeId across(const ControlMesh& mesh, HalfedgeId root, CellSide side) {
+    switch (side) {
+        case CellSide::edge:
+            return mesh.cw_outgoing(root);
+        case CellSide::prev_edge:
+            return mesh.ccw_outgoing(root);
+        case CellSide::next_cell:
+            return mesh.next(root);
+        case CellSide::prev_cell:
+            return mesh.prev(root);
+    }
+    return {};
+}
+
+/// The side by which across(root, side) comes back.
+constexpr CellSide opposite(CellSide side) {
+    switch (side) {
+        case CellSide::edge:
+            return CellSide::prev_edge;
+        case CellSide::prev_edge:
+            return CellSide::edge;
+        case CellSide::next_cell:
+            return CellSide::prev_cell;
+        case CellSide::prev_cell:
+            return CellSide::next_cell;
+    }
+    return side;
+}
+
+/// The same point in the frame of the cell beyond `side`, whose lattice continues this one straight on: a quarter turn.
+/// `size` is the length of a side in the unit of the coordinates. Root invalid where the side is on the boundary.
+inline CellPoint cross(const ControlMesh& mesh, const CellPoint& p, CellSide side, std::int64_t size) {
+    const HalfedgeId root = across(mesh, p.root, side);
+    switch (side) {
+        case CellSide::edge:
+            return {root, -p.y, p.x};
+        case CellSide::prev_edge:
+            return {root, p.y, -p.x};
+        case CellSide::next_cell:
+            return {root, p.y, 2 * size - p.x};
+        case CellSide::prev_cell:
+            return {root, 2 * size - p.y, p.x};
+    }
+    return {root, p.x, p.y};
+}
+
+/// The address with both coordinates halved as long as they are even: lowest level that has the point.
+constexpr Site minimal_level(Site site) {
+    // The sentinel bit keeps the count at or below the level, where the point (0, 0) has no bit of its own.
+    const std::uint32_t bits = site.at.x | site.at.y | (1u << site.level);
+    const int shift = std::countr_zero(bits);
+    return {site.root, {site.at.x >> shift, site.at.y >> shift}, static_cast<std::uint8_t>(site.level - shift)};
+}
+
+namespace detail {
+Site canonical_on_side(const ControlMesh& mesh, const Site& minimal);
+}
+
+/// The one address by which a point of the quad family's lattice is keyed and evaluated: at its lowest level, in the
+/// frame of one of the corner cells around it. Cells of faces that are part of the surface come before those of holes;
+/// among equals the smallest half-edge, and at a control vertex the first one counter-clockwise from
+/// ControlMesh::vertex_halfedge().
+/// @param site  any address of the point, 0 <= x, y <= 2^level, level <= k_max_level
+/// Cost: O(1); O(valence) at control vertices that touch a hole.
+inline Site canonical(const ControlMesh& mesh, const Site& site) {
+    const std::uint32_t n = 1u << site.level;
+    const bool interior = site.at.x - 1u < n - 1u && site.at.y - 1u < n - 1u;  // 0 < x, y < n
+    // Not one variable for both: whatever has its address taken is put together in memory, and waited for.
+    if (interior) return minimal_level(site);
+    return detail::canonical_on_side(mesh, minimal_level(site));
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,438 @@
+#include "sqrt3_slots.hpp"
+
+#include "../base/error.hpp"
+#include "../base/huge_memory.hpp"
+#include "../base/parallel.hpp"
+
+#include <algorithm>
+#include <tuple>
+
+namespace tetrakis {
+
+Sqrt3Slots::Sqrt3Slots(const ControlMesh& mesh)
+    : forest_(mesh),
+      child_(mesh.face_count(), std::uint32_t{k_whole}),
+      across_(mesh.halfedge_count()),
+      shared_(forest_.lattice()) {
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+        if (mesh.is_hole(FaceId(f))) child_[f] = k_dead;
+    for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
+        const std::uint64_t twin = shared_.lattice.twin(0, h);
+        across_[h] = twin == Sqrt3Lattice::none ? k_kept : static_cast<std::uint32_t>(twin);
+        has_kept_ |= twin == Sqrt3Lattice::none;
+    }
+}
+
+// Names and slots.
+
+std::uint32_t Sqrt3Slots::slot_of(int level, std::uint64_t face) const {
+    std::array<std::uint8_t, 64> side;
+    for (int k = level; k > 0; --k) {
+        side[static_cast<std::size_t>(k - 1)] = static_cast<std::uint8_t>(face % 3);
+        face /= 3;
+    }
+    auto slot = static_cast<std::uint32_t>(face);
+    for (int k = 0; k < level; ++k) {
+        if (!is_split(slot)) return k_no_slot;
+        slot = first_child(child_[slot]) + side[static_cast<std::size_t>(k)];
+    }
+    return slot;
+}
+
+LeafId Sqrt3Slots::find(const Sqrt3Triangle& triangle) const {
+    const LeafId leaf(slot_of(triangle.level, triangle.face));
+    return is_leaf(leaf) && triangle_of(leaf.value) == triangle ? leaf : LeafId{};
+}
+
+std::array<Sqrt3Vertex, 3> Sqrt3Slots::corners(const Sqrt3Triangle& t) const {
+    const std::scoped_lock lock(shared_.mutex);
+    Sqrt3Lattice& lattice = shared_.lattice;
+    if (!t.half) {
+        const std::uint64_t h = 3 * t.face;
+        return {lattice.origin(t.level, h), lattice.origin(t.level, h + 1), lattice.origin(t.level, h + 2)};
+    }
+    const int above = t.level - 1;
+    return {lattice.origin(above, t.face), lattice.origin(above, Sqrt3Lattice::next(t.face)),
+            lattice.apex(above, t.face)};
+}
+
+PointId Sqrt3Slots::point(const Sqrt3Vertex& v) const {
+    using Kind = Sqrt3Vertex::Kind;
+    if (v.kind == Kind::control) return PointId(static_cast<std::uint32_t>(v.key));
+    const std::uint64_t face = v.kind == Kind::centre ? v.key : Sqrt3Lattice::face(v.key);
+    const std::uint32_t record = child_[slot_of(v.birth - 1, face)];
+    return PointId(mesh().vertex_count() + 2 * record + (v.kind == Kind::second ? 1 : 0));
+}
+
+detail::RawPoolVector<std::uint32_t> Sqrt3Slots::points(const Sqrt3Levels& levels) const {
+    using Kind = Sqrt3Vertex::Kind;
+    detail::RawPoolVector<std::uint32_t> point(levels.vertices.size()), slot(mesh().face_count()), finer;
+    for (std::uint32_t v = 0; v < mesh().vertex_count(); ++v) point[v] = v;
+    for (std::uint32_t f = 0; f < mesh().face_count(); ++f) slot[f] = f;
+    for (std::size_t k = 0; k + 1 < levels.levels.size(); ++k) {
+        const Sqrt3Level& level = levels.levels[k];
+        const bool last = k + 2 == levels.levels.size();  // its faces are not split
+        if (!last) finer.resize(levels.levels[k + 1].face_count());
+        for_each_index(level.face_count(), [&](std::uint32_t f) {
+            if (level.split[f] == 0) return;
+            for (std::uint32_t side = 0; side < 3 && !last; ++side)
+                if (const std::uint32_t child = level.child_over(3 * f + side); Sqrt3Level::there(child))
+                    finer[child] = child_over(slot[f], side);
+            const std::uint32_t first = mesh().vertex_count() + 2 * child_[slot[f]], apex = level.apex[f];
+            if (levels.vertices[apex].kind == Kind::centre) {
+                point[apex] = first;
+                return;
+            }
+            // Those of a cut edge are those of the face that names them.
+            for (const std::uint32_t v : {apex, levels.beside(apex)})
+                if (const Sqrt3Vertex& vertex = levels.vertices[v]; Sqrt3Lattice::face(vertex.key) == level.number[f])
+                    point[v] = first + (vertex.kind == Kind::second ? 1 : 0);
+        });
+        std::swap(slot, finer);
+    }
+    return point;
+}
+
+bool Sqrt3Slots::is_vertex(const Sqrt3Vertex& v) const {
+    using Kind = Sqrt3Vertex::Kind;
+    if (v.kind == Kind::control)
+        return v.birth == 0 && v.key < mesh().vertex_count() &&
+               mesh().vertex_halfedge(VertexId(static_cast<std::uint32_t>(v.key))).valid();
+    if (v.birth == 0 || v.birth > forest_.max_level()) return false;
+    const int above = v.birth - 1;
+    std::uint64_t faces = mesh().face_count();
+    for (int k = 0; k < above; ++k) faces *= 3;
+    const std::uint64_t face = v.kind == Kind::centre ? v.key : Sqrt3Lattice::face(v.key);
+    if (face >= faces || (v.kind != Kind::centre && v.key % 3 != 0)) return false;
+    // The point over a side says whether it is this kind that the face gets.
+    const std::scoped_lock lock(shared_.mutex);
+    const Sqrt3Vertex first = shared_.lattice.apex(above, 3 * face), second = shared_.lattice.apex(above, 3 * face + 1);
+    return v == first || v == second;
+}
+
+// Mesh.
+
+// The leaf that has a half-edge of a level which is one of the mesh.
+LeafId Sqrt3Slots::leaf_with(Sqrt3Lattice& lattice, int level, std::uint64_t h) const {
+    const std::uint64_t face = Sqrt3Lattice::face(h);
+    const std::uint32_t slot = slot_of(level, face);
+    // A face that is not there but has the half-edge: over an edge that was not flipped, which the level before has,
+    // too; else a half triangle on the other side has it for its second side.
+    if (slot == k_no_slot && level % 2 != 0 && lattice.twin(level, h) == Sqrt3Lattice::none)
+        return leaf_with(lattice, level - 1, face);
+    if (slot == k_no_slot) return LeafId(slot_of(level, lattice.twin(level - 1, face)));
+    if (is_split(slot)) return LeafId(first_child(child_[slot]) + static_cast<std::uint32_t>(h % 3));
+    return LeafId(slot);
+}
+
+LeafId Sqrt3Slots::neighbour(LeafId leaf, int side) const {
+    const Sqrt3Triangle t = triangle(leaf);
+    const std::scoped_lock lock(shared_.mutex);
+    Sqrt3Lattice& lattice = shared_.lattice;
+    int level = t.level;
+    std::uint64_t h = 3 * t.face + static_cast<std::uint64_t>(side);
+    if (t.half && side == 0) {
+        --level;
+        h = t.face;
+    } else if (t.half && side == 1) {
+        h = 3 * lattice.twin(level - 1, t.face);
+    }
+    std::uint64_t other = lattice.twin(level, h);
+    if (other == Sqrt3Lattice::none) other = lattice.beyond(level, h);
+    if (other != Sqrt3Lattice::none && lattice.is_hole(level, Sqrt3Lattice::face(other))) return {};
+    return other == Sqrt3Lattice::none ? LeafId{} : leaf_with(lattice, level, other);
+}
+
+std::vector<LeafId> Sqrt3Slots::ordered_leaves() const {
+    std::vector<LeafId> leaves;
+    detail::reserve_large(leaves, leaf_count());
+    for_each_leaf([&](LeafId leaf, FaceId) { leaves.push_back(leaf); });
+    return leaves;
+}
+
+// Changes.
+
+// The faces that have to be split for these leaves to be, the coarsest first.
+detail::PoolVector<Sqrt3Slots::Wanted> Sqrt3Slots::wanted(std::span<const LeafId> marked) {
+    detail::PoolVector<Wanted> result;
+    result.reserve(marked.size());
+    const auto add = [&](const std::vector<Sqrt3Face>& needed) {
+        for (const Sqrt3Face& face : needed) result.push_back({face, k_no_slot});
+    };
+    const bool has_partners = shared_.lattice.has_lines();
+    const auto add_whole = [&](std::uint32_t slot) {
+        const Sqrt3Triangle t = triangle_of(slot);
+        if (has_partners && is_cut(slot) && shared_.lattice.partner(t.level, t.face) != Sqrt3Lattice::none)
+            add(forest_.needed(Sqrt3Face{t.level, t.face}));
+        else
+            result.push_back({{t.level, t.face}, slot});
+    };
+    for (const LeafId leaf : marked) {
+        if (child_[leaf.value] != k_half) {
+            add_whole(leaf.value);
+            continue;
+        }
+        const std::uint32_t h = over(leaf.value), twin = across(h);
+        if (twin < k_apart && child_[twin / 3] == k_whole) {
+            add_whole(twin / 3);
+            continue;
+        }
+        Sqrt3Leaf half;
+        half.level = static_cast<std::uint8_t>(level_of(h / 3));
+        half.half = true;
+        half.face = triangle_of(leaf.value).face;
+        add(forest_.needed(half));
+    }
+    // In many a call all leaves are split, in their order.
+    if (!std::is_sorted(result.begin(), result.end())) std::sort(result.begin(), result.end());
+    result.erase(std::unique(result.begin(), result.end()), result.end());
+    return result;
+}
+
+void Sqrt3Slots::refine(std::span<const LeafId> marked, std::vector<LeafId>& created, Changed* removed) {
+    created.clear();
+    if (removed != nullptr) removed->clear();
+    const detail::PoolVector<Wanted> wanted = this->wanted(marked);
+    detail::PoolVector<Sqrt3Face> faces;
+    faces.reserve(wanted.size());
+    for (const Wanted& w : wanted) faces.push_back(w.face);
+    // All memory first, and the twins, which take some to be found: nothing may throw once the forest has changed.
+    const std::size_t fresh = faces.size() - std::min(faces.size(), free_records_.size());
+    if (child_.size() + 3 * std::uint64_t{fresh} > k_max_slots)
+        throw Error(ErrorCode::memory_limit, "the hierarchy would have more triangles than 32 bits can number");
+    const auto room = [](auto& vector, std::size_t size) {
+        if (size > vector.capacity()) detail::reserve_large(vector, std::max(size, 2 * vector.capacity()));
+    };
+    room(records_, records_.size() + fresh);
+    room(free_records_, records_.size() + fresh);
+    room(child_, child_.size() + 3 * fresh);
+    room(across_, across_.size() + 9 * fresh);
+    detail::reserve_large(created, 6 * faces.size());
+    if (removed != nullptr) removed->reserve(4 * faces.size());
+    detail::PoolVector<std::uint32_t> fresh_records;
+    fresh_records.reserve(faces.size());
+    detail::PoolVector<LeafId> whole;  // that were half when the call began
+    whole.reserve(3 * faces.size());
+    std::vector<Twins> twins;
+    if (shared_.lattice.has_lines()) {
+        twins.resize(faces.size());
+        // Those of faces that have links are asked for only where these say nothing: a crease may have become smooth.
+        for (std::size_t i = 0; i < faces.size(); ++i)
+            for (std::uint32_t side = 0; side < 3; ++side)
+                if (const std::uint32_t slot = wanted[i].slot; slot == k_no_slot || across_[3 * slot + side] == k_kept)
+                    twins[i][side] = shared_.lattice.twin(faces[i].level, 3 * faces[i].face + side);
+    }
+    forest_.refine_closed(faces);
+    for (std::size_t i = records_.size() + fresh; i-- > records_.size();)
+        free_records_.push_back(static_cast<std::uint32_t>(i));
+    records_.resize(records_.size() + fresh);
+    child_.resize(child_.size() + 3 * fresh, std::uint32_t{k_dead});
+    across_.resize(across_.size() + 9 * fresh, std::uint32_t{k_apart});
+    for (std::size_t i = 0; i < faces.size(); ++i)
+        fresh_records.push_back(split(wanted[i], twins.empty() ? nullptr : &twins[i], whole, removed));
+    const auto is_new_leaf = [&](std::uint32_t slot) {
+        if (child_[slot] == k_whole_now) child_[slot] = k_whole;
+        if (child_[slot] == k_half_now) child_[slot] = k_half;
+        return is_leaf_slot(slot);
+    };
+    for (const std::uint32_t record : fresh_records)
+        for (std::uint32_t side = 0; side < 3; ++side)
+            if (is_new_leaf(first_child(record) + side)) created.emplace_back(first_child(record) + side);
+    for (const LeafId leaf : whole)
+        if (is_new_leaf(leaf.value)) created.push_back(leaf);
+    forget_twins();
+}
+
+// What the lattice remembers serves the next change, but is not to outweigh what it is for.
+void Sqrt3Slots::forget_twins() {
+    if (shared_.lattice.memory_bytes() > child_.capacity() + across_.capacity()) shared_.lattice = forest_.lattice();
+}
+
+// A face that the forest has split by now; those of coarser levels come first. Returns the record.
+std::uint32_t Sqrt3Slots::split(const Wanted& wanted, const Twins* twins, detail::PoolVector<LeafId>& whole,
+                                Changed* removed) {
+    const auto [level, face] = wanted.face;
+    const std::uint32_t slot = wanted.slot != k_no_slot ? wanted.slot : slot_of(level, face);
+    const auto was = [&](std::uint32_t leaf) {
+        if (removed != nullptr) removed->emplace_back(leaf, triangle_of(leaf));
+    };
+    if (child_[slot] == k_whole) was(slot);
+    const std::uint32_t record = free_records_.back();
+    free_records_.pop_back();
+    records_[record] = {face, slot, level, true};
+    child_[slot] = record;
+    const std::uint32_t first = first_child(record);
+    for (std::uint32_t side = 0; side < 3; ++side) {
+        const std::uint32_t h = 3 * slot + side;
+        std::uint32_t twin = across_[h];
+        if (twin == k_kept && twins != nullptr) twin = beyond(h, (*twins)[side]);
+        child_[first + side] = k_whole_now;
+        if (twin == k_kept) {
+            keep(h);
+            continue;
+        }
+        if (twin == k_apart || !is_split(twin / 3)) {
+            child_[first + side] = k_half_now;
+            continue;
+        }
+        const std::uint32_t other = child_over(twin);
+        if (child_[other] == k_half) {
+            was(other);
+            whole.emplace_back(other);
+        }
+        child_[other] = k_whole_now;
+        flip(h, twin);
+    }
+    return record;
+}
+
+// The record of the triangle beyond the edge that a whole triangle lies across; none at the boundary.
+std::uint32_t Sqrt3Slots::record_beyond(std::uint32_t slot) const {
+    if (slot < mesh().face_count() || child_[slot] == k_half) return k_no_slot;
+    const std::uint32_t twin = across(over(slot));
+    return twin == k_kept ? k_no_slot : child_[twin / 3];
+}
+
+Sqrt3Slots::Group Sqrt3Slots::group_of(Sqrt3Lattice& lattice, std::uint32_t record) const {
+    Group group;
+    bool leaves = true;
+    const auto add = [&](std::uint32_t slot) {
+        if (std::find(group.slots.begin(), group.slots.end(), slot) != group.slots.end()) return;
+        group.slots.push_back(slot);
+        leaves = leaves && is_leaf_slot(slot);
+    };
+    const Record& at = records_[record];
+    std::array<std::uint32_t, 2> sides{record, record};
+    if (const std::uint64_t partner = lattice.partner(at.level, at.face); partner != Sqrt3Lattice::none)
+        sides[1] = child_[slot_of(at.level, partner)];
+    for (const std::uint32_t of : sides)
+        for (std::uint32_t side = 0; side < 3; ++side) add(first_child(of) + side);
+    group.own = group.slots.size();
+    for (const std::uint32_t of : sides)
+        for (std::uint32_t side = 0; side < 3 && leaves; ++side) {
+            if (child_[first_child(of) + side] == k_half) continue;
+            const std::uint32_t twin = across(3 * records_[of].slot + side);
+            if (twin != k_kept) add(child_over(twin));
+        }
+    return leaves ? group : Group{};
+}
+
+std::vector<LeafId> Sqrt3Slots::group(LeafId leaf) const {
+    const std::uint32_t roots = mesh().face_count();
+    if (leaf.value < roots) return {};
+    const std::scoped_lock lock(shared_.mutex);
+    Group found = group_of(shared_.lattice, (leaf.value - roots) / 3);
+    if (found.slots.empty())
+        if (const std::uint32_t beyond = record_beyond(leaf.value); beyond != k_no_slot)
+            found = group_of(shared_.lattice, beyond);
+    std::vector<LeafId> result;
+    for (std::size_t i = 0; i < found.own; ++i) result.emplace_back(found.slots[i]);
+    return result;
+}
+
+void Sqrt3Slots::coarsen(std::span<const LeafId> marked, std::vector<LeafId>& created, Changed& removed) {
+    created.clear();
+    removed.clear();
+    const std::uint32_t roots = mesh().face_count();
+    Sqrt3Lattice& lattice = shared_.lattice;
+    std::vector<std::uint32_t> wanted, records;
+    for (const LeafId leaf : marked) {
+        wanted.push_back(leaf.value);
+        if (leaf.value < roots) continue;
+        records.push_back((leaf.value - roots) / 3);
+    }
+    std::sort(wanted.begin(), wanted.end());
+    std::sort(records.begin(), records.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return std::tie(records_[a].level, records_[a].face) < std::tie(records_[b].level, records_[b].face);
+    });
+    records.erase(std::unique(records.begin(), records.end()), records.end());
+    std::vector<Sqrt3Face> faces;
+    std::vector<std::uint32_t> groups;
+    std::erase_if(records, [&](std::uint32_t record) {
+        const Group group = group_of(lattice, record);
+        const std::span own(group.slots.data(), group.own);
+        const bool all = !own.empty() && std::all_of(own.begin(), own.end(), [&](std::uint32_t slot) {
+            return std::binary_search(wanted.begin(), wanted.end(), slot);
+        });
+        if (all) {
+            faces.push_back({records_[record].level, records_[record].face});
+            groups.insert(groups.end(), group.slots.begin(), group.slots.end());
+        }
+        return !all;
+    });
+    created.reserve(records.size() + groups.size());
+    for (const std::uint32_t slot : groups)
+        if (!std::binary_search(wanted.begin(), wanted.end(), slot)) removed.emplace_back(slot, triangle_of(slot));
+    std::sort(removed.begin(), removed.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    removed.erase(std::unique(removed.begin(), removed.end()), removed.end());
+    forest_.coarsen(faces);  // all or nothing; what follows does not throw
+    for (const std::uint32_t record : records) {
+        records_[record].live = false;
+        child_[records_[record].slot] = k_whole;
+        created.emplace_back(records_[record].slot);
+        free_records_.push_back(record);
+        for (std::uint32_t side = 0; side < 3; ++side) {
+            child_[first_child(record) + side] = k_dead;
+            unlink(first_child(record) + side);
+        }
+    }
+    for (const std::uint32_t slot : groups) {
+        if (child_[slot] != k_whole) continue;
+        child_[slot] = k_half;
+        created.emplace_back(slot);
+    }
+    forget_twins();
+}
+
+// Checks.
+
+std::optional<std::string> Sqrt3Slots::check() const {
+    if (auto fault = forest_.check()) return fault;
+    Sqrt3Lattice lattice = forest_.lattice();
+    for (std::uint32_t f = 0; f < mesh().face_count(); ++f) {
+        const bool split = forest_.is_split(Sqrt3Face{0, f});
+        const std::uint32_t state = child_[f], expected = mesh().is_hole(FaceId(f)) ? k_dead : k_whole;
+        if (split ? !is_split(f) || state >= records_.size() : state != expected)
+            return "control face " + std::to_string(f) + ": its slot is not as the forest has it";
+    }
+    std::size_t live = 0;
+    for (std::uint32_t r = 0; r < records_.size(); ++r) {
+        const Record& record = records_[r];
+        if (!record.live) continue;
+        ++live;
+        const std::string name = "split triangle " + std::to_string(r);
+        if (!forest_.is_split(Sqrt3Face{record.level, record.face})) return name + ": the forest has it whole";
+        if (slot_of(record.level, record.face) != record.slot || child_[record.slot] != r)
+            return name + ": it is not where its number says";
+        for (std::uint32_t side = 0; side < 3; ++side) {
+            const std::uint32_t state = child_[first_child(r) + side];
+            const std::uint64_t twin = lattice.twin(record.level, 3 * record.face + side);
+            const bool whole =
+                twin == Sqrt3Lattice::none || forest_.is_split(Sqrt3Face{record.level, Sqrt3Lattice::face(twin)});
+            if (state == k_dead || state == k_whole_now || (state == k_half) == whole)
+                return name + ": the triangle over side " + std::to_string(side) + " is not as the one beyond asks";
+        }
+        if (auto fault = check_links(lattice, r)) return fault;
+    }
+    if (live != forest_.split_count())
+        return std::string("the forest has more split triangles than there are slots for");
+    if (live + free_records_.size() != records_.size()) return std::string("records that are neither used nor free");
+    return std::nullopt;
+}
+
+std::uint64_t Sqrt3Slots::memory_bytes() const {
+    const std::scoped_lock lock(shared_.mutex);
+    return forest_.memory_bytes() + shared_.lattice.memory_bytes() +
+           (child_.capacity() + across_.capacity()) * sizeof(std::uint32_t) + records_.capacity() * sizeof(Record) +
+           free_records_.capacity() * sizeof(free_records_[0]);
+}
+
+void Sqrt3Slots::shrink() {
+    shared_.lattice = forest_.lattice();  // which remembers nothing
+    child_.shrink_to_fit();
+    across_.shrink_to_fit();
+    records_.shrink_to_fit();
+    free_records_.shrink_to_fit();
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "control_mesh.hpp"
+#include "mesh_check.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// What the tags of ControlMeshData::corner_angles say.
+struct TaggedAngles {
+    std::vector<double> angle;        ///< H: see ControlMesh::corner_angle(); empty: no corner has one
+    std::vector<RawFault> faults;     ///< tags whose sector has another angle from an earlier one (`a`)
+    std::vector<std::uint32_t> idle;  ///< tags at vertices that are no corners, ascending
+};
+
+/// The data must be free of other faults. Cost: O(H) if there is any such tag.
+TaggedAngles tagged_angles(const ControlMeshData& data, const MeshLinks& links);
+/// A warning of those that have no effect, if there are any.
+std::optional<std::string> idle_angles(const ControlMeshData& data, const TaggedAngles& angles);
+
+/// Whether a tag may have this angle.
+bool is_sector_angle(double radians);
+/// For messages.
+std::string degrees(double radians);
+/// The half-edge of a face that leaves a vertex; none where the face does not touch it.
+std::uint32_t face_corner(const ControlMeshData& data, std::uint32_t face, std::uint32_t vertex);
+
+}  // namespace tetrakis::detail

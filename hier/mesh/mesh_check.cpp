@@ -1,0 +1,425 @@
+#include "mesh_check.hpp"
+
+#include "../base/ids.hpp"
+#include "../base/parallel.hpp"
+#include "corner_tags.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <tuple>
+
+namespace tetrakis {
+
+namespace detail {
+namespace {
+
+using Kind = MeshFaultKind;
+
+// Elements per block of a scan; fixed, so that the list of faults does not depend on the thread count.
+constexpr std::uint32_t k_scan_block = 16384;
+// Corner counts up to which comparing all pairs beats sorting.
+constexpr std::uint32_t k_small_face = 16;
+// Of so many boundary edges one has to lie on another for a warning: a few that do may be meant.
+constexpr std::uint64_t k_edges_to_one_unwelded = 4;
+// Twice the area over the perimeter squared, below which a face is a line as far as doubles can tell.
+constexpr double k_zero_area = 1e-14;
+
+std::uint32_t count_of(std::size_t size) { return static_cast<std::uint32_t>(size); }
+
+// Runs scan(i, faults) for each i and joins the lists in the order of i.
+template <class Scan>
+void scan_elements(std::uint32_t count, std::vector<RawFault>& faults, Scan&& scan) {
+    const std::uint32_t blocks = count == 0 ? 0 : (count - 1) / k_scan_block + 1;
+    std::vector<std::vector<RawFault>> found(blocks);
+    for_each_index(
+        blocks,
+        [&](std::uint32_t b) {
+            const std::uint32_t end = std::min(count, (b + 1) * k_scan_block);
+            for (std::uint32_t i = b * k_scan_block; i < end; ++i) scan(i, found[b]);
+        },
+        1);
+    for (const auto& block : found) faults.insert(faults.end(), block.begin(), block.end());
+}
+
+void check_sizes(const ControlMeshData& data, std::vector<RawFault>& faults) {
+    const auto complain = [&](const char* what) { faults.push_back({Kind::array_size, 0, 0, 0, what}); };
+    // Four numbers are kept free: "none", and room to look two elements ahead.
+    constexpr std::size_t k_limit = 0xFFFF'FFFBu;
+    if (data.positions.size() > k_limit || data.face_vertices.size() > k_limit)
+        complain("more than 2^32 - 5 vertices or face corners; split the model");
+    const auto& offsets = data.face_offsets;
+    if (offsets.empty() ? !data.face_vertices.empty()
+                        : offsets.front() != 0 || offsets.back() != data.face_vertices.size() ||
+                              !std::is_sorted(offsets.begin(), offsets.end()))
+        complain("face_offsets must ascend from 0 to the size of face_vertices");
+    const std::size_t faces = offsets.empty() ? 0 : offsets.size() - 1;
+    const auto fits = [](std::size_t size, std::size_t wanted) { return size == 0 || size == wanted; };
+    if (!fits(data.face_uvs.size(), data.face_vertices.size())) complain("face_uvs needs one number per face corner");
+    if (!fits(data.face_normals.size(), data.face_vertices.size()))
+        complain("face_normals needs one number per face corner");
+    if (!fits(data.face_material.size(), faces)) complain("face_material needs one number per face");
+    if (!fits(data.face_group.size(), faces)) complain("face_group needs one number per face");
+    if (!fits(data.face_lines.size(), faces)) complain("face_lines needs one number per face");
+    if (!fits(data.vertex_lines.size(), data.positions.size())) complain("vertex_lines needs one number per vertex");
+    if (!fits(data.uv_lines.size(), data.uvs.size())) complain("uv_lines needs one number per texture coordinate");
+    if (!fits(data.hole_lines.size(), data.holes.size())) complain("hole_lines needs one number per hole");
+}
+
+// Corner whose vertex an earlier corner has too, or the face's size.
+std::uint32_t repeated_corner(std::span<const std::uint32_t> corners) {
+    const std::uint32_t size = count_of(corners.size());
+    if (size == 3 || size == 4) {
+        const auto [a, b, c] = std::array{corners[0], corners[1], corners[2]};
+        const std::uint32_t d = corners[size - 1];
+        const bool repeated = (a == b) | (a == c) | (b == c) | ((size == 4) & ((a == d) | (b == d) | (c == d)));
+        if (!repeated) return size;
+    }
+    if (size <= k_small_face) {
+        for (std::uint32_t i = 1; i < size; ++i)
+            for (std::uint32_t j = 0; j < i; ++j)
+                if (corners[i] == corners[j]) return i;
+        return size;
+    }
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> order(size);
+    for (std::uint32_t i = 0; i < size; ++i) order[i] = {corners[i], i};
+    std::sort(order.begin(), order.end());
+    std::uint32_t first = size;
+    for (std::uint32_t i = 1; i < size; ++i)
+        if (order[i].first == order[i - 1].first) first = std::min(first, order[i].second);
+    return first;
+}
+
+void check_face(const ControlMeshData& data, std::uint32_t f, std::vector<RawFault>& faults) {
+    const std::uint32_t first = data.face_offsets[f], size = data.face_offsets[f + 1] - first;
+    const std::span corners(data.face_vertices.data() + first, size);
+    if (size < 3) {
+        faults.push_back({Kind::face_too_small, f, size});
+        return;
+    }
+    const auto beyond = [&](std::span<const std::uint32_t> numbers, std::size_t limit) {
+        return std::find_if(numbers.begin(), numbers.end(), [limit](std::uint32_t n) { return n >= limit; });
+    };
+    if (const auto it = beyond(corners, data.positions.size()); it != corners.end()) {
+        faults.push_back({Kind::vertex_out_of_range, f, *it});
+        return;
+    }
+    if (const std::uint32_t i = repeated_corner(corners); i != size)
+        faults.push_back({Kind::repeated_vertex, f, corners[i]});
+    if (!data.face_uvs.empty()) {
+        const std::span numbers(data.face_uvs.data() + first, size);
+        if (const auto it = beyond(numbers, data.uvs.size()); it != numbers.end())
+            faults.push_back({Kind::uv_out_of_range, f, *it});
+    }
+    if (!data.face_normals.empty()) {
+        const std::span numbers(data.face_normals.data() + first, size);
+        if (const auto it = beyond(numbers, data.normals.size()); it != numbers.end())
+            faults.push_back({Kind::normal_out_of_range, f, *it});
+    }
+    if (!data.face_material.empty() && data.face_material[f] >= data.materials.size())
+        faults.push_back({Kind::group_out_of_range, f, data.face_material[f], 0, "material"});
+    if (!data.face_group.empty() && data.face_group[f] >= data.groups.size())
+        faults.push_back({Kind::group_out_of_range, f, data.face_group[f], 0, "group"});
+}
+
+void check_vertex(const ControlMeshData& data, std::uint32_t v, std::vector<RawFault>& faults) {
+    const Vec3d& p = data.positions[v];
+    // NaN fails a comparison.
+    const bool sound =
+        (std::abs(p.x) <= k_max_coordinate) & (std::abs(p.y) <= k_max_coordinate) & (std::abs(p.z) <= k_max_coordinate);
+    if (sound) return;
+    const bool finite = std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+    faults.push_back({finite ? Kind::absurd_coordinate : Kind::non_finite_vertex, v});
+}
+
+// NaN fails the comparison too.
+bool is_sharpness(float s) { return s >= 0.0f; }
+
+void check_tags(const ControlMeshData& data, std::vector<RawFault>& faults) {
+    const std::size_t vertices = data.positions.size(), faces = data.face_offsets.size() - 1;
+    for (std::uint32_t i = 0; i < data.creases.size(); ++i) {
+        const auto& tag = data.creases[i];
+        if (tag.a >= vertices || tag.b >= vertices)
+            faults.push_back({Kind::crease_tag, i, tag.a, tag.b, "vertex"});
+        else if (!is_sharpness(tag.sharpness))
+            faults.push_back({Kind::crease_tag, i, tag.a, tag.b, "sharpness"});
+    }
+    for (std::uint32_t i = 0; i < data.corners.size(); ++i) {
+        const auto& tag = data.corners[i];
+        if (tag.vertex >= vertices)
+            faults.push_back({Kind::corner_tag, i, tag.vertex, 0, "vertex"});
+        else if (!is_sharpness(tag.sharpness))
+            faults.push_back({Kind::corner_tag, i, tag.vertex, 0, "sharpness"});
+    }
+    for (std::uint32_t i = 0; i < data.corner_angles.size(); ++i) {
+        const auto& tag = data.corner_angles[i];
+        if (tag.vertex >= vertices)
+            faults.push_back({Kind::corner_angle_tag, i, tag.vertex, tag.face, "vertex"});
+        else if (tag.face >= faces)
+            faults.push_back({Kind::corner_angle_tag, i, tag.vertex, tag.face, "face"});
+        else if (!is_sector_angle(tag.angle))
+            faults.push_back({Kind::corner_angle_tag, i, tag.vertex, tag.face, "angle"});
+    }
+    for (std::uint32_t i = 0; i < data.holes.size(); ++i)
+        if (data.holes[i] >= faces) faults.push_back({Kind::hole_tag, i, data.holes[i]});
+}
+
+void sort_faults(std::vector<RawFault>& faults) {
+    std::stable_sort(faults.begin(), faults.end(), [](const RawFault& x, const RawFault& y) {
+        return std::tuple(x.kind, x.element, x.a, x.b) < std::tuple(y.kind, y.element, y.a, y.b);
+    });
+}
+
+// Faces whose vertex cycle an earlier face has already.
+void find_duplicates(const ControlMeshData& data, std::vector<RawFault>& faults) {
+    const std::uint32_t faces = count_of(data.face_offsets.size() - 1);
+    const auto lowest = [&](std::uint32_t f) {
+        return static_cast<std::uint32_t>(std::min_element(data.face_vertices.begin() + data.face_offsets[f],
+                                                           data.face_vertices.begin() + data.face_offsets[f + 1]) -
+                                          data.face_vertices.begin());
+    };
+    std::vector<std::uint32_t> start(faces), order(faces);
+    for_each_index(faces, [&](std::uint32_t f) {
+        start[f] = lowest(f);
+        order[f] = f;
+    });
+    const auto compare = [&](std::uint32_t x, std::uint32_t y) {  // < 0, 0, > 0
+        const auto size = [&](std::uint32_t f) { return data.face_offsets[f + 1] - data.face_offsets[f]; };
+        if (size(x) != size(y)) return size(x) < size(y) ? -1 : 1;
+        std::uint32_t i = start[x], j = start[y];
+        for (std::uint32_t k = 0; k < size(x); ++k) {
+            const std::uint32_t a = data.face_vertices[i], b = data.face_vertices[j];
+            if (a != b) return a < b ? -1 : 1;
+            i = i + 1 == data.face_offsets[x + 1] ? data.face_offsets[x] : i + 1;
+            j = j + 1 == data.face_offsets[y + 1] ? data.face_offsets[y] : j + 1;
+        }
+        return 0;
+    };
+    std::sort(order.begin(), order.end(), [&](std::uint32_t x, std::uint32_t y) {
+        const int c = compare(x, y);
+        return c != 0 ? c < 0 : x < y;
+    });
+    for (std::uint32_t i = 0, first = 0; i < faces; ++i) {
+        if (i == first || compare(order[first], order[i]) != 0)
+            first = i;
+        else
+            faults.push_back({Kind::duplicate_face, order[i], order[first]});
+    }
+}
+
+// Whether a face is a line, or a point, as far as doubles can tell.
+bool is_flat(const ControlMeshData& data, std::uint32_t f) {
+    const std::uint32_t first = data.face_offsets[f], last = data.face_offsets[f + 1];
+    const auto point = [&](std::uint32_t h) -> const Vec3d& { return data.positions[data.face_vertices[h]]; };
+    const auto square = [](const Vec3d& v) { return glm::dot(v, v); };
+    Vec3d area(0.0);
+    for (std::uint32_t h = first + 1; h + 1 < last; h += 2)  // of quads, with one corner of another at the end
+        area += glm::cross(point(h + 1) - point(first), point(h + 2 < last ? h + 2 : first) - point(h));
+    double squares = square(point(last - 1) - point(first));
+    for (std::uint32_t h = first + 1; h < last; ++h) squares += square(point(h) - point(h - 1));
+    // The perimeter squared is at most the number of sides times the sum of their squares: that spares the roots.
+    const double most = k_zero_area * (last - first) * squares;
+    if (square(area) > most * most) return false;
+    double perimeter = 0;
+    for (std::uint32_t h = first; h < last; ++h)
+        perimeter += glm::distance(point(h), point(h + 1 == last ? first : h + 1));
+    return glm::length(area) <= k_zero_area * perimeter * perimeter;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> duplicate_faces(const ControlMeshData& data) {
+    std::vector<RawFault> faults;
+    find_duplicates(data, faults);
+    std::vector<std::uint32_t> faces;
+    for (const RawFault& fault : faults) faces.push_back(fault.element);
+    std::sort(faces.begin(), faces.end());
+    return faces;
+}
+
+std::vector<RawFault> element_faults(const ControlMeshData& data) {
+    std::vector<RawFault> faults;
+    check_sizes(data, faults);
+    if (!faults.empty()) return faults;
+    if (data.face_offsets.size() < 2) return {{Kind::no_faces}};
+    scan_elements(count_of(data.positions.size()), faults,
+                  [&](std::uint32_t v, auto& found) { check_vertex(data, v, found); });
+    scan_elements(count_of(data.face_offsets.size() - 1), faults,
+                  [&](std::uint32_t f, auto& found) { check_face(data, f, found); });
+    for (std::uint32_t i = 0; i < data.uvs.size(); ++i)
+        if (!is_sound_uv(data.uvs[i])) faults.push_back({Kind::non_finite_uv, i});
+    check_tags(data, faults);
+    sort_faults(faults);
+    return faults;
+}
+
+std::vector<RawFault> edge_faults(const ControlMeshData& data, std::span<const EdgeUse> sorted_uses,
+                                  const MeshLinks& links) {
+    std::vector<RawFault> faults;
+    const std::uint32_t uses = links.manifold_edges ? 0 : count_of(sorted_uses.size());
+    scan_elements(uses, faults, [&](std::uint32_t i, auto& found) {
+        const EdgeUse& use = sorted_uses[i];
+        if (i > 0 && use.same_edge(sorted_uses[i - 1])) return;  // the edge's first use speaks for it
+        std::uint32_t count = 1;
+        while (i + count < uses && use.same_edge(sorted_uses[i + count])) ++count;
+        const std::uint32_t face = links.face[use.halfedge];
+        if (count > 2)
+            found.push_back({Kind::non_manifold_edge, face, use.low, use.high});
+        else if (count == 2 && data.face_vertices[use.halfedge] == data.face_vertices[sorted_uses[i + 1].halfedge])
+            found.push_back({Kind::opposite_orientation, face, use.low, use.high});
+    });
+    // Two faces with one cycle run along the same edges in the same direction: no edge fault, no duplicate.
+    if (!faults.empty()) find_duplicates(data, faults);
+    for (std::uint32_t i = 0; i < data.creases.size(); ++i)
+        if (!find_edge(sorted_uses, data.creases[i].a, data.creases[i].b))
+            faults.push_back({Kind::crease_tag, i, data.creases[i].a, data.creases[i].b, "edge"});
+    for (std::uint32_t i = 0; i < data.corner_angles.size(); ++i) {
+        const auto& tag = data.corner_angles[i];
+        if (face_corner(data, tag.face, tag.vertex) == HalfedgeId::none)
+            faults.push_back({Kind::corner_angle_tag, i, tag.vertex, tag.face, "corner"});
+    }
+    sort_faults(faults);
+    return faults;
+}
+
+std::vector<RawFault> vertex_faults(const ControlMeshData& data, const MeshLinks& links) {
+    std::vector<RawFault> faults;
+    scan_elements(count_of(data.positions.size()), faults, [&](std::uint32_t v, auto& found) {
+        const std::uint32_t fan = fan_size(data, links, v), all = links.vertex_face_count[v];
+        if (fan != all) found.push_back({Kind::non_manifold_vertex, v, links.face[links.vertex_halfedge[v]], all});
+    });
+    return faults;
+}
+
+std::vector<std::string> find_oddities(const ControlMeshData& data, std::uint64_t isolated_vertices) {
+    std::vector<std::string> oddities;
+    if (isolated_vertices != 0)
+        oddities.push_back(fmt::format("{} of {} vertices belong to no face; they are ignored", isolated_vertices,
+                                       data.positions.size()));
+    const std::uint32_t faces = count_of(data.face_offsets.size() - 1);
+    const std::uint32_t blocks = (faces - 1) / k_scan_block + 1;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> flat(blocks, {0, 0});  // count, first
+    for_each_index(
+        blocks,
+        [&](std::uint32_t b) {
+            const std::uint32_t end = std::min(faces, (b + 1) * k_scan_block);
+            for (std::uint32_t f = b * k_scan_block; f < end; ++f)
+                if (is_flat(data, f) && flat[b].first++ == 0) flat[b].second = f;
+        },
+        1);
+    std::uint64_t flat_count = 0;
+    std::uint32_t first_flat = 0;
+    for (auto [count, first] : flat) {
+        if (flat_count == 0) first_flat = first;
+        flat_count += count;
+    }
+    if (flat_count != 0)
+        oddities.push_back(
+            // Numbers are no longer the source's after a repair; lines are.
+            fmt::format("{} of {} faces have zero area (the first is {}); normals are undefined there", flat_count,
+                        faces,
+                        first_flat < data.face_lines.size() && data.face_lines[first_flat] != 0
+                            ? fmt::format("on line {}", data.face_lines[first_flat])
+                            : face_name(data, first_flat)));
+    const auto odd_normals = std::ranges::count_if(
+        data.normals, [](const Vec3d& n) { return !std::isfinite(n.x) || !std::isfinite(n.y) || !std::isfinite(n.z); });
+    if (odd_normals != 0)
+        oddities.push_back(fmt::format("{} normals are not finite; normals as read are not used", odd_normals));
+    return oddities;
+}
+
+std::vector<std::uint32_t> first_at_place(std::span<const Vec3d> positions, std::vector<std::uint32_t> listed) {
+    const auto key = [&](std::uint32_t v) {
+        const Vec3d& p = positions[v];
+        return std::tuple(p.x, p.y, p.z);
+    };
+    std::sort(listed.begin(), listed.end(), [&](std::uint32_t a, std::uint32_t b) {
+        const auto p = key(a), q = key(b);
+        return p != q ? p < q : a < b;
+    });
+    std::vector<std::uint32_t> first(positions.size());
+    for (std::uint32_t v = 0; v < first.size(); ++v) first[v] = v;
+    for (std::size_t i = 1; i < listed.size(); ++i)
+        if (key(listed[i]) == key(listed[i - 1])) first[listed[i]] = first[listed[i - 1]];
+    return first;
+}
+
+std::optional<std::string> unwelded_edges(const ControlMeshData& data, std::span<const std::uint32_t> twin) {
+    struct Edge {
+        std::uint32_t low, high;  // the places of its ends
+        std::uint32_t a, b;       // its ends, as its face runs
+        bool same_place(const Edge& other) const { return low == other.low && high == other.high; }
+    };
+    std::vector<Edge> edges;
+    std::vector<std::uint32_t> ends;
+    for (std::uint32_t f = 0; f + 1 < data.face_offsets.size(); ++f)
+        for (std::uint32_t h = data.face_offsets[f], end = data.face_offsets[f + 1]; h < end; ++h) {
+            if (twin[h] != HalfedgeId::none) continue;
+            const std::uint32_t next = h + 1 == end ? data.face_offsets[f] : h + 1;
+            edges.push_back({0, 0, data.face_vertices[h], data.face_vertices[next]});
+            ends.push_back(edges.back().a);  // of every boundary vertex an edge starts
+        }
+    const std::vector<std::uint32_t> place = first_at_place(data.positions, std::move(ends));
+    for (Edge& edge : edges) std::tie(edge.low, edge.high) = std::minmax(place[edge.a], place[edge.b]);
+    std::sort(edges.begin(), edges.end(), [](const Edge& x, const Edge& y) {
+        return std::tie(x.low, x.high, x.a, x.b) < std::tie(y.low, y.high, y.a, y.b);
+    });
+    // Two edges in one place make an edge inside; more of them, or two of one direction, would make none.
+    std::vector<std::uint32_t> vertices;
+    std::uint64_t unwelded = 0;
+    for (std::size_t i = 0, count = 1; i < edges.size(); i += count) {
+        for (count = 1; i + count < edges.size() && edges[i].same_place(edges[i + count]);) ++count;
+        if (count != 2 || edges[i].low == edges[i].high || place[edges[i].a] == place[edges[i + 1].a]) continue;
+        unwelded += 2;
+        for (const Edge& edge : {edges[i], edges[i + 1]}) vertices.insert(vertices.end(), {edge.a, edge.b});
+    }
+    if (unwelded == 0 || unwelded * k_edges_to_one_unwelded < edges.size()) return std::nullopt;
+    const auto distinct = [&] {
+        std::sort(vertices.begin(), vertices.end());
+        vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+        return vertices.size();
+    };
+    const std::size_t all = distinct();
+    for (std::uint32_t& v : vertices) v = place[v];
+    return fmt::format(
+        "{} of {} boundary edges lie on one another, between {} vertices at {} places: faces side by side share no "
+        "vertices, and the surface ends between them; --weld, or weld() in the library, joins them",
+        unwelded, edges.size(), all, distinct());
+}
+
+}  // namespace detail
+
+std::vector<MeshFault> find_faults(const ControlMeshData& data) {
+    std::vector<detail::RawFault> raw = detail::element_faults(data);
+    if (raw.empty()) {
+        const auto uses =
+            detail::sorted_edge_uses(data.face_offsets, data.face_vertices, detail::count_of(data.positions.size()));
+        const detail::MeshLinks links = detail::link_mesh(data, uses);
+        raw = detail::edge_faults(data, uses, links);
+        if (raw.empty()) raw = detail::vertex_faults(data, links);
+        if (raw.empty()) raw = detail::tagged_angles(data, links).faults;
+    }
+    std::vector<MeshFault> faults;
+    faults.reserve(raw.size());
+    for (const detail::RawFault& fault : raw) faults.push_back(detail::describe(data, fault));
+    return faults;
+}
+
+std::vector<std::string> find_oddities(const ControlMeshData& data) {
+    std::vector<std::uint8_t> used(data.positions.size(), 0);
+    for (std::uint32_t v : data.face_vertices) used[v] = 1;
+    std::vector<std::string> oddities =
+        detail::find_oddities(data, static_cast<std::uint64_t>(std::ranges::count(used, 0)));
+    const auto uses =
+        detail::sorted_edge_uses(data.face_offsets, data.face_vertices, detail::count_of(data.positions.size()));
+    const detail::MeshLinks links = detail::link_mesh(data, uses);
+    if (const auto oddity = detail::unwelded_edges(data, links.twin)) oddities.push_back(*oddity);
+    if (!data.corner_angles.empty())
+        if (const auto oddity = detail::idle_angles(data, detail::tagged_angles(data, links)))
+            oddities.push_back(*oddity);
+    return oddities;
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,107 @@
+#pragma once
+
+#include "control_mesh.hpp"
+#include "mesh_links.hpp"
+
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tetrakis {
+
+/// Coordinates beyond it are taken for garbage: fourth powers of what is allowed, such as squares of areas, must not
+/// overflow a double, and neither must their sums.
+inline constexpr double k_max_coordinate = 1e60;
+
+/// Texture coordinates beyond it would leave the floats of GLB.
+inline constexpr double k_max_uv = 1e30;
+inline bool is_sound_uv(const Vec2d& uv) {
+    // No number compares.
+    return std::abs(uv.x) <= k_max_uv && std::abs(uv.y) <= k_max_uv;
+}
+
+/// What can be wrong with control mesh data, in the order in which faults are listed.
+enum class MeshFaultKind {
+    array_size,            ///< arrays that do not fit together; element: 0
+    no_faces,              ///< element: 0
+    non_finite_vertex,     ///< element: the vertex
+    absurd_coordinate,     ///< element: the vertex; beyond k_max_coordinate
+    face_too_small,        ///< element: the face
+    vertex_out_of_range,   ///< element: the face
+    repeated_vertex,       ///< element: the face; a vertex twice in one face
+    non_finite_uv,         ///< element: the texture coordinate; or beyond k_max_uv
+    uv_out_of_range,       ///< element: the face
+    normal_out_of_range,   ///< element: the face
+    group_out_of_range,    ///< element: the face; its material or group number
+    crease_tag,            ///< element: index into `creases`; sharpness negative or NaN, or no such vertex or edge
+    corner_tag,            ///< element: index into `corners`; likewise
+    corner_angle_tag,      ///< element: index into `corner_angles`; no such angle, corner or face, or two in a sector
+    hole_tag,              ///< element: index into `holes`; no such face
+    duplicate_face,        ///< element: the later face; same vertices in the same cycle
+    non_manifold_edge,     ///< element: first face at it; an edge of more than two faces
+    opposite_orientation,  ///< element: first face at it; two neighbours run along their edge in the same direction
+    non_manifold_vertex,   ///< element: the vertex; its faces are not one fan (bow-tie)
+};
+
+/// "duplicate face", "non-manifold edge", ...
+std::string_view name(MeshFaultKind kind);
+
+struct MeshFault {
+    MeshFaultKind kind;
+    std::uint32_t element = 0;  ///< see MeshFaultKind; numbers start at 0
+    std::uint64_t line = 0;     ///< line of the element in data.source; 0: unknown
+    std::string message;        ///< what is wrong and what to do about it; numbers start at data.first_number
+};
+
+/// Everything that keeps the data from being an oriented 2-manifold with sound tags; empty when ControlMesh::build
+/// would succeed. By kind, then lowest element first. How faces hang together is looked at only when each face is sound
+/// by itself, and vertices only when all edges are. O(H), parallel; the same list for any number of threads.
+std::vector<MeshFault> find_faults(const ControlMeshData& data);
+
+/// What is odd but harmless: isolated vertices, zero-area faces, normals that are not finite, angles at vertices that
+/// are no corners, faces that lie side by side and share no vertices; one sentence each. The data must be free of
+/// faults.
+std::vector<std::string> find_oddities(const ControlMeshData& data);
+
+namespace detail {
+
+/// A fault before its message is written: a broken scan can have millions.
+struct RawFault {
+    MeshFaultKind kind;
+    std::uint32_t element = 0;
+    std::uint32_t a = 0, b = 0;     ///< vertices, counts or faces that the message names
+    const char* subject = nullptr;  ///< array_size, tags: what exactly is wrong
+};
+
+/// Faults of single elements: sizes, coordinates, faces, attributes, tags (but whether a crease's edge exists).
+std::vector<RawFault> element_faults(const ControlMeshData& data);
+/// Faults of edges, faces against each other, and tags that name no edge or corner of a face; asks for no element
+/// faults.
+std::vector<RawFault> edge_faults(const ControlMeshData& data, std::span<const EdgeUse> sorted_uses,
+                                  const MeshLinks& links);
+/// Faces whose vertex cycle an earlier face has already, ascending. The faces must be sound.
+std::vector<std::uint32_t> duplicate_faces(const ControlMeshData& data);
+/// Non-manifold vertices; asks for no faults of the other kinds.
+std::vector<RawFault> vertex_faults(const ControlMeshData& data, const MeshLinks& links);
+std::vector<std::string> find_oddities(const ControlMeshData& data, std::uint64_t isolated_vertices);
+/// The warning of a mesh of which many boundary edges lie on another one that runs the other way.
+/// @param twin  as MeshLinks::twin
+std::optional<std::string> unwelded_edges(const ControlMeshData& data, std::span<const std::uint32_t> twin);
+
+/// By vertex: the lowest of the listed ones that have its very coordinates; of others itself. O(n log n).
+std::vector<std::uint32_t> first_at_place(std::span<const Vec3d> positions, std::vector<std::uint32_t> listed);
+
+/// "vertex 5 (line 9)", "face 2", ...: numbered as the source numbers them, with the line where it is known.
+std::string vertex_name(const ControlMeshData& data, std::uint32_t v);
+std::string face_name(const ControlMeshData& data, std::uint32_t f);
+
+MeshFault describe(const ControlMeshData& data, const RawFault& fault);
+/// @throws Error invalid_input with the first few faults and their count, unless there are none
+void throw_faults(const ControlMeshData& data, const std::vector<RawFault>& faults);
+
+}  // namespace detail
+}  // namespace tetrakis

@@ -1,0 +1,634 @@
+#include "mesh_repair.hpp"
+
+#include "../base/error.hpp"
+#include "corner_tags.hpp"
+#include "edge_uses.hpp"
+#include "mesh_check.hpp"
+#include "mesh_split.hpp"
+
+#include <fmt/format.h>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+namespace tetrakis {
+
+namespace {
+
+constexpr std::uint32_t k_none = VertexId::none;
+
+std::uint32_t count_of(std::size_t size) { return static_cast<std::uint32_t>(size); }
+
+bool is_sound(const Vec3d& p) {
+    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) &&
+           std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= k_max_coordinate;
+}
+
+// How often a repair was done, and what to quote.
+struct Tally {
+    std::uint64_t count = 0;
+    std::uint32_t first = 0;
+
+    void add(std::uint32_t element) {
+        if (count++ == 0) first = element;
+    }
+};
+
+/// Sets of vertices, each named by its lowest one.
+class VertexSets {
+  public:
+    explicit VertexSets(std::vector<std::uint32_t> first) : parent_(std::move(first)) {}
+
+    std::uint32_t find(std::uint32_t v) {
+        while (parent_[v] != v) v = parent_[v] = parent_[parent_[v]];
+        return v;
+    }
+    void unite(std::uint32_t a, std::uint32_t b) {
+        a = find(a), b = find(b);
+        parent_[std::max(a, b)] = std::min(a, b);
+    }
+    std::vector<std::uint32_t> firsts() {
+        for (std::uint32_t v = 0; v < parent_.size(); ++v) parent_[v] = find(v);
+        return std::move(parent_);
+    }
+
+  private:
+    std::vector<std::uint32_t> parent_;
+};
+
+/// By vertex: the lowest one of those that weld() joins it with.
+std::vector<std::uint32_t> welded(const std::vector<Vec3d>& positions, double distance) {
+    std::vector<std::uint32_t> listed;
+    double largest = 0;
+    for (std::uint32_t v = 0; v < positions.size(); ++v) {
+        const Vec3d& p = positions[v];
+        if (!is_sound(p)) continue;
+        listed.push_back(v);
+        largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+    }
+    std::vector<std::uint32_t> first = detail::first_at_place(positions, listed);
+    // Coordinates of doubles that differ are hardly nearer to each other, and the numbers of cells fit 64 bits.
+    constexpr double k_least_share = 0x1p-50;
+    if (largest == 0 || distance <= largest * k_least_share) return first;
+
+    // Cells whose diagonal is within the distance: all vertices of one are joined.
+    constexpr double k_side = 0.57;  // < 1 / sqrt(3); the distance reaches over two cells
+    struct Point {
+        std::array<std::int64_t, 3> cell;
+        std::uint32_t vertex;
+        auto operator<=>(const Point&) const = default;
+    };
+    std::vector<Point> points;
+    for (const std::uint32_t v : listed) {
+        if (first[v] != v) continue;
+        const Vec3d at = glm::floor(positions[v] / (k_side * distance));
+        points.push_back(
+            {{static_cast<std::int64_t>(at.x), static_cast<std::int64_t>(at.y), static_cast<std::int64_t>(at.z)}, v});
+    }
+    std::sort(points.begin(), points.end());
+    std::vector<std::uint32_t> start;  // of each cell in `points`
+    for (std::uint32_t i = 0; i < points.size(); ++i)
+        if (i == 0 || points[i].cell != points[i - 1].cell) start.push_back(i);
+    const std::uint32_t cells = count_of(start.size());
+    start.push_back(count_of(points.size()));
+
+    VertexSets sets(std::move(first));
+    for (std::uint32_t c = 0; c < cells; ++c)
+        for (std::uint32_t i = start[c] + 1; i < start[c + 1]; ++i)
+            sets.unite(points[start[c]].vertex, points[i].vertex);
+    const auto join = [&](std::uint32_t c, std::uint32_t d) {
+        if (sets.find(points[start[c]].vertex) == sets.find(points[start[d]].vertex)) return;
+        for (std::uint32_t i = start[c]; i < start[c + 1]; ++i)
+            for (std::uint32_t j = start[d]; j < start[d + 1]; ++j)
+                if (glm::distance(positions[points[i].vertex], positions[points[j].vertex]) <= distance)
+                    return sets.unite(points[i].vertex, points[j].vertex);
+    };
+    for (std::uint32_t c = 0; c < cells; ++c) {
+        const std::array<std::int64_t, 3> cell = points[start[c]].cell;
+        for (std::int64_t x = 0; x <= 2; ++x)  // each pair of cells once
+            for (std::int64_t y = x == 0 ? 0 : -2; y <= 2; ++y) {
+                const std::int64_t z = x == 0 && y == 0 ? 1 : -2;
+                const std::array<std::int64_t, 3> low{cell[0] + x, cell[1] + y, cell[2] + z};
+                const std::array<std::int64_t, 3> high{low[0], low[1], cell[2] + 2};
+                auto d = std::lower_bound(start.begin(), start.end() - 1, low,
+                                          [&](std::uint32_t i, const auto& wanted) { return points[i].cell < wanted; });
+                for (; d != start.end() - 1 && points[*d].cell <= high; ++d)
+                    join(c, count_of(static_cast<std::size_t>(d - start.begin())));
+            }
+    }
+    return sets.firsts();
+}
+
+class Repair {
+  public:
+    explicit Repair(ControlMeshData& data) : data_(data) {}
+
+    std::vector<std::string> run() {
+        check_offsets();
+        source_face_.resize(face_count());
+        std::iota(source_face_.begin(), source_face_.end(), 0u);
+        drop_misfit_layers();
+        mend_uvs();
+        rebuild_faces();
+        drop_duplicates();
+        make_manifold();
+        mend_tags();
+        mend_angles();
+        drop_isolated();
+        return std::move(reports_);
+    }
+
+    std::vector<std::string> weld(double distance) {
+        check_offsets();
+        source_face_.resize(face_count());
+        std::iota(source_face_.begin(), source_face_.end(), 0u);
+        const std::vector<std::uint32_t> first = welded(data_.positions, distance);
+        std::vector<std::uint8_t> has_others(first.size(), 0);
+        std::uint64_t gone = 0;
+        for (std::uint32_t v = 0; v < first.size(); ++v)
+            if (first[v] != v) {
+                ++gone;
+                has_others[first[v]] = 1;
+            }
+        const auto places = static_cast<std::uint64_t>(std::ranges::count(has_others, 1));
+        if (gone == 0) return {};
+        report("joined {} vertices at {} places", gone + places, places);
+        drop_misfit_layers();
+        renumber_vertices(first);
+        join_uvs();
+        drop_collapsed();
+        return std::move(reports_);
+    }
+
+  private:
+    template <class... Args>
+    void report(fmt::format_string<Args...> text, Args&&... args) {
+        reports_.push_back(fmt::format(text, std::forward<Args>(args)...));
+    }
+
+    std::string tag_name(std::uint32_t i, std::uint64_t line) const {
+        const std::uint64_t number = std::uint64_t{i} + data_.first_number;
+        return line == 0 ? fmt::format("{}", number) : fmt::format("{} on line {}", number, line);
+    }
+    // Of a face by its number now.
+    std::string original_face(std::uint32_t f) const {
+        const std::uint64_t line = f < data_.face_lines.size() ? data_.face_lines[f] : 0;
+        return line == 0 ? fmt::format("face {}", std::uint64_t{source_face_[f]} + data_.first_number)
+                         : fmt::format("face {} (line {})", std::uint64_t{source_face_[f]} + data_.first_number, line);
+    }
+
+    std::uint32_t face_count() const { return count_of(data_.face_offsets.size() - 1); }
+
+    void check_offsets() {
+        auto& offsets = data_.face_offsets;
+        if (offsets.empty() && data_.face_vertices.empty()) offsets.push_back(0);
+        if (offsets.empty() || offsets.front() != 0 || offsets.back() != data_.face_vertices.size() ||
+            !std::is_sorted(offsets.begin(), offsets.end()))
+            throw Error(ErrorCode::invalid_input,
+                        "face_offsets must ascend from 0 to the size of face_vertices; this cannot be repaired",
+                        data_.source);
+    }
+
+    template <class T>
+    void drop_misfit(std::vector<T>& layer, std::size_t wanted, const char* what) {
+        if (layer.empty() || layer.size() == wanted) return;
+        report("dropped {}: {} numbers where {} are needed", what, layer.size(), wanted);
+        layer.clear();
+    }
+
+    void drop_misfit_layers() {
+        const std::size_t corners = data_.face_vertices.size(), faces = face_count();
+        drop_misfit(data_.face_uvs, corners, "the texture coordinates");
+        drop_misfit(data_.face_normals, corners, "the normals");
+        drop_misfit(data_.face_material, faces, "the materials");
+        drop_misfit(data_.face_group, faces, "the groups");
+        drop_misfit(data_.face_lines, faces, "the faces' line numbers");
+        drop_misfit(data_.vertex_lines, data_.positions.size(), "the vertices' line numbers");
+        drop_misfit(data_.uv_lines, data_.uvs.size(), "the texture coordinates' line numbers");
+        drop_misfit(data_.hole_lines, data_.holes.size(), "the holes' line numbers");
+        const auto beyond = [](const std::vector<std::uint32_t>& numbers, std::size_t limit) {
+            return std::ranges::any_of(numbers, [limit](std::uint32_t n) { return n >= limit; });
+        };
+        if (beyond(data_.face_normals, data_.normals.size())) {
+            report("dropped the normals: some faces use normals that are not there");
+            data_.face_normals.clear();
+            data_.normals.clear();
+        }
+        if (beyond(data_.face_material, data_.materials.size())) {
+            report("dropped the materials: some faces use materials that have no name");
+            data_.face_material.clear();
+        }
+        if (beyond(data_.face_group, data_.groups.size())) {
+            report("dropped the groups: some faces use groups that have no name");
+            data_.face_group.clear();
+        }
+    }
+
+    void mend_uvs() {
+        std::uint64_t bad = 0;
+        for (Vec2d& uv : data_.uvs)
+            if (!is_sound_uv(uv)) {
+                uv = Vec2d(0.0);
+                ++bad;
+            }
+        if (bad != 0) report("set {} texture coordinates that are not finite or absurd to (0, 0)", bad);
+        const std::size_t known = data_.uvs.size();
+        std::uint64_t beyond = 0;
+        for (std::uint32_t& i : data_.face_uvs)
+            if (i >= known) {
+                i = count_of(known);
+                ++beyond;
+            }
+        if (beyond == 0) return;
+        data_.uvs.emplace_back(0.0, 0.0);
+        if (!data_.uv_lines.empty()) data_.uv_lines.push_back(0);
+        report("gave {} face corners the texture coordinate (0, 0) for one that is not there", beyond);
+    }
+
+    // The faces being written; a corner or face is named by its number in the old arrays.
+    struct NewFaces {
+        std::vector<std::uint32_t> offsets{0}, corners, sources;
+    };
+
+    template <class T>
+    static void gather(std::vector<T>& layer, const std::vector<std::uint32_t>& from) {
+        if (layer.empty()) return;
+        std::vector<T> result(from.size());
+        for (std::size_t i = 0; i < from.size(); ++i) result[i] = layer[from[i]];
+        layer = std::move(result);
+    }
+
+    // Puts the new faces in place of the old ones, attributes and holes included.
+    void adopt(NewFaces faces) {
+        gather(data_.face_vertices, faces.corners);
+        gather(data_.face_uvs, faces.corners);
+        gather(data_.face_normals, faces.corners);
+        gather(data_.face_material, faces.sources);
+        gather(data_.face_group, faces.sources);
+        gather(data_.face_lines, faces.sources);
+        gather(source_face_, faces.sources);
+        if (!data_.holes.empty()) remap_holes(faces.sources);
+        data_.face_offsets = std::move(faces.offsets);
+    }
+
+    void remap_holes(const std::vector<std::uint32_t>& sources) {
+        const std::uint32_t old_faces = face_count();
+        std::vector<std::uint32_t> first(std::size_t{old_faces} + 1, 0);  // sources ascend: new faces of an old one
+        for (const std::uint32_t s : sources) ++first[s + 1];
+        for (std::uint32_t f = 0; f < old_faces; ++f) first[f + 1] += first[f];
+        std::vector<std::uint32_t> holes;
+        std::vector<std::uint64_t> lines;
+        Tally dropped;
+        for (std::uint32_t i = 0; i < data_.holes.size(); ++i) {
+            const std::uint32_t f = data_.holes[i];
+            if (f >= old_faces || first[f] == first[f + 1]) {
+                dropped.add(i);
+                continue;
+            }
+            for (std::uint32_t g = first[f]; g < first[f + 1]; ++g) {
+                holes.push_back(g);
+                if (!data_.hole_lines.empty()) lines.push_back(data_.hole_lines[i]);
+            }
+        }
+        if (dropped.count != 0)
+            report("dropped {} hole tags of faces that are not there (the first is tag {})", dropped.count,
+                   tag_name(dropped.first, data_.hole_lines.empty() ? 0 : data_.hole_lines[dropped.first]));
+        data_.holes = std::move(holes);
+        data_.hole_lines = std::move(lines);
+    }
+
+    // Drops faces with bad vertices; cuts faces that pass a vertex twice into loops.
+    void rebuild_faces() {
+        std::vector<std::uint8_t> sound(data_.positions.size());
+        for (std::size_t v = 0; v < sound.size(); ++v) sound[v] = is_sound(data_.positions[v]);
+        NewFaces faces;
+        faces.corners.reserve(data_.face_vertices.size());
+        Tally unsound, small, cut;
+        std::vector<std::uint32_t> place(data_.positions.size(), k_none);  // of a vertex on the path
+        std::vector<std::uint32_t> path;
+        for (std::uint32_t f = 0; f < face_count(); ++f) {
+            const std::uint32_t first = data_.face_offsets[f], end = data_.face_offsets[f + 1];
+            bool good = true;
+            for (std::uint32_t h = first; h < end && good; ++h) {
+                const std::uint32_t v = data_.face_vertices[h];
+                good = v < sound.size() && sound[v];
+            }
+            if (!good) {
+                unsound.add(f);
+                continue;
+            }
+            std::uint32_t loops = 0;
+            const auto emit = [&](std::size_t from) {
+                if (path.size() - from < 3) return;
+                faces.corners.insert(faces.corners.end(), path.begin() + static_cast<std::ptrdiff_t>(from), path.end());
+                faces.offsets.push_back(count_of(faces.corners.size()));
+                faces.sources.push_back(f);
+                ++loops;
+            };
+            path.clear();
+            bool repeats = false;
+            for (std::uint32_t h = first; h < end; ++h) {
+                const std::uint32_t at = place[data_.face_vertices[h]];
+                if (at != k_none) {  // the path since then is a loop through this vertex
+                    repeats = true;
+                    emit(at);
+                    for (std::size_t i = at; i < path.size(); ++i) place[data_.face_vertices[path[i]]] = k_none;
+                    path.resize(at);
+                }
+                place[data_.face_vertices[h]] = count_of(path.size());
+                path.push_back(h);
+            }
+            emit(0);
+            for (const std::uint32_t h : path) place[data_.face_vertices[h]] = k_none;
+            if (loops == 0)
+                small.add(f);
+            else if (repeats)
+                cut.add(f);
+        }
+        const auto name_of_face = [&](std::uint32_t f) { return detail::face_name(data_, f); };
+        if (unsound.count != 0)
+            report("dropped {} faces with a vertex that is not there or not finite (the first is {})", unsound.count,
+                   name_of_face(unsound.first));
+        if (small.count != 0)
+            report("dropped {} faces with fewer than three distinct vertices (the first is {})", small.count,
+                   name_of_face(small.first));
+        if (cut.count != 0)
+            report("took repeated vertices out of {} faces (the first is {})", cut.count, name_of_face(cut.first));
+        const bool holes_beyond = std::ranges::any_of(data_.holes, [&](std::uint32_t f) { return f >= face_count(); });
+        if (unsound.count + small.count + cut.count != 0 || holes_beyond) adopt(std::move(faces));
+    }
+
+    void drop_duplicates() {
+        const std::vector<std::uint32_t> duplicates = detail::duplicate_faces(data_);
+        if (duplicates.empty()) return;
+        NewFaces faces;
+        for (std::uint32_t f = 0, next = 0; f < face_count(); ++f) {
+            if (next < duplicates.size() && duplicates[next] == f) {
+                ++next;
+                continue;
+            }
+            for (std::uint32_t h = data_.face_offsets[f]; h < data_.face_offsets[f + 1]; ++h)
+                faces.corners.push_back(h);
+            faces.offsets.push_back(count_of(faces.corners.size()));
+            faces.sources.push_back(f);
+        }
+        report("dropped {} duplicate faces (the first is {})", duplicates.size(), original_face(duplicates.front()));
+        adopt(std::move(faces));
+    }
+
+    void make_manifold() {
+        detail::ManifoldSplit split = detail::split_to_manifold(data_);
+        origin_ = std::move(split.origin);
+        if (split.non_manifold_edges != 0)
+            report("split {} edges of more than two faces into boundaries (the first is between {} and {})",
+                   split.non_manifold_edges, detail::vertex_name(data_, split.first_edge[0]),
+                   detail::vertex_name(data_, split.first_edge[1]));
+        if (split.flipped_faces != 0) report("flipped {} faces to orient all alike", split.flipped_faces);
+        if (split.cut_faces != 0) report("cut surfaces that have no orientation open along {} faces", split.cut_faces);
+        if (split.split_vertices != 0)
+            report("split {} vertices whose faces were not one fan (the first is {})", split.split_vertices,
+                   detail::vertex_name(data_, split.first_vertex));
+    }
+
+    // Tags speak of the vertices before the split: each copy of an edge or vertex gets them.
+    void mend_tags() {
+        struct Copy {
+            std::uint32_t low, high;  // before the split
+            std::uint32_t a, b;       // now
+            auto operator<=>(const Copy&) const = default;
+        };
+        std::vector<Copy> edges;
+        if (!data_.creases.empty()) {
+            const auto uses =
+                detail::sorted_edge_uses(data_.face_offsets, data_.face_vertices, count_of(data_.positions.size()));
+            for (std::size_t i = 0; i < uses.size(); ++i) {
+                if (i > 0 && uses[i].same_edge(uses[i - 1])) continue;
+                const std::uint32_t a = origin_[uses[i].low], b = origin_[uses[i].high];
+                edges.push_back({std::min(a, b), std::max(a, b), uses[i].low, uses[i].high});
+            }
+            std::sort(edges.begin(), edges.end());
+        }
+        const auto is_sharpness = [](float s) { return s >= 0.0f; };
+        std::vector<ControlMeshData::EdgeTag> creases;
+        Tally no_crease, no_corner;
+        std::uint64_t crease_line = 0, corner_line = 0;
+        for (std::uint32_t i = 0; i < data_.creases.size(); ++i) {
+            const auto& tag = data_.creases[i];
+            const std::uint32_t low = std::min(tag.a, tag.b), high = std::max(tag.a, tag.b);
+            auto it = std::lower_bound(edges.begin(), edges.end(), Copy{low, high, 0, 0});
+            const bool found = it != edges.end() && it->low == low && it->high == high;
+            if (!found || !is_sharpness(tag.sharpness)) {
+                no_crease.add(i);
+                if (no_crease.count == 1) crease_line = tag.line;
+                continue;
+            }
+            for (; it != edges.end() && it->low == low && it->high == high; ++it)
+                creases.push_back({it->a, it->b, tag.sharpness, tag.line});
+        }
+        data_.creases = std::move(creases);
+
+        std::vector<std::uint8_t> used(data_.positions.size(), 0);
+        for (const std::uint32_t v : data_.face_vertices) used[v] = 1;
+        std::vector<std::pair<std::uint32_t, std::uint32_t>> copies;  // vertex before the split, now
+        if (!data_.corners.empty()) {
+            for (std::uint32_t v = 0; v < origin_.size(); ++v)
+                if (used[v]) copies.emplace_back(origin_[v], v);
+            std::sort(copies.begin(), copies.end());
+        }
+        std::vector<ControlMeshData::VertexTag> corners;
+        for (std::uint32_t i = 0; i < data_.corners.size(); ++i) {
+            const auto& tag = data_.corners[i];
+            auto it = std::lower_bound(copies.begin(), copies.end(), std::pair(tag.vertex, 0u));
+            if (it == copies.end() || it->first != tag.vertex || !is_sharpness(tag.sharpness)) {
+                no_corner.add(i);
+                if (no_corner.count == 1) corner_line = tag.line;
+                continue;
+            }
+            for (; it != copies.end() && it->first == tag.vertex; ++it)
+                corners.push_back({it->second, tag.sharpness, tag.line});
+        }
+        data_.corners = std::move(corners);
+        if (no_crease.count != 0)
+            report("dropped {} crease tags that name no edge or have no sharpness (the first is tag {})",
+                   no_crease.count, tag_name(no_crease.first, crease_line));
+        if (no_corner.count != 0)
+            report("dropped {} corner tags that name no vertex of a face or have no sharpness (the first is tag {})",
+                   no_corner.count, tag_name(no_corner.first, corner_line));
+    }
+
+    // They speak of the faces and vertices as they were at first: whatever is left of the two gets them.
+    void mend_angles() {
+        if (data_.corner_angles.empty()) return;
+        const std::vector<ControlMeshData::AngleTag> before = std::move(data_.corner_angles);
+        std::vector<ControlMeshData::AngleTag>& now = data_.corner_angles = {};
+        std::vector<std::uint32_t> source;
+        Tally lost, other;
+        for (std::uint32_t i = 0; i < before.size(); ++i) {
+            const auto& tag = before[i];
+            const std::size_t size = now.size();
+            const auto [first, last] = std::equal_range(source_face_.begin(), source_face_.end(), tag.face);
+            for (auto f = first; f != last && detail::is_sector_angle(tag.angle); ++f) {
+                const auto face = count_of(static_cast<std::size_t>(f - source_face_.begin()));
+                for (std::uint32_t h = data_.face_offsets[face]; h < data_.face_offsets[face + 1]; ++h)
+                    if (const std::uint32_t v = data_.face_vertices[h]; origin_[v] == tag.vertex)
+                        now.push_back({v, face, tag.angle, tag.line});
+            }
+            if (now.size() == size) lost.add(i);
+            source.resize(now.size(), i);
+        }
+        const auto uses =
+            detail::sorted_edge_uses(data_.face_offsets, data_.face_vertices, count_of(data_.positions.size()));
+        const auto faults = detail::tagged_angles(data_, detail::link_mesh(data_, uses)).faults;
+        std::vector<ControlMeshData::AngleTag> kept;
+        for (std::uint32_t i = 0, next = 0; i < now.size(); ++i) {
+            if (next == faults.size() || faults[next].element != i) {
+                kept.push_back(now[i]);
+                continue;
+            }
+            ++next;
+            other.add(source[i]);
+        }
+        now = std::move(kept);
+        if (lost.count != 0)
+            report(
+                "dropped {} corner angle tags that name no corner of a face that is left, or no angle (the first is "
+                "tag {})",
+                lost.count, tag_name(lost.first, before[lost.first].line));
+        if (other.count != 0)
+            report("dropped {} corner angle tags of sectors with another angle (the first is tag {})", other.count,
+                   tag_name(other.first, before[other.first].line));
+    }
+
+    void drop_isolated() {
+        std::vector<std::uint32_t> number(data_.positions.size(), k_none), kept;
+        for (const std::uint32_t v : data_.face_vertices) number[v] = 0;
+        Tally dropped;
+        for (std::uint32_t v = 0; v < number.size(); ++v) {
+            if (number[v] == k_none) {
+                dropped.add(v);
+                continue;
+            }
+            number[v] = count_of(kept.size());
+            kept.push_back(v);
+        }
+        if (dropped.count == 0) return;
+        report("dropped {} vertices that belong to no face (the first is {})", dropped.count,
+               detail::vertex_name(data_, dropped.first));
+        if (kept.empty()) {
+            data_.positions.clear();
+            data_.vertex_lines.clear();
+        }
+        gather(data_.positions, kept);
+        gather(data_.vertex_lines, kept);
+        for (std::uint32_t& v : data_.face_vertices) v = number[v];
+        for (auto& tag : data_.creases) {
+            tag.a = number[tag.a];
+            tag.b = number[tag.b];
+        }
+        for (auto& tag : data_.corners) tag.vertex = number[tag.vertex];
+        for (auto& tag : data_.corner_angles) tag.vertex = number[tag.vertex];
+    }
+
+    /// Leaves of each set of vertices its first one.
+    void renumber_vertices(const std::vector<std::uint32_t>& first) {
+        std::vector<std::uint32_t> number(first.size()), kept;
+        for (std::uint32_t v = 0; v < first.size(); ++v) {
+            if (first[v] == v) kept.push_back(v);
+            number[v] = first[v] == v ? count_of(kept.size() - 1) : number[first[v]];
+        }
+        gather(data_.positions, kept);
+        gather(data_.vertex_lines, kept);
+        // What is not there stays a number of nothing: there are fewer vertices now.
+        const auto follow = [&](std::uint32_t& v) {
+            if (v < number.size()) v = number[v];
+        };
+        for (std::uint32_t& v : data_.face_vertices) follow(v);
+        for (auto& tag : data_.creases) follow(tag.a), follow(tag.b);
+        for (auto& tag : data_.corners) follow(tag.vertex);
+        for (auto& tag : data_.corner_angles) follow(tag.vertex);
+        const std::size_t creases = data_.creases.size();
+        std::erase_if(data_.creases, [](const auto& tag) { return tag.a == tag.b; });
+        if (creases != data_.creases.size())
+            report("dropped {} crease tags of edges whose ends fell together", creases - data_.creases.size());
+    }
+
+    /// Equal texture coordinates become one.
+    void join_uvs() {
+        std::vector<Vec3d> values;
+        std::vector<std::uint32_t> sound, number(data_.uvs.size()), kept;
+        for (std::uint32_t i = 0; i < data_.uvs.size(); ++i) {
+            values.emplace_back(data_.uvs[i], 0.0);
+            if (is_sound_uv(data_.uvs[i])) sound.push_back(i);
+        }
+        const std::vector<std::uint32_t> first = detail::first_at_place(values, std::move(sound));
+        for (std::uint32_t i = 0; i < first.size(); ++i) {
+            if (first[i] == i) kept.push_back(i);
+            number[i] = first[i] == i ? count_of(kept.size() - 1) : number[first[i]];
+        }
+        for (std::uint32_t& i : data_.face_uvs)
+            if (i < number.size()) i = number[i];
+        gather(data_.uvs, kept);
+        gather(data_.uv_lines, kept);
+    }
+
+    /// Takes out corners that are where the one before them is, and faces that then have fewer than three.
+    void drop_collapsed() {
+        NewFaces faces;
+        Tally small, cut;
+        for (std::uint32_t f = 0; f < face_count(); ++f) {
+            const std::uint32_t begin = data_.face_offsets[f], end = data_.face_offsets[f + 1];
+            const std::size_t size = faces.corners.size();
+            for (std::uint32_t h = begin; h < end; ++h)
+                if (data_.face_vertices[h] != data_.face_vertices[h == begin ? end - 1 : h - 1])
+                    faces.corners.push_back(h);
+            if (faces.corners.size() - size < 3) {
+                faces.corners.resize(size);
+                small.add(f);
+                continue;
+            }
+            if (faces.corners.size() - size < end - begin) cut.add(f);
+            faces.offsets.push_back(count_of(faces.corners.size()));
+            faces.sources.push_back(f);
+        }
+        if (small.count != 0)
+            report("dropped {} faces with fewer than three corners left (the first is {})", small.count,
+                   original_face(small.first));
+        if (cut.count != 0)
+            report("took corners that fell together out of {} faces (the first is {})", cut.count,
+                   original_face(cut.first));
+        if (small.count + cut.count == 0) return;
+        adopt(std::move(faces));
+        const std::size_t angles = data_.corner_angles.size();
+        std::erase_if(data_.corner_angles, [&](auto& tag) {
+            const auto at = std::lower_bound(source_face_.begin(), source_face_.end(), tag.face);
+            if (at == source_face_.end() || *at != tag.face) return true;
+            tag.face = count_of(static_cast<std::size_t>(at - source_face_.begin()));
+            return false;
+        });
+        if (angles != data_.corner_angles.size())
+            report("dropped {} corner angle tags of faces that are not there", angles - data_.corner_angles.size());
+    }
+
+    ControlMeshData& data_;
+    std::vector<std::uint32_t> source_face_;  ///< number in the source, by face now
+    std::vector<std::uint32_t> origin_;       ///< vertex before the split, by vertex now
+    std::vector<std::string> reports_;
+};
+
+}  // namespace
+
+std::vector<std::string> repair(ControlMeshData& data) { return Repair(data).run(); }
+
+std::vector<std::string> weld(ControlMeshData& data, double distance) {
+    if (!(distance >= 0 && std::isfinite(distance)))
+        throw Error(ErrorCode::invalid_input, "the distance to weld within must be 0 or more", data.source);
+    return Repair(data).weld(distance);
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,183 @@
+#include "mesh_split.hpp"
+
+#include "../base/ids.hpp"
+#include "edge_uses.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace tetrakis::detail {
+
+namespace {
+
+constexpr std::uint32_t k_none = HalfedgeId::none;
+
+class Splitter {
+  public:
+    explicit Splitter(ControlMeshData& data) : data_(data) {
+        const auto faces = static_cast<std::uint32_t>(data.face_offsets.size() - 1);
+        face_.resize(data.face_vertices.size());
+        for (std::uint32_t f = 0; f < faces; ++f)
+            for (std::uint32_t h = data.face_offsets[f]; h < data.face_offsets[f + 1]; ++h) face_[h] = f;
+        cut_.assign(data.face_vertices.size(), 0);
+        split_.assign(data.positions.size(), 0);
+        result_.origin.resize(data.positions.size());
+        std::iota(result_.origin.begin(), result_.origin.end(), 0u);
+    }
+
+    // Each round that changes something cuts at least one more edge or makes at least one more vertex, and no corner
+    // can be cut off twice, so that the rounds end.
+    ManifoldSplit run() {
+        for (bool first = true;; first = false) {
+            pair_edges(first);
+            const bool vertices_split = split_vertices();
+            if (vertices_split) pair_edges(false);
+            const bool faces_cut = orient();
+            if (!vertices_split && !faces_cut) break;
+        }
+        result_.split_vertices = static_cast<std::uint64_t>(std::ranges::count(split_, 1));
+        result_.first_vertex = static_cast<std::uint32_t>(std::ranges::find(split_, std::uint8_t{1}) - split_.begin());
+        return std::move(result_);
+    }
+
+  private:
+    std::uint32_t next(std::uint32_t h) const {
+        const std::uint32_t f = face_[h];
+        return h + 1 == data_.face_offsets[f + 1] ? data_.face_offsets[f] : h + 1;
+    }
+    std::uint32_t prev(std::uint32_t h) const {
+        const std::uint32_t f = face_[h];
+        return h == data_.face_offsets[f] ? data_.face_offsets[f + 1] - 1 : h - 1;
+    }
+
+    void pair_edges(bool count) {
+        const auto uses = sorted_edge_uses(data_.face_offsets, data_.face_vertices,
+                                           static_cast<std::uint32_t>(data_.positions.size()));
+        partner_.assign(data_.face_vertices.size(), k_none);
+        for (std::size_t i = 0, end = 0; i < uses.size(); i = end) {
+            for (end = i + 1; end < uses.size() && uses[end].same_edge(uses[i]);) ++end;
+            const std::uint32_t a = uses[i].halfedge;
+            if (end - i == 2 && !cut_[a] && !cut_[uses[i + 1].halfedge]) {
+                partner_[a] = uses[i + 1].halfedge;
+                partner_[uses[i + 1].halfedge] = a;
+            }
+            if (count && end - i > 2 && result_.non_manifold_edges++ == 0)
+                result_.first_edge = {uses[i].low, uses[i].high};
+        }
+    }
+
+    std::uint32_t root(std::uint32_t corner) {
+        while (parent_[corner] != corner) corner = parent_[corner] = parent_[parent_[corner]];
+        return corner;
+    }
+    void join(std::uint32_t a, std::uint32_t b) {
+        a = root(a);
+        b = root(b);
+        parent_[std::max(a, b)] = std::min(a, b);
+    }
+
+    // Gives every fan of corners a vertex of its own; the one with the lowest corner keeps the old number.
+    bool split_vertices() {
+        const auto corners = static_cast<std::uint32_t>(data_.face_vertices.size());
+        parent_.resize(corners);
+        std::iota(parent_.begin(), parent_.end(), 0u);
+        for (std::uint32_t h = 0; h < corners; ++h) {
+            const std::uint32_t t = partner_[h];
+            if (t == k_none || t < h) continue;
+            const bool opposite = data_.face_vertices[h] != data_.face_vertices[t];
+            join(h, opposite ? next(t) : t);
+            join(next(h), opposite ? t : next(t));
+        }
+        std::vector<std::uint8_t> taken(data_.positions.size(), 0);
+        std::vector<std::uint32_t> vertex(corners);
+        bool changed = false;
+        for (std::uint32_t h = 0; h < corners; ++h) {
+            const std::uint32_t r = root(h), v = data_.face_vertices[h];
+            if (r != h) {  // roots are the lowest corners of their fans: already numbered
+                vertex[h] = vertex[r];
+                continue;
+            }
+            vertex[h] = v;
+            if (!taken[v]) {
+                taken[v] = 1;
+                continue;
+            }
+            vertex[h] = static_cast<std::uint32_t>(data_.positions.size());
+            const Vec3d position = data_.positions[v];
+            data_.positions.push_back(position);
+            if (!data_.vertex_lines.empty()) {
+                const std::uint64_t line = data_.vertex_lines[v];
+                data_.vertex_lines.push_back(line);
+            }
+            result_.origin.push_back(result_.origin[v]);
+            split_[result_.origin[v]] = 1;
+            changed = true;
+        }
+        data_.face_vertices = std::move(vertex);
+        return changed;
+    }
+
+    // Two faces agree when they run along their edge in opposite directions.
+    bool agree(std::uint32_t h) const { return data_.face_vertices[h] != data_.face_vertices[partner_[h]]; }
+
+    bool orient() {
+        const auto faces = static_cast<std::uint32_t>(data_.face_offsets.size() - 1);
+        constexpr std::uint8_t unseen = 0, kept = 1, flipped = 2;
+        std::vector<std::uint8_t> state(faces, unseen);
+        std::vector<std::uint32_t> piece, to_flip;
+        bool changed = false;
+        for (std::uint32_t seed = 0; seed < faces; ++seed) {
+            if (state[seed] != unseen) continue;
+            piece.assign(1, seed);
+            state[seed] = kept;
+            std::size_t flip_count = 0;
+            for (std::size_t i = 0; i < piece.size(); ++i) {
+                const std::uint32_t f = piece[i];
+                for (std::uint32_t h = data_.face_offsets[f]; h < data_.face_offsets[f + 1]; ++h) {
+                    if (partner_[h] == k_none) continue;
+                    const std::uint32_t g = face_[partner_[h]];
+                    const std::uint8_t wanted = agree(h) ? state[f] : (state[f] == kept ? flipped : kept);
+                    if (state[g] == unseen) {
+                        state[g] = wanted;
+                        flip_count += wanted == flipped;
+                        piece.push_back(g);
+                    } else if (state[g] != wanted && !cut_[h] && !cut_[partner_[h]]) {
+                        // h's corners at both of its ends leave their fans, so that no other face can share the edge.
+                        cut_[h] = cut_[next(h)] = cut_[prev(h)] = 1;
+                        ++result_.cut_faces;
+                        changed = true;
+                    }
+                }
+            }
+            const std::uint8_t flip = flip_count * 2 > piece.size() ? kept : flipped;
+            for (const std::uint32_t f : piece)
+                if (state[f] == flip) to_flip.push_back(f);
+        }
+        if (changed) return true;  // the cuts must be made first
+        for (const std::uint32_t f : to_flip) flip_face(f);
+        result_.flipped_faces += to_flip.size();
+        return false;
+    }
+
+    void flip_face(std::uint32_t f) {
+        const auto flip = [&](std::vector<std::uint32_t>& layer) {
+            if (!layer.empty())
+                std::reverse(layer.begin() + data_.face_offsets[f] + 1, layer.begin() + data_.face_offsets[f + 1]);
+        };
+        flip(data_.face_vertices);
+        flip(data_.face_uvs);
+        flip(data_.face_normals);
+    }
+
+    ControlMeshData& data_;
+    std::vector<std::uint32_t> face_, partner_, parent_;
+    std::vector<std::uint8_t> cut_;    ///< half-edges that hold nothing together
+    std::vector<std::uint8_t> split_;  ///< by vertex before the split
+    ManifoldSplit result_;
+};
+
+}  // namespace
+
+ManifoldSplit split_to_manifold(ControlMeshData& data) { return Splitter(data).run(); }
+
+}  // namespace tetrakis::detail

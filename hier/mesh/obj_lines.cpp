@@ -1,0 +1,156 @@
+#include "obj_lines.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+
+namespace tetrakis::detail {
+
+namespace {
+
+bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
+
+std::string_view trimmed(std::string_view s) {
+    while (!s.empty() && is_blank(s.front())) s.remove_prefix(1);
+    while (!s.empty() && is_blank(s.back())) s.remove_suffix(1);
+    return s;
+}
+
+bool is_comment(std::string_view line) {
+    const std::string_view s = trimmed(line);
+    return !s.empty() && s.front() == '#';
+}
+
+// Length of the UTF-8 sequence at the front, 0 if there is none. Overlong forms and surrogates do not count.
+std::size_t utf8_length(std::string_view s) {
+    const auto byte = [&](std::size_t i) { return i < s.size() ? static_cast<unsigned char>(s[i]) : 0u; };
+    const auto tail = [&](std::size_t i) { return (byte(i) & 0xC0u) == 0x80u; };
+    const unsigned lead = byte(0);
+    if (lead < 0x80) return 1;
+    if (lead >= 0xC2 && lead <= 0xDF) return tail(1) ? 2 : 0;
+    if (lead >= 0xE0 && lead <= 0xEF) {
+        if (lead == 0xE0 && byte(1) < 0xA0) return 0;
+        if (lead == 0xED && byte(1) > 0x9F) return 0;
+        return tail(1) && tail(2) ? 3 : 0;
+    }
+    if (lead >= 0xF0 && lead <= 0xF4) {
+        if (lead == 0xF0 && byte(1) < 0x90) return 0;
+        if (lead == 0xF4 && byte(1) > 0x8F) return 0;
+        return tail(1) && tail(2) && tail(3) ? 4 : 0;
+    }
+    return 0;
+}
+
+}  // namespace
+
+ObjLines::ObjLines(std::string_view text) : rest_(text) {
+    constexpr std::string_view k_byte_order_mark = "\xEF\xBB\xBF";
+    if (rest_.starts_with(k_byte_order_mark)) rest_.remove_prefix(k_byte_order_mark.size());
+}
+
+std::string_view ObjLines::physical_line() {
+    ++number_;
+    const auto* newline = static_cast<const char*>(std::memchr(rest_.data(), '\n', rest_.size()));
+    std::string_view line = rest_.substr(0, newline ? static_cast<std::size_t>(newline - rest_.data()) : rest_.size());
+    std::size_t used = line.size() + (newline ? 1 : 0);
+    if (const std::size_t cr = line.find('\r'); cr != std::string_view::npos) {
+        if (cr + 1 < line.size() || !newline) used = cr + 1;
+        line = line.substr(0, cr);
+    }
+    rest_.remove_prefix(used);
+    return line;
+}
+
+bool ObjLines::next(ObjLine& line) {
+    if (rest_.empty()) return false;
+    line.text = physical_line();
+    line.number = number_;
+    if (line.text.empty() || line.text.back() != '\\' || is_comment(line.text)) return true;
+    joined_.clear();
+    std::string_view part = line.text;
+    while (!part.empty() && part.back() == '\\') {
+        joined_.append(part.substr(0, part.size() - 1)).push_back(' ');
+        part = rest_.empty() ? std::string_view() : physical_line();
+    }
+    joined_.append(part);
+    line.text = joined_;
+    return true;
+}
+
+std::string_view ObjWords::next() {
+    std::size_t i = 0;
+    while (i < rest_.size() && is_blank(rest_[i])) ++i;
+    std::size_t end = i;
+    while (end < rest_.size() && !is_blank(rest_[end])) ++end;
+    const std::string_view word = rest_.substr(i, end - i);
+    if (!word.empty() && word.front() == '#') {
+        rest_ = {};
+        return {};
+    }
+    rest_.remove_prefix(end);
+    return word;
+}
+
+std::string_view ObjWords::remainder() const { return trimmed(rest_); }
+
+std::optional<double> obj_number(std::string_view word) {
+    const std::string_view digits = word.starts_with('+') ? word.substr(1) : word;
+    if (digits.empty() || (digits.size() < word.size() && (digits[0] == '-' || digits[0] == '+'))) return {};
+    double value = 0;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    const bool whole = end == digits.data() + digits.size();
+    if (error == std::errc() && whole) return value;
+    if (error == std::errc::result_out_of_range && whole) {
+        // from_chars does not say on which side: overflow counts as infinity, underflow as what strtod makes of it.
+        return std::strtod(std::string(digits).c_str(), nullptr);
+    }
+    const std::size_t hash = digits.find('#');  // 1.#INF, -1.#IND, 1.#QNAN
+    if (hash != std::string_view::npos && digits.substr(0, hash).find_first_not_of("-1.") == std::string_view::npos) {
+        const std::string_view kind = digits.substr(hash + 1);
+        if (kind.starts_with("INF") || kind.starts_with("IND") || kind.starts_with("QNAN") || kind.starts_with("SNAN"))
+            return std::numeric_limits<double>::quiet_NaN();
+    }
+    return {};
+}
+
+std::optional<std::int64_t> obj_integer(std::string_view word) {
+    constexpr std::int64_t k_clamp = std::int64_t{1} << 62;
+    std::int64_t value = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (end != word.data() + word.size() || error == std::errc::invalid_argument) return {};
+    if (error == std::errc::result_out_of_range) return word.front() == '-' ? -k_clamp : k_clamp;
+    return std::clamp(value, -k_clamp, k_clamp);
+}
+
+std::string obj_name(std::string_view bytes) {
+    bool valid = true;
+    for (std::size_t i = 0; i < bytes.size() && valid;) {
+        const std::size_t length = utf8_length(bytes.substr(i));
+        valid = length != 0;
+        i += length;
+    }
+    if (valid) return std::string(bytes);
+    std::string name;
+    for (const char c : bytes) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (byte < 0x80) {
+            name.push_back(c);
+        } else {
+            name.push_back(static_cast<char>(0xC0u | byte >> 6));
+            name.push_back(static_cast<char>(0x80u | (byte & 0x3Fu)));
+        }
+    }
+    return name;
+}
+
+std::string obj_quote(std::string_view word) {
+    constexpr std::size_t k_shown = 24;
+    std::string text = "'";
+    for (const char c : word.substr(0, k_shown)) text.push_back(c >= ' ' && c <= '~' ? c : '?');
+    return text + (word.size() > k_shown ? "...'" : "'");
+}
+
+}  // namespace tetrakis::detail

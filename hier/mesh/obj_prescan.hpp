@@ -1,0 +1,37 @@
+#pragma once
+
+#include "control_mesh.hpp"
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// What our own pass over an OBJ text finds. It checks every word of every line that matters, so that tinyobjloader
+/// (which reads nan as 0, fills in what is missing and knows no line numbers) is only shown lines that it gets right.
+struct ObjScan {
+    /// Positions (correctly rounded; tinyobjloader adds up decimals with rounding errors), groups, materials, tags,
+    /// line numbers, source; not: what is read from `normalised`.
+    ControlMeshData data;
+    std::vector<std::uint32_t> face_sizes;  ///< corners of each face as written, 0 and 300 included
+    /// Lines `vt`, `vn` and `f` for tinyobjloader: continuations joined, indices positive (0: absent; k_no_element: no
+    /// such element), numbers plain.
+    std::string normalised;
+    std::vector<std::pair<std::uint32_t, Vec2d>> uvs;      ///< texture coordinates that replace those read
+    std::vector<std::pair<std::uint32_t, Vec3d>> normals;  ///< normals likewise
+    std::uint32_t uv_count = 0, normal_count = 0;
+
+    /// Index in `normalised` for what is not there: the largest that tinyobjloader's int holds.
+    static constexpr std::int64_t k_no_element = 0x7FFF'FFFF;
+};
+
+/// One pass, O(length).
+/// @param source  file name for messages
+/// @throws Error  invalid_input with the line and advice: a malformed line, bytes that are no text. Numbers that are
+///                not finite and indices out of range are left to find_faults(), which repair() can mend.
+ObjScan prescan_obj(std::string_view text, std::string source);
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "../base/run_context.hpp"
+#include "control_mesh.hpp"
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace tetrakis {
+
+struct ReadOptions {
+    /// Join vertices within this distance, by weld() (mesh_repair.hpp), before any repair; 0: those in the very same
+    /// place. What that does becomes a warning.
+    std::optional<double> weld{};
+    bool repair = false;  ///< mend what repair() can (mesh_repair.hpp); each repair becomes a warning
+};
+
+/// Reads a Wavefront OBJ file: polygons of any size, texture coordinates and normals by index, groups and materials,
+/// and OpenSubdiv's tag lines (`t crease`, `t corner`, `t hole`, `t interpolateboundary`, ...; see obj_tags.hpp).
+/// Numbers are correctly rounded positions; names come out as UTF-8. Without `repair` the data may have faults that
+/// ControlMesh::build reports with their lines.
+/// @throws Error  io (missing, a directory, unreadable), invalid_input (a malformed line: file, line and advice)
+ControlMeshData read_obj(const std::filesystem::path& path, const ReadOptions& options = {});
+
+/// The same from memory. @param source  name for messages
+ControlMeshData parse_obj(std::string_view text, std::string source, const ReadOptions& options = {});
+
+/// read_obj and ControlMesh::build in one call.
+ControlMesh load_control_mesh(const std::filesystem::path& path, const ReadOptions& options = {},
+                              const RunContext& context = {});
+
+}  // namespace tetrakis

@@ -1,0 +1,45 @@
+#pragma once
+
+#include "../../hier/base/vec.hpp"
+#include "../../hier/forest/site.hpp"
+
+#include <span>
+
+namespace tetrakis {
+
+class VertexForest;
+struct Sqrt3Leaf;
+
+/// Gives the positions of an adaptive mesh's vertices: a pure function of the site (DESIGN 3.3). Called with large
+/// batches, from several threads at once.
+class PositionSource {
+  public:
+    virtual ~PositionSource() = default;
+    /// @param sites      canonical sites
+    /// @param positions  receives sites.size() positions in the unit and frame of the control mesh
+    virtual void positions(std::span<const Site> sites, std::span<Vec3d> positions) const = 0;
+};
+
+/// Decides where to refine: gives the leaves of a hierarchy errors, in the unit of the control mesh, to be compared
+/// with the tolerance. An error depends on the leaf and its part of the output mesh alone.
+///
+/// Families differ in what a leaf is. An estimator of its own may leave out those that it is not for: the functions
+/// that are not overridden refuse. HierarchyEstimator (eval) takes them all.
+class ErrorEstimator {
+  public:
+    virtual ~ErrorEstimator() = default;
+    /// Called with large batches, from several threads at once.
+    /// @param triangles  triangles of the hierarchy (CellTriangle; quad family: depth-0 ones in their extended frame)
+    /// @param errors     receives triangles.size() errors; a negative one is as large as its size and marks the leaf
+    virtual void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const = 0;
+    /// Triangles of the sqrt(3) scheme; from one thread, all that are wanted at a time together.
+    /// @throws Error  unsupported: not overridden
+    virtual void estimate_sqrt3(std::span<const Sqrt3Leaf> triangles, std::span<double> errors) const;
+    /// Leaves of vertex quadtrees, as vertices of the forest's mesh; from one thread, all that are wanted at a time
+    /// together.
+    /// @throws Error  unsupported: not overridden
+    virtual void estimate_vertices(const VertexForest& forest, std::span<const LeafId> leaves,
+                                   std::span<double> errors) const;
+};
+
+}  // namespace tetrakis

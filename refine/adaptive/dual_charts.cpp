@@ -1,0 +1,267 @@
+#include "dual_charts.hpp"
+
+#include "../../hier/base/error.hpp"
+#include "../../hier/base/parallel.hpp"
+#include "../attributes/followed_uvs.hpp"
+#include "../attributes/seam_extension.hpp"
+#include "../attributes/seam_face.hpp"
+#include "../uniform/chart_cells.hpp"
+
+#include <oneapi/tbb/parallel_sort.h>
+
+#include <algorithm>
+#include <numeric>
+#include <string>
+#include <tuple>
+#include <utility>
+
+namespace tetrakis {
+
+namespace {
+
+constexpr std::uint32_t k_unknown = VertexRoots::outside;
+
+[[noreturn]] void refuse(const ControlMesh& mesh, const char* why) {
+    throw Error(ErrorCode::unsupported, std::string("the charts of the texture coordinates ") + why,
+                mesh.data().source);
+}
+
+ControlMesh extended_charts(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules) {
+    return detail::chart_mesh(detail::extend_over_seams(mesh, rule_mesh(mesh), scheme, rules));
+}
+
+/// Whether faces end at a side of a root.
+bool ends(const VertexRoots& roots, std::uint32_t place) {
+    return roots.link[place] == VertexRoots::outside || (roots.crease[place / 4] >> place % 4 & 1) != 0;
+}
+
+VertexCell corner_cell(std::uint32_t root, std::uint32_t corner, std::uint8_t level) {
+    const std::uint32_t last = (1u << level) - 1;
+    return {root, {corner == 1 || corner == 2 ? last : 0, corner >= 2 ? last : 0}, level};
+}
+
+/// The cell of another root that lies as far from its side `to` as this one from its root's side `from`.
+VertexCell turned(VertexCell cell, std::uint32_t root, std::uint32_t from, std::uint32_t to) {
+    const std::uint32_t last = (1u << cell.level) - 1;
+    for (std::uint32_t side = from; side != to; side = (side + 1) % 4) cell.at = {last - cell.at.y, cell.at.x};
+    cell.root = root;
+    return cell;
+}
+
+}  // namespace
+
+DualCharts::DualCharts(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
+                       const VertexRoots& roots)
+    : charts_(std::make_unique<ControlMesh>(extended_charts(mesh, scheme, rules))),
+      points_(*charts_, scheme, rules),
+      roots_(points_.vertex_roots()) {
+    for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) root_.push_back(h);
+    root_.resize(roots.count(), k_unknown);
+    find_roots(roots);
+    compare_joints(roots);
+}
+
+// Where creases turn smooth on the surface, they have to in the charts, and in the same way.
+void DualCharts::compare_joints(const VertexRoots& roots) const {
+    if (roots.all_stay()) return;
+    const auto refuse_it = [&] {
+        refuse(*charts_,
+               "do not follow semi-sharp creases where three meet or a seam is, nor a seam over a vertex of two faces");
+    };
+    if (roots_.all_stay()) refuse_it();
+    for (std::size_t place = 0; place < roots.smooth_from.size(); ++place)
+        if (roots.smooth_from[place] != roots_.smooth_from[4 * std::size_t{root_[place / 4]} + place % 4]) refuse_it();
+    for (const VertexJoint& joint : roots.joints) {
+        VertexCell cell = joint.cells.front();
+        cell.root = root_[cell.root];
+        const VertexRoots::JointCell* there = roots_.find_joint(cell);
+        if (there == nullptr) refuse_it();
+        const VertexJoint& same = roots_.joints[there->joint];
+        if (same.cells.size() != joint.cells.size()) refuse_it();
+        for (std::size_t i = 0; i < joint.cells.size(); ++i) {
+            VertexCell of = joint.cells[i];
+            of.root = root_[of.root];
+            const VertexRoots::JointCell* other = roots_.find_joint(of);
+            if (other == nullptr || other->joint != there->joint) refuse_it();
+            for (std::size_t k = 0; k < 4; ++k)
+                if (joint.children[i][k].exists != same.children[other->place][k].exists) refuse_it();
+        }
+    }
+}
+
+// Corners have their numbers in both. What lies along boundaries and creases is found beside the points above it,
+// and then, where these end, beside the one of the two points there that it goes with.
+void DualCharts::find_roots(const VertexRoots& roots) {
+    const std::uint32_t corners = charts_->halfedge_count();
+    const auto find_beside = [&](std::uint32_t r, std::uint32_t side) {
+        const std::uint32_t beside = roots.link[4 * std::size_t{r} + side];
+        const std::uint32_t there = 4 * root_[beside / 4] + beside % 4;
+        const std::uint32_t found = ends(roots_, there) ? k_unknown : roots_.link[there];
+        if (found == k_unknown || found % 4 != side || found / 4 < corners)
+            refuse(*charts_, "end otherwise than the surface does");
+        root_[r] = found / 4;
+    };
+    const auto known = [&](std::uint32_t r, std::uint32_t side) {
+        return !ends(roots, 4 * r + side) && root_[roots.link[4 * std::size_t{r} + side] / 4] != k_unknown;
+    };
+    std::vector<std::uint32_t> above;
+    for (std::uint32_t r = 0; r < roots.count(); ++r)
+        if (root_[r] == k_unknown && known(r, 2)) above.push_back(r);
+    for (const std::uint32_t r : above) find_beside(r, 2);
+    for (std::uint32_t r = 0; r < roots.count(); ++r) {
+        if (root_[r] != k_unknown) continue;
+        if (!known(r, 1) || !known(r, 2)) refuse(*charts_, "end otherwise than the surface does");
+        find_beside(r, roots.face[roots.link[4 * std::size_t{r} + 1] / 4] == roots.face[r] ? 1 : 2);
+    }
+    for (std::uint32_t r = 0; r < roots.count(); ++r)
+        for (std::uint32_t side = 0; side < 4; ++side)
+            if (ends(roots, 4 * r + side) != ends(roots_, 4 * root_[r] + side))
+                refuse(*charts_, "end otherwise than the surface does");
+}
+
+/// The cells of the charts at the corners of faces.
+class DualCharts::Follower {
+  public:
+    Follower(const DualCharts& charts, const VertexForest& forest, DualFaces& faces)
+        : charts_(charts), forest_(forest), faces_(faces) {
+        cells_.resize(faces.corners.size());
+    }
+
+    FaceUvs run(bool limit) {
+        for (std::uint32_t f = 0; f < faces_.control_faces.size(); ++f) face(f);
+        return numbered(values(limit));
+    }
+
+  private:
+    struct Corner {
+        VertexCell cell;
+        std::uint32_t at;            ///< its corner at the face's point; 4 and above: the point is on a side
+        std::uint32_t enter, leave;  ///< sides towards the corners before and after
+    };
+    /// Between the cell of a corner and another one.
+    struct Between {
+        std::size_t corner;
+        VertexCell other;
+        double along;
+    };
+
+    std::uint32_t there(std::uint32_t root) const { return charts_.root_[root]; }
+    std::uint32_t beyond(std::uint32_t place) const {
+        if (ends(charts_.roots_, place)) refuse(*charts_.charts_, "do not go on beyond their seams");
+        return charts_.roots_.link[place];
+    }
+
+    void face(std::uint32_t f) {
+        const std::uint32_t begin = faces_.face_offsets[f];
+        const int size = static_cast<int>(faces_.face_offsets[f + 1] - begin);
+        corners_.clear();
+        bool one_root = true;
+        for (int i = 0; i < size; ++i) {
+            const auto& [leaf, at] = faces_.corners[begin + static_cast<std::uint32_t>(i)];
+            corners_.push_back({forest_.cell(leaf), at, at < 4u ? at : at - 4u, at < 4u ? (at + 3u) % 4u : at - 4u});
+            one_root = one_root && corners_.back().cell.root == corners_.front().cell.root;
+        }
+        const auto corner = [&](int i) -> const Corner& { return corners_[static_cast<std::size_t>(i % size)]; };
+        const auto cell = [&](int i) -> VertexCell& { return cells_[begin + static_cast<std::uint32_t>(i % size)]; };
+        for (int i = 0; i < size; ++i) {
+            cell(i) = corner(i).cell;
+            cell(i).root = there(corner(i).cell.root);
+        }
+        if (one_root) return;
+        const auto goes_on = [&](int i) {
+            const Corner &a = corner(i), &b = corner(i + 1);
+            if (a.cell.root == b.cell.root) return true;
+            // At a joint roots are beside each other that were not; charts have the same ones.
+            return forest_.roots().link[4 * std::size_t{a.cell.root} + a.leave] != 4 * b.cell.root + b.enter ||
+                   charts_.roots_.link[4 * there(a.cell.root) + a.leave] == 4 * there(b.cell.root) + b.enter;
+        };
+        const auto home = [&](int i) { return forest_.roots().face[corner(i).cell.root].value; };
+        const detail::SeamRun run = detail::longest_run(size, goes_on, home);
+        if (run.size == size) return;
+        if (const std::uint32_t r = corner(run.first).cell.root; forest_.roots().hole[r] == 0)
+            faces_.control_faces[f] = FaceId(detail::home_of(run, size, home));
+
+        const Corner& last = corner(run.first + run.size - 1);
+        std::uint32_t next = beyond(4 * there(last.cell.root) + last.leave);
+        if (!is_corner_of_root(corner(0))) {
+            // Two roots have the point on a side; the chart has another one in the place of the other.
+            const std::uint32_t side = corner(run.first + run.size).enter;
+            for (int i = run.first + run.size; i < run.first + size; ++i)
+                cell(i) = turned(corner(i).cell, next / 4, side, next % 4);
+            return;
+        }
+        const Corner& first = corner(run.first);
+        beyond_.clear();
+        for (const std::uint32_t end = 4 * there(first.cell.root) + first.enter; next != end;
+             next = beyond(next / 4 * 4 + (next + 3) % 4))
+            beyond_.push_back(next);
+        detail::for_each_beyond(run, size, static_cast<int>(beyond_.size()), [&](int i, std::size_t k, double along) {
+            const auto at = [&](std::size_t b) {
+                return corner_cell(beyond_[b] / 4, beyond_[b] % 4, corner(i).cell.level);
+            };
+            cell(i) = at(along == 1 ? k + 1 : k);
+            if (along != 0 && along != 1)
+                between_.push_back({begin + static_cast<std::uint32_t>(i % size), at(k + 1), along});
+        });
+    }
+
+    static bool is_corner_of_root(const Corner& c) {
+        return c.at < 4 && c.cell == corner_cell(c.cell.root, c.at, c.cell.level);
+    }
+
+    /// Per face corner.
+    std::vector<Vec2d> values(bool limit) {
+        const std::size_t corners = cells_.size();
+        for (const Between& b : between_) cells_.push_back(b.other);
+        std::vector<VertexCell> once = cells_;
+        oneapi::tbb::parallel_sort(once.begin(), once.end());
+        once.erase(std::unique(once.begin(), once.end()), once.end());
+        std::vector<Vec3d> points(once.size());
+        if (limit)
+            charts_.points_.positions(once, points);
+        else
+            charts_.points_.control_positions(once, points);
+        const auto value = [&](std::size_t i) {
+            return Vec2d(
+                points[static_cast<std::size_t>(std::lower_bound(once.begin(), once.end(), cells_[i]) - once.begin())]);
+        };
+        std::vector<Vec2d> values(corners);
+        for_each_index(static_cast<std::uint32_t>(corners), [&](std::uint32_t i) { values[i] = value(i); });
+        for (std::size_t b = 0; b < between_.size(); ++b) {
+            Vec2d& v = values[between_[b].corner];
+            v = (1 - between_[b].along) * v + between_[b].along * value(corners + b);
+        }
+        return values;
+    }
+
+    /// Those of one vertex that are the same are one.
+    FaceUvs numbered(const std::vector<Vec2d>& values) const {
+        const auto key = [&](std::uint32_t c) { return std::tie(faces_.face_vertices[c], values[c].x, values[c].y); };
+        std::vector<std::uint32_t> order(values.size());
+        std::iota(order.begin(), order.end(), 0u);
+        oneapi::tbb::parallel_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+            return key(a) != key(b) ? key(a) < key(b) : a < b;
+        });
+        FaceUvs result;
+        result.face_uvs.resize(values.size());
+        for (std::size_t i = 0; i < order.size(); ++i) {
+            if (i == 0 || key(order[i - 1]) != key(order[i])) result.uvs.push_back(values[order[i]]);
+            result.face_uvs[order[i]] = static_cast<std::uint32_t>(result.uvs.size() - 1);
+        }
+        return result;
+    }
+
+    const DualCharts& charts_;
+    const VertexForest& forest_;
+    DualFaces& faces_;
+    std::vector<VertexCell> cells_;  ///< per face corner
+    std::vector<Between> between_;
+    std::vector<Corner> corners_;        ///< of a face
+    std::vector<std::uint32_t> beyond_;  ///< 4 * root + corner, around a face's point
+};
+
+DualCharts::FaceUvs DualCharts::uvs(const VertexForest& forest, DualFaces& faces, bool limit) const {
+    return Follower(*this, forest, faces).run(limit);
+}
+
+}  // namespace tetrakis

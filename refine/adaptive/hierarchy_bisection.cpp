@@ -1,0 +1,174 @@
+#include "../../hier/base/parallel.hpp"
+#include "../../hier/forest/bisection_forest.hpp"
+#include "described_family.hpp"
+#include "hierarchy_faces.hpp"
+#include "hierarchy_families.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace tetrakis {
+
+namespace {
+
+class BisectionFamily final : public detail::DescribedFamily<BisectionFamily> {
+  public:
+    BisectionFamily(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source)
+        : forest_(mesh),
+          source_(std::move(source)),
+          tree_{.child_count = 2,
+                .path_bits = 1,
+                .max_depth = k_max_bisection_depth,
+                .root_bound = mesh.halfedge_count()} {}
+
+    std::string_view name() const override { return "bisection"; }
+    const ControlMesh& mesh() const override { return forest_.mesh(); }
+    const LevelSource& source() const override { return *source_; }
+    const HierarchyTree& tree() const override { return tree_; }
+    std::unique_ptr<HierarchyFamily> fresh() const override {
+        return std::make_unique<BisectionFamily>(forest_.mesh(), source_);
+    }
+
+    std::string check_site(const Site& site) const override {
+        if (site.root.value >= mesh().halfedge_count())
+            return "its root is half-edge " + std::to_string(site.root.value) + ", but there are " +
+                   std::to_string(mesh().halfedge_count());
+        if (site.level > k_max_level) return "its lattice level is above " + std::to_string(k_max_level);
+        const std::uint32_t n = 1u << site.level;
+        if (site.at.x > n || site.at.y > n) return "its coordinates are above 2^level";
+        return {};
+    }
+    bool has_root(std::uint32_t root) const override { return !mesh().is_hole(mesh().face(HalfedgeId(root))); }
+
+    std::uint32_t leaf_slots() const override { return forest_.leaf_slots(); }
+    std::uint32_t leaf_count() const override { return forest_.leaf_count(); }
+    bool is_leaf(LeafId slot) const override { return forest_.is_leaf(slot); }
+    std::uint32_t point_slots() const override { return forest_.point_slots(); }
+
+    HierarchyNode node(LeafId leaf) const override {
+        const BisectionLeaf& l = forest_.leaf(leaf);
+        return {forest_.root(leaf).value, l.depth == 0 ? 0 : l.path << (64 - l.depth), l.depth};
+    }
+    int depth(LeafId leaf) const override { return forest_.depth(leaf); }
+    NodeView view(const HierarchyNode& node) const override {
+        const CellTriangle t = triangle(node);
+        NodeView view;
+        view.node = node;
+        view.face = mesh().face(t.root);
+        view.level = level(node.depth);
+        view.corner_count = 3;
+        for (std::size_t k = 0; k < 3; ++k) view.corner[k] = corner_site(mesh(), t, k);
+        return view;
+    }
+    std::array<LeafId, 2> neighbours(LeafId leaf, int side) const override {
+        return {forest_.leaf(leaf).neighbour[static_cast<std::size_t>(side)], LeafId{}};
+    }
+    std::vector<LeafId> ordered_leaves() const override { return forest_.ordered_leaves(); }
+
+    void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) override {
+        update.reshaped.clear();
+        update.removed.clear();
+        if (with_removed) list_split(marked, update);
+        forest_.refine(marked, update.created);
+    }
+    void coarsen(std::span<const LeafId> marked, FamilyUpdate& update) override {
+        update.reshaped.clear();
+        update.removed.clear();
+        forest_.coarsen(marked, update.created);
+    }
+    std::vector<LeafId> diamond(LeafId leaf) const override {
+        if (!forest_.can_merge(leaf)) return {};
+        // Its leaves share their apex; legs lead around it.
+        std::vector<LeafId> leaves{leaf};
+        const auto& neighbour = forest_.leaf(leaf).neighbour;
+        for (std::size_t k : {1, 2})
+            if (neighbour[k].valid()) leaves.push_back(neighbour[k]);
+        if (leaves.size() == 3) leaves.push_back(forest_.leaf(leaves[1]).neighbour[1]);
+        return leaves;
+    }
+
+    void leaf_errors(std::span<const LeafId> leaves, const ErrorEstimator& estimator,
+                     std::span<double> errors) const override {
+        estimate(leaves.size(), estimator, errors, [&](std::size_t i) { return forest_.triangle(leaves[i]); });
+    }
+    void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
+                     std::span<double> errors) const override {
+        estimate(nodes.size(), estimator, errors, [&](std::size_t i) { return triangle(nodes[i]); });
+    }
+
+    HierarchyFaces faces(bool with_levels) const override {
+        return detail::faces_of(forest_.pooled(), with_levels, [&](LeafId leaf) { return level(forest_.depth(leaf)); });
+    }
+    std::optional<std::string> check() const override { return forest_.check(); }
+    std::uint64_t memory_bytes() const override { return forest_.memory_bytes(); }
+    void shrink() override { forest_.shrink(); }
+    bool has_free_slots() const override { return forest_.has_free_slots(); }
+
+  private:
+    friend class detail::DescribedFamily<BisectionFamily>;
+
+    void describe(LeafId leaf, LeafView& view) const {
+        const BisectionLeaf& l = forest_.leaf(leaf);
+        view.node = node(leaf);
+        view.face = forest_.face(leaf);
+        view.level = level(l.depth);
+        view.corner_count = 3;
+        view.leaf.slot = leaf;
+        for (std::size_t k = 0; k < 3; ++k) {
+            view.point[k] = l.vertex[k];
+            view.corner[k] = forest_.point_site(l.vertex[k]);
+        }
+    }
+    static std::uint8_t level(int depth) { return static_cast<std::uint8_t>(lattice_level(depth) + 1); }
+
+    CellTriangle triangle(const HierarchyNode& node) const {
+        return cell_triangle(mesh(), HalfedgeId(node.root), node.depth,
+                             node.depth == 0 ? 0 : node.path >> (64 - node.depth));
+    }
+    template <class Triangle>
+    static void estimate(std::size_t count, const ErrorEstimator& estimator, std::span<double> errors,
+                         Triangle&& triangle) {
+        constexpr std::uint32_t k_block = 1024;
+        for_each_block(static_cast<std::uint32_t>(count), k_block, [&](std::uint32_t begin, std::uint32_t end) {
+            std::vector<CellTriangle> triangles;
+            for (std::uint32_t i = begin; i < end; ++i) triangles.push_back(triangle(i));
+            estimator.estimate(triangles, errors.subspan(begin, end - begin));
+            for (std::uint32_t i = begin; i < end; ++i) errors[i] = std::abs(errors[i]);
+        });
+    }
+    // The leaves that a refinement splits: base by base from each marked one.
+    void list_split(std::span<const LeafId> marked, FamilyUpdate& update) {
+        seen_.resize(std::max<std::size_t>(seen_.size(), forest_.leaf_slots()), 0);
+        const auto add = [&](LeafId leaf) {
+            if (seen_[leaf.value]) return;
+            seen_[leaf.value] = 1;
+            update.removed.emplace_back(leaf, node(leaf));
+        };
+        for (LeafId leaf : marked) {
+            add(leaf);
+            for (;;) {
+                const LeafId across = forest_.leaf(leaf).neighbour[0];
+                if (!across.valid() || seen_[across.value]) break;
+                add(across);
+                if (forest_.leaf(across).neighbour[0] == leaf) break;
+                leaf = across;
+            }
+        }
+        for (const auto& [leaf, node] : update.removed) seen_[leaf.value] = 0;
+    }
+
+    BisectionForest forest_;
+    std::shared_ptr<const LevelSource> source_;
+    HierarchyTree tree_;
+    std::vector<std::uint8_t> seen_;  // per slot; zero between calls
+};
+
+}  // namespace
+
+std::unique_ptr<HierarchyFamily> bisection_family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source) {
+    return std::make_unique<BisectionFamily>(mesh, std::move(source));
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,132 @@
+#pragma once
+
+#include "../../hier/mesh/control_mesh.hpp"
+#include "../rules/polygon_mesh.hpp"
+#include "adaptive.hpp"
+#include "hierarchy_leaf.hpp"
+#include "level_source.hpp"
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tetrakis {
+
+/// What a bulk change did to a family's leaves.
+struct FamilyUpdate {
+    std::vector<LeafId> created;   ///< new leaves; a slot that held another leaf before counts as new
+    std::vector<LeafId> reshaped;  ///< older leaves that remain, but whose output faces are others than before
+    /// Leaves that are gone, with their nodes; only where asked for.
+    std::vector<std::pair<LeafId, HierarchyNode>> removed;
+};
+
+/// The output mesh of a family's leaves: all but `leaves` and `points` depends on the set of leaves alone.
+struct HierarchyFaces {
+    std::vector<std::uint32_t> face_offsets{0};  ///< F + 1
+    std::vector<std::uint32_t> face_vertices;    ///< numbers into `sites`, counter-clockwise
+    std::vector<FaceId> control_faces;           ///< per face
+    std::vector<std::uint8_t> levels;            ///< per face, where asked for: the level of its leaf, see NodeView
+    std::vector<Site> sites;                     ///< per vertex, canonical
+    std::vector<LeafId> leaves;                  ///< per face
+    std::vector<PointId> points;                 ///< per vertex
+    /// Per face, as in DualFaces; empty where all faces are triangles.
+    std::vector<std::uint8_t> diagonal_at_first;
+};
+
+/// The leaves of one kind of hierarchy over a control mesh, and the scheme's points over them: what class Hierarchy is
+/// made of. A family knows slots; Hierarchy adds generations, journal, files and the checks of what its callers hand
+/// in, so a family's functions may rely on valid arguments unless they say otherwise.
+///
+/// A changing call is all or nothing: where it throws, the family is as before. Const calls are safe from several
+/// threads while none changes.
+class HierarchyFamily {
+  public:
+    virtual ~HierarchyFamily() = default;
+
+    /// What roots, sites and children of a node are: one paragraph for users.
+    virtual std::string_view name() const = 0;
+    virtual const ControlMesh& mesh() const = 0;
+    virtual const LevelSource& source() const = 0;
+    virtual const HierarchyTree& tree() const = 0;
+    /// The same family with its roots as leaves.
+    virtual std::unique_ptr<HierarchyFamily> fresh() const = 0;
+
+    /// Why a site is none of the family's; empty if it is one.
+    virtual std::string check_site(const Site& site) const = 0;
+    virtual bool has_root(std::uint32_t root) const = 0;
+    /// Whether a node of the tree can be a leaf, or have some below it; said of one whose parent can.
+    virtual bool has_node(const HierarchyNode& node) const { return has_root(node.root); }
+
+    /// Leaves are numbered below this; not all of these numbers are leaves.
+    virtual std::uint32_t leaf_slots() const = 0;
+    virtual std::uint32_t leaf_count() const = 0;
+    virtual bool is_leaf(LeafId slot) const = 0;
+    virtual std::uint32_t point_slots() const = 0;
+    virtual HierarchyNode node(LeafId leaf) const = 0;
+    virtual int depth(LeafId leaf) const { return node(leaf).depth; }
+    /// All but the handle's generation.
+    virtual LeafView view(LeafId leaf) const = 0;
+    virtual NodeView view(const HierarchyNode& node) const = 0;
+    /// view() of many leaves.
+    /// @param views  holds views of this family's leaves, or new ones
+    virtual void views(std::span<const LeafId> leaves, std::span<LeafView> views) const {
+        for (std::size_t i = 0; i < leaves.size(); ++i) views[i] = view(leaves[i]);
+    }
+    /// Removes the leaves of this depth and below from a list.
+    virtual void remove_below(int least_depth, std::vector<LeafId>& leaves) const {
+        std::erase_if(leaves, [&](LeafId leaf) { return depth(leaf) >= least_depth; });
+    }
+    /// Across a side: none, one (the other invalid), or two in the order along the side.
+    virtual std::array<LeafId, 2> neighbours(LeafId leaf, int side) const = 0;
+    /// In the order of their nodes.
+    virtual std::vector<LeafId> ordered_leaves() const = 0;
+    /// In an order whose equal parts are compact; depends on the set of leaves alone.
+    virtual std::vector<LeafId> leaves_on_curve() const { return ordered_leaves(); }
+    /// The node's leaf, or an invalid one if it is none, of families that find it without a list of all; those that do
+    /// not have leaves_on_curve() in the order of nodes.
+    virtual std::optional<LeafId> find(const HierarchyNode& /*node*/) const { return std::nullopt; }
+
+    /// Splits the marked leaves, and what else has to be split.
+    /// @param marked        leaves, none at the largest depth; repetitions do no harm
+    /// @param with_removed  fill update.removed
+    virtual void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) = 0;
+    /// Merges all groups of leaves (diamonds) that may be merged and whose leaves are all marked. `removed`
+    /// has what was not marked and is no leaf any more or `created`; the rest of it is among `marked`.
+    virtual void coarsen(std::span<const LeafId> marked, FamilyUpdate& update) = 0;
+    /// The leaves that a merge of this one would take away; empty where it cannot be merged.
+    virtual std::vector<LeafId> diamond(LeafId leaf) const = 0;
+
+    /// The largest of the estimator's errors over a leaf's output triangles.
+    virtual void leaf_errors(std::span<const LeafId> leaves, const ErrorEstimator& estimator,
+                             std::span<double> errors) const = 0;
+    /// The same for what merging their children makes of nodes: leaves among leaves of their own size (sqrt3: of a half
+    /// one whose whole one is merged away, the whole parent and the half one beyond).
+    virtual void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
+                             std::span<double> errors) const = 0;
+
+    /// @param with_levels  fill HierarchyFaces::levels
+    virtual HierarchyFaces faces(bool with_levels) const = 0;
+    /// faces() with positions (and normals, where asked for) of all vertices: on the limit surface, or each at the
+    /// level of the finest leaf around it. Nothing, with the mesh as it was, for families whose source finds them as
+    /// fast one by one.
+    /// @throws Error  memory_limit, cancelled
+    virtual std::optional<HierarchyFaces> faces_with_points(bool /*limit*/, bool /*normals*/,
+                                                            const RunContext& /*context*/,
+                                                            PolygonMesh& /*mesh*/) const {
+        return std::nullopt;
+    }
+    /// The first violation of the structure's invariants, or nothing.
+    virtual std::optional<std::string> check() const = 0;
+    virtual std::uint64_t memory_bytes() const = 0;
+    /// Gives back the memory that the next change would use again, but for that of free slots.
+    virtual void shrink() = 0;
+    /// Whether there are slots or points that a fresh family with the same leaves would not have.
+    virtual bool has_free_slots() const = 0;
+};
+
+}  // namespace tetrakis

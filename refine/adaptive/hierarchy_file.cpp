@@ -1,0 +1,212 @@
+#include "hierarchy_file.hpp"
+
+#include "../../hier/base/error.hpp"
+
+#include <array>
+#include <bit>
+#include <cstring>
+#include <string>
+
+namespace tetrakis::detail {
+
+namespace {
+
+constexpr std::array<char, 8> k_magic{'t', 'e', 't', 'r', 'a', 'k', 'i', 's'};
+constexpr std::uint32_t k_version = 2;
+constexpr std::size_t k_fixed = 40;  // bytes before the names
+constexpr std::size_t k_checksum = 4;
+
+// CRC-32 of IEEE 802.3, reflected.
+constexpr std::array<std::uint32_t, 256> make_crc_table() {
+    std::array<std::uint32_t, 256> table{};
+    for (std::uint32_t i = 0; i < 256; ++i) {
+        std::uint32_t c = i;
+        for (int bit = 0; bit < 8; ++bit) c = (c & 1) != 0 ? 0xEDB8'8320u ^ c >> 1 : c >> 1;
+        table[i] = c;
+    }
+    return table;
+}
+constexpr std::array<std::uint32_t, 256> k_crc_table = make_crc_table();
+
+std::uint32_t crc32(std::span<const std::byte> bytes) {
+    std::uint32_t c = 0xFFFF'FFFFu;
+    for (std::byte b : bytes) c = k_crc_table[(c ^ static_cast<std::uint32_t>(b)) & 0xFF] ^ c >> 8;
+    return c ^ 0xFFFF'FFFFu;
+}
+
+class Writer {
+  public:
+    std::vector<std::byte> bytes;
+
+    void number(std::uint64_t value, int size) {
+        for (int i = 0; i < size; ++i) bytes.push_back(static_cast<std::byte>(value >> 8 * i & 0xFF));
+    }
+    void text(std::string_view text) {
+        for (char c : text) bytes.push_back(static_cast<std::byte>(c));
+    }
+};
+
+std::uint64_t read_number(std::span<const std::byte> bytes, std::size_t at, int size) {
+    std::uint64_t value = 0;
+    for (int i = 0; i < size; ++i)
+        value |= static_cast<std::uint64_t>(bytes[at + static_cast<std::size_t>(i)]) << 8 * i;
+    return value;
+}
+
+[[noreturn]] void refuse(const std::string& what) { throw Error(ErrorCode::invalid_input, "saved hierarchy: " + what); }
+
+std::string names(const HierarchyFileHeader& header) {
+    std::string text;
+    for (const std::string_view name : {header.scheme, header.family, header.rules}) text.append(name) += '\0';
+    return text;
+}
+
+class Fingerprint {
+  public:
+    // FNV-1a on 64-bit words.
+    void word(std::uint64_t w) { state_ = (state_ ^ w) * 0x0000'0100'0000'01B3u; }
+    template <class T>
+    void array(std::span<const T> items) {
+        word(items.size());
+        for (const T& item : items) word(item);
+    }
+    // Words differ in their upper bits, too, which the product alone would not bring down.
+    std::uint64_t value() const { return state_ ^ state_ >> 32; }
+
+  private:
+    std::uint64_t state_ = 0xCBF2'9CE4'8422'2325u;
+};
+
+}  // namespace
+
+std::uint64_t mesh_fingerprint(const ControlMesh& mesh) {
+    Fingerprint print;
+    const ControlMeshData& data = mesh.data();
+    print.array(std::span<const std::uint32_t>(data.face_offsets));
+    print.array(std::span<const std::uint32_t>(data.face_vertices));
+    for (const Vec3d& p : data.positions)
+        for (int k = 0; k < 3; ++k) {
+            const auto bits = std::bit_cast<std::uint64_t>(p[k]);
+            print.word(bits ^ bits >> 32);
+            print.word(bits >> 32);
+        }
+    for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
+        print.word(std::bit_cast<std::uint32_t>(mesh.sharpness(EdgeId(e))));
+    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
+        print.word(std::bit_cast<std::uint32_t>(mesh.sharpness(VertexId(v))));
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) print.word(mesh.is_hole(FaceId(f)));
+    for (std::uint32_t h = 0; mesh.has_corner_angles() && h < mesh.halfedge_count(); ++h) {
+        const auto bits = std::bit_cast<std::uint64_t>(mesh.corner_angle(HalfedgeId(h)));
+        print.word(bits ^ bits >> 32);
+    }
+    print.word(static_cast<std::uint64_t>(mesh.boundary_rule()));
+    print.word(static_cast<std::uint64_t>(mesh.crease_method()));
+    return print.value();
+}
+
+std::vector<std::byte> encode_hierarchy(const HierarchyFileHeader& header, const HierarchyTree& tree,
+                                        const std::function<bool(const HierarchyNode&)>& has_node,
+                                        std::span<const HierarchyNode> nodes) {
+    std::vector<std::byte> bits;
+    std::uint64_t bit_count = 0;
+    const auto put = [&](bool bit) {
+        if (bit_count % 8 == 0) bits.push_back(std::byte{0});
+        if (bit) bits.back() |= static_cast<std::byte>(1u << bit_count % 8);
+        ++bit_count;
+    };
+    std::size_t next = 0;
+    std::vector<HierarchyNode> open;
+    for (std::uint32_t r = 0; r < tree.root_bound; ++r) {
+        if (!has_node({r, 0, 0})) continue;
+        open.push_back({r, 0, 0});
+        while (!open.empty()) {
+            const HierarchyNode node = open.back();
+            open.pop_back();
+            const bool is_leaf = nodes[next] == node;
+            put(!is_leaf);
+            if (is_leaf) {
+                ++next;
+                continue;
+            }
+            for (int k = tree.children_of(node); k-- > 0;)
+                if (const HierarchyNode child = tree.child(node, k); has_node(child)) open.push_back(child);
+        }
+    }
+    const std::string text = names(header);
+    Writer out;
+    out.text({k_magic.data(), k_magic.size()});
+    out.number(k_version, 4);
+    out.number(text.size(), 4);
+    out.number(bits.size(), 8);
+    out.number(header.mesh_fingerprint, 8);
+    out.number(nodes.size(), 8);
+    out.text(text);
+    out.bytes.insert(out.bytes.end(), bits.begin(), bits.end());
+    out.number(crc32(out.bytes), k_checksum);
+    return std::move(out.bytes);
+}
+
+std::vector<HierarchyNode> decode_hierarchy(std::span<const std::byte> bytes, const HierarchyFileHeader& header,
+                                            const HierarchyTree& tree,
+                                            const std::function<bool(const HierarchyNode&)>& has_node) {
+    if (bytes.size() < k_fixed + k_checksum)
+        refuse("its " + std::to_string(bytes.size()) + " bytes are too few for one; the file is cut off or another");
+    if (std::memcmp(bytes.data(), k_magic.data(), k_magic.size()) != 0) refuse("it does not begin as one");
+    const std::uint64_t version = read_number(bytes, 8, 4);
+    if (version != k_version)
+        refuse("it has version " + std::to_string(version) + ", but this program reads version " +
+               std::to_string(k_version));
+    const std::uint64_t text_size = read_number(bytes, 12, 4), bit_bytes = read_number(bytes, 16, 8);
+    const std::uint64_t payload = bytes.size() - k_fixed - k_checksum;
+    if (text_size > payload || bit_bytes != payload - text_size)
+        refuse("it has " + std::to_string(bytes.size()) + " bytes, but says otherwise; the file is cut off or corrupt");
+    if (crc32(bytes.first(bytes.size() - k_checksum)) != read_number(bytes, bytes.size() - k_checksum, 4))
+        refuse("its checksum does not match; the file is corrupt");
+    const std::string text(reinterpret_cast<const char*>(bytes.data()) + k_fixed, text_size);
+    if (text != names(header)) {
+        const std::string shown = text.substr(0, text.find('\0'));
+        // The family follows from scheme and rules.
+        const std::size_t family_end = text.find('\0', shown.size() + 1);
+        if (shown == header.scheme && family_end != std::string::npos && family_end + 1 < text.size()) {
+            const std::string rules = text.substr(family_end + 1, text.size() - family_end - 2);
+            const auto named = [](const std::string& choices) { return choices.empty() ? "plain rules" : choices; };
+            if (rules != header.rules)
+                refuse("it was saved with " + named(rules) + " of scheme \"" + shown + "\", this hierarchy has " +
+                       named(std::string(header.rules)));
+        }
+        refuse("it belongs to scheme \"" + shown + "\" or to another family of it, this hierarchy to \"" +
+               std::string(header.scheme) + "\"");
+    }
+    if (read_number(bytes, 24, 8) != header.mesh_fingerprint) refuse("it belongs to another control mesh");
+
+    const std::uint64_t leaf_count = read_number(bytes, 32, 8);
+    const std::span<const std::byte> bits = bytes.subspan(k_fixed + text_size, bit_bytes);
+    if (leaf_count > 8 * bit_bytes) refuse("it has fewer bits than leaves");
+    std::vector<HierarchyNode> nodes, open;
+    nodes.reserve(leaf_count);
+    std::uint64_t at = 0;
+    for (std::uint32_t r = 0; r < tree.root_bound; ++r) {
+        if (!has_node({r, 0, 0})) continue;
+        open.push_back({r, 0, 0});
+        while (!open.empty()) {
+            const HierarchyNode node = open.back();
+            open.pop_back();
+            if (at == 8 * bit_bytes) refuse("its trees end too early");
+            const bool is_split = (static_cast<unsigned>(bits[at / 8]) >> at % 8 & 1u) != 0;
+            ++at;
+            if (!is_split) {
+                nodes.push_back(node);
+                continue;
+            }
+            if (node.depth >= tree.max_depth)
+                refuse("a tree is deeper than " + std::to_string(tree.max_depth) + " splits");
+            for (int k = tree.children_of(node); k-- > 0;)
+                if (const HierarchyNode child = tree.child(node, k); has_node(child)) open.push_back(child);
+        }
+    }
+    if (nodes.size() != leaf_count || (at + 7) / 8 != bit_bytes) refuse("its trees have another number of leaves");
+    if (at % 8 != 0 && static_cast<unsigned>(bits.back()) >> at % 8 != 0) refuse("it has bits after its trees");
+    return nodes;
+}
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,152 @@
+#include "../../hier/base/error.hpp"
+#include "../../hier/base/huge_memory.hpp"
+#include "../../hier/base/parallel.hpp"
+#include "../rules/triangle_cut.hpp"
+#include "hierarchy.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace tetrakis {
+
+namespace {
+
+/// Vertices evaluated between reports. Slow rules take a tenth of a millisecond for some of them.
+std::uint32_t vertices_at_once(const RunContext& context) { return context.progress ? 1u << 13 : 1u << 16; }
+
+/// Refuses a mesh over the limit.
+void check_mesh_memory(const ToMeshOptions& options, std::uint64_t faces, std::uint64_t corners,
+                       std::uint64_t vertices) {
+    const std::uint64_t limit = options.context.max_memory_bytes;
+    if (limit == 0) return;
+    // The arrays of HierarchyFaces and HierarchyMesh; half as much again is in use while they are made.
+    const std::uint64_t face = 3 * sizeof(std::uint32_t) + sizeof(LeafId) + sizeof(LeafHandle),
+                        vertex = sizeof(Site) + sizeof(PointId) + sizeof(Vec3d) * (options.normals ? 2 : 1);
+    const std::uint64_t bytes = (corners * sizeof(std::uint32_t) + faces * face + vertices * vertex) * 3 / 2;
+    if (bytes <= limit) return;
+    throw Error(ErrorCode::memory_limit, "a mesh of about " + std::to_string(faces) + " faces needs about " +
+                                             std::to_string(bytes) + " bytes, more than the limit of " +
+                                             std::to_string(limit) + "; coarsen first, or raise the limit");
+}
+
+}  // namespace
+
+void Hierarchy::evaluate_limits(const HierarchyFaces& faces, const ToMeshOptions& options, PolygonMesh& mesh) const {
+    const auto count = static_cast<std::uint32_t>(faces.sites.size()), block = vertices_at_once(options.context);
+    std::vector<LimitPoint> points;
+    for (std::uint32_t begin = 0; begin < count; begin += block) {
+        options.context.report("vertices", static_cast<double>(begin) / count);
+        const std::uint32_t size = std::min(block, count - begin);
+        const std::span sites(faces.sites.data() + begin, size);
+        if (options.normals) {
+            points.assign(size, {});
+            family_->source().limits(sites, points);
+            for (std::uint32_t i = 0; i < size; ++i) mesh.normals[begin + i] = points[i].normal;
+        }
+        family_->source().limit_positions(sites, {mesh.positions.data() + begin, size});
+    }
+}
+
+// Positions (and normals) of all vertices. Those of levels go level by level, each vertex at its own.
+void Hierarchy::evaluate(const HierarchyFaces& faces, const ToMeshOptions& options, PolygonMesh& mesh) const {
+    const auto count = static_cast<std::uint32_t>(faces.sites.size()), block = vertices_at_once(options.context);
+    const LevelSource& source = family_->source();
+    const bool limit = options.positions == MeshPositions::limit;
+    detail::resize_large(mesh.positions, count);
+    if (options.normals) detail::resize_large(mesh.normals, count);
+    if (limit) return evaluate_limits(faces, options, mesh);
+    std::vector<LimitPoint> points;
+    std::vector<std::uint8_t> level(count, 0);
+    for_each_index(count, [&](std::uint32_t v) {
+        const int lowest = source.first_level(faces.sites[v]);
+        const int asked = options.positions == MeshPositions::level ? options.level : 0;
+        level[v] = static_cast<std::uint8_t>(std::max(lowest, asked));
+    });
+    if (options.positions == MeshPositions::finest)
+        for (std::size_t f = 0; f + 1 < faces.face_offsets.size(); ++f)
+            for (std::uint32_t i = faces.face_offsets[f]; i < faces.face_offsets[f + 1]; ++i) {
+                std::uint8_t& l = level[faces.face_vertices[i]];
+                l = std::max(l, faces.levels[f]);
+            }
+    // Vertices by level, each group in their own order.
+    std::vector<std::uint32_t> order(count), first(257, 0);
+    for (std::uint8_t l : level) ++first[l + 1u];
+    for (std::size_t l = 0; l < 256; ++l) first[l + 1] += first[l];
+    std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+    for (std::uint32_t v = 0; v < count; ++v) order[next[level[v]]++] = v;
+    std::vector<Site> sites;
+    std::vector<Vec3d> positions;
+    for (std::uint32_t l = 0; l < 256; ++l)
+        for (std::uint32_t begin = first[l]; begin < first[l + 1]; begin += block) {
+            options.context.report("vertices", static_cast<double>(begin) / count);
+            const std::uint32_t size = std::min(block, first[l + 1] - begin);
+            sites.resize(size);
+            for (std::uint32_t i = 0; i < size; ++i) sites[i] = faces.sites[order[begin + i]];
+            if (options.normals) {
+                points.assign(size, {});
+                source.frames(sites, static_cast<int>(l), points);
+                for (std::uint32_t i = 0; i < size; ++i) mesh.normals[order[begin + i]] = points[i].normal;
+            }
+            positions.resize(size);
+            source.positions(sites, static_cast<int>(l), positions);
+            for (std::uint32_t i = 0; i < size; ++i) mesh.positions[order[begin + i]] = positions[i];
+        }
+}
+
+HierarchyMesh Hierarchy::to_mesh(const ToMeshOptions& options) const {
+    require_not_lost();
+    if (options.positions == MeshPositions::level &&
+        (options.level < 0 || options.level > family_->source().max_level()))
+        throw Error(ErrorCode::invalid_input, "level " + std::to_string(options.level) + " is not between 0 and " +
+                                                  std::to_string(family_->source().max_level()));
+    return with_threads(options.context, [&] {
+        // No family has fewer; after that it is known.
+        check_mesh_memory(options, leaf_count(), 3 * std::uint64_t{leaf_count()}, leaf_count() / 2);
+        HierarchyMesh result;
+        std::optional<HierarchyFaces> with_points;
+        const bool limit = options.positions == MeshPositions::limit;
+        if (limit || (options.positions == MeshPositions::finest && !options.normals)) {
+            options.context.report("vertices", 0);
+            with_points = family_->faces_with_points(limit, options.normals, options.context, result.mesh);
+        }
+        HierarchyFaces faces =
+            with_points ? std::move(*with_points) : family_->faces(options.positions == MeshPositions::finest);
+        const bool cut_faces = options.triangles && !faces.diagonal_at_first.empty();
+        std::uint64_t face_count = faces.control_faces.size(), corner_count = faces.face_vertices.size();
+        if (cut_faces) {
+            face_count = corner_count - 2 * face_count;
+            corner_count = 3 * face_count;
+        }
+        check_mesh_memory(options, face_count, corner_count, faces.sites.size());
+        if (!with_points) evaluate(faces, options, result.mesh);
+        if (cut_faces) {
+            const detail::TriangleCut cut = detail::cut_polygons(faces.face_offsets, faces.diagonal_at_first);
+            faces.face_offsets = cut.offsets();
+            cut.spread_corners(faces.face_vertices);
+            cut.spread(faces.control_faces);
+            cut.spread(faces.leaves);
+        }
+        const ControlMeshData& data = mesh().data();
+        const auto of_control_face = [&](const std::vector<std::uint32_t>& of, std::vector<std::uint32_t>& out) {
+            if (of.empty()) return;
+            out.reserve(faces.control_faces.size());
+            for (FaceId f : faces.control_faces) out.push_back(of[f.value]);
+        };
+        of_control_face(data.face_material, result.mesh.face_material);
+        of_control_face(data.face_group, result.mesh.face_group);
+        if (!data.face_material.empty()) result.mesh.materials = data.materials;
+        if (!data.face_group.empty()) result.mesh.groups = data.groups;
+        result.leaves = handles(faces.leaves);
+        result.mesh.face_offsets = std::move(faces.face_offsets);
+        result.mesh.face_vertices = std::move(faces.face_vertices);
+        result.sites = std::move(faces.sites);
+        result.faces = std::move(faces.control_faces);
+        result.points = std::move(faces.points);
+        options.context.report("vertices", 1);
+        return result;
+    });
+}
+
+}  // namespace tetrakis

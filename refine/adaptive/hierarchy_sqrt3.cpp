@@ -1,0 +1,288 @@
+#include "../../hier/base/huge_memory.hpp"
+#include "../../hier/base/parallel.hpp"
+#include "../../hier/base/pool_memory.hpp"
+#include "../../hier/forest/sqrt3_leaf.hpp"
+#include "../../hier/forest/sqrt3_levels.hpp"
+#include "../../hier/forest/sqrt3_slots.hpp"
+#include "adaptive_sqrt3.hpp"
+#include "hierarchy_families.hpp"
+#include "sqrt3_sites.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+namespace tetrakis {
+
+namespace {
+
+constexpr int k_side_bits = 2;
+
+class Sqrt3Family final : public HierarchyFamily {
+  public:
+    Sqrt3Family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source)
+        : source_(std::move(source)),
+          slots_(mesh),
+          tree_{.child_count = 3,
+                .path_bits = k_side_bits,
+                .max_depth = 2 * sqrt3_tree_levels(mesh),
+                .root_bound = mesh.face_count(),
+                .halves = true} {}
+
+    std::string_view name() const override { return "sqrt3"; }
+    const ControlMesh& mesh() const override { return slots_.forest().mesh(); }
+    const LevelSource& source() const override { return *source_; }
+    const HierarchyTree& tree() const override { return tree_; }
+    std::unique_ptr<HierarchyFamily> fresh() const override { return std::make_unique<Sqrt3Family>(mesh(), source_); }
+
+    std::string check_site(const Site& site) const override {
+        if (site.root.value > static_cast<std::uint32_t>(Sqrt3Vertex::Kind::second))
+            return "its root is no kind of vertex (Sqrt3Vertex)";
+        if (site.level > source_->max_level()) return "its level is above " + std::to_string(source_->max_level());
+        if (!slots_.is_vertex(site_sqrt3(site))) return "its level has no such vertex";
+        return {};
+    }
+    bool has_root(std::uint32_t root) const override { return !mesh().is_hole(FaceId(root)); }
+
+    std::uint32_t leaf_slots() const override { return slots_.leaf_slots(); }
+    std::uint32_t leaf_count() const override { return slots_.leaf_count(); }
+    bool is_leaf(LeafId slot) const override { return slots_.is_leaf(slot); }
+    std::uint32_t point_slots() const override { return slots_.point_slots(); }
+
+    HierarchyNode node(LeafId leaf) const override { return node_of(slots_.triangle(leaf)); }
+    int depth(LeafId leaf) const override { return 2 * slots_.level(leaf) - (slots_.is_half(leaf) ? 1 : 0); }
+    LeafView view(LeafId leaf) const override {
+        LeafView view;
+        views({&leaf, 1}, {&view, 1});
+        return view;
+    }
+    // Those that come from one split follow each other: they share the node above and the point over them.
+    void views(std::span<const LeafId> leaves, std::span<LeafView> views) const override {
+        Sqrt3Triangle above;
+        HierarchyNode node_above = node_of(above);
+        PointId apex;
+        Site apex_site;
+        for (std::size_t i = 0; i < leaves.size(); ++i) {
+            LeafView& view = views[i];
+            view.leaf.slot = leaves[i];
+            const Sqrt3Triangle t = slots_.triangle(leaves[i]);
+            if (t.level == 0) {
+                view.node = node_of(t);
+            } else {
+                const Sqrt3Triangle from{static_cast<std::uint8_t>(t.level - 1), false, t.face / 3};
+                if (from != above) node_above = node_of(above = from);
+                view.node = node_above;
+                view.node.path |= t.face % 3 << (64 - k_side_bits * t.level);
+                view.node.depth = static_cast<std::uint8_t>(depth_of(t));
+            }
+            describe(t, view);
+            const std::array<PointId, 3> points = slots_.points(leaves[i]);
+            if (points[2] != apex) apex_site = sqrt3_site(slots_.vertex(apex = points[2]));
+            for (std::size_t k = 0; k < 3; ++k) {
+                view.point[k] = points[k];
+                view.corner[k] = k == 2 ? apex_site : sqrt3_site(slots_.vertex(points[k]));
+            }
+        }
+    }
+    void remove_below(int least_depth, std::vector<LeafId>& leaves) const override {
+        std::erase_if(leaves, [&](LeafId leaf) { return depth(leaf) >= least_depth; });
+    }
+    NodeView view(const HierarchyNode& node) const override {
+        NodeView view;
+        const Sqrt3Triangle t = triangle_of(node);
+        view.node = node_of(t);
+        describe(t, view);
+        const std::array<Sqrt3Vertex, 3> corners = slots_.corners(t);
+        for (std::size_t k = 0; k < 3; ++k) view.corner[k] = sqrt3_site(corners[k]);
+        return view;
+    }
+    std::array<LeafId, 2> neighbours(LeafId leaf, int side) const override {
+        return {slots_.neighbour(leaf, side), LeafId{}};
+    }
+    std::vector<LeafId> ordered_leaves() const override { return slots_.ordered_leaves(); }
+    std::vector<LeafId> leaves_on_curve() const override { return slots_.leaves_on_curve(); }
+    std::optional<LeafId> find(const HierarchyNode& node) const override { return slots_.find(triangle_of(node)); }
+
+    void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) override {
+        Sqrt3Slots::Changed removed;
+        update.reshaped.clear();
+        slots_.refine(marked, update.created, with_removed ? &removed : nullptr);
+        update.removed.clear();
+        for (const auto& [leaf, before] : removed) update.removed.emplace_back(leaf, node_of(before));
+    }
+    void coarsen(std::span<const LeafId> marked, FamilyUpdate& update) override {
+        Sqrt3Slots::Changed removed;
+        update.removed.clear();
+        update.reshaped.clear();
+        slots_.coarsen(marked, update.created, removed);
+        for (const auto& [leaf, before] : removed) update.removed.emplace_back(leaf, node_of(before));
+    }
+    std::vector<LeafId> diamond(LeafId leaf) const override { return slots_.group(leaf); }
+
+    void leaf_errors(std::span<const LeafId> leaves, const ErrorEstimator& estimator,
+                     std::span<double> errors) const override {
+        std::vector<Sqrt3Leaf> triangles;
+        triangles.reserve(leaves.size());
+        for (const LeafId leaf : leaves) triangles.push_back(leaf_of(slots_.triangle(leaf)));
+        estimator.estimate_sqrt3(triangles, errors);
+    }
+    // A whole triangle has half ones for parents on both sides. Merging one side's splits leaves that side's triangle
+    // whole and the half one beyond.
+    void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
+                     std::span<double> errors) const override {
+        Sqrt3Lattice lattice = slots_.forest().lattice();
+        std::vector<Sqrt3Leaf> triangles;
+        std::vector<std::size_t> owner;
+        for (std::size_t i = 0; i < nodes.size(); ++i) {
+            const Sqrt3Triangle t = triangle_of(nodes[i]);
+            const auto add = [&](const Sqrt3Triangle& made) {
+                triangles.push_back(leaf_of(made));
+                owner.push_back(i);
+            };
+            if (!t.half) {
+                add(t);
+                continue;
+            }
+            const auto above = static_cast<std::uint8_t>(t.level - 1);
+            add({above, false, Sqrt3Lattice::face(t.face)});
+            if (const std::uint64_t twin = lattice.twin(above, t.face); twin != Sqrt3Lattice::none)
+                add({t.level, true, twin});
+        }
+        std::vector<double> found(triangles.size());
+        estimator.estimate_sqrt3(triangles, found);
+        std::fill(errors.begin(), errors.end(), 0.0);
+        // Not std::max: an error that is no number has to get through.
+        for (std::size_t k = 0; k < found.size(); ++k)
+            if (!(found[k] <= errors[owner[k]])) errors[owner[k]] = found[k];
+    }
+
+    // Leaves are the triangles, in their order.
+    HierarchyFaces faces(bool with_levels) const override {
+        const Sqrt3Levels levels(slots_.forest().lattice(), slots_.forest().split(), 0);
+        HierarchyFaces faces;
+        const std::size_t face_count = slots_.leaf_count();
+        detail::reserve_large(faces.face_offsets, face_count + 1);
+        detail::reserve_large(faces.face_vertices, 3 * face_count);
+        // As sqrt3_mesh() expects.
+        std::vector<std::uint32_t> vertices;
+        detail::reserve_large(vertices, face_count / 2 + face_count / 64 + 2);
+        constexpr std::uint32_t k_unseen = 0xFFFF'FFFFu;
+        detail::PoolVector<std::uint32_t> number(levels.vertices.size(), k_unseen);
+        const auto add = [&](std::uint32_t vertex) {
+            if (number[vertex] == k_unseen) {
+                number[vertex] = static_cast<std::uint32_t>(vertices.size());
+                vertices.push_back(vertex);
+            }
+            faces.face_vertices.push_back(number[vertex]);
+        };
+        levels.for_each_leaf([&](int k, std::uint32_t face, bool half, FaceId) {
+            const Sqrt3Level& level = levels.levels[static_cast<std::size_t>(k)];
+            if (half) {
+                add(level.vertex[face]);
+                add(level.vertex[Sqrt3Level::next(face)]);
+                add(levels.apex(k, face));
+            } else {
+                for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) add(level.vertex[h]);
+            }
+            faces.face_offsets.push_back(static_cast<std::uint32_t>(faces.face_vertices.size()));
+            if (with_levels) faces.levels.push_back(static_cast<std::uint8_t>(half ? k + 1 : k));
+        });
+        name(levels, vertices, faces);
+        return faces;
+    }
+    std::optional<HierarchyFaces> faces_with_points(bool limit, bool normals, const RunContext& context,
+                                                    PolygonMesh& mesh) const override {
+        HierarchyFaces faces;
+        Sqrt3Mesh found = sqrt3_mesh(
+            slots_.forest(),
+            {.limit = limit,
+             .normals = normals,
+             .halves_are_finer = true,
+             .leaves = false,
+             .vertices = false,
+             .context = context},
+            [&](const Sqrt3Levels& levels, std::span<const std::uint32_t> vertices) { name(levels, vertices, faces); });
+        mesh.positions = std::move(found.mesh.positions);
+        mesh.normals = std::move(found.mesh.normals);
+        faces.face_offsets = std::move(found.mesh.face_offsets);
+        faces.face_vertices = std::move(found.mesh.face_vertices);
+        return faces;
+    }
+    std::optional<std::string> check() const override { return slots_.check(); }
+    std::uint64_t memory_bytes() const override { return slots_.memory_bytes(); }
+    void shrink() override { slots_.shrink(); }
+    bool has_free_slots() const override { return slots_.has_free_slots(); }
+
+  private:
+    /// What the hierarchy calls the triangles and vertices of a mesh.
+    /// @param vertices  of the levels
+    void name(const Sqrt3Levels& levels, std::span<const std::uint32_t> vertices, HierarchyFaces& faces) const {
+        detail::reserve_large(faces.leaves, slots_.leaf_count());
+        detail::reserve_large(faces.control_faces, slots_.leaf_count());
+        slots_.for_each_leaf([&](LeafId leaf, FaceId control_face) {
+            faces.leaves.push_back(leaf);
+            faces.control_faces.push_back(control_face);
+        });
+        const detail::RawPoolVector<std::uint32_t> points = slots_.points(levels);
+        detail::resize_large(faces.sites, vertices.size());
+        detail::resize_large(faces.points, vertices.size());
+        for_each_index(static_cast<std::uint32_t>(vertices.size()), [&](std::uint32_t i) {
+            faces.sites[i] = sqrt3_site(levels.vertices[vertices[i]]);
+            faces.points[i] = PointId(points[vertices[i]]);
+        });
+    }
+    static int depth_of(const Sqrt3Triangle& t) { return 2 * t.level - (t.half ? 1 : 0); }
+    static HierarchyNode node_of(const Sqrt3Triangle& t) {
+        HierarchyNode node;
+        std::uint64_t face = t.face;
+        for (int k = t.level; k > 0; --k, face /= 3) node.path |= face % 3 << (64 - k_side_bits * k);
+        node.root = static_cast<std::uint32_t>(face);
+        node.depth = static_cast<std::uint8_t>(depth_of(t));
+        return node;
+    }
+    static Sqrt3Triangle triangle_of(const HierarchyNode& node) {
+        Sqrt3Triangle t{static_cast<std::uint8_t>((node.depth + 1) / 2), node.depth % 2 != 0, node.root};
+        for (int k = 1; k <= t.level; ++k) t.face = 3 * t.face + (node.path >> (64 - k_side_bits * k) & 3);
+        return t;
+    }
+    /// All but the node and the corners.
+    static void describe(const Sqrt3Triangle& t, NodeView& view) {
+        view.face = FaceId(view.node.root);
+        view.level = t.level;
+        view.corner_count = 3;
+    }
+    Sqrt3Leaf leaf_of(const Sqrt3Triangle& t) const {
+        Sqrt3Leaf leaf;
+        leaf.level = t.level;
+        leaf.half = t.half;
+        leaf.face = t.face;
+        std::uint64_t face = t.face;
+        for (int k = t.level; k > 0; --k) face /= 3;
+        leaf.control_face = FaceId(static_cast<std::uint32_t>(face));
+        leaf.vertex = slots_.corners(t);
+        if (!t.half) {
+            leaf.vertex_level.fill(t.level);
+            leaf.leaving = {3 * t.face, 3 * t.face + 1, 3 * t.face + 2};
+            return leaf;
+        }
+        // A leaf names a half one by its edge, of the level before; its apex is there from this one on.
+        --leaf.level;
+        leaf.vertex_level = {leaf.level, leaf.level, t.level};
+        leaf.leaving = {t.face, Sqrt3Lattice::next(t.face), 3 * t.face + 2};
+        return leaf;
+    }
+
+    std::shared_ptr<const LevelSource> source_;
+    Sqrt3Slots slots_;
+    HierarchyTree tree_;
+};
+
+}  // namespace
+
+int sqrt3_tree_levels(const ControlMesh& mesh) { return std::min(64 / k_side_bits, Sqrt3Lattice::max_level(mesh)); }
+
+std::unique_ptr<HierarchyFamily> sqrt3_family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source) {
+    return std::make_unique<Sqrt3Family>(mesh, std::move(source));
+}
+
+}  // namespace tetrakis

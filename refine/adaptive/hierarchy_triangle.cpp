@@ -1,0 +1,166 @@
+#include "../../hier/base/parallel.hpp"
+#include "../../hier/forest/triangle_cell.hpp"
+#include "../../hier/forest/triangle_forest.hpp"
+#include "described_family.hpp"
+#include "hierarchy_faces.hpp"
+#include "hierarchy_families.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace tetrakis {
+
+namespace {
+
+class TriangleFamily final : public detail::DescribedFamily<TriangleFamily> {
+  public:
+    TriangleFamily(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source)
+        : forest_(mesh),
+          sites_(mesh),
+          source_(std::move(source)),
+          tree_{.child_count = 4, .path_bits = 2, .max_depth = k_max_level, .root_bound = mesh.face_count()} {}
+
+    std::string_view name() const override { return "triangles"; }
+    const ControlMesh& mesh() const override { return forest_.mesh(); }
+    const LevelSource& source() const override { return *source_; }
+    const HierarchyTree& tree() const override { return tree_; }
+    std::unique_ptr<HierarchyFamily> fresh() const override {
+        return std::make_unique<TriangleFamily>(forest_.mesh(), source_);
+    }
+
+    std::string check_site(const Site& site) const override {
+        if (site.root.value >= mesh().halfedge_count() || mesh().face_halfedge(mesh().face(site.root)) != site.root)
+            return "its root is not the first half-edge of a face";
+        if (site.level > k_max_level) return "its lattice level is above " + std::to_string(k_max_level);
+        if (std::uint64_t{site.at.x} + site.at.y > 1u << site.level)
+            return "its coordinates add up to more than 2^level";
+        return {};
+    }
+    bool has_root(std::uint32_t root) const override { return !mesh().is_hole(FaceId(root)); }
+
+    std::uint32_t leaf_slots() const override { return forest_.leaf_slots(); }
+    std::uint32_t leaf_count() const override { return forest_.leaf_count(); }
+    bool is_leaf(LeafId slot) const override { return forest_.is_leaf(slot); }
+    std::uint32_t point_slots() const override { return forest_.point_slots(); }
+
+    HierarchyNode node(LeafId leaf) const override {
+        const int level = forest_.level(leaf);
+        return {forest_.face(leaf).value, level == 0 ? 0 : forest_.path(leaf) << (64 - 2 * level),
+                static_cast<std::uint8_t>(level)};
+    }
+    int depth(LeafId leaf) const override { return forest_.level(leaf); }
+    NodeView view(const HierarchyNode& node) const override {
+        const CellTriangle t = triangle(node);
+        NodeView view;
+        view.node = node;
+        view.face = FaceId(node.root);
+        view.level = node.depth;
+        view.corner_count = 3;
+        for (std::size_t k = 0; k < 3; ++k) view.corner[k] = sites_.canonical({t.root, t.corner[k], t.level});
+        return view;
+    }
+    std::array<LeafId, 2> neighbours(LeafId leaf, int side) const override {
+        return forest_.neighbours(leaf, static_cast<std::uint32_t>(side));
+    }
+    std::vector<LeafId> ordered_leaves() const override { return forest_.ordered_leaves(); }
+
+    void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) override {
+        update.removed.clear();
+        forest_.refine(marked, update.created, update.reshaped);
+        if (!with_removed) return;
+        for (std::size_t i = 0; i < update.created.size(); i += 4)
+            update.removed.emplace_back(forest_.parent(update.created[i]), tree_.parent(node(update.created[i])));
+    }
+    void coarsen(std::span<const LeafId> marked, FamilyUpdate& update) override {
+        update.removed.clear();
+        forest_.coarsen(marked, update.created, update.reshaped);
+    }
+    std::vector<LeafId> diamond(LeafId leaf) const override {
+        if (!forest_.can_merge(leaf)) return {};
+        const auto siblings = forest_.siblings(leaf);
+        return {siblings.begin(), siblings.end()};
+    }
+
+    void leaf_errors(std::span<const LeafId> leaves, const ErrorEstimator& estimator,
+                     std::span<double> errors) const override {
+        constexpr std::uint32_t k_block = 1024;
+        for_each_block(static_cast<std::uint32_t>(leaves.size()), k_block, [&](std::uint32_t begin, std::uint32_t end) {
+            std::vector<CellTriangle> triangles;
+            std::vector<std::uint32_t> owner;
+            for (std::uint32_t i = begin; i < end; ++i) {
+                const GreenTriangles green = forest_.green_triangles(leaves[i]);
+                for (int t = 0; t < green.count; ++t) {
+                    triangles.push_back(green.cell[static_cast<std::size_t>(t)]);
+                    owner.push_back(i);
+                }
+            }
+            std::vector<double> values(triangles.size());
+            estimator.estimate(triangles, values);
+            for (double& value : values) value = std::abs(value);
+            std::fill(errors.begin() + begin, errors.begin() + end, 0.0);
+            // Not std::max: an error that is no number has to get through.
+            for (std::size_t t = 0; t < values.size(); ++t)
+                if (!(values[t] <= errors[owner[t]])) errors[owner[t]] = values[t];
+        });
+    }
+    void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
+                     std::span<double> errors) const override {
+        std::vector<CellTriangle> triangles;
+        for (const HierarchyNode& node : nodes) triangles.push_back(triangle(node));
+        estimator.estimate(triangles, errors);
+        for (double& error : errors) error = std::abs(error);
+    }
+
+    HierarchyFaces faces(bool with_levels) const override {
+        return detail::faces_of(forest_.pooled(), with_levels,
+                                [&](LeafId leaf) { return static_cast<std::uint8_t>(forest_.level(leaf)); });
+    }
+    std::optional<std::string> check() const override { return forest_.check(); }
+    std::uint64_t memory_bytes() const override { return forest_.memory_bytes(); }
+    void shrink() override { forest_.shrink(); }
+    bool has_free_slots() const override { return forest_.has_free_slots(); }
+
+  private:
+    friend class detail::DescribedFamily<TriangleFamily>;
+
+    void describe(LeafId leaf, LeafView& view) const {
+        view.node = node(leaf);
+        view.face = forest_.face(leaf);
+        view.level = view.node.depth;
+        view.corner_count = 3;
+        view.leaf.slot = leaf;
+        const auto points = forest_.points(leaf);
+        for (std::size_t k = 0; k < 3; ++k) {
+            view.point[k] = points[k];
+            view.corner[k] = forest_.point_site(points[k]);
+        }
+    }
+    // The triangle of a node, from the root down: child k keeps corner k, child 3 is the middle one, turned over.
+    CellTriangle triangle(const HierarchyNode& node) const {
+        LatticePoint at{};
+        bool reversed = false;
+        for (int d = 1; d <= node.depth; ++d) {
+            const auto k = static_cast<unsigned>(node.path >> (64 - 2 * d) & 3);
+            const std::uint32_t step = reversed ? ~std::uint32_t{0} : 1;
+            at = {2 * at.x + (k & 1 ? step : 0), 2 * at.y + (k & 2 ? step : 0)};
+            reversed ^= k == 3;
+        }
+        const std::uint32_t step = reversed ? ~std::uint32_t{0} : 1;
+        return {mesh().face_halfedge(FaceId(node.root)), node.depth, {at, {at.x + step, at.y}, {at.x, at.y + step}}};
+    }
+
+    TriangleForest forest_;
+    TriangleSites sites_;
+    std::shared_ptr<const LevelSource> source_;
+    HierarchyTree tree_;
+};
+
+}  // namespace
+
+std::unique_ptr<HierarchyFamily> triangle_family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source) {
+    return std::make_unique<TriangleFamily>(mesh, std::move(source));
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,274 @@
+#include "../../hier/base/huge_memory.hpp"
+#include "../../hier/forest/vertex_forest.hpp"
+#include "described_family.hpp"
+#include "hierarchy_families.hpp"
+#include "vertex_levels.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <string>
+#include <utility>
+
+namespace tetrakis {
+
+namespace {
+
+constexpr int k_path_bits = 2;
+
+VertexCell ancestor(const VertexCell& cell, int level) {
+    const int up = cell.level - level;
+    return {cell.root, {cell.at.x >> up, cell.at.y >> up}, static_cast<std::uint8_t>(level)};
+}
+
+/// Refines a forest of roots until cells of one level are leaves, and all that touch them are leaves of that level.
+/// @param leaves  receives them, in the order of `cells`
+void refine_towards(VertexForest& forest, std::span<const VertexCell> cells, std::vector<LeafId>& leaves) {
+    std::vector<LeafId> open = forest.ordered_leaves(), marked, sides;
+    // Those of a level that cells come from, or are, and their leaves.
+    std::vector<std::pair<VertexCell, LeafId>> above;
+    const auto find_above = [&](int level) {
+        std::vector<VertexCell> wanted;
+        for (const VertexCell& cell : cells) wanted.push_back(ancestor(cell, level));
+        std::sort(wanted.begin(), wanted.end());
+        wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+        above.clear();
+        for (const LeafId leaf : open)
+            if (const VertexCell cell = forest.cell(leaf); std::binary_search(wanted.begin(), wanted.end(), cell))
+                above.emplace_back(cell, leaf);
+    };
+    const int level = cells.front().level;
+    find_above(0);
+    for (int l = 0; l < level; ++l) {
+        marked.clear();
+        for (const auto& [cell, leaf] : above) {
+            sides.assign(1, leaf);
+            forest.add_other_sides(leaf, sides);
+            for (const LeafId side : sides) {
+                marked.push_back(side);
+                for (int k = 0; k < 4; ++k) {
+                    forest.add_leaves_around(side, k, marked);
+                    // At points where the surface ends there is no round, but a neighbour along it.
+                    for (const LeafId across : forest.neighbours(side, k))
+                        if (across.valid()) marked.push_back(across);
+                }
+            }
+        }
+        forest.refine(marked, open);
+        find_above(l + 1);
+    }
+    std::sort(above.begin(), above.end());
+    for (const VertexCell& cell : cells)
+        leaves.push_back(std::lower_bound(above.begin(), above.end(), std::pair(cell, LeafId(0)))->second);
+}
+
+class VertexFamily final : public detail::DescribedFamily<VertexFamily> {
+  public:
+    VertexFamily(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source, VertexRoots roots)
+        : mesh_(&mesh),
+          source_(std::move(source)),
+          forest_(std::move(roots)),
+          tree_{.child_count = 4,
+                .path_bits = k_path_bits,
+                .max_depth = k_max_level,
+                .root_bound = forest_.roots().count()} {}
+
+    std::string_view name() const override { return "vertices"; }
+    const ControlMesh& mesh() const override { return *mesh_; }
+    const LevelSource& source() const override { return *source_; }
+    const HierarchyTree& tree() const override { return tree_; }
+    std::unique_ptr<HierarchyFamily> fresh() const override {
+        return std::make_unique<VertexFamily>(*mesh_, source_, forest_.roots());
+    }
+
+    std::string check_site(const Site& site) const override {
+        if (site.root.value >= tree_.root_bound)
+            return "its root is " + std::to_string(site.root.value) + ", but there are " +
+                   std::to_string(tree_.root_bound);
+        if (site.level > k_max_level) return "its lattice level is above " + std::to_string(k_max_level);
+        if (site.at.x >> site.level != 0 || site.at.y >> site.level != 0)
+            return "its cell's coordinates are not below 2^level";
+        if (!forest_.can_exist(site_cell(site)))
+            return "a crease beside it is smooth there, and has no vertices of its own";
+        return {};
+    }
+    bool has_root(std::uint32_t root) const override { return root < tree_.root_bound; }
+    bool has_node(const HierarchyNode& node) const override {
+        return has_root(node.root) && forest_.can_exist(cell_of(node));
+    }
+
+    std::uint32_t leaf_slots() const override { return forest_.leaf_slots(); }
+    std::uint32_t leaf_count() const override { return forest_.leaf_count(); }
+    bool is_leaf(LeafId slot) const override { return forest_.is_leaf(slot); }
+    std::uint32_t point_slots() const override { return forest_.leaf_slots(); }
+
+    HierarchyNode node(LeafId leaf) const override { return node_of(forest_.cell(leaf)); }
+    int depth(LeafId leaf) const override { return forest_.level(leaf); }
+    NodeView view(const HierarchyNode& node) const override {
+        NodeView view;
+        describe(node, cell_of(node), view);
+        return view;
+    }
+    std::array<LeafId, 2> neighbours(LeafId leaf, int side) const override { return forest_.neighbours(leaf, side); }
+    std::vector<LeafId> ordered_leaves() const override { return forest_.ordered_leaves(); }
+
+    void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) override {
+        update.removed.clear();
+        std::vector<LeafId> split;
+        forest_.refine(marked, update.created, with_removed ? &split : nullptr);
+        if (with_removed)
+            for (std::size_t i = 0; i < split.size(); ++i) update.removed.emplace_back(split[i], node(split[i]));
+        list_reshaped(update, true);
+    }
+    void coarsen(std::span<const LeafId> marked, FamilyUpdate& update) override {
+        update.removed.clear();
+        forest_.coarsen(marked, update.created);
+        list_reshaped(update, false);
+    }
+    std::vector<LeafId> diamond(LeafId leaf) const override { return forest_.mergeable_siblings(leaf); }
+
+    void leaf_errors(std::span<const LeafId> leaves, const ErrorEstimator& estimator,
+                     std::span<double> errors) const override {
+        estimator.estimate_vertices(forest_, leaves, errors);
+    }
+    // Level by level, over the cells of one that are wanted and those around them.
+    void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
+                     std::span<double> errors) const override {
+        std::vector<std::size_t> order(nodes.size());
+        std::iota(order.begin(), order.end(), std::size_t{0});
+        std::stable_sort(order.begin(), order.end(),
+                         [&](std::size_t a, std::size_t b) { return nodes[a].depth < nodes[b].depth; });
+        std::vector<VertexCell> cells;
+        std::vector<LeafId> leaves;
+        std::vector<double> found;
+        for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+            cells.clear();
+            while (end < order.size() && nodes[order[end]].depth == nodes[order[begin]].depth)
+                cells.push_back(cell_of(nodes[order[end++]]));
+            VertexForest forest(forest_.roots());
+            leaves.clear();
+            refine_towards(forest, cells, leaves);
+            found.resize(leaves.size());
+            estimator.estimate_vertices(forest, leaves, found);
+            for (std::size_t i = begin; i < end; ++i) errors[order[i]] = found[i - begin];
+        }
+    }
+
+    HierarchyFaces faces(bool with_levels) const override {
+        DualFaces dual = forest_.faces();
+        HierarchyFaces faces;
+        detail::reserve_large(faces.sites, dual.cells.size());
+        for (const VertexCell& cell : dual.cells) faces.sites.push_back(cell_site(cell));
+        detail::reserve_large(faces.points, dual.leaves.size());
+        for (const LeafId leaf : dual.leaves) faces.points.emplace_back(leaf.value);
+        // The levels of vertices are their own, whatever the faces around.
+        if (with_levels) faces.levels.assign(dual.control_faces.size(), 0);
+        detail::reserve_large(faces.leaves, dual.control_faces.size());
+        for (std::size_t f = 0; f < dual.control_faces.size(); ++f)
+            faces.leaves.push_back(dual.leaves[dual.face_vertices[dual.face_offsets[f]]]);
+        faces.face_offsets = std::move(dual.face_offsets);
+        faces.face_vertices = std::move(dual.face_vertices);
+        faces.control_faces = std::move(dual.control_faces);
+        faces.diagonal_at_first = std::move(dual.diagonal_at_first);
+        return faces;
+    }
+    std::optional<std::string> check() const override { return forest_.check(); }
+    std::uint64_t memory_bytes() const override { return forest_.memory_bytes(); }
+    void shrink() override { forest_.shrink(); }
+    bool has_free_slots() const override { return forest_.has_free_slots(); }
+
+  private:
+    friend class detail::DescribedFamily<VertexFamily>;
+
+    HierarchyNode node_of(const VertexCell& cell) const {
+        HierarchyNode node{cell.root, 0, 0};
+        for (int bit = cell.level - 1; bit >= 0; --bit) {
+            const int right = static_cast<int>(cell.at.x >> bit & 1), up = static_cast<int>(cell.at.y >> bit & 1);
+            node = tree_.child(node, up != 0 ? 3 - right : right);
+        }
+        return node;
+    }
+    VertexCell cell_of(const HierarchyNode& node) const {
+        VertexCell cell{node.root, {0, 0}, node.depth};
+        for (HierarchyNode n = node; n.depth > 0; n = tree_.parent(n)) {
+            const int child = tree_.child_number(n), bit = node.depth - n.depth;
+            cell.at.x |= (child == 1 || child == 2 ? 1u : 0u) << bit;
+            cell.at.y |= (child >= 2 ? 1u : 0u) << bit;
+        }
+        return cell;
+    }
+    void describe(const HierarchyNode& node, const VertexCell& cell, NodeView& view) const {
+        view.node = node;
+        view.face = forest_.roots().face[cell.root];
+        view.level = static_cast<std::uint8_t>(cell.level + 1);
+        view.corner_count = 1;
+        view.side_count = 4;
+        view.corner[0] = cell_site(cell);
+    }
+    void describe(LeafId leaf, LeafView& view) const {
+        const VertexCell cell = forest_.cell(leaf);
+        describe(node_of(cell), cell, view);
+        view.leaf.slot = leaf;
+        view.point[0] = PointId(forest_.vertex_leaf(leaf).value);
+    }
+    /// The leaves that share a point with new ones: its face is another one, or there was none.
+    /// @param siblings  the new leaves are groups of four, wherever all four can exist
+    void list_reshaped(FamilyUpdate& update, bool siblings) const {
+        update.reshaped.clear();
+        if (update.created.size() == forest_.leaf_count()) return;  // there are no others
+        siblings = siblings && forest_.roots().all_stay();
+        std::vector<LeafId>& list = update.reshaped;
+        // Where most leaves are new, most of those around are, too: a mark for each leaf is cheaper than to sort them.
+        constexpr std::size_t k_few = 16;
+        std::vector<std::uint8_t> is_new;
+        if (update.created.size() > forest_.leaf_slots() / k_few) {
+            is_new.resize(forest_.leaf_slots(), 0);
+            for (const LeafId leaf : update.created) is_new[leaf.value] = 1;
+        }
+        const auto drop_new = [&](std::size_t from) {
+            if (is_new.empty()) return;
+            std::size_t kept = from;
+            for (std::size_t i = from; i < list.size(); ++i)
+                if (is_new[list[i].value] == 0) list[kept++] = list[i];
+            list.resize(kept);
+        };
+        for (std::size_t i = 0; i < update.created.size(); ++i) {
+            const LeafId leaf = update.created[i];
+            const std::size_t before = list.size();
+            const VertexCell cell = forest_.cell(leaf);
+            const int right = static_cast<int>(cell.at.x & 1), child = (cell.at.y & 1) != 0 ? 3 - right : right;
+            for (int k = 0; k < 4; ++k) {
+                // A sibling's own corner is its parent's; what lies at the others also lies across the sides there.
+                if (!siblings || k == child) forest_.add_leaves_around(leaf, k, list);
+                if (siblings && k != child && k != (child + 3) % 4) continue;
+                for (const LeafId across : forest_.neighbours(leaf, k))
+                    if (across.valid()) list.push_back(across);
+            }
+            drop_new(before);
+        }
+        // What has changed on one side of a crease are faces of the vertex on all sides.
+        for (std::size_t i = 0, count = list.size(); i < count; ++i) {
+            const std::size_t before = list.size();
+            forest_.add_other_sides(list[i], list);
+            drop_new(before);
+        }
+        std::sort(list.begin(), list.end());
+        list.erase(std::unique(list.begin(), list.end()), list.end());
+        if (!is_new.empty()) return;
+        std::vector<LeafId> fresh = update.created;
+        std::sort(fresh.begin(), fresh.end());
+        std::erase_if(list, [&](LeafId leaf) { return std::binary_search(fresh.begin(), fresh.end(), leaf); });
+    }
+    const ControlMesh* mesh_;
+    std::shared_ptr<const LevelSource> source_;
+    VertexForest forest_;
+    HierarchyTree tree_;
+};
+
+}  // namespace
+
+std::unique_ptr<HierarchyFamily> vertex_family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source,
+                                               VertexRoots roots) {
+    return std::make_unique<VertexFamily>(mesh, std::move(source), std::move(roots));
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,204 @@
+#pragma once
+
+#include "../../hier/forest/bisection_forest.hpp"
+#include "../../hier/forest/triangle_forest.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <vector>
+
+namespace tetrakis {
+
+/// The 4-8 bisection forest as the adaptive engine sees it, with the coarsest mesh of DESIGN 3.10: a face whose fan was
+/// accepted has no centre until one of its roots is split, by itself or by a neighbour's closure.
+class BisectionHierarchy {
+  public:
+    explicit BisectionHierarchy(const ControlMesh& mesh)
+        : forest_(mesh), fans_(mesh.face_count(), 0), fan_errors_(mesh.face_count(), 0.0) {}
+    explicit BisectionHierarchy(const ControlMesh&&) = delete;
+
+    /// Starts a face, all of whose roots are leaves, without its centre.
+    void accept_fan(FaceId face, double error) {
+        active_fans_ += !fans_[face.value];
+        fans_[face.value] = 1;
+        fan_errors_[face.value] = error;
+    }
+    /// Calls visit(face, error of its fan) for the faces without a centre.
+    template <class Visit>
+    void for_each_fan(Visit&& visit) const {
+        for (std::uint32_t f = 0; f < fans_.size(); ++f)
+            if (fans_[f]) visit(FaceId(f), fan_errors_[f]);
+    }
+    double fan_error(FaceId face) const { return fan_errors_[face.value]; }
+    const BisectionForest& forest() const { return forest_; }
+    const std::vector<std::uint8_t>& fans() const { return fans_; }
+
+    std::uint32_t slots() const { return forest_.leaf_slots(); }
+    /// CellTriangle::root is below this.
+    std::uint32_t root_bound() const { return forest_.mesh().halfedge_count(); }
+    bool is_leaf(LeafId leaf) const { return forest_.is_leaf(leaf); }
+    int level(LeafId leaf) const { return forest_.depth(leaf) / 2; }
+    bool must_split(LeafId) const { return false; }
+    CellTriangle key(LeafId leaf) const { return forest_.triangle(leaf); }
+    std::uint64_t triangle_count() const { return forest_.leaf_count() - 2 * active_fans_; }
+
+    void initial_leaves(std::vector<LeafId>& leaves) const {
+        for (std::uint32_t i = 0; i < forest_.leaf_slots(); ++i)
+            if (const LeafId leaf(i); forest_.is_leaf(leaf) && !fans_[forest_.face(leaf).value]) leaves.push_back(leaf);
+    }
+    int triangles(LeafId leaf, std::array<CellTriangle, 3>& parts) const {
+        parts[0] = forest_.triangle(leaf);
+        return 1;
+    }
+    /// Splits with closure. @param fresh  receives (appended) the leaves to be estimated: new ones, and those that a
+    /// fan hid.
+    void refine(std::span<const LeafId> marked, std::vector<LeafId>& fresh) {
+        forest_.refine(marked, created_);
+        fresh.insert(fresh.end(), created_.begin(), created_.end());
+        for (LeafId leaf : created_) open(forest_.face(leaf), fresh);
+    }
+    /// Gives a face its centre back. @param fresh  receives (appended) those of its leaves that are still roots
+    void open(FaceId face, std::vector<LeafId>& fresh) {
+        if (!fans_[face.value]) return;
+        fans_[face.value] = 0;
+        --active_fans_;
+        const ControlMesh& mesh = forest_.mesh();
+        const std::uint32_t h0 = mesh.face_halfedge(face).value;
+        for (std::uint32_t i = 0; i < mesh.face_size(face); ++i)
+            if (const LeafId leaf = forest_.root_leaf(HalfedgeId(h0 + i)); leaf.valid()) fresh.push_back(leaf);
+    }
+
+  private:
+    BisectionForest forest_;
+    std::vector<std::uint8_t> fans_;
+    std::vector<double> fan_errors_;
+    std::uint64_t active_fans_ = 0;
+    std::vector<LeafId> created_;
+};
+
+/// The control half-edge that edge k (corner k to corner k + 1) of a triangle lies on, or an invalid one. Quad family.
+inline HalfedgeId bisection_control_edge(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
+    const LatticePoint a = t.corner[k], b = t.corner[(k + 1) % 3];
+    if (a.y == 0 && b.y == 0) return t.root;
+    if (a.x == 0 && b.x == 0) return mesh.prev(t.root);
+    return {};
+}
+
+/// The same for the triangle family.
+inline HalfedgeId triangle_control_edge(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
+    const LatticePoint a = t.corner[k], b = t.corner[(k + 1) % 3];
+    const std::uint32_t n = 1u << t.level;
+    if (a.y == 0 && b.y == 0) return t.root;
+    if (a.x + a.y == n && b.x + b.y == n) return mesh.next(t.root);
+    if (a.x == 0 && b.x == 0) return mesh.prev(t.root);
+    return {};
+}
+
+/// Triangle quadtrees with red-green closure as the adaptive engine sees them.
+class TriangleHierarchy {
+  public:
+    explicit TriangleHierarchy(const ControlMesh& mesh)
+        : forest_(mesh), first_count_(forest_.leaf_count()), first_points_(forest_.point_count()) {
+        for (std::uint32_t h = 0; h < mesh.halfedge_count() && !ends_; ++h) ends_ = ends_at(HalfedgeId(h));
+    }
+    explicit TriangleHierarchy(const ControlMesh&&) = delete;
+
+    /// The two faces of an interior vertex of valence 2 would both have the edge between the middles of the vertex'
+    /// edges, which then had four triangles. In one of the faces the cell behind that edge is always split.
+    bool must_split(LeafId leaf) const {
+        const int level = forest_.level(leaf);
+        if (level == 0) return false;
+        const ControlMesh& mesh = forest_.mesh();
+        const CellTriangle t = forest_.triangle(leaf);
+        const std::int64_t n = std::int64_t{1} << level;
+        HalfedgeId h = t.root;
+        for (int k = 0; k < 3; ++k, h = mesh.next(h)) {
+            // The cell behind the one at corner k: of all cells its corners are the second nearest.
+            std::int64_t nearness = 0;
+            for (const LatticePoint& p : t.corner)
+                nearness += k == 0 ? n - p.x - p.y : (k == 1 ? std::int64_t{p.x} : std::int64_t{p.y});
+            if (nearness != 3 * n - 4) continue;
+            const VertexId v = mesh.origin(h);
+            if (mesh.face_valence(v) == 2 && !mesh.is_boundary(v) && mesh.vertex_halfedge(v) == h) return true;
+        }
+        return false;
+    }
+
+    const TriangleForest& forest() const { return forest_; }
+
+    std::uint32_t slots() const { return forest_.leaf_slots(); }
+    /// CellTriangle::root is below this.
+    std::uint32_t root_bound() const { return forest_.mesh().halfedge_count(); }
+    bool is_leaf(LeafId leaf) const { return forest_.is_leaf(leaf); }
+    int level(LeafId leaf) const { return forest_.level(leaf); }
+    CellTriangle key(LeafId leaf) const { return forest_.triangle(leaf); }
+    /// Of the conforming mesh, green triangles included, by Euler's formula: the characteristic does not change, so
+    /// each point brings two triangles, one on the boundary.
+    std::uint64_t triangle_count() const {
+        return first_count_ + 2 * (std::uint64_t{forest_.point_count()} - first_points_) - boundary_points_;
+    }
+
+    void initial_leaves(std::vector<LeafId>& leaves) const {
+        for (std::uint32_t i = 0; i < forest_.leaf_slots(); ++i)
+            if (forest_.is_leaf(LeafId(i))) leaves.push_back(LeafId(i));
+    }
+    int triangles(LeafId leaf, std::array<CellTriangle, 3>& parts) const {
+        const GreenTriangles green = forest_.green_triangles(leaf);
+        assert(green.count <= 3);
+        std::copy_n(green.cell.begin(), 3, parts.begin());
+        return green.count;
+    }
+    /// Splits with closure. A leaf whose neighbours are all split then is split, too: its output triangles are the
+    /// same, but each has an error of its own.
+    void refine(std::span<const LeafId> marked, std::vector<LeafId>& fresh) {
+        split(marked, fresh);
+        surrounded_.clear();
+        for (LeafId leaf : changed_) {
+            const auto hanging = forest_.hanging_points(leaf);
+            if (hanging[0].valid() && hanging[1].valid() && hanging[2].valid())
+                surrounded_.push_back(leaf);
+            else
+                fresh.push_back(leaf);
+        }
+        if (surrounded_.empty()) return;
+        // There is nothing left beside them that this could change.
+        split(surrounded_, fresh);
+        assert(changed_.empty());
+    }
+    void open(FaceId, std::vector<LeafId>&) {}
+    double fan_error(FaceId) const { return 0; }
+    template <class Visit>
+    void for_each_fan(Visit&&) const {}
+
+  private:
+    void split(std::span<const LeafId> marked, std::vector<LeafId>& fresh) {
+        forest_.refine(marked, created_, changed_);
+        std::uint64_t boundary_edges = 0;
+        if (ends_)
+            for (LeafId leaf : created_) boundary_edges += count_boundary_edges(leaf);
+        boundary_points_ += boundary_edges / 2;
+        fresh.insert(fresh.end(), created_.begin(), created_.end());
+    }
+    std::uint64_t count_boundary_edges(LeafId leaf) const {
+        const ControlMesh& mesh = forest_.mesh();
+        const CellTriangle t = forest_.triangle(leaf);
+        std::uint64_t count = 0;
+        for (std::size_t k = 0; k < 3; ++k)
+            if (const HalfedgeId h = triangle_control_edge(mesh, t, k); h.valid()) count += ends_at(h);
+        return count;
+    }
+
+    /// Whether nothing lies across a control half-edge.
+    bool ends_at(HalfedgeId h) const {
+        const HalfedgeId twin = forest_.mesh().twin(h);
+        return !twin.valid() || forest_.mesh().is_hole(forest_.mesh().face(twin));
+    }
+
+    TriangleForest forest_;
+    bool ends_ = false;  ///< the surface has an end somewhere
+    std::uint64_t first_count_, first_points_, boundary_points_ = 0;
+    std::vector<LeafId> created_, changed_, surrounded_;
+};
+
+}  // namespace tetrakis

@@ -1,0 +1,225 @@
+#include "../../hier/base/error.hpp"
+#include "../../hier/base/parallel.hpp"
+#include "hierarchy.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+
+namespace tetrakis {
+
+namespace {
+
+// Leaves that a predicate sees at once: as many as stay in the cache until it looks.
+constexpr std::size_t k_batch = 256;
+
+// Leaves that are estimated between two chances to cancel; more of many, as to look at some may cost as much as to find
+// what lies around them all.
+constexpr std::size_t k_least_estimated = 1u << 15, k_most_turns = 16;
+
+/// Calls estimate(begin, count) for all of `count` leaves or nodes, in turns.
+template <class Estimate>
+void estimate_in_turns(std::size_t count, const std::function<void(double)>& report, Estimate&& estimate) {
+    const std::size_t turn = std::max(k_least_estimated, (count + k_most_turns - 1) / k_most_turns);
+    for (std::size_t begin = 0; begin < count; begin += turn) {
+        if (begin != 0) report(static_cast<double>(begin) / static_cast<double>(count));
+        estimate(begin, std::min(turn, count - begin));
+    }
+}
+
+void require_tolerance(double tolerance) {
+    if (!(tolerance >= 0))
+        throw Error(ErrorCode::invalid_input,
+                    "the tolerance is " + std::to_string(tolerance) + ", but has to be zero or more");
+}
+
+/// Refuses a pass that would bring a hierarchy over the limit, or did.
+/// @param memory  of the hierarchy now
+/// @param marked  leaves to be split; what goes with them is not known yet
+/// @param open    leaves that the pass has looked at
+void check_refine_memory(const RunContext& context, std::uint64_t memory, std::uint64_t leaves, std::uint64_t marked,
+                         std::uint64_t open, int children) {
+    if (context.max_memory_bytes == 0) return;
+    // New leaves take what those there are do, with all the room to grow; less where many were merged.
+    constexpr std::uint64_t k_most_bytes = 160;
+    const std::uint64_t each = std::min(k_most_bytes, memory / std::max<std::uint64_t>(leaves, 1));
+    constexpr std::uint64_t k_list_bytes = 2 * sizeof(LeafId) + sizeof(double) + 1;  // open, marked, error, answer
+    const auto split = static_cast<std::uint64_t>(children);
+    const std::uint64_t bytes = memory + marked * ((split - 1) * each + split * sizeof(LeafId)) + open * k_list_bytes;
+    if (bytes <= context.max_memory_bytes) return;
+    const std::string what =
+        marked == 0 ? " leaves take " : " leaves, " + std::to_string(marked) + " to be split, need about ";
+    throw Error(ErrorCode::memory_limit, "the hierarchy's " + std::to_string(leaves) + what + std::to_string(bytes) +
+                                             " bytes, more than the limit of " +
+                                             std::to_string(context.max_memory_bytes) +
+                                             "; ask for a looser tolerance or a smaller depth, or raise the limit");
+}
+
+}  // namespace
+
+void Hierarchy::ask(const LeafPredicate& wanted, std::span<const LeafId> leaves,
+                    detail::PoolVector<std::uint8_t>& answers) const {
+    answers.assign(leaves.size(), 0);
+    std::vector<LeafView> views(std::min(k_batch, leaves.size()));
+    for (std::size_t begin = 0; begin < leaves.size(); begin += k_batch) {
+        const std::size_t count = std::min(k_batch, leaves.size() - begin);
+        const std::span batch = std::span(views).first(count);
+        family_->views(leaves.subspan(begin, count), batch);
+        for (LeafView& view : batch) view.leaf = handle(view.leaf.slot);
+        wanted(batch, std::span(answers).subspan(begin, count));
+    }
+}
+
+/// @param open   the leaves to begin with
+/// @param marks  marks(leaves, answers, report): which of these leaves are to be split
+template <class Marks>
+std::size_t Hierarchy::refine_until(std::vector<LeafId> open, int max_depth, const RunContext& context, Marks&& marks) {
+    if (max_depth < 0 || max_depth > tree().max_depth)
+        throw Error(ErrorCode::invalid_input, "the depth is " + std::to_string(max_depth) +
+                                                  ", but has to be between 0 and " + std::to_string(tree().max_depth));
+    detail::PoolVector<LeafId> marked;
+    detail::PoolVector<std::uint8_t> answers;
+    FamilyUpdate update;
+    std::size_t created = 0;
+    for (int pass = 0; !open.empty(); ++pass) {
+        const auto report = [&](double done) { context.report("refine", 1.0 - std::ldexp(1.0 - done / 2, -pass)); };
+        report(0);
+        family_->remove_below(max_depth, open);
+        marks(open, answers, report);
+        marked.clear();
+        marked.reserve(open.size());
+        for (std::size_t i = 0; i < open.size(); ++i)
+            if (answers[i]) marked.push_back(open[i]);
+        if (marked.empty()) break;
+        check_refine_memory(context, memory_bytes(), leaf_count(), marked.size(), open.size(), tree().child_count);
+        apply_refine(marked, update);
+        created += update.created.size();
+        std::swap(open, update.created);
+        open.insert(open.end(), update.reshaped.begin(), update.reshaped.end());
+        check_refine_memory(context, memory_bytes(), leaf_count(), 0, 0, tree().child_count);
+    }
+    context.report("refine", 1);
+    return created;
+}
+
+/// @param touched  if not null, receives the leaves that are new or beside new ones
+template <class Marks>
+std::size_t Hierarchy::coarsen_until(const RunContext& context, std::vector<LeafHandle>* touched, Marks&& marks) {
+    std::vector<LeafId> open = family_->ordered_leaves(), wanted;
+    detail::PoolVector<std::uint8_t> answers;
+    FamilyUpdate update;
+    std::size_t created = 0;
+    for (int pass = 0; !open.empty(); ++pass) {
+        const auto report = [&](double done) { context.report("coarsen", 1.0 - std::ldexp(1.0 - done / 2, -pass)); };
+        report(0);
+        marks(open, answers, report);
+        for (std::size_t i = 0; i < open.size(); ++i)
+            if (answers[i]) wanted.push_back(open[i]);
+        const std::vector<LeafHandle> before = handles(wanted);
+        apply_coarsen(wanted, update);
+        if (update.created.empty()) break;
+        created += update.created.size();
+        for (const auto* list : {&update.created, &update.reshaped}) {
+            if (touched == nullptr) break;
+            for (const LeafHandle leaf : handles(*list)) touched->push_back(leaf);
+        }
+        // What was wanted and is still there may be merged beside the new leaves.
+        wanted.clear();
+        for (LeafHandle leaf : before)
+            if (is_leaf(leaf)) wanted.push_back(leaf.slot);
+        open = update.created;
+    }
+    context.report("coarsen", 1);
+    return created;
+}
+
+std::size_t Hierarchy::refine_where(const LeafPredicate& wanted, int max_depth, const RunContext& context) {
+    require_not_lost();
+    return with_threads(context, [&] {
+        return refine_until(family_->ordered_leaves(), max_depth, context,
+                            [&](std::span<const LeafId> leaves, detail::PoolVector<std::uint8_t>& answers,
+                                const std::function<void(double)>&) { ask(wanted, leaves, answers); });
+    });
+}
+
+std::size_t Hierarchy::refine_over(const ErrorEstimator& estimator, double tolerance, std::vector<LeafId> open,
+                                   int max_depth, const RunContext& context) {
+    std::vector<double> errors;
+    return refine_until(std::move(open), max_depth, context,
+                        [&](std::span<const LeafId> leaves, detail::PoolVector<std::uint8_t>& answers,
+                            const std::function<void(double)>& report) {
+                            errors.resize(leaves.size());
+                            answers.resize(leaves.size());
+                            estimate_in_turns(leaves.size(), report, [&](std::size_t begin, std::size_t count) {
+                                family_->leaf_errors(leaves.subspan(begin, count), estimator,
+                                                     std::span(errors).subspan(begin, count));
+                            });
+                            // An error that is no number is not within the tolerance.
+                            for (std::size_t i = 0; i < leaves.size(); ++i) answers[i] = !(errors[i] <= tolerance);
+                        });
+}
+
+std::size_t Hierarchy::refine_where(const ErrorEstimator& estimator, double tolerance, int max_depth,
+                                    const RunContext& context) {
+    require_not_lost();
+    require_tolerance(tolerance);
+    return with_threads(
+        context, [&] { return refine_over(estimator, tolerance, family_->ordered_leaves(), max_depth, context); });
+}
+
+std::size_t Hierarchy::coarsen_where(const LeafPredicate& wanted, const RunContext& context) {
+    require_not_lost();
+    return with_threads(context, [&] {
+        return coarsen_until(context, nullptr,
+                             [&](std::span<const LeafId> leaves, detail::PoolVector<std::uint8_t>& answers,
+                                 const std::function<void(double)>&) { ask(wanted, leaves, answers); });
+    });
+}
+
+std::size_t Hierarchy::coarsen_where(const ErrorEstimator& estimator, double tolerance, const RunContext& context) {
+    require_not_lost();
+    require_tolerance(tolerance);
+    return with_threads(context, [&] {
+        std::vector<HierarchyNode> parents;
+        std::vector<std::size_t> parent;  // per leaf
+        std::vector<double> errors;
+        int deepest = 0;
+        for (const LeafId leaf : family_->ordered_leaves()) deepest = std::max(deepest, family_->depth(leaf));
+        std::vector<LeafHandle> touched;
+        const auto within = [&](std::span<const LeafId> leaves, detail::PoolVector<std::uint8_t>& answers,
+                                const std::function<void(double)>& report) {
+            constexpr auto k_root = std::numeric_limits<std::size_t>::max();
+            answers.assign(leaves.size(), 0);
+            parents.clear();
+            parent.assign(leaves.size(), k_root);
+            for (std::size_t i = 0; i < leaves.size(); ++i) {
+                const HierarchyNode node = family_->node(leaves[i]);
+                if (node.depth == 0) continue;
+                // Siblings mostly follow each other.
+                if (const HierarchyNode above = tree().parent(node); parents.empty() || parents.back() != above)
+                    parents.push_back(above);
+                parent[i] = parents.size() - 1;
+            }
+            errors.resize(parents.size());
+            estimate_in_turns(parents.size(), report, [&](std::size_t begin, std::size_t count) {
+                family_->node_errors(std::span(parents).subspan(begin, count), estimator,
+                                     std::span(errors).subspan(begin, count));
+            });
+            for (std::size_t i = 0; i < leaves.size(); ++i)
+                if (parent[i] != k_root) answers[i] = errors[parent[i]] <= tolerance;
+        };
+        const std::size_t created = coarsen_until(context, &touched, within);
+        // What lies beside a merged leaf has other triangles then, whose errors nobody has looked at.
+        std::vector<LeafId> beside;
+        for (const LeafHandle leaf : touched)
+            if (is_leaf(leaf)) beside.push_back(leaf.slot);
+        std::sort(beside.begin(), beside.end(), [](LeafId a, LeafId b) { return a.value < b.value; });
+        beside.erase(std::unique(beside.begin(), beside.end()), beside.end());
+        refine_over(estimator, tolerance, std::move(beside), deepest, context);
+        return created;
+    });
+}
+
+}  // namespace tetrakis

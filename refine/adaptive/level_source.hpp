@@ -1,0 +1,52 @@
+#pragma once
+
+#include "../../hier/base/vec.hpp"
+#include "../../hier/forest/site.hpp"
+#include "../../hier/mesh/control_mesh.hpp"
+#include "../../schemes/core/scheme_kind.hpp"
+#include "../../schemes/core/scheme_table.hpp"
+#include "../rules/vertex_ring.hpp"
+
+#include <memory>
+#include <span>
+
+namespace tetrakis {
+
+/// The points of a scheme's surface over the sites of its family, at any level and in the limit: what a hierarchy asks
+/// of its scheme. A result depends on the mesh, the scheme with its options, the site and the level alone: any batch,
+/// order and number of threads gives the same bytes. All calls are const and safe from several threads.
+///
+/// Levels are steps of the scheme, as in refine(): level 0 is the control mesh.
+class LevelSource {
+  public:
+    virtual ~LevelSource() = default;
+    /// The first level that has the site as a vertex. @param site  valid, see HierarchyFamily::check_site()
+    virtual int first_level(const Site& site) const = 0;
+    /// The deepest level that positions() answers for.
+    virtual int max_level() const = 0;
+    /// Control positions of the sites at a level, as uniform refinement has them there.
+    /// @param level  first_level(site) <= level <= max_level() for all of them
+    virtual void positions(std::span<const Site> sites, int level, std::span<Vec3d> out) const = 0;
+    /// The mesh of one level around its vertices: position, the mean normal of the faces around (by area) and two
+    /// directions that span the plane across it. `has_tangent_plane` is false where the normals cancel out.
+    virtual void frames(std::span<const Site> sites, int level, std::span<LimitPoint> out) const = 0;
+    virtual void limit_positions(std::span<const Site> sites, std::span<Vec3d> out) const = 0;
+    /// Limit positions, tangents and normals. @throws Error  unsupported: the scheme has no limit mask for a vertex
+    virtual void limits(std::span<const Site> sites, std::span<LimitPoint> out) const = 0;
+};
+
+/// Catmull-Clark or Loop by closure. Keeps a reference to the mesh.
+/// @throws Error  invalid_input: Loop on other faces than triangles
+std::unique_ptr<LevelSource> closure_levels(const ControlMesh& mesh, SchemeKind scheme);
+
+/// Any scheme of the table whose vertices are sites, by its rules on part of each level (PartialLevels). Keeps a
+/// reference to the mesh.
+/// @throws Error  as PartialLevels; unsupported: a dual scheme
+std::unique_ptr<LevelSource> rule_levels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules);
+
+/// Bilinear refinement into quads, or midpoint refinement of triangles: each level lies on the control mesh, and so
+/// does the limit. Its normals are those of frames(), as there are no tangent planes.
+/// @throws Error  invalid_input: triangles are asked for on other faces
+std::unique_ptr<LevelSource> linear_levels(const ControlMesh& mesh, bool triangles);
+
+}  // namespace tetrakis

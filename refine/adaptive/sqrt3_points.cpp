@@ -1,0 +1,154 @@
+#include "sqrt3_points.hpp"
+
+#include <algorithm>
+
+namespace tetrakis {
+
+namespace {
+
+constexpr std::size_t k_most_points = 1u << 16;  // kept per level
+
+}  // namespace
+
+std::uint64_t Sqrt3Points::opposite_of_kept(int level, std::uint64_t h) {
+    if (!lattice_.has_kept() || level % 2 == 0) return Sqrt3Lattice::none;
+    const std::uint64_t side = 3 * Sqrt3Lattice::face(h);
+    if (lattice_.twin(level, side) != Sqrt3Lattice::none || lattice_.sharpness(level, side) > 0)
+        return Sqrt3Lattice::none;
+    return Sqrt3Lattice::prev(lattice_.beyond(level, side));
+}
+
+Sqrt3Points::Fan Sqrt3Points::fan(int level, std::uint64_t leaving) {
+    Fan fan;
+    // Clockwise to the boundary, or all around.
+    std::uint64_t start = leaving;
+    for (;;) {
+        std::uint64_t t = lattice_.twin(level, start);
+        if (t == Sqrt3Lattice::none) t = lattice_.beyond(level, start);
+        fan.closed = t != Sqrt3Lattice::none;
+        if (!fan.closed) break;
+        start = Sqrt3Lattice::next(t);
+        if (start == leaving) break;
+    }
+    bool any_cut = !fan.closed;
+    for (std::uint64_t h = start;;) {
+        fan.leaving.push_back(h);
+        const std::uint64_t into = Sqrt3Lattice::prev(h);
+        h = lattice_.twin(level, into);
+        if (h == Sqrt3Lattice::none) {
+            any_cut = true;
+            h = lattice_.beyond(level, into);
+        }
+        if (h == Sqrt3Lattice::none || h == start) break;
+    }
+    if (fan.closed)
+        std::rotate(fan.leaving.begin(), std::min_element(fan.leaving.begin(), fan.leaving.end()), fan.leaving.end());
+    const bool kept = lattice_.has_kept() && level % 2 != 0;
+    const auto add = [&](std::uint64_t edge, std::uint64_t to) {
+        const float sharpness = any_cut ? lattice_.sharpness(level, edge) : 0.0f;
+        if (sharpness > 0) fan.sharp.emplace_back(fan.around.size(), sharpness);
+        // Flipped, if it were not kept: no edge, and one beyond each of its ends that are opposite.
+        const bool flipped = kept && any_cut && !(sharpness > 0) && lattice_.twin(level, edge) == Sqrt3Lattice::none;
+        if (!flipped) fan.around.push_back(to);
+    };
+    for (const std::uint64_t h : fan.leaving) {
+        add(h, Sqrt3Lattice::next(h));
+        if (!kept || h % 3 != 2) continue;
+        if (const std::uint64_t beyond = opposite_of_kept(level, h); beyond != Sqrt3Lattice::none)
+            fan.around.push_back(beyond);
+    }
+    if (!fan.closed) add(Sqrt3Lattice::prev(fan.leaving.back()), Sqrt3Lattice::prev(fan.leaving.back()));
+    return fan;
+}
+
+detail::Sqrt3Ring Sqrt3Points::ring(int level, std::uint64_t leaving) {
+    return ring(level, leaving, fan(level, leaving));
+}
+
+detail::Sqrt3Ring Sqrt3Points::ring(int level, std::uint64_t leaving, const Fan& at) {
+    detail::Sqrt3Ring ring;
+    ring.closed = at.closed;
+    ring.point = position(level, leaving);
+    for (const std::uint64_t h : at.around) ring.around.push_back(position(level, h));
+    ring.sharp = at.sharp;
+    if (lattice_.has_tagged_vertices())
+        ring.vertex_sharpness = detail::Sqrt3Rules::vertex_sharpness(*mesh_, lattice_.origin(level, leaving), level);
+    return ring;
+}
+
+Vec3d Sqrt3Points::position(int level, std::uint64_t leaving) {
+    const Sqrt3Vertex v = lattice_.origin(level, leaving);
+    if (level == 0) return mesh_->position(VertexId(static_cast<std::uint32_t>(v.key)));
+    if (known_.size() <= static_cast<std::size_t>(level)) known_.resize(static_cast<std::size_t>(level) + 1);
+    const auto& known = known_[static_cast<std::size_t>(level)];
+    if (const auto at = known.find(v); at != known.end()) return at->second;
+    const Vec3d p = compute(level, leaving, v);
+    auto& points = known_[static_cast<std::size_t>(level)];
+    if (points.size() > k_most_points) points.clear();
+    points.emplace(v, p);
+    return p;
+}
+
+Vec3d Sqrt3Points::compute(int level, std::uint64_t leaving, const Sqrt3Vertex& v) {
+    const int above = level - 1;
+    using Kind = Sqrt3Vertex::Kind;
+    if (v.birth == level && v.kind == Kind::centre)
+        return detail::Sqrt3Rules::centre(
+            {position(above, 3 * v.key), position(above, 3 * v.key + 1), position(above, 3 * v.key + 2)});
+    if (v.birth == level) {
+        // On the cut edge from `near` to `far`, near the first.
+        const std::uint64_t s = v.key;
+        const bool first = v.kind == Kind::first;
+        const std::uint64_t at = first ? s : Sqrt3Lattice::next(s), other = first ? Sqrt3Lattice::next(s) : s;
+        if (const std::uint64_t opposite = opposite_of_kept(above, s); opposite != Sqrt3Lattice::none)
+            return detail::Sqrt3Rules::beside_smooth(position(above, at), position(above, Sqrt3Lattice::prev(s)),
+                                                     position(above, opposite));
+        const Fan around = fan(above, at);
+        const detail::Sqrt3Ring near = ring(above, at, around);
+        const Vec3d far = position(above, other);
+        const Vec3d* beyond = nullptr;
+        if (near.rule() == VertexRule::crease) {
+            // Of the two ways that the crease goes on, the one that is not to `far`.
+            const Sqrt3Vertex one = lattice_.origin(above, around.around[near.sharp[0].first]);
+            beyond = &near.around[near.sharp[one == lattice_.origin(above, other) ? 1 : 0].first];
+        }
+        return detail::Sqrt3Rules::beside(near.point, far, beyond);
+    }
+    return rules_.moved(ring(above, lattice_.before(level, leaving)), above % 2 != 0);
+}
+
+bool Sqrt3Points::beside_cut(int level, std::uint64_t leaving) {
+    const Fan at = fan(level, leaving);
+    return std::any_of(at.leaving.begin(), at.leaving.end(),
+                       [&](std::uint64_t h) { return lattice_.sharpness(level, 3 * Sqrt3Lattice::face(h)) > 0; });
+}
+
+bool Sqrt3Points::beside_dart(int level, const Fan& at) {
+    if (!lattice_.has_lines()) return false;
+    return std::any_of(at.sharp.begin(), at.sharp.end(), [&](const auto& edge) {
+        const std::uint64_t there = at.around[edge.first];
+        return lattice_.origin(level, there).kind == Sqrt3Vertex::Kind::control &&
+               ring(level, there).rule() == VertexRule::dart;
+    });
+}
+
+LimitPoint Sqrt3Points::limit(int level, std::uint64_t leaving) {
+    // From the first level that has it, whatever is asked for; where that comes before the second of two steps, only
+    // away from the edges that it cuts.
+    const Sqrt3Vertex v = lattice_.origin(level, leaving);
+    const auto advance = [&](int steps) {
+        for (; steps > 0; --steps, ++level) leaving = lattice_.after(level, leaving);
+    };
+    for (; level > v.birth; --level) leaving = lattice_.before(level, leaving);
+    if (level % 2 != 0) {
+        if (beside_cut(level, leaving)) advance(1);
+        return rules_.limit(ring(level, leaving));
+    }
+    // Where a sharp edge goes to a dart, from the level where it goes to a point of that edge.
+    const Fan around = fan(level, leaving);
+    if (!beside_dart(level, around)) return rules_.limit(ring(level, leaving, around));
+    advance(2);
+    return rules_.limit(ring(level, leaving));
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,260 @@
+#include "followed_uvs.hpp"
+
+#include "../../schemes/rules/averaging.hpp"
+#include "../rules/parallel_blocks.hpp"
+#include "seam_extension.hpp"
+#include "seam_face.hpp"
+#include "uv_mesh.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+#include <utility>
+
+namespace tetrakis::detail {
+
+namespace {
+
+/// Values of the next level.
+std::vector<Vec2d> next_uvs(const StencilTable& stencils, const std::vector<Vec2d>& uvs) {
+    std::vector<Vec2d> finer(stencils.row_count());
+    for_each_index(static_cast<std::uint32_t>(stencils.row_count()), [&](std::uint32_t r) {
+        const auto points = stencils.points(static_cast<int>(r));
+        const auto weights = stencils.weights(static_cast<int>(r));
+        Vec2d sum(0);
+        for (std::size_t i = 0; i < points.size(); ++i) sum += weights[i] * uvs[points[i]];
+        finer[r] = sum;
+    });
+    return finer;
+}
+
+/// The same faces with every edge and vertex sharp: each rule of a triangle scheme is then linear.
+RuleMesh all_sharp(const RuleMesh& mesh) {
+    constexpr float k_sharp = std::numeric_limits<float>::infinity();
+    RuleMesh::Builder faces;
+    for (int f = 0; f < mesh.face_count(); ++f) {
+        for (const int v : mesh.corners(f)) faces.corner(v, k_sharp);
+        faces.end_face();
+    }
+    return RuleMesh(mesh.vertex_count(), std::move(faces), std::vector<float>(mesh.vertex_count(), k_sharp));
+}
+
+/// The half-edges of the nine triangles that a triangle is cut into, three at each corner: the triangle at the corner,
+/// the one beside it inside, and the one on the edge.
+template <class Visit>
+void ninths(const RuleMesh& mesh, int at_corner, Visit&& visit) {
+    int first = at_corner, k = 0;
+    for (int triangle = 0; triangle < 3; ++triangle) {
+        for (int h = first, i = 0; i < 3; ++i, h = mesh.next(h)) visit(k++, h);
+        first = mesh.twin(mesh.next(first));
+    }
+}
+
+/// One step of a scheme that splits faces, for both. False where a chart ends before the surface does.
+/// @param partner  per half-edge of the surface, that of the charts
+bool refine_quads(RuleMesh& surface, SeamExtension& charts, std::vector<int>& partner, const SchemeInfo& scheme,
+                  const RuleOptions& rules) {
+    RuleStep step = scheme.step(surface, rules), chart_step = scheme.step(charts.mesh, rules);
+    charts.uvs = next_uvs(chart_step.stencils, charts.uvs);
+    std::vector<int> finer(static_cast<std::size_t>(step.mesh.halfedge_count()), RuleMesh::none);
+    for (std::size_t h = 0; h < partner.size(); ++h) {
+        int fine = step.child_halfedge[h], p = chart_step.child_halfedge[partner[h]];
+        if (fine == RuleMesh::none) continue;
+        if (p == RuleMesh::none) return false;
+        for (int i = 0; i < 4; ++i, fine = step.mesh.next(fine), p = chart_step.mesh.next(p)) finer[fine] = p;
+    }
+    partner = std::move(finer);
+    surface = std::move(step.mesh);
+    charts.mesh = std::move(chart_step.mesh);
+    return true;
+}
+
+/// Both meshes at one level, and what corners of one are in the other.
+class SideBySide {
+  public:
+    SideBySide(RuleMesh surface, SeamExtension charts, std::vector<int> partner, const SchemeInfo& scheme,
+               const RuleOptions& rules)
+        : surface_(std::move(surface)),
+          charts_(std::move(charts)),
+          scheme_(scheme),
+          rules_(rules),
+          partner_(std::move(partner)) {
+        home_.resize(surface_.halfedge_count());
+        for (int h = 0; h < surface_.halfedge_count(); ++h) home_[h] = surface_.face(h);
+    }
+
+    void refine() {
+        RuleStep step = scheme_.step(surface_, rules_), chart_step = scheme_.step(charts_.mesh, rules_);
+        charts_.uvs = next_uvs(chart_step.stencils, charts_.uvs);
+        const auto halfedges = static_cast<std::size_t>(step.mesh.halfedge_count());
+        const std::vector<int> old_partner = std::exchange(partner_, std::vector<int>(halfedges, RuleMesh::none)),
+                               old_home = std::exchange(home_, std::vector<int>(halfedges, RuleMesh::none)),
+                               old_corner = std::exchange(corner_, std::vector<int>(halfedges, 0));
+        const bool first = old_corner.empty();
+        std::vector<char> child(step.mesh.vertex_count(), 0);
+        std::vector<int> queue;
+        const auto set = [&](int h, int partner, int home, int corner) {
+            if (partner == RuleMesh::none || partner_[h] != RuleMesh::none) return;
+            partner_[h] = partner;
+            home_[h] = home;
+            corner_[h] = corner;
+            queue.push_back(h);
+        };
+        for (int h = 0; h < surface_.halfedge_count(); ++h) {
+            const int a = step.child_halfedge[h];
+            if (a == RuleMesh::none || old_partner[h] == RuleMesh::none) continue;
+            child[step.mesh.origin(a)] = 1;
+            set(a, chart_step.child_halfedge[old_partner[h]], old_home[h], first ? 0 : old_corner[h]);
+        }
+        // Around the children of corners, which lie on one side of every seam, then along faces to the other points: to
+        // one at a dart or a tip from the left.
+        const RuleMesh &fine = step.mesh, &chart = chart_step.mesh;
+        const auto twin = [](const RuleMesh& mesh, int h) { return h == RuleMesh::none ? h : mesh.twin(h); };
+        for (std::size_t i = 0; i < queue.size(); ++i) {
+            const int h = queue[i], p = partner_[h];
+            if (const int left = twin(fine, fine.prev(h)); left != RuleMesh::none)
+                set(left, twin(chart, chart.prev(p)), home_[h], corner_[h]);
+            if (const int t = twin(fine, h), q = twin(chart, p); t != RuleMesh::none && q != RuleMesh::none)
+                set(fine.next(t), chart.next(q), home_[h], corner_[h]);
+        }
+        const auto behind = [&](int h) {
+            if (const int b = fine.prev(h); child[fine.origin(b)] == 0)
+                set(b, chart.prev(partner_[h]), home_[h], corner_[h]);
+        };
+        const auto ahead = [&](int h) {
+            if (const int n = fine.next(h); child[fine.origin(n)] == 0)
+                set(n, chart.next(partner_[h]), home_[h], corner_[h]);
+        };
+        const std::size_t children = queue.size();
+        for (std::size_t i = 0; i < children; ++i) behind(queue[i]);
+        for (std::size_t i = 0; i < children; ++i) ahead(queue[i]);
+        for (std::size_t i = children; i < queue.size(); ++i) behind(queue[i]);
+        for (std::size_t i = children; i < queue.size(); ++i) ahead(queue[i]);
+        // Honeycomb's old vertices and corners of faces do not meet themselves.
+        if (first && scheme_.refinement != Refinement::honeycomb) std::iota(corner_.begin(), corner_.end(), 0);
+        surface_ = std::move(step.mesh);
+        charts_.mesh = std::move(chart_step.mesh);
+    }
+
+    ChartCorners corners() && { return {std::move(partner_), std::move(home_), std::move(corner_)}; }
+
+    FollowedUvs result() {
+        FollowedUvs out;
+        if (std::find(partner_.begin(), partner_.end(), RuleMesh::none) != partner_.end()) return out;
+        out.uvs = std::move(charts_.uvs);
+        out.face_uvs.resize(surface_.halfedge_count());
+        out.control_face.resize(surface_.face_count());
+        for (int f = 0; f < surface_.face_count(); ++f) face(f, out);
+        return out;
+    }
+
+  private:
+    void face(int f, FollowedUvs& out) const {
+        const auto begin = static_cast<std::size_t>(surface_.face_begin(f));
+        out.control_face[f] = take_side(
+            std::span(out.face_uvs.data() + begin, static_cast<std::size_t>(surface_.face_size(f))),
+            [&](int i) { return partner_[begin + static_cast<std::size_t>(i)]; },
+            [&](int i) {
+                const std::size_t h = begin + static_cast<std::size_t>(i);
+                return SeamOrigin{static_cast<std::uint32_t>(home_[h]),
+                                  corner_.empty() ? 0 : static_cast<std::uint32_t>(corner_[h])};
+            },
+            [&](int p) { return charts_.mesh.next(p); }, [&](int p) { return charts_.mesh.origin(p); }, out.uvs);
+    }
+
+    RuleMesh surface_;
+    SeamExtension charts_;
+    const SchemeInfo& scheme_;
+    const RuleOptions& rules_;
+    std::vector<int> partner_;  ///< per half-edge of the surface, that of the charts
+    std::vector<int> home_;     ///< the control face that its origin lies in
+    std::vector<int> corner_;   ///< ChartCorners::corner
+};
+
+}  // namespace
+
+FollowedUvs follow_triangles(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RuleOptions& rules) {
+    const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
+    const ParallelBlocks runner;
+    RuleOptions with_runner = rules;
+    with_runner.runner = &runner;
+    const ControlMesh charts = uv_mesh(mesh);
+    FollowedUvs out;
+    for (const Vec3d& p : charts.positions()) out.uvs.emplace_back(p);
+    RuleMesh surface = rule_mesh(mesh), chart = rule_mesh(charts);
+    std::vector<int> partner(surface.halfedge_count());
+    for (int h = 0; h < surface.halfedge_count(); ++h) partner[h] = h;
+    for (int level = 0; level < levels; ++level) {
+        if (linear) chart = all_sharp(chart);
+        RuleStep step = scheme.step(surface, with_runner), chart_step = scheme.step(chart, with_runner);
+        out.uvs = next_uvs(chart_step.stencils, out.uvs);
+        std::vector<int> finer(step.mesh.halfedge_count());
+        for (int h = 0; h < surface.halfedge_count(); ++h) {
+            int there[9];
+            ninths(chart_step.mesh, chart_step.child_halfedge[partner[h]], [&](int k, int p) { there[k] = p; });
+            ninths(step.mesh, step.child_halfedge[h], [&](int k, int fine) { finer[fine] = there[k]; });
+        }
+        partner = std::move(finer);
+        surface = std::move(step.mesh);
+        chart = std::move(chart_step.mesh);
+    }
+    out.face_uvs.resize(surface.halfedge_count());
+    for (int h = 0; h < surface.halfedge_count(); ++h)
+        out.face_uvs[h] = static_cast<std::uint32_t>(chart.origin(partner[h]));
+    return out;
+}
+
+bool extends_charts(const SchemeInfo& scheme, const RuleOptions& rules) {
+    const int steps = scheme.step == averaging_step ? rules.averaging_steps : 0;
+    return steps > 0 && steps % 2 == 0 && (steps > 2 || rules.averaging_boundary == AveragingBoundary::recede);
+}
+
+SeamExtension extend_over_seams(const ControlMesh& mesh, const RuleMesh& surface, const SchemeInfo& scheme,
+                                const RuleOptions& rules) {
+    const bool averages = scheme.step == averaging_step || scheme.step == biquartic_step;
+    // A step of averaging reaches half a face further; honeycomb's old vertices take from all faces around.
+    const int layers = averages                                     ? (averaging_steps(scheme, rules) + 1) / 2
+                       : scheme.refinement == Refinement::honeycomb ? 2
+                                                                    : 1;
+    std::vector<char> across(mesh.halfedge_count(), 0);
+    for (int h = 0; h < surface.halfedge_count(); ++h) {
+        const float s = surface.sharpness(h);
+        across[h] = surface.twin(h) != RuleMesh::none && (averages || !is_sharp(s));
+    }
+    return extend_over_seams(mesh, surface, layers, across);
+}
+
+ChartCorners chart_corners(RuleMesh surface, SeamExtension charts, std::vector<int> partner, const SchemeInfo& scheme,
+                           int levels, const RuleOptions& rules) {
+    SideBySide both(std::move(surface), std::move(charts), std::move(partner), scheme, rules);
+    for (int level = 0; level < levels; ++level) both.refine();
+    return std::move(both).corners();
+}
+
+FollowedUvs follow_across_seams(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                                const RuleOptions& rules) {
+    const ParallelBlocks runner;
+    RuleOptions with_runner = rules;
+    with_runner.runner = &runner;
+    RuleMesh surface = rule_mesh(mesh);
+    SeamExtension charts = extend_over_seams(mesh, surface, scheme, rules);
+    std::vector<int> partner(static_cast<std::size_t>(surface.halfedge_count()));
+    std::iota(partner.begin(), partner.end(), 0);
+    try {
+        if (extends_charts(scheme, rules)) {
+            for (int level = 0; level < levels; ++level)
+                if (!refine_quads(surface, charts, partner, scheme, with_runner)) return {};
+            FollowedUvs out{std::move(charts.uvs), {}, {}};
+            for (const int p : partner) out.face_uvs.push_back(static_cast<std::uint32_t>(charts.mesh.origin(p)));
+            return out;
+        }
+        SideBySide both(std::move(surface), std::move(charts), std::move(partner), scheme, with_runner);
+        for (int level = 0; level < levels; ++level) both.refine();
+        return both.result();
+    } catch (const std::invalid_argument&) {
+        return {};  // the surface is a mesh; what recedes may leave less of its charts
+    }
+}
+
+}  // namespace tetrakis::detail

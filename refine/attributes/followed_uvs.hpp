@@ -1,0 +1,54 @@
+#pragma once
+
+#include "../../hier/mesh/control_mesh.hpp"
+#include "../rules/polygon_mesh.hpp"
+#include "../rules/rule_refiner.hpp"
+#include "seam_extension.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// UVs where the faces of the refined mesh are not those of the refined charts: one entry per face corner, in the order
+/// of the last level's half-edges.
+struct FollowedUvs {
+    std::vector<Vec2d> uvs;
+    std::vector<std::uint32_t> face_uvs;  ///< empty: the charts could not be followed
+    /// Per face, the control face that it lies in, or the most of it on the side whose UVs it has; empty: as ever.
+    std::vector<std::uint32_t> control_face;
+};
+
+/// sqrt3: a step cuts every triangle in nine, whether its edges are seams or not, so the charts (with seams as
+/// boundaries, by the scheme's rules; or linear) have the same triangles in another order, found step by step.
+FollowedUvs follow_triangles(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RuleOptions& rules);
+
+/// Whether a scheme that splits faces has no rule for boundaries: the longer averages take copies of them, those that
+/// recede use them up. A seam would then pull the chart together, so there it is continued, too.
+bool extends_charts(const SchemeInfo& scheme, const RuleOptions& rules);
+
+/// The extension that the scheme's rules need: for dual schemes, honeycomb, and where extends_charts().
+/// @param surface  rule_mesh(mesh)
+SeamExtension extend_over_seams(const ControlMesh& mesh, const RuleMesh& surface, const SchemeInfo& scheme,
+                                const RuleOptions& rules);
+
+/// What corners of a dual scheme's level are in that of the extended charts, both refined side by side.
+struct ChartCorners {
+    std::vector<int> partner;  ///< per half-edge: that of the charts, RuleMesh::none where there is none
+    std::vector<int> home;     ///< the control face that its origin lies in
+    std::vector<int> corner;   ///< the half-edge of level 1 that it has come from; on the control mesh empty
+};
+/// @param charts   extend_over_seams() of the mesh
+/// @param partner  of the control mesh's half-edges
+ChartCorners chart_corners(RuleMesh surface, SeamExtension charts, std::vector<int> partner, const SchemeInfo& scheme,
+                           int levels, const RuleOptions& rules);
+
+/// Dual schemes and honeycomb: mesh and extended charts (SeamExtension) are refined side by side; each corner inside a
+/// chart has its partner there. A face across a seam takes the UVs of one side, the one with the most of its corners,
+/// then the one of the lower control face, then (dual) that of the lower corner of level 1; beyond the seam those of
+/// the extension. So the seam that is seen is the true one to half a face. Where extends_charts(), the charts have all
+/// faces of the mesh.
+FollowedUvs follow_across_seams(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                                const RuleOptions& rules);
+
+}  // namespace tetrakis::detail

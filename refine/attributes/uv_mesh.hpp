@@ -1,0 +1,26 @@
+#pragma once
+
+#include "../../hier/mesh/control_mesh.hpp"
+#include "../../schemes/core/rule_step.hpp"
+
+namespace tetrakis {
+
+/// The UV layer as a control mesh of its own: same faces, so the same half-edge numbers, but cut open along UV seams;
+/// its positions are (u, v, 0). Refining it as a surface refines the UVs: an edge is a seam where the UV numbers of its
+/// two sides differ, seams are boundaries, and creases and corners of the mesh carry over where they are not on a seam.
+/// What the face-varying rule keeps is a corner of it; where several charts, or parts of one, touch in a single UV of a
+/// vertex, it stays, as in OpenSubdiv; linear_all is not in the mesh: its caller interpolates linearly instead.
+/// Its corners have the angles of the mesh's, measured ones included; of a sector that seams cut each part has its
+/// share.
+/// @param mesh   must have UVs
+/// @param rules  of the mesh; those of the charts are chart_rules()
+ControlMesh uv_mesh(const ControlMesh& mesh, const RuleOptions& rules = {});
+
+namespace detail {
+
+/// By which uv_mesh() is refined: what the mesh measures has been measured.
+RuleOptions chart_rules(RuleOptions rules);
+
+}  // namespace detail
+
+}  // namespace tetrakis

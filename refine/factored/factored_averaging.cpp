@@ -1,0 +1,278 @@
+#include "../../hier/base/error.hpp"
+#include "../../schemes/core/face_split.hpp"
+#include "../../schemes/rules/averaging_level.hpp"
+#include "factored_faces.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace tetrakis::detail {
+
+namespace {
+
+constexpr std::uint32_t k_no_number = 0xFFFF'FFFFu;
+
+/// Repeated averaging: the centres of faces become points, then the midpoints of edges, and then the points change
+/// between the vertices and the quads of the split mesh, whose centres rest.
+class FactoredAveraging final : public FactoredFaces {
+  public:
+    FactoredAveraging(const ControlMesh& control, const RuleOptions& rules)
+        : FactoredFaces(control),
+          rules_(rules),
+          open_(control.has_boundary()),
+          source_(control.data().source),
+          own_(FactoredFaces::active_mesh()) {
+        rules_.runner = nullptr;
+        if (rules.averaging_steps < 0)
+            throw Error(ErrorCode::invalid_input, "the number of averaging steps must not be negative");
+    }
+
+    int half_steps_per_level() const override { return 2 + rules_.averaging_steps; }
+
+    void half_step(FactoredTrace* trace) override {
+        check_halfedge_memory(halfedges(), done_ >= 2, k_next);
+        if (rules_.averaging_steps == 0 && done_ == 2) take_split();
+        if (done_ == 0)
+            rest_centres(trace);
+        else if (done_ == 1)
+            insert_midpoints(trace);
+        else
+            average(done_ - 2, trace);
+        ++done_;
+        if (rules_.averaging_steps == 0 && done_ == 2) own_ = polygons(split_polygons(mesh_), places());
+        if (done_ > 2 && !run_) done_ = 0;
+        set_states();
+    }
+
+    void check_half_steps(int count) const override {
+        // What a boundary leaves when it recedes does not follow from counts, and need not grow.
+        if (rules_.averaging_boundary == AveragingBoundary::recede && open_) count = std::min(count, 1);
+        const int averagings = rules_.averaging_steps;
+        std::uint64_t at = halfedges();
+        int done = done_;
+        for (int i = 0; i < count; ++i) {
+            const std::string which = half_step_of(i, count);
+            check_halfedge_memory(at, done >= 2, which);
+            if (done == 2) check_halfedge_count(at, averagings == 0 ? k_growth : k_most_growth, which);
+            if (averagings == 0 && done == 2) {
+                at *= k_growth;
+                done = 0;
+            }
+            ++done;
+            if (averagings == 0 || done < 2 + averagings) continue;
+            at *= k_growth;
+            done = 0;
+        }
+    }
+
+    std::vector<std::array<std::uint32_t, 3>> triangles() const override {
+        return run_ ? averaged_triangles(true) : FactoredFaces::triangles();
+    }
+    PolygonMesh mesh(std::vector<std::uint32_t>* numbers) const override {
+        return run_ ? polygons(averaged_triangles(false), numbers) : FactoredFaces::mesh(numbers);
+    }
+    PolygonMesh active_mesh() const override { return own_; }
+
+  private:
+    // Four quads with four half-edges for each half-edge, those of copies included.
+    static constexpr std::uint64_t k_most_growth = 64;
+
+    /// What the averagings of a level share.
+    struct Run {
+        AveragingLevel level;
+        AveragingLevel::End end;                        ///< its rows are the points themselves
+        std::vector<char> made;                         ///< the quads or vertices that have points
+        std::vector<std::uint32_t> at_vertex, at_quad;  ///< numbers
+        std::vector<Vec3d> split{};                     ///< before the first averaging, for sharp rules
+    };
+
+    /// Numbers of the split's points: at vertices, edges and faces.
+    std::vector<std::uint32_t> places() const {
+        std::vector<std::uint32_t> result = vertex_;
+        result.insert(result.end(), midpoint_.begin(), midpoint_.end());
+        result.insert(result.end(), centre_.begin(), centre_.end());
+        return result;
+    }
+
+    /// Without averaging: the split mesh is the next level's.
+    void take_split() {
+        check_halfedge_count(halfedges(), k_growth, k_next);
+        vertex_ = places();
+        mesh_ = split_polygons(mesh_);
+        midpoint_.clear();
+        centre_.resize(mesh_.face_count());
+        for (std::uint32_t& c : centre_) c = add({});
+        done_ = 0;
+    }
+
+    void average(int averaging, FactoredTrace* trace) {
+        if (averaging == 0) start();
+        run_->made = run_->level.made(averaging, run_->made);
+        set_points(averaging, run_->made, trace, false);
+        // From here on copies go their own ways.
+        if (averaging == 0)
+            for (std::size_t v = 0; v < run_->at_vertex.size(); ++v)
+                if (run_->level.is_copy(static_cast<int>(v))) run_->at_vertex[v] = k_no_number;
+        if (averaging + 1 == rules_.averaging_steps)
+            finish(trace);
+        else
+            set_points(averaging + 1, run_->level.made(averaging + 1, run_->made), trace, true);
+    }
+
+    /// All that can fail, before anything changes.
+    void start() {
+        check_halfedge_count(halfedges(), k_most_growth, k_next);
+        check_halfedge_count(positions_.size(), 1, k_next);
+        try {
+            AveragingLevel level(mesh_, rules_);
+            std::vector<char> first = level.made(), last = first;
+            for (int i = 0; i < level.averagings(); ++i) last = level.made(i, last);
+            AveragingLevel::End end = level.end(last, nullptr, [](int point) { return StencilRow{{point, 1}}; });
+            const std::vector<std::uint32_t> at = places();
+            std::vector<std::uint32_t> at_vertex(first.size()), at_quad(level.split().face_count(), k_no_number);
+            for (std::size_t v = 0; v < at_vertex.size(); ++v) at_vertex[v] = at[level.place(static_cast<int>(v))];
+            Run run{std::move(level), std::move(end), std::move(first), std::move(at_vertex), std::move(at_quad)};
+            if (run.level.has_sharp_rules()) run.split = positions_;
+            run_ = std::move(run);
+        } catch (const std::invalid_argument& e) {
+            throw Error(ErrorCode::invalid_input, e.what(), source_);
+        }
+    }
+
+    /// The points of an averaging, or where they will be, for those that rest: only where they are in the mesh.
+    void set_points(int averaging, const std::vector<char>& made, FactoredTrace* trace, bool rest) {
+        const bool to_quads = averaging % 2 == 0;
+        const bool sharp = !rest && !to_quads && run_->level.has_sharp_rules();
+        std::vector<std::uint32_t>& to = to_quads ? run_->at_quad : run_->at_vertex;
+        const std::vector<std::uint32_t>& from = to_quads ? run_->at_vertex : run_->at_quad;
+        for (int i = 0; i < static_cast<int>(made.size()); ++i) {
+            if (!made[i]) continue;
+            const auto around = run_->level.around(averaging, i);
+            if (rest && around.size() < 3) continue;
+            if (to[i] == k_no_number) to[i] = add({});
+            const Reader read(positions_, trace, to[i]);
+            const auto mean = [&] {
+                Vec3d sum(0);
+                for (const int p : around) sum += read(from[p]);
+                return sum / static_cast<double>(around.size());
+            };
+            positions_[to[i]] = sharp && !run_->level.is_copy(i) ? blended(i, trace, mean) : mean();
+        }
+    }
+
+    /// Two averagings: Catmull-Clark's rules, from the mesh as the averagings found it.
+    template <class Mean>
+    Vec3d blended(int v, FactoredTrace* trace, Mean&& mean) const {
+        const AveragingLevel& level = run_->level;
+        const RuleMesh& mesh = level.mesh();
+        const Reader read(run_->split, trace, run_->at_vertex[v]);
+        const int edge = level.place(v) - mesh.vertex_count();
+        if (edge >= mesh.edge_count()) return mean();
+        Vec3d point(0);
+        if (edge >= 0) {
+            const double crease = uniform_crease_weight(mesh.sharpness(mesh.edge_halfedge(edge)));
+            if (crease != 0) point += crease * read(run_->at_vertex[v]);
+            if (crease != 1) point += (1 - crease) * mean();
+            return point;
+        }
+        const RuleMesh::Ring ring = mesh.ring(v);
+        const VertexBlend blend = uniform_vertex_blend(ring.sharpness, mesh.vertex_sharpness(v));
+        if (blend.corner != 0) point += blend.corner * read(run_->at_vertex[v]);
+        if (blend.crease.weight != 0) {
+            // 3/4 and twice 1/8, through the midpoints.
+            point += blend.crease.weight * 0.5 * read(run_->at_vertex[v]);
+            for (const int i : {blend.crease.a, blend.crease.b}) {
+                const int h = i < ring.faces() ? ring.halfedge[i] : mesh.prev(ring.halfedge[i - 1]);
+                const int midpoint = level.vertex_at(mesh.vertex_count() + mesh.edge(h));
+                point += blend.crease.weight * 0.25 * read(run_->at_vertex[midpoint]);
+            }
+        }
+        if (blend.smooth != 0) point += blend.smooth * mean();
+        return point;
+    }
+
+    void finish(FactoredTrace* trace) {
+        const bool dual = rules_.averaging_steps % 2 == 1;
+        const AveragingLevel::End& end = run_->end;
+        const std::vector<std::uint32_t>& points = dual ? run_->at_quad : run_->at_vertex;
+        const std::vector<std::uint32_t>& centres = dual ? run_->at_vertex : run_->at_quad;
+        vertex_.clear();
+        for (int r = 0; r < end.step.stencils.row_count(); ++r)
+            vertex_.push_back(points[end.step.stencils.points(r)[0]]);
+        centre_.clear();
+        for (const int c : end.centre) centre_.push_back(centres[c]);
+        mesh_ = end.step.mesh;
+        midpoint_.clear();
+        whole_ = !dual;
+        run_.reset();
+        rest_centres(trace);
+        own_ = FactoredFaces::active_mesh();
+    }
+
+    /// Between averagings.
+    std::vector<std::array<std::uint32_t, 3>> averaged_triangles(bool with_copies) const {
+        std::vector<std::array<std::uint32_t, 3>> result;
+        const AveragingLevel& level = run_->level;
+        const RuleMesh& split = level.split();
+        const std::vector<std::uint32_t>&at_vertex = run_->at_vertex, &at_quad = run_->at_quad;
+        const int averagings = done_ - 2;
+        if (averagings % 2 == 0) {
+            for (int q = 0; q < split.face_count(); ++q) {
+                if (!with_copies && level.is_quad_of_copies(q)) continue;
+                const auto corners = split.corners(q);
+                bool whole = true;
+                for (const int v : corners) whole = whole && run_->made[v];
+                for (std::size_t i = 0; whole && i < corners.size(); ++i)
+                    result.push_back({at_vertex[corners[i]], at_vertex[corners[(i + 1) % corners.size()]], at_quad[q]});
+            }
+            return result;
+        }
+        std::vector<char> centres = level.made(averagings, run_->made);
+        for (int v = 0; v < split.vertex_count(); ++v)
+            if (centres[v] && ((!with_copies && level.is_copy(v)) || split.ring(v).faces() < 3)) centres[v] = 0;
+        for (int v = 0; v < split.vertex_count(); ++v) {
+            if (!centres[v]) continue;
+            const RuleMesh::Ring ring = split.ring(v);
+            for (int i = 0; i < ring.faces(); ++i) {
+                // From quad to quad, across an edge: the block there is cut from centre to centre.
+                const int w = ring.at(i + 1);
+                const int next = split.face(ring.halfedge[(i + 1) % ring.faces()]);
+                result.push_back(
+                    {at_quad[split.face(ring.halfedge[i])], centres[w] ? at_vertex[w] : at_quad[next], at_vertex[v]});
+            }
+        }
+        return result;
+    }
+
+    void set_states() {
+        if (!run_) {
+            FactoredFaces::set_states();
+            if (done_ == 0) return;
+            for (const std::uint32_t c : centre_) state_[c] = FactoredVertex::active;
+            return;
+        }
+        state_.assign(positions_.size(), FactoredVertex::unused);
+        for (const auto& t : averaged_triangles(true))
+            for (const std::uint32_t v : t) state_[v] = FactoredVertex::active;
+        for (const std::uint32_t c : done_ % 2 == 0 ? run_->at_quad : run_->at_vertex)
+            if (c != k_no_number && state_[c] == FactoredVertex::active) state_[c] = FactoredVertex::inactive;
+    }
+
+    RuleOptions rules_;
+    bool open_;
+    std::string source_;
+    int done_ = 0;  ///< half-steps of this level
+    std::optional<Run> run_;
+    PolygonMesh own_;
+};
+
+}  // namespace
+
+std::unique_ptr<FactoredSteps> make_factored_averaging(const ControlMesh& mesh, const RuleOptions& rules) {
+    return std::make_unique<FactoredAveraging>(mesh, rules);
+}
+
+}  // namespace tetrakis::detail

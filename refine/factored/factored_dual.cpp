@@ -1,0 +1,127 @@
+#include "../../schemes/rules/factored_dual.hpp"
+#include "../../schemes/core/vertex_split.hpp"
+#include "factored_faces.hpp"
+
+#include <cassert>
+
+namespace tetrakis::detail {
+
+namespace {
+
+using Mask = FactoredCornerMask (*)(int);
+
+Mask mask_of(FactoredScheme scheme) {
+    switch (scheme) {
+        case FactoredScheme::doo_sabin_catmull_clark:
+            return factored_doo_sabin_catmull_clark;
+        case FactoredScheme::midedge:
+            return factored_midedge;
+        case FactoredScheme::midedge_simplest:
+            return factored_midedge_simplest;
+        default:
+            return factored_doo_sabin;
+    }
+}
+
+/// The dual schemes.
+class FactoredDual final : public FactoredFaces {
+  public:
+    FactoredDual(const ControlMesh& control, FactoredScheme scheme) : FactoredFaces(control), mask_(mask_of(scheme)) {}
+
+    void half_step(FactoredTrace* trace) override {
+        check_halfedge_memory(halfedges(), !midpoint_.empty(), k_next);
+        if (midpoint_.empty())
+            insert_midpoints(trace);
+        else
+            insert_corners(trace);
+        set_states();
+    }
+
+    void check_half_steps(int count) const override {
+        std::uint64_t at = halfedges();
+        bool finer = !midpoint_.empty();
+        for (int i = 0; i < count; ++i, finer = !finer) {
+            const std::string which = half_step_of(i, count);
+            check_halfedge_memory(at, finer, which);
+            if (!finer) continue;
+            check_halfedge_count(at, k_growth_at_creases, which);
+            at *= k_growth;
+        }
+    }
+
+  private:
+    static constexpr std::uint64_t k_growth_at_creases = 6;
+
+    // Second half-step.
+    void insert_corners(FactoredTrace* trace) {
+        check_halfedge_count(halfedges(), k_growth_at_creases, k_next);
+        check_halfedge_count(positions_.size(), 1, k_next);  // they are kept
+        const auto first = static_cast<std::uint32_t>(positions_.size());
+        const auto row = [&](const Vec3d& p) {
+            add(p);
+            return StencilRow{};
+        };
+        const RuleStep step = split_vertices(
+            mesh_, nullptr, [&](int h) { return row(corner(h, trace)); },
+            [&](int h, int near) {
+                const Reader read(positions_, trace, positions_.size());
+                // 3/4 and 1/4 of the ends.
+                return row(0.5 * (read(vertex_[near]) + read(midpoint_[mesh_.edge(h)])));
+            },
+            [&](int v) {
+                const Reader read(positions_, trace, positions_.size());
+                return row(read(vertex_[v]));
+            });
+        std::vector<std::uint32_t> centres = next_centres(step.mesh);
+        mesh_ = step.mesh;
+        centre_ = std::move(centres);
+        midpoint_.clear();
+        vertex_.resize(mesh_.vertex_count());
+        for (std::size_t v = 0; v < vertex_.size(); ++v) vertex_[v] = first + static_cast<std::uint32_t>(v);
+        whole_ = false;
+        rest_centres(trace);
+    }
+
+    /// The new point at the origin of h, through the centre of its face.
+    Vec3d corner(int h, FactoredTrace* trace) {
+        const int f = mesh_.face(h), k = mesh_.face_size(f);
+        if (static_cast<int>(masks_.size()) <= k) masks_.resize(k + 1);
+        FactoredCornerMask& mask = masks_[k];
+        if (mask.midpoint.empty()) mask = mask_(k);
+        const Reader read(positions_, trace, positions_.size());
+        Vec3d point(0);
+        if (mask.corner != 0) point += mask.corner * read(vertex_[mesh_.origin(h)]);
+        if (mask.centre != 0) point += mask.centre * read(centre_[f]);
+        for (int i = 0, at = h; i < k; ++i, at = mesh_.next(at))
+            if (mask.midpoint[i] != 0) point += mask.midpoint[i] * read(midpoint_[mesh_.edge(at)]);
+        return point;
+    }
+
+    /// Centres of the next mesh's faces, in the order of split_vertices(): old centres, midpoints, old vertices. A
+    /// crease's second side gets a centre of its own, and so do a vertex' further sectors.
+    std::vector<std::uint32_t> next_centres(const RuleMesh& next) {
+        std::vector<std::uint32_t> result;
+        const auto use = [&](std::uint32_t old, bool again) { result.push_back(again ? add(positions_[old]) : old); };
+        for_each_split_face(
+            mesh_, [&](int f) { use(centre_[f], false); },
+            [&](int h) {
+                const int e = mesh_.edge(h);
+                use(midpoint_[e], mesh_.sharp(h) && mesh_.edge_halfedge(e) != h);
+            },
+            [&](int v, int sector) { use(vertex_[v], sector > 0); });
+        assert(static_cast<int>(result.size()) == next.face_count());
+        static_cast<void>(next);
+        return result;
+    }
+
+    Mask mask_;
+    std::vector<FactoredCornerMask> masks_;  ///< by number of corners
+};
+
+}  // namespace
+
+std::unique_ptr<FactoredSteps> make_factored_dual(const ControlMesh& mesh, FactoredScheme scheme) {
+    return std::make_unique<FactoredDual>(mesh, scheme);
+}
+
+}  // namespace tetrakis::detail

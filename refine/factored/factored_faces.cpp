@@ -1,0 +1,109 @@
+#include "factored_faces.hpp"
+
+#include "../attributes/used_values.hpp"
+#include "../rules/rule_refiner.hpp"
+
+namespace tetrakis::detail {
+
+namespace {
+
+template <class Corners>
+void add_face(PolygonMesh& mesh, const Corners& corners) {
+    mesh.face_vertices.insert(mesh.face_vertices.end(), corners.begin(), corners.end());
+    mesh.face_offsets.push_back(static_cast<std::uint32_t>(mesh.face_vertices.size()));
+}
+
+}  // namespace
+
+FactoredFaces::FactoredFaces(const ControlMesh& control) {
+    check_halfedge_count(control.halfedge_count(), 1, k_next);
+    mesh_ = rule_mesh(control);
+    positions_.assign(control.positions().begin(), control.positions().end());
+    vertex_.resize(mesh_.vertex_count());
+    for (std::size_t v = 0; v < vertex_.size(); ++v) vertex_[v] = static_cast<std::uint32_t>(v);
+    centre_.resize(mesh_.face_count());
+    for (std::uint32_t& c : centre_) c = add({});
+    rest_centres(nullptr);
+    set_states();
+}
+
+void FactoredFaces::check_halfedge_memory(std::uint64_t halfedges, bool finer, std::string_view which) const {
+    // Each with its point, triangle and stencil row.
+    constexpr std::uint64_t k_per_halfedge = 240;
+    check_memory(k_per_halfedge * halfedges * (finer ? k_growth : 1), which);
+}
+
+std::vector<std::array<std::uint32_t, 3>> FactoredFaces::triangles() const {
+    std::vector<std::array<std::uint32_t, 3>> result;
+    for (int h = 0; h < mesh_.halfedge_count(); ++h) {
+        const std::uint32_t u = vertex_[mesh_.origin(h)], w = vertex_[mesh_.target(h)];
+        const std::uint32_t c = centre_[mesh_.face(h)];
+        const int t = mesh_.twin(h);
+        if (!midpoint_.empty()) {
+            const std::uint32_t s = midpoint_[mesh_.edge(h)];
+            result.push_back({u, s, c});
+            result.push_back({s, w, c});
+        } else if (whole_ || t == RuleMesh::none || mesh_.sharp(h)) {
+            result.push_back({u, w, c});
+        } else {
+            // The block across the edge is still cut from centre to centre.
+            result.push_back({u, centre_[mesh_.face(t)], c});
+        }
+    }
+    return result;
+}
+
+PolygonMesh FactoredFaces::polygons(const RuleMesh& faces, std::span<const std::uint32_t> vertex) const {
+    PolygonMesh result;
+    result.positions = positions_;
+    result.face_offsets.push_back(0);
+    for (int f = 0; f < faces.face_count(); ++f) {
+        std::vector<std::uint32_t> corners;
+        for (const int v : faces.corners(f)) corners.push_back(vertex[v]);
+        add_face(result, corners);
+    }
+    drop_unused_vertices(result);
+    return result;
+}
+
+PolygonMesh FactoredFaces::polygons(std::span<const std::array<std::uint32_t, 3>> triangles,
+                                    std::vector<std::uint32_t>* numbers) const {
+    PolygonMesh result;
+    result.positions = positions_;
+    result.face_offsets.push_back(0);
+    for (const auto& t : triangles) add_face(result, t);
+    drop_unused_vertices(result, numbers);
+    return result;
+}
+
+PolygonMesh FactoredFaces::mesh(std::vector<std::uint32_t>* numbers) const { return polygons(triangles(), numbers); }
+PolygonMesh FactoredFaces::active_mesh() const { return polygons(mesh_, vertex_); }
+
+void FactoredFaces::insert_midpoints(FactoredTrace* trace) {
+    positions_.reserve(positions_.size() + static_cast<std::size_t>(mesh_.edge_count()));
+    midpoint_.resize(mesh_.edge_count());
+    for (int e = 0; e < mesh_.edge_count(); ++e) {
+        const int h = mesh_.edge_halfedge(e);
+        const Reader read(positions_, trace, positions_.size());
+        midpoint_[e] = add(0.5 * (read(vertex_[mesh_.origin(h)]) + read(vertex_[mesh_.target(h)])));
+    }
+}
+
+void FactoredFaces::rest_centres(FactoredTrace* trace) {
+    for (int f = 0; f < mesh_.face_count(); ++f) {
+        const Reader read(positions_, trace, centre_[f]);
+        Vec3d sum(0);
+        for (const int v : mesh_.corners(f)) sum += read(vertex_[v]);
+        positions_[centre_[f]] = sum / static_cast<double>(mesh_.face_size(f));
+    }
+}
+
+void FactoredFaces::set_states() {
+    state_.assign(positions_.size(), FactoredVertex::unused);
+    for (int v = 0; v < mesh_.vertex_count(); ++v)
+        if (mesh_.first(v) != RuleMesh::none) state_[vertex_[v]] = FactoredVertex::active;
+    for (const std::uint32_t c : centre_) state_[c] = FactoredVertex::inactive;
+    for (const std::uint32_t s : midpoint_) state_[s] = FactoredVertex::active;
+}
+
+}  // namespace tetrakis::detail

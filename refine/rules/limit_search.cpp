@@ -1,0 +1,447 @@
+#include "limit_search.hpp"
+
+#include "../../schemes/analysis/spectrum.hpp"
+#include "../../schemes/core/corner_flatness.hpp"
+#include "../../schemes/core/ring_mask.hpp"
+#include "../../schemes/rules/averaging.hpp"
+#include "../../schemes/rules/linear.hpp"
+#include "corner_angles.hpp"
+#include "honeycomb_limit.hpp"
+#include "mesh_part.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <utility>
+
+namespace tetrakis::detail {
+
+namespace {
+
+using Mask = ClosedMasks::Mask;
+
+// Steps below the mesh that are tried once nothing is semi-sharp: a fan of up to four rings is regular after three.
+constexpr int k_most_steps = 5;
+// Rounding errors of numeric eigenvectors, whose largest weights are of order one.
+constexpr double k_no_weight = 1e-12;
+
+using Rows = LimitRows;
+
+StencilRow gathered(StencilRow row) {
+    StencilTable table;
+    table.push(std::move(row));
+    return table.row(0);
+}
+
+/// What a limit is asked for: a vertex (by a half-edge that leaves it), a face of a dual mesh (by one of its
+/// half-edges) or a dual mesh's crease edge.
+struct FanSite {
+    enum class Kind { vertex, face, crease } kind;
+    int halfedge;
+};
+
+}  // namespace
+
+class LimitSearch::Finder {
+  public:
+    Finder(const SchemeInfo& scheme, const RuleOptions& options)
+        : scheme_(scheme),
+          options_(options),
+          lattice_(fan_lattice(scheme, options)),
+          dual_(lattice_ == FanLattice::dual),
+          hexagons_(scheme.family == MeshFamily::hexagons),
+          ignores_creases_(ignores_creases(scheme, options)) {
+        // The plain rules of these look no further than one ring, whatever is beyond it, but for angles of corners.
+        const bool plain = options.edge_beside_crease == EdgeBesideCrease::plain && !options.hoppe_crease;
+        one_ring_ = is_linear(scheme) || scheme.name == "sqrt3" ||
+                    (plain && (scheme.name == "loop" || scheme.name == "catmull-clark"));
+    }
+
+    /// Rows of the sites, empty where none is found.
+    std::vector<std::optional<Rows>> find(const RuleMesh& mesh, const std::vector<FanSite>& sites, int step) {
+        std::vector<std::optional<Rows>> found(sites.size());
+        std::vector<std::size_t> open;
+        for (std::size_t i = 0; i < sites.size(); ++i) {
+            found[i] = here(mesh, sites[i], step);
+            if (!found[i]) open.push_back(i);
+        }
+        if (step == 0 && !open.empty()) most_steps_ = k_most_steps + steps_until_smooth(mesh);
+        if (open.empty() || step == most_steps_) return found;
+
+        std::vector<FanSite> left;
+        for (const std::size_t i : open) left.push_back(sites[i]);
+        const MeshPart part = parts_.find(mesh, seeds(mesh, left), rule_limit_rings(scheme_, options_));
+        const RuleStep finer = scheme_.step(part.mesh, options_);
+        std::vector<FanSite> below;
+        std::vector<std::size_t> of;
+        for (const std::size_t i : open) {
+            const std::optional<FanSite> child =
+                child_of(part.mesh, finer, FanSite{sites[i].kind, part.halfedge(mesh, sites[i].halfedge)});
+            if (!child) continue;
+            below.push_back(*child);
+            of.push_back(i);
+        }
+        std::vector<std::optional<Rows>> rows = find(finer.mesh, below, step + 1);
+        const auto back = [&](const StencilRow& row) {
+            StencilRow coarse, result;
+            for (const auto& [point, weight] : row.terms) coarse.add(finer.stencils.row(point), weight);
+            for (const auto& [point, weight] : coarse.terms) result.add(part.vertex[point], weight);
+            return gathered(std::move(result));
+        };
+        for (std::size_t k = 0; k < of.size(); ++k) {
+            if (!rows[k]) continue;
+            Rows up{back(rows[k]->limit), {}};
+            for (const auto& [t1, t2] : rows[k]->tangents) up.tangents.push_back({back(t1), back(t2)});
+            found[of[k]] = std::move(up);
+        }
+        return found;
+    }
+
+  private:
+    struct Masks {
+        Mask limit, tangent1, tangent2;
+        int rings = 0;  ///< that have weights
+        bool any() const { return !limit.empty(); }
+        bool tangents() const { return !tangent1.empty() && !tangent2.empty(); }
+    };
+
+    static int steps_until_smooth(const RuleMesh& mesh) {
+        float sharpest = 0;
+        const auto look = [&](float sharpness) {
+            if (is_semi_sharp(sharpness)) sharpest = std::max(sharpest, sharpness);
+        };
+        for (int h = 0; h < mesh.halfedge_count(); ++h) look(mesh.sharpness(h));
+        for (const float sharpness : mesh.vertex_sharpness()) look(sharpness);
+        return static_cast<int>(std::ceil(sharpest));
+    }
+    static std::vector<int> seeds(const RuleMesh& mesh, const std::vector<FanSite>& sites) {
+        std::vector<int> result;
+        for (const FanSite& site : sites) {
+            if (site.kind == FanSite::Kind::vertex)
+                result.push_back(mesh.origin(site.halfedge));
+            else
+                for (const int v : mesh.corners(mesh.face(site.halfedge))) result.push_back(v);
+        }
+        return result;
+    }
+
+    const Masks& masks(const FanShape& shape) {
+        const auto key = std::tuple(shape.faces, shape.boundary, shape.dart, shape.corner, shape.angle);
+        const auto at = masks_.find(key);
+        if (at != masks_.end()) return at->second;
+        Masks& masks = masks_[key];
+        const ClosedMasks closed = scheme_.closed_masks(shape, options_);
+        masks.limit = closed.limit;
+        masks.tangent1 = closed.tangent1;
+        masks.tangent2 = closed.tangent2;
+        if (!is_linear(scheme_) && (!masks.any() || !masks.tangents())) {
+            try {
+                const SpectralAnalysis analysis = analyse(scheme_, shape, options_);
+                const SchemeMasks numeric = scheme_masks(scheme_, analysis, options_);
+                const auto mask = [&](const std::vector<double>& weights) {
+                    Mask result;
+                    for (std::size_t i = 0; i < weights.size(); ++i)
+                        if (std::abs(weights[i]) > k_no_weight)
+                            result.emplace_back(analysis.matrix.labels.all()[i], weights[i]);
+                    return result;
+                };
+                if (!masks.any()) masks.limit = mask(numeric.limit);
+                // Two edges inside: no plane that its modes would span, so the mean normal of the faces.
+                const bool two_edges = !dual_ && !shape.boundary && shape.faces == 2;
+                masks.tangent1 = two_edges ? Mask{} : mask(numeric.tangent1);
+                masks.tangent2 = two_edges ? Mask{} : mask(numeric.tangent2);
+            } catch (const std::invalid_argument&) {
+                masks.tangent1.clear();  // a shape that has no matrix; a limit may have its formula all the same
+            }
+        }
+        const FanLabels labels(lattice(shape), shape, 0);
+        for (const Mask* mask : {&masks.limit, &masks.tangent1, &masks.tangent2})
+            for (const auto& [label, weight] : *mask) masks.rings = std::max(masks.rings, labels.ring_of(label));
+        if (masks.tangents() && !outwards(masks, shape)) std::swap(masks.tangent1, masks.tangent2);
+        return masks;
+    }
+
+    /// Whether t1 x t2 points up in a flat fan seen from above.
+    bool outwards(const Masks& masks, const FanShape& shape) const {
+        struct Point {
+            double x = 0, y = 0;
+        };
+        const int n = shape.faces;
+        const bool dual = lattice(shape) == FanLattice::dual;
+        // A single face does not fill the half plane.
+        const double turn = std::min((shape.boundary ? 1 : 2) * std::numbers::pi / n, 2 * std::numbers::pi / 3);
+        const auto ray = [&](int s) { return Point{std::cos(s * turn), std::sin(s * turn)}; };
+        const auto place = [&](FanLabel l) -> Point {
+            if (dual && shape.boundary) return {l.sector == 0 ? 0.5 + l.a : -0.5 - l.a, double(l.b)};
+            const Point p = ray(l.sector);
+            if (!dual) {
+                const Point q = ray(l.sector + 1);
+                return {l.a * p.x + l.b * q.x, l.a * p.y + l.b * q.y};
+            }
+            const Point before = ray(l.sector - 1), after = ray(l.sector + 1);
+            return {p.x + l.a * (p.x - before.x) + l.b * (p.x - after.x),
+                    p.y + l.a * (p.y - before.y) + l.b * (p.y - after.y)};
+        };
+        const auto apply = [&](const Mask& mask) {
+            Point sum;
+            for (const auto& [label, weight] : mask) {
+                const Point p = place(label);
+                sum.x += weight * p.x;
+                sum.y += weight * p.y;
+            }
+            return sum;
+        };
+        const Point a = apply(masks.tangent1), b = apply(masks.tangent2);
+        return a.x * b.y - a.y * b.x > 0;
+    }
+
+    FanLattice lattice(const FanShape& shape) const { return fan_lattice(scheme_, shape, options_); }
+
+    bool semi_sharp(const RuleMesh& mesh, int v, const RuleMesh::Ring& ring) const {
+        return is_semi_sharp(mesh.vertex_sharpness(v)) ||
+               std::any_of(ring.sharpness.begin(), ring.sharpness.end(), is_semi_sharp);
+    }
+
+    std::optional<Rows> here(const RuleMesh& mesh, const FanSite& site, int step) {
+        if (hexagons_) return on_honeycomb(mesh, mesh.origin(site.halfedge));
+        if (site.kind == FanSite::Kind::face) return around_face(mesh, site.halfedge);
+        if (site.kind == FanSite::Kind::crease) {
+            const FanShape shape{.faces = 4, .boundary = true};
+            std::optional<Rows> rows = by_masks(mesh, shape, std::span(&site.halfedge, 1));
+            const int twin = mesh.twin(site.halfedge);
+            if (!rows || twin == RuleMesh::none) return rows;
+            std::optional<Rows> behind = by_masks(mesh, shape, std::span(&twin, 1));
+            if (!behind) return std::nullopt;
+            for (auto& tangents : behind->tangents) rows->tangents.push_back(std::move(tangents));
+            return rows;
+        }
+        const int v = mesh.origin(site.halfedge);
+        const RuleMesh::Ring ring = mesh.ring(v);
+        const auto tagged_corner = [&] {
+            return by_masks(mesh, {.faces = ring.faces(), .boundary = true, .corner = true}, ring.halfedge);
+        };
+        // A dual vertex, and creases that are not looked at, are seen after a step.
+        if (dual_) {
+            if (semi_sharp(mesh, v, ring) || mesh.rule(v) != VertexRule::corner) return std::nullopt;
+            if (!ignores_creases_) return Rows{{{v, 1}}, {}};
+            if (ring.closed || ring.faces() != 1) return std::nullopt;
+            return tagged_corner();
+        }
+        if (ignores_creases_ && step == 0) return std::nullopt;
+        if (semi_sharp(mesh, v, ring)) return std::nullopt;
+        VertexRule rule = mesh.rule(v);
+        if (ignores_creases_) {
+            if (rule == VertexRule::corner && ring.closed) rule = VertexRule::smooth;
+            if (rule == VertexRule::corner) return tagged_corner();
+        }
+        if (rule == VertexRule::corner) return Rows{{{v, 1}}, {}};
+        if (rule == VertexRule::smooth) return by_masks(mesh, {.faces = ring.faces()}, ring.halfedge);
+        std::vector<int> sharp;
+        for (int i = 0; i < ring.edges(); ++i)
+            if (is_sharp(ring.sharpness[i])) sharp.push_back(i);
+        const auto from = [&](int first, int count) {
+            std::vector<int> start;
+            for (int i = 0; i < count; ++i) start.push_back(ring.halfedge[(first + i) % ring.faces()]);
+            return start;
+        };
+        // The first of its two simple steps moves a dart before the second cuts the edge.
+        if (scheme_.name == "sqrt3" &&
+            std::any_of(sharp.begin(), sharp.end(), [&](int i) { return mesh.rule(ring.at(i)) == VertexRule::dart; }))
+            return std::nullopt;
+        if (rule == VertexRule::dart) {
+            if (!ring.closed) return std::nullopt;
+            return by_masks(mesh, {.faces = ring.faces(), .dart = true}, from(sharp[0], ring.faces()));
+        }
+        if (!ring.closed) return by_masks(mesh, {.faces = ring.faces(), .boundary = true}, ring.halfedge);
+        const int one = sharp[1] - sharp[0];
+        std::optional<Rows> left = by_masks(mesh, {.faces = one, .boundary = true}, from(sharp[0], one));
+        std::optional<Rows> right =
+            by_masks(mesh, {.faces = ring.faces() - one, .boundary = true}, from(sharp[1], ring.faces() - one));
+        if (!left || !right) return std::nullopt;
+        // Both sides give the same point of the crease; but Hoppe's crease is regular only if both of them are.
+        if (options_.hoppe_crease && one == 3) left->limit = right->limit;
+        for (auto& tangents : right->tangents) left->tangents.push_back(std::move(tangents));
+        return left;
+    }
+
+    /// Its creases are cubic B-splines whatever is beside them.
+    std::optional<Rows> on_honeycomb(const RuleMesh& mesh, int v) {
+        const RuleMesh::Ring ring = mesh.ring(v);
+        if (semi_sharp(mesh, v, ring)) return std::nullopt;
+        const VertexRule rule = mesh.rule(v);
+        if (rule == VertexRule::corner) return Rows{{{v, 1}}, {}};
+        StencilRow row;
+        if (rule == VertexRule::crease) {
+            row.add(v, k_crease_limit_mask.vertex);
+            for (const int e : mesh.sharp_neighbours(v)) row.add(e, k_crease_limit_mask.neighbour);
+            return Rows{gathered(std::move(row)), {}};
+        }
+        const std::optional<std::vector<int>> fan = honeycomb_fan(mesh, v);
+        if (!fan) return std::nullopt;
+        std::vector<double>& weights = honeycomb_[ring.edges()];
+        if (weights.empty()) weights = honeycomb_limit_weights(ring.edges());
+        for (std::size_t i = 0; i < fan->size(); ++i) row.add((*fan)[i], weights[i]);
+        return Rows{gathered(std::move(row)), {}};
+    }
+
+    std::optional<Rows> around_face(const RuleMesh& mesh, int h) {
+        std::vector<int> start;
+        for (int at = h; start.empty() || at != h; at = mesh.next(at)) start.push_back(at);
+        return by_masks(mesh, {.faces = static_cast<int>(start.size())}, start);
+    }
+
+    std::optional<Rows> by_masks(const RuleMesh& mesh, const FanShape& shape, std::span<const int> start) {
+        const Masks& m = masks(shape);
+        if (!m.any()) return std::nullopt;
+        const std::optional<std::vector<int>> fan = find(mesh, shape, start, m.rings);
+        if (!fan) return std::nullopt;
+        const FanLabels& labels = labels_of(shape, m.rings);
+        const auto row = [&](const Mask& mask, double total) {
+            StencilRow result;
+            double sum = 0;
+            for (const auto& [label, weight] : mask) sum += weight;
+            for (const auto& [label, weight] : mask)
+                result.add((*fan)[labels.find(label)], total == 0 ? weight : weight / sum);
+            return gathered(std::move(result));
+        };
+        Rows rows{row(m.limit, 1), {}};
+        if (m.tangents()) rows.tangents.push_back({row(m.tangent1, 0), row(m.tangent2, 0)});
+        return rows;
+    }
+
+    const FanLabels& labels_of(const FanShape& shape, int rings) {
+        return labels_
+            .try_emplace(std::tuple(shape.faces, shape.boundary, shape.corner, rings), lattice(shape), shape, rings)
+            .first->second;
+    }
+
+    /// Whether a corner among the vertices has an angle, and so rules of its own for the edges there.
+    bool bends(const RuleMesh& mesh, std::span<const int> vertices) const {
+        if (!takes_corner_angles(scheme_) || !may_have_angles(mesh, options_)) return false;
+        return std::any_of(vertices.begin(), vertices.end(), [&](int v) {
+            if (mesh.rule(v) != VertexRule::corner) return false;
+            const RuleMesh::Ring ring = mesh.ring(v);
+            return std::any_of(ring.halfedge.begin(), ring.halfedge.end(),
+                               [&](int h) { return sector_angle(mesh, h, options_) > 0; });
+        });
+    }
+
+    /// The vertices of the fan, where the mesh is there as the masks take it.
+    std::optional<std::vector<int>> find(const RuleMesh& mesh, const FanShape& shape, std::span<const int> start,
+                                         int rings) {
+        const FanLabels& labels = labels_of(shape, rings);
+        const int size = lattice_ == FanLattice::triangles ? 3 : 4;
+        const bool dual = lattice(shape) == FanLattice::dual, dual_face = dual && !shape.boundary;
+        if (!dual_face)
+            for (const int h : start)
+                if (mesh.face_size(mesh.face(h)) != size) return std::nullopt;
+        std::vector<int> fan;
+        try {
+            fan = find_fan(mesh, start, labels);
+        } catch (const std::logic_error&) {
+            return std::nullopt;  // it meets another extraordinary point or the boundary
+        }
+        if (dual_face && rings == 0) return fan;
+        if (one_ring_) return bends(mesh, fan) ? std::nullopt : std::optional(std::move(fan));
+        // Everything around the middle must be regular.
+        for (int i = 0; i < labels.size(); ++i) {
+            const FanLabel l = labels.all()[i];
+            const bool middle = !dual && l.a == 0 && l.b == 0;
+            if (middle) continue;
+            const bool on_ray = l.b == 0 && (l.sector == 0 || l.sector == shape.faces);
+            const bool sharp =
+                dual ? shape.boundary && l.b == 0 : on_ray && (shape.boundary || (shape.dart && l.sector == 0));
+            const RuleMesh::Ring ring = mesh.ring(fan[i]);
+            if (semi_sharp(mesh, fan[i], ring)) return std::nullopt;
+            if (sharp) {
+                if (mesh.rule(fan[i]) != VertexRule::crease) return std::nullopt;
+                // As many faces on each side of the crease.
+                const int faces = lattice_ == FanLattice::triangles ? 3 : 2;
+                if (ring.faces() != (ring.closed ? 2 : 1) * faces) return std::nullopt;
+                const auto first = std::find_if(ring.sharpness.begin(), ring.sharpness.end(), is_sharp);
+                if (ring.closed && !is_sharp(first[faces])) return std::nullopt;
+            } else if (!ring.closed || ring.edges() != (size == 3 ? 6 : 4) || mesh.rule(fan[i]) != VertexRule::smooth) {
+                return std::nullopt;
+            }
+            // All but the middle face of a dual fan, which is never beside its outer ring alone.
+            for (const int h : ring.halfedge)
+                if (mesh.face_size(mesh.face(h)) != size && !(dual_face && mesh.face(h) == mesh.face(start[0])))
+                    return std::nullopt;
+        }
+        return fan;
+    }
+
+    std::optional<FanSite> child_of(const RuleMesh& mesh, const RuleStep& step, const FanSite& site) const {
+        using enum FanSite::Kind;
+        const auto at = [](FanSite::Kind kind, int h) {
+            return h == RuleMesh::none ? std::optional<FanSite>() : std::optional<FanSite>({kind, h});
+        };
+        const int h = site.halfedge;
+        if (hexagons_) return at(vertex, step.mesh.first(mesh.origin(h)));  // old vertices keep their numbers
+        if (site.kind == crease) {
+            const int along = step.child_crease.empty() ? RuleMesh::none : step.child_crease[h];
+            if (along != RuleMesh::none) return at(crease, along);
+            // It has gone smooth: its middle is that of the face that the edge becomes.
+            const int side = step.child_halfedge[h];
+            return at(face, side == RuleMesh::none ? side : step.mesh.twin(side));
+        }
+        if (site.kind == face || !dual_) return at(site.kind, step.child_halfedge[h]);
+        // The face that a vertex of a dual scheme becomes; beside a crease, the crease's edge of one of the two; at a
+        // corner its own point.
+        const RuleMesh& fine = step.mesh;
+        const int v = mesh.origin(h);
+        const RuleMesh::Ring ring = mesh.ring(v);
+        int smooth = RuleMesh::none, sharp = RuleMesh::none, sharp_count = 0;
+        for (int i = 0; i < ring.edges(); ++i) {
+            const bool counts = is_sharp(ring.sharpness[i]) && !(ignores_creases_ && ring.closed) &&
+                                !(ignores_creases_ && i > 0 && i + 1 < ring.edges());
+            sharp_count += counts ? 1 : 0;
+            if (i >= ring.faces()) continue;
+            int& which = counts ? sharp : smooth;
+            if (which == RuleMesh::none) which = ring.halfedge[i];
+        }
+        if (sharp_count >= 2) {
+            if (step.child_crease.empty() || step.child_crease[sharp] == RuleMesh::none) return std::nullopt;
+            const bool corner = sharp_count > 2 || is_sharp(mesh.vertex_sharpness(v));
+            return at(corner ? vertex : crease, tip_halfedge(fine, step.child_crease[sharp]));
+        }
+        if (ring.faces() < 3 || smooth == RuleMesh::none || step.child_halfedge[smooth] == RuleMesh::none)
+            return std::nullopt;
+        const int edge = fine.twin(step.child_halfedge[smooth]);
+        if (edge == RuleMesh::none) return std::nullopt;
+        return at(face, fine.twin(fine.next(edge)));
+    }
+
+    const SchemeInfo& scheme_;
+    const RuleOptions& options_;
+    FanLattice lattice_;
+    bool dual_, hexagons_, ignores_creases_, one_ring_;
+    int most_steps_ = k_most_steps;
+    MeshPartFinder parts_;
+    std::map<int, std::vector<double>> honeycomb_;
+    std::map<std::tuple<int, bool, bool, bool, double>, Masks> masks_;
+    std::map<std::tuple<int, bool, bool, int>, FanLabels> labels_;
+};
+
+int rule_limit_rings(const SchemeInfo& scheme, const RuleOptions& options) {
+    // A step's rules reach three rings at most, many averaging steps one more each, and what is twice as far away in
+    // the finer mesh must do for the step after it.
+    return 8 + (scheme.step == averaging_step ? options.averaging_steps : 0);
+}
+
+LimitSearch::LimitSearch(const SchemeInfo& scheme, const RuleOptions& options)
+    : finder_(std::make_unique<Finder>(scheme, options)) {}
+LimitSearch::~LimitSearch() = default;
+
+std::vector<std::optional<LimitRows>> LimitSearch::find(const RuleMesh& mesh, std::span<const int> vertices) {
+    std::vector<FanSite> sites;
+    for (const int v : vertices) sites.push_back({FanSite::Kind::vertex, mesh.first(v)});
+    return finder_->find(mesh, sites, 0);
+}
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "../../schemes/core/scheme_table.hpp"
+#include "fan_limit.hpp"
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// Finds limits of single vertices under a scheme, whatever is around them: by its masks on the mesh itself where the
+/// surroundings of a vertex are those of a mask, else as many steps further down as it takes (of a part of the mesh).
+/// Keeps the masks that it has found.
+class LimitSearch {
+  public:
+    /// @param options  must live as long
+    LimitSearch(const SchemeInfo& scheme, const RuleOptions& options);
+    ~LimitSearch();
+
+    /// Rows of the vertices, empty where there is no mask. All have faces.
+    std::vector<std::optional<LimitRows>> find(const RuleMesh& mesh, std::span<const int> vertices);
+
+  private:
+    class Finder;
+    std::unique_ptr<Finder> finder_;
+};
+
+/// Rings of faces around a vertex that its limit depends on at most, where its sharpness runs out in time.
+int rule_limit_rings(const SchemeInfo& scheme, const RuleOptions& options);
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,72 @@
+#pragma once
+
+#include "../../hier/mesh/control_mesh.hpp"
+#include "../../schemes/core/scheme_table.hpp"
+#include "parallel_blocks.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// Writes every row's combination of `width` numbers a point: row by row, in the order of its terms whatever the width.
+void apply(const StencilTable& table, const double* in, int width, double* out);
+
+/// The mesh as if what is semi-sharp in it stayed sharp for ever.
+RuleMesh sharp_for_ever(const RuleMesh& mesh);
+
+/// The control faces that a dual scheme's points and faces lie in.
+struct CornerFaces {
+    std::vector<int> control_face;  ///< by face
+    // By half-edge; from level 1 on.
+    std::vector<int> corner_face;  ///< of the corner there, on its side of creases
+    std::vector<int> point_face;   ///< the same, but one for all corners at the end of a crease
+
+    /// From a level to the next one.
+    void follow(const RuleMesh& level, const RuleStep& step);
+};
+
+/// A control mesh refined step by step by the rules of a scheme; what depends on connectivity and tags is kept.
+class RuleLevels {
+  public:
+    /// @param smoothing  rounds before the first step; see RefineOptions
+    RuleLevels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, int smoothing);
+    RuleLevels& operator=(const RuleLevels&) = delete;
+    /// The same levels, to go on from the last one as if what is semi-sharp in it stayed sharp for ever.
+    std::unique_ptr<RuleLevels> with_sharp_tags() const;
+
+    /// One step more. Returns RuleStep::child_halfedge.
+    /// @throws Error  invalid_input: the scheme cannot take the mesh
+    std::vector<int> advance();
+
+    int level() const { return level_; }
+    const RuleMesh& last() const { return last_; }
+    /// The control face that a face lies in. Dual schemes: most of its corners, or the first such face of several.
+    int control_face(int face) const { return faces_.control_face[static_cast<std::size_t>(face)]; }
+    /// Of dual schemes.
+    const CornerFaces& corner_faces() const { return faces_; }
+    /// The control faces that the corners at the half-edges' origins come from.
+    std::vector<std::uint32_t> control_face_of_corners() const;
+    /// The rounds of smoothing and the steps so far, each from one level to the next.
+    std::span<const StencilTable> steps() const { return steps_; }
+    /// The last level's values from the control mesh's.
+    std::vector<double> net(std::span<const double> control, int width) const;
+    void net(std::span<const double> control, int width, std::span<double> out) const;
+
+  private:
+    RuleLevels(const RuleLevels& other);
+
+    ParallelBlocks runner_;
+    const SchemeInfo& scheme_;
+    RuleOptions rules_;
+    std::string source_;
+    int level_ = 0;
+    RuleMesh last_;
+    std::vector<StencilTable> steps_;
+    CornerFaces faces_;  ///< other schemes: of faces alone
+};
+
+}  // namespace tetrakis::detail

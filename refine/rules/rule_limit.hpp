@@ -1,0 +1,79 @@
+#pragma once
+
+#include "../../hier/base/vec.hpp"
+#include "../../schemes/core/scheme_table.hpp"
+#include "vertex_ring.hpp"
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace tetrakis::detail {
+
+class RegularLimit;
+
+/// Limits of all vertices of a mesh under a scheme, as combinations of its points.
+struct RuleLimits {
+    StencilTable positions;  ///< one row per vertex
+    /// Tangents, t1 x t2 outwards: those of vertex v are rows [begin[v], begin[v + 1]), one for each side of a crease;
+    /// none where the scheme has no mask for them or the vertex is a corner.
+    StencilTable tangent1, tangent2;
+    std::vector<int> begin{0};
+    /// Vertices beyond the end of the surface, where boundaries recede: their position is their own point.
+    std::vector<int> beyond;
+};
+
+/// By the scheme's closed masks, else by the left eigenvectors of its local matrix, on the mesh itself where the
+/// surroundings of a vertex are those of the mask, else as many steps further down as it takes (of a part of the mesh).
+///
+/// The limit of a vertex of a dual scheme is that of the face that it becomes: on a regular mesh the spline at the
+/// vertex's own parameters.
+/// @throws std::invalid_argument  a vertex for which there is no mask: one of valence 2 inside a dual scheme's mesh,
+///                                one where a crease of honeycomb refinement ends
+RuleLimits rule_limits(const RuleMesh& mesh, const SchemeInfo& scheme, const RuleOptions& options);
+
+/// The same for parts of meshes; keeps the masks that it has found.
+class RuleLimitFinder {
+  public:
+    RuleLimitFinder(const SchemeInfo& scheme, const RuleOptions& options);
+    ~RuleLimitFinder();
+    RuleLimitFinder(RuleLimitFinder&&) noexcept;
+
+    /// One row, or range of tangents, for each of the vertices in their order. A row does not depend on the others.
+    /// @param may_end  whether vertices may lie beyond the end of the surface (RuleLimits::beyond); else they throw
+    RuleLimits find(const RuleMesh& mesh, std::span<const int> vertices, bool may_end = false);
+
+    /// Positions, tangents and normals of the vertices whose surroundings are regular; the numbers (in `vertices`) of
+    /// the others are returned.
+    /// @param rings  of faces that the mesh has, whole, around each of the vertices; with fewer than regular_rings()
+    /// none
+    ///               is found
+    std::vector<int> regular_points(const RuleMesh& mesh, std::span<const Vec3d> net, std::span<const int> vertices,
+                                    int rings, std::span<LimitPoint> out);
+    /// The same, and those beside a single extraordinary point: as many as can be told from so few rings.
+    std::vector<int> known_points(const RuleMesh& mesh, std::span<const Vec3d> net, std::span<const int> vertices,
+                                  int rings, std::span<LimitPoint> out);
+    /// Of all vertices.
+    void points(const RuleMesh& mesh, std::span<const Vec3d> net, std::span<const int> vertices,
+                std::span<LimitPoint> out);
+    /// The mask of regular vertices; nullptr where the scheme has none.
+    RegularLimit* regular();
+    /// Rings of faces around a regular vertex that show it to be one; nothing where the scheme has no mask for it.
+    std::optional<int> regular_rings();
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+/// The normal of a vertex without tangents (FaceNormals).
+Vec3d face_normal_at(const RuleMesh& mesh, std::span<const Vec3d> net, int v);
+
+/// A row of RuleLimits, of the mesh's points.
+Vec3d limit_sum(const StencilTable& table, int row, std::span<const Vec3d> net);
+/// The unit normal of the i-th of the limits' vertices, which is `v` of the mesh: of its tangents, the mean of the
+/// sides of a crease; where these say nothing, that of face_normal_at().
+Vec3d limit_normal(const RuleLimits& limits, int i, const RuleMesh& mesh, std::span<const Vec3d> net, int v);
+
+}  // namespace tetrakis::detail

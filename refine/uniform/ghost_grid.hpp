@@ -1,0 +1,160 @@
+#pragma once
+
+#include "root_net.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// Calls visit(i, number(i)) for each i < count of a line of RootLayout, whose inner numbers have one second
+/// difference.
+template <class Number, class Visit>
+void for_each_on_line(std::uint32_t count, const Number& number, const Visit& visit) {
+    if (count < 6) {
+        for (std::uint32_t i = 0; i < count; ++i) visit(i, number(i));
+        return;
+    }
+    visit(0, number(0));
+    std::uint32_t v = number(1), step = number(2) - v;
+    const std::uint32_t turn = number(3) - number(2) - step;
+    for (std::uint32_t i = 1; i + 1 < count; ++i) {
+        visit(i, v);
+        v += step;
+        step += turn;
+    }
+    visit(count - 1, number(count - 1));
+}
+
+/// Which corners of a net's roots are surrounded as in a regular mesh: by six triangles or four quads.
+std::vector<char> regular_corners(const RootNet& net);
+
+/// A root's lattice with rings of ghosts around it: the points of its neighbours at the places where the lattice would
+/// go on. Nothing lies beyond a boundary, and nothing between the neighbours at a corner that is not regular.
+class GhostGrid {
+  public:
+    /// A place (x, y) of the root's lattice, or beyond it.
+    struct Place {
+        std::ptrdiff_t x, y;
+    };
+
+    /// @param regular  regular_corners(net)
+    /// @param rings    at most the lattice's segments
+    GhostGrid(const RootNet& net, const RootLayout& at, const std::vector<char>& regular, std::uint32_t rings)
+        : net_(net), at_(at), regular_(regular), rings_(rings), last_(net.last_place(at)) {}
+
+    std::ptrdiff_t stride() const { return last_ + 1 + 2 * static_cast<std::ptrdiff_t>(rings_); }
+    std::size_t size() const { return static_cast<std::size_t>(stride() * stride()); }
+    std::ptrdiff_t index(const Place& p) const {
+        const auto w = static_cast<std::ptrdiff_t>(rings_);
+        return (p.y + w) * stride() + p.x + w;
+    }
+    Place place(std::ptrdiff_t index) const {
+        const auto w = static_cast<std::ptrdiff_t>(rings_);
+        return {index % stride() - w, index / stride() - w};
+    }
+    /// The place that is (a, b) seen from a side: a along it, b away from it.
+    Place turned(std::uint32_t side, std::ptrdiff_t a, std::ptrdiff_t b) const {
+        const auto n = static_cast<std::ptrdiff_t>(last_);
+        if (net_.side_count() == 4) {
+            const Place places[4] = {{a, b}, {n - b, a}, {n - a, n - b}, {b, n - a}};
+            return places[side];
+        }
+        const Place places[3] = {{a, b}, {n - a - b, a}, {b, n - a - b}};
+        return places[side];
+    }
+
+    /// Copies the values at root f's places and at those around it; the grid keeps what it has where nothing lies.
+    template <class T>
+    void fill(std::uint32_t f, const T* in, T* grid) const {
+        fill_root(f, in, grid);
+        if (rings_ == 0) return;
+        const std::uint32_t sides = net_.side_count();
+        for (std::uint32_t s = 0; s < sides; ++s) {
+            fill_side(sides * f + s, s, in, grid);
+            if (regular_[net_.base().origin[sides * f + s]] != 0) fill_corner(sides * f + s, s, in, grid);
+        }
+    }
+
+  private:
+    static constexpr std::uint32_t none = RootNet::none;
+
+    template <class T>
+    void fill_root(std::uint32_t f, const T* in, T* grid) const {
+        const std::uint32_t n = last_;
+        for (std::uint32_t y = 0; y <= n; ++y) {
+            T* const row = grid + index({0, y});
+            const std::uint32_t last = net_.side_count() == 4 ? n : n - y;
+            if (net_.in_cells()) {
+                std::copy_n(in + net_.number_at(at_, f, {0, y}), last + 1, row);
+                continue;
+            }
+            if (y == 0 || last < 2 || (net_.side_count() == 4 && y == n)) {
+                for (std::uint32_t x = 0; x <= last; ++x) row[x] = in[at_.at(f, x, y)];
+                continue;
+            }
+            row[0] = in[at_.at(f, 0, y)];
+            row[last] = in[at_.at(f, last, y)];
+            std::copy_n(in + at_.at(f, 1, y), last - 1, row + 1);
+        }
+    }
+
+    template <class T>
+    void fill_side(std::uint32_t h, std::uint32_t s, const T* in, T* grid) const {
+        const std::uint32_t t = net_.base().twin[h];
+        if (t == none) return;
+        const auto n = static_cast<std::ptrdiff_t>(last_);
+        for (std::uint32_t b = 1; b <= rings_; ++b) {
+            const std::uint32_t line = net_.in_cells() ? b - 1 : b;
+            if (line > last_) return;
+            const std::uint32_t count = last_ + 1 - (net_.side_count() == 3 ? line : 0);
+            T* const first = grid + index(turned(s, n, -static_cast<std::ptrdiff_t>(b)));
+            const std::ptrdiff_t step = index(turned(s, 0, 0)) - index(turned(s, 1, 0));
+            for_each_on_line(
+                count, [&](std::uint32_t a) { return net_.number(at_, t, a, line); },
+                [&](std::uint32_t a, std::uint32_t v) { first[static_cast<std::ptrdiff_t>(a) * step] = in[v]; });
+        }
+    }
+
+    /// The roots around a regular corner that are beside neither of this one's sides.
+    template <class T>
+    void fill_corner(std::uint32_t h, std::uint32_t s, const T* in, T* grid) const {
+        const MeshLevel& base = net_.base();
+        std::uint32_t g = base.twin[base.prev(h)];
+        const auto reach = static_cast<std::ptrdiff_t>(std::min(rings_, at_.segments()));
+        const auto at = [&](std::ptrdiff_t a, std::ptrdiff_t b) {
+            return in[net_.number(at_, g, static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b))];
+        };
+        if (net_.side_count() == 4) {
+            g = base.twin[base.prev(g)];
+            const std::ptrdiff_t first = net_.in_cells() ? 0 : 1, end = net_.in_cells() ? reach : reach + 1;
+            const std::ptrdiff_t shift = net_.in_cells() ? 1 : 0;
+            for (std::ptrdiff_t b = first; b < end; ++b)
+                for (std::ptrdiff_t a = first; a < end; ++a) grid[index(turned(s, -a - shift, -b - shift))] = at(a, b);
+            return;
+        }
+        // A turn by 60 degrees takes (a, b) to (-b, a + b).
+        for (int turn = 2; turn <= 4; ++turn) {
+            g = base.twin[base.prev(g)];
+            for (std::ptrdiff_t b = 0; b <= reach; ++b)
+                for (std::ptrdiff_t a = 0; a + b <= reach; ++a) {
+                    std::ptrdiff_t x = a, y = b;
+                    for (int i = 0; i < turn; ++i) {
+                        const std::ptrdiff_t old = x;
+                        x = -y;
+                        y += old;
+                    }
+                    grid[index(turned(s, x, y))] = at(a, b);
+                }
+        }
+    }
+
+    const RootNet& net_;
+    RootLayout at_;
+    const std::vector<char>& regular_;
+    std::uint32_t rings_, last_;
+};
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,482 @@
+#include "refine.hpp"
+
+#include "../../hier/base/error.hpp"
+#include "../../hier/base/huge_memory.hpp"
+#include "../../hier/base/parallel.hpp"
+#include "../../hier/mesh/triangulate.hpp"
+#include "../../schemes/rules/averaging.hpp"
+#include "../../schemes/rules/linear.hpp"
+#include "../attributes/followed_uvs.hpp"
+#include "../attributes/missing_ring.hpp"
+#include "../attributes/used_values.hpp"
+#include "../attributes/uv_mesh.hpp"
+#include "../attributes/vertex_attributes.hpp"
+#include "../rules/corner_angles.hpp"
+#include "../rules/rule_levels.hpp"
+#include "honeycomb_levels.hpp"
+#include "refined_points.hpp"
+#include "repeated_charts.hpp"
+#include "repeated_rows.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace tetrakis {
+
+std::optional<std::string> detail::ignored_creases(const ControlMesh& mesh, const SchemeInfo& scheme,
+                                                   const RuleOptions& rules) {
+    if (!ignores_creases(scheme, rules)) return std::nullopt;
+    for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
+        if (is_sharp(mesh.sharpness(EdgeId(e))) && !mesh.is_boundary(EdgeId(e)))
+            return "the creases were ignored: " + std::string(scheme.name) + " has no rule for them" +
+                   (scheme.step == averaging_step && averaging_steps(scheme, rules) != 2 ? ", unless in two steps"
+                    : scheme.step == averaging_step                                      ? " where its boundary recedes"
+                                                                                         : "");
+    return std::nullopt;
+}
+
+bool detail::has_plain_rules(const SchemeInfo& scheme, const RuleOptions& rules) {
+    const std::optional<SchemeKind> kind = scheme_from_name(scheme.name);
+    if (!kind || rules.edge_beside_crease != EdgeBesideCrease::plain || rules.corner_angle != 0 ||
+        rules.measure_corner_angles)
+        return false;
+    if (kind == SchemeKind::loop) return rules.loop_weights == LoopWeights::loop && !rules.hoppe_crease;
+    return !rules.catmull_clark_beta && !rules.catmull_clark_gamma;
+}
+
+bool detail::has_plain_rules(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules) {
+    return !mesh.has_corner_angles() && has_plain_rules(scheme, rules);
+}
+
+std::optional<std::string> detail::ignored_corner_angles(const ControlMesh& mesh, const SchemeInfo& scheme) {
+    if (!mesh.has_corner_angles() || takes_corner_angles(scheme)) return std::nullopt;
+    return "the corner angles were ignored: " + std::string(scheme.name) +
+           " has no rule for them, but loop, tuned-loop and catmull-clark have";
+}
+
+namespace {
+
+void warn_if_empty(PolygonMesh& result) {
+    if (result.face_count() == 0)
+        result.warnings.push_back("no face is left: all are holes, or touch the boundary under boundary rule none");
+}
+
+/// The structured path, where there is one.
+std::optional<PolygonMesh> refine_structured(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                                             const RefineOptions& options, detail::RefinedPoints* points) {
+    const bool linear = is_linear(scheme);
+    if (options.smoothing != 0 || !(linear || detail::has_plain_rules(mesh, scheme, options.rules)))
+        return std::nullopt;
+    const bool triangles = scheme.family == MeshFamily::triangles;
+    if (triangles && !mesh.all_triangles()) return std::nullopt;  // the rules say what is wrong
+    UniformOptions uniform{.limit = options.limit && !linear,
+                           .normals = options.normals && !linear,
+                           .linear = linear,
+                           .attributes = options.attributes,
+                           .context = options.context};
+    PolygonMesh result = detail::refine_uniform_with_points(
+        mesh, triangles ? SchemeKind::loop : SchemeKind::catmull_clark, levels, uniform, points);
+    if (auto warning = detail::ignored_corner_angles(mesh, scheme)) result.warnings.push_back(std::move(*warning));
+    warn_if_empty(result);
+    return result;
+}
+
+void warn_of_smooth_uvs(const SchemeInfo& scheme, PolygonMesh& result) {
+    result.warnings.push_back(
+        "the texture coordinates were refined smoothly, not linearly as their tag asks: "
+        "faces of " +
+        std::string(scheme.name) + " do not lie in faces of the control mesh");
+}
+
+/// What a face is made of goes with its UVs.
+void take_materials(const ControlMesh& mesh, const std::vector<std::uint32_t>& control_face, PolygonMesh& result) {
+    const ControlMeshData& data = mesh.data();
+    for (const std::uint32_t control : control_face) {
+        if (!data.face_material.empty()) result.face_material.push_back(data.face_material[control]);
+        if (!data.face_group.empty()) result.face_group.push_back(data.face_group[control]);
+    }
+}
+
+/// @param extended  some belong to no face
+void take_followed(const ControlMesh& mesh, detail::FollowedUvs followed, bool extended, PolygonMesh& result) {
+    if (extended) detail::drop_unused(followed.face_uvs, followed.uvs);
+    result.uvs = std::move(followed.uvs);
+    result.face_uvs = std::move(followed.face_uvs);
+    take_materials(mesh, followed.control_face, result);
+}
+
+/// Texture coordinates by the same scheme on the charts, whose faces and half-edges are the mesh's. False where they
+/// cannot be had.
+bool refine_uvs(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options,
+                const RuleMesh& last, PolygonMesh& result) {
+    const bool triples = scheme.refinement == Refinement::sqrt3;
+    const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
+    const bool across =
+        scheme.refinement == Refinement::honeycomb || fan_lattice(scheme, options.rules) == FanLattice::dual;
+    if (across && linear && levels > 0) warn_of_smooth_uvs(scheme, result);
+    if (levels > 0 && (triples || across || (!linear && detail::extends_charts(scheme, options.rules)))) {
+        detail::FollowedUvs followed = triples ? detail::follow_triangles(mesh, scheme, levels, options.rules)
+                                               : detail::follow_across_seams(mesh, scheme, levels, options.rules);
+        if (followed.face_uvs.size() != static_cast<std::size_t>(last.halfedge_count())) return false;
+        take_followed(mesh, std::move(followed), true, result);
+        return true;
+    }
+    const SchemeInfo& by =
+        linear ? *find_scheme(scheme.family == MeshFamily::triangles ? "midpoint" : "bilinear") : scheme;
+    RefineOptions plain{.rules = detail::chart_rules(options.rules), .context = options.context};
+    plain.context.progress = nullptr;
+    const ControlMesh chart = uv_mesh(mesh, options.rules);
+    const RuleRefiner refiner(chart, by, levels, plain);
+    if (refiner.last().halfedge_count() != last.halfedge_count()) return false;
+    std::vector<Vec3d> points(refiner.vertex_count());
+    refiner.refine(chart.positions(), points);
+    for (const Vec3d& p : points) result.uvs.emplace_back(p);
+    result.face_uvs.resize(result.face_vertices.size());
+    for (int h = 0; h < last.halfedge_count(); ++h)
+        result.face_uvs[h] = static_cast<std::uint32_t>(refiner.last().origin(h));
+    return true;
+}
+
+void keep_faces(const std::vector<char>& kept, PolygonMesh& mesh) {
+    std::vector<std::uint32_t> offsets{0}, vertices, uvs, material, group;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
+        if (kept[f] == 0) continue;
+        for (std::uint32_t c = mesh.face_offsets[f]; c < mesh.face_offsets[f + 1]; ++c) {
+            vertices.push_back(mesh.face_vertices[c]);
+            if (!mesh.face_uvs.empty()) uvs.push_back(mesh.face_uvs[c]);
+        }
+        offsets.push_back(static_cast<std::uint32_t>(vertices.size()));
+        if (!mesh.face_material.empty()) material.push_back(mesh.face_material[f]);
+        if (!mesh.face_group.empty()) group.push_back(mesh.face_group[f]);
+    }
+    mesh.face_offsets = std::move(offsets);
+    mesh.face_vertices = std::move(vertices);
+    mesh.face_uvs = std::move(uvs);
+    mesh.face_material = std::move(material);
+    mesh.face_group = std::move(group);
+}
+
+/// What of a mesh goes with its faces, and only the faces outside holes.
+/// @param control_face  gives the control face that a face belongs to
+/// @param beyond        vertices beyond the end of the surface: their faces go, too
+template <class ControlFace>
+void keep_surface(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
+                  const ControlFace& control_face, std::span<const int> beyond, PolygonMesh& result) {
+    const ControlMeshData& data = mesh.data();
+    std::vector<char> kept(result.face_count(), 1);
+    bool all_kept = true;
+    for (std::uint32_t f = 0; f < result.face_count(); ++f) {
+        const std::uint32_t control = control_face(f);
+        if (mesh.is_hole(FaceId(control))) kept[f] = 0;
+        for (std::uint32_t c = result.face_offsets[f]; !beyond.empty() && c < result.face_offsets[f + 1]; ++c)
+            if (std::binary_search(beyond.begin(), beyond.end(), static_cast<int>(result.face_vertices[c])))
+                kept[f] = 0;
+        all_kept = all_kept && kept[f] != 0;
+    }
+    // Followed texture coordinates bring their own.
+    const auto per_face = [&](const std::vector<std::uint32_t>& from, std::vector<std::uint32_t>& to) {
+        if (from.empty() || !to.empty()) return;
+        to.resize(result.face_count());
+        for_each_index(result.face_count(), [&](std::uint32_t f) { to[f] = from[control_face(f)]; });
+    };
+    per_face(data.face_material, result.face_material);
+    per_face(data.face_group, result.face_group);
+    result.materials = data.materials;
+    result.groups = data.groups;
+    if (mesh.crease_method() == CreaseMethod::chaikin && !is_linear(scheme))
+        result.warnings.push_back(
+            "the creases were refined by the uniform rule: Chaikin's is known to plain "
+            "catmull-clark and loop only, and not to tables of stencils");
+    if (auto warning = detail::ignored_corner_angles(mesh, scheme)) result.warnings.push_back(std::move(*warning));
+    if (auto warning = detail::ignored_creases(mesh, scheme, rules)) result.warnings.push_back(std::move(*warning));
+    if (all_kept) return;
+    keep_faces(kept, result);
+    warn_if_empty(result);
+    if (!result.uvs.empty()) detail::drop_unused(result.face_uvs, result.uvs);
+}
+
+/// What a refined mesh is, and takes.
+detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const SchemeInfo& scheme,
+                                       const RefineOptions& options) {
+    detail::RepeatedRows::Demand demand;
+    demand.limit = options.limit && !scheme.interpolating;
+    demand.normals = options.normals;
+    if (demand.limit) demand.point_bytes += sizeof(Vec3d);  // the last level's points, too
+    if (demand.normals) {
+        // Numbers of those that faces use are looked up in a copy.
+        demand.point_bytes += sizeof(Vec3d) + 2 * sizeof(std::uint64_t);
+        demand.corner_bytes += sizeof(std::uint32_t);
+    }
+    if (!mesh.data().face_material.empty()) demand.face_bytes += sizeof(std::uint32_t);
+    if (!mesh.data().face_group.empty()) demand.face_bytes += sizeof(std::uint32_t);
+    for (const VertexAttribute& attribute : options.attributes)
+        demand.point_bytes += sizeof(float) * static_cast<std::uint64_t>(std::max(attribute.width, 0));
+    if (!options.attributes.empty()) demand.point_bytes += sizeof(Vec3d);  // three numbers at a time
+    demand.whole_net = mesh.has_uvs();
+    if (mesh.has_uvs()) {
+        // Charts are refined as meshes, and their points then made into texture coordinates.
+        demand.point_bytes += 2 * (sizeof(Vec3d) + sizeof(Vec2d));
+        demand.corner_bytes += sizeof(std::uint32_t);
+    }
+    // Holes, and what has receded, are taken out of a copy.
+    if (!mesh.data().holes.empty() || mesh.boundary_rule() == BoundaryRule::none ||
+        (boundary_recedes(scheme, options.rules) && mesh.has_boundary())) {
+        demand.point_bytes *= 2;
+        demand.corner_bytes *= 2;
+    }
+    return demand;
+}
+
+/// The faces all of whose points and normals are there, and their UVs. False where there is none, or where UVs of one
+/// are missing.
+bool keep_whole(const PolygonMesh& points, detail::RepeatedRows::Faces& faces, detail::FollowedUvs& uvs) {
+    const auto missing = [&](std::uint32_t v) {
+        return std::isnan(points.positions[v].x) || (!points.normals.empty() && std::isnan(points.normals[v].x));
+    };
+    detail::RepeatedRows::Faces kept{{0}, {}, {}};
+    std::vector<std::uint32_t> kept_uvs, uvs_control;
+    for (std::size_t f = 0; f < faces.control.size(); ++f) {
+        const std::uint32_t begin = faces.offsets[f], end = faces.offsets[f + 1];
+        if (std::any_of(&faces.vertices[begin], faces.vertices.data() + end, missing)) continue;
+        for (std::uint32_t c = begin; c < end; ++c) {
+            kept.vertices.push_back(faces.vertices[c]);
+            if (uvs.face_uvs.empty()) continue;
+            kept_uvs.push_back(uvs.face_uvs[c]);
+            if (std::isnan(uvs.uvs[uvs.face_uvs[c]].x)) return false;
+        }
+        kept.offsets.push_back(static_cast<std::uint32_t>(kept.vertices.size()));
+        kept.control.push_back(faces.control[f]);
+        if (!uvs.control_face.empty()) uvs_control.push_back(uvs.control_face[f]);
+    }
+    faces = std::move(kept);
+    uvs.face_uvs = std::move(kept_uvs);
+    uvs.control_face = std::move(uvs_control);
+    return !faces.control.empty();
+}
+
+/// The faces of a mesh whose points are made, and what goes with them.
+/// @param keep  unless null, receives what makes the points
+void take_faces(const ControlMesh& mesh, const SchemeInfo& scheme, const RefineOptions& options,
+                detail::RootNet::Faces faces, detail::RefinedPoints made, detail::RefinedPoints* keep,
+                PolygonMesh& result) {
+    result.face_offsets = std::move(faces.offsets);
+    result.face_vertices = std::move(faces.vertices);
+    keep_surface(
+        mesh, scheme, options.rules, [&](std::uint32_t f) { return faces.control[f]; }, {}, result);
+    if (keep != nullptr) *keep = std::move(made);
+    detail::drop_unused_points(result, keep);
+}
+
+/// Refined by rows that repeat themselves: the fast way of the schemes that have no kernels of their own. Nothing where
+/// there is none; `first_levels` then has what was done by rules.
+std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                                           const RefineOptions& options,
+                                           std::unique_ptr<detail::RuleLevels>& first_levels,
+                                           detail::RefinedPoints* keep) {
+    const bool recedes = boundary_recedes(scheme, options.rules) && mesh.has_boundary();
+    const std::optional<ControlMesh> wide = recedes ? std::optional(detail::with_missing_ring(mesh)) : std::nullopt;
+    const ControlMesh& surface = wide ? *wide : mesh;
+    const detail::RepeatedRows::Demand demand = demand_of(mesh, scheme, options);
+    // Charts are told about by the mesh's own progress.
+    RunContext quiet = options.context;
+    if (options.context.progress)
+        quiet.progress = [&](std::string_view stage, double) { return options.context.progress(stage, 0); };
+    std::optional<detail::RepeatedCharts> charts;
+    if (mesh.has_uvs()) {
+        charts = detail::RepeatedCharts::make(mesh, surface, scheme, levels, options.rules, demand, quiet);
+        if (!charts) return std::nullopt;
+    }
+    const RuleOptions rules = recedes ? detail::inside_missing_ring(options.rules) : options.rules;
+    // What recedes is smoothed while it is all there.
+    std::shared_ptr<const detail::RuleLevels> smoothed;
+    if (recedes && options.smoothing > 0)
+        smoothed = std::make_shared<const detail::RuleLevels>(mesh, scheme, options.rules, options.smoothing);
+    std::unique_ptr<detail::RuleLevels> wide_levels;
+    if (recedes) wide_levels = std::make_unique<detail::RuleLevels>(surface, scheme, rules, 0);
+    const std::shared_ptr<const detail::RepeatedRows> rows = detail::RepeatedRows::make(
+        surface, scheme, levels, rules, recedes ? wide_levels : first_levels, demand, options.context);
+    if (!rows) return std::nullopt;
+    PolygonMesh result;
+    detail::RefinedPoints made{
+        rows->point_count(), [rows, smoothed, context = options.context](auto control, auto positions, auto normals) {
+            if (control.size() == rows->control_count()) return rows->refine(control, positions, normals, context);
+            std::vector<Vec3d> all(control.begin(), control.end());
+            if (smoothed) smoothed->net({&control.data()->x, 3 * control.size()}, 3, {&all.data()->x, 3 * all.size()});
+            all.resize(rows->control_count(), detail::k_missing_point);
+            rows->refine(all, positions, normals, context);
+        }};
+    made.make(mesh, options.normals, result);
+    result.attributes =
+        detail::refine_by_threes(options.attributes, mesh.vertex_count(), made.count,
+                                 [&](std::span<const Vec3d> in, std::span<Vec3d> out) { made.refine(in, out, {}); });
+    detail::RepeatedRows::Faces faces = rows->faces(options.context);
+    detail::FollowedUvs uvs;
+    if (charts) {
+        std::optional<detail::FollowedUvs> followed = charts->refine(*rows, faces, quiet);
+        if (!followed) return std::nullopt;
+        uvs = std::move(*followed);
+    }
+    if (recedes && !keep_whole(result, faces, uvs)) return std::nullopt;
+    if (charts) {
+        if (!uvs.control_face.empty() && mesh.face_varying_rule() == FaceVaryingRule::linear_all)
+            warn_of_smooth_uvs(scheme, result);
+        take_followed(mesh, std::move(uvs), charts->extended(), result);
+    }
+    take_faces(mesh, scheme, options, std::move(faces), std::move(made), keep, result);
+    return result;
+}
+
+/// Honeycomb refinement by arithmetic.
+std::optional<PolygonMesh> refine_honeycomb(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                                            const RefineOptions& options, std::unique_ptr<detail::RuleLevels>& start,
+                                            detail::RefinedPoints* keep) {
+    if (scheme.refinement != Refinement::honeycomb || levels < 1) return std::nullopt;
+    const auto all = std::make_shared<detail::HoneycombLevels>(mesh, std::move(start), scheme, levels, options.rules,
+                                                               demand_of(mesh, scheme, options), options.context);
+    PolygonMesh result;
+    detail::RefinedPoints made{all->point_count(),
+                               [all, context = options.context](auto control, auto positions, auto normals) {
+                                   all->refine(control, positions, normals, context);
+                               }};
+    made.make(mesh, options.normals, result);
+    result.attributes =
+        detail::refine_by_threes(options.attributes, mesh.vertex_count(), made.count,
+                                 [&](std::span<const Vec3d> in, std::span<Vec3d> out) { made.refine(in, out, {}); });
+    if (mesh.has_uvs()) {
+        if (mesh.face_varying_rule() == FaceVaryingRule::linear_all) warn_of_smooth_uvs(scheme, result);
+        take_followed(mesh, all->take_uvs(), true, result);
+    }
+    take_faces(mesh, scheme, options, all->faces(), std::move(made), keep, result);
+    return result;
+}
+
+PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options,
+                           StencilTable* stencils, detail::RefinedPoints* keep) {
+    if (is_linear(scheme) && options.normals) {
+        RefineOptions without = options;
+        without.normals = false;
+        return refine_general(mesh, scheme, levels, without, stencils, keep);
+    }
+    detail::check_attributes(mesh, options.attributes);
+    std::unique_ptr<detail::RuleLevels> first_levels;
+    if (stencils == nullptr) {
+        detail::check_rounds(levels, options);
+        first_levels = std::make_unique<detail::RuleLevels>(mesh, scheme, options.rules, options.smoothing);
+        if (std::optional<PolygonMesh> result = refine_honeycomb(mesh, scheme, levels, options, first_levels, keep))
+            return std::move(*result);
+        if (std::optional<PolygonMesh> result = refine_repeated(mesh, scheme, levels, options, first_levels, keep))
+            return std::move(*result);
+    }
+    const auto by_rules = std::make_shared<const RuleRefiner>(mesh, scheme, levels, options, std::move(first_levels));
+    const RuleRefiner& refiner = *by_rules;
+    const RuleMesh& last = refiner.last();
+    PolygonMesh result;
+    detail::RefinedPoints made{refiner.vertex_count(), [by_rules](auto control, auto positions, auto normals) {
+                                   by_rules->refine(control, positions, normals);
+                               }};
+    made.make(mesh, options.normals, result);
+    if (keep != nullptr) *keep = std::move(made);
+    for (const VertexAttribute& attribute : options.attributes) {
+        const std::vector<double> control(attribute.values.begin(), attribute.values.end());
+        std::vector<double> refined(refiner.vertex_count() * static_cast<std::size_t>(attribute.width));
+        refiner.refine(control, attribute.width, refined);
+        result.attributes.push_back({attribute.name, attribute.width, {refined.begin(), refined.end()}});
+    }
+    result.face_offsets.resize(refiner.face_count() + std::size_t{1});
+    detail::resize_large(result.face_vertices, last.halfedge_count());
+    for (int f = 0; f < last.face_count(); ++f)
+        result.face_offsets[f + 1] = result.face_offsets[f] + static_cast<std::uint32_t>(last.face_size(f));
+    for (int h = 0; h < last.halfedge_count(); ++h)
+        result.face_vertices[h] = static_cast<std::uint32_t>(last.origin(h));
+    if (mesh.has_uvs() && !refine_uvs(mesh, scheme, levels, options, last, result))
+        result.warnings.push_back("the texture coordinates were dropped: " + std::string(scheme.name) +
+                                  " changes the charts otherwise than the mesh");
+    keep_surface(
+        mesh, scheme, options.rules, [&](std::uint32_t f) { return refiner.control_face(f); },
+        refiner.vertices_beyond(), result);
+    if (!refiner.vertices_beyond().empty() && result.face_count() == 0)
+        throw Error(ErrorCode::unsupported,
+                    "nothing of the limit surface is left: its boundary recedes by more than the mesh has",
+                    mesh.data().source);
+    if (stencils != nullptr) {
+        std::vector<char> used(result.positions.size(), 0);
+        for (const std::uint32_t v : result.face_vertices) used[v] = 1;
+        *stencils = refiner.stencils(used);
+    }
+    detail::drop_unused_points(result, keep);
+    return result;
+}
+
+PolygonMesh refine_triangulated(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, RefineOptions options) {
+    detail::check_attributes(mesh, options.attributes);
+    const ControlMesh cut = triangulate(mesh, options.context);
+    // A face without ears has become a fan around its mean.
+    std::vector<VertexAttribute> attributes;
+    for (const VertexAttribute& attribute : options.attributes) {
+        const auto width = static_cast<std::size_t>(attribute.width);
+        std::vector<float>& values = attributes.emplace_back(attribute).values;
+        for (std::uint32_t v = mesh.vertex_count(); v < cut.vertex_count(); ++v) {
+            std::vector<double> sum(width, 0.0);
+            double count = 0;
+            const HalfedgeId first = cut.vertex_halfedge(VertexId(v));
+            HalfedgeId h = first;
+            do {
+                const std::size_t from = width * cut.target(h).value;
+                for (std::size_t i = 0; i < width; ++i) sum[i] += static_cast<double>(values[from + i]);
+                ++count;
+                h = cut.ccw_outgoing(h);
+            } while (h != first);
+            for (const double s : sum) values.push_back(static_cast<float>(s / count));
+        }
+    }
+    options.attributes = attributes;
+    PolygonMesh result = detail::refine_with_points(cut, scheme, levels, options, nullptr);
+    std::vector<std::string> warnings;
+    for (const std::string& warning : cut.warnings())
+        if (std::ranges::count(mesh.warnings(), warning) == 0) warnings.push_back(warning);
+    result.warnings.insert(result.warnings.begin(), warnings.begin(), warnings.end());
+    return result;
+}
+
+}  // namespace
+
+const SchemeInfo& scheme_named(std::string_view text) {
+    if (const SchemeInfo* scheme = find_scheme(text)) return *scheme;
+    std::string names;
+    for (const SchemeInfo& s : scheme_table()) names += (names.empty() ? "" : ", ") + std::string(s.name);
+    throw Error(ErrorCode::invalid_input, "no scheme is called " + std::string(text) + "; did you mean " +
+                                              std::string(nearest_scheme_name(text)) + "? There are: " + names);
+}
+
+PolygonMesh detail::refine_with_points(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                                       const RefineOptions& options, RefinedPoints* points) {
+    if (std::optional<PolygonMesh> result = refine_structured(mesh, scheme, levels, options, points))
+        return std::move(*result);
+    return with_threads(options.context,
+                        [&] { return refine_general(mesh, scheme, levels, options, nullptr, points); });
+}
+
+PolygonMesh refine(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options) {
+    if (scheme.family == MeshFamily::triangles && !mesh.all_triangles())
+        return refine_triangulated(mesh, scheme, levels, options);
+    return detail::refine_with_points(mesh, scheme, levels, options, nullptr);
+}
+
+RefinedStencils refine_stencils(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                                const RefineOptions& options) {
+    return with_threads(options.context, [&] {
+        RefinedStencils result;
+        result.mesh = refine_general(mesh, scheme, levels, options, &result.stencils, nullptr);
+        return result;
+    });
+}
+
+PolygonMesh refine(const ControlMesh& mesh, std::string_view scheme, int levels, const RefineOptions& options) {
+    return refine(mesh, scheme_named(scheme), levels, options);
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,477 @@
+#include "repeated_rows.hpp"
+
+#include "../../hier/base/error.hpp"
+#include "../../hier/base/huge_buffer.hpp"
+#include "../../hier/base/parallel.hpp"
+#include "../../schemes/core/corner_angles.hpp"
+#include "../../schemes/rules/averaging.hpp"
+#include "../rules/corner_angles.hpp"
+#include "../rules/face_normals.hpp"
+#include "../rules/rule_refiner.hpp"
+#include "star_lessons.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+#include <utility>
+
+namespace tetrakis::detail {
+
+namespace {
+
+/// Calls visit(sharpness) for what the rules see.
+/// @param creases  or corners on the boundary alone
+template <class Visit>
+void for_each_tag(const RuleMesh& mesh, bool creases, Visit&& visit) {
+    for (int h = 0; creases && h < mesh.halfedge_count(); ++h)
+        if (mesh.sharp(h)) visit(mesh.sharpness(h));
+    for (std::size_t v = 0; v < mesh.vertex_sharpness().size(); ++v)
+        if (is_sharp(mesh.vertex_sharpness()[v]) && (creases || mesh.on_boundary(static_cast<int>(v))))
+            visit(mesh.vertex_sharpness()[v]);
+}
+
+/// Steps until what turns smooth within that many has done so.
+int steps_of_turns(const RuleMesh& mesh, int most, bool creases) {
+    int steps = 0;
+    for_each_tag(mesh, creases, [&](float sharpness) {
+        if (is_semi_sharp(sharpness) && sharpness <= static_cast<float>(most))
+            steps = std::max(steps, static_cast<int>(std::ceil(sharpness)));
+    });
+    return steps;
+}
+
+/// Whether nothing turns from sharp to smooth within that many steps.
+bool stays_as_it_is(const RuleMesh& mesh, int steps, bool creases = true) {
+    return steps_of_turns(mesh, steps, creases) == 0;
+}
+
+/// The least sharpness of what turns smooth some time.
+float soonest_turn(const RuleMesh& mesh, bool creases) {
+    float least = k_sharpness_infinity;
+    for_each_tag(mesh, creases, [&](float sharpness) { least = std::min(least, sharpness); });
+    return least;
+}
+
+/// The same faces, tagged as those that cover them one level further down.
+RuleMesh with_later_tags(const RuleMesh& mesh) {
+    RuleMesh::Builder faces;
+    std::vector<int> twins, halfedges(static_cast<std::size_t>(mesh.halfedge_count()));
+    for (int f = 0; f < mesh.face_count(); ++f) {
+        for (int h = mesh.face_begin(f); h < mesh.face_begin(f) + mesh.face_size(f); ++h) {
+            faces.corner(mesh.origin(h), child_sharpness(mesh.sharpness(h)));
+            twins.push_back(mesh.twin(h));
+        }
+        faces.end_face();
+    }
+    std::iota(halfedges.begin(), halfedges.end(), 0);
+    faces.set_twins(std::move(twins));
+    faces.set_corner_angles(child_corner_angles(mesh, halfedges, halfedges.size()));
+    std::vector<float> sharpness = mesh.vertex_sharpness();
+    for (float& s : sharpness) s = child_sharpness(s);
+    return RuleMesh(mesh.vertex_count(), std::move(faces), std::move(sharpness));
+}
+
+/// Whether there are more roots around a corner than turns are counted (RootNet::Seen).
+bool has_too_large_rings(const ControlMesh& mesh) {
+    constexpr std::uint32_t k_most = std::numeric_limits<std::int16_t>::max();
+    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
+        if (!mesh.is_isolated(VertexId(v)) && mesh.face_valence(VertexId(v)) > k_most) return true;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+        if (mesh.face_size(FaceId(f)) > k_most) return true;
+    return false;
+}
+
+/// Whether each vertex inside becomes a face on the next level of a dual scheme.
+bool has_whole_faces(const RuleMesh& mesh, bool creases) {
+    for (int v = 0; v < mesh.vertex_count(); ++v) {
+        if (mesh.first(v) == RuleMesh::none) return false;
+        const RuleMesh::Ring ring = mesh.ring(v);
+        const bool smooth = !creases || std::none_of(ring.sharpness.begin(), ring.sharpness.end(), is_sharp);
+        if (ring.closed && smooth && ring.faces() < 3) return false;
+    }
+    return true;
+}
+
+/// Normals that are zero, from the faces around (FaceNormals).
+/// @param points  at the places of the numbers
+void add_face_normals(const RepeatedRows::Faces& faces, const RootNet::Numbers& numbers, const Vec3d* points,
+                      std::span<Vec3d> normals) {
+    std::vector<std::uint32_t> vertices;
+    for (std::uint32_t i = 0; i < normals.size(); ++i)
+        if (normals[i] == Vec3d(0)) vertices.push_back(i);
+    std::vector<FaceNormals> sums(vertices.size());
+    std::vector<std::uint32_t> place(numbers.count - numbers.first_shared);
+    for (std::size_t i = numbers.number.size(); i-- > 0;)
+        place[numbers.number[i] - numbers.first_shared] = numbers.first_shared + static_cast<std::uint32_t>(i);
+    std::vector<Vec3d> corners;
+    for (std::size_t f = 0; f + 1 < faces.offsets.size(); ++f) {
+        const std::uint32_t begin = faces.offsets[f], end = faces.offsets[f + 1];
+        for (std::uint32_t c = begin; c < end; ++c) {
+            if (normals[faces.vertices[c]] != Vec3d(0)) continue;
+            corners.clear();
+            for (std::uint32_t k = begin; k < end; ++k) {
+                const std::uint32_t v = faces.vertices[k];
+                corners.push_back(points[v < numbers.first_shared ? v : place[v - numbers.first_shared]]);
+            }
+            const auto at = std::lower_bound(vertices.begin(), vertices.end(), faces.vertices[c]) - vertices.begin();
+            sums[static_cast<std::size_t>(at)].add(corners, c - begin);
+        }
+    }
+    for (std::size_t i = 0; i < sums.size(); ++i) normals[vertices[i]] = sums[i].normal();
+}
+
+/// What the roots of a mesh are.
+struct RootKind {
+    bool triangles = false;
+    bool split = false;     ///< the quads of the first refinement
+    bool in_cells = false;  ///< with those beyond the boundary
+    int factor = 2;         ///< segments of a level to one of the level above
+    bool creases = false;   ///< in cells: with those beyond creases, too
+};
+
+struct LastLevel {
+    double points, bytes;
+};
+
+/// What the last level will be, before anything is made.
+/// @throws Error  unsupported: more than 32 bits can number
+LastLevel last_level(const ControlMesh& mesh, const RootKind& roots, int levels, const RepeatedRows::Demand& demand) {
+    const bool split = roots.split, triangles = roots.triangles;
+    double faces = split ? mesh.halfedge_count() : mesh.face_count();
+    const double edges = mesh.edge_count() * (split ? 2.0 : 1.0) + (split ? mesh.halfedge_count() : 0.0),
+                 vertices = mesh.vertex_count() + (split ? double(mesh.edge_count()) + mesh.face_count() : 0.0),
+                 n = std::pow(roots.factor, levels - (split ? 1 : 0));
+    // Two for each boundary edge, and at most one more for each of its vertices; a crease has two sides.
+    for (std::uint32_t e = 0; e < mesh.edge_count() && roots.in_cells; ++e)
+        if (mesh.is_boundary(EdgeId(e)))
+            faces += 3;
+        else if (roots.creases && is_sharp(mesh.sharpness(EdgeId(e))))
+            faces += 6;
+    const double cells = faces * n * n, corners = cells * (triangles ? 3 : 4);
+    const double inner = triangles ? 0.5 * (n - 1) * (n - 2) : (n - 1) * (n - 1);
+    const double points = roots.in_cells ? cells : faces * inner + edges * (n - 1) + vertices;
+    constexpr double k_most = std::numeric_limits<std::uint32_t>::max();
+    if (std::max(corners, points) >= k_most)
+        throw Error(ErrorCode::unsupported,
+                    fmt::format("{} levels give more elements than 32-bit numbers can count; the last has {:.0f} face "
+                                "corners",
+                                levels, corners),
+                    mesh.data().source);
+    // The points of the level above, and of that above it; where points share places, those of this one, too.
+    const double above = roots.creases ? 1.3 : 0.3;
+    const double bytes = points * (static_cast<double>(demand.point_bytes) + above * sizeof(Vec3d)) +
+                         corners * static_cast<double>(demand.corner_bytes) +
+                         cells * static_cast<double>(demand.face_bytes);
+    return {points, bytes};
+}
+
+void check_memory(const ControlMesh& mesh, int levels, const LastLevel& last, const RunContext& context) {
+    if (context.max_memory_bytes == 0 || last.bytes <= static_cast<double>(context.max_memory_bytes)) return;
+    throw Error(ErrorCode::memory_limit,
+                fmt::format("{} levels, {:.0f} vertices, need about {:.0f} MiB, and the limit is {} MiB; ask for fewer "
+                            "levels",
+                            levels, last.points, std::ceil(last.bytes / (1 << 20)), context.max_memory_bytes >> 20),
+                mesh.data().source);
+}
+
+}  // namespace
+
+/// Which corners the steps from some level on see, and where rows take over from the rules.
+struct RepeatedRows::Plan {
+    std::vector<CornerKinds> kinds;    ///< different ones
+    std::vector<std::size_t> of_step;  ///< for each step from that level on
+    std::size_t of_limits = 0;
+    int by_rules = 0;  ///< steps
+    double cost = 0;   ///< of the lessons and of those, as so many points of a level by rules
+
+    std::size_t add(CornerKinds corners) {
+        const auto at = std::find(kinds.begin(), kinds.end(), corners);
+        const auto number = static_cast<std::size_t>(at - kinds.begin());
+        if (at == kinds.end()) kinds.push_back(std::move(corners));
+        return number;
+    }
+    bool used(std::size_t kind) const {
+        return std::find(of_step.begin() + by_rules, of_step.end(), kind) != of_step.end();
+    }
+    /// Where the least is to be done; or as early as ever.
+    /// @param points  of the level
+    void choose(const RootNet& net, int factor, double points, bool limits, bool early) {
+        const auto take = [&](int step) {
+            by_rules = step;
+            cost = points * (std::pow(factor * factor, step) - 1);
+            for (std::size_t i = 0; i < kinds.size(); ++i)
+                if (used(i) || (limits && i == of_limits)) cost += StarLessons::cost(kinds[i], net, factor);
+        };
+        const auto last = static_cast<int>(of_step.size()) - 1;
+        take(kinds.size() == 1 ? 0 : last);
+        // Lattices with fewer segments are too narrow for most masks.
+        constexpr double k_segments = 4;
+        for (int step = last; step-- > 0 && std::pow(factor, step) >= k_segments;) {
+            const int best = by_rules;
+            const double least = cost;
+            take(step);
+            if (cost > least && !early) {
+                by_rules = best;
+                cost = least;
+            }
+        }
+    }
+};
+
+std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
+                                                 const RuleOptions& rules, std::unique_ptr<RuleLevels>& levels_by_rules,
+                                                 const Demand& demand, const RunContext& context) {
+    const bool triangles = scheme.family == MeshFamily::triangles,
+               dual = fan_lattice(scheme, rules) == FanLattice::dual;
+    if (scheme.refinement == Refinement::honeycomb) return nullptr;
+    if (triangles && !mesh.all_triangles()) return nullptr;  // the rules say what is wrong
+    bool quads = true;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) quads = quads && mesh.face_size(FaceId(f)) == 4;
+    // Level at which a root has one segment.
+    int base_level = dual ? 1 : triangles || quads ? 0 : 1;
+    if (levels <= base_level) return nullptr;
+    const int factor = scheme.refinement == Refinement::sqrt3 ? 3 : 2;
+    const bool creases = dual && !ignores_creases(scheme, rules);
+    const LastLevel last_size =
+        last_level(mesh, {triangles, !triangles && (dual || !quads), dual, factor, creases}, levels, demand);
+    if (has_too_large_rings(mesh)) return nullptr;
+    const bool recedes = boundary_recedes(scheme, rules);
+    if (recedes && mesh.has_boundary()) return nullptr;
+
+    std::unique_ptr<RuleLevels> cut_levels;
+    RuleLevels* all_rules = levels_by_rules.get();
+    const auto advance = [&] {
+        const int to = all_rules->level() + 1;
+        check_rule_memory(mesh, scheme, to, levels, context,
+                          to > base_level ? static_cast<std::uint64_t>(last_size.bytes) : 0);
+        return all_rules->advance();
+    };
+    // What limits see of a sharpness that runs out further down differs from level to level.
+    constexpr int k_for_ever = std::numeric_limits<int>::max();
+    const bool any_limits = demand.limit || demand.normals;
+    // A step of a dual scheme does not see what turns smooth after it.
+    const auto steps_that_matter = [&] {
+        return any_limits ? k_for_ever : levels - levels_by_rules->level() - (dual ? 1 : 0);
+    };
+    const auto stays = [&] { return stays_as_it_is(levels_by_rules->last(), steps_that_matter(), creases); };
+    // What lies along tags that turn smooth too late for that is made by the rules to the end, where it is not too
+    // much. Until rows take over roots are refined three times or more.
+    constexpr int k_first_steps = 3;
+    const auto needs_strip = [&] {
+        const int left = levels - levels_by_rules->level();
+        if (demand.whole_net || left <= k_first_steps) return false;
+        const RuleMesh& at = levels_by_rules->last();
+        return left - steps_of_turns(at, steps_that_matter(), creases) <= k_first_steps &&
+               (soonest_turn(at, creases) > 1 || left == k_first_steps + 1);
+    };
+    // The roots of a dual scheme are the quads of the first level that has a face for each vertex (those with two faces
+    // have none), and they are cut where it has creases from then on.
+    while (dual && !(has_whole_faces(levels_by_rules->last(), creases) &&
+                     levels_by_rules->level() >= demand.root_level && (stays() || needs_strip()))) {
+        if (levels <= ++base_level) return nullptr;
+        advance();
+    }
+    const bool has_strip = dual && !stays();
+    if (has_strip) cut_levels = levels_by_rules->with_sharp_tags();
+    // The child of each of the roots' half-edges at its origin, level by level. Dual: the half-edge of a root's last
+    // cell that stays in its face; root h is at corner h.
+    std::vector<int> first;
+    std::optional<RootNet> net;
+    if (dual) net = RootNet::of_corners(all_rules->last(), all_rules->control_face_of_corners(), creases);
+    if (dual && !net) return nullptr;
+    std::vector<int> first_of_strip;
+    RuleMesh cut;
+    if (has_strip) {
+        advance();
+        all_rules = cut_levels.get();
+        first_of_strip = first = advance();
+        cut = all_rules->last();
+    }
+    RuleLevels& by_rules = *all_rules;
+    while (by_rules.level() < base_level) first = advance();
+    if (!dual) {
+        std::vector<std::uint32_t> control(static_cast<std::size_t>(by_rules.last().face_count()));
+        for (std::size_t f = 0; f < control.size(); ++f)
+            control[f] = static_cast<std::uint32_t>(by_rules.control_face(static_cast<int>(f)));
+        net = RootNet::of_faces(by_rules.last(), std::move(control));
+        if (!net) return nullptr;
+        first.resize(net->base().halfedge_count());
+        for (std::size_t h = 0; h < first.size(); ++h) first[h] = static_cast<int>(h);
+    }
+    std::unique_ptr<RepeatedRows> all(new RepeatedRows(std::move(*net), dual ? base_level - 1 : base_level));
+    std::uint32_t segments = 1;
+    const auto go_on = [&] {
+        context.report("refine", 0);
+        const std::vector<int> child = advance();
+        for (int& h : first) {
+            h = h < 0 ? h : child[h];
+            if (h < 0) return false;
+        }
+        segments *= static_cast<std::uint32_t>(factor);
+        return true;
+    };
+    // Without rules for tags nothing is sharp inside; what recedes has no end.
+    const bool tags = !dual && !recedes;
+    const int begin = by_rules.level();
+    using Sees = CornerKinds::Sees;
+    const auto corners = [&](const RuleMesh& at, Sees sees) {
+        return CornerKinds(all->net_, at, tags ? first : std::span<const int>(), sees, takes_corner_angles(scheme));
+    };
+    Plan plan;
+    plan.add(corners(by_rules.last(), Sees::one_step));
+    plan.of_step.assign(static_cast<std::size_t>(levels - begin), 0);
+    if (tags && !stays_as_it_is(by_rules.last(), any_limits ? k_for_ever : levels - begin)) {
+        RuleMesh later = with_later_tags(by_rules.last());
+        for (std::size_t step = 1; step < plan.of_step.size(); ++step) {
+            plan.of_step[step] = plan.add(corners(later, Sees::one_step));
+            later = with_later_tags(later);
+        }
+        if (any_limits) plan.of_limits = plan.add(corners(later, Sees::all));
+    }
+    const double roots = all->net_.base().face_count / (triangles ? 2.0 : 1.0);
+    plan.choose(all->net_, factor, roots, any_limits, demand.even_if_slower);
+    // By the rules, to which the cases above and the few below go, a level takes more.
+    check_memory(mesh, levels, last_size, context);
+    if (!demand.even_if_slower && plan.cost > roots * std::pow(factor * factor, levels - begin)) return nullptr;
+    if (!all->learn(plan, scheme, rules, demand, context)) return nullptr;
+    const auto wide_enough = [&] {
+        return by_rules.level() >= begin + plan.by_rules && static_cast<int>(segments) > 2 * scheme.choice_rings &&
+               all->fits(segments);
+    };
+    while (!wide_enough())
+        if (by_rules.level() + 1 >= levels || !go_on()) return nullptr;
+    if (has_strip) {
+        TurningStrip::Demand of_strip{.limit = demand.limit, .normals = demand.normals};
+        // By the rules a point of the strip costs more than one of theirs: it is cut out of what is made.
+        constexpr double k_most = 0.4;
+        if (!demand.even_if_slower) of_strip.most_points = k_most * last_size.points;
+        if (const std::uint64_t limit = context.max_memory_bytes; limit != 0) {
+            // Faces and points that are used are taken out of a copy.
+            if (2 * last_size.bytes >= static_cast<double>(limit)) return nullptr;
+            of_strip.max_bytes = limit - static_cast<std::uint64_t>(2 * last_size.bytes);
+        }
+        try {
+            all->strip_ = TurningStrip::make(all->net_, {*levels_by_rules, cut, first_of_strip, levels - base_level},
+                                             scheme, rules, of_strip, context);
+        } catch (const std::invalid_argument&) {
+            return nullptr;  // the rules say what is wrong
+        }
+        if (!all->strip_) return nullptr;
+    }
+    all->pattern_.erase(all->pattern_.begin(), all->pattern_.begin() + (by_rules.level() - begin));
+    std::optional<std::vector<int>> vertices = all->net_.vertices(all->net_.layout(segments), by_rules.last(), first);
+    if (!vertices) return nullptr;
+    all->vertices_ = std::move(*vertices);
+    all->segments_ = {segments};
+    for (int level = by_rules.level(); level < levels; ++level)
+        all->segments_.push_back(segments *= static_cast<std::uint32_t>(factor));
+    const RootLayout last = all->net_.layout(segments);
+    if ((all->limit_ && !all->limit_->fits(last)) || (all->normals_ && !all->normals_->fits(last))) return nullptr;
+    all->levels_ = std::move(has_strip ? cut_levels : levels_by_rules);
+    if (has_strip) all->strip_levels_ = std::move(levels_by_rules);
+    all->control_count_ = mesh.vertex_count();
+    return all;
+}
+
+bool RepeatedRows::learn(const Plan& plan, const SchemeInfo& scheme, const RuleOptions& rules, const Demand& demand,
+                         const RunContext& context) {
+    const std::uint32_t factor = scheme.refinement == Refinement::sqrt3 ? 3 : 2;
+    if (demand.limit) limit_.emplace(net_, 1, RowPatterns::Kind::points);
+    if (demand.normals) normals_.emplace(net_, 1, RowPatterns::Kind::normals);
+    pattern_.assign(plan.of_step.size(), 0);
+    patterns_.reserve(plan.kinds.size());
+    for (std::size_t i = 0; i < plan.kinds.size(); ++i) {
+        StarLessons lessons(net_, plan.kinds[i], scheme, rules, context.max_memory_bytes);
+        try {
+            if (plan.used(i)) {
+                for (std::size_t step = 0; step < pattern_.size(); ++step)
+                    if (plan.of_step[step] == i) pattern_[step] = patterns_.size();
+                if (!lessons.teach_step(patterns_.emplace_back(net_, factor, RowPatterns::Kind::points))) return false;
+            }
+            if (i == plan.of_limits && (limit_ || normals_) &&
+                !lessons.teach_limits(limit_ ? &*limit_ : nullptr, normals_ ? &*normals_ : nullptr))
+                return false;
+        } catch (const std::invalid_argument&) {
+            return false;  // the rules say what is wrong
+        }
+    }
+    return true;
+}
+
+int RepeatedRows::first_whole_level(const RuleMesh& control, const SchemeInfo& scheme, const RuleOptions& rules) {
+    return has_whole_faces(control, !ignores_creases(scheme, rules)) ? 0 : 1;
+}
+
+bool RepeatedRows::fits(std::uint32_t segments) const {
+    return std::all_of(patterns_.begin(), patterns_.end(),
+                       [&](const RowPatterns& patterns) { return patterns.fits(net_.layout(segments)); });
+}
+
+void RepeatedRows::refine(std::span<const Vec3d> control, std::span<Vec3d> points, std::span<Vec3d> normals,
+                          const RunContext& context) const {
+    const std::vector<double> first = levels_->net({&control.data()->x, 3 * control.size()}, 3);
+    const bool shared = net_.shares_points();
+    HugeBuffer<double> buffers[2];
+    const auto buffer = [&](std::size_t i) -> Vec3d* {
+        if (i + 1 == segments_.size() && !limit_ && !shared) return points.data();
+        return reinterpret_cast<Vec3d*>(
+            buffers[i & 1].reserve(3 * std::size_t{net_.place_count(net_.layout(segments_[i]))}));
+    };
+    Vec3d* now = buffer(0);
+    for_each_index(static_cast<std::uint32_t>(vertices_.size()), [&](std::uint32_t i) {
+        std::memcpy(static_cast<void*>(now + i), first.data() + 3 * static_cast<std::size_t>(vertices_[i]),
+                    sizeof(Vec3d));
+    });
+    for (std::size_t i = 1; i < segments_.size(); ++i) {
+        context.report("refine", static_cast<double>(i) / static_cast<double>(segments_.size()));
+        Vec3d* const finer = buffer(i);
+        patterns_[pattern_[i - 1]].apply(net_.layout(segments_[i - 1]), net_.layout(segments_[i]), now, finer);
+        now = finer;
+    }
+    const RootLayout last = net_.layout(segments_.back());
+    const auto of_strip = points;
+    const auto normals_of_strip = normals;
+    if (strip_) {
+        const std::size_t own = points.size() - strip_->point_count();
+        points = points.first(own);
+        if (!normals.empty()) normals = normals.first(own);
+    }
+    if (shared) {
+        at_shared_places(last, now, points, normals);
+    } else {
+        if (limit_) limit_->apply(last, last, now, points.data());
+        if (!normals.empty()) normals_->apply(last, last, now, normals.data());
+    }
+    if (std::find(normals.begin(), normals.end(), Vec3d(0)) != normals.end())
+        add_face_normals(net_.faces(segments_.back(), context), net_.point_numbers(last), now, normals);
+    if (!strip_) return;
+    const std::vector<double> start = strip_levels_->net({&control.data()->x, 3 * control.size()}, 3);
+    strip_->refine({reinterpret_cast<const Vec3d*>(start.data()), start.size() / 3}, of_strip, normals_of_strip);
+}
+
+/// Of places of the same point the first one gives it; its normal is the mean of theirs.
+void RepeatedRows::at_shared_places(const RootLayout& last, const Vec3d* now, std::span<Vec3d> points,
+                                    std::span<Vec3d> normals) const {
+    const RootNet::Numbers numbers = net_.point_numbers(last);
+    const std::uint32_t places = net_.place_count(last);
+    HugeBuffer<double> buffer;
+    const auto results = [&](const RowPatterns& patterns) {
+        Vec3d* const out = reinterpret_cast<Vec3d*>(buffer.reserve(3 * std::size_t{places}));
+        patterns.apply(last, last, now, out);
+        return out;
+    };
+    const Vec3d* const at = limit_ ? results(*limit_) : now;
+    for (std::uint32_t place = places; place-- > 0;) points[numbers.of(place)] = at[place];
+    if (normals.empty()) return;
+    const Vec3d* const sides = results(*normals_);
+    std::fill(normals.begin(), normals.end(), Vec3d(0));
+    for (std::uint32_t place = 0; place < places; ++place) normals[numbers.of(place)] += sides[place];
+    for (std::size_t i = numbers.first_shared; i < normals.size(); ++i) normals[i] = unit_of_sum(normals[i]);
+}
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,437 @@
+#include "root_net.hpp"
+
+#include "../../hier/base/huge_memory.hpp"
+#include "../../hier/base/most_frequent.hpp"
+#include "../../hier/base/parallel.hpp"
+#include "../../schemes/core/face_split.hpp"
+#include "grid_refinement.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+namespace tetrakis::detail {
+
+namespace {
+
+constexpr std::uint32_t k_grain = 4;  // roots per task
+
+/// A mesh cut along its creases: a vertex for each of the parts around one between them, sharp where these are corners.
+/// Half-edges keep their numbers.
+RuleMesh cut_creases(const RuleMesh& mesh) {
+    int count = mesh.vertex_count();
+    std::vector<int> origin(static_cast<std::size_t>(mesh.halfedge_count()));
+    std::vector<float> sharpness(static_cast<std::size_t>(count), 0.0f);
+    for (int v = 0; v < mesh.vertex_count(); ++v) {
+        const RuleMesh::Ring ring = mesh.ring(v);
+        int sharp = 0;
+        for (int i = 0; i < ring.edges(); ++i) sharp += is_sharp(ring.sharpness[i]) ? 1 : 0;
+        const bool corner = sharp > 2 || (sharp == 2 && is_sharp(mesh.vertex_sharpness(v)));
+        if (corner) sharpness[static_cast<std::size_t>(v)] = k_sharpness_infinity;
+        int copy = v, start = 0;
+        while (ring.closed && sharp > 0 && !is_sharp(ring.sharpness[start])) ++start;
+        for (int i = 0; i < ring.faces(); ++i) {
+            const int at = (start + i) % ring.faces();
+            if (i > 0 && is_sharp(ring.sharpness[at])) {
+                copy = count++;
+                sharpness.push_back(corner ? k_sharpness_infinity : 0);
+            }
+            origin[static_cast<std::size_t>(ring.halfedge[at])] = copy;
+        }
+    }
+    RuleMesh::Builder faces;
+    for (int f = 0; f < mesh.face_count(); ++f) {
+        for (int h = mesh.face_begin(f); h < mesh.face_begin(f) + mesh.face_size(f); ++h)
+            faces.corner(origin[static_cast<std::size_t>(h)]);
+        faces.end_face();
+    }
+    return RuleMesh(count, std::move(faces), std::move(sharpness));
+}
+
+struct Bordered {
+    RuleMesh mesh;
+    /// Half-edges on its boundary that are beyond the two sides of one edge.
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> glued;
+    /// Vertices that creases shrink to from their darts.
+    std::vector<std::uint32_t> crease_ends;
+};
+
+/// The half-edge from a dart along its crease, -1 where v is none.
+int dart_halfedge(const RuleMesh& mesh, int v) {
+    const RuleMesh::Ring ring = mesh.ring(v);
+    const auto sharp = std::find_if(ring.sharpness.begin(), ring.sharpness.end(), is_sharp);
+    if (!ring.closed || sharp == ring.sharpness.end() || std::any_of(sharp + 1, ring.sharpness.end(), is_sharp))
+        return -1;
+    return ring.halfedge[static_cast<int>(sharp - ring.sharpness.begin())];
+}
+
+/// Quads with a row of them beyond the boundary: a dual scheme's points there lie in their cells, the outermost ones on
+/// the boundary. First the mesh's own; then one for each half-edge on the boundary, in their order, which is beyond the
+/// first half-edge of it; then one at each corner, whose first half-edge is beside the quad of the edge that ends
+/// there; then one at each dart.
+///
+/// A crease begins nearer to the middle of its last edge from level to level, and the surface closes around the dart as
+/// if one more face were there: its quad lies between both sides of that half of the edge. Only its last cell is on
+/// what is left of the crease.
+/// @param uncut  the same half-edges, with the twins that were cut
+Bordered with_border(const RuleMesh& mesh, const RuleMesh& uncut) {
+    RuleMesh::Builder faces;
+    for (int f = 0; f < mesh.face_count(); ++f) {
+        for (const int v : mesh.corners(f)) faces.corner(v);
+        faces.end_face();
+    }
+    int count = mesh.vertex_count(), quads = mesh.face_count();
+    struct Outer {
+        int ahead = -1, behind = -1, tip = -1;  // seen from the edges that start and end at a vertex
+        int quad = -1;                          // a corner's
+    };
+    std::vector<Outer> outer(static_cast<std::size_t>(count));
+    for (int v = 0; v < mesh.vertex_count(); ++v) {
+        if (!mesh.on_boundary(v)) continue;
+        Outer& o = outer[static_cast<std::size_t>(v)];
+        o.ahead = o.behind = count++;
+        if (!is_sharp(mesh.vertex_sharpness(v))) continue;
+        o.behind = count++;
+        o.tip = count++;
+    }
+    Bordered result;
+    struct Dart {
+        int out, in;  // half-edges from the dart and to it
+    };
+    std::vector<Dart> darts;
+    std::vector<char> at_dart(static_cast<std::size_t>(mesh.halfedge_count()), 0);
+    for (int v = 0; v < uncut.vertex_count(); ++v) {
+        const int out = mesh.on_boundary(v) ? dart_halfedge(uncut, v) : -1;
+        if (out < 0) continue;
+        const int in = uncut.twin(out);
+        darts.push_back({out, in});
+        at_dart[static_cast<std::size_t>(out)] = at_dart[static_cast<std::size_t>(in)] = 1;
+        Outer &left = outer[static_cast<std::size_t>(mesh.target(out))],
+              &right = outer[static_cast<std::size_t>(mesh.origin(in))];
+        right = left;
+        result.crease_ends.push_back(static_cast<std::uint32_t>(left.ahead));
+    }
+    // Between two darts there is one for both.
+    std::sort(result.crease_ends.begin(), result.crease_ends.end());
+    result.crease_ends.erase(std::unique(result.crease_ends.begin(), result.crease_ends.end()),
+                             result.crease_ends.end());
+    std::vector<int> beyond(static_cast<std::size_t>(mesh.halfedge_count()), -1);
+    for (int h = 0; h < mesh.halfedge_count(); ++h) {
+        if (mesh.twin(h) != RuleMesh::none || at_dart[static_cast<std::size_t>(h)] != 0) continue;
+        const int u = mesh.origin(h), v = mesh.target(h);
+        faces.face({v, u, outer[static_cast<std::size_t>(u)].ahead, outer[static_cast<std::size_t>(v)].behind});
+        beyond[static_cast<std::size_t>(h)] = quads++;
+    }
+    for (int v = 0; v < mesh.vertex_count(); ++v) {
+        Outer& o = outer[static_cast<std::size_t>(v)];
+        if (o.tip < 0) continue;
+        faces.face({v, o.behind, o.tip, o.ahead});
+        o.quad = quads++;
+    }
+    for (const Dart& d : darts) {
+        const int left = mesh.target(d.out), right = mesh.origin(d.in);
+        faces.face({left, mesh.origin(d.out), right, outer[static_cast<std::size_t>(left)].ahead});
+    }
+    result.mesh = RuleMesh(count, std::move(faces));
+    const auto glue = [&](int a, int b) {
+        result.glued.emplace_back(static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b));
+    };
+    for (int h = 0; h < mesh.halfedge_count(); ++h) {
+        const int t = uncut.twin(h);
+        if (mesh.twin(h) != RuleMesh::none || t == RuleMesh::none || at_dart[static_cast<std::size_t>(h)] != 0)
+            continue;
+        if (h < t) glue(4 * beyond[static_cast<std::size_t>(h)] + 2, 4 * beyond[static_cast<std::size_t>(t)] + 2);
+        const Outer &ahead = outer[static_cast<std::size_t>(mesh.origin(h))],
+                    &behind = outer[static_cast<std::size_t>(mesh.target(t))];
+        if (ahead.quad >= 0) glue(4 * ahead.quad + 2, 4 * behind.quad + 1);
+    }
+    return result;
+}
+
+}  // namespace
+
+std::optional<RootNet> RootNet::of_faces(const RuleMesh& mesh, std::vector<std::uint32_t> control_face) {
+    RootNet net;
+    if (!net.set_base(mesh)) return std::nullopt;
+    net.own_roots_ = net.base_.face_count;
+    net.base_face_ = std::move(control_face);
+    return net;
+}
+
+RootNet RootNet::of_star(const RuleMesh& mesh, bool in_cells) {
+    RootNet net;
+    net.in_cells_ = in_cells;
+    net.set_base(mesh);
+    net.own_roots_ = net.base_.face_count;
+    net.base_face_.resize(net.base_.face_count);
+    std::iota(net.base_face_.begin(), net.base_face_.end(), 0u);
+    return net;
+}
+
+std::optional<RootNet> RootNet::of_corners(const RuleMesh& mesh, std::vector<std::uint32_t> control_face,
+                                           bool creases) {
+    RootNet net;
+    net.in_cells_ = true;
+    const RuleMesh split = split_polygons(mesh);
+    std::optional<RuleMesh> cut;
+    if (creases) cut = cut_creases(split);
+    Bordered bordered = with_border(cut ? *cut : split, split);
+    net.glued_ = std::move(bordered.glued);
+    net.crease_ends_ = std::move(bordered.crease_ends);
+    if (!net.set_base(bordered.mesh)) return std::nullopt;
+    net.own_roots_ = static_cast<std::uint32_t>(mesh.halfedge_count());
+    net.base_face_ = std::move(control_face);
+    // What lies beyond a side belongs to the face there, a corner to that of the edge that starts there.
+    for (std::uint32_t f = net.own_roots_; f < net.base_.face_count; ++f) {
+        const std::uint32_t before = net.base_.twin[4 * f] / 4;
+        const bool corner = before >= net.own_roots_;
+        net.base_face_.push_back(net.base_face_[corner ? net.base_.twin[4 * f + 3] / 4 : before]);
+    }
+    return net;
+}
+
+RootNet::Numbers RootNet::point_numbers(const RootLayout& at) const {
+    const std::uint32_t places = place_count(at);
+    if (glued_.empty()) return {places, places, {}};
+    // The first of the places of each point, found from any of them.
+    const std::uint32_t begin = number_at(at, own_roots_, {0, 0});
+    std::vector<std::uint32_t> number(places - begin);
+    std::iota(number.begin(), number.end(), begin);
+    const auto first_of = [&](std::uint32_t place) {
+        while (number[place - begin] != place) place = number[place - begin];
+        return place;
+    };
+    const std::uint32_t last = at.segments() - 1;
+    for (const auto& [g, h] : glued_)
+        for (std::uint32_t a = 0; a <= last; ++a) {
+            const std::uint32_t s = first_of(this->number(at, g, a, 0)), t = first_of(this->number(at, h, last - a, 0));
+            number[std::max(s, t) - begin] = std::min(s, t);
+        }
+    std::uint32_t count = begin;
+    for (std::uint32_t place = begin; place < places; ++place) {
+        std::uint32_t& of = number[place - begin];
+        of = of == place ? count++ : number[of - begin];
+    }
+    return {count, begin, std::move(number)};
+}
+
+bool RootNet::set_base(const RuleMesh& mesh) {
+    const auto H = static_cast<std::size_t>(mesh.halfedge_count());
+    base_.face_size = mesh.face_size(0);
+    if (!mesh.all_faces_have(base_.face_size) || base_.face_size > 4) return false;
+    base_.vertex_count = static_cast<std::uint32_t>(mesh.vertex_count());
+    base_.edge_count = static_cast<std::uint32_t>(mesh.edge_count());
+    base_.face_count = static_cast<std::uint32_t>(mesh.face_count());
+    base_.origin.resize(H);
+    base_.twin.resize(H);
+    base_.edge_side.resize(H);
+    base_.edge_halfedge.resize(base_.edge_count);
+    base_.vertex_halfedge.resize(base_.vertex_count);
+    for (int h = 0; h < mesh.halfedge_count(); ++h) {
+        const int e = mesh.edge(h);
+        base_.origin[h] = static_cast<std::uint32_t>(mesh.origin(h));
+        base_.twin[h] = static_cast<std::uint32_t>(mesh.twin(h));  // none is none
+        base_.edge_side[h] = 2 * static_cast<std::uint32_t>(e) + (mesh.edge_halfedge(e) == h ? 0 : 1);
+    }
+    for (int e = 0; e < mesh.edge_count(); ++e)
+        base_.edge_halfedge[e] = static_cast<std::uint32_t>(mesh.edge_halfedge(e));
+    for (int v = 0; v < mesh.vertex_count(); ++v) base_.vertex_halfedge[v] = static_cast<std::uint32_t>(mesh.first(v));
+    return has_simple_roots();
+}
+
+/// Whether each root is between different vertices and edges.
+bool RootNet::has_simple_roots() const {
+    const std::uint32_t sides = side_count();
+    for (std::uint32_t f = 0; f < base_.face_count; ++f)
+        for (std::uint32_t i = sides * f; i < sides * (f + 1); ++i)
+            for (std::uint32_t j = sides * f; j < i; ++j)
+                if (base_.origin[i] == base_.origin[j] || base_.edge(i) == base_.edge(j)) return false;
+    return true;
+}
+
+/// Where a point is in the lattice of root f, sides included; nothing if it is not there.
+std::optional<RootNet::Place> RootNet::place_in(const RootLayout& at, std::uint32_t f, std::uint32_t number) const {
+    const std::uint32_t n = at.segments(), sides = side_count(), inner = n - 1;
+    if (in_cells_) {
+        if (number / (n * n) != f) return std::nullopt;
+        return Place{number % n, number / n % n};
+    }
+    if (number < base_.vertex_count) {
+        for (std::uint32_t s = 0; s < sides; ++s)
+            if (base_.origin[sides * f + s] == number) return turned(n, s, 0, 0);
+        return std::nullopt;
+    }
+    if (number < at.face_begin(0)) {
+        const std::uint32_t e = (number - base_.vertex_count) / inner, j = (number - base_.vertex_count) % inner + 1;
+        for (std::uint32_t s = 0; s < sides; ++s) {
+            const std::uint32_t side = base_.edge_side[sides * f + s];
+            if (side >> 1 == e) return turned(n, s, (side & 1) == 0 ? j : n - j, 0);
+        }
+        return std::nullopt;
+    }
+    if (number < at.face_begin(f) || number >= at.face_begin(f) + at.root_points()) return std::nullopt;
+    std::uint32_t i = number - at.face_begin(f);
+    if (sides == 4) return Place{i % inner + 1, i / inner + 1};
+    std::uint32_t y = 1;
+    for (; i >= n - 1 - y; ++y) i -= n - 1 - y;
+    return Place{i + 1, y};
+}
+
+std::optional<RootNet::Seen> RootNet::in_star(const RootLayout& at, std::uint32_t f, std::uint32_t number) const {
+    // The roots that it is in: one, or the two beside a side.
+    const std::uint32_t sides = side_count(), inner = at.segments() - 1, roots = base_.face_count;
+    std::uint32_t found[2] = {none, none};
+    if (in_cells_) {
+        found[0] = number / (at.segments() * at.segments());
+    } else if (number >= at.face_begin(0)) {
+        found[0] = (number - at.face_begin(0)) / at.root_points();
+    } else if (number >= base_.vertex_count) {
+        const std::uint32_t h = base_.edge_halfedge[(number - base_.vertex_count) / inner], t = base_.twin[h];
+        found[0] = h / sides;
+        if (t != none) found[1] = t / sides;
+    } else if (number == base_.origin[0]) {
+        found[0] = f;
+    }
+    const bool closed = base_.twin[base_.vertex_halfedge[base_.origin[0]]] != none;
+    std::optional<Seen> best;
+    for (const std::uint32_t g : found) {
+        const std::optional<Place> p = g == none ? std::nullopt : place_in(at, g, number);
+        if (!p) continue;
+        // What lies on the far sides belongs to other corners as well.
+        const std::uint32_t n = at.segments();
+        if (!in_cells_ && (p->x == n || p->y == n || rest(n, p->x, p->y) == 0)) continue;
+        const int turn = static_cast<int>(closed ? (g + roots - f) % roots : g) - static_cast<int>(closed ? 0 : f);
+        // Counter-clockwise the nearest, else that the other way round.
+        if (best && (best->turn >= 0 ? turn < 0 || turn > best->turn : turn < best->turn)) continue;
+        best = Seen{static_cast<std::int16_t>(turn), static_cast<std::int16_t>(p->x), static_cast<std::int16_t>(p->y)};
+    }
+    return best;
+}
+
+std::optional<RootNet::Seen> RootNet::at_side(const RootLayout& at, std::uint32_t h, std::uint32_t number) const {
+    const std::uint32_t n = at.segments();
+    int beyond = 0;
+    for (const std::uint32_t g : {h, base_.twin[h]}) {
+        if (g == none) break;
+        if (const std::optional<Place> p = place_in(at, g / side_count(), number)) {
+            const Place seen = seen_from(last_place(at), g % side_count(), *p);
+            if (!in_cells_ && seen.y == n) return std::nullopt;
+            return Seen{static_cast<std::int16_t>(beyond), static_cast<std::int16_t>(seen.x),
+                        static_cast<std::int16_t>(seen.y)};
+        }
+        ++beyond;
+    }
+    return std::nullopt;
+}
+
+RootNet::Place RootNet::seen_from(std::uint32_t n, std::uint32_t side, const Place& p) const {
+    if (base_.face_size == 4) {
+        const Place places[4] = {p, {p.y, n - p.x}, {n - p.x, n - p.y}, {n - p.y, p.x}};
+        return places[side];
+    }
+    const Place places[3] = {p, {p.y, n - p.x - p.y}, {n - p.x - p.y, p.x}};
+    return places[side];
+}
+
+RootNet::Heading RootNet::ahead(std::uint32_t segments, const Heading& from) const {
+    if (!from.known()) return from;
+    const std::uint32_t n = segments - 1;
+    switch (from.way) {
+        case 0:
+            if (from.x < n) return {from.root, from.x + 1, from.y, from.way};
+            break;
+        case 1:
+            if (from.y < n) return {from.root, from.x, from.y + 1, from.way};
+            break;
+        case 2:
+            if (from.x > 0) return {from.root, from.x - 1, from.y, from.way};
+            break;
+        default:
+            if (from.y > 0) return {from.root, from.x, from.y - 1, from.way};
+            break;
+    }
+    // Side s lies across the way before the s-th; the way away from it is the one after.
+    const std::uint32_t side = (from.way + 1) % 4, t = base_.twin[4 * from.root + side];
+    if (t == none) return {};
+    const Place entered = turned(n, t % 4, n - seen_from(n, side, {from.x, from.y}).x, 0);
+    return {t / 4, entered.x, entered.y, (t % 4 + 1) % 4};
+}
+
+RootNet::Faces RootNet::faces(std::uint32_t segments, const RunContext& context) const {
+    const RootLayout at(base_, segments);
+    if (in_cells_) return cell_faces(at);
+    const std::uint32_t size = side_count(), count = static_cast<std::uint32_t>(at.cell_count()),
+                        cells = at.segments() * at.segments();
+    Faces faces;
+    resize_large(faces.offsets, count + std::size_t{1});
+    resize_large(faces.control, count);
+    resize_large(faces.vertices, std::size_t{size} * count);
+    for_each_index(count + 1, [&](std::uint32_t f) { faces.offsets[f] = size * f; });
+    for_each_index(count, [&](std::uint32_t f) { faces.control[f] = base_face_[f / cells]; });
+    write_faces(at, faces.vertices, context);
+    return faces;
+}
+
+/// Root by root the faces inside, edge by edge those across it, those around the corners.
+RootNet::Faces RootNet::cell_faces(const RootLayout& at) const {
+    const std::uint32_t n = at.segments(), inner = n - 1;
+    std::vector<std::uint32_t> inner_edges;
+    for_each_inner_edge([&](std::uint32_t h) { inner_edges.push_back(h); });
+    const auto across = static_cast<std::uint32_t>(inner_edges.size());
+    const std::uint32_t quads = base_.face_count * inner * inner + across * inner;
+    Faces faces;
+    reserve_large(faces.offsets, quads + std::size_t{base_.vertex_count} + 1);
+    resize_large(faces.offsets, quads + std::size_t{1});
+    for_each_index(quads + 1, [&](std::uint32_t f) { faces.offsets[f] = 4 * f; });
+    resize_large(faces.control, quads);
+    reserve_large(faces.vertices, 4 * std::size_t{quads} + base_.halfedge_count());
+    resize_large(faces.vertices, 4 * std::size_t{quads});
+    const auto quad = [&](std::uint32_t f, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+        const std::uint32_t corners[4] = {a, b, c, d};
+        std::copy_n(corners, 4, &faces.vertices[4 * std::size_t{f}]);
+    };
+    for_each_index(
+        base_.face_count,
+        [&](std::uint32_t r) {
+            std::uint32_t f = r * inner * inner;
+            for (std::uint32_t y = 0; y < inner; ++y)
+                for (std::uint32_t x = 0; x < inner; ++x, ++f) {
+                    const std::uint32_t low = number_at(at, r, {x, y}), high = low + n;
+                    quad(f, low, low + 1, high + 1, high);
+                    faces.control[f] = base_face_[r];
+                }
+        },
+        k_grain);
+    for_each_index(
+        across,
+        [&](std::uint32_t i) {
+            const std::uint32_t h = inner_edges[i], t = base_.twin[h];
+            std::uint32_t f = base_.face_count * inner * inner + i * inner;
+            for (std::uint32_t j = 1; j < n; ++j, ++f) {
+                quad(f, number(at, t, n - j, 0), number(at, t, n - 1 - j, 0), number(at, h, j, 0),
+                     number(at, h, j - 1, 0));
+                faces.control[f] = std::min(base_face_[h / 4], base_face_[t / 4]);
+            }
+        },
+        k_grain);
+    std::vector<std::uint32_t> around;
+    // The outermost points are the boundary.
+    for_each_inner_vertex([&](std::uint32_t first) {
+        std::uint32_t h = first;
+        around.clear();
+        do {
+            faces.vertices.push_back(number(at, h, 0, 0));
+            around.push_back(base_face_[h / 4]);
+            h = base_.twin[base_.prev(h)];
+        } while (h != first);
+        faces.offsets.push_back(static_cast<std::uint32_t>(faces.vertices.size()));
+        faces.control.push_back(most_frequent(around));
+    });
+    if (shares_points()) {
+        const Numbers numbers = point_numbers(at);
+        for (std::uint32_t& v : faces.vertices) v = numbers.of(v);
+    }
+    return faces;
+}
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,169 @@
+#pragma once
+
+#include "../../hier/base/run_context.hpp"
+#include "../../schemes/core/rule_mesh.hpp"
+#include "root_layout.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// Numbers of the points and faces of all levels below a mesh of quads or triangles, its roots: by arithmetic from the
+/// place in a root's lattice.
+///
+/// Of a scheme that cuts faces into lattices the roots are the faces of a level; points are in the order of RootLayout.
+/// Of a dual scheme they are the quads of its first refinement by face splits, one per half-edge, and one beyond each
+/// side on the boundary; points lie in the cells of their lattices: root by root, row by row. A crease is a boundary of
+/// both of its sides, so points on it have a place on each; at a dart there is one more root, between both.
+class RootNet {
+  public:
+    static constexpr std::uint32_t none = MeshLevel::none;
+    struct Place {
+        std::uint32_t x, y;
+    };
+    /// A point seen from a corner: (a, b) of the lattice of the root `turn` half-edges counter-clockwise around the
+    /// corner, from there; or, seen from a side, of its own root (0) or the one beyond (1).
+    struct Seen {
+        std::int16_t turn, a, b;
+        auto operator<=>(const Seen&) const = default;
+    };
+
+    /// The faces of a level as roots. Nothing where one of them is not between different vertices and edges.
+    /// @param control_face  of each face of the mesh
+    static std::optional<RootNet> of_faces(const RuleMesh& mesh, std::vector<std::uint32_t> control_face);
+    /// The quads at the corners of a level's faces. Nothing where one is not between different vertices and edges.
+    /// @param control_face  of each corner, by half-edge
+    /// @param creases       whether the scheme has them
+    static std::optional<RootNet> of_corners(const RuleMesh& mesh, std::vector<std::uint32_t> control_face,
+                                             bool creases);
+
+    /// The faces of a mesh of quads or triangles, as lattices or in cells, with nothing beyond its boundary.
+    static RootNet of_star(const RuleMesh& mesh, bool in_cells);
+
+    bool in_cells() const { return in_cells_; }
+    const MeshLevel& base() const { return base_; }
+    /// In cells: the roots before those beyond boundaries and creases.
+    std::uint32_t own_roots() const { return own_roots_; }
+    std::uint32_t control_face(std::uint32_t root) const { return base_face_[root]; }
+    /// Calls visit(half-edge) for each edge between two roots, in the order of their numbers.
+    template <class Visit>
+    void for_each_inner_edge(Visit&& visit) const {
+        for (std::uint32_t e = 0; e < base_.edge_count; ++e)
+            if (base_.twin[base_.edge_halfedge[e]] != none) visit(base_.edge_halfedge[e]);
+    }
+    /// Calls visit(half-edge that leaves it) for each vertex that three roots or more lie around: around a point where
+    /// creases end from both sides, which has two, there is no face.
+    template <class Visit>
+    void for_each_inner_vertex(Visit&& visit) const {
+        for (std::uint32_t v = 0; v < base_.vertex_count; ++v) {
+            const std::uint32_t first = base_.vertex_halfedge[v];
+            if (first != none && base_.twin[first] != none && turned(turned(first)) != first) visit(first);
+        }
+    }
+    /// The half-edge that leaves the origin of h next, counter-clockwise, which is not on the boundary.
+    std::uint32_t turned(std::uint32_t h) const { return base_.twin[base_.prev(h)]; }
+    RootLayout layout(std::uint32_t segments) const { return {base_, segments}; }
+    std::uint32_t place_count(const RootLayout& at) const {
+        return in_cells_ ? static_cast<std::uint32_t>(at.cell_count()) : at.vertex_count();
+    }
+    /// The points of a level, of which some may have several places.
+    struct Numbers {
+        std::uint32_t count;
+        std::uint32_t first_shared;  ///< places before that are points with the same numbers
+        std::vector<std::uint32_t> number;
+
+        std::uint32_t of(std::uint32_t place) const {
+            return place < first_shared ? place : number[place - first_shared];
+        }
+    };
+    Numbers point_numbers(const RootLayout& at) const;
+    bool shares_points() const { return !glued_.empty(); }
+    /// Vertices that creases shrink to from their darts: of the roots around one, the cells of the first and the last
+    /// are glued, where there are three; where there are two, a crease of one edge is left between both.
+    const std::vector<std::uint32_t>& crease_ends() const { return crease_ends_; }
+
+    /// A way out of a cell: 0 along x, then counter-clockwise.
+    struct Heading {
+        std::uint32_t root = none, x = 0, y = 0, way = 0;
+
+        bool known() const { return root != none; }
+        Heading turned(std::uint32_t quarters) const { return {root, x, y, (way + quarters) % 4}; }
+    };
+    /// Seen from the next cell that way, still ahead; unknown where the net ends.
+    /// @param segments  of a root's sides
+    Heading ahead(std::uint32_t segments, const Heading& from) const;
+    std::uint32_t place(std::uint32_t segments, const Heading& at) const {
+        return (at.root * segments + at.y) * segments + at.x;
+    }
+
+    /// The rules' vertices at a level's places; nothing where its faces are no such lattices.
+    /// @param halfedge  of each root's half-edges the child at its origin; in cells of each root the half-edge of its
+    ///                  last cell that stays in its face (the roots beyond the boundary have none)
+    std::optional<std::vector<int>> vertices(const RootLayout& at, const RuleMesh& mesh,
+                                             std::span<const int> halfedge) const {
+        return in_cells_ ? cells(at, mesh, halfedge) : lattice(at, mesh, halfedge);
+    }
+
+    /// Faces of a level, and the control face that each belongs to; corners of the same face of two refinements of
+    /// meshes with the same faces are in the same places.
+    struct Faces {
+        std::vector<std::uint32_t> offsets, vertices, control;
+    };
+    Faces faces(std::uint32_t segments, const RunContext& context) const;
+
+    // Lattices seen from half-edge h: a along it, b away from it; n is the last place.
+    std::uint32_t side_count() const { return static_cast<std::uint32_t>(base_.face_size); }
+    std::uint32_t last_place(const RootLayout& at) const { return in_cells_ ? at.segments() - 1 : at.segments(); }
+    Place turned(std::uint32_t n, std::uint32_t side, std::uint32_t a, std::uint32_t b) const;
+    std::uint32_t number(const RootLayout& at, std::uint32_t h, std::uint32_t a, std::uint32_t b) const {
+        return number_at(at, h / side_count(), turned(last_place(at), h % side_count(), a, b));
+    }
+    std::uint32_t number_at(const RootLayout& at, std::uint32_t f, const Place& p) const {
+        const std::uint32_t n = at.segments();
+        return in_cells_ ? (f * n + p.y) * n + p.x : at.at(f, p.x, p.y);
+    }
+    /// What is left beyond a from the other end of the line b away from the side.
+    std::uint32_t rest(std::uint32_t n, std::uint32_t a, std::uint32_t b) const {
+        return base_.face_size == 4 ? n - a : n - a - b;
+    }
+    /// Where a point is in the lattice of root f, sides included; nothing if it is not there.
+    std::optional<Place> place_in(const RootLayout& at, std::uint32_t f, std::uint32_t number) const;
+    /// As seen from corner 0 of root f of a star, whose roots all begin there, counter-clockwise.
+    std::optional<Seen> in_star(const RootLayout& at, std::uint32_t f, std::uint32_t number) const;
+    std::optional<Seen> at_side(const RootLayout& at, std::uint32_t h, std::uint32_t number) const;
+
+  private:
+    RootNet() = default;
+    bool set_base(const RuleMesh& mesh);
+    bool has_simple_roots() const;
+    Place seen_from(std::uint32_t n, std::uint32_t side, const Place& p) const;
+    std::optional<std::vector<int>> lattice(const RootLayout& at, const RuleMesh& mesh,
+                                            std::span<const int> corner_halfedge) const;
+    std::optional<std::vector<int>> cells(const RootLayout& at, const RuleMesh& mesh,
+                                          std::span<const int> last_halfedge) const;
+    Faces cell_faces(const RootLayout& at) const;
+
+    bool in_cells_ = false;
+    std::uint32_t own_roots_ = 0;  ///< in cells: the others lie beyond the boundary
+    MeshLevel base_;
+    std::vector<std::uint32_t> base_face_;  ///< control face of each root
+    /// Half-edges of roots beyond the two sides of a crease, along which cells are the same points, the last of the one
+    /// at the first of the other.
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> glued_;
+    std::vector<std::uint32_t> crease_ends_;
+};
+
+inline RootNet::Place RootNet::turned(std::uint32_t n, std::uint32_t side, std::uint32_t a, std::uint32_t b) const {
+    if (base_.face_size == 4) {
+        const Place places[4] = {{a, b}, {n - b, a}, {n - a, n - b}, {b, n - a}};
+        return places[side];
+    }
+    const Place places[3] = {{a, b}, {n - a - b, a}, {b, n - a - b}};
+    return places[side];
+}
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,428 @@
+#include "row_patterns.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <deque>
+#include <optional>
+#include <utility>
+
+// What the rules say of stars, in terms that hold for all levels.
+namespace tetrakis::detail {
+
+namespace {
+
+/// Rings of ghosts to look for the points of a regular row in.
+constexpr std::uint32_t k_most_rings = 5;
+
+/// Two rows of weights of the same points, turned and mixed until they are the same ones whichever base of their plane
+/// they were given as (with its orientation): with 1, 0 in the first column that is large, 0, +-1 in the second one.
+template <class Column>
+void make_canonical(std::vector<Column>& columns) {
+    // No simple fraction, at which some masks' weights are, give or take rounding.
+    constexpr double k_large = 0.0871;
+    const auto first_large = [&](const auto& size) {
+        double largest = 0;
+        for (const Column& c : columns) largest = std::max(largest, size(c));
+        return std::find_if(columns.begin(), columns.end(),
+                            [&](const Column& c) { return size(c) > 0 && size(c) >= k_large * largest; });
+    };
+    const auto pivot = first_large([](const Column& c) { return std::hypot(c.w1, c.w2); });
+    if (pivot == columns.end()) return;
+    const double length = std::hypot(pivot->w1, pivot->w2), c1 = pivot->w1 / length, c2 = pivot->w2 / length;
+    for (Column& c : columns) {
+        const double along = (c1 * c.w1 + c2 * c.w2) / length, across = (c1 * c.w2 - c2 * c.w1) / length;
+        c.w1 = along;
+        c.w2 = across;
+    }
+    pivot->w1 = 1;
+    pivot->w2 = 0;
+    const auto other = first_large([](const Column& c) { return std::abs(c.w2); });
+    if (other == columns.end()) return;
+    const double scale = 1 / std::abs(other->w2), factor = other->w1 / other->w2;
+    for (Column& c : columns) {
+        c.w1 -= factor * c.w2;
+        c.w2 *= scale;
+    }
+    other->w1 = 0;
+}
+
+/// Tangents as a pair of rows, in the order of their points, made canonical.
+template <class Row>
+void make_canonical(Row& first_row, Row& second_row) {
+    struct Column {
+        decltype(Row::value_type::at) at;
+        double w1, w2;
+    };
+    std::vector<Column> columns;
+    for (auto a = first_row.begin(), b = second_row.begin(); a != first_row.end() || b != second_row.end();) {
+        const bool first = b == second_row.end() || (a != first_row.end() && a->at <= b->at),
+                   second = a == first_row.end() || (b != second_row.end() && b->at <= a->at);
+        columns.push_back({first ? a->at : b->at, first ? a->weight : 0, second ? b->weight : 0});
+        if (first) ++a;
+        if (second) ++b;
+    }
+    make_canonical(columns);
+    first_row.clear();
+    second_row.clear();
+    constexpr double k_no_weight = 1e-12;
+    for (const Column& c : columns) {
+        if (std::abs(c.w1) > k_no_weight) first_row.push_back({c.at, c.w1});
+        if (std::abs(c.w2) > k_no_weight) second_row.push_back({c.at, c.w2});
+    }
+}
+
+/// In the order of the points, each once.
+template <class Row>
+void sort_terms(Row& row) {
+    std::sort(row.begin(), row.end(), [](const auto& s, const auto& t) { return s.at < t.at; });
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+        if (count > 0 && row[count - 1].at == row[i].at)
+            row[count - 1].weight += row[i].weight;
+        else
+            row[count++] = row[i];
+    }
+    row.resize(count);
+}
+
+}  // namespace
+
+RowPatterns::RowPatterns(const RootNet& net, std::uint32_t factor, Kind kind)
+    : net_(net), factor_(factor), kind_(kind), regular_corners_(regular_corners(net)) {}
+
+/// Weights of one row found in two places differ by rounding at most; tangents come from numeric eigenvectors.
+double RowPatterns::tolerance() const { return kind_ == Kind::points ? 1e-13 : 1e-11; }
+
+template <class At>
+bool RowPatterns::same(const RowOf<At>& a, const RowOf<At>& b) const {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [&](const TermOf<At>& s, const TermOf<At>& t) {
+        return s.at == t.at && std::abs(s.weight - t.weight) <= tolerance();
+    });
+}
+
+/// The rows of a result, in the order of their points; those that it has no tangents for are empty.
+/// @param seen_only  of the surfaces that meet there those alone whose points are seen
+template <class At, class SeenAt>
+bool RowPatterns::rows_of(const Lesson& lesson, int row, const SeenAt& seen_at, std::span<RowOf<At>> out,
+                          bool seen_only) const {
+    for (RowOf<At>& to : out) to.clear();
+    if (row < 0) return false;
+    const auto terms = [&](const StencilTable& table, int from, RowOf<At>& to) {
+        const auto points = table.points(from);
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const std::optional<At> seen = seen_at(static_cast<std::uint32_t>(points[i]));
+            if (!seen) return false;
+            to.push_back({*seen, table.weights(from)[i]});
+        }
+        sort_terms(to);
+        return true;
+    };
+    if (kind_ == Kind::points) return terms(lesson.rows, row, out[0]);
+
+    const int begin = lesson.begin[static_cast<std::size_t>(row)],
+              end = lesson.begin[static_cast<std::size_t>(row) + 1];
+    std::size_t found = 0;
+    for (int i = begin; i < end; ++i) {
+        if (2 * found + 2 > out.size()) return false;
+        RowOf<At>* const pair = &out[2 * found];
+        if (!terms(lesson.rows, i, pair[0]) || !terms(*lesson.second_rows, i, pair[1])) {
+            if (!seen_only) return false;
+            pair[0].clear();
+            pair[1].clear();
+            continue;
+        }
+        make_canonical(pair[0], pair[1]);
+        ++found;
+    }
+    if (seen_only && begin < end && found == 0) return false;
+    if (found == 2) {
+        // Which of two surfaces comes first the rules leave open: the one whose points do.
+        const auto less = [&](const RowOf<At>& a, const RowOf<At>& b) {
+            return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end(),
+                                                [](const auto& s, const auto& t) { return s.at < t.at; });
+        };
+        if (less(out[2], out[0]) || (!less(out[0], out[2]) && less(out[3], out[1]))) {
+            std::swap(out[0], out[2]);
+            std::swap(out[1], out[3]);
+        }
+    }
+    return true;
+}
+
+/// Reads the rows at the places of one of a star's roots.
+class RowPatterns::StarReader {
+  public:
+    StarReader(const RowPatterns& patterns, const Lesson& lesson, std::uint32_t rings)
+        : p_(patterns),
+          lesson_(lesson),
+          net_(lesson.star.net()),
+          coarse_(net_.layout(lesson.star.segments())),
+          fine_(net_.layout(patterns.factor_ * lesson.star.segments())),
+          regular_(regular_corners(net_)),
+          grid_(net_, coarse_, regular_, rings),
+          last_(net_.last_place(fine_)),
+          zone_(zone(patterns.factor_, lesson.star.segments())),
+          number_at_(net_.place_count(coarse_)) {
+        for (std::uint32_t place = 0; place < number_at_.size(); ++place)
+            number_at_[place] = lesson_.star.first_place(place);
+    }
+
+    std::uint32_t zone_size() const { return zone_; }
+    void look_at(std::uint32_t root) {
+        root_ = root;
+        numbers_.assign(grid_.size(), none);
+        grid_.fill(root, number_at_.data(), numbers_.data());
+    }
+
+    /// The rows of place (x, y), seen from there in the root's directions.
+    bool rows(std::uint32_t x, std::uint32_t y, std::span<RowOf<Step>> out) const {
+        const auto dx = static_cast<std::ptrdiff_t>(x / p_.factor_), dy = static_cast<std::ptrdiff_t>(y / p_.factor_);
+        const auto seen = [&](std::uint32_t number) -> std::optional<Step> {
+            const auto at = std::find(numbers_.begin(), numbers_.end(), number);
+            if (at == numbers_.end()) return std::nullopt;
+            const GhostGrid::Place place = grid_.place(at - numbers_.begin());
+            return Step{static_cast<std::int16_t>(place.x - dx), static_cast<std::int16_t>(place.y - dy)};
+        };
+        return p_.rows_of<Step>(lesson_, row(x, y), seen, out);
+    }
+    /// Whether the rows of place (x, y) are those inside, of the points that lie there: one may be at two places.
+    bool is_regular(std::uint32_t x, std::uint32_t y) {
+        const std::size_t count = p_.rows_inside();
+        found_.resize(count);
+        expected_.resize(count);
+        const auto number = [](std::uint32_t of) { return std::optional(of); };
+        if (!p_.rows_of<std::uint32_t>(lesson_, row(x, y), number, found_)) return false;
+        const std::size_t kind = (y % p_.factor_ * p_.factor_ + x % p_.factor_) * count;
+        const std::ptrdiff_t here =
+            grid_.index({static_cast<std::ptrdiff_t>(x / p_.factor_), static_cast<std::ptrdiff_t>(y / p_.factor_)});
+        for (std::size_t i = 0; i < count; ++i) {
+            expected_[i].clear();
+            for (const auto& term : p_.regular_[kind + i]) {
+                const std::uint32_t of =
+                    numbers_[static_cast<std::size_t>(here + term.at.b * grid_.stride() + term.at.a)];
+                if (of == none) return false;
+                expected_[i].push_back({of, term.weight});
+            }
+            sort_terms(expected_[i]);
+        }
+        if (count == 2) {
+            make_canonical(expected_[0], expected_[1]);
+            // Where only two roots meet they may cancel.
+            if (expected_[1].empty()) return false;
+        }
+        for (std::size_t i = 0; i < count; ++i)
+            if (!p_.same(found_[i], expected_[i])) return false;
+        return true;
+    }
+    /// The half-edge of the side that place (x, y) is counted from: the root's first one, or the last.
+    struct OnSide {
+        std::uint32_t h, a, b;
+    };
+    OnSide on_side(bool last, std::uint32_t x, std::uint32_t y) const {
+        const std::uint32_t h = lesson_.star.halfedge(root_);
+        if (!last) return {h, x, y};
+        return {net_.base().prev(h), net_.rest(last_, net_.side_count() == 4 ? y : x, net_.side_count() == 4 ? x : y),
+                x};
+    }
+    /// The rows of place (a, b) of a side, seen from there along and away from it.
+    bool side_rows(const OnSide& at, std::span<RowOf<Step>> out) const {
+        const bool cells = net_.in_cells();
+        const auto n = static_cast<int>(net_.last_place(coarse_)), along = static_cast<int>(at.a / p_.factor_);
+        const auto seen = [&](std::uint32_t number) -> std::optional<Step> {
+            std::optional<RootNet::Seen> s = net_.at_side(coarse_, at.h, number);
+            if (!s) s = net_.at_side(coarse_, at.h, lesson_.star.other_place(number));
+            if (!s) return std::nullopt;
+            const int a = s->turn == 0 ? s->a : n - s->a, b = s->turn == 0 ? s->b : -s->b - (cells ? 1 : 0);
+            return Step{static_cast<std::int16_t>(a - along), static_cast<std::int16_t>(b)};
+        };
+        // Where a crease ends there are both its sides, of which a place is on one.
+        const bool seen_only = lesson_.star.kind().crease_end;
+        return p_.rows_of<Step>(lesson_, lesson_.row[net_.number(fine_, at.h, at.a, at.b)], seen, out, seen_only);
+    }
+    bool corner_rows(std::uint32_t x, std::uint32_t y, std::span<RowOf<RootNet::Seen>> out) const {
+        const auto seen = [&](std::uint32_t number) { return net_.in_star(coarse_, root_, number); };
+        return p_.rows_of<RootNet::Seen>(lesson_, row(x, y), seen, out);
+    }
+    /// Calls visit(x, y) for the places of the zone, the farthest first.
+    template <class Visit>
+    void for_each_inwards(Visit&& visit) const {
+        const bool quads = net_.side_count() == 4;
+        for (std::uint32_t d = zone_ + 1; d-- > 0;)
+            for (std::uint32_t i = 0; i <= d; ++i) {
+                visit(quads ? d : i, quads ? i : d - i);
+                if (quads && i < d) visit(i, d);
+            }
+    }
+
+  private:
+    int row(std::uint32_t x, std::uint32_t y) const {
+        return lesson_.row[net_.number_at(fine_, root_, RootNet::Place{x, y})];
+    }
+
+    const RowPatterns& p_;
+    const Lesson& lesson_;
+    const RootNet& net_;
+    RootLayout coarse_, fine_;
+    std::vector<char> regular_;
+    GhostGrid grid_;
+    std::uint32_t last_, zone_, root_ = 0;
+    std::vector<std::uint32_t> number_at_;  ///< of the point at each place
+    std::vector<std::uint32_t> numbers_;    ///< of those at the grid's places
+    std::vector<RowOf<std::uint32_t>> found_, expected_;
+};
+
+/// The rows inside, and how many rings of ghosts they see from a root's sides.
+bool RowPatterns::learn_regular(const Lesson& lesson) {
+    const std::uint32_t count = rows_inside(), n = lesson.star.segments();
+    StarReader reader(*this, lesson, std::min(k_most_rings, n));
+    reader.look_at(0);
+    regular_.assign(std::size_t{factor_} * factor_ * count, {});
+    const std::uint32_t middle = reader.zone_size() / 2 - (factor_ - 1);
+    for (std::uint32_t y = middle; y < middle + factor_; ++y)
+        for (std::uint32_t x = middle; x < middle + factor_; ++x) {
+            const std::span<RowOf<Step>> known(&regular_[(y % factor_ * factor_ + x % factor_) * std::size_t{count}],
+                                               count);
+            if (!reader.rows(x, y, known) || known.back().empty()) return false;
+        }
+    // From the sides of any lattice, in its points: places 0 to last, of the lattice above them 0 to end.
+    const auto fine = static_cast<int>(net_.in_cells() ? factor_ * n - 1 : factor_ * n),
+               end = static_cast<int>(net_.in_cells() ? n - 1 : n);
+    const bool quads = net_.side_count() == 4;
+    int rings = 0;
+    for (int y = 0; y <= fine; ++y)
+        for (int x = 0; x <= (quads ? fine : fine - y); ++x) {
+            const auto f = static_cast<int>(factor_);
+            const std::size_t kind = static_cast<std::size_t>(y % f * f + x % f) * count;
+            for (std::size_t i = 0; i < count; ++i)
+                for (const auto& term : regular_[kind + i]) {
+                    const int a = x / f + term.at.a, b = y / f + term.at.b;
+                    rings = std::max({rings, -a, -b, quads ? std::max(a, b) - end : a + b - end});
+                }
+        }
+    rings_ = static_cast<std::uint32_t>(rings);
+    return rings_ <= n;
+}
+
+bool RowPatterns::learn(const CornerKinds& corners, const Lesson& regular, std::span<const Lesson> lessons) {
+    if (!learn_regular(regular)) return false;
+    const std::uint32_t each = rows_per_point(), zone = RowPatterns::zone(factor_, regular.star.segments());
+    // How deep sharp sides go: seen where the star is far from its corner, yet not at its end.
+    const auto far = [&](std::uint32_t x, std::uint32_t y) { return distance(x, y) + 2 * factor_ > zone; };
+    depth_ = reach_ = 0;
+    std::deque<StarReader> readers;
+    for (const Lesson& lesson : lessons) readers.emplace_back(*this, lesson, rings_);
+    struct Special {
+        std::uint32_t x, y;
+    };
+    std::vector<std::vector<std::vector<Special>>> special(lessons.size());
+    for (std::size_t k = 0; k < lessons.size(); ++k) {
+        const StarKind& kind = lessons[k].star.kind();
+        special[k].resize(kind.roots());
+        for (std::uint32_t i = 0; i < kind.roots(); ++i) {
+            readers[k].look_at(i);
+            readers[k].for_each_inwards([&](std::uint32_t x, std::uint32_t y) {
+                if (readers[k].is_regular(x, y)) return;
+                special[k][i].push_back({x, y});
+                if (!far(x, y)) return;
+                const std::uint32_t from_first = kind.sharp_before(i) ? y : zone,
+                                    from_last = kind.sharp_after(i) ? x : zone;
+                depth_ = std::max(depth_, std::min(from_first, from_last) + 1);
+            });
+        }
+    }
+    if (2 * depth_ > zone) return false;
+    // What is special elsewhere than along sharp sides in their own way belongs to the corner.
+    std::vector<std::vector<SidePattern>> sides(lessons.size());
+    std::vector<RowOf<Step>> found(each);
+    bool any_wedge = false;
+    for (std::size_t k = 0; k < lessons.size(); ++k) {
+        const StarKind& kind = lessons[k].star.kind();
+        sides[k].resize(kind.roots());
+        for (std::uint32_t i = 0; i < kind.roots(); ++i) {
+            readers[k].look_at(i);
+            for (const Special& s : special[k][i]) {
+                const bool along_first = kind.sharp_before(i) && s.y < depth_,
+                           along_last = kind.sharp_after(i) && s.x < depth_;
+                if (!along_first && !along_last) reach_ = std::max(reach_, distance(s.x, s.y) + 1);
+            }
+            for (const bool last : {false, true}) {
+                if (!(last ? kind.sharp_after(i) : kind.sharp_before(i))) continue;
+                any_wedge = any_wedge || (kind.sharp_before(i) && kind.sharp_after(i));
+                SidePattern pattern(std::size_t{depth_} * factor_ * each);
+                std::vector<char> known(std::size_t{depth_} * factor_, 0);
+                bool fits = true;
+                readers[k].for_each_inwards([&](std::uint32_t x, std::uint32_t y) {
+                    if ((last ? x : y) >= depth_ || !fits) return;
+                    const StarReader::OnSide at = readers[k].on_side(last, x, y);
+                    const std::size_t place = at.b * factor_ + at.a % factor_;
+                    const std::span<RowOf<Step>> rows = std::span(pattern).subspan(place * each, each);
+                    if (known[place] == 0) {
+                        fits = readers[k].side_rows(at, rows);
+                        known[place] = 1;
+                        return;
+                    }
+                    bool equal = readers[k].side_rows(at, found);
+                    for (std::size_t r = 0; r < each; ++r) equal = equal && same(rows[r], found[r]);
+                    if (!equal) reach_ = std::max(reach_, distance(x, y) + 1);
+                });
+                if (!fits) return false;
+                if (!last) sides[k][i] = std::move(pattern);
+            }
+        }
+    }
+    // A place is near one sharp side only, but for those near a corner between two.
+    if (any_wedge && depth_ > 0) reach_ = std::max(reach_, net_.side_count() == 4 ? depth_ : 2 * depth_ - 1);
+    if (reach_ + 2 * factor_ > zone + 1) return false;
+
+    std::vector<std::vector<std::uint32_t>> side_number(lessons.size()), corner_number(lessons.size());
+    side_patterns_.clear();
+    corner_patterns_.clear();
+    farthest_ = 0;
+    for (std::size_t k = 0; k < lessons.size(); ++k) {
+        const StarKind& kind = lessons[k].star.kind();
+        for (std::uint32_t i = 0; i < kind.roots(); ++i) {
+            readers[k].look_at(i);
+            side_number[k].push_back(none);
+            if (!sides[k][i].empty()) {
+                side_number[k].back() = static_cast<std::uint32_t>(side_patterns_.size());
+                for (const RowOf<Step>& row : sides[k][i])
+                    for (const auto& term : row)
+                        rings_ = std::max(rings_, static_cast<std::uint32_t>(std::max<int>(0, -term.at.b)));
+                side_patterns_.push_back(std::move(sides[k][i]));
+            }
+            CornerPattern pattern;
+            for (const Special& s : special[k][i]) {
+                if (distance(s.x, s.y) >= reach_) continue;
+                CornerPlace place{s.x, s.y, std::vector<RowOf<RootNet::Seen>>(each)};
+                if (!readers[k].corner_rows(s.x, s.y, place.rows)) return false;
+                for (const RowOf<RootNet::Seen>& row : place.rows)
+                    for (const auto& term : row)
+                        farthest_ = std::max(
+                            farthest_, static_cast<std::int16_t>(distance(static_cast<std::uint32_t>(term.at.a),
+                                                                          static_cast<std::uint32_t>(term.at.b))));
+                pattern.push_back(std::move(place));
+            }
+            corner_number[k].push_back(none);
+            if (pattern.empty()) continue;
+            corner_number[k].back() = static_cast<std::uint32_t>(corner_patterns_.size());
+            corner_patterns_.push_back(std::move(pattern));
+        }
+    }
+    const std::size_t halfedges = corners.kind.size();
+    side_pattern_.resize(halfedges);
+    corner_pattern_.resize(halfedges);
+    for (std::size_t h = 0; h < halfedges; ++h) {
+        side_pattern_[h] = side_number[corners.kind[h]][corners.root[h]];
+        corner_pattern_[h] = corner_number[corners.kind[h]][corners.root[h]];
+    }
+    return true;
+}
+
+bool RowPatterns::fits(const RootLayout& coarse) const {
+    const std::uint32_t n = coarse.segments(), last = net_.last_place(net_.layout(factor_ * n));
+    return n >= rings_ && net_.last_place(coarse) >= static_cast<std::uint32_t>(farthest_) &&
+           last + 1 >= 2 * std::max(reach_, depth_);
+}
+
+}  // namespace tetrakis::detail

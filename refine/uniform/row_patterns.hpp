@@ -1,0 +1,126 @@
+#pragma once
+
+#include "../../hier/base/vec.hpp"
+#include "../../schemes/core/stencil_table.hpp"
+#include "ghost_grid.hpp"
+#include "root_net.hpp"
+#include "row_runs.hpp"
+#include "row_stars.hpp"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// Rows of weights that repeat themselves from level to level: the same all over a root's lattice and its ghosts; along
+/// each sharp side; and around each corner that is special, at the same places counted from there. Learned around each
+/// kind of corner by itself, they are read on every level that is fine enough, at places found by arithmetic.
+class RowPatterns {
+  public:
+    enum class Kind {
+        points,  ///< a row per point: the point
+        normals  ///< pairs of rows, tangents t1 and t2 of each surface that meets there: the mean of their unit normals
+    };
+    /// @param net     must live as long
+    /// @param factor  segments of the level of the results to one of the level of the points; 1: the same level
+    RowPatterns(const RootNet& net, std::uint32_t factor, Kind kind);
+
+    /// What the rules say of a star.
+    struct Lesson {
+        const RowStar& star;
+        std::vector<int> row;      ///< at the results' places; -1 where none is known
+        const StencilTable& rows;  ///< points: their rows; normals: of tangents t1
+        // Normals only: the tangents at a place are rows [begin[row], begin[row + 1]).
+        const StencilTable* second_rows = nullptr;  ///< of tangents t2
+        std::span<const int> begin{};
+    };
+    /// Rows of a level, by the places of a root's grid.
+    using GridRow = std::vector<GridTerm>;
+    using GridRows = std::vector<GridRow>;
+
+    /// False where the rows do not repeat, or stars are too small to see whether they do.
+    /// @param corners  of the net
+    /// @param regular  the lesson of a regular corner
+    /// @param lessons  one of each kind
+    bool learn(const CornerKinds& corners, const Lesson& regular, std::span<const Lesson> lessons);
+    /// Results that far from the corner, in the places of the finer level, are looked at in a star.
+    static constexpr std::uint32_t zone(std::uint32_t factor, std::uint32_t segments) {
+        return factor * segments * 2 / 3;
+    }
+    std::uint32_t factor() const { return factor_; }
+
+    /// Whether a level's points are enough for the rows.
+    bool fits(const RootLayout& coarse) const;
+
+    /// Results at a level's places from the points of the one above, or of the same one: unit normals are zero where
+    /// there are no rows; at places of the same point (RootNet::point_numbers) each is of its own side of a crease. The
+    /// same bytes for any number of threads.
+    void apply(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out) const;
+
+  private:
+    static constexpr std::uint32_t none = RootNet::none;
+    /// A point seen from the place of a result, in the directions of its lattice or side.
+    struct Step {
+        std::int16_t a, b;
+        auto operator<=>(const Step&) const = default;
+    };
+    template <class At>
+    struct TermOf {
+        At at;
+        double weight;
+    };
+    template <class At>
+    using RowOf = std::vector<TermOf<At>>;
+    /// Rows of a number of places, rows_per_point() each.
+    using SidePattern = std::vector<RowOf<Step>>;
+    struct CornerPlace {
+        std::uint32_t x, y;
+        std::vector<RowOf<RootNet::Seen>> rows;
+    };
+    using CornerPattern = std::vector<CornerPlace>;
+
+    /// At most two surfaces with tangents meet.
+    std::uint32_t rows_per_point() const { return kind_ == Kind::points ? 1 : 4; }
+    std::uint32_t rows_inside() const { return kind_ == Kind::points ? 1 : 2; }
+    double tolerance() const;
+    template <class At>
+    bool same(const RowOf<At>& a, const RowOf<At>& b) const;
+
+    template <class At, class SeenAt>
+    bool rows_of(const Lesson& lesson, int row, const SeenAt& seen_at, std::span<RowOf<At>> out,
+                 bool seen_only = false) const;
+    bool learn_regular(const Lesson& lesson);
+    class StarReader;
+
+    struct Work;
+    template <class Finish>
+    void apply(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out) const;
+    template <class Finish>
+    void regular(const GhostGrid& grid, const GridRows& rows, const RootLayout& fine, std::uint32_t f, Vec3d* out,
+                 Work& work) const;
+    template <class Finish>
+    void side(const GhostGrid& grid, const RootLayout& fine, std::uint32_t h, Vec3d* out, Work& work) const;
+    template <class Finish>
+    void corner(const RootLayout& coarse, const RootLayout& fine, std::uint32_t h, const Vec3d* in, Vec3d* out) const;
+    std::uint32_t distance(std::uint32_t a, std::uint32_t b) const {
+        return net_.side_count() == 4 ? std::max(a, b) : a + b;
+    }
+
+    const RootNet& net_;
+    std::uint32_t factor_;
+    Kind kind_;
+    std::vector<char> regular_corners_;
+    /// By the place modulo the factor: y, then x, then the row.
+    std::vector<RowOf<Step>> regular_;
+    std::uint32_t rings_ = 0;  ///< of ghosts
+    std::uint32_t depth_ = 0;  ///< results nearer than that to a sharp side have rows of their own
+    std::uint32_t reach_ = 0;  ///< and those nearer than that to a special corner
+    /// By the distance from the side, then the place along it modulo the factor.
+    std::vector<SidePattern> side_patterns_;
+    std::vector<CornerPattern> corner_patterns_;
+    std::vector<std::uint32_t> side_pattern_, corner_pattern_;  ///< of each half-edge; none: as inside
+    std::int16_t farthest_ = 0;                                 ///< place that a corner's rows see
+};
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,204 @@
+#include "row_patterns.hpp"
+
+#include "../../hier/base/parallel.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+// The rows read again, at the places of a level.
+namespace tetrakis::detail {
+
+namespace {
+
+constexpr std::uint32_t k_roots_at_once = 4, k_results_at_once = 4096;  // per task
+
+/// What a result is made of, and how.
+struct PointOfRow {
+    static constexpr std::size_t rows = 1, rows_inside = 1;
+    static Vec3d result_inside(const Vec3d* sums) { return sums[0]; }
+    static Vec3d result(const Vec3d* sums) { return sums[0]; }
+};
+struct NormalOfTangents {
+    static constexpr std::size_t rows = 4, rows_inside = 2;
+    // A normal that looks at a missing point is missing.
+    static Vec3d result_inside(const Vec3d* sums) {
+        const double all = sums[0].x + sums[1].x;
+        return std::isnan(all) ? Vec3d(all) : unit_or_zero(glm::cross(sums[0], sums[1]));
+    }
+    static Vec3d result(const Vec3d* sums) {
+        const Vec3d sum = result_inside(sums) + result_inside(sums + 2);
+        return std::isnan(sum.x) ? sum : unit_of_sum(sum);
+    }
+};
+
+/// The row's sum for one point.
+Vec3d sum_of(const double* at, const std::vector<GridTerm>& row) {
+    Vec3d sum(0);
+    for (const GridTerm& term : row) {
+        const double* const p = at + term.offset;
+        sum += term.weight * Vec3d(p[0], p[1], p[2]);
+    }
+    return sum;
+}
+
+}  // namespace
+
+struct RowPatterns::Work {
+    std::vector<Vec3d> grid;  ///< a root of the points' level with its ghosts
+    std::vector<Vec3d> line;  ///< of results
+    std::vector<Vec3d> tangents[2];
+    GridRows side;
+};
+
+void RowPatterns::apply(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out) const {
+    if (kind_ == Kind::points)
+        apply<PointOfRow>(coarse, fine, in, out);
+    else
+        apply<NormalOfTangents>(coarse, fine, in, out);
+}
+
+template <class Finish>
+void RowPatterns::apply(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out) const {
+    const MeshLevel& base = net_.base();
+    const std::uint32_t sides = net_.side_count();
+    for (std::uint32_t v = 0; v < base.vertex_count && !net_.in_cells(); ++v)
+        if (base.vertex_halfedge[v] == none) out[v] = kind_ == Kind::points ? in[v] : Vec3d(0);
+    const GhostGrid grid(net_, coarse, regular_corners_, rings_);
+    GridRows rows;
+    for (const RowOf<Step>& row : regular_) {
+        rows.emplace_back();
+        for (const auto& term : row) rows.back().push_back({3 * (term.at.a + term.at.b * grid.stride()), term.weight});
+    }
+    // Small roots by many, so that no task is short.
+    const std::uint32_t at_once = std::max(k_roots_at_once, k_results_at_once / (fine.segments() * fine.segments()));
+    for_each_block(base.face_count, at_once, [&](std::uint32_t begin, std::uint32_t end) {
+        Work work;
+        work.grid.resize(grid.size(), Vec3d(0));
+        work.line.resize(net_.last_place(fine) + std::size_t{1});
+        for (std::vector<Vec3d>& t : work.tangents) t.resize(work.line.size());
+        for (std::uint32_t f = begin; f < end; ++f) {
+            grid.fill(f, in, work.grid.data());
+            regular<Finish>(grid, rows, fine, f, out, work);
+            for (std::uint32_t h = sides * f; h < sides * (f + 1); ++h) {
+                if (side_pattern_[h] != none) side<Finish>(grid, fine, h, out, work);
+                if (corner_pattern_[h] != none) corner<Finish>(coarse, fine, h, in, out);
+            }
+        }
+    });
+}
+
+/// All results of a root by the rows inside, with its ghosts; those that have other rows are written once more.
+template <class Finish>
+void RowPatterns::regular(const GhostGrid& grid, const GridRows& regular, const RootLayout& fine, std::uint32_t f,
+                          Vec3d* out, Work& work) const {
+    const MeshLevel& base = net_.base();
+    const std::uint32_t m = net_.last_place(fine), sides = net_.side_count(), h = sides * f;
+    const bool cells = net_.in_cells();
+    static const RowRun run = row_run();
+    const auto owns_side = [&](std::uint32_t s) { return (base.edge_side[h + s] & 1) == 0; };
+    for (std::uint32_t y = 0; y <= m; ++y) {
+        const std::uint32_t end = sides == 4 ? m : m - y;
+        Vec3d* const line = cells ? out + net_.number_at(fine, f, {0, y}) : work.line.data();
+        for (std::uint32_t first = 0; first < factor_ && first <= end; ++first) {
+            const auto* const rows = &regular[(y % factor_ * factor_ + first) * std::size_t{Finish::rows_inside}];
+            const std::uint32_t count = (end - first) / factor_ + 1;
+            const double* const at =
+                &work.grid[static_cast<std::size_t>(grid.index({0, static_cast<std::ptrdiff_t>(y / factor_)}))].x;
+            Vec3d* const to = line + first;
+            if constexpr (Finish::rows_inside == 1) {
+                run(at, rows->data(), rows->size(), count, factor_, &to->x);
+                continue;
+            }
+            for (int i = 0; i < 2; ++i) run(at, rows[i].data(), rows[i].size(), count, 1, &work.tangents[i].data()->x);
+            for (std::uint32_t i = 0; i < count; ++i) {
+                const Vec3d pair[2] = {work.tangents[0][i], work.tangents[1][i]};
+                to[i * factor_] = Finish::result_inside(pair);
+            }
+        }
+        if (cells) continue;
+        // Points inside are side by side; those on sides belong to one of two roots, those at corners to one.
+        if (y == 0 || (sides == 4 && y == m)) {
+            const std::uint32_t s = y == 0 ? 0 : 2;
+            if (owns_side(s))
+                for_each_on_line(
+                    m + 1, [&](std::uint32_t a) { return fine.along(h + s, a); },
+                    [&](std::uint32_t a, std::uint32_t v) {
+                        if (a != 0 && a != m) out[v] = line[s == 0 ? a : m - a];
+                    });
+            continue;
+        }
+        if (end > 1) std::copy_n(line + 1, end - 1, out + fine.at(f, 1, y));
+        if (y == m) continue;
+        if (owns_side(sides - 1)) out[fine.along(h + sides - 1, m - y)] = line[0];
+        if (owns_side(1)) out[fine.along(h + 1, y)] = line[end];
+    }
+    if (cells) return;
+    for (std::uint32_t s = 0; s < sides; ++s) {
+        const std::uint32_t v = base.origin[h + s];
+        if (base.vertex_halfedge[v] != h + s) continue;
+        const GhostGrid::Place p = grid.turned(s, 0, 0);
+        // The rows of a corner's place are those of place (0, 0), whichever corner it is.
+        Vec3d sums[Finish::rows_inside];
+        for (std::size_t r = 0; r < Finish::rows_inside; ++r)
+            sums[r] = sum_of(&work.grid[static_cast<std::size_t>(grid.index(p))].x, regular[r]);
+        out[v] = Finish::result_inside(sums);
+    }
+}
+
+template <class Finish>
+void RowPatterns::side(const GhostGrid& grid, const RootLayout& fine, std::uint32_t h, Vec3d* out, Work& work) const {
+    const std::uint32_t m = net_.last_place(fine), s = h % net_.side_count();
+    const SidePattern& pattern = side_patterns_[side_pattern_[h]];
+    const std::ptrdiff_t origin = grid.index(grid.turned(s, 0, 0)), along = grid.index(grid.turned(s, 1, 0)) - origin,
+                         away = grid.index(grid.turned(s, 0, 1)) - origin;
+    work.side.resize(pattern.size());
+    for (std::size_t r = 0; r < pattern.size(); ++r) {
+        work.side[r].clear();
+        for (const auto& term : pattern[r])
+            work.side[r].push_back({3 * (term.at.a * along + term.at.b * away), term.weight});
+    }
+    const bool owns_edge = net_.in_cells() || (net_.base().edge_side[h] & 1) == 0;
+    const double* const grid_begin = &work.grid.data()->x;
+    for (std::uint32_t b = owns_edge ? 0 : 1; b < depth_; ++b) {
+        const std::uint32_t first = net_.side_count() == 4 ? reach_ : reach_ - std::min(reach_, b);
+        if (m < reach_ || first > m - reach_) continue;
+        for_each_on_line(
+            m - reach_ - first + 1, [&](std::uint32_t i) { return net_.number(fine, h, first + i, b); },
+            [&](std::uint32_t i, std::uint32_t v) {
+                const std::uint32_t a = first + i;
+                const double* const at = grid_begin + 3 * (origin + static_cast<std::ptrdiff_t>(a / factor_) * along);
+                Vec3d sums[Finish::rows];
+                for (std::size_t r = 0; r < Finish::rows; ++r)
+                    sums[r] = sum_of(at, work.side[(b * factor_ + a % factor_) * Finish::rows + r]);
+                out[v] = Finish::result(sums);
+            });
+    }
+}
+
+template <class Finish>
+void RowPatterns::corner(const RootLayout& coarse, const RootLayout& fine, std::uint32_t h, const Vec3d* in,
+                         Vec3d* out) const {
+    const MeshLevel& base = net_.base();
+    const bool cells = net_.in_cells(), owns_vertex = cells || base.vertex_halfedge[base.origin[h]] == h,
+               owns_edge = cells || (base.edge_side[h] & 1) == 0,
+               owns_other = cells || (base.edge_side[base.prev(h)] & 1) == 0;
+    for (const CornerPlace& place : corner_patterns_[corner_pattern_[h]]) {
+        if (place.x == 0 && place.y == 0 ? !owns_vertex : (place.y == 0 && !owns_edge) || (place.x == 0 && !owns_other))
+            continue;
+        Vec3d sums[Finish::rows] = {};
+        for (std::size_t r = 0; r < Finish::rows; ++r) {
+            // Terms come by turns, those against the clock first.
+            std::uint32_t g = h;
+            int turn = 0;
+            for (const auto& term : place.rows[r]) {
+                for (; turn > term.at.turn; --turn) g = base.next(base.twin[g]);
+                for (; turn < term.at.turn; ++turn) g = base.twin[base.prev(g)];
+                sums[r] += term.weight * in[net_.number(coarse, g, static_cast<std::uint32_t>(term.at.a),
+                                                        static_cast<std::uint32_t>(term.at.b))];
+            }
+        }
+        out[net_.number(fine, h, place.x, place.y)] = Finish::result(sums);
+    }
+}
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,60 @@
+#include "corner_weights.hpp"
+
+#include "vertex_split.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace tetrakis::detail {
+
+using std::numbers::pi;
+
+RuleStep corner_weights_step(const RuleMesh& mesh, const RuleOptions& options, CornerWeights weights) {
+    std::vector<std::vector<double>> of_size;
+    for (int f = 0; f < mesh.face_count(); ++f) {
+        const int k = mesh.face_size(f);
+        if (static_cast<int>(of_size.size()) <= k) of_size.resize(k + 1);
+        if (of_size[k].empty()) of_size[k] = weights(k);
+    }
+    return split_vertices(
+        mesh, options.runner,
+        [&](int h) {
+            const int k = mesh.face_size(mesh.face(h));
+            StencilRow row;
+            for (int i = 0, at = h; i < k; ++i, at = mesh.next(at)) row.add(mesh.origin(at), of_size[k][i]);
+            return row;
+        },
+        [&](int h, int near) {
+            const int far = mesh.origin(h) == near ? mesh.target(h) : mesh.origin(h);
+            return StencilRow{{near, ChaikinWeights::near_end}, {far, ChaikinWeights::far_end}};
+        },
+        [](int v) {
+            return StencilRow{{v, 1}};
+        });
+}
+
+ClosedMasks corner_weights_closed_masks(const FanShape& shape, double lambda) {
+    ClosedMasks masks;
+    if (shape.corner) {
+        masks.limit = {{{}, 1}};
+        return masks;
+    }
+    if (shape.boundary) {
+        masks.lambda1 = 0.5;
+        masks.lambda2 = 0.25;
+        masks.limit = {{{0, 0, 0}, 0.5}, {{1, 0, 0}, 0.5}};
+        masks.tangent1 = {{{0, 0, 0}, 1}, {{1, 0, 0}, -1}};
+        masks.tangent2 = {{{0, 0, 0}, -1}, {{1, 0, 0}, -1}, {{0, 0, 1}, 1}, {{1, 0, 1}, 1}};
+        return masks;
+    }
+    masks.lambda1 = masks.lambda2 = lambda;
+    const int k = shape.faces;
+    for (int i = 0; i < k; ++i) {
+        masks.limit.emplace_back(FanLabel{i, 0, 0}, 1.0 / k);
+        masks.tangent1.emplace_back(FanLabel{i, 0, 0}, std::cos(2 * pi * i / k));
+        masks.tangent2.emplace_back(FanLabel{i, 0, 0}, std::sin(2 * pi * i / k));
+    }
+    return masks;
+}
+
+}  // namespace tetrakis::detail

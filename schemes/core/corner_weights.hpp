@@ -1,0 +1,30 @@
+#pragma once
+
+#include "closed_masks.hpp"
+#include "rule_step.hpp"
+
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// Of a face of k corners, from the one itself on: what its new corner is made of. Circulant, with sum 1.
+using CornerWeights = std::vector<double> (*)(int k);
+
+/// Of a new boundary or crease point: the near and the far end of its edge (Chaikin's rule).
+struct ChaikinWeights {
+    static constexpr double near_end = 3.0 / 4, far_end = 1.0 / 4;
+};
+
+/// One step of the dual scheme with those weights. Boundary: edge replication, which gives the quadratic B-spline of
+/// the boundary polygon; a crease is a boundary on each side; a corner (three or more sharp edges, or a tagged vertex
+/// on a crease or boundary) stays where it is, by replicating the vertex as well; tags on other vertices have no
+/// effect.
+RuleStep corner_weights_step(const RuleMesh& mesh, const RuleOptions& options, CornerWeights weights);
+
+/// Limit of a face: its centroid, with the cos / sin tangents of its corners. At a boundary: the midpoint of an edge,
+/// along p_1 - p_0, across from the edge to the next row (at eigenvalue 1/4: the parametrisation stops there, the
+/// surface has a tangent plane).
+/// @param lambda  subdominant eigenvalue of the face
+ClosedMasks corner_weights_closed_masks(const FanShape& shape, double lambda);
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,47 @@
+#pragma once
+
+#include "stencil_table.hpp"
+
+#include <complex>
+#include <cstddef>
+#include <vector>
+
+namespace tetrakis::detail {
+
+using Complex = std::complex<double>;
+
+/// A small dense square matrix, by rows.
+template <class T>
+class DenseMatrix {
+  public:
+    DenseMatrix() = default;
+    explicit DenseMatrix(int size) : size_(size), values_(static_cast<std::size_t>(size) * size) {}
+    int size() const { return size_; }
+    T& operator()(int row, int column) { return values_[static_cast<std::size_t>(row) * size_ + column]; }
+    const T& operator()(int row, int column) const { return values_[static_cast<std::size_t>(row) * size_ + column]; }
+
+  private:
+    int size_ = 0;
+    std::vector<T> values_;
+};
+
+/// All eigenvalues, each as often as it counts, in no order. Those that rounding alone may hold apart, as it does with
+/// defective ones (by the root of the rounding error), come out as their mean. O(size^3).
+std::vector<Complex> eigenvalues(const DenseMatrix<double>& m);
+std::vector<Complex> eigenvalues(const DenseMatrix<Complex>& m);
+
+/// Of a sparse matrix, rows and columns of the same numbers. O(size) and O(size^3) of the largest block that depends on
+/// itself in circles.
+std::vector<Complex> eigenvalues(const StencilTable& m);
+
+/// y with y^T M = lambda y^T for a simple eigenvalue, to rounding, its largest entry of size one: by inverse iteration
+/// a little beside it. O(size^3).
+std::vector<double> left_eigenvector(const DenseMatrix<double>& m, double lambda);
+std::vector<Complex> left_eigenvector(const DenseMatrix<Complex>& m, Complex lambda);
+/// The same of a sparse matrix: in the time of a banded one, where it is a narrow band around its diagonal.
+/// @param start  of the iteration; it has the sign that the result gets
+std::vector<double> left_eigenvector(const StencilTable& m, double lambda, std::vector<double> start);
+/// x with x^T (lambda - M) = b^T, where lambda is no eigenvalue.
+std::vector<double> left_solution(const StencilTable& m, double lambda, const std::vector<double>& b);
+
+}  // namespace tetrakis::detail

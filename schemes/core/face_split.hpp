@@ -1,0 +1,142 @@
+#pragma once
+
+#include "corner_angles.hpp"
+#include "rule_step.hpp"
+
+namespace tetrakis::detail {
+
+/// Vertex sharpness one level down for a mesh with more vertices.
+inline std::vector<float> child_vertex_sharpness(const RuleMesh& mesh, int fine_vertices) {
+    if (mesh.vertex_sharpness().empty()) return {};
+    std::vector<float> result(fine_vertices, 0.0f);
+    for (int v = 0; v < mesh.vertex_count(); ++v) result[v] = child_sharpness(mesh.vertex_sharpness(v));
+    return result;
+}
+
+/// Each triangle in four. New points: the old vertices, then one per edge.
+/// @param vertex_row, edge_row  (vertex) and (half-edge of the edge) to StencilRow; called by many threads at once
+template <class VertexRow, class EdgeRow>
+RuleStep split_triangles(const RuleMesh& mesh, const BlockRunner* runner, VertexRow&& vertex_row, EdgeRow&& edge_row) {
+    RuleStep step;
+    const int V = mesh.vertex_count(), H = mesh.halfedge_count();
+    step.stencils.push_rows(runner, V, vertex_row);
+    step.stencils.push_rows(runner, mesh.edge_count(), [&](int e) { return edge_row(mesh.edge_halfedge(e)); });
+    RuleMesh::Builder faces;
+    const std::size_t fine = 4 * static_cast<std::size_t>(H);
+    faces.reserve(fine / 3, fine);
+    std::vector<int> twin(fine);
+    // Corner i of face f has triangle 4 f + i; the inner triangle is its face's fourth.
+    const auto child = [](int h) { return h + h / 3 * 9 + h % 3 * 2; };
+    for (int h = 0; h < H; ++h) {
+        const int t = mesh.twin(h), at = child(h), inner = h / 3 * 12 + 9 + mesh.prev(h) % 3;
+        const int before = mesh.twin(mesh.prev(h));
+        twin[at] = t == RuleMesh::none ? t : child(mesh.next(t)) + 2;
+        twin[at + 1] = inner;
+        twin[inner] = at + 1;
+        twin[at + 2] = before == RuleMesh::none ? before : child(before);
+    }
+    faces.set_twins(std::move(twin));
+    step.child_halfedge.resize(H);
+    for (int f = 0; f < mesh.face_count(); ++f) {
+        const int h = mesh.face_begin(f);
+        for (int i = 0; i < 3; ++i) {
+            const int at = h + i, before = mesh.prev(at);
+            step.child_halfedge[at] = faces.halfedge_count();
+            faces.corner(mesh.origin(at), child_sharpness(mesh.sharpness(at)));
+            faces.corner(V + mesh.edge(at));
+            faces.corner(V + mesh.edge(before), child_sharpness(mesh.sharpness(before)));
+            faces.end_face();
+        }
+        faces.face({V + mesh.edge(h), V + mesh.edge(h + 1), V + mesh.edge(h + 2)});
+        step.parent_face.insert(step.parent_face.end(), 4, f);
+    }
+    faces.set_corner_angles(child_corner_angles(mesh, step.child_halfedge, fine));
+    const int count = V + mesh.edge_count();
+    step.mesh = RuleMesh(count, std::move(faces), child_vertex_sharpness(mesh, count));
+    return step;
+}
+
+inline std::vector<int> split_polygons_children(const RuleMesh& mesh) {
+    std::vector<int> result(mesh.halfedge_count());
+    for (int h = 0; h < mesh.halfedge_count(); ++h) result[h] = 4 * h;
+    return result;
+}
+
+/// The mesh of that split of polygons: quads, one per half-edge.
+inline RuleMesh split_polygons(const RuleMesh& mesh) {
+    const int V = mesh.vertex_count(), E = mesh.edge_count();
+    RuleMesh::Builder faces;
+    const auto quads = static_cast<std::size_t>(mesh.halfedge_count());
+    faces.reserve(quads, 4 * quads);
+    std::vector<int> twin;
+    twin.reserve(4 * quads);
+    for (int h = 0; h < mesh.halfedge_count(); ++h) {
+        const int before = mesh.prev(h);
+        faces.corner(mesh.origin(h), child_sharpness(mesh.sharpness(h)));
+        faces.corner(V + mesh.edge(h));
+        faces.corner(V + E + mesh.face(h));
+        faces.corner(V + mesh.edge(before), child_sharpness(mesh.sharpness(before)));
+        faces.end_face();
+        const int t = mesh.twin(h), b = mesh.twin(before);
+        twin.push_back(t == RuleMesh::none ? t : 4 * mesh.next(t) + 3);
+        twin.push_back(4 * mesh.next(h) + 2);
+        twin.push_back(4 * before + 1);
+        twin.push_back(b == RuleMesh::none ? b : 4 * b);
+    }
+    faces.set_twins(std::move(twin));
+    if (mesh.has_corner_angles())
+        faces.set_corner_angles(child_corner_angles(mesh, split_polygons_children(mesh), 4 * quads));
+    const int count = V + E + mesh.face_count();
+    return RuleMesh(count, std::move(faces), child_vertex_sharpness(mesh, count));
+}
+
+/// Each k-gon in k quads. New points: the old vertices, then one per edge, then one per face.
+template <class VertexRow, class EdgeRow, class FaceRow>
+RuleStep split_polygons(const RuleMesh& mesh, const BlockRunner* runner, VertexRow&& vertex_row, EdgeRow&& edge_row,
+                        FaceRow&& face_row) {
+    RuleStep step;
+    step.stencils.push_rows(runner, mesh.vertex_count(), vertex_row);
+    step.stencils.push_rows(runner, mesh.edge_count(), [&](int e) { return edge_row(mesh.edge_halfedge(e)); });
+    step.stencils.push_rows(runner, mesh.face_count(), face_row);
+    step.mesh = split_polygons(mesh);
+    for (int h = 0; h < mesh.halfedge_count(); ++h) step.parent_face.push_back(mesh.face(h));
+    step.child_halfedge = split_polygons_children(mesh);
+    return step;
+}
+
+/// The mean of a face's corners.
+inline StencilRow face_mean(const RuleMesh& mesh, int f) {
+    StencilRow row;
+    for (const int v : mesh.corners(f)) row.add(v, 1.0 / mesh.face_size(f));
+    return row;
+}
+
+/// The corner of a triangle opposite its half-edge.
+inline int opposite(const RuleMesh& mesh, int h) { return mesh.origin(mesh.prev(h)); }
+
+/// The blends of rules under uniform creasing, where sharpness goes down by one.
+inline VertexBlend uniform_vertex_blend(const ShortList<float, 8>& edges, float vertex) {
+    ShortList<float, 8> children;
+    for (const float s : edges) children.push_back(child_sharpness(s));
+    return vertex_blend(edges, vertex, children, child_sharpness(vertex));
+}
+inline double uniform_crease_weight(float sharpness) {
+    const float child = child_sharpness(sharpness);
+    return edge_crease_weight(sharpness, child, child);
+}
+
+/// Value of a semi-sharp rule: the rows of the smooth rule, of the crease along ring edges a and b, and of the corner.
+template <class SmoothRow>
+StencilRow blended_vertex_row(const RuleMesh& mesh, int v, const RuleMesh::Ring& ring, SmoothRow&& smooth_row) {
+    const VertexBlend blend = uniform_vertex_blend(ring.sharpness, mesh.vertex_sharpness(v));
+    StencilRow row;
+    if (blend.corner != 0) row.add(v, blend.corner);
+    if (blend.crease.weight != 0) {
+        row.add(v, blend.crease.weight * 0.75);
+        for (const int i : {blend.crease.a, blend.crease.b}) row.add(ring.neighbour[i], blend.crease.weight * 0.125);
+    }
+    if (blend.smooth != 0) row.add(smooth_row(), blend.smooth);
+    return row;
+}
+
+}  // namespace tetrakis::detail

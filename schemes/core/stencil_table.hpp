@@ -1,0 +1,171 @@
+#pragma once
+
+#include "block_runner.hpp"
+#include "short_list.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace tetrakis {
+
+/// A linear combination of points, while it is put together.
+struct StencilRow {
+    ShortList<std::pair<int, double>, 16> terms;
+
+    StencilRow() = default;
+    StencilRow(std::initializer_list<std::pair<int, double>> t) : terms(t) {}
+    void add(int point, double weight) { terms.emplace_back(point, weight); }
+    void add(const StencilRow& row, double weight) {
+        for (const auto& [point, w] : row.terms) add(point, weight * w);
+    }
+    /// Puts points in increasing order, each once: its weights are summed in the order in which they were added, and it
+    /// is left out where that gives 0.
+    void gather() {
+        // By insertion: rows are short, and often nearly in order.
+        constexpr std::size_t k_short = 32;
+        auto& t = terms;
+        const auto before = [](const auto& a, const auto& b) { return a.first < b.first; };
+        if (t.size() > k_short) {
+            if (!std::is_sorted(t.begin(), t.end(), before)) std::stable_sort(t.begin(), t.end(), before);
+        } else
+            for (std::size_t i = 1; i < t.size(); ++i) {
+                const std::pair<int, double> term = t[i];
+                std::size_t j = i;
+                for (; j > 0 && term.first < t[j - 1].first; --j) t[j] = t[j - 1];
+                t[j] = term;
+            }
+        std::size_t kept = 0;
+        for (std::size_t i = 0; i < t.size();) {
+            double weight = 0;
+            const int point = t[i].first;
+            for (; i < t.size() && t[i].first == point; ++i) weight += t[i].second;
+            if (weight != 0) t[kept++] = {point, weight};
+        }
+        t.shorten(kept);
+    }
+};
+
+/// Rows of a sparse matrix: new points from old ones. Points within a row are in increasing order, each once.
+class StencilTable {
+  public:
+    int row_count() const { return static_cast<int>(begin_.size()) - 1; }
+    std::span<const int> points(int row) const { return {points_.data() + begin_[row], size(row)}; }
+    std::span<const double> weights(int row) const { return {weights_.data() + begin_[row], size(row)}; }
+    /// The whole table in compressed rows (CSR): row r is from begins()[r] to begins()[r + 1] in the other two.
+    std::span<const std::size_t> begins() const { return begin_; }
+    std::span<const int> points() const { return points_; }
+    std::span<const double> weights() const { return weights_; }
+
+    /// Appends a row, gathered.
+    void push(StencilRow row) {
+        row.gather();
+        for (const auto& [point, weight] : row.terms) {
+            points_.push_back(point);
+            weights_.push_back(weight);
+        }
+        begin_.push_back(points_.size());
+    }
+    /// Appends row(i) for i in [0, count).
+    template <class Row>
+    void push_rows(const BlockRunner* runner, int count, Row&& row) {
+        if (runner == nullptr || count <= detail::k_rows_per_block || !runner->is_parallel()) {
+            begin_.reserve(begin_.size() + static_cast<std::size_t>(count));
+            const std::size_t before = points_.size();
+            for (int i = 0; i < count; ++i) {
+                push(row(i));
+                if (i != detail::k_rows_per_block) continue;
+                // The others are like these.
+                const std::size_t each = (points_.size() - before) * 9 / 8;
+                const std::size_t all = before + each * static_cast<std::size_t>(count) / detail::k_rows_per_block;
+                points_.reserve(all);
+                weights_.reserve(all);
+            }
+            return;
+        }
+        std::vector<StencilTable> parts((count + detail::k_rows_per_block - 1) / detail::k_rows_per_block);
+        detail::for_row_blocks(runner, count, [&](int begin, int end) {
+            StencilTable& part = parts[begin / detail::k_rows_per_block];
+            for (int i = begin; i < end; ++i) part.push(row(i));
+        });
+        std::size_t terms = points_.size(), rows = begin_.size();
+        for (const StencilTable& part : parts) {
+            terms += part.points_.size();
+            rows += part.begin_.size() - 1;
+        }
+        begin_.reserve(rows);
+        points_.reserve(terms);
+        weights_.reserve(terms);
+        for (StencilTable& part : parts) {
+            const std::size_t before = points_.size();
+            for (std::size_t i = 1; i < part.begin_.size(); ++i) begin_.push_back(before + part.begin_[i]);
+            points_.insert(points_.end(), part.points_.begin(), part.points_.end());
+            weights_.insert(weights_.end(), part.weights_.begin(), part.weights_.end());
+            part = StencilTable();
+        }
+    }
+    StencilRow row(int r) const {
+        StencilRow result;
+        for (std::size_t i = begin_[r]; i < begin_[r + 1]; ++i) result.add(points_[i], weights_[i]);
+        return result;
+    }
+    /// Adds a row times a weight to another.
+    void add_row(int r, double weight, StencilRow& to) const {
+        for (std::size_t i = begin_[r]; i < begin_[r + 1]; ++i) to.add(points_[i], weight * weights_[i]);
+    }
+    /// The points of the coarse level that `fine`'s rows are made of, where `this` goes from coarse to middle.
+    StencilTable then(const StencilTable& fine, const BlockRunner* runner = nullptr) const {
+        StencilTable result;
+        const int columns = points_.empty() ? 0 : *std::max_element(points_.begin(), points_.end()) + 1;
+        result.push_rows(runner, fine.row_count(), [&](int r) {
+            std::size_t terms = 0;
+            for (const int p : fine.points(r)) terms += size(p);
+            if (terms > k_many && terms > static_cast<std::size_t>(columns)) return dense_sum(fine, r, columns);
+            StencilRow sum;
+            for (std::size_t i = fine.begin_[r]; i < fine.begin_[r + 1]; ++i)
+                add_row(fine.points_[i], fine.weights_[i], sum);
+            return sum;
+        });
+        return result;
+    }
+    /// out[r] = sum of weight times `in`; T has + and multiplication by double on the left. A row without terms gives
+    /// T().
+    template <class T>
+    void apply(std::span<const T> in, std::span<T> out) const {
+        for (int r = 0; r < row_count(); ++r) {
+            T sum{};
+            for (std::size_t i = begin_[r]; i < begin_[r + 1]; ++i) sum = sum + weights_[i] * in[points_[i]];
+            out[r] = sum;
+        }
+    }
+
+    friend bool operator==(const StencilTable&, const StencilTable&) = default;
+
+  private:
+    // More terms than there are points are summed in a row of all points, in the same order, instead of being sorted:
+    // at vertices of many edges, whose rows have the whole ring, that is all of the time.
+    static constexpr std::size_t k_many = 256;
+
+    StencilRow dense_sum(const StencilTable& fine, int r, int columns) const {
+        std::vector<double> all(static_cast<std::size_t>(columns), 0.0);
+        for (std::size_t i = fine.begin_[r]; i < fine.begin_[r + 1]; ++i) {
+            const std::span<const int> at = points(fine.points_[i]);
+            const std::span<const double> of = weights(fine.points_[i]);
+            for (std::size_t k = 0; k < at.size(); ++k) all[at[k]] += fine.weights_[i] * of[k];
+        }
+        StencilRow sum;
+        for (int p = 0; p < columns; ++p)
+            if (all[p] != 0) sum.add(p, all[p]);
+        return sum;
+    }
+
+    std::size_t size(int row) const { return begin_[row + 1] - begin_[row]; }
+
+    std::vector<std::size_t> begin_{0};
+    std::vector<int> points_;
+    std::vector<double> weights_;
+};
+
+}  // namespace tetrakis

@@ -1,0 +1,76 @@
+#include "linear.hpp"
+
+#include "../core/corner_flatness.hpp"
+#include "../core/face_split.hpp"
+#include "../core/scheme_info.hpp"
+
+namespace tetrakis {
+
+namespace {
+
+auto midpoint(const RuleMesh& mesh) {
+    return [&mesh](int h) { return StencilRow{{mesh.origin(h), 0.5}, {mesh.target(h), 0.5}}; };
+}
+
+StencilRow keep(int v) { return {{v, 1}}; }
+
+}  // namespace
+
+RuleStep midpoint_step(const RuleMesh& mesh, const RuleOptions& options) {
+    detail::need_triangles(mesh, "midpoint");
+    return detail::split_triangles(mesh, options.runner, keep, midpoint(mesh));
+}
+
+RuleStep bilinear_step(const RuleMesh& mesh, const RuleOptions& options) {
+    return detail::split_polygons(mesh, options.runner, keep, midpoint(mesh),
+                                  [&](int f) { return detail::face_mean(mesh, f); });
+}
+
+ClosedMasks linear_closed_masks(const FanShape&, const RuleOptions&) {
+    ClosedMasks masks;
+    masks.limit = {{{}, 1}};
+    return masks;
+}
+
+bool is_linear(const SchemeInfo& scheme) { return scheme.step == bilinear_step || scheme.step == midpoint_step; }
+
+namespace detail {
+
+extern constinit const SchemeInfo midpoint_scheme{
+    .name = "midpoint",
+    .title = "Midpoints of triangles",
+    .refinement = Refinement::face_split,
+    .family = MeshFamily::triangles,
+    .interpolating = true,
+    .smoothness = "C0",
+    .reproduction = 1,
+    .generation = "1",
+    .lattice = FanLattice::triangles,
+    .rings = 1,
+    .rule_rings = 1,
+    .sees_rings = false,
+    .step = midpoint_step,
+    .closed_masks = linear_closed_masks,
+    .notes = "triangles; the control mesh itself",
+};
+
+extern constinit const SchemeInfo bilinear_scheme{
+    .name = "bilinear",
+    .title = "Bilinear",
+    .refinement = Refinement::face_split,
+    .family = MeshFamily::quads,
+    .interpolating = true,
+    .smoothness = "C0",
+    .reproduction = 1,
+    .generation = "bi-1",
+    .lattice = FanLattice::quads,
+    .rings = 1,
+    .rule_rings = 1,
+    .sees_rings = false,
+    .step = bilinear_step,
+    .closed_masks = linear_closed_masks,
+    .notes = "any polygons; quads become bilinear patches",
+};
+
+}  // namespace detail
+}  // namespace tetrakis

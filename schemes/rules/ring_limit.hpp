@@ -1,0 +1,80 @@
+#pragma once
+
+#include "../core/scheme_kind.hpp"
+
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace tetrakis {
+
+/// What surrounds a vertex, as far as its rules go: K faces (quads for Catmull-Clark, triangles for Loop) and the edges
+/// e_0, e_1, ... counter-clockwise as seen from outside. Stationary: each edge is smooth or sharp for ever.
+struct RingShape {
+    int faces = 0;          ///< K >= 1
+    bool boundary = false;  ///< K + 1 edges, the first and last of them on the boundary; else K edges
+    bool corner = false;    ///< the vertex itself is (infinitely) sharp
+    std::vector<std::uint8_t>
+        sharp{};  ///< per edge; at a boundary the ends count as sharp whatever they say. May be empty
+
+    int edge_count() const { return faces + (boundary ? 1 : 0); }
+    friend bool operator==(const RingShape&, const RingShape&) = default;
+};
+
+/// Limit position and tangents of a vertex as weights on its ring. Weights are in the order [centre, e_0, f_0, e_1,
+/// f_1,
+/// ...] for Catmull-Clark (f_i the corner opposite the centre, between e_i and e_(i+1); a boundary ends with e_K) and
+/// [centre, e_0, e_1, ...] for Loop. Position weights sum to one, tangent weights to zero; the tangents' scale is free.
+///
+/// In every sector, tangent1 x tangent2 points outward for counter-clockwise faces.
+struct RingLimit {
+    /// The faces between two consecutive sharp edges; the whole ring where there are fewer than two.
+    struct Sector {
+        int first_edge = 0, faces = 0;
+        std::vector<double> tangent1{}, tangent2{};
+        double lambda1 = 0, lambda2 = 0;  ///< eigenvalues of the tangents' modes
+        bool has_tangent_plane = false;   ///< the surface of this sector has one; see ring_limit()
+    };
+    std::vector<double> position{};
+    std::vector<double> tangent1, tangent2;  ///< those of the first sector
+    double lambda1 = 0, lambda2 = 0;
+    /// One tangent plane for the whole neighbourhood: a single sector that has one.
+    bool has_tangent_plane = false;
+    std::vector<Sector> sectors{};  ///< counter-clockwise, from the first sharp edge
+};
+
+/// Limit data of a vertex, computed once per shape; the reference stays valid until the program ends. Any thread.
+///
+/// Smooth vertices, creases and boundaries have closed forms; darts take the left eigenvectors of their ring matrix.
+/// A crease or boundary with the plain rules: tangent1 along it, tangent2 across (the sine mode of the sector).
+///
+/// No tangent plane, and what the tangents are then, by choice:
+/// * a sector beside a crease or boundary with more than 3 quads or 5 triangles: the surface has none there (plain
+///   rules; its across modes are slower than the one along). Along and first across, as for fewer faces;
+/// * a sector of K quads (K > 1) or triangles (K > 2) at a corner: the ring's edges weighed by cos and sin (i pi / K),
+///   i.e. the plane that fits them. With fewer faces the two sharp edges span the tangent plane;
+/// * an interior vertex of valence 2: its two differences across (Loop: one of them is zero, the ring has no other).
+///
+/// Sources: Halstead, Kass, DeRose 1993; Hoppe et al. 1994; Biermann, Levin, Zorin 2000; across masks of the plain
+/// rules derived from the ring matrix (tested against its eigenvectors).
+/// @throws std::invalid_argument  faces < 1, or `sharp` has the wrong size
+const RingLimit& ring_limit(SchemeKind scheme, const RingShape& shape);
+
+/// The same for the commonest shapes, without a key to build: an interior smooth vertex of valence n; a boundary vertex
+/// with `faces` faces and no other sharp edge.
+const RingLimit& smooth_ring_limit(SchemeKind scheme, int valence);
+const RingLimit& boundary_ring_limit(SchemeKind scheme, int faces);
+
+/// Unit limit normal of a ring of points, in the order of the weights: the mean of the sectors' unit normals. Where the
+/// tangents vanish or are parallel (points on a line, valence 2) the mean normal of the ring's faces; zero where that
+/// vanishes too.
+glm::dvec3 limit_normal(SchemeKind scheme, const RingShape& shape, const RingLimit& limit,
+                        std::span<const glm::dvec3> ring);
+
+/// The ring's subdivision matrix, row-major, of the size of the weights: the finer ring from the coarser one. For Loop
+/// and for Catmull-Clark between quads.
+std::vector<double> ring_matrix(SchemeKind scheme, const RingShape& shape);
+
+}  // namespace tetrakis

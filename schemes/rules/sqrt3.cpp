@@ -1,0 +1,288 @@
+#include "sqrt3.hpp"
+
+#include "../core/corner_flatness.hpp"
+#include "../core/face_split.hpp"
+#include "../core/scheme_info.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace tetrakis {
+
+using std::numbers::pi;
+
+double Sqrt3::alpha(int n) { return (4 - 2 * std::cos(2 * pi / n)) / 9; }
+
+RingMask Sqrt3::vertex_mask(int n) {
+    const double a = alpha(n);
+    return {.vertex = 1 - a, .edge = a / n};
+}
+
+RingMask Sqrt3::limit_mask(int n) {
+    const double a = alpha(n), b = 3 * a / (1 + 3 * a);
+    return {.vertex = 1 - b, .edge = b / n};
+}
+
+namespace {
+
+bool smooth(const RuleMesh& mesh, int v, const RuleMesh::Ring& ring) {
+    return ring.closed && mesh.rule(v) != VertexRule::crease && mesh.rule(v) != VertexRule::corner;
+}
+
+StencilRow smooth_vertex_row(const RuleMesh::Ring& ring, int v) {
+    const RingMask mask = Sqrt3::vertex_mask(ring.edges());
+    StencilRow row{{v, mask.vertex}};
+    for (const int e : ring.neighbour) row.add(e, mask.edge);
+    return row;
+}
+
+/// The twins of the step that makes a triangle [origin, centre beyond, centre] of each half-edge, of a sharp one
+/// [origin, target, centre].
+std::vector<int> flipped_twins(const RuleMesh& mesh) {
+    std::vector<int> twin(3 * static_cast<std::size_t>(mesh.halfedge_count()));
+    for (int h = 0; h < mesh.halfedge_count(); ++h) {
+        const int t = mesh.twin(h), before = mesh.prev(h);
+        if (mesh.sharp(h)) {
+            twin[3 * h] = t == RuleMesh::none ? t : 3 * t;
+            twin[3 * h + 1] = 3 * mesh.next(h) + 2;
+        } else {
+            twin[3 * h] = 3 * mesh.next(t) + 2;
+            twin[3 * h + 1] = 3 * t + 1;
+        }
+        twin[3 * h + 2] = mesh.sharp(before) ? 3 * before + 1 : 3 * mesh.twin(before);
+    }
+    return twin;
+}
+
+/// The step that leaves sharp edges alone. Triangle h belongs to half-edge h; its first corner is h's origin.
+RuleStep odd_step(const RuleMesh& mesh, const BlockRunner* runner) {
+    RuleStep step;
+    const int V = mesh.vertex_count();
+    step.stencils.push_rows(runner, V, [&](int v) {
+        const RuleMesh::Ring ring = mesh.ring(v);
+        return ring.faces() > 0 && smooth(mesh, v, ring) ? smooth_vertex_row(ring, v) : StencilRow{{v, 1}};
+    });
+    RuleMesh::Builder faces;
+    faces.reserve(mesh.halfedge_count(), 3 * std::size_t(mesh.halfedge_count()));
+    step.stencils.push_rows(runner, mesh.face_count(), [&](int f) { return detail::face_mean(mesh, f); });
+    for (int h = 0; h < mesh.halfedge_count(); ++h) {
+        const int centre = V + mesh.face(h);
+        step.parent_face.push_back(mesh.face(h));
+        if (!mesh.sharp(h)) {
+            faces.face({mesh.origin(h), V + mesh.face(mesh.twin(h)), centre});
+            continue;
+        }
+        faces.corner(mesh.origin(h), mesh.sharpness(h));
+        faces.corner(mesh.target(h));
+        faces.corner(centre);
+        faces.end_face();
+    }
+    faces.set_twins(flipped_twins(mesh));
+    step.mesh = RuleMesh(V + mesh.face_count(), std::move(faces), [&] {
+        std::vector<float> sharpness = mesh.vertex_sharpness();
+        if (!sharpness.empty()) sharpness.resize(V + mesh.face_count(), 0.0f);
+        return sharpness;
+    }());
+    return step;
+}
+
+/// The step that cuts sharp edges in three; every triangle of the mesh has at most one.
+class EvenStep {
+  public:
+    EvenStep(const RuleMesh& mesh, const BlockRunner* runner)
+        : mesh_(mesh), centre_(mesh.face_count(), RuleMesh::none) {
+        const int V = mesh.vertex_count();
+        step_.stencils.push_rows(runner, V, [&](int v) { return vertex_row(v); });
+        int count = V;
+        for (int f = 0; f < mesh.face_count(); ++f) {
+            if (sharp_side(f) != RuleMesh::none) continue;
+            centre_[f] = count++;
+            step_.stencils.push(detail::face_mean(mesh, f));
+        }
+        cut_.assign(mesh.edge_count(), RuleMesh::none);
+        for (int e = 0; e < mesh.edge_count(); ++e) {
+            const int h = mesh.edge_halfedge(e);
+            if (!mesh.sharp(h)) continue;
+            cut_[e] = count;
+            count += 2;
+            step_.stencils.push(crease_row(mesh.origin(h), mesh.target(h)));
+            step_.stencils.push(crease_row(mesh.target(h), mesh.origin(h)));
+        }
+        RuleMesh::Builder faces;
+        for (int h = 0; h < mesh.halfedge_count(); ++h) {
+            step_.parent_face.push_back(mesh.face(h));
+            if (!mesh.sharp(h)) {
+                const int v = mesh.origin(h), beyond = beside(mesh.twin(h)), here = beside(h);
+                faces.corner(v, crease_between(v, beyond, mesh.twin(h)));
+                faces.corner(beyond);
+                faces.corner(here, crease_between(v, here, h));
+                faces.end_face();
+            } else {
+                const float s = child_sharpness(mesh.sharpness(h));
+                faces.corner(on_edge(h, mesh.origin(h)), s);
+                faces.corner(on_edge(h, mesh.target(h)));
+                faces.corner(detail::opposite(mesh, h));
+                faces.end_face();
+            }
+        }
+        faces.set_twins(twins());
+        step_.mesh = RuleMesh(count, std::move(faces), detail::child_vertex_sharpness(mesh, count));
+    }
+
+    RuleStep take() { return std::move(step_); }
+
+  private:
+    /// Of the new half-edges, told from the old ones: ends do not always tell (two triangles that share two edges).
+    std::vector<int> twins() const {
+        std::vector<int> twin(3 * static_cast<std::size_t>(mesh_.halfedge_count()));
+        for (int h = 0; h < mesh_.halfedge_count(); ++h) {
+            const int t = mesh_.twin(h);
+            if (mesh_.sharp(h)) {  // along the crease, then to and from the opposite corner
+                twin[3 * h] = t == RuleMesh::none ? t : 3 * t;
+                twin[3 * h + 1] = 3 * mesh_.twin(mesh_.next(h));
+                twin[3 * h + 2] = 3 * mesh_.prev(h) + 2;
+                continue;
+            }
+            const int beyond = sharp_side(mesh_.face(t)), here = sharp_side(mesh_.face(h));
+            // From h's origin into the face beyond: inside it, or along the crease that leaves the origin there.
+            if (beyond == RuleMesh::none)
+                twin[3 * h] = 3 * mesh_.next(t) + 2;
+            else if (beyond != mesh_.next(t))
+                twin[3 * h] = 3 * beyond + 1;
+            else
+                twin[3 * h] =
+                    mesh_.twin(beyond) == RuleMesh::none ? RuleMesh::none : 3 * mesh_.next(mesh_.twin(beyond)) + 2;
+            twin[3 * h + 1] = 3 * t + 1;
+            // Back to the origin in its own face.
+            if (here == RuleMesh::none)
+                twin[3 * h + 2] = 3 * mesh_.twin(mesh_.prev(h));
+            else if (here != mesh_.prev(h))
+                twin[3 * h + 2] = 3 * here + 2;
+            else
+                twin[3 * h + 2] =
+                    mesh_.twin(here) == RuleMesh::none ? RuleMesh::none : 3 * mesh_.twin(mesh_.prev(mesh_.twin(here)));
+        }
+        return twin;
+    }
+    int sharp_side(int f) const {
+        for (int h = mesh_.face_begin(f); h < mesh_.face_begin(f) + 3; ++h)
+            if (mesh_.sharp(h)) return h;
+        return RuleMesh::none;
+    }
+    /// The new point on the sharp edge of h, near v.
+    int on_edge(int h, int v) const {
+        const int e = mesh_.edge(h);
+        return cut_[e] + (mesh_.origin(mesh_.edge_halfedge(e)) == v ? 0 : 1);
+    }
+    /// The new point of the face of h next to the smooth edge of h: the face's centre, or the crease point nearest to
+    /// it.
+    int beside(int h) const {
+        const int f = mesh_.face(h);
+        if (centre_[f] != RuleMesh::none) return centre_[f];
+        const int side = sharp_side(f);
+        return on_edge(side, mesh_.next(side) == h ? mesh_.target(side) : mesh_.origin(side));
+    }
+    /// Sharpness of the new edge from v to a point of h's face: that of the crease if the point lies on one at v.
+    float crease_between(int v, int point, int h) const {
+        const int side = sharp_side(mesh_.face(h));
+        if (side == RuleMesh::none || (mesh_.origin(side) != v && mesh_.target(side) != v)) return 0;
+        return on_edge(side, v) == point ? child_sharpness(mesh_.sharpness(side)) : 0.0f;
+    }
+    StencilRow vertex_row(int v) const {
+        const RuleMesh::Ring ring = mesh_.ring(v);
+        if (ring.faces() == 0) return {{v, 1}};
+        if (smooth(mesh_, v, ring)) return smooth_vertex_row(ring, v);
+        if (mesh_.rule(v) == VertexRule::corner) return {{v, 1}};
+        StencilRow row{{v, Sqrt3::crease_vertex}};
+        for (const int e : mesh_.sharp_neighbours(v)) row.add(e, Sqrt3::crease_neighbour);
+        return row;
+    }
+    /// The point on the crease edge from `at` to `to`, near `at`.
+    StencilRow crease_row(int at, int to) const {
+        StencilRow row{{at, Sqrt3::crease_middle}, {to, Sqrt3::crease_near}};
+        if (mesh_.rule(at) == VertexRule::crease) {
+            for (const int e : mesh_.sharp_neighbours(at))
+                if (e != to) row.add(e, Sqrt3::crease_far);
+        } else {
+            row.add(at, 2 * Sqrt3::crease_far);
+            row.add(to, -Sqrt3::crease_far);
+        }
+        return row;
+    }
+
+    const RuleMesh& mesh_;
+    std::vector<int> centre_, cut_;
+    RuleStep step_;
+};
+
+}  // namespace
+
+RuleStep sqrt3_step(const RuleMesh& mesh, const RuleOptions& options) {
+    detail::need_triangles(mesh, "sqrt3");
+    const RuleStep odd = odd_step(mesh, options.runner);
+    RuleStep step = EvenStep(odd.mesh, options.runner).take();
+    step.stencils = odd.stencils.then(step.stencils, options.runner);
+    // Triangle g comes from the first step's half-edge g. Of the three of a smooth edge's triangle, which lies across
+    // it, the first two are on the other side.
+    for (std::size_t g = 0; g < step.parent_face.size(); ++g) {
+        const int h = static_cast<int>(g) / 3;
+        step.parent_face[g] = mesh.face(g % 3 == 2 || mesh.sharp(h) ? h : mesh.twin(h));
+    }
+    step.child_halfedge.resize(mesh.halfedge_count());
+    // The first step turns by half a sector: its edge to the left of h's triangle is turned back onto h by the second.
+    for (int h = 0; h < mesh.halfedge_count(); ++h) step.child_halfedge[h] = 3 * odd.mesh.twin(3 * h + 2);
+    return step;
+}
+
+ClosedMasks sqrt3_closed_masks(const FanShape& shape, const RuleOptions&) {
+    ClosedMasks masks;
+    const int n = shape.faces;
+    const auto edge = [](int i) { return FanLabel{i, 1, 0}; };
+    if (shape.dart) return masks;
+    if (shape.boundary) {
+        if (shape.corner) {
+            masks.limit = {{{}, 1}};
+            return masks;
+        }
+        masks.limit = {{{}, k_crease_limit_mask.vertex},
+                       {edge(0), k_crease_limit_mask.neighbour},
+                       {edge(n), k_crease_limit_mask.neighbour}};
+        masks.lambda1 = 1.0 / 3;
+        masks.tangent1 = {{edge(0), 1}, {edge(n), -1}};
+        return masks;
+    }
+    if (shape.corner) return masks;
+    const RingMask limit = Sqrt3::limit_mask(n);
+    masks.limit.emplace_back(FanLabel{}, limit.vertex);
+    masks.lambda1 = masks.lambda2 = (2 + 2 * std::cos(2 * pi / n)) / 9;
+    for (int i = 0; i < n; ++i) {
+        masks.limit.emplace_back(edge(i), limit.edge);
+        if (n < 3) continue;
+        masks.tangent1.emplace_back(edge(i), std::cos(2 * pi * i / n));
+        masks.tangent2.emplace_back(edge(i), std::sin(2 * pi * i / n));
+    }
+    return masks;
+}
+
+namespace detail {
+
+extern constinit const SchemeInfo sqrt3_scheme{
+    .name = "sqrt3",
+    .title = "sqrt(3), Kobbelt 2000",
+    .refinement = Refinement::sqrt3,
+    .family = MeshFamily::triangles,
+    .interpolating = false,
+    .smoothness = "C2",
+    .reproduction = 1,
+    .generation = "1 or more",
+    .lattice = FanLattice::triangles,
+    .rings = 2,
+    .rule_rings = 2,
+    .sees_rings = true,
+    .step = sqrt3_step,
+    .closed_masks = sqrt3_closed_masks,
+    .notes = "triangles; two steps at once; boundary and crease as ternary cubic B-spline, corner",
+};
+
+}  // namespace detail
+}  // namespace tetrakis

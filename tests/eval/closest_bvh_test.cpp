@@ -1,0 +1,164 @@
+#include "../../eval/distance/closest_bvh.hpp"
+
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <new>
+#include <random>
+#include <thread>
+#include <vector>
+
+using namespace tetrakis;
+
+TEST_SUITE_BEGIN("eval");
+
+namespace {
+
+double distance_to_box(const Vec3d& p, const Box3d& box) {
+    return glm::length(glm::max(glm::max(box.lower - p, p - box.upper), Vec3d(0)));
+}
+
+// Boxes of very different sizes around `origin`, `size` being the whole's extent.
+std::vector<Box3d> random_boxes(std::mt19937_64& random, std::size_t count, const Vec3d& origin, double size) {
+    std::uniform_real_distribution<double> unit(0, 1);
+    std::vector<Box3d> boxes(count);
+    for (Box3d& box : boxes) {
+        const Vec3d lower = origin + size * Vec3d(unit(random), unit(random), unit(random));
+        const double side = size * std::pow(10.0, -6 * unit(random)) * 0.3;
+        box.add(lower);
+        box.add(lower + side * Vec3d(unit(random), unit(random), unit(random)));
+    }
+    return boxes;
+}
+
+}  // namespace
+
+TEST_CASE("the nearest primitive is brute force's, wherever and however large the model is") {
+    std::mt19937_64 random(20240117);
+    std::uniform_real_distribution<double> unit(-1, 2);
+    for (const double size : {1.0, 1e-30, 1e30})
+        for (const double offset : {0.0, 1e4}) {
+            CAPTURE(size);
+            CAPTURE(offset);
+            const Vec3d origin = size * offset * Vec3d(1, -1, 0.5);
+            std::vector<Box3d> boxes = random_boxes(random, 300, origin, size);
+            boxes[7] = boxes[200] = boxes[100];  // equals: the lowest number wins
+            boxes[50] = Box3d{};                 // empty: never found
+            const ClosestBvh bvh(boxes);
+            CHECK(bvh.size() == 300);
+            CHECK(bvh.memory_bytes() > 0);
+            for (int i = 0; i < 400; ++i) {
+                const double far = i % 50 == 49 ? 1e25 : i % 10 == 9 ? 1e6 : 1;
+                const Vec3d p = i % 7 == 0 ? boxes[100].centre()
+                                           : origin + far * size * Vec3d(unit(random), unit(random), unit(random));
+                std::uint32_t nearest = ClosestBvh::k_none;
+                double best = std::numeric_limits<double>::infinity();
+                for (std::uint32_t b = 0; b < boxes.size(); ++b) {
+                    if (boxes[b].empty()) continue;
+                    const double d = distance_to_box(p, boxes[b]);
+                    if (d < best) best = d, nearest = b;
+                }
+                const auto exact = [&](std::uint32_t b, double) { return distance_to_box(p, boxes[b]); };
+                const auto hit = bvh.query(p, std::numeric_limits<double>::infinity(), exact);
+                REQUIRE(hit.primitive == nearest);
+                REQUIRE(hit.distance == best);
+                REQUIRE(bvh.query(p, best, exact).primitive == nearest);  // the bound is inclusive
+                if (best > 0) REQUIRE_FALSE(bvh.query(p, best * (1 - 1e-12), exact).found());
+            }
+        }
+}
+
+TEST_CASE("a search sphere visits every primitive that it touches") {
+    std::mt19937_64 random(11);
+    std::uniform_real_distribution<double> unit(0, 1);
+    const std::vector<Box3d> boxes = random_boxes(random, 500, Vec3d(3), 1);
+    const ClosestBvh bvh(boxes);
+    for (int i = 0; i < 200; ++i) {
+        const Vec3d p = Vec3d(3) + Vec3d(unit(random), unit(random), unit(random));
+        const double radius = 0.2 * unit(random);
+        std::vector<int> visits(boxes.size());
+        bvh.for_each_near(p, radius, [&](std::uint32_t b) { ++visits[b]; });
+        for (std::size_t b = 0; b < boxes.size(); ++b) {
+            CHECK(visits[b] <= 1);
+            if (distance_to_box(p, boxes[b]) <= radius) REQUIRE(visits[b] == 1);
+            if (distance_to_box(p, boxes[b]) > radius * (1 + 1e-5) + 1e-6) CHECK(visits[b] == 0);
+        }
+    }
+}
+
+TEST_CASE("[bad-input] boxes that are not finite, none at all, or too many for the memory") {
+    CHECK_FALSE(ClosestBvh().query(Vec3d(0), 1, [](std::uint32_t, double) { return 0.0; }).found());
+    CHECK_FALSE(
+        ClosestBvh(std::span<const Box3d>{}).query(Vec3d(0), 1, [](std::uint32_t, double) { return 0.0; }).found());
+    std::vector<Box3d> boxes(3, Box3d{Vec3d(0), Vec3d(1)});
+    boxes[2].upper.y = std::nan("");
+    CHECK_THROWS_WITH_AS(ClosestBvh{boxes}, "the bounding box of primitive 2 is not finite", Error);
+    std::mt19937_64 random(5);
+    RunContext little;
+    little.max_memory_bytes = 10'000;
+    try {
+        ClosestBvh(random_boxes(random, 5000, Vec3d(0), 1), little);
+        FAIL("a hierarchy of 5000 boxes in 10 kB");
+    } catch (const Error& error) {
+        CHECK(error.code() == ErrorCode::memory_limit);
+    }
+}
+
+TEST_CASE("what a callback throws comes out of the query and of the build, not through Embree") {
+    std::mt19937_64 random(7);
+    const auto boxes = random_boxes(random, 5000, Vec3d(0), 1);
+    const ClosestBvh bvh(boxes);
+    // The second one is far beyond what floats can square: searched without Embree.
+    for (const Vec3d& point : {Vec3d(0.4, 0.5, 0.6), Vec3d(1e30, 0, 0)}) {
+        int calls = 0;
+        const auto exact = [&](std::uint32_t, double) -> double {
+            if (++calls == 3) throw std::bad_alloc();
+            return 1e40;
+        };
+        CHECK_THROWS_AS(bvh.query(point, 1e50, exact), std::bad_alloc);
+        CHECK(calls == 3);
+        CHECK(
+            bvh.query(point, 1e50, [&](std::uint32_t i, double) { return distance_to_box(point, boxes[i]); }).found());
+    }
+    std::atomic<int> asked = 0;
+    const std::function<Box3d(std::uint32_t)> box_of = [&](std::uint32_t i) {
+        if (++asked > 6000) throw std::bad_alloc();  // past the look that comes before Embree's
+        return boxes[i];
+    };
+    CHECK_THROWS_AS(ClosestBvh(5000, box_of), std::bad_alloc);
+}
+
+TEST_CASE("building boxes reports to the calling thread alone and can be cancelled at every report") {
+    std::mt19937_64 random(9);
+    const auto boxes = random_boxes(random, 50000, Vec3d(0), 1);
+    const auto caller = std::this_thread::get_id();
+    int reports = 0, last = std::numeric_limits<int>::max();
+    bool elsewhere = false;
+    RunContext context;
+    context.threads = 2;
+    context.progress = [&](std::string_view stage, double fraction) {
+        elsewhere |= std::this_thread::get_id() != caller;
+        CHECK(stage == "build");
+        CHECK(fraction >= 0);
+        CHECK(fraction <= 1);
+        return ++reports < last;
+    };
+    ClosestBvh(boxes, context);
+    CHECK(!elsewhere);
+    const int all = reports;
+    CHECK(all > 50000 / 4096);
+    for (last = 1; last <= 50000 / 4096 + 1; last += 4) {
+        reports = 0;
+        try {
+            ClosestBvh(boxes, context);
+            FAIL("not cancelled at report ", last);
+        } catch (const Error& error) {
+            CHECK(error.code() == ErrorCode::cancelled);
+        }
+    }
+}
+
+TEST_SUITE_END();

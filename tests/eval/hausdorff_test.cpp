@@ -1,0 +1,316 @@
+#include "../../eval/distance/hausdorff.hpp"
+
+#include "../../eval/distance/mesh_sampling.hpp"
+#include "../kit/shapes.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+#include <random>
+
+using namespace tetrakis;
+
+TEST_SUITE_BEGIN("eval");
+
+namespace {
+
+// Independent of the library's own: golden-section-free brute force over the three edges and the plane.
+double brute_distance(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+    const auto segment = [&](const Vec3d& s, const Vec3d& e) {
+        const long double dx = e.x - s.x, dy = e.y - s.y, dz = e.z - s.z;
+        const long double n = dx * dx + dy * dy + dz * dz;
+        long double t = n > 0 ? ((p.x - s.x) * dx + (p.y - s.y) * dy + (p.z - s.z) * dz) / n : 0;
+        t = std::min(1.0L, std::max(0.0L, t));
+        const long double x = p.x - (s.x + t * dx), y = p.y - (s.y + t * dy), z = p.z - (s.z + t * dz);
+        return static_cast<double>(std::sqrt(x * x + y * y + z * z));
+    };
+    double best = std::min({segment(a, b), segment(b, c), segment(c, a)});
+    const Vec3d n = glm::cross(b - a, c - a);
+    const double length = glm::length(n);
+    if (length > 0) {
+        const bool inside = glm::dot(glm::cross(b - a, p - a), n) >= 0 && glm::dot(glm::cross(c - b, p - b), n) >= 0 &&
+                            glm::dot(glm::cross(a - c, p - c), n) >= 0;
+        if (inside) best = std::min(best, std::abs(glm::dot(p - a, n)) / length);
+    }
+    return best;
+}
+
+}  // namespace
+
+TEST_CASE("closest points on triangles are brute force's, slivers and degenerate ones included") {
+    std::mt19937_64 random(20240118);
+    std::uniform_real_distribution<double> unit(0, 1);
+    for (const double size : {1.0, 1e-20, 1e20})
+        for (const double offset : {0.0, 1000.0}) {
+            CAPTURE(size);
+            CAPTURE(offset);
+            TriangleMesh mesh;
+            for (int i = 0; i < 150; ++i) {
+                const Vec3d a = Vec3d(offset) + Vec3d(unit(random), unit(random), unit(random));
+                const double side = std::pow(10.0, -4 * unit(random));
+                const Vec3d ab = side * Vec3d(unit(random), unit(random), unit(random));
+                Vec3d ac = side * Vec3d(unit(random), unit(random), unit(random));
+                if (i % 5 == 1) ac = 0.3 * ab + 1e-7 * ac;  // a sliver
+                if (i % 5 == 2) ac = 0.7 * ab;              // a segment
+                if (i % 25 == 3) ac = Vec3d(0);             // two corners in one place
+                for (const Vec3d& p : {a, a + ab, a + ac}) mesh.positions.push_back(size * p);
+                const auto v = static_cast<std::uint32_t>(3 * i);
+                mesh.triangles.push_back({v, v + 1, v + 2});
+            }
+            const TriangleBvh bvh(mesh);
+            for (int i = 0; i < 500; ++i) {
+                const Vec3d p = size * (Vec3d(offset) + 1.4 * Vec3d(unit(random), unit(random), unit(random)));
+                double best = 1e300;
+                for (const auto& [a, b, c] : mesh.triangles)
+                    best = std::min(best, brute_distance(p, mesh.positions[a], mesh.positions[b], mesh.positions[c]));
+                const ClosestPoint found = bvh.closest(p);
+                REQUIRE(found.found());
+                // 1e-13 of the coordinates: what doubles that far from the origin can tell apart.
+                REQUIRE(std::abs(found.distance - best) <= 1e-13 * size * (1 + offset));
+                const auto& [a, b, c] = mesh.triangles[found.triangle];
+                const Vec3d at = mesh.positions[a] + found.u * (mesh.positions[b] - mesh.positions[a]) +
+                                 found.v * (mesh.positions[c] - mesh.positions[a]);
+                REQUIRE(glm::length(at - found.point) <= 1e-14 * size * (1 + offset));
+                REQUIRE(found.u >= 0);
+                REQUIRE(found.v >= 0);
+                REQUIRE(found.u + found.v <= 1 + 1e-12);
+                REQUIRE(bvh.closest(p, found.distance).triangle == found.triangle);
+                REQUIRE_FALSE(bvh.closest(p, found.distance * (1 - 1e-9)).found());
+            }
+        }
+}
+
+TEST_CASE("distances far below float resolution are exact") {
+    const TriangleMesh sphere = shapes::sphere(40, 80, Vec3d(1e3, -2e3, 500), 1.0);
+    const TriangleBvh bvh(sphere);
+    for (const double lift : {1e-5, 1e-7, 1e-9})
+        for (std::size_t t = 0; t < sphere.triangles.size(); t += 37) {
+            const auto& [a, b, c] = sphere.triangles[t];
+            const Vec3d &pa = sphere.positions[a], &pb = sphere.positions[b], &pc = sphere.positions[c];
+            const Vec3d normal = glm::normalize(glm::cross(pb - pa, pc - pa));
+            const ClosestPoint found = bvh.closest((pa + pb + pc) / 3.0 + lift * normal);
+            REQUIRE(found.triangle == t);
+            REQUIRE(std::abs(found.distance - lift) < 2e-12);  // coordinates of 2e3 resolve 2e-13
+        }
+}
+
+TEST_CASE(
+    "a triangle far away from all else neither changes the closest points nor makes each search look everywhere") {
+    // To floats that reach the far triangle the whole sphere is in one place: 20'000 searches that look at all of its
+    // 20'000 triangles take 30 times as long as this test.
+    TriangleMesh mesh = shapes::sphere(100, 100, Vec3d(0.3, -0.2, 0.1), 1.0);
+    const TriangleBvh alone(mesh);
+    const TriangleMesh sphere = mesh;
+    const std::uint32_t far = static_cast<std::uint32_t>(mesh.positions.size());
+    const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
+    for (const Vec3d& p : {Vec3d(0, 0x1p32, 0), Vec3d(1, 0x1p32, 0), Vec3d(0, 0x1p32, 1)}) mesh.positions.push_back(p);
+    mesh.triangles.push_back({far, far + 1, far + 2});
+    const TriangleBvh bvh(mesh);
+    std::mt19937_64 random(20240119);
+    std::uniform_real_distribution<double> unit(-1.5, 1.5);
+    std::vector<Vec3d> points(20'000);
+    for (Vec3d& p : points) p = Vec3d(unit(random), unit(random), unit(random));
+    for (std::size_t i = 0; i < 1000; ++i) points[i] = sphere.positions[i];  // ties
+    std::vector<ClosestPoint> found(points.size()), expected(points.size());
+    bvh.closest(points, found);
+    alone.closest(points, expected);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        REQUIRE(found[i].triangle == expected[i].triangle);
+        REQUIRE(found[i].distance == expected[i].distance);
+        REQUIRE(found[i].point == expected[i].point);
+    }
+    CHECK(bvh.closest(Vec3d(0.1, 0x1.1p32, 0.1)).triangle == count);
+    CHECK(bvh.closest(Vec3d(0, 0, 0x1p100)).distance == 0x1p100);  // too far for squares of floats
+    CHECK(bvh.closest(points[7], found[7].distance).triangle == found[7].triangle);
+    CHECK_FALSE(bvh.closest(Vec3d(0.3, -0.2, 0.1), 0.9).found());
+}
+
+TEST_CASE("[inv10] batches give what single queries give, in any number of threads") {
+    const TriangleMesh sphere = shapes::sphere(30, 60, Vec3d(0), 2.0);
+    const TriangleBvh bvh(sphere);
+    std::mt19937_64 random(3);
+    std::uniform_real_distribution<double> unit(-3, 3);
+    std::vector<Vec3d> points(3000);
+    for (Vec3d& p : points) p = Vec3d(unit(random), unit(random), unit(random));
+    for (std::size_t i = 0; i < 500; ++i) points[i] = sphere.positions[i];  // on vertices: ties among their triangles
+    std::vector<ClosestPoint> single(points.size()), batch(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) single[i] = bvh.closest(points[i]);
+    for (const int threads : {1, 2, 3}) {
+        RunContext context;
+        context.threads = threads;
+        bvh.closest(points, batch, context);
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            REQUIRE(batch[i].triangle == single[i].triangle);
+            REQUIRE(batch[i].distance == single[i].distance);
+        }
+        std::vector<double> distances(points.size());
+        bvh.distances(points, distances, context);
+        for (std::size_t i = 0; i < points.size(); ++i) REQUIRE(distances[i] == single[i].distance);
+    }
+    std::vector<double> few(3);
+    CHECK_THROWS_AS(bvh.distances(points, few), Error);
+    const std::vector<float> by_triangle =
+        distance_by_triangle(single, static_cast<std::uint32_t>(sphere.triangles.size()));
+    for (const ClosestPoint& p : single) REQUIRE(by_triangle[p.triangle] >= p.distance);
+}
+
+TEST_CASE("rays hit where the plane of the triangle is, to double precision") {
+    const TriangleMesh sphere = shapes::sphere(30, 60, Vec3d(100), 2.0);
+    const TriangleBvh bvh(sphere);
+    std::mt19937_64 random(4);
+    std::uniform_real_distribution<double> unit(-1, 1);
+    int hits = 0;
+    for (int i = 0; i < 1000; ++i) {
+        const Vec3d from = Vec3d(100) + 5.0 * glm::normalize(Vec3d(unit(random), unit(random), unit(random)));
+        const Vec3d towards = Vec3d(100) + 2.5 * Vec3d(unit(random), unit(random), unit(random)) - from;
+        const RayHit hit = bvh.intersect(from, towards);
+        CHECK(bvh.occluded(from, towards) == hit.found());
+        if (!hit.found()) continue;
+        ++hits;
+        const auto& [a, b, c] = sphere.triangles[hit.triangle];
+        const Vec3d &pa = sphere.positions[a], &pb = sphere.positions[b], &pc = sphere.positions[c];
+        const Vec3d at = from + hit.t * towards;
+        const Vec3d normal = glm::normalize(glm::cross(pb - pa, pc - pa));
+        CHECK(std::abs(glm::dot(at - pa, normal)) < 1e-12);
+        CHECK(glm::length(pa + hit.u * (pb - pa) + hit.v * (pc - pa) - at) < 1e-4);
+        CHECK_FALSE(bvh.occluded(from, towards, 0, hit.t * (1 - 1e-4)));
+    }
+    CHECK(hits > 400);
+}
+
+TEST_CASE("the samples inside a triangle are one in each of its equal parts") {
+    for (const std::uint32_t m : {1u, 2u, 5u, 64u}) {
+        std::vector<int> hits(m * m);
+        Vec2d last(0);
+        for (std::uint32_t k = 0; k < m * m; ++k) {
+            const Vec2d uv = detail::inside_sample(k, m);
+            const double x = uv.x * m, y = uv.y * m;
+            const auto column = static_cast<std::uint32_t>(x), row = static_cast<std::uint32_t>(y);
+            const bool inverted = x - column + y - row > 1;
+            REQUIRE(column + row + (inverted ? 1 : 0) < m);
+            // Rows of 2 (m - row) - 1 parts; those before this row make m^2 - (m - row)^2.
+            ++hits[m * m - (m - row) * (m - row) + 2 * column + (inverted ? 1 : 0)];
+            if (k > 0) REQUIRE(glm::length(uv - last) < 2.3 / m);
+            last = uv;
+        }
+        for (const int count : hits) REQUIRE(count == 1);
+    }
+    CHECK(detail::inside_sample(0, 1).x == doctest::Approx(1.0 / 3));
+}
+
+TEST_CASE("two unit squares one above the other are their gap apart") {
+    const TriangleMesh low = shapes::square(0.0, 1), high = shapes::square(0.25, 4);
+    const MeshComparison same = compare(low, low);
+    CHECK(same.error.hausdorff == 0.0);
+    CHECK(same.error.rms == 0.0);
+    const MeshComparison apart = compare(low, high);
+    CHECK(apart.error.forward == doctest::Approx(0.25).epsilon(1e-12));
+    CHECK(apart.error.backward == doctest::Approx(0.25).epsilon(1e-12));
+    CHECK(apart.error.mean == doctest::Approx(0.25).epsilon(1e-12));
+    CHECK(apart.error.rms == doctest::Approx(0.25).epsilon(1e-12));
+    CHECK(apart.error.forward_samples > 490'000);
+    CHECK(apart.bvh_bytes > 0);
+}
+
+TEST_CASE("a mesh that lacks a half is far in one direction only, and the worst point is found") {
+    TriangleMesh whole = shapes::square(0.0, 20), half = whole;
+    std::erase_if(half.triangles, [&](const auto& t) {
+        return whole.positions[t[0]].x + whole.positions[t[1]].x + whole.positions[t[2]].x > 1.5;
+    });
+    const MeshComparison result = compare(whole, half);
+    CHECK(result.error.backward < 1e-15);
+    CHECK(result.error.forward == doctest::Approx(0.5).epsilon(1e-12));
+    CHECK(result.forward.worst_point.x == doctest::Approx(1.0).epsilon(1e-12));
+    // Distance max(0, x - 1/2) over the square: mean 1/8, mean square 1/24; and zero over the half.
+    CHECK(result.forward.mean == doctest::Approx(1.0 / 8).epsilon(1e-3));
+    CHECK(result.forward.rms == doctest::Approx(std::sqrt(1.0 / 24)).epsilon(1e-3));
+    CHECK(result.error.mean == doctest::Approx(1.0 / 12).epsilon(1e-3));
+}
+
+TEST_CASE("a coarse sphere is its sagitta away from a fine one") {
+    // Two triangles on an octahedron's face: the face's centre is 1 - 1/sqrt(3) inside the unit sphere.
+    const TriangleMesh fine = shapes::sphere(100, 200, Vec3d(0), 1.0), coarse = shapes::octahedron();
+    SamplingOptions options;
+    options.samples = 40'000;
+    const MeshComparison result = compare(fine, coarse, options);
+    const double sagitta = 1 - 1 / std::sqrt(3.0);
+    CHECK(result.error.backward == doctest::Approx(sagitta).epsilon(1e-3));
+    CHECK(result.error.forward == doctest::Approx(sagitta).epsilon(1e-3));
+}
+
+TEST_CASE("climbing from the worst samples finds the top of a narrow bump") {
+    // One large triangle under a cone of height 0.1: only its tip is that far; coarse samples miss it.
+    TriangleMesh flat, cone;
+    flat.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    flat.triangles = {{0, 1, 2}};
+    cone = flat;
+    cone.positions.push_back({0.301, 0.287, 0.1});
+    cone.triangles = {{0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+    SamplingOptions few;
+    few.samples = 40;
+    const TriangleBvh to_cone(cone);
+    few.climbs = 0;
+    const double sampled = directed_distance(flat, to_cone, few).max;
+    few.climbs = 32;
+    const double climbed = directed_distance(flat, to_cone, few).max;
+    // The point of the triangle that is farthest from the cone has equal distances to its faces; a dense sampling of
+    // the same triangle is the independent answer.
+    few.samples = 1'000'000;
+    few.climbs = 0;
+    const double dense = directed_distance(flat, to_cone, few).max;
+    CHECK(climbed > sampled);
+    CHECK(climbed >= dense);
+    CHECK(climbed <=
+          dense + 1.5e-3);  // no point is farther than a part's diameter from a sample, and distance is 1-Lipschitz
+}
+
+TEST_CASE("[inv10] the thread count changes no byte of a comparison") {
+    const TriangleMesh a = shapes::sphere(30, 60, Vec3d(0), 1.0), b = shapes::sphere(17, 31, Vec3d(0.01), 1.0);
+    SamplingOptions options;
+    options.samples = 30'000;
+    options.per_triangle = true;
+    MeshComparison reference;
+    for (const int threads : {1, 2, 3}) {
+        RunContext context;
+        context.threads = threads;
+        const MeshComparison result = compare(a, b, options, context);
+        if (threads == 1) {
+            reference = result;
+            REQUIRE(result.backward.triangle_max.size() == b.triangles.size());
+            const float top =
+                *std::max_element(result.backward.triangle_max.begin(), result.backward.triangle_max.end());
+            CHECK(top >= result.error.backward);
+            CHECK(top <= result.error.backward * (1 + 1e-6));
+            continue;
+        }
+        CHECK(std::memcmp(&result.error, &reference.error, sizeof(MeasuredError)) == 0);
+        CHECK(result.forward.triangle_max == reference.forward.triangle_max);
+        CHECK(result.backward.triangle_max == reference.backward.triangle_max);
+        CHECK(result.forward.worst_triangle == reference.forward.worst_triangle);
+    }
+}
+
+TEST_CASE("[bad-input] meshes that cannot be measured, and a comparison that is cancelled") {
+    const TriangleMesh good = shapes::octahedron();
+    TriangleMesh empty = good, dangling = good, broken = good;
+    empty.triangles.clear();
+    dangling.triangles[3][1] = 99;
+    broken.positions[2].y = std::nan("");
+    CHECK_THROWS_WITH_AS(compare_meshes(empty, good), "the reference mesh has no triangles", Error);
+    CHECK_THROWS_WITH_AS(compare_meshes(good, empty), "the mesh has no triangles", Error);
+    CHECK_THROWS_WITH_AS(compare_meshes(good, dangling), "triangle 3 uses vertex 99, but there are 6 vertices", Error);
+    CHECK_THROWS_WITH_AS(compare_meshes(broken, good), "vertex 2 is not finite", Error);
+    CHECK_THROWS_AS(TriangleBvh{dangling}, Error);
+    CHECK_THROWS_AS(TriangleBvh{broken}, Error);
+    RunContext context;
+    context.progress = [](std::string_view, double) { return false; };
+    try {
+        compare_meshes(good, good, {}, context);
+        FAIL("not cancelled");
+    } catch (const Error& error) {
+        CHECK(error.code() == ErrorCode::cancelled);
+    }
+}
+
+TEST_SUITE_END();

@@ -1,0 +1,218 @@
+#include "../../eval/bounds/quad_bounder.hpp"
+
+#include "../kit/quad_test_mesh.hpp"
+#include "../kit/sampled_distance.hpp"
+
+#include "../../eval/tessellate/fan_error.hpp"
+#include "../../eval/tessellate/output_triangle.hpp"
+#include "../../eval/tessellate/surface_family.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+using namespace tetrakis;
+
+namespace {
+
+/// A random leaf of the bisection: a root, or a half or a quarter of a cell (odd and even depths).
+CellTriangle random_leaf(test::Random& random, HalfedgeId root, int deepest) {
+    if (random.chance(0.1)) return {root, 0, {LatticePoint{0, 0}, {2, 0}, {1, 1}}};
+    const auto level = static_cast<std::uint8_t>(random.below(static_cast<std::uint32_t>(deepest) + 1));
+    const std::uint32_t n = 1u << level, x = random.below(n), y = random.below(n);
+    if (level < deepest && random.chance(0.5)) {
+        // A quarter: base on a side of the cell, apex at its centre; one level further down.
+        const LatticePoint c[4] = {{2 * x, 2 * y}, {2 * x + 2, 2 * y}, {2 * x + 2, 2 * y + 2}, {2 * x, 2 * y + 2}};
+        const std::uint32_t k = random.below(4);
+        return {root, static_cast<std::uint8_t>(level + 1), {c[k], c[(k + 1) % 4], {2 * x + 1, 2 * y + 1}}};
+    }
+    // A half: base on a diagonal, the right angle is corner 2.
+    const LatticePoint c[4] = {{x, y}, {x + 1, y}, {x + 1, y + 1}, {x, y + 1}};
+    const std::uint32_t k = random.below(4);
+    return {root, level, {c[(k + 1) % 4], c[(k + 3) % 4], c[k]}};
+}
+
+/// Largest |S - L| at the points of a lattice, L the linear interpolant of the three corners.
+double sampled_error(const QuadPatches& patches, const CellTriangle& leaf, int n, const Vec3d* apex = nullptr) {
+    const ControlMesh& mesh = patches.mesh();
+    const auto surface = [&](double b0, double b1, double b2) {
+        const SurfaceParameter at = QuadFamily::parameter(mesh, leaf, b0, b1, b2);
+        return patches.evaluate(at.root, at.x, at.y).position;
+    };
+    const Vec3d c0 = surface(1, 0, 0), c1 = surface(0, 1, 0), c2 = apex ? *apex : surface(0, 0, 1);
+    double worst = 0;
+    for (int i = 0; i <= n; ++i)
+        for (int j = 0; i + j <= n; ++j) {
+            const double b0 = double(i) / n, b1 = double(j) / n, b2 = double(n - i - j) / n;
+            worst = std::max(worst, glm::length(surface(b0, b1, b2) - (b0 * c0 + b1 * c1 + b2 * c2)));
+        }
+    return worst;
+}
+
+test::SampledError sampled_distance(const QuadPatches& patches, const CellTriangle& leaf, int n) {
+    return test::sampled_distance(n, [&](double b0, double b1, double b2) {
+        const SurfaceParameter at = QuadFamily::parameter(patches.mesh(), leaf, b0, b1, b2);
+        return patches.evaluate(at.root, at.x, at.y).position;
+    });
+}
+
+constexpr double k_infinity = std::numeric_limits<double>::infinity();
+
+}  // namespace
+
+TEST_SUITE_BEGIN("eval");
+
+TEST_CASE("[inv9] bounds of bisection leaves are never below the error sampled, and tight") {
+    for (const std::uint64_t seed : test::seeds(24)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = test::random_quad_mesh(seed, seed % 2 ? CreaseMethod::chaikin : CreaseMethod::uniform);
+        const QuadPatches patches(mesh);
+        QuadBounder bounder(patches);
+        const double size = bounding_box(mesh.positions()).diagonal(), rounding = 1e-12 * size;
+        test::Random random(seed);
+        for (int i = 0; i < 60; ++i) {
+            const HalfedgeId root(random.below(mesh.halfedge_count()));
+            const CellTriangle leaf = random_leaf(random, root, 6);
+            CAPTURE(root.value);
+            CAPTURE(int(leaf.level));
+            const auto [sampled, back] = sampled_distance(patches, leaf, 16);
+            for (const double decide_at : {0.0, 0.5 * sampled, 2 * sampled, k_infinity}) {
+                const LeafError error = bounder.leaf_error(leaf, decide_at);
+                CHECK(error.upper >= sampled - rounding);
+                CHECK(error.lower <= error.upper);
+                if (decide_at > 1.06 * sampled + rounding) CHECK(error.upper <= decide_at);
+            }
+            // The lattice may miss the largest deviation by a little.
+            const double certified = bounder.certified_error(leaf, 0);
+            CHECK(certified >= sampled - rounding);
+            CHECK(certified >= back - rounding);
+            CHECK(certified <= 1.25 * sampled + rounding);
+            CHECK(bounder.certified_error(leaf, 0.7 * sampled) >= sampled - rounding);
+            CHECK(bounder.certified_error(leaf, 3 * sampled) <= 3 * sampled + rounding);
+            const QuickError quick = bounder.quick_error(leaf);
+            for (std::size_t k = 0; k < 3; ++k) {
+                const Site site = QuadFamily::corner_site(mesh, leaf, k);
+                CHECK(glm::length(quick.corners[k] - patches.limit(site.root, site.at, site.level)) < rounding);
+            }
+        }
+    }
+}
+
+TEST_CASE("[inv9] bounds of roots whose centre is given") {
+    for (const std::uint64_t seed : test::seeds(8)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = test::random_quad_mesh(seed, CreaseMethod::uniform);
+        const QuadPatches patches(mesh);
+        QuadBounder bounder(patches);
+        const double rounding = 1e-12 * bounding_box(mesh.positions()).diagonal();
+        test::Random random(seed);
+        for (int i = 0; i < 40; ++i) {
+            const HalfedgeId root(random.below(mesh.halfedge_count()));
+            const Vec3d centre = mesh.position(mesh.origin(root)) + Vec3d(random.uniform(), random.uniform(), 0);
+            const double sampled = sampled_error(patches, {root, 0, {LatticePoint{0, 0}, {2, 0}, {1, 1}}}, 16, &centre);
+            CHECK(bounder.root_error(root, centre, 0, false).upper >= sampled - rounding);
+            CHECK(bounder.root_error(root, centre, 0, false).upper <= 1.25 * sampled + rounding);
+            CHECK(bounder.root_error(root, centre, 0.5 * sampled).upper >= sampled - rounding);
+        }
+    }
+}
+
+TEST_CASE("bounds of bisection leaves do not depend on what was asked before") {
+    const ControlMesh mesh = test::random_quad_mesh(7, CreaseMethod::chaikin);
+    const QuadPatches patches(mesh);
+    QuadBounder kept(patches);
+    test::Random random(5);
+    for (int i = 0; i < 300; ++i) {
+        const CellTriangle leaf = random_leaf(random, HalfedgeId(random.below(mesh.halfedge_count())), 5);
+        QuadBounder fresh(patches);
+        const LeafError a = kept.leaf_error(leaf, 0.01), b = fresh.leaf_error(leaf, 0.01);
+        CHECK(a.lower == b.lower);
+        CHECK(a.upper == b.upper);
+    }
+}
+
+TEST_CASE("samples of bisection leaves are points of the surface") {
+    const ControlMesh mesh = test::random_quad_mesh(11, CreaseMethod::uniform);
+    const QuadPatches patches(mesh);
+    QuadBounder bounder(patches);
+    test::Random random(5);
+    constexpr int n = 4;
+    std::vector<Vec3d> positions((n + 1) * (n + 2) / 2), normals(positions.size());
+    for (int i = 0; i < 200; ++i) {
+        const CellTriangle leaf = random_leaf(random, HalfedgeId(random.below(mesh.halfedge_count())), 5);
+        bounder.sample(leaf, n, positions, normals);
+        std::size_t at = 0;
+        for (int row = 0; row <= n; ++row)
+            for (int j = 0; j <= row; ++j, ++at) {
+                const SurfaceParameter p =
+                    QuadFamily::parameter(mesh, leaf, double(row - j) / n, double(j) / n, double(n - row) / n);
+                const SurfacePoint s = patches.evaluate(p.root, p.x, p.y);
+                CHECK(glm::length(positions[at] - s.position) < 1e-12);
+                CHECK(glm::length(normals[at] - glm::cross(s.du, s.dv)) <= 1e-9 * glm::length(normals[at]));
+            }
+    }
+}
+
+TEST_CASE("[inv9] the certified bound of a face's fan holds for 3 to 9 corners") {
+    int checked = 0;
+    for (std::uint32_t n = 3; n <= 9; ++n)
+        for (const std::uint64_t seed : test::seeds(6)) {
+            CAPTURE(n);
+            CAPTURE(seed);
+            // One bumpy n-gon with a ring of quads around it.
+            test::Random random(seed * 31 + n);
+            ControlMeshData data;
+            data.face_offsets = {0};
+            const auto add = [&](std::initializer_list<std::uint32_t> face) {
+                for (std::uint32_t v : face) data.face_vertices.push_back(v);
+                data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+            };
+            for (std::uint32_t ring = 0; ring < 2; ++ring)
+                for (std::uint32_t i = 0; i < n; ++i) {
+                    const double angle = 2 * std::numbers::pi * (i + random.uniform(-0.2, 0.2)) / n, r = 1 + ring;
+                    data.positions.emplace_back(r * std::cos(angle), r * std::sin(angle), random.uniform(-0.5, 0.5));
+                }
+            for (std::uint32_t i = 0; i < n; ++i) data.face_vertices.push_back(i);
+            data.face_offsets.push_back(n);
+            for (std::uint32_t i = 0; i < n; ++i) add({i, n + i, n + (i + 1) % n, (i + 1) % n});
+            const ControlMesh mesh = ControlMesh::build(std::move(data));
+            const QuadPatches patches(mesh);
+            const QuadClosest closest(patches);
+            SurfaceMap<QuadFamily> map;
+            map.patches = &patches;
+            std::vector<Vec3d> corners;
+            for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
+                corners.push_back(patches.evaluate(mesh.vertex_halfedge(VertexId(v)), 0, 0).position);
+            const std::vector<std::uint8_t> wanted(mesh.face_count(), 1);
+            const FanChoice fans = choose_fans(mesh, corners, wanted);
+            const FaceId face(0);
+            if (!fans.has(face)) continue;
+            ++checked;
+            const LeafEstimator<QuadFamily> estimator(map, closest, EstimatorKind::certified, 0.1);
+            const FanError error(map, estimator, fans, corners);
+            // The fan's triangles over the regular polygon, against the surface laid over it.
+            double sampled = 0;
+            for (const auto& t : fans.of(face)) {
+                OutputTriangle triangle;
+                triangle.fan = face;
+                for (std::size_t k = 0; k < 3; ++k) triangle.fan_corner[k] = t[k];
+                constexpr int m = 20;
+                for (int i = 0; i <= m; ++i)
+                    for (int j = 0; i + j <= m; ++j) {
+                        const double b0 = double(i) / m, b1 = double(j) / m, b2 = double(m - i - j) / m;
+                        const SurfaceParameter at = triangle.parameter<QuadFamily>(mesh, b0, b1, b2);
+                        sampled = std::max(sampled, glm::length(map(at) - (b0 * corners[t[0]] + b1 * corners[t[1]] +
+                                                                           b2 * corners[t[2]])));
+                    }
+            }
+            CHECK(error.certified(face, 0, false) >= sampled - 1e-12);
+            CHECK(error.certified(face, 0.9 * sampled, true) >= sampled - 1e-12);
+            CHECK(error.certified(face, 10 * sampled, false) >= sampled - 1e-12);
+        }
+    CHECK(checked > 30);
+}
+
+TEST_SUITE_END();

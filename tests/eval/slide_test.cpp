@@ -1,0 +1,362 @@
+#include "../../eval/bounds/mesh_slack.hpp"
+#include "../../eval/bounds/plane_measure.hpp"
+#include "../../eval/bounds/triangle_distance.hpp"
+#include "../../eval/distance/hausdorff.hpp"
+#include "../../eval/tessellate/tessellate.hpp"
+
+#include "../kit/quad_test_mesh.hpp"
+#include "../kit/surface_topology.hpp"
+#include "../kit/triangle_test_mesh.hpp"
+
+#include "../../hier/base/error.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+using namespace tetrakis;
+using detail::TriangleDistance;
+
+namespace {
+
+using Corners = std::array<Vec3d, 3>;
+
+Vec3d random_vector(test::Random& random) {
+    return {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+}
+
+/// A triangle with angles of at least 20 degrees.
+Corners random_triangle(test::Random& random) {
+    for (;;) {
+        const Corners c{random_vector(random), random_vector(random), random_vector(random)};
+        const TriangleDistance triangle(c);
+        double longest = 0;
+        for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, glm::length(c[(k + 1) % 3] - c[k]));
+        if (triangle.least_height() > 0.4 * longest) return c;
+    }
+}
+
+/// The tent over edge k, beyond the triangle, turned by `fold` against its plane.
+Corners tent(const Corners& c, std::size_t k, double tangent, double fold) {
+    const Vec3d a = c[k], b = c[(k + 1) % 3], apex = c[(k + 2) % 3];
+    const Vec3d along = glm::normalize(b - a), normal = glm::normalize(glm::cross(b - a, apex - a));
+    const Vec3d out = glm::cross(along, normal);
+    const double half = 0.5 * glm::length(b - a);
+    return {b, a, a + half * along + half * tangent * (std::cos(fold) * out + std::sin(fold) * normal)};
+}
+
+double distance_to(const Vec3d& p, const Corners& c) {
+    return std::sqrt(detail::nearest_on_triangle(p, c[0], c[1], c[2]).squared_distance);
+}
+
+bool same_bytes(const Tessellation& a, const Tessellation& b) {
+    const auto same = [](const auto& x, const auto& y) {
+        return x.size() == y.size() && (x.empty() || std::memcmp(x.data(), y.data(), x.size() * sizeof(x[0])) == 0);
+    };
+    return same(a.mesh.positions, b.mesh.positions) && same(a.mesh.triangles, b.mesh.triangles) &&
+           same(a.mesh.normals, b.mesh.normals) && same(a.triangle_error, b.triangle_error) &&
+           a.certified_error == b.certified_error;
+}
+
+ControlMesh make_mesh(SchemeKind scheme, std::uint64_t seed) {
+    test::RandomMeshOptions options = test::random_options(seed);
+    options.columns = std::min(options.columns, 4);
+    options.rows = std::min(options.rows, 4);
+    options.triangles_only = scheme == SchemeKind::loop;
+    return ControlMesh::build(test::random_mesh_data(seed, options));
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("eval");
+
+TEST_CASE("[inv9] with slack, errors bound the distance from a triangle and what lies across its edges") {
+    test::Random random(1);
+    for (int i = 0; i < 400; ++i) {
+        const Corners c = random_triangle(random);
+        EdgeSlack slack;
+        std::vector<Corners> mesh{c};
+        for (std::size_t k = 0; k < 3; ++k) {
+            if (random.chance(0.3)) continue;
+            slack.fold[k] = random.uniform(0, k_largest_fold);
+            slack.tent[k] = random.uniform(0.05, 0.17);
+            mesh.push_back(tent(c, k, slack.tent[k], random.uniform(-slack.fold[k], slack.fold[k])));
+        }
+        TriangleDistance sliding(c);
+        const TriangleDistance still(c);
+        sliding.set_slack(slack);
+        CHECK(sliding.has_slack() == slack.any());
+        const double size = glm::length(c[1] - c[0]);
+        for (int j = 0; j < 200; ++j) {
+            // Mostly near an edge, beyond it or not.
+            const std::size_t k = random.below(3);
+            const double along = random.uniform(-0.05, 1.05);
+            const Vec3d on_edge = c[k] + along * (c[(k + 1) % 3] - c[k]);
+            const double reach = std::pow(10.0, random.uniform(-4, -0.5)) * size;
+            const Vec3d p = on_edge + reach * random_vector(random);
+            const Vec3d local = sliding.local(p);
+            double nearest = 1e300, nearest_of_edge = 1e300;
+            for (const Corners& t : mesh) nearest = std::min(nearest, distance_to(p, t));
+            const double rounding = 1e-12;
+            CHECK(sliding.stretch() * sliding.to_triangle(local) >= nearest - rounding);
+            CHECK(sliding.to_triangle(local) <= still.to_triangle(local) + rounding);
+            if (sliding.slides(k)) {
+                nearest_of_edge = std::min(distance_to(p, c), distance_to(p, tent(c, k, slack.tent[k], 0)));
+                CHECK(sliding.stretch() * sliding.to_edge(local, k) >= nearest_of_edge - rounding);
+                CHECK(sliding.to_edge(local, k) <= still.to_edge(local, k) + rounding);
+                // What is no error for the side is none for the leaf.
+                CHECK(sliding.to_triangle(local) <= sliding.to_edge(local, k) + rounding);
+            }
+            // A neighbourhood of p, by the bound for it.
+            const double height = random.uniform(0, reach), beside = random.uniform(0, reach);
+            const Vec3d normal = sliding.normal(), sideways = random_vector(random);
+            const Vec3d flat = sideways - glm::dot(sideways, normal) * normal;
+            const Vec3d q = p + random.uniform(-height, height) * normal +
+                            (glm::length(flat) > 0 ? beside / glm::length(flat) : 0.0) * flat;
+            if (!slack.any()) continue;
+            if (sliding.slides(k)) {
+                const double around = sliding.stretch() * sliding.around_edge(local, k, height, glm::length(q - p));
+                CHECK(around >= std::min(distance_to(q, c), distance_to(q, tent(c, k, slack.tent[k], 0))) - rounding);
+            }
+            double nearest_to_q = 1e300;
+            for (const Corners& t : mesh) nearest_to_q = std::min(nearest_to_q, distance_to(q, t));
+            CHECK(sliding.stretch() * sliding.around(local, height, beside) >= nearest_to_q - rounding);
+        }
+    }
+}
+
+TEST_CASE("[inv9] at the ends of a line errors with slack bound those on it, and change no faster than points move") {
+    test::Random random(2);
+    for (int i = 0; i < 300; ++i) {
+        const Corners c = random_triangle(random);
+        EdgeSlack slack;
+        const double fold = random.uniform(0.01, k_largest_fold);
+        for (std::size_t k = 0; k < 3; ++k) slack.fold[k] = fold, slack.tent[k] = 0.17;
+        TriangleDistance sliding(c);
+        sliding.set_slack(slack);
+        std::vector<Corners> mesh{c};
+        for (std::size_t k = 0; k < 3; ++k) mesh.push_back(tent(c, k, 0.17, random.chance(0.5) ? fold : -fold));
+        for (int j = 0; j < 100; ++j) {
+            const std::size_t k = random.below(3);
+            const double reach = std::pow(10.0, random.uniform(-3, -0.5));
+            const auto near_edge = [&] {
+                return c[k] + random.uniform(0, 1) * (c[(k + 1) % 3] - c[k]) + reach * random_vector(random);
+            };
+            const Vec3d a = near_edge(), b = near_edge();
+            const double ends = std::max(sliding.to_triangle(sliding.local(a)), sliding.to_triangle(sliding.local(b)));
+            const double own = random.uniform(0, 0.5 * reach), t = random.uniform();
+            const Vec3d away = random_vector(random);
+            const Vec3d p = (1 - t) * a + t * b + own / glm::length(away) * away;
+            double nearest = 1e300;
+            for (const Corners& m : mesh) nearest = std::min(nearest, distance_to(p, m));
+            CHECK(nearest <= sliding.stretch() * (ends + own) + 1e-12);
+        }
+    }
+}
+
+TEST_CASE("folds and tents of a mesh, and what is granted") {
+    // Two right-angled triangles over the unit square's diagonal, the second turned about it.
+    for (const double turn : {0.0, 0.1, 0.2, 0.3, 2.0}) {
+        CAPTURE(turn);
+        const Vec3d axis = glm::normalize(Vec3d(1, 1, 0)), out = glm::normalize(Vec3d(-1, 1, 0));
+        const std::vector<Vec3d> positions{
+            {0, 0, 0},
+            {1, 0, 0},
+            {1, 1, 0},
+            0.5 * Vec3d(1, 1, 0) + std::sqrt(0.5) * (std::cos(turn) * out + std::sin(turn) * glm::cross(axis, out))};
+        const std::vector<std::array<std::uint32_t, 3>> triangles{{0, 1, 2}, {2, 3, 0}};
+        const MeshSlack slack(triangles, positions);
+        CHECK(slack.across(0, 2) == 1);
+        CHECK(slack.across(1, 2) == 0);
+        CHECK(slack.across(0, 0) == MeshSlack::k_none);
+        const EdgeSlack own = slack.of(0, {true, true, true});
+        CHECK(own.fold[0] < 0);
+        CHECK(own.fold[1] < 0);
+        CHECK((own.fold[2] >= 0) == (std::tan(turn) <= k_largest_fold && turn < 1));
+        if (own.fold[2] >= 0) {
+            CHECK(own.fold[2] >= turn);
+            CHECK(own.fold[2] <= std::tan(turn) + 1e-5);
+            CHECK(own.tent[2] == doctest::Approx(std::tan(0.125 * 3.14159265358979)).epsilon(1e-5));
+            CHECK(own.tent[2] <= std::tan(0.125 * 3.14159265358979));
+        }
+        CHECK(!slack.of(0, {true, true, false}).any());
+        EdgeSlack wanted;
+        CHECK(slack.grants(0, wanted));
+        wanted.fold[2] = 0.25, wanted.tent[2] = 0.3;
+        CHECK(slack.grants(0, wanted) == (std::tan(turn) < 0.25 && turn < 1));
+        wanted.tent[2] = 0.5;
+        CHECK(!slack.grants(0, wanted));
+        wanted.tent[2] = 0.3, wanted.fold[0] = 0.25;
+        CHECK(!slack.grants(0, wanted));  // nothing across
+    }
+}
+
+TEST_CASE("assumed slack: only soft edges, none of triangles that are thin or small beside the tolerance") {
+    const Corners c{Vec3d(0), {1, 0, 0}, {0, 1, 0}};
+    const EdgeSlack slack = assumed_slack(c, 0.001, {true, false, true});
+    CHECK(slack.fold[0] > 0);
+    CHECK(slack.fold[1] < 0);
+    CHECK(slack.fold[2] == slack.fold[0]);
+    CHECK(slack.tent[2] > 0);
+    CHECK(!assumed_slack(c, 0.001, {false, false, false}).any());
+    CHECK(!assumed_slack(c, 0.2, {true, true, true}).any());
+    CHECK(!assumed_slack({Vec3d(0), {1, 0, 0}, {0.5, 0.05, 0}}, 0.0001, {true, true, true}).any());
+    CHECK(!assumed_slack({Vec3d(0), {1, 0, 0}, {2, 0, 0}}, 0.0001, {true, true, true}).any());
+}
+
+// Beside these each triangle and edge has samples of its own, and the worst ones climb: of what ten times as many find
+// here, these find all but 4e-5 at most.
+constexpr SamplingOptions k_sampling{.samples = 50'000};
+
+TEST_CASE(
+    "[slow] [inv9] certified errors hold against a finer mesh, with sliding and without, and for either estimator") {
+    for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop}) {
+        std::size_t all = 0, sliding = 0;
+        for (const std::uint64_t seed : test::seeds(10)) {
+            INFO(name(scheme));
+            CAPTURE(seed);
+            const ControlMesh mesh = make_mesh(scheme, seed + 300);
+            TessellateOptions options;
+            options.scheme = scheme;
+            options.estimator = EstimatorKind::certified;
+            options.tolerance = seed % 2 ? 1e-3 : 3e-4;
+            options.measure = false;
+            const Tessellation still = tessellate(mesh, options);
+            if (still.mesh.triangles.empty()) continue;
+            options.slide = true;
+            const Tessellation result = tessellate(mesh, options);
+            CHECK(result.tolerance_reached);
+            CHECK(*result.certified_error <= result.tolerance_absolute);
+            CHECK(test::topology(result.mesh.triangles) == test::surface_topology(mesh));
+            all += still.mesh.triangles.size(), sliding += result.mesh.triangles.size();
+            // The reference is a mesh, too, within a tenth.
+            options.slide = false;
+            options.tolerance = 0.1 * *options.tolerance;
+            const Tessellation reference = tessellate(mesh, options);
+            const MeasuredError error = compare_meshes(reference.mesh, result.mesh, k_sampling);
+            CHECK(error.hausdorff <= 1.1 * *result.certified_error);
+            CHECK(error.hausdorff > 0.5 * *result.certified_error);
+            // tessellate() itself never says that more is measured than certified: so this is where bounds are tested.
+            CHECK(compare_meshes(reference.mesh, still.mesh, k_sampling).hausdorff <=
+                  *still.certified_error + reference.tolerance_absolute);
+            // What is certified of a mesh that the other estimator made knows of sliding, too.
+            options.estimator = EstimatorKind::measured;
+            options.tolerance = 10 * *options.tolerance;
+            const Tessellation measured = tessellate(mesh, options);
+            CHECK(compare_meshes(reference.mesh, measured.mesh, k_sampling).hausdorff <=
+                  *measured.certified_error + reference.tolerance_absolute);
+        }
+        CHECK(sliding < 0.95 * static_cast<double>(all));
+    }
+}
+
+TEST_CASE("[slow] [inv9] where a level stops a mesh that slides, its certified error still holds") {
+    for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop})
+        for (const std::uint64_t seed : test::seeds(4)) {
+            const ControlMesh mesh = make_mesh(scheme, seed + 400);
+            // Limit points far down, which know nothing of the bound.
+            const Tessellation reference = tessellate(mesh, {.scheme = scheme,
+                                                             .estimator = EstimatorKind::certified,
+                                                             .tolerance = 1e-4,
+                                                             .max_level = 28,
+                                                             .measure = false});
+            for (const int level : {1, 2, 3}) {
+                INFO(name(scheme));
+                CAPTURE(seed);
+                CAPTURE(level);
+                TessellateOptions options;
+                options.measure = true;
+                options.scheme = scheme;
+                options.estimator = EstimatorKind::certified;
+                options.tolerance = 1e-3;
+                options.max_level = level;
+                options.slide = true;
+                options.measure_samples = 20'000;  // measuring must not refine on
+                const Tessellation result = tessellate(mesh, options);
+                if (result.mesh.triangles.empty()) continue;
+                CHECK(result.deepest_level <= level);
+                CHECK(result.tolerance_reached == (*result.certified_error <= result.tolerance_absolute));
+                CHECK(compare_meshes(reference.mesh, result.mesh, k_sampling).hausdorff <=
+                      *result.certified_error + reference.tolerance_absolute);
+            }
+        }
+}
+
+TEST_CASE("[inv10] sliding is the same for any number of threads") {
+    for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop}) {
+        const ControlMesh mesh = make_mesh(scheme, 301);
+        TessellateOptions options;
+        options.scheme = scheme;
+        options.estimator = EstimatorKind::certified;
+        options.tolerance = 3e-4;
+        options.slide = true;
+        options.measure = false;
+        RunContext context;
+        context.threads = 1;
+        const Tessellation one = tessellate(mesh, options, context);
+        for (const int threads : {2, 3, 4}) {
+            context.threads = threads;
+            CHECK(same_bytes(one, tessellate(mesh, options, context)));
+        }
+    }
+}
+
+TEST_CASE("[inv9] certified errors of meshes that the measured estimator made know of sliding") {
+    // A flat disc of n-gons with a round rim: inside there is nothing but sliding.
+    ControlMeshData data;
+    const std::uint32_t n = 6;
+    for (std::uint32_t ring = 1; ring <= 3; ++ring)
+        for (std::uint32_t i = 0; i < n; ++i) {
+            const double angle = 2 * 3.14159265358979 * (i + 0.3 * ring) / n;
+            data.positions.push_back({ring * std::cos(angle), ring * ring * 0.4 * std::sin(angle), 0});
+        }
+    data.face_offsets = {0};
+    const auto face = [&](std::initializer_list<std::uint32_t> corners) {
+        data.face_vertices.insert(data.face_vertices.end(), corners);
+        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+    };
+    for (std::uint32_t ring = 0; ring < 2; ++ring)
+        for (std::uint32_t i = 0; i < n; ++i) {
+            const std::uint32_t a = ring * n + i, b = ring * n + (i + 1) % n;
+            face({a, a + n, b + n, b});
+        }
+    for (std::uint32_t i = 0; i < n; ++i) data.face_vertices.push_back(i);
+    data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    TessellateOptions options;
+    options.measure = true;
+    options.tolerance = 1e-3;
+    options.min_level = 2;
+    const Tessellation result = tessellate(mesh, options);
+    CHECK(result.measured_error->hausdorff <= result.tolerance_absolute);
+    CHECK(*result.certified_error <= 1.1 * result.tolerance_absolute);
+}
+
+TEST_CASE("sliding needs the certified estimator, a tolerance alone, and patches") {
+    const ControlMesh mesh = make_mesh(SchemeKind::loop, 300);
+    const auto refused = [&](auto&& change, ErrorCode code) {
+        TessellateOptions options;
+        options.measure = true;
+        options.scheme = SchemeKind::loop;
+        options.estimator = EstimatorKind::certified;
+        options.tolerance = 0.01;
+        options.slide = true;
+        change(options);
+        try {
+            tessellate(mesh, options);
+        } catch (const Error& e) {
+            return e.code() == code && std::string(e.what()).find("sliding needs") != std::string::npos;
+        }
+        return false;
+    };
+    CHECK(refused([](TessellateOptions& o) { o.estimator = EstimatorKind::measured; }, ErrorCode::invalid_input));
+    CHECK(refused([](TessellateOptions& o) { o.max_triangles = 1000; }, ErrorCode::invalid_input));
+    CHECK(refused([](TessellateOptions& o) { o.tolerance.reset(), o.max_triangles = 1000; }, ErrorCode::invalid_input));
+    CHECK(refused([](TessellateOptions& o) { o.scheme = "midpoint"; }, ErrorCode::unsupported));
+}
+
+TEST_SUITE_END();

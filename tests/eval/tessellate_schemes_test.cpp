@@ -1,0 +1,753 @@
+#include "../kit/hierarchy_helpers.hpp"
+#include "../kit/point_match.hpp"
+#include "../kit/scheme_meshes.hpp"
+#include "../kit/surface_topology.hpp"
+
+#include "../../eval/bounds/linear_bound.hpp"
+#include "../../eval/distance/hausdorff.hpp"
+#include "../../eval/tessellate/tessellate.hpp"
+#include "../../hier/mesh/obj_reader.hpp"
+#include "../../hier/mesh/triangulate.hpp"
+#include "../../refine/attributes/uv_mesh.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <set>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+using namespace tetrakis;
+using test::k_closed;
+using test::triangles_of;
+
+namespace {
+
+// Of a measurement: fewer than by default, for time; triangles and edges have their own, and the worst ones climb.
+constexpr std::uint64_t k_samples = 20'000;
+
+/// Every scheme that tessellate() takes without patches.
+std::vector<const SchemeInfo*> other_schemes() {
+    std::vector<const SchemeInfo*> schemes;
+    for (const SchemeInfo& scheme : scheme_table())
+        if (const SchemeSupport support = scheme_support(scheme); support.adaptive && !support.patches)
+            schemes.push_back(&scheme);
+    return schemes;
+}
+
+ControlMesh mesh_for(const SchemeInfo& scheme, const std::string& text) {
+    ControlMesh mesh = ControlMesh::build(parse_obj(text, "test.obj"));
+    return scheme.family == MeshFamily::triangles && !mesh.all_triangles() ? triangulate(mesh) : mesh;
+}
+
+/// An open patch of two quads, a triangle and a pentagon around one vertex, not flat.
+const char* const k_open =
+    "v 0 0 0\nv 1 0 0.2\nv 2 0 0\nv 2.3 1 0.5\nv 1.2 1 0.9\nv 0 1 0.3\nv 1.7 2 0.2\nv 0.5 2 0\nv -0.7 1.6 -0.3\n"
+    "f 1 2 5 6\nf 2 3 4 5\nf 5 4 7\nf 6 5 7 8 9\n";
+
+/// Closed: two pentagons that share two edges, between which only they meet (vertex 9), and four quads.
+const char* const k_pillow =
+    "v 0 0 0\nv 2 0 0.3\nv 2 2 0\nv 0 2 0.2\nv 1 0 1\nv 1 2 1.2\nv 1 0 -0.8\nv 1 2 -1\nv 0.5 1 0.9\n"
+    "f 1 5 9 6 4\nf 5 2 3 6 9\nf 1 4 8 7\nf 7 8 3 2\nf 1 7 2 5\nf 4 6 3 8\n";
+
+/// Averaging in its primal form; in its own, with three steps, it is biquartic.
+RuleOptions rules_of(const SchemeInfo& scheme) {
+    return {.averaging_steps = scheme.name == "averaging" ? 2 : RuleOptions{}.averaging_steps};
+}
+
+std::set<std::uint32_t> boundary_vertices(const TriangleMesh& mesh) {
+    std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
+    for (const auto& t : mesh.triangles)
+        for (std::size_t k = 0; k < 3; ++k) edges.emplace(t[k], t[(k + 1) % 3]);
+    std::set<std::uint32_t> vertices;
+    for (const auto& [a, b] : edges)
+        if (!edges.contains({b, a})) vertices.insert({a, b});
+    return vertices;
+}
+
+/// Tolerance, place of vertices, normals and topology against uniform refinement with limits, which shares the masks
+/// alone.
+void check_against_uniform(const SchemeInfo& scheme, const ControlMesh& mesh, double tolerance) {
+    const RuleOptions rules = rules_of(scheme);
+    const Tessellation result = tessellate(
+        mesh, {.scheme = scheme, .rules = rules, .tolerance = tolerance, .crease_degrees = 180, .measure = false});
+    CHECK(result.tolerance_reached);
+    CHECK(!result.measured_error);
+    CHECK(result.deepest_level >= 1);
+    CHECK(test::topology(result.mesh.triangles) == test::surface_topology(mesh));
+
+    const int deepest = result.deepest_level + 1;
+    const RefineOptions limits{.rules = rules, .limit = true, .normals = scheme.smoothness != "C0"};
+    PolygonMesh all;
+    for (int level = 1; level <= deepest; ++level) {
+        const PolygonMesh uniform = refine(mesh, scheme, level, limits);
+        all.positions.insert(all.positions.end(), uniform.positions.begin(), uniform.positions.end());
+        all.normals.insert(all.normals.end(), uniform.normals.begin(), uniform.normals.end());
+    }
+    const PointMatch match(all.positions), corners(mesh.positions());
+    const double diagonal = mesh.bounding_box().diagonal();
+    std::size_t off = 0, turned = 0;
+    const std::set<std::uint32_t> on_boundary = boundary_vertices(result.mesh);
+    REQUIRE(result.mesh.normals.size() >= result.mesh.positions.size());
+    // On creases normals are by corner (corner_normals_test.cpp).
+    std::vector<std::uint8_t> split(result.mesh.positions.size(), 0);
+    for (std::size_t t = 0; t < result.mesh.triangle_normals.size(); ++t)
+        for (std::size_t k = 0; k < 3; ++k)
+            if (result.mesh.triangle_normals[t][k] >= split.size()) split[result.mesh.triangles[t][k]] = 1;
+    for (std::size_t v = 0; v < result.mesh.positions.size(); ++v) {
+        const std::uint32_t i = match.nearest(result.mesh.positions[v]);
+        off += glm::length(all.positions[i] - result.mesh.positions[v]) > 1e-10 * diagonal;
+        // Corners have no tangent plane, and so no one normal.
+        const Vec3d& corner = mesh.positions()[corners.nearest(result.mesh.positions[v])];
+        if (glm::length(corner - result.mesh.positions[v]) < 1e-10 * diagonal) continue;
+        // Along boundaries sqrt3 has no masks for tangents: normals there are those of the faces around, at some level.
+        const bool of_faces =
+            scheme.refinement == Refinement::sqrt3 && on_boundary.contains(static_cast<std::uint32_t>(v));
+        const double least = of_faces ? 0.8 : 1 - 1e-6;
+        if (!all.normals.empty() && split[v] == 0)
+            turned += !(glm::dot(all.normals[i], result.mesh.normals[v]) > least);
+    }
+    CHECK(off == 0);
+    CHECK(turned == 0);
+
+    const TriangleMesh reference = triangles_of(refine(mesh, scheme, deepest + 1, {.rules = rules, .limit = true}));
+    const MeasuredError error = compare_meshes(reference, result.mesh, {.samples = 30'000});
+    CHECK(error.forward <= result.tolerance_absolute);
+    CHECK(error.backward <= result.tolerance_absolute);
+    // No more triangles than it takes: the coarsest level that uniform refinement would need has many more.
+    CHECK(error.hausdorff > 0.2 * result.tolerance_absolute);
+}
+
+template <class Call>
+std::string refusal(ErrorCode code, Call&& call) {
+    try {
+        call();
+    } catch (const Error& error) {
+        CHECK(error.code() == code);
+        return error.what();
+    }
+    FAIL("no error");
+    return {};
+}
+
+bool has(const std::string& text, const char* words) { return text.find(words) != std::string::npos; }
+
+}  // namespace
+
+TEST_SUITE_BEGIN("eval");
+
+TEST_CASE("[inv1] [inv3] every scheme tessellates a closed mesh within the tolerance, on its limit surface") {
+    for (const SchemeInfo* scheme : other_schemes()) {
+        CAPTURE(scheme->name);
+        const ControlMesh mesh = mesh_for(*scheme, k_closed);
+        if (scheme->smoothness == "C0") continue;  // flat faces are their own limit: below
+        check_against_uniform(*scheme, mesh, 8e-3);
+    }
+}
+
+TEST_CASE("[inv1] [inv3] every scheme tessellates an open mesh of n-gons within the tolerance, on its limit surface") {
+    for (const SchemeInfo* scheme : other_schemes()) {
+        CAPTURE(scheme->name);
+        const ControlMesh mesh = mesh_for(*scheme, k_open);
+        if (scheme->name == "midpoint") continue;
+        check_against_uniform(*scheme, mesh, 5e-3);
+    }
+}
+
+TEST_CASE(
+    "[inv1] [inv3] dual schemes tessellate meshes with creases that close, cross and end, on their limit surface") {
+    // Around the bottom; over the roof; two that cross on the roof's top, one to the end of the other; one edge alone.
+    for (const std::string creases :
+         {"t crease 2/1/0 0 1 10\nt crease 2/1/0 1 3 10\nt crease 2/1/0 3 2 10\nt crease 2/1/0 2 0 10\n",
+          "t crease 2/1/0 4 8 10\nt crease 2/1/0 8 7 10\n",
+          "t crease 2/1/0 4 8 10\nt crease 2/1/0 8 7 10\nt crease 2/1/0 8 5 10\nt crease 2/1/0 5 1 10\nt corner 1/1/0 "
+          "5 10\n",
+          "t crease 2/1/0 0 1 10\n"})
+        for (const char* name : {"doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest"}) {
+            CAPTURE(creases);
+            CAPTURE(name);
+            const SchemeInfo& scheme = *find_scheme(name);
+            check_against_uniform(scheme, mesh_for(scheme, k_closed + creases), 8e-3);
+        }
+    // Semi-sharp ones, of which the sharper go on where others have ended.
+    for (const std::string creases :
+         {"t crease 2/1/0 0 1 1.4\nt crease 2/1/0 1 3 2\nt crease 2/1/0 3 2 3.3\nt crease 2/1/0 2 0 2\n",
+          "t crease 2/1/0 4 8 3\nt crease 2/1/0 8 7 2\nt crease 2/1/0 8 5 2.5\nt crease 2/1/0 5 1 3\n",
+          "t crease 2/1/0 0 1 2.5\n"})
+        for (const char* name : {"doo-sabin", "midedge"}) {
+            CAPTURE(creases);
+            CAPTURE(name);
+            const SchemeInfo& scheme = *find_scheme(name);
+            check_against_uniform(scheme, mesh_for(scheme, k_closed + creases), 8e-3);
+        }
+    // From boundary to boundary, and from one into the mesh.
+    for (const std::string creases : {"t crease 2/1/0 1 4 10\nt crease 2/1/0 4 5 10\n", "t crease 2/1/0 1 4 10\n",
+                                      "t crease 2/1/0 1 4 2\nt crease 2/1/0 4 5 3\n"}) {
+        CAPTURE(creases);
+        const SchemeInfo& scheme = *find_scheme("doo-sabin");
+        check_against_uniform(scheme, mesh_for(scheme, k_open + creases), 5e-3);
+    }
+}
+
+TEST_CASE("[inv1] [inv3] dual schemes tessellate meshes with inner vertices of two faces") {
+    for (const char* name : {"doo-sabin", "midedge", "biquartic"}) {
+        CAPTURE(name);
+        const SchemeInfo& scheme = *find_scheme(name);
+        check_against_uniform(scheme, mesh_for(scheme, k_pillow), 8e-3);
+    }
+}
+
+TEST_CASE("[slow] dual schemes tessellate meshes with holes: what is left is refined to the tolerance, too") {
+    const std::string text = std::string(k_open) + "v 3 1.6 0.4\nv 2.6 2.4 0.9\nf 4 10 11 7\nt hole 1/0/0 1\n";
+    for (const char* name : {"doo-sabin", "midedge", "biquartic"}) {
+        CAPTURE(name);
+        const SchemeInfo& scheme = *find_scheme(name);
+        const ControlMesh mesh = mesh_for(scheme, text);
+        const Tessellation result =
+            tessellate(mesh, {.scheme = scheme, .tolerance = 1e-2, .measure = true, .measure_samples = k_samples});
+        CHECK(result.tolerance_reached);
+        CHECK(result.mesh.triangles.size() < 4'000);
+        CHECK(std::count(result.triangle_face.begin(), result.triangle_face.end(), 1u) == 0);
+        // The edges of holes are edges of no level: each comes nearer to them.
+        const TriangleMesh reference = triangles_of(refine(mesh, scheme, 6, {.limit = true}));
+        const MeasuredError error = compare_meshes(reference, result.mesh, {.samples = 30'000});
+        CHECK(error.hausdorff <= 1.5 * result.tolerance_absolute);
+    }
+}
+
+TEST_CASE("averages whose boundary recedes are tessellated by whole levels, with a warning") {
+    const ControlMesh mesh = mesh_for(*find_scheme("averaging"),
+                                      "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\n"
+                                      "v 0 1 0\nv 1 1 1\nv 2 1 1\nv 3 1 0\n"
+                                      "v 0 2 0\nv 1 2 1\nv 2 2 1\nv 3 2 0\n"
+                                      "v 0 3 0\nv 1 3 0\nv 2 3 0\nv 3 3 0\n"
+                                      "f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\n"
+                                      "f 5 6 10 9\nf 6 7 11 10\nf 7 8 12 11\n"
+                                      "f 9 10 14 13\nf 10 11 15 14\nf 11 12 16 15\n");
+    RuleOptions rules;
+    rules.averaging_boundary = AveragingBoundary::recede;
+    rules.averaging_steps = 2;
+    constexpr int k_side = 6;
+    std::string grid;
+    for (int y = 0; y <= k_side; ++y)
+        for (int x = 0; x <= k_side; ++x)
+            grid += "v " + std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(x * y % 3) + "\n";
+    for (int v = 1; v <= k_side * (k_side + 1); ++v)
+        if (v % (k_side + 1) != 0)
+            grid += "f " + std::to_string(v) + " " + std::to_string(v + 1) + " " + std::to_string(v + k_side + 2) +
+                    " " + std::to_string(v + k_side + 1) + "\n";
+    const ControlMesh larger = mesh_for(*find_scheme("averaging"), grid);
+    const Tessellation even = tessellate(
+        larger,
+        {.scheme = "averaging", .rules = rules, .tolerance = 2e-2, .measure = true, .measure_samples = k_samples});
+    CHECK(even.tolerance_reached);
+    REQUIRE(!even.warnings.empty());
+    CHECK(has(even.warnings[0], "whole levels"));
+    rules.averaging_steps = 1;
+    const Tessellation result = tessellate(
+        mesh,
+        {.scheme = "averaging", .rules = rules, .tolerance = 2e-2, .measure = true, .measure_samples = k_samples});
+    CHECK(result.tolerance_reached);
+    REQUIRE(!result.warnings.empty());
+    CHECK(has(result.warnings[0], "whole levels"));
+    CHECK(has(refusal(ErrorCode::unsupported,
+                      [&] {
+                          tessellate(mesh, {.scheme = "averaging",
+                                            .rules = rules,
+                                            .estimator = EstimatorKind::certified,
+                                            .tolerance = 2e-2});
+                      }),
+              "certified"));
+}
+
+TEST_CASE("Catmull-Clark and Loop by other than their plain rules go by limit points, too") {
+    const ControlMesh mesh = mesh_for(*find_scheme("loop"), k_closed);
+    const Tessellation warren = tessellate(mesh, {.scheme = "loop",
+                                                  .rules = {.loop_weights = LoopWeights::warren},
+                                                  .tolerance = 1e-2,
+                                                  .measure = true,
+                                                  .measure_samples = k_samples});
+    REQUIRE(warren.certified_error);  // by mask norms
+    CHECK(warren.measured_error->hausdorff <= *warren.certified_error);
+    CHECK(warren.tolerance_reached);
+    // By plain rules both ways agree.
+    const Tessellation patches = tessellate(mesh, {.scheme = "loop", .tolerance = 1e-2, .measure = false});
+    const Tessellation points =
+        tessellate(mesh, {.scheme = "tuned-loop", .rules = {.tuning = 0}, .tolerance = 1e-2, .measure = false});
+    CHECK(patches.certified_error);
+    const double apart = compare_meshes(patches.mesh, points.mesh, {.samples = 20'000}).hausdorff;
+    CHECK(apart <= 2 * patches.tolerance_absolute);
+    const double ratio =
+        static_cast<double>(points.mesh.triangles.size()) / static_cast<double>(patches.mesh.triangles.size());
+    CHECK(ratio > 0.8);
+    CHECK(ratio < 1.25);
+}
+
+TEST_CASE("[slow] [inv10] every scheme gives the same bytes for any number of threads") {
+    for (const SchemeInfo* scheme : other_schemes()) {
+        CAPTURE(scheme->name);
+        const bool measured = scheme->name == "butterfly" || scheme->name == "doo-sabin" ||
+                              scheme->name == "sqrt3";  // what takes longest
+        const ControlMesh mesh = mesh_for(*scheme, k_open);
+        const TessellateOptions options{
+            .scheme = *scheme, .rules = rules_of(*scheme), .tolerance = 8e-3, .measure = measured};
+        RunContext one, three;
+        one.threads = 1;
+        three.threads = 3;
+        const Tessellation a = tessellate(mesh, options, one), b = tessellate(mesh, options, three);
+        CHECK(a.mesh.triangles == b.mesh.triangles);
+        CHECK(a.mesh.positions == b.mesh.positions);
+        CHECK(a.mesh.normals == b.mesh.normals);
+        CHECK(a.triangle_error == b.triangle_error);
+        if (measured) CHECK(a.measured_error->rms == b.measured_error->rms);
+    }
+}
+
+TEST_CASE("[slow] what is measured against limit points is what a finer uniform mesh says") {
+    for (const std::string name : {"modified-butterfly", "doo-sabin", "sqrt3"}) {
+        CAPTURE(name);
+        const SchemeInfo& scheme = *find_scheme(name);
+        const ControlMesh mesh = mesh_for(scheme, k_closed);
+        const Tessellation result = tessellate(mesh, {.scheme = scheme, .tolerance = 1e-2, .measure = true});
+        REQUIRE(result.measured_error);
+        CHECK(result.measured_error->hausdorff <= result.tolerance_absolute);
+        CHECK(result.certified_error.has_value() == (name != "sqrt3"));
+        const TriangleMesh reference =
+            triangles_of(refine(mesh, scheme, result.deepest_level + (name == "sqrt3" ? 2 : 3), {.limit = true}));
+        const double other = compare_meshes(reference, result.mesh, {.samples = 100'000}).hausdorff;
+        CHECK(result.measured_error->hausdorff == doctest::Approx(other).epsilon(0.05));
+        double largest = 0;
+        for (const float e : result.triangle_error) largest = std::max(largest, static_cast<double>(e));
+        CHECK(largest == doctest::Approx(result.measured_error->hausdorff).epsilon(1e-6));
+    }
+}
+
+TEST_CASE("[slow] budgets are kept, and used where errors are largest") {
+    for (const std::string name : {"kobbelt", "butterfly", "doo-sabin", "sqrt3"}) {
+        CAPTURE(name);
+        const SchemeInfo& scheme = *find_scheme(name);
+        const ControlMesh mesh = mesh_for(scheme, k_closed);
+        const TriangleMesh reference = triangles_of(refine(mesh, scheme, 4, {.limit = true}));
+        double last = 1e9;
+        for (const std::uint64_t budget : {200, 800}) {
+            CAPTURE(budget);
+            const Tessellation result = tessellate(
+                mesh, {.scheme = scheme, .tolerance = std::nullopt, .max_triangles = budget, .measure = false});
+            CHECK(result.tolerance_reached);  // none was given
+            CHECK(result.mesh.triangles.size() <= budget);
+            CHECK(result.mesh.triangles.size() > budget * 8 / 10);
+            CHECK(test::topology(result.mesh.triangles) == test::surface_topology(mesh));
+            const double error = compare_meshes(reference, result.mesh, {.samples = 10'000}).hausdorff;
+            CHECK(error < 0.5 * last);
+            last = error;
+        }
+        const Tessellation missed =
+            tessellate(mesh, {.scheme = scheme, .tolerance = 1e-5, .max_triangles = 300, .measure = false});
+        CHECK(!missed.tolerance_reached);
+        CHECK(missed.mesh.triangles.size() <= 300);
+        // Enough: what the tolerance asks for, and no more.
+        const Tessellation enough =
+            tessellate(mesh, {.scheme = scheme, .tolerance = 2e-2, .max_triangles = 100'000, .measure = false});
+        const Tessellation free = tessellate(mesh, {.scheme = scheme, .tolerance = 2e-2, .measure = false});
+        CHECK(enough.tolerance_reached);
+        CHECK(enough.mesh.triangles.size() < 1.2 * static_cast<double>(free.mesh.triangles.size()));
+        CHECK(enough.mesh.triangles.size() > 0.8 * static_cast<double>(free.mesh.triangles.size()));
+    }
+}
+
+TEST_CASE("levels are kept: at least so many, at most so many") {
+    for (const std::string name : {"kobbelt", "butterfly", "midedge", "sqrt3"}) {
+        CAPTURE(name);
+        const SchemeInfo& scheme = *find_scheme(name);
+        const ControlMesh mesh = mesh_for(scheme, k_open);
+        const Tessellation least =
+            tessellate(mesh, {.scheme = scheme, .tolerance = 0.5, .min_level = 2, .measure = false});
+        const Tessellation free = tessellate(mesh, {.scheme = scheme, .tolerance = 0.5, .measure = false});
+        CHECK(least.deepest_level == 2);
+        CHECK(free.deepest_level < 2);
+        CHECK(least.mesh.triangles.size() > 3 * free.mesh.triangles.size());
+        const Tessellation most =
+            tessellate(mesh, {.scheme = scheme, .tolerance = 1e-4, .max_level = 2, .measure = false});
+        CHECK(!most.tolerance_reached);
+        CHECK(most.deepest_level == 2);
+    }
+}
+
+TEST_CASE("[inv9] linear schemes: certified by their polynomials, and coarse where the control mesh is flat") {
+    const ControlMesh cube = mesh_for(*find_scheme("bilinear"),
+                                      "v -1 -1 -1\nv 1 -1 -1\nv -1 1 -1\nv 1 1 -1\nv -1 -1 1\nv 1 -1 1\nv -1 1 1\n"
+                                      "v 1 1 1\nf 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 4 3 7 8\nf 3 1 5 7\nf 2 4 8 6\n");
+    for (const EstimatorKind estimator : {EstimatorKind::measured, EstimatorKind::certified}) {
+        const Tessellation flat = tessellate(cube, {.scheme = "bilinear",
+                                                    .estimator = estimator,
+                                                    .tolerance = 1e-3,
+                                                    .measure = true,
+                                                    .measure_samples = k_samples});
+        CHECK(flat.mesh.triangles.size() == 12);
+        CHECK(*flat.certified_error < 1e-12);
+        const ControlMesh triangles = mesh_for(*find_scheme("midpoint"), k_open);
+        const Tessellation same = tessellate(triangles, {.scheme = "midpoint",
+                                                         .estimator = estimator,
+                                                         .tolerance = 1e-3,
+                                                         .measure = true,
+                                                         .measure_samples = k_samples});
+        CHECK(same.mesh.triangles.size() == triangles.face_count());
+        CHECK(same.measured_error->hausdorff <= *same.certified_error);
+        CHECK(*same.certified_error < 1e-12);
+
+        const ControlMesh open = mesh_for(*find_scheme("bilinear"), k_open);
+        const Tessellation bent = tessellate(open, {.scheme = "bilinear",
+                                                    .estimator = estimator,
+                                                    .tolerance = 2e-3,
+                                                    .measure = true,
+                                                    .measure_samples = k_samples});
+        CHECK(bent.measured_error->hausdorff <= *bent.certified_error);
+        CHECK(bent.measured_error->hausdorff > 0.1 * *bent.certified_error);
+        if (estimator == EstimatorKind::certified) CHECK(*bent.certified_error <= bent.tolerance_absolute);
+        CHECK(bent.tolerance_reached);
+    }
+}
+
+TEST_CASE("texture coordinates follow a scheme, seams included") {
+    // A grid whose two charts are linear in x and y: rules of linear precision leave them so.
+    std::string text;
+    for (int y = 0; y <= 4; ++y)
+        for (int x = 0; x <= 4; ++x)
+            for (const auto& [tag, a, b] :
+                 {std::tuple("v", 1.0 * x, 1.0 * y), {"vt", 0.1 * x, 0.2 * y}, {"vt", 0.1 * x + 0.5, 0.2 * y}})
+                text.append(tag)
+                    .append(1, ' ')
+                    .append(std::to_string(a))
+                    .append(1, ' ')
+                    .append(std::to_string(b))
+                    .append(tag != std::string("v") ? "\n"
+                            : x == 1 && y == 2      ? " 1\n"
+                                                    : " 0\n");
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 4; ++x) {
+            text += "f";
+            for (const int v : {5 * y + x, 5 * y + x + 1, 5 * y + x + 6, 5 * y + x + 5})
+                text.append(1, ' ')
+                    .append(std::to_string(v + 1))
+                    .append(1, '/')
+                    .append(std::to_string(2 * v + (x < 2 ? 1 : 2)));
+            text.append(1, '\n');
+        }
+    for (const std::string name : {"kobbelt", "bilinear", "midpoint"}) {
+        CAPTURE(name);
+        const ControlMesh mesh = mesh_for(*find_scheme(name), text);
+        const Tessellation result =
+            tessellate(mesh, {.scheme = std::string_view(name), .tolerance = 1e-2, .min_level = 2, .measure = false});
+        CHECK(result.warnings.empty());
+        REQUIRE(result.mesh.triangle_uvs.size() == result.mesh.triangles.size());
+        double off = 0;
+        for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t) {
+            Vec3d centre(0);
+            for (const std::uint32_t v : result.mesh.triangles[t]) centre += result.mesh.positions[v] / 3.0;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const Vec3d p = result.mesh.positions[result.mesh.triangles[t][k]];
+                const Vec2d uv = result.mesh.uvs[result.mesh.triangle_uvs[t][k]];
+                off = std::max(off, glm::length(uv - Vec2d(0.1 * p.x + (centre.x < 2 ? 0 : 0.5), 0.2 * p.y)));
+            }
+        }
+        CHECK(off < 1e-6);  // the text's digits
+    }
+    for (const std::string name : {"doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest", "biquartic"}) {
+        CAPTURE(name);
+        const ControlMesh mesh = mesh_for(*find_scheme(name), text);
+        const Tessellation result =
+            tessellate(mesh, {.scheme = std::string_view(name), .tolerance = 1e-3, .measure = false});
+        CHECK(result.warnings.empty());
+        CHECK(result.deepest_level >= 2);
+        REQUIRE(result.mesh.triangle_uvs.size() == result.mesh.triangles.size());
+        double off = 0;
+        int wrong = 0;
+        for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t) {
+            // A triangle across the seam has the UVs of one side, all its corners.
+            double centre = 0, off_first = 0, off_second = 0;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const Vec3d p = result.mesh.positions[result.mesh.triangles[t][k]];
+                const Vec2d uv = result.mesh.uvs[result.mesh.triangle_uvs[t][k]];
+                centre += p.x / 3;
+                off_first = std::max(off_first, glm::length(uv - Vec2d(0.1 * p.x, 0.2 * p.y)));
+                off_second = std::max(off_second, glm::length(uv - Vec2d(0.1 * p.x + 0.5, 0.2 * p.y)));
+            }
+            off = std::max(off, std::min(off_first, off_second));
+            wrong += centre < 1.5 ? off_first > 0.1 : centre > 2.5 && off_second > 0.1;
+        }
+        CHECK(off < 1e-6);
+        CHECK(wrong == 0);
+    }
+    // A seam along a crease that ends inside has no charts to go on with.
+    const ControlMesh mesh =
+        mesh_for(*find_scheme("doo-sabin"), text + "t crease 2/1/0 2 7 10\nt crease 2/1/0 7 12 10\n");
+    const Tessellation dual = tessellate(mesh, {.scheme = "doo-sabin", .tolerance = 1e-2, .measure = false});
+    CHECK(dual.mesh.uvs.empty());
+    REQUIRE(dual.warnings.size() == 1);
+    CHECK(has(dual.warnings[0], "texture"));
+    // Semi-sharp creases are followed, but not along a seam.
+    const auto semi_sharp = [&](const std::string& creases) {
+        const ControlMesh creased = mesh_for(*find_scheme("doo-sabin"), text + creases);
+        return tessellate(creased, {.scheme = "doo-sabin", .tolerance = 1e-2, .measure = false});
+    };
+    CHECK(!semi_sharp("t crease 2/1/0 6 7 2\n").mesh.uvs.empty());
+    const Tessellation along = semi_sharp("t crease 2/1/0 2 7 2\nt crease 2/1/0 7 12 2\n");
+    CHECK(along.mesh.uvs.empty());
+    REQUIRE(along.warnings.size() == 1);
+    CHECK(has(along.warnings[0], "texture"));
+}
+
+namespace {
+
+/// Random triangles with tags and holes, in two charts that meet along a jagged seam, and two materials.
+ControlMesh with_charts(const ControlMesh& mesh, FaceVaryingRule rule) {
+    ControlMeshData data = mesh.data();
+    for (const Vec3d& p : data.positions)
+        for (const double shift : {0.0, 10.0}) data.uvs.emplace_back(p.x + 0.3 * p.z + shift, p.y - 0.2 * p.z);
+    const double middle = mesh.bounding_box().centre().x;
+    data.materials = {"left", "right"};
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
+        Vec3d centre(0);
+        for (std::uint32_t k = 0; k < 3; ++k) centre += data.positions[data.face_vertices[3 * f + k]] / 3.0;
+        data.face_material.push_back(centre.y > mesh.bounding_box().centre().y ? 1 : 0);
+        for (std::uint32_t k = 0; k < 3; ++k)
+            data.face_uvs.push_back(2 * data.face_vertices[3 * f + k] + (centre.x < middle ? 0 : 1));
+    }
+    data.face_varying_rule = rule;
+    return ControlMesh::build(std::move(data));
+}
+
+/// Corners of all triangles, to be found by their points.
+struct UvCorners {
+    struct Corner {
+        Vec3d point;
+        Vec2d uv;
+        std::uint32_t material;
+    };
+    std::vector<Corner> corners;  ///< by x
+
+    bool has(const Vec3d& point, const Vec2d& uv, std::uint32_t material, double tolerance) const {
+        auto at = std::lower_bound(corners.begin(), corners.end(), point.x - tolerance,
+                                   [](const Corner& c, double x) { return c.point.x < x; });
+        for (; at != corners.end() && at->point.x < point.x + tolerance; ++at)
+            if (glm::length(at->point - point) < tolerance && glm::length(at->uv - uv) < tolerance &&
+                at->material == material)
+                return true;
+        return false;
+    }
+};
+
+/// Those of a level of uniform refinement, on the limit; the charts' limits from their own refinement, which shares the
+/// level's numbers.
+UvCorners uniform_corners(const ControlMesh& mesh, int level) {
+    RefineOptions limit;
+    limit.limit = true;
+    const PolygonMesh surface = refine(mesh, "sqrt3", level, limit);
+    const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
+    const ControlMesh charts = uv_mesh(mesh);
+    const PolygonMesh net = refine(charts, "sqrt3", level), on_limit = refine(charts, "sqrt3", level, limit);
+    std::vector<Vec3d> places = net.positions;
+    const PointMatch match(places);
+    UvCorners result;
+    for (std::uint32_t f = 0; f < surface.face_count(); ++f)
+        for (std::uint32_t c = surface.face_offsets[f]; c < surface.face_offsets[f + 1]; ++c) {
+            const Vec2d uv = surface.uvs[surface.face_uvs[c]];
+            result.corners.push_back({surface.positions[surface.face_vertices[c]],
+                                      linear ? uv : Vec2d(on_limit.positions[match.nearest(Vec3d(uv, 0))]),
+                                      surface.face_material[f]});
+        }
+    std::sort(result.corners.begin(), result.corners.end(),
+              [](const auto& a, const auto& b) { return a.point.x < b.point.x; });
+    return result;
+}
+
+}  // namespace
+
+TEST_CASE("[slow] [inv1] sqrt3: texture coordinates and materials are those of uniform refinement, seams included") {
+    for (const std::uint64_t seed : {0, 1, 2, 5, 8}) {
+        for (const FaceVaryingRule rule :
+             {FaceVaryingRule::corners_only, FaceVaryingRule::boundaries, FaceVaryingRule::linear_all}) {
+            CAPTURE(seed);
+            CAPTURE(static_cast<int>(rule));
+            const ControlMesh mesh = with_charts(test::random_sqrt3_mesh(seed), rule);
+            const double size = mesh.bounding_box().diagonal();
+            const UvCorners uniform = uniform_corners(mesh, 2);
+            const auto missing = [&](const Tessellation& result) {
+                std::size_t count = 0;
+                const TriangleMesh& m = result.mesh;
+                REQUIRE(m.triangle_uvs.size() == m.triangles.size());
+                for (std::size_t t = 0; t < m.triangles.size(); ++t)
+                    for (std::size_t k = 0; k < 3; ++k)
+                        count += !uniform.has(m.positions[m.triangles[t][k]], m.uvs[m.triangle_uvs[t][k]],
+                                              m.triangle_material[t], 1e-10 * size);
+                return count;
+            };
+            const Tessellation all = tessellate(
+                mesh, {.scheme = "sqrt3", .tolerance = 10, .min_level = 2, .max_level = 2, .measure = false});
+            CHECK(3 * all.mesh.triangles.size() == uniform.corners.size());
+            CHECK(missing(all) == 0);
+            CHECK(all.warnings.empty());
+            // Leaves of all levels up to the same.
+            const Tessellation some =
+                tessellate(mesh, {.scheme = "sqrt3", .tolerance = 1e-2, .max_level = 2, .measure = false});
+            CHECK(some.mesh.triangles.size() < all.mesh.triangles.size());
+            CHECK(some.mesh.triangles.size() > mesh.face_count());
+            CHECK(missing(some) == 0);
+            CHECK(test::topology(some.mesh.triangles) == test::surface_topology(mesh));
+            const Tessellation without = tessellate(
+                mesh, {.scheme = "sqrt3", .tolerance = 1e-2, .max_level = 2, .uvs = false, .measure = false});
+            CHECK(without.mesh.uvs.empty());
+        }
+    }
+}
+
+TEST_CASE("sqrt3: what is tagged and what has holes is within the tolerance, by an independent measure") {
+    for (const std::uint64_t seed : {1, 2, 5}) {
+        CAPTURE(seed);
+        const ControlMesh mesh = test::random_sqrt3_mesh(seed);
+        const Tessellation result =
+            tessellate(mesh, {.scheme = "sqrt3", .tolerance = 1e-2, .measure = true, .measure_samples = k_samples});
+        CHECK(result.tolerance_reached);
+        CHECK(test::topology(result.mesh.triangles) == test::surface_topology(mesh));
+        const TriangleMesh reference = triangles_of(refine(mesh, "sqrt3", 4, {.limit = true}));
+        const MeasuredError error = compare_meshes(reference, result.mesh, {.samples = 30'000});
+        CHECK(error.hausdorff <= result.tolerance_absolute);
+        CHECK(error.hausdorff > 0.2 * result.tolerance_absolute);
+    }
+}
+
+TEST_CASE("[slow] honeycomb refinement is tessellated by whole levels") {
+    ControlMeshData data = parse_obj(
+        "v 0 0 0\nv 1 0 0.2\nv 2 0 0\nv 2.3 1 0.5\nv 1.2 1 0.9\nv 0 1 0.3\nv 1.7 2 0.2\nvt 0 0\nvt 1 0\nvt 2 0\nvt 2 "
+        "1\n"
+        "vt 1 1\nvt 0 1\nvt 1 2\nusemtl a\nf 1/1 2/2 5/5 6/6\nusemtl b\nf 2/2 3/3 4/4 5/5\nf 5/5 4/4 7/7\n",
+        "test.obj");
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    int before = 0;
+    for (const double tolerance : {0.05, 0.01, 0.005}) {
+        CAPTURE(tolerance);
+        const Tessellation result = tessellate(
+            mesh, {.scheme = "honeycomb", .tolerance = tolerance, .measure = true, .measure_samples = 50'000});
+        CHECK(result.tolerance_reached);
+        REQUIRE(result.measured_error);
+        CHECK(result.measured_error->hausdorff <= result.tolerance_absolute);
+        CHECK(result.deepest_level >= before);
+        before = result.deepest_level;
+        CHECK(result.mesh.triangle_uvs.size() == result.mesh.triangles.size());
+        CHECK(result.mesh.normals.size() >= result.mesh.positions.size());
+        // Vertices are those of the level's limit.
+        const PolygonMesh level = refine(mesh, "honeycomb", result.deepest_level, {.limit = true});
+        CHECK(result.mesh.positions == level.positions);
+        const TriangleMesh finer = triangles_of(refine(mesh, "honeycomb", result.deepest_level + 2, {.limit = true}));
+        CHECK(compare_meshes(finer, result.mesh, {.samples = 30'000}).hausdorff <= result.tolerance_absolute);
+        CHECK(result.mesh.materials == mesh.data().materials);
+        for (std::size_t t = 0; t < result.triangle_face.size(); ++t)
+            CHECK(result.mesh.triangle_material[t] == mesh.data().face_material[result.triangle_face[t]]);
+    }
+    CHECK(before > 1);
+    // The level before does not do.
+    const Tessellation coarser = tessellate(mesh, {.scheme = "honeycomb",
+                                                   .tolerance = 0.005,
+                                                   .max_level = before - 1,
+                                                   .measure = true,
+                                                   .measure_samples = 50'000});
+    CHECK_FALSE(coarser.tolerance_reached);
+    CHECK(coarser.measured_error->hausdorff > coarser.tolerance_absolute);
+    TessellateOptions within;
+    within.scheme = "honeycomb";
+    within.max_triangles = 200;
+    within.measure = false;
+    const Tessellation few = tessellate(mesh, within);
+    CHECK(few.mesh.triangles.size() <= 200);
+    CHECK(few.mesh.triangles.size() > 40);
+    CHECK_FALSE(few.measured_error);
+}
+
+TEST_CASE("honeycomb refinement with holes: faces that touch in a vertex alone are tessellated") {
+    const ControlMesh mesh = ControlMesh::build(
+        parse_obj("v -0.29 -0.26 0.15\nv 1.2 -0.27 0.18\nv 1.9 0.16 0.33\nv 2.9 0.12 0.59\nv 0.085 1.2 -0.54\n"
+                  "v 1.1 0.9 -0.59\nv 1.7 1.1 0.19\nv 3.1 1 -0.32\nv 0.19 1.9 0.26\nv 1.1 1.9 -0.14\n"
+                  "v 1.8 1.7 -0.56\nv 3.2 2.2 -0.48\nv -0.079 2.8 -0.44\nv 0.83 2.7 0.57\nv 2.3 3 -0.47\n"
+                  "v 3 3 -0.55\n"
+                  "f 1 2 6 5\nf 13 9 10 14\nf 8 12 11 7\nf 9 5 6 10\nf 11 12 16 15\nf 15 14 10 11\nf 3 4 8 7 6 2\n"
+                  "t hole 1/0/0 0\nt hole 1/0/0 5\nt crease 2/1/0 5 6 1.25\nt crease 2/1/0 9 13 4\nt "
+                  "interpolateboundary 1/0/0 1\n",
+                  "test.obj"));
+    const Tessellation result = tessellate(
+        mesh,
+        {.scheme = "honeycomb", .tolerance = 0.05, .crease_degrees = 180, .measure = true, .measure_samples = 10'000});
+    CHECK(result.tolerance_reached);
+    const PolygonMesh level = refine(mesh, "honeycomb", result.deepest_level, {.limit = true, .normals = true});
+    CHECK(result.mesh.positions == level.positions);
+    CHECK(result.mesh.normals == level.normals);
+    CHECK(test::topology(result.mesh.triangles) == test::topology(test::faces_of(level)));
+    // So they do: a vertex of two fans.
+    ControlMeshData data;
+    data.positions = level.positions;
+    data.face_offsets = level.face_offsets;
+    data.face_vertices = level.face_vertices;
+    CHECK_THROWS_WITH_AS(ControlMesh::build(std::move(data)), doctest::Contains("not one fan"), Error);
+}
+
+TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use instead") {
+    const ControlMesh mesh = mesh_for(*find_scheme("kobbelt"), k_closed);
+    const auto code = ErrorCode::unsupported;
+    const std::string uncertified = refusal(code, [&] {
+        tessellate(mesh, {.scheme = "biquartic", .estimator = EstimatorKind::certified, .tolerance = 1e-2});
+    });
+    CHECK(has(uncertified, "measured estimator"));
+    for (const SchemeInfo& scheme : scheme_table()) {
+        CAPTURE(scheme.name);
+        if (scheme_support(scheme.name).certified) CHECK(has(uncertified, scheme.name.data()));
+    }
+    const TriangleMesh target = triangles_of(refine(mesh, "kobbelt", 1));
+    CHECK(has(refusal(code, [&] { tessellate(mesh, {.scheme = "kobbelt", .tolerance = 1e-2, .target = &target}); }),
+              "catmull-clark or loop"));
+    CHECK(has(refusal(ErrorCode::invalid_input, [&] { tessellate(mesh, {.scheme = "buterfly", .tolerance = 1e-2}); }),
+              "did you mean butterfly?"));
+    CHECK(has(refusal(ErrorCode::invalid_input, [&] { tessellate(mesh, {.scheme = "butterfly", .tolerance = 1e-2}); }),
+              "triangulate()"));
+    CHECK(has(refusal(ErrorCode::invalid_input, [&] { tessellate(mesh, {.scheme = "kobbelt", .tolerance = 1e-18}); }),
+              "rounding"));
+    // What certified dual schemes do not know.
+    const ControlMesh hole = mesh_for(*find_scheme("doo-sabin"), std::string(k_closed) + "t hole 1/0/0 0\n");
+    const auto certified = [&](const ControlMesh& control, const RuleOptions& rules, const char* scheme) {
+        return refusal(code, [&] {
+            tessellate(control,
+                       {.scheme = scheme, .rules = rules, .estimator = EstimatorKind::certified, .tolerance = 1e-2});
+        });
+    };
+    CHECK(has(certified(hole, {}, "doo-sabin"), "holes"));
+    CHECK(has(certified(mesh_for(*find_scheme("midedge"), k_pillow), {}, "midedge"), "two faces"));
+    const Tessellation open = tessellate(hole, {.scheme = "kobbelt", .tolerance = 1e-2, .measure = false});
+    CHECK(test::topology(open.mesh.triangles) == test::surface_topology(hole));
+    // A crease that is semi-sharp for long has a limit like any other.
+    const ControlMesh crease = mesh_for(*find_scheme("kobbelt"), std::string(k_closed) + "t crease 2/1/0 0 1 7.5\n");
+    const Tessellation creased =
+        tessellate(crease, {.scheme = "kobbelt", .tolerance = 1e-2, .measure = true, .measure_samples = k_samples});
+    CHECK(creased.tolerance_reached);
+    // Memory, and a caller who has had enough.
+    RunContext small;
+    small.max_memory_bytes = 1 << 20;
+    CHECK(has(
+        refusal(ErrorCode::memory_limit, [&] { tessellate(mesh, {.scheme = "kobbelt", .tolerance = 1e-5}, small); }),
+        "limit"));
+    CHECK(has(
+        refusal(ErrorCode::memory_limit, [&] { tessellate(mesh, {.scheme = "doo-sabin", .tolerance = 1e-5}, small); }),
+        "limit"));
+    for (const char* name : {"kobbelt", "doo-sabin"}) {
+        std::set<std::string> stages;
+        RunContext impatient;
+        impatient.progress = [&](std::string_view stage, double) {
+            stages.emplace(stage);
+            return stage != "measure";
+        };
+        refusal(ErrorCode::cancelled,
+                [&] { tessellate(mesh, {.scheme = name, .tolerance = 1e-2, .measure = true}, impatient); });
+        CHECK(stages.count("refine") == 1);
+    }
+}
+
+TEST_SUITE_END();

@@ -1,0 +1,716 @@
+#include "../../eval/tessellate/tessellate.hpp"
+
+#include "../kit/point_match.hpp"
+#include "../kit/shapes.hpp"
+#include "../kit/shared_data.hpp"
+#include "../kit/surface_topology.hpp"
+
+#include "../../eval/distance/triangle_bvh.hpp"
+#include "../../eval/io/mesh_writer.hpp"
+#include "../../eval/surface/height_image.hpp"
+#include "../../hier/mesh/obj_reader.hpp"
+#include "../../hier/mesh/triangulate.hpp"
+#include "../../refine/adaptive/closure.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <functional>
+#include <map>
+#include <random>
+#include <set>
+#include <string>
+
+using namespace tetrakis;
+
+namespace {
+
+ControlMesh parse(const std::string& text) { return ControlMesh::build(parse_obj(text, "test.obj")); }
+
+/// The cube [-1, 1]^3, each face with the whole unit square as its texture: seams along all edges.
+std::string cube_text() {
+    return "v -1 -1 -1\nv 1 -1 -1\nv -1 1 -1\nv 1 1 -1\nv -1 -1 1\nv 1 -1 1\nv -1 1 1\nv 1 1 1\n"
+           "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+           "f 1/1 3/2 4/3 2/4\nf 5/1 6/2 8/3 7/4\nf 1/1 2/2 6/3 5/4\nf 4/1 3/2 7/3 8/4\nf 3/1 1/2 5/3 7/4\n"
+           "f 2/1 4/2 8/3 6/4\n";
+}
+
+/// An n x n grid of squares on [0, 1]^2 with one UV chart; with `seam`, another chart right of the middle line.
+ControlMeshData grid(std::uint32_t n, bool seam) {
+    ControlMeshData data;
+    const std::uint32_t points = (n + 1) * (n + 1);
+    for (const double shift : {0.0, 0.3})
+        for (std::uint32_t i = 0; i < points; ++i) {
+            const Vec2d at(static_cast<double>(i % (n + 1)) / n, static_cast<double>(i / (n + 1)) / n);
+            if (shift == 0) data.positions.emplace_back(at.x, at.y, 0);
+            data.uvs.emplace_back(0.6 * at.x + shift, at.y);
+        }
+    data.face_offsets.push_back(0);
+    for (std::uint32_t y = 0; y < n; ++y)
+        for (std::uint32_t x = 0; x < n; ++x) {
+            const std::uint32_t v = y * (n + 1) + x, chart = seam && 2 * x >= n ? points : 0;
+            for (const std::uint32_t corner : {v, v + 1, v + n + 2, v + n + 1}) {
+                data.face_vertices.push_back(corner);
+                data.face_uvs.push_back(corner + chart);
+            }
+            data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+        }
+    return data;
+}
+
+HeightImage waves() {
+    HeightImage image{32, 32, {}};
+    for (int y = 0; y < 32; ++y)
+        for (int x = 0; x < 32; ++x)
+            image.values.push_back(static_cast<float>(0.5 + 0.25 * std::sin(0.4 * x) + 0.25 * std::cos(0.3 * y)));
+    return image;
+}
+
+void check_conforming(const ControlMesh& mesh, const Tessellation& result) {
+    CHECK(test::topology(result.mesh.triangles) == test::surface_topology(mesh));
+}
+
+ErrorCode code_of(const std::function<void()>& call, const std::string& words) {
+    try {
+        call();
+    } catch (const Error& error) {
+        const std::string text = error.what();
+        CAPTURE(text);
+        CHECK(text.find(words) != std::string::npos);
+        return error.code();
+    }
+    FAIL("no error");
+    return {};
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("eval");
+
+TEST_CASE("[slow] [inv9] a cube meets tolerances of 3e-5, certified, and 2e-6") {
+    ControlMeshData data = parse_obj(cube_text(), "cube.obj");
+    data.holes = {0, 1, 2, 3, 4};  // one face tells as much as six
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    TessellateOptions options;
+    options.measure = true;
+    options.uvs = false;
+    options.estimator = EstimatorKind::certified;
+    options.tolerance = 3e-5;
+    const Tessellation certified = tessellate(mesh, options);
+    CHECK(certified.tolerance_reached);
+    CHECK(*certified.certified_error <= certified.tolerance_absolute);
+    CHECK(certified.measured_error->hausdorff <= *certified.certified_error);
+    options.estimator = EstimatorKind::measured;
+    options.tolerance = 2e-6;
+    const Tessellation measured = tessellate(mesh, options);
+    CHECK(measured.tolerance_reached);
+    CHECK(measured.measured_error->hausdorff <= measured.tolerance_absolute);
+    CHECK(measured.measured_error->hausdorff > 0.3 * measured.tolerance_absolute);
+}
+
+TEST_CASE("[slow] [inv3] [inv9] valence 2, darts, poles, holes, creases: the reference shapes at 1e-2") {
+    const auto folder = shared_data::folder("data/osd-shapes");
+    if (!folder) return;
+    for (const char* shape : {"catmark_val2_interior",
+                              "catmark_val2_foldover",
+                              "catmark_dart_edgecorner",
+                              "catmark_dart_edgeonly",
+                              "catmark_pole64",
+                              "catmark_hole_test1",
+                              "catmark_chaikin0",
+                              "catmark_cubes_semisharp",
+                              "catmark_nonquads",
+                              "catmark_tent_creases0",
+                              "catmark_flap",
+                              "catmark_fan",
+                              "catmark_nonman_edges",
+                              "loop_cubes_semisharp",
+                              "loop_pole64",
+                              "loop_saddle_edgecorner",
+                              "loop_val2_interior",
+                              "loop_xord_boundary",
+                              "loop_icos_semisharp",
+                              "loop_triangle_edgecorner",
+                              "loop_tetrahedron"}) {
+        INFO(shape);
+        const std::string name = shape;
+        const ControlMesh mesh = load_control_mesh(*folder / (name + ".obj"), {.repair = true});
+        for (const EstimatorKind estimator : {EstimatorKind::measured, EstimatorKind::certified}) {
+            TessellateOptions options;
+            options.scheme = name.starts_with("loop") ? SchemeKind::loop : SchemeKind::catmull_clark;
+            options.estimator = estimator;
+            options.tolerance = 1e-2;
+            options.measure = estimator == EstimatorKind::measured;
+            options.measure_samples = 100'000;
+            const Tessellation result = tessellate(mesh, options);
+            check_conforming(mesh, result);
+            CHECK(result.tolerance_reached);
+            if (options.measure) {
+                CHECK(result.measured_error->hausdorff <= *result.certified_error);
+                CHECK(result.measured_error->hausdorff <= result.tolerance_absolute);
+            } else {
+                CHECK(*result.certified_error <= result.tolerance_absolute);
+            }
+        }
+    }
+}
+
+TEST_CASE("[inv9] a rook with creases of sharpness 7.9 at 1e-3, certified") {
+    const auto folder = shared_data::folder("data/osd-shapes");
+    if (!folder) return;
+    const ControlMesh mesh = load_control_mesh(*folder / "catmark_rook.obj", {.repair = true});
+    TessellateOptions options;
+    options.estimator = EstimatorKind::certified;
+    options.tolerance = 1e-3;
+    options.measure = false;
+    const Tessellation result = tessellate(mesh, options);
+    check_conforming(mesh, result);
+    CHECK(result.tolerance_reached);
+    CHECK(*result.certified_error <= result.tolerance_absolute);
+    CHECK(result.mesh.triangles.size() < 100'000);
+}
+
+TEST_CASE("a hole of the control mesh over a target of two large triangles is seen") {
+    // A flat frame about a square hole, onto the whole square.
+    const ControlMesh frame = parse(
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.61 0.61 0\nv 0.64 0.61 0\nv 0.64 0.64 0\nv 0.61 0.64 0\n"
+        "f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\nt corner 8/8/0 0 1 2 3 4 5 6 7 10 10 10 10 10 10 10 10\n");
+    TriangleMesh square;
+    square.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+    square.triangles = {{0, 1, 2}, {0, 2, 3}};
+    TessellateOptions options;
+    options.measure = true;
+    options.tolerance = 2e-3;
+    options.target = &square;
+    const Tessellation result = tessellate(frame, options);
+    CHECK_FALSE(result.tolerance_reached);
+    CHECK(result.measured_error->forward > 0.01);
+    CHECK(result.measured_error->forward < 0.025);
+}
+
+TEST_CASE("a control mesh is projected onto a target within the tolerance") {
+    // A cube onto the unit sphere.
+    const ControlMesh mesh = parse(cube_text());
+    TriangleMesh sphere;
+    constexpr int rings = 32, sectors = 64;
+    sphere.positions.emplace_back(0, 0, 1);
+    for (int r = 1; r < rings; ++r)
+        for (int s = 0; s < sectors; ++s) {
+            const double a = 3.14159265358979 * r / rings, b = 2 * 3.14159265358979 * s / sectors;
+            sphere.positions.emplace_back(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a));
+        }
+    sphere.positions.emplace_back(0, 0, -1);
+    const auto at = [&](int r, int s) { return static_cast<std::uint32_t>(1 + (r - 1) * sectors + s % sectors); };
+    const auto last = static_cast<std::uint32_t>(sphere.positions.size() - 1);
+    for (int s = 0; s < sectors; ++s) {
+        sphere.triangles.push_back({0, at(1, s), at(1, s + 1)});
+        for (int r = 1; r + 1 < rings; ++r) {
+            sphere.triangles.push_back({at(r, s), at(r + 1, s), at(r + 1, s + 1)});
+            sphere.triangles.push_back({at(r, s), at(r + 1, s + 1), at(r, s + 1)});
+        }
+        sphere.triangles.push_back({at(rings - 1, s), last, at(rings - 1, s + 1)});
+    }
+    TessellateOptions options;
+    options.measure = true;
+    options.tolerance = 0.01;
+    options.target = &sphere;
+    options.measure_samples = 50'000;
+    const Tessellation result = tessellate(mesh, options);
+    check_conforming(mesh, result);
+    CHECK(result.tolerance_reached);
+    CHECK_FALSE(result.certified_error);
+    CHECK(result.measured_error->hausdorff <= result.tolerance_absolute);
+    const TriangleBvh there(sphere), back(result.mesh);
+    double off = 0, forward = 0, backward = 0;
+    for (const Vec3d& p : result.mesh.positions) off = std::max(off, there.closest(p).distance);
+    CHECK(off < 1e-14);
+    for (const auto& t : result.mesh.triangles) {
+        const Vec3d middle =
+            (result.mesh.positions[t[0]] + result.mesh.positions[t[1]] + result.mesh.positions[t[2]]) / 3.0;
+        backward = std::max(backward, there.closest(middle).distance);
+    }
+    for (const Vec3d& p : sphere.positions) forward = std::max(forward, back.closest(p).distance);
+    CHECK(backward <= result.tolerance_absolute);
+    CHECK(forward <= result.tolerance_absolute);
+    // Outward normals of the triangles themselves.
+    for (std::size_t i = 0; i < result.mesh.positions.size(); ++i)
+        CHECK(glm::dot(result.mesh.normals[i], result.mesh.positions[i]) > 0.95);
+}
+
+TEST_CASE("the far face of a thin target is no error") {
+    // Two sheets, as near to each other as the rays along the normal reach.
+    TriangleMesh target = shapes::square(0, 4);
+    const TriangleMesh below = shapes::square(-0.05, 4);
+    const auto base = static_cast<std::uint32_t>(target.positions.size());
+    target.positions.insert(target.positions.end(), below.positions.begin(), below.positions.end());
+    for (const auto& t : below.triangles) target.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
+    const ControlMesh mesh = parse(
+        "v 0.2 0.2 0.01\nv 0.8 0.2 0.01\nv 0.8 0.8 0.01\nv 0.2 0.8 0.01\nf 1 2 3 4\nt interpolateboundary 1/0/0 1\n");
+    TessellateOptions options;
+    options.tolerance = 0.02;
+    options.tolerance_is_absolute = true;
+    options.target = &target;
+    options.measure = false;
+    const Tessellation result = tessellate(mesh, options);
+    CHECK(result.mesh.triangles.size() < 100);
+    for (const Vec3d& p : result.mesh.positions) CHECK(std::abs(p.z) < 1e-12);
+}
+
+TEST_CASE("what of a target the projection does not reach counts as error") {
+    // Two squares, one above the other: all points find the lower one.
+    const ControlMesh mesh = ControlMesh::build(grid(2, false));
+    TriangleMesh target;
+    for (const double z : {0.05, 3.0}) {
+        const auto v = static_cast<std::uint32_t>(target.positions.size());
+        for (const auto& [x, y] : {std::pair{-1.0, -1.0}, {2.0, -1.0}, {2.0, 2.0}, {-1.0, 2.0}})
+            target.positions.emplace_back(x, y, z);
+        target.triangles.push_back({v, v + 1, v + 2});
+        target.triangles.push_back({v, v + 2, v + 3});
+    }
+    TessellateOptions options;
+    options.measure = true;
+    options.tolerance = 0.01;
+    options.target = &target;
+    const Tessellation result = tessellate(mesh, options);
+    CHECK_FALSE(result.tolerance_reached);
+    CHECK(result.measured_error->forward > 2.9);
+    REQUIRE(result.warnings.size() == 1);
+    CHECK(result.warnings[0].find("the target is up to 3") == 0);
+    CHECK(result.warnings[0].find("times the tolerance away from the mesh, though every part of the mesh is within") !=
+          std::string::npos);
+    CHECK(result.warnings[0].find("does not cover") != std::string::npos);
+    CHECK(result.measured_error->backward < 0.01);
+    CHECK(result.mesh.triangles.size() < 10'000);
+}
+
+TEST_CASE("a displacement stands on the limit surface along its normal") {
+    const ControlMesh mesh = ControlMesh::build(grid(4, false));
+    const HeightImage image = waves();
+    TessellateOptions options;
+    options.measure = true;
+    options.tolerance = 2e-3;
+    options.displacement = &image;
+    options.amplitude = 0.1;
+    options.measure_samples = 50'000;
+    const Tessellation result = tessellate(mesh, options);
+    check_conforming(mesh, result);
+    CHECK(result.tolerance_reached);
+    CHECK_FALSE(result.certified_error);
+    CHECK(result.measured_error->hausdorff <= result.tolerance_absolute);
+    // The plane stays where it is, so each vertex knows its UV: heights are the image's.
+    REQUIRE(!result.mesh.uvs.empty());
+    for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3d p = result.mesh.positions[result.mesh.triangles[t][k]];
+            const Vec2d uv = result.mesh.uvs[result.mesh.triangle_uvs[t][k]];
+            CHECK(p.z == doctest::Approx(0.1 * image.sample(uv)).epsilon(1e-9));
+        }
+}
+
+TEST_CASE("[slow] [inv3] a displacement opens no crack at seams and creases") {
+    const HeightImage image = waves();
+    for (const int kind : {0, 1, 2}) {
+        CAPTURE(kind);
+        // A seam in a plane; a cube of seams; the same with all edges creased.
+        ControlMeshData data = kind == 0 ? grid(4, true) : parse_obj(cube_text(), "cube.obj");
+        if (kind == 2)
+            for (const auto& [a, b] : {std::pair{0u, 1u},
+                                       {1u, 3u},
+                                       {3u, 2u},
+                                       {2u, 0u},
+                                       {4u, 5u},
+                                       {5u, 7u},
+                                       {7u, 6u},
+                                       {6u, 4u},
+                                       {0u, 4u},
+                                       {1u, 5u},
+                                       {2u, 6u},
+                                       {3u, 7u}})
+                data.creases.push_back({a, b, 10});
+        const ControlMesh mesh = ControlMesh::build(std::move(data));
+        TessellateOptions options;
+        options.measure = true;
+        options.tolerance = 0.02;
+        options.displacement = &image;
+        options.amplitude = 0.1;
+        options.measure_samples = 50'000;
+        const Tessellation result = tessellate(mesh, options);
+        check_conforming(mesh, result);
+        CAPTURE(result.measured_error->forward);
+        CAPTURE(result.measured_error->backward);
+        CAPTURE(result.mesh.triangles.size());
+        CHECK(result.measured_error->forward <= result.tolerance_absolute);
+        // What bridges the gap between the displaced sides of a seam or crease has no surface to be near to, so the way
+        // back need not come within the tolerance.
+        CHECK(result.mesh.triangles.size() < 60'000);
+        // Two UVs at seam vertices, one position.
+        std::map<std::uint32_t, std::set<std::uint32_t>> uvs_of;
+        for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t)
+            for (std::size_t k = 0; k < 3; ++k)
+                uvs_of[result.mesh.triangles[t][k]].insert(result.mesh.triangle_uvs[t][k]);
+        std::size_t split = 0;
+        for (const auto& [v, uvs] : uvs_of) split += uvs.size() > 1;
+        CHECK(split > 3);
+    }
+}
+
+TEST_CASE("UVs at control corners are those of the UV layer's own limit, by every face-varying rule") {
+    for (const FaceVaryingRule rule :
+         {FaceVaryingRule::smooth_all, FaceVaryingRule::corners_only, FaceVaryingRule::linear_all})
+        for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop}) {
+            CAPTURE(static_cast<int>(rule));
+            INFO(name(scheme));
+            ControlMeshData data = grid(4, true);
+            // Bent, so that limits differ from the control values.
+            for (Vec2d& uv : data.uvs) uv = {uv.x + 0.1 * uv.y * uv.y, uv.y + 0.15 * uv.x * uv.x};
+            data.face_varying_rule = rule;
+            ControlMesh mesh = ControlMesh::build(std::move(data));
+            if (scheme == SchemeKind::loop) mesh = triangulate(mesh);
+            ControlMeshData layer;
+            for (const Vec2d& uv : mesh.data().uvs) layer.positions.emplace_back(uv.x, uv.y, 0);
+            layer.face_offsets = mesh.data().face_offsets;
+            layer.face_vertices = mesh.data().face_uvs;
+            layer.boundary_rule =
+                rule == FaceVaryingRule::smooth_all ? BoundaryRule::edge_only : BoundaryRule::edge_and_corner;
+            const ControlMesh uv_mesh = ControlMesh::build(std::move(layer));
+            const Closure uv_limit(uv_mesh, scheme), limit(mesh, scheme);
+            TessellateOptions options;
+            options.scheme = scheme;
+            options.tolerance = 1e-2;
+            options.min_level = 1;
+            options.measure = false;
+            const Tessellation result = tessellate(mesh, options);
+            REQUIRE(result.warnings.empty());
+            const PointMatch match(result.mesh.positions);
+            int checked = 0;
+            for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
+                const HalfedgeId half(h);
+                const HalfedgeId root = scheme == SchemeKind::loop ? mesh.face_halfedge(mesh.face(half)) : half;
+                const std::uint32_t k = scheme == SchemeKind::loop ? h - root.value : 0;
+                constexpr LatticePoint corners[3] = {{0, 0}, {1, 0}, {0, 1}};
+                const Site site{root, corners[k], 0};
+                const std::uint32_t v = match.nearest(limit.limit(site).position);
+                const Vec2d expected = rule == FaceVaryingRule::linear_all ? mesh.data().uvs[mesh.uv_index(half)]
+                                                                           : Vec2d(uv_limit.limit(site).position);
+                for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t) {
+                    if (result.triangle_face[t] != mesh.face(half).value) continue;
+                    for (std::size_t c = 0; c < 3; ++c)
+                        if (result.mesh.triangles[t][c] == v) {
+                            CHECK(glm::length(result.mesh.uvs[result.mesh.triangle_uvs[t][c]] - expected) < 1e-12);
+                            ++checked;
+                        }
+                }
+            }
+            CHECK(checked >= static_cast<int>(mesh.halfedge_count()));
+        }
+}
+
+TEST_CASE("linear UVs are bilinear in the corner cells; UVs can be left out") {
+    const ControlMesh mesh = parse(cube_text() + "t facevaryinginterpolateboundary 1/0/0 5\n");
+    TessellateOptions options;
+    options.tolerance = 0.01;
+    options.min_level = 3;
+    options.max_level = 3;
+    options.measure = false;
+    Tessellation result = tessellate(mesh, options);
+    std::set<std::pair<double, double>> distinct;
+    for (const Vec2d& uv : result.mesh.uvs) {
+        CHECK(std::abs(16 * uv.x - std::round(16 * uv.x)) < 1e-12);
+        CHECK(std::abs(16 * uv.y - std::round(16 * uv.y)) < 1e-12);
+        distinct.insert({uv.x, uv.y});
+    }
+    // The corners of an 8 x 8 grid and the centres of its cells.
+    CHECK(distinct.size() == 9 * 9 + 8 * 8);
+    options.uvs = false;
+    result = tessellate(mesh, options);
+    CHECK(result.mesh.uvs.empty());
+    CHECK(result.mesh.triangle_uvs.empty());
+}
+
+TEST_CASE("materials and groups of the control faces go with their triangles") {
+    ControlMeshData data = parse_obj(cube_text(), "cube.obj");
+    data.materials = {"wood", "stone"};
+    data.face_material = {0, 1, 0, 1, 1, 1};
+    data.groups = {"top", "side"};
+    data.face_group = {1, 0, 1, 1, 1, 1};
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    TessellateOptions options;
+    options.tolerance = 0.02;
+    options.measure = false;
+    const Tessellation result = tessellate(mesh, options);
+    const TriangleMesh& m = result.mesh;
+    CHECK(m.materials == mesh.data().materials);
+    CHECK(m.groups == mesh.data().groups);
+    REQUIRE(m.triangle_material.size() == m.triangles.size());
+    REQUIRE(m.triangle_group.size() == m.triangles.size());
+    for (std::size_t t = 0; t < m.triangles.size(); ++t) {
+        CHECK(m.triangle_material[t] == mesh.data().face_material[result.triangle_face[t]]);
+        CHECK(m.triangle_group[t] == mesh.data().face_group[result.triangle_face[t]]);
+    }
+}
+
+TEST_CASE("a cancelled or too large tessellation throws") {
+    const ControlMesh mesh = parse(cube_text());
+    TessellateOptions options;
+    options.measure = true;
+    options.tolerance = 1e-4;
+    for (const int after : {0, 1, 2, 4, 7}) {
+        CAPTURE(after);
+        RunContext context;
+        int calls = 0;
+        context.progress = [&](std::string_view, double fraction) {
+            CHECK(fraction >= 0);
+            CHECK(fraction <= 1);
+            return calls++ < after;
+        };
+        CHECK(code_of([&] { tessellate(mesh, options, context); }, "cancelled") == ErrorCode::cancelled);
+    }
+    RunContext little;
+    little.max_memory_bytes = 300'000;
+    CHECK(code_of([&] { tessellate(mesh, options, little); }, "larger tolerance") == ErrorCode::memory_limit);
+    options.max_triangles = 50'000;
+    CHECK(code_of([&] { tessellate(mesh, options, little); }, "limit") == ErrorCode::memory_limit);
+}
+
+TEST_CASE("options that cannot be meant are refused with advice") {
+    const ControlMesh cube = parse(cube_text()), bare = parse("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
+    const HeightImage image = waves();
+    const TriangleMesh empty;
+    TriangleMesh broken;
+    broken.positions = {{0, 0, 0}, {1, 0, 0}};
+    broken.triangles = {{0, 1, 2}};
+    const auto refuse = [&](const ControlMesh& mesh, const std::string& words, auto&& set) {
+        INFO(words);
+        TessellateOptions options;
+        options.tolerance = 0.01;
+        set(options);
+        CHECK(code_of([&] { tessellate(mesh, options); }, words) == ErrorCode::invalid_input);
+    };
+    refuse(cube, "at least one of them", [](auto& o) { o.tolerance.reset(); });
+    refuse(cube, "positive", [](auto& o) { o.tolerance = 0; });
+    refuse(cube, "positive", [](auto& o) { o.tolerance = -1; });
+    refuse(cube, "positive", [](auto& o) { o.tolerance = std::nan(""); });
+    refuse(cube, "positive", [](auto& o) { o.tolerance = std::numeric_limits<double>::infinity(); });
+    refuse(cube, "levels must be", [](auto& o) { o.min_level = -1; });
+    refuse(cube, "levels must be", [](auto& o) { o.max_level = 31; });
+    refuse(cube, "levels must be", [](auto& o) { o.min_level = 3, o.max_level = 2; });
+    refuse(bare, "texture coordinates", [&](auto& o) { o.displacement = &image; });
+    refuse(cube, "amplitude", [&](auto& o) { o.displacement = &image, o.amplitude = std::nan(""); });
+    refuse(cube, "use the measured estimator",
+           [&](auto& o) { o.displacement = &image, o.estimator = EstimatorKind::certified; });
+    refuse(cube, "no triangles", [&](auto& o) { o.target = &empty; });
+    refuse(cube, "uses vertex 2, but there are 2 vertices", [&](auto& o) { o.target = &broken; });
+    refuse(cube, "triangulate", [](auto& o) { o.scheme = SchemeKind::loop; });
+    refuse(ControlMesh(), "no faces", [](auto&) {});
+}
+
+TEST_CASE("tessellate() measures where it is asked to, and says by which samples a tolerance was reached") {
+    const ControlMesh mesh = parse(cube_text());
+    const Tessellation quick = tessellate(mesh, {.tolerance = 1e-2});
+    CHECK_FALSE(quick.measured_error);
+    CHECK(quick.tolerance_reached);
+    CHECK(quick.certified_error);
+    const Tessellation measured = tessellate(mesh, {.tolerance = 1e-2, .measure = true, .measure_samples = 20'000});
+    REQUIRE(measured.measured_error);
+    CHECK(measured.measured_error->hausdorff <= measured.tolerance_absolute);
+    CHECK(measured.mesh.triangles.size() >= quick.mesh.triangles.size());
+}
+
+TEST_CASE("absolute tolerances, and the rounding of written floats") {
+    ControlMeshData data = parse_obj(cube_text(), "cube.obj");
+    for (Vec3d& p : data.positions) p = p * 3.0 + Vec3d(1000, 0, 0);
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    TessellateOptions options;
+    options.measure = true;
+    options.tolerance = 0.02;
+    options.tolerance_is_absolute = true;
+    const Tessellation result = tessellate(mesh, options);
+    CHECK(result.tolerance_absolute == 0.02);
+    CHECK(result.measured_error->hausdorff <= 0.02);
+    options.measure = false;
+    options.floats_written = true;
+    const Tessellation floats = tessellate(mesh, options);
+    // A GLB keeps its own origin: floats are good to 2e-7 of the cube, not of its distance from zero.
+    CHECK(*floats.certified_error > *result.certified_error + 1e-8);
+    CHECK(*floats.certified_error < *result.certified_error + 1e-5);
+}
+
+TEST_CASE("the certified estimator leaves room for the rounding of written floats, and says where there is none") {
+    ControlMeshData data = parse_obj(cube_text(), "cube.obj");
+    for (Vec3d& p : data.positions) p = p * 3.0;
+    data.holes = {0, 1, 2, 3, 4};  // one face tells as much as six
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    TessellateOptions options;
+    options.estimator = EstimatorKind::certified;
+    options.tolerance_is_absolute = true;
+    options.floats_written = true;
+    options.measure = false;
+    for (const double tolerance : {1e-3, 2e-5}) {
+        options.tolerance = tolerance;
+        const Tessellation result = tessellate(mesh, options);
+        CHECK(*result.certified_error <= tolerance);
+        CHECK(*result.certified_error > 0.9 * tolerance);
+        CHECK(result.tolerance_reached);
+        CHECK(result.warnings.empty());
+    }
+    options.tolerance = 1e-7;      // coordinates up to 3 in floats: off by up to 3e-7
+    options.max_triangles = 2000;  // what matters is said before any refinement
+    for (const EstimatorKind kind : {EstimatorKind::certified, EstimatorKind::measured}) {
+        options.estimator = kind;
+        const Tessellation result = tessellate(mesh, options);
+        CHECK(!result.tolerance_reached);
+        REQUIRE(result.warnings.size() == 1);
+        CHECK(result.warnings[0].find("floats that are written may be off by") != std::string::npos);
+        CHECK(result.warnings[0].find("(.obj or .ply)") != std::string::npos);
+    }
+}
+
+TEST_CASE("rounding to the floats of a GLB is bounded for whatever lies inside a box") {
+    std::mt19937_64 random(3);
+    std::uniform_real_distribution<double> unit(0, 1);
+    for (int i = 0; i < 20000; ++i) {
+        Box3d outer, inner;
+        const Vec3d at(8 * unit(random), 8 * unit(random), 0);
+        for (int k = 0; k < 2; ++k) outer.add(at + 2.0 * Vec3d(unit(random), unit(random), unit(random)));
+        for (int k = 0; k < 2; ++k)
+            inner.add(outer.lower + Vec3d(unit(random), unit(random), unit(random)) * (outer.upper - outer.lower));
+        REQUIRE(glb_rounding_bound(inner) <= glb_rounding_bound_within(outer));
+    }
+}
+
+TEST_CASE("mean and RMS are of actual distances also where Newton's method gets stuck at a fold") {
+    // A sheet folded to and fro, flat but for a ripple: beside the folds Newton's bounds are far above the distances.
+    constexpr double k_column[7] = {0, 1, 2, 1.2, 2.2, 3, 4};
+    for (const double ripple : {1e-4, 0.0}) {
+        ControlMeshData data = grid(6, false);
+        for (std::uint32_t v = 0; v < data.positions.size(); ++v)
+            data.positions[v] = {k_column[v % 7], v / 7, ripple * std::sin(v)};
+        TessellateOptions options;
+        options.measure = true;
+        options.tolerance = 0.1;
+        const auto measured = tessellate(ControlMesh::build(std::move(data)), options).measured_error;
+        REQUIRE(measured);
+        CHECK(measured->mean < 0.5 * measured->hausdorff);
+        CHECK(measured->mean <= measured->rms);
+        CHECK(measured->rms < 0.9 * measured->hausdorff);
+    }
+}
+
+TEST_CASE("isolated vertices weigh nothing in a relative tolerance") {
+    TessellateOptions options;
+    options.measure = true;
+    options.tolerance = 1e-2;
+    const Tessellation a = tessellate(parse(cube_text()), options);
+    ControlMeshData data = parse_obj(cube_text(), "cube.obj");
+    data.positions.emplace_back(90, 0, 0);
+    data.vertex_lines.clear();
+    const Tessellation b = tessellate(ControlMesh::build(std::move(data)), options);
+    CHECK(a.tolerance_absolute == doctest::Approx(1e-2 * std::sqrt(12.0)).epsilon(1e-15));
+    CHECK(b.tolerance_absolute == a.tolerance_absolute);
+    CHECK(b.mesh.triangles == a.mesh.triangles);
+}
+
+TEST_CASE("[bad-input] coordinates are as large as their fourth powers allow, or refused") {
+    const auto scaled = [](double factor) {
+        ControlMeshData data = parse_obj(cube_text(), "cube.obj");
+        for (Vec3d& p : data.positions) p *= factor;
+        return data;
+    };
+    TessellateOptions options;
+    options.measure = true;
+    options.tolerance = 1e-2;
+    const Tessellation small = tessellate(ControlMesh::build(scaled(1)), options);
+    const Tessellation large = tessellate(ControlMesh::build(scaled(1e55)), options);
+    CHECK(large.tolerance_reached);
+    CHECK(large.mesh.triangles.size() ==
+          doctest::Approx(static_cast<double>(small.mesh.triangles.size())).epsilon(0.1));
+    CHECK(large.measured_error->hausdorff == doctest::Approx(1e55 * small.measured_error->hausdorff).epsilon(0.1));
+    CHECK(*large.certified_error == doctest::Approx(1e55 * *small.certified_error).epsilon(0.1));
+    try {
+        ControlMesh::build(scaled(1e70));
+        FAIL("1e70 is refused");
+    } catch (const Error& error) {
+        CHECK(error.code() == ErrorCode::invalid_input);
+        CHECK(std::string(error.what()).find("has a coordinate beyond 1e+60") != std::string::npos);
+    }
+}
+
+TEST_CASE("[inv3] beside an interior vertex of valence 2 no edge has more than two triangles") {
+    // A pillow of two triangles: three such vertices.
+    const ControlMesh mesh = parse("v 0 0 0\nv 1 0 0.1\nv 1 1 -0.3\nf 1 2 3\nf 3 2 1\n");
+    for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop})
+        for (const double tolerance : {0.3, 1e-2, 1e-3}) {
+            CAPTURE(int(scheme));
+            CAPTURE(tolerance);
+            TessellateOptions options;
+            options.scheme = scheme;
+            options.tolerance = tolerance;
+            options.measure = false;
+            const Tessellation result = tessellate(mesh, options);
+            std::map<std::pair<std::uint32_t, std::uint32_t>, int> uses;
+            for (const auto& t : result.mesh.triangles)
+                for (std::size_t k = 0; k < 3; ++k) ++uses[{t[k], t[(k + 1) % 3]}];
+            for (const auto& [edge, count] : uses) {
+                CHECK(count == 1);
+                CHECK(uses.count({edge.second, edge.first}) == 1);
+            }
+        }
+}
+
+TEST_CASE("[inv9] a certified tolerance is met under a budget that is large enough") {
+    const ControlMesh mesh = parse(cube_text());
+    TessellateOptions options;
+    options.measure = true;
+    options.estimator = EstimatorKind::certified;
+    for (const double tolerance : {0.3, 0.1, 3e-2, 1e-2}) {
+        CAPTURE(tolerance);
+        options.tolerance = tolerance;
+        options.max_triangles = 100'000;
+        const Tessellation result = tessellate(mesh, options);
+        CHECK(result.tolerance_reached);
+        CHECK(*result.certified_error <= result.tolerance_absolute);
+        CHECK(result.measured_error->hausdorff <= *result.certified_error);
+    }
+}
+
+TEST_CASE("[bad-input] a model too small for its squares is refused") {
+    const ControlMesh mesh = parse("v 0 0 0\nv 1e-80 0 0\nv 1e-80 1e-80 0\nv 0 1e-80 0\nf 1 2 3 4\n");
+    TessellateOptions options;
+    options.measure = true;
+    options.tolerance = 1e-3;
+    CHECK(code_of([&] { tessellate(mesh, options); }, "scale it up") == ErrorCode::invalid_input);
+}
+
+TEST_CASE("options of other schemes' rules change nothing, and keep the exact patches") {
+    const ControlMesh quads = load_control_mesh(std::string(TETRAKIS_SOURCE_DIR) + "/data/cube.obj");
+    const ControlMesh triangles = load_control_mesh(std::string(TETRAKIS_SOURCE_DIR) + "/data/tetrahedron.obj");
+    RuleOptions of_loop, of_catmull_clark;
+    of_loop.loop_weights = LoopWeights::warren;
+    of_loop.hoppe_crease = true;
+    of_catmull_clark.catmull_clark_beta = 1.2;
+    of_catmull_clark.catmull_clark_gamma = 0.2;
+    for (RuleOptions* rules : {&of_loop, &of_catmull_clark}) {
+        rules->tuning = 0.5;
+        rules->averaging_steps = 4;
+        rules->reflect_at_boundary = true;
+    }
+    for (const bool loop : {false, true}) {
+        CAPTURE(loop);
+        const ControlMesh& mesh = loop ? triangles : quads;
+        const char* scheme = loop ? "loop" : "catmull-clark";
+        const RuleOptions& others = loop ? of_catmull_clark : of_loop;
+        CHECK(scheme_support(scheme, others).patches);
+        CHECK(!scheme_support(scheme, loop ? of_loop : of_catmull_clark).patches);
+        const TessellateOptions plain{.scheme = scheme, .tolerance = 1e-2};
+        TessellateOptions with_others = plain;
+        with_others.rules = others;
+        const Tessellation a = tessellate(mesh, plain), b = tessellate(mesh, with_others);
+        CHECK(a.mesh.positions == b.mesh.positions);
+        CHECK(a.mesh.triangles == b.mesh.triangles);
+        CHECK(a.certified_error == b.certified_error);
+        CHECK(refine(mesh, scheme, 3, {.limit = true}).positions ==
+              refine(mesh, scheme, 3, {.rules = others, .limit = true}).positions);
+    }
+}
+
+TEST_SUITE_END();

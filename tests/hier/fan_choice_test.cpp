@@ -1,0 +1,188 @@
+#include "../../hier/mesh/fan_choice.hpp"
+#include "../../hier/base/error.hpp"
+#include "../../hier/forest/bisection_forest.hpp"
+#include "../kit/random_mesh.hpp"
+#include "../kit/surface_topology.hpp"
+
+#include <doctest/doctest.h>
+
+#include <numbers>
+
+using namespace tetrakis;
+using test::Random;
+
+namespace {
+
+ControlMesh mesh_of(std::vector<Vec3d> positions, const std::vector<std::vector<std::uint32_t>>& faces) {
+    ControlMeshData data;
+    data.positions = std::move(positions);
+    data.face_offsets = {0};
+    for (const auto& f : faces) {
+        data.face_vertices.insert(data.face_vertices.end(), f.begin(), f.end());
+        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+    }
+    return ControlMesh::build(std::move(data));
+}
+
+FanChoice choose_all(const ControlMesh& mesh) {
+    return choose_fans(mesh, mesh.positions(), std::vector<std::uint8_t>(mesh.face_count(), 1));
+}
+
+std::vector<std::array<std::uint8_t, 3>> fan(const FanChoice& fans, std::uint32_t f) {
+    const auto span = fans.of(FaceId(f));
+    return {span.begin(), span.end()};
+}
+
+/// Unordered vertex pairs of the fan's inner edges.
+std::vector<std::pair<std::uint32_t, std::uint32_t>> diagonals(const ControlMesh& mesh, const FanChoice& fans,
+                                                               FaceId f) {
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> result;
+    const std::uint32_t n = mesh.face_size(f), h = mesh.face_halfedge(f).value;
+    for (const auto& t : fans.of(f))
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+            if ((a + 1) % n == b || (b + 1) % n == a || a > b) continue;
+            result.emplace_back(mesh.origin(HalfedgeId(h + a)).value, mesh.origin(HalfedgeId(h + b)).value);
+        }
+    return result;
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("hier");
+
+TEST_CASE("a quadrilateral is cut at its shorter diagonal, and at the inner one where it is concave") {
+    const ControlMesh kite = mesh_of({{-3, 0, 0}, {0, -1, 0}, {3, 0, 0}, {0, 1, 0}}, {{0, 1, 2, 3}});
+    const FanChoice fans = choose_all(kite);
+    REQUIRE(fans.has(FaceId(0)));
+    CHECK(diagonals(kite, fans, FaceId(0)) == std::vector<std::pair<std::uint32_t, std::uint32_t>>{{1, 3}});
+    // An arrow head, reflex at vertex 3: the diagonal 0-2 is shorter, but outside.
+    const ControlMesh arrow = mesh_of({{-1, 0, 0}, {0, 5, 0}, {1, 0, 0}, {0, 2, 0}}, {{3, 2, 1, 0}});
+    const FanChoice inner = choose_all(arrow);
+    REQUIRE(inner.has(FaceId(0)));
+    CHECK(diagonals(arrow, inner, FaceId(0)) == std::vector<std::pair<std::uint32_t, std::uint32_t>>{{3, 1}});
+}
+
+TEST_CASE("fans tile their face and turn the right way") {
+    for (std::uint64_t seed : test::seeds(6)) {
+        CAPTURE(seed);
+        Random random(seed);
+        // Star-shaped polygons, mostly concave.
+        for (std::uint32_t n = 3; n <= k_max_fan_corners; ++n) {
+            CAPTURE(n);
+            std::vector<Vec3d> positions;
+            std::vector<std::uint32_t> face;
+            for (std::uint32_t i = 0; i < n; ++i) {
+                const double a = 2 * std::numbers::pi * i / n, r = random.uniform(0.6, 1.6);
+                positions.emplace_back(r * std::cos(a), r * std::sin(a), 0);
+                face.push_back(i);
+            }
+            const ControlMesh mesh = mesh_of(positions, {face});
+            const FanChoice fans = choose_all(mesh);
+            REQUIRE(fans.has(FaceId(0)));
+            double polygon = 0, sum = 0;
+            for (std::uint32_t i = 0; i < n; ++i) {
+                const Vec3d &p = positions[i], &q = positions[(i + 1) % n];
+                polygon += p.x * q.y - p.y * q.x;
+            }
+            REQUIRE(fan(fans, 0).size() == n - 2);
+            for (const auto& [a, b, c] : fan(fans, 0)) {
+                const double area = glm::cross(positions[b] - positions[a], positions[c] - positions[a]).z;
+                CHECK(area > 0);
+                sum += area;
+            }
+            CHECK(sum == doctest::Approx(polygon).epsilon(1e-12));
+        }
+    }
+    std::vector<Vec3d> positions;
+    std::vector<std::uint32_t> face;
+    for (std::uint32_t i = 0; i <= k_max_fan_corners; ++i) {
+        const double a = 2 * std::numbers::pi * i / (k_max_fan_corners + 1);
+        positions.emplace_back(std::cos(a), std::sin(a), 0);
+        face.push_back(i);
+    }
+    CHECK(!choose_all(mesh_of(positions, {face})).has(FaceId(0)));
+}
+
+TEST_CASE("no diagonal repeats an edge or another face's diagonal") {
+    // Two quadrilaterals back to back: all four vertices have valence 2.
+    const std::vector<Vec3d> square{{0, 0, 0}, {1, 0, 0}, {1.1, 1, 0}, {0, 1, 0}};
+    const ControlMesh pillow = mesh_of(square, {{0, 1, 2, 3}, {3, 2, 1, 0}});
+    const FanChoice fans = choose_all(pillow);
+    REQUIRE((fans.has(FaceId(0)) && fans.has(FaceId(1))));
+    CHECK(diagonals(pillow, fans, FaceId(0))[0] != diagonals(pillow, fans, FaceId(1))[0]);
+    BisectionForest forest(pillow);
+    const auto topology = test::topology(forest.exported(fans, fans.accepted).triangles);
+    CHECK(topology.fault.empty());
+    CHECK(topology.euler == 2);
+    // Two triangles back to back: the second keeps its centre.
+    const ControlMesh flat = mesh_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}, {2, 1, 0}});
+    const FanChoice one = choose_all(flat);
+    CHECK((one.has(FaceId(0)) && !one.has(FaceId(1))));
+    // A tetrahedron's two faces merged to a quadrilateral: one of its diagonals is the opposite edge, and the shorter.
+    const ControlMesh wedge =
+        mesh_of({{0, 0, 0}, {5, 0, 0}, {0, 1, 1}, {5, 1, -1}}, {{0, 1, 2}, {1, 0, 3}, {0, 2, 1, 3}});
+    const FanChoice free = choose_all(wedge);
+    REQUIRE(free.has(FaceId(2)));
+    CHECK(diagonals(wedge, free, FaceId(2)) == std::vector<std::pair<std::uint32_t, std::uint32_t>>{{2, 3}});
+    CHECK(test::topology(BisectionForest(wedge).exported(free, free.accepted).triangles).fault.empty());
+}
+
+TEST_CASE("[inv2] [inv3] faces without centre: conforming, n - 2 triangles, the same for any history") {
+    for (std::uint64_t seed : test::seeds(25)) {
+        CAPTURE(seed);
+        test::RandomMeshOptions options = test::random_options(seed);
+        options.edge_vertices = 0.1;
+        const ControlMesh mesh = test::random_mesh(seed, options);
+        const auto expected = test::surface_topology(mesh);
+        Random random(seed);
+        std::vector<std::uint8_t> wanted(mesh.face_count());
+        for (auto& w : wanted) w = random.chance(0.8);
+        const FanChoice fans = choose_fans(mesh, mesh.positions(), wanted);
+        for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+            CHECK((!fans.has(FaceId(f)) || (wanted[f] && !mesh.is_hole(FaceId(f)))));
+        BisectionForest forest(mesh);
+        std::vector<LeafId> created;
+        for (int pass = 0; pass < 6; ++pass) {
+            const ExportedTriangles out = forest.exported(fans, fans.accepted);
+            const auto found = test::topology(out.triangles);
+            CHECK(found.fault.empty());
+            CHECK(found.euler == expected.euler);
+            CHECK(found.boundary_loops == expected.boundary_loops);
+            std::size_t count = forest.leaf_count();
+            for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
+                bool whole = fans.has(FaceId(f));
+                for (std::uint32_t i = 0; i < mesh.face_size(FaceId(f)); ++i)
+                    whole = whole && forest.root_leaf(HalfedgeId(mesh.face_halfedge(FaceId(f)).value + i)).valid();
+                if (whole) count -= 2;
+            }
+            CHECK(out.triangles.size() == count);
+            for (std::size_t t = 0; t < out.triangles.size(); ++t) {
+                if (out.leaves[t].valid()) {
+                    CHECK(out.faces[t] == forest.face(out.leaves[t]));
+                    continue;
+                }
+                CHECK(fans.has(out.faces[t]));
+                for (std::uint32_t v : out.triangles[t]) CHECK(out.points[v].value < mesh.vertex_count());
+            }
+            for (std::size_t p = 0; p < out.points.size(); ++p) CHECK(out.sites[p] == forest.point_site(out.points[p]));
+            std::vector<LeafId> marked;
+            for (std::uint32_t s = 0; s < forest.leaf_slots(); ++s)
+                if (forest.is_leaf(LeafId(s)) && random.chance(0.05)) marked.push_back(LeafId(s));
+            forest.refine(marked, created);
+        }
+    }
+}
+
+TEST_CASE("[bad-input] fans that fit neither mesh nor choice are refused") {
+    const ControlMesh mesh = test::random_mesh(1);
+    const std::vector<std::uint8_t> wanted(mesh.face_count(), 1);
+    CHECK_THROWS_AS(choose_fans(mesh, mesh.positions().subspan(1), wanted), Error);
+    CHECK_THROWS_AS(choose_fans(mesh, mesh.positions(), std::span(wanted).subspan(1)), Error);
+    const BisectionForest forest(mesh);
+    const FanChoice fans = choose_fans(mesh, mesh.positions(), wanted);
+    CHECK_THROWS_AS(forest.exported(fans, std::span(wanted).subspan(1)), Error);
+    CHECK_THROWS_AS(forest.exported(FanChoice{}, wanted), Error);
+}
+
+TEST_SUITE_END();

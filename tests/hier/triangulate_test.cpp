@@ -1,0 +1,183 @@
+#include "../../hier/mesh/triangulate.hpp"
+#include "../../hier/mesh/mesh_repair.hpp"
+#include "../kit/input_helpers.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+
+using namespace tetrakis;
+using namespace tetrakis::test;
+
+namespace {
+
+Vec3d area_vector(const ControlMesh& mesh, FaceId f) {
+    Vec3d area(0.0);
+    const HalfedgeId first = mesh.face_halfedge(f);
+    for (std::uint32_t i = 1; i + 1 < mesh.face_size(f); ++i)
+        area +=
+            0.5 *
+            glm::cross(mesh.position(mesh.origin(HalfedgeId(first.value + i))) - mesh.position(mesh.origin(first)),
+                       mesh.position(mesh.origin(HalfedgeId(first.value + i + 1))) - mesh.position(mesh.origin(first)));
+    return area;
+}
+
+Vec3d total_area(const ControlMesh& mesh) {
+    Vec3d area(0.0);
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) area += area_vector(mesh, FaceId(f));
+    return area;
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("hier");
+
+TEST_CASE("corners keep the angles of their sectors when faces are cut") {
+    // Two quads and a pentagon about vertex 0, which is a corner between two creases and the boundary.
+    auto data = mesh_data(
+        {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}, {-1, 3, 0}, {-2, 2, 0}, {-2, 0, 0}, {-2, -2, 0}, {0, -2, 0}},
+        {{0, 1, 2, 3}, {0, 3, 4, 5, 6}, {0, 6, 7, 8}});
+    data.creases = {{0, 3, 5.0f}};
+    data.corner_angles = {{0, 0, 1.0}, {0, 2, 2.0}};
+    const ControlMesh before = ControlMesh::build(data), after = triangulate(before);
+    REQUIRE(after.has_corner_angles());
+    for (std::uint32_t h = 0; h < after.halfedge_count(); ++h) {
+        if (after.origin(HalfedgeId(h)) != VertexId(0)) {
+            CHECK(after.corner_angle(HalfedgeId(h)) == 0);
+            continue;
+        }
+        const double x = after.position(after.target(HalfedgeId(h))).x,
+                     y = after.position(after.origin(after.prev(HalfedgeId(h)))).x;
+        CHECK(after.corner_angle(HalfedgeId(h)) == (x + y > 0 ? 1.0 : 2.0));
+    }
+}
+
+TEST_CASE("a quadrilateral is cut along its shorter diagonal, a concave one through its reflex corner") {
+    const auto diagonal = [](std::vector<Vec3d> points) {
+        const ControlMesh mesh = triangulate(ControlMesh::build(mesh_data(std::move(points), {{0, 1, 2, 3}})));
+        REQUIRE(mesh.face_count() == 2);
+        for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
+            if (!mesh.is_boundary(EdgeId(e))) return mesh.origin(mesh.edge_halfedge(EdgeId(e))).value % 2;
+        return 99u;
+    };
+    CHECK(diagonal({{0, 0, 0}, {2, 0, 0}, {3, 1, 0}, {1, 1, 0}}) == 1);
+    CHECK(diagonal({{0, 0, 0}, {2, 0, 0}, {1, 1, 0}, {-1, 1, 0}}) == 0);
+    // An arrow head: the shorter diagonal, from 1 to 3, lies outside.
+    CHECK(diagonal({{0, 0, 0}, {-1, -1, 0}, {9, 0, 0}, {-1, 1, 0}}) == 0);
+}
+
+TEST_CASE("triangles of a concave polygon face forward and cover it") {
+    std::vector<Vec3d> star;
+    for (int i = 0; i < 60; ++i) {
+        const double angle = 2 * std::numbers::pi * i / 60, radius = i % 2 == 0 ? 1.0 : 0.4;
+        star.emplace_back(radius * std::cos(angle), radius * std::sin(angle), 0.0);
+    }
+    ControlMeshData data;
+    data.positions = star;
+    for (std::uint32_t i = 0; i < 60; ++i) data.face_vertices.push_back(i);
+    data.face_offsets = {0, 60};
+    const ControlMesh whole = ControlMesh::build(data);
+    const ControlMesh mesh = triangulate(whole);
+    CHECK(mesh.face_count() == 58);
+    CHECK(mesh.all_triangles());
+    double unsigned_area = 0;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
+        CHECK(area_vector(mesh, FaceId(f)).z > 0);
+        unsigned_area += area_vector(mesh, FaceId(f)).z;
+    }
+    CHECK(unsigned_area == doctest::Approx(total_area(whole).z).epsilon(1e-12));
+    REQUIRE(mesh.warnings().size() == 1);
+    CHECK(mesh.warnings()[0] == "cut 1 of 1 faces into triangles");
+}
+
+TEST_CASE("a diagonal repeats no edge; where none is free the face gets a centre") {
+    const std::vector<Vec3d> square = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0.1}, {0, 1, 0}};
+    // The other side already has the diagonal 0-2: only 1-3 is left.
+    const ControlMesh fold = triangulate(ControlMesh::build(mesh_data(square, {{0, 1, 2, 3}, {0, 3, 2}, {0, 2, 1}})));
+    CHECK(fold.face_count() == 4);
+    CHECK(fold.vertex_count() == 4);
+    // Two quads back to back: one takes the shorter diagonal, the other must take the longer one.
+    const ControlMesh pillow = triangulate(ControlMesh::build(mesh_data(square, {{0, 1, 2, 3}, {3, 2, 1, 0}})));
+    CHECK(pillow.face_count() == 4);
+    CHECK(pillow.edge_count() == 6);
+    // Five quads on the torus whose edges join all five vertices: no diagonal is free anywhere.
+    std::mt19937_64 random(3);
+    auto torus =
+        mesh_data(random_points(5, random), {{0, 1, 3, 2}, {1, 2, 4, 3}, {2, 3, 0, 4}, {3, 4, 1, 0}, {4, 0, 2, 1}});
+    torus.uvs = {{0, 0}, {4, 0}, {0, 8}};
+    torus.face_uvs = std::vector<std::uint32_t>(20, 0);
+    torus.face_uvs[1] = 1;
+    torus.face_uvs[2] = 2;
+    const ControlMesh mesh = triangulate(ControlMesh::build(torus));
+    CHECK(mesh.vertex_count() == 10);
+    CHECK(mesh.face_count() == 20);
+    CHECK(mesh.edge_count() == 30);
+    const Vec3d mean = 0.25 * (torus.positions[0] + torus.positions[1] + torus.positions[2] + torus.positions[3]);
+    CHECK(glm::length(mesh.position(VertexId(5)) - mean) < 1e-15);
+    CHECK(mesh.data().uvs[3] == Vec2d(1, 2));
+    CHECK(contains(mesh.warnings()[1], "5 of them got a new vertex"));
+}
+
+TEST_CASE("triangulation of random surfaces keeps the area vector, the tags and every attribute") {
+    for (const std::uint64_t seed : seeds({31, 32, 33}))
+        for (int i = 0; i < 300; ++i) {
+            CAPTURE(seed);
+            CAPTURE(i);
+            std::mt19937_64 random(seed * 1009 + static_cast<std::uint64_t>(i));
+            ControlMeshData data;
+            const auto vertices = 6 + static_cast<std::uint32_t>(random() % 12);
+            data.positions = random_points(vertices, random);
+            data.face_offsets = {0};
+            for (int f = 0; f < 12; ++f) {
+                const std::uint64_t size = 3 + random() % 6;
+                for (std::uint64_t k = 0; k < size; ++k)
+                    data.face_vertices.push_back(static_cast<std::uint32_t>(random() % vertices));
+                data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+                data.face_group.push_back(static_cast<std::uint32_t>(f));
+                data.groups.push_back(std::to_string(f));
+                if (f % 3 == 0) data.holes.push_back(static_cast<std::uint32_t>(f));
+            }
+            data.face_uvs = data.face_vertices;
+            for (const Vec3d& p : data.positions) data.uvs.emplace_back(p.x, p.y);
+            repair(data);
+            for (std::uint32_t h = 0; h + 1 < data.face_offsets[1]; ++h)
+                data.creases.push_back({data.face_vertices[h], data.face_vertices[h + 1], 1.5f});
+            const ControlMesh before = ControlMesh::build(data);
+            const ControlMesh after = triangulate(before);
+            REQUIRE(after.all_triangles());
+            REQUIRE(glm::length(total_area(after) - total_area(before)) < 1e-12);
+            // Euler characteristic and boundary are those of the polygons.
+            const auto boundary = [](const ControlMesh& mesh) {
+                std::uint32_t count = 0;
+                for (std::uint32_t e = 0; e < mesh.edge_count(); ++e) count += mesh.is_boundary(EdgeId(e));
+                return count;
+            };
+            REQUIRE(boundary(after) == boundary(before));
+            REQUIRE(std::int64_t{after.vertex_count()} - after.edge_count() + after.face_count() ==
+                    std::int64_t{before.vertex_count()} - before.edge_count() + before.face_count());
+            std::uint32_t creases = 0, creases_before = 0;
+            for (std::uint32_t e = 0; e < after.edge_count(); ++e) creases += after.sharpness(EdgeId(e)) == 1.5f;
+            for (std::uint32_t e = 0; e < before.edge_count(); ++e)
+                creases_before += before.sharpness(EdgeId(e)) == 1.5f;
+            REQUIRE(creases == creases_before);
+            for (std::uint32_t v = 0; v < before.vertex_count(); ++v)
+                REQUIRE(after.sharpness(VertexId(v)) == before.sharpness(VertexId(v)));
+            for (std::uint32_t h = 0; h < after.halfedge_count(); ++h) {
+                const Vec3d p = after.position(after.origin(HalfedgeId(h)));
+                const Vec2d uv = after.data().uvs[after.uv_index(HalfedgeId(h))];
+                REQUIRE(glm::length(uv - Vec2d(p.x, p.y)) < 1e-14);
+            }
+            for (std::uint32_t f = 0; f < after.face_count(); ++f)
+                REQUIRE(after.is_hole(FaceId(f)) == (after.data().face_group[f] % 3 == 0));
+        }
+}
+
+TEST_CASE("a mesh of triangles stays as it is") {
+    const ControlMesh mesh = ControlMesh::build(mesh_data({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}));
+    const ControlMesh same = triangulate(mesh);
+    CHECK(same.data().face_vertices == mesh.data().face_vertices);
+    CHECK(same.warnings().empty());
+}
+
+TEST_SUITE_END();

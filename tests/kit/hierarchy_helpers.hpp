@@ -1,0 +1,108 @@
+#pragma once
+
+#include "dual_mesh.hpp"
+#include "random_mesh.hpp"
+#include "same_bytes.hpp"
+
+#include "../../hier/mesh/triangulate.hpp"
+#include "../../refine/adaptive/hierarchy.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <set>
+#include <string_view>
+#include <vector>
+
+// Hierarchies for tests: random meshes that a scheme takes, random sequences of changes.
+namespace tetrakis::test {
+
+/// Random triangles, closed or with a boundary that is sharp or round at its corners; without tags inside, with holes
+/// and single sharp edges and vertices, infinitely and finitely so, or with so many edges that they run together.
+inline ControlMesh random_sqrt3_mesh(std::uint64_t seed) {
+    RandomMeshOptions options = random_options(seed);
+    options.triangles_only = true;
+    if (seed % 3 == 0) options.hole = 0;
+    options.crease = std::array{0.0, 0.15, 0.4}[seed % 3];
+    options.corner = seed % 3 == 0 ? 0 : 0.05;
+    if (seed % 7 == 4) {
+        options.boundary_rule = BoundaryRule::none;
+        // Where it leaves enough of the mesh.
+        const ControlMesh mesh = random_mesh(seed, options);
+        std::uint32_t holes = 0;
+        for (std::uint32_t f = 0; f < mesh.face_count(); ++f) holes += mesh.is_hole(FaceId(f)) ? 1 : 0;
+        if (2 * holes < mesh.face_count()) return mesh;
+    }
+    options.boundary_rule = seed % 2 == 0 ? BoundaryRule::edge_and_corner : BoundaryRule::edge_only;
+    return random_mesh(seed, options);
+}
+
+inline ControlMesh hierarchy_mesh(std::string_view scheme, std::uint64_t seed) {
+    if (scheme == "sqrt3") return random_sqrt3_mesh(seed);
+    if (find_scheme(scheme)->lattice == FanLattice::dual)
+        return seed % 2 == 1 ? random_creased_dual_mesh(seed) : random_dual_mesh(seed);
+    const ControlMesh mesh = random_mesh(seed);
+    const bool triangles = find_scheme(scheme)->family == MeshFamily::triangles;
+    return triangles ? triangulate(mesh) : ControlMesh::build(mesh.data());
+}
+
+inline std::vector<LeafHandle> leaves_of(const Hierarchy& h) { return {h.leaves().begin(), h.leaves().end()}; }
+
+inline std::set<HierarchyNode> nodes_of(const Hierarchy& h) {
+    std::set<HierarchyNode> nodes;
+    for (LeafHandle leaf : h.leaves()) nodes.insert(h.node(leaf));
+    return nodes;
+}
+
+inline std::vector<LeafHandle> random_subset(const std::vector<LeafHandle>& leaves, double chance, Random& random) {
+    std::vector<LeafHandle> result;
+    for (LeafHandle leaf : leaves)
+        if (random.chance(chance)) result.push_back(leaf);
+    return result;
+}
+
+/// Changes of all kinds, single ones by the dozen for each in bulk; no leaf becomes deeper than max_depth + its
+/// closure. `seen` is called after each round.
+template <class Seen>
+void random_changes(Hierarchy& h, int rounds, int max_depth, Random& random, Seen&& seen) {
+    for (int round = 0; round < rounds; ++round) {
+        const std::vector<LeafHandle> all = leaves_of(h);
+        if (all.empty()) return;
+        const auto shallow = [&](LeafHandle leaf) { return h.node(leaf).depth < max_depth; };
+        if (round % 10 == 3) {
+            auto some = random_subset(all, 0.15, random);
+            std::erase_if(some, [&](LeafHandle leaf) { return !shallow(leaf); });
+            h.refine(some);
+        } else if (round % 10 == 8) {
+            h.coarsen(random_subset(all, 0.9, random));
+        } else {
+            for (int i = 0; i < 12; ++i) {
+                const LeafHandle leaf = all[random.below(static_cast<std::uint32_t>(all.size()))];
+                if (!h.is_leaf(leaf)) continue;
+                if (random.chance(0.55)) {
+                    if (shallow(leaf)) h.refine(leaf);
+                } else if (h.can_coarsen(leaf)) {
+                    h.coarsen(leaf);
+                }
+            }
+        }
+        seen();
+    }
+}
+
+/// All that may depend on the set of leaves alone.
+inline bool same_mesh(const HierarchyMesh& a, const HierarchyMesh& b) {
+    return same_bytes(a.mesh.positions, b.mesh.positions) && same_bytes(a.mesh.normals, b.mesh.normals) &&
+           a.mesh.face_offsets == b.mesh.face_offsets && a.mesh.face_vertices == b.mesh.face_vertices &&
+           a.sites == b.sites && a.faces == b.faces;
+}
+
+inline std::vector<std::vector<std::uint32_t>> faces_of(const PolygonMesh& mesh) {
+    std::vector<std::vector<std::uint32_t>> faces;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+        faces.emplace_back(mesh.face_vertices.begin() + mesh.face_offsets[f],
+                           mesh.face_vertices.begin() + mesh.face_offsets[f + 1]);
+    return faces;
+}
+
+}  // namespace tetrakis::test

@@ -1,0 +1,75 @@
+#pragma once
+
+#include "../../hier/base/error.hpp"
+#include "../../hier/mesh/control_mesh.hpp"
+#include "../../hier/mesh/mesh_check.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <initializer_list>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace tetrakis::test {
+
+inline ControlMeshData mesh_data(std::vector<Vec3d> positions,
+                                 std::initializer_list<std::vector<std::uint32_t>> faces) {
+    ControlMeshData data;
+    data.positions = std::move(positions);
+    data.face_offsets = {0};
+    for (const auto& face : faces) {
+        data.face_vertices.insert(data.face_vertices.end(), face.begin(), face.end());
+        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+    }
+    return data;
+}
+
+inline std::vector<Vec3d> random_points(std::uint32_t count, std::mt19937_64& random) {
+    std::uniform_real_distribution<double> coordinate(-1.0, 1.0);
+    std::vector<Vec3d> points(count);
+    for (Vec3d& p : points) p = {coordinate(random), coordinate(random), coordinate(random)};
+    return points;
+}
+
+inline bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+/// The error that `call` throws; fails the test if it throws none.
+template <class Call>
+Error error_of(Call&& call) {
+    try {
+        call();
+    } catch (const Error& error) {
+        return error;
+    }
+    FAIL("no error was thrown");
+    return Error(ErrorCode::unsupported, "");
+}
+
+inline RunContext with_thread_count(int threads) {
+    RunContext context;
+    context.threads = threads;
+    return context;
+}
+
+/// The folder of shared models and reference data, if it is there.
+inline std::optional<std::filesystem::path> shared_dir() {
+    const char* given = std::getenv("TETRAKIS_SHARED_DIR");
+    const std::filesystem::path path = given ? given : std::filesystem::path(TETRAKIS_SOURCE_DIR) / ".." / "shared";
+    if (std::filesystem::is_directory(path)) return path;
+    MESSAGE("SKIPPED: there is no folder ", path.string(), " (set TETRAKIS_SHARED_DIR)");
+    return {};
+}
+
+/// Listed seeds, and the one of TETRAKIS_SEED.
+inline std::vector<std::uint64_t> seeds(std::initializer_list<std::uint64_t> listed) {
+    std::vector<std::uint64_t> all(listed);
+    if (const char* extra = std::getenv("TETRAKIS_SEED")) all.push_back(std::strtoull(extra, nullptr, 10));
+    return all;
+}
+
+}  // namespace tetrakis::test

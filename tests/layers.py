@@ -1,0 +1,91 @@
+"""The layer rule: no include points up, between layers or between the folders of one (DESIGN section 2).
+
+Programs that stand for users (tools/tetrakis, tools/examples, tests/contract) include public headers only.
+Usage: layers.py SOURCE_DIR; prints every arrow that points up, and fails if there is one.
+"""
+import os
+import re
+import sys
+
+# From the bottom up. A folder may include itself and what stands before it in its list.
+LAYERS = {
+    "schemes": ["core", "rules", "analysis", "curves"],
+    "hier": ["base", "mesh", "forest"],
+    "refine": ["rules", "attributes", "uniform", "factored", "adaptive"],
+    "eval": ["surface", "bounds", "distance", "io", "tessellate", "render"],
+}
+KNOWS = {"schemes": ["schemes"], "hier": ["hier"], "refine": ["schemes", "hier", "refine"]}
+KNOWS["eval"] = KNOWS["refine"] + ["eval"]
+USERS = ["tools/examples", "tests/contract"]
+# Arrows that are left from before the folders, to be taken out: (including file, included file).
+LEFT = {
+    ("eval/bounds/mask_norm_bound.cpp", "eval/tessellate/limit_samples.hpp"),
+    ("eval/bounds/mask_norm_bound.cpp", "eval/tessellate/surface_family.hpp"),
+    ("eval/distance/hausdorff.hpp", "eval/tessellate/tessellate.hpp"),
+    ("eval/surface/height_image.cpp", "eval/io/mesh_decoders.hpp"),
+}
+
+
+def sources(root, folder):
+    for path, _, names in os.walk(os.path.join(root, folder)):
+        for name in sorted(names):
+            if name.endswith((".hpp", ".cpp", ".inc")):
+                yield os.path.relpath(os.path.join(path, name), root)
+
+
+def includes(root, source):
+    with open(os.path.join(root, source), encoding="utf-8") as file:
+        for target in re.findall(r'^\s*#\s*include "([^"]+)"', file.read(), re.M):
+            yield os.path.normpath(os.path.join(os.path.dirname(source), target))
+
+
+def public_headers(root):
+    result = set()
+    for layer in LAYERS:
+        with open(os.path.join(root, layer, "CMakeLists.txt"), encoding="utf-8") as file:
+            listed = re.search(r"PUBLIC_HEADERS([^)]*)\)", file.read()).group(1)
+        result.update(layer + "/" + header for header in listed.split())
+    return result
+
+
+def fault(root, public, source, target):
+    """What is wrong with source's including target, or None."""
+    if not os.path.exists(os.path.join(root, target)):
+        return "no such file"
+    here, there = source.split("/"), target.split("/")
+    if here[0] not in LAYERS:
+        users = any(source.startswith(folder + "/") for folder in USERS)
+        return "not a public header" if users and there[0] in LAYERS and target not in public else None
+    if there[0] not in KNOWS[here[0]]:
+        return f"{here[0]} does not know {there[0]}"
+    if len(here) == 2:
+        return None
+    order = LAYERS[here[0]]
+    if here[1] not in order:
+        return f"no place in the order of {here[0]}"
+    if here[0] == there[0] and (there[1] not in order or order.index(there[1]) > order.index(here[1])):
+        return "points up"
+    if source in public and target not in public:
+        return "a public header includes one that is not installed"
+    return None
+
+
+def main():
+    root = sys.argv[1]
+    public = public_headers(root)
+    faults, left = [], set(LEFT)
+    for folder in list(LAYERS) + USERS:
+        for source in sources(root, folder):
+            for target in includes(root, source):
+                what = fault(root, public, source, target)
+                if what and (source, target) in LEFT:
+                    left.discard((source, target))
+                elif what:
+                    faults.append(f"{source} -> {target}: {what}")
+    faults += [f"{source} -> {target} is listed in LEFT, and is gone" for source, target in sorted(left)]
+    print("\n".join(faults) if faults else "no arrow points up")
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,498 @@
+#include "../../eval/io/mesh_reader.hpp"
+#include "../../eval/surface/height_image.hpp"
+#include "../kit/cli.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <set>
+#include <sstream>
+#include <string>
+#include <tuple>
+#include <vector>
+
+TEST_SUITE_BEGIN("cli");
+
+TEST_CASE("schemes lists every scheme with its classification") {
+    const nlohmann::json list = cli::run_json({"schemes", "--json"});
+    const std::string text = cli::run({"schemes"}).out;
+    std::set<std::string> names;
+    for (const auto& scheme : list) {
+        const std::string name = scheme.at("name");
+        names.insert(name);
+        CHECK(text.find("\n" + name + " ") != std::string::npos);
+        CHECK(std::set<std::string>{"face split", "vertex split", "bisection", "sqrt3", "honeycomb"}.contains(
+            scheme.at("refinement")));
+        CHECK(scheme.at("interpolating").is_boolean());
+    }
+    for (const char* name : {"loop", "catmull-clark", "modified-butterfly", "kobbelt", "doo-sabin", "midedge",
+                             "biquartic", "sqrt3", "4-8"})
+        CHECK(names.contains(name));
+    CHECK(names.size() == list.size());
+}
+
+TEST_CASE(
+    "scheme explains every scheme, and what it prints as limit and tangents are left eigenvectors of its matrix") {
+    for (const auto& listed : cli::run_json({"schemes", "--json"})) {
+        const std::string name = listed.at("name");
+        CAPTURE(name);
+        CHECK(cli::run({"scheme", name}).code == 0);
+        const nlohmann::json scheme = cli::run_json({"scheme", name, "--valence", "5", "--matrix", "--json"});
+        const auto& matrix = scheme.at("matrix");
+        const std::size_t size = matrix.size();
+        CHECK(scheme.at("points").size() == size);
+        CHECK(scheme.at("valence") == 5);
+        const auto check = [&](const nlohmann::json& mask, double lambda) {
+            if (mask.is_null()) return;
+            const auto& weights = mask.at("weights");
+            REQUIRE(weights.size() == size);
+            double most = 0;
+            for (std::size_t j = 0; j < size; ++j) {
+                double sum = -lambda * weights[j].get<double>();
+                for (std::size_t i = 0; i < size; ++i) sum += weights[i].get<double>() * matrix[i][j].get<double>();
+                most = std::max(most, std::abs(sum));
+            }
+            CHECK(most < 1e-9);
+        };
+        check(scheme.at("limit"), 1);
+        for (int i = 0; i < 2; ++i) check(scheme.at("tangents")[i], scheme.at("subdominant")[i]);
+    }
+    // The two-ring matrix of Loop's scheme has 3 v + 1 rows.
+    CHECK(cli::run_json({"scheme", "loop", "--valence", "11", "--matrix", "--json"}).at("matrix").size() == 34);
+    const nlohmann::json boundary = cli::run_json({"scheme", "loop", "--boundary", "--json"});
+    CHECK(boundary.at("valence") == 4);
+    CHECK(boundary.at("subdominant")[0].get<double>() == doctest::Approx(0.5));
+    const nlohmann::json pentagons = cli::run_json({"scheme", "honeycomb", "--boundary", "--matrix", "--json"});
+    CHECK(pentagons.at("matrix").size() == 9);
+    CHECK(pentagons.at("limit").at("weights")[0].get<double>() == doctest::Approx(2.0 / 3));
+    CHECK(pentagons.at("subdominant")[0].get<double>() == doctest::Approx(0.5));
+    CHECK(cli::run({"scheme", "catmull-clark", "--valence", "7", "--matrix"}).out.find("unbounded") !=
+          std::string::npos);
+}
+
+TEST_CASE("scheme explains what primal schemes do at two edges, and why dual ones have nothing there") {
+    for (const auto& listed : cli::run_json({"schemes", "--json"})) {
+        const std::string name = listed.at("name");
+        CAPTURE(name);
+        const ProcessResult two = cli::run({"scheme", name, "--valence", "2"});
+        const ProcessResult one = cli::run({"scheme", name, "--valence", "1"});
+        CHECK(one.code == 2);
+        const bool dual = cli::run_json({"scheme", name, "--json"}).at("dual");
+        CHECK(two.code == (dual ? 2 : 0));
+        const char* reason = name == "honeycomb" ? "one rule for any number of edges" : "becomes no face";
+        CHECK((dual ? two.err.find(reason) : two.out.find("no characteristic map")) != std::string::npos);
+        CHECK(one.err.find(dual ? "at least 3 corners" : "at least 2 edges") != std::string::npos);
+    }
+}
+
+TEST_CASE("scheme answers at vertices of a thousand edges, and says what would take too much memory") {
+    constexpr int n = 1000;
+    for (const char* name : {"loop", "doo-sabin", "sqrt3"})
+        for (const bool boundary : {false, true}) {
+            const bool is_loop = std::string(name) == "loop";
+            if (boundary && !is_loop) continue;
+            CAPTURE(name);
+            CAPTURE(boundary);
+            std::vector<std::string> arguments{"scheme", name, "--valence", std::to_string(n)};
+            if (boundary) arguments.push_back("--boundary");
+            if (is_loop) CHECK(cli::run(arguments).code == 0);
+            arguments.push_back("--json");
+            const nlohmann::json scheme = cli::run_json(arguments);
+            double sum = 0;
+            for (const double w : scheme.at("limit").at("weights")) sum += w;
+            CHECK(sum == doctest::Approx(1).epsilon(1e-12));
+            int multiplicity = 0;
+            for (const auto& e : scheme.at("eigenvalues")) multiplicity += e.at("multiplicity").get<int>();
+            CHECK(static_cast<std::size_t>(multiplicity) == scheme.at("points").size());
+        }
+    const ProcessResult matrix = cli::run({"scheme", "loop", "--valence", "100000", "--matrix", "--json"});  // of 4 TB
+    CHECK(matrix.code == 2);
+    CHECK(matrix.err.find("--matrix, 300001 x 300001 numbers as JSON, takes about 4.32e+03 GB") != std::string::npos);
+    const ProcessResult all = cli::run({"scheme", "doo-sabin", "--valence", "2000000000"});
+    CHECK(all.code == 2);
+    CHECK(all.err.find("GB of memory") != std::string::npos);
+    CHECK(all.err.find("ask for a lower --valence") != std::string::npos);
+}
+
+TEST_CASE("scheme prints the rule of honeycomb's old vertices: the mean of the new corners around") {
+    CHECK(cli::run({"scheme", "honeycomb"}).out.find("old vertex v: the mean of the new corners") != std::string::npos);
+    const nlohmann::json rule = cli::run_json({"scheme", "honeycomb", "--json"}).at("old_vertex");
+    // Of three hexagons: each corner as often as it is in one of them, with Doo and Sabin's weights.
+    for (const auto& term : rule.at("terms")) {
+        const int face = term.at("face"), corner = term.at("corner");
+        const bool neighbour = (face == 0 && (corner == 1 || corner == 5)) || (face == 1 && corner == 1);
+        const double expected = corner == 0 ? 11.0 / 24 : neighbour ? 2.0 / 18 : corner == 3 ? 1.0 / 72 : 2.0 / 72;
+        CHECK(term.at("weight").get<double>() == doctest::Approx(expected).epsilon(1e-12));
+    }
+    CHECK(rule.at("terms").size() == 13);
+}
+
+TEST_CASE("scheme classifies averaging by its number of steps, and says which options do nothing here") {
+    for (int m = 0; m <= 5; ++m) {
+        const nlohmann::json scheme = cli::run_json({"scheme", "averaging", "--steps", std::to_string(m), "--json"});
+        CHECK(scheme.at("refinement") == (m % 2 == 0 ? "face split" : "vertex split"));
+        CHECK(scheme.at("interpolating") == (m == 0));
+    }
+    const auto warned = [](std::vector<std::string> arguments, const char* option) {
+        arguments.insert(arguments.begin(), "scheme");
+        const ProcessResult result = cli::run(arguments);
+        CHECK(result.code == 0);
+        return result.err.find(std::string(option) + " has no effect") != std::string::npos;
+    };
+    CHECK(warned({"catmull-clark", "--beta", "0.3"}, "--beta"));
+    CHECK_FALSE(warned({"catmull-clark", "--beta", "0.3", "--valence", "5"}, "--beta"));
+    CHECK(warned({"loop", "--hoppe"}, "--hoppe"));
+    CHECK_FALSE(warned({"loop", "--hoppe", "--boundary", "--valence", "6"}, "--hoppe"));
+    CHECK(warned({"loop", "--edge-rule", "cosine"}, "--edge-rule"));
+}
+
+TEST_CASE("scheme explains corners, with the angle that they get, and darts") {
+    const auto corner = [](const char* name, std::vector<std::string> more) {
+        more.insert(more.begin(), {"scheme", name, "--corner", "--json"});
+        return cli::run_json(more);
+    };
+    for (const char* name : {"loop", "tuned-loop", "catmull-clark"}) {
+        CAPTURE(name);
+        for (const char* degrees : {"90", "270"}) {
+            const nlohmann::json found = corner(name, {"--valence", "4", "--corner-angle", degrees});
+            CHECK(found.at("corner") == true);
+            // It stays, and its two sharp edges span the plane.
+            const std::vector<double> limit = found.at("limit").at("weights");
+            CHECK(limit[0] == 1);
+            CHECK(std::count(limit.begin(), limit.end(), 0.0) == static_cast<std::ptrdiff_t>(limit.size()) - 1);
+            for (const double value : found.at("subdominant")) CHECK(value == doctest::Approx(0.5));
+            CHECK(found.at("tangent_plane") == true);
+        }
+        const nlohmann::json dart = cli::run_json({"scheme", name, "--dart", "--json"});
+        CHECK(dart.at("dart") == true);
+        CHECK(dart.at("tangent_plane") == true);
+    }
+    // Without an angle the sector is not smaller than the tangents.
+    CHECK(corner("loop", {"--valence", "5"}).at("tangent_plane") == false);
+    CHECK(cli::run_json({"scheme", "loop", "--dart", "--json"}).at("curvature") == "unbounded");
+    CHECK(cli::run_json({"scheme", "doo-sabin", "--corner", "--json"}).at("limit").at("weights").at(0) == 1);
+    CHECK(cli::run({"scheme", "doo-sabin", "--dart"}).code == 2);
+    CHECK(cli::run({"scheme", "loop", "--dart", "--corner"}).code == 2);
+    CHECK(cli::run({"scheme", "loop", "--corner-angle", "90"}).err.find("no vertex but a --corner") !=
+          std::string::npos);
+}
+
+TEST_CASE("scheme and refine take the tension of the ten-point rule; what is no number is refused") {
+    const nlohmann::json masks = cli::run_json({"scheme", "butterfly", "--ten-point", "0.01", "--json"}).at("masks");
+    CHECK(masks.dump().find("0.49") != std::string::npos);  // 1/2 - w
+    CHECK(cli::run({"scheme", "loop", "--ten-point", "0.01"}).err.find("--ten-point has no effect") !=
+          std::string::npos);
+    for (const char* bad : {"nan", "2", "-0.1", "x"})
+        CHECK(cli::run({"scheme", "tuned-loop", "--tuning", bad}).code == 2);
+    for (const char* bad : {"nan", "inf", "x"}) CHECK(cli::run({"scheme", "butterfly", "--ten-point", bad}).code == 2);
+    const ScratchDir scratch;
+    CHECK(cli::run({"refine", cli::data("cube.obj"), "--scheme", "averaging", "--steps", "64", "--levels", "1", "-o",
+                    (scratch / "many.obj").string()})
+              .code == 0);
+}
+
+TEST_CASE("scheme says how far a mesh is from its limit, where mask norms do") {
+    for (const auto& [name, known] : {std::pair{"modified-butterfly", true},
+                                      {"kobbelt", true},
+                                      {"loop", true},
+                                      {"sqrt3", false},
+                                      {"doo-sabin", false}}) {
+        CAPTURE(name);
+        const nlohmann::json regular = cli::run_json({"scheme", name, "--json"}).at("mask_norm");
+        const nlohmann::json five = cli::run_json({"scheme", name, "--valence", "5", "--json"}).at("mask_norm");
+        CHECK(regular.is_null() != known);
+        CHECK(five.is_null() != known);
+        if (!known) continue;
+        CHECK(regular.at("linear") == true);
+        CHECK(five.at("linear") == false);
+        CHECK(regular.at("sum").get<double>() > 0.5);
+        CHECK(regular.at("sum").get<double>() < five.at("sum").get<double>());
+    }
+    // Around many edges, where what most points of a ring have in common is kept once: as with whole rows.
+    for (const auto& [name, inside, boundary] : {std::tuple{"loop", 3.5002340400360943, 2.1041804055265354},
+                                                 {"kobbelt", 4.2917886973057655, 1.7173014444821746},
+                                                 {"4-8", 7.93493747416608, 3.8649626596495104},
+                                                 {"tuned-loop", 2.852704057467213, 2.1041804055265354}}) {
+        CAPTURE(name);
+        const auto sum_of = [&, of = name](std::vector<std::string> more) {
+            more.insert(more.begin(), {"scheme", of, "--valence", "40", "--json"});
+            return cli::run_json(more).at("mask_norm").at("sum").get<double>();
+        };
+        CHECK(sum_of({}) == doctest::Approx(inside).epsilon(1e-12));
+        CHECK(sum_of({"--boundary"}) == doctest::Approx(boundary).epsilon(1e-12));
+    }
+    // Loop's basis functions are positive and sum to one: over a face those of other points than its corners have no
+    // more than all.
+    CHECK(cli::run_json({"scheme", "loop", "--json"}).at("mask_norm").at("sum").get<double>() < 1);
+}
+
+TEST_CASE("refine takes every scheme, in every format") {
+    const ScratchDir scratch;
+    for (const auto& listed : cli::run_json({"schemes", "--json"})) {
+        const std::string name = listed.at("name");
+        CAPTURE(name);
+        for (const std::string extension : {".obj", ".ply", ".glb"}) {
+            const std::string out = (scratch / ("out" + extension)).string(), report = (scratch / "r.json").string();
+            const ProcessResult result = cli::run({"refine", cli::data("cube.obj"), "--scheme", name, "--levels", "2",
+                                                   "--limit", "-o", out, "--report", report});
+            CAPTURE(result.err);
+            REQUIRE(result.code == 0);
+            const nlohmann::json json = nlohmann::json::parse(slurp(report));
+            cli::check_report(json);
+            CHECK(json["scheme"] == name);
+            const tetrakis::TriangleMesh mesh = tetrakis::read_triangle_mesh(out);
+            CHECK(mesh.positions.size() >= json["vertices"].get<std::size_t>());
+            CHECK(mesh.triangles.size() >= json["output_faces"].get<std::size_t>());
+            // The cube reaches from -1 to 1; nothing overshoots by more than the interpolating schemes do.
+            for (const auto& p : mesh.positions) CHECK(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) < 1.7);
+        }
+    }
+    // Of a surface that recedes there is less: nothing, where it uses up the whole mesh.
+    std::ofstream(scratch / "quad.obj") << "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+    const auto receding = [&](const std::string& in, const std::string& name) {
+        return cli::run({"refine", in, "--scheme", "biquartic", "--levels", "1", "--recede", "--limit", "-o",
+                         (scratch / name).string()});
+    };
+    CHECK(receding(cli::data("pipe3.obj"), "some.obj").code == 0);
+    CHECK(!tetrakis::read_triangle_mesh(scratch / "some.obj").triangles.empty());
+    const ProcessResult nothing = receding((scratch / "quad.obj").string(), "no.obj");
+    CHECK(nothing.code != 0);
+    CHECK(nothing.err.find("whole mesh") != std::string::npos);
+    CHECK(!std::filesystem::exists(scratch / "no.obj"));
+}
+
+TEST_CASE("refine --stencils: its rows, applied to the control vertices, are the vertices of the mesh") {
+    const ScratchDir scratch;
+    const std::string out = (scratch / "out.obj").string(), table = (scratch / "out.txt").string();
+    const auto vertices = [](const std::string& path) {
+        std::vector<std::array<double, 3>> points;
+        std::istringstream lines(slurp(path));
+        for (std::string line; std::getline(lines, line);) {
+            std::istringstream words(line);
+            std::string kind;
+            std::array<double, 3> p{};
+            if (words >> kind && kind == "v" && words >> p[0] >> p[1] >> p[2]) points.push_back(p);
+        }
+        return points;
+    };
+    for (const std::string scheme : {"catmull-clark", "doo-sabin", "kobbelt"}) {
+        CAPTURE(scheme);
+        const std::string input = cli::data("extruded_pentagon.obj");
+        const ProcessResult result =
+            cli::run({"refine", input, "--scheme", scheme, "--levels", "2", "--limit", "-o", out, "--stencils", table});
+        CAPTURE(result.err);
+        REQUIRE(result.code == 0);
+        const auto control = vertices(input), fine = vertices(out);
+        std::istringstream text(slurp(table));
+        std::string magic;
+        std::size_t version = 0, rows = 0, controls = 0, terms = 0;
+        text >> magic >> version >> rows >> controls >> terms;
+        CHECK(magic == "tetrakis-stencils");
+        CHECK(version == 2);
+        REQUIRE(rows == fine.size());
+        REQUIRE(controls == control.size());
+        const auto numbers = [&](auto kind, std::size_t count) {
+            std::vector<decltype(kind)> array(count);
+            for (auto& x : array) text >> x;
+            return array;
+        };
+        const std::vector<std::size_t> begin = numbers(std::size_t{0}, rows + 1), from = numbers(std::size_t{0}, terms);
+        const std::vector<double> weight = numbers(0.0, terms);
+        REQUIRE(text.good());
+        std::string more;
+        CHECK(!static_cast<bool>(text >> more));
+        REQUIRE(begin.front() == 0);
+        REQUIRE(begin.back() == terms);
+        double most = 0;
+        for (std::size_t r = 0; r < rows; ++r) {
+            REQUIRE(begin[r] < begin[r + 1]);
+            std::array<double, 3> p{};
+            for (std::size_t i = begin[r]; i < begin[r + 1]; ++i) {
+                REQUIRE(from[i] < controls);
+                for (int k = 0; k < 3; ++k) p[k] += weight[i] * control[from[i]][k];
+            }
+            for (int k = 0; k < 3; ++k) most = std::max(most, std::abs(p[k] - fine[r][k]));
+        }
+        CHECK(most < 1e-12);
+    }
+}
+
+TEST_CASE("[bad-input] an unknown scheme is answered with the nearest name and all names") {
+    const ProcessResult wrong = cli::run({"scheme", "catmul-clark"});
+    CHECK(wrong.code == 2);
+    CHECK(wrong.out.empty());
+    CHECK(wrong.err.find("did you mean catmull-clark?") != std::string::npos);
+    CHECK(wrong.err.find("modified-butterfly") != std::string::npos);
+    CHECK(cli::run({"refine", cli::data("cube.obj"), "--levels", "1", "--scheme", "dosabin", "-o", "x.obj"})
+              .err.find("did you mean doo-sabin?") != std::string::npos);
+    CHECK(cli::run({"scheme"}).code == 2);
+    CHECK(cli::run({"scheme", "loop", "--valence", "x"}).code == 2);
+    CHECK(cli::run({"scheme", "honeycomb", "--boundary", "--valence", "4"}).code == 2);
+    const ProcessResult undrawn = cli::run({"scheme", "honeycomb", "--boundary", "--image", "no.png"});
+    CHECK(undrawn.code == 2);
+    CHECK(undrawn.err.find("no picture of the boundary") != std::string::npos);
+    CHECK(!std::filesystem::exists("no.png"));
+    CHECK(cli::run({"scheme", "doo-sabin", "--boundary", "--valence", "4"}).code == 2);
+}
+
+TEST_CASE("[bad-input] scheme says why there is nothing to print for a boundary that is used up") {
+    for (const std::vector<std::string>& scheme :
+         {std::vector<std::string>{"biquartic"}, {"averaging", "--steps", "1"}, {"averaging", "--steps", "4"}}) {
+        std::vector<std::string> arguments{"scheme"};
+        arguments.insert(arguments.end(), scheme.begin(), scheme.end());
+        arguments.insert(arguments.end(), {"--boundary", "--recede"});
+        const auto result = cli::run(arguments);
+        CHECK(result.code == 2);
+        CHECK(result.err.find("uses up the boundary") != std::string::npos);
+    }
+}
+
+TEST_CASE("refine and tessellate say which options a scheme has no use for, and which tags") {
+    const ScratchDir scratch;
+    const std::string out = (scratch / "out.obj").string(), pawn = cli::data("pawn.obj");
+    const auto warned = [&](std::vector<std::string> arguments, const char* text) {
+        arguments.insert(arguments.end(), {"-o", out});
+        const auto result = cli::run(arguments);
+        CHECK(result.code == 0);
+        return (result.out + result.err).find(text) != std::string::npos;
+    };
+    CHECK(warned({"refine", pawn, "--levels", "1", "--scheme", "modified-butterfly", "--warren"},
+                 "--warren has no effect on modified-butterfly"));
+    CHECK(warned({"refine", pawn, "--levels", "1", "--smoothing", "2"}, "--smoothing is for interpolating schemes"));
+    CHECK(warned({"refine", pawn, "--levels", "1", "--scheme", "kobbelt", "--edge-rule", "cosine"}, "--edge-rule has"));
+    CHECK(
+        warned({"tessellate", pawn, "--tolerance", "1e-2", "--scheme", "kobbelt", "--hoppe"}, "--hoppe has no effect"));
+    CHECK(warned({"refine", pawn, "--levels", "1", "--scheme", "biquartic"}, "the creases were ignored"));
+    CHECK_FALSE(warned({"refine", pawn, "--levels", "1", "--scheme", "doo-sabin"}, "ignored"));
+    const auto half_steps = [&](std::vector<std::string> more, const char* text) {
+        more.insert(more.begin(), {"refine", pawn, "--factored", "--steps", "3"});
+        return warned(std::move(more), text);
+    };
+    CHECK(half_steps({"--scheme", "biquartic"}, "the creases were ignored"));
+    CHECK_FALSE(half_steps({"--scheme", "averaging", "--averaging-steps", "2"}, "ignored"));
+    CHECK(half_steps({"--scheme", "doo-sabin", "--recede"}, "--recede has no effect on doo-sabin"));
+    CHECK(half_steps({"--scheme", "biquartic", "--averaging-steps", "2"}, "--averaging-steps has no effect"));
+    CHECK(warned({"refine", pawn, "--levels", "1", "--scheme", "kobbelt", "--beta", "0.6"}, "--beta has no effect"));
+    const auto refused = cli::run({"refine", cli::data("cube.obj"), "--levels", "1", "--beta", "5", "-o", out});
+    CHECK(refused.code == 3);
+    CHECK(refused.err.find("they must lie inside the triangle") != std::string::npos);
+    CHECK_FALSE(warned({"refine", pawn, "--levels", "1", "--scheme", "loop", "--warren"}, "no effect"));
+}
+
+TEST_CASE("refine and tessellate take the angles of corners from tags, from one number or from the control mesh") {
+    const ScratchDir scratch;
+    const std::string out = (scratch / "out.obj").string(), in = (scratch / "in.obj").string();
+    // A roof over a corner with three faces.
+    const std::string mesh =
+        "v 0 0 1\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv -2 2 0\nv -2 0 0\nv -2 -2 0\nv 0 -2 0\nf 1 2 3 4\nf 1 4 5 6\n"
+        "f 1 6 7 8\n";
+    const auto refined = [&](const std::string& tags, std::vector<std::string> more) {
+        std::ofstream(in) << mesh << "t corner 1/1/0 0 10\n" << tags;
+        more.insert(more.begin(), {"refine", in, "--levels", "2", "-o", out});
+        const auto result = cli::run(more);
+        CAPTURE(result.err);
+        CHECK(result.code == 0);
+        std::ostringstream text;
+        text << std::ifstream(out).rdbuf();
+        return text.str();
+    };
+    const std::string plain = refined("", {}), by_number = refined("", {"--corner-angle", "250"}),
+                      measured = refined("", {"--corner-angle", "measured"});
+    CHECK(plain != by_number);
+    CHECK(plain != measured);
+    CHECK(by_number != measured);
+    CHECK(refined("t cornerangle 2/1/0 0 1 250\n", {}) == by_number);
+    CHECK(refined("t cornerangle 2/1/0 0 1 250\n", {"--corner-angle", "measured"}) == by_number);
+    for (const char* angle : {"180", "0", "360", "90x", "flat"}) {
+        const auto refused = cli::run({"refine", in, "--levels", "1", "--corner-angle", angle, "-o", out});
+        CHECK(refused.code == 2);
+        CHECK(refused.err.find("neither measured nor a number of degrees") != std::string::npos);
+    }
+    const auto ignored = cli::run({"refine", in, "--levels", "1", "--scheme", "kobbelt", "-o", out});
+    CHECK((ignored.out + ignored.err).find("corner angles were ignored: kobbelt") != std::string::npos);
+    const auto projected = cli::run({"tessellate", in, "--tolerance", "1e-2", "--target", in, "-o", out});
+    CHECK(projected.code == 1);
+    CHECK(projected.err.find("without corner angles") != std::string::npos);
+    const auto done = cli::run({"tessellate", in, "--tolerance", "1e-2", "-o", out});
+    CHECK(done.code == 0);
+}
+
+TEST_CASE("[slow] scheme draws a sheet with masks, characteristic map and basis function") {
+    const ScratchDir dir;
+    const auto draw = [&](const std::string& name, std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), "scheme");
+        arguments.insert(arguments.end(), {"--image", (dir / name).string()});
+        const ProcessResult result = cli::run(arguments);
+        CAPTURE(result.err);
+        REQUIRE(result.code == 0);
+        return tetrakis::load_height_image(dir / name);
+    };
+    // The share of a window, given in shares of the sheet's sides, that is darker than a picture's background.
+    const auto ink = [](const tetrakis::HeightImage& sheet, double left, double top, double right, double bottom) {
+        long dark = 0, all = 0;
+        for (int y = static_cast<int>(top * sheet.height); y < static_cast<int>(bottom * sheet.height); ++y)
+            for (int x = static_cast<int>(left * sheet.width); x < static_cast<int>(right * sheet.width); ++x, ++all)
+                dark += sheet.values[std::size_t(y) * sheet.width + x] < 0.78f;
+        return static_cast<double>(dark) / static_cast<double>(all);
+    };
+    const tetrakis::HeightImage loop = draw("loop.png", {"loop", "--valence", "5"});
+    CHECK(loop.width > 1000);
+    CHECK(ink(loop, 0, 0, 1, 0.05) > 0.005);     // titles
+    CHECK(ink(loop, 0, 0.06, 1, 0.53) > 0.005);  // masks
+    CHECK(ink(loop, 0, 0.06, 1, 0.53) < 0.2);
+    CHECK(ink(loop, 0, 0.58, 0.48, 0.98) > 0.02);  // isoparametric lines
+    CHECK(ink(loop, 0, 0.58, 0.48, 0.98) < 0.2);
+    CHECK(ink(loop, 0.6, 0.8, 0.9, 0.85) > 0.8);  // surface
+    CHECK(draw("seven.png", {"loop", "--valence", "7"}).values != loop.values);
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"doo-sabin"}, {"honeycomb"}, {"sqrt3", "--valence", "2"}}) {
+        CAPTURE(arguments[0]);
+        const tetrakis::HeightImage sheet = draw("other.png", arguments);
+        CHECK(sheet.width == loop.width);
+        CHECK(ink(sheet, 0, 0.6, 0.48, 0.98) > 0.02);
+        CHECK(ink(sheet, 0.6, 0.8, 0.9, 0.85) > 0.8);
+    }
+    // Masks of honeycomb refinement: a new corner of a face is made of that hexagon's corners, which are where those of
+    // the face in the middle are in the picture of the limit mask; an old vertex of three hexagons around it.
+    const tetrakis::HeightImage honeycomb = draw("honeycomb.png", {"honeycomb"});
+    const auto dot_at = [&](int column, int row, double right, double down) {
+        const double x = 24 + 380 * column + 190 + right, y = 84 + 420 * row + 40 + 190 + down;
+        return honeycomb.values[std::size_t(std::lround(y)) * honeycomb.width + std::size_t(std::lround(x))] < 0.5f;
+    };
+    for (int k = 0; k < 6; ++k) {
+        const double angle = (30 + 60 * k) * std::numbers::pi / 180;
+        const double right = 144 * std::cos(angle), down = 144 * std::sin(angle);
+        CAPTURE(k);
+        CHECK(dot_at(0, 0, right, down));
+        CHECK(dot_at(1, 0, right, down));
+        CHECK(dot_at(3, 0, right, down));
+        CHECK(dot_at(0, 1, right, down));
+    }
+    // Of nearly a hundred weights each different one is written once: 0.11 of the window, mostly the lattice; with all
+    // of them it was 0.18.
+    const tetrakis::HeightImage many = draw("many.png", {"averaging", "--steps", "9"});
+    const double limit_ink = ink(many, 24.0 / many.width, 550.0 / many.height, 404.0 / many.width, 910.0 / many.height);
+    CHECK(limit_ink > 0.05);
+    CHECK(limit_ink < 0.14);
+
+    CHECK(cli::run({"scheme", "loop", "--image", (dir / "loop.obj").string()}).code == 2);
+    // At a boundary: one side of it, from the middle of the left half's height (the boundary) up.
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"loop", "--boundary", "--valence", "5"}, {"doo-sabin", "--boundary"}}) {
+        CAPTURE(arguments[0]);
+        const tetrakis::HeightImage sheet = draw("boundary.png", arguments);
+        CHECK(sheet.width == loop.width);
+        CHECK(ink(sheet, 0, 0.06, 1, 0.4) > 0.003);
+        CHECK(ink(sheet, 0, 0.06, 1, 0.4) < 0.2);
+        CHECK(ink(sheet, 0, 0.5, 0.48, 0.98) > 0.01);
+        CHECK(ink(sheet, 0, 0.5, 0.48, 0.98) < 0.2);
+        CHECK(ink(sheet, 0.5, 0.5, 1, 0.98) > 0.1);
+    }
+}
+
+TEST_SUITE_END();

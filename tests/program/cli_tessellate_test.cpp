@@ -1,0 +1,504 @@
+#include "../../eval/io/mesh_reader.hpp"
+#include "../../eval/tessellate/tessellate.hpp"
+
+#include "../kit/cli.hpp"
+#include "../kit/process.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <fstream>
+#include <map>
+#include <numbers>
+#include <string_view>
+
+using namespace tetrakis;
+
+TEST_SUITE_BEGIN("cli");
+
+namespace {
+
+/// Runs `tetrakis tessellate` in a folder of its own and reads what it wrote.
+struct Run {
+    ScratchDir scratch;
+    ProcessResult result;
+    nlohmann::json report;
+    std::string bytes;
+    TriangleMesh mesh;
+
+    /// Measured by few samples, which is what takes longest, unless `more` says how many.
+    explicit Run(const std::string& model, const std::vector<std::string>& more,
+                 const std::string& extension = ".ply") {
+        const std::string out = (scratch / ("out" + extension)).string();
+        std::vector<std::string> arguments = {"tessellate", model,      "-o",
+                                              out,          "--report", (scratch / "report.json").string()};
+        if (std::ranges::find(more, "--samples") == more.end() && std::ranges::find(more, "--no-measure") == more.end())
+            arguments.insert(arguments.end(), {"--samples", "50000"});
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        result = cli::run(arguments);
+        if (!std::filesystem::exists(out)) return;
+        bytes = slurp(out);
+        mesh = read_triangle_mesh(out);
+        report = nlohmann::json::parse(slurp(scratch / "report.json"));
+    }
+};
+
+/// How many edges have one triangle only; fails where triangles do not fit together edge to edge.
+std::size_t boundary_edges(const TriangleMesh& mesh) {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> uses;
+    for (const auto& t : mesh.triangles)
+        for (std::size_t k = 0; k < 3; ++k) {
+            CHECK(t[k] != t[(k + 1) % 3]);
+            ++uses[{t[k], t[(k + 1) % 3]}];
+        }
+    std::size_t boundary = 0;
+    for (const auto& [edge, count] : uses) {
+        CHECK(count == 1);
+        boundary += uses.count({edge.second, edge.first}) == 0;
+    }
+    return boundary;
+}
+
+long euler_characteristic(const TriangleMesh& mesh, std::size_t boundary) {
+    const std::size_t edges = (3 * mesh.triangles.size() + boundary) / 2;
+    return static_cast<long>(mesh.positions.size() + mesh.triangles.size()) - static_cast<long>(edges);
+}
+
+}  // namespace
+
+TEST_CASE("tessellations of every model of data/ are watertight, measured within the tolerance, and reported") {
+    for (const std::string& model : cli::data_models()) {
+        const bool loop = model.ends_with("_tri.obj") || model.ends_with("tetrahedron.obj");
+        CAPTURE(model);
+        const Run run(model, {"--tolerance", "1e-2", "--scheme", loop ? "loop" : "catmull-clark"});
+        CAPTURE(run.result.err);
+        REQUIRE(run.result.code == 0);
+        cli::check_report(run.report);
+        const nlohmann::json info = cli::run_json({"info", model, "--json"});
+        const double limit = run.report["tolerance_absolute"];
+        CHECK(run.report["input"] == model);
+        CHECK(run.report["scheme"] == (loop ? "loop" : "catmull-clark"));
+        CHECK(run.report["faces"] == info["faces"]);
+        CHECK(run.report["tolerance"] == 1e-2);
+        CHECK(limit == doctest::Approx(1e-2 * info["diagonal"].get<double>()).epsilon(1e-12));
+        CHECK(run.report["measured_error"]["hausdorff"].get<double>() <= limit);
+        CHECK(run.report["measured_error"]["hausdorff"].get<double>() <= run.report["certified_error"].get<double>());
+        CHECK(run.report["tolerance_reached"] == true);
+        CHECK(run.report["triangles"] == run.mesh.triangles.size());
+        CHECK(run.report["vertices"] == run.mesh.positions.size());
+
+        const std::size_t boundary = boundary_edges(run.mesh);
+        CHECK((boundary == 0) == (info["boundary_edges"] == 0));
+        CHECK(euler_characteristic(run.mesh, boundary) == info["euler_characteristic"].get<long>());
+    }
+}
+
+TEST_CASE("[inv9] the certified estimator keeps measured <= certified <= tolerance, also in floats") {
+    for (const std::string extension : {".obj", ".glb"}) {
+        CAPTURE(extension);
+        const Run run(cli::data("pawn.obj"), {"--tolerance", "2e-3", "--estimator", "certified"}, extension);
+        CAPTURE(run.result.err);
+        REQUIRE(run.result.code == 0);
+        CHECK(run.report["estimator"] == "certified");
+        CHECK(run.report["certified_error"].get<double>() <= run.report["tolerance_absolute"].get<double>());
+        CHECK(run.report["measured_error"]["hausdorff"].get<double>() <= run.report["certified_error"].get<double>());
+    }
+}
+
+TEST_CASE("[inv10] one and two threads write the same bytes") {
+    struct Case {
+        std::string extension, estimator;
+        bool measured;  // what takes longest; once for each estimator
+    };
+    for (const Case& c :
+         {Case{".obj", "measured", true}, Case{".ply", "certified", true}, Case{".glb", "measured", false}}) {
+        CAPTURE(c.extension);
+        CAPTURE(c.estimator);
+        const auto run = [&](const std::string& threads) {
+            std::vector<std::string> options = {"--tolerance", "8e-3",      "--estimator",
+                                                c.estimator,   "--threads", threads};
+            if (!c.measured) options.push_back("--no-measure");
+            return Run(cli::data("head.obj"), options, c.extension);
+        };
+        const Run a = run("1"), b = run("2");
+        REQUIRE(a.result.code == 0);
+        REQUIRE(b.result.code == 0);
+        CHECK(a.bytes == b.bytes);
+        CHECK(a.report["measured_error"] == b.report["measured_error"]);
+        CHECK(a.report["certified_error"] == b.report["certified_error"]);
+    }
+}
+
+TEST_CASE("a tolerance is a share of the diagonal unless --absolute is given") {
+    const Run relative(cli::data("pawn.obj"), {"--tolerance", "4e-3"});
+    REQUIRE(relative.result.code == 0);
+    const Run absolute(cli::data("pawn.obj"),
+                       {"--tolerance", relative.report["tolerance_absolute"].dump(), "--absolute"});
+    REQUIRE(absolute.result.code == 0);
+    CHECK(absolute.bytes == relative.bytes);
+    CHECK(absolute.report["tolerance"].get<double>() == doctest::Approx(4e-3).epsilon(1e-12));
+}
+
+TEST_CASE("exit code 4: what stopped the refinement, and the best result all the same") {
+    const std::string rook = cli::data("rook.obj");
+    const Run shallow(rook, {"--tolerance", "1e-5", "--max-level", "2", "--no-measure"});
+    CHECK(shallow.result.code == 4);
+    CHECK(shallow.result.err.find("--max-level") != std::string::npos);
+    CHECK(shallow.report["tolerance_reached"] == false);
+    CHECK(shallow.mesh.triangles.size() == shallow.report["triangles"]);
+    CHECK(boundary_edges(shallow.mesh) == 0);
+
+    const Run both(rook, {"--tolerance", "1e-5", "--max-triangles", "3000", "--no-measure"});
+    CHECK(both.result.code == 4);
+    CHECK(both.result.err.find("--max-triangles") != std::string::npos);
+    CHECK(both.mesh.triangles.size() <= 3000);
+    CHECK(both.mesh.triangles.size() > 2000);
+
+    const Run budget(rook, {"--max-triangles", "3000"});  // no tolerance, so none is missed
+    CHECK(budget.result.code == 0);
+    CHECK(budget.mesh.triangles.size() <= 3000);
+    CHECK(budget.mesh.triangles.size() > 2000);
+    cli::check_report(budget.report);
+    CHECK(budget.report["tolerance"].is_null());
+    CHECK(budget.report["tolerance_absolute"].is_null());
+    CHECK(budget.report["tolerance_reached"].is_null());
+
+    const Run more(rook, {"--max-triangles", "9000"});
+    CHECK(more.report["measured_error"]["hausdorff"].get<double>() <
+          budget.report["measured_error"]["hausdorff"].get<double>());
+}
+
+TEST_CASE("the summary says what was measured, what is proven and how to prove more") {
+    const auto has = [](const Run& run, const std::string& words) {
+        return run.result.out.find(words) != std::string::npos;
+    };
+    const std::string advice = "; --estimator certified proves 1.0";
+    const Run measured(cli::data("pawn.obj"), {"--tolerance", "1e-2", "--samples", "5000"});
+    CAPTURE(measured.result.out);
+    REQUIRE(measured.result.code == 0);
+    CHECK(measured.report["estimator"] == "measured");
+    CHECK(has(measured, " of the tolerance (kept)\n"));
+    CHECK(has(measured, "proven error    at most "));
+    CHECK((measured.report["certified_error"] > measured.report["tolerance_absolute"]) == has(measured, advice));
+    CHECK(has(measured, advice));
+    const Run unmeasured(cli::data("pawn.obj"), {"--tolerance", "1e-2", "--no-measure", "--estimator", "measured"});
+    CAPTURE(unmeasured.result.out);
+    CHECK(has(unmeasured, "left out (--no-measure)"));
+    CHECK(has(unmeasured, advice));
+    const Run certified(cli::data("pawn.obj"), {"--tolerance", "1e-2", "--no-measure", "--estimator", "certified"});
+    CHECK(has(certified, "proven error  at most "));
+    CHECK_FALSE(has(certified, advice));
+    const Run missed(cli::data("pawn.obj"), {"--tolerance", "1e-4", "--max-level", "1", "--samples", "5000"});
+    CAPTURE(missed.result.out);
+    CHECK(missed.result.code == 4);
+    CHECK(has(missed, " of the tolerance (missed)\n"));
+    CHECK_FALSE(has(missed, advice));
+    const Run unknown(cli::data("pawn.obj"), {"--tolerance", "1e-2", "--estimator", "embree"});
+    CHECK(unknown.result.code == 2);
+    CHECK(unknown.result.err.find("certified") != std::string::npos);
+}
+
+TEST_CASE("--no-measure leaves the measurement out") {
+    const Run run(cli::data("cube.obj"), {"--tolerance", "1e-3", "--no-measure"});
+    REQUIRE(run.result.code == 0);
+    CHECK(run.report["measured_error"].is_null());
+    CHECK(run.report["samples"].is_null());
+    CHECK(run.report["certified_error"].is_number_float());
+}
+
+namespace {
+bool warns_of(const Run& run, std::string_view text) {
+    for (const nlohmann::json& warning : run.report["warnings"])
+        if (warning.get<std::string>().find(text) != std::string::npos) return true;
+    return false;
+}
+
+/// A torus of n x n quads, each cut into two triangles: all valences are 6.
+void write_triangle_torus(const std::filesystem::path& path, int n) {
+    std::ofstream out(path);
+    const auto angle = [n](int i) { return 2 * std::numbers::pi * i / n; };
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j)
+            out << "v " << (3 + std::cos(angle(j))) * std::cos(angle(i)) << ' '
+                << (3 + std::cos(angle(j))) * std::sin(angle(i)) << ' ' << std::sin(angle(j)) << '\n';
+    const auto at = [n](int i, int j) { return i % n * n + j % n + 1; };
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) {
+            out << "f " << at(i, j) << ' ' << at(i + 1, j) << ' ' << at(i + 1, j + 1) << '\n';
+            out << "f " << at(i, j) << ' ' << at(i + 1, j + 1) << ' ' << at(i, j + 1) << '\n';
+        }
+}
+}  // namespace
+
+TEST_CASE("Catmull-Clark on triangles alone: a hint at loop, unless the scheme is given") {
+    const std::string knot = cli::data("knot_tri.obj");
+    CHECK(warns_of(Run(knot, {"--tolerance", "1e-2", "--no-measure"}), "--scheme loop"));
+    for (const std::string scheme : {"catmull-clark", "loop"})
+        CHECK(!warns_of(Run(knot, {"--tolerance", "1e-2", "--no-measure", "--scheme", scheme}), "--scheme loop"));
+    CHECK(!warns_of(Run(cli::data("rook.obj"), {"--tolerance", "1e-2", "--no-measure"}), "--scheme loop"));
+}
+
+TEST_CASE("a control mesh whose own faces are within the tolerance is named") {
+    const std::string knot = cli::data("knot_tri.obj");
+    for (const std::string scheme : {"catmull-clark", "loop", "sqrt3"}) {
+        CAPTURE(scheme);
+        const Run fine(knot, {"--tolerance", "1e-2", "--no-measure", "--scheme", scheme});
+        CHECK(warns_of(fine, "nothing was refined") == (scheme != "sqrt3"));
+        CHECK(!warns_of(Run(knot, {"--tolerance", "1e-3", "--no-measure", "--scheme", scheme}), "nothing was refined"));
+    }
+}
+
+#if !defined(__SANITIZE_ADDRESS__)
+TEST_CASE("Catmull-Clark on many triangles takes little memory") {
+    // Patch trees of all 7200 would take 680 MB.
+    const ScratchDir scratch;
+    const auto torus = scratch / "torus.obj";
+    write_triangle_torus(torus, 60);
+    const Run run(torus.string(), {"--tolerance", "1e-3", "--no-measure", "--max-memory", "160M"});
+    CHECK(run.result.code == 0);
+    CHECK(run.mesh.triangles.size() == 7200);
+}
+#endif
+
+TEST_CASE("Loop cuts other faces into triangles, and says so") {
+    const Run run(cli::data("extruded_pentagon.obj"), {"--tolerance", "1e-2", "--scheme", "loop"});
+    REQUIRE(run.result.code == 0);
+    CHECK(run.result.err.find("triangles") != std::string::npos);
+    CHECK(run.report["warnings"].size() == 1);
+    CHECK(run.report["faces"] == 7);
+}
+
+TEST_CASE("[slow] any scheme of the table tessellates: watertight, measured within the tolerance") {
+    struct Case {
+        std::string scheme, model;
+        std::vector<std::string> more;
+        bool bound = false;
+    };
+    for (const Case& c :
+         {Case{"kobbelt", "bracket.obj", {"--no-measure"}, true},
+          Case{"modified-butterfly", "tetrahedron.obj", {"--reflect"}, true},
+          Case{"biquartic", "pipe3.obj", {"--no-measure"}}, Case{"doo-sabin", "cube.obj", {"--threads", "1"}, true},
+          Case{"midedge", "tetrahedron.obj", {"--estimator", "certified"}, true},
+          Case{"averaging", "cube.obj", {"--steps", "2"}}, Case{"sqrt3", "extruded_pentagon.obj", {"--threads", "2"}},
+          Case{"kobbelt", "cube.obj", {"--estimator", "certified"}, true},
+          Case{"loop", "tetrahedron.obj", {"--warren"}, true}}) {
+        CAPTURE(c.scheme);
+        std::vector<std::string> options = {"--tolerance", "1e-2", "--scheme", c.scheme};
+        options.insert(options.end(), c.more.begin(), c.more.end());
+        const Run run(cli::data(c.model), options);
+        CAPTURE(run.result.err);
+        REQUIRE(run.result.code == 0);
+        cli::check_report(run.report);
+        CHECK(run.report["scheme"] == c.scheme);
+        CHECK(run.report["certified_error"].is_null() != c.bound);
+        CHECK(run.report["tolerance_reached"] == true);
+        CHECK(run.report["triangles"] == run.mesh.triangles.size());
+        if (c.more[0] != "--no-measure")
+            CHECK(run.report["measured_error"]["hausdorff"].get<double>() <=
+                  run.report["tolerance_absolute"].get<double>());
+        const std::size_t boundary = boundary_edges(run.mesh);
+        const nlohmann::json info = cli::run_json({"info", cli::data(c.model), "--json"});
+        CHECK((boundary == 0) == (info["boundary_edges"] == 0));
+        CHECK(euler_characteristic(run.mesh, boundary) == info["euler_characteristic"].get<long>());
+    }
+}
+
+TEST_CASE("[inv10] other schemes: one and two threads write the same bytes; exit code 4; pictures") {
+    for (const std::string scheme : {"kobbelt", "doo-sabin", "sqrt3"}) {
+        CAPTURE(scheme);
+        const auto run = [&](const std::string& threads) {
+            return Run(cli::data("cube.obj"),
+                       {"--tolerance", "4e-3", "--scheme", scheme, "--threads", threads, "--no-measure"});
+        };
+        const Run a = run("1"), b = run("2");
+        REQUIRE(a.result.code == 0);
+        REQUIRE(b.result.code == 0);
+        CHECK(a.bytes == b.bytes);
+        const ScratchDir pictures;
+        const Run budget(cli::data("cube.obj"),
+                         {"--tolerance", "1e-5", "--scheme", scheme, "--max-triangles", "300", "--no-measure", "--size",
+                          "48x48", "--image", (pictures / "a.png").string()});
+        CHECK(budget.result.code == 4);
+        CHECK(budget.result.err.find("--max-triangles") != std::string::npos);
+        CHECK(budget.mesh.triangles.size() <= 300);
+        CHECK(boundary_edges(budget.mesh) == 0);
+        CHECK(slurp(pictures / "a.png").starts_with("\x89PNG"));
+    }
+}
+
+TEST_CASE("[bad-input] what other schemes cannot do is refused before anything is read") {
+    struct Case {
+        std::vector<std::string> options;
+        std::string words;
+    };
+    for (const Case& c : {Case{{"--scheme", "buterfly"}, "did you mean butterfly?"},
+                          Case{{"--scheme", "biquartic", "--estimator", "certified"}, "--estimator measured"},
+                          Case{{"--scheme", "sqrt3", "--estimator", "certified"}, "modified-butterfly"},
+                          Case{{"--scheme", "4-8", "--target", "x.obj"}, "--scheme catmull-clark or loop"}}) {
+        CAPTURE(c.words);
+        std::vector<std::string> options = {"--tolerance", "1e-2"};
+        options.insert(options.end(), c.options.begin(), c.options.end());
+        const Run run("missing.obj", options);
+        CHECK(run.result.code == 2);
+        CAPTURE(run.result.err);
+        CHECK(run.result.err.find(c.words) != std::string::npos);
+    }
+    // The refusal and the help name all schemes that have a certified bound.
+    const Run refused("missing.obj", {"--tolerance", "1e-2", "--scheme", "biquartic", "--estimator", "certified"});
+    const ProcessResult help = cli::run({"tessellate", "--help"});
+    const std::size_t list = help.out.find("certified_error is null:");
+    REQUIRE(list != std::string::npos);
+    for (const SchemeInfo& scheme : scheme_table()) {
+        CAPTURE(scheme.name);
+        if (!scheme_support(scheme.name).certified) continue;
+        CHECK(refused.result.err.find(scheme.name, refused.result.err.find("--scheme")) != std::string::npos);
+        CHECK(help.out.substr(list, 400).find(scheme.name) != std::string::npos);
+    }
+}
+
+TEST_CASE(
+    "[slow] dual schemes take the semi-sharp creases of the models, and keep to the tolerance against a uniform mesh") {
+    struct Case {
+        std::string model, tolerance;
+    };
+    // The rook's notches have places by the dozen that are mended alike.
+    for (const auto& [model, tolerance] : {Case{"bracket.obj", "2e-3"}, Case{"rook.obj", "1e-3"}}) {
+        CAPTURE(model);
+        const Run run(cli::data(model), {"--tolerance", tolerance, "--scheme", "doo-sabin"});
+        CAPTURE(run.result.err);
+        REQUIRE(run.result.code == 0);
+        const std::string uniform = (run.scratch / "uniform.ply").string();
+        REQUIRE(
+            cli::run({"refine", cli::data(model), "--scheme", "doo-sabin", "--levels", "5", "--limit", "-o", uniform})
+                .code == 0);
+        const nlohmann::json apart =
+            cli::run_json({"compare", (run.scratch / "out.ply").string(), uniform, "--json", "--samples", "20000"});
+        // Two samplings of one distance.
+        CHECK(apart["hausdorff"].get<double>() < 1.05 * run.report["tolerance_absolute"].get<double>());
+    }
+}
+
+TEST_CASE("a displacement by a white picture moves the surface by its amplitude") {
+    const ScratchDir scratch;
+    const std::string white = (scratch / "white.pgm").string();
+    spill(white, "P5\n2 2\n255\n\xff\xff\xff\xff");
+    const Run flat(cli::data("head.obj"), {"--tolerance", "4e-3", "--no-measure"});
+    const Run raised(cli::data("head.obj"),
+                     {"--tolerance", "4e-3", "--no-measure", "--displacement", white, "--amplitude", "0.05"});
+    CAPTURE(raised.result.err);
+    REQUIRE(raised.result.code == 0);
+    CHECK(raised.report["certified_error"].is_null());
+    const nlohmann::json apart = cli::run_json({"compare", (flat.scratch / "out.ply").string(),
+                                                (raised.scratch / "out.ply").string(), "--json", "--samples", "20000"});
+    const double both = 2 * flat.report["tolerance_absolute"].get<double>();
+    CHECK(apart["hausdorff"].get<double>() == doctest::Approx(0.05).epsilon(both / 0.05));
+    CHECK(apart["mean"].get<double>() == doctest::Approx(0.05).epsilon(both / 0.05));
+}
+
+TEST_CASE("heights that differ across a UV seam are named") {
+    const ScratchDir scratch;
+    // All of the picture meets at the crown.
+    const std::string torn = (scratch / "torn.pgm").string(), even = (scratch / "even.pgm").string();
+    spill(torn, std::string("P5\n2 1\n255\n\0\xff", 13));
+    spill(even, "P5\n2 1\n255\n\xff\xff");
+    for (const std::string& image : {torn, even}) {
+        const Run run(cli::data("head.obj"),
+                      {"--tolerance", "1e-2", "--no-measure", "--displacement", image, "--amplitude", "0.1"});
+        CAPTURE(run.result.err);
+        CHECK((run.result.err.find("UV seam") != std::string::npos) == (image == torn));
+    }
+}
+
+TEST_CASE("a target takes the vertices onto itself") {
+    const ScratchDir scratch;
+    const std::string target = (scratch / "target.ply").string();
+    // The limit surface itself, finely: a stand-in for a scan.
+    REQUIRE(cli::run({"refine", cli::data("pawn.obj"), "--levels", "4", "--limit", "-o", target}).code == 0);
+    const Run run(cli::data("pawn.obj"), {"--tolerance", "5e-3", "--target", target});
+    CAPTURE(run.result.err);
+    REQUIRE(run.result.code == 0);
+    CHECK(run.report["certified_error"].is_null());
+    const nlohmann::json apart =
+        cli::run_json({"compare", target, (run.scratch / "out.ply").string(), "--json", "--samples", "50000"});
+    CHECK(apart["hausdorff"].get<double>() <= run.report["tolerance_absolute"].get<double>());
+}
+
+TEST_CASE("pictures come with the mesh") {
+    const ScratchDir pictures;
+    const Run run(cli::data("pawn.obj"),
+                  {"--tolerance", "1e-2", "--size", "48x64", "--image", (pictures / "a.png").string(), "--image-heat",
+                   (pictures / "b.png").string()});
+    CAPTURE(run.result.err);
+    REQUIRE(run.result.code == 0);
+    const std::string wires = slurp(pictures / "a.png"), heat = slurp(pictures / "b.png");
+    CHECK(wires.starts_with("\x89PNG"));
+    CHECK(heat.starts_with("\x89PNG"));
+    CHECK(wires != heat);
+    CHECK(pictures.file_count() == 2);
+}
+
+TEST_CASE("[bad-input] tessellate refuses options that make no sense before any work") {
+    const ScratchDir scratch;
+    const std::string out = (scratch / "out.obj").string(), cube = cli::data("cube.obj");
+    const std::string missing = (scratch / "missing.obj").string();
+    struct Case {
+        std::vector<std::string> options;
+        int code;
+        std::string message;
+    };
+    const std::vector<Case> cases = {
+        {{missing}, 2, "--tolerance"},
+        {{missing, "--tolerance", "0"}, 2, "--tolerance"},
+        {{missing, "--tolerance", "-1e-3"}, 2, "--tolerance"},
+        {{missing, "--tolerance", "nan"}, 2, "--tolerance"},
+        {{missing, "--tolerance", "inf"}, 2, "--tolerance"},
+        {{missing, "--tolerance", "1e-3", "--max-triangles", "0"}, 2, "--max-triangles"},
+        {{missing, "--max-triangles", "100", "--absolute"}, 2, "--absolute"},
+        {{missing, "--tolerance", "1e-3", "--amplitude", "1"}, 2, "--displacement"},
+        {{missing, "--tolerance", "1e-3", "--displacement", "a.png"}, 2, "--amplitude"},
+        {{missing, "--tolerance", "1e-3", "--estimator", "guess"}, 2, "guess"},
+        {{missing, "--tolerance", "1e-3", "--estimator", "certified", "--target", cube}, 2, "certified"},
+        {{missing, "--tolerance", "1e-3", "--min-level", "5", "--max-level", "3"}, 2, "--min-level"},
+        {{missing, "--tolerance", "1e-3", "--image", "a.jpg"}, 2, "--image"},
+        {{missing, "--tolerance", "1e-3", "--size", "90x90"}, 2, "--size"},
+        {{missing, "--tolerance", "1e-3", "--samples", "900", "--no-measure"}, 2, "--samples"},
+        {{missing, "--tolerance", "1e-3"}, 3, "missing.obj"},
+        {{cube, "--tolerance", "1e-3", "--target", missing}, 3, "missing.obj"},
+        {{cube, "--tolerance", "1e-3", "--displacement", "a.png", "--amplitude", "1"}, 3, "texture coordinates"},
+        {{cli::data("head.obj"), "--tolerance", "1e-3", "--displacement", cube, "--amplitude", "1"}, 3, "cube.obj"},
+        {{missing, "--tolerance", "1e-3", "--report", (scratch / "no" / "r.json").string()}, 1, "no"},
+        {{cli::data("knot.obj"), "--tolerance", "1e-8", "--max-memory", "20M"}, 1, "20 MiB"},
+    };
+    for (const Case& c : cases) {
+        std::vector<std::string> arguments = {"tessellate", "-o", out};
+        arguments.insert(arguments.end(), c.options.begin(), c.options.end());
+        std::string line;
+        for (const std::string& word : c.options) line += word + ' ';
+        CAPTURE(line);
+        const ProcessResult result = cli::run(arguments);
+        CAPTURE(result.err);
+        CHECK(result.code == c.code);
+        CHECK(result.err.find(c.message) != std::string::npos);
+        CHECK(result.out.empty());
+    }
+    CHECK(scratch.file_count() == 0);
+}
+
+TEST_CASE("Ctrl-C and SIGTERM end a tessellation with 130 and leave no file") {
+    for (const int signal : {SIGINT, SIGTERM}) {
+        CAPTURE(signal);
+        const ScratchDir scratch;
+        Process process(cli::command_line({"tessellate", cli::data("knot.obj"), "--tolerance", "1e-7", "-o",
+                                           (scratch / "out.ply").string(), "--report", (scratch / "r.json").string()}));
+        REQUIRE(process.wait_for_handler(signal));
+        std::this_thread::sleep_for(std::chrono::milliseconds(300));
+        process.send(signal);
+        const ProcessResult result = process.wait();
+        CHECK(result.code == 130);
+        CHECK(scratch.file_count() == 0);
+    }
+}
+
+TEST_SUITE_END();

@@ -1,0 +1,420 @@
+#include "../../eval/io/mesh_reader.hpp"
+#include "../../hier/base/version.hpp"
+
+#include "../kit/cli.hpp"
+#include "../kit/process.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <csignal>
+#include <set>
+#include <sstream>
+
+using namespace tetrakis;
+
+TEST_SUITE_BEGIN("cli");
+
+namespace {
+
+constexpr const char* k_square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+
+/// The command lines of this program in a text, as words.
+std::vector<std::vector<std::string>> examples(const std::string& text) {
+    std::vector<std::vector<std::string>> result;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+        std::istringstream words(line);
+        std::vector<std::string> example;
+        for (std::string word; words >> word;) example.push_back(word);
+        if (!example.empty() && example.front() == "tetrakis") result.push_back(example);
+    }
+    return result;
+}
+
+void run_all(const std::vector<std::vector<std::string>>& lines, const std::string& directory) {
+    for (auto words : lines) {
+        CAPTURE(words);
+        words.front() = TETRAKIS_CLI;
+        const ProcessResult result = run_process(words, directory);
+        CAPTURE(result.err);
+        CHECK(result.code == 0);
+    }
+}
+
+/// Width and height in a PNG's header; zeros where it is none.
+std::pair<unsigned, unsigned> png_size(const std::string& bytes) {
+    if (bytes.size() < 24 || bytes.substr(0, 8) != "\x89PNG\r\n\x1a\n") return {0, 0};
+    const auto number = [&](std::size_t at) {
+        unsigned n = 0;
+        for (std::size_t i = 0; i < 4; ++i) n = n << 8 | static_cast<unsigned char>(bytes[at + i]);
+        return n;
+    };
+    return {number(16), number(20)};
+}
+
+}  // namespace
+
+TEST_CASE("it says its version, and helps") {
+    CHECK(cli::run({"--version"}).out == "tetrakis " + std::string(k_version) + "\n");
+    const ProcessResult help = cli::run({"--help"});
+    CHECK(help.code == 0);
+    for (const char* command : {"info", "tessellate", "refine", "compare", "render"})
+        CHECK(help.out.find(command) != std::string::npos);
+}
+
+TEST_CASE("the example in each command's help works as it stands") {
+    const ScratchDir scratch;
+    std::filesystem::create_directory_symlink(cli::data(""), scratch / "data");
+    for (const std::string command : {"info", "tessellate", "refine", "compare", "render"}) {
+        CAPTURE(command);
+        const ProcessResult help = cli::run({command, "--help"});
+        CHECK(help.code == 0);
+        const auto found = examples(help.out.substr(std::min(help.out.size(), help.out.find("Example:"))));
+        REQUIRE(!found.empty());
+        run_all(found, scratch.path().string());
+    }
+}
+
+TEST_CASE("[slow] the command lines of the README work as they stand, in their order") {
+    const ScratchDir scratch;
+    std::filesystem::create_directory_symlink(cli::data(""), scratch / "data");
+    const auto found = examples(slurp(std::string(TETRAKIS_SOURCE_DIR) + "/README.md"));
+    CHECK(found.size() >= 5);
+    run_all(found, scratch.path().string());
+}
+
+TEST_CASE("info reads every model of data/ and agrees with Euler") {
+    REQUIRE(cli::data_models().size() >= 8);
+    for (const std::string& model : cli::data_models()) {
+        CAPTURE(model);
+        const nlohmann::json info = cli::run_json({"info", model, "--json"});
+        // A surface in one piece: 2, less its boundary loops, less 2 for each handle. The knot is a closed tube, the
+        // bracket has two holes drilled through.
+        const int handles = model.find("knot") != std::string::npos      ? 1
+                            : model.find("bracket") != std::string::npos ? 2
+                                                                         : 0;
+        CHECK(info["pieces"] == 1);
+        CHECK(info["euler_characteristic"].get<int>() == 2 - 2 * handles - info["boundary_loops"].get<int>());
+        CHECK(info["warnings"].empty());
+        const ProcessResult text = cli::run({"info", model});
+        CHECK(text.code == 0);
+        CHECK(text.err.empty());
+        CHECK(text.out.find(model) != std::string::npos);
+    }
+}
+
+TEST_CASE("refine --factored writes the 4-8 mesh after so many half-steps, or the scheme's own faces") {
+    const ScratchDir scratch;
+    const std::string out = (scratch / "out.ply").string(), report = (scratch / "report.json").string();
+    struct Row {
+        const char* scheme;
+        int steps;
+        bool active;
+        std::size_t faces;
+        const char* averaging_steps = nullptr;
+        int levels = steps / 2;
+    };
+    // The cube has 24 half-edges: as many triangles after one half-step, twice as many after each further one;
+    // averaging takes one more to cut each quad of a level, and none after that.
+    for (const Row& row :
+         {Row{"catmull-clark", 1, false, 24}, Row{"catmull-clark", 4, false, 192}, Row{"catmull-clark", 4, true, 96},
+          Row{"doo-sabin", 0, false, 24}, Row{"doo-sabin", 2, false, 96}, Row{"doo-sabin", 2, true, 26},
+          Row{"biquartic", 5, true, 26, nullptr, 1}, Row{"averaging", 4, false, 96, nullptr, 0},
+          Row{"averaging", 4, true, 24, "2", 1}, Row{"averaging", 4, true, 96, "0", 2}}) {
+        CAPTURE(row.scheme);
+        CAPTURE(row.steps);
+        std::vector<std::string> line = {"refine",  cli::data("cube.obj"),     "--factored", "--scheme", row.scheme,
+                                         "--steps", std::to_string(row.steps), "-o",         out,        "--report",
+                                         report};
+        if (row.active) line.push_back("--active");
+        if (row.averaging_steps != nullptr) line.insert(line.end(), {"--averaging-steps", row.averaging_steps});
+        const ProcessResult result = cli::run(line);
+        CAPTURE(result.err);
+        REQUIRE(result.code == 0);
+        const auto json = nlohmann::json::parse(slurp(report));
+        cli::check_report(json);
+        CHECK(json.at("scheme") == row.scheme);
+        CHECK(json.at("output_faces") == row.faces);
+        CHECK(json.at("half_steps") == row.steps);
+        CHECK(json.at("levels") == row.levels);
+        const auto inactive = json.at("inactive_vertices").get<std::vector<std::size_t>>();
+        const auto vertices = json.at("vertices").get<std::size_t>(), active = json.at("active").get<std::size_t>();
+        CHECK(inactive.size() == (row.active ? 0 : vertices - active));
+        if (std::string_view(row.scheme) != "doo-sabin" || row.active) continue;
+        // Those of a Doo-Sabin mesh are where its faces are cut: as many as these, each at the mean of what is around.
+        const TriangleMesh mesh = read_triangle_mesh(out);
+        REQUIRE(std::is_sorted(inactive.begin(), inactive.end()));
+        for (const std::size_t v : inactive) {
+            std::set<std::uint32_t> around;
+            for (const auto& t : mesh.triangles)
+                if (std::find(t.begin(), t.end(), v) != t.end())
+                    for (const std::uint32_t w : t)
+                        if (!std::binary_search(inactive.begin(), inactive.end(), w)) around.insert(w);
+            Vec3d mean(0);
+            for (const std::uint32_t w : around) mean += mesh.positions[w] / static_cast<double>(around.size());
+            CHECK(around.size() >= 3);
+            CHECK(glm::length(mean - Vec3d(mesh.positions[v])) < 1e-12);
+        }
+    }
+}
+
+TEST_CASE("[inv10] refine writes every format, with the same bytes for one and two threads") {
+    const ScratchDir scratch;
+    for (const std::string extension : {".obj", ".ply", ".glb"})
+        for (const std::string scheme : {"catmull-clark", "loop"}) {
+            CAPTURE(extension);
+            CAPTURE(scheme);
+            std::vector<std::string> bytes;
+            for (const std::string threads : {"1", "2"}) {
+                const std::string out = (scratch / (threads + extension)).string(),
+                                  report = (scratch / "r.json").string();
+                const ProcessResult result =
+                    cli::run({"refine", cli::data("head.obj"), "--scheme", scheme, "--levels", "2", "--limit", "-o",
+                              out, "--report", report, "--threads", threads});
+                CAPTURE(result.err);
+                REQUIRE(result.code == 0);
+                bytes.push_back(slurp(out));
+                const TriangleMesh mesh = read_triangle_mesh(out);
+                const nlohmann::json json = nlohmann::json::parse(slurp(report));
+                cli::check_report(json);
+                CHECK(json["scheme"] == scheme);
+                CHECK(json["threads"] == std::stoi(threads));
+                CHECK(json["faces"] == 520);
+                CHECK(json["levels"] == 2);
+                CHECK(json["output_faces"] == 520 * 16 * (scheme == "loop" ? 2 : 1));
+                CHECK(json["triangles"].is_null() == (scheme != "loop"));
+                CHECK(json["measured_error"].is_null());
+                CHECK(mesh.triangles.size() == 520 * 2 * 16);
+                CHECK(mesh.positions.size() >= json["vertices"].get<std::size_t>());
+                CHECK((result.err.find("triangles") != std::string::npos) == (scheme == "loop"));  // a warning
+            }
+            CHECK(bytes[0] == bytes[1]);
+        }
+}
+
+TEST_CASE("compare measures what is known") {
+    const ScratchDir scratch;
+    const std::string low = (scratch / "low.obj").string(), high = (scratch / "high.obj").string();
+    spill(low, k_square);
+    spill(high, "v 0 0 3\nv 1 0 3\nv 1 1 3\nv 0 1 3\nf 1 2 3 4\n");
+    const nlohmann::json apart = cli::run_json({"compare", low, high, "--json", "--samples", "1000"});
+    for (const char* key : {"forward", "backward", "hausdorff", "mean", "rms"})
+        CHECK(apart[key].get<double>() == doctest::Approx(3).epsilon(1e-12));
+    CHECK(apart["diagonal"].get<double>() == doctest::Approx(std::sqrt(2.0)));
+    CHECK(apart["a_to_b"]["samples"].get<std::uint64_t>() >= 1000);
+
+    const nlohmann::json same = cli::run_json({"compare", cli::data("pawn.obj"), cli::data("pawn.obj"), "--json"});
+    CHECK(same["hausdorff"].get<double>() < 1e-14);
+
+    // Half of a square, and the whole: the far corner is half a diagonal away from the half.
+    spill(high, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    const nlohmann::json half = cli::run_json({"compare", low, high, "--json"});
+    CHECK(half["forward"].get<double>() == doctest::Approx(std::sqrt(0.5)));
+    CHECK(half["backward"].get<double>() < 1e-15);
+    CHECK(half["hausdorff"] == half["forward"]);
+}
+
+TEST_CASE("render draws a picture of the size asked for, wires and heat included") {
+    const ScratchDir scratch;
+    const std::string out = (scratch / "a.png").string();
+    const std::vector<std::string> plain = {"render", cli::data("pawn.obj"), "-o", out, "--size", "64x48"};
+    const auto picture = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> arguments = plain;
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const ProcessResult result = cli::run(arguments);
+        CAPTURE(result.err);
+        REQUIRE(result.code == 0);
+        const std::string bytes = slurp(out);
+        CHECK(png_size(bytes) == std::pair(64u, 48u));
+        return bytes;
+    };
+    // Each option must make another picture.
+    const std::set<std::string> pictures = {picture({}),
+                                            picture({"--wireframe"}),
+                                            picture({"--flat"}),
+                                            picture({"--camera", "-60,40"}),
+                                            picture({"--up", "z"}),
+                                            picture({"--heat", cli::data("cube.obj")})};
+    CHECK(pictures.size() == 6);
+}
+
+TEST_CASE("[bad-input] the exit code says whose fault it is, the message what is wrong, and nothing is written") {
+    const ScratchDir scratch;
+    const std::string cube = cli::data("cube.obj"), out = (scratch / "out.obj").string();
+    const auto file = [&](const std::string& name, const std::string& text) {
+        spill(scratch / name, text);
+        return (scratch / name).string();
+    };
+    const std::string empty = file("empty.obj", ""),
+                      binary = file("binary.obj", std::string("\0\1\2\xff\xfe v f\n", 11));
+    const std::string range = file("range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n");
+    const std::string nan = file("nan.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    const std::string three =
+        file("three.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nf 1 2 3\nf 2 1 4\nf 1 2 5\n");
+    const std::string mesh = file("mesh.ply", "ply\nformat ascii 1.0\nend_header\n");
+    const std::string missing = (scratch / "missing.obj").string();
+    const std::size_t files = scratch.file_count();
+
+    struct Case {
+        std::vector<std::string> arguments;
+        int code;
+        std::string message;  // a part of it
+    };
+    const std::vector<Case> cases = {
+        // usage
+        {{}, 2, "subcommand"},
+        {{"polish", cube}, 2, "polish"},
+        {{"refine"}, 2, "IN is required"},
+        {{"refine", cube, "-o", out}, 2, "--levels"},
+        {{"refine", cube, "--levels", "two", "-o", out}, 2, "two"},
+        {{"refine", cube, "--levels", "-1", "-o", out}, 2, "-1"},
+        {{"refine", cube, "--levels", "2", "-o", out, "--scheme", "buterfly"}, 2, "did you mean butterfly?"},
+        {{"refine", cube, "--levels", "2", "-o", out, "--threads", "0"}, 2, "--threads"},
+        {{"refine", cube, "--levels", "2", "-o", out, "--max-memory", "2X"}, 2, "500M"},
+        {{"refine", cube, "--levels", "2", "-o", out, "--polish"}, 2, "--polish"},
+        {{"refine", cube, "--steps", "2", "-o", out}, 2, "--factored"},
+        {{"refine", cube, "--factored", "-o", out}, 2, "--steps"},
+        {{"refine", cube, "--factored", "--steps", "2", "--levels", "1", "-o", out}, 2, "--levels"},
+        {{"refine", cube, "--factored", "--steps", "2", "--averaging-steps", "-1", "-o", out}, 2, "--averaging-steps"},
+        {{"refine", cube, "--factored", "--steps", "2", "--averaging-steps", "65", "-o", out}, 2, "0 to 64"},
+        {{"refine", cube, "--levels", "2", "--averaging-steps", "2", "-o", out}, 2, "--factored"},
+        {{"refine", cube, "--factored", "--steps", "2", "--tuning", "0.5", "-o", out}, 2, "--tuning"},
+        {{"refine", cube, "--factored", "--steps", "2", "--scheme", "loop", "-o", out}, 2, "midedge-simplest"},
+        {{"refine", missing, "--levels", "2", "-o", (scratch / "out.stl").string()}, 2, ".stl"},  // before any work
+        {{"refine", cube, "--levels", "2", "-o", (scratch / "out").string()}, 2, ".obj, .ply or .glb"},
+        {{"refine", cube, "--levels", "2", "-o", cube}, 2, "input"},
+        {{"refine", cube, "--levels", "2", "-o", out, "--report", out}, 2, "same file"},
+        {{"render", cube, "-o", (scratch / "out.jpg").string()}, 2, ".png"},
+        {{"render", cube, "-o", (scratch / "out.png").string(), "--size", "0x10"}, 2, "0x10"},
+        {{"render", cube, "-o", (scratch / "out.png").string(), "--camera", "1,2,3"}, 2, "1,2,3"},
+        {{"compare", cube}, 2, "B is required"},
+        // bad input
+        {{"info", missing}, 3, "missing.obj"},
+        {{"info", scratch.path().string()}, 3, "directory"},
+        {{"info", empty}, 3, "empty.obj"},
+        {{"info", binary}, 3, "binary.obj"},
+        {{"info", range}, 3, "range.obj:4"},
+        {{"info", nan}, 3, "nan.obj:1"},
+        {{"info", three}, 3, "--repair"},
+        {{"info", mesh}, 3, "OBJ"},
+        {{"refine", three, "--levels", "1", "-o", out}, 3, "three.obj"},
+        {{"compare", cube, missing}, 3, "missing.obj"},
+        {{"compare", mesh, cube}, 3, "mesh.ply"},
+        {{"render", empty, "-o", (scratch / "out.png").string()}, 3, "empty.obj"},
+        // run time
+        {{"refine", cube, "--levels", "2", "-o", (scratch / "no" / "out.obj").string()}, 1, "no"},
+        {{"refine", missing, "--levels", "2", "-o", "/proc/out.obj"}, 1, "/proc"},  // seen before any work
+        {{"refine", cube, "--factored", "--steps", "20", "--max-memory", "200M", "-o", out}, 1, "half-step"},
+        {{"refine", cube, "--factored", "--steps", "62", "--max-memory", "500G", "-o", out}, 1, "of 62"},
+        {{"refine", cube, "--levels", "30", "-o", out}, 1, "32-bit"},
+        {{"refine", cube, "--levels", "9", "-o", out, "--max-memory", "10M"}, 1, "10 MiB"},
+    };
+    for (const Case& c : cases) {
+        std::string line;
+        for (const std::string& word : c.arguments) line += word + ' ';
+        CAPTURE(line);
+        const ProcessResult result = cli::run(c.arguments);
+        CAPTURE(result.err);
+        CHECK(result.code == c.code);
+        CHECK(result.err.starts_with("tetrakis: error: "));
+        CHECK(result.err.find(c.message) != std::string::npos);
+        CHECK(result.out.empty());
+    }
+    CHECK(scratch.file_count() == files);
+
+    SUBCASE("--repair makes the non-manifold mesh usable, and says so") {
+        const ProcessResult result = cli::run({"refine", three, "--levels", "1", "--repair", "-o", out});
+        CHECK(result.code == 0);
+        CHECK(result.err.find("warning") != std::string::npos);
+        CHECK(read_triangle_mesh(out).triangles.size() == 3 * 3 * 2);
+    }
+}
+
+TEST_CASE("faces that share no vertices and colours that are lost are warnings; --weld joins the faces") {
+    const ScratchDir scratch;
+    const std::string model = (scratch / "pieces.obj").string(), out = (scratch / "out.ply").string();
+    std::string text;
+    for (const char* face : {"000 010 110 100", "001 101 111 011", "000 100 101 001", "010 011 111 110",
+                             "000 001 011 010", "100 110 111 101"}) {
+        std::istringstream corners(face);
+        for (std::string c; corners >> c;) text += std::string("v ") + c[0] + " " + c[1] + " " + c[2] + " 1 0 0\n";
+        text += "f -4 -3 -2 -1\n";
+    }
+    spill(model, text);
+    const std::string warning = "between 24 vertices at 8 places";
+    using Words = std::vector<std::string>;
+    for (const Words& line : {Words{"tessellate", model, "-o", out, "--tolerance", "1e-2", "--no-measure"},
+                              Words{"refine", model, "-o", out, "--levels", "2"},
+                              Words{"refine", model, "-o", out, "--factored", "--steps", "2"}, Words{"info", model}}) {
+        CAPTURE(line);
+        const ProcessResult pieces = cli::run(line);
+        CHECK(pieces.code == 0);
+        CHECK((pieces.err + pieces.out).find(warning) != std::string::npos);
+        CHECK((pieces.err + pieces.out).find(model + ": vertex colours are not carried over") != std::string::npos);
+        for (const Words& weld : {Words{"--weld"}, Words{"--weld", "1e-6"}, Words{"--weld=0"}}) {
+            Words welding = line;
+            welding.insert(welding.end(), weld.begin(), weld.end());
+            const ProcessResult whole = cli::run(welding);
+            CAPTURE(whole.err);
+            CHECK(whole.code == 0);
+            CHECK((whole.err + whole.out).find("joined 24 vertices at 8 places") != std::string::npos);
+            CHECK((whole.err + whole.out).find(warning) == std::string::npos);
+        }
+    }
+    CHECK(cli::run_json({"info", "--json", "--weld", model})["vertices"] == 8);
+    for (const char* bad : {"--weld=-1", "--weld=nan", "--weld=inf", "--weld=x"}) {
+        const ProcessResult refused = cli::run({"info", model, bad});
+        CHECK(refused.code == 2);
+        CAPTURE(refused.err);
+        CHECK(refused.err.find("is not a distance of 0 or more") != std::string::npos);
+    }
+    CHECK(cli::run({"info", model, "--weld", "-1"}).code == 2);
+}
+
+TEST_CASE("a failed run leaves the file that was there") {
+    const ScratchDir scratch;
+    const std::string out = (scratch / "out.obj").string();
+    spill(out, "precious");
+    CHECK(cli::run({"refine", cli::data("cube.obj"), "--levels", "9", "-o", out, "--max-memory", "10M"}).code == 1);
+    CHECK(slurp(out) == "precious");
+    CHECK(scratch.file_count() == 1);
+}
+
+TEST_CASE("Ctrl-C and SIGTERM end a long run with 130 and leave no file") {
+    for (const int signal : {SIGINT, SIGTERM}) {
+        CAPTURE(signal);
+        const ScratchDir scratch;
+        const std::string out = (scratch / "out.obj").string();
+        // Far longer than the signal takes, in memory that a desktop has.
+        Process process(cli::command_line({"refine", cli::data("head.obj"), "--levels", "8", "--limit", "-o", out}));
+        REQUIRE(process.wait_for_handler(signal));
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        process.send(signal);
+        const ProcessResult result = process.wait();
+        CHECK(result.code == 130);
+        CHECK(result.err.find("cancelled") != std::string::npos);
+        CHECK(result.out.empty());
+        CHECK(scratch.file_count() == 0);
+    }
+}
+
+TEST_CASE("a scheme's analysis ends at once when it is asked to") {
+    const ScratchDir scratch;
+    const std::string out = (scratch / "out.png").string();
+    // Far longer than the signal takes.
+    Process process(cli::command_line({"scheme", "kobbelt", "--valence", "700", "--boundary", "--image", out}));
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    process.send(SIGTERM);
+    CHECK(process.wait().code == 130);
+    CHECK(scratch.file_count() == 0);
+}
+
+TEST_CASE("output that goes nowhere is a failure") {
+    const ProcessResult result =
+        run_process({"/bin/sh", "-c", "\"$0\" info \"$1\" > /dev/full", TETRAKIS_CLI, cli::data("cube.obj")});
+    CHECK(result.code == 1);
+    CHECK(result.err.find("standard output") != std::string::npos);
+}
+
+TEST_SUITE_END();

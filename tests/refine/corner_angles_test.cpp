@@ -1,0 +1,485 @@
+#include "../../schemes/core/corner_angles.hpp"
+#include "../kit/same_bytes.hpp"
+
+#include "../kit/corner_angle_mesh.hpp"
+#include "../kit/input_helpers.hpp"
+#include "../kit/point_match.hpp"
+#include "../kit/random_mesh.hpp"
+
+#include "../../hier/mesh/triangulate.hpp"
+#include "../../refine/adaptive/closure.hpp"
+#include "../../refine/adaptive/hierarchy.hpp"
+#include "../../refine/adaptive/partial_levels.hpp"
+#include "../../refine/attributes/uv_mesh.hpp"
+#include "../../refine/factored/factored_mesh.hpp"
+#include "../../refine/rules/mesh_part.hpp"
+#include "../../refine/uniform/refine.hpp"
+#include "../../refine/uniform/repeated_rows.hpp"
+#include "../../refine/uniform/uniform.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <string_view>
+
+using namespace tetrakis;
+using test::contains;
+using test::error_of;
+using test::radians;
+
+namespace {
+
+constexpr std::string_view k_angle_schemes[] = {"loop", "tuned-loop", "catmull-clark"};
+
+bool takes_triangles(std::string_view scheme) { return find_scheme(scheme)->family == MeshFamily::triangles; }
+
+RuleOptions with_angle(double angle) {
+    RuleOptions rules;
+    rules.corner_angle = angle;
+    return rules;
+}
+
+ControlMesh tagged_everywhere(const ControlMesh& mesh, double angle) {
+    return test::with_angles(mesh, [&](HalfedgeId) { return angle; });
+}
+
+using test::same_bytes;
+
+bool same(const PolygonMesh& a, const PolygonMesh& b) {
+    return same_bytes(a.positions, b.positions) && same_bytes(a.normals, b.normals) && same_bytes(a.uvs, b.uvs) &&
+           same_bytes(a.face_vertices, b.face_vertices) && same_bytes(a.face_uvs, b.face_uvs);
+}
+
+struct Level {
+    RuleRefiner refiner;
+    std::vector<Vec3d> points;
+
+    Level(const ControlMesh& mesh, std::string_view scheme, int levels, const RefineOptions& options = {})
+        : refiner(mesh, *find_scheme(scheme), levels, options), points(refiner.vertex_count()) {
+        refiner.refine(mesh.positions(), points);
+    }
+    const RuleMesh& mesh() const { return refiner.last(); }
+    /// Some half-edge that leaves a control vertex in a descendant of a control face.
+    int leaving(std::uint32_t vertex, std::uint32_t face) const {
+        for (int h = 0; h < mesh().halfedge_count(); ++h)
+            if (mesh().origin(h) == static_cast<int>(vertex) &&
+                refiner.control_face(static_cast<std::uint32_t>(mesh().face(h))) == face)
+                return h;
+        FAIL("no such corner");
+        return 0;
+    }
+};
+
+/// The vertices within so many rings of the half-edge's origin that a walk which crosses no crease comes to.
+std::vector<int> vertices_beside(const RuleMesh& mesh, int halfedge, int rings) {
+    detail::MeshPartFinder parts;
+    const int v = mesh.origin(halfedge);
+    const detail::MeshPart part = parts.find(mesh, {&v, 1}, rings);
+    std::vector<int> faces{part.mesh.face(part.halfedge(mesh, halfedge))}, result;
+    std::vector<char> seen(static_cast<std::size_t>(part.mesh.face_count()), 0);
+    seen[static_cast<std::size_t>(faces[0])] = 1;
+    for (std::size_t i = 0; i < faces.size(); ++i)
+        for (int k = 0, h = part.mesh.face_begin(faces[i]); k < part.mesh.face_size(faces[i]); ++k, ++h) {
+            result.push_back(part.vertex[static_cast<std::size_t>(part.mesh.origin(h))]);
+            if (part.mesh.sharp(h)) continue;
+            const int next = part.mesh.face(part.mesh.twin(h));
+            if (!std::exchange(seen[static_cast<std::size_t>(next)], 1)) faces.push_back(next);
+        }
+    std::sort(result.begin(), result.end());
+    result.erase(std::unique(result.begin(), result.end()), result.end());
+    return result;
+}
+
+/// A face of the control mesh at the vertex, of those whose half-edge leaves it in about this direction.
+std::uint32_t face_towards(const ControlMesh& mesh, std::uint32_t vertex, double x, double y) {
+    std::uint32_t best = 0;
+    double most = -1e9;
+    for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
+        if (mesh.origin(HalfedgeId(h)).value != vertex) continue;
+        const FaceId f = mesh.face(HalfedgeId(h));
+        Vec3d sum(0);
+        for (std::uint32_t c = 0; c < mesh.face_size(f); ++c)
+            sum += mesh.position(mesh.origin(HalfedgeId(mesh.face_halfedge(f).value + c)));
+        const Vec3d out = sum / double(mesh.face_size(f)) - mesh.positions()[vertex];
+        if (x * out.x + y * out.y <= most) continue;
+        most = x * out.x + y * out.y;
+        best = f.value;
+    }
+    return best;
+}
+
+double largest_difference(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b, const std::vector<int>& at) {
+    double most = 0;
+    for (const int v : at)
+        most = std::max(most, glm::length(a[static_cast<std::size_t>(v)] - b[static_cast<std::size_t>(v)]));
+    return most;
+}
+
+/// The tags of one sector.
+ControlMesh tagged_at(const ControlMesh& mesh, std::initializer_list<ControlMeshData::AngleTag> tags) {
+    ControlMeshData data = mesh.data();
+    data.corner_angles.assign(tags);
+    return ControlMesh::build(std::move(data));
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("refine");
+
+TEST_CASE("one angle for all corners is the same angle tagged at each of their sectors, bit for bit") {
+    for (const std::string_view scheme : k_angle_schemes)
+        for (const double degrees : {100.0, 250.0}) {
+            CAPTURE(scheme);
+            CAPTURE(degrees);
+            const ControlMesh mesh = test::sheet(takes_triangles(scheme)),
+                              tagged = tagged_everywhere(mesh, radians(degrees));
+            RefineOptions all{.rules = with_angle(radians(degrees)), .normals = true}, none{.normals = true};
+            for (const bool limit : {false, true}) {
+                all.limit = none.limit = limit;
+                CHECK(same(refine(mesh, scheme, 2, all), refine(tagged, scheme, 2, none)));
+            }
+            CHECK(same_bytes(Level(mesh, scheme, 3, all).points, Level(tagged, scheme, 3, none).points));
+            // And it makes a difference, also over the number for all.
+            const PolygonMesh plain = refine(mesh, scheme, 2);
+            CHECK(!same_bytes(plain.positions, refine(tagged, scheme, 2).positions));
+            CHECK(same_bytes(refine(tagged, scheme, 2, {.rules = with_angle(1)}).positions,
+                             refine(tagged, scheme, 2).positions));
+        }
+}
+
+TEST_CASE("two corners with different angles: near each of them the mesh with that angle everywhere") {
+    constexpr int k_levels = 3, k_rings = 1 << k_levels;
+    for (const std::string_view scheme : k_angle_schemes) {
+        CAPTURE(scheme);
+        const ControlMesh mesh = test::sheet(takes_triangles(scheme));
+        const double first = radians(70), second = radians(230);
+        const Level mixed(
+            test::with_angles(mesh,
+                              [&](HalfedgeId h) { return mesh.origin(h).value == test::k_straight ? first : second; }),
+            scheme, k_levels);
+        const Level all_first(mesh, scheme, k_levels, {.rules = with_angle(first)}),
+            all_second(mesh, scheme, k_levels, {.rules = with_angle(second)});
+        const auto difference = [&](const Level& other, std::uint32_t vertex) {
+            double most = 0;
+            for (const double y : {-1.0, 1.0})
+                most = std::max(
+                    most, largest_difference(
+                              mixed.points, other.points,
+                              vertices_beside(mixed.mesh(), mixed.leaving(vertex, face_towards(mesh, vertex, y, y)),
+                                              k_rings)));
+            return most;
+        };
+        CHECK(difference(all_first, test::k_straight) == 0);
+        CHECK(difference(all_second, test::k_bent) == 0);
+        CHECK(difference(all_second, test::k_straight) > 0.01);
+        CHECK(difference(all_first, test::k_bent) > 0.01);
+    }
+}
+
+TEST_CASE("a corner with a convex and a concave sector: each side as with its own angle everywhere") {
+    constexpr int k_levels = 3, k_rings = 1 << k_levels;
+    for (const std::string_view scheme : k_angle_schemes) {
+        CAPTURE(scheme);
+        const ControlMesh mesh = test::sheet(takes_triangles(scheme));
+        const std::uint32_t v = test::k_straight, above = face_towards(mesh, v, 0.1, 1),
+                            below = face_towards(mesh, v, 0.1, -1);
+        const double convex = radians(110), concave = radians(250);
+        const Level mixed(tagged_at(mesh, {{v, above, convex}, {v, below, concave}}), scheme, k_levels);
+        const Level all_convex(mesh, scheme, k_levels, {.rules = with_angle(convex)}),
+            all_concave(mesh, scheme, k_levels, {.rules = with_angle(concave)});
+        const auto difference = [&](const Level& other, std::uint32_t face) {
+            return largest_difference(mixed.points, other.points,
+                                      vertices_beside(mixed.mesh(), mixed.leaving(v, face), k_rings));
+        };
+        CHECK(difference(all_convex, above) == 0);
+        CHECK(difference(all_concave, below) == 0);
+        CHECK(difference(all_convex, below) > 0.01);
+        CHECK(difference(all_concave, above) > 0.01);
+        // A sector without a tag has the number for all, or the plain rule.
+        const Level one(tagged_at(mesh, {{v, above, convex}}), scheme, k_levels), plain(mesh, scheme, k_levels);
+        CHECK(largest_difference(one.points, plain.points,
+                                 vertices_beside(one.mesh(), one.leaving(v, below), k_rings)) == 0);
+        const Level rest(tagged_at(mesh, {{v, above, convex}}), scheme, k_levels, {.rules = with_angle(concave)});
+        CHECK(largest_difference(rest.points, mixed.points,
+                                 vertices_beside(rest.mesh(), rest.leaving(v, below), k_rings)) == 0);
+    }
+}
+
+TEST_CASE("the ring of a corner becomes the affine image of a planar fan of its sector's own angle") {
+    constexpr int k_levels = 4;
+    for (const std::string_view scheme : k_angle_schemes) {
+        const ControlMesh mesh = test::sheet(takes_triangles(scheme));
+        struct Sector {
+            std::uint32_t vertex;
+            double x, y, degrees;
+        };
+        // The inner side of the bend has one quad alone: whatever it has, its edges are creases.
+        for (const Sector& s : {Sector{test::k_straight, 0.1, 1, 110}, Sector{test::k_straight, 0.1, -1, 250},
+                                Sector{test::k_bent, 1, 1, 270}}) {
+            CAPTURE(scheme);
+            CAPTURE(s.degrees);
+            const std::uint32_t face = face_towards(mesh, s.vertex, s.x, s.y);
+            const double alpha = radians(s.degrees);
+            // Sines of the farthest direction from where the plane has it, level by level.
+            const auto off = [&](int levels, const ControlMesh& control) {
+                const Level level(control, scheme, levels);
+                const RuleMesh::Ring sector = level.mesh().sector(level.leaving(s.vertex, face));
+                const Vec3d c = level.points[s.vertex];
+                const auto at = [&](int i) {
+                    return level.points[static_cast<std::size_t>(sector.neighbour[static_cast<std::size_t>(i)])] - c;
+                };
+                const int K = sector.faces();
+                double most = 0;
+                for (int i = 1; i < K; ++i) {
+                    const double theta = i * alpha / K;
+                    const Vec3d expected =
+                        (std::sin(alpha - theta) * at(0) + std::sin(theta) * at(K)) / std::sin(alpha);
+                    most = std::max(most, glm::length(at(i) - expected) / glm::length(expected));
+                }
+                return most;
+            };
+            const ControlMesh tagged = tagged_at(mesh, {{s.vertex, face, alpha}});
+            const double last = off(k_levels, tagged), before = off(k_levels - 1, tagged);
+            // Concave: what is off the plane loses half of its share in each step (eigenvalue 1/4 to 1/2).
+            CHECK(last < (alpha > std::numbers::pi ? 0.55 : 0.9) * before);
+            CHECK(last < (alpha > std::numbers::pi ? 0.16 : 0.7) * off(1, tagged));
+            CHECK(last < 0.6 * off(k_levels, mesh));
+        }
+    }
+}
+
+TEST_CASE("measured angles are those of the faces in the control mesh") {
+    // A cube of triangles with all edges sharp: six of its 24 right angles at corners are cut in two.
+    ControlMesh cube = triangulate(ControlMesh::build(
+        test::mesh_data({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}},
+                        {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}})));
+    ControlMeshData data = cube.data();
+    for (std::uint32_t e = 0; e < cube.edge_count(); ++e) {
+        const HalfedgeId h = cube.edge_halfedge(EdgeId(e));
+        const std::uint32_t a = cube.origin(h).value, b = cube.target(h).value;
+        if (glm::length(cube.positions()[a] - cube.positions()[b]) < 1.1)
+            data.creases.push_back({a, b, k_infinite_sharpness});
+    }
+    cube = ControlMesh::build(std::move(data));
+    RuleOptions measured;
+    measured.measure_corner_angles = true;
+    const ControlMesh tagged = tagged_everywhere(cube, radians(90));
+    for (const std::string_view scheme : k_angle_schemes) {
+        CAPTURE(scheme);
+        const RefineOptions options{.rules = measured, .limit = true, .normals = true};
+        CHECK(same(refine(cube, scheme, 2, options), refine(tagged, scheme, 2, {.limit = true, .normals = true})));
+        CHECK(!same_bytes(refine(cube, scheme, 2, options).positions,
+                          refine(cube, scheme, 2, {.limit = true}).positions));
+        // Tags come first.
+        const ControlMesh other = tagged_everywhere(cube, radians(70));
+        CHECK(same(refine(other, scheme, 2, options), refine(other, scheme, 2, {.limit = true, .normals = true})));
+    }
+    // A face may be concave there.
+    auto bracket =
+        test::mesh_data({{0, 0, 0}, {2, 0, 0}, {2, 1, 0}, {1, 1, 0}, {1, 2, 0}, {0, 2, 0}}, {{0, 1, 2, 3, 4, 5}});
+    const RuleMesh rules = rule_mesh(ControlMesh::build(bracket), measured);
+    for (int h = 0; h < 6; ++h) CHECK(rules.corner_angle(h) == doctest::Approx(radians(h == 3 ? 270 : 90)));
+    CHECK(usable_corner_angle(radians(90)) == radians(90));
+    CHECK(usable_corner_angle(radians(171)) == radians(170));
+    CHECK(usable_corner_angle(radians(189)) == radians(170));
+    CHECK(usable_corner_angle(radians(191)) == radians(191));
+    CHECK(usable_corner_angle(radians(420)) == radians(350));
+}
+
+TEST_CASE("where a crease between two sectors goes smooth, what is left has the sum of their angles") {
+    const ControlMesh mesh = test::sheet(false);
+    const std::uint32_t v = test::k_straight, right = face_towards(mesh, v, 1, 0.5),
+                        left = face_towards(mesh, v, -1, 0.5);
+    const auto with_crease = [&](float sharpness, std::initializer_list<ControlMeshData::AngleTag> tags) {
+        ControlMeshData data = mesh.data();
+        data.creases.push_back({v, v + 8, sharpness});
+        data.corner_angles.assign(tags);
+        return rule_mesh(ControlMesh::build(std::move(data)));
+    };
+    const auto angles = [&](const RuleMesh& rules, int levels) {
+        RuleMesh at = rules;
+        for (int i = 0; i < levels; ++i) at = find_scheme("catmull-clark")->step(at, {}).mesh;
+        std::vector<double> result;
+        for (const int h : at.ring(static_cast<int>(v)).halfedge) result.push_back(at.corner_angle(h));
+        std::sort(result.begin(), result.end());
+        return result;
+    };
+    const double a = radians(40), b = radians(60);
+    const RuleMesh both = with_crease(1.5f, {{v, right, a}, {v, left, b}});
+    CHECK(angles(both, 1) == std::vector<double>{0, 0, a, b});
+    CHECK(angles(both, 2) == std::vector<double>{0, 0, a + b, a + b});
+    CHECK(angles(both, 3) == std::vector<double>{0, 0, a + b, a + b});
+    CHECK(angles(with_crease(1, {{v, right, radians(90)}, {v, left, radians(90)}}), 1) ==
+          std::vector<double>{0, 0, radians(170), radians(170)});
+    CHECK(angles(with_crease(1, {{v, right, a}}), 1) == std::vector<double>{0, 0, 0, 0});
+}
+
+TEST_CASE("[inv1] hierarchies, rows that repeat themselves and the rules agree where corners have angles") {
+    const auto less = [](const Vec3d& p, const Vec3d& q) {
+        return std::array{p.x, p.y, p.z} < std::array{q.x, q.y, q.z};
+    };
+    RuleOptions measured;
+    measured.measure_corner_angles = true;
+    for (const std::string_view scheme : k_angle_schemes)
+        for (const std::uint64_t seed : {1, 2}) {
+            CAPTURE(scheme);
+            CAPTURE(seed);
+            const bool triangles = takes_triangles(scheme);
+            test::RandomMeshOptions options;
+            options.columns = options.rows = 3;
+            options.hole = 0;
+            options.triangles_only = triangles;
+            options.crease = options.corner = 0.4;
+            const ControlMesh mesh = test::with_mixed_angles(test::random_mesh(seed, options), seed);
+            REQUIRE(mesh.has_corner_angles());
+            const RuleOptions rules = seed == 1 ? RuleOptions{} : measured;
+            constexpr int k_levels = 2;
+            Hierarchy h = make_hierarchy(mesh, scheme, {.rules = rules});
+            h.refine_where(each_leaf([](const LeafView&) { return true; }), triangles ? k_levels : 2 * k_levels - 1);
+            const auto positions = [&](MeshPositions which) {
+                auto points = h.to_mesh({.positions = which, .level = k_levels}).mesh.positions;
+                std::sort(points.begin(), points.end(), less);
+                return points;
+            };
+            std::vector<Vec3d> net = Level(mesh, scheme, k_levels, {.rules = rules}).points,
+                               limit = Level(mesh, scheme, k_levels, {.rules = rules, .limit = true}).points;
+            std::sort(net.begin(), net.end(), less);
+            CHECK(same_bytes(positions(MeshPositions::level), net));
+            const std::vector<Vec3d> on_limit = positions(MeshPositions::limit);
+            REQUIRE(on_limit.size() == limit.size());
+            const PointMatch match(limit);
+            const double size = mesh.bounding_box().diagonal();
+            double worst = 0;
+            for (const Vec3d& p : on_limit) worst = std::max(worst, glm::length(p - limit[match.nearest(p)]));
+            CHECK(worst < 1e-12 * size);
+        }
+    for (const std::string_view scheme : k_angle_schemes) {
+        CAPTURE(scheme);
+        const ControlMesh mesh = test::with_mixed_angles(test::sheet(takes_triangles(scheme)), 3);
+        constexpr int k_levels = 4;
+        auto first_levels = std::make_unique<detail::RuleLevels>(mesh, *find_scheme(scheme), RuleOptions{}, 0);
+        CHECK(detail::RepeatedRows::make(mesh, *find_scheme(scheme), k_levels, {}, first_levels, {}, {}) != nullptr);
+        const PolygonMesh fast = refine(mesh, scheme, k_levels, {.limit = true});
+        const RefinedStencils slow = refine_stencils(mesh, *find_scheme(scheme), k_levels, {.limit = true});
+        REQUIRE(fast.positions.size() == slow.mesh.positions.size());
+        const PointMatch match(slow.mesh.positions);
+        double worst = 0;
+        for (const Vec3d& p : fast.positions)
+            worst = std::max(worst, glm::length(p - slow.mesh.positions[match.nearest(p)]));
+        CHECK(worst < 1e-11);
+        REQUIRE(fast.uvs.size() == slow.mesh.uvs.size());
+        std::vector<Vec3d> uvs;
+        for (const Vec2d& uv : slow.mesh.uvs) uvs.emplace_back(uv, 0.0);
+        const PointMatch uv_match(uvs);
+        worst = 0;
+        for (const Vec2d& uv : fast.uvs)
+            worst = std::max(worst, glm::length(Vec3d(uv, 0.0) - uvs[uv_match.nearest(Vec3d(uv, 0.0))]));
+        CHECK(worst < 1e-11);
+    }
+}
+
+TEST_CASE("charts have the angles of their corners' sectors, and shares of those that a seam cuts") {
+    ControlMeshData data = tagged_everywhere(test::sheet(false), radians(120)).data();
+    // Left and right of x = 5 are two charts: the bend's sector of three quads has one on the left.
+    const auto count = static_cast<std::uint32_t>(data.uvs.size());
+    for (std::uint32_t i = 0; i < count; ++i) data.uvs.push_back(data.uvs[i] + Vec2d(3, 0));
+    for (std::uint32_t h = 0; h < data.face_vertices.size(); ++h)
+        if (h / 4 % 7 >= 5) data.face_uvs[h] += count;
+    data.face_varying_rule = FaceVaryingRule::boundaries;
+    const ControlMesh mesh = ControlMesh::build(data), chart = uv_mesh(mesh);
+    const auto at = [&](std::uint32_t vertex, double x, double y) {
+        const FaceId f(face_towards(mesh, vertex, x, y));
+        std::uint32_t h = mesh.face_halfedge(f).value;
+        while (mesh.origin(HalfedgeId(h)).value != vertex) ++h;
+        return chart.corner_angle(HalfedgeId(h));
+    };
+    CHECK(at(test::k_straight, 1, 1) == radians(120));
+    CHECK(at(test::k_bent, -1, -1) == radians(120));
+    CHECK(at(test::k_bent, -1, 1) == doctest::Approx(radians(40)));
+    CHECK(at(test::k_bent, 1, 1) == doctest::Approx(radians(80)));
+    CHECK(at(test::k_bent, 1, -1) == at(test::k_bent, 1, 1));
+    // Measured in space, not in the plane of the charts.
+    RuleOptions measured;
+    measured.measure_corner_angles = true;
+    const ControlMesh plain = test::sheet(false), by_space = uv_mesh(plain, measured);
+    const RuleMesh rules = rule_mesh(plain, measured);
+    int angles = 0;
+    for (std::uint32_t h = 0; h < plain.halfedge_count(); ++h) {
+        CHECK(by_space.corner_angle(HalfedgeId(h)) == rules.corner_angle(static_cast<int>(h)));
+        angles += rules.corner_angle(static_cast<int>(h)) != 0 ? 1 : 0;
+    }
+    CHECK(angles == 4 + 4 + 4 + 2);  // the two corners, the sheet's own, and where a crease meets its end
+    CHECK(!detail::chart_rules(measured).measure_corner_angles);
+}
+
+TEST_CASE("[inv1] a vertex beside corners with angles is the same alone as among all others") {
+    for (const std::string_view scheme : k_angle_schemes) {
+        CAPTURE(scheme);
+        const bool triangles = takes_triangles(scheme);
+        const ControlMesh mesh = test::with_mixed_angles(test::sheet(triangles), 1);
+        const PartialLevels partial(mesh, *find_scheme(scheme));
+        std::vector<Site> sites;
+        for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
+            if (triangles ? h % 3 != 0 : h % 2 != 0) continue;
+            for (const std::uint32_t y : {0u, 1u, 2u}) sites.push_back({HalfedgeId(h), {1, y}, 2});
+        }
+        std::vector<Vec3d> net(sites.size());
+        std::vector<LimitPoint> limits(sites.size());
+        partial.control_positions(sites, net);
+        partial.limits(sites, limits);
+        test::Random random(5);
+        for (std::size_t i = random.below(9); i < sites.size(); i += 1 + random.below(9)) {
+            Vec3d alone;
+            LimitPoint limit;
+            partial.control_positions({&sites[i], 1}, {&alone, 1});
+            partial.limits({&sites[i], 1}, {&limit, 1});
+            CHECK(alone == net[i]);
+            CHECK(limit.position == limits[i].position);
+            CHECK(limit.normal == limits[i].normal);
+        }
+    }
+}
+
+TEST_CASE("a saved hierarchy is that of a mesh with the same corner angles") {
+    const ControlMesh mesh = test::sheet(false), tagged = tagged_everywhere(mesh, radians(100)),
+                      other = tagged_everywhere(mesh, radians(101));
+    Hierarchy h = make_hierarchy(tagged, "catmull-clark");
+    h.refine_where(each_leaf([](const LeafView&) { return true; }), 1);
+    const std::vector<std::byte> bytes = h.saved();
+    Hierarchy again = make_hierarchy(tagged, "catmull-clark");
+    again.load(bytes);
+    CHECK(same_bytes(again.to_mesh().mesh.positions, h.to_mesh().mesh.positions));
+    for (const ControlMesh* wrong : {&mesh, &other}) {
+        Hierarchy foreign = make_hierarchy(*wrong, "catmull-clark");
+        CHECK(error_of([&] { foreign.load(bytes); }).code() == ErrorCode::invalid_input);
+    }
+}
+
+TEST_CASE("[bad-input] what has no rule for corner angles refuses them, or says that they are ignored") {
+    const ControlMesh mesh = tagged_everywhere(test::sheet(false), radians(100));
+    const auto warned = [](const std::vector<std::string>& warnings) {
+        return std::ranges::any_of(warnings, [](const auto& w) { return contains(w, "corner angles were ignored"); });
+    };
+    for (const std::string_view scheme : {"kobbelt", "4-8", "doo-sabin", "bilinear"}) {
+        CAPTURE(scheme);
+        CHECK(warned(refine(mesh, scheme, 1).warnings));
+        CHECK(same_bytes(refine(mesh, scheme, 1).positions, refine(test::sheet(false), scheme, 1).positions));
+    }
+    CHECK(!warned(refine(mesh, "catmull-clark", 1).warnings));
+    CHECK(warned(FactoredMesh(mesh, FactoredScheme::catmull_clark).mesh().warnings));
+    const Error uniform = error_of([&] { refine_uniform(mesh, SchemeKind::catmull_clark, 1); });
+    CHECK(uniform.code() == ErrorCode::unsupported);
+    CHECK(contains(uniform.what(), "corner angles"));
+    CHECK(contains(uniform.what(), "refine()"));
+    CHECK(error_of([&] { Closure(mesh, SchemeKind::catmull_clark); }).code() == ErrorCode::unsupported);
+    RuleMesh::Builder faces;
+    faces.face({0, 1, 2});
+    faces.set_corner_angles({0, 7, 0});
+    CHECK_THROWS_AS(RuleMesh(3, faces), std::invalid_argument);
+    faces.set_corner_angles({1, 1});
+    CHECK_THROWS_AS(RuleMesh(3, faces), std::invalid_argument);
+}
+
+TEST_SUITE_END();

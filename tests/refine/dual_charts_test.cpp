@@ -1,0 +1,290 @@
+#include "../kit/dual_mesh.hpp"
+#include "../kit/random_mesh.hpp"
+
+#include "../../hier/base/error.hpp"
+#include "../../hier/mesh/obj_reader.hpp"
+#include "../../refine/adaptive/adaptive_dual.hpp"
+#include "../../refine/uniform/refine.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <tuple>
+#include <vector>
+
+using namespace tetrakis;
+
+namespace {
+
+ControlMesh with_charts(const ControlMesh& mesh) {
+    ControlMeshData data = mesh.data();
+    test::add_charts(data);
+    return ControlMesh::build(std::move(data));
+}
+
+/// Creases around regions of faces: none ends inside.
+ControlMesh with_regions(const ControlMesh& mesh, std::uint64_t seed) {
+    ControlMeshData data = mesh.data();
+    const auto region = [&](HalfedgeId h) {
+        return (mesh.face(h).value * 2654435761u + static_cast<std::uint32_t>(seed) * 40503u) >> 7 & 3;
+    };
+    for (std::uint32_t i = 0; i < mesh.halfedge_count(); ++i) {
+        const HalfedgeId h(i), t = mesh.twin(h);
+        if (t.valid() && t.value > i && region(h) != region(t))
+            data.creases.push_back({mesh.origin(h).value, mesh.target(h).value, k_infinite_sharpness});
+    }
+    return ControlMesh::build(std::move(data));
+}
+
+ControlMesh plain_mesh(std::uint64_t seed) {
+    test::RandomMeshOptions options = test::random_options(seed);
+    options.hole = options.crease = options.corner = 0;
+    options.boundary_rule = seed % 2 == 0 ? BoundaryRule::edge_only : BoundaryRule::edge_and_corner;
+    return test::random_dual_mesh_without_valence_2(seed, options);
+}
+
+/// Faces by their points, from the least one on, with the UVs of their corners.
+using Cycle = std::vector<std::tuple<double, double, double>>;
+std::multimap<Cycle, std::vector<Vec2d>> faces_of(const PolygonMesh& mesh) {
+    std::multimap<Cycle, std::vector<Vec2d>> result;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
+        Cycle cycle;
+        std::vector<Vec2d> uvs;
+        for (std::uint32_t c = mesh.face_offsets[f]; c < mesh.face_offsets[f + 1]; ++c) {
+            const Vec3d& p = mesh.positions[mesh.face_vertices[c]];
+            cycle.emplace_back(p.x, p.y, p.z);
+            uvs.push_back(mesh.uvs[mesh.face_uvs[c]]);
+        }
+        const auto first = std::min_element(cycle.begin(), cycle.end()) - cycle.begin();
+        std::rotate(cycle.begin(), cycle.begin() + first, cycle.end());
+        std::rotate(uvs.begin(), uvs.begin() + first, uvs.end());
+        result.emplace(std::move(cycle), std::move(uvs));
+    }
+    return result;
+}
+
+double apart(const std::vector<Vec2d>& a, const std::vector<Vec2d>& b) {
+    double worst = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) worst = std::max(worst, glm::length(a[i] - b[i]));
+    return worst;
+}
+
+/// How many faces of `got` are among those of uniform refinement; their UVs have to be the same.
+/// @param creased  where a seam leaves a crease, a chart has a corner that the surface does not have; of the faces
+/// beside
+///                 it half may lie on either side, and then there is no rule which it takes
+int compare_faces(const PolygonMesh& got, const PolygonMesh& uniform, bool creased) {
+    const auto expected = faces_of(uniform);
+    int found = 0, off = 0;
+    for (const auto& [cycle, uvs] : faces_of(got)) {
+        auto [at, end] = expected.equal_range(cycle);
+        if (at == end) continue;
+        ++found;
+        bool same = false;
+        for (; at != end; ++at) same = same || apart(uvs, at->second) < 1e-10;
+        off += !same;
+    }
+    CHECK(off <= (creased ? found / 50 : 0));
+    return found;
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("refine");
+
+TEST_CASE("[inv1] UVs of vertex quadtrees: refined everywhere they are those of uniform refinement, face by face") {
+    constexpr int k_level = 2;
+    for (const char* name : {"doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest", "biquartic"})
+        for (const std::uint64_t seed : test::seeds(6)) {
+            CAPTURE(name);
+            CAPTURE(seed);
+            const bool creased = seed % 3 == 2;
+            const ControlMesh plain = plain_mesh(seed);
+            const ControlMesh mesh = with_charts(creased ? with_regions(plain, seed) : plain);
+            AdaptiveDual dual(mesh, *find_scheme(name));
+            std::vector<LeafId> created;
+            for (int i = 0; i < k_level; ++i) dual.forest().refine(dual.forest().ordered_leaves(), created);
+            const PolygonMesh got = dual.to_mesh({.limit = false, .uvs = true});
+            const PolygonMesh uniform = refine_stencils(mesh, *find_scheme(name), k_level + 1).mesh;
+            REQUIRE(got.face_uvs.size() == got.face_vertices.size());
+            REQUIRE(got.face_count() == uniform.face_count());
+            CHECK(compare_faces(got, uniform, creased) == static_cast<int>(uniform.face_count()));
+        }
+}
+
+TEST_CASE("[inv1] UVs of vertex quadtrees: with semi-sharp creases those of uniform refinement, or refused at seams") {
+    int taken = 0;
+    for (const std::uint64_t seed : test::seeds(12)) {
+        CAPTURE(seed);
+        const ControlMesh plain = plain_mesh(seed);
+        // One chart, or the last few faces in another.
+        const bool seams = seed % 2 == 1;
+        ControlMeshData data = plain.data();
+        const auto count = static_cast<std::uint32_t>(data.positions.size());
+        for (const double shift : {0.0, 100.0})
+            for (const Vec3d& p : data.positions) data.uvs.emplace_back(p.x + shift, p.y + 0.5 * p.z);
+        const std::size_t faces = data.face_offsets.size() - 1;
+        for (std::size_t f = 0; f < faces; ++f)
+            for (std::uint32_t c = data.face_offsets[f]; c < data.face_offsets[f + 1]; ++c)
+                data.face_uvs.push_back(data.face_vertices[c] + (seams && 4 * f >= 3 * faces ? count : 0));
+        // Creases that do not meet three at a vertex, where charts have corners that stay.
+        test::Random random(seed);
+        std::vector<int> at(count, 0);
+        for (std::uint32_t h = 0; h < plain.halfedge_count() / (seams ? 3 : 1); ++h) {
+            const std::uint32_t u = plain.origin(HalfedgeId(h)).value,
+                                v = plain.origin(plain.next(HalfedgeId(h))).value;
+            if (!plain.twin(HalfedgeId(h)).valid() || at[u] > 1 || at[v] > 1 || !random.chance(0.3)) continue;
+            if (plain.is_boundary(VertexId(u)) || plain.is_boundary(VertexId(v))) continue;
+            ++at[u];
+            ++at[v];
+            data.creases.push_back({u, v, 1.0f + static_cast<float>(random.below(4)), 0});
+        }
+        const ControlMesh mesh = ControlMesh::build(std::move(data));
+        AdaptiveDual dual(mesh, *find_scheme("doo-sabin"));
+        std::vector<LeafId> created;
+        for (int level = 1; level <= 4; ++level) {
+            CAPTURE(level);
+            if (level > 1) dual.forest().refine(dual.forest().ordered_leaves(), created);
+            PolygonMesh got;
+            try {
+                got = dual.to_mesh({.limit = false, .uvs = true});
+            } catch (const Error& error) {
+                CHECK(error.code() == ErrorCode::unsupported);
+                CHECK(seams);
+                break;
+            }
+            const PolygonMesh uniform = refine_stencils(mesh, *find_scheme("doo-sabin"), level).mesh;
+            REQUIRE(got.face_count() == uniform.face_count());
+            CHECK(compare_faces(got, uniform, false) == static_cast<int>(uniform.face_count()));
+            ++taken;
+        }
+    }
+    CHECK(taken >= 6 * 4);
+}
+
+TEST_CASE("[inv1] UVs of vertex quadtrees: in adaptive meshes the faces of one level have those of that level") {
+    for (const char* name : {"doo-sabin", "midedge"})
+        for (const std::uint64_t seed : test::seeds(4)) {
+            CAPTURE(name);
+            CAPTURE(seed);
+            const ControlMesh plain = plain_mesh(seed);
+            const bool creased = seed % 2 == 1;
+            const ControlMesh mesh = with_charts(creased ? with_regions(plain, seed) : plain);
+            AdaptiveDual dual(mesh, *find_scheme(name));
+            test::Random random(seed);
+            std::vector<LeafId> marked, created;
+            for (int i = 0; i < 3; ++i) {
+                marked.clear();
+                for (const LeafId leaf : dual.forest().ordered_leaves())
+                    if (random.chance(0.15)) marked.push_back(leaf);
+                dual.forest().refine(marked, created);
+            }
+            const PolygonMesh got = dual.to_mesh({.limit = false, .uvs = true});
+            int found = 0;
+            for (int level = 1; level <= 3; ++level)
+                found += compare_faces(got, refine_stencils(mesh, *find_scheme(name), level).mesh, creased);
+            CHECK(found > static_cast<int>(got.face_count()) / 4);
+            CHECK(found < static_cast<int>(got.face_count()));
+        }
+}
+
+TEST_CASE("UVs of vertex quadtrees: charts that are linear stay so between leaves of all sizes, limits as well") {
+    // A flat grid in two charts, turned against each other.
+    constexpr int n = 6;
+    ControlMeshData data;
+    const auto uv = [](bool second, const Vec2d& p) {
+        return second ? Vec2d(7 - 0.2 * p.y, 0.3 * p.x) : Vec2d(0.1 * p.x, 0.2 * p.y + 0.05 * p.x);
+    };
+    for (int y = 0; y <= n; ++y)
+        for (int x = 0; x <= n; ++x) data.positions.emplace_back(x, y, 0);
+    for (const bool second : {false, true})
+        for (const Vec3d& p : data.positions) data.uvs.push_back(uv(second, Vec2d(p)));
+    for (int y = 0; y < n; ++y)
+        for (int x = 0; x < n; ++x) {
+            const bool second = x >= 3;
+            for (const int v :
+                 {(n + 1) * y + x, (n + 1) * y + x + 1, (n + 1) * (y + 1) + x + 1, (n + 1) * (y + 1) + x}) {
+                data.face_vertices.push_back(static_cast<std::uint32_t>(v));
+                data.face_uvs.push_back(static_cast<std::uint32_t>(v + (second ? (n + 1) * (n + 1) : 0)));
+            }
+            data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+        }
+    if (data.face_offsets.front() != 0) data.face_offsets.insert(data.face_offsets.begin(), 0);
+    const ControlMesh mesh = ControlMesh::build(data);
+    for (const char* name : {"doo-sabin", "midedge", "biquartic"})
+        for (const bool limit : {false, true}) {
+            CAPTURE(name);
+            CAPTURE(limit);
+            AdaptiveDual dual(mesh, *find_scheme(name));
+            test::Random random(3);
+            std::vector<LeafId> marked, created;
+            for (int i = 0; i < 4; ++i) {
+                marked.clear();
+                for (const LeafId leaf : dual.forest().ordered_leaves())
+                    if (random.chance(0.1)) marked.push_back(leaf);
+                dual.forest().refine(marked, created);
+            }
+            const PolygonMesh got = dual.to_mesh({.limit = limit, .triangles = true, .uvs = true});
+            double worst = 0;
+            int in_second = 0;
+            for (std::uint32_t f = 0; f < got.face_count(); ++f) {
+                const bool second = got.uvs[got.face_uvs[3 * f]].x > 4;
+                in_second += second;
+                for (std::uint32_t c = 3 * f; c < 3 * f + 3; ++c) {
+                    const Vec2d p(got.positions[got.face_vertices[c]]);
+                    worst = std::max(worst, glm::length(got.uvs[got.face_uvs[c]] - uv(second, p)));
+                }
+            }
+            CHECK(worst < 1e-12 * 100);
+            CHECK(in_second > 100);
+        }
+}
+
+TEST_CASE("[bad-input] UVs of vertex quadtrees: a seam along a crease that ends inside is refused") {
+    const ControlMesh mesh = ControlMesh::build(parse_obj(
+        "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nv 0 2 0\nv 1 2 0\nv 2 2 0\n"
+        "vt 0 0\nvt 1 0\nvt 2 0\nvt 0 1\nvt 1 1\nvt 2 1\nvt 0 2\nvt 1 2\nvt 2 2\nvt 5 0\nvt 5 1\n"
+        "f 1/1 2/2 5/5 4/4\nf 2/10 3/3 6/6 5/5\nf 4/4 5/5 8/8 7/7\nf 5/5 6/6 9/9 8/8\nt crease 2/1/0 1 4 10\n",
+        "dart.obj"));
+    AdaptiveDual dual(mesh, *find_scheme("doo-sabin"));
+    CHECK(dual.to_mesh().uvs.empty());
+    CHECK_THROWS_WITH_AS(dual.to_mesh({.uvs = true}), doctest::Contains("charts"), Error);
+}
+
+TEST_CASE("faces have the material of the side whose UVs they have, also beside creases that end near a seam") {
+    constexpr std::uint32_t k_charts = 3;
+    constexpr double k_apart = 100;
+    std::size_t faces = 0, wrong = 0;
+    for (const std::uint64_t seed : test::seeds(12)) {
+        ControlMeshData data = test::random_mesh_data(seed, test::random_options(seed));
+        const auto points = static_cast<std::uint32_t>(data.positions.size());
+        for (std::uint32_t chart = 0; chart < k_charts; ++chart) {
+            data.materials.push_back(std::to_string(chart));
+            for (const Vec3d& p : data.positions) data.uvs.emplace_back(p.x + k_apart * chart, p.y + 0.5 * p.z);
+        }
+        test::Random random(seed);
+        for (std::size_t f = 0; f + 1 < data.face_offsets.size(); ++f) {
+            data.face_material.push_back(random.chance(0.3) ? random.below(k_charts) : 0);
+            for (std::uint32_t k = data.face_offsets[f]; k < data.face_offsets[f + 1]; ++k)
+                data.face_uvs.push_back(data.face_vertices[k] + points * data.face_material.back());
+        }
+        const ControlMesh mesh = ControlMesh::build(std::move(data));
+        for (const char* name : {"doo-sabin", "midedge-simplest"}) {
+            const PolygonMesh got = refine(mesh, *find_scheme(name), 5);
+            if (got.face_uvs.empty()) continue;  // creases that come to a seam
+            faces += got.face_count();
+            for (std::uint32_t f = 0; f < got.face_count(); ++f) {
+                const double u = got.uvs[got.face_uvs[got.face_offsets[f]]].x;
+                wrong += std::lround(u / k_apart) == static_cast<long>(got.face_material[f]) ? 0 : 1;
+            }
+        }
+    }
+    CHECK(faces > 200'000);
+    CHECK(wrong == 0);
+}
+
+TEST_SUITE_END();

@@ -1,0 +1,302 @@
+#include "../kit/factored_helpers.hpp"
+#include "../kit/surface_topology.hpp"
+
+#include "../../hier/base/error.hpp"
+#include "../../refine/rules/rule_refinement.hpp"
+
+#include <doctest/doctest.h>
+
+#include <optional>
+
+using namespace tetrakis;
+using test::disagreement;
+using test::k_agreement;
+
+namespace {
+
+constexpr int k_most_steps = 5;
+constexpr AveragingBoundary k_boundaries[] = {AveragingBoundary::replicate, AveragingBoundary::recede};
+
+RuleOptions rules(int steps, AveragingBoundary boundary) {
+    RuleOptions result;
+    result.averaging_steps = steps;
+    result.averaging_boundary = boundary;
+    return result;
+}
+
+FactoredMesh averaging(const ControlMesh& mesh, int steps, AveragingBoundary boundary) {
+    return FactoredMesh(mesh, FactoredScheme::averaging, 0, rules(steps, boundary));
+}
+
+/// With room for outer rings to recede.
+ControlMesh wide_plane(std::uint64_t seed, double tags) {
+    test::RandomMeshOptions options;
+    options.columns = options.rows = 12;
+    options.removed_faces = 0;
+    options.hole = 0;
+    options.crease *= tags;
+    options.corner *= tags;
+    options.edge_vertices *= tags;
+    return test::random_mesh(seed, options);
+}
+
+/// Closed meshes of given valences, open ones with n-gons, with and without tags.
+std::vector<ControlMesh> meshes() {
+    std::vector<ControlMesh> result;
+    for (const int n : {3, 4, 5, 6, 9, 17, 64}) {
+        result.push_back(test::prism(n));
+        result.push_back(test::double_fan(n));
+    }
+    for (const std::uint64_t seed : test::seeds(8))
+        for (const double tags : {0.0, 1.0}) result.push_back(test::random_surface(seed, tags));
+    result.push_back(wide_plane(1, 0));
+    result.push_back(wide_plane(2, 1));
+    return result;
+}
+
+double diagonal(const ControlMesh& mesh) { return bounding_box(mesh.positions()).diagonal(); }
+
+std::vector<Vec3d> face_means(const PolygonMesh& mesh) {
+    std::vector<Vec3d> result;
+    for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+        Vec3d sum(0);
+        for (std::uint32_t i = mesh.face_offsets[f]; i < mesh.face_offsets[f + 1]; ++i)
+            sum += mesh.positions[mesh.face_vertices[i]];
+        result.push_back(sum / double(mesh.face_offsets[f + 1] - mesh.face_offsets[f]));
+    }
+    return result;
+}
+
+/// The classical steps; empty where the mesh is used up, or receding leaves faces that touch in a vertex alone.
+std::optional<PolygonMesh> classical(const ControlMesh& mesh, std::string_view scheme, int levels,
+                                     const RuleOptions& options) {
+    try {
+        return refine_by_rules(mesh, *find_scheme(scheme), levels, options);
+    } catch (const Error& e) {
+        CHECK(e.code() == ErrorCode::invalid_input);
+        CHECK(options.averaging_boundary == AveragingBoundary::recede);
+        return std::nullopt;
+    }
+}
+
+std::vector<Vec3d> active_points(const FactoredMesh& mesh) {
+    std::vector<Vec3d> result;
+    for (std::uint32_t v = 0; v < mesh.positions().size(); ++v)
+        if (mesh.state(v) == FactoredVertex::active) result.push_back(mesh.positions()[v]);
+    return result;
+}
+
+std::vector<std::array<std::uint32_t, 3>> triangles_of(const PolygonMesh& mesh) {
+    std::vector<std::array<std::uint32_t, 3>> result;
+    for (std::size_t i = 0; i < mesh.face_vertices.size(); i += 3)
+        result.push_back({mesh.face_vertices[i], mesh.face_vertices[i + 1], mesh.face_vertices[i + 2]});
+    return result;
+}
+
+/// Calls body(mesh, steps, boundary), with what it is about in the messages.
+template <class Body>
+void for_all(Body&& body) {
+    const std::vector<ControlMesh> all = meshes();
+    for (std::size_t i = 0; i < all.size(); ++i)
+        for (int steps = 0; steps <= k_most_steps; ++steps)
+            for (const AveragingBoundary boundary : k_boundaries) {
+                CAPTURE(i);
+                CAPTURE(steps);
+                CAPTURE(static_cast<int>(boundary));
+                body(all[i], steps, boundary);
+            }
+}
+
+void check_reads(std::uint64_t seed) {
+    for (const double tags : {0.0, 1.0})
+        for (const ControlMesh& mesh : {test::random_surface(seed, tags), wide_plane(seed, tags)})
+            for (int steps = 0; steps <= k_most_steps; ++steps)
+                for (const AveragingBoundary boundary : k_boundaries) {
+                    CAPTURE(seed);
+                    CAPTURE(tags);
+                    CAPTURE(steps);
+                    CAPTURE(static_cast<int>(boundary));
+                    if (!classical(mesh, "averaging", 1, rules(steps, boundary))) continue;
+                    FactoredMesh ours = averaging(mesh, steps, boundary);
+                    test::check_reads(ours, FactoredScheme::averaging, tags != 0, steps + 2);
+                }
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("refine");
+
+TEST_CASE("[inv6] averaging by half-steps: whole levels are the classical steps") {
+    double worst = 0;
+    int used_up = 0;
+    for_all([&](const ControlMesh& mesh, int steps, AveragingBoundary boundary) {
+        for (int levels = 1; levels <= 2; ++levels) {
+            FactoredMesh ours = averaging(mesh, steps, boundary);
+            CHECK(ours.half_steps_per_level() == steps + 2);
+            const auto run = [&] {
+                for (int i = 0; i < levels * (steps + 2); ++i) ours.half_step();
+            };
+            const auto expected = classical(mesh, "averaging", levels, rules(steps, boundary));
+            if (!expected) {
+                ++used_up;
+                CHECK_THROWS_AS(run(), Error);
+                continue;
+            }
+            run();
+            const PolygonMesh result = ours.active_mesh();
+            REQUIRE(result.face_count() == expected->face_count());
+            const double d = disagreement(result.positions, expected->positions);
+            CHECK(d < k_agreement);
+            worst = std::max(worst, d);
+            // The same faces, not only points.
+            const std::vector<Vec3d> ours_at = face_means(result), expected_at = face_means(*expected);
+            const PointMatch match(ours_at);
+            for (const Vec3d& p : expected_at)
+                CHECK(glm::length(p - ours_at[match.nearest(p)]) < k_agreement * diagonal(mesh));
+        }
+    });
+    CHECK(used_up > 0);
+    MESSAGE("largest relative disagreement ", worst, "; meshes that receding used up: ", used_up);
+}
+
+TEST_CASE("[inv6] biquartic by half-steps is the classical step, with both boundaries") {
+    for (const ControlMesh& mesh : meshes())
+        for (const AveragingBoundary boundary : k_boundaries) {
+            const auto expected = classical(mesh, "biquartic", 2, rules(0, boundary));
+            FactoredMesh ours(mesh, FactoredScheme::biquartic, 0, rules(0, boundary));
+            REQUIRE(ours.half_steps_per_level() == 5);
+            if (!expected) continue;
+            for (int i = 0; i < 10; ++i) ours.half_step();
+            CHECK(disagreement(ours.active_mesh().positions, expected->positions) < k_agreement);
+        }
+}
+
+TEST_CASE("[inv6] averaging by half-steps: after some averagings the points of so many averagings are active") {
+    int touching = 0, compared = 0;
+    for_all([&](const ControlMesh& mesh, int steps, AveragingBoundary boundary) {
+        FactoredMesh ours = averaging(mesh, steps, boundary);
+        if (!classical(mesh, "averaging", 1, rules(steps, boundary))) return;
+        ours.half_step();
+        ours.half_step();
+        for (int done = 0; done <= steps; ++done) {
+            CAPTURE(done);
+            if (done > 0) ours.half_step();
+            const bool recedes = boundary == AveragingBoundary::recede;
+            // Two averagings alone have Catmull-Clark's rules.
+            if (done == 2 && steps != 2 && !recedes) continue;
+            const auto expected = classical(mesh, "averaging", 1, rules(done, boundary));
+            if (!expected) {
+                // That mesh by itself is refused where further averagings take the fault away.
+                CHECK_THROWS_WITH_AS(refine_by_rules(mesh, *find_scheme("averaging"), 1, rules(done, boundary)),
+                                     doctest::Contains("share nothing but the vertex"), Error);
+                ++touching;
+                continue;
+            }
+            ++compared;
+            const std::vector<Vec3d> active = active_points(ours);
+            const PointMatch points(active);
+            double worst = 0;
+            for (const Vec3d& p : expected->positions)
+                worst = std::max(worst, glm::length(p - active[points.nearest(p)]));
+            CHECK(worst < k_agreement * diagonal(mesh));
+            // Beside these, only those around the mesh that come from copies.
+            if (recedes || done == steps) CHECK(active.size() == expected->positions.size());
+            CHECK(active.size() >= expected->positions.size());
+            // Which mesh() leaves out: it has the points and a centre in each of their faces.
+            CHECK(ours.mesh().positions.size() == expected->positions.size() + (done > 0 ? expected->face_count() : 0));
+        }
+    });
+    CHECK(20 * touching < compared);
+}
+
+TEST_CASE("[slow] [inv3] averaging by half-steps: every mesh is conforming, and what is inactive rests at a mean") {
+    for_all([&](const ControlMesh& mesh, int steps, AveragingBoundary boundary) {
+        if (!classical(mesh, "averaging", 2, rules(steps, boundary))) return;
+        const test::SurfaceTopology expected = test::surface_topology(mesh);
+        FactoredMesh ours = averaging(mesh, steps, boundary);
+        for (int i = 0; i <= 2 * (steps + 2); ++i) {
+            CAPTURE(i);
+            if (i > 0) ours.half_step();
+            REQUIRE(!ours.triangles().empty());
+            for (const auto& triangles : {ours.triangles(), triangles_of(ours.mesh())}) {
+                const test::SurfaceTopology topology = test::topology(triangles);
+                CHECK(topology.fault == "");
+                if (boundary == AveragingBoundary::recede && expected.boundary_loops > 0) continue;
+                CHECK(topology.euler == expected.euler);
+                CHECK(topology.boundary_loops == expected.boundary_loops);
+            }
+            const auto around = test::stars(ours);
+            double worst = 0;
+            std::uint32_t wrong = 0;
+            for (std::uint32_t v = 0; v < around.size(); ++v) {
+                wrong += (ours.state(v) == FactoredVertex::unused) != (around[v].size() == 1);
+                if (ours.state(v) != FactoredVertex::inactive) continue;
+                Vec3d sum(0);
+                int count = 0;
+                for (const std::uint32_t w : around[v])
+                    if (ours.state(w) == FactoredVertex::active) {
+                        sum += ours.positions()[w];
+                        ++count;
+                    }
+                worst = std::max(worst, glm::length(sum / double(count) - ours.positions()[v]));
+            }
+            CHECK(wrong == 0);
+            CHECK(worst < k_agreement * diagonal(mesh));
+        }
+    });
+}
+
+TEST_CASE("averaging by half-steps: every rule reads a face's corners or the one-ring alone") {
+    for (const std::uint64_t seed : {0, 1}) check_reads(seed);
+}
+
+TEST_CASE("[slow] averaging by half-steps: every rule reads a face's corners or the one-ring alone, further meshes") {
+    for (const std::uint64_t seed : test::seeds(6))
+        if (seed > 1) check_reads(seed);
+}
+
+TEST_CASE("averaging by half-steps: active and inactive vertices after each") {
+    FactoredMesh ours = averaging(test::prism(5), 2, AveragingBoundary::replicate);
+    // 10 vertices, 15 edges, 7 faces, 30 half-edges.
+    struct Row {
+        std::uint32_t active, inactive;
+    };
+    for (const Row& row : {Row{10, 7}, Row{17, 0}, Row{32, 0}, Row{30, 32}, Row{32, 30}, Row{62, 0}}) {
+        std::uint32_t active = 0, inactive = 0;
+        for (std::uint32_t v = 0; v < ours.positions().size(); ++v) {
+            active += ours.state(v) == FactoredVertex::active;
+            inactive += ours.state(v) == FactoredVertex::inactive;
+        }
+        CAPTURE(ours.half_steps());
+        CHECK(active == row.active);
+        CHECK(inactive == row.inactive);
+        ours.half_step();
+    }
+}
+
+TEST_CASE("[bad-input] averaging by half-steps: too few steps, too small a mesh, too little memory") {
+    CHECK_THROWS_WITH_AS(averaging(test::prism(5), -1, AveragingBoundary::replicate),
+                         doctest::Contains("must not be negative"), Error);
+    test::RandomMeshOptions options;
+    options.columns = options.rows = 2;
+    options.removed_faces = 0;
+    const ControlMesh small = test::random_mesh(1, options);
+    for (const bool recedes : {true, false}) {
+        FactoredMesh mesh(recedes ? small : test::prism(5), FactoredScheme::averaging, std::uint64_t{1} << 20,
+                          rules(k_most_steps, recedes ? AveragingBoundary::recede : AveragingBoundary::replicate));
+        const auto refuse = [&] {
+            for (int i = 0; i < 40; ++i) mesh.half_step();
+        };
+        CHECK_THROWS_WITH_AS(refuse(), doctest::Contains(recedes ? "replicate its boundary" : "the limit is 1 MiB"),
+                             Error);
+        FactoredMesh same = averaging(recedes ? small : test::prism(5), k_most_steps,
+                                      recedes ? AveragingBoundary::recede : AveragingBoundary::replicate);
+        for (int i = 0; i < mesh.half_steps(); ++i) same.half_step();
+        CHECK(mesh.half_steps() >= 2);
+        CHECK(mesh.triangles() == same.triangles());
+        CHECK(std::equal(mesh.positions().begin(), mesh.positions().end(), same.positions().begin(),
+                         same.positions().end()));
+    }
+}
+
+TEST_SUITE_END();

@@ -1,0 +1,334 @@
+#include "../kit/point_match.hpp"
+#include "../kit/random_mesh.hpp"
+#include "../kit/shared_data.hpp"
+
+#include "../../hier/mesh/mesh_check.hpp"
+#include "../../hier/mesh/obj_reader.hpp"
+#include "../../hier/mesh/triangulate.hpp"
+#include "../../refine/uniform/uniform.hpp"
+
+#include <doctest/doctest.h>
+#include <opensubdiv/far/primvarRefiner.h>
+#include <opensubdiv/far/topologyDescriptor.h>
+#include <opensubdiv/far/topologyRefinerFactory.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+
+using namespace tetrakis;
+namespace Far = OpenSubdiv::Far;
+namespace Sdc = OpenSubdiv::Sdc;
+
+namespace {
+
+struct FarPoint {
+    Vec3d p{0};
+    void Clear(void* = nullptr) { p = Vec3d(0); }
+    void AddWithWeight(const FarPoint& other, double w) { p += w * other.p; }
+};
+
+Sdc::Options::FVarLinearInterpolation far_rule(FaceVaryingRule rule) {
+    switch (rule) {
+        case FaceVaryingRule::smooth_all:
+            return Sdc::Options::FVAR_LINEAR_NONE;
+        case FaceVaryingRule::corners_only:
+            return Sdc::Options::FVAR_LINEAR_CORNERS_ONLY;
+        case FaceVaryingRule::corners_plus1:
+            return Sdc::Options::FVAR_LINEAR_CORNERS_PLUS1;
+        case FaceVaryingRule::corners_plus2:
+            return Sdc::Options::FVAR_LINEAR_CORNERS_PLUS2;
+        case FaceVaryingRule::boundaries:
+            return Sdc::Options::FVAR_LINEAR_BOUNDARIES;
+        case FaceVaryingRule::linear_all:
+            break;
+    }
+    return Sdc::Options::FVAR_LINEAR_ALL;
+}
+
+std::unique_ptr<Far::TopologyRefiner> far_refiner(const ControlMeshData& data, SchemeKind scheme) {
+    Sdc::Options options;
+    options.SetFVarLinearInterpolation(far_rule(data.face_varying_rule));
+    options.SetVtxBoundaryInterpolation(data.boundary_rule == BoundaryRule::none ? Sdc::Options::VTX_BOUNDARY_NONE
+                                        : data.boundary_rule == BoundaryRule::edge_and_corner
+                                            ? Sdc::Options::VTX_BOUNDARY_EDGE_AND_CORNER
+                                            : Sdc::Options::VTX_BOUNDARY_EDGE_ONLY);
+    options.SetCreasingMethod(data.crease_method == CreaseMethod::chaikin ? Sdc::Options::CREASE_CHAIKIN
+                                                                          : Sdc::Options::CREASE_UNIFORM);
+    std::vector<int> sizes, vertices(data.face_vertices.begin(), data.face_vertices.end()), pairs, corners;
+    std::vector<int> holes(data.holes.begin(), data.holes.end());
+    std::vector<float> pair_sharpness, corner_sharpness;
+    for (std::size_t f = 0; f + 1 < data.face_offsets.size(); ++f)
+        sizes.push_back(static_cast<int>(data.face_offsets[f + 1] - data.face_offsets[f]));
+    for (const auto& crease : data.creases) {
+        pairs.push_back(static_cast<int>(crease.a));
+        pairs.push_back(static_cast<int>(crease.b));
+        pair_sharpness.push_back(crease.sharpness);
+    }
+    for (const auto& corner : data.corners) {
+        corners.push_back(static_cast<int>(corner.vertex));
+        corner_sharpness.push_back(corner.sharpness);
+    }
+    Far::TopologyDescriptor d;
+    d.numVertices = static_cast<int>(data.positions.size());
+    d.numFaces = static_cast<int>(sizes.size());
+    d.numVertsPerFace = sizes.data();
+    d.vertIndicesPerFace = vertices.data();
+    d.numCreases = static_cast<int>(pair_sharpness.size());
+    d.creaseVertexIndexPairs = pairs.data();
+    d.creaseWeights = pair_sharpness.data();
+    d.numCorners = static_cast<int>(corners.size());
+    d.cornerVertexIndices = corners.data();
+    d.cornerWeights = corner_sharpness.data();
+    d.numHoles = static_cast<int>(holes.size());
+    d.holeIndices = holes.data();
+    std::vector<int> face_uvs(data.face_uvs.begin(), data.face_uvs.end());
+    Far::TopologyDescriptor::FVarChannel channel;
+    channel.numValues = static_cast<int>(data.uvs.size());
+    channel.valueIndices = face_uvs.data();
+    if (!face_uvs.empty()) {
+        d.numFVarChannels = 1;
+        d.fvarChannels = &channel;
+    }
+    using Factory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
+    const auto type = scheme == SchemeKind::loop ? Sdc::SCHEME_LOOP : Sdc::SCHEME_CATMARK;
+    return std::unique_ptr<Far::TopologyRefiner>(Factory::Create(d, Factory::Options(type, options)));
+}
+
+/// Whether OpenSubdiv's limit mask is the limit at this vertex: it looks at the tags of one level, takes the smooth
+/// mask at darts (see the golden data's README) and the corner's at interior vertices of valence 2. What is right there
+/// is tested against deep levels in closure_test.cpp.
+bool limit_mask_is_right(const Far::TopologyLevel& level, int v) {
+    const auto finite = [](float s) { return s > 0 && s < k_infinite_sharpness; };
+    int sharp = 0;
+    const auto edges = level.GetVertexEdges(v);
+    if (edges.size() == 2 && level.GetVertexFaces(v).size() == 2) return false;
+    for (int i = 0; i < edges.size(); ++i) {
+        const float s = level.GetEdgeSharpness(edges[i]);
+        if (finite(s)) return false;
+        sharp += s > 0;
+    }
+    return !finite(level.GetVertexSharpness(v)) && (sharp != 1 || level.GetVertexSharpness(v) > 0);
+}
+
+// The figure of the issue, relative to the bounding box; measured: 1e-15.
+constexpr double k_tolerance = 1e-9;
+
+struct Compared {
+    double points = 0, limits = 0;  ///< largest distances
+    std::size_t limit_count = 0;
+};
+
+/// Both libraries on one mesh to one level; points of holes are no part of ours.
+Compared compare(const ControlMesh& mesh, SchemeKind scheme, int levels) {
+    const auto refiner = far_refiner(mesh.data(), scheme);
+    REQUIRE(refiner != nullptr);
+    Far::TopologyRefiner::UniformOptions uniform(levels);
+    uniform.fullTopologyInLastLevel = true;
+    refiner->RefineUniform(uniform);
+    std::vector<FarPoint> points;
+    for (const Vec3d& p : mesh.positions()) points.push_back({p});
+    const Far::PrimvarRefinerReal<double> primvars(*refiner);
+    for (int l = 1; l <= levels; ++l) {
+        std::vector<FarPoint> finer(static_cast<std::size_t>(refiner->GetLevel(l).GetNumVertices()));
+        primvars.Interpolate(l, points, finer);
+        points = std::move(finer);
+    }
+    std::vector<FarPoint> limits(points.size());
+    primvars.Limit(points, limits);
+
+    const Far::TopologyLevel& level = refiner->GetLevel(levels);
+    std::vector<char> used(points.size(), 0);
+    for (int f = 0; f < level.GetNumFaces(); ++f) {
+        if (level.IsFaceHole(f)) continue;
+        const auto corners = level.GetFaceVertices(f);
+        for (int i = 0; i < corners.size(); ++i) used[static_cast<std::size_t>(corners[i])] = 1;
+    }
+    const PolygonMesh ours = refine_uniform(mesh, scheme, levels);
+    UniformOptions limit_options;
+    limit_options.limit = true;
+    const PolygonMesh our_limits = refine_uniform(mesh, scheme, levels, limit_options);
+    CHECK(ours.positions.size() == static_cast<std::size_t>(std::count(used.begin(), used.end(), 1)));
+    const PointMatch match(ours.positions);
+    const double diagonal = bounding_box(mesh.positions()).diagonal();
+    Compared result;
+    for (std::size_t v = 0; v < points.size(); ++v) {
+        if (used[v] == 0) continue;
+        const std::uint32_t i = match.nearest(points[v].p);
+        result.points = std::max(result.points, glm::length(ours.positions[i] - points[v].p) / diagonal);
+        if (!limit_mask_is_right(level, static_cast<int>(v))) continue;
+        double off = glm::length(our_limits.positions[i] - limits[v].p) / diagonal;
+        // Where a mesh folds onto itself two vertices share a place, and the nearest may be the other one.
+        for (std::size_t j = 0; off >= k_tolerance && j < ours.positions.size(); ++j)
+            if (glm::length(ours.positions[j] - points[v].p) < k_tolerance * diagonal)
+                off = std::min(off, glm::length(our_limits.positions[j] - limits[v].p) / diagonal);
+        result.limits = std::max(result.limits, off);
+        ++result.limit_count;
+    }
+    return result;
+}
+
+/// A place that each face corner has for itself, a little way into its face.
+template <class Corners, class At>
+void add_corner_places(const Corners& corners, int size, const At& at, std::vector<Vec3d>& places) {
+    Vec3d centre(0);
+    for (int i = 0; i < size; ++i) centre += at(corners[i]) / double(size);
+    for (int i = 0; i < size; ++i) places.push_back(0.75 * at(corners[i]) + 0.25 * centre);
+}
+
+/// Largest distance of the UVs of both libraries at the corners of one level.
+double compare_uvs(const ControlMesh& mesh, SchemeKind scheme, int levels) {
+    const auto refiner = far_refiner(mesh.data(), scheme);
+    REQUIRE(refiner != nullptr);
+    Far::TopologyRefiner::UniformOptions uniform(levels);
+    uniform.fullTopologyInLastLevel = true;
+    refiner->RefineUniform(uniform);
+    std::vector<FarPoint> points, uvs;
+    for (const Vec3d& p : mesh.positions()) points.push_back({p});
+    for (const Vec2d& uv : mesh.data().uvs) uvs.push_back({Vec3d(uv, 0)});
+    const Far::PrimvarRefinerReal<double> primvars(*refiner);
+    for (int l = 1; l <= levels; ++l) {
+        std::vector<FarPoint> finer(static_cast<std::size_t>(refiner->GetLevel(l).GetNumVertices()));
+        primvars.Interpolate(l, points, finer);
+        points = std::move(finer);
+        std::vector<FarPoint> finer_uvs(static_cast<std::size_t>(refiner->GetLevel(l).GetNumFVarValues()));
+        primvars.InterpolateFaceVarying(l, uvs, finer_uvs);
+        uvs = std::move(finer_uvs);
+    }
+    const PolygonMesh ours = refine_uniform(mesh, scheme, levels);
+    std::vector<Vec3d> our_places;
+    for (std::uint32_t f = 0; f < ours.face_count(); ++f)
+        add_corner_places(
+            ours.face_vertices.data() + ours.face_offsets[f],
+            static_cast<int>(ours.face_offsets[f + 1] - ours.face_offsets[f]),
+            [&](std::uint32_t v) { return ours.positions[v]; }, our_places);
+    const PointMatch match(our_places);
+    const Far::TopologyLevel& level = refiner->GetLevel(levels);
+    double off = 0;
+    std::size_t count = 0;
+    for (int f = 0; f < level.GetNumFaces(); ++f) {
+        if (level.IsFaceHole(f)) continue;
+        const auto corners = level.GetFaceVertices(f), values = level.GetFaceFVarValues(f);
+        std::vector<Vec3d> places;
+        add_corner_places(
+            corners, corners.size(), [&](int v) { return points[static_cast<std::size_t>(v)].p; }, places);
+        for (int i = 0; i < corners.size(); ++i, ++count) {
+            const Vec2d uv = ours.uvs[ours.face_uvs[match.nearest(places[static_cast<std::size_t>(i)])]];
+            off = std::max(off, glm::length(uv - Vec2d(uvs[static_cast<std::size_t>(values[i])].p)));
+        }
+    }
+    CHECK(count == ours.face_vertices.size());
+    return off;
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("refine");
+
+TEST_CASE("[peer] UVs are OpenSubdiv's by every face-varying rule: seams, corners of charts, ends of seams, creases") {
+    for (const std::string name : {"head", "knot", "pieces"})
+        for (const FaceVaryingRule rule :
+             {FaceVaryingRule::smooth_all, FaceVaryingRule::corners_only, FaceVaryingRule::corners_plus1,
+              FaceVaryingRule::corners_plus2, FaceVaryingRule::boundaries, FaceVaryingRule::linear_all})
+            for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop}) {
+                // Where three charts meet OpenSubdiv's smoothest rule keeps some points of theirs that its next rule,
+                // with more sharp corners, does not: no example to follow.
+                if (name == "pieces" && rule == FaceVaryingRule::smooth_all) continue;
+                CAPTURE(name);
+                CAPTURE(static_cast<int>(rule));
+                CAPTURE(static_cast<int>(scheme));
+                const std::filesystem::path folder = std::filesystem::path(TETRAKIS_SOURCE_DIR) / "data";
+                ControlMeshData data = read_obj(folder / ((name == "pieces" ? "pipe3" : name) + ".obj"));
+                if (name == "pieces") {
+                    // Charts of a few faces each, of all shapes, many of them with darts and corners inside the mesh.
+                    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> numbers;
+                    for (std::uint32_t f = 0; f + 1 < data.face_offsets.size(); ++f)
+                        for (std::uint32_t c = data.face_offsets[f]; c < data.face_offsets[f + 1]; ++c) {
+                            const std::uint32_t v = data.face_vertices[c], chart = f * 7 / 30 % 5;
+                            const auto [at, fresh] =
+                                numbers.try_emplace({v, chart}, static_cast<std::uint32_t>(data.uvs.size()));
+                            if (fresh) data.uvs.emplace_back(0.1 * (v * 37 % 19) + chart, 0.1 * (v * 17 % 23));
+                            data.face_uvs.push_back(at->second);
+                        }
+                }
+                data.face_varying_rule = rule;
+                ControlMesh mesh = ControlMesh::build(std::move(data));
+                if (scheme == SchemeKind::loop) mesh = triangulate(mesh);
+                CHECK(compare_uvs(mesh, scheme, 2) < 1e-12 * 10);
+            }
+}
+
+TEST_CASE("[peer] [slow] levels 1 to 3 and limits of all manifold models of the shared data are OpenSubdiv's") {
+    int compared = 0;
+    std::size_t limits = 0;
+    // Beyond so many points a level takes seconds, and has no rule that the first did not have. 1000000 takes in all
+    // three levels but the bunny's last, in two minutes.
+    const char* const asked = std::getenv("TETRAKIS_TEST_POINTS");
+    const std::uint64_t most_points = asked != nullptr ? std::strtoull(asked, nullptr, 10) : 100'000;
+    for (const char* name_of_folder : {"data/osd-shapes", "data/models"}) {
+        const auto models = shared_data::folder(name_of_folder);
+        if (!models) return;
+        for (const auto& path : shared_data::files(*models, ".obj")) {
+            ControlMeshData data = read_obj(path);
+            if (!find_faults(data).empty()) continue;  // the non-manifold ones
+            const std::string file = path.filename().string();
+            const ControlMesh mesh = ControlMesh::build(std::move(data));
+            for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop}) {
+                if (scheme == SchemeKind::loop && !mesh.all_triangles()) continue;
+                for (int levels = 1; levels <= 3; ++levels) {
+                    const std::uint64_t cells =
+                        scheme == SchemeKind::loop ? 2 * mesh.face_count() : mesh.halfedge_count();
+                    if (levels > 1 && cells << 2 * (levels - 1) > most_points) break;
+                    INFO(file, ", ", name(scheme), ", level ", levels);
+                    const Compared result = compare(mesh, scheme, levels);
+                    CHECK(result.points < k_tolerance);
+                    CHECK(result.limits < k_tolerance);
+                    limits += result.limit_count;
+                    ++compared;
+                }
+            }
+        }
+    }
+    MESSAGE(compared, " refined meshes and ", limits, " limit points compared");
+    CHECK(compared > 180);
+}
+
+TEST_CASE("[peer] random meshes with all kinds of tags refine as OpenSubdiv refines them") {
+    for (const CreaseMethod method : {CreaseMethod::uniform, CreaseMethod::chaikin})
+        for (const std::uint64_t seed : test::seeds(10)) {
+            ControlMeshData data = test::random_mesh_data(seed, test::random_options(seed));
+            data.crease_method = method;
+            const ControlMesh mesh = ControlMesh::build(std::move(data));
+            const ControlMesh triangles = triangulate(mesh);
+            for (int levels = 1; levels <= 3; ++levels) {
+                CAPTURE(seed);
+                const bool chaikin = method == CreaseMethod::chaikin;
+                CAPTURE(chaikin);
+                CAPTURE(levels);
+                for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop}) {
+                    INFO(name(scheme));
+                    const Compared result = compare(scheme == SchemeKind::loop ? triangles : mesh, scheme, levels);
+                    CHECK(result.points < k_tolerance);
+                    CHECK(result.limits < k_tolerance);
+                }
+            }
+        }
+}
+
+TEST_CASE("[peer] Chaikin creases whose sharpness falls from above one to nothing in one step") {
+    // The upper ring of a cube: the mean with a nearly smooth neighbour takes more than one.
+    ControlMeshData data;
+    for (int i = 0; i < 8; ++i) data.positions.push_back({i & 1, i >> 1 & 1, i >> 2});
+    data.face_offsets = {0, 4, 8, 12, 16, 20, 24};
+    data.face_vertices = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 1, 3, 7, 5, 3, 2, 6, 7, 2, 0, 4, 6};
+    data.crease_method = CreaseMethod::chaikin;
+    data.creases = {{4, 5, 1.2f}, {5, 7, 0.1f}, {7, 6, 1.3f}, {6, 4, 0.3f}};
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    for (int levels = 1; levels <= 3; ++levels)
+        CHECK(compare(mesh, SchemeKind::catmull_clark, levels).points < k_tolerance);
+}
+
+TEST_SUITE_END();

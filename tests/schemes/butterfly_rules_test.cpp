@@ -1,0 +1,433 @@
+#include "../../schemes/core/sector_fan.hpp"
+#include "../../schemes/rules/modified_butterfly.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <set>
+#include <utility>
+#include <vector>
+
+// The seven kinds of edges of Modified Butterfly, each row by its numbers in the literature, and the polynomials that
+// they keep.
+
+using namespace tetrakis;
+
+namespace {
+
+using std::numbers::pi;
+using RowWeights = std::map<int, double>;
+
+/// The weights of an edge's new point, those of rounding left out.
+RowWeights edge_weights(const RuleMesh& mesh, const RuleStep& step, int u, int v) {
+    for (int e = 0; e < mesh.edge_count(); ++e) {
+        const int h = mesh.edge_halfedge(e);
+        if (std::minmax(mesh.origin(h), mesh.target(h)) != std::minmax(u, v)) continue;
+        RowWeights result;
+        const int row = mesh.vertex_count() + e;
+        for (std::size_t i = 0; i < step.stencils.points(row).size(); ++i)
+            if (std::abs(step.stencils.weights(row)[i]) > 1e-15)
+                result[step.stencils.points(row)[i]] = step.stencils.weights(row)[i];
+        return result;
+    }
+    FAIL("no such edge");
+    return {};
+}
+
+void check_weights(const RowWeights& ours, const RowWeights& expected) {
+    double off = 0, sum = 0;
+    for (const auto& [point, w] : expected)
+        off = std::max(off, std::abs(w - (ours.contains(point) ? ours.at(point) : 0)));
+    for (const auto& [point, w] : ours) {
+        off = std::max(off, expected.contains(point) ? 0 : std::abs(w));
+        sum += w;
+    }
+    CHECK(off < 1e-15);
+    CHECK(sum == doctest::Approx(1).epsilon(1e-14));
+}
+
+/// Steps along the lattice's two directions; the third edge of its triangles is (1, 1).
+using GridPlace = std::pair<int, int>;
+
+/// The triangles between columns x rows places, with creases along rows, from the first column to the last.
+struct CreaseLine {
+    int row, first, last;
+};
+struct TriangleGrid {
+    int columns, rows;
+    RuleMesh mesh;
+
+    TriangleGrid(int c, int r, const std::vector<CreaseLine>& creases = {}) : columns(c), rows(r) {
+        constexpr float k_sharp = std::numeric_limits<float>::infinity();
+        RuleMesh::Builder faces;
+        const auto triangle = [&](std::initializer_list<GridPlace> corners) {
+            for (auto p = corners.begin(); p != corners.end(); ++p) {
+                const GridPlace to = p + 1 == corners.end() ? *corners.begin() : *(p + 1);
+                bool sharp = false;
+                for (const CreaseLine& crease : creases)
+                    sharp = sharp || (p->second == crease.row && to.second == crease.row &&
+                                      std::min(p->first, to.first) >= crease.first &&
+                                      std::max(p->first, to.first) <= crease.last);
+                faces.corner(at(*p), sharp ? k_sharp : 0.0f);
+            }
+            faces.end_face();
+        };
+        for (int y = 0; y + 1 < rows; ++y)
+            for (int x = 0; x + 1 < columns; ++x) {
+                triangle({{x, y}, {x + 1, y}, {x + 1, y + 1}});
+                triangle({{x, y}, {x + 1, y + 1}, {x, y + 1}});
+            }
+        mesh = RuleMesh(columns * rows, std::move(faces));
+    }
+    int at(GridPlace p) const { return p.second * columns + p.first; }
+    GridPlace place(int v) const { return {v % columns, v / columns}; }
+    RowWeights weights(std::initializer_list<std::pair<GridPlace, double>> of) const {
+        RowWeights result;
+        for (const auto& [p, w] : of) result[at(p)] += w;
+        return result;
+    }
+    void check(const RuleStep& step, GridPlace u, GridPlace v,
+               std::initializer_list<std::pair<GridPlace, double>> expected) const {
+        CAPTURE(u.first);
+        CAPTURE(u.second);
+        CAPTURE(v.first);
+        CAPTURE(v.second);
+        check_weights(edge_weights(mesh, step, at(u), at(v)), weights(expected));
+    }
+};
+
+/// Of an extraordinary vertex inside, for the edge to neighbour i: itself, then the ring.
+std::vector<double> inner_rule(int n, int i) {
+    std::vector<double> result(n + 1, 0.0);
+    result[0] = 3.0 / 4;
+    for (int j = 0; j < n; ++j) {
+        const int away = ((j - i) % n + n) % n;
+        double& s = result[1 + j];
+        if (n == 3)
+            s = away == 0 ? 5.0 / 12 : -1.0 / 12;
+        else if (n == 4)
+            s = away == 0 ? 3.0 / 8 : away == 2 ? -1.0 / 8 : 0;
+        else
+            s = (1.0 / 4 + std::cos(2 * pi * away / n) + std::cos(4 * pi * away / n) / 2) / n;
+    }
+    return result;
+}
+
+/// Of an extraordinary crease vertex with K faces, for the edge to ring point i: itself, then ring points 0 to K.
+std::vector<double> crease_rule(int K, int i) {
+    const double theta = pi / K, si = std::sin(i * theta), s2 = std::sin(2 * i * theta);
+    std::vector<double> result{1 - std::sin(theta) * si / (K * (1 - std::cos(theta)))};
+    const double end =
+        std::cos(i * theta) / 4 - std::sin(2 * theta) * s2 / (4 * K * (std::cos(theta) - std::cos(2 * theta)));
+    for (int j = 0; j <= K; ++j)
+        result.push_back(j == 0   ? end
+                         : j == K ? -end
+                                  : (si * std::sin(j * theta) + s2 * std::sin(2 * j * theta) / 2) / K);
+    return result;
+}
+
+/// A mesh around a vertex, and a rule of the vertex as weights of its points.
+struct TriangleFan : SectorFan {
+    TriangleFan(int faces, bool boundary, int rings)
+        : SectorFan(FanLattice::triangles, {.faces = faces, .boundary = boundary}, rings) {}
+    int point(int sector, int a, int b = 0) const { return labels.find({sector, a, b}); }
+    RowWeights weights(const std::vector<double>& rule) const {
+        RowWeights result{{point(0, 0), rule[0]}};
+        for (std::size_t i = 1; i < rule.size(); ++i) result[point(static_cast<int>(i) - 1, 1)] += rule[i];
+        return result;
+    }
+};
+
+double monomial(int p, int q, double x, double y) { return std::pow(x, p) * std::pow(y, q); }
+
+}  // namespace
+
+TEST_SUITE_BEGIN("schemes");
+
+TEST_CASE("modified butterfly: edges between regular vertices inside have the eight- and the ten-point rule") {
+    const TriangleGrid grid(8, 8);
+    for (const double w : {0.0, 1.0 / 64}) {
+        CAPTURE(w);
+        const RuleStep step = modified_butterfly_step(grid.mesh, {.butterfly_w = w});
+        const double end = 1.0 / 2 - w, opposite = 1.0 / 8 + 2 * w, wing = -1.0 / 16 - w;
+        grid.check(step, {3, 3}, {4, 3},
+                   {{{3, 3}, end},
+                    {{4, 3}, end},
+                    {{4, 4}, opposite},
+                    {{3, 2}, opposite},
+                    {{5, 4}, wing},
+                    {{3, 4}, wing},
+                    {{2, 2}, wing},
+                    {{4, 2}, wing},
+                    {{2, 3}, w},
+                    {{5, 3}, w}});
+        // And along the third direction.
+        grid.check(step, {3, 3}, {4, 4},
+                   {{{3, 3}, end},
+                    {{4, 4}, end},
+                    {{3, 4}, opposite},
+                    {{4, 3}, opposite},
+                    {{4, 5}, wing},
+                    {{2, 3}, wing},
+                    {{3, 2}, wing},
+                    {{5, 4}, wing},
+                    {{2, 2}, w},
+                    {{5, 5}, w}});
+    }
+}
+
+TEST_CASE("modified butterfly: an extraordinary vertex inside gives its rule to all its edges") {
+    for (const int n : {3, 4, 5, 7, 8, 12}) {
+        CAPTURE(n);
+        const TriangleFan fan(n, false, 4);
+        const RuleStep step = modified_butterfly_step(fan.mesh, {});
+        for (int i = 0; i < n; ++i)
+            check_weights(edge_weights(fan.mesh, step, 0, fan.point(i, 1)), fan.weights(inner_rule(n, i)));
+    }
+    // Those to regular vertices of a boundary as well: every other side of an octagon has one more triangle, so that
+    // each of its corners has three.
+    constexpr int n = 8;
+    RuleMesh::Builder faces;
+    for (int i = 0; i < n; ++i) {
+        faces.face({0, 1 + i, 1 + (i + 1) % n});
+        if (i % 2 == 0) faces.face({1 + (i + 1) % n, 1 + i, 1 + n + i / 2});
+    }
+    const RuleMesh star(1 + n + n / 2, std::move(faces));
+    const RuleStep step = modified_butterfly_step(star, {});
+    for (int i = 0; i < n; ++i) {
+        REQUIRE(star.ring(1 + i).faces() == 3);
+        const std::vector<double> rule = inner_rule(n, i);
+        RowWeights expected;
+        for (int j = 0; j <= n; ++j) expected[j] = rule[j];
+        check_weights(edge_weights(star, step, 0, 1 + i), expected);
+    }
+}
+
+TEST_CASE("modified butterfly: between regular vertices, one inside and one on the boundary") {
+    const TriangleGrid grid(8, 8);
+    const RuleStep step = modified_butterfly_step(grid.mesh, {});
+    // Each vertex of the lower side has two such edges, mirror images of each other. The corner on the boundary is next
+    // to the inner vertex; beyond the other one is the boundary's other neighbour.
+    grid.check(step, {3, 0}, {4, 1},
+               {{{3, 0}, 3.0 / 8},
+                {{4, 1}, 5.0 / 8},
+                {{4, 0}, 1.0 / 16},
+                {{3, 1}, 3.0 / 16},
+                {{2, 0}, -1.0 / 16},
+                {{5, 1}, -1.0 / 16},
+                {{4, 2}, -1.0 / 8}});
+    grid.check(step, {3, 1}, {3, 0},
+               {{{3, 0}, 3.0 / 8},
+                {{3, 1}, 5.0 / 8},
+                {{2, 0}, 1.0 / 16},
+                {{4, 1}, 3.0 / 16},
+                {{4, 0}, -1.0 / 16},
+                {{2, 1}, -1.0 / 16},
+                {{4, 2}, -1.0 / 8}});
+    // Seen from the other end on the upper side.
+    grid.check(step, {4, 7}, {3, 6},
+               {{{4, 7}, 3.0 / 8},
+                {{3, 6}, 5.0 / 8},
+                {{3, 7}, 1.0 / 16},
+                {{4, 6}, 3.0 / 16},
+                {{5, 7}, -1.0 / 16},
+                {{2, 6}, -1.0 / 16},
+                {{3, 5}, -1.0 / 8}});
+    // A crease is the boundary of both its sides.
+    const TriangleGrid creased(8, 9, {{.row = 4, .first = 0, .last = 7}});
+    const RuleStep both = modified_butterfly_step(creased.mesh, {});
+    creased.check(both, {3, 4}, {4, 5},
+                  {{{3, 4}, 3.0 / 8},
+                   {{4, 5}, 5.0 / 8},
+                   {{4, 4}, 1.0 / 16},
+                   {{3, 5}, 3.0 / 16},
+                   {{2, 4}, -1.0 / 16},
+                   {{5, 5}, -1.0 / 16},
+                   {{4, 6}, -1.0 / 8}});
+    creased.check(both, {4, 4}, {3, 3},
+                  {{{4, 4}, 3.0 / 8},
+                   {{3, 3}, 5.0 / 8},
+                   {{3, 4}, 1.0 / 16},
+                   {{4, 3}, 3.0 / 16},
+                   {{5, 4}, -1.0 / 16},
+                   {{2, 3}, -1.0 / 16},
+                   {{3, 2}, -1.0 / 8}});
+}
+
+TEST_CASE("modified butterfly: between two regular vertices of the boundary, across a corner and across a strip") {
+    // The grid's corners at (7, 0) and (0, 7) are one triangle each.
+    const TriangleGrid grid(8, 8);
+    const RuleStep step = modified_butterfly_step(grid.mesh, {});
+    grid.check(step, {6, 0}, {7, 1},
+               {{{6, 0}, 1.0 / 2}, {{7, 1}, 1.0 / 2}, {{6, 1}, 1.0 / 4}, {{5, 0}, -1.0 / 8}, {{7, 2}, -1.0 / 8}});
+    grid.check(step, {0, 6}, {1, 7},
+               {{{0, 6}, 1.0 / 2}, {{1, 7}, 1.0 / 2}, {{1, 6}, 1.0 / 4}, {{0, 5}, -1.0 / 8}, {{2, 7}, -1.0 / 8}});
+    const TriangleGrid strip(7, 2);
+    const RuleStep narrow = modified_butterfly_step(strip.mesh, {});
+    for (int x = 1; x < 6; ++x) {
+        if (x > 1) strip.check(narrow, {x, 0}, {x, 1}, {{{x, 0}, 1.0 / 2}, {{x, 1}, 1.0 / 2}});
+        if (x < 5) strip.check(narrow, {x, 0}, {x + 1, 1}, {{{x, 0}, 1.0 / 2}, {{x + 1, 1}, 1.0 / 2}});
+    }
+    // The same between two creases.
+    const TriangleGrid between(8, 8, {{.row = 3, .first = 0, .last = 7}, {.row = 4, .first = 0, .last = 7}});
+    const RuleStep creased = modified_butterfly_step(between.mesh, {});
+    between.check(creased, {3, 3}, {3, 4}, {{{3, 3}, 1.0 / 2}, {{3, 4}, 1.0 / 2}});
+    between.check(creased, {3, 3}, {4, 4}, {{{3, 3}, 1.0 / 2}, {{4, 4}, 1.0 / 2}});
+}
+
+TEST_CASE("modified butterfly: the four-point rule along boundaries and creases, linear beyond the end of a crease") {
+    const TriangleGrid grid(8, 8);
+    const RuleStep step = modified_butterfly_step(grid.mesh, {});
+    const double end = 9.0 / 16, far = -1.0 / 16;
+    grid.check(step, {3, 0}, {4, 0}, {{{2, 0}, far}, {{3, 0}, end}, {{4, 0}, end}, {{5, 0}, far}});
+    // Round a corner that is not tagged.
+    grid.check(step, {6, 0}, {7, 0}, {{{5, 0}, far}, {{6, 0}, end}, {{7, 0}, end}, {{7, 1}, far}});
+    const TriangleGrid dart(9, 9, {{.row = 4, .first = 3, .last = 6}});
+    const RuleStep ended = modified_butterfly_step(dart.mesh, {});
+    dart.check(ended, {4, 4}, {5, 4}, {{{3, 4}, far}, {{4, 4}, end}, {{5, 4}, end}, {{6, 4}, far}});
+    dart.check(ended, {3, 4}, {4, 4}, {{{3, 4}, 7.0 / 16}, {{4, 4}, 10.0 / 16}, {{5, 4}, far}});
+    dart.check(ended, {5, 4}, {6, 4}, {{{4, 4}, far}, {{5, 4}, 10.0 / 16}, {{6, 4}, 7.0 / 16}});
+}
+
+TEST_CASE("modified butterfly: an extraordinary crease vertex gives its rule to its edges, two give the mean") {
+    for (const int K : {2, 4, 5, 6, 9}) {
+        CAPTURE(K);
+        const TriangleFan fan(K, true, 4);
+        const RuleStep step = modified_butterfly_step(fan.mesh, {});
+        for (int i = 1; i < K; ++i) {
+            CAPTURE(i);
+            const RowWeights ours = edge_weights(fan.mesh, step, 0, fan.point(i, 1));
+            check_weights(ours, fan.weights(crease_rule(K, i)));
+            // What the rule is made for: half-turns once and twice round, halved and quartered.
+            double along = 0, across = 0, twice = 0;
+            for (int j = 0; j <= K; ++j) {
+                const auto at = ours.find(fan.point(j, 1));
+                const double w = at == ours.end() ? 0 : at->second;
+                along += w * std::cos(j * pi / K);
+                across += w * std::sin(j * pi / K);
+                twice += w * std::sin(2 * j * pi / K);
+            }
+            CHECK(std::abs(along - std::cos(i * pi / K) / 2) < 1e-14);
+            CHECK(std::abs(across - std::sin(i * pi / K) / 2) < 1e-14);
+            CHECK(std::abs(twice - std::sin(2 * i * pi / K) / 4) < 1e-14);
+        }
+    }
+    // One vertex of five neighbours, 0, one of the boundary with four faces, 1, with an edge between them.
+    RuleMesh::Builder faces;
+    for (const auto& [a, b] : {std::pair(1, 2), {2, 3}, {3, 4}, {4, 5}, {5, 1}}) faces.face({0, a, b});
+    faces.face({2, 1, 6});
+    faces.face({1, 5, 7});
+    const RuleMesh mesh(8, std::move(faces));
+    REQUIRE(mesh.ring(1).faces() == 4);
+    RowWeights expected;
+    // The ring of 1 is 6, 2, 0, 5, 7 one way or the other: the rule of its middle has equal ends, both 0.
+    const std::vector<double> inside = inner_rule(5, 0), crease = crease_rule(4, 2);
+    const int round_inside[] = {0, 1, 2, 3, 4, 5}, round_crease[] = {1, 6, 2, 0, 5, 7};
+    for (int i = 0; i < 6; ++i) {
+        expected[round_inside[i]] += inside[i] / 2;
+        expected[round_crease[i]] += crease[i] / 2;
+    }
+    check_weights(edge_weights(mesh, modified_butterfly_step(mesh, {}), 0, 1), expected);
+}
+
+TEST_CASE("modified butterfly: from whichever end an edge is seen, its row is the same") {
+    std::vector<RuleMesh> meshes{TriangleGrid(6, 6, {{.row = 2, .first = 0, .last = 3}}).mesh, TriangleGrid(5, 2).mesh};
+    for (const int n : {1, 2, 3, 4, 5, 7})
+        for (const bool boundary : {false, true})
+            if (boundary || n > 2) meshes.push_back(TriangleFan(n, boundary, 2).mesh);
+    for (const RuleMesh& mesh : meshes) {
+        // The faces in the other order: the half-edge by which an edge is known is then its other one.
+        RuleMesh::Builder faces;
+        for (int f = mesh.face_count() - 1; f >= 0; --f) {
+            for (int h = 3 * f; h < 3 * f + 3; ++h) faces.corner(mesh.origin(h), mesh.sharpness(h));
+            faces.end_face();
+        }
+        const RuleMesh turned(mesh.vertex_count(), std::move(faces));
+        const RuleStep here = modified_butterfly_step(mesh, {}), there = modified_butterfly_step(turned, {});
+        std::set<std::pair<int, int>> halfedges;
+        int inner = 0;
+        for (int e = 0; e < mesh.edge_count(); ++e) {
+            const int h = mesh.edge_halfedge(e), t = turned.edge_halfedge(e);
+            halfedges.emplace(mesh.origin(h), mesh.target(h));
+            halfedges.emplace(turned.origin(t), turned.target(t));
+            inner += mesh.twin(h) != RuleMesh::none ? 1 : 0;
+            CAPTURE(mesh.origin(h));
+            CAPTURE(mesh.target(h));
+            check_weights(edge_weights(turned, there, mesh.origin(h), mesh.target(h)),
+                          edge_weights(mesh, here, mesh.origin(h), mesh.target(h)));
+        }
+        CHECK(static_cast<int>(halfedges.size()) == mesh.edge_count() + inner);
+    }
+}
+
+TEST_CASE(
+    "[inv7] modified butterfly keeps quadratics beside boundaries, cubics inside and along, linear ones on strips") {
+    const TriangleGrid grid(9, 9);
+    // Any affine image: polynomials of a degree are the same.
+    const auto x = [&](int v) { return 0.3 * grid.place(v).first - 0.1 * grid.place(v).second - 1; };
+    const auto y = [&](int v) { return 0.1 * grid.place(v).first + 0.25 * grid.place(v).second - 1.5; };
+    const auto error = [&](const TriangleGrid& of, const RuleStep& step, int e, int degree) {
+        const int h = of.mesh.edge_halfedge(e), u = of.mesh.origin(h), v = of.mesh.target(h);
+        double worst = 0;
+        for (int p = 0; p <= degree; ++p)
+            for (int q = 0; p + q <= degree; ++q) {
+                double value = 0;
+                const int row = of.mesh.vertex_count() + e;
+                for (std::size_t i = 0; i < step.stencils.points(row).size(); ++i) {
+                    const int at = step.stencils.points(row)[i];
+                    value += step.stencils.weights(row)[i] * monomial(p, q, x(at), y(at));
+                }
+                worst = std::max(worst, std::abs(value - monomial(p, q, (x(u) + x(v)) / 2, (y(u) + y(v)) / 2)));
+            }
+        return worst;
+    };
+    const RuleStep step = modified_butterfly_step(grid.mesh, {}),
+                   reflected = modified_butterfly_step(grid.mesh, {.reflect_at_boundary = true});
+    int inside = 0, along = 0, beside = 0, corner = 0;
+    for (int e = 0; e < grid.mesh.edge_count(); ++e) {
+        const int h = grid.mesh.edge_halfedge(e), ends[] = {grid.mesh.origin(h), grid.mesh.target(h)};
+        int on_boundary = 0;
+        bool regular = true;
+        for (const int v : ends) {
+            on_boundary += grid.mesh.on_boundary(v) ? 1 : 0;
+            regular = regular && grid.mesh.ring(v).faces() == (grid.mesh.on_boundary(v) ? 3 : 6);
+        }
+        CAPTURE(ends[0]);
+        CAPTURE(ends[1]);
+        if (!regular) continue;  // at the grid's corners
+        if (on_boundary == 0) {
+            CHECK(error(grid, step, e, 3) < 1e-14);
+            ++inside;
+        } else if (grid.mesh.sharp(h)) {
+            CHECK(error(grid, step, e, 3) < 1e-14);
+            ++along;
+        } else {
+            CHECK(error(grid, step, e, 2) < 1e-14);
+            // Reflection does not.
+            CHECK(error(grid, reflected, e, 2) > 1e-3);
+            ++(on_boundary == 1 ? beside : corner);
+        }
+    }
+    CHECK(inside > 100);
+    CHECK(along == 4 * 6);
+    CHECK(beside > 40);
+    CHECK(corner == 2);
+    // Across a strip no more than linear ones; that is all which two points can do.
+    TriangleGrid strip(9, 2);
+    const RuleStep narrow = modified_butterfly_step(strip.mesh, {});
+    int across = 0;
+    for (int e = 0; e < strip.mesh.edge_count(); ++e) {
+        const int h = strip.mesh.edge_halfedge(e);
+        if (strip.mesh.sharp(h)) continue;
+        CHECK(error(strip, narrow, e, 1) < 1e-14);
+        ++across;
+    }
+    CHECK(across == 8 + 7);
+}
+
+TEST_SUITE_END();

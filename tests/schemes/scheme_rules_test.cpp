@@ -1,0 +1,533 @@
+#include "../../schemes/analysis/spectrum.hpp"
+#include "../../schemes/curves/crease_chains.hpp"
+#include "../../schemes/curves/curve.hpp"
+#include "../../schemes/rules/averaging.hpp"
+#include "../../schemes/rules/catmull_clark_rules.hpp"
+#include "../../schemes/rules/four_eight.hpp"
+#include "../../schemes/rules/modified_butterfly.hpp"
+
+#include <doctest/doctest.h>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <random>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+using namespace tetrakis;
+
+namespace {
+
+constexpr float k_infinite = std::numeric_limits<float>::infinity();
+
+/// A ring of columns x rows vertices, closed in j, faces between columns [from, to); column c is `c % columns`.
+/// Edges on the columns in `creases` are sharp.
+RuleMesh tube(bool triangles, int columns, int rows, int faces_to, const std::set<int>& creases, float sharpness) {
+    RuleMesh::Builder faces;
+    const auto vertex = [&](int i, int j) { return (i % columns) * rows + j % rows; };
+    for (int i = 0; i < faces_to; ++i)
+        for (int j = 0; j < rows; ++j) {
+            const int a = vertex(i, j), b = vertex(i + 1, j), c = vertex(i + 1, j + 1), d = vertex(i, j + 1);
+            const float right = creases.contains((i + 1) % columns) ? sharpness : 0.0f;
+            const float left = creases.contains(i % columns) ? sharpness : 0.0f;
+            faces.corner(a);
+            faces.corner(b, right);
+            if (triangles) {
+                faces.corner(c);
+                faces.end_face();
+                faces.corner(a);
+            }
+            faces.corner(c);
+            faces.corner(d, left);
+            faces.end_face();
+        }
+    return RuleMesh(faces_to < columns ? (faces_to + 1) * rows : columns * rows, std::move(faces));
+}
+
+/// A closed mesh of mixed valences from a tetrahedron or a cube, some faces left out, some edges and vertices tagged.
+RuleMesh mixed(bool triangles, unsigned seed) {
+    std::vector<std::vector<int>> polygons;
+    if (triangles)
+        polygons = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 1}, {5, 2, 1}, {5, 3, 2}, {5, 4, 3}, {5, 1, 4}};
+    else
+        polygons = {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7}, {2, 7, 6}, {3, 0, 4, 7}};
+    std::mt19937 random(seed);
+    RuleMesh::Builder faces;
+    const std::size_t missing = random() % polygons.size();
+    for (std::size_t f = 0; f < polygons.size(); ++f) {
+        if (seed % 2 == 1 && f == missing) continue;
+        for (const int v : polygons[f]) faces.corner(v, random() % 5 == 0 ? k_infinite : 0.0f);
+        faces.end_face();
+    }
+    std::vector<float> tags(triangles ? 6 : 8, 0.0f);
+    tags[random() % tags.size()] = k_infinite;
+    return RuleMesh(static_cast<int>(tags.size()), std::move(faces), tags);
+}
+
+using Row = std::vector<std::pair<int, long long>>;
+
+/// Weights to twelve digits, so that rows compare.
+Row row_of(const StencilTable& table, int r) {
+    Row row;
+    for (std::size_t i = 0; i < table.points(r).size(); ++i) {
+        const long long w = std::llround(table.weights(r)[i] * 1e12);
+        if (w != 0) row.emplace_back(table.points(r)[i], w);
+    }
+    return row;
+}
+
+int euler(const RuleMesh& m) { return m.vertex_count() - m.edge_count() + m.face_count(); }
+
+int boundary_edges(const RuleMesh& m) {
+    int count = 0;
+    for (int h = 0; h < m.halfedge_count(); ++h) count += m.twin(h) == RuleMesh::none ? 1 : 0;
+    return count;
+}
+
+bool takes_creases(const SchemeInfo& s) { return s.name != "averaging" && s.name != "biquartic"; }
+
+}  // namespace
+
+TEST_SUITE_BEGIN("schemes");
+
+TEST_CASE(
+    "[inv3] [inv7] every rule's weights sum to one, and refinement keeps the topology, with holes, creases and "
+    "corners") {
+    for (const SchemeInfo& scheme : scheme_table())
+        for (unsigned seed = 1; seed <= 12; ++seed) {
+            CAPTURE(scheme.name);
+            CAPTURE(seed);
+            RuleMesh mesh = mixed(scheme.family == MeshFamily::triangles, seed);
+            const int characteristic = euler(mesh);
+            for (int level = 0; level < 2; ++level) {
+                const RuleStep step = scheme.step(mesh, {});
+                double off = 0;
+                for (int r = 0; r < step.stencils.row_count(); ++r) {
+                    double sum = -1;
+                    for (const double w : step.stencils.weights(r)) sum += w;
+                    off = std::max(off, std::abs(sum));
+                }
+                CHECK(off < 1e-13);
+                CHECK(step.mesh.vertex_count() == step.stencils.row_count());
+                CHECK(euler(step.mesh) == characteristic);
+                CHECK((boundary_edges(step.mesh) > 0) == (boundary_edges(mesh) > 0));
+                mesh = step.mesh;
+            }
+        }
+}
+
+TEST_CASE("[inv7] weights sum to one at inner vertices of two triangles") {
+    for (const SchemeInfo& scheme : scheme_table()) {
+        CAPTURE(scheme.name);
+        RuleMesh::Builder faces;
+        faces.face({0, 1, 2});
+        faces.face({2, 1, 0});
+        RuleMesh mesh(3, std::move(faces));
+        for (int level = 0; level < 3; ++level) {
+            const RuleStep step = scheme.step(mesh, {});
+            for (int r = 0; r < step.stencils.row_count(); ++r) {
+                double sum = 0;
+                for (const double w : step.stencils.weights(r)) sum += w;
+                CHECK(sum == doctest::Approx(1).epsilon(1e-13));
+            }
+            mesh = step.mesh;
+            if (mesh.face_count() == 0) break;
+        }
+    }
+    double sum = 0;
+    for (const double w : ModifiedButterfly::extraordinary_ring(2)) sum += w;
+    CHECK(sum == 0.25);
+}
+
+TEST_CASE("Loop's worked example: a vertex with eight neighbours, one with three, and the edges between") {
+    // P1 to P8 around P9: here 0 to 7 around 8. Two more triangles outside each of P1, P3, P5 and P7 take these off the
+    // boundary.
+    RuleMesh::Builder faces;
+    for (int i = 0; i < 8; ++i) faces.face({8, i, (i + 1) % 8});
+    for (int i = 0; i < 8; i += 2) {
+        faces.face({i, (i + 7) % 8, 9 + i / 2});
+        faces.face({(i + 1) % 8, i, 9 + i / 2});
+    }
+    const RuleMesh mesh(13, std::move(faces));
+    const SchemeInfo& loop = *find_scheme("loop");
+    // The weights 5/8 and 3/(8 n), and 7/16 and 3/16 for three neighbours, are Warren's.
+    const RuleStep step = loop.step(mesh, {.loop_weights = LoopWeights::warren});
+    StencilTable expected;
+    StencilRow vertex{{8, 5.0 / 8}};
+    for (int i = 0; i < 8; ++i) vertex.add(i, 3.0 / (8 * 8));
+    expected.push(vertex);
+    expected.push({{1, 3.0 / 8}, {8, 3.0 / 8}, {0, 1.0 / 8}, {2, 1.0 / 8}});  // on the edge of P2 and P9
+    CHECK(row_of(step.stencils, 8) == row_of(expected, 0));
+    int found = 0;
+    for (int e = 0; e < mesh.edge_count(); ++e) {
+        const int h = mesh.edge_halfedge(e), u = mesh.origin(h), v = mesh.target(h);
+        if (std::minmax(u, v) != std::minmax(1, 8)) continue;
+        ++found;
+        // In the corner triangle at P9, the point on this edge is the other end of its side.
+        const int child = step.child_halfedge[u == 8 ? h : mesh.twin(h)];
+        CHECK(step.mesh.origin(child) == 8);
+        CHECK(row_of(step.stencils, step.mesh.target(child)) == row_of(expected, 1));
+    }
+    CHECK(found == 1);
+    RuleMesh::Builder tetrahedron;
+    for (const auto& f : {std::array{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {3, 2, 1}}) tetrahedron.face({f[0], f[1], f[2]});
+    const RuleMesh closed(4, std::move(tetrahedron));
+    StencilTable three;
+    three.push({{0, 7.0 / 16}, {1, 3.0 / 16}, {2, 3.0 / 16}, {3, 3.0 / 16}});
+    for (const LoopWeights weights : {LoopWeights::loop, LoopWeights::warren})
+        CHECK(row_of(loop.step(closed, {.loop_weights = weights}).stencils, 0) == row_of(three, 0));
+}
+
+TEST_CASE("interpolating schemes keep vertices bit for bit") {
+    for (const SchemeInfo& scheme : scheme_table()) {
+        if (!scheme.interpolating) continue;
+        CAPTURE(scheme.name);
+        const RuleMesh mesh = mixed(scheme.family == MeshFamily::triangles, 3);
+        const RuleStep step = scheme.step(mesh, {});
+        for (int v = 0; v < mesh.vertex_count(); ++v) {
+            REQUIRE(step.stencils.points(v).size() == 1);
+            CHECK(step.stencils.points(v)[0] == v);
+            CHECK(step.stencils.weights(v)[0] == 1.0);
+        }
+    }
+}
+
+TEST_CASE("a crease gives each side the boundary rules of that side alone") {
+    for (const SchemeInfo& scheme : scheme_table()) {
+        if (!takes_creases(scheme)) continue;
+        CAPTURE(scheme.name);
+        const bool triangles = scheme.family == MeshFamily::triangles;
+        for (const auto rule : {EdgeBesideCrease::plain, EdgeBesideCrease::cosine}) {
+            const RuleOptions options{.edge_beside_crease = rule};
+            const RuleStep whole = scheme.step(tube(triangles, 7, 6, 7, {0, 4}, k_infinite), options);
+            const RuleStep half = scheme.step(tube(triangles, 7, 6, 4, {}, 0), options);
+            std::set<Row> rows;
+            for (int r = 0; r < whole.stencils.row_count(); ++r) rows.insert(row_of(whole.stencils, r));
+            int missing = 0;
+            for (int r = 0; r < half.stencils.row_count(); ++r)
+                missing += rows.contains(row_of(half.stencils, r)) ? 0 : 1;
+            CHECK(half.stencils.row_count() > 50);
+            CHECK(missing == 0);
+            CHECK(boundary_edges(whole.mesh) == 0);
+        }
+    }
+}
+
+TEST_CASE("boundary curves are independent of the interior where the scheme says so") {
+    for (const SchemeInfo& scheme : scheme_table()) {
+        if (!takes_creases(scheme)) continue;
+        CAPTURE(scheme.name);
+        const RuleMesh mesh = tube(scheme.family == MeshFamily::triangles, 9, 5, 4, {}, 0);
+        const RuleStep step = scheme.step(mesh, {});
+        int inside = 0, seen = 0;
+        for (int v = 0; v < step.mesh.vertex_count(); ++v) {
+            if (!step.mesh.on_boundary(v)) continue;
+            ++seen;
+            for (const int p : step.stencils.points(v)) inside += mesh.on_boundary(p) ? 0 : 1;
+        }
+        CHECK(seen >= 20);
+        CHECK(inside == 0);
+    }
+}
+
+TEST_CASE("the creases of a mesh are chains, and Loop's refinement of them is the B-spline's") {
+    // A tube with two boundaries and a crease between them: three loops.
+    const RuleMesh mesh = tube(true, 9, 6, 4, {2}, k_infinite);
+    const auto chains = crease_chains(mesh);
+    REQUIRE(chains.size() == 3);
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> u(-1, 1);
+    CurvePoints points(mesh.vertex_count()), fine;
+    for (auto& p : points) p = {u(random), u(random), u(random)};
+    const RuleStep step = find_scheme("loop")->step(mesh, {});
+    fine.resize(step.mesh.vertex_count());
+    step.stencils.apply<glm::dvec3>(points, fine);
+    for (const CreaseChain& chain : chains) {
+        CHECK(chain.closed);
+        CHECK(chain.vertices.size() == 6);
+        CurvePoints curve;
+        for (const int v : chain.vertices) curve.push_back(points[v]);
+        for (const glm::dvec3& p : bspline_step(curve, 3, CurveTopology::closed)) {
+            double nearest = 1;
+            for (const glm::dvec3& q : fine) nearest = std::min(nearest, glm::distance(p, q));
+            CHECK(nearest < 1e-14);
+        }
+    }
+    // Each sharp edge of any mesh is in one chain; chains end where they must.
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+        CAPTURE(seed);
+        const RuleMesh other = mixed(false, seed);
+        int sharp = 0, covered = 0;
+        for (int e = 0; e < other.edge_count(); ++e) sharp += other.sharp(other.edge_halfedge(e)) ? 1 : 0;
+        for (const CreaseChain& chain : crease_chains(other)) {
+            const int size = static_cast<int>(chain.vertices.size());
+            covered += chain.closed ? size : size - 1;
+            for (int i = 0; i < size; ++i) {
+                const bool inner = chain.closed || (i > 0 && i + 1 < size);
+                CHECK((other.rule(chain.vertices[i]) == VertexRule::crease) == inner);
+            }
+        }
+        CHECK(covered == sharp);
+    }
+}
+
+TEST_CASE("semi-sharp edges blend the crease and the smooth rules of Loop and Catmull-Clark") {
+    for (const char* name : {"loop", "catmull-clark"}) {
+        const SchemeInfo& scheme = *find_scheme(name);
+        CAPTURE(name);
+        const bool triangles = scheme.family == MeshFamily::triangles;
+        const auto step = [&](float s) { return scheme.step(tube(triangles, 5, 4, 5, {1}, s), {}); };
+        const RuleStep smooth = step(0), crease = step(k_infinite), half = step(0.25f), two = step(2);
+        for (int r = 0; r < half.stencils.row_count(); ++r) {
+            StencilRow blend;
+            blend.add(smooth.stencils.row(r), 0.75);
+            blend.add(crease.stencils.row(r), 0.25);
+            StencilTable table;
+            table.push(blend);
+            CHECK(row_of(half.stencils, r) == row_of(table, 0));
+            CHECK(row_of(two.stencils, r) == row_of(crease.stencils, r));
+        }
+        std::set<float> left;
+        for (int h = 0; h < two.mesh.halfedge_count(); ++h) left.insert(two.mesh.sharpness(h));
+        CHECK(left == std::set<float>{0.0f, 1.0f});
+    }
+}
+
+TEST_CASE("corners of any angle have the two edges as tangents, concave ones too") {
+    for (const char* name : {"loop", "catmull-clark"})
+        for (int K = 2; K <= 9; ++K)
+            for (const double angle : {0.4, 1.5, 2.8, 3.6, 4.4, 5.5}) {
+                CAPTURE(name);
+                CAPTURE(K);
+                CAPTURE(angle);
+                RuleOptions options{.edge_beside_crease = EdgeBesideCrease::cosine};
+                options.corner_angle = angle;
+                const FanShape shape{.faces = K, .boundary = true, .corner = true};
+                const SpectralAnalysis a = analyse(*find_scheme(name), shape, options);
+                CHECK(a.lambda1 == doctest::Approx(0.5));
+                CHECK(a.lambda2 == doctest::Approx(0.5));
+                CHECK(a.third < 0.5 - 1e-3);
+                // The same where the corner has the angle of its own, whatever the number for all.
+                FanShape own = shape;
+                own.angle = angle;
+                const SchemeInfo& scheme = *find_scheme(name);
+                RuleOptions other = options;
+                for (const double for_all : {0.0, 1.0}) {
+                    other.corner_angle = for_all;
+                    CHECK(analyse(scheme, own, other).matrix.rows == a.matrix.rows);
+                    CHECK(scheme.closed_masks(own, other).tangent2 == scheme.closed_masks(shape, options).tangent2);
+                }
+                other.corner_angle = 0;
+                // Without an angle two triangles have a tangent plane, too.
+                CHECK(scheme.closed_masks(shape, other).tangent2.empty() !=
+                      (K == 2 && std::string_view(name) == "loop"));
+                CHECK(analyse(scheme, shape, other).matrix.rows != a.matrix.rows);
+                if (angle > std::numbers::pi) CHECK(a.third < 0.25 + 1e-9);
+                // p_0 - c and p_K - c are left eigenvectors.
+                for (const int ray : {0, K}) {
+                    const int c = a.matrix.labels.find({}), p = a.matrix.labels.find({ray, 1, 0});
+                    for (int j = 0; j < a.matrix.size(); ++j)
+                        CHECK(std::abs(a.matrix.at(p, j) - a.matrix.at(c, j) - 0.5 * ((j == p) - (j == c))) < 1e-13);
+                }
+            }
+    CHECK_THROWS_AS(find_scheme("loop")->step(tube(true, 5, 4, 5, {}, 0), {.corner_angle = 7}), std::invalid_argument);
+}
+
+TEST_CASE("other Catmull-Clark weights are refused exactly where the spectrum fails") {
+    const SchemeInfo& scheme = *find_scheme("catmull-clark");
+    for (const int n : {3, 5, 9}) {
+        const auto corners = catmull_clark_weight_range(n);
+        const double middle[] = {(corners[0][0] + corners[1][0] + corners[2][0]) / 3,
+                                 (corners[0][1] + corners[1][1] + corners[2][1]) / 3};
+        for (int side = 0; side < 3; ++side) {
+            const auto& p = corners[side];
+            const auto& q = corners[(side + 1) % 3];
+            for (const double out : {0.98, 1.02}) {
+                RuleOptions options;
+                options.catmull_clark_beta = middle[0] + out * ((p[0] + q[0]) / 2 - middle[0]);
+                options.catmull_clark_gamma = middle[1] + out * ((p[1] + q[1]) / 2 - middle[1]);
+                CAPTURE(n);
+                CAPTURE(side);
+                if (out < 1)
+                    CHECK(analyse(scheme, {.faces = n}, options).third <
+                          analyse(scheme, {.faces = n}, options).lambda1);
+                else
+                    CHECK_THROWS_WITH_AS(analyse(scheme, {.faces = n}, options),
+                                         doctest::Contains("inside the triangle"), std::invalid_argument);
+            }
+        }
+    }
+}
+
+TEST_CASE("the compound biquartic masks are three averaging steps") {
+    for (int k = 3; k <= 16; ++k) {
+        CAPTURE(k);
+        const SectorFan fan(FanLattice::dual, {.faces = k}, 5);
+        const RuleStep step = biquartic_step(fan.mesh, {});
+        const FanLabels inner(FanLattice::dual, {.faces = k}, 1);
+        const std::vector<int> found = find_fan(step.mesh, child_start(fan, step), inner);
+        // Corner 0 of the k-gon as C: north is the next corner, west the one before.
+        const FanLabel around[] = {{1, 0, 0}, {1, 1, 0},     {k - 1, 0, 0}, {0, 0, 0},
+                                   {0, 0, 1}, {k - 1, 0, 1}, {0, 1, 0},     {0, 1, 1}};
+        const std::pair<BiquarticChild, FanLabel> children[] = {{BiquarticChild::north_west, {0, 0, 0}},
+                                                                {BiquarticChild::north_east, {0, 0, 1}},
+                                                                {BiquarticChild::south_east, {0, 1, 1}}};
+        for (const auto& [child, label] : children) {
+            const BiquarticMask mask = biquartic_mask(k, child);
+            std::map<int, double> expected;
+            for (int i = 0; i < k; ++i) expected[fan.labels.find({i, 0, 0})] += mask.ring[i];
+            for (int i = 0; i < 8; ++i) expected[fan.labels.find(around[i])] += mask.around[i];
+            const int row = found[inner.find(label)];
+            CAPTURE(static_cast<int>(child));
+            CHECK(step.stencils.points(row).size() == expected.size());
+            for (std::size_t t = 0; t < step.stencils.points(row).size(); ++t)
+                CHECK(step.stencils.weights(row)[t] ==
+                      doctest::Approx(expected[step.stencils.points(row)[t]]).epsilon(1e-13));
+        }
+    }
+}
+
+TEST_CASE("[inv7] repeated averaging on quads is the tensor product B-spline of degree m + 1") {
+    for (int m = 0; m <= 5; ++m) {
+        CAPTURE(m);
+        RuleOptions options;
+        options.averaging_steps = m;
+        const LocalMatrix a = local_matrix(*find_scheme("averaging"), {.faces = 4}, options);
+        // 1-D mask of degree m + 1: binomials of m + 2 over 2^(m + 1).
+        std::vector<double> mask{1};
+        for (int i = 0; i < m + 2; ++i) {
+            mask.push_back(0);
+            for (std::size_t j = mask.size() - 1; j > 0; --j) mask[j] += mask[j - 1];
+        }
+        for (double& w : mask) w = std::ldexp(w, -(m + 1));
+        const bool dual = m % 2 == 1;
+        const auto place = [&](FanLabel l) {
+            const int p = dual ? 2 * l.a + 1 : 2 * l.a, q = dual ? 2 * l.b + 1 : 2 * l.b;
+            const std::pair<int, int> turned[] = {{p, q}, {-q, p}, {-p, -q}, {q, -p}};
+            return turned[l.sector];  // in half steps
+        };
+        double off = 0;
+        for (int i = 0; i < a.size(); ++i)
+            for (int j = 0; j < a.size(); ++j) {
+                const auto [fx, fy] = place(a.labels.all()[i]);
+                const auto [cx, cy] = place(a.labels.all()[j]);
+                const auto weight = [&](int fine, int coarse) {
+                    // A fine half step is half as long as a coarse one; the mask is centred.
+                    const int twice = fine - 2 * coarse + (m + 2);
+                    if (twice % 2 != 0 || twice < 0 || twice / 2 >= static_cast<int>(mask.size())) return 0.0;
+                    return mask[twice / 2];
+                };
+                off = std::max(off, std::abs(a.at(i, j) - weight(fx, cx) * weight(fy, cy)));
+            }
+        CHECK(off < 1e-13);
+    }
+}
+
+TEST_CASE("averaging without copies of the boundary uses up the outer ring") {
+    for (const int m : {1, 2, 3, 4}) {
+        CAPTURE(m);
+        RuleOptions options;
+        options.averaging_steps = m;
+        options.averaging_boundary = AveragingBoundary::recede;
+        const RuleMesh mesh = tube(false, 9, 6, 6, {}, 0);
+        const RuleStep step = find_scheme("averaging")->step(mesh, options);
+        CHECK(euler(step.mesh) == 0);
+        CHECK(boundary_edges(step.mesh) == 24);
+        // Rows agree with those of the replicated boundary wherever that does not matter.
+        options.averaging_boundary = AveragingBoundary::replicate;
+        const RuleStep whole = find_scheme("averaging")->step(mesh, options);
+        std::set<Row> rows;
+        for (int r = 0; r < whole.stencils.row_count(); ++r) rows.insert(row_of(whole.stencils, r));
+        int missing = 0;
+        for (int r = 0; r < step.stencils.row_count(); ++r) missing += rows.contains(row_of(step.stencils, r)) ? 0 : 1;
+        CHECK(missing == 0);
+        CHECK(step.stencils.row_count() < whole.stencils.row_count());
+    }
+    RuleOptions options;
+    options.averaging_boundary = AveragingBoundary::recede;
+    CHECK_THROWS_AS(find_scheme("biquartic")->step(tube(false, 9, 6, 1, {}, 0), options), std::invalid_argument);
+}
+
+TEST_CASE("the 4-8 scheme takes any polygons through their tetrakis mesh") {
+    const RuleMesh mesh = mixed(false, 2);
+    const RuleStep first = find_scheme("4-8")->step(mesh, {});
+    CHECK(first.mesh.all_faces_have(4));
+    CHECK(first.mesh.face_count() == mesh.halfedge_count());
+    const RuleStep second = find_scheme("4-8")->step(first.mesh, {});
+    CHECK(second.mesh.face_count() == 4 * first.mesh.face_count());
+    CHECK(first.stencils.then(second.stencils).row_count() == second.mesh.vertex_count());
+}
+
+TEST_CASE("[bad-input] what a scheme or a rule mesh cannot take is refused with the reason") {
+    CHECK_THROWS_WITH_AS(find_scheme("loop")->step(tube(false, 5, 4, 5, {}, 0), {}), doctest::Contains("has 4 corners"),
+                         std::invalid_argument);
+    CHECK_THROWS_WITH_AS(analyse(*find_scheme("loop"), {.faces = 1}, {}), doctest::Contains("at least two edges"),
+                         std::invalid_argument);
+    CHECK_THROWS_AS(analyse(*find_scheme("honeycomb"), {.faces = 6, .corner = true}, {}), std::invalid_argument);
+    CHECK(find_scheme("nothing") == nullptr);
+    CHECK(nearest_scheme_name("catmul-clarck") == "catmull-clark");
+    CHECK(nearest_scheme_name("doosabin") == "doo-sabin");
+    CHECK(nearest_scheme_name("cattmull") == "catmull-clark");
+    CHECK(nearest_scheme_name("Biquartics") == "biquartic");
+    CHECK(nearest_scheme_name("lop") == "loop");
+    const auto mesh = [](int vertices, std::vector<std::vector<int>> polygons) {
+        RuleMesh::Builder faces;
+        for (const auto& polygon : polygons) {
+            for (const int v : polygon) faces.corner(v);
+            faces.end_face();
+        }
+        return RuleMesh(vertices, std::move(faces));
+    };
+    CHECK_THROWS_AS(mesh(3, {{0, 1}}), std::invalid_argument);
+    CHECK_THROWS_AS(mesh(3, {{0, 1, 3}}), std::invalid_argument);
+    CHECK_THROWS_AS(mesh(4, {{0, 1, 2}, {0, 1, 3}}), std::invalid_argument);
+    CHECK_THROWS_AS(mesh(5, {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}), std::invalid_argument);
+    CHECK_THROWS_AS(mesh(5, {{0, 1, 2}, {0, 3, 4}}), std::invalid_argument);
+}
+
+TEST_CASE("kobbelt: the face points of regular meshes are the same along both directions") {
+    constexpr int n = 7;
+    const RuleMesh torus = tube(false, n, n, n, {}, 0);
+    const RuleStep step = find_scheme("kobbelt")->step(torus, {});
+    const int vertices = torus.vertex_count(), edges = torus.edge_count();
+    const auto row_of = [&](int point) {
+        std::map<int, double> row;
+        for (std::size_t i = 0; i < step.stencils.points(point).size(); ++i)
+            row[step.stencils.points(point)[i]] += step.stencils.weights(point)[i];
+        return row;
+    };
+    // The four-point rule over the points of an edge, its opposite one in the face, and the next ones beyond both.
+    const auto along = [&](int h) {
+        const auto opposite = [&](int g) { return torus.next(torus.next(g)); };
+        const int far = opposite(h);
+        std::map<int, double> row;
+        const auto add = [&](int g, double weight) {
+            for (const auto& [point, w] : row_of(vertices + torus.edge(g))) row[point] += weight * w;
+        };
+        add(h, 9.0 / 16);
+        add(far, 9.0 / 16);
+        add(opposite(torus.twin(h)), -1.0 / 16);
+        add(opposite(torus.twin(far)), -1.0 / 16);
+        return row;
+    };
+    for (int f = 0; f < torus.face_count(); ++f) {
+        const std::map<int, double> rows = along(torus.face_begin(f)), columns = along(torus.face_begin(f) + 1),
+                                    ours = row_of(vertices + edges + f);
+        REQUIRE(ours.size() == 16);
+        REQUIRE(rows.size() == 16);
+        REQUIRE(columns.size() == 16);
+        for (const auto& [point, weight] : ours) {
+            CHECK(rows.at(point) == doctest::Approx(weight).epsilon(1e-14));
+            CHECK(columns.at(point) == doctest::Approx(weight).epsilon(1e-14));
+        }
+    }
+}
+
+TEST_SUITE_END();
