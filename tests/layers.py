@@ -21,8 +21,6 @@ USERS = ["tools/examples", "tests/contract"]
 LEFT = {
     ("eval/bounds/mask_norm_bound.cpp", "eval/tessellate/limit_samples.hpp"),
     ("eval/bounds/mask_norm_bound.cpp", "eval/tessellate/surface_family.hpp"),
-    ("eval/distance/hausdorff.hpp", "eval/tessellate/tessellate.hpp"),
-    ("eval/surface/height_image.cpp", "eval/io/mesh_decoders.hpp"),
 }
 
 

@@ -2,7 +2,7 @@
 
 #include "../../hier/base/run_context.hpp"
 #include "../surface/triangle_mesh.hpp"
-#include "../tessellate/tessellate.hpp"
+#include "measured_error.hpp"
 #include "triangle_bvh.hpp"
 
 #include <cstdint>

@@ -19,9 +19,6 @@ TriangleMesh decode_obj(std::string_view text, const std::filesystem::path& path
 TriangleMesh decode_ply(std::string_view bytes, const std::filesystem::path& path, const RunContext& context);
 TriangleMesh decode_gltf(std::string_view bytes, const std::filesystem::path& path);
 
-/// The bytes of a file. @throws Error io, memory_limit
-std::string read_file(const std::filesystem::path& path, const RunContext& context);
-
 /// A number at the front of `text`, which moves past it; an optional '+' is taken. False where there is none. Numbers
 /// too large for a double become infinite, too small ones zero.
 bool take_number(std::string_view& text, double& value);

@@ -1,7 +1,7 @@
 #include "height_image.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "../io/mesh_decoders.hpp"
+#include "../../hier/base/read_file.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -55,7 +55,7 @@ double HeightImage::sample(Vec2d uv, ImageWrap wrap) const {
 }
 
 HeightImage load_height_image(const std::filesystem::path& path) {
-    const std::string bytes = detail::read_file(path, {});
+    const std::string bytes = detail::read_file(path);
     if (bytes.empty()) throw Error(ErrorCode::invalid_input, "the file is empty", path);
     if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
         throw Error(ErrorCode::unsupported, "pictures of more than 2 GiB cannot be read", path);

@@ -2,6 +2,7 @@
 
 #include "../../hier/base/run_context.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
+#include "../distance/measured_error.hpp"
 #include "../surface/scheme_choice.hpp"
 #include "../surface/triangle_mesh.hpp"
 
@@ -72,17 +73,6 @@ struct TessellateOptions {
     /// side (some 300 points). Against limit points, half as many, spread as compare() does.
     std::uint64_t measure_samples = 500'000;
     bool floats_written = false;  ///< the caller writes floats (GLB): certified_error then includes that rounding
-};
-
-/// Distances found by dense sampling, in the unit of the model.
-struct MeasuredError {
-    double forward = 0;    ///< reference (limit surface, displaced surface or target) -> mesh, largest
-    double backward = 0;   ///< mesh -> reference, largest
-    double hausdorff = 0;  ///< the larger of both
-    /// Over the samples of both directions, weighted by area. Backward, from points that descent finds nearby, the
-    /// largest by a search of all: never too small.
-    double mean = 0, rms = 0;
-    std::uint64_t forward_samples = 0, backward_samples = 0;
 };
 
 struct StageSeconds {

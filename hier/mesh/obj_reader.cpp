@@ -1,6 +1,7 @@
 #include "obj_reader.hpp"
 
 #include "../base/error.hpp"
+#include "../base/read_file.hpp"
 #include "mesh_repair.hpp"
 #include "obj_prescan.hpp"
 
@@ -8,7 +9,6 @@
 #include <tiny_obj_loader.h>
 
 #include <algorithm>
-#include <fstream>
 #include <istream>
 #include <streambuf>
 #include <type_traits>
@@ -134,29 +134,6 @@ void read_with_tinyobj(detail::ObjScan& scan) {
     take_layers(data, receiver);
 }
 
-std::string read_file(const std::filesystem::path& path) {
-    std::error_code error;
-    const auto status = std::filesystem::status(path, error);
-    if (status.type() == std::filesystem::file_type::not_found)
-        throw Error(ErrorCode::io, "there is no such file; check the path", path);
-    if (std::filesystem::is_directory(status))
-        throw Error(ErrorCode::io, "this is a directory; give an OBJ file", path);
-    std::ifstream file(path, std::ios::binary);
-    if (!file) throw Error(ErrorCode::io, "cannot be opened; check its permissions", path);
-    std::string text;
-    // The size is a hint (0 for pipes and devices): read until the end in any case.
-    if (const auto size = std::filesystem::file_size(path, error); !error) text.reserve(size + 1);
-    constexpr std::size_t k_chunk = std::size_t{1} << 20;
-    while (file) {
-        const std::size_t old = text.size();
-        text.resize(old + k_chunk);
-        file.read(text.data() + old, k_chunk);
-        text.resize(old + static_cast<std::size_t>(file.gcount()));
-    }
-    if (file.bad()) throw Error(ErrorCode::io, "cannot be read to its end; check the medium", path);
-    return text;
-}
-
 /// The first few of some sentences in one, and how many more there are.
 std::string first_of(const std::vector<std::string>& sentences) {
     constexpr std::size_t k_most = 4;
@@ -188,7 +165,7 @@ ControlMeshData parse_obj(std::string_view text, std::string source, const ReadO
 }
 
 ControlMeshData read_obj(const std::filesystem::path& path, const ReadOptions& options) {
-    return parse_obj(read_file(path), path.string(), options);
+    return parse_obj(detail::read_file(path), path.string(), options);
 }
 
 ControlMesh load_control_mesh(const std::filesystem::path& path, const ReadOptions& options,

@@ -357,10 +357,10 @@ TEST_CASE("[bad-input] faults of OBJ files are named with their line") {
               .find(":4: a corner of this face is not v, v/vt, v//vn or v/vt/vn") == 0);
     CHECK(obj_message(dir, points) == ": the file has no faces");
     CHECK(obj_message(dir, "") == ": the file is empty");
-    CHECK(message_of(dir / "none.obj", ErrorCode::io) == ": there is no such file");
+    CHECK(message_of(dir / "none.obj", ErrorCode::io) == ": there is no such file; check the path");
     CHECK(message_of(dir / "none.stl", ErrorCode::unsupported).find("meshes are read from") != std::string::npos);
     std::filesystem::create_directory(dir / "dir.obj");
-    CHECK(message_of(dir / "dir.obj", ErrorCode::io) == ": this is a directory, not a file");
+    CHECK(message_of(dir / "dir.obj", ErrorCode::io) == ": this is a directory; give a file");
 }
 
 TEST_CASE("[bad-input] faults of PLY files are named, and absurd counts allocate nothing") {

@@ -319,7 +319,7 @@ TEST_CASE("[bad-input] files that cannot be read say why") {
     const auto folder = std::filesystem::temp_directory_path();
     const Error directory = error_of([&] { read_obj(folder); });
     CHECK(directory.code() == ErrorCode::io);
-    CHECK(contains(directory.what(), "this is a directory; give an OBJ file"));
+    CHECK(contains(directory.what(), "this is a directory; give a file"));
     const Error missing = error_of([&] { read_obj(folder / "there is no such mesh.obj"); });
     CHECK(missing.code() == ErrorCode::io);
     CHECK(contains(missing.what(), "there is no such mesh.obj: there is no such file; check the path"));
