@@ -48,12 +48,10 @@ auto quadtrees_from(Make&& make) {
     }
 }
 
-class DualTessellator {
+class DualTessellator final : public TessellationRun {
   public:
     DualTessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
-        : mesh_(mesh),
-          options_(options),
-          context_(context),
+        : TessellationRun(mesh, options, context),
           points_(quadtrees_from([&] { return PartialLevels(mesh, options.scheme.info(), options.rules); })),
           forest_(quadtrees_from([&] { return points_.vertex_roots(); })),
           leaf_errors_(points_) {
@@ -66,45 +64,7 @@ class DualTessellator {
                         mesh.data().source);
     }
 
-    Tessellation run() {
-        Stopwatch watch;
-        result_.tolerance_absolute = tolerance_length(mesh_, options_);
-        tolerance_ = options_.tolerance ? result_.tolerance_absolute : 0.0;
-        aim_ = aim_beside_rounding(mesh_, options_, tolerance_, result_.warnings);
-        if (!certified()) aim_ *= k_sampled_aim;
-        result_.seconds.build = watch.lap();
-        refine_to_least_level();
-        refine({});
-        check_coarsest(options_, result_.mesh.triangles.size());
-        result_.seconds.estimate = estimating_;
-        result_.seconds.refine = watch.lap() - estimating_;
-        result_.peak_memory_before_measure_bytes = peak_memory_bytes();
-        if (options_.measure) {
-            for (int round = 0;; ++round) {
-                measure();
-                result_.seconds.measure += watch.lap();
-                if (!options_.tolerance || result_.measured_error->hausdorff <= tolerance_ ||
-                    options_.max_triangles != 0 || left_over_ || certified() || round == k_repairs)
-                    break;
-                const std::vector<LeafId> off = found_off();
-                if (off.empty()) break;
-                // The measurement names the worst places, not all that are like them: those come with a lower aim.
-                if (round > 0) aim_ *= k_lower_aim;
-                refine(off);
-                result_.seconds.refine += watch.lap();
-            }
-        }
-        if (bound_) certify();
-        result_.seconds.measure += watch.lap();
-        export_mesh();
-        result_.tolerance_reached = tolerance_reached(options_, result_, tolerance_, left_over_);
-        warn_of_nothing(result_);
-        return std::move(result_);
-    }
-
   private:
-    bool certified() const { return options_.estimator == EstimatorKind::certified; }
-
     /// What the mesh has that the bound does not know; empty: nothing.
     std::string_view lacks_bound() const {
         if (!DualBound::takes_tags(mesh_))
@@ -125,6 +85,11 @@ class DualTessellator {
             if (low.empty()) return;
             forest_.refine(low, created);
         }
+    }
+
+    void refine() override {
+        refine_to_least_level();
+        refine({});
     }
 
     /// Splits these leaves, then all whose error is above the aim, as far as levels and budget allow; ends with mesh,
@@ -212,7 +177,10 @@ class DualTessellator {
             const double decide_at = budget ? std::numeric_limits<double>::infinity() : aim_;
             errors_ = leaf_errors_.errors(forest_, triangles_, positions_, decide_at, report);
         }
-        estimating_ += watch.lap();
+        estimate_seconds_ += watch.lap();
+    }
+
+    void export_mesh() override {
         result_.mesh.positions = positions_;
         result_.mesh.triangles.resize(triangles_.triangle_count());
         result_.triangle_error.resize(triangles_.triangle_count());
@@ -224,19 +192,19 @@ class DualTessellator {
         }
     }
 
-    void certify() {
+    void certify() override {
+        if (!bound_) return;
         context_.report("certify", 0);
         if (!certified() || certified_ > aim_)
             certified_ = bound_
                              ->errors(forest_, triangles_, positions_, {aim_, true},
                                       [&](double done) { context_.report("certify", done); })
                              .largest;
-        if (certified() || std::isfinite(certified_))
-            result_.certified_error = certified_ + written_rounding(options_, result_.mesh);
+        if (certified() || std::isfinite(certified_)) result_.certified_error = certified_;
     }
 
     /// Against the mesh of all leaves' descendants some levels down.
-    void measure() {
+    void measure() override {
         const std::size_t count = result_.mesh.triangles.size();
         int deepest = 0;
         for (const VertexCell& cell : triangles_.faces.cells) deepest = std::max<int>(deepest, cell.level);
@@ -260,8 +228,7 @@ class DualTessellator {
         measure_triangles(std::move(reference), result_, options_.measure_samples / 2, context_);
     }
 
-    /// The leaves around triangles that a measurement found to be off.
-    std::vector<LeafId> found_off() const {
+    bool repair(int round) override {
         std::vector<LeafId> leaves;
         for (std::uint32_t t = 0; t < result_.triangle_error.size(); ++t) {
             if (!(static_cast<double>(result_.triangle_error[t]) > tolerance_)) continue;
@@ -269,10 +236,15 @@ class DualTessellator {
                 if (const LeafId leaf = triangles_.faces.leaves[v]; forest_.level(leaf) < options_.max_level)
                     leaves.push_back(leaf);
         }
-        return leaves;
+        if (leaves.empty()) return false;
+        // The measurement names the worst places, not all that are like them: those come with a lower aim.
+        if (round > 0) aim_ *= k_lower_aim;
+        refine(std::move(leaves));
+        return true;
     }
+    bool left_over() const override { return left_over_; }
 
-    void export_mesh() {
+    void add_attributes() override {
         TriangleMesh& mesh = result_.mesh;
         if (options_.normals) {
             mesh.normals.resize(mesh.positions.size());
@@ -328,15 +300,10 @@ class DualTessellator {
         }
     }
 
-    const ControlMesh& mesh_;
-    const TessellateOptions& options_;
-    const RunContext& context_;
     PartialLevels points_;
     VertexForest forest_;
     DualLeafErrors leaf_errors_;
     std::optional<DualBound> bound_;
-    Tessellation result_;
-    double tolerance_ = 0, aim_ = 0, estimating_ = 0;
     double certified_ = 0;  ///< of the certified estimator's last state
     bool left_over_ = false;
     DualTriangles triangles_;

@@ -131,85 +131,54 @@ class LimitUvs {
 };
 
 template <class Family>
-class LatticeTessellator {
+class LatticeTessellator final : public TessellationRun {
   public:
     LatticeTessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
-        : mesh_(mesh),
-          options_(options),
-          context_(context),
-          points_(make_hierarchy(mesh, options.scheme.info(), {.rules = options.rules})) {}
+        : TessellationRun(mesh, options, context),
+          points_(make_hierarchy(mesh, options.scheme.info(), {.rules = options.rules})),
+          forest_(mesh),
+          progress_(context, options.max_triangles, [this] { return forest_.triangle_count(); }) {}
 
-    Tessellation run() {
-        Stopwatch watch;
-        result_.tolerance_absolute = tolerance_length(mesh_, options_);
-        tolerance_ = options_.tolerance ? result_.tolerance_absolute : 0.0;
-        aim_ = aim_beside_rounding(mesh_, options_, tolerance_, result_.warnings);
-        const bool certified = options_.estimator == EstimatorKind::certified;
+  private:
+    using ForestView = typename Family::Hierarchy;
+    using Refinement = AdaptiveRefinement<ForestView>;
+
+    void prepare() override {
         // Masks of averaging are wide, and to bound by them takes longer than all else: only where it is asked for.
-        const bool bounds = certified || options_.scheme.info().step != averaging_step;
+        const bool bounds = certified() || options_.scheme.info().step != averaging_step;
+        // A budget compares errors with each other: there all are looked at closely.
+        const double decide_at = options_.max_triangles != 0 ? 0.0 : aim_;
         if (is_linear(options_.scheme.info()))
             bound_ = std::make_unique<LinearBound>(mesh_, options_.scheme.info());
         else if (bounds && MaskNormBound<Family>::has(options_.scheme.info(), options_.rules, mesh_))
-            bound_ = std::make_unique<MaskNormBound<Family>>(points_, options_.scheme.info(), options_.rules,
-                                                             options_.max_triangles != 0 ? 0.0 : aim_);
-        if (certified && !bound_)
+            bound_ =
+                std::make_unique<MaskNormBound<Family>>(points_, options_.scheme.info(), options_.rules, decide_at);
+        if (certified() && !bound_)
             throw Error(
                 ErrorCode::unsupported,
                 "there is no certified bound where edges or vertices are semi-sharp for more than 6 levels; use "
                 "the measured estimator, or tag them 10 (sharp for good) or at most 6",
                 mesh_.data().source);
-        if (!certified) aim_ *= k_sampled_aim;
-        result_.seconds.build = watch.lap();
+        by_points_ = std::make_unique<LimitEstimator<Family>>(points_, decide_at);
+        watched_.emplace(certified() ? static_cast<const ErrorEstimator&>(*bound_) : *by_points_, progress_,
+                         k_estimator_block);
+    }
 
-        ForestView forest(mesh_);
-        // A budget compares errors with each other: there all are looked at closely.
-        const LimitEstimator<Family> by_points(points_, options_.max_triangles != 0 ? 0.0 : aim_);
-        const ErrorEstimator& inner =
-            certified ? static_cast<const ErrorEstimator&>(*bound_) : static_cast<const ErrorEstimator&>(by_points);
-        const RefineProgress progress(context_, options_.max_triangles, [&] { return forest.triangle_count(); });
-        const WatchedEstimator watched(inner, progress, k_estimator_block);
-        KeptErrors kept(watched);
+    void refine() override {
         AdaptiveOptions adaptive{aim_, options_.max_triangles, options_.min_level, options_.max_level};
         adaptive.max_memory_bytes = context_.max_memory_bytes;
         adaptive.base_bytes = points_.memory_bytes();
         adaptive.bytes_per_triangle = k_lattice_bytes;
-        if constexpr (std::is_same_v<Family, QuadFamily>) choose_coarsest(forest);
-        if (options_.max_triangles != 0) foresee(kept, adaptive, progress.context());
-        const ErrorEstimator& estimator =
-            options_.max_triangles != 0 ? static_cast<const ErrorEstimator&>(kept) : watched;
-        Refinement refinement(forest, estimator, adaptive, progress.context());
-        refinement.run();
-        export_mesh(forest, refinement);
-        check_coarsest(options_, result_.mesh.triangles.size());
-        result_.seconds.estimate = watched.seconds();
-        result_.seconds.refine = watch.lap() - result_.seconds.estimate;
-        result_.peak_memory_before_measure_bytes = peak_memory_bytes();
-
-        if (options_.measure) {
-            for (int round = 0;; ++round) {
-                measure(forest);
-                result_.seconds.measure += watch.lap();
-                if (!options_.tolerance || result_.measured_error->hausdorff <= tolerance_ ||
-                    options_.max_triangles != 0 || refinement.left_over() || certified || round == k_repairs ||
-                    !repair(forest, refinement))
-                    break;
-                export_mesh(forest, refinement);
-                result_.seconds.refine += watch.lap();
-            }
+        if constexpr (std::is_same_v<Family, QuadFamily>) choose_coarsest(forest_);
+        const ErrorEstimator* estimator = &*watched_;
+        if (options_.max_triangles != 0) {
+            estimator = &kept_.emplace(*watched_);
+            foresee(*kept_, adaptive, progress_.context());
         }
-        if (bound_) result_.certified_error = certify(forest, refinement);
-        if (result_.certified_error) *result_.certified_error += written_rounding(options_, result_.mesh);
-        result_.seconds.measure += watch.lap();
-        result_.tolerance_reached = tolerance_reached(options_, result_, tolerance_, refinement.left_over());
-        warn_of_nothing(result_);
-        warn_of_fine_control_mesh(mesh_, options_, result_);
-        add_attributes(forest);
-        return std::move(result_);
+        refinement_.emplace(forest_, *estimator, adaptive, progress_.context());
+        refinement_->run();
+        estimate_seconds_ = watched_->seconds();
     }
-
-  private:
-    using ForestView = typename Family::Hierarchy;
-    using Refinement = AdaptiveRefinement<ForestView>;
 
     /// DESIGN 3.10: faces that do without their centre.
     void choose_coarsest(BisectionHierarchy& forest) {
@@ -277,31 +246,29 @@ class LatticeTessellator {
         kept.stop_where({});
     }
 
-    void export_mesh(const ForestView& forest, const Refinement& refinement) {
+    void export_mesh() override {
         context_.report("export", 0);
-        exported_ = ExportedMesh<Family>(forest, fans_);
+        exported_ = ExportedMesh<Family>(forest_, fans_);
         TriangleMesh& mesh = result_.mesh;
         mesh.triangles = std::move(exported_.triangles);
         mesh.positions.resize(exported_.sites.size());
         limit_positions(points_, exported_.sites, mesh.positions,
                         [&](double done) { context_.report("export", 0.9 * done); });
-        exported_.describe(forest, refinement, result_);
+        exported_.describe(forest_, *refinement_, result_);
         context_.report("export", 1.0);
     }
 
-    OutputTriangle origin(const ForestView& forest, std::uint32_t t) const {
-        return exported_.origin(forest, fans_, t);
-    }
+    OutputTriangle origin(std::uint32_t t) const { return exported_.origin(forest_, fans_, t); }
 
     /// Against a denser mesh of limit points over the same leaves. Those that fans hide are leaves like others.
-    void measure(const ForestView& forest) {
+    void measure() override {
         std::vector<CellTriangle> pieces;
         std::vector<FaceId> fan_of;           // per piece: the face whose fan it belongs to, else invalid
         std::vector<std::uint32_t> triangle;  // per piece: its triangle of the output, else none
         const auto count = static_cast<std::uint32_t>(result_.mesh.triangles.size());
         int deepest = 0;
         for (std::uint32_t t = 0; t < count; ++t) {
-            const OutputTriangle from = origin(forest, t);
+            const OutputTriangle from = origin(t);
             if (!from.fan.valid()) {
                 pieces.push_back(from.cell);
                 fan_of.push_back(FaceId{});
@@ -335,7 +302,7 @@ class LatticeTessellator {
     }
 
     /// Splits what the measurement found to be off. False when nothing can be done.
-    bool repair(ForestView& forest, Refinement& refinement) {
+    bool repair(int) override {
         std::vector<LeafId> leaves;
         std::vector<FaceId> fans;
         for (std::uint32_t t = 0; t < result_.triangle_error.size(); ++t) {
@@ -343,29 +310,29 @@ class LatticeTessellator {
             const LeafId leaf = exported_.leaves[t];
             if (!leaf.valid())
                 fans.push_back(exported_.faces[t]);
-            else if (forest.level(leaf) < options_.max_level)
+            else if (forest_.level(leaf) < options_.max_level)
                 leaves.push_back(leaf);
         }
         if (leaves.empty() && fans.empty()) return false;
-        refinement.split(leaves, fans);
+        refinement_->split(leaves, fans);
         return true;
     }
+    bool left_over() const override { return refinement_->left_over(); }
 
     /// Nothing where a face's fan has no bound.
-    std::optional<double> certify(const ForestView& forest, const Refinement& refinement) const {
+    void certify() override {
+        if (!bound_) return;
         constexpr std::uint32_t k_triangles = 4096;  // between two chances to cancel
         const auto count = static_cast<std::uint32_t>(result_.mesh.triangles.size());
         // What the bound has decided is certified already.
-        const auto decided = [&](double error) {
-            return options_.estimator == EstimatorKind::certified && error <= aim_;
-        };
+        const auto decided = [&](double error) { return certified() && error <= aim_; };
         double largest = 0;
         std::vector<CellTriangle> cells;
         std::vector<FaceId> fans;
         for (std::uint32_t t = 0; t < count; ++t) {
-            const OutputTriangle from = origin(forest, t);
+            const OutputTriangle from = origin(t);
             const bool fan = from.fan.valid();
-            const double error = fan ? forest.fan_error(from.fan) : refinement.error(exported_.leaves[t]);
+            const double error = fan ? forest_.fan_error(from.fan) : refinement_->error(exported_.leaves[t]);
             if (decided(error))
                 largest = std::max(largest, error);
             else if (!fan)
@@ -379,10 +346,11 @@ class LatticeTessellator {
             cells.clear();
             fans.clear();
         }
-        return std::isfinite(largest) ? std::optional(largest) : std::nullopt;
+        if (std::isfinite(largest)) result_.certified_error = largest;
     }
 
-    void add_attributes(const ForestView& forest) {
+    void add_attributes() override {
+        warn_of_fine_control_mesh(mesh_, options_, result_);
         TriangleMesh& mesh = result_.mesh;
         context_.report("attributes", 0);
         if (options_.normals) {
@@ -398,7 +366,7 @@ class LatticeTessellator {
                 for (std::size_t i = 0; i < size; ++i) mesh.normals[begin + i] = limits[i].normal;
             }
             const SideNormals side = normals_from_inside<Family>(
-                mesh_, [&](std::uint32_t t) { return origin(forest, t); },
+                mesh_, [&](std::uint32_t t) { return origin(t); },
                 [&](std::span<const Site> sites, std::span<Vec3d> normals) {
                     limits.resize(sites.size());
                     points_.limits(sites, limits);
@@ -411,7 +379,7 @@ class LatticeTessellator {
             std::vector<Site> addresses(3 * mesh.triangles.size());
             for_each_index(static_cast<std::uint32_t>(mesh.triangles.size()), [&](std::uint32_t t) {
                 for (std::size_t k = 0; k < 3; ++k)
-                    addresses[3 * std::size_t{t} + k] = origin(forest, t).template corner_site<Family>(mesh_, k);
+                    addresses[3 * std::size_t{t} + k] = origin(t).template corner_site<Family>(mesh_, k);
             });
             const std::vector<Vec2d> corner = uvs.at(addresses, context_);
             add_uvs(
@@ -421,13 +389,14 @@ class LatticeTessellator {
         add_face_attributes(mesh_, result_.triangle_face, mesh);
     }
 
-    const ControlMesh& mesh_;
-    const TessellateOptions& options_;
-    const RunContext& context_;
     Hierarchy points_;
-    Tessellation result_;
-    double tolerance_ = 0, aim_ = 0;
+    ForestView forest_;
+    RefineProgress progress_;
     std::unique_ptr<SurfaceBound> bound_;
+    std::unique_ptr<LimitEstimator<Family>> by_points_;
+    std::optional<WatchedEstimator> watched_;
+    std::optional<KeptErrors> kept_;
+    std::optional<Refinement> refinement_;
     FanChoice fans_;
     std::vector<Vec3d> corners_;  ///< of the fans, by control vertex
     ExportedMesh<Family> exported_;

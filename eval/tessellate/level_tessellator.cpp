@@ -32,47 +32,11 @@ ControlMesh with_faces_as_materials(const ControlMesh& mesh, bool uvs) {
     return ControlMesh::build(std::move(data));
 }
 
-class LevelTessellator {
+class LevelTessellator final : public TessellationRun {
   public:
     LevelTessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
-        : mesh_(mesh), options_(options), context_(context), marked_(with_faces_as_materials(mesh, options.uvs)) {
+        : TessellationRun(mesh, options, context), marked_(with_faces_as_materials(mesh, options.uvs)) {
         for (std::uint32_t f = 0; f < mesh.face_count(); ++f) has_holes_ = has_holes_ || mesh.is_hole(FaceId(f));
-    }
-
-    Tessellation run() {
-        Stopwatch watch;
-        result_.tolerance_absolute = tolerance_length(mesh_, options_);
-        const double tolerance = options_.tolerance ? result_.tolerance_absolute : 0.0;
-        const double aim = aim_beside_rounding(mesh_, options_, tolerance, result_.warnings);
-        result_.seconds.build = watch.lap();
-        bool left_over = false;
-        for (int level = options_.min_level;; ++level) {
-            Level next = make(level, options_.normals);
-            if (level > options_.min_level && is_too_much(next)) {
-                left_over = true;
-                break;
-            }
-            take(std::move(next), level);
-            check_coarsest(options_, result_.mesh.triangles.size());
-            result_.seconds.refine += watch.lap();
-            if (options_.tolerance) {
-                measure(level);
-                result_.seconds.estimate += watch.lap();
-                if (result_.measured_error->hausdorff <= aim) break;
-            }
-            if (level == options_.max_level) {
-                left_over = options_.tolerance.has_value();
-                break;
-            }
-        }
-        result_.peak_memory_before_measure_bytes = peak_memory_bytes();
-        if (!result_.measured_error) measure(result_.deepest_level);
-        if (!options_.measure) result_.measured_error.reset();
-        result_.seconds.measure = watch.lap();
-        result_.tolerance_reached = tolerance_reached(options_, result_, tolerance, left_over);
-        warn_of_nothing(result_);
-        split_normals_of(result_, mesh_, options_);
-        return std::move(result_);
     }
 
   private:
@@ -82,6 +46,35 @@ class LevelTessellator {
         std::vector<std::string> warnings;
     };
 
+    /// Level by level, each measured, until one is within the tolerance.
+    void refine() override {
+        for (int level = options_.min_level;; ++level) {
+            Level next = make(level, options_.normals);
+            if (level > options_.min_level && is_too_much(next)) {
+                left_over_ = true;
+                break;
+            }
+            take(std::move(next), level);
+            if (options_.tolerance) {
+                check_coarsest(options_, result_.mesh.triangles.size());
+                Stopwatch watch;
+                measure();
+                estimate_seconds_ += watch.lap();
+                // What is measured here is the result's error, not that of samples of it.
+                if (result_.measured_error->hausdorff <= aim_ / (certified() ? 1 : k_sampled_aim)) break;
+            }
+            if (level == options_.max_level) {
+                left_over_ = options_.tolerance.has_value();
+                break;
+            }
+        }
+        if (!options_.measure) result_.measured_error.reset();
+    }
+    void export_mesh() override {}  // done with each level
+    bool repair(int) override { return false; }
+    bool left_over() const override { return left_over_; }
+    void add_attributes() override { split_normals_of(result_, mesh_, options_); }
+
     bool is_too_much(const Level& level) const {
         return options_.max_triangles != 0 && level.mesh.triangles.size() > options_.max_triangles;
     }
@@ -89,8 +82,9 @@ class LevelTessellator {
     /// A level on the limit surface, its faces cut into triangles.
     Level make(int level, bool normals) const {
         context_.report("refine", 0);
-        PolygonMesh from = refine(marked_, options_.scheme.info(), level,
-                                  {.rules = options_.rules, .limit = true, .normals = normals, .context = context_});
+        PolygonMesh from =
+            tetrakis::refine(marked_, options_.scheme.info(), level,
+                             {.rules = options_.rules, .limit = true, .normals = normals, .context = context_});
         Level result;
         result.warnings = std::move(from.warnings);
         result.mesh.normals = std::move(from.normals);
@@ -144,7 +138,8 @@ class LevelTessellator {
     }
 
     /// Against the mesh of a level some steps further, each of which has about four times as many triangles.
-    void measure(int level) {
+    void measure() override {
+        if (result_.measured_error) return;
         const std::size_t count = result_.mesh.triangles.size();
         if (count == 0) {
             result_.measured_error.emplace();
@@ -154,18 +149,14 @@ class LevelTessellator {
         check_reference_memory(std::uint64_t{count} << 2 * steps, context_);
         context_.report("measure", 0);
         LimitReference reference;
-        reference.mesh = make(level + steps, false).mesh;
+        reference.mesh = make(result_.deepest_level + steps, false).mesh;
         reference.mesh.uvs.clear();
         reference.mesh.triangle_uvs.clear();
         measure_triangles(std::move(reference), result_, options_.measure_samples / 2, context_);
     }
 
-    const ControlMesh& mesh_;
-    const TessellateOptions& options_;
-    const RunContext& context_;
     ControlMesh marked_;
-    bool has_holes_ = false;
-    Tessellation result_;
+    bool has_holes_ = false, left_over_ = false;
 };
 
 }  // namespace

@@ -29,48 +29,17 @@ int level_of(const Sqrt3Leaf& leaf) {
     return (steps + k_steps_a_level - 1) / k_steps_a_level;
 }
 
-class Sqrt3Tessellator {
+class Sqrt3Tessellator final : public TessellationRun {
   public:
     Sqrt3Tessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
-        : mesh_(mesh),
-          options_(options),
-          context_(context),
+        : TessellationRun(mesh, options, context),
           forest_(mesh, sqrt3_seams(mesh, options.uvs)),
           leaf_errors_(forest_.lattice()),
           max_steps_(
-              std::min(k_steps_a_level * options.max_level, forest_.max_level() - Sqrt3LeafErrors::k_steps_beyond)) {}
-
-    Tessellation run() {
+              std::min(k_steps_a_level * options.max_level, forest_.max_level() - Sqrt3LeafErrors::k_steps_beyond)) {
         require_sqrt3_limits(mesh_);
-        Stopwatch watch;
-        result_.tolerance_absolute = tolerance_length(mesh_, options_);
-        tolerance_ = options_.tolerance ? result_.tolerance_absolute : 0.0;
-        aim_ = k_sampled_aim * aim_beside_rounding(mesh_, options_, tolerance_, result_.warnings);
-        result_.seconds.build = watch.lap();
-        for (int steps = 0; steps < k_steps_a_level * options_.min_level; ++steps)
+        for (int steps = 0; steps < k_steps_a_level * options.min_level; ++steps)
             forest_.refine_where([](const Sqrt3Leaf&) { return true; });
-        refine();
-        export_mesh();
-        check_coarsest(options_, result_.mesh.triangles.size());
-        result_.seconds.estimate = estimating_;
-        result_.seconds.refine = watch.lap() - estimating_;
-        result_.peak_memory_before_measure_bytes = peak_memory_bytes();
-        if (options_.measure) {
-            for (int round = 0;; ++round) {
-                measure();
-                result_.seconds.measure += watch.lap();
-                if (!options_.tolerance || result_.measured_error->hausdorff <= tolerance_ ||
-                    options_.max_triangles != 0 || left_over_ || round == k_repairs || !repair())
-                    break;
-                refine();
-                export_mesh();
-                result_.seconds.refine += watch.lap();
-            }
-        }
-        add_attributes();
-        result_.tolerance_reached = tolerance_reached(options_, result_, tolerance_, left_over_);
-        warn_of_nothing(result_);
-        return std::move(result_);
     }
 
   private:
@@ -84,7 +53,7 @@ class Sqrt3Tessellator {
 
     /// Splits all leaves whose error is above the aim, as far as levels and budget allow; ends with the leaves and
     /// errors of the last state.
-    void refine() {
+    void refine() override {
         std::vector<std::uint8_t> marked;
         for (int pass = 1;; ++pass) {
             estimate(1.0 - 1.0 / pass);
@@ -142,7 +111,7 @@ class Sqrt3Tessellator {
         const double decide_at = options_.max_triangles != 0 ? std::numeric_limits<double>::infinity() : aim_;
         errors_ =
             leaf_errors_.errors(leaves_, decide_at, [&](double) { context_.report("refine", std::min(done, 1.0)); });
-        estimating_ += watch.lap();
+        estimate_seconds_ += watch.lap();
     }
 
     static TriangleMesh triangle_mesh(Sqrt3Mesh&& from) {
@@ -155,7 +124,7 @@ class Sqrt3Tessellator {
         return mesh;
     }
 
-    void export_mesh() {
+    void export_mesh() override {
         context_.report("export", 0);
         result_.mesh =
             triangle_mesh(sqrt3_mesh(forest_, {.limit = true, .normals = options_.normals, .leaves = false}));
@@ -165,7 +134,7 @@ class Sqrt3Tessellator {
     }
 
     /// Against the mesh of all leaves split some steps further.
-    void measure() {
+    void measure() override {
         const std::size_t count = result_.mesh.triangles.size();
         int deepest = 0;
         for (const Sqrt3Leaf& leaf : leaves_) deepest = std::max<int>(deepest, leaf.level);
@@ -185,16 +154,18 @@ class Sqrt3Tessellator {
     }
 
     /// Splits the triangles that a measurement found to be off. False when there is nothing to split.
-    bool repair() {
+    bool repair(int) override {
         std::vector<std::uint8_t> off(leaves_.size(), 0);
         for (std::size_t t = 0; t < leaves_.size(); ++t)
             off[t] = static_cast<double>(result_.triangle_error[t]) > tolerance_ && may_split(leaves_[t]) ? 1 : 0;
         if (std::find(off.begin(), off.end(), 1) == off.end()) return false;
         split(off);
+        refine();
         return true;
     }
+    bool left_over() const override { return left_over_; }
 
-    void add_attributes() {
+    void add_attributes() override {
         for (const Sqrt3Leaf& leaf : leaves_) {
             result_.triangle_face.push_back(leaf.control_face.value);
             result_.deepest_level = std::max(result_.deepest_level, level_of(leaf));
@@ -214,14 +185,9 @@ class Sqrt3Tessellator {
         context_.report("attributes", 1);
     }
 
-    const ControlMesh& mesh_;
-    const TessellateOptions& options_;
-    const RunContext& context_;
     Sqrt3Forest forest_;
     Sqrt3LeafErrors leaf_errors_;
     int max_steps_ = 0;
-    Tessellation result_;
-    double tolerance_ = 0, aim_ = 0, estimating_ = 0;
     bool left_over_ = false;
     std::vector<Sqrt3Leaf> leaves_;
     std::vector<double> errors_;  ///< per leaf

@@ -102,6 +102,40 @@ void warn_of_fine_control_mesh(const ControlMesh& mesh, const TessellateOptions&
                     result.mesh.triangles.size() > own ? "next to nothing" : "nothing"));
 }
 
+Tessellation TessellationRun::run() {
+    Stopwatch watch;
+    result_.tolerance_absolute = tolerance_length(mesh_, options_);
+    tolerance_ = options_.tolerance ? result_.tolerance_absolute : 0.0;
+    aim_ = aim_beside_rounding(mesh_, options_, tolerance_, result_.warnings);
+    if (!certified()) aim_ *= k_sampled_aim;
+    prepare();
+    result_.seconds.build = watch.lap();
+    refine();
+    export_mesh();
+    check_coarsest(options_, result_.mesh.triangles.size());
+    result_.seconds.estimate = estimate_seconds_;
+    result_.seconds.refine = watch.lap() - estimate_seconds_;
+    result_.peak_memory_before_measure_bytes = peak_memory_bytes();
+    if (options_.measure) {
+        for (int round = 0;; ++round) {
+            measure();
+            result_.seconds.measure += watch.lap();
+            if (!options_.tolerance || result_.measured_error->hausdorff <= tolerance_ || options_.max_triangles != 0 ||
+                left_over() || certified() || round == k_repairs || !repair(round))
+                break;
+            export_mesh();
+            result_.seconds.refine += watch.lap();
+        }
+    }
+    certify();
+    if (result_.certified_error) *result_.certified_error += written_rounding(options_, result_.mesh);
+    result_.seconds.estimate += watch.lap();
+    result_.tolerance_reached = tolerance_reached(options_, result_, tolerance_, left_over());
+    warn_of_nothing(result_);
+    add_attributes();
+    return std::move(result_);
+}
+
 RefineProgress::RefineProgress(const RunContext& outer, std::uint64_t budget,
                                std::function<std::uint64_t()> triangle_count)
     : context_(outer) {

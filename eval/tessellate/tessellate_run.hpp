@@ -64,6 +64,46 @@ void warn_of_nothing(Tessellation& result);
 /// Says so where the control mesh is as fine as the tolerance asks: of a scheme that keeps its faces at level 0.
 void warn_of_fine_control_mesh(const ControlMesh& mesh, const TessellateOptions& options, Tessellation& result);
 
+/// The course that a tessellation by limit points takes. A domain says how its leaves are refined, written as a mesh
+/// and measured.
+class TessellationRun {
+  public:
+    TessellationRun(const TessellationRun&) = delete;
+    TessellationRun& operator=(const TessellationRun&) = delete;
+    virtual ~TessellationRun() = default;
+    Tessellation run();
+
+  protected:
+    TessellationRun(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
+        : mesh_(mesh), options_(options), context_(context) {}
+    bool certified() const { return options_.estimator == EstimatorKind::certified; }
+
+    /// What refining needs. tolerance_ and aim_ are known.
+    virtual void prepare() {}
+    /// From the coarsest leaves on, until errors are within the aim or levels or budget end. Adds to estimate_seconds_.
+    virtual void refine() = 0;
+    /// The leaves as a mesh: positions, triangles, an error for each.
+    virtual void export_mesh() = 0;
+    /// Sets the measured error and the triangles' errors.
+    virtual void measure() = 0;
+    /// Splits what a measurement found above the tolerance; false where there is nothing to split.
+    /// @param round  how many repairs there were before
+    virtual bool repair(int round) = 0;
+    /// Sets the certified error, where there is a bound.
+    virtual void certify() {}
+    virtual void add_attributes() = 0;
+    /// Whether parts were left above the aim, for a level or a budget.
+    virtual bool left_over() const = 0;
+
+    const ControlMesh& mesh_;
+    const TessellateOptions& options_;
+    const RunContext& context_;
+    Tessellation result_;
+    double tolerance_ = 0;  ///< as a length; 0: none
+    double aim_ = 0;        ///< what refining aims at: the tolerance, or what rounding and sampling leave of it
+    double estimate_seconds_ = 0;
+};
+
 /// What the caller is told while a mesh is refined: how much of a budget is used, else what the refinement says.
 class RefineProgress {
   public:
