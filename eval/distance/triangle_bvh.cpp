@@ -33,12 +33,17 @@ constexpr double k_vertex_rounding = 1.7320508075688774 * 0x1p-24;
 constexpr std::uint32_t k_point_grain = 256;
 constexpr std::size_t k_progress_block = 1 << 16;
 
-/// The median of each coordinate. Where a few vertices lie far away from all else, floats about it resolve all else.
+/// The median of each coordinate, of what is finite. Where a few vertices lie far away from all else, floats about it
+/// resolve all else.
 Vec3d median(std::span<const Vec3d> positions) {
     Vec3d result{0.0};
-    std::vector<double> values(positions.size());
+    std::vector<double> values;
+    values.reserve(positions.size());
     for (int axis = 0; axis < 3; ++axis) {
-        std::ranges::transform(positions, values.begin(), [&](const Vec3d& p) { return p[axis]; });
+        values.clear();
+        for (const Vec3d& p : positions)
+            if (std::isfinite(p[axis])) values.push_back(p[axis]);
+        if (values.empty()) continue;
         const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
         std::ranges::nth_element(values, middle);
         result[axis] = *middle;

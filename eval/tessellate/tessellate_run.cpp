@@ -94,6 +94,8 @@ void warn_of_fine_control_mesh(const ControlMesh& mesh, const TessellateOptions&
     std::size_t own = 0;
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
         if (!mesh.is_hole(FaceId(f))) own += mesh.face_size(FaceId(f)) - std::size_t{2};
+    constexpr std::size_t k_dense = 1000;  // a few faces that suffice are no news
+    if (own < k_dense) return;
     constexpr double k_hardly = 1.01;  // of some faces the centre may be needed
     if (static_cast<double>(result.mesh.triangles.size()) > k_hardly * static_cast<double>(own)) return;
     result.warnings.push_back(

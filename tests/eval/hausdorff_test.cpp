@@ -126,6 +126,19 @@ TEST_CASE(
     CHECK_FALSE(bvh.closest(Vec3d(0.3, -0.2, 0.1), 0.9).found());
 }
 
+TEST_CASE("vertices that no triangle uses do not matter, even where they are not finite") {
+    TriangleMesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    mesh.triangles = {{0, 1, 2}};
+    for (int unused = 0; unused < 6; ++unused) {
+        CAPTURE(unused);
+        const TriangleBvh bvh(mesh);
+        CHECK(bvh.closest(Vec3d(0.2, 0.2, 0.5)).distance == doctest::Approx(0.5).epsilon(1e-12));
+        CHECK(bvh.intersect(Vec3d(0.2, 0.2, 1), Vec3d(0, 0, -1), 0, 10).triangle == 0);
+        mesh.positions.push_back(Vec3d(std::nan("")));
+    }
+}
+
 TEST_CASE("[inv10] batches give what single queries give, in any number of threads") {
     const TriangleMesh sphere = shapes::sphere(30, 60, Vec3d(0), 2.0);
     const TriangleBvh bvh(sphere);
