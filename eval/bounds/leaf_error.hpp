@@ -8,9 +8,8 @@ namespace tetrakis {
 
 /// What is known of the distance between a surface and a triangle of a hierarchy.
 struct LeafError {
-    double lower = 0;     ///< attained at a sample
-    double upper = 0;     ///< never exceeded (rounding included)
-    bool slides = false;  ///< only with the slack that the leaf was given
+    double lower = 0;  ///< attained at a sample
+    double upper = 0;  ///< never exceeded (rounding included)
 };
 
 /// A first look at a leaf: what the cheap filters need.

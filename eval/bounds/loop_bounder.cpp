@@ -163,12 +163,7 @@ double LoopBounder::error_of(const Point& p) {
 void LoopBounder::attain(Point& point) {
     point.error = error_of(point);
     lower_ = std::max(lower_, point.error);
-    if (point.error > decide_at_ && !rejected_) reject(point);
-}
-
-void LoopBounder::reject(const Point& point) {
-    rejected_ = true;
-    rejecting_ = point;
+    rejected_ |= point.error > decide_at_;
 }
 
 /// Whether a piece with this bound needs no further work.
@@ -207,7 +202,7 @@ void LoopBounder::attain_centroid(const Points& p, const Vec3d& bend) {
     // Inside the leaf, whatever its rounded parameters say.
     c.error = to_triangle(c);
     lower_ = std::max(lower_, c.error);
-    if (c.error > decide_at_) reject(c);
+    rejected_ |= c.error > decide_at_;
 }
 
 void LoopBounder::bound_red(const BoxSplineHessian& h, const Points& point, double own, int depth) {
@@ -286,32 +281,7 @@ LoopBounder::Point LoopBounder::surface_halfway(const Point& a, const Point& b, 
     return p;
 }
 
-LeafError LoopBounder::leaf_error(const CellTriangle& leaf, double decide_at, const LeafSlack& slack) {
-    if (slack.needed()) return find_error(leaf, decide_at, slack.at({}));
-    const LeafError still = find_error(leaf, decide_at, {});
-    if (still.upper <= decide_at || slack.none()) return still;
-    if (rejected_) {
-        // A height is an error, wherever the leaf may slide.
-        const Vec3d n = glm::cross(side_[0], side_[1]);
-        const double height = glm::dot(n, rejecting_.deviation);
-        if (height * height > decide_at * decide_at * squared(n))
-            return {std::abs(height) / std::sqrt(squared(n)), std::numeric_limits<double>::infinity()};
-    }
-    const EdgeSlack edges = slack.at(corners_);
-    if (!edges.any()) return still;
-    if (rejected_) {
-        // The same point decides most leaves again.
-        if (!set_slack(edges)) return still;
-        const double error = stretch_ * error_of(rejecting_);
-        if (error > decide_at) return {error, std::numeric_limits<double>::infinity()};
-    }
-    LeafError sliding = find_error(leaf, decide_at, edges);
-    if (sliding.upper >= still.upper) return {std::min(sliding.lower, still.lower), still.upper};
-    sliding.slides = true;
-    return sliding;
-}
-
-LeafError LoopBounder::find_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack) {
+LeafError LoopBounder::leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack) {
     decide_at_ = decide_at;
     stretch_ = 1;
     lower_ = upper_ = 0;

@@ -26,8 +26,8 @@ class LoopBounder {
 
     /// Bounds on the error of a leaf, refined until they lie on one side of `decide_at` or within a twentieth; where
     /// `lower` exceeds `decide_at`, `upper` may be infinite.
-    /// Where they exceed that, and the leaf has slack, with it: the error of EdgeSlack.
-    LeafError leaf_error(const CellTriangle& leaf, double decide_at, const LeafSlack& slack = {});
+    /// @param slack  at edges where there is some, the error is that of EdgeSlack
+    LeafError leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack = {});
 
     /// Samples of a leaf on a barycentric lattice with n intervals a side: (n + 1)(n + 2) / 2 points in the order
     /// corner 2 first, rows parallel to the edge corner 0 - corner 1. Positions and (unnormalised) normals of the limit
@@ -76,7 +76,6 @@ class LoopBounder {
     /// Whether a line between two points lies on a side of the leaf.
     static bool on_one_side(const Point& a, const Point& b);
 
-    LeafError find_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack);
     Level& locate(const CellTriangle& leaf, Corners& at);
     void bound_star(const detail::LoopStarChain& star, const Piece& piece, int depth);
     bool bound_star_part(const detail::LoopStarChain& star, const Piece& piece);
@@ -108,7 +107,6 @@ class LoopBounder {
     bool accept(double upper);
     bool settle(double upper);
     void attain(Point& point);
-    void reject(const Point& point);
     /// Whether S - L and `rest` are acceptable together. The size of S - L, which is never below the error and cheaper,
     /// stands for it then.
     bool small(Point& point, double rest) const {
@@ -132,7 +130,6 @@ class LoopBounder {
     double stretch_ = 1;  ///< all three are divided by it
     int splits_ = 0;
     bool rejected_ = false;
-    Point rejecting_;                          ///< the first point to do so
     std::array<Vec3d, 3> corners_, side_;      ///< of T; side k from corner k to the next
     std::array<double, 3> inverse_squared_{};  ///< lengths of the sides; 0 for no length
     bool has_triangle_ = false;

@@ -244,29 +244,7 @@ QuadBounder::Corners QuadBounder::leaf_corners(WalkCell& cell, const Piece& piec
 
 bool QuadBounder::is_root(const CellTriangle& leaf) { return leaf.level == 0 && leaf.corner[1].x == 2; }
 
-LeafError QuadBounder::leaf_error(const CellTriangle& leaf, double decide_at, const LeafSlack& slack) {
-    if (slack.needed()) return find_error(leaf, decide_at, slack.at({}));
-    const LeafError still = find_error(leaf, decide_at, {});
-    if (still.upper <= decide_at || slack.none()) return still;
-    // A height is an error, wherever the leaf may slide.
-    if (const double high = rejected_ ? height(rejecting_) : 0; high > decide_at)
-        return {high, std::numeric_limits<double>::infinity()};
-    const EdgeSlack edges = slack.at({leaf_[1], leaf_[2], leaf_[0]});
-    if (!edges.any()) return still;
-    LeafError sliding = find_error(leaf, decide_at, edges);
-    if (sliding.upper >= still.upper) return {std::min(sliding.lower, still.lower), still.upper};
-    sliding.slides = true;
-    return sliding;
-}
-
-/// Of a point over the plane of leaf_.
-double QuadBounder::height(const Vec3d& p) const {
-    const Vec3d n = glm::cross(leaf_[1] - leaf_[0], leaf_[2] - leaf_[0]);
-    const double area = glm::length(n);
-    return area > 0 ? std::abs(glm::dot(n, p - leaf_[0])) / area : 0;
-}
-
-LeafError QuadBounder::find_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack) {
+LeafError QuadBounder::leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack) {
     start(decide_at, may_reject_);
     if (is_root(leaf)) {
         bound_root(leaf.root, nullptr, slack);
@@ -278,7 +256,6 @@ LeafError QuadBounder::find_error(const CellTriangle& leaf, double decide_at, co
     const Corners corners = leaf_corners(cell, piece);
     const Vec3d middle = cell.point(piece.quarter ? k_side_point[piece.turn] : k_centre_point);
     measure_distance(corners.linear, slack);
-    rejecting_ = middle;
     const bool slides = stretch_ > 1 && triangle_.slides(1);
     if (attain(slides ? triangle_.to_edge(triangle_.local(middle), 1)
                       : detail::segment_distance(middle, corners.linear[1], corners.linear[2])))
@@ -299,7 +276,6 @@ void QuadBounder::bound_root(HalfedgeId h, const Vec3d* centre, const EdgeSlack&
         need_triangle();
         // The middles of the edges decide most leaves that must be split.
         const auto reject = [&](const Vec3d& p, std::size_t edge) {
-            rejecting_ = p;
             return !attain(triangle_.to_edge(triangle_.local(p), edge));
         };
         if (reject(m, 1) || reject(home(second).point(k_centre_point), 2) ||
@@ -323,7 +299,7 @@ LeafError QuadBounder::root_error(HalfedgeId root, const Vec3d& centre, double d
     return finish();
 }
 
-double QuadBounder::certified_error(const CellTriangle& leaf, double floor, const LeafSlack& slack) {
+double QuadBounder::certified_error(const CellTriangle& leaf, double floor, const EdgeSlack& slack) {
     may_reject_ = false;
     const LeafError e = leaf_error(leaf, floor, slack);
     may_reject_ = true;

@@ -23,12 +23,12 @@ class QuadBounder {
     explicit QuadBounder(const QuadPatches& patches);
 
     /// The error of a leaf, or bounds on it: refined until they lie on one side of `decide_at` or within a twentieth.
-    /// Where they exceed that, and the leaf has slack, with it: the error of EdgeSlack.
-    LeafError leaf_error(const CellTriangle& leaf, double decide_at, const LeafSlack& slack = {});
+    /// @param slack  at edges where there is some, the error is that of EdgeSlack
+    LeafError leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack = {});
 
     /// Certified bound, tight to a twentieth where it exceeds `floor`: the largest over many leaves takes little more
     /// than one pass.
-    double certified_error(const CellTriangle& leaf, double floor, const LeafSlack& slack = {});
+    double certified_error(const CellTriangle& leaf, double floor, const EdgeSlack& slack = {});
 
     /// Size of S - L over the depth-0 leaf of a root, L linear over each of its two cells with the value at the face's
     /// centre given (it need not lie on the surface).
@@ -116,8 +116,6 @@ class QuadBounder {
     double node_error(const Vec3d& node, int edge) const;
     void measure_distance(const std::array<Vec3d, 3>& corners, const EdgeSlack& slack);
     void set_slack(const EdgeSlack& slack);
-    double height(const Vec3d& p) const;
-    LeafError find_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack);
     void need_triangle();
     bool settled(double upper);
     /// Whether no more pieces of this leaf are to be split: those that are left count by what is known of them.
@@ -134,7 +132,6 @@ class QuadBounder {
     static constexpr int k_most_splits = 1 << 10;
     int splits_ = 0;
     bool rejected_ = false, may_reject_ = true;
-    Vec3d rejecting_{0};                 ///< the first point of the surface that was looked at: it rejects most leaves
     bool distance_ = false;              ///< to the leaf's triangle; else S - L counts
     std::array<Vec3d, 3> leaf_;          ///< corners, where distance_ is set
     detail::TriangleDistance triangle_;  ///< of leaf_, once need_triangle() was called
