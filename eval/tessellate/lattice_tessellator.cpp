@@ -155,8 +155,8 @@ class LatticeTessellator {
         if (certified && !bound_)
             throw Error(
                 ErrorCode::unsupported,
-                "there is no certified bound where edges or vertices are semi-sharp for more than 6 levels; use "
-                "the measured estimator, or tag them 10 (sharp for good) or at most 6",
+                "there is no certified bound where edges or vertices are semi-sharp for more than 6 levels, or more "
+                "than 64 edges meet or bound a face; use the measured estimator, or change the mesh there",
                 mesh_.data().source);
         if (!certified) aim_ *= k_sampled_aim;
         result_.seconds.build = watch.lap();
@@ -198,6 +198,10 @@ class LatticeTessellator {
             }
         }
         if (bound_) result_.certified_error = certify(forest, refinement);
+        if (!bound_ && bounds && has_mask_norms(options_.scheme.info(), options_.rules))
+            result_.warnings.push_back(
+                "there is no certified error: edges or vertices are semi-sharp for more than 6 levels, or more than 64 "
+                "edges meet or bound a face");
         if (result_.certified_error) *result_.certified_error += written_rounding(options_, result_.mesh);
         result_.seconds.measure += watch.lap();
         result_.tolerance_reached = tolerance_reached(options_, result_, tolerance_, refinement.left_over());

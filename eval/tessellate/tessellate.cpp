@@ -132,12 +132,6 @@ class Tessellator {
                                           estimator, refinement, fan_error, fan_errors_, aim_, context_)
                     .run();
             result_.certified_error = certified + detail::written_rounding(options_, result_.mesh);
-            // No point is farther than what is certified, wherever the search for its closest point ended.
-            if (result_.measured_error) {
-                MeasuredError& measured = *result_.measured_error;
-                for (double* error : {&measured.forward, &measured.backward, &measured.hausdorff})
-                    *error = std::min(*error, certified);
-            }
             result_.seconds.estimate += watch.lap();
         }
         result_.tolerance_reached =
