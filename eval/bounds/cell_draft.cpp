@@ -89,6 +89,28 @@ std::vector<Coordinates> unrolled(const RuleMesh& mesh, int corners) {
     return at;
 }
 
+/// The rows of `fine` as combinations of what those of `coarse` are made of.
+std::vector<SparseRow> compose(int points, std::span<const SparseRow> coarse, const StencilTable& fine,
+                               std::span<const int> rows) {
+    std::vector<SparseRow> result;
+    SparseSum sum(points);
+    for (const int r : rows) {
+        for (std::size_t t = 0; t < fine.points(r).size(); ++t)
+            sum.add(coarse[static_cast<std::size_t>(fine.points(r)[t])], fine.weights(r)[t]);
+        result.push_back(sum.take());
+    }
+    return result;
+}
+
+bool has_too_many_edges(const RuleMesh& mesh) {
+    std::vector<int> edges(mesh.vertex_count(), 0);
+    for (int e = 0; e < mesh.edge_count(); ++e) {
+        const int h = mesh.edge_halfedge(e);
+        if (++edges[mesh.origin(h)] > k_most_edges || ++edges[mesh.target(h)] > k_most_edges) return true;
+    }
+    return false;
+}
+
 /// Fills in the rows and children of a draft. Returns the small cells, in the order of the children.
 std::vector<SmallCell> go_down(const SchemeInfo& scheme, const RuleOptions& options, const RuleMesh& whole,
                                int cell_corners, int rings, CellDraft& draft) {
@@ -96,7 +118,7 @@ std::vector<SmallCell> go_down(const SchemeInfo& scheme, const RuleOptions& opti
     MeshPartFinder parts;
     // One level's points that matter further down, and the step from them: at vertices of many edges most of what it
     // makes is too far away, and its rows are long.
-    std::vector<RingRow> rows;
+    std::vector<SparseRow> rows;
     RuleStep step;
     for (int level = 0; level < k_levels; ++level) {
         const RuleMesh& mesh = level == 0 ? whole : step.mesh;
@@ -105,10 +127,9 @@ std::vector<SmallCell> go_down(const SchemeInfo& scheme, const RuleOptions& opti
             for (const int v : mesh.corners(mesh.face(c.frame.halfedge))) seeds.push_back(v);
         const MeshPart part = parts.find(mesh, seeds, rings);
         if (level == 0)
-            for (const int v : part.vertex)
-                rows.push_back({std::vector<double>(draft.groups.members.size(), 0.0), {{v, 1}}});
+            for (const int v : part.vertex) rows.push_back({{v, 1}});
         else
-            rows = compose(draft.groups, rows, step.stencils, part.vertex);
+            rows = compose(draft.points, rows, step.stencils, part.vertex);
         RuleStep next = scheme.step(part.mesh, options);
         std::vector<SmallCell> finer;
         for (SmallCell c : cells) {
@@ -132,30 +153,30 @@ std::vector<SmallCell> go_down(const SchemeInfo& scheme, const RuleOptions& opti
         }
         draft.children.push_back({std::move(around->key), std::move(around->vertices)});
     }
-    draft.rows = compose(draft.groups, rows, step.stencils, wanted);
+    draft.rows = compose(draft.points, rows, step.stencils, wanted);
     return cells;
 }
 
 }  // namespace
 
-void CellDraft::set_anchor(std::vector<CellAnchor> to) {
-    anchor = std::move(to);
-    group_anchor.assign(groups.members.size(), {});
-    for (std::size_t g = 0; g < group_anchor.size(); ++g)
-        for (const int i : groups.members[g])
-            for (std::size_t k = 0; k < 4; ++k) group_anchor[g][k] += anchor[i][k];
+SparseRow SparseSum::take() {
+    // But rounding, of weights near one that are summed.
+    constexpr double k_rounding = 1e-16;
+    SparseRow row;
+    for (const int i : touched_) {
+        if (std::abs(value_[i]) > k_rounding) row.emplace_back(i, value_[i]);
+        value_[i] = 0;
+        seen_[i] = 0;
+    }
+    touched_.clear();
+    return row;
 }
 
-bool CellDraft::annihilates(const RingRow& functional) const {
+bool CellDraft::annihilates(const SparseRow& functional) const {
     CellAnchor sum{};
     double size = 1;
-    for (std::size_t g = 0; g < groups.members.size(); ++g) {
-        size += std::abs(functional.level[g]) * static_cast<double>(groups.members[g].size());
-        for (std::size_t k = 0; k < 4; ++k) sum[k] += functional.level[g] * group_anchor[g][k];
-    }
-    for (const auto& [i, weight] : functional.more) {
-        const double level = functional.level_at(groups, i);
-        size += std::abs(level + weight) - std::abs(level);
+    for (const auto& [i, weight] : functional) {
+        size += std::abs(weight);
         for (std::size_t k = 0; k < 4; ++k) sum[k] += weight * anchor[i][k];
     }
     return std::all_of(sum.begin(), sum.end(), [&](double s) { return std::abs(s) < k_no_weight * size; });
@@ -169,16 +190,15 @@ std::optional<CellDraft> draft_cell(const SchemeInfo& scheme, const RuleOptions&
     } catch (const std::invalid_argument&) {
         return std::nullopt;
     }
-    if (!is_simple(mesh, cell_corners, rings)) return std::nullopt;
+    if (has_too_many_edges(mesh) || !is_simple(mesh, cell_corners, rings)) return std::nullopt;
     CellDraft draft;
     const int n = mesh.vertex_count();
     draft.points = n;
-    draft.groups = PointGroups(mesh);
     const std::vector<Coordinates> at = unrolled(mesh, cell_corners);
     const std::vector<SmallCell> cells = go_down(scheme, options, mesh, cell_corners, rings, draft);
     // The vertices of the small cells, without the hats.
-    std::vector<RingRow> off;
-    RingRowSum sum(draft.groups);
+    std::vector<SparseRow> off;
+    SparseSum sum(n);
     for (std::size_t c = 0; c < cells.size(); ++c)
         for (int k = 0; k < cell_corners; ++k) {
             sum.add(draft.rows[draft.children[c].vertices[k]], 1);
@@ -187,20 +207,15 @@ std::optional<CellDraft> draft_cell(const SchemeInfo& scheme, const RuleOptions&
             off.push_back(sum.take());
         }
     draft.direct.assign(n, 0.0);
-    std::vector<double> all(n);
-    for (const RingRow& f : off) {
-        std::fill(all.begin(), all.end(), 0.0);
-        f.add_to(draft.groups, 1, all);
-        for (int i = 0; i < n; ++i) draft.direct[i] = std::max(draft.direct[i], std::abs(all[i]));
-    }
+    for (const SparseRow& f : off)
+        for (const auto& [i, weight] : f) draft.direct[i] = std::max(draft.direct[i], std::abs(weight));
     for (int i = 0; i < n; ++i)
         if (i < cell_corners || draft.direct[i] > k_no_weight) draft.active.push_back(i);
     // The anchor that the rules reproduce.
     const auto reproduces = [&](auto&& anchor) {
-        std::vector<CellAnchor> anchors;
-        for (int i = 0; i < n; ++i) anchors.push_back(anchor(at[i]));
-        draft.set_anchor(std::move(anchors));
-        return std::all_of(off.begin(), off.end(), [&](const RingRow& f) { return draft.annihilates(f); });
+        draft.anchor.clear();
+        for (int i = 0; i < n; ++i) draft.anchor.push_back(anchor(at[i]));
+        return std::all_of(off.begin(), off.end(), [&](const SparseRow& f) { return draft.annihilates(f); });
     };
     // Around many edges a lattice may close after several turns: its points are far from there.
     std::vector<Coordinates> places;
@@ -209,7 +224,7 @@ std::optional<CellDraft> draft_cell(const SchemeInfo& scheme, const RuleOptions&
     const bool flat = std::adjacent_find(places.begin(), places.end()) == places.end();
     const bool linear = flat && ((cell_corners == 4 && reproduces(bilinear)) ||
                                  reproduces([&](const Coordinates& p) { return affine(p, cell_corners); }));
-    if (!linear) draft.set_anchor(draft.constant());
+    if (!linear) draft.anchor = draft.constant();
     return draft;
 }
 

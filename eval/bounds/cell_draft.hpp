@@ -2,7 +2,6 @@
 
 #include "../../schemes/core/scheme_table.hpp"
 #include "cell_surroundings.hpp"
-#include "ring_rows.hpp"
 
 #include <array>
 #include <cmath>
@@ -14,6 +13,29 @@ namespace tetrakis::detail {
 
 /// Weights and sums of rounding errors alone.
 inline constexpr double k_no_weight = 1e-11;
+
+/// A combination of points, each at most once: its number and its weight.
+using SparseRow = std::vector<std::pair<int, double>>;
+
+/// Sums sparse rows, with scratch memory.
+class SparseSum {
+  public:
+    explicit SparseSum(int points) : value_(points, 0.0), seen_(points, 0) {}
+    void add(int point, double weight) {
+        if (!std::exchange(seen_[point], 1)) touched_.push_back(point);
+        value_[point] += weight;
+    }
+    void add(const SparseRow& row, double factor) {
+        for (const auto& [point, weight] : row) add(point, factor * weight);
+    }
+    /// Returns the sum and clears it.
+    SparseRow take();
+
+  private:
+    std::vector<double> value_;
+    std::vector<char> seen_;
+    std::vector<int> touched_;
+};
 
 /// A point as a combination of a cell's corners.
 using CellAnchor = std::array<double, 4>;
@@ -30,8 +52,7 @@ struct CellDraft {
     std::vector<CellAnchor> anchor;  ///< where the corners would have each of these
     std::vector<double> direct;      ///< size of each one's basis function, less the hats of the corners
     std::vector<int> active;         ///< those that matter
-    PointGroups groups;
-    std::vector<RingRow> rows;  ///< of the small cells' vertices
+    std::vector<SparseRow> rows;     ///< of the small cells' vertices
     std::vector<Child> children;
 
     /// The first corner for all.
@@ -43,13 +64,15 @@ struct CellDraft {
         return false;
     }
     /// Whether a combination of the points is 0 where all are where the corners would have them.
-    bool annihilates(const RingRow& functional) const;
-    /// Sums of the anchors of each group, which annihilates() needs.
-    std::vector<CellAnchor> group_anchor;
-    void set_anchor(std::vector<CellAnchor> to);
+    bool annihilates(const SparseRow& functional) const;
 };
 
-/// Nothing where the surroundings are no mesh or have more than one extraordinary point.
+/// Largest number of edges at a vertex for which there are weights: the number of points and of equations grows with
+/// it.
+inline constexpr int k_most_edges = 64;
+
+/// Nothing where the surroundings are no mesh, have more than one extraordinary point, or a vertex of more than
+/// k_most_edges edges.
 std::optional<CellDraft> draft_cell(const SchemeInfo& scheme, const RuleOptions& options, const SurroundingsKey& key,
                                     int cell_corners, int rings);
 

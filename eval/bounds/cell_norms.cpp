@@ -1,6 +1,7 @@
 #include "cell_norms.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -12,8 +13,9 @@ namespace {
 // The iteration: it ends where nothing changes by more than this, and has failed where weights grow or creep.
 constexpr double k_settled = 1e-10, k_most_weight = 1e3;
 constexpr int k_most_rounds = 400;
-// Added to what the iteration approaches from below: a hundred times its last change.
-constexpr double k_beyond = 1e-8;
+// Added to each equation, so that the solution has room for what the iteration, which approaches it from below, leaves:
+// a hundred times its last change.
+constexpr double k_room = 1e-8;
 
 /// The equations between the weights of some kinds of surroundings, and others that are known.
 class NormEquations {
@@ -27,15 +29,10 @@ class NormEquations {
     Known solve();
 
   private:
-    /// As RingRow, of active points by their numbers among these.
-    struct Sizes {
-        std::vector<double> level;
-        std::vector<std::pair<int, double>> more;
-    };
     struct Child {
         /// Per point of the child that has a weight: how far it is from where the child's corners would have it, as a
-        /// combination of the same of the parent's points; sizes of weights.
-        std::vector<Sizes> offsets;
+        /// combination of the same of the parent's active points, by their numbers among these; sizes of weights.
+        std::vector<SparseRow> offsets;
         const std::vector<double>* weight = nullptr;  ///< of the child's points
     };
     struct Kind {
@@ -57,10 +54,11 @@ class NormEquations {
     bool for_each_offset(const Kind& kind, const CellDraft::Child& child, const Points& points, Visit&& visit) const;
     bool activate(Kind& kind);
     void find_offsets(Kind& kind);
-    static Sizes sizes(const CellDraft& draft, const RingRow& row, const std::vector<int>& place);
-    static void add(const Sizes& sizes, double factor, std::span<double> level, std::span<double> sum);
-    static void add_levels(const CellDraft& draft, std::span<const double> level, std::span<double> sum);
+    static SparseRow sizes(const CellDraft& draft, const SparseRow& row, const std::vector<int>& place);
+    static void add(const SparseRow& sizes, double factor, std::span<double> sum);
+    std::vector<double> right_side(const Kind& kind) const;
     double improve(Kind& kind) const;
+    bool holds(const Kind& kind) const;
     void spread_none();
 
     std::map<SurroundingsKey, Kind> kinds_;
@@ -95,12 +93,12 @@ template <class Visit>
 bool NormEquations::for_each_offset(const Kind& kind, const CellDraft::Child& child, const Points& points,
                                     Visit&& visit) const {
     const CellDraft& draft = kind.draft;
-    RingRowSum sum(draft.groups);
+    SparseSum sum(draft.points);
     for (std::size_t j = 0; j < points.point.size(); ++j) {
         sum.add(draft.rows[child.vertices[points.point[j]]], 1);
         for (int k = 0; k < 4; ++k)
             if (const double a = points.anchor[j][k]; a != 0) sum.add(draft.rows[child.vertices[k]], -a);
-        const RingRow& offset = sum.take();
+        const SparseRow offset = sum.take();
         if (!draft.annihilates(offset)) return false;
         visit(offset);
     }
@@ -113,54 +111,33 @@ bool NormEquations::activate(Kind& kind) {
     const std::size_t before = draft.active.size();
     std::vector<char> active(draft.points, 0);
     for (const int i : draft.active) active[i] = 1;
-    // A weight of most of a group counts for all of it.
-    std::vector<char> all_active(draft.groups.members.size(), 0);
     for (const CellDraft::Child& child : draft.children) {
         const std::optional<Points> points = points_of(child.key);
         kind.none = kind.none || !points;
         if (kind.none) return true;
-        const auto activate_point = [&](int i) {
-            if (!std::exchange(active[i], 1)) draft.active.push_back(i);
-        };
-        const bool known = for_each_offset(kind, child, *points, [&](const RingRow& offset) {
-            for (std::size_t g = 0; g < offset.level.size(); ++g) {
-                if (std::abs(offset.level[g]) <= k_no_weight || all_active[g]) continue;
-                all_active[g] = 1;
-                for (const int i : draft.groups.members[g]) activate_point(i);
-            }
-            for (const auto& [i, weight] : offset.more)
-                if (std::abs(offset.level_at(draft.groups, i) + weight) > k_no_weight) activate_point(i);
+        const bool known = for_each_offset(kind, child, *points, [&](const SparseRow& offset) {
+            for (const auto& [i, weight] : offset)
+                if (std::abs(weight) > k_no_weight && !std::exchange(active[i], 1)) draft.active.push_back(i);
         });
         if (known) continue;
         // Inside the cell the rules reproduce more than around it.
         kind.none = draft.anchor == draft.constant();
-        draft.set_anchor(draft.constant());
+        draft.anchor = draft.constant();
         return true;
     }
     return draft.active.size() > before;
 }
 
-NormEquations::Sizes NormEquations::sizes(const CellDraft& draft, const RingRow& row, const std::vector<int>& place) {
-    const auto size = [](double weight) { return std::abs(weight) > k_no_weight ? std::abs(weight) : 0; };
-    Sizes result;
-    for (const double level : row.level) result.level.push_back(size(level));
-    for (const auto& [i, weight] : row.more) {
-        const double level = row.level_at(draft.groups, i), more = size(level + weight) - size(level);
-        if (place[i] >= 0 && draft.is_free(i) && more != 0) result.more.emplace_back(place[i], more);
-    }
+SparseRow NormEquations::sizes(const CellDraft& draft, const SparseRow& row, const std::vector<int>& place) {
+    SparseRow result;
+    for (const auto& [i, weight] : row)
+        if (place[i] >= 0 && draft.is_free(i) && std::abs(weight) > k_no_weight)
+            result.emplace_back(place[i], std::abs(weight));
     return result;
 }
 
-void NormEquations::add(const Sizes& sizes, double factor, std::span<double> level, std::span<double> sum) {
-    for (std::size_t g = 0; g < level.size(); ++g) level[g] += factor * sizes.level[g];
-    for (const auto& [a, more] : sizes.more) sum[a] += factor * more;
-}
-
-/// Adds what all of a group have to its active points.
-void NormEquations::add_levels(const CellDraft& draft, std::span<const double> level, std::span<double> sum) {
-    for (std::size_t a = 0; a < sum.size() && !level.empty(); ++a)
-        if (const int g = draft.groups.of[draft.active[a]]; g >= 0 && draft.is_free(draft.active[a]))
-            sum[a] += level[g];
+void NormEquations::add(const SparseRow& sizes, double factor, std::span<double> sum) {
+    for (const auto& [a, size] : sizes) sum[a] += factor * size;
 }
 
 void NormEquations::find_offsets(Kind& kind) {
@@ -174,39 +151,50 @@ void NormEquations::find_offsets(Kind& kind) {
     for (const CellDraft::Child& child : draft.children) {
         const Points points = *points_of(child.key);
         if (!kinds_.contains(child.key)) {
-            std::vector<double> sum(draft.active.size(), 0.0), level(draft.groups.members.size(), 0.0);
+            std::vector<double> sum(draft.active.size(), 0.0);
             auto weight = points.weight->begin();
             for_each_offset(kind, child, points,
-                            [&](const RingRow& offset) { add(sizes(draft, offset, place), *weight++, level, sum); });
-            add_levels(draft, level, sum);
+                            [&](const SparseRow& offset) { add(sizes(draft, offset, place), *weight++, sum); });
             for (std::size_t a = 0; a < sum.size(); ++a) kind.below[a] = std::max(kind.below[a], sum[a]);
             continue;
         }
         Child& terms = kind.children.emplace_back();
         terms.weight = points.weight;
         for_each_offset(kind, child, points,
-                        [&](const RingRow& offset) { terms.offsets.push_back(sizes(draft, offset, place)); });
+                        [&](const SparseRow& offset) { terms.offsets.push_back(sizes(draft, offset, place)); });
     }
+}
+
+/// What the weights of a kind have to reach at least, by those that its children have now.
+std::vector<double> NormEquations::right_side(const Kind& kind) const {
+    std::vector<double> result = kind.below, sum(kind.weight.size());
+    for (const Child& child : kind.children) {
+        std::fill(sum.begin(), sum.end(), 0.0);
+        for (std::size_t j = 0; j < child.offsets.size(); ++j) add(child.offsets[j], (*child.weight)[j], sum);
+        for (std::size_t a = 0; a < sum.size(); ++a) result[a] = std::max(result[a], sum[a]);
+    }
+    for (std::size_t a = 0; a < result.size(); ++a) result[a] += kind.draft.direct[kind.draft.active[a]];
+    return result;
 }
 
 /// Returns the largest change.
 double NormEquations::improve(Kind& kind) const {
-    std::vector<double> below = kind.below, sum(kind.weight.size()), level(kind.draft.groups.members.size());
-    for (const Child& child : kind.children) {
-        std::fill(sum.begin(), sum.end(), 0.0);
-        std::fill(level.begin(), level.end(), 0.0);
-        for (std::size_t j = 0; j < child.offsets.size(); ++j) add(child.offsets[j], (*child.weight)[j], level, sum);
-        add_levels(kind.draft, level, sum);
-        for (std::size_t a = 0; a < sum.size(); ++a) below[a] = std::max(below[a], sum[a]);
-    }
+    std::vector<double> now = right_side(kind);
     double change = 0;
-    for (std::size_t a = 0; a < below.size(); ++a) {
-        const double now = kind.draft.direct[kind.draft.active[a]] + below[a];
-        change = std::max(change, now - kind.weight[a]);
-        kind.weight[a] = now;
-        kind.none = kind.none || now > k_most_weight;
+    for (std::size_t a = 0; a < now.size(); ++a) {
+        now[a] += k_room;
+        change = std::max(change, now[a] - kind.weight[a]);
+        kind.none = kind.none || now[a] > k_most_weight;
     }
+    kind.weight = std::move(now);
     return change;
+}
+
+/// Whether the weights reach what they have to. The equations grow with the weights, so where all kinds' do, none is
+/// below the solution.
+bool NormEquations::holds(const Kind& kind) const {
+    const std::vector<double> least = right_side(kind);
+    return std::equal(least.begin(), least.end(), kind.weight.begin(), std::less_equal<>());
 }
 
 /// What is made of something without weights has none.
@@ -235,7 +223,8 @@ NormEquations::Known NormEquations::solve() {
         for (auto& [key, kind] : kinds_)
             if (!kind.none) change = std::max(change, improve(kind));
     }
-    if (change > k_settled)
+    const auto failed = [&](const auto& entry) { return !entry.second.none && !holds(entry.second); };
+    if (change > k_settled || std::any_of(kinds_.begin(), kinds_.end(), failed))
         for (auto& [key, kind] : kinds_) kind.none = true;
     spread_none();
     Known result;
@@ -247,7 +236,7 @@ NormEquations::Known NormEquations::solve() {
                 const int i = kind.draft.active[a];
                 if (!kind.draft.is_free(i)) continue;
                 norms->point.push_back(i);
-                norms->weight.push_back(kind.weight[a] + k_beyond);
+                norms->weight.push_back(kind.weight[a]);
                 norms->anchor.push_back(kind.draft.anchor[i]);
             }
         }

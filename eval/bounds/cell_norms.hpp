@@ -22,9 +22,10 @@ struct CellNorms {
 ///
 /// A weight is the largest size of the point's basis function on the vertices a few levels down, and what is left below
 /// these: the same sum over each of the small cells there, whose points are combinations of those around the large one.
-/// These equations between all kinds of surroundings that come up are solved by iteration. That it converges is the
-/// proof that the steps contract (as in the difference schemes of Dyn, Levin, Gregory 1990; what surrounds the cell is
-/// in the place of the regular lattice).
+/// These equations between all kinds of surroundings that come up are solved by iteration, with a little room, and then
+/// checked: no weight is below what the others make of it. That the iteration converges is the proof that the steps
+/// contract (as in the difference schemes of Dyn, Levin, Gregory 1990; what surrounds the cell is in the place of the
+/// regular lattice).
 class CellNormTable {
   public:
     /// @param options  must live as long

@@ -24,7 +24,7 @@ namespace tetrakis {
 /// D that is nearest to f, folded back; on a side with slack to the nearest point of R, unfolded into the plane that
 /// halves the fold, so that both leaves agree there; on a side without to the nearest point of the edge. (Projections
 /// onto convex sets that contain the edge do not increase the distance from it, nor t, and folding moves a point by at
-/// most w t. The tents are those that the mesh has room for; with smaller ones assumed a bound only grows.) In a narrow
+/// most w t. The tents are those that the mesh has room for; with smaller ones a bound only grows.) In a narrow
 /// collar F changes from one rule to the other, from u to v: in a leaf's own unfolded plane both ends are within E of
 /// p, so the point where the line between them crosses the edge is, and in the folded mesh each of its two parts lies
 /// in a plane, where distances are convex. A leaf with a side that does not slide over an edge at which its neighbour
@@ -42,46 +42,5 @@ struct EdgeSlack {
 
 /// Largest fold there is slack for: with more it helps little.
 inline constexpr double k_largest_fold = 0.25;
-
-/// What a leaf that has to be within a tolerance may take for granted of its neighbours, before these are known; to be
-/// checked when they are. Without slack where the triangle is small beside the tolerance, or thin.
-/// @param soft   whether the leaf may have slack at all at edge k
-/// @param loose  share by which what is assumed may miss the limits: for checking, with corners found on another way
-EdgeSlack assumed_slack(const std::array<Vec3d, 3>& corners, double tolerance, const std::array<bool, 3>& soft,
-                        double loose = 0);
-
-/// The slack that a leaf's error is asked for with: none, what is known, or what is assumed for its triangle.
-class LeafSlack {
-  public:
-    LeafSlack() = default;
-    /// What a mesh grants.
-    /// @param needed  it is known that the leaf is not within the tolerance without
-    static LeafSlack known(const EdgeSlack& edges, bool needed = false) {
-        LeafSlack slack;
-        slack.edges_ = edges;
-        slack.needed_ = needed;
-        return slack;
-    }
-    /// assumed_slack() of the leaf's triangle.
-    static LeafSlack assumed(double tolerance, const std::array<bool, 3>& soft) {
-        LeafSlack slack;
-        slack.tolerance_ = tolerance;
-        slack.soft_ = soft;
-        return slack;
-    }
-    bool needed() const { return needed_; }
-    /// Whether there is none whatever the triangle.
-    bool none() const { return !(tolerance_ > 0) && !edges_.any(); }
-    /// @param corners  of the leaf's triangle
-    EdgeSlack at(const std::array<Vec3d, 3>& corners) const {
-        return tolerance_ > 0 ? assumed_slack(corners, tolerance_, soft_) : edges_;
-    }
-
-  private:
-    EdgeSlack edges_;
-    double tolerance_ = 0;
-    std::array<bool, 3> soft_{};
-    bool needed_ = false;
-};
 
 }  // namespace tetrakis

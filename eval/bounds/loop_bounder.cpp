@@ -1,51 +1,79 @@
 #include "loop_bounder.hpp"
 
-#include "box_spline_error.hpp"
 #include "box_spline_lattice.hpp"
-#include "triangle_deviation.hpp"
+#include "box_spline_triangle.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <span>
 #include <utility>
 
 namespace tetrakis {
 
 using detail::Bary;
-using detail::BoxSplineHessian;
 using detail::corner_of;
-using detail::EdgeSecond;
 using detail::is_corner;
 using detail::LoopCell;
-using detail::middle;
-using detail::next3;
-using detail::squared;
 
 namespace {
 
-/// Rounding of one patch evaluation and one interpolation, in units of the largest coordinate: fewer than 100
-/// operations on values not larger than it, each off by half an ulp at most.
-constexpr double k_rounding = 128 * std::numeric_limits<double>::epsilon();
-
-/// Pieces are split at most this many levels below the leaf; cells that are still irregular then are bounded by their
-/// hull.
+/// Cells are quartered at most this many levels below the leaf; those that are still irregular then are bounded by
+/// their hull.
 constexpr int k_max_refinement = 40;
 
-/// A bound this close above an attained value is not refined any more.
-constexpr double k_tight = 1.05;
+/// Size of a triangle whose sides are parallel to its cell's, relative to it; 0 for any other one.
+double relative_size(const std::array<Bary, 3>& at) {
+    for (std::size_t p = 0; p < 3; ++p) {
+        const std::size_t p1 = (p + 1) % 3, p2 = (p + 2) % 3;
+        if (at[0][p2] == at[1][p2] && at[1][p] == at[2][p] && at[2][p1] == at[0][p1])
+            return std::abs(at[1][p] - at[0][p]);
+    }
+    return 0;
+}
 
-constexpr std::array<Bary, 3> k_whole{Bary{1, 0, 0}, Bary{0, 1, 0}, Bary{0, 0, 1}};
+/// A convex polygon within a cell, of at most six corners: what a triangle and a quarter have in common.
+struct Polygon {
+    struct Corner {
+        Bary at;
+        std::int8_t edge;  ///< of the leaf that the side to the next corner lies on, or -1
+    };
+    std::array<Corner, 8> corner;
+    std::size_t size = 0;
+
+    /// What is left where sign * (b_k - 1/2) >= 0.
+    Polygon clipped(std::size_t k, double sign) const {
+        Polygon out;
+        for (std::size_t i = 0; i < size; ++i) {
+            const Corner &a = corner[i], &b = corner[(i + 1) % size];
+            const double da = sign * (a.at[k] - 0.5), db = sign * (b.at[k] - 0.5);
+            if (da >= 0) out.corner[out.size++] = {a.at, da == 0 && db < 0 ? std::int8_t{-1} : a.edge};
+            if ((da > 0 && db < 0) || (da < 0 && db > 0)) {
+                const double t = da / (da - db);
+                Bary at;
+                for (std::size_t c = 0; c < 3; ++c) at[c] = a.at[c] + t * (b.at[c] - a.at[c]);
+                at[k] = 0.5;
+                out.corner[out.size++] = {at, da > 0 ? std::int8_t{-1} : a.edge};
+            }
+        }
+        if (out.size < 3) out.size = 0;
+        return out;
+    }
+    Polygon in_quarter(int quarter) const {
+        if (quarter < 3) return clipped(static_cast<std::size_t>(quarter), 1);
+        return clipped(0, -1).clipped(1, -1).clipped(2, -1);
+    }
+};
 
 }  // namespace
 
 LoopBounder::LoopBounder(const LoopPatches& patches)
-    : patches_(patches), pad_(k_rounding * patches.largest_coordinate()), way_(1) {}
+    : PatchBounder(patches.largest_coordinate()), patches_(patches), way_(1) {}
 
 LoopBounder::Level& LoopBounder::locate(const CellTriangle& leaf, Corners& at) {
     if (leaf.root != root_ || known_ == 0) {
         root_ = leaf.root;
         patches_.root_cell(leaf.root, way_[0].cell);
-        way_[0].has_hessian = false;
+        way_[0].has_patch = false;
         known_ = 1;
     }
     std::int64_t size = std::int64_t{1} << leaf.level;
@@ -85,7 +113,7 @@ LoopBounder::Level& LoopBounder::locate(const CellTriangle& leaf, Corners& at) {
         if (depth >= known_ || level.quarter != quarter) {
             patches_.child(way_[depth - 1].cell, quarter, level.cell);
             level.quarter = quarter;
-            level.has_hessian = false;
+            level.has_patch = false;
             known_ = depth + 1;
         }
         turn(level.cell.turn);
@@ -97,251 +125,89 @@ LoopBounder::Level& LoopBounder::locate(const CellTriangle& leaf, Corners& at) {
     return way_[depth];
 }
 
-LoopBounder::Point LoopBounder::halfway(const Point& a, const Point& b) {
-    return {0.5 * (a.b1 + b.b1), 0.5 * (a.b2 + b.b2), 0.5 * (a.deviation + b.deviation), 0};
-}
-
-LoopBounder::Point LoopBounder::combine(const Points& c, const Bary& at) {
-    return {at[0] * c[0].b1 + at[1] * c[1].b1 + at[2] * c[2].b1, at[0] * c[0].b2 + at[1] * c[1].b2 + at[2] * c[2].b2,
-            at[0] * c[0].deviation + at[1] * c[1].deviation + at[2] * c[2].deviation, 0};
-}
-
-bool LoopBounder::on_one_side(const Point& a, const Point& b) {
-    return (a.b1 == 0 && b.b1 == 0) || (a.b2 == 0 && b.b2 == 0) || (a.b1 + a.b2 == 1 && b.b1 + b.b2 == 1);
-}
-
-void LoopBounder::set_leaf(const std::array<Vec3d, 3>& corners, const EdgeSlack& slack) {
-    corners_ = corners;
-    for (std::size_t k = 0; k < 3; ++k) {
-        side_[k] = corners[(k + 1) % 3] - corners[k];
-        const double size = squared(side_[k]);
-        inverse_squared_[k] = size > 0 ? 1 / size : 0;
-    }
-    has_triangle_ = false;
-    if (slack.any()) set_slack(slack);
-}
-
-/// False where the triangle is too thin for any.
-bool LoopBounder::set_slack(const EdgeSlack& slack) {
-    triangle_ = detail::TriangleDistance(corners_);
-    has_triangle_ = true;
-    if (triangle_.sliver()) return false;
-    triangle_.set_slack(slack);
-    stretch_ = triangle_.stretch();
-    decide_at_ /= stretch_ * detail::k_stretch_rounding;
-    return true;
-}
-
-/// Of a point with parameters on side k.
-double LoopBounder::to_side(const Point& p, std::size_t k) const {
-    if (stretch_ > 1 && triangle_.slides(k))
-        return triangle_.to_edge(triangle_.inside(p.b1, p.b2) + triangle_.local_vector(p.deviation), k);
-    const double place = k == 0 ? p.b1 : (k == 1 ? p.b2 : 1 - p.b1 - p.b2);
-    const double foot = place + glm::dot(p.deviation, side_[k]) * inverse_squared_[k];
-    return std::sqrt(squared(p.deviation - (std::clamp(foot, 0.0, 1.0) - place) * side_[k]));
-}
-
-double LoopBounder::to_triangle(const Point& p) {
-    if (!has_triangle_) {
-        triangle_ = detail::TriangleDistance(corners_);
-        has_triangle_ = true;
-    }
-    return triangle_.to_triangle(triangle_.inside(p.b1, p.b2) + triangle_.local_vector(p.deviation));
-}
-
-double LoopBounder::error_of(const Point& p) {
-    // Parameters are dyadic: these are exact.
-    const bool on0 = p.b2 == 0, on1 = p.b1 + p.b2 == 1, on2 = p.b1 == 0;
-    if (!on0 && !on1 && !on2) return to_triangle(p);
-    double error = 0;
-    if (on0) error = to_side(p, 0);
-    if (on1) error = std::max(error, to_side(p, 1));
-    if (on2) error = std::max(error, to_side(p, 2));
-    return error;
-}
-
-void LoopBounder::attain(Point& point) {
-    point.error = error_of(point);
-    lower_ = std::max(lower_, point.error);
-    if (point.error > decide_at_ && !rejected_) reject(point);
-}
-
-void LoopBounder::reject(const Point& point) {
-    rejected_ = true;
-    rejecting_ = point;
-}
-
-/// Whether a piece with this bound needs no further work.
-bool LoopBounder::settle(double upper) {
-    if (upper > k_tight * lower_ + pad_) return accept(upper);
-    upper_ = std::max(upper_, upper);
-    return true;
-}
-
-/// The same, but for pieces whose bound may still become better: how tight it is does not count.
-bool LoopBounder::accept(double upper) {
-    if (upper > decide_at_ && upper > upper_) return false;
-    upper_ = std::max(upper_, upper);
-    return true;
-}
-
-/// Takes the middles of a piece's edges. Whether that settles it: its quarters have a quarter of its own deviation.
-bool LoopBounder::attain_inner(Points& inner, double attained, double own) {
-    const double rest = 0.25 * own + pad_;
-    double most = attained;
-    for (Point& p : inner) {
-        attain_where_needed(p, rest);
-        if (rejected_) return true;
-        most = std::max(most, p.error);
-    }
-    return accept(most + rest);
-}
-
-/// @param bend  S - L' there, L' the interpolant of the points
-void LoopBounder::attain_centroid(const Points& p, const Vec3d& bend) {
-    Point c;
-    c.b1 = (1.0 / 3) * (p[0].b1 + p[1].b1 + p[2].b1);
-    c.b2 = (1.0 / 3) * (p[0].b2 + p[1].b2 + p[2].b2);
-    c.deviation = (1.0 / 3) * (p[0].deviation + p[1].deviation + p[2].deviation) + bend;
-    if (squared(c.deviation) <= lower_ * lower_) return;
-    // Inside the leaf, whatever its rounded parameters say.
-    c.error = to_triangle(c);
-    lower_ = std::max(lower_, c.error);
-    if (c.error > decide_at_) reject(c);
-}
-
-void LoopBounder::bound_red(const BoxSplineHessian& h, const Points& point, double own, int depth) {
-    if (rejected_) return;
-    const double attained = largest_error(point);
-    if (accept(attained + own + pad_)) return;
-    own = std::min(own, detail::patch_deviation(h));
-    const double upper = attained + own + pad_;
-    if (settle(upper)) return;
-    std::array<Vec3d, 3> bend;
-    Points inner;  // in the middle of edge k; `bend` without the deviation of its ends
-    for (int k = 0; k < 3; ++k) {
-        bend[k] = detail::middle_deviation(h, k);
-        inner[k] = halfway(point[k], point[next3(k)]);
-        inner[k].deviation += bend[k];
-    }
-    if (attain_inner(inner, attained, own)) return;
-    attain_centroid(point, detail::centroid_deviation(h, k_whole, bend[1]));
-    if (rejected_ || settle(upper)) return;
-    if (!may_split(depth)) {
-        upper_ = std::max(upper_, upper);
-        return;
-    }
-    const std::array<BoxSplineHessian, 4> quarter = h.quarters();
-    bound_red(quarter[3], {inner[1], inner[2], inner[0]}, 0.25 * own, depth - 1);
-    bound_red(quarter[0], {point[0], inner[0], inner[2]}, 0.25 * own, depth - 1);
-    bound_red(quarter[1], {inner[0], point[1], inner[1]}, 0.25 * own, depth - 1);
-    bound_red(quarter[2], {inner[2], inner[1], point[2]}, 0.25 * own, depth - 1);
-}
-
-void LoopBounder::bound_regular(const BoxSplineHessian& h, const Corners& at, const Points& point, double own,
-                                int depth) {
-    if (rejected_) return;
-    if (const int parallel = detail::red_edge(at); parallel >= 0) {
-        bound_red(detail::restricted(h, at, parallel), point, own, depth);
-        return;
-    }
-    const double attained = largest_error(point);
-    if (accept(attained + own + pad_)) return;
-    const std::array<EdgeSecond, 3> edge = edge_seconds(h, at);
-    own = std::min(own, detail::triangle_deviation(edge[0].bound, edge[1].bound, edge[2].bound));
-    const double upper = attained + own + pad_;
-    if (settle(upper)) return;
-    std::array<Vec3d, 3> bend;
-    Points inner;
-    for (int k = 0; k < 3; ++k) {
-        bend[k] = edge[k].middle_deviation(k);
-        inner[k] = halfway(point[k], point[next3(k)]);
-        inner[k].deviation += bend[k];
-    }
-    if (attain_inner(inner, attained, own)) return;
-    attain_centroid(point, detail::centroid_deviation(h, at, bend[1]));
-    if (rejected_ || settle(upper)) return;
-    if (!may_split(depth)) {
-        upper_ = std::max(upper_, upper);
-        return;
-    }
-    std::array<Bary, 3> mid;
-    for (int k = 0; k < 3; ++k) mid[k] = middle(at[k], at[next3(k)]);
-    own *= 0.25;
-    bound_regular(h, {mid[1], mid[2], mid[0]}, {inner[1], inner[2], inner[0]}, own, depth - 1);
-    bound_regular(h, {at[0], mid[0], mid[2]}, {point[0], inner[0], inner[2]}, own, depth - 1);
-    bound_regular(h, {mid[0], at[1], mid[1]}, {inner[0], point[1], inner[1]}, own, depth - 1);
-    bound_regular(h, {mid[2], mid[1], at[2]}, {inner[2], inner[1], point[2]}, own, depth - 1);
-}
-
-Vec3d LoopBounder::corner_or_inner(const LoopCell& cell, const Bary& at) const {
+Vec3d LoopBounder::position(const LoopCell& cell, const Bary& at) const {
     return is_corner(at) ? patches_.corner(cell, corner_of(at)) : patches_.position(cell, at);
 }
 
-/// A point of the surface with the parameters halfway between two.
-LoopBounder::Point LoopBounder::surface_halfway(const Point& a, const Point& b, const Vec3d& surface) {
-    Point p = halfway(a, b);
-    p.deviation = surface - linear(p);
-    attain(p);
-    return p;
+LeafError LoopBounder::leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack) {
+    start(decide_at, true);
+    Piece piece{{}, {0, 1, 2}};
+    Level& level = locate(leaf, piece.at);
+    std::array<Vec3d, 3> corner;
+    if (level.cell.kind != LoopCell::Kind::regular) {
+        for (std::size_t i = 0; i < 3; ++i) corner[i] = position(level.cell, piece.at[i]);
+        set_triangle(corner, slack);
+        bound_cell(level.cell, piece, k_max_refinement);
+        return finish();
+    }
+    if (!level.has_patch) {
+        level.patch = detail::box_spline_triangle(level.cell.net);
+        level.linear_deviation = detail::linear_deviation(level.patch);
+        level.has_patch = true;
+    }
+    // S - L first: it is never smaller than the distance, and known for all triangles of a cell.
+    const double size = relative_size(piece.at);
+    if (size > 0 && settled(size * size * level.linear_deviation + pad_)) return finish();
+    for (std::size_t i = 0; i < 3; ++i) corner[i] = detail::BoxSplineLattice::position(level.cell.net, piece.at[i]);
+    set_triangle(corner, slack);
+    bound_regular(level.patch, piece);
+    return finish();
 }
 
-LeafError LoopBounder::leaf_error(const CellTriangle& leaf, double decide_at, const LeafSlack& slack) {
-    if (slack.needed()) return find_error(leaf, decide_at, slack.at({}));
-    const LeafError still = find_error(leaf, decide_at, {});
-    if (still.upper <= decide_at || slack.none()) return still;
-    if (rejected_) {
-        // A height is an error, wherever the leaf may slide.
-        const Vec3d n = glm::cross(side_[0], side_[1]);
-        const double height = glm::dot(n, rejecting_.deviation);
-        if (height * height > decide_at * decide_at * squared(n))
-            return {std::abs(height) / std::sqrt(squared(n)), std::numeric_limits<double>::infinity()};
-    }
-    const EdgeSlack edges = slack.at(corners_);
-    if (!edges.any()) return still;
-    if (rejected_) {
-        // The same point decides most leaves again.
-        if (!set_slack(edges)) return still;
-        const double error = stretch_ * error_of(rejecting_);
-        if (error > decide_at) return {error, std::numeric_limits<double>::infinity()};
-    }
-    LeafError sliding = find_error(leaf, decide_at, edges);
-    if (sliding.upper >= still.upper) return {std::min(sliding.lower, still.lower), still.upper};
-    sliding.slides = true;
-    return sliding;
+void LoopBounder::bound_regular(const Patch& cell, const Piece& piece) {
+    Patch patch = cell.over(piece.at);
+    for (Vec3d& p : patch.point) p = triangle_.local(p);
+    bound_patch(patch, piece.edge);
 }
 
-LeafError LoopBounder::find_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack) {
-    decide_at_ = decide_at;
-    stretch_ = 1;
-    lower_ = upper_ = 0;
-    splits_ = 0;
-    rejected_ = false;
-    Corners at;
-    Level& level = locate(leaf, at);
-    Points corner;
-    corner[1].b1 = corner[2].b2 = 1;
-    if (level.cell.kind == LoopCell::Kind::regular) {
-        if (!level.has_hessian) {
-            level.hessian = BoxSplineHessian(level.cell.net);
-            level.patch_deviation = detail::patch_deviation(level.hessian);
-            level.has_hessian = true;
+void LoopBounder::bound_cell(const LoopCell& cell, const Piece& piece, int depth) {
+    if (rejected_) return;
+    if (cell.kind == LoopCell::Kind::regular) return bound_regular(detail::box_spline_triangle(cell.net), piece);
+    if (cell.kind != LoopCell::Kind::split) {
+        const double upper = hull_error(cell, piece.edge) + pad_;
+        if (settled(upper)) return;
+        if (depth == 0 || exhausted()) return give_up(upper);
+    }
+    ++splits_;
+    Polygon whole;
+    for (std::size_t i = 0; i < 3; ++i) whole.corner[whole.size++] = {piece.at[i], piece.edge[i]};
+    for (const int quarter : {3, 2, 1, 0}) {  // the irregular one of a star last
+        const Polygon part = whole.in_quarter(quarter);
+        if (part.size == 0) continue;
+        LoopCell child;
+        patches_.child(cell, quarter, child);
+        const auto in_child = [&](std::size_t i) {
+            return detail::turned(detail::in_quarter(part.corner[i].at, quarter), child.turn);
+        };
+        for (std::size_t i = 1; i + 1 < part.size; ++i) {
+            const bool first = i == 1, last = i + 2 == part.size;
+            bound_cell(child,
+                       {{in_child(0), in_child(i), in_child(i + 1)},
+                        {first ? part.corner[0].edge : std::int8_t{-1}, part.corner[i].edge,
+                         last ? part.corner[i + 1].edge : std::int8_t{-1}}},
+                       depth - 1);
         }
-        const double size = detail::red_size(at), own = size * size * level.patch_deviation;
-        if (size == 0 || !settle(own + pad_)) {
-            std::array<Vec3d, 3> c;
-            for (std::size_t i = 0; i < 3; ++i) c[i] = detail::BoxSplineLattice::position(level.cell.net, at[i]);
-            set_leaf(c, slack);
-            bound_regular(level.hessian, at, corner, size == 0 ? k_unknown : own, k_regular_refinement);
-        }
+    }
+}
+
+/// The surface of a cell lies in the hull of the cell's points, its sides do, too.
+double LoopBounder::hull_error(const LoopCell& cell, const Edges& edge) const {
+    double error = 0;
+    const auto look = [&](const Vec3d& p) {
+        const Vec3d local = triangle_.local(p);
+        error = std::max(error, node_error(local, -1));
+        for (const std::int8_t e : edge)
+            if (e >= 0) error = std::max(error, node_error(local, e));
+    };
+    if (cell.kind == LoopCell::Kind::star) {
+        for (int i = 0; i < detail::loop_star_size(cell.star->valence()); ++i) look(cell.star->points()[i]);
     } else {
-        std::array<Vec3d, 3> c;
-        for (std::size_t i = 0; i < 3; ++i) c[i] = corner_or_inner(level.cell, at[i]);
-        set_leaf(c, slack);
-        bound_irregular(level.cell, {at, corner}, k_max_refinement);
+        for (const detail::LoopRing& ring : cell.node->rings().corner) {
+            look(ring.centre);
+            for (const detail::LoopRing::Spoke& spoke : ring.spokes) look(spoke.point);
+        }
     }
-    if (rejected_) upper_ = std::numeric_limits<double>::infinity();
-    return {stretch_ * lower_, stretch_ * std::max(upper_, lower_)};
+    return error;
 }
 
 void LoopBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions, std::span<Vec3d> normals) {
@@ -358,7 +224,7 @@ void LoopBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> posit
         if (!std::exchange(is_known[static_cast<std::size_t>(quarter)], true)) patches_.child(cell, quarter, child);
         const Bary inside = detail::turned(detail::in_quarter(b, quarter), child.turn);
         return child.kind == LoopCell::Kind::regular ? detail::BoxSplineLattice::position(child.net, inside)
-                                                     : corner_or_inner(child, inside);
+                                                     : this->position(child, inside);
     };
     const double unit = std::ldexp(1.0, -leaf.level), step = 1.0 / n;
     std::size_t out = 0;

@@ -188,7 +188,9 @@ bool MaskNormBound<Family>::has(const SchemeInfo& scheme, const RuleOptions& rul
     for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
         if (lasts(mesh.sharpness(EdgeId(e)))) return false;
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
-        if (lasts(mesh.sharpness(VertexId(v)))) return false;
+        if (lasts(mesh.sharpness(VertexId(v))) || mesh.valence(VertexId(v)) > detail::k_most_edges) return false;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+        if (mesh.face_size(FaceId(f)) > detail::k_most_edges) return false;
     return has_mask_norms(scheme, rules);
 }
 

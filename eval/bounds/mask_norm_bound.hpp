@@ -24,7 +24,8 @@ template <class Family>
 class MaskNormBound final : public SurfaceBound {
   public:
     /// Whether there is one over this mesh. Semi-sharp tags change the rules from level to level, and the bound has to
-    /// wait for the levels where they are smooth: none may last for more than six.
+    /// wait for the levels where they are smooth: none may last for more than six. Nor may a vertex have more than 64
+    /// edges, or a face more than 64 corners: the weights would take too long to find.
     static bool has(const SchemeInfo& scheme, const RuleOptions& rules, const ControlMesh& mesh);
 
     /// @param points  gives the limit points; lives longer

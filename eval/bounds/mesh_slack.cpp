@@ -96,15 +96,4 @@ EdgeSlack MeshSlack::of(std::uint32_t t, const std::array<bool, 3>& soft) const 
     return slack;
 }
 
-bool MeshSlack::grants(std::uint32_t t, const EdgeSlack& assumed) const {
-    for (std::size_t k = 0; k < 3; ++k) {
-        if (assumed.fold[k] < 0) continue;
-        const std::uint32_t twin = twin_[3 * std::size_t{t} + k];
-        if (twin == k_none || !(fold(facets_[t], facets_[twin / 3]) <= assumed.fold[k]) ||
-            !(tent(t, k, twin) >= assumed.tent[k]))
-            return false;
-    }
-    return true;
-}
-
 }  // namespace tetrakis

@@ -16,19 +16,11 @@ class MeshSlack {
     /// Of an oriented mesh, every edge with at most two triangles. Keeps a reference to the triangles. O(triangles).
     MeshSlack(std::span<const std::array<std::uint32_t, 3>> triangles, std::span<const Vec3d> positions);
 
-    /// The triangle across edge k of triangle t, or k_none.
-    std::uint32_t across(std::uint32_t t, std::size_t k) const {
-        const std::uint32_t twin = twin_[3 * std::size_t{t} + k];
-        return twin == k_none ? k_none : twin / 3;
-    }
-    static constexpr std::uint32_t k_none = 0xffffffffu;
-
     /// What triangle t may slide over: its soft edges that bend by at most k_largest_fold.
     EdgeSlack of(std::uint32_t t, const std::array<bool, 3>& soft) const;
-    /// Whether the mesh grants triangle t what it has assumed.
-    bool grants(std::uint32_t t, const EdgeSlack& assumed) const;
 
   private:
+    static constexpr std::uint32_t k_none = 0xffffffffu;
     struct Facet {
         std::array<float, 3> normal{};   ///< unit length, or none
         std::array<float, 3> tangent{};  ///< a lower bound on that of half the angle at each corner

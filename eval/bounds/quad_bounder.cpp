@@ -1,7 +1,6 @@
 #include "quad_bounder.hpp"
 
 #include "plane_measure.hpp"
-#include "quad_remainder.hpp"
 
 #include <limits>
 
@@ -11,111 +10,22 @@ using detail::k_centre_point;
 using detail::k_corner_point;
 using detail::k_corner_x;
 using detail::k_corner_y;
-using detail::k_rounding;
 using detail::k_side_point;
 using detail::QuadNode;
 using detail::WalkCell;
 
 namespace {
 
-/// A crease of finite sharpness counts as a sharp one first where that changes the error by this share of it at most.
-constexpr double k_small_strip = 0.125;
+double largest_coordinate(const ControlMesh& mesh) {
+    double largest = 0;
+    for (const Vec3d& p : mesh.positions()) largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+    return largest;
+}
 
 }  // namespace
 
-QuadBounder::QuadBounder(const QuadPatches& patches) : patches_(patches), walk_(patches) {
-    for (const Vec3d& p : patches.mesh().positions())
-        scale_ = std::max({scale_, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-}
-
-void QuadBounder::start(double decide_at, bool may_reject) {
-    decide_at_ = decide_at;
-    may_reject_ = may_reject;
-    lower_ = upper_ = 0;
-    splits_ = 0;
-    stretch_ = 1;
-    rejected_ = false;
-    distance_ = false;
-}
-
-LeafError QuadBounder::finish() const {
-    if (rejected_) return {stretch_ * lower_, std::numeric_limits<double>::infinity()};
-    return {stretch_ * lower_, stretch_ * std::max(upper_, lower_)};
-}
-
-bool QuadBounder::attain(double error) {
-    lower_ = std::max(lower_, error);
-    rejected_ |= may_reject_ && lower_ > decide_at_;
-    return !rejected_;
-}
-
-bool QuadBounder::settled(double upper) {
-    const double pad = k_rounding * scale_;
-    if (upper > decide_at_ && upper > 1.05 * lower_ + pad && upper > upper_) return false;
-    upper_ = std::max(upper_, upper);
-    return true;
-}
-
-/// @param corners  of the leaf, corner 2 first
-void QuadBounder::measure_distance(const std::array<Vec3d, 3>& corners, const EdgeSlack& slack) {
-    distance_ = true;
-    has_triangle_ = false;
-    leaf_ = corners;
-    if (slack.any()) set_slack(slack);
-}
-
-void QuadBounder::set_slack(const EdgeSlack& slack) {
-    need_triangle();
-    if (triangle_.sliver()) return;
-    const auto turned = [](const std::array<double, 3>& of) { return std::array<double, 3>{of[2], of[0], of[1]}; };
-    triangle_.set_slack({turned(slack.fold), turned(slack.tent)});
-    stretch_ = triangle_.stretch();
-    decide_at_ /= stretch_ * detail::k_stretch_rounding;
-}
-
-void QuadBounder::need_triangle() {
-    if (!distance_ || has_triangle_) return;
-    triangle_ = detail::TriangleDistance(leaf_);
-    has_triangle_ = true;
-}
-
-double QuadBounder::node_error(const Vec3d& node, int edge) const {
-    if (!distance_) return glm::length(node);
-    return edge >= 0 ? triangle_.to_edge(node, static_cast<std::size_t>(edge)) : triangle_.to_triangle(node);
-}
-double QuadBounder::tip_error(const QuadNode& node, const Piece& piece, const Corners& corners) const {
-    constexpr double k_unknown = std::numeric_limits<double>::infinity();
-    if (!distance_ || node.kind != QuadNode::Kind::star || !node.tip) return k_unknown;
-    const detail::QuadTip& tip = node.tip;
-    // The star's corner as the piece's, and the piece's edges that lie along d0, d1 and between them.
-    constexpr std::size_t none = 3;
-    std::size_t corner = none, along0 = none, along1 = none, diagonal = none;
-    const int from = (node.turn - piece.turn) & 3;
-    if (piece.quarter) {
-        if (from == 0) corner = 1, along0 = 1, diagonal = 0;
-        if (from == 1) corner = 2, along1 = 1, diagonal = 2;
-    } else {
-        if (from == 0) corner = 0, along0 = 0, along1 = 2;
-        if (from == 1) corner = 1, along1 = 0, diagonal = 1;
-        if (from == 3) corner = 2, along0 = 2, diagonal = 1;
-    }
-    if (corner == none || corners.deviation[corner] != Vec3d(0)) return k_unknown;
-    const Vec3d& origin = corners.linear[corner];
-    const double reach = tip.map->reach;
-    const Vec3d far = origin + reach * (tip.d0 + tip.d1);
-    double error = triangle_.to_triangle(triangle_.local(far));
-    const auto look = [&](std::size_t edge, const Vec3d& end, bool inside) {
-        if (edge == none) return;
-        const Vec3d local = triangle_.local(end);
-        if (inside) error = std::max(error, triangle_.to_triangle(local));
-        if (piece.edge[edge] >= 0)
-            error = std::max(error, triangle_.to_edge(local, static_cast<std::size_t>(piece.edge[edge])));
-    };
-    look(along0, origin + reach * tip.d0, true);
-    look(along1, origin + reach * tip.d1, true);
-    look(diagonal, far, false);
-    return error + tip.rest;
-}
+QuadBounder::QuadBounder(const QuadPatches& patches)
+    : PatchBounder(largest_coordinate(patches.mesh())), patches_(patches), walk_(patches) {}
 
 double QuadBounder::hull_error(const QuadNode& node, const Piece& piece, const Corners& corners) const {
     const Vec3d* points = node.kind == QuadNode::Kind::star ? node.star->points.data() : node.local->points.data();
@@ -141,24 +51,10 @@ void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {
 }
 
 void QuadBounder::bound(WalkCell& cell, const Piece& piece, const Corners& corners, int depth) {
-    if (cell.irregular() || cell.crease) need_triangle();
-    if (cell.irregular()) {
-        double upper = tip_error(*cell.node, piece, corners);
-        if (upper > decide_at_) upper = std::min(upper, hull_error(*cell.node, piece, corners));
-        upper += k_rounding * scale_;
-        if (settled(upper)) return;
-        if (depth == 0 || exhausted()) {
-            upper_ = std::max(upper_, upper);
-            return;
-        }
-    } else if (!cell.crease) {
-        if (bound_regular(cell.patch(), piece, corners, depth > 0 && !exhausted())) return;
-    } else {
-        // Where the crease's strip is next to nothing, as if the crease were sharp: that is cheaper.
-        const bool as_sharp = cell.beyond() <= k_small_strip * decide_at_ || exhausted();
-        if (as_sharp && bound_regular(cell.patch(), piece, corners, false)) return;
-        if (bound_strips(cell, piece, corners)) return;
-    }
+    if (!cell.irregular()) return bound_regular(cell, piece, corners);
+    const double upper = hull_error(*cell.node, piece, corners) + pad_;
+    if (settled(upper)) return;
+    if (depth == 0 || exhausted()) return give_up(upper);
     split(cell, piece, corners, depth);
 }
 
@@ -244,29 +140,7 @@ QuadBounder::Corners QuadBounder::leaf_corners(WalkCell& cell, const Piece& piec
 
 bool QuadBounder::is_root(const CellTriangle& leaf) { return leaf.level == 0 && leaf.corner[1].x == 2; }
 
-LeafError QuadBounder::leaf_error(const CellTriangle& leaf, double decide_at, const LeafSlack& slack) {
-    if (slack.needed()) return find_error(leaf, decide_at, slack.at({}));
-    const LeafError still = find_error(leaf, decide_at, {});
-    if (still.upper <= decide_at || slack.none()) return still;
-    // A height is an error, wherever the leaf may slide.
-    if (const double high = rejected_ ? height(rejecting_) : 0; high > decide_at)
-        return {high, std::numeric_limits<double>::infinity()};
-    const EdgeSlack edges = slack.at({leaf_[1], leaf_[2], leaf_[0]});
-    if (!edges.any()) return still;
-    LeafError sliding = find_error(leaf, decide_at, edges);
-    if (sliding.upper >= still.upper) return {std::min(sliding.lower, still.lower), still.upper};
-    sliding.slides = true;
-    return sliding;
-}
-
-/// Of a point over the plane of leaf_.
-double QuadBounder::height(const Vec3d& p) const {
-    const Vec3d n = glm::cross(leaf_[1] - leaf_[0], leaf_[2] - leaf_[0]);
-    const double area = glm::length(n);
-    return area > 0 ? std::abs(glm::dot(n, p - leaf_[0])) / area : 0;
-}
-
-LeafError QuadBounder::find_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack) {
+LeafError QuadBounder::leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack) {
     start(decide_at, may_reject_);
     if (is_root(leaf)) {
         bound_root(leaf.root, nullptr, slack);
@@ -277,8 +151,7 @@ LeafError QuadBounder::find_error(const CellTriangle& leaf, double decide_at, co
     WalkCell& cell = home(piece);
     const Corners corners = leaf_corners(cell, piece);
     const Vec3d middle = cell.point(piece.quarter ? k_side_point[piece.turn] : k_centre_point);
-    measure_distance(corners.linear, slack);
-    rejecting_ = middle;
+    set_triangle(corners.linear, slack);
     const bool slides = stretch_ > 1 && triangle_.slides(1);
     if (attain(slides ? triangle_.to_edge(triangle_.local(middle), 1)
                       : detail::segment_distance(middle, corners.linear[1], corners.linear[2])))
@@ -295,11 +168,9 @@ void QuadBounder::bound_root(HalfedgeId h, const Vec3d* centre, const EdgeSlack&
     const Vec3d v = left.linear[2], c = left.linear[1], w = right.linear[1], m = left.linear[0];
     const Vec3d base = 0.5 * (v + w), linear_centre = centre ? *centre : c;
     if (!centre) {
-        measure_distance({c, v, w}, slack);
-        need_triangle();
+        set_triangle({c, v, w}, slack);
         // The middles of the edges decide most leaves that must be split.
         const auto reject = [&](const Vec3d& p, std::size_t edge) {
-            rejecting_ = p;
             return !attain(triangle_.to_edge(triangle_.local(p), edge));
         };
         if (reject(m, 1) || reject(home(second).point(k_centre_point), 2) ||
@@ -323,7 +194,7 @@ LeafError QuadBounder::root_error(HalfedgeId root, const Vec3d& centre, double d
     return finish();
 }
 
-double QuadBounder::certified_error(const CellTriangle& leaf, double floor, const LeafSlack& slack) {
+double QuadBounder::certified_error(const CellTriangle& leaf, double floor, const EdgeSlack& slack) {
     may_reject_ = false;
     const LeafError e = leaf_error(leaf, floor, slack);
     may_reject_ = true;

@@ -1,8 +1,7 @@
 #pragma once
 
 #include "../surface/quad_cell_walk.hpp"
-#include "leaf_error.hpp"
-#include "triangle_distance.hpp"
+#include "patch_bounder.hpp"
 
 #include <array>
 #include <span>
@@ -18,17 +17,21 @@ namespace tetrakis {
 /// edge, and project S along T's normal. A point of T that lies on no segment between a foot and its projected point is
 /// wound around once by the projected boundary, so S covers it, at a height within the error; a point on such a segment
 /// is as near to the boundary of S as the foot is at most. Sliding along the surface costs nothing that way.
-class QuadBounder {
+///
+/// Both distances are convex functions of the point. On a regular cell the surface over a triangle is a polynomial of
+/// degree 6, so the largest over its control points bounds them; it is bisected until that decides. Irregular cells are
+/// quartered towards the extraordinary point, and the last one lies in the hull of its control points.
+class QuadBounder : private detail::PatchBounder {
   public:
     explicit QuadBounder(const QuadPatches& patches);
 
     /// The error of a leaf, or bounds on it: refined until they lie on one side of `decide_at` or within a twentieth.
-    /// Where they exceed that, and the leaf has slack, with it: the error of EdgeSlack.
-    LeafError leaf_error(const CellTriangle& leaf, double decide_at, const LeafSlack& slack = {});
+    /// @param slack  at edges where there is some, the error is that of EdgeSlack
+    LeafError leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack = {});
 
     /// Certified bound, tight to a twentieth where it exceeds `floor`: the largest over many leaves takes little more
     /// than one pass.
-    double certified_error(const CellTriangle& leaf, double floor, const LeafSlack& slack = {});
+    double certified_error(const CellTriangle& leaf, double floor, const EdgeSlack& slack = {});
 
     /// Size of S - L over the depth-0 leaf of a root, L linear over each of its two cells with the value at the face's
     /// centre given (it need not lie on the surface).
@@ -51,16 +54,7 @@ class QuadBounder {
         std::uint64_t x = 0, y = 0;
         int turn = 0;
         bool quarter = false;
-        std::array<std::int8_t, 3> edge{-1, -1, -1};  ///< of the leaf that edge k (corner k to k + 1) lies on, or -1
-    };
-    /// What the quadratic through six points of a piece leaves of the surface.
-    struct Remainder {
-        double whole = 0;              ///< anywhere, in any direction
-        double height = 0;             ///< along the normal of the leaf's triangle
-        std::array<double, 3> edge{};  ///< on edge k of the piece
-        Remainder operator*(double factor) const {
-            return {whole * factor, height * factor, {edge[0] * factor, edge[1] * factor, edge[2] * factor}};
-        }
+        Edges edge{-1, -1, -1};  ///< of the leaf that edge k (corner k to k + 1) lies on, or -1
     };
     struct Corners {
         std::array<Vec3d, 3> linear;     ///< L at the piece's corners
@@ -71,74 +65,27 @@ class QuadBounder {
     static Piece piece_of(const CellTriangle& leaf);
     detail::WalkCell& home(const Piece& piece) { return walk_.cell(piece.root, piece.level, piece.x, piece.y); }
     static Corners leaf_corners(detail::WalkCell& cell, const Piece& piece);
-    void start(double decide_at, bool may_reject);
-    LeafError finish() const;
     void bound_root(HalfedgeId root, const Vec3d* centre, const EdgeSlack& slack);
     void bound(const Piece& piece, const Corners& corners, int depth);
     void bound(detail::WalkCell& cell, const Piece& piece, const Corners& corners, int depth);
     void split(detail::WalkCell& cell, const Piece& piece, const Corners& corners, int depth);
-    Remainder remainder(const detail::WalkCell::Patch& patch, const Piece& piece) const;
-    /// Bounds a piece of a regular cell. False when it is not settled and splitting would help.
-    bool bound_regular(const detail::WalkCell::Patch& patch, const Piece& piece, const Corners& corners,
-                       bool may_split);
-    bool one_to_one(const detail::Net16& net, const Piece& piece) const;
-    bool bound_flat(const detail::Net16& net, const Piece& piece, const Remainder& rest);
-    bool bound_on_lattice(const detail::WalkCell::Patch& patch, const Piece& piece, const Corners& corners,
-                          const Remainder& rest, bool may_split);
-    /// Part of a piece within one bicubic net: any triangle in the net's parameters.
+    /// Bounds a piece of a regular cell.
+    void bound_regular(const detail::WalkCell& cell, const Piece& piece, const Corners& corners);
+    /// A triangle in the parameters of a bicubic net.
     struct Part {
         std::array<Vec2d, 3> at;
-        std::array<Vec3d, 3> surface, linear;
-        std::array<std::int8_t, 3> edge;  ///< as of Piece
+        std::array<Vec3d, 3> linear;  ///< L at its corners
+        Edges edge;                   ///< as of Piece
     };
-    /// Bounds a piece of a cell with a crease of finite sharpness, strip by strip. False when it is not settled.
-    bool bound_strips(detail::WalkCell& cell, const Piece& piece, const Corners& corners);
-    bool bound_part(const detail::Net16& net, const detail::ThirdBounds& third, const Part& part, int depth);
-    /// Bound on a piece of a star's cell with its corner at the star's, from the surface's first-order part; infinite
-    /// where it does not apply.
-    double tip_error(const detail::QuadNode& node, const Piece& piece, const Corners& corners) const;
+    void bound_strips(const detail::WalkCell& cell, const Part& part);
+    void bound_part(const detail::Net16& net, const Part& part);
     double hull_error(const detail::QuadNode& node, const Piece& piece, const Corners& corners) const;
-    double quadratic_error(const std::array<Vec3d, 3>& corner, const std::array<Vec3d, 3>& middle,
-                           const std::array<std::int8_t, 3>& edge, const Remainder& rest) const;
-    struct FlatError {
-        bool known = false;
-        double attained = 0;  ///< at the middles of the edges
-        double on_edges = 0;  ///< bound on the edges' errors
-        double height = 0;    ///< bound on heights over the plane
-        double beside = 0;    ///< bound on how far the surface reaches beyond the leaf,
-        double reach = 0;     ///< and on how far its sides do
-    };
-    FlatError flat_error(const std::array<Vec3d, 3>& middle, const Remainder& rest) const;
     /// The form in which errors are measured: positions in the triangle's frame, or S - L.
     Vec3d measured_form(const Vec3d& position, const Vec3d& deviation) const {
         return distance_ ? triangle_.local(position) : deviation;
     }
-    double node_error(const Vec3d& node, int edge) const;
-    void measure_distance(const std::array<Vec3d, 3>& corners, const EdgeSlack& slack);
-    void set_slack(const EdgeSlack& slack);
-    double height(const Vec3d& p) const;
-    LeafError find_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack);
-    void need_triangle();
-    bool settled(double upper);
-    /// Whether no more pieces of this leaf are to be split: those that are left count by what is known of them.
-    bool exhausted() const { return splits_ >= k_most_splits; }
-    /// Takes note of an error that is attained. False when that rejects the leaf.
-    bool attain(double error);
-
     const QuadPatches& patches_;
-    double scale_ = 0;  ///< largest coordinate, for the rounding pad
     detail::QuadCellWalk walk_;
-    // State of one call.
-    double decide_at_ = 0, lower_ = 0, upper_ = 0;
-    double stretch_ = 1;  ///< all three are divided by it
-    static constexpr int k_most_splits = 1 << 10;
-    int splits_ = 0;
-    bool rejected_ = false, may_reject_ = true;
-    Vec3d rejecting_{0};                 ///< the first point of the surface that was looked at: it rejects most leaves
-    bool distance_ = false;              ///< to the leaf's triangle; else S - L counts
-    std::array<Vec3d, 3> leaf_;          ///< corners, where distance_ is set
-    detail::TriangleDistance triangle_;  ///< of leaf_, once need_triangle() was called
-    bool has_triangle_ = false;
 };
 
 }  // namespace tetrakis

@@ -10,7 +10,7 @@ namespace tetrakis::detail {
 
 namespace {
 
-constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
+constexpr std::uint32_t k_no_number = 0xFFFF'FFFFu;
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
 
@@ -38,10 +38,10 @@ class Names {
   public:
     void set(std::string name) {
         current_ = std::move(name);
-        number_ = k_none, named_ = true;
+        number_ = k_no_number, named_ = true;
     }
     std::uint32_t use(std::vector<std::string>& names) {
-        if (number_ != k_none) return number_;
+        if (number_ != k_no_number) return number_;
         const auto [place, fresh] = numbers_.try_emplace(current_, static_cast<std::uint32_t>(names.size()));
         if (fresh) names.push_back(current_.empty() ? "default" : current_);
         return number_ = place->second;
@@ -51,12 +51,12 @@ class Names {
   private:
     std::unordered_map<std::string, std::uint32_t> numbers_;
     std::string current_;
-    std::uint32_t number_ = k_none;
+    std::uint32_t number_ = k_no_number;
     bool named_ = false;
 };
 
 struct Corner {
-    std::uint32_t vertex = k_none, uv = k_none, normal = k_none;
+    std::uint32_t vertex = k_no_number, uv = k_no_number, normal = k_no_number;
 };
 
 class ObjDecoder {
@@ -190,8 +190,8 @@ class ObjDecoder {
         if (vertices > 0 || uvs > 0 || normals > 0) forward_.push_back({line_number_, vertices, uvs, normals});
         const std::uint32_t material = material_.use(mesh_.materials), group = group_.use(mesh_.groups);
         for (const Corner& corner : corners_) {
-            has_all_uvs_ = has_all_uvs_ && corner.uv != k_none;
-            has_all_normals_ = has_all_normals_ && corner.normal != k_none;
+            has_all_uvs_ = has_all_uvs_ && corner.uv != k_no_number;
+            has_all_normals_ = has_all_normals_ && corner.normal != k_no_number;
         }
         for (std::size_t i = 1; i + 1 < corners_.size(); ++i) {
             const Corner &a = corners_[0], &b = corners_[i], &c = corners_[i + 1];

@@ -31,26 +31,6 @@ void child_net(const Net16& net, SideCrease crease, int qx, int qy, Net16& out, 
     out_crease = touches && next > 0 ? SideCrease{crease.side, next} : SideCrease{};
 }
 
-double sharpened(const Net16& net, SideCrease crease, Net16& out) {
-    const bool across_y = crease.side == 0 || crease.side == 2;
-    const bool far = crease.side == 1 || crease.side == 2;
-    const int along = across_y ? 1 : 4, across = (across_y ? 4 : 1) * (far ? -1 : 1);
-    const int beyond = far ? 3 * std::abs(across) : 0;
-    out = net;
-    double most = 0;
-    for (int i = 0; i < 4; ++i) {
-        double squared = 0;
-        for (int k = 0; k < 3; ++k) {
-            const double* p = net.c[k] + beyond + i * along;
-            const double phantom = 2 * p[across] - p[2 * across], difference = p[0] - phantom;
-            out.c[k][beyond + i * along] = phantom;
-            squared += difference * difference;
-        }
-        most = std::max(most, squared);
-    }
-    return std::exp2(-std::floor(static_cast<double>(crease.sharpness))) / 6 * std::sqrt(most);
-}
-
 int crease_strips(const Net16& net, SideCrease crease, std::array<CreaseStrip, 3>& strips) {
     const bool across_y = crease.side == 0 || crease.side == 2;
     const bool far = crease.side == 1 || crease.side == 2;

@@ -232,12 +232,6 @@ inline void crease_basis(const CreasePieces& pieces, double t, Weights4& w0, Wei
 /// smooth.
 void child_net(const Net16& net, SideCrease crease, int qx, int qy, Net16& out, SideCrease& out_crease);
 
-/// The patch of a single-crease cell with the crease taken as infinitely sharp. @return a bound on the difference: with
-/// h = 2^-floor(sharpness), the smooth rule of the strip at the crease has p_-1 where the sharp one has the phantom
-/// 2 p_0 - p_1; they differ by h (p_-1 - 2 p_0 + p_1) at that level, and the basis of p_-1 is at most 1 / 6. The
-/// blended step of a fraction lies between this and the next level.
-double sharpened(const Net16& net, SideCrease crease, Net16& out);
-
 /// A part of a single-crease cell, between two lines along the crease, that is one bicubic patch.
 struct CreaseStrip {
     double begin, end;    ///< distance from the crease, as a share of the cell

@@ -123,22 +123,4 @@ BoxSplineHessian::BoxSplineHessian(const Net12& net) {
     bend[2] = second(11, 4, 3) + corner[2][1] - corner[2][2] - corner[2][0];
 }
 
-std::array<BoxSplineHessian, 4> BoxSplineHessian::quarters() const {
-    std::array<BoxSplineHessian, 4> out;
-    for (std::size_t e = 0; e < 3; ++e) {
-        // A quarter at the corners, another quarter for the halved edges; the product of two coordinates is a quarter
-        // in the middle of their edge.
-        const std::array<Vec3d, 3> c{0.25 * corner[e][0], 0.25 * corner[e][1], 0.25 * corner[e][2]};
-        const Vec3d product = 0.0625 * bend[e];
-        std::array<Vec3d, 3> mid{0.5 * (c[0] + c[1]), 0.5 * (c[1] + c[2]), 0.5 * (c[2] + c[0])};
-        mid[e] += product;
-        out[0].corner[e] = {c[0], mid[0], mid[2]};
-        out[1].corner[e] = {mid[0], c[1], mid[1]};
-        out[2].corner[e] = {mid[2], mid[1], c[2]};
-        out[3].corner[e] = {mid[1], mid[2], mid[0]};
-        for (BoxSplineHessian& quarter : out) quarter.bend[e] = product;
-    }
-    return out;
-}
-
 }  // namespace tetrakis::detail

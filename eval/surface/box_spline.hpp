@@ -45,12 +45,6 @@ struct BoxSplineHessian {
     std::array<Vec3d, 3> bend;                   ///< [edge]
 
     explicit BoxSplineHessian(const Net12& net);
-    BoxSplineHessian() = default;
-
-    /// Of the quarters of the triangle: at corner k, and [3] the centre, whose corner k lies opposite corner k; along
-    /// their own edges, which are half as long.
-    std::array<BoxSplineHessian, 4> quarters() const;
-
     Vec3d along(int edge, const Bary& b) const {
         return b[0] * corner[edge][0] + b[1] * corner[edge][1] + b[2] * corner[edge][2] +
                (b[edge] * b[edge == 2 ? 0 : edge + 1]) * bend[edge];

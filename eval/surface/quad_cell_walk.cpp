@@ -11,18 +11,18 @@ constexpr std::uint32_t k_most_kept_roots = 2048;
 
 QuadCellWalk::QuadCellWalk(const QuadPatches& patches)
     : patches_(patches),
-      root_facts_(std::bit_ceil(std::min(patches.mesh().halfedge_count() + 1, k_most_kept_roots))),
+      root_points_(std::bit_ceil(std::min(patches.mesh().halfedge_count() + 1, k_most_kept_roots))),
       cells_(k_max_level + k_max_refinement + 4),
       nets_(k_max_level + k_max_refinement + 4) {}
 
-const CellFacts* QuadCellWalk::root_facts(const QuadNode& node, HalfedgeId root) {
+const CellPoints* QuadCellWalk::root_points(const QuadNode& node, HalfedgeId root) {
     if (node.kind != QuadNode::Kind::regular || node.crease) return nullptr;
-    RootFacts& kept = root_facts_[root.value & (root_facts_.size() - 1)];
+    RootPoints& kept = root_points_[root.value & (root_points_.size() - 1)];
     if (kept.root != root) {
         kept.root = root;
-        kept.facts.fill(node.net);
+        kept.points = cell_points(node.net);
     }
-    return &kept.facts;
+    return &kept.points;
 }
 
 WalkCell& QuadCellWalk::cell(HalfedgeId root, int level, std::uint64_t x, std::uint64_t y) {
@@ -46,7 +46,7 @@ WalkCell& QuadCellWalk::cell(HalfedgeId root, int level, std::uint64_t x, std::u
         top.crease = regular ? top.node->crease : SideCrease{};
         top.x = top.y = 0;
         top.forget();
-        top.facts_ = root_facts(*top.node, root);
+        top.kept_ = root_points(*top.node, root);
         from = 0;
     }
     for (int l = from + 1; l <= level; ++l) {
@@ -60,7 +60,7 @@ WalkCell& QuadCellWalk::cell(HalfedgeId root, int level, std::uint64_t x, std::u
             const bool regular = child.node->kind == QuadNode::Kind::regular;
             child.net = regular ? &child.node->net : nullptr;
             child.crease = regular ? child.node->crease : SideCrease{};
-            child.facts_ = child.node->facts;
+            child.kept_ = child.node->own_points;
         } else {
             child.node = nullptr;
             Net16& net = nets_[static_cast<std::size_t>(l)];
@@ -77,49 +77,21 @@ WalkCell& QuadCellWalk::cell(HalfedgeId root, int level, std::uint64_t x, std::u
     return cells_[static_cast<std::size_t>(level)];
 }
 
-double WalkCell::beyond() {
-    if (!crease) return 0;
-    if (!has_sharp_) {
-        beyond_ = sharpened(*net, crease, sharp_);
-        has_sharp_ = true;
-    }
-    return beyond_;
-}
-
-const WalkCell::Strips& WalkCell::strips() {
-    if (strips_.count == 0) {
-        strips_.count = crease_strips(*net, crease, strips_.strip);
-        for (std::size_t i = 0; i < static_cast<std::size_t>(strips_.count); ++i)
-            strips_.third[i] = ThirdBounds::of(strips_.strip[i].net);
-    }
-    return strips_;
-}
-
-WalkCell::Patch WalkCell::patch() {
-    const double difference = beyond();
-    const Net16* smooth_net = crease ? &sharp_ : net;
-    if (!facts_) {
-        if (!has_points_) own_.find_points(*smooth_net);
-        own_.third = ThirdBounds::of(*smooth_net);
-        facts_ = &own_;
-    }
-    return {smooth_net, facts_, difference};
-}
-
 const Vec3d& WalkCell::point(int i) {
     const std::size_t at = static_cast<std::size_t>(i);
     if (irregular()) return node->points()[at];
     if (!crease) {
-        if (facts_) return facts_->point[at];
-        if (!has_points_) own_.find_points(*net);
-        has_points_ = true;
-        return own_.point[at];
+        if (kept_ == nullptr) {
+            own_ = cell_points(*net);
+            kept_ = &own_;
+        }
+        return (*kept_)[at];
     }
     if (!(known_ >> i & 1)) {
         known_ = static_cast<std::uint16_t>(known_ | 1 << i);
-        point_[at] = regular_position(*net, crease, 0.5 * (i % 3), 0.5 * (i / 3));
+        own_[at] = regular_position(*net, crease, 0.5 * (i % 3), 0.5 * (i / 3));
     }
-    return point_[at];
+    return own_[at];
 }
 
 }  // namespace tetrakis::detail

@@ -18,42 +18,14 @@ struct WalkCell {
     bool smooth() const { return net != nullptr && !crease; }
     /// Limit position at (column / 2, row / 2), i = 3 * row + column.
     const Vec3d& point(int i);
-    /// A smooth patch that differs from a regular cell by at most `beyond`: itself, or a crease of finite sharpness
-    /// taken as a sharp one.
-    struct Patch {
-        const Net16* net;
-        const CellFacts* facts;
-        double beyond;
-    };
-    Patch patch();
-    /// Patch::beyond, without the rest.
-    double beyond();
-    /// The smooth parts of a cell with a crease, each with its third derivatives by its net's own parameters.
-    struct Strips {
-        int count = 0;
-        std::array<CreaseStrip, 3> strip;
-        std::array<ThirdBounds, 3> third;
-    };
-    const Strips& strips();
 
   private:
     friend class QuadCellWalk;
-    void forget() {
-        facts_ = nullptr;
-        known_ = 0;
-        has_points_ = has_sharp_ = false;
-        strips_.count = 0;
-    }
+    void forget() { kept_ = nullptr, known_ = 0; }
 
-    const CellFacts* facts_ = nullptr;  ///< of patch(), complete
-    CellFacts own_;
-    bool has_points_ = false;  ///< own_ has those of a smooth cell: leaves that are split need no more
-    Net16 sharp_;              ///< a crease's patch
-    double beyond_ = 0;
-    bool has_sharp_ = false;
-    Strips strips_;
-    std::array<Vec3d, 9> point_;  ///< of a crease
-    std::uint16_t known_ = 0;     ///< bit i: point_[i] is there
+    const CellPoints* kept_ = nullptr;  ///< point(), of a smooth cell: the node's, or own_
+    CellPoints own_;
+    std::uint16_t known_ = 0;  ///< of a crease: bit i: own_[i] is there
 };
 
 /// Walks down the cells of a root by subdividing nets and keeps the way, so that cells asked for in path order share
@@ -66,16 +38,16 @@ class QuadCellWalk {
     WalkCell& cell(HalfedgeId root, int level, std::uint64_t x, std::uint64_t y);
 
   private:
-    struct RootFacts {
+    struct RootPoints {
         HalfedgeId root;
-        CellFacts facts;
+        CellPoints points;
     };
-    const CellFacts* root_facts(const QuadNode& node, HalfedgeId root);
+    const CellPoints* root_points(const QuadNode& node, HalfedgeId root);
 
     const QuadPatches& patches_;
     HalfedgeId root_;
-    std::uint64_t times_forgotten_ = 0;  ///< as the patches had it when the cells were reached
-    std::vector<RootFacts> root_facts_;  ///< of roots seen lately: they are asked for again and again
+    std::uint64_t times_forgotten_ = 0;    ///< as the patches had it when the cells were reached
+    std::vector<RootPoints> root_points_;  ///< of roots seen lately: they are asked for again and again
     std::vector<WalkCell> cells_;
     std::vector<Net16> nets_;
     int depth_ = -1;

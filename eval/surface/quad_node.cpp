@@ -47,7 +47,6 @@ void grow_star(const QuadNode& node, QuadQuarters& quarters) {
     star.kind = QuadNode::Kind::star;
     star.turn = node.turn;
     star.star = &quarters.star;
-    star.tip = node.tip.child(quarters.star);
     constexpr int corner[3][2] = {{1, 0}, {1, 1}, {0, 1}};
     for (std::size_t k = 0; k < 3; ++k)
         unturn_net(turn, regular[k], quarters.cell[index(corner[k][0], corner[k][1])].net);
@@ -57,7 +56,7 @@ void grow_star(const QuadNode& node, QuadQuarters& quarters) {
 
 /// Limit position of corner k of any cell.
 Vec3d corner_position(const QuadNode& node, int k) {
-    if (node.facts) return node.facts->point[static_cast<std::size_t>(k_corner_point[k])];
+    if (node.own_points) return (*node.own_points)[static_cast<std::size_t>(k_corner_point[k])];
     if (node.kind == QuadNode::Kind::regular)
         return regular_position(node.net, node.crease, k_corner_x[k], k_corner_y[k]);
     if (node.kind == QuadNode::Kind::star) {
@@ -70,7 +69,7 @@ Vec3d corner_position(const QuadNode& node, int k) {
 /// The nine points of a cell from its quarters: of those that meet at a point the simplest one gives it.
 void find_points(const QuadNode& node, QuadQuarters& quarters) {
     const auto cost = [](const QuadNode& n) {
-        return n.facts ? 0 : (n.kind == QuadNode::Kind::regular ? 1 : (n.kind == QuadNode::Kind::star ? 2 : 3));
+        return n.own_points ? 0 : (n.kind == QuadNode::Kind::regular ? 1 : (n.kind == QuadNode::Kind::star ? 2 : 3));
     };
     for (int i = 0; i < 9; ++i) {
         const int column = i % 3, row = i / 3;
@@ -105,7 +104,6 @@ void QuadNode::adopt(std::unique_ptr<QuadStar> from) {
     from->find_limit();
     own_star = std::move(from);
     star = own_star.get();
-    tip = QuadTip::of(*star);
 }
 
 std::uint64_t QuadNode::own_bytes() const {
@@ -131,8 +129,8 @@ const QuadNode* QuadNode::grown() const {
     for (std::size_t i = 0; i < 4; ++i) {
         QuadNode& child = fresh->cell[i];
         if (child.kind != Kind::regular || child.crease) continue;
-        fresh->facts[i].fill(child.net);
-        child.facts = &fresh->facts[i];
+        fresh->points[i] = cell_points(child.net);
+        child.own_points = &fresh->points[i];
     }
     find_points(*this, *fresh);
     std::uint64_t taken = sizeof(QuadQuarters);
@@ -144,7 +142,7 @@ const QuadNode* QuadNode::grown() const {
     return fresh.release()->cell.data();
 }
 
-const std::array<Vec3d, 9>& QuadNode::points() const {
+const CellPoints& QuadNode::points() const {
     grown();
     return quarters.load(std::memory_order_acquire)->point;
 }

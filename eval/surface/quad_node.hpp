@@ -2,10 +2,9 @@
 
 #include "../../hier/base/pool_memory.hpp"
 #include "bicubic.hpp"
-#include "cell_facts.hpp"
+#include "cell_points.hpp"
 #include "quad_local_mesh.hpp"
 #include "quad_star.hpp"
-#include "quad_tip.hpp"
 
 #include <array>
 #include <atomic>
@@ -28,9 +27,8 @@ struct QuadNode {
     std::atomic<QuadQuarters*> quarters{nullptr};
     std::atomic<std::uint64_t>* bytes = nullptr;  ///< of the tree and its siblings: grows with them
     Net16 net;
-    const QuadStar* star = nullptr;    ///< its own, or one of its parent's quarters
-    QuadTip tip;                       ///< of the star
-    const CellFacts* facts = nullptr;  ///< of smooth regular cells below a root
+    const QuadStar* star = nullptr;          ///< its own, or one of its parent's quarters
+    const CellPoints* own_points = nullptr;  ///< of smooth regular cells below a root
     /// Of irregular cells below a root: limit positions of the corners, the first of the four in the parent's points.
     const Vec3d* corners = nullptr;
     std::unique_ptr<QuadStar> own_star;
@@ -43,7 +41,7 @@ struct QuadNode {
     /// The four quarters, index 2 * qy + qx, grown at the first call; every thread would build the same bits.
     const QuadNode* grown() const;
     /// Limit positions at (column / 2, row / 2), number 3 * row + column, of an irregular cell; grows it.
-    const std::array<Vec3d, 9>& points() const;
+    const CellPoints& points() const;
     /// Forgets what has grown, however deep; nobody else may be reading it.
     void drop_quarters();
     /// Becomes a star cell.
@@ -61,9 +59,9 @@ struct QuadRoot : QuadNode, PoolNew {
 /// What a node grows, in one block; below 4032 bytes, from where oneTBB's allocator gives 5376.
 struct QuadQuarters : PoolNew {
     std::array<QuadNode, 4> cell;
-    std::array<CellFacts, 4> facts;
-    std::array<Vec3d, 9> point;  ///< QuadNode::points()
-    QuadStar star;               ///< of the one quarter that is a star, where the parent is one
+    std::array<CellPoints, 4> points;
+    CellPoints point;  ///< QuadNode::points()
+    QuadStar star;     ///< of the one quarter that is a star, where the parent is one
 };
 
 /// Corner k of a cell.

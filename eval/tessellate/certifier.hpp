@@ -35,11 +35,9 @@ class Certifier {
     /// @param refinement    knows the errors of leaves by `estimator`, which aimed at `tolerance`
     /// @param fan_error     where there may be faces without a centre
     /// @param fan_errors    of these by face, negative where they are not certified
-    /// @param slide_bounds  SlideCheck::bounds(), or empty
     Certifier(const TriangleMesh& mesh, Origins origins, const LeafEstimator<Family>& estimator,
               const Refinement& refinement, const std::optional<FanError>& fan_error,
-              std::span<const double> fan_errors, const std::vector<double>& slide_bounds, double tolerance,
-              const RunContext& context)
+              std::span<const double> fan_errors, double tolerance, const RunContext& context)
         : mesh_(mesh),
           origins_(std::move(origins)),
           exported_(origins_.exported),
@@ -47,7 +45,6 @@ class Certifier {
           refinement_(refinement),
           fan_error_(fan_error),
           fan_errors_(fan_errors),
-          slide_bounds_(slide_bounds),
           tolerance_(tolerance),
           context_(context),
           count_(static_cast<std::uint32_t>(mesh.triangles.size())),
@@ -83,17 +80,15 @@ class Certifier {
     bool by_bounds() const { return estimator_.kind() == EstimatorKind::certified; }
 
     /// The bound that the estimator has for a triangle already, or 0. It has one for errors within the tolerance that
-    /// it has not marked; and for leaves that slide, where the check has found no other. The first triangle of a fan
-    /// stands for all of it.
+    /// it has not marked. The first triangle of a fan stands for all of it.
     double known(std::uint32_t t) const {
         const LeafId leaf = exported_.leaves[t];
         if (!leaf.valid()) {
             const double error = exported_.part[t] == 0 ? fan_errors_[exported_.faces[t].value] : 0;
             return error <= tolerance_ ? std::max(error, 0.0) : 0;
         }
-        if (refinement_.marked(leaf) && slide_bounds_.empty()) return 0;
-        const bool checked = !slide_bounds_.empty() && slide_bounds_[t] > 0;
-        const double error = checked ? slide_bounds_[t] : refinement_.error(leaf);
+        if (refinement_.marked(leaf)) return 0;
+        const double error = refinement_.error(leaf);
         return error <= tolerance_ ? error : 0;
     }
 
@@ -146,17 +141,18 @@ class Certifier {
         }
     }
 
-    /// With what the mesh grants a triangle or without, whichever is less.
-    /// @param still  whether it might do without
+    /// The error with the neighbours unfolded or without, whichever is less.
+    /// @param still  whether to try without them first
     double bound(std::uint32_t t, double floor, bool still) const {
         if (!exported_.leaves[t].valid())
             return exported_.part[t] == 0 ? fan_error_->certified(exported_.faces[t], floor, false) : 0;
         const CellTriangle leaf = origins_.cell(t);
         const EdgeSlack slack = granted_->of(t, estimator_.soft_edges(leaf));
         auto& bounder = estimator_.bounder();
-        if (still || !slack.any()) return bounder.certified_error(leaf, floor, LeafSlack::known(slack));
-        const double sliding = bounder.certified_error(leaf, floor, LeafSlack::known(slack, true));
-        return sliding <= floor ? sliding : std::min(sliding, bounder.certified_error(leaf, floor));
+        if (!slack.any()) return bounder.certified_error(leaf, floor);
+        const double first = bounder.certified_error(leaf, floor, still ? EdgeSlack{} : slack);
+        return first <= floor ? first
+                              : std::min(first, bounder.certified_error(leaf, floor, still ? slack : EdgeSlack{}));
     }
 
     const TriangleMesh& mesh_;
@@ -166,7 +162,6 @@ class Certifier {
     const Refinement& refinement_;
     const std::optional<FanError>& fan_error_;
     std::span<const double> fan_errors_;
-    const std::vector<double>& slide_bounds_;
     double tolerance_;
     const RunContext& context_;
     std::uint32_t count_;

@@ -156,9 +156,13 @@ class LatticeTessellator final : public TessellationRun {
         if (certified() && !bound_)
             throw Error(
                 ErrorCode::unsupported,
-                "there is no certified bound where edges or vertices are semi-sharp for more than 6 levels; use "
-                "the measured estimator, or tag them 10 (sharp for good) or at most 6",
+                "there is no certified bound where edges or vertices are semi-sharp for more than 6 levels, or more "
+                "than 64 edges meet or bound a face; use the measured estimator, or change the mesh there",
                 mesh_.data().source);
+        if (!bound_ && bounds && has_mask_norms(options_.scheme.info(), options_.rules))
+            result_.warnings.push_back(
+                "there is no certified error: edges or vertices are semi-sharp for more than 6 levels, or more than 64 "
+                "edges meet or bound a face");
         by_points_ = std::make_unique<LimitEstimator<Family>>(points_, decide_at);
         watched_.emplace(certified() ? static_cast<const ErrorEstimator&>(*bound_) : *by_points_, progress_,
                          k_estimator_block);

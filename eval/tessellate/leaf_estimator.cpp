@@ -45,13 +45,10 @@ void for_each_lattice_point(int n, Visit&& visit) {
 
 template <class Family>
 LeafEstimator<Family>::LeafEstimator(const SurfaceMap<Family>& map, const typename Family::Closest& closest,
-                                     EstimatorKind kind, double tolerance, bool slide)
-    : map_(map),
-      closest_(closest),
-      kind_(kind),
-      tolerance_(tolerance),
-      slide_(slide),
-      bounders_([patches = map.patches] { return typename Family::Bounder(*patches); }) {}
+                                     EstimatorKind kind, double tolerance)
+    : map_(map), closest_(closest), kind_(kind), tolerance_(tolerance), bounders_([patches = map.patches] {
+          return typename Family::Bounder(*patches);
+      }) {}
 
 template <class Family>
 void LeafEstimator<Family>::estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const {
@@ -61,11 +58,8 @@ void LeafEstimator<Family>::estimate(std::span<const CellTriangle> triangles, st
                                if (!map_.plain()) {
                                    errors[i] = mapped(leaf);
                                } else if (kind_ == EstimatorKind::certified) {
-                                   const LeafError e = bounder().leaf_error(
-                                       leaf, tolerance_,
-                                       slide_ ? LeafSlack::assumed(tolerance_, soft_edges(leaf)) : LeafSlack{});
-                                   const double error = e.lower > tolerance_ ? e.lower : e.upper;
-                                   errors[i] = e.slides ? -error : error;
+                                   const LeafError e = bounder().leaf_error(leaf, tolerance_);
+                                   errors[i] = e.lower > tolerance_ ? e.lower : e.upper;
                                } else {
                                    errors[i] = measured(leaf, bounder());
                                }

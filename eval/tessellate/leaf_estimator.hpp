@@ -19,13 +19,12 @@ namespace tetrakis {
 /// boundaries and hard creases are measured against themselves. With a target mesh or a displacement everything is
 /// sampled; against a target also by rays along the normal.
 ///
-/// Errors within the tolerance that are not certified are negative: sampled ones, and those of leaves that slide.
+/// Errors within the tolerance that are sampled, not certified, are negative.
 template <class Family>
 class LeafEstimator final : public ErrorEstimator {
   public:
-    /// @param slide  whether leaves take slack of their neighbours for granted (assumed_slack); to be checked
     LeafEstimator(const SurfaceMap<Family>& map, const typename Family::Closest& closest, EstimatorKind kind,
-                  double tolerance, bool slide = false);
+                  double tolerance);
 
     /// From one thread at a time: on the way trees of the patches may be forgotten.
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
@@ -36,7 +35,7 @@ class LeafEstimator final : public ErrorEstimator {
     typename Family::Bounder& bounder() const { return bounders_.local(); }
     EstimatorKind kind() const { return kind_; }
     const typename Family::Patches& patches() const { return *map_.patches; }
-    /// The edges that a leaf may slide over.
+    /// The edges that the surface may cross: neither on a boundary nor on a hard crease.
     std::array<bool, 3> soft_edges(const CellTriangle& leaf) const;
 
   private:
@@ -54,7 +53,6 @@ class LeafEstimator final : public ErrorEstimator {
     const typename Family::Closest& closest_;
     EstimatorKind kind_;
     double tolerance_;
-    bool slide_;
     mutable std::atomic<bool> gave_up_ = false;
     mutable oneapi::tbb::enumerable_thread_specific<typename Family::Bounder> bounders_;
 };

@@ -88,7 +88,7 @@ class LoopLeafBounder : public LoopBounder {
             if (glm::dot(m, m) > glm::dot(quick.middle, quick.middle)) quick.middle = m;
         return quick;
     }
-    double certified_error(const CellTriangle& leaf, double floor, const LeafSlack& slack = {}) {
+    double certified_error(const CellTriangle& leaf, double floor, const EdgeSlack& slack = {}) {
         LeafError e = leaf_error(leaf, floor, slack);
         while (e.lower > floor) {
             // A bound is tight to a twentieth, so a little more settles it unless a larger sample turns up.

@@ -10,7 +10,6 @@
 #include "leaf_estimator.hpp"
 #include "measure.hpp"
 #include "patch_batches.hpp"
-#include "slide_check.hpp"
 #include "tessellate_limits.hpp"
 #include "tessellate_run.hpp"
 #include "tessellation_attributes.hpp"
@@ -39,8 +38,6 @@ constexpr std::uint32_t k_many_roots = 1u << 18;
 /// Bytes a triangle that refining and exporting take at their peak (leaf, half a vertex, error, output), for the memory
 /// limit.
 constexpr std::uint64_t k_patch_bytes = 200;
-/// The same where leaves slide: the mesh is there twice, with its folds.
-constexpr std::uint64_t k_sliding_bytes = 340;
 
 void check(const ControlMesh& mesh, const TessellateOptions& options) {
     const auto refuse = [](const std::string& text) { throw Error(ErrorCode::invalid_input, text); };
@@ -61,13 +58,6 @@ void check(const ControlMesh& mesh, const TessellateOptions& options) {
         refuse(
             "the certified estimator bounds the limit surface itself; use the measured estimator with a target or a "
             "displacement");
-    if (options.slide &&
-        (options.estimator != EstimatorKind::certified || !options.tolerance || options.max_triangles != 0))
-        refuse("sliding needs the certified estimator and a tolerance, and no maximum number of triangles");
-    if (options.slide && !scheme_support(mesh, options.scheme, options.rules).patches)
-        throw Error(ErrorCode::unsupported,
-                    "sliding needs a scheme with patches: catmull-clark or loop, by their plain rules, without "
-                    "corner angles");
     if (options.target && options.target->triangles.empty()) refuse("the target mesh has no triangles");
     if (options.scheme.info().family == MeshFamily::triangles && !mesh.all_triangles())
         refuse(std::string(options.scheme.name()) + " needs a triangle mesh; triangulate() makes one");
@@ -93,14 +83,14 @@ class Tessellator {
         // Built on demand, by whatever thread needs them, these could not be cancelled.
         if (map_.plain() && options_.estimator == EstimatorKind::measured && mesh_.halfedge_count() > k_many_roots)
             closest_->prepare(context_);
-        const LeafEstimator<Family> estimator(map_, *closest_, options_.estimator, aim_, options_.slide);
+        const LeafEstimator<Family> estimator(map_, *closest_, options_.estimator, aim_);
         const detail::RefineProgress progress(context_, options_.max_triangles,
                                               [&] { return hierarchy.triangle_count(); });
         const detail::WatchedEstimator watched(estimator, progress);
         AdaptiveOptions adaptive{aim_, options_.max_triangles, options_.min_level, options_.max_level};
         adaptive.max_memory_bytes = context_.max_memory_bytes;
         adaptive.base_bytes = patches_->memory_bytes();
-        adaptive.bytes_per_triangle = options_.slide ? k_sliding_bytes : k_patch_bytes;
+        adaptive.bytes_per_triangle = k_patch_bytes;
         std::optional<FanError> fan_error;
         if constexpr (std::is_same_v<Family, QuadFamily>) {
             choose_coarsest(hierarchy, estimator, fan_error);
@@ -108,12 +98,6 @@ class Tessellator {
         AdaptiveRefinement<typename Family::Hierarchy> refinement(hierarchy, watched, adaptive, progress.context());
         refinement.run();
         export_mesh(hierarchy, refinement);
-        if (options_.slide) {
-            detail::SlideCheck<Family> check(estimator, aim_, context_);
-            while (split_where_refused(check, hierarchy, refinement)) export_mesh(hierarchy, refinement);
-            for (std::uint32_t t = 0; t < slide_bounds_.size(); ++t)
-                if (slide_bounds_[t] > 0) result_.triangle_error[t] = detail::round_up(slide_bounds_[t]);
-        }
         detail::check_coarsest(options_, result_.mesh.triangles.size());
         result_.seconds.estimate = watched.seconds();
         result_.seconds.refine = watch.lap() - result_.seconds.estimate;
@@ -128,8 +112,7 @@ class Tessellator {
                     may_repair(refinement) ? tolerance_ : std::numeric_limits<double>::infinity(), measured_errors_,
                     context_);
                 result_.seconds.measure += watch.lap();
-                // A mesh that slides is what its bounds were checked for.
-                if (!options_.tolerance || options_.slide || result_.measured_error->hausdorff <= tolerance_ ||
+                if (!options_.tolerance || result_.measured_error->hausdorff <= tolerance_ ||
                     refinement.budget_spent() || round == detail::k_repairs)
                     break;
                 // Where splitting no longer helps (a map that jumps) more of it would not either.
@@ -146,15 +129,9 @@ class Tessellator {
             const double certified =
                 detail::Certifier<Family>(result_.mesh,
                                           {exported_, [&](std::uint32_t t) { return origin(hierarchy, t).cell; }},
-                                          estimator, refinement, fan_error, fan_errors_, slide_bounds_, aim_, context_)
+                                          estimator, refinement, fan_error, fan_errors_, aim_, context_)
                     .run();
             result_.certified_error = certified + detail::written_rounding(options_, result_.mesh);
-            // No point is farther than what is certified, wherever the search for its closest point ended.
-            if (result_.measured_error) {
-                MeasuredError& measured = *result_.measured_error;
-                for (double* error : {&measured.forward, &measured.backward, &measured.hausdorff})
-                    *error = std::min(*error, certified);
-            }
             result_.seconds.estimate += watch.lap();
         }
         result_.tolerance_reached =
@@ -272,24 +249,14 @@ class Tessellator {
     void export_mesh(const typename Family::Hierarchy& hierarchy,
                      const AdaptiveRefinement<typename Family::Hierarchy>& refinement) {
         context_.report("export", 0);
-        const detail::ExportedMesh<Family> before = std::move(exported_);
         exported_ = detail::ExportedMesh<Family>(hierarchy, fans_);
         const std::uint32_t points = static_cast<std::uint32_t>(exported_.sites.size());
         TriangleMesh& mesh = result_.mesh;
-        const TriangleMesh mesh_before = std::move(mesh);
         mesh = {};
         mesh.triangles = std::move(exported_.triangles);
         mesh.positions.resize(points);
         mesh.normals.resize(options_.normals ? points : 0);
-        change_ = mesh_before.triangles.empty() ? MeshChange{}
-                                                : MeshChange(before, mesh_before.triangles, exported_, mesh.triangles);
         detail::for_each_batch(patches_.get(), points, 32, context_, "export", 0.2, 0.9, [&](std::uint32_t i) {
-            const std::uint32_t known = change_.vertex.empty() ? MeshChange::k_new : change_.vertex[i];
-            if (known != MeshChange::k_new) {
-                mesh.positions[i] = mesh_before.positions[known];
-                if (options_.normals) mesh.normals[i] = mesh_before.normals[known];
-                return;
-            }
             mesh.positions[i] = map_.vertex(exported_.sites[i], options_.normals ? &mesh.normals[i] : nullptr);
         });
         exported_.describe(hierarchy, refinement, result_);
@@ -321,22 +288,6 @@ class Tessellator {
         }
         if (leaves.empty() && fans.empty()) return false;
         refinement.split(leaves, fans);
-        return true;
-    }
-
-    /// Splits the leaves that were to slide farther than the mesh around them allows. False when there are none.
-    bool split_where_refused(detail::SlideCheck<Family>& check, typename Family::Hierarchy& hierarchy,
-                             AdaptiveRefinement<typename Family::Hierarchy>& refinement) {
-        slide_bounds_ = check.bounds(
-            result_.mesh, change_,
-            [&](std::uint32_t t) { return exported_.leaves[t].valid() && refinement.marked(exported_.leaves[t]); },
-            [&](std::uint32_t t) { return origin(hierarchy, t).cell; });
-        std::vector<LeafId> leaves;
-        for (std::uint32_t t = 0; t < slide_bounds_.size(); ++t)
-            if (slide_bounds_[t] > aim_ && hierarchy.level(exported_.leaves[t]) < options_.max_level)
-                leaves.push_back(exported_.leaves[t]);
-        if (leaves.empty()) return false;
-        refinement.split(leaves, {});
         return true;
     }
 
@@ -390,8 +341,6 @@ class Tessellator {
     std::vector<Vec3d> corner_positions_;
     std::vector<double> fan_errors_;  ///< by face: FanError's
     detail::ExportedMesh<Family> exported_;
-    MeshChange change_;                    ///< since the export before
-    std::vector<double> slide_bounds_;     ///< by triangle: SlideCheck::bounds()
     std::vector<double> measured_errors_;  ///< by triangle; floats would not hold lengths above 1e38
 };
 

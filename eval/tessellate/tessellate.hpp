@@ -42,10 +42,6 @@ struct TessellateOptions {
     SchemeChoice scheme = SchemeKind::catmull_clark;  ///< see scheme_support()
     RuleOptions rules{};                              ///< choices that the scheme's rules offer
     EstimatorKind estimator = EstimatorKind::measured;
-    /// With the certified estimator: the sides of a leaf may slide over edges that hardly fold, instead of keeping to
-    /// them (edge_slack.hpp). As well certified, for up to two thirds more time, and at tight tolerances up to half the
-    /// triangles. Needs patches and a tolerance, and no max_triangles.
-    bool slide = false;
     /// Largest allowed distance between mesh and limit surface, in both directions. Unset: refine to max_triangles
     /// only.
     std::optional<double> tolerance{};

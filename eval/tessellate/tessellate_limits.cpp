@@ -51,6 +51,8 @@ SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rule
 SchemeSupport scheme_support(const ControlMesh& mesh, const SchemeChoice& scheme, const RuleOptions& rules) {
     SchemeSupport support = scheme_support(scheme, rules);
     support.patches = support.patches && detail::has_plain_rules(mesh, scheme.info(), rules);
+    if (!support.patches && has_mask_norms(scheme.info(), rules))
+        support.certified = MaskNormBound<QuadFamily>::has(scheme.info(), rules, mesh);
     return support;
 }
 

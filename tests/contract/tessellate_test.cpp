@@ -422,4 +422,26 @@ TEST_CASE("texture coordinates at the corners of control faces are the given one
     }
 }
 
+TEST_CASE("above 64 edges at a vertex there is no certified bound where limits are no polynomials, and that is said") {
+    for (const std::uint32_t valence : {64u, 65u}) {
+        CAPTURE(valence);
+        ControlMeshData data;
+        data.positions.push_back({0, 0, 1});
+        data.face_offsets = {0};
+        for (std::uint32_t i = 0; i < valence; ++i) {
+            const double angle = 2 * 3.14159265358979 * i / valence;
+            data.positions.push_back({std::cos(angle), std::sin(angle), 0});
+            for (const std::uint32_t v : {0u, i + 1, (i + 1) % valence + 1}) data.face_vertices.push_back(v);
+            data.face_offsets.push_back(3 * (i + 1));
+        }
+        const ControlMesh mesh = ControlMesh::build(std::move(data));
+        const bool few = valence <= 64;
+        CHECK(scheme_support(mesh, "butterfly").certified == few);
+        CHECK(scheme_support(mesh, "loop").certified);
+        const Tessellation result = tessellate(mesh, {.scheme = "butterfly", .tolerance = 0.05});
+        CHECK(result.certified_error.has_value() == few);
+        CHECK(result.warnings.empty() == few);
+    }
+}
+
 TEST_SUITE_END();

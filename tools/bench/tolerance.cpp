@@ -38,10 +38,8 @@ struct Row {
     PeerResult rate, adapt;
     Judged equal;                ///< internal tolerance scaled until limit to mesh is the tolerance
     Judged measured, certified;  ///< the tolerance as asked for
-    Judged sliding;              ///< certified, with TessellateOptions::slide
     /// Milliseconds by round; empty for a peer that does not meet the tolerance.
     std::vector<double> rate_ms, adapt_ms, certified_ms, measured_ms, certified_two_threads_ms, measured_two_threads_ms;
-    std::vector<double> sliding_ms;
     std::vector<double> certified_twice_ms;  ///< two runs at once, a thread each: what the machine can give
 
     /// How many times one thread's work two processors do, with two runs that share nothing.
@@ -57,8 +55,8 @@ class Runner {
     SchemeKind scheme() const { return scheme_; }
     const LimitJudge& judge() const { return judge_; }
 
-    Judged judged(EstimatorKind estimator, double tolerance, bool slide = false) const {
-        const Tessellation result = run(estimator, tolerance, 0, slide);
+    Judged judged(EstimatorKind estimator, double tolerance) const {
+        const Tessellation result = run(estimator, tolerance, 0);
         Judged j;
         j.triangles = result.mesh.triangles.size();
         j.certified = result.certified_error.value_or(0) / judge_.diagonal();
@@ -105,7 +103,6 @@ class Runner {
         };
         add_peer(row.rate_ms, row.rate);
         add_own(row.certified_ms, EstimatorKind::certified, 1);
-        add(row.sliding_ms, [this, &row] { return std::any(run(EstimatorKind::certified, row.tolerance, 1, true)); });
         add_own(row.certified_two_threads_ms, EstimatorKind::certified, 2);
         add(row.certified_twice_ms, [this, &row] {
             std::jthread other([&] { run(EstimatorKind::certified, row.tolerance, 1); });
@@ -121,9 +118,8 @@ class Runner {
     }
 
   private:
-    Tessellation run(EstimatorKind estimator, double tolerance, int threads, bool slide = false) const {
+    Tessellation run(EstimatorKind estimator, double tolerance, int threads) const {
         TessellateOptions options;
-        options.slide = slide;
         options.scheme = scheme_;
         options.estimator = estimator;
         options.tolerance = tolerance * judge_.diagonal();
@@ -193,18 +189,6 @@ void print_times(const std::vector<Row>& rows) {
                    grouped(r.certified.triangles), median_of(r.measured_ms), grouped(r.measured.triangles),
                    median_ratio(r.certified_ms, r.certified_two_threads_ms),
                    median_ratio(r.measured_ms, r.measured_two_threads_ms), r.machine());
-}
-
-void print_sliding(const std::vector<Row>& rows) {
-    fmt::print(
-        "\n`--estimator certified --slide`, beside `certified` alone: triangles, and time with one thread.\n\n"
-        "| model | tolerance | triangles | to certified | certified / measured | ms | to certified |\n"
-        "|---|--:|--:|--:|--:|--:|--:|\n");
-    for (const Row& r : rows)
-        fmt::print("| {} | {:g} | {} | {:.2f} | {:.2f} | {:.3g} | {:.2f} |\n", r.model, r.tolerance,
-                   grouped(r.sliding.triangles), over(r.sliding.triangles, r.certified.triangles),
-                   r.sliding.certified / r.sliding.measured(), median_of(r.sliding_ms),
-                   median_ratio(r.sliding_ms, r.certified_ms));
 }
 
 void print_means(const std::vector<Row>& rows, const std::vector<double>& tolerances) {
@@ -292,7 +276,6 @@ int main(int argc, char** argv) {
             row.adapt = peer(t, "bfr-adapt", best_adaptive_rates);
             row.measured = runner.judged(EstimatorKind::measured, t);
             row.certified = runner.judged(EstimatorKind::certified, t);
-            row.sliding = runner.judged(EstimatorKind::certified, t, true);
             row.equal = runner.at_equal_error(EstimatorKind::measured, t, row.measured);
             runner.measure_times(row);
             rows.push_back(std::move(row));
@@ -302,7 +285,6 @@ int main(int argc, char** argv) {
                fmt::localtime(std::time(nullptr)));
     print_counts(rows);
     print_times(rows);
-    print_sliding(rows);
     print_means(rows, tolerances);
     return 0;
 }

@@ -54,10 +54,6 @@ void check_combination(const TessellateCommandOptions& options) {
         throw UsageError(
             "--estimator certified bounds the distance to the limit surface itself; with --target or --displacement "
             "use --estimator measured");
-    if (options.tessellate.slide && options.tessellate.estimator != EstimatorKind::certified)
-        throw UsageError("--slide needs --estimator certified");
-    if (options.tessellate.slide && options.tessellate.max_triangles != 0)
-        throw UsageError("--slide needs a tolerance alone: leave out --max-triangles");
     if (options.samples_given && options.no_measure)
         throw UsageError("--samples is about measuring: leave out --no-measure");
     if (!options.view_option.empty() && options.image.empty() && options.heat_image.empty())
@@ -69,8 +65,6 @@ void check_combination(const TessellateCommandOptions& options) {
         throw UsageError(std::string(options.target.empty() ? "--displacement" : "--target") +
                          " needs exact points all over the surface: use --scheme catmull-clark or loop, without "
                          "options for their rules");
-    if (!support.patches && t.slide)
-        throw UsageError("--slide needs --scheme catmull-clark or loop, without options for their rules");
     if (!support.certified && t.estimator == EstimatorKind::certified)
         throw UsageError(
             "there is no certified bound for " + scheme +
@@ -294,11 +288,6 @@ void add_refinement_options(CLI::App& command, TessellateOptions& t) {
             "certified (a proven bound on them)")
         ->type_name("E")
         ->check(CLI::IsMember({"measured", "certified"}).description(""));
-    command.add_flag(
-        "--slide", t.slide,
-        "With --estimator certified and a tolerance alone, catmull-clark and loop: the surface may slide over edges\n"
-        "that hardly fold. As well certified, and at tight tolerances with up to half the triangles, for up to two\n"
-        "thirds more time and memory a triangle");
     command.add_option("--min-level", t.min_level, "Cut every face at least so often")
         ->type_name("N")
         ->check(CLI::Range(0, TessellateOptions{}.max_level));

@@ -1,0 +1,92 @@
+#pragma once
+
+#include "../../hier/base/vec.hpp"
+
+#include <array>
+#include <cstddef>
+#include <utility>
+
+namespace tetrakis::detail {
+
+/// A polynomial of some degree over a triangle in Bernstein-Bezier form: it lies in the convex hull of its control
+/// points, its sides in the hulls of theirs.
+template <int Degree>
+class BezierTriangle {
+  public:
+    static constexpr std::size_t k_count = (Degree + 1) * (Degree + 2) / 2;
+
+    /// Number of the control point with exponents Degree - i - j, i, j of corners 0, 1, 2.
+    static constexpr std::size_t index(int i, int j) {
+        return static_cast<std::size_t>(j * (Degree + 1) - j * (j - 1) / 2 + i);
+    }
+    static constexpr std::size_t corner(std::size_t k) {
+        return k == 0 ? index(0, 0) : k == 1 ? index(Degree, 0) : index(0, Degree);
+    }
+
+    std::array<Vec3d, k_count> point;
+
+    /// Where control points lie: on side 0, 1 or 2 (from corner 0, 1 or 2 to the next), at a corner or inside.
+    static constexpr int k_corner = 3, k_inside = 4;
+    static constexpr std::array<int, k_count> k_side = [] {
+        std::array<int, k_count> side{};
+        for (int j = 0; j <= Degree; ++j)
+            for (int i = 0; i + j <= Degree; ++i) {
+                const bool on0 = j == 0, on1 = i + j == Degree, on2 = i == 0;
+                side[index(i, j)] = on0 + on1 + on2 == 2 ? k_corner : on0 ? 0 : on1 ? 1 : on2 ? 2 : k_inside;
+            }
+        return side;
+    }();
+
+    /// The same polynomial over another triangle, by the barycentrics of its corners in this one.
+    BezierTriangle over(const std::array<std::array<double, 3>, 3>& corners) const {
+        BezierTriangle result;
+        result.take_arguments(point, Degree, corners, 0, 0, 0);
+        return result;
+    }
+
+    /// Cuts the triangle from corner 2 to the middle m of side 0. With corners a, b, c the parts have the corners
+    /// (c, a, m) and (b, c, m), so that side 0 of each is the older one.
+    std::pair<BezierTriangle, BezierTriangle> halves() const {
+        std::pair<BezierTriangle, BezierTriangle> result;
+        for (int j = 0; j <= Degree; ++j) {
+            // De Casteljau's algorithm at 1/2 along a row parallel to side 0.
+            const int n = Degree - j;
+            std::array<Vec3d, Degree + 1> row;
+            for (int i = 0; i <= n; ++i) row[static_cast<std::size_t>(i)] = point[index(i, j)];
+            for (int step = 0; step <= n; ++step) {
+                // Exponents (n - step, step) of a and m, and of b and m; j of c.
+                result.first.point[index(n - step, step)] = row[0];
+                result.second.point[index(j, step)] = row[static_cast<std::size_t>(n - step)];
+                for (int i = 0; i + step < n; ++i) {
+                    const auto at = static_cast<std::size_t>(i);
+                    row[at] = 0.5 * (row[at] + row[at + 1]);
+                }
+            }
+        }
+        return result;
+    }
+
+  private:
+    /// Gives the polar form `left` more arguments, from corner `first` on, after i times corner 1 and j times corner 2.
+    void take_arguments(const std::array<Vec3d, k_count>& polar, int left,
+                        const std::array<std::array<double, 3>, 3>& corners, std::size_t first, int i, int j) {
+        if (left == 0) {
+            point[index(i, j)] = polar[0];
+            return;
+        }
+        for (std::size_t k = first; k < 3; ++k) {
+            // One step of de Casteljau's algorithm; rows of `polar` have one point less than those before.
+            std::array<Vec3d, k_count> next;
+            std::size_t out = 0, row = 0;
+            for (int n = left; n > 0; row += static_cast<std::size_t>(n) + 1, --n)
+                for (std::size_t c = 0; c < static_cast<std::size_t>(n); ++c) {
+                    const std::size_t at = row + c, above = row + static_cast<std::size_t>(n) + 1 + c;
+                    next[out++] =
+                        corners[k][0] * polar[at] + corners[k][1] * polar[at + 1] + corners[k][2] * polar[above];
+                }
+            take_arguments(next, left - 1, corners, k, i + (k == 1), j + (k == 2));
+        }
+    }
+};
+
+}  // namespace tetrakis::detail

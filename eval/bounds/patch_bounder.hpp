@@ -1,0 +1,121 @@
+#pragma once
+
+#include "bezier_triangle.hpp"
+#include "leaf_error.hpp"
+#include "triangle_distance.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <limits>
+
+namespace tetrakis::detail {
+
+/// Bounds the error of one leaf over polynomial patches. Errors are convex functions of a point, so that the largest
+/// over a patch's control points bounds them; patches are bisected until that lies on one side of the tolerance, or
+/// within a twentieth of an error that is attained.
+class PatchBounder {
+  protected:
+    /// For each side of a piece (corner k to k + 1) the edge of the leaf that it lies on, or -1.
+    using Edges = std::array<std::int8_t, 3>;
+
+    /// @param largest_coordinate  of the control mesh
+    explicit PatchBounder(double largest_coordinate) : pad_(k_rounding * largest_coordinate) {}
+
+    void start(double decide_at, bool may_reject) {
+        decide_at_ = decide_at;
+        may_reject_ = may_reject;
+        lower_ = upper_ = 0;
+        splits_ = 0;
+        stretch_ = 1;
+        rejected_ = false;
+        distance_ = false;
+    }
+    LeafError finish() const {
+        if (rejected_) return {stretch_ * lower_, std::numeric_limits<double>::infinity()};
+        return {stretch_ * lower_, stretch_ * std::max(upper_, lower_)};
+    }
+    /// From here on errors are distances to this triangle; before, sizes of S - L.
+    void set_triangle(const std::array<Vec3d, 3>& corners, const EdgeSlack& slack) {
+        distance_ = true;
+        triangle_ = TriangleDistance(corners);
+        if (!slack.any() || triangle_.sliver()) return;
+        triangle_.set_slack(slack);
+        stretch_ = triangle_.stretch();
+        decide_at_ /= stretch_ * k_stretch_rounding;
+    }
+
+    /// @param node  a point in the triangle's frame, or S - L
+    /// @param edge  of the leaf that it has to be near, or -1
+    double node_error(const Vec3d& node, int edge) const {
+        if (!distance_) return glm::length(node);
+        return edge >= 0 ? triangle_.to_edge(node, static_cast<std::size_t>(edge)) : triangle_.to_triangle(node);
+    }
+    /// Takes note of an error that is attained. False when that rejects the leaf.
+    bool attain(double error) {
+        lower_ = std::max(lower_, error);
+        rejected_ |= may_reject_ && lower_ > decide_at_;
+        return !rejected_;
+    }
+    /// Whether a piece with this bound needs no further work.
+    bool is_settled(double upper) const {
+        return upper <= decide_at_ || upper <= 1.05 * lower_ + pad_ || upper <= upper_;
+    }
+    /// The same; takes note of the bound if so.
+    bool settled(double upper) {
+        if (!is_settled(upper)) return false;
+        upper_ = std::max(upper_, upper);
+        return true;
+    }
+    /// Takes note of a bound that cannot be made better.
+    void give_up(double upper) { upper_ = std::max(upper_, upper); }
+    /// Whether no more pieces of this leaf are to be split: those that are left count by what is known of them.
+    bool exhausted() const { return splits_ >= k_most_splits; }
+
+    /// @param patch  nodes as node_error() takes them
+    template <int Degree>
+    void bound_patch(const BezierTriangle<Degree>& patch, const Edges& edge) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3d& corner = patch.point[patch.corner(k)];
+            if (!attain(std::max(node_error(corner, edge[k]), node_error(corner, edge[(k + 2) % 3])))) return;
+        }
+        bound_bisected(patch, edge, k_most_bisections);
+    }
+
+    double pad_;  ///< rounding
+    // State of one call; decide_at_, lower_ and upper_ are divided by stretch_.
+    double decide_at_ = 0, lower_ = 0, upper_ = 0, stretch_ = 1;
+    int splits_ = 0;
+    bool rejected_ = false, may_reject_ = true;
+    bool distance_ = false;
+    TriangleDistance triangle_;
+
+  private:
+    /// One below the other: by then a patch is a point but for rounding.
+    static constexpr int k_most_bisections = 48;
+    static constexpr int k_most_splits = 1 << 12;
+
+    template <int Degree>
+    void bound_bisected(const BezierTriangle<Degree>& patch, const Edges& edge, int depth) {
+        using Patch = BezierTriangle<Degree>;
+        if (rejected_) return;
+        const bool may_split = depth > 0 && !exhausted();
+        double upper = lower_ + pad_;
+        for (std::size_t i = 0; i < Patch::k_count; ++i) {
+            const int side = Patch::k_side[i];
+            if (side == Patch::k_corner) continue;
+            const int on = side == Patch::k_inside ? -1 : edge[static_cast<std::size_t>(side)];
+            upper = std::max(upper, node_error(patch.point[i], on) + pad_);
+            if (may_split && !is_settled(upper)) break;
+        }
+        if (settled(upper)) return;
+        if (!may_split) return give_up(upper);
+        ++splits_;
+        const auto [first, second] = patch.halves();
+        if (!attain(node_error(first.point[Patch::corner(2)], edge[0]))) return;
+        bound_bisected(first, {edge[2], edge[0], -1}, depth - 1);
+        bound_bisected(second, {edge[1], -1, edge[0]}, depth - 1);
+    }
+};
+
+}  // namespace tetrakis::detail
