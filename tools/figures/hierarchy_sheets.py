@@ -102,12 +102,12 @@ def adaptive_half_steps(make):
             p.line([(spot[0] + radius * math.cos(math.pi * i / 60), spot[1] + radius * math.sin(math.pi * i / 60)) for i in range(120)], BLUE, 1.6, closed=True)
             for v, point in enumerate(points):
                 p.dot(point, (170, 178, 190) if v in resting else ORANGE, 3 - 0.2 * steps)
-            s.add(p.picture(), f"{scheme}, {steps} half-steps about a corner of a 5-gon\n{len(faces)} triangles, {len(resting)} of {len(points)} vertices at rest")
+            s.add(p.picture(), f"{scheme}, {steps} half-steps\nabout a corner of a 5-gon\n{len(faces)} triangles, {len(resting)} of {len(points)} vertices at rest")
     for scheme, spot in (("catmull-clark", (0.5, 0.5, 0.5)), ("doo-sabin", (0.667, 0.667, 0.667))):
         for steps in (6, 11):
             points, faces, _ = near_half_steps(make, DATA / "cube.obj", scheme, steps, spot, 0.1)
             s.add(make.picture(points, faces, (400, 400), camera="32,25", flags=("--flat", "--wireframe")),
-                  f"{scheme}, {steps} half-steps about a corner of a cube\n{len(faces)} triangles")
+                  f"{scheme}, {steps} half-steps\nabout a corner of a cube\n{len(faces)} triangles")
     make.save(s, "adaptive_half_steps")
 
 
