@@ -11,7 +11,7 @@ import sys
 LAYERS = {
     "schemes": ["core", "rules", "analysis", "curves"],
     "hier": ["base", "mesh", "forest"],
-    "refine": ["rules", "attributes", "uniform", "factored", "adaptive"],
+    "refine": ["rules", "attributes", "uniform", "adaptive", "factored"],
     "eval": ["surface", "bounds", "distance", "io", "tessellate", "render"],
 }
 KNOWS = {"schemes": ["schemes"], "hier": ["hier"], "refine": ["schemes", "hier", "refine"]}

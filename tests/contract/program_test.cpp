@@ -153,6 +153,8 @@ TEST_CASE("reports have the keys that README lists, and no others") {
         {{"refine", data("cube.obj"), "--levels", "2"}, {"output_faces", "limit"}},
         {{"refine", data("cube.obj"), "--factored", "--steps", "2"},
          {"output_faces", "half_steps", "active", "inactive_vertices"}},
+        {{"refine", data("cube.obj"), "--factored", "--steps", "5", "--near", "1,1,1", "--radius", "0.5"},
+         {"output_faces", "half_steps", "active", "inactive_vertices"}},
     };
     const std::string readme = slurp(TETRAKIS_SOURCE_DIR "/README.md");
     for (const Case& c : cases) {

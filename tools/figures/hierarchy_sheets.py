@@ -79,6 +79,38 @@ def factored_models(make):
     make.save(s, "factored_models")
 
 
+def near_half_steps(make, path, scheme, steps, spot, radius):
+    """The mesh of `refine --factored --near`, and its inactive vertices."""
+    out, report = make.work / "_near.obj", make.work / "_near.json"
+    run(make.build / "tetrakis", "refine", path, "--factored", "--scheme", scheme, "--steps", steps,
+        "--near", ",".join(f"{x:.17g}" for x in spot), "--radius", radius, "-o", out, "--report", report)
+    return *models.read_obj(out), set(json.loads(report.read_text())["inactive_vertices"])
+
+
+@sheet
+def adaptive_half_steps(make):
+    s = Sheet("Half-steps that adapt: the restricted 4-8 mesh", 4, (400, 400),
+              "as many half-steps as asked for inside of the circle or sphere, fewer outside, one half-step between neighbours; orange: active vertices, grey: at rest")
+    control = make.obj("_plane", *models.face_fan(5, 1))
+    spot, radius = models.face_fan(5, 1)[0][0], 0.3
+    for scheme in ("catmull-clark", "doo-sabin"):
+        for steps in (4, 7):
+            points, faces, resting = near_half_steps(make, control, scheme, steps, spot, radius)
+            p = window(points, (400, 400))
+            for f in faces:
+                p.line([points[v] for v in f], (110, 120, 135), 1.0, closed=True)
+            p.line([(spot[0] + radius * math.cos(math.pi * i / 60), spot[1] + radius * math.sin(math.pi * i / 60)) for i in range(120)], BLUE, 1.6, closed=True)
+            for v, point in enumerate(points):
+                p.dot(point, (170, 178, 190) if v in resting else ORANGE, 3 - 0.2 * steps)
+            s.add(p.picture(), f"{scheme}, {steps} half-steps\nabout a corner of a 5-gon\n{len(faces)} triangles, {len(resting)} of {len(points)} vertices at rest")
+    for scheme, spot in (("catmull-clark", (0.5, 0.5, 0.5)), ("doo-sabin", (0.667, 0.667, 0.667))):
+        for steps in (6, 11):
+            points, faces, _ = near_half_steps(make, DATA / "cube.obj", scheme, steps, spot, 0.1)
+            s.add(make.picture(points, faces, (400, 400), camera="32,25", flags=("--flat", "--wireframe")),
+                  f"{scheme}, {steps} half-steps\nabout a corner of a cube\n{len(faces)} triangles")
+    make.save(s, "adaptive_half_steps")
+
+
 # --- adaptive hierarchies -------------------------------------------------------------------------------------------
 
 

@@ -15,6 +15,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,11 +26,11 @@ namespace {
 struct Options {
     std::filesystem::path input, output, report;
     std::filesystem::path stencils;
-    std::string scheme{name(SchemeKind::catmull_clark)};
+    std::string scheme{name(SchemeKind::catmull_clark)}, near, radius;
     RuleOptionFlags rules;
     int levels = 0, smoothing = 0, steps = 0, averaging_steps = 0;
     ReadOptions read;
-    bool limit = false, factored = false, active = false;
+    bool limit = false, factored = false, active = false, adapts = false;
     RunOptions run;
 };
 
@@ -127,9 +128,12 @@ ExitCode run_checked(const Options& options, const SchemeInfo& scheme) {
 }
 
 ExitCode run(const Options& options) {
-    if (options.factored)
+    if (options.factored) {
+        std::optional<HalfStepSphere> sphere;
+        if (options.adapts) sphere = half_step_sphere(options.near, options.radius);
         return run_factored_refine({options.input, options.output, options.report, options.scheme, options.rules,
-                                    options.steps, options.active, options.read, options.run});
+                                    options.steps, options.active, sphere, options.read, options.run});
+    }
     const SchemeInfo& scheme = chosen_scheme(options.scheme);
     OutputFiles outputs;
     outputs.add(OutputFiles::Kind::mesh, "-o", options.output);
@@ -179,10 +183,21 @@ void add_refine_command(CLI::App& app, Command& chosen) {
         "the control mesh); --steps "
         "says how many. For " +
             factored_scheme_names());
-    command
-        ->add_flag("--active", options->active,
-                   "With --factored: write the scheme's own faces after the last whole level, not the 4-8 mesh")
-        ->needs(factored);
+    CLI::Option* active =
+        command
+            ->add_flag("--active", options->active,
+                       "With --factored: write the scheme's own faces after the last whole level, not the 4-8 mesh")
+            ->needs(factored);
+    CLI::Option* near = command
+                            ->add_option("--near", options->near,
+                                         "With --factored: all half-steps only inside of a sphere about this point, "
+                                         "and outside as few as the mesh allows. For catmull-clark and dual schemes")
+                            ->type_name("X,Y,Z")
+                            ->needs(factored)
+                            ->excludes(active);
+    CLI::Option* radius =
+        command->add_option("--radius", options->radius, "Of that sphere")->type_name("R")->needs(near);
+    near->needs(radius);
     options->run.add_threads(*command);
     options->run.add_max_memory(*command);
     add_read_options(*command, options->read);
@@ -204,7 +219,8 @@ void add_refine_command(CLI::App& app, Command& chosen) {
         if (!other->check_name(RuleOptionFlags::recede_option)) factored->excludes(other);
     command->add_option("--report", options->report, "Write figures as JSON")->type_name("R.json");
     command->footer("Example:\n  tetrakis refine data/pawn.obj --scheme catmull-clark --levels 3 --limit -o pawn.obj");
-    command->callback([options, levels, steps, averaging_steps, &chosen] {
+    command->callback([options, levels, steps, averaging_steps, near, &chosen] {
+        options->adapts = near->count() != 0;
         if (averaging_steps->count() != 0)
             options->rules.set_averaging_steps(options->averaging_steps, "--averaging-steps");
         if (!options->factored) {

@@ -1,0 +1,348 @@
+#include "adaptive_factored_mesh.hpp"
+
+#include "../../hier/base/error.hpp"
+#include "../../hier/base/parallel.hpp"
+#include "../../hier/forest/bisection_forest.hpp"
+#include "../adaptive/partial_levels.hpp"
+#include "../attributes/used_values.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace tetrakis {
+
+namespace {
+
+constexpr std::uint32_t none = 0xFFFF'FFFFu;
+
+[[noreturn]] void refuse(const std::string& what) { throw Error(ErrorCode::unsupported, what); }
+
+ControlMesh without_corner_angles(const ControlMesh& mesh) {
+    if (!mesh.has_corner_angles()) return mesh;
+    ControlMeshData data = mesh.data();
+    data.corner_angles.clear();
+    return ControlMesh::build(std::move(data));
+}
+
+double distance_to_segment(const Vec3d& p, const Vec3d& a, const Vec3d& b) {
+    const Vec3d along = b - a;
+    const double length2 = glm::dot(along, along);
+    const double t = length2 > 0 ? std::clamp(glm::dot(p - a, along) / length2, 0.0, 1.0) : 0.0;
+    return glm::length(p - (a + t * along));
+}
+
+double distance_to_triangle(const Vec3d& p, const std::array<Vec3d, 3>& t) {
+    const Vec3d normal = glm::cross(t[1] - t[0], t[2] - t[0]);
+    bool above = glm::dot(normal, normal) > 0;
+    double edges = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Vec3d &a = t[i], &b = t[(i + 1) % 3];
+        above = above && glm::dot(glm::cross(b - a, p - a), normal) >= 0;
+        edges = std::min(edges, distance_to_segment(p, a, b));
+    }
+    return above ? std::abs(glm::dot(p - t[0], glm::normalize(normal))) : edges;
+}
+
+/// The cells of a dual scheme's level 1 (VertexRoots) as the faces of a mesh: root r is face r. Positions are zero.
+/// Cells at the boundary reach beyond the surface: the vertices there are no points of the 4-8 mesh.
+ControlMesh cell_mesh(const VertexRoots& roots) {
+    // Corners that linked sides share, by union and find.
+    std::vector<std::uint32_t> same(4 * std::size_t{roots.count()});
+    std::iota(same.begin(), same.end(), 0u);
+    const auto find = [&](std::uint32_t c) {
+        while (same[c] != c) c = same[c] = same[same[c]];
+        return c;
+    };
+    const auto next = [](std::uint32_t c) { return c / 4 * 4 + (c + 1) % 4; };
+    for (std::uint32_t side = 0; side < same.size(); ++side) {
+        const std::uint32_t other = roots.link[side];
+        if (other == VertexRoots::outside) continue;
+        same[find(side)] = find(next(other));
+        same[find(next(side))] = find(other);
+    }
+    ControlMeshData data;
+    std::vector<std::uint32_t> number(same.size(), none);
+    data.face_offsets.push_back(0);
+    for (std::uint32_t c = 0; c < same.size(); ++c) {
+        std::uint32_t& v = number[find(c)];
+        if (v == none) {
+            v = static_cast<std::uint32_t>(data.positions.size());
+            data.positions.emplace_back(0);
+        }
+        data.face_vertices.push_back(v);
+        if (c % 4 == 3) data.face_offsets.push_back(c + 1);
+    }
+    return ControlMesh::build(std::move(data));
+}
+
+}  // namespace
+
+bool half_steps_adapt(FactoredScheme scheme) {
+    switch (scheme) {
+        case FactoredScheme::catmull_clark:
+        case FactoredScheme::doo_sabin:
+        case FactoredScheme::doo_sabin_catmull_clark:
+        case FactoredScheme::midedge:
+        case FactoredScheme::midedge_simplest:
+            return true;
+        default:
+            return false;
+    }
+}
+
+struct AdaptiveFactoredMesh::State {
+    State(const ControlMesh& mesh, FactoredScheme scheme, const RunContext& run)
+        : context(run),
+          control(without_corner_angles(mesh)),
+          dual(scheme != FactoredScheme::catmull_clark),
+          levels(control, *find_scheme(name(scheme))),
+          warnings(FactoredMesh(mesh, scheme).mesh().warnings) {
+        if (dual) {
+            check_dual();
+            cells = cell_mesh(levels.vertex_roots());
+        }
+        forest.emplace(dual ? cells : control);
+    }
+
+    void check_dual() const {
+        constexpr const char* advice = "; refine it by the same number of half-steps everywhere";
+        for (std::uint32_t v = 0; v < control.vertex_count(); ++v)
+            if (!control.is_isolated(VertexId(v)) && !control.is_boundary(VertexId(v)) &&
+                control.face_valence(VertexId(v)) == 2)
+                refuse("half-steps of dual schemes do not adapt around an inner vertex between two faces, such as " +
+                       std::to_string(v) + advice);
+        for (std::uint32_t e = 0; e < control.edge_count(); ++e)
+            if (!control.is_boundary(EdgeId(e)) && is_sharp(control.sharpness(EdgeId(e))))
+                refuse("half-steps of dual schemes do not adapt on a mesh with creases" + std::string(advice));
+    }
+
+    int half_steps(int depth) const { return depth + (dual ? 2 : 1); }
+
+    /// Whether the point lies where the cells of dual schemes end, beyond the surface.
+    bool beyond(PointId p) const {
+        const Site& s = forest->point_site(p);
+        const bool on_edge = s.at.y == 0, on_prev = s.at.x == 0;
+        if (on_edge && on_prev) return cells.is_boundary(cells.origin(s.root));
+        return (on_edge && !cells.twin(s.root).valid()) || (on_prev && !cells.twin(cells.prev(s.root)).valid());
+    }
+
+    /// The triangle of a leaf as points; nothing where it is none.
+    std::optional<std::array<PointId, 3>> triangle(LeafId id) const {
+        const BisectionLeaf& leaf = forest->leaf(id);
+        const auto& [a, b, apex] = leaf.vertex;
+        if (!dual) return leaf.vertex;
+        const bool a_beyond = beyond(a), b_beyond = beyond(b);
+        if (!a_beyond && !b_beyond && !beyond(apex)) return leaf.vertex;
+        // At even depth base edges cross the boundary edges of the scheme's mesh, which are not yet cut: the inner
+        // halves of the two leaves there are one triangle.
+        const LeafId across = leaf.neighbour[0];
+        if (leaf.depth % 2 != 0 || a_beyond || !across.valid() || forest->depth(across) != leaf.depth)
+            return std::nullopt;
+        return std::array{a, forest->leaf(across).vertex[2], apex};
+    }
+
+    /// Adds the leaves beyond the surface that have to be split with these, because the surface of dual schemes grows:
+    /// those across a leg with the ones that are split with them, and, for corners of the boundary, the same of these.
+    std::vector<LeafId> with_leaves_beyond(std::span<const LeafId> marked) const {
+        std::vector<LeafId> result(marked.begin(), marked.end());
+        std::size_t begin = 0;
+        for (int round = 0; dual && round < 2; ++round)
+            for (const std::size_t end = result.size(); begin < end; ++begin) {
+                const LeafId id = result[begin];
+                if (!forest->is_leaf(id)) continue;
+                for (const std::size_t leg : {1, 2}) {
+                    const LeafId other = forest->leaf(id).neighbour[leg];
+                    if (!other.valid() || forest->depth(other) != forest->depth(id) || triangle(other)) continue;
+                    result.push_back(other);
+                    const LeafId base = forest->leaf(other).neighbour[0];
+                    if (base.valid()) result.push_back(base);
+                }
+            }
+        return result;
+    }
+
+    Site at_level(const Site& site, int level) const {
+        const int shift = level - site.level;
+        return {site.root, {site.at.x << shift, site.at.y << shift}, static_cast<std::uint8_t>(level)};
+    }
+
+    /// Appends the cells of root h / 4 at a point of Q(h) whose sides are `size` long.
+    static void add_cells(std::uint32_t h, std::uint32_t x, std::uint32_t y, std::uint32_t size, int level,
+                          std::vector<VertexCell>& out) {
+        // To the frame of the root, whose corner h % 4 is the origin here; two units are a cell.
+        const std::uint32_t whole = 2 * size;
+        for (std::uint32_t turn = 0; turn < h % 4; ++turn) {
+            const std::uint32_t turned = whole - y;
+            y = x;
+            x = turned;
+        }
+        const auto range = [&](std::uint32_t c) {
+            return std::pair(c > 0 ? (c - 1) / 2 : 0, std::min(c / 2, size - 1));
+        };
+        const auto [x0, x1] = range(x);
+        const auto [y0, y1] = range(y);
+        for (std::uint32_t cy = y0; cy <= y1; ++cy)
+            for (std::uint32_t cx = x0; cx <= x1; ++cx)
+                out.push_back({h / 4, {cx, cy}, static_cast<std::uint8_t>(level)});
+    }
+
+    /// All cells of a dual scheme's vertices that a point of the cell mesh touches.
+    void add_cells_around(const Site& site, std::vector<VertexCell>& out) const {
+        const HalfedgeId h = site.root;
+        const std::uint32_t size = 1u << site.level, x = site.at.x, y = site.at.y;
+        if (x == 0 && y == 0) {
+            HalfedgeId at = h;
+            do {
+                add_cells(at.value, 0, 0, size, site.level, out);
+                at = cells.ccw_outgoing(at);
+            } while (at.valid() && at != h);
+            return;
+        }
+        add_cells(h.value, x, y, size, site.level, out);
+        if (x == 0)
+            add_cells(cells.twin(cells.prev(h)).value, y, 0, size, site.level, out);
+        else if (y == 0)
+            add_cells(cells.twin(h).value, 2 * size - x, 0, size, site.level, out);
+    }
+
+    void set_positions(std::span<const Site> sites, std::vector<Vec3d>& positions) const {
+        positions.resize(sites.size());
+        if (!dual) return levels.control_positions(sites, positions);
+        std::vector<VertexCell> around;
+        std::vector<std::size_t> first{0};
+        for (const Site& site : sites) {
+            add_cells_around(site, around);
+            first.push_back(around.size());
+        }
+        std::vector<VertexCell> different = around;
+        std::sort(different.begin(), different.end());
+        different.erase(std::unique(different.begin(), different.end()), different.end());
+        std::vector<Vec3d> points(different.size());
+        levels.control_positions(different, points);
+        for (std::size_t p = 0; p < sites.size(); ++p) {
+            Vec3d sum(0);
+            for (std::size_t i = first[p]; i < first[p + 1]; ++i)
+                sum += points[static_cast<std::size_t>(std::lower_bound(different.begin(), different.end(), around[i]) -
+                                                       different.begin())];
+            positions[p] = sum / static_cast<double>(first[p + 1] - first[p]);
+        }
+    }
+
+    RunContext context;
+    ControlMesh control, cells;
+    bool dual;
+    PartialLevels levels;
+    std::vector<std::string> warnings;
+    std::optional<BisectionForest> forest;
+};
+
+AdaptiveFactoredMesh::AdaptiveFactoredMesh(const ControlMesh& mesh, FactoredScheme scheme, const RunContext& context) {
+    if (!half_steps_adapt(scheme))
+        refuse("half-steps of " + std::string(name(scheme)) +
+               " do not adapt; those of catmull-clark and of dual schemes such as doo-sabin do");
+    state_ = std::make_unique<State>(mesh, scheme, context);
+}
+AdaptiveFactoredMesh::~AdaptiveFactoredMesh() = default;
+AdaptiveFactoredMesh::AdaptiveFactoredMesh(AdaptiveFactoredMesh&&) noexcept = default;
+AdaptiveFactoredMesh& AdaptiveFactoredMesh::operator=(AdaptiveFactoredMesh&&) noexcept = default;
+
+int AdaptiveFactoredMesh::first_half_step() const { return state_->half_steps(0); }
+int AdaptiveFactoredMesh::max_half_steps() const { return state_->half_steps(k_max_bisection_depth); }
+
+void AdaptiveFactoredMesh::refine(std::span<const LeafId> leaves) {
+    // A leaf with its triangle, site, and the cells around its points; closures seldom split more than was asked for.
+    constexpr std::uint64_t k_per_leaf = 600;
+    const std::uint64_t limit = state_->context.max_memory_bytes;
+    const std::uint64_t bytes = k_per_leaf * (state_->forest->leaf_count() + 2 * std::uint64_t{leaves.size()});
+    if (limit != 0 && bytes > limit)
+        throw Error(ErrorCode::memory_limit,
+                    "the next half-step needs about " + std::to_string(bytes >> 20) + " MiB, but the limit is " +
+                        std::to_string(limit >> 20) +
+                        " MiB; ask for fewer half-steps or a smaller radius, or raise --max-memory");
+    std::vector<LeafId> created;
+    state_->forest->refine(state_->with_leaves_beyond(leaves), created);
+}
+
+void AdaptiveFactoredMesh::refine_near(const Vec3d& centre, double radius, int half_steps) {
+    if (!std::isfinite(centre.x) || !std::isfinite(centre.y) || !std::isfinite(centre.z))
+        throw Error(ErrorCode::invalid_input, "the centre of the sphere is not finite");
+    if (!std::isfinite(radius) || radius <= 0)
+        throw Error(ErrorCode::invalid_input, "the radius of the sphere must be finite and greater than 0");
+    if (half_steps > max_half_steps())
+        refuse(std::to_string(half_steps) + " half-steps are too many here; there can be " +
+               std::to_string(max_half_steps()));
+    for (;;) {
+        const Output now = mesh();
+        std::vector<LeafId> marked;
+        int least = half_steps;
+        for (std::size_t t = 0; t < now.leaves.size(); ++t) {
+            const int done = now.leaves[t].half_steps;
+            if (done >= half_steps) continue;
+            std::array<Vec3d, 3> corner;
+            for (std::size_t k = 0; k < 3; ++k) corner[k] = now.mesh.positions[now.mesh.face_vertices[3 * t + k]];
+            double longest = 0;
+            for (std::size_t k = 0; k < 3; ++k)
+                longest = std::max(longest, glm::length(corner[(k + 1) % 3] - corner[k]));
+            if (distance_to_triangle(centre, corner) > radius + 0.5 * longest) continue;
+            marked.push_back(now.leaves[t].id);
+            least = std::min(least, done);
+        }
+        if (marked.empty()) return;
+        state_->context.report("refine", static_cast<double>(least) / half_steps);
+        refine(marked);
+    }
+}
+
+AdaptiveFactoredMesh::Output AdaptiveFactoredMesh::mesh() const {
+    const State& state = *state_;
+    const ExportedTriangles exported = state.forest->exported();
+    std::vector<std::uint32_t> number(state.forest->point_slots());
+    for (std::uint32_t p = 0; p < exported.points.size(); ++p) number[exported.points[p].value] = p;
+
+    Output out;
+    out.mesh.warnings = state.warnings;
+    const ControlMeshData& data = state.control.data();
+    if (!state.dual) {
+        out.mesh.materials = data.materials;
+        out.mesh.groups = data.groups;
+    }
+    out.mesh.face_offsets.push_back(0);
+    std::vector<std::uint8_t> depth(exported.sites.size(), 0);
+    for (std::size_t t = 0; t < exported.leaves.size(); ++t) {
+        const LeafId id = exported.leaves[t];
+        const auto triangle = state.triangle(id);
+        if (!triangle) continue;
+        const int d = state.forest->depth(id);
+        for (const PointId p : *triangle) {
+            const std::uint32_t v = number[p.value];
+            out.mesh.face_vertices.push_back(v);
+            depth[v] = std::max(depth[v], static_cast<std::uint8_t>(d));
+        }
+        out.mesh.face_offsets.push_back(static_cast<std::uint32_t>(out.mesh.face_vertices.size()));
+        out.leaves.push_back({static_cast<std::uint8_t>(state.half_steps(d)), id});
+        if (state.dual) continue;
+        const std::uint32_t face = exported.faces[t].value;
+        if (!data.face_material.empty()) out.mesh.face_material.push_back(data.face_material[face]);
+        if (!data.face_group.empty()) out.mesh.face_group.push_back(data.face_group[face]);
+    }
+    // Points beyond the surface go; the others keep their order.
+    std::vector<Site> sites = exported.sites;
+    const detail::UsedValues used(out.mesh.face_vertices, sites.size());
+    used.keep(sites);
+    used.keep(depth);
+    used.renumber(out.mesh.face_vertices);
+    for (std::size_t v = 0; v < sites.size(); ++v) {
+        sites[v] = state.at_level(sites[v], lattice_level(depth[v]));
+        out.half_steps.push_back(static_cast<std::uint8_t>(state.half_steps(depth[v])));
+        const bool centre = sites[v].at.x % 2 == 0 && sites[v].at.y % 2 == 0;
+        out.states.push_back(state.dual && centre ? FactoredVertex::inactive : FactoredVertex::active);
+    }
+    state.set_positions(sites, out.mesh.positions);
+    return out;
+}
+
+}  // namespace tetrakis
