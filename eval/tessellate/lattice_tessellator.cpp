@@ -211,7 +211,7 @@ class LatticeTessellator {
     using ForestView = typename Family::Hierarchy;
     using Refinement = AdaptiveRefinement<ForestView>;
 
-    /// DESIGN 3.10: faces that do without their centre.
+    /// eval/README.md, Coarsest mesh: faces that do without their centre.
     void choose_coarsest(BisectionHierarchy& forest) {
         if (options_.min_level > 0) return;
         std::vector<Site> sites;
