@@ -11,7 +11,7 @@ int main() {
         // Any scheme that scheme_table() lists; `limit` moves the vertices, faces and order are the same.
         const auto net = tetrakis::refine(cage, "catmull-clark", level);
         const auto surface = tetrakis::refine(cage, "catmull-clark", level, {.limit = true, .normals = true});
-        double farthest = 0;  // four times nearer with each level
+        double farthest = 0;
         for (std::size_t v = 0; v < net.positions.size(); ++v)
             farthest = std::max(farthest, glm::distance(net.positions[v], surface.positions[v]));
         std::cout << "level " << level << ": " << net.face_count() << " faces, " << surface.normals.size()
