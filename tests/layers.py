@@ -1,4 +1,4 @@
-"""The layer rule: no include points up, between layers or between the folders of one (DESIGN section 2).
+"""The layer rule: no include points up, between layers or between the folders of one (README.md of each layer).
 
 Programs that stand for users (tools/tetrakis, tools/examples, tests/contract) include public headers only.
 Usage: layers.py SOURCE_DIR; prints every arrow that points up, and fails if there is one.

@@ -17,7 +17,7 @@ class SurfaceBound : public ErrorEstimator {
   public:
     /// Whether there may be a bound for the fan of such a face.
     virtual bool has_fan_bound(FaceId face) const = 0;
-    /// Of faces that are cut along diagonals (DESIGN 3.10).
+    /// Of faces that are cut along diagonals (eval/README.md, Coarsest mesh).
     /// @param corners  of the mesh, by control vertex
     /// @param out      receives faces.size() errors as estimate() gives them; infinite where there is no bound
     virtual void estimate_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners,

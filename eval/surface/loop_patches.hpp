@@ -12,7 +12,7 @@
 
 namespace tetrakis {
 
-/// The patch tree of Loop's scheme (DESIGN 3.3): exact evaluation of the limit surface anywhere. One tree per control
+/// The patch tree of Loop (refine/README.md): exact evaluation of the limit surface anywhere. One tree per control
 /// triangle, named by its first half-edge h0 = face_halfedge(f), with the parameters x, y >= 0, x + y <= 1: origin(h0)
 /// = (0, 0), origin(h0 + 1) = (1, 0), origin(h0 + 2) = (0, 1). Leaves are quartic box splines, at regular boundaries
 /// and creases too; trees grow lazily, towards irregular places only. Thread-safe; a result depends on its arguments

@@ -12,7 +12,7 @@
 
 namespace tetrakis {
 
-/// The patch tree of Catmull-Clark (DESIGN 3.3): exact evaluation of the limit surface anywhere. One tree per corner
+/// Patch tree of Catmull-Clark (refine/README.md): exact evaluation of the limit surface anywhere. One tree per corner
 /// cell; leaves are regular bicubic patches, boundary and crease patches included; all grow where they are asked for,
 /// below a root towards irregular places only, and can be forgotten again. Thread-safe but for that; a result depends
 /// on its arguments alone. Sources: Stam 1998 (extraordinary points); Niessner et al. 2012 (single-crease patches), in

@@ -5,7 +5,7 @@
 
 namespace tetrakis {
 
-/// Errors of a face's fan (DESIGN 3.10) against the surface of its roots.
+/// Errors of a face's fan (eval/README.md, Coarsest mesh) against the surface of its roots.
 class FanError {
   public:
     FanError(const SurfaceMap<QuadFamily>& map, const LeafEstimator<QuadFamily>& estimator, const FanChoice& fans,

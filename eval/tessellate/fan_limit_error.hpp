@@ -9,7 +9,7 @@
 
 namespace tetrakis::detail {
 
-/// The errors of faces' fans (DESIGN 3.10) over a surface that is known by its limit points, as LimitEstimator finds
+/// The errors of faces' fans (eval/README.md) over a surface that is known by its limit points, as LimitEstimator finds
 /// those of triangles: limit points over all of the face to the nearest triangle of its fan, and back; hard edges to
 /// themselves. 0 for faces without a fan.
 /// @param points            of the bisection family

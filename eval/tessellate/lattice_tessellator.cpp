@@ -184,7 +184,7 @@ class LatticeTessellator final : public TessellationRun {
         estimate_seconds_ = watched_->seconds();
     }
 
-    /// DESIGN 3.10: faces that do without their centre.
+    /// eval/README.md, Coarsest mesh: faces that do without their centre.
     void choose_coarsest(BisectionHierarchy& forest) {
         if (options_.min_level > 0) return;
         std::vector<Site> sites;

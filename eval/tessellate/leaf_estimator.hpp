@@ -11,7 +11,7 @@
 
 namespace tetrakis {
 
-/// The two estimators of DESIGN 3.7 for leaves of one family.
+/// The two estimators of eval/README.md for leaves of one family.
 ///
 /// certified: the certified bound itself. measured: the bound where it accepts; else the deviation of samples from the
 /// triangle's plane (two-sided, see PlaneMeasure) and, where tangential drift makes the way back doubtful, the leaf's

@@ -11,7 +11,7 @@
 
 namespace tetrakis {
 
-/// Measures a tessellation against its surface by dense sampling, both directions (DESIGN 3.7).
+/// Measures a tessellation against its surface by dense sampling, both directions (eval/README.md, Errors).
 ///
 /// Samples: the barycentric lattice of every triangle (at least 3 intervals a side, more until there are about
 /// `samples` in all), on the surface and on the triangle. Forward: each surface point to the nearest triangle by

@@ -8,7 +8,7 @@
 
 namespace tetrakis {
 
-/// Where a triangle of the output comes from: a triangle of the hierarchy, or one of a face's fan (DESIGN 3.10).
+/// Where a triangle of the output comes from: a triangle of the hierarchy, or one of a face's fan (eval/README.md).
 struct OutputTriangle {
     CellTriangle cell;                          ///< unless it belongs to a fan
     FaceId fan;                                 ///< the face; invalid for triangles of the hierarchy

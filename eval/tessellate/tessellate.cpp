@@ -217,7 +217,7 @@ class Tessellator {
         map_.target_mesh = options_.target;
     }
 
-    /// DESIGN 3.10: faces that do without their centre.
+    /// eval/README.md, Coarsest mesh: faces that do without their centre.
     void choose_coarsest(BisectionHierarchy& hierarchy, const LeafEstimator<QuadFamily>& estimator,
                          std::optional<FanError>& fan_error) {
         corner_positions_.resize(mesh_.vertex_count());

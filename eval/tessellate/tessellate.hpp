@@ -15,7 +15,7 @@ namespace tetrakis {
 
 struct HeightImage;  // eval/io/height_image.hpp
 
-/// Which estimator decides where to refine (DESIGN 3.7).
+/// Which estimator decides where to refine (eval/README.md, Errors).
 enum class EstimatorKind {
     /// Cheap two-sided filters, then closest points and normal rays against the limit surface or a target. Of surfaces
     /// without patches: the limit points that each triangle's edges and inside have one and two levels further down.

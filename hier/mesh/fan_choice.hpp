@@ -12,7 +12,7 @@ namespace tetrakis {
 /// Faces with more corners keep their centre: n - 2 triangles instead of n would save next to nothing.
 inline constexpr std::uint32_t k_max_fan_corners = 32;
 
-/// For some faces of a control mesh, a triangulation over their corners alone (DESIGN 3.10).
+/// For some faces of a control mesh, a triangulation over their corners alone (eval/README.md, Coarsest mesh).
 struct FanChoice {
     std::vector<std::uint8_t> accepted;                  ///< per face: 1 where it has one
     std::vector<std::uint32_t> offsets;                  ///< F + 1 numbers into `triangles`

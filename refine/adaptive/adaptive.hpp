@@ -10,7 +10,7 @@ namespace tetrakis {
 class VertexForest;
 struct Sqrt3Leaf;
 
-/// Gives the positions of an adaptive mesh's vertices: a pure function of the site (DESIGN 3.3). Called with large
+/// Gives positions of an adaptive mesh's vertices: a pure function of the site (refine/README.md). Called with large
 /// batches, from several threads at once.
 class PositionSource {
   public:

@@ -33,7 +33,7 @@ struct AdaptiveOptions {
     std::uint64_t bytes_per_triangle = 0;  ///< what a triangle of the result takes, for that limit
 };
 
-/// Error-driven refinement of a hierarchy (DESIGN 2: positions and errors come through batch interfaces).
+/// Error-driven refinement of a hierarchy (README.md: positions and errors come through batch interfaces).
 ///
 /// The error of a leaf depends on the leaf alone, so the result is the smallest conforming refinement in which no leaf
 /// exceeds the tolerance: it does not depend on the order of splits. `Hierarchy` adapts a forest (hierarchy_view.hpp).

@@ -10,7 +10,7 @@
 
 namespace tetrakis {
 
-/// The 4-8 bisection forest as the adaptive engine sees it, with the coarsest mesh of DESIGN 3.10: a face whose fan was
+/// 4-8 bisection forest as the adaptive engine sees it, with the coarsest mesh of eval/README.md: a face whose fan was
 /// accepted has no centre until one of its roots is split, by itself or by a neighbour's closure.
 class BisectionHierarchy {
   public:

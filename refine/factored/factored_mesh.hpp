@@ -45,7 +45,7 @@ struct FactoredTrace {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> reads;
 };
 
-/// A subdivision scheme in binary steps (Velho; DESIGN 3.6): each half-step cuts the blocks of a 4-8 mesh at their
+/// A scheme in binary steps (Velho; refine/README.md): each half-step cuts the blocks of a 4-8 mesh at their
 /// centres, and two (of repeated averaging: two more than averagings) give the classical step's points to rounding
 /// error. Every mesh on the way is a conforming triangle
 /// mesh. A vertex keeps its number for ever, also when it becomes inactive.

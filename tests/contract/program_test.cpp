@@ -21,6 +21,11 @@ namespace {
 
 using Words = std::vector<std::string>;
 
+/// What users read of the program.
+std::string documentation() {
+    return slurp(TETRAKIS_SOURCE_DIR "/README.md") + slurp(TETRAKIS_SOURCE_DIR "/tools/tetrakis/README.md");
+}
+
 std::string data(const std::string& name) { return TETRAKIS_SOURCE_DIR "/data/" + name; }
 
 ProcessResult run(Words words, const std::string& directory = ".") {
@@ -125,7 +130,7 @@ TEST_CASE("a file that cannot be written whole takes those that belong to it wit
     CHECK(scratch.file_count() == 0);
 }
 
-TEST_CASE("reports have the keys that README lists, and no others") {
+TEST_CASE("reports have the keys that tools/tetrakis/README.md lists, and no others") {
     const std::set<std::string> common = {"input",
                                           "scheme",
                                           "version",
@@ -156,7 +161,7 @@ TEST_CASE("reports have the keys that README lists, and no others") {
         {{"refine", data("cube.obj"), "--factored", "--steps", "5", "--near", "1,1,1", "--radius", "0.5"},
          {"output_faces", "half_steps", "active", "inactive_vertices"}},
     };
-    const std::string readme = slurp(TETRAKIS_SOURCE_DIR "/README.md");
+    const std::string readme = slurp(TETRAKIS_SOURCE_DIR "/tools/tetrakis/README.md");
     for (const Case& c : cases) {
         CAPTURE(line_of(c.words));
         const ScratchDir scratch;
@@ -187,10 +192,10 @@ TEST_CASE("reports have the keys that README lists, and no others") {
     }
 }
 
-TEST_CASE("[slow] the command lines of README run, in their order") {
+TEST_CASE("[slow] the command lines of the two READMEs run, in their order") {
     const ScratchDir scratch;
     std::filesystem::create_directory_symlink(data(""), scratch / "data");
-    std::istringstream readme(slurp(TETRAKIS_SOURCE_DIR "/README.md"));
+    std::istringstream readme(documentation());
     bool shell = false;  // in a block of them
     int count = 0;
     for (std::string line; std::getline(readme, line);) {

@@ -76,14 +76,6 @@ TEST_CASE("the example in each command's help works as it stands") {
     }
 }
 
-TEST_CASE("[slow] the command lines of the README work as they stand, in their order") {
-    const ScratchDir scratch;
-    std::filesystem::create_directory_symlink(cli::data(""), scratch / "data");
-    const auto found = examples(slurp(std::string(TETRAKIS_SOURCE_DIR) + "/README.md"));
-    CHECK(found.size() >= 5);
-    run_all(found, scratch.path().string());
-}
-
 TEST_CASE("info reads every model of data/ and agrees with Euler") {
     REQUIRE(cli::data_models().size() >= 8);
     for (const std::string& model : cli::data_models()) {
