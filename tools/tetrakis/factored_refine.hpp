@@ -1,31 +1,31 @@
 #pragma once
 
-#include "exit_code.hpp"
-#include "files.hpp"
-#include "run_options.hpp"
-#include "scheme_option.hpp"
+#include "../../refine/factored/factored_mesh.hpp"
+#include "../../refine/uniform/uniform.hpp"
+#include "../../schemes/core/scheme_info.hpp"
 
-#include <filesystem>
+#include <cstddef>
+#include <cstdint>
 #include <string>
+#include <vector>
 
 namespace tetrakis::cli {
 
-/// `refine --factored`: what it takes from the command line.
-struct FactoredRefine {
-    std::filesystem::path input, output, report;
-    std::string scheme;
-    RuleOptionFlags rules;
-    int half_steps = 0;
-    bool active = false;  ///< write the scheme's own faces
-    ReadOptions read;
-    RunOptions run;
+/// Names of the schemes that `refine --factored` takes, with commas between.
+std::string factored_scheme_names();
+/// @throws UsageError: the scheme has no factored form (the message lists those that have)
+FactoredScheme chosen_factored_scheme(const SchemeInfo& scheme);
+
+/// A mesh refined by half-steps of the 4-8 mesh.
+struct FactoredResult {
+    PolygonMesh mesh;
+    int levels = 0;  ///< whole ones
+    std::uint64_t active = 0;
+    std::vector<std::size_t> inactive{};  ///< of the mesh's vertices
 };
 
-/// Those that `refine --factored` takes, with commas between.
-std::string factored_scheme_names();
-
-/// Refines by half-steps of the 4-8 mesh and writes it.
-/// @throws UsageError: the scheme has no factored form (the message lists those that have)
-ExitCode run_factored_refine(const FactoredRefine& options);
+/// @param active  make the scheme's own faces, not the triangles of the 4-8 mesh
+FactoredResult refine_by_half_steps(const ControlMesh& mesh, FactoredScheme scheme, int half_steps, bool active,
+                                    const RuleOptions& rules, const RunContext& context);
 
 }  // namespace tetrakis::cli
