@@ -5,8 +5,8 @@
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../refine/uniform/refine.hpp"
 #include "../../schemes/core/scheme_table.hpp"
+#include "nearest_triangle.hpp"
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -14,25 +14,6 @@
 // What a tessellation is judged by: distances from scratch, in doubles, to points that refine() puts on the limit
 // surface. Nothing of the library's own measuring is used.
 namespace tetrakis::contract {
-
-/// The distance of points to the nearest of some triangles: a tree of boxes over them.
-class NearestTriangle {
-  public:
-    NearestTriangle(std::vector<Vec3d> points, std::vector<std::array<std::uint32_t, 3>> triangles);
-    double distance(const Vec3d& p) const;
-
-  private:
-    struct Node {
-        Box3d box;
-        std::uint32_t first = 0, count = 0;  ///< a leaf's triangles; count 0: its children are first and first + 1
-    };
-    void split(std::uint32_t node, std::uint32_t first, std::uint32_t count, const std::vector<Vec3d>& centres);
-
-    std::vector<Vec3d> points_;
-    std::vector<std::array<std::uint32_t, 3>> triangles_;
-    std::vector<std::uint32_t> order_;
-    std::vector<Node> nodes_;
-};
 
 /// The limit surface as refine() gives it at one level.
 class LimitJudge {

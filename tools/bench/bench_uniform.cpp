@@ -1,6 +1,5 @@
 // Uniform refinement against OpenSubdiv, CGAL and OpenMesh in one run. The counter "vertex" is time per vertex of the
-// last level; "share" is the share of the memory bandwidth that the triad of STREAM reaches here in the same run, for
-// the bytes of the last level that must be written and those of the level above that must be read.
+// last level.
 #include "bench_models.hpp"
 #include "uniform_peers.hpp"
 
@@ -16,10 +15,8 @@
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
-#include <chrono>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
 
@@ -59,50 +56,10 @@ struct Case {
     bool limit;
 };
 
-/// The triad a = b + s c, in bytes a second; 24 bytes moved for 16 read and 8 written, as STREAM counts.
-double triad_bandwidth(int threads) {
-    static std::map<int, double> cache;
-    if (const auto found = cache.find(threads); found != cache.end()) return found->second;
-    constexpr std::uint32_t k_length = 16u << 20;
-    std::vector<double> a(k_length, 1.0), b(k_length, 2.0), c(k_length, 3.0);
-    double best = 0;
-    RunContext context;
-    context.threads = threads;
-    with_threads(context, [&] {
-        for (int i = 0; i < 9; ++i) {
-            const auto start = std::chrono::steady_clock::now();
-            for_each_block(k_length, 1u << 16, [&](std::uint32_t begin, std::uint32_t end) {
-                for (std::uint32_t k = begin; k < end; ++k) a[k] = b[k] + 0.5 * c[k];
-            });
-            benchmark::DoNotOptimize(a.data());
-            benchmark::ClobberMemory();
-            const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
-            best = std::max(best, 24.0 * k_length / time.count());
-        }
-    });
-    return cache[threads] = best;
-}
-
-/// Times how much longer `whole` takes than `part`, each after a run of its own.
-template <class Part, class Whole>
-void add_time(benchmark::State& state, Part&& part, Whole&& whole) {
-    const auto seconds = [](auto&& work) {
-        work();
-        const auto start = std::chrono::steady_clock::now();
-        work();
-        benchmark::ClobberMemory();
-        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    };
-    for (auto _ : state) {
-        const double less = seconds(part), more = seconds(whole);
-        state.SetIterationTime(std::max(more - less, 1e-9));
-    }
-}
-
 /// From the control mesh in memory to an indexed level, in whatever memory the library has: what the last round freed,
 /// as far as it keeps that.
 template <class T>
-void whole(benchmark::State& state, Case c) {
+void full_refinement(benchmark::State& state, Case c) {
     const ControlMesh& mesh = mesh_of(*c.model, c.scheme);
     const std::vector<Vec3<T>> control(mesh.positions().begin(), mesh.positions().end());
     std::uint64_t vertices = 0;
@@ -116,15 +73,15 @@ void whole(benchmark::State& state, Case c) {
 
 /// The same in fresh memory.
 template <class T>
-void fresh(benchmark::State& state, Case c) {
+void full_cold_refinement(benchmark::State& state, Case c) {
     keep_freed_memory(0);
-    whole<T>(state, c);
+    full_refinement<T>(state, c);
     keep_freed_memory(default_freed_memory());
 }
 
 /// The same in a caller's buffers that are kept: connectivity, positions and faces anew.
 template <class T>
-void reused(benchmark::State& state, Case c) {
+void preallocated_refinement(benchmark::State& state, Case c) {
     const ControlMesh& mesh = mesh_of(*c.model, c.scheme);
     const std::vector<Vec3<T>> control(mesh.positions().begin(), mesh.positions().end());
     std::vector<Vec3<T>> positions;
@@ -142,7 +99,7 @@ void reused(benchmark::State& state, Case c) {
     count(state, positions.size());
 }
 
-/// As `whole`, from flat arrays, i.e. with the control mesh's half-edges and checks.
+/// As `full_refinement`, from flat arrays, i.e. with the control mesh's half-edges and checks.
 void from_arrays(benchmark::State& state, Case c) {
     const ControlMeshData& data = mesh_of(*c.model, c.scheme).data();
     std::uint64_t vertices = 0;
@@ -159,7 +116,7 @@ void from_arrays(benchmark::State& state, Case c) {
 
 /// Positions only, again, in buffers that are kept.
 template <class T>
-void again(benchmark::State& state, Case c) {
+void positions_refinement(benchmark::State& state, Case c) {
     const ControlMesh& mesh = mesh_of(*c.model, c.scheme);
     const std::vector<Vec3<T>> control(mesh.positions().begin(), mesh.positions().end());
     UniformRefiner<T> refiner(mesh, c.scheme, c.levels, options_for(c.threads, c.limit));
@@ -170,36 +127,6 @@ void again(benchmark::State& state, Case c) {
         benchmark::ClobberMemory();
     }
     count(state, vertices);
-    const double bytes = static_cast<double>(vertices) * sizeof(Vec3<T>) * (c.limit ? 2 : 1.25);
-    state.counters["share"] =
-        benchmark::Counter(bytes / triad_bandwidth(c.threads), benchmark::Counter::kIsIterationInvariantRate);
-}
-
-/// The last level alone, from the one above, which has just been made: "share" is its own.
-template <class T>
-void last(benchmark::State& state, Case c) {
-    const ControlMesh& mesh = mesh_of(*c.model, c.scheme);
-    const std::vector<Vec3<T>> control(mesh.positions().begin(), mesh.positions().end());
-    using Clock = std::chrono::steady_clock;
-    std::optional<Clock::time_point> start;
-    UniformOptions options = options_for(c.threads, c.limit);
-    // Three quarters of all vertices are new in it.
-    options.context.progress = [&](std::string_view, double fraction) {
-        if (!start && fraction >= 0.25) start = Clock::now();
-        return true;
-    };
-    UniformRefiner<T> refiner(mesh, c.scheme, c.levels, options);
-    refiner.refine(control);
-    for (auto _ : state) {
-        start.reset();
-        refiner.refine(control);
-        benchmark::ClobberMemory();
-        state.SetIterationTime(std::chrono::duration<double>(Clock::now() - start.value()).count());
-    }
-    count(state, refiner.vertex_count());
-    const double bytes = static_cast<double>(refiner.vertex_count()) * sizeof(Vec3<T>) * 1.25;
-    state.counters["share"] =
-        benchmark::Counter(bytes / triad_bandwidth(c.threads), benchmark::Counter::kIsIterationInvariantRate);
 }
 
 /// The face indices, again, in a buffer that is kept.
@@ -253,7 +180,7 @@ struct RuleCase {
     const BenchModel* model;
     const SchemeInfo* scheme;
     int levels, threads;
-    enum class Part { fresh, again, last } part;
+    bool positions_only = false;
 };
 
 void by_rules(benchmark::State& state, RuleCase c) {
@@ -261,32 +188,17 @@ void by_rules(benchmark::State& state, RuleCase c) {
     const ControlMesh& mesh = mesh_of(*c.model, triangles ? SchemeKind::loop : SchemeKind::catmull_clark);
     RefineOptions options;
     options.context.threads = c.threads;
-    const auto make = [&](int levels) {
-        return with_threads(options.context, [&] { return RuleRefiner(mesh, *c.scheme, levels, options); });
+    const auto make = [&] {
+        return with_threads(options.context, [&] { return RuleRefiner(mesh, *c.scheme, c.levels, options); });
     };
-    std::vector<Vec3d> positions;
-    RuleRefiner refiner = make(c.levels);
-    const auto refine = [&] {
-        positions.resize(refiner.vertex_count());
+    RuleRefiner refiner = make();
+    std::vector<Vec3d> positions(refiner.vertex_count());
+    for (auto _ : state) {
+        if (!c.positions_only) refiner = make();
         refiner.refine(mesh.positions(), positions);
         benchmark::ClobberMemory();
-    };
-    if (c.part == RuleCase::Part::last) {
-        RuleRefiner above = make(c.levels - 1);
-        std::vector<Vec3d> coarser(above.vertex_count());
-        add_time(
-            state, [&] { above.refine(mesh.positions(), coarser); }, refine);
-    } else {
-        for (auto _ : state) {
-            if (c.part == RuleCase::Part::fresh) refiner = make(c.levels);
-            refine();
-        }
     }
     count(state, positions.size());
-    const double growth = c.scheme->refinement == Refinement::sqrt3 ? 9 : 4;
-    const double bytes = static_cast<double>(positions.size()) * sizeof(Vec3d) * (1 + 1 / growth);
-    state.counters["share"] =
-        benchmark::Counter(bytes / triad_bandwidth(c.threads), benchmark::Counter::kIsIterationInvariantRate);
 }
 
 constexpr BenchModel k_dense{"spot-quads", "data/models/spot-quads.obj", SchemeKind::catmull_clark};
@@ -296,8 +208,7 @@ void add(const std::string& method, const Case& c, void (*run)(benchmark::State&
     full += c.scheme == SchemeKind::loop ? "/loop/" : "/cc/";
     full += std::to_string(c.levels) + "/" + method + (c.limit ? "_limit" : "");
     if (c.threads == 2) full += "_2t";
-    auto* const registered = benchmark::RegisterBenchmark(full.c_str(), run, c)->Unit(benchmark::kMillisecond);
-    method.starts_with("last") ? registered->UseManualTime() : registered->UseRealTime();
+    benchmark::RegisterBenchmark(full.c_str(), run, c)->Unit(benchmark::kMillisecond)->UseRealTime();
 }
 
 void register_all() {
@@ -308,23 +219,21 @@ void register_all() {
             for (int levels = 3; levels <= 6; ++levels) {
                 for (const bool limit : {false, true}) {
                     const Case one{model, scheme, levels, 1, limit}, two{model, scheme, levels, 2, limit};
-                    add("fresh_double", one, fresh<double>);
-                    add("fresh_float", one, fresh<float>);
-                    add("whole_double", one, whole<double>);
-                    add("whole_float", one, whole<float>);
-                    add("again_double", one, again<double>);
-                    add("again_float", one, again<float>);
-                    add("again_double", two, again<double>);
-                    add("again_float", two, again<float>);
-                    if (!limit)
-                        for (const Case& k : {one, two}) add("last_double", k, last<double>);
+                    add("full_cold_double", one, full_cold_refinement<double>);
+                    add("full_cold_float", one, full_cold_refinement<float>);
+                    add("full_double", one, full_refinement<double>);
+                    add("full_float", one, full_refinement<float>);
+                    add("positions_double", one, positions_refinement<double>);
+                    add("positions_float", one, positions_refinement<float>);
+                    add("positions_double", two, positions_refinement<double>);
+                    add("positions_float", two, positions_refinement<float>);
                     add("far_double", one, far<double>);
                     add("far_float", one, far<float>);
                 }
                 const Case c{model, scheme, levels, 1, false};
-                add("fresh_double", {model, scheme, levels, 2, false}, fresh<double>);
-                add("reused_double", c, reused<double>);
-                add("reused_float", c, reused<float>);
+                add("full_cold_double", {model, scheme, levels, 2, false}, full_cold_refinement<double>);
+                add("preallocated_double", c, preallocated_refinement<double>);
+                add("preallocated_float", c, preallocated_refinement<float>);
                 add("from_arrays", c, from_arrays);
                 add("indices", c, indices);
                 add("stencils", c, stencils);
@@ -342,9 +251,9 @@ void register_large() {
     for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop})
         for (const int levels : {7, 9}) {
             const Case c{find_bench_model("suzanne"), scheme, levels, 2, false};
-            add("fresh_double", c, fresh<double>);
-            add("reused_double", c, reused<double>);
-            add("again_double", c, again<double>);
+            add("full_cold_double", c, full_cold_refinement<double>);
+            add("preallocated_double", c, preallocated_refinement<double>);
+            add("positions_double", c, positions_refinement<double>);
         }
 }
 
@@ -360,7 +269,7 @@ ControlMesh bare_mesh_of(const RuleCase& c) {
 
 /// refine(): from the control mesh to a mesh of the last level, by whatever way is the fastest.
 template <bool WithLimit>
-void whole_mesh(benchmark::State& state, RuleCase c) {
+void full_mesh(benchmark::State& state, RuleCase c) {
     const ControlMesh mesh = bare_mesh_of(c);
     RefineOptions options;
     options.limit = options.normals = WithLimit;
@@ -376,7 +285,7 @@ void whole_mesh(benchmark::State& state, RuleCase c) {
 
 /// Positions only, again, in a buffer that is kept, by the way that refine() takes.
 template <bool WithLimit>
-void positions_again(benchmark::State& state, RuleCase c) {
+void positions_of_scheme(benchmark::State& state, RuleCase c) {
     const ControlMesh mesh = bare_mesh_of(c);
     RefineOptions options;
     options.limit = options.normals = WithLimit;
@@ -388,11 +297,6 @@ void positions_again(benchmark::State& state, RuleCase c) {
         benchmark::ClobberMemory();
     }
     count(state, positions.size());
-    if (WithLimit) return;
-    const double growth = c.scheme->refinement == Refinement::sqrt3 ? 9 : 4;
-    const double bytes = static_cast<double>(positions.size()) * sizeof(Vec3d) * (1 + 1 / growth);
-    state.counters["share"] =
-        benchmark::Counter(bytes / triad_bandwidth(c.threads), benchmark::Counter::kIsIterationInvariantRate);
 }
 
 /// What peers have besides Catmull-Clark and Loop.
@@ -413,11 +317,11 @@ void register_schemes() {
         const BenchModel& smooth = *find_bench_model(name);
         for (const SchemeInfo& scheme : scheme_table())
             for (const int threads : {1, 2}) {
-                const RuleCase c{&smooth, &scheme, scheme.refinement == Refinement::sqrt3 ? 4 : 5, threads,
-                                 RuleCase::Part::fresh};
+                const RuleCase c{&smooth, &scheme, scheme.refinement == Refinement::sqrt3 ? 4 : 5, threads};
                 for (const auto& [method, run] :
-                     {std::pair("refine", &whole_mesh<false>), std::pair("refine_limit", &whole_mesh<true>),
-                      std::pair("again", &positions_again<false>), std::pair("again_limit", &positions_again<true>)}) {
+                     {std::pair("refine", &full_mesh<false>), std::pair("refine_limit", &full_mesh<true>),
+                      std::pair("positions", &positions_of_scheme<false>),
+                      std::pair("positions_limit", &positions_of_scheme<true>)}) {
                     const std::string full =
                         fmt::format("{}/{}/{}/{}{}", name, scheme.name, c.levels, method, threads == 2 ? "_2t" : "");
                     benchmark::RegisterBenchmark(full.c_str(), run, c)->Unit(benchmark::kMillisecond)->UseRealTime();
@@ -434,18 +338,14 @@ void register_schemes() {
     }
     const BenchModel* model = find_bench_model("pawn");
     for (const SchemeInfo& scheme : scheme_table())
-        for (const auto& [part, method] :
-             {std::pair(RuleCase::Part::fresh, "fresh"), std::pair(RuleCase::Part::again, "again"),
-              std::pair(RuleCase::Part::last, "last")})
+        for (const bool positions_only : {false, true})
             for (const int threads : {1, 2}) {
                 // About 200 000 points each.
                 const int levels = scheme.refinement == Refinement::sqrt3 ? 3 : 4;
-                const RuleCase c{model, &scheme, levels, threads, part};
-                const std::string full = fmt::format("{}/{}/{}/rules_{}{}", model->name, scheme.name, levels, method,
-                                                     threads == 2 ? "_2t" : "");
-                auto* const registered =
-                    benchmark::RegisterBenchmark(full.c_str(), by_rules, c)->Unit(benchmark::kMillisecond);
-                part == RuleCase::Part::last ? registered->UseManualTime() : registered->UseRealTime();
+                const RuleCase c{model, &scheme, levels, threads, positions_only};
+                const std::string full = fmt::format("{}/{}/{}/rules_{}{}", model->name, scheme.name, levels,
+                                                     positions_only ? "positions" : "full", threads == 2 ? "_2t" : "");
+                benchmark::RegisterBenchmark(full.c_str(), by_rules, c)->Unit(benchmark::kMillisecond)->UseRealTime();
             }
 }
 

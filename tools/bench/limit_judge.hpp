@@ -2,7 +2,7 @@
 
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../schemes/core/scheme_kind.hpp"
-#include "nearest_triangle.hpp"
+#include "../../tests/contract/nearest_triangle.hpp"
 
 #include <array>
 #include <cstdint>
@@ -11,6 +11,8 @@
 #include <vector>
 
 namespace tetrakis::bench {
+
+using contract::NearestTriangle;
 
 /// Measures any triangle mesh against a limit surface, without this library's evaluators: the surface is OpenSubdiv's
 /// Bfr in double with its approximation levels at 10, sampled on a grid of each face (its corners and edges included)

@@ -6,6 +6,8 @@
 #include <p4est_ghost.h>
 #include <p4est_mesh.h>
 
+#include <vector>
+
 namespace tetrakis::bench {
 
 namespace {
@@ -15,7 +17,6 @@ constexpr std::int64_t k_units = P4EST_ROOT_LEN / k_cube_edge;  // of p4est, in 
 
 struct Asked {
     CubePattern pattern;
-    std::vector<SquareFrame> frames;
     std::vector<FramePattern> wanted;  // per tree
 };
 
@@ -39,52 +40,33 @@ int wants(p4est_t* forest, p4est_topidx_t tree, p4est_quadrant_t* q) {
            asked.wanted[static_cast<std::size_t>(tree)].wants(q->x / k_units, q->y / k_units, k_cube_edge >> q->level);
 }
 
-double now() { return MPI_Wtime(); }
+/// MPI, from the first use to the end of the program.
+struct Session {
+    Session() {
+        MPI_Init(nullptr, nullptr);
+        sc_init(MPI_COMM_WORLD, 0, 0, nullptr, SC_LP_ERROR);
+        p4est_init(nullptr, SC_LP_ERROR);
+    }
+    ~Session() {
+        sc_finalize();
+        MPI_Finalize();
+    }
+};
 
 }  // namespace
 
-P4est::P4est(int* argc, char*** argv) {
-    MPI_Init(argc, argv);
-    MPI_Comm_size(MPI_COMM_WORLD, &ranks_);
-    MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
-    sc_init(MPI_COMM_WORLD, 0, 0, nullptr, SC_LP_ERROR);
-    p4est_init(nullptr, SC_LP_ERROR);
-}
-
-P4est::~P4est() {
-    sc_finalize();
-    MPI_Finalize();
-}
-
-QuadtreeRun P4est::run(const CubePattern& pattern, bool neighbours, std::vector<CubeSquare>* leaves) const {
+QuadtreeRun run_p4est(const CubePattern& pattern, bool neighbours) {
+    static const Session session;
     p4est_connectivity_t* cube = p4est_connectivity_new_cubed();
-    Asked asked{pattern, tree_frames(*cube), {}};
-    for (const SquareFrame& frame : asked.frames) asked.wanted.push_back(pattern.in(frame));
-    MPI_Barrier(MPI_COMM_WORLD);
-    const double start = now();
+    Asked asked{pattern, {}};
+    for (const SquareFrame& frame : tree_frames(*cube)) asked.wanted.push_back(pattern.in(frame));
+    const double start = MPI_Wtime();
     p4est_t* forest = p4est_new_ext(MPI_COMM_WORLD, cube, 0, 0, 1, 0, nullptr, &asked);
     p4est_refine(forest, 1, wants, nullptr);
-    const double refined = now();
-    // With several ranks each has to balance about as much; without, nothing moves.
-    if (ranks_ > 1) p4est_partition(forest, 0, nullptr);
     p4est_balance(forest, P4EST_CONNECT_FACE, nullptr);
-    const double balanced = now();
     p4est_ghost_t* ghost = neighbours ? p4est_ghost_new(forest, P4EST_CONNECT_FACE) : nullptr;
     p4est_mesh_t* mesh = neighbours ? p4est_mesh_new(forest, ghost, P4EST_CONNECT_FACE) : nullptr;
-    double seconds[3] = {refined - start, balanced - refined, now() - balanced}, slowest[3];
-    MPI_Allreduce(seconds, slowest, 3, MPI_DOUBLE, MPI_MAX, MPI_COMM_WORLD);
-    if (leaves != nullptr)
-        for (p4est_topidx_t t = forest->first_local_tree; t <= forest->last_local_tree; ++t) {
-            p4est_tree_t* tree = p4est_tree_array_index(forest->trees, t);
-            for (std::size_t i = 0; i < tree->quadrants.elem_count; ++i) {
-                const p4est_quadrant_t* q = p4est_quadrant_array_index(&tree->quadrants, i);
-                const std::int64_t half = k_cube_edge >> q->level >> 1;
-                leaves->push_back(
-                    {asked.frames[static_cast<std::size_t>(t)].at(q->x / k_units + half, q->y / k_units + half),
-                     q->level});
-            }
-        }
-    const QuadtreeRun run{slowest[0], slowest[1], slowest[2], forest->global_num_quadrants};
+    const QuadtreeRun run{MPI_Wtime() - start, forest->global_num_quadrants};
     if (neighbours) {
         p4est_mesh_destroy(mesh);
         p4est_ghost_destroy(ghost);

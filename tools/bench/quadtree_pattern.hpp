@@ -2,10 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <compare>
 #include <cstdint>
-#include <functional>
-#include <vector>
 
 // Which squares of a cube's surface are cut in four: the same question, put to two quadtrees with frames of their own.
 namespace tetrakis::bench {
@@ -18,11 +15,6 @@ inline constexpr std::int64_t k_cube_edge = std::int64_t{1} << 29;
 /// A square region of the surface: its lower corner, and the directions of its axes (unit vectors).
 struct SquareFrame {
     CubePoint corner, x, y;
-    CubePoint at(std::int64_t u, std::int64_t v) const {
-        CubePoint p = corner;
-        for (std::size_t k = 0; k < 3; ++k) p[k] += u * x[k] + v * y[k];
-        return p;
-    }
 };
 
 /// Of a face of the unit cube, from its lower corner and the corners beside it.
@@ -69,37 +61,16 @@ struct CubePattern {
     }
 };
 
-/// A leaf: its centre in the cube and its level.
-struct CubeSquare {
-    CubePoint centre;
-    int level;
-    friend auto operator<=>(const CubeSquare&, const CubeSquare&) = default;
-};
-
-/// What one run of a quadtree took and made.
+#ifdef TETRAKIS_BENCH_P4EST
+/// What one run of p4est took and made.
 struct QuadtreeRun {
-    double refine_seconds = 0, balance_seconds = 0, neighbour_seconds = 0;
+    double seconds = 0;
     std::int64_t squares = 0;
 };
 
-#ifdef TETRAKIS_BENCH_P4EST
-/// p4est, one forest over all ranks of the program; every rank calls these. Seconds are the slowest rank's.
-class P4est {
-  public:
-    P4est(int* argc, char*** argv);
-    ~P4est();
-    P4est(const P4est&) = delete;
-    P4est& operator=(const P4est&) = delete;
-    int ranks() const { return ranks_; }
-    int rank() const { return rank_; }
-    /// Refine, then balance across sides.
-    /// @param neighbours  find the leaves across sides, too (as p4est_mesh)
-    /// @param leaves      if not null, receives this rank's
-    QuadtreeRun run(const CubePattern& pattern, bool neighbours, std::vector<CubeSquare>* leaves = nullptr) const;
-
-  private:
-    int ranks_ = 1, rank_ = 0;
-};
+/// p4est on one rank: refine, then balance across sides.
+/// @param neighbours  find the leaves across sides, too (as p4est_mesh)
+QuadtreeRun run_p4est(const CubePattern& pattern, bool neighbours);
 #endif
 
 }  // namespace tetrakis::bench

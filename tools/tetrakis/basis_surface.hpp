@@ -3,7 +3,8 @@
 #include "fan_patch.hpp"
 
 #include "../../eval/surface/triangle_mesh.hpp"
-#include "../../hier/base/run_context.hpp"
+
+#include <vector>
 
 namespace tetrakis::cli {
 
@@ -13,14 +14,9 @@ struct BasisSurface {
     double peak = 0;  ///< the largest value of the function, of those at the mesh's vertices
 };
 
-/// @param patch   refined so far that a fan of `rings` rings is fine enough but for its middle, which is refined here:
-///                level by level half as far around the extraordinary point, until a face there is a dot
-/// @param rings   of the first mesh
+/// @param near    the vertices that are drawn, and the faces between them
 /// @param height  of the function's value one
-BasisSurface basis_surface(const FanPatch& patch, const SchemeInfo& scheme, const FanLabels& labels,
-                           const RuleOptions& rules, int rings, double height);
-/// Of hexagons, which are no fan: the faces of the patch within a distance of the middle.
-BasisSurface hexagon_basis_surface(const FanPatch& patch, const SchemeInfo& scheme, const RuleOptions& rules,
-                                   double reach, double height);
+BasisSurface basis_surface(const FanPatch& patch, const SchemeInfo& scheme, const RuleOptions& rules,
+                           const std::vector<int>& near, double height);
 
 }  // namespace tetrakis::cli

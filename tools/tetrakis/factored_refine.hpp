@@ -1,15 +1,14 @@
 #pragma once
 
-#include "exit_code.hpp"
-#include "files.hpp"
-#include "run_options.hpp"
-#include "scheme_option.hpp"
-
 #include "../../hier/base/vec.hpp"
+#include "../../refine/factored/factored_mesh.hpp"
+#include "../../refine/uniform/uniform.hpp"
+#include "../../schemes/core/scheme_info.hpp"
 
-#include <filesystem>
-#include <optional>
+#include <cstddef>
+#include <cstdint>
 #include <string>
+#include <vector>
 
 namespace tetrakis::cli {
 
@@ -18,29 +17,29 @@ struct HalfStepSphere {
     Vec3d centre{0};
     double radius = 0;
 };
-
-/// `refine --factored`: what it takes from the command line.
-struct FactoredRefine {
-    std::filesystem::path input, output, report;
-    std::string scheme;
-    RuleOptionFlags rules;
-    int half_steps = 0;
-    bool active = false;  ///< write the scheme's own faces
-    std::optional<HalfStepSphere> sphere;
-    ReadOptions read;
-    RunOptions run;
-};
-
 /// The sphere of --near X,Y,Z and --radius R.
 /// @throws UsageError  they are no three finite numbers and one above 0
 HalfStepSphere half_step_sphere(const std::string& near, const std::string& radius);
 
-/// Those that `refine --factored` takes, with commas between.
+/// Names of the schemes that `refine --factored` takes, with commas between.
 std::string factored_scheme_names();
+/// @param adaptive  half-steps are to adapt
+/// @throws UsageError: the scheme has no factored form, or none that adapts (the message lists those that have)
+FactoredScheme chosen_factored_scheme(const SchemeInfo& scheme, bool adaptive);
 
-/// Refines by half-steps of the 4-8 mesh and writes it.
-/// @throws UsageError: the scheme has no factored form, or with a sphere none that adapts (the message lists those that
-///                     have)
-ExitCode run_factored_refine(const FactoredRefine& options);
+/// A mesh refined by half-steps of the 4-8 mesh.
+struct FactoredResult {
+    PolygonMesh mesh;
+    int levels = 0;  ///< whole ones
+    std::uint64_t active = 0;
+    std::vector<std::size_t> inactive{};  ///< of the mesh's vertices
+};
+
+/// @param active  make the scheme's own faces, not the triangles of the 4-8 mesh
+FactoredResult refine_by_half_steps(const ControlMesh& mesh, FactoredScheme scheme, int half_steps, bool active,
+                                    const RuleOptions& rules, const RunContext& context);
+/// All half-steps inside of the sphere, as few as the mesh allows outside.
+FactoredResult refine_by_adaptive_half_steps(const ControlMesh& mesh, FactoredScheme scheme, int half_steps,
+                                             const HalfStepSphere& sphere, const RunContext& context);
 
 }  // namespace tetrakis::cli

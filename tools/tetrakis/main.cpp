@@ -5,10 +5,15 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/version.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <numeric>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 namespace tetrakis::cli {
 namespace {
@@ -47,6 +52,48 @@ ExitCode run(const Command& command) {
     return ExitCode::failure;
 }
 
+/// Insertions, deletions and replacements that make one text of the other (Levenshtein 1966).
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        std::size_t diagonal = std::exchange(row[0], i + 1);
+        for (std::size_t j = 0; j < b.size(); ++j)
+            diagonal =
+                std::exchange(row[j + 1], std::min({row[j + 1] + 1, row[j] + 1, diagonal + (a[i] == b[j] ? 0 : 1)}));
+    }
+    return row.back();
+}
+
+/// "; did you mean NAME?" for the nearest of the names that is near enough, or nothing.
+std::string suggestion(std::string_view text, const std::vector<std::string>& names) {
+    constexpr std::size_t k_telling = 3;  // so many first letters are an abbreviation
+    const auto distance = [&](std::string_view name) {
+        return text.size() >= k_telling && name.starts_with(text) ? 0 : edit_distance(text, name);
+    };
+    const auto nearest = std::min_element(names.begin(), names.end(),
+                                          [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
+    return nearest != names.end() && 3 * distance(*nearest) <= text.size() ? "; did you mean " + *nearest + "?" : "";
+}
+
+std::string suggested_command(CLI::App& app, const std::string& text) {
+    std::vector<std::string> names;
+    for (const CLI::App* command : app.get_subcommands([](CLI::App*) { return true; }))
+        names.push_back(command->get_name());
+    if (text.ends_with(".obj")) return "; did you mean tetrakis tessellate " + text + "?";
+    return suggestion(text, names);
+}
+
+/// For the first unknown option among the arguments that the parser has left over.
+std::string suggested_option(const CLI::App& command) {
+    std::vector<std::string> names;
+    for (const CLI::Option* option : command.get_options())
+        for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    for (const std::string& text : command.remaining())
+        if (text.starts_with("-")) return suggestion(text.substr(0, text.find('=')), names);
+    return {};
+}
+
 /// Puts the parser's own exit codes (0 for help and version, else 100 and above) into ours.
 ExitCode finish_parse(const CLI::App& app, const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) {
@@ -55,7 +102,8 @@ ExitCode finish_parse(const CLI::App& app, const CLI::ParseError& error) {
     }
     const auto commands = app.get_subcommands();
     const std::string command = commands.empty() ? "tetrakis" : "tetrakis " + commands.front()->get_name();
-    print_error(std::string(error.what()) + "; " + command + " --help says what there is");
+    const std::string advice = commands.empty() ? "" : suggested_option(*commands.front());
+    print_error(error.what() + advice + "; " + command + " --help says what there is");
     return ExitCode::usage;
 }
 
@@ -80,7 +128,8 @@ int main(int argc, char** argv) {
     add_schemes_command(app, chosen);
     if (argc > 1 && argv[1][0] != '-' &&
         app.get_subcommands([&](CLI::App* command) { return command->check_name(argv[1]); }).empty()) {
-        print_error(std::string(argv[1]) + " is no command; tetrakis --help says what there is");
+        print_error(std::string(argv[1]) + " is no command" + suggested_command(app, argv[1]) +
+                    "; tetrakis --help says what there is");
         return static_cast<int>(ExitCode::usage);
     }
     try {

@@ -17,18 +17,21 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 namespace tetrakis::cli {
 namespace {
 
+constexpr std::string_view k_averaging_steps_option = "--averaging-steps";
+
 struct Options {
     std::filesystem::path input, output, report;
     std::filesystem::path stencils;
     std::string scheme{name(SchemeKind::catmull_clark)}, near, radius;
-    RuleOptionFlags rules;
-    int levels = 0, smoothing = 0, steps = 0, averaging_steps = 0;
+    RuleOptions rules;
+    int levels = 0, smoothing = 0, steps = 0;
     ReadOptions read;
     bool limit = false, factored = false, active = false, adapts = false;
     RunOptions run;
@@ -58,7 +61,29 @@ class MemoryRest {
     std::uint64_t limit_, used_;
 };
 
-ExitCode run_checked(const Options& options, const SchemeInfo& scheme) {
+/// By whole levels. The control vertices' weights come with it where they are asked for.
+PolygonMesh refine_by_levels(const Options& options, const SchemeInfo& scheme, const ControlMesh& mesh,
+                             const RunContext& context, StencilTable& stencils) {
+    const MemoryRest rest(context);
+    const RefineOptions refine_options{.rules = options.rules,
+                                       .smoothing = options.smoothing,
+                                       .limit = options.limit,
+                                       .normals = options.limit,
+                                       .context = rest.context()};
+    try {
+        if (options.stencils.empty()) return refine(mesh, scheme, options.levels, refine_options);
+        RefinedStencils refined = refine_stencils(mesh, scheme, options.levels, refine_options);
+        stencils = std::move(refined.stencils);
+        return std::move(refined.mesh);
+    } catch (const Error& error) {
+        rest.rethrow(error);
+    }
+}
+
+/// @param factored  the scheme, where half-steps are asked for
+/// @param sphere    where they adapt
+ExitCode run_checked(const Options& options, const SchemeInfo& scheme, std::optional<FactoredScheme> factored,
+                     const std::optional<HalfStepSphere>& sphere) {
     Run process(options.run);
     LoadedModel model = load_model(options.input, options.read, process.context());
     const std::uint64_t faces = model.mesh.face_count();
@@ -68,79 +93,65 @@ ExitCode run_checked(const Options& options, const SchemeInfo& scheme) {
     Report report = Report::of(options.input, scheme.name, model, options.run);
     report.faces = faces;  // as read
     report.levels = options.levels;
+    report.more = {{"limit", options.limit}};
+    std::string refined = fmt::format("{}, {} levels{}", scheme.name, options.levels,
+                                      options.limit ? ", vertices on the limit surface" : "");
 
-    const MemoryRest rest(process.context());
-    const RefineOptions refine_options{.rules = options.rules.rules(),
-                                       .smoothing = options.smoothing,
-                                       .limit = options.limit,
-                                       .normals = options.limit,
-                                       .context = rest.context()};
     const Stopwatch refining;
     StencilTable stencils;
     PolygonMesh mesh;
-    try {
-        if (options.stencils.empty()) {
-            mesh = refine(model.mesh, scheme, options.levels, refine_options);
-        } else {
-            RefinedStencils refined = refine_stencils(model.mesh, scheme, options.levels, refine_options);
-            mesh = std::move(refined.mesh);
-            stencils = std::move(refined.stencils);
-        }
-    } catch (const Error& error) {
-        rest.rethrow(error);
+    if (factored) {
+        FactoredResult result =
+            sphere ? refine_by_adaptive_half_steps(model.mesh, *factored, options.steps, *sphere, process.context())
+                   : refine_by_half_steps(model.mesh, *factored, options.steps, options.active, options.rules,
+                                          process.context());
+        mesh = std::move(result.mesh);
+        report.levels = result.levels;
+        report.more = {{"half_steps", options.steps}, {"active", result.active}};
+        report.more["inactive_vertices"] = result.inactive;
+        refined = fmt::format("{}, {} half-steps on the 4-8 mesh{}, {} active vertices", scheme.name, options.steps,
+                              sphere ? " inside the sphere, fewer outside" : "", format_count(result.active));
+    } else {
+        mesh = refine_by_levels(options, scheme, model.mesh, process.context(), stencils);
     }
     report.seconds.refine = refining.seconds();
     report.warnings.insert(report.warnings.end(), mesh.warnings.begin(), mesh.warnings.end());
-    for (std::string& warning : options.rules.unused(scheme)) report.warnings.push_back(std::move(warning));
+    for (std::string& warning :
+         unused_rule_options(options.rules, scheme, factored ? k_averaging_steps_option : k_steps_option))
+        report.warnings.push_back(std::move(warning));
     if (options.smoothing > 0 && !scheme.interpolating)
         report.warnings.push_back(
             fmt::format("--smoothing is for interpolating schemes; {} smooths by itself", scheme.name));
     report.vertices = mesh.positions.size();
     if (mesh.face_vertices.size() == std::uint64_t{3} * mesh.face_count()) report.triangles = mesh.face_count();
-    report.more = {{"output_faces", mesh.face_count()}, {"limit", options.limit}};
+    report.more["output_faces"] = mesh.face_count();
 
-    const Stopwatch write;
-    FileSet files;
-    if (!options.stencils.empty())
-        write_stencils(files.add(options.stencils), stencils, static_cast<int>(model.mesh.vertex_count()));
-    write_mesh(files.add(options.output), mesh, process.context());
-    files.finish();
-    report.seconds.write = write.seconds();
-    if (!options.report.empty()) report.write(files.add(options.report));
-    files.commit();
-    process.end_progress();
-
-    print_warnings(report.warnings);
+    write_results(process, report, options.report, [&](FileSet& files) {
+        if (!options.stencils.empty())
+            write_stencils(files.add(options.stencils), stencils, static_cast<int>(model.mesh.vertex_count()));
+        write_mesh(files.add(options.output), mesh, process.context());
+    });
     Table table;
     table.row("input", fmt::format("{} ({} faces)", options.input.string(), format_count(report.faces)));
-    table.row("refined", fmt::format("{}, {} levels{}", scheme.name, options.levels,
-                                     options.limit ? ", vertices on the limit surface" : ""));
+    table.row("refined", refined);
     table.row("result",
               fmt::format("{} faces, {} vertices", format_count(mesh.face_count()), format_count(report.vertices)));
-    table.row("time", fmt::format("load {}, build {}, refine {}, write {}", format_seconds(report.seconds.load),
-                                  format_seconds(report.seconds.build), format_seconds(report.seconds.refine),
-                                  format_seconds(report.seconds.write)));
-    table.row("written", options.output.string());
-    if (!options.stencils.empty()) table.row("", options.stencils.string());
-    if (!options.report.empty()) table.row("", options.report.string());
-    table.print();
+    finish_summary(table, report, {options.output, options.stencils, options.report});
     return ExitCode::done;
 }
 
 ExitCode run(const Options& options) {
-    if (options.factored) {
-        std::optional<HalfStepSphere> sphere;
-        if (options.adapts) sphere = half_step_sphere(options.near, options.radius);
-        return run_factored_refine({options.input, options.output, options.report, options.scheme, options.rules,
-                                    options.steps, options.active, sphere, options.read, options.run});
-    }
     const SchemeInfo& scheme = chosen_scheme(options.scheme);
+    std::optional<FactoredScheme> factored;
+    if (options.factored) factored = chosen_factored_scheme(scheme, options.adapts);
+    std::optional<HalfStepSphere> sphere;
+    if (options.adapts) sphere = half_step_sphere(options.near, options.radius);
     OutputFiles outputs;
     outputs.add(OutputFiles::Kind::mesh, "-o", options.output);
     outputs.add(OutputFiles::Kind::report, "--report", options.report);
     outputs.add(OutputFiles::Kind::table, "--stencils", options.stencils);
     outputs.check({options.input});
-    return about(options.input, [&] { return run_checked(options, scheme); });
+    return about(options.input, [&] { return run_checked(options, scheme, factored, sphere); });
 }
 
 }  // namespace
@@ -166,11 +177,13 @@ void add_refine_command(CLI::App& app, Command& chosen) {
                                           "level, 0 to 64 (3)")
                              ->type_name("K")
                              ->check(CLI::Range(0, k_most_steps));
-    CLI::Option* averaging_steps = command
-                                       ->add_option("--averaging-steps", options->averaging_steps,
-                                                    "With --factored, for averaging: what --steps is without it (3)")
-                                       ->type_name("M");
-    const std::vector<CLI::Option*> choices = options->rules.add(*command);
+    CLI::Option* averaging_steps =
+        command
+            ->add_option(std::string(k_averaging_steps_option), options->rules.averaging_steps,
+                         "With --factored, for averaging: what --steps is without it (3)")
+            ->type_name("M")
+            ->check(CLI::Range(0, k_most_steps).description(""));
+    const std::vector<CLI::Option*> choices = add_rule_options(*command, options->rules);
     CLI::Option* smoothing = command
                                  ->add_option("--smoothing", options->smoothing,
                                               "Rounds of smoothing of the control points first, for interpolating "
@@ -216,16 +229,14 @@ void add_refine_command(CLI::App& app, Command& chosen) {
     averaging_steps->needs(factored);
     for (CLI::Option* other : {levels, limit, smoothing, stencils}) factored->excludes(other);
     for (CLI::Option* other : choices)
-        if (!other->check_name(RuleOptionFlags::recede_option)) factored->excludes(other);
+        if (!other->check_name(std::string(k_recede_option))) factored->excludes(other);
     command->add_option("--report", options->report, "Write figures as JSON")->type_name("R.json");
     command->footer("Example:\n  tetrakis refine data/pawn.obj --scheme catmull-clark --levels 3 --limit -o pawn.obj");
-    command->callback([options, levels, steps, averaging_steps, near, &chosen] {
+    command->callback([options, levels, steps, near, &chosen] {
         options->adapts = near->count() != 0;
-        if (averaging_steps->count() != 0)
-            options->rules.set_averaging_steps(options->averaging_steps, "--averaging-steps");
         if (!options->factored) {
             if (levels->count() == 0) throw CLI::RequiredError("--levels, or --factored with --steps,");
-            if (steps->count() != 0) options->rules.set_averaging_steps(options->steps);
+            if (steps->count() != 0) options->rules.averaging_steps = options->steps;
         }
         chosen = [options] { return run(*options); };
     });

@@ -2,6 +2,10 @@
 
 #include "../../hier/base/version.hpp"
 
+#include <fmt/format.h>
+
+#include <utility>
+
 namespace tetrakis::cli {
 namespace {
 
@@ -60,7 +64,38 @@ Json Report::json() const {
     return json;
 }
 
-void Report::write(AtomicFile& file) const { file.write(dump(json())); }
+void write_results(Run& process, Report& report, const std::filesystem::path& report_path,
+                   const std::function<void(FileSet&)>& write) {
+    const Stopwatch time;
+    FileSet files;
+    write(files);
+    files.finish();
+    report.seconds.write = time.seconds();
+    if (!report_path.empty()) files.add(report_path).write(dump(report.json()));
+    files.commit();
+    process.end_progress();
+    print_warnings(report.warnings);
+}
+
+void finish_summary(Table& table, const Report& report, std::initializer_list<std::filesystem::path> written) {
+    const StageSeconds& s = report.seconds;
+    std::string times;
+    for (const auto& [stage, seconds] : {std::pair{"load", s.load},
+                                         {"build", s.build},
+                                         {"refine", s.refine},
+                                         {"estimate", s.estimate},
+                                         {"measure", s.measure},
+                                         {"write", s.write}})
+        if (seconds > 0) times += fmt::format("{}{} {}", times.empty() ? "" : ", ", stage, format_seconds(seconds));
+    table.row("time", times);
+    table.row("memory", format_bytes(peak_memory_bytes()) + " at the peak");
+    std::string label = "written";
+    for (const auto& path : written) {
+        if (path.empty()) continue;
+        table.row(std::exchange(label, {}), path.string());
+    }
+    table.print();
+}
 
 std::string dump(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
 

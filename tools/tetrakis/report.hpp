@@ -1,5 +1,6 @@
 #pragma once
 
+#include "console.hpp"
 #include "files.hpp"
 #include "run_options.hpp"
 
@@ -10,6 +11,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -39,9 +42,14 @@ struct Report {
                      const RunOptions& run);
 
     Json json() const;
-    /// @throws Error io
-    void write(AtomicFile& file) const;
 };
+
+/// The end of a command that makes a mesh. Writes its files, all or none; then prints the warnings.
+/// @param write  writes the files but the report, whose path may be empty
+void write_results(Run& process, Report& report, const std::filesystem::path& report_path,
+                   const std::function<void(FileSet&)>& write);
+/// Adds the last rows of its summary, time, memory and the files written, and prints it. Empty paths are passed over.
+void finish_summary(Table& table, const Report& report, std::initializer_list<std::filesystem::path> written);
 
 /// {forward, backward, hausdorff, mean, rms}, or null.
 Json json_of(const std::optional<MeasuredError>& error);

@@ -16,7 +16,7 @@
 
 namespace tetrakis::cli {
 
-std::optional<std::uint64_t> parse_byte_size(std::string_view text) {
+std::optional<std::uint64_t> parse_size(std::string_view text, double thousand) {
     double number = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number, std::chars_format::fixed);
     if (error != std::errc{} || !(number >= 0)) return std::nullopt;
@@ -29,9 +29,9 @@ std::optional<std::uint64_t> parse_byte_size(std::string_view text) {
     constexpr std::string_view k_units = "KMGT";
     const std::size_t power = unit.empty() ? 0 : k_units.find(unit) + 1;
     if (unit.size() > 1 || (!unit.empty() && power == 0)) return std::nullopt;
-    const double bytes = std::floor(std::ldexp(number, 10 * static_cast<int>(power)));
-    if (bytes < 1 || bytes >= 0x1p63) return std::nullopt;
-    return static_cast<std::uint64_t>(bytes);
+    const double size = std::floor(number * std::pow(thousand, power));
+    if (size < 1 || size >= 0x1p63) return std::nullopt;
+    return static_cast<std::uint64_t>(size);
 }
 
 CLI::Validator number_check(const std::string& kind, bool (*is_of_kind)(double)) {
@@ -56,7 +56,7 @@ void RunOptions::add_max_memory(CLI::App& command) {
         .add_option_function<std::string>(
             "--max-memory",
             [this](const std::string& text) {
-                const auto bytes = parse_byte_size(text);
+                const auto bytes = parse_size(text, k_binary_thousand);
                 if (!bytes) throw CLI::ValidationError("--max-memory", text + " is no size such as 500M or 2G");
                 max_memory_bytes = *bytes;
             },

@@ -47,8 +47,11 @@ class Run {
     std::chrono::steady_clock::time_point last_look_;  ///< at the memory in use
 };
 
-/// "500M", "2G", "1.5GiB", "1048576": bytes; K, M, G and T are powers of 1024. Nothing where the text is no size.
-std::optional<std::uint64_t> parse_byte_size(std::string_view text);
+inline constexpr double k_thousand = 1000, k_binary_thousand = 1024;
+
+/// "500M", "2G", "1.5GiB", "1048576": K, M, G and T are powers of a thousand. Nothing where the text is no size.
+/// @param thousand  k_thousand, or k_binary_thousand for bytes
+std::optional<std::uint64_t> parse_size(std::string_view text, double thousand);
 
 /// Memory that this process holds now; 0 where the system does not say.
 std::uint64_t memory_bytes();

@@ -30,7 +30,6 @@ struct SchemeOptions {
     std::string scheme;
     std::optional<int> valence;
     bool boundary = false, corner = false, dart = false, matrix = false, json = false;
-    RuleOptionFlags flags;
     RuleOptions rules;
     std::filesystem::path image;
 };
@@ -137,30 +136,16 @@ void check_valence(const SchemeInfo& scheme, const SchemeOptions& options, bool 
 
 /// Options that the scheme has a use for, but not here: the matrix is the same without them.
 std::vector<std::string> idle_options(const SchemeFindings& f) {
-    struct Choice {
-        const char* option;
-        void (*take_back)(RuleOptions&);
-    };
-    static constexpr Choice k_choices[] = {
-        {"--tuning", [](RuleOptions& o) { o.tuning = RuleOptions{}.tuning; }},
-        {"--edge-rule", [](RuleOptions& o) { o.edge_beside_crease = EdgeBesideCrease::plain; }},
-        {"--beta", [](RuleOptions& o) { o.catmull_clark_beta.reset(); }},
-        {"--gamma", [](RuleOptions& o) { o.catmull_clark_gamma.reset(); }},
-        {"--warren", [](RuleOptions& o) { o.loop_weights = LoopWeights::loop; }},
-        {"--hoppe", [](RuleOptions& o) { o.hoppe_crease = false; }},
-        {"--reflect", [](RuleOptions& o) { o.reflect_at_boundary = false; }},
-        {"--ten-point", [](RuleOptions& o) { o.butterfly_w = 0; }},
-        {RuleOptionFlags::recede_option, [](RuleOptions& o) { o.averaging_boundary = AveragingBoundary::replicate; }},
-    };
     const LocalMatrix& matrix = f.analysis.matrix;
     std::vector<std::string> warnings;
-    for (const Choice& choice : k_choices) {
+    for (const RuleOption& choice : rule_options()) {
+        if (choice.flag == k_steps_option) continue;  // another number of steps has points of its own
         RuleOptions without = f.rules;
-        choice.take_back(without);
+        choice.reset(without);
         if (rule_choices(without) != rule_choices(f.rules) &&
             local_matrix(f.scheme, matrix.labels.shape(), without).rows == matrix.rows)
             warnings.push_back(
-                fmt::format("{} has no effect on {} at {}", choice.option, f.scheme.name, looked_at(f, matrix.labels)));
+                fmt::format("{} has no effect on {} at {}", choice.flag, f.scheme.name, looked_at(f, matrix.labels)));
     }
     return warnings;
 }
@@ -170,8 +155,7 @@ ExitCode run(SchemeOptions options) {
     OutputFiles outputs;
     outputs.add(OutputFiles::Kind::picture, "--image", options.image);
     outputs.check({});
-    options.rules = options.flags.rules();
-    std::vector<std::string> warnings = options.flags.unused(scheme);
+    std::vector<std::string> warnings = unused_rule_options(options.rules, scheme);
     const bool idle_angle = options.rules.measure_corner_angles || (options.rules.corner_angle != 0 && !options.corner);
     if (idle_angle && warnings.empty())
         warnings.push_back(options.corner ? "--corner-angle measured has no effect here: there is no control mesh"
@@ -240,8 +224,8 @@ void add_scheme_command(CLI::App& app, Command& chosen) {
     command->add_flag("--json", options->json, "Print JSON");
     command->add_option("--image", options->image, "Draw masks, characteristic map and basis function (.png)")
         ->type_name("PNG");
-    options->flags.add_averaging_steps(*command);
-    options->flags.add(*command);
+    add_steps_option(*command, options->rules);
+    add_rule_options(*command, options->rules);
     command->footer("Example:\n  tetrakis scheme loop --valence 5 --image loop5.png");
     command->callback([options, &chosen] {
         options->boundary = options->boundary || options->corner;

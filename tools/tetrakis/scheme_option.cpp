@@ -1,134 +1,168 @@
 #include "scheme_option.hpp"
 
+#include "console.hpp"
 #include "exit_code.hpp"
-#include "run_options.hpp"
 
+#include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/uniform/refine.hpp"
+#include "../../schemes/core/rule_choices.hpp"
 
-#include <algorithm>
-#include <charconv>
-#include <initializer_list>
+#include <fmt/format.h>
+
+#include <cmath>
 #include <numbers>
-#include <string>
-#include <string_view>
-#include <system_error>
-#include <utility>
-#include <vector>
+#include <optional>
 
 namespace tetrakis::cli {
 
 namespace {
 
-constexpr int k_most_averaging_steps = 64;
-constexpr std::string_view k_measured = "measured";
-
-double corner_degrees(const std::string& text) {
-    double degrees = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), degrees);
-    return error == std::errc() && end == text.data() + text.size() ? degrees : 0;
+/// The number that a text is.
+std::optional<double> finite_number(const std::string& text) {
+    double x = 0;
+    return CLI::detail::lexical_cast(text, x) && std::isfinite(x) ? std::optional(x) : std::nullopt;
 }
 
-std::string check_corner_angle(const std::string& text) {
-    const double degrees = corner_degrees(text);
-    if (text == k_measured || (degrees >= 1 && degrees <= 359 && degrees != 180)) return {};
-    return text + " is neither " + std::string(k_measured) + " nor a number of degrees from 1 to 359 other than 180";
+/// Takes a finite number from `low` to `high` into `to`.
+template <class Number>
+std::string set_number(Number& to, const std::string& text, double low = -HUGE_VAL, double high = HUGE_VAL) {
+    const std::optional<double> x = finite_number(text);
+    if (!x || *x < low || *x > high)
+        return text + (std::isfinite(low) ? fmt::format(" is not a number from {} to {}", low, high)
+                                          : std::string(" is not a finite number"));
+    to = *x;
+    return {};
+}
+
+std::string set_edge_rule(RuleOptions& rules, const std::string& text) {
+    if (text == "plain")
+        rules.edge_beside_crease = EdgeBesideCrease::plain;
+    else if (text == "cosine")
+        rules.edge_beside_crease = EdgeBesideCrease::cosine;
+    else if (text == "brief")
+        rules.edge_beside_crease = EdgeBesideCrease::brief;
+    else
+        return text + " is none of plain, cosine and brief";
+    return {};
+}
+
+std::string set_corner_angle(RuleOptions& rules, const std::string& text) {
+    rules.measure_corner_angles = text == "measured";
+    if (rules.measure_corner_angles) return {};
+    const double degrees = finite_number(text).value_or(0);
+    if (!(degrees >= 1 && degrees <= 359 && degrees != 180))
+        return text + " is neither measured nor a number of degrees from 1 to 359 other than 180";
+    rules.corner_angle = degrees * std::numbers::pi / 180;
+    return {};
+}
+
+std::string set_steps(RuleOptions& rules, const std::string& text) {
+    constexpr int k_most = 64;
+    const double steps = finite_number(text).value_or(-1);
+    if (steps != std::floor(steps) || steps < 0 || steps > k_most)
+        return fmt::format("{}: averaging takes 0 to {}", text, k_most);
+    rules.averaging_steps = static_cast<int>(steps);
+    return {};
+}
+
+using Text = std::string;
+const RuleOptions k_plain;
+
+constexpr RuleOption k_rule_options[] = {
+    {k_steps_option, "averaging", "number of steps (3)", "M", set_steps,
+     [](RuleOptions& o) { o.averaging_steps = k_plain.averaging_steps; }},
+    {"--tuning", "tuned-loop", "0 (loop) to 1 (the default)", "T",
+     [](RuleOptions& o, const Text& text) { return set_number(o.tuning, text, 0, 1); },
+     [](RuleOptions& o) { o.tuning = k_plain.tuning; }},
+    {"--edge-rule", "loop, tuned-loop, catmull-clark", "edges beside creases: plain, cosine or brief", "R",
+     set_edge_rule, [](RuleOptions& o) { o.edge_beside_crease = EdgeBesideCrease::plain; }},
+    {"--beta", "catmull-clark", "total weight of the edge neighbours at extraordinary vertices between quads", "B",
+     [](RuleOptions& o, const Text& text) { return set_number(o.catmull_clark_beta, text); },
+     [](RuleOptions& o) { o.catmull_clark_beta.reset(); }},
+    {"--gamma", "catmull-clark", "that of the opposite corners", "G",
+     [](RuleOptions& o, const Text& text) { return set_number(o.catmull_clark_gamma, text); },
+     [](RuleOptions& o) { o.catmull_clark_gamma.reset(); }},
+    {"--corner-angle", "loop, tuned-loop, catmull-clark",
+     "interior angle at corners without a tag of their own, in degrees, or measured: in the control mesh", "A",
+     set_corner_angle,
+     [](RuleOptions& o) {
+         o.corner_angle = 0;
+         o.measure_corner_angles = false;
+     }},
+    {"--warren", "loop", "Warren's weights", "",
+     [](RuleOptions& o, const Text&) { return o.loop_weights = LoopWeights::warren, Text(); },
+     [](RuleOptions& o) { o.loop_weights = LoopWeights::loop; }},
+    {"--hoppe", "loop", "Hoppe's crease rule", "",
+     [](RuleOptions& o, const Text&) { return o.hoppe_crease = true, Text(); },
+     [](RuleOptions& o) { o.hoppe_crease = false; }},
+    {"--reflect", "modified-butterfly", "points beyond the boundary by reflection", "",
+     [](RuleOptions& o, const Text&) { return o.reflect_at_boundary = true, Text(); },
+     [](RuleOptions& o) { o.reflect_at_boundary = false; }},
+    {"--ten-point", "butterfly, modified-butterfly",
+     "tension w of the ten-point rule at regular edges (0: eight points)", "W",
+     [](RuleOptions& o, const Text& text) { return set_number(o.butterfly_w, text); },
+     [](RuleOptions& o) { o.butterfly_w = k_plain.butterfly_w; }},
+    {k_recede_option, "biquartic, averaging", "use up the outer ring of an open mesh instead of copying it", "",
+     [](RuleOptions& o, const Text&) { return o.averaging_boundary = AveragingBoundary::recede, Text(); },
+     [](RuleOptions& o) { o.averaging_boundary = AveragingBoundary::replicate; }},
+};
+
+CLI::Option* add(CLI::App& command, RuleOptions& rules, const RuleOption& option) {
+    const std::string flag(option.flag), help = fmt::format("{}: {}", option.users, option.help);
+    const auto set = [&rules, &option](const std::string& text) {
+        if (const std::string wrong = option.set(rules, text); !wrong.empty())
+            throw CLI::ValidationError(std::string(option.flag), wrong);
+    };
+    if (option.type_name.empty())
+        return command.add_flag_callback(
+            flag, [set] { set({}); }, help);
+    return command.add_option_function<std::string>(flag, set, help)->type_name(std::string(option.type_name));
 }
 
 }  // namespace
 
+std::span<const RuleOption> rule_options() { return k_rule_options; }
+
+std::vector<CLI::Option*> add_rule_options(CLI::App& command, RuleOptions& rules) {
+    std::vector<CLI::Option*> added;
+    for (const RuleOption& option : rule_options())
+        if (option.flag != k_steps_option) added.push_back(add(command, rules, option));
+    return added;
+}
+
+void add_steps_option(CLI::App& command, RuleOptions& rules) { add(command, rules, k_rule_options[0]); }
+
+std::vector<std::string> unused_rule_options(const RuleOptions& rules, const SchemeInfo& scheme,
+                                             std::string_view steps_option) {
+    std::vector<std::string> warnings;
+    for (const RuleOption& option : rule_options()) {
+        RuleOptions without = rules;
+        option.reset(without);
+        const bool used = fmt::format(", {},", option.users).find(fmt::format(", {},", scheme.name)) != Text::npos;
+        if (!used && rule_choices(without) != rule_choices(rules))
+            warnings.push_back(fmt::format("{} has no effect on {}",
+                                           option.flag == k_steps_option ? steps_option : option.flag, scheme.name));
+    }
+    return warnings;
+}
+
+std::string certified_scheme_names() {
+    std::string names;
+    for (const SchemeInfo& scheme : scheme_table()) {
+        const bool plain = scheme_support(scheme.name).certified;
+        if (!plain && !scheme_support(scheme.name, {.averaging_steps = 2}).certified) continue;
+        names += fmt::format("{}{}{}", names.empty() ? "" : ", ", scheme.name, plain ? "" : " (even --steps)");
+    }
+    return names;
+}
+
 const SchemeInfo& chosen_scheme(const std::string& text) {
     try {
-        return scheme_named(text);
+        return scheme_named(CLI::detail::to_lower(text));
     } catch (const Error& error) {
         throw UsageError(error.what());
     }
-}
-
-void RuleOptionFlags::add_averaging_steps(CLI::App& command) {
-    command.add_option("--steps", rules_.averaging_steps, "averaging: number of steps (3)")
-        ->type_name("M")
-        ->check(CLI::Range(0, k_most_averaging_steps).description(""));
-}
-
-void RuleOptionFlags::set_averaging_steps(int steps, std::string option) {
-    if (steps < 0 || steps > k_most_averaging_steps)
-        throw CLI::ValidationError(option, "averaging takes 0 to " + std::to_string(k_most_averaging_steps));
-    rules_.averaging_steps = steps;
-    steps_option_ = std::move(option);
-}
-
-std::vector<CLI::Option*> RuleOptionFlags::add(CLI::App& command) {
-    return {
-        command.add_option("--tuning", rules_.tuning, "tuned-loop: 0 (loop) to 1 (the default)")
-            ->type_name("T")
-            ->check(number_check("a number from 0 to 1", [](double t) { return t >= 0 && t <= 1; })),
-        command
-            .add_option("--edge-rule", edge_rule_,
-                        "loop, tuned-loop, catmull-clark: edges beside creases: plain, cosine or brief")
-            ->type_name("R")
-            ->check(CLI::IsMember({"plain", "cosine", "brief"}).description("")),
-        command
-            .add_option("--beta", rules_.catmull_clark_beta,
-                        "catmull-clark: total weight of the edge neighbours at extraordinary vertices between quads")
-            ->type_name("B"),
-        command.add_option("--gamma", rules_.catmull_clark_gamma, "catmull-clark: that of the opposite corners")
-            ->type_name("G"),
-        command
-            .add_option("--corner-angle", corner_angle_,
-                        "loop, tuned-loop, catmull-clark: interior angle at corners without a tag of their own, in "
-                        "degrees, or measured: in the control mesh")
-            ->type_name("A")
-            ->check(CLI::Validator(check_corner_angle, "")),
-        command.add_flag("--warren", warren_, "loop: Warren's weights"),
-        command.add_flag("--hoppe", hoppe_, "loop: Hoppe's crease rule"),
-        command.add_flag("--reflect", rules_.reflect_at_boundary,
-                         "modified-butterfly: points beyond the boundary by reflection"),
-        command
-            .add_option(
-                "--ten-point", rules_.butterfly_w,
-                "butterfly, modified-butterfly: tension w of the ten-point rule at regular edges (0: eight points)")
-            ->type_name("W")
-            ->check(number_check("a finite number", [](double) { return true; })),
-        command.add_flag(recede_option, recede_,
-                         "biquartic, averaging: use up the outer ring of an open mesh instead of copying it"),
-    };
-}
-
-RuleOptions RuleOptionFlags::rules() const {
-    RuleOptions rules = rules_;
-    if (warren_) rules.loop_weights = LoopWeights::warren;
-    rules.hoppe_crease = hoppe_;
-    rules.measure_corner_angles = corner_angle_ == k_measured;
-    rules.corner_angle = corner_degrees(corner_angle_) * std::numbers::pi / 180;
-    if (recede_) rules.averaging_boundary = AveragingBoundary::recede;
-    if (edge_rule_ == "cosine") rules.edge_beside_crease = EdgeBesideCrease::cosine;
-    if (edge_rule_ == "brief") rules.edge_beside_crease = EdgeBesideCrease::brief;
-    return rules;
-}
-
-std::vector<std::string> RuleOptionFlags::unused(const SchemeInfo& scheme) const {
-    const RuleOptions plain;
-    const auto is_one_of = [&](std::initializer_list<std::string_view> names) {
-        return std::find(names.begin(), names.end(), scheme.name) != names.end();
-    };
-    std::vector<std::string> warnings;
-    const auto look = [&](bool given, std::initializer_list<std::string_view> users, const char* option) {
-        if (given && !is_one_of(users))
-            warnings.push_back(std::string(option) + " has no effect on " + std::string(scheme.name));
-    };
-    look(rules_.tuning != plain.tuning, {"tuned-loop"}, "--tuning");
-    look(edge_rule_ != "plain", {"loop", "tuned-loop", "catmull-clark"}, "--edge-rule");
-    look(rules_.catmull_clark_beta.has_value(), {"catmull-clark"}, "--beta");
-    look(rules_.catmull_clark_gamma.has_value(), {"catmull-clark"}, "--gamma");
-    look(!corner_angle_.empty(), {"loop", "tuned-loop", "catmull-clark"}, "--corner-angle");
-    look(warren_, {"loop"}, "--warren");
-    look(hoppe_, {"loop"}, "--hoppe");
-    look(rules_.reflect_at_boundary, {"modified-butterfly"}, "--reflect");
-    look(rules_.butterfly_w != plain.butterfly_w, {"butterfly", "modified-butterfly"}, "--ten-point");
-    look(recede_, {"biquartic", "averaging"}, recede_option);
-    look(rules_.averaging_steps != plain.averaging_steps, {"averaging"}, steps_option_.c_str());
-    return warnings;
 }
 
 void prepare_for(const SchemeInfo& scheme, ControlMesh& mesh, const RunContext& context) {

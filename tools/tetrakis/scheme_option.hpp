@@ -6,36 +6,40 @@
 
 #include <CLI/CLI.hpp>
 
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace tetrakis::cli {
 
-/// The scheme of that name in the whole table. @throws UsageError: an unknown one; says the nearest and all names
+/// The scheme of that name, in any case. @throws UsageError: an unknown one; says the nearest and all names
 const SchemeInfo& chosen_scheme(const std::string& text);
 
-/// The choices that rules offer, as options: --tuning, --edge-rule, --warren, --hoppe, ...
-class RuleOptionFlags {
-  public:
-    static constexpr const char* recede_option = "--recede";
-
-    /// All but --steps; returns them.
-    std::vector<CLI::Option*> add(CLI::App& command);
-    void add_averaging_steps(CLI::App& command);
-    /// @param option  the one that says so
-    /// @throws CLI::ValidationError  more than the rules allow
-    void set_averaging_steps(int steps, std::string option = "--steps");
-    RuleOptions rules() const;
-    /// Of those given, the ones that the scheme has no use for, as warnings.
-    std::vector<std::string> unused(const SchemeInfo& scheme) const;
-
-  private:
-    RuleOptions rules_;
-    std::string steps_option_ = "--steps";
-    std::string edge_rule_ = "plain";
-    std::string corner_angle_;  // degrees, or k_measured; empty: none
-    bool warren_ = false, hoppe_ = false, recede_ = false;
+/// A choice that the rules of some schemes offer, as an option of the command line.
+struct RuleOption {
+    std::string_view flag;
+    std::string_view users;      ///< names of the schemes that have this choice, with commas between
+    std::string_view help;       ///< the help text is "users: help"
+    std::string_view type_name;  ///< empty for an option without a value
+    /// Takes a value from the command line; returns what is wrong with it, or an empty text.
+    std::string (*set)(RuleOptions& rules, const std::string& text);
+    void (*reset)(RuleOptions& rules);  ///< back to the default
 };
+
+inline constexpr std::string_view k_steps_option = "--steps", k_recede_option = "--recede";
+
+std::span<const RuleOption> rule_options();
+/// Adds all of them but --steps to the command; returns them.
+std::vector<CLI::Option*> add_rule_options(CLI::App& command, RuleOptions& rules);
+void add_steps_option(CLI::App& command, RuleOptions& rules);
+/// Of the choices made, those that the scheme does not have, as warnings.
+/// @param steps_option  what the command calls the number of averaging steps
+std::vector<std::string> unused_rule_options(const RuleOptions& rules, const SchemeInfo& scheme,
+                                             std::string_view steps_option = k_steps_option);
+
+/// Names of the schemes with a certified bound, with commas between.
+std::string certified_scheme_names();
 
 /// Makes the mesh one that the scheme can refine: for triangle schemes its faces are cut into triangles, with a
 /// warning.

@@ -370,9 +370,15 @@ Image draw_scheme(const SchemePicture& picture, const RunContext& context) {
     double highest = 0;
     for (const double h : patch.height) highest = std::max(highest, h);
     const double height = 0.8 * basis_reach / highest;
-    const BasisSurface basis = hexagons
-                                   ? hexagon_basis_surface(patch, picture.scheme, picture.rules, basis_reach, height)
-                                   : basis_surface(patch, picture.scheme, labels, picture.rules, basis_rings, height);
+    std::vector<int> near;
+    if (hexagons) {
+        for (int v = 0; v < patch.mesh.vertex_count(); ++v)
+            if (glm::length(patch.plane[v]) <= basis_reach) near.push_back(v);
+    } else {
+        near = find_fan(patch.mesh, patch.start,
+                        FanLabels(labels.lattice(), labels.shape(), basis_rings * patch.intervals));
+    }
+    const BasisSurface basis = basis_surface(patch, picture.scheme, picture.rules, near, height);
     // At a vertex the limit mask has it to the last digit; that of a dual scheme is between the points drawn.
     const bool between = labels.lattice() == FanLattice::dual;
     canvas.text({right + 14.0, large_top + 10.0}, 15,

@@ -19,6 +19,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,13 +31,12 @@ namespace {
 struct TessellateCommandOptions {
     std::filesystem::path input, target, displacement, output, report, image, heat_image;
     std::string scheme{name(SchemeKind::catmull_clark)};
-    RuleOptionFlags rules;
     TessellateOptions tessellate;
     std::optional<double> amplitude;
     ReadOptions read;
     bool no_measure = false;
     RenderOptions render;
-    bool samples_given = false, scheme_given = false;
+    bool scheme_given = false;
     std::string view_option;  ///< of --size, --camera and --up one that is given, or empty
     RunOptions run;
 };
@@ -46,31 +46,23 @@ void check_combination(const TessellateCommandOptions& options) {
     const TessellateOptions& t = options.tessellate;
     if (!t.tolerance && t.max_triangles == 0)
         throw UsageError("how fine? Give --tolerance (such as 1e-3), --max-triangles or both");
-    if (t.tolerance_is_absolute && !t.tolerance)
-        throw UsageError("--absolute says how to take --tolerance, give that too");
-    if (options.displacement.empty() != !options.amplitude)
-        throw UsageError("--displacement and --amplitude need each other");
     if (t.estimator == EstimatorKind::certified && (!options.target.empty() || !options.displacement.empty()))
         throw UsageError(
             "--estimator certified bounds the distance to the limit surface itself; with --target or --displacement "
             "use --estimator measured");
-    if (options.samples_given && options.no_measure)
-        throw UsageError("--samples is about measuring: leave out --no-measure");
     if (!options.view_option.empty() && options.image.empty() && options.heat_image.empty())
         throw UsageError(options.view_option + " is about pictures: give --image or --image-heat too");
     if (t.min_level > t.max_level) throw UsageError("--min-level is above --max-level");
     const SchemeSupport support = scheme_support(t.scheme, t.rules);
-    const std::string scheme(t.scheme.name());
     if (!support.patches && (!options.target.empty() || !options.displacement.empty()))
         throw UsageError(std::string(options.target.empty() ? "--displacement" : "--target") +
                          " needs exact points all over the surface: use --scheme catmull-clark or loop, without "
                          "options for their rules");
     if (!support.certified && t.estimator == EstimatorKind::certified)
         throw UsageError(
-            "there is no certified bound for " + scheme +
-            ", whose limit is known at points alone: use --estimator measured, which measures, or --scheme "
-            "catmull-clark, loop, tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, averaging (with an even "
-            "--steps), doo-sabin, doo-sabin-cc, midedge, midedge-simplest, bilinear or midpoint");
+            fmt::format("there is no certified bound for {}, whose limit is known at points alone: use "
+                        "--estimator measured, or one of these for --scheme: {}",
+                        t.scheme.name(), certified_scheme_names()));
 }
 
 OutputFiles output_files(const TessellateCommandOptions& options) {
@@ -113,8 +105,13 @@ Report make_report(const TessellateCommandOptions& options, const LoadedModel& m
         report.warnings.push_back(
             "all faces are triangles, which --scheme loop is made for: its surface is smoother there, and it is faster "
             "(--scheme catmull-clark, the default, says that you mean it)");
-    for (std::string& warning : options.rules.unused(options.tessellate.scheme.info()))
+    for (std::string& warning : unused_rule_options(options.tessellate.rules, options.tessellate.scheme.info()))
         report.warnings.push_back(std::move(warning));
+    constexpr double k_large_share = 0.1;
+    if (report.tolerance && !options.tessellate.tolerance_is_absolute && *report.tolerance > k_large_share)
+        report.warnings.push_back(fmt::format(
+            "the tolerance is {:g} times the diagonal of the model; for a length in its unit add --absolute",
+            *report.tolerance));
     report.more["estimator"] = options.tessellate.estimator == EstimatorKind::certified ? "certified" : "measured";
     report.more["tolerance_reached"] = options.tessellate.tolerance ? Json(result.tolerance_reached) : Json(nullptr);
     report.more["samples"] = result.measured_error ? Json{{"forward", result.measured_error->forward_samples},
@@ -166,18 +163,7 @@ void print_summary(const TessellateCommandOptions& options, const ControlMesh& m
         table.row("proven error", "at most " + share(*report.certified_error) +
                                       (proves_less && can_prove ? "; --estimator certified proves 1.0" : ""));
     }
-    const StageSeconds& s = report.seconds;
-    table.row("time", fmt::format("load {}, build {}, refine {}, estimate {}, measure {}, write {}",
-                                  format_seconds(s.load), format_seconds(s.build), format_seconds(s.refine),
-                                  format_seconds(s.estimate), format_seconds(s.measure), format_seconds(s.write)));
-    table.row("memory", format_bytes(peak_memory_bytes()) + " at the peak");
-    std::string label = "written";
-    for (const auto& path : {options.output, options.report, options.image, options.heat_image}) {
-        if (path.empty()) continue;
-        table.row(label, path.string());
-        label.clear();
-    }
-    table.print();
+    finish_summary(table, report, {options.output, options.report, options.image, options.heat_image});
 }
 
 Image draw(const Tessellation& result, const TessellateCommandOptions& options, bool heat, const RunContext& context) {
@@ -235,21 +221,14 @@ ExitCode run_checked(TessellateCommandOptions& options) {
     if (!options.image.empty()) image = draw(result, options, false, context);
     if (!options.heat_image.empty()) heat_image = draw(result, options, true, context);
 
-    const Stopwatch write;
-    FileSet files;
-    write_mesh(files.add(options.output), result.mesh, context);
-    if (image) write_png(files.add(options.image), *image);
-    if (heat_image) write_png(files.add(options.heat_image), *heat_image);
-    files.finish();
     Report report = make_report(options, model, result);
     report.faces = faces;
-    report.seconds.write = write.seconds();
-    if (!options.report.empty()) report.write(files.add(options.report));
-    files.commit();
-    process.end_progress();
-
     const bool missed = options.tessellate.tolerance && !result.tolerance_reached;
-    print_warnings(report.warnings);
+    write_results(process, report, options.report, [&](FileSet& files) {
+        write_mesh(files.add(options.output), result.mesh, context);
+        if (image) write_png(files.add(options.image), *image);
+        if (heat_image) write_png(files.add(options.heat_image), *heat_image);
+    });
     if (missed) print_warning(advice(options, result));
     print_summary(options, model.mesh, result, report);
     return missed ? ExitCode::tolerance_not_reached : ExitCode::done;
@@ -257,26 +236,37 @@ ExitCode run_checked(TessellateCommandOptions& options) {
 
 ExitCode run(TessellateCommandOptions options) {
     options.tessellate.scheme = chosen_scheme(options.scheme);
-    options.tessellate.rules = options.rules.rules();
     check_combination(options);
     output_files(options).check({options.input, options.target, options.displacement});
     return about(options.input, [&] { return run_checked(options); });
 }
 
 void add_refinement_options(CLI::App& command, TessellateOptions& t) {
-    command
-        .add_option("--tolerance", t.tolerance,
-                    "Largest distance allowed between mesh and limit surface (or target), in both directions, as a\n"
-                    "share of the diagonal of the box of all vertices that faces of the control mesh use")
-        ->type_name("T")
-        ->check(number_check("a positive number", [](double x) { return x > 0; }));
-    command.add_flag("--absolute", t.tolerance_is_absolute, "The tolerance is a length in the unit of the model");
-    command
-        .add_option("--max-triangles", t.max_triangles,
-                    "Make the best mesh of at most so many triangles. Where even the coarsest mesh, which keeps the\n"
-                    "control mesh's corners, has more, nothing is written, and the error says how many it has")
-        ->type_name("N")
-        ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{0xFFFF'FFFF}).description(""));
+    CLI::Option* tolerance =
+        command
+            .add_option(
+                "--tolerance", t.tolerance,
+                "Largest distance allowed between mesh and limit surface (or target), in both directions, as a\n"
+                "share of the diagonal of the box of all vertices that faces of the control mesh use")
+            ->type_name("T")
+            ->check(
+                number_check("a positive number (a share of the diagonal such as 1e-3, or with --absolute a length)",
+                             [](double x) { return x > 0; }));
+    command.add_flag("--absolute", t.tolerance_is_absolute, "The tolerance is a length in the unit of the model")
+        ->needs(tolerance);
+    CLI::Option* max_triangles =
+        command
+            .add_option_function<std::string>(
+                "--max-triangles",
+                [&t](const std::string& text) {
+                    const std::uint64_t count = parse_size(text, k_thousand).value_or(0);
+                    if (count < 1 || count > std::numeric_limits<std::uint32_t>::max())
+                        throw CLI::ValidationError("--max-triangles", text + " is no number such as 5000 or 10k");
+                    t.max_triangles = count;
+                },
+                "Make the best mesh of at most so many triangles (5000, 10k). Where even the coarsest mesh, which\n"
+                "keeps the control mesh's corners, has more, nothing is written, and the error says how many it has")
+            ->type_name("N");
     command
         .add_option_function<std::string>(
             "--estimator",
@@ -313,13 +303,11 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
             "whole levels, the others where that is needed.\n"
             "Catmull-clark and loop are exact everywhere; the others are known by their limit points: errors\n"
             "are measured against a denser mesh of these, and there is no --target or --displacement.\n"
-            "These have certified errors, for the others certified_error is null: catmull-clark, loop,\n"
-            "tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, averaging (even steps, if asked for), "
-            "doo-sabin,\n"
-            "doo-sabin-cc, midedge, midedge-simplest, bilinear, midpoint")
+            "These have certified errors, for the others certified_error is null:\n" +
+                certified_scheme_names())
         ->type_name("S");
-    options->rules.add_averaging_steps(*command);
-    options->rules.add(*command);
+    add_steps_option(*command, options->tessellate.rules);
+    add_rule_options(*command, options->tessellate.rules);
     add_refinement_options(*command, options->tessellate);
     command
         ->add_option("--target", options->target,
@@ -327,11 +315,16 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
                      "that reaches beyond what the control mesh covers makes exit code 4, with a warning. With\n"
                      "--displacement too, vertices are raised first and then projected")
         ->type_name("MESH");
-    command->add_option("--displacement", options->displacement, "Raise the surface by this picture's heights, by UV")
-        ->type_name("IMG");
-    command->add_option("--amplitude", options->amplitude, "How far white is raised, in the unit of the model")
-        ->type_name("A")
-        ->check(number_check("a finite number", [](double) { return true; }));
+    CLI::Option* displacement =
+        command
+            ->add_option("--displacement", options->displacement, "Raise the surface by this picture's heights, by UV")
+            ->type_name("IMG");
+    CLI::Option* amplitude =
+        command->add_option("--amplitude", options->amplitude, "How far white is raised, in the unit of the model")
+            ->type_name("A")
+            ->check(number_check("a finite number", [](double) { return true; }))
+            ->needs(displacement);
+    displacement->needs(amplitude);
     command
         ->add_option("--crease-angle", options->tessellate.crease_degrees,
                      "Give a vertex several normals where its limit normal is farther than this off a triangle, in\n"
@@ -339,7 +332,8 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
         ->type_name("DEG")
         ->capture_default_str()
         ->check(number_check("an angle from 0 to 180 degrees", [](double x) { return x >= 0 && x <= 180; }));
-    command->add_flag("--no-measure", options->no_measure, "Do not measure the result at the end");
+    CLI::Option* no_measure =
+        command->add_flag("--no-measure", options->no_measure, "Do not measure the result at the end");
     constexpr std::uint64_t k_most_samples = 10'000'000'000;
     command
         ->add_option(
@@ -347,7 +341,8 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
             "Points to sample in each direction when the result is measured, about; at most some 300 a triangle")
         ->type_name("N")
         ->capture_default_str()
-        ->check(CLI::Range(std::uint64_t{1}, k_most_samples));
+        ->check(CLI::Range(std::uint64_t{1}, k_most_samples))
+        ->excludes(no_measure);
     add_read_options(*command, options->read);
     command->add_option("--report", options->report, "Write figures as JSON")->type_name("R.json");
     command->add_option("--image", options->image, "Draw the result with its wireframe")->type_name("I.png");
@@ -360,7 +355,6 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
         "Exit code 4: the tolerance was not reached, the best result is written all the same.\n"
         "Example:\n  tetrakis tessellate data/rook.obj --tolerance 1e-3 -o rook.glb --report rook.json");
     command->callback([options, command, &chosen] {
-        options->samples_given = command->count("--samples") != 0;
         options->scheme_given = command->count("--scheme") != 0;
         options->view_option = given_view_option(*command);
         chosen = [options] { return run(*options); };
