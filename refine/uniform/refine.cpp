@@ -13,7 +13,6 @@
 #include "../attributes/vertex_attributes.hpp"
 #include "../rules/corner_angles.hpp"
 #include "../rules/rule_levels.hpp"
-#include "honeycomb_levels.hpp"
 #include "refined_points.hpp"
 #include "repeated_charts.hpp"
 #include "repeated_rows.hpp"
@@ -277,6 +276,7 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
                                            const RefineOptions& options,
                                            std::unique_ptr<detail::RuleLevels>& first_levels,
                                            detail::RefinedPoints* keep) {
+    if (scheme.refinement == Refinement::honeycomb) return std::nullopt;
     const bool recedes = boundary_recedes(scheme, options.rules) && mesh.has_boundary();
     const std::optional<ControlMesh> wide = recedes ? std::optional(detail::with_missing_ring(mesh)) : std::nullopt;
     const ControlMesh& surface = wide ? *wide : mesh;
@@ -330,30 +330,6 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
     return result;
 }
 
-/// Honeycomb refinement by arithmetic.
-std::optional<PolygonMesh> refine_honeycomb(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
-                                            const RefineOptions& options, std::unique_ptr<detail::RuleLevels>& start,
-                                            detail::RefinedPoints* keep) {
-    if (scheme.refinement != Refinement::honeycomb || levels < 1) return std::nullopt;
-    const auto all = std::make_shared<detail::HoneycombLevels>(mesh, std::move(start), scheme, levels, options.rules,
-                                                               demand_of(mesh, scheme, options), options.context);
-    PolygonMesh result;
-    detail::RefinedPoints made{all->point_count(),
-                               [all, context = options.context](auto control, auto positions, auto normals) {
-                                   all->refine(control, positions, normals, context);
-                               }};
-    made.make(mesh, options.normals, result);
-    result.attributes =
-        detail::refine_by_threes(options.attributes, mesh.vertex_count(), made.count,
-                                 [&](std::span<const Vec3d> in, std::span<Vec3d> out) { made.refine(in, out, {}); });
-    if (mesh.has_uvs()) {
-        if (mesh.face_varying_rule() == FaceVaryingRule::linear_all) warn_of_smooth_uvs(scheme, result);
-        take_followed(mesh, all->take_uvs(), true, result);
-    }
-    take_faces(mesh, scheme, options, all->faces(), std::move(made), keep, result);
-    return result;
-}
-
 PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options,
                            StencilTable* stencils, detail::RefinedPoints* keep) {
     if (is_linear(scheme) && options.normals) {
@@ -366,8 +342,6 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
     if (stencils == nullptr) {
         detail::check_rounds(levels, options);
         first_levels = std::make_unique<detail::RuleLevels>(mesh, scheme, options.rules, options.smoothing);
-        if (std::optional<PolygonMesh> result = refine_honeycomb(mesh, scheme, levels, options, first_levels, keep))
-            return std::move(*result);
         if (std::optional<PolygonMesh> result = refine_repeated(mesh, scheme, levels, options, first_levels, keep))
             return std::move(*result);
     }
