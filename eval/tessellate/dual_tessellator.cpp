@@ -107,12 +107,9 @@ class DualTessellator {
 
     /// What the mesh has that the bound does not know; empty: nothing.
     std::string_view lacks_bound() const {
-        if (!DualBound::takes_tags(mesh_))
-            return "edges or vertices are semi-sharp (tag them 10, which is sharp for good)";
         const auto& holes = forest_.roots().hole;
         if (std::find(holes.begin(), holes.end(), 1) != holes.end())
             return "the mesh has holes (remove their faces instead)";
-        if (!forest_.roots().joints.empty()) return "only two faces meet at a vertex inside";
         return {};
     }
 

@@ -58,35 +58,6 @@ DualCharts::DualCharts(const ControlMesh& mesh, const SchemeInfo& scheme, const 
     for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) root_.push_back(h);
     root_.resize(roots.count(), k_unknown);
     find_roots(roots);
-    compare_joints(roots);
-}
-
-// Where creases turn smooth on the surface, they have to in the charts, and in the same way.
-void DualCharts::compare_joints(const VertexRoots& roots) const {
-    if (roots.all_stay()) return;
-    const auto refuse_it = [&] {
-        refuse(*charts_,
-               "do not follow semi-sharp creases where three meet or a seam is, nor a seam over a vertex of two faces");
-    };
-    if (roots_.all_stay()) refuse_it();
-    for (std::size_t place = 0; place < roots.smooth_from.size(); ++place)
-        if (roots.smooth_from[place] != roots_.smooth_from[4 * std::size_t{root_[place / 4]} + place % 4]) refuse_it();
-    for (const VertexJoint& joint : roots.joints) {
-        VertexCell cell = joint.cells.front();
-        cell.root = root_[cell.root];
-        const VertexRoots::JointCell* there = roots_.find_joint(cell);
-        if (there == nullptr) refuse_it();
-        const VertexJoint& same = roots_.joints[there->joint];
-        if (same.cells.size() != joint.cells.size()) refuse_it();
-        for (std::size_t i = 0; i < joint.cells.size(); ++i) {
-            VertexCell of = joint.cells[i];
-            of.root = root_[of.root];
-            const VertexRoots::JointCell* other = roots_.find_joint(of);
-            if (other == nullptr || other->joint != there->joint) refuse_it();
-            for (std::size_t k = 0; k < 4; ++k)
-                if (joint.children[i][k].exists != same.children[other->place][k].exists) refuse_it();
-        }
-    }
 }
 
 // Corners have their numbers in both. What lies along boundaries and creases is found beside the points above it,
@@ -171,9 +142,7 @@ class DualCharts::Follower {
         const auto goes_on = [&](int i) {
             const Corner &a = corner(i), &b = corner(i + 1);
             if (a.cell.root == b.cell.root) return true;
-            // At a joint roots are beside each other that were not; charts have the same ones.
-            return forest_.roots().link[4 * std::size_t{a.cell.root} + a.leave] != 4 * b.cell.root + b.enter ||
-                   charts_.roots_.link[4 * there(a.cell.root) + a.leave] == 4 * there(b.cell.root) + b.enter;
+            return charts_.roots_.link[4 * there(a.cell.root) + a.leave] == 4 * there(b.cell.root) + b.enter;
         };
         const auto home = [&](int i) { return forest_.roots().face[corner(i).cell.root].value; };
         const detail::SeamRun run = detail::longest_run(size, goes_on, home);

@@ -28,7 +28,16 @@ namespace tetrakis {
 
 std::optional<std::string> detail::ignored_creases(const ControlMesh& mesh, const SchemeInfo& scheme,
                                                    const RuleOptions& rules) {
-    if (!ignores_creases(scheme, rules)) return std::nullopt;
+    if (!ignores_creases(scheme, rules)) {
+        if (fan_lattice(scheme, rules) != FanLattice::dual) return std::nullopt;
+        const auto semi_sharp = [&](auto id) { return is_semi_sharp(mesh.sharpness(id)); };
+        bool any = false;
+        for (std::uint32_t e = 0; e < mesh.edge_count(); ++e) any = any || semi_sharp(EdgeId(e));
+        for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) any = any || semi_sharp(VertexId(v));
+        if (!any) return std::nullopt;
+        return "semi-sharp edges and vertices stay sharp for ever: a crease of " + std::string(scheme.name) +
+               " is a boundary on each side";
+    }
     for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
         if (is_sharp(mesh.sharpness(EdgeId(e))) && !mesh.is_boundary(EdgeId(e)))
             return "the creases were ignored: " + std::string(scheme.name) + " has no rule for them" +
@@ -215,7 +224,6 @@ detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const SchemeInfo
     for (const VertexAttribute& attribute : options.attributes)
         demand.point_bytes += sizeof(float) * static_cast<std::uint64_t>(std::max(attribute.width, 0));
     if (!options.attributes.empty()) demand.point_bytes += sizeof(Vec3d);  // three numbers at a time
-    demand.whole_net = mesh.has_uvs();
     if (mesh.has_uvs()) {
         // Charts are refined as meshes, and their points then made into texture coordinates.
         demand.point_bytes += 2 * (sizeof(Vec3d) + sizeof(Vec2d));
