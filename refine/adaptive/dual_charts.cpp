@@ -5,7 +5,6 @@
 #include "../attributes/followed_uvs.hpp"
 #include "../attributes/seam_extension.hpp"
 #include "../attributes/seam_face.hpp"
-#include "../uniform/chart_cells.hpp"
 
 #include <oneapi/tbb/parallel_sort.h>
 
@@ -26,8 +25,31 @@ constexpr std::uint32_t k_unknown = VertexRoots::outside;
                 mesh.data().source);
 }
 
+/// An extension as a control mesh of its own: half-edges keep their numbers.
+ControlMesh chart_mesh(const detail::SeamExtension& charts) {
+    const RuleMesh& mesh = charts.mesh;
+    ControlMeshData data;
+    data.boundary_rule = BoundaryRule::edge_only;
+    data.face_offsets = {0};
+    for (const Vec2d& uv : charts.uvs) data.positions.emplace_back(uv.x, uv.y, 0.0);
+    for (int f = 0; f < mesh.face_count(); ++f) {
+        for (const int v : mesh.corners(f)) data.face_vertices.push_back(static_cast<std::uint32_t>(v));
+        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+    }
+    for (int e = 0; e < mesh.edge_count(); ++e) {
+        const int h = mesh.edge_halfedge(e);
+        if (mesh.twin(h) == RuleMesh::none || !mesh.sharp(h)) continue;
+        data.creases.push_back({static_cast<std::uint32_t>(mesh.origin(h)), static_cast<std::uint32_t>(mesh.target(h)),
+                                mesh.sharpness(h)});
+    }
+    for (std::size_t v = 0; v < mesh.vertex_sharpness().size(); ++v)
+        if (is_sharp(mesh.vertex_sharpness()[v]))
+            data.corners.push_back({static_cast<std::uint32_t>(v), mesh.vertex_sharpness()[v]});
+    return ControlMesh::build(std::move(data));
+}
+
 ControlMesh extended_charts(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules) {
-    return detail::chart_mesh(detail::extend_over_seams(mesh, rule_mesh(mesh), scheme, rules));
+    return chart_mesh(detail::extend_over_seams(mesh, rule_mesh(mesh), scheme, rules));
 }
 
 /// Whether faces end at a side of a root.

@@ -232,7 +232,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     const bool any_limits = demand.limit || demand.normals;
     // The roots of a dual scheme are the quads of the first level that has a face for each vertex (those with two faces
     // have none), cut along its creases.
-    while (dual && !(has_whole_faces(by_rules.last(), creases) && by_rules.level() >= demand.root_level)) {
+    while (dual && !has_whole_faces(by_rules.last(), creases)) {
         if (levels <= ++base_level) return nullptr;
         advance();
     }
@@ -252,7 +252,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         first.resize(net->base().halfedge_count());
         for (std::size_t h = 0; h < first.size(); ++h) first[h] = static_cast<int>(h);
     }
-    std::unique_ptr<RepeatedRows> all(new RepeatedRows(std::move(*net), dual ? base_level - 1 : base_level));
+    std::unique_ptr<RepeatedRows> all(new RepeatedRows(std::move(*net)));
     std::uint32_t segments = 1;
     const auto go_on = [&] {
         context.report("refine", 0);
@@ -331,10 +331,6 @@ bool RepeatedRows::learn(const Plan& plan, const SchemeInfo& scheme, const RuleO
         }
     }
     return true;
-}
-
-int RepeatedRows::first_whole_level(const RuleMesh& control, const SchemeInfo& scheme, const RuleOptions& rules) {
-    return has_whole_faces(control, !ignores_creases(scheme, rules)) ? 0 : 1;
 }
 
 bool RepeatedRows::fits(std::uint32_t segments) const {

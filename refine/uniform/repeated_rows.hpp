@@ -28,7 +28,6 @@ class RepeatedRows {
     /// corners.
     struct Demand {
         bool limit = false, normals = false;
-        int root_level = 0;           ///< dual: at least
         bool even_if_slower = false;  ///< on meshes so small that the rules would be done before rows are learned
         std::uint64_t point_bytes = sizeof(Vec3d), face_bytes = 2 * sizeof(std::uint32_t),
                       corner_bytes = sizeof(std::uint32_t);
@@ -43,12 +42,6 @@ class RepeatedRows {
                                               const Demand& demand, const RunContext& context);
 
     std::uint32_t point_count() const { return net_.point_numbers(net_.layout(segments_.back())).count; }
-    const RootNet& net() const { return net_; }
-    /// The level whose faces, or (dual) corners, the roots are.
-    int root_level() const { return root_level_; }
-    /// The first level of a dual scheme that has a face for each vertex.
-    static int first_whole_level(const RuleMesh& control, const SchemeInfo& scheme, const RuleOptions& rules);
-    std::uint32_t segments() const { return segments_.back(); }
     std::size_t control_count() const { return control_count_; }
     using Faces = RootNet::Faces;
     Faces faces(const RunContext& context) const { return net_.faces(segments_.back(), context); }
@@ -60,7 +53,7 @@ class RepeatedRows {
                 const RunContext& context) const;
 
   private:
-    RepeatedRows(RootNet net, int root_level) : net_(std::move(net)), root_level_(root_level) {}
+    explicit RepeatedRows(RootNet net) : net_(std::move(net)) {}
 
     struct Plan;
     bool learn(const Plan& plan, const SchemeInfo& scheme, const RuleOptions& rules, const Demand& demand,
@@ -70,7 +63,6 @@ class RepeatedRows {
                           std::span<Vec3d> normals) const;
 
     RootNet net_;
-    int root_level_;
     std::size_t control_count_ = 0;
     std::vector<RowPatterns> patterns_;
     std::vector<std::size_t> pattern_;  ///< of each step after the levels by rules

@@ -322,45 +322,6 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("[bad-input] hierarchies of dual schemes: what is missing since a crease is smooth is no node and no site") {
-    // A cube whose bottom has edges that three steps see sharp, the hierarchy's first two among them.
-    ControlMeshData data;
-    data.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}};
-    data.face_offsets = {0, 4, 8, 12, 16, 20, 24};
-    data.face_vertices = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5};
-    for (const auto& [u, v] : {std::pair(0u, 1u), std::pair(1u, 3u), std::pair(3u, 2u), std::pair(2u, 0u)})
-        data.creases.push_back({u, v, 3, 0});
-    const ControlMesh mesh = ControlMesh::build(std::move(data));
-    Hierarchy h = make_hierarchy(mesh, "doo-sabin");
-    h.refine_where(each_leaf([](const LeafView&) { return true; }), 4);
-    check_sound(h);
-    std::size_t missing = 0;
-    for (const HierarchyNode& root : test::nodes_of(make_hierarchy(mesh, "doo-sabin"))) {
-        std::vector<HierarchyNode> open{root};
-        while (!open.empty()) {
-            const HierarchyNode node = open.back();
-            open.pop_back();
-            const std::vector<HierarchyNode> children = h.children(node);
-            CHECK((node.depth == 4) == h.find(node).has_value());
-            if (node.depth == 4) continue;
-            open.insert(open.end(), children.begin(), children.end());
-            for (int k = 0; k < 4; ++k) {
-                const HierarchyNode child = h.tree().child(node, k);
-                if (std::find(children.begin(), children.end(), child) != children.end()) continue;
-                ++missing;
-                CHECK_THROWS_AS((void)h.find(child), Error);
-                CHECK_THROWS_AS((void)h.view(child), Error);
-                Site site = h.view(node).corner[0];
-                site.at = {2 * site.at.x + (k == 1 || k == 2 ? 1 : 0), 2 * site.at.y + (k >= 2 ? 1 : 0)};
-                ++site.level;
-                CHECK_THROWS_WITH_AS((void)h.limit(site), doctest::Contains("smooth"), Error);
-            }
-        }
-    }
-    // Two vertices on each edge, 32 in all two levels down; each has a cell on either side, which lose two children.
-    CHECK(missing == 32 * 2 * 2);
-}
-
 TEST_CASE("an estimator of vertices drives refinement to the smallest set within the tolerance, and coarsening back") {
     /// The size of a cell, larger in one root: known without a surface. Sees that what is around is as it should be.
     class Size final : public ErrorEstimator {
