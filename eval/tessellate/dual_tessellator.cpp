@@ -347,7 +347,10 @@ Tessellation tessellate_dual(const ControlMesh& mesh, const TessellateOptions& o
     try {
         return DualTessellator(mesh, options, context).run();
     } catch (const NoQuadtrees& none) {
-        return tessellate_by_levels(mesh, options, context, none.why);
+        // Where two faces meet inside, level 0 has no limits.
+        TessellateOptions from_level_1 = options;
+        from_level_1.min_level = std::max(options.min_level, 1);
+        return tessellate_by_levels(mesh, from_level_1, context, none.why);
     }
 }
 

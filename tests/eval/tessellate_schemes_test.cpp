@@ -191,10 +191,16 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("dual schemes do not tessellate meshes with inner vertices of two faces, but say what to do") {
-    const ControlMesh pillow = mesh_for(*find_scheme("doo-sabin"), k_pillow);
-    CHECK_THROWS_WITH_AS(tessellate(pillow, {.scheme = "doo-sabin", .tolerance = 8e-3}),
-                         doctest::Contains("refine the mesh once with the same scheme"), Error);
+TEST_CASE("dual schemes tessellate meshes with inner vertices of two faces by whole levels") {
+    for (const char* name : {"doo-sabin", "midedge", "biquartic"}) {
+        CAPTURE(name);
+        const ControlMesh mesh = mesh_for(*find_scheme(name), k_pillow);
+        const Tessellation result = tessellate(mesh, {.scheme = name, .tolerance = 2e-2});
+        CHECK(result.tolerance_reached);
+        CHECK(test::topology(result.mesh.triangles) == test::surface_topology(mesh));
+        REQUIRE(result.warnings.size() == 1);
+        CHECK(has(result.warnings[0], "two faces"));
+    }
 }
 
 TEST_CASE("[slow] dual schemes tessellate meshes with holes: what is left is refined to the tolerance, too") {
