@@ -84,14 +84,6 @@ bool DualBound::has(const SchemeInfo& scheme) {
     return scheme.name == "doo-sabin" || scheme.name == "doo-sabin-cc" || is_midedge(scheme);
 }
 
-bool DualBound::takes_tags(const ControlMesh& mesh) {
-    for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
-        if (is_semi_sharp(mesh.sharpness(EdgeId(e)))) return false;
-    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
-        if (is_semi_sharp(mesh.sharpness(VertexId(v)))) return false;
-    return true;
-}
-
 DualBound::DualBound(const PartialLevels& points, const SchemeInfo& scheme, const VertexRoots& roots, const Box3d& box)
     : surface_(points, roots, is_midedge(scheme) ? DualPieces::four : DualPieces::biquadratic),
       rounding_(k_errors_of_sums * std::numeric_limits<double>::epsilon() *

@@ -32,11 +32,9 @@ class DualBound {
   public:
     /// Doo-Sabin and midedge, by either of their weights: quadratic, with no negative weight anywhere.
     static bool has(const SchemeInfo& scheme);
-    /// Not semi-sharp ones, whose rules change from level to level.
-    static bool takes_tags(const ControlMesh& mesh);
 
     /// @param points  gives the limit points; lives longer
-    /// @param roots   without holes and joints
+    /// @param roots   without holes
     DualBound(const PartialLevels& points, const SchemeInfo& scheme, const VertexRoots& roots, const Box3d& box);
 
     struct Errors {

@@ -67,13 +67,13 @@ DualTriangles dual_triangles(const VertexForest& forest) {
     return mesh;
 }
 
-void add_cells_below(const VertexRoots& roots, const VertexCell& cell, int bits, std::vector<VertexCell>& cells) {
+void add_cells_below(const VertexCell& cell, int bits, std::vector<VertexCell>& cells) {
     const std::uint32_t side = 1u << bits;
     for (std::uint32_t y = 0; y < side; ++y)
         for (std::uint32_t x = 0; x < side; ++x)
-            cells.push_back(roots.existing({cell.root,
-                                            {(cell.at.x << bits) + x, (cell.at.y << bits) + y},
-                                            static_cast<std::uint8_t>(cell.level + bits)}));
+            cells.push_back({cell.root,
+                             {(cell.at.x << bits) + x, (cell.at.y << bits) + y},
+                             static_cast<std::uint8_t>(cell.level + bits)});
 }
 
 double dual_leaf_error(const VertexForest& forest, const DualTriangles& mesh, std::span<const Vec3d> positions,
@@ -124,7 +124,7 @@ void DualLeafErrors::find(Layer& layer, const VertexForest& forest, std::span<co
         report(static_cast<double>(begin) / static_cast<double>(fresh.size()));
         const auto some = std::span(fresh).subspan(begin, std::min(block, fresh.size() - begin));
         cells.clear();
-        for (const LeafId leaf : some) add_cells_below(forest.roots(), forest.cell(leaf), layer.bits, cells);
+        for (const LeafId leaf : some) add_cells_below(forest.cell(leaf), layer.bits, cells);
         limits.resize(cells.size());
         points_.limits(cells, limits);
         for (std::size_t i = 0; i < some.size(); ++i)

@@ -29,8 +29,8 @@ struct DualTriangles {
 };
 DualTriangles dual_triangles(const VertexForest& forest);
 
-/// Appends the cells that a cell has `bits` levels down, row by row; for those that do not exist, others beside them.
-void add_cells_below(const VertexRoots& roots, const VertexCell& cell, int bits, std::vector<VertexCell>& cells);
+/// Appends the cells that a cell has `bits` levels down, row by row.
+void add_cells_below(const VertexCell& cell, int bits, std::vector<VertexCell>& cells);
 
 /// How far the surface over a vertex's cell is from the triangles around it, and along the boundary from the mesh's, by
 /// limit points of the cells below it.

@@ -29,11 +29,7 @@ VertexCell cell_at(std::uint32_t root, int corner, int level, std::uint32_t x, s
 }  // namespace
 
 DualSurface::DualSurface(const PartialLevels& points, const VertexRoots& roots, DualPieces pieces)
-    : points_(points),
-      roots_(roots),
-      pieces_(pieces),
-      corners_(roots),
-      chain_of_(4 * std::size_t{roots.count()}, DualCorners::none) {
+    : points_(points), pieces_(pieces), corners_(roots), chain_of_(4 * std::size_t{roots.count()}, DualCorners::none) {
     axes_.reserve(roots.count());
     for (std::uint32_t r = 0; r < roots.count(); ++r) axes_.emplace_back(outer_sides(roots, r));
     std::uint32_t count = 0;
@@ -51,7 +47,7 @@ void DualSurface::find_patches(std::span<const VertexCell> cells, std::span<Dual
         report(static_cast<double>(begin) / static_cast<double>(cells.size()));
         const auto some = cells.subspan(begin, std::min(k_cells_at_once, cells.size() - begin));
         below.clear();
-        for (const VertexCell& cell : some) add_cells_below(roots_, cell, DualPatch::k_bits, below);
+        for (const VertexCell& cell : some) add_cells_below(cell, DualPatch::k_bits, below);
         limits.resize(below.size());
         points_.positions(below, limits);
         for_each_index(static_cast<std::uint32_t>(some.size()), [&](std::uint32_t i) {

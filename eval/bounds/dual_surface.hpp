@@ -82,7 +82,6 @@ class DualSurface {
                       const std::function<void(double)>& report) const;
 
     const PartialLevels& points_;
-    const VertexRoots& roots_;
     DualPieces pieces_;
     DualCorners corners_;
     std::vector<DualAxes> axes_;           // per root

@@ -67,12 +67,9 @@ class DualTessellator final : public TessellationRun {
   private:
     /// What the mesh has that the bound does not know; empty: nothing.
     std::string_view lacks_bound() const {
-        if (!DualBound::takes_tags(mesh_))
-            return "edges or vertices are semi-sharp (tag them 10, which is sharp for good)";
         const auto& holes = forest_.roots().hole;
         if (std::find(holes.begin(), holes.end(), 1) != holes.end())
             return "the mesh has holes (remove their faces instead)";
-        if (!forest_.roots().joints.empty()) return "only two faces meet at a vertex inside";
         return {};
     }
 
@@ -316,7 +313,10 @@ Tessellation tessellate_dual(const ControlMesh& mesh, const TessellateOptions& o
     try {
         return DualTessellator(mesh, options, context).run();
     } catch (const NoQuadtrees& none) {
-        return tessellate_by_levels(mesh, options, context, none.why);
+        // Where two faces meet inside, level 0 has no limits.
+        TessellateOptions from_level_1 = options;
+        from_level_1.min_level = std::max(options.min_level, 1);
+        return tessellate_by_levels(mesh, from_level_1, context, none.why);
     }
 }
 

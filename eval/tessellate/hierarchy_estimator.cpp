@@ -97,7 +97,7 @@ class DualProbe {
     /// Raises the errors to those by the points so many levels down.
     void look(std::span<const Asked> asked, int bits) const {
         std::vector<VertexCell> cells;
-        for (const Asked& a : asked) detail::add_cells_below(forest_.roots(), forest_.cell(a.leaf), bits, cells);
+        for (const Asked& a : asked) detail::add_cells_below(forest_.cell(a.leaf), bits, cells);
         const std::vector<Vec3d> points = limits(cells);
         const std::size_t each = std::size_t{1} << (2 * bits);
         constexpr std::uint32_t k_grain = 64;

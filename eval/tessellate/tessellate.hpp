@@ -32,8 +32,8 @@ struct SchemeSupport {
     bool certified = false;  ///< bounds that hold for every point
 };
 /// Patches: Catmull-Clark and Loop by their plain rules. Certified: these by any rules, bilinear and midpoint
-/// refinement, where no tag stays semi-sharp for more than 6 levels what has mask norms (has_mask_norms()), and, where
-/// none is semi-sharp, Doo-Sabin and midedge refinement. By whole levels: honeycomb refinement.
+/// refinement, where no tag stays semi-sharp for more than 6 levels what has mask norms (has_mask_norms()), and
+/// Doo-Sabin and midedge refinement. By whole levels: honeycomb refinement.
 SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rules = {});
 /// With such a mesh: there are no patches for corners with angles of their own.
 SchemeSupport scheme_support(const ControlMesh& mesh, const SchemeChoice& scheme, const RuleOptions& rules = {});

@@ -59,10 +59,7 @@ enum class FaceCorners {
 /// Along a crease a vertex has a leaf on each side: these are split and merged together, so that both sides have the
 /// same vertices there, and are one vertex of the mesh.
 ///
-/// Where a crease becomes smooth, its vertices are split as smooth ones: a cell's children on its border do not exist,
-/// and those of both sides lie beside each other. Where creases end or meet, VertexRoots::joints says which there are.
-///
-/// Storage: a record of 40 bytes per split cell, which is a third of the leaves, plus 5 bytes per cell: 20 bytes a
+/// Storage: a record of 36 bytes per split cell, which is a third of the leaves, plus 5 bytes per cell: 19 bytes a
 /// leaf. Slots: the root r is slot r, the children of the k-th record are R + 4 k + corner. Slots are used again after
 /// a merge.
 class VertexForest {
@@ -92,14 +89,11 @@ class VertexForest {
     void add_leaves_around(LeafId leaf, int corner, std::vector<LeafId>& leaves) const;
     /// All leaves by root, then along the tree's curve (children counter-clockwise from corner 0). O(slots).
     std::vector<LeafId> ordered_leaves() const;
-    /// Whether there can be such a cell: not where a crease has become smooth.
-    bool can_exist(const VertexCell& cell) const { return roots_.existing(cell) == cell; }
 
     /// Splits the marked leaves and whatever else has to be, each once: the smallest such refinement. Along creases the
     /// leaves of the other sides are split as well.
     /// @param marked   leaves in any order; repetitions do no harm
-    /// @param created  receives the new leaves, four for each split one (fewer where a crease becomes smooth), siblings
-    ///                 together
+    /// @param created  receives the new leaves, four for each split one, siblings together
     /// @param removed  if not null, receives the leaves that were split, siblings' parents in the order of `created`
     /// @throws Error   invalid_input: a handle is no leaf; unsupported: a marked leaf is at level k_max_level;
     ///                 memory_limit: more than 2^32 cells. The forest is then unchanged.
@@ -126,7 +120,7 @@ class VertexForest {
     /// keeps its numbers. O(leaves).
     void shrink();
     /// Whether there are any.
-    bool has_free_slots() const { return !free_records_.empty() || !free_joints_.empty(); }
+    bool has_free_slots() const { return !free_records_.empty(); }
 
   private:
     friend struct VertexForestCorruptor;  // of the tests
@@ -143,29 +137,10 @@ class VertexForest {
         std::uint32_t parent;               ///< the cell's slot
         std::uint32_t root;
         LatticePoint at;
-        std::uint8_t level;                       ///< of the cell, not of its children
-        std::uint8_t creases;                     ///< of the cell's sides, as VertexRoots::crease
-        std::array<std::uint8_t, 2> smooth_from;  ///< of its creases, in their order: as VertexRoots::smooth_from
-        std::uint32_t joint;                      ///< k_no_joint: it has all four children
+        std::uint8_t level;    ///< of the cell, not of its children
+        std::uint8_t creases;  ///< of the cell's sides, as VertexRoots::crease
     };
-    static_assert(sizeof(Record) == 40);
-
-    /// Children of a cell some of whose creases are smooth: VertexJoint, by slots.
-    struct Joint {
-        enum class Leads : std::uint8_t {
-            as_usual,
-            to,        ///< this side of a child that exists
-            in_place,  ///< where that side of one that does not exist leads; and from there, to the one that does
-        };
-        struct Side {
-            std::uint32_t slot = 0;
-            std::uint8_t side = 0;
-            Leads leads = Leads::as_usual;
-        };
-        std::array<Side, 16> sides{};  ///< 4 * child + side
-        std::array<VertexJoint::Child, 4> children{};
-    };
-    static constexpr std::uint32_t k_no_joint = 0xFFFF'FFFFu;
+    static_assert(sizeof(Record) == 36);
 
     struct Across {
         std::uint32_t slot;  ///< the cell of the same level across a side; or k_coarser, k_boundary
@@ -178,20 +153,6 @@ class VertexForest {
     std::uint32_t root_of(std::uint32_t slot) const { return is_root(slot) ? slot : records_[record_of(slot)].root; }
     std::uint32_t record_of(std::uint32_t slot) const { return (slot - roots_.count()) / 4; }
     int number(std::uint32_t slot) const { return static_cast<int>((slot - roots_.count()) % 4); }
-    Joint* joint_of(std::uint32_t slot) {
-        const std::uint32_t joint = is_root(slot) ? k_no_joint : records_[record_of(slot)].joint;
-        return joint == k_no_joint ? nullptr : &joints_[joint];
-    }
-    const Joint* joint_of(std::uint32_t slot) const { return const_cast<VertexForest*>(this)->joint_of(slot); }
-    /// A child's place whose sides lead where those of this one do: another one at a joint.
-    struct Place {
-        std::uint32_t slot;
-        int side;
-    };
-    Place outer(std::uint32_t slot, int side) const;
-    /// What is in place of a child seen from beyond its side; itself if it exists. k_boundary: nothing.
-    Place existing(std::uint32_t slot, int side) const;
-    std::uint32_t live_children(std::uint32_t record) const;
     /// The cell beyond a side, on the crease's other side where one runs along it.
     Across beyond(std::uint32_t slot, int side) const;
     /// The same, but for creases, which are boundaries here.
@@ -201,20 +162,18 @@ class VertexForest {
     /// The sides that lie along creases.
     std::uint8_t creases(std::uint32_t slot) const {
         if (is_root(slot)) return roots_.crease[slot];
-        if (const Joint* joint = joint_of(slot)) return joint->children[static_cast<std::size_t>(number(slot))].crease;
         // A child has two of its parent's sides.
         const int child = number(slot);
         return static_cast<std::uint8_t>(records_[record_of(slot)].creases & (1u << child | 1u << (child + 3) % 4));
     }
     bool is_crease(std::uint32_t slot, int side) const { return (creases(slot) >> side & 1) != 0; }
-    std::uint8_t smooth_from(std::uint32_t slot, int side) const;
     /// Calls visit(slot) for the other cells that are the same vertex.
     template <class Visit>
     void for_each_other_side(std::uint32_t slot, Visit&& visit) const;
-    /// The leaf at a corner of a cell; k_boundary where there is none (any more).
+    /// The leaf at a corner of a cell.
     std::uint32_t leaf_at(std::uint32_t slot, int corner) const {
         while (is_split(slot)) slot = first_child(child_[slot]) + static_cast<std::uint32_t>(corner);
-        return child_[slot] == k_dead ? k_boundary : slot;
+        return slot;
     }
 
     /// Counter-clockwise around the point at a leaf's corner, across the side that ends there.
@@ -229,24 +188,18 @@ class VertexForest {
     class FaceFinder;
 
     void require_leaves(std::span<const LeafId> leaves) const;
-    void start_joint(std::uint32_t record);
-    void link_joint(std::uint32_t record);
     void link_record(std::uint32_t record);
     bool has_finer_beside(std::uint32_t record) const;
     bool must_stay(std::uint32_t record) const;
     void keep_what_must_stay(std::span<const std::uint32_t> records);
     std::optional<std::string> check_record(std::uint32_t record) const;
-    std::optional<std::string> check_joints() const;
 
     VertexRoots roots_;
     std::uint32_t leaf_count_ = 0;
     std::vector<std::uint32_t> child_;  // per slot: its record, or k_unsplit, k_dead
     std::vector<Record> records_;
     std::vector<std::uint32_t> free_records_;
-    std::vector<Joint> joints_;
-    std::vector<std::uint32_t> free_joints_;
-    std::vector<std::uint32_t> records_of_joint_;  // of one that is being linked; has room for all
-    std::vector<std::uint8_t> marks_;              // per slot: will be split or merged; zero between calls
+    std::vector<std::uint8_t> marks_;  // per slot: will be split or merged; zero between calls
 };
 
 // From side to side along the creases that end at the vertex: around it, or both ways to where that ends.

@@ -8,65 +8,6 @@
 
 namespace tetrakis {
 
-// The children of a new record that exist, where these are not all.
-void VertexForest::start_joint(std::uint32_t record) {
-    Record& r = records_[record];
-    const VertexRoots::JointCell* at = roots_.find_joint({r.root, r.at, r.level});
-    const int side = std::countr_zero(r.creases);
-    const bool one_smooth = at == nullptr && std::has_single_bit(r.creases) && r.smooth_from[0] <= r.level;
-    if (at == nullptr && !one_smooth) return;
-    if (free_joints_.empty()) {
-        r.joint = static_cast<std::uint32_t>(joints_.size());
-        joints_.emplace_back();
-    } else {
-        r.joint = free_joints_.back();
-        free_joints_.pop_back();
-    }
-    Joint& joint = joints_[r.joint];
-    joint = {};
-    if (one_smooth)
-        joint.children[static_cast<std::size_t>((side + 2) % 4)].exists =
-            joint.children[static_cast<std::size_t>((side + 3) % 4)].exists = true;
-    else
-        joint.children = roots_.joints[at->joint].children[at->place];
-}
-
-// Which of the children lie beside each other. All cells of the vertex must be split, and linked.
-void VertexForest::link_joint(std::uint32_t record) {
-    Record& r = records_[record];
-    const auto slot_of = [&](std::uint32_t of, int child) {
-        return first_child(of) + static_cast<std::uint32_t>(child);
-    };
-    const auto side_of = [&](std::uint32_t slot, int side) -> Joint::Side& {
-        return joint_of(slot)->sides[static_cast<std::size_t>(4 * number(slot) + side)];
-    };
-    const VertexRoots::JointCell* at = roots_.find_joint({r.root, r.at, r.level});
-    if (at == nullptr) {
-        const int s = std::countr_zero(r.creases);
-        const std::uint32_t link = r.link[static_cast<std::size_t>(s)];
-        const int t = static_cast<int>(link % 4);
-        for (const int k : {2, 3})
-            side_of(slot_of(record, (s + k) % 4), s) = {slot_of(link / 4, (t + 5 - k) % 4),
-                                                        static_cast<std::uint8_t>(t), Joint::Leads::to};
-        return;
-    }
-    if (at->place != 0) return;
-    const VertexJoint& joint = roots_.joints[at->joint];
-    // The records of its cells, from side to side.
-    std::vector<std::uint32_t>& records = records_of_joint_;
-    records.assign(joint.cells.size(), record);
-    for_each_other_side(
-        r.parent, [&](std::uint32_t slot) { records[roots_.find_joint(cell(LeafId(slot)))->place] = child_[slot]; });
-    const auto link = [&](const std::array<VertexJoint::Place, 2>& pair, Joint::Leads leads) {
-        const std::uint32_t a = slot_of(records[pair[0].cell], pair[0].child);
-        const std::uint32_t b = slot_of(records[pair[1].cell], pair[1].child);
-        side_of(a, pair[0].side) = {b, pair[1].side, leads};
-        side_of(b, pair[1].side) = {a, pair[0].side, leads};
-    };
-    for (const auto& pair : joint.joined) link(pair, Joint::Leads::to);
-    for (const auto& pair : joint.in_place) link(pair, Joint::Leads::in_place);
-}
-
 // Links a new record with those of its level across its sides. Coarser records must have been linked before.
 void VertexForest::link_record(std::uint32_t record) {
     Record& r = records_[record];
@@ -105,10 +46,8 @@ void VertexForest::refine(std::span<const LeafId> marked, std::vector<LeafId>& c
             for_each_other_side(slot, mark);
             if (is_root(slot)) continue;
             for (const int side : {number(slot), (number(slot) + 3) % 4}) {
-                const Place place = outer(slot, side);
-                const Record& above = records_[record_of(place.slot)];
-                if (above.link[static_cast<std::size_t>(place.side)] == k_coarser)
-                    mark(across(above.parent, place.side).slot);
+                const Record& above = records_[record_of(slot)];
+                if (above.link[static_cast<std::size_t>(side)] == k_coarser) mark(across(above.parent, side).slot);
             }
         }
         // By level, then by slot. To read all marks is cheaper than to sort many.
@@ -133,16 +72,6 @@ void VertexForest::refine(std::span<const LeafId> marked, std::vector<LeafId>& c
         make_room(records_, records_.size() + fresh);
         make_room(child_, slots);
         make_room(marks_, slots);
-        if (!roots_.all_stay()) {
-            std::size_t joints = 0, most_cells = 0;
-            for (const std::uint32_t slot : splits) {
-                const VertexRoots::JointCell* at = roots_.find_joint(cell(LeafId(slot)));
-                if (at != nullptr) most_cells = std::max(most_cells, roots_.joints[at->joint].cells.size());
-                joints += at != nullptr || creases(slot) != 0 ? 1 : 0;
-            }
-            make_room(joints_, joints_.size() + joints);
-            make_room(records_of_joint_, most_cells);
-        }
         created.clear();
         created.reserve(4 * splits.size());
         if (removed != nullptr) {
@@ -165,31 +94,18 @@ void VertexForest::refine(std::span<const LeafId> marked, std::vector<LeafId>& c
         }
         const VertexCell cell = this->cell(LeafId(slot));
         const std::uint8_t creases = this->creases(slot);
-        std::array<std::uint8_t, 2> smooth{VertexRoots::never, VertexRoots::never};
-        if (!roots_.all_stay())
-            for (int s = 0, i = 0; s < 4; ++s)
-                if ((creases >> s & 1) != 0) smooth[static_cast<std::size_t>(i++)] = smooth_from(slot, s);
-        records_[record] = {{}, slot, cell.root, cell.at, cell.level, creases, smooth, k_no_joint};
+        records_[record] = {{}, slot, cell.root, cell.at, cell.level, creases};
         child_[slot] = record;
         marks_[slot] = 0;
-        if (!roots_.all_stay()) start_joint(record);
-        const Joint* joint = records_[record].joint == k_no_joint ? nullptr : &joints_[records_[record].joint];
         for (std::uint32_t k = 0; k < 4; ++k) {
-            const bool exists = joint == nullptr || joint->children[k].exists;
-            child_[first_child(record) + k] = exists ? k_unsplit : k_dead;
-            if (exists) created.emplace_back(first_child(record) + k);
+            child_[first_child(record) + k] = k_unsplit;
+            created.emplace_back(first_child(record) + k);
         }
-        leaf_count_ += live_children(record) - 1;
+        leaf_count_ += 3;
         if (removed != nullptr) removed->emplace_back(slot);
     }
-    // Level by level: finer cells beside a joint are linked with what is in place of its children.
-    for (std::size_t begin = 0, end = 0; begin < splits.size(); begin = end) {
-        const int level = records_[child_[splits[begin]]].level;
-        for (; end < splits.size() && records_[child_[splits[end]]].level == level; ++end)
-            link_record(child_[splits[end]]);
-        for (std::size_t i = begin; i < end; ++i)
-            if (records_[child_[splits[i]]].joint != k_no_joint) link_joint(child_[splits[i]]);
-    }
+    // Coarser ones come first.
+    for (const std::uint32_t slot : splits) link_record(child_[slot]);
 }
 
 // While records are chosen, marks_ is set for the slots of the cells that are to be whole again.
@@ -201,8 +117,8 @@ bool VertexForest::has_finer_beside(std::uint32_t record) const {
         const std::uint32_t link = r.link[s];
         if (link >= k_coarser || (r.creases >> s & 1) != 0) continue;
         for (const std::uint32_t child : {link % 4, (link + 1) % 4}) {
-            const std::uint32_t slot = existing(first_child(link / 4) + child, static_cast<int>(link % 4)).slot;
-            if (slot != k_boundary && is_split(slot) && marks_[slot] == 0) return true;
+            const std::uint32_t slot = first_child(link / 4) + child;
+            if (is_split(slot) && marks_[slot] == 0) return true;
         }
     }
     return false;
@@ -232,10 +148,8 @@ void VertexForest::keep_what_must_stay(std::span<const std::uint32_t> records) {
         for (std::size_t s = 0; s < 4; ++s)
             if ((records_[record].creases >> s & 1) != 0) look_again(records_[record].link[s]);
         if (is_root(slot)) continue;
-        for (const int side : {number(slot), (number(slot) + 3) % 4}) {
-            const Place place = outer(slot, side);
-            look_again(records_[record_of(place.slot)].link[static_cast<std::size_t>(place.side)]);
-        }
+        for (const int side : {number(slot), (number(slot) + 3) % 4})
+            look_again(records_[record_of(slot)].link[static_cast<std::size_t>(side)]);
     }
 }
 
@@ -248,7 +162,7 @@ std::vector<LeafId> VertexForest::mergeable_siblings(LeafId leaf) const {
     for (const std::uint32_t record : together) {
         for (std::uint32_t k = 0; k < 4; ++k) {
             if (is_split(first_child(record) + k)) return {};
-            if (child_[first_child(record) + k] != k_dead) siblings.emplace_back(first_child(record) + k);
+            siblings.emplace_back(first_child(record) + k);
         }
         if (has_finer_beside(record)) return {};
     }
@@ -264,10 +178,9 @@ void VertexForest::coarsen(std::span<const LeafId> marked, std::vector<LeafId>& 
     slots.erase(std::unique(slots.begin(), slots.end()), slots.end());
     for (std::size_t i = 0, end = 0; i < slots.size(); i = end) {
         while (end < slots.size() && slots[end] / 4 == slots[i] / 4) ++end;
-        if (end - i == live_children(slots[i] / 4)) going.push_back(slots[i] / 4);
+        if (end - i == 4) going.push_back(slots[i] / 4);
     }
     free_records_.reserve(free_records_.size() + going.size());
-    free_joints_.reserve(joints_.size());
     created.clear();
     created.reserve(going.size());
     for (const std::uint32_t record : going) marks_[records_[record].parent] = 1;
@@ -283,9 +196,7 @@ void VertexForest::coarsen(std::span<const LeafId> marked, std::vector<LeafId>& 
             if (link < k_coarser) records_[link / 4].link[link % 4] = k_coarser;
     for (const std::uint32_t record : going) {
         const std::uint32_t slot = records_[record].parent;
-        leaf_count_ -= live_children(record) - 1;
-        if (records_[record].joint != k_no_joint) free_joints_.push_back(records_[record].joint);
-        records_[record].joint = k_no_joint;
+        leaf_count_ -= 3;
         child_[slot] = k_unsplit;
         marks_[slot] = 0;
         std::fill_n(child_.begin() + first_child(record), 4, k_dead);

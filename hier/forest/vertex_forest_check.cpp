@@ -23,10 +23,6 @@ std::optional<std::string> VertexForest::check_record(std::uint32_t record) cons
     if (r.root != place.root || r.at != place.at || r.level != place.level)
         return about(slot, "its record has another place");
     if (r.creases != creases(slot)) return about(slot, "its record lies along other creases");
-    std::array<std::uint8_t, 2> smooth{VertexRoots::never, VertexRoots::never};
-    for (int side = 0, i = 0; side < 4 && i < 2; ++side)
-        if (is_crease(slot, side)) smooth[static_cast<std::size_t>(i++)] = smooth_from(slot, side);
-    if (r.smooth_from != smooth) return about(slot, "its creases turn smooth otherwise than those of its record");
     if (r.level >= k_max_level) return about(slot, "is split below the deepest level");
     for (int s = 0; s < 4; ++s) {
         const Across next = beyond(slot, s);
@@ -43,35 +39,6 @@ std::optional<std::string> VertexForest::check_record(std::uint32_t record) cons
         if (records_[expected / 4].link[expected % 4] != 4 * record + static_cast<std::uint32_t>(s))
             return about(slot, side + " has a one-way link");
     }
-    if (r.joint == k_no_joint) return std::nullopt;
-    const Joint& joint = joints_[r.joint];
-    for (std::uint32_t k = 0; k < 4; ++k) {
-        const std::uint32_t child = first_child(record) + k;
-        if (joint.children[k].exists == (child_[child] == k_dead))
-            return about(child, "exists otherwise than it should");
-        for (int s = 0; s < 4 && joint.children[k].exists; ++s) {
-            const Across next = beyond(child, s);
-            if (next.slot >= k_coarser) continue;
-            if (const Across back = beyond(next.slot, next.side);
-                child_[next.slot] == k_dead || back.slot != child || back.side != s)
-                return about(child, "side " + std::to_string(s) + " leads to no cell, or to one that leads elsewhere");
-        }
-    }
-    return std::nullopt;
-}
-
-/// Each joint is that of one record, or free.
-std::optional<std::string> VertexForest::check_joints() const {
-    std::vector<char> known(joints_.size(), 0);
-    const auto is_new = [&](std::uint32_t joint) {
-        return joint < known.size() && std::exchange(known[joint], 1) == 0;
-    };
-    for (std::uint32_t record = 0; record < records_.size(); ++record)
-        if (const std::uint32_t joint = records_[record].joint; joint != k_no_joint && !is_new(joint))
-            return "record " + std::to_string(record) + " has a joint of others, or one that does not exist";
-    for (const std::uint32_t joint : free_joints_)
-        if (!is_new(joint)) return "joint " + std::to_string(joint) + " is free, but in use or none at all";
-    if (std::find(known.begin(), known.end(), 0) != known.end()) return "a joint is lost";
     return std::nullopt;
 }
 
@@ -89,7 +56,6 @@ std::optional<std::string> VertexForest::check() const {
     }
     if (child_.size() != roots + 4 * records_.size() || marks_.size() != child_.size())
         return "the arrays of slots have wrong sizes";
-    if (auto fault = check_joints()) return fault;
     std::size_t leaves = 0, records = 0;
     std::vector<std::uint32_t> open;
     for (std::uint32_t r = 0; r < roots; ++r) open.push_back(r);
@@ -98,10 +64,8 @@ std::optional<std::string> VertexForest::check() const {
         open.pop_back();
         if (marks_[slot] != 0) return about(slot, "is marked");
         if (!is_split(slot)) {
-            const bool dead = child_[slot] == k_dead;
-            if (dead && (is_root(slot) || joint_of(slot) == nullptr))
-                return about(slot, "is dead, but its parent is split");
-            leaves += dead ? 0 : 1;
+            if (child_[slot] == k_dead) return about(slot, "is dead, but its parent is split");
+            ++leaves;
             continue;
         }
         if (child_[slot] >= records_.size()) return about(slot, "has no record");

@@ -14,17 +14,13 @@ VertexForest::Turn VertexForest::turn(std::uint32_t slot, int corner) const {
     const int side = (corner + 3) % 4;
     const Across next = across(slot, side);
     if (next.slot == k_boundary) return {k_boundary, 0, k_boundary, 0};
-    const auto lead = [&](std::uint32_t cell, int at, std::uint32_t coarse, int coarse_side) {
-        const std::uint32_t leaf = leaf_at(cell, at);
-        return leaf == k_boundary ? Turn{k_boundary, 0, k_boundary, 0} : Turn{leaf, at, coarse, coarse_side};
-    };
-    if (next.slot != k_coarser) return lead(next.slot, next.side, k_boundary, 0);
-    const Place place = outer(slot, side);
-    const Across coarse = across(records_[record_of(place.slot)].parent, place.side);
-    if (number(place.slot) == (place.side + 1) % 4) return {coarse.slot, coarse.side, k_boundary, 0};
+    if (next.slot != k_coarser) return {leaf_at(next.slot, next.side), next.side, k_boundary, 0};
+    const Across coarse = across(records_[record_of(slot)].parent, side);
+    if (number(slot) == (side + 1) % 4) return {coarse.slot, coarse.side, k_boundary, 0};
     // In the middle of the coarser cell's side, and back across the other half.
     const Across half = beyond(slot, corner);
-    return lead(half.slot, (half.side + 1) % 4, coarse.slot, coarse.side);
+    const int at = (half.side + 1) % 4;
+    return {leaf_at(half.slot, at), at, coarse.slot, coarse.side};
 }
 
 // The two ends of a crease of one edge meet on either side of it, and there is nothing between.
@@ -125,15 +121,13 @@ class VertexForest::FaceFinder {
         const std::uint32_t slot = leaves_[i].value;
         if (!forest_.is_root(slot)) {
             const std::uint32_t record = forest_.record_of(slot);
-            if (forest_.records_[record].joint == k_no_joint) {
-                const int child = forest_.number(slot);
-                if (meets_earlier_sibling(child, c)) return false;
-                around.assign(1, {i, c});
-                const Found found = c == child             ? at_parents_corner(record, c, around)
-                                    : c == (child + 2) % 4 ? in_the_middle(record, c, around)
-                                                           : on_parents_side(record, child, c, around);
-                if (found != Found::not_here) return found == Found::first;
-            }
+            const int child = forest_.number(slot);
+            if (meets_earlier_sibling(child, c)) return false;
+            around.assign(1, {i, c});
+            const Found found = c == child             ? at_parents_corner(record, c, around)
+                                : c == (child + 2) % 4 ? in_the_middle(record, c, around)
+                                                       : on_parents_side(record, child, c, around);
+            if (found != Found::not_here) return found == Found::first;
         }
         return by_turns(i, c, around);
     }
@@ -141,12 +135,11 @@ class VertexForest::FaceFinder {
     // Among leaves of one level that have siblings, the records' links tell who meets.
     enum class Found { first, later, not_here };
 
-    bool is_plain(std::uint32_t record) const { return forest_.records_[record].joint == k_no_joint; }
     /// The record across a side, and its side; k_coarser where that is for by_turns() to find out.
     std::uint32_t link(std::uint32_t record, int side) const {
         const Record& r = forest_.records_[record];
         const std::uint32_t across = r.link[static_cast<std::size_t>(side)];
-        return across >= k_coarser || (r.creases >> side & 1) != 0 || !is_plain(across / 4) ? k_coarser : across;
+        return across >= k_coarser || (r.creases >> side & 1) != 0 ? k_coarser : across;
     }
     /// Adds a child, if it is a leaf.
     bool add(std::uint32_t record, int child, int corner, std::vector<Meeting>& around) const {

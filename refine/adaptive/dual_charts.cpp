@@ -5,7 +5,6 @@
 #include "../attributes/followed_uvs.hpp"
 #include "../attributes/seam_extension.hpp"
 #include "../attributes/seam_face.hpp"
-#include "../uniform/chart_cells.hpp"
 
 #include <oneapi/tbb/parallel_sort.h>
 
@@ -26,8 +25,31 @@ constexpr std::uint32_t k_unknown = VertexRoots::outside;
                 mesh.data().source);
 }
 
+/// An extension as a control mesh of its own: half-edges keep their numbers.
+ControlMesh chart_mesh(const detail::SeamExtension& charts) {
+    const RuleMesh& mesh = charts.mesh;
+    ControlMeshData data;
+    data.boundary_rule = BoundaryRule::edge_only;
+    data.face_offsets = {0};
+    for (const Vec2d& uv : charts.uvs) data.positions.emplace_back(uv.x, uv.y, 0.0);
+    for (int f = 0; f < mesh.face_count(); ++f) {
+        for (const int v : mesh.corners(f)) data.face_vertices.push_back(static_cast<std::uint32_t>(v));
+        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+    }
+    for (int e = 0; e < mesh.edge_count(); ++e) {
+        const int h = mesh.edge_halfedge(e);
+        if (mesh.twin(h) == RuleMesh::none || !mesh.sharp(h)) continue;
+        data.creases.push_back({static_cast<std::uint32_t>(mesh.origin(h)), static_cast<std::uint32_t>(mesh.target(h)),
+                                mesh.sharpness(h)});
+    }
+    for (std::size_t v = 0; v < mesh.vertex_sharpness().size(); ++v)
+        if (is_sharp(mesh.vertex_sharpness()[v]))
+            data.corners.push_back({static_cast<std::uint32_t>(v), mesh.vertex_sharpness()[v]});
+    return ControlMesh::build(std::move(data));
+}
+
 ControlMesh extended_charts(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules) {
-    return detail::chart_mesh(detail::extend_over_seams(mesh, rule_mesh(mesh), scheme, rules));
+    return chart_mesh(detail::extend_over_seams(mesh, rule_mesh(mesh), scheme, rules));
 }
 
 /// Whether faces end at a side of a root.
@@ -58,35 +80,6 @@ DualCharts::DualCharts(const ControlMesh& mesh, const SchemeInfo& scheme, const 
     for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) root_.push_back(h);
     root_.resize(roots.count(), k_unknown);
     find_roots(roots);
-    compare_joints(roots);
-}
-
-// Where creases turn smooth on the surface, they have to in the charts, and in the same way.
-void DualCharts::compare_joints(const VertexRoots& roots) const {
-    if (roots.all_stay()) return;
-    const auto refuse_it = [&] {
-        refuse(*charts_,
-               "do not follow semi-sharp creases where three meet or a seam is, nor a seam over a vertex of two faces");
-    };
-    if (roots_.all_stay()) refuse_it();
-    for (std::size_t place = 0; place < roots.smooth_from.size(); ++place)
-        if (roots.smooth_from[place] != roots_.smooth_from[4 * std::size_t{root_[place / 4]} + place % 4]) refuse_it();
-    for (const VertexJoint& joint : roots.joints) {
-        VertexCell cell = joint.cells.front();
-        cell.root = root_[cell.root];
-        const VertexRoots::JointCell* there = roots_.find_joint(cell);
-        if (there == nullptr) refuse_it();
-        const VertexJoint& same = roots_.joints[there->joint];
-        if (same.cells.size() != joint.cells.size()) refuse_it();
-        for (std::size_t i = 0; i < joint.cells.size(); ++i) {
-            VertexCell of = joint.cells[i];
-            of.root = root_[of.root];
-            const VertexRoots::JointCell* other = roots_.find_joint(of);
-            if (other == nullptr || other->joint != there->joint) refuse_it();
-            for (std::size_t k = 0; k < 4; ++k)
-                if (joint.children[i][k].exists != same.children[other->place][k].exists) refuse_it();
-        }
-    }
 }
 
 // Corners have their numbers in both. What lies along boundaries and creases is found beside the points above it,
@@ -171,9 +164,7 @@ class DualCharts::Follower {
         const auto goes_on = [&](int i) {
             const Corner &a = corner(i), &b = corner(i + 1);
             if (a.cell.root == b.cell.root) return true;
-            // At a joint roots are beside each other that were not; charts have the same ones.
-            return forest_.roots().link[4 * std::size_t{a.cell.root} + a.leave] != 4 * b.cell.root + b.enter ||
-                   charts_.roots_.link[4 * there(a.cell.root) + a.leave] == 4 * there(b.cell.root) + b.enter;
+            return charts_.roots_.link[4 * there(a.cell.root) + a.leave] == 4 * there(b.cell.root) + b.enter;
         };
         const auto home = [&](int i) { return forest_.roots().face[corner(i).cell.root].value; };
         const detail::SeamRun run = detail::longest_run(size, goes_on, home);

@@ -22,8 +22,7 @@ class DualCharts {
     /// @param mesh   must have UVs
     /// @param roots  of the surface, by the same scheme and rules
     /// @throws Error  unsupported: the charts do not have all the vertices that the surface has, as where a seam runs
-    ///                along a crease that ends inside, or along or across one that turns smooth; invalid_input: the
-    ///                extended charts are no mesh
+    ///                along a crease that ends inside; invalid_input: the extended charts are no mesh
     DualCharts(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, const VertexRoots& roots);
 
     struct FaceUvs {
@@ -40,7 +39,6 @@ class DualCharts {
     class Follower;
 
     void find_roots(const VertexRoots& roots);
-    void compare_joints(const VertexRoots& roots) const;
 
     std::unique_ptr<const ControlMesh> charts_;
     PartialLevels points_;

@@ -78,7 +78,7 @@ struct HierarchyMesh {
 /// * "vertices" (Doo-Sabin, midedge, biquartic, averaging with an odd number of steps): nodes are vertices, which have
 ///   four children; the mesh has the leaves as vertices and a face where they meet. Sites: cells (cell_site()); each is
 ///   a vertex of its own level only. A vertex on a crease has a leaf on each side, split and merged together: one
-///   diamond. Where a semi-sharp crease has become smooth, the children on it are missing. See VertexForest;
+///   diamond. Not over vertices inside where only two faces meet. See VertexForest;
 /// * "sqrt3" (triangles): roots are the faces that are no holes. A split puts three half triangles in a triangle's
 ///   place, from its edges to its centre; where the triangle beyond an edge is split, too, both half ones become whole,
 ///   over the flipped edge. So a triangle's children are halves, and a half's only child is the whole one: two depths

@@ -87,14 +87,10 @@ class VertexFamily final : public detail::DescribedFamily<VertexFamily> {
         if (site.level > k_max_level) return "its lattice level is above " + std::to_string(k_max_level);
         if (site.at.x >> site.level != 0 || site.at.y >> site.level != 0)
             return "its cell's coordinates are not below 2^level";
-        if (!forest_.can_exist(site_cell(site)))
-            return "a crease beside it is smooth there, and has no vertices of its own";
         return {};
     }
     bool has_root(std::uint32_t root) const override { return root < tree_.root_bound; }
-    bool has_node(const HierarchyNode& node) const override {
-        return has_root(node.root) && forest_.can_exist(cell_of(node));
-    }
+    bool has_node(const HierarchyNode& node) const override { return has_root(node.root); }
 
     std::uint32_t leaf_slots() const override { return forest_.leaf_slots(); }
     std::uint32_t leaf_count() const override { return forest_.leaf_count(); }
@@ -211,11 +207,10 @@ class VertexFamily final : public detail::DescribedFamily<VertexFamily> {
         view.point[0] = PointId(forest_.vertex_leaf(leaf).value);
     }
     /// The leaves that share a point with new ones: its face is another one, or there was none.
-    /// @param siblings  the new leaves are groups of four, wherever all four can exist
+    /// @param siblings  the new leaves are groups of four
     void list_reshaped(FamilyUpdate& update, bool siblings) const {
         update.reshaped.clear();
         if (update.created.size() == forest_.leaf_count()) return;  // there are no others
-        siblings = siblings && forest_.roots().all_stay();
         std::vector<LeafId>& list = update.reshaped;
         // Where most leaves are new, most of those around are, too: a mark for each leaf is cheaper than to sort them.
         constexpr std::size_t k_few = 16;

@@ -92,12 +92,6 @@ int triangle_part(Walker& w) {
     return 3;
 }
 
-bool all_tags_stay(const RuleMesh& mesh) {
-    for (int h = 0; h < mesh.halfedge_count(); ++h)
-        if (is_semi_sharp(mesh.sharpness(h))) return false;
-    return std::none_of(mesh.vertex_sharpness().begin(), mesh.vertex_sharpness().end(), is_semi_sharp);
-}
-
 enum class Asked {
     positions,
     limits,
@@ -151,13 +145,12 @@ struct PartialLevels::Impl {
         if (boundary_recedes(scheme, rules))
             throw Error(ErrorCode::unsupported, "a boundary that recedes has no vertex quadtrees; replicate it");
         RuleStep step = scheme.step(base, rules);
-        cut = all_tags_stay(base) ? step.mesh : scheme.step(detail::sharp_for_ever(base), rules).mesh;
         std::vector<Vec3d> finer(step.stencils.row_count());
         step.stencils.apply<Vec3d>(points, finer);
         points = std::move(finer);
         // A corner's child has the corner's face at its far corner; at the end of the surface, and on a crease, the
         // faces of a point lie above it.
-        roots = detail::vertex_frames(cut);
+        roots = detail::vertex_frames(step.mesh);
         root_face.resize(roots.size());
         for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
             const int child = step.child_halfedge[h], v = step.mesh.origin(child);
@@ -165,7 +158,7 @@ struct PartialLevels::Impl {
             root_face[v] = mesh.face(HalfedgeId(h));
         }
         for (const CellFrame& root : roots) {
-            const std::array<int, 4> at = detail::vertex_corners(cut, root);
+            const std::array<int, 4> at = detail::vertex_corners(step.mesh, root);
             unsigned faces = 0;
             for (std::size_t c = 0; c < 4; ++c) faces |= at[c] != RuleMesh::none ? 1u << c : 0u;
             root_corners.push_back(faces);
@@ -230,8 +223,7 @@ struct PartialLevels::Impl {
         }
         --w.steps;
         if (w.frame.halfedge == RuleMesh::none)
-            throw Error(ErrorCode::invalid_input,
-                        "an address leads to where the scheme has no vertex: a semi-sharp crease has become smooth");
+            throw Error(ErrorCode::invalid_input, "an address leads to where the scheme has no vertex");
     }
 
     int vertex(const RuleMesh& level, const Walker& w) const {
@@ -250,7 +242,6 @@ struct PartialLevels::Impl {
     int reach;
     Step first_step;
     RuleMesh base;  // the control mesh; dual: level 1
-    RuleMesh cut;   // dual: level 1 as if what is semi-sharp stayed sharp for ever
     std::vector<Vec3d> points;
     std::vector<CellFrame> roots;        // dual; on a crease one for each side
     std::vector<FaceId> root_face;       // dual: of the corners' children
@@ -512,7 +503,7 @@ void PartialLevels::positions(std::span<const VertexCell> cells, std::span<Vec3d
 
 VertexRoots PartialLevels::vertex_roots() const {
     if (!impl_->dual()) throw Error(ErrorCode::invalid_input, "only dual schemes have vertex quadtrees");
-    return detail::vertex_roots(impl_->mesh, impl_->base, impl_->cut, impl_->roots, impl_->root_face);
+    return detail::vertex_roots(impl_->mesh, impl_->base, impl_->roots, impl_->root_face);
 }
 
 }  // namespace tetrakis

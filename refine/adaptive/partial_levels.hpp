@@ -49,8 +49,7 @@ class PartialLevels : public PositionSource {
 
     /// Positions in the net of the level that each address is written at: a site of a coarser level is followed to the
     /// level wanted by scaling its coordinates.
-    /// @throws Error  invalid_input: spans of different length, an address outside its root, or one that has no vertex
-    ///                since a crease is smooth (VertexRoots::existing(); limits may take it for one beside)
+    /// @throws Error  invalid_input: spans of different length, an address outside its root
     void control_positions(std::span<const Site> sites, std::span<Vec3d> out, LevelCost* cost = nullptr) const;
     void control_positions(std::span<const VertexCell> cells, std::span<Vec3d> out, LevelCost* cost = nullptr) const;
 

@@ -1,7 +1,6 @@
 #include "vertex_links.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "vertex_joints.hpp"
 
 #include <algorithm>
 #include <array>
@@ -14,14 +13,15 @@ namespace {
 
 constexpr int k_first_corner = 2;
 
-/// Why a vertex does not have four children on each side of its creases, were these sharp for ever; nullptr if it has.
+/// Why a vertex does not have four children on each side of its creases; nullptr if it has.
 const char* fault(const RuleMesh& mesh, int v) {
     const RuleMesh::Ring ring = mesh.ring(v);
     int sharp = 0;
     for (int i = 0; i < ring.edges(); ++i)
         if (is_sharp(ring.sharpness[i])) ++sharp;
     constexpr const char* other = "has another number of faces";
-    if (sharp == 0) return ring.faces() == 4 || (ring.closed && ring.faces() == 3) ? nullptr : other;
+    if (sharp == 0 && ring.closed && ring.faces() == 3) return "comes from a vertex where only two faces meet";
+    if (sharp == 0) return ring.faces() == 4 ? nullptr : other;
     if (sharp == 1) return ring.faces() == 3 ? nullptr : other;
     const int sides = ring.closed ? sharp : sharp - 1;
     const bool corner = is_sharp(mesh.vertex_sharpness(v));
@@ -32,11 +32,11 @@ const char* fault(const RuleMesh& mesh, int v) {
 
 }  // namespace
 
-std::vector<CellFrame> vertex_frames(const RuleMesh& cut) {
-    std::vector<CellFrame> frames(cut.vertex_count()), others;
-    for (int v = 0; v < cut.vertex_count(); ++v) {
-        frames[v] = {cut.first(v), k_first_corner};
-        const RuleMesh::Ring ring = cut.ring(v);
+std::vector<CellFrame> vertex_frames(const RuleMesh& level) {
+    std::vector<CellFrame> frames(level.vertex_count()), others;
+    for (int v = 0; v < level.vertex_count(); ++v) {
+        frames[v] = {level.first(v), k_first_corner};
+        const RuleMesh::Ring ring = level.ring(v);
         int sides = 0;
         for (int i = 0; i < ring.faces(); ++i)
             if (is_sharp(ring.sharpness[i]))
@@ -46,13 +46,13 @@ std::vector<CellFrame> vertex_frames(const RuleMesh& cut) {
     return frames;
 }
 
-VertexRoots vertex_roots(const ControlMesh& control, const RuleMesh& level, const RuleMesh& mesh,
-                         std::span<const CellFrame> frames, std::span<const FaceId> root_face) {
+VertexRoots vertex_roots(const ControlMesh& control, const RuleMesh& mesh, std::span<const CellFrame> frames,
+                         std::span<const FaceId> root_face) {
     for (int v = 0; v < mesh.vertex_count(); ++v)
         if (const char* what = fault(mesh, v))
             throw Error(ErrorCode::unsupported,
                         "vertex quadtrees need four children of every vertex; vertex " + std::to_string(v) +
-                            " of level 1 " + what,
+                            " of level 1 " + what + "; refine the mesh once with the same scheme and start from there",
                         control.data().source);
     VertexRoots roots;
     const std::size_t count = frames.size();
@@ -91,7 +91,6 @@ VertexRoots vertex_roots(const ControlMesh& control, const RuleMesh& level, cons
             roots.crease[r] = static_cast<std::uint8_t>(roots.crease[r] | 1u << side);
             roots.crease[other / 4] = static_cast<std::uint8_t>(roots.crease[other / 4] | 1u << other % 4);
         }
-    add_joints(roots, level, mesh, place);
     // A corner's child belongs to its face, a point of a boundary or crease to that of the point above it; a corner of
     // these to that above the one after it: as in RuleLevels, which refine() goes by.
     for (std::uint32_t r = 0; r < count; ++r) {

@@ -137,8 +137,6 @@ class SideBySide {
         charts_.mesh = std::move(chart_step.mesh);
     }
 
-    ChartCorners corners() && { return {std::move(partner_), std::move(home_), std::move(corner_)}; }
-
     FollowedUvs result() {
         FollowedUvs out;
         if (std::find(partner_.begin(), partner_.end(), RuleMesh::none) != partner_.end()) return out;
@@ -169,7 +167,7 @@ class SideBySide {
     const RuleOptions& rules_;
     std::vector<int> partner_;  ///< per half-edge of the surface, that of the charts
     std::vector<int> home_;     ///< the control face that its origin lies in
-    std::vector<int> corner_;   ///< ChartCorners::corner
+    std::vector<int> corner_;   ///< dual: the half-edge of level 1 that it has come from; on the control mesh empty
 };
 
 }  // namespace
@@ -223,13 +221,6 @@ SeamExtension extend_over_seams(const ControlMesh& mesh, const RuleMesh& surface
         across[h] = surface.twin(h) != RuleMesh::none && (averages || !is_sharp(s));
     }
     return extend_over_seams(mesh, surface, layers, across);
-}
-
-ChartCorners chart_corners(RuleMesh surface, SeamExtension charts, std::vector<int> partner, const SchemeInfo& scheme,
-                           int levels, const RuleOptions& rules) {
-    SideBySide both(std::move(surface), std::move(charts), std::move(partner), scheme, rules);
-    for (int level = 0; level < levels; ++level) both.refine();
-    return std::move(both).corners();
 }
 
 FollowedUvs follow_across_seams(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,

@@ -32,17 +32,6 @@ bool extends_charts(const SchemeInfo& scheme, const RuleOptions& rules);
 SeamExtension extend_over_seams(const ControlMesh& mesh, const RuleMesh& surface, const SchemeInfo& scheme,
                                 const RuleOptions& rules);
 
-/// What corners of a dual scheme's level are in that of the extended charts, both refined side by side.
-struct ChartCorners {
-    std::vector<int> partner;  ///< per half-edge: that of the charts, RuleMesh::none where there is none
-    std::vector<int> home;     ///< the control face that its origin lies in
-    std::vector<int> corner;   ///< the half-edge of level 1 that it has come from; on the control mesh empty
-};
-/// @param charts   extend_over_seams() of the mesh
-/// @param partner  of the control mesh's half-edges
-ChartCorners chart_corners(RuleMesh surface, SeamExtension charts, std::vector<int> partner, const SchemeInfo& scheme,
-                           int levels, const RuleOptions& rules);
-
 /// Dual schemes and honeycomb: mesh and extended charts (SeamExtension) are refined side by side; each corner inside a
 /// chart has its partner there. A face across a seam takes the UVs of one side, the one with the most of its corners,
 /// then the one of the lower control face, then (dual) that of the lower corner of level 1; beyond the seam those of

@@ -44,46 +44,12 @@ void apply(const StencilTable& table, const double* in, int width, double* out) 
     });
 }
 
-RuleMesh sharp_for_ever(const RuleMesh& mesh) {
-    RuleMesh::Builder faces;
-    std::vector<int> twins;
-    std::vector<double> angles;
-    for (int h = 0; h < mesh.halfedge_count(); ++h) {
-        faces.corner(mesh.origin(h), mesh.sharp(h) ? k_sharpness_infinity : 0.0f);
-        twins.push_back(mesh.twin(h));
-        if (mesh.has_corner_angles()) angles.push_back(mesh.corner_angle(h));
-        if (mesh.next(h) != h + 1) faces.end_face();
-    }
-    faces.set_twins(std::move(twins));
-    faces.set_corner_angles(std::move(angles));
-    std::vector<float> corners = mesh.vertex_sharpness();
-    for (float& sharpness : corners) sharpness = is_sharp(sharpness) ? k_sharpness_infinity : 0.0f;
-    return {mesh.vertex_count(), std::move(faces), std::move(corners)};
-}
-
 RuleLevels::RuleLevels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, int smoothing)
     : scheme_(scheme), rules_(rules), source_(mesh.data().source), last_(rule_mesh(mesh, rules)) {
     rules_.runner = &runner_;
     faces_.control_face.resize(mesh.face_count());
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) faces_.control_face[f] = static_cast<int>(f);
     for (int i = 0; i < smoothing; ++i) steps_.push_back(smoothing_stencils(last_));
-}
-
-RuleLevels::RuleLevels(const RuleLevels& other)
-    : scheme_(other.scheme_),
-      rules_(other.rules_),
-      source_(other.source_),
-      level_(other.level_),
-      last_(other.last_),
-      steps_(other.steps_),
-      faces_(other.faces_) {
-    rules_.runner = &runner_;
-}
-
-std::unique_ptr<RuleLevels> RuleLevels::with_sharp_tags() const {
-    std::unique_ptr<RuleLevels> result(new RuleLevels(*this));
-    result->last_ = sharp_for_ever(last_);
-    return result;
 }
 
 std::vector<int> RuleLevels::advance() {

@@ -15,9 +15,6 @@ namespace tetrakis::detail {
 /// Writes every row's combination of `width` numbers a point: row by row, in the order of its terms whatever the width.
 void apply(const StencilTable& table, const double* in, int width, double* out);
 
-/// The mesh as if what is semi-sharp in it stayed sharp for ever.
-RuleMesh sharp_for_ever(const RuleMesh& mesh);
-
 /// The control faces that a dual scheme's points and faces lie in.
 struct CornerFaces {
     std::vector<int> control_face;  ///< by face
@@ -34,9 +31,8 @@ class RuleLevels {
   public:
     /// @param smoothing  rounds before the first step; see RefineOptions
     RuleLevels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, int smoothing);
+    RuleLevels(const RuleLevels&) = delete;
     RuleLevels& operator=(const RuleLevels&) = delete;
-    /// The same levels, to go on from the last one as if what is semi-sharp in it stayed sharp for ever.
-    std::unique_ptr<RuleLevels> with_sharp_tags() const;
 
     /// One step more. Returns RuleStep::child_halfedge.
     /// @throws Error  invalid_input: the scheme cannot take the mesh
@@ -57,8 +53,6 @@ class RuleLevels {
     void net(std::span<const double> control, int width, std::span<double> out) const;
 
   private:
-    RuleLevels(const RuleLevels& other);
-
     ParallelBlocks runner_;
     const SchemeInfo& scheme_;
     RuleOptions rules_;

@@ -13,9 +13,7 @@
 #include "../attributes/vertex_attributes.hpp"
 #include "../rules/corner_angles.hpp"
 #include "../rules/rule_levels.hpp"
-#include "honeycomb_levels.hpp"
 #include "refined_points.hpp"
-#include "repeated_charts.hpp"
 #include "repeated_rows.hpp"
 
 #include <algorithm>
@@ -29,7 +27,16 @@ namespace tetrakis {
 
 std::optional<std::string> detail::ignored_creases(const ControlMesh& mesh, const SchemeInfo& scheme,
                                                    const RuleOptions& rules) {
-    if (!ignores_creases(scheme, rules)) return std::nullopt;
+    if (!ignores_creases(scheme, rules)) {
+        if (fan_lattice(scheme, rules) != FanLattice::dual) return std::nullopt;
+        const auto semi_sharp = [&](auto id) { return is_semi_sharp(mesh.sharpness(id)); };
+        bool any = false;
+        for (std::uint32_t e = 0; e < mesh.edge_count(); ++e) any = any || semi_sharp(EdgeId(e));
+        for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) any = any || semi_sharp(VertexId(v));
+        if (!any) return std::nullopt;
+        return "semi-sharp edges and vertices stay sharp for ever: a crease of " + std::string(scheme.name) +
+               " is a boundary on each side";
+    }
     for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
         if (is_sharp(mesh.sharpness(EdgeId(e))) && !mesh.is_boundary(EdgeId(e)))
             return "the creases were ignored: " + std::string(scheme.name) + " has no rule for them" +
@@ -92,6 +99,11 @@ void warn_of_smooth_uvs(const SchemeInfo& scheme, PolygonMesh& result) {
         std::string(scheme.name) + " do not lie in faces of the control mesh");
 }
 
+/// By which texture coordinates are refined where their tag asks for linear ones.
+const SchemeInfo& linear_scheme(const SchemeInfo& scheme) {
+    return *find_scheme(scheme.family == MeshFamily::triangles ? "midpoint" : "bilinear");
+}
+
 /// What a face is made of goes with its UVs.
 void take_materials(const ControlMesh& mesh, const std::vector<std::uint32_t>& control_face, PolygonMesh& result) {
     const ControlMeshData& data = mesh.data();
@@ -101,9 +113,8 @@ void take_materials(const ControlMesh& mesh, const std::vector<std::uint32_t>& c
     }
 }
 
-/// @param extended  some belong to no face
-void take_followed(const ControlMesh& mesh, detail::FollowedUvs followed, bool extended, PolygonMesh& result) {
-    if (extended) detail::drop_unused(followed.face_uvs, followed.uvs);
+void take_followed(const ControlMesh& mesh, detail::FollowedUvs followed, PolygonMesh& result) {
+    detail::drop_unused(followed.face_uvs, followed.uvs);
     result.uvs = std::move(followed.uvs);
     result.face_uvs = std::move(followed.face_uvs);
     take_materials(mesh, followed.control_face, result);
@@ -122,11 +133,10 @@ bool refine_uvs(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, c
         detail::FollowedUvs followed = triples ? detail::follow_triangles(mesh, scheme, levels, options.rules)
                                                : detail::follow_across_seams(mesh, scheme, levels, options.rules);
         if (followed.face_uvs.size() != static_cast<std::size_t>(last.halfedge_count())) return false;
-        take_followed(mesh, std::move(followed), true, result);
+        take_followed(mesh, std::move(followed), result);
         return true;
     }
-    const SchemeInfo& by =
-        linear ? *find_scheme(scheme.family == MeshFamily::triangles ? "midpoint" : "bilinear") : scheme;
+    const SchemeInfo& by = linear ? linear_scheme(scheme) : scheme;
     RefineOptions plain{.rules = detail::chart_rules(options.rules), .context = options.context};
     plain.context.progress = nullptr;
     const ControlMesh chart = uv_mesh(mesh, options.rules);
@@ -216,7 +226,6 @@ detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const SchemeInfo
     for (const VertexAttribute& attribute : options.attributes)
         demand.point_bytes += sizeof(float) * static_cast<std::uint64_t>(std::max(attribute.width, 0));
     if (!options.attributes.empty()) demand.point_bytes += sizeof(Vec3d);  // three numbers at a time
-    demand.whole_net = mesh.has_uvs();
     if (mesh.has_uvs()) {
         // Charts are refined as meshes, and their points then made into texture coordinates.
         demand.point_bytes += 2 * (sizeof(Vec3d) + sizeof(Vec2d));
@@ -231,30 +240,20 @@ detail::RepeatedRows::Demand demand_of(const ControlMesh& mesh, const SchemeInfo
     return demand;
 }
 
-/// The faces all of whose points and normals are there, and their UVs. False where there is none, or where UVs of one
-/// are missing.
-bool keep_whole(const PolygonMesh& points, detail::RepeatedRows::Faces& faces, detail::FollowedUvs& uvs) {
+/// The faces all of whose points and normals are there. False where there is none.
+bool keep_whole(const PolygonMesh& points, detail::RepeatedRows::Faces& faces) {
     const auto missing = [&](std::uint32_t v) {
         return std::isnan(points.positions[v].x) || (!points.normals.empty() && std::isnan(points.normals[v].x));
     };
     detail::RepeatedRows::Faces kept{{0}, {}, {}};
-    std::vector<std::uint32_t> kept_uvs, uvs_control;
     for (std::size_t f = 0; f < faces.control.size(); ++f) {
         const std::uint32_t begin = faces.offsets[f], end = faces.offsets[f + 1];
         if (std::any_of(&faces.vertices[begin], faces.vertices.data() + end, missing)) continue;
-        for (std::uint32_t c = begin; c < end; ++c) {
-            kept.vertices.push_back(faces.vertices[c]);
-            if (uvs.face_uvs.empty()) continue;
-            kept_uvs.push_back(uvs.face_uvs[c]);
-            if (std::isnan(uvs.uvs[uvs.face_uvs[c]].x)) return false;
-        }
+        kept.vertices.insert(kept.vertices.end(), &faces.vertices[begin], faces.vertices.data() + end);
         kept.offsets.push_back(static_cast<std::uint32_t>(kept.vertices.size()));
         kept.control.push_back(faces.control[f]);
-        if (!uvs.control_face.empty()) uvs_control.push_back(uvs.control_face[f]);
     }
     faces = std::move(kept);
-    uvs.face_uvs = std::move(kept_uvs);
-    uvs.control_face = std::move(uvs_control);
     return !faces.control.empty();
 }
 
@@ -277,6 +276,7 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
                                            const RefineOptions& options,
                                            std::unique_ptr<detail::RuleLevels>& first_levels,
                                            detail::RefinedPoints* keep) {
+    if (scheme.refinement == Refinement::honeycomb) return std::nullopt;
     const bool recedes = boundary_recedes(scheme, options.rules) && mesh.has_boundary();
     const std::optional<ControlMesh> wide = recedes ? std::optional(detail::with_missing_ring(mesh)) : std::nullopt;
     const ControlMesh& surface = wide ? *wide : mesh;
@@ -285,10 +285,22 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
     RunContext quiet = options.context;
     if (options.context.progress)
         quiet.progress = [&](std::string_view stage, double) { return options.context.progress(stage, 0); };
-    std::optional<detail::RepeatedCharts> charts;
+    // Charts with the mesh's faces in the same order are refined in the same way.
+    std::optional<ControlMesh> charts;
+    std::unique_ptr<const detail::RepeatedRows> chart_rows;
     if (mesh.has_uvs()) {
-        charts = detail::RepeatedCharts::make(mesh, surface, scheme, levels, options.rules, demand, quiet);
-        if (!charts) return std::nullopt;
+        const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
+        if (recedes || fan_lattice(scheme, options.rules) == FanLattice::dual ||
+            (linear ? scheme.refinement == Refinement::sqrt3 : detail::extends_charts(scheme, options.rules)))
+            return std::nullopt;
+        const SchemeInfo& by = linear ? linear_scheme(scheme) : scheme;
+        charts.emplace(uv_mesh(mesh, options.rules));
+        const RuleOptions of_charts = detail::chart_rules(options.rules);
+        auto chart_levels = std::make_unique<detail::RuleLevels>(*charts, by, of_charts, 0);
+        detail::RepeatedRows::Demand of_points = demand;
+        of_points.limit = of_points.normals = false;
+        chart_rows = detail::RepeatedRows::make(*charts, by, levels, of_charts, chart_levels, of_points, quiet);
+        if (!chart_rows) return std::nullopt;
     }
     const RuleOptions rules = recedes ? detail::inside_missing_ring(options.rules) : options.rules;
     // What recedes is smoothed while it is all there.
@@ -314,43 +326,14 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
         detail::refine_by_threes(options.attributes, mesh.vertex_count(), made.count,
                                  [&](std::span<const Vec3d> in, std::span<Vec3d> out) { made.refine(in, out, {}); });
     detail::RepeatedRows::Faces faces = rows->faces(options.context);
-    detail::FollowedUvs uvs;
+    if (recedes && !keep_whole(result, faces)) return std::nullopt;
     if (charts) {
-        std::optional<detail::FollowedUvs> followed = charts->refine(*rows, faces, quiet);
-        if (!followed) return std::nullopt;
-        uvs = std::move(*followed);
-    }
-    if (recedes && !keep_whole(result, faces, uvs)) return std::nullopt;
-    if (charts) {
-        if (!uvs.control_face.empty() && mesh.face_varying_rule() == FaceVaryingRule::linear_all)
-            warn_of_smooth_uvs(scheme, result);
-        take_followed(mesh, std::move(uvs), charts->extended(), result);
+        std::vector<Vec3d> points(chart_rows->point_count());
+        chart_rows->refine(charts->positions(), points, {}, quiet);
+        result.uvs.assign(points.begin(), points.end());
+        result.face_uvs = chart_rows->faces(quiet).vertices;
     }
     take_faces(mesh, scheme, options, std::move(faces), std::move(made), keep, result);
-    return result;
-}
-
-/// Honeycomb refinement by arithmetic.
-std::optional<PolygonMesh> refine_honeycomb(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
-                                            const RefineOptions& options, std::unique_ptr<detail::RuleLevels>& start,
-                                            detail::RefinedPoints* keep) {
-    if (scheme.refinement != Refinement::honeycomb || levels < 1) return std::nullopt;
-    const auto all = std::make_shared<detail::HoneycombLevels>(mesh, std::move(start), scheme, levels, options.rules,
-                                                               demand_of(mesh, scheme, options), options.context);
-    PolygonMesh result;
-    detail::RefinedPoints made{all->point_count(),
-                               [all, context = options.context](auto control, auto positions, auto normals) {
-                                   all->refine(control, positions, normals, context);
-                               }};
-    made.make(mesh, options.normals, result);
-    result.attributes =
-        detail::refine_by_threes(options.attributes, mesh.vertex_count(), made.count,
-                                 [&](std::span<const Vec3d> in, std::span<Vec3d> out) { made.refine(in, out, {}); });
-    if (mesh.has_uvs()) {
-        if (mesh.face_varying_rule() == FaceVaryingRule::linear_all) warn_of_smooth_uvs(scheme, result);
-        take_followed(mesh, all->take_uvs(), true, result);
-    }
-    take_faces(mesh, scheme, options, all->faces(), std::move(made), keep, result);
     return result;
 }
 
@@ -366,8 +349,6 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
     if (stencils == nullptr) {
         detail::check_rounds(levels, options);
         first_levels = std::make_unique<detail::RuleLevels>(mesh, scheme, options.rules, options.smoothing);
-        if (std::optional<PolygonMesh> result = refine_honeycomb(mesh, scheme, levels, options, first_levels, keep))
-            return std::move(*result);
         if (std::optional<PolygonMesh> result = refine_repeated(mesh, scheme, levels, options, first_levels, keep))
             return std::move(*result);
     }

@@ -24,37 +24,14 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Calls visit(sharpness) for what the rules see.
-/// @param creases  or corners on the boundary alone
-template <class Visit>
-void for_each_tag(const RuleMesh& mesh, bool creases, Visit&& visit) {
-    for (int h = 0; creases && h < mesh.halfedge_count(); ++h)
-        if (mesh.sharp(h)) visit(mesh.sharpness(h));
-    for (std::size_t v = 0; v < mesh.vertex_sharpness().size(); ++v)
-        if (is_sharp(mesh.vertex_sharpness()[v]) && (creases || mesh.on_boundary(static_cast<int>(v))))
-            visit(mesh.vertex_sharpness()[v]);
-}
-
-/// Steps until what turns smooth within that many has done so.
-int steps_of_turns(const RuleMesh& mesh, int most, bool creases) {
-    int steps = 0;
-    for_each_tag(mesh, creases, [&](float sharpness) {
-        if (is_semi_sharp(sharpness) && sharpness <= static_cast<float>(most))
-            steps = std::max(steps, static_cast<int>(std::ceil(sharpness)));
-    });
-    return steps;
-}
-
 /// Whether nothing turns from sharp to smooth within that many steps.
-bool stays_as_it_is(const RuleMesh& mesh, int steps, bool creases = true) {
-    return steps_of_turns(mesh, steps, creases) == 0;
-}
-
-/// The least sharpness of what turns smooth some time.
-float soonest_turn(const RuleMesh& mesh, bool creases) {
-    float least = k_sharpness_infinity;
-    for_each_tag(mesh, creases, [&](float sharpness) { least = std::min(least, sharpness); });
-    return least;
+bool stays_as_it_is(const RuleMesh& mesh, int steps) {
+    const auto stays = [&](float sharpness) {
+        return !is_semi_sharp(sharpness) || sharpness > static_cast<float>(steps);
+    };
+    for (int h = 0; h < mesh.halfedge_count(); ++h)
+        if (!stays(mesh.sharpness(h))) return false;
+    return std::all_of(mesh.vertex_sharpness().begin(), mesh.vertex_sharpness().end(), stays);
 }
 
 /// The same faces, tagged as those that cover them one level further down.
@@ -243,56 +220,28 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     const bool recedes = boundary_recedes(scheme, rules);
     if (recedes && mesh.has_boundary()) return nullptr;
 
-    std::unique_ptr<RuleLevels> cut_levels;
-    RuleLevels* all_rules = levels_by_rules.get();
+    RuleLevels& by_rules = *levels_by_rules;
     const auto advance = [&] {
-        const int to = all_rules->level() + 1;
+        const int to = by_rules.level() + 1;
         check_rule_memory(mesh, scheme, to, levels, context,
                           to > base_level ? static_cast<std::uint64_t>(last_size.bytes) : 0);
-        return all_rules->advance();
+        return by_rules.advance();
     };
     // What limits see of a sharpness that runs out further down differs from level to level.
     constexpr int k_for_ever = std::numeric_limits<int>::max();
     const bool any_limits = demand.limit || demand.normals;
-    // A step of a dual scheme does not see what turns smooth after it.
-    const auto steps_that_matter = [&] {
-        return any_limits ? k_for_ever : levels - levels_by_rules->level() - (dual ? 1 : 0);
-    };
-    const auto stays = [&] { return stays_as_it_is(levels_by_rules->last(), steps_that_matter(), creases); };
-    // What lies along tags that turn smooth too late for that is made by the rules to the end, where it is not too
-    // much. Until rows take over roots are refined three times or more.
-    constexpr int k_first_steps = 3;
-    const auto needs_strip = [&] {
-        const int left = levels - levels_by_rules->level();
-        if (demand.whole_net || left <= k_first_steps) return false;
-        const RuleMesh& at = levels_by_rules->last();
-        return left - steps_of_turns(at, steps_that_matter(), creases) <= k_first_steps &&
-               (soonest_turn(at, creases) > 1 || left == k_first_steps + 1);
-    };
     // The roots of a dual scheme are the quads of the first level that has a face for each vertex (those with two faces
-    // have none), and they are cut where it has creases from then on.
-    while (dual && !(has_whole_faces(levels_by_rules->last(), creases) &&
-                     levels_by_rules->level() >= demand.root_level && (stays() || needs_strip()))) {
+    // have none), cut along its creases.
+    while (dual && !has_whole_faces(by_rules.last(), creases)) {
         if (levels <= ++base_level) return nullptr;
         advance();
     }
-    const bool has_strip = dual && !stays();
-    if (has_strip) cut_levels = levels_by_rules->with_sharp_tags();
     // The child of each of the roots' half-edges at its origin, level by level. Dual: the half-edge of a root's last
     // cell that stays in its face; root h is at corner h.
     std::vector<int> first;
     std::optional<RootNet> net;
-    if (dual) net = RootNet::of_corners(all_rules->last(), all_rules->control_face_of_corners(), creases);
+    if (dual) net = RootNet::of_corners(by_rules.last(), by_rules.control_face_of_corners(), creases);
     if (dual && !net) return nullptr;
-    std::vector<int> first_of_strip;
-    RuleMesh cut;
-    if (has_strip) {
-        advance();
-        all_rules = cut_levels.get();
-        first_of_strip = first = advance();
-        cut = all_rules->last();
-    }
-    RuleLevels& by_rules = *all_rules;
     while (by_rules.level() < base_level) first = advance();
     if (!dual) {
         std::vector<std::uint32_t> control(static_cast<std::size_t>(by_rules.last().face_count()));
@@ -303,7 +252,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         first.resize(net->base().halfedge_count());
         for (std::size_t h = 0; h < first.size(); ++h) first[h] = static_cast<int>(h);
     }
-    std::unique_ptr<RepeatedRows> all(new RepeatedRows(std::move(*net), dual ? base_level - 1 : base_level));
+    std::unique_ptr<RepeatedRows> all(new RepeatedRows(std::move(*net)));
     std::uint32_t segments = 1;
     const auto go_on = [&] {
         context.report("refine", 0);
@@ -345,24 +294,6 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     };
     while (!wide_enough())
         if (by_rules.level() + 1 >= levels || !go_on()) return nullptr;
-    if (has_strip) {
-        TurningStrip::Demand of_strip{.limit = demand.limit, .normals = demand.normals};
-        // By the rules a point of the strip costs more than one of theirs: it is cut out of what is made.
-        constexpr double k_most = 0.4;
-        if (!demand.even_if_slower) of_strip.most_points = k_most * last_size.points;
-        if (const std::uint64_t limit = context.max_memory_bytes; limit != 0) {
-            // Faces and points that are used are taken out of a copy.
-            if (2 * last_size.bytes >= static_cast<double>(limit)) return nullptr;
-            of_strip.max_bytes = limit - static_cast<std::uint64_t>(2 * last_size.bytes);
-        }
-        try {
-            all->strip_ = TurningStrip::make(all->net_, {*levels_by_rules, cut, first_of_strip, levels - base_level},
-                                             scheme, rules, of_strip, context);
-        } catch (const std::invalid_argument&) {
-            return nullptr;  // the rules say what is wrong
-        }
-        if (!all->strip_) return nullptr;
-    }
     all->pattern_.erase(all->pattern_.begin(), all->pattern_.begin() + (by_rules.level() - begin));
     std::optional<std::vector<int>> vertices = all->net_.vertices(all->net_.layout(segments), by_rules.last(), first);
     if (!vertices) return nullptr;
@@ -372,8 +303,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         all->segments_.push_back(segments *= static_cast<std::uint32_t>(factor));
     const RootLayout last = all->net_.layout(segments);
     if ((all->limit_ && !all->limit_->fits(last)) || (all->normals_ && !all->normals_->fits(last))) return nullptr;
-    all->levels_ = std::move(has_strip ? cut_levels : levels_by_rules);
-    if (has_strip) all->strip_levels_ = std::move(levels_by_rules);
+    all->levels_ = std::move(levels_by_rules);
     all->control_count_ = mesh.vertex_count();
     return all;
 }
@@ -403,10 +333,6 @@ bool RepeatedRows::learn(const Plan& plan, const SchemeInfo& scheme, const RuleO
     return true;
 }
 
-int RepeatedRows::first_whole_level(const RuleMesh& control, const SchemeInfo& scheme, const RuleOptions& rules) {
-    return has_whole_faces(control, !ignores_creases(scheme, rules)) ? 0 : 1;
-}
-
 bool RepeatedRows::fits(std::uint32_t segments) const {
     return std::all_of(patterns_.begin(), patterns_.end(),
                        [&](const RowPatterns& patterns) { return patterns.fits(net_.layout(segments)); });
@@ -434,13 +360,6 @@ void RepeatedRows::refine(std::span<const Vec3d> control, std::span<Vec3d> point
         now = finer;
     }
     const RootLayout last = net_.layout(segments_.back());
-    const auto of_strip = points;
-    const auto normals_of_strip = normals;
-    if (strip_) {
-        const std::size_t own = points.size() - strip_->point_count();
-        points = points.first(own);
-        if (!normals.empty()) normals = normals.first(own);
-    }
     if (shared) {
         at_shared_places(last, now, points, normals);
     } else {
@@ -449,9 +368,6 @@ void RepeatedRows::refine(std::span<const Vec3d> control, std::span<Vec3d> point
     }
     if (std::find(normals.begin(), normals.end(), Vec3d(0)) != normals.end())
         add_face_normals(net_.faces(segments_.back(), context), net_.point_numbers(last), now, normals);
-    if (!strip_) return;
-    const std::vector<double> start = strip_levels_->net({&control.data()->x, 3 * control.size()}, 3);
-    strip_->refine({reinterpret_cast<const Vec3d*>(start.data()), start.size() / 3}, of_strip, normals_of_strip);
 }
 
 /// Of places of the same point the first one gives it; its normal is the mean of theirs.

@@ -5,7 +5,6 @@
 #include "../rules/rule_levels.hpp"
 #include "root_net.hpp"
 #include "row_patterns.hpp"
-#include "turning_strip.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -29,15 +28,12 @@ class RepeatedRows {
     /// corners.
     struct Demand {
         bool limit = false, normals = false;
-        int root_level = 0;           ///< dual: at least
-        bool whole_net = false;       ///< all of it in roots: something else is to be found by its place there
         bool even_if_slower = false;  ///< on meshes so small that the rules would be done before rows are learned
         std::uint64_t point_bytes = sizeof(Vec3d), face_bytes = 2 * sizeof(std::uint32_t),
                       corner_bytes = sizeof(std::uint32_t);
     };
     /// Null where there is nothing to gain or it cannot be done: too few levels; a scheme or mesh (boundaries that
-    /// recede, roots glued to themselves; dual: something that turns from sharp to smooth too late, and the whole net
-    /// is wanted or a strip would be most of it) whose rows do not repeat; no limit.
+    /// recede, roots glued to themselves) whose rows do not repeat; no limit.
     /// @param levels_by_rules  not advanced yet; taken, or else left with the levels that the attempt has needed
     /// @param levels           from the control mesh to the last
     /// @throws Error  as RuleRefiner
@@ -45,23 +41,10 @@ class RepeatedRows {
                                               const RuleOptions& rules, std::unique_ptr<RuleLevels>& levels_by_rules,
                                               const Demand& demand, const RunContext& context);
 
-    /// With points that no face uses, where tags of a dual scheme turn smooth.
-    std::uint32_t point_count() const {
-        return net_.point_numbers(net_.layout(segments_.back())).count + (strip_ ? strip_->point_count() : 0);
-    }
-    const RootNet& net() const { return net_; }
-    /// The level whose faces, or (dual) corners, the roots are.
-    int root_level() const { return root_level_; }
-    /// The first level of a dual scheme that has a face for each vertex.
-    static int first_whole_level(const RuleMesh& control, const SchemeInfo& scheme, const RuleOptions& rules);
-    std::uint32_t segments() const { return segments_.back(); }
+    std::uint32_t point_count() const { return net_.point_numbers(net_.layout(segments_.back())).count; }
     std::size_t control_count() const { return control_count_; }
     using Faces = RootNet::Faces;
-    Faces faces(const RunContext& context) const {
-        Faces faces = net_.faces(segments_.back(), context);
-        if (strip_) strip_->put_into(faces);
-        return faces;
-    }
+    Faces faces(const RunContext& context) const { return net_.faces(segments_.back(), context); }
 
     /// Points of the last level, on the limit surface where the demand was such. The same bytes for any number of
     /// threads.
@@ -70,7 +53,7 @@ class RepeatedRows {
                 const RunContext& context) const;
 
   private:
-    RepeatedRows(RootNet net, int root_level) : net_(std::move(net)), root_level_(root_level) {}
+    explicit RepeatedRows(RootNet net) : net_(std::move(net)) {}
 
     struct Plan;
     bool learn(const Plan& plan, const SchemeInfo& scheme, const RuleOptions& rules, const Demand& demand,
@@ -80,7 +63,6 @@ class RepeatedRows {
                           std::span<Vec3d> normals) const;
 
     RootNet net_;
-    int root_level_;
     std::size_t control_count_ = 0;
     std::vector<RowPatterns> patterns_;
     std::vector<std::size_t> pattern_;  ///< of each step after the levels by rules
@@ -88,8 +70,6 @@ class RepeatedRows {
     std::unique_ptr<RuleLevels> levels_;
     std::vector<std::uint32_t> segments_;  ///< of the last level by rules, and of those after it
     std::vector<int> vertices_;            ///< the rules' number at each place of that level
-    std::unique_ptr<RuleLevels> strip_levels_;
-    std::optional<TurningStrip> strip_;  ///< from the last of these: where tags of a dual scheme turn smooth
 };
 
 }  // namespace tetrakis::detail

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <compare>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -68,11 +69,12 @@ class SplitTwins {
 ///
 /// A boundary is as if each of its edges were a degenerate quad with itself (its "edge replication"), of which only the
 /// two points near the edge are kept; a crease is a boundary for each of its sides, and both have the same points
-/// there.
+/// there. That is so for ever, however sharp the crease is: semi-sharp edges and vertices count as infinitely sharp.
 /// @param corner_row, crease_row, tip_row  (half-edge), (sharp half-edge: the point at its origin), (corner vertex)
 template <class CornerRow, class CreaseRow, class TipRow>
 RuleStep split_vertices(const RuleMesh& mesh, const BlockRunner* runner, CornerRow&& corner_row, CreaseRow&& crease_row,
                         TipRow&& tip_row) {
+    constexpr float k_sharp = std::numeric_limits<float>::infinity();
     RuleStep step;
     const int H = mesh.halfedge_count();
     step.stencils.push_rows(runner, H, corner_row);
@@ -122,7 +124,7 @@ RuleStep split_vertices(const RuleMesh& mesh, const BlockRunner* runner, CornerR
         if (t != RuleMesh::none) twins.search(faces.halfedge_count() + 1, on_crease(h, u), on_crease(h, v));
         faces.corner(h);
         step.child_crease[h] = faces.halfedge_count();
-        faces.corner(on_crease(h, u), child_sharpness(mesh.sharpness(h)));
+        faces.corner(on_crease(h, u), k_sharp);
         faces.corner(on_crease(h, v));
         faces.corner(mesh.next(h));
         faces.end_face();
@@ -165,7 +167,7 @@ RuleStep split_vertices(const RuleMesh& mesh, const BlockRunner* runner, CornerR
         int tip = -1;
         if (corner) {
             tip = count++;
-            tips.push_back(child_sharpness(mesh.vertex_sharpness(v)));
+            tips.push_back(is_sharp(mesh.vertex_sharpness(v)) ? k_sharp : 0.0f);
             step.stencils.push(tip_row(v));
         }
         const int sectors = ring.closed ? sharp_count : sharp_count - 1;
@@ -186,9 +188,8 @@ RuleStep split_vertices(const RuleMesh& mesh, const BlockRunner* runner, CornerR
             } else {
                 twins.search(faces.halfedge_count(), crease_at(to), crease_at(from));
             }
-            const float first = child_sharpness(ring.sharpness[from]), last = child_sharpness(ring.sharpness[to]);
-            faces.corner(crease_at(to), corner ? last : std::max(first, last));
-            if (corner) faces.corner(tip, first);
+            faces.corner(crease_at(to), k_sharp);
+            if (corner) faces.corner(tip, k_sharp);
             faces.end_face();
             step.parent_face.push_back(mesh.face(ring.halfedge[from]));
         }

@@ -49,7 +49,7 @@ struct Bounded {
     static void add_samples(const AdaptiveDual& dual, const VertexCell& cell, std::vector<Vec3d>& samples,
                             double& gap) {
         std::vector<VertexCell> cells;
-        detail::add_cells_below(dual.forest().roots(), cell, k_bits, cells);
+        detail::add_cells_below(cell, k_bits, cells);
         // Beside an extraordinary point of many corners, cells hardly become smaller: how far that is from the samples.
         constexpr int k_deep = 16;
         for (const std::uint32_t y : {0u, (1u << k_deep) - 1})
@@ -135,7 +135,7 @@ ControlMesh random_dual_net(std::uint64_t seed, bool creased) {
     options.crease = creased ? 0.25 : 0;
     options.corner = creased ? 0.1 : 0;
     if (options.boundary_rule == BoundaryRule::none) options.boundary_rule = BoundaryRule::edge_only;
-    return test::random_dual_mesh_without_valence_2(seed, options);
+    return test::random_dual_mesh(seed, options);
 }
 
 AdaptiveDual random_adaptive(const ControlMesh& mesh, const SchemeInfo& scheme, Random& random, int rounds) {

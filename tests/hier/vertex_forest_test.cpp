@@ -34,24 +34,7 @@ struct VertexForestCorruptor {
     }
     static void break_crease(VertexForest& forest) { forest.records_.front().creases ^= 1u; }
     static void lose_leaf(VertexForest& forest) { --forest.leaf_count_; }
-    static std::size_t joints(const VertexForest& forest) { return forest.joints_.size(); }
-    static void break_joint(VertexForest& forest) {
-        for (auto& side : forest.joints_.front().sides)
-            if (side.leads == VertexForest::Joint::Leads::to) side.slot = 0;
-    }
-    static void break_children(VertexForest& forest) {
-        for (auto& child : forest.joints_.front().children) child.exists = true;
-    }
     static void move_record(VertexForest& forest) { ++forest.records_.front().at.x; }
-    static void lose_joint(VertexForest& forest) { forest.records_.front().joint = 1000000; }
-    static void share_joint(VertexForest& forest) {
-        auto& records = forest.records_;
-        const auto has_joint = [](const auto& r) { return r.joint != VertexForest::k_no_joint; };
-        const auto first = std::find_if(records.begin(), records.end(), has_joint);
-        std::find_if(first + 1, records.end(), has_joint)->joint = first->joint;
-    }
-    static void free_joint(VertexForest& forest) { forest.free_joints_.push_back(0); }
-    static void turn_smooth(VertexForest& forest) { forest.records_.front().smooth_from[0] ^= 1; }
     static void exchange_records(VertexForest& forest) {
         std::swap(forest.child_[forest.records_[0].parent], forest.child_[forest.records_[1].parent]);
     }
@@ -209,11 +192,9 @@ TEST_CASE(
         }
 }
 
-TEST_CASE(
-    "[slow] [inv1] vertex quadtrees: semi-sharp creases end at each level as in uniform refinement, face by face") {
-    int joints = 0, smooth_sides = 0;
+TEST_CASE("[slow] [inv1] vertex quadtrees: semi-sharp creases stay as in uniform refinement, face by face") {
     for (const char* name : {"doo-sabin", "midedge-simplest", "averaging"})
-        for (const std::uint64_t seed : test::seeds(name == std::string("doo-sabin") ? 32 : 4)) {
+        for (const std::uint64_t seed : test::seeds(4)) {
             CAPTURE(name);
             CAPTURE(seed);
             test::RandomMeshOptions options = test::random_options(seed);
@@ -223,7 +204,7 @@ TEST_CASE(
             if (options.boundary_rule == BoundaryRule::none) options.boundary_rule = BoundaryRule::edge_only;
             const ControlMesh mesh = test::random_dual_mesh(seed, options, test::DualTags::of_all_kinds);
             AdaptiveDual dual(mesh, *find_scheme(name));
-            for (int level = 1; level <= 5; ++level) {
+            for (int level = 1; level <= 3; ++level) {
                 CAPTURE(level);
                 std::vector<LeafId> created;
                 if (level > 1) dual.forest().refine(dual.forest().ordered_leaves(), created);
@@ -234,12 +215,7 @@ TEST_CASE(
                 REQUIRE(got.positions.size() == uniform.positions.size());
                 CHECK(point_cycles(got) == point_cycles(uniform));
             }
-            const VertexRoots& roots = dual.forest().roots();
-            joints += static_cast<int>(roots.joints.size());
-            for (const std::uint8_t from : roots.smooth_from) smooth_sides += from != VertexRoots::never ? 1 : 0;
         }
-    CHECK(joints > 100);
-    CHECK(smooth_sides > 400);
 }
 
 TEST_CASE("[inv1] vertex quadtrees: in an adaptive mesh each vertex is where uniform refinement has its cell") {
@@ -430,24 +406,7 @@ TEST_CASE("[bad-input] vertex quadtrees refuse what is no leaf, too deep or of n
         damage(copy);
         return copy.check().value_or("");
     };
-    // Joints, along the edges of a face that are smooth at once.
-    ControlMeshData data = mesh.data();
-    for (std::uint32_t c = 0; c < 4; ++c)
-        data.creases.push_back({data.face_vertices[c], data.face_vertices[(c + 1) % 4], 1.0f, 0});
-    const ControlMesh creased = ControlMesh::build(data);
-    const AdaptiveDual whole(creased, *find_scheme("doo-sabin"));
-    VertexForest joined = whole.forest();
-    joined.refine(joined.ordered_leaves(), created);
-    REQUIRE(VertexForestCorruptor::joints(joined) == 2 * 8);
-    CHECK(!joined.check().has_value());
-    for (const auto damage :
-         {VertexForestCorruptor::break_joint, VertexForestCorruptor::break_children, VertexForestCorruptor::lose_joint,
-          VertexForestCorruptor::share_joint, VertexForestCorruptor::free_joint, VertexForestCorruptor::turn_smooth,
-          VertexForestCorruptor::exchange_records}) {
-        VertexForest copy = joined;
-        damage(copy);
-        CHECK(copy.check().has_value());
-    }
+    CHECK(!corrupted([](VertexForest& f) { VertexForestCorruptor::exchange_records(f); }).empty());
     CHECK(corrupted([](VertexForest& f) { VertexForestCorruptor::break_link(f); }).find("link") < 999);
     CHECK(corrupted([](VertexForest& f) { VertexForestCorruptor::break_crease(f); }).find("other creases") < 999);
     CHECK(corrupted([](VertexForest& f) { VertexForestCorruptor::lose_leaf(f); }).find("number of leaves") < 999);

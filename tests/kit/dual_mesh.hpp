@@ -8,21 +8,18 @@ namespace tetrakis::test {
 enum class DualTags { infinitely_sharp, of_all_kinds };
 
 /// n-gons, boundaries with and without corners, holes, genus 0 and 1. Creases and corners as the options say:
-/// infinitely sharp, or half of them and the others up to 4.
-inline ControlMesh random_dual_mesh(std::uint64_t seed, const RandomMeshOptions& options,
+/// infinitely sharp, or half of them and the others up to 4. Of seed, seed + 1000, ... the first one that has no vertex
+/// of two faces inside.
+inline ControlMesh random_dual_mesh(std::uint64_t seed, RandomMeshOptions options,
                                     DualTags tags = DualTags::infinitely_sharp) {
-    ControlMeshData data = random_mesh_data(seed, options);
-    if (tags == DualTags::infinitely_sharp) {
-        for (auto& crease : data.creases) crease.sharpness = k_infinite_sharpness;
-        for (auto& corner : data.corners) corner.sharpness = k_infinite_sharpness;
-    }
-    return ControlMesh::build(std::move(data));
-}
-/// The first of seed, seed + 1000, ... that has no vertex of two faces inside.
-inline ControlMesh random_dual_mesh_without_valence_2(std::uint64_t seed, RandomMeshOptions options) {
     options.edge_vertices = 0;
     for (;; seed += 1000) {
-        ControlMesh mesh = random_dual_mesh(seed, options);
+        ControlMeshData data = random_mesh_data(seed, options);
+        if (tags == DualTags::infinitely_sharp) {
+            for (auto& crease : data.creases) crease.sharpness = k_infinite_sharpness;
+            for (auto& corner : data.corners) corner.sharpness = k_infinite_sharpness;
+        }
+        ControlMesh mesh = ControlMesh::build(std::move(data));
         bool valence2 = false;  // merging faces leaves some
         for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
             valence2 = valence2 || (!mesh.is_boundary(VertexId(v)) && mesh.face_valence(VertexId(v)) == 2);

@@ -7,7 +7,6 @@
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/rules/rule_refiner.hpp"
 #include "../../refine/uniform/refine.hpp"
-#include "../../refine/uniform/repeated_charts.hpp"
 #include "../../refine/uniform/repeated_rows.hpp"
 
 #include <doctest/doctest.h>
@@ -323,7 +322,7 @@ TEST_CASE("hundreds of edges around a vertex and around a face: rows that repeat
     }
 }
 
-TEST_CASE("tags of dual schemes that run out on the way leave the mesh that the rules leave") {
+TEST_CASE("semi-sharp tags of dual schemes leave the mesh that the rules leave") {
     // A grid with a line of creases across it, or a tagged corner on its boundary.
     constexpr std::uint32_t n = 6;
     for (const bool crease : {true, false})
@@ -342,48 +341,6 @@ TEST_CASE("tags of dual schemes that run out on the way leave the mesh that the 
                 CHECK(ours.face_count() == expected.face_count());
                 CHECK(farthest_apart(ours.positions, expected.positions) < 1e-11);
             }
-        }
-}
-
-TEST_CASE("tags of dual schemes that run out late: holes, materials, attributes, limits and normals as by the rules") {
-    constexpr std::uint32_t n = 8;
-    ControlMeshData data = test::skewed_grid(n);
-    for (std::uint32_t x = 0; x < n; ++x)
-        data.creases.push_back({3 * (n + 1) + x, 3 * (n + 1) + x + 1, x < n / 2 ? 3.5f : 4.5f});
-    for (std::uint32_t y = 1; y < 5; ++y) data.creases.push_back({y * (n + 1) + 5, (y + 1) * (n + 1) + 5, 3.2f});
-    data.corners.push_back({3 * (n + 1) + 2, 3.7f});
-    data.holes.push_back(3 * n + 1);
-    data.materials = {"a", "b", "c"};
-    for (std::uint32_t f = 0; f < n * n; ++f) data.face_material.push_back(f * 2654435761u >> 9 & 1);
-    const ControlMesh mesh = ControlMesh::build(std::move(data));
-    std::vector<float> xyz;
-    for (const Vec3d& p : mesh.positions())
-        for (int i = 0; i < 3; ++i) xyz.push_back(static_cast<float>(p[i]));
-    const VertexAttribute attribute{"xyz", 3, xyz};
-    for (const char* scheme : {"doo-sabin", "midedge-simplest"})
-        for (const bool limit : {false, true}) {
-            if (limit && scheme_named(scheme).name != "doo-sabin") continue;
-            CAPTURE(scheme);
-            CAPTURE(limit);
-            const RefineOptions options{.limit = limit, .normals = limit, .attributes = {&attribute, 1}};
-            const PolygonMesh ours = refine(mesh, scheme, 5, options),
-                              expected = refine_stencils(mesh, scheme_named(scheme), 5, options).mesh;
-            REQUIRE(ours.positions.size() == expected.positions.size());
-            REQUIRE(ours.face_count() == expected.face_count());
-            CHECK(farthest_apart(ours.positions, expected.positions) < 1e-11);
-            CHECK(farthest_apart(marks(ours, false), marks(expected, false)) < 1e-9);
-            CHECK(std::ranges::count(ours.face_material, 1) == std::ranges::count(expected.face_material, 1));
-            double worst = 0;
-            for (std::size_t v = 0; v < ours.positions.size(); ++v)
-                for (int i = 0; i < 3; ++i)
-                    worst = std::max(worst, std::abs(ours.attributes[0].values[3 * v + i] - ours.positions[v][i]));
-            CHECK(worst < 1e-4);
-            std::vector<Vec3d> with_normals = ours.positions, expected_with = expected.positions;
-            for (std::size_t v = 0; v < ours.normals.size(); ++v) {
-                with_normals[v] += ours.normals[v];
-                expected_with[v] += expected.normals[v];
-            }
-            CHECK(farthest_apart(with_normals, expected_with) < 1e-7);
         }
 }
 
@@ -518,90 +475,7 @@ TEST_CASE("[slow] limits and normals by rows that repeat themselves are those of
     }
 }
 
-TEST_CASE("texture coordinates of a dual scheme at an inner vertex of valence 2, every face a chart of its own") {
-    // A cube with a vertex in the middle of an edge.
-    ControlMeshData data;
-    for (int v = 0; v < 8; ++v) data.positions.emplace_back(v & 1, v >> 1 & 1, v >> 2);
-    data.positions.emplace_back(0.5, 0, 0);
-    const std::vector<std::vector<std::uint32_t>> faces{{0, 2, 3, 1, 8}, {4, 5, 7, 6}, {0, 8, 1, 5, 4},
-                                                        {2, 6, 7, 3},    {0, 4, 6, 2}, {1, 3, 7, 5}};
-    data.face_offsets = {0};
-    for (const auto& face : faces) {
-        for (std::size_t i = 0; i < face.size(); ++i) {
-            data.face_vertices.push_back(face[i]);
-            data.face_uvs.push_back(static_cast<std::uint32_t>(data.uvs.size()));
-            data.uvs.emplace_back(10.0 * double(data.face_offsets.size()) + double(i == 1 || i == 2), double(i >= 2));
-        }
-        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
-    }
-    const ControlMesh mesh = ControlMesh::build(std::move(data));
-    for (const char* scheme : {"doo-sabin", "biquartic"}) {
-        const PolygonMesh ours = refine(mesh, scheme, 5),
-                          expected = refine_stencils(mesh, scheme_named(scheme), 5).mesh;
-        CHECK(ours.uvs.size() == expected.uvs.size());
-        CHECK(farthest_apart(marks(ours, true), marks(expected, true)) < 1e-7);
-    }
-}
-
-TEST_CASE("[slow] seams over inner vertices of two faces: texture coordinates by rows are those of the rules") {
-    int seams = 0, missing = 0;
-    for (const char* name : {"doo-sabin", "midedge", "biquartic"})
-        for (const std::uint64_t seed : test::seeds(8)) {
-            CAPTURE(name);
-            CAPTURE(seed);
-            test::RandomMeshOptions random = test::random_options(seed);
-            random.columns = random.rows = 3;
-            random.hole = random.corner = 0;
-            random.crease = seed % 4 == 3 ? 0.1 : 0.0;
-            random.edge_vertices = 0.2;
-            random.boundary_rule = BoundaryRule::edge_only;
-            ControlMeshData data = test::random_mesh_data(seed, random);
-            for (auto& crease : data.creases) crease.sharpness = k_sharpness_infinity;
-            test::add_charts(data);
-            if (seed % 2 == 0) {
-                // Every face a chart of its own.
-                data.uvs.clear();
-                data.face_uvs.clear();
-                for (std::uint32_t f = 0; f + 1 < data.face_offsets.size(); ++f)
-                    for (std::uint32_t c = data.face_offsets[f]; c < data.face_offsets[f + 1]; ++c) {
-                        data.face_uvs.push_back(c);
-                        const Vec3d& p = data.positions[data.face_vertices[c]];
-                        data.uvs.emplace_back(p.x + 10.0 * f, p.y + 0.5 * p.z);
-                    }
-            }
-            const ControlMesh mesh = ControlMesh::build(std::move(data));
-            const SchemeInfo& scheme = *find_scheme(name);
-            bool valence2 = false;
-            for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
-                valence2 = valence2 || (!mesh.is_boundary(VertexId(v)) && mesh.face_valence(VertexId(v)) == 2);
-            if (!valence2) continue;
-            ++seams;
-            constexpr int k_levels = 4;
-            auto levels = std::make_unique<detail::RuleLevels>(mesh, scheme, RuleOptions{}, 0);
-            const detail::RepeatedRows::Demand demand{.whole_net = true, .even_if_slower = true};
-            const auto rows = detail::RepeatedRows::make(mesh, scheme, k_levels, {}, levels, demand, {});
-            auto charts = detail::RepeatedCharts::make(mesh, mesh, scheme, k_levels, {}, demand, {});
-            detail::RepeatedRows::Faces faces;
-            if (rows) faces = rows->faces({});
-            const auto uvs = rows && charts ? charts->refine(*rows, faces, {}) : std::nullopt;
-            if (!uvs) {
-                ++missing;
-                continue;
-            }
-            PolygonMesh ours;
-            ours.face_offsets = faces.offsets;
-            ours.uvs = uvs->uvs;
-            ours.face_uvs = uvs->face_uvs;
-            const PolygonMesh expected = refine_stencils(mesh, scheme, k_levels).mesh;
-            REQUIRE(ours.face_count() == expected.face_count());
-            CHECK(farthest_apart(marks(ours, true), marks(expected, true)) < 1e-7);
-        }
-    CHECK(seams > 10);
-    CHECK(missing < 3);  // a crease that ends at a seam
-}
-
-TEST_CASE(
-    "rows do not repeat themselves where there are too few levels; of dual schemes, below tags that turn smooth") {
+TEST_CASE("rows do not repeat themselves where there are too few levels") {
     const ControlMesh smooth = make_mesh(2, true, false);
     CHECK(rows_of(smooth, {"modified-butterfly", 4}) != nullptr);
     CHECK(rows_of(smooth, {"modified-butterfly", 2}) == nullptr);
@@ -610,13 +484,7 @@ TEST_CASE(
     std::uint32_t inner = 0;
     while (!smooth.twin(HalfedgeId(inner)).valid()) ++inner;
     data.creases.push_back({smooth.origin(HalfedgeId(inner)).value, smooth.target(HalfedgeId(inner)).value, 3.5f});
-    // Sharp in each step of a dual scheme, whose points are where they are whatever comes then.
-    CHECK(rows_of(ControlMesh::build(data), {"doo-sabin", 4}) != nullptr);
-    CHECK(rows_of(ControlMesh::build(data), {"modified-butterfly", 4}) != nullptr);
-    data.creases.back().sharpness = 1.5f;
-    CHECK(rows_of(ControlMesh::build(data), {"doo-sabin", 3}) == nullptr);
-    // Sharp beyond the last level: as if for ever.
-    data.creases.back().sharpness = 7.5f;
+    // Sharp for ever.
     CHECK(rows_of(ControlMesh::build(data), {"doo-sabin", 4}) != nullptr);
     CHECK(rows_of(ControlMesh::build(data), {"modified-butterfly", 4}) != nullptr);
 }
