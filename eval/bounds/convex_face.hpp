@@ -18,6 +18,13 @@ class ConvexFace {
     /// over point.
     double height() const { return height_; }
     double distance(const Vec3d& p) const;
+    const Vec3d& normal() const { return normal_; }
+    std::span<const Vec3d> corners() const { return corner_; }  ///< dropped onto the plane
+    double above(const Vec3d& p) const { return glm::dot(normal_, p - corner_[0]); }
+    /// In the plane, away from the line of the side from corner i to the next one, to the inner side.
+    Vec3d inward(std::size_t i) const {
+        return glm::normalize(glm::cross(normal_, corner_[(i + 1) % corner_.size()] - corner_[i]));
+    }
     /// From the flat side from corner i to the next one.
     double side_distance(const Vec3d& p, std::size_t i) const;
     /// The same of where p is dropped onto the plane.

@@ -1,6 +1,7 @@
 #include "dual_bound.hpp"
 
 #include "../../hier/base/parallel.hpp"
+#include "dual_close_bound.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -30,13 +31,27 @@ class FaceErrors {
           positions_(positions),
           rounding_(rounding),
           of_corner_(net.faces.corners.size()),
-          of_face_(net.size(), 0.0) {}
+          of_face_(net.size(), 0.0),
+          plane_(net.size(), 0) {}
 
     double error(std::uint32_t face) const { return of_face_[face]; }
+    /// By what is known over each face alone.
     void look_at(std::span<const std::uint32_t> which) {
         for_each(which, [&](std::uint32_t f, const DualFacePieces& pieces, std::span<double> here) {
             bound_dual_face(surface_, pieces, f >= net_.face_count, here);
             for (double& e : here) e += e > 0 ? rounding_ : 0;
+            plane_[f] = pieces.plane() ? 1 : 0;
+        });
+    }
+    /// By their neighbours as well, after that.
+    void look_around(std::span<const std::uint32_t> which, double give_up_at) {
+        if (which.empty()) return;
+        const DualLinks links(net_, plane_);
+        const DualCloseBound bound(surface_, forest_, net_, links, positions_);
+        for_each(which, [&](std::uint32_t f, const DualFacePieces& pieces, std::span<double> here) {
+            if (f >= net_.face_count || !(of_face_[f] < std::numeric_limits<double>::infinity())) return;
+            const double error = bound(f, pieces, give_up_at) + rounding_;
+            for (double& e : here) e = std::min(e, error);
         });
     }
     DualBound::Errors gather(const DualTriangles& mesh) const {
@@ -76,6 +91,7 @@ class FaceErrors {
     std::span<const Vec3d> positions_;
     double rounding_;
     std::vector<double> of_corner_, of_face_;
+    std::vector<std::uint8_t> plane_;
 };
 
 }  // namespace
@@ -134,7 +150,7 @@ bool DualBound::add_points(const VertexForest& forest, const DualNet& net, std::
 }
 
 DualBound::Errors DualBound::errors(const VertexForest& forest, const DualTriangles& mesh,
-                                    std::span<const Vec3d> positions, double decide_at,
+                                    std::span<const Vec3d> positions, const Wanted& wanted,
                                     const std::function<void(double)>& report) {
     const DualNet net = dual_net(forest, surface_.corners());
     std::vector<LeafId> leaves = net.faces.leaves;
@@ -148,7 +164,7 @@ DualBound::Errors DualBound::errors(const VertexForest& forest, const DualTriang
     std::iota(open.begin(), open.end(), 0u);
     faces.look_at(open);
     report(0.7);
-    std::erase_if(open, [&](std::uint32_t f) { return faces.error(f) <= decide_at; });
+    std::erase_if(open, [&](std::uint32_t f) { return faces.error(f) <= wanted.decide_at; });
     std::fill(points.begin(), points.end(), std::uint8_t{0});
     std::vector<std::uint32_t> beside_points;
     for (const std::uint32_t f : open)
@@ -156,6 +172,8 @@ DualBound::Errors DualBound::errors(const VertexForest& forest, const DualTriang
     find_points(forest, net.faces, points, k_close_look, [&](double done) { report(0.7 + 0.1 * done); });
     faces.look_at(beside_points);
     report(0.8);
+    std::erase_if(open, [&](std::uint32_t f) { return faces.error(f) <= wanted.decide_at; });
+    faces.look_around(open, wanted.tight ? std::numeric_limits<double>::infinity() : wanted.decide_at);
     return faces.gather(mesh);
 }
 

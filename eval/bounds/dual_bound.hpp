@@ -27,6 +27,9 @@ namespace tetrakis::detail {
 /// the side it is no more than that and `off` again, the distance of that line from the side. The triangles themselves
 /// are as far from F as their corners are from its plane.
 ///
+/// What that leaves above the tolerance is looked at with the pieces around (DualCloseBound): beside an extraordinary
+/// point the surface slides along the mesh by a share of the cell's size, however small, which is no error.
+///
 /// Where a crease ends, two lines lead from one vertex to the other, and what lies between is compared with the edge.
 class DualBound {
   public:
@@ -37,15 +40,19 @@ class DualBound {
     /// @param roots   without holes
     DualBound(const PartialLevels& points, const SchemeInfo& scheme, const VertexRoots& roots, const Box3d& box);
 
+    /// How well errors are to be known.
+    struct Wanted {
+        double decide_at;  ///< errors up to this need not be smaller
+        bool tight;        ///< errors above it are bounds, too; else they may be any number above it
+    };
     struct Errors {
         std::vector<double> of_vertex;  ///< the largest over its cell; of a face that is bounded as a whole, all of it
         std::vector<double> of_triangle;  ///< of the face that it is of
         double largest = 0;
     };
     /// @param positions  of the mesh's vertices: their limit points
-    /// @param decide_at  errors up to this need not be smaller
     Errors errors(const VertexForest& forest, const DualTriangles& mesh, std::span<const Vec3d> positions,
-                  double decide_at, const std::function<void(double)>& report);
+                  const Wanted& wanted, const std::function<void(double)>& report);
 
     /// Forgets what it knows of slots from this number on: a forest is taken back to an earlier state.
     void forget_from(std::uint32_t slot) { surface_.forget_from(slot); }

@@ -45,6 +45,7 @@ class DualFacePieces {
     std::span<const Corner> corners() const { return corners_; }
     bool plane() const { return !turns_.empty(); }
     std::size_t piece_count() const { return plane() ? corners_.size() - 2 : 1; }
+    std::size_t side_count(std::size_t) const { return plane() ? 3 : corners_.size(); }
     /// Of a piece, as a corner of the face. Side i leads from its corner i to the next one.
     std::size_t corner(std::size_t piece, std::size_t i) const {
         return plane() ? (i == 0 ? start_ : (start_ + piece + i) % corners_.size()) : i % corners_.size();

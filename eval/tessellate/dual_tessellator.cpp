@@ -166,7 +166,8 @@ class DualTessellator final : public TessellationRun {
         // A budget compares errors with each other: there all are looked at closely.
         const bool budget = options_.max_triangles != 0;
         if (certified()) {
-            DualBound::Errors found = bound_->errors(forest_, triangles_, positions_, budget ? 0.0 : aim_, report);
+            DualBound::Errors found =
+                bound_->errors(forest_, triangles_, positions_, {budget ? 0.0 : aim_, budget}, report);
             errors_ = std::move(found.of_vertex);
             certified_ = found.largest;
         } else {
@@ -193,7 +194,7 @@ class DualTessellator final : public TessellationRun {
         context_.report("certify", 0);
         if (!certified() || certified_ > aim_)
             certified_ = bound_
-                             ->errors(forest_, triangles_, positions_, aim_,
+                             ->errors(forest_, triangles_, positions_, {aim_, true},
                                       [&](double done) { context_.report("certify", done); })
                              .largest;
         if (certified() || std::isfinite(certified_)) result_.certified_error = certified_;

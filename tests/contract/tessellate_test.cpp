@@ -440,7 +440,10 @@ TEST_CASE("above 64 edges at a vertex there is no certified bound where limits a
         CHECK(scheme_support(mesh, "loop").certified);
         const Tessellation result = tessellate(mesh, {.scheme = "butterfly", .tolerance = 0.05});
         CHECK(result.certified_error.has_value() == few);
-        CHECK(result.warnings.empty() == few);
+        const auto is_about_it = [](const std::string& text) {
+            return text.find("no certified error") != std::string::npos;
+        };
+        CHECK(std::any_of(result.warnings.begin(), result.warnings.end(), is_about_it) == !few);
     }
 }
 

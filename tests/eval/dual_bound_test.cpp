@@ -37,7 +37,7 @@ struct Bounded {
         positions.resize(mesh.vertex_count());
         dual.points().positions(mesh.faces.cells, positions);
         detail::DualBound bounder(dual.points(), scheme, forest.roots(), box);
-        bound = bounder.errors(forest, mesh, positions, 0, say_nothing);
+        bound = bounder.errors(forest, mesh, positions, {0, true}, say_nothing);
         samples.resize(mesh.vertex_count());
         gap.resize(mesh.vertex_count(), 0.0);
         if (mesh.vertex_count() > static_cast<std::uint32_t>(k_most_sampled)) return;
