@@ -9,6 +9,7 @@
 #include "lattice_tessellator.hpp"
 #include "level_tessellator.hpp"
 #include "sqrt3_tessellator.hpp"
+#include "surface_family.hpp"
 
 #include <string>
 #include <string_view>

@@ -254,19 +254,18 @@ void add_refinement_options(CLI::App& command, TessellateOptions& t) {
                              [](double x) { return x > 0; }));
     command.add_flag("--absolute", t.tolerance_is_absolute, "The tolerance is a length in the unit of the model")
         ->needs(tolerance);
-    CLI::Option* max_triangles =
-        command
-            .add_option_function<std::string>(
-                "--max-triangles",
-                [&t](const std::string& text) {
-                    const std::uint64_t count = parse_size(text, k_thousand).value_or(0);
-                    if (count < 1 || count > std::numeric_limits<std::uint32_t>::max())
-                        throw CLI::ValidationError("--max-triangles", text + " is no number such as 5000 or 10k");
-                    t.max_triangles = count;
-                },
-                "Make the best mesh of at most so many triangles (5000, 10k). Where even the coarsest mesh, which\n"
-                "keeps the control mesh's corners, has more, nothing is written, and the error says how many it has")
-            ->type_name("N");
+    command
+        .add_option_function<std::string>(
+            "--max-triangles",
+            [&t](const std::string& text) {
+                const std::uint64_t count = parse_size(text, k_thousand).value_or(0);
+                if (count < 1 || count > std::numeric_limits<std::uint32_t>::max())
+                    throw CLI::ValidationError("--max-triangles", text + " is no number such as 5000 or 10k");
+                t.max_triangles = count;
+            },
+            "Make the best mesh of at most so many triangles (5000, 10k). Where even the coarsest mesh, which\n"
+            "keeps the control mesh's corners, has more, nothing is written, and the error says how many it has")
+        ->type_name("N");
     command
         .add_option_function<std::string>(
             "--estimator",
