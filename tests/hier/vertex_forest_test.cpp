@@ -10,11 +10,9 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <filesystem>
 #include <map>
-#include <set>
 #include <string>
 #include <tuple>
 
@@ -61,59 +59,6 @@ struct VertexForestCorruptor {
 
 namespace {
 
-std::vector<std::vector<std::uint32_t>> cycles(const std::vector<std::uint32_t>& offsets,
-                                               const std::vector<std::uint32_t>& vertices) {
-    std::vector<std::vector<std::uint32_t>> result;
-    for (std::size_t f = 0; f + 1 < offsets.size(); ++f)
-        result.emplace_back(vertices.begin() + offsets[f], vertices.begin() + offsets[f + 1]);
-    return result;
-}
-
-void refine_randomly(VertexForest& forest, test::Random& random, int calls, double chance, int deepest) {
-    std::vector<LeafId> created;
-    for (int i = 0; i < calls; ++i) {
-        std::vector<LeafId> marked;
-        for (const LeafId leaf : forest.ordered_leaves())
-            if (random.chance(chance) && forest.level(leaf) < deepest) marked.push_back(leaf);
-        random.shuffle(marked);
-        forest.refine(marked, created);
-    }
-}
-
-void coarsen_randomly(VertexForest& forest, test::Random& random, double chance) {
-    std::vector<LeafId> marked, created;
-    for (const LeafId leaf : forest.ordered_leaves())
-        if (random.chance(chance)) marked.push_back(leaf);
-    random.shuffle(marked);
-    forest.coarsen(marked, created);
-}
-
-bool same_mesh(const PolygonMesh& a, const PolygonMesh& b) {
-    return a.face_offsets == b.face_offsets && a.face_vertices == b.face_vertices &&
-           a.positions.size() == b.positions.size() &&
-           std::memcmp(a.positions.data(), b.positions.data(), a.positions.size() * sizeof(Vec3d)) == 0;
-}
-
-/// The faces as cycles of points.
-std::multiset<std::vector<std::tuple<double, double, double>>> point_cycles(const PolygonMesh& m) {
-    std::multiset<std::vector<std::tuple<double, double, double>>> result;
-    for (std::uint32_t f = 0; f < m.face_count(); ++f) {
-        std::vector<std::tuple<double, double, double>> cycle;
-        for (std::uint32_t c = m.face_offsets[f]; c < m.face_offsets[f + 1]; ++c) {
-            const Vec3d& p = m.positions[m.face_vertices[c]];
-            cycle.emplace_back(p.x, p.y, p.z);
-        }
-        // Points may coincide.
-        auto first = cycle;
-        for (std::size_t i = 1; i < cycle.size(); ++i) {
-            std::rotate(cycle.begin(), cycle.begin() + 1, cycle.end());
-            first = std::min(first, cycle);
-        }
-        result.insert(std::move(first));
-    }
-    return result;
-}
-
 /// Which leaves, whatever their slots.
 std::vector<VertexCell> leaf_cells(const VertexForest& forest) {
     std::vector<VertexCell> cells;
@@ -128,203 +73,6 @@ ControlMesh model(const std::string& name) {
 }  // namespace
 
 TEST_SUITE_BEGIN("refine");
-
-TEST_CASE("[inv3] [inv4] vertex quadtrees: the dual mesh is conforming and keeps the topology of the control mesh") {
-    int refined = 0, on_creases = 0;
-    for (const std::uint64_t seed : test::seeds(48)) {
-        CAPTURE(seed);
-        const bool creased = seed % 2 == 1;
-        const ControlMesh mesh = seed % 4 == 3 ? test::random_semi_sharp_dual_mesh(seed / 2)
-                                 : creased     ? test::random_creased_dual_mesh(seed / 2)
-                                               : test::random_dual_mesh(seed / 2);
-        AdaptiveDual dual(mesh, *find_scheme(seed % 4 == 2 ? "biquartic" : "doo-sabin"));
-        VertexForest& forest = dual.forest();
-        test::Random random(seed);
-        for (int round = 0; round < 4; ++round) {
-            if (round > 0) refine_randomly(forest, random, 2, 0.15, 6);
-            const auto fault = forest.check();
-            CHECK_MESSAGE(!fault.has_value(), fault.value_or(""));
-            const DualFaces faces = forest.faces();
-            const test::SurfaceTopology got = test::topology(cycles(faces.face_offsets, faces.face_vertices));
-            const test::SurfaceTopology expected = test::surface_topology(mesh);
-            CHECK(got.fault.empty());
-            // Holes that touch creases may be joined where they touch each other.
-            const bool holes = !mesh.data().holes.empty() || mesh.boundary_rule() == BoundaryRule::none;
-            if (!creased || !holes) CHECK(got.euler == expected.euler);
-            // Where parts of the surface touch in a vertex alone, the dual mesh joins them by that vertex's face.
-            if (!holes) CHECK(got.boundary_loops == expected.boundary_loops);
-            refined += static_cast<int>(forest.leaf_count());
-            // Both sides of a crease have the same vertices, and each is one.
-            on_creases += static_cast<int>(faces.other_sides.size());
-            if (!holes) CHECK(faces.leaves.size() + faces.other_sides.size() == forest.leaf_count());
-            for (const DualFaces::OtherSide& side : faces.other_sides)
-                CHECK(forest.vertex_leaf(side.leaf) == faces.leaves[side.vertex]);
-            for (const LeafId leaf : forest.ordered_leaves())
-                for (int s = 0; s < 4; ++s) {
-                    const LeafId other = forest.across_crease(leaf, s);
-                    if (!other.valid()) continue;
-                    CHECK(forest.is_leaf(other));
-                    CHECK(forest.level(other) == forest.level(leaf));
-                    CHECK(forest.vertex_leaf(other) == forest.vertex_leaf(leaf));
-                    CHECK(!forest.neighbours(leaf, s)[0].valid());
-                }
-            // Restricted: by the neighbours as they are seen from either side.
-            for (const LeafId leaf : forest.ordered_leaves())
-                for (int s = 0; s < 4; ++s)
-                    for (const LeafId next : forest.neighbours(leaf, s)) {
-                        if (!next.valid()) continue;
-                        CHECK(forest.is_leaf(next));
-                        CHECK(std::abs(forest.level(next) - forest.level(leaf)) <= 1);
-                        bool back = false;
-                        for (int t = 0; t < 4; ++t)
-                            for (const LeafId other : forest.neighbours(next, t)) back = back || other == leaf;
-                        CHECK(back);
-                    }
-        }
-    }
-    CHECK(refined > 40000);
-    CHECK(on_creases > 2000);
-}
-
-TEST_CASE(
-    "[inv1] vertex quadtrees: refined everywhere they are uniform refinement, vertex by vertex and face by face") {
-    for (const char* name : {"doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest", "biquartic"})
-        for (const std::uint64_t seed : {1u, 2u, 5u, 6u, 7u, 8u}) {
-            CAPTURE(name);
-            CAPTURE(seed);
-            test::RandomMeshOptions options = test::random_options(seed);
-            options.hole = 0;
-            options.crease = seed > 2 ? 0.25 : 0;
-            options.corner = seed > 2 ? 0.1 : 0;
-            options.boundary_rule = BoundaryRule::edge_and_corner;
-            const ControlMesh mesh = test::random_dual_mesh(seed, options);
-            AdaptiveDual dual(mesh, *find_scheme(name));
-            std::vector<LeafId> created;
-            for (int i = 0; i < 2; ++i) dual.forest().refine(dual.forest().ordered_leaves(), created);
-            const PolygonMesh got = dual.to_mesh({.limit = false});
-            // By the rules, whose sums are in the same order.
-            const PolygonMesh uniform = refine_stencils(mesh, *find_scheme(name), 3).mesh;
-            CHECK(got.positions.size() == uniform.positions.size());
-            CHECK(point_cycles(got) == point_cycles(uniform));
-        }
-}
-
-TEST_CASE(
-    "[slow] [inv1] vertex quadtrees: semi-sharp creases end at each level as in uniform refinement, face by face") {
-    int joints = 0, smooth_sides = 0;
-    for (const char* name : {"doo-sabin", "midedge-simplest", "averaging"})
-        for (const std::uint64_t seed : test::seeds(name == std::string("doo-sabin") ? 32 : 4)) {
-            CAPTURE(name);
-            CAPTURE(seed);
-            test::RandomMeshOptions options = test::random_options(seed);
-            options.hole = 0;
-            options.crease = std::array{0.1, 0.3, 0.6}[seed % 3];
-            options.corner = 0.15;
-            if (options.boundary_rule == BoundaryRule::none) options.boundary_rule = BoundaryRule::edge_only;
-            const ControlMesh mesh = test::random_dual_mesh(seed, options, test::DualTags::of_all_kinds);
-            AdaptiveDual dual(mesh, *find_scheme(name));
-            for (int level = 1; level <= 5; ++level) {
-                CAPTURE(level);
-                std::vector<LeafId> created;
-                if (level > 1) dual.forest().refine(dual.forest().ordered_leaves(), created);
-                const auto fault = dual.forest().check();
-                CHECK_MESSAGE(!fault.has_value(), fault.value_or(""));
-                const PolygonMesh got = dual.to_mesh({.limit = false});
-                const PolygonMesh uniform = refine_by_rules(mesh, *find_scheme(name), level);
-                REQUIRE(got.positions.size() == uniform.positions.size());
-                CHECK(point_cycles(got) == point_cycles(uniform));
-            }
-            const VertexRoots& roots = dual.forest().roots();
-            joints += static_cast<int>(roots.joints.size());
-            for (const std::uint8_t from : roots.smooth_from) smooth_sides += from != VertexRoots::never ? 1 : 0;
-        }
-    CHECK(joints > 100);
-    CHECK(smooth_sides > 400);
-}
-
-TEST_CASE("[inv1] vertex quadtrees: in an adaptive mesh each vertex is where uniform refinement has its cell") {
-    const SchemeInfo& scheme = *find_scheme("doo-sabin");
-    for (const ControlMesh& mesh : {test::random_dual_mesh(4), test::random_creased_dual_mesh(4),
-                                    test::random_semi_sharp_dual_mesh(4), test::random_semi_sharp_dual_mesh(7)}) {
-        AdaptiveDual dual(mesh, scheme);
-        test::Random random(5);
-        refine_randomly(dual.forest(), random, 4, 0.1, 3);
-        const DualFaces faces = dual.forest().faces();
-        const PolygonMesh got = dual.to_mesh({.limit = false});
-        std::set<std::tuple<double, double, double>> uniform[5];
-        for (int level = 0; level <= 3; ++level)
-            for (const Vec3d& p : refine_by_rules(mesh, scheme, level + 1).positions)
-                uniform[level].insert({p.x, p.y, p.z});
-        std::set<int> levels;
-        for (std::size_t v = 0; v < faces.cells.size(); ++v) {
-            const Vec3d& p = got.positions[v];
-            levels.insert(faces.cells[v].level);
-            CHECK(uniform[faces.cells[v].level].count({p.x, p.y, p.z}) == 1);
-        }
-        CHECK(levels.size() >= 3);
-    }
-}
-
-TEST_CASE("[inv2] [inv5] [inv10] vertex quadtrees: the way to a set of leaves and the threads do not matter") {
-    for (const std::uint64_t seed : test::seeds(10)) {
-        CAPTURE(seed);
-        const ControlMesh mesh = seed % 2 == 0   ? test::random_dual_mesh(seed)
-                                 : seed % 4 == 1 ? test::random_creased_dual_mesh(seed)
-                                                 : test::random_semi_sharp_dual_mesh(seed);
-        AdaptiveDual one(mesh, *find_scheme("doo-sabin"));
-        const std::vector<VertexCell> roots = leaf_cells(one.forest());
-        test::Random random(seed + 100);
-        for (int i = 0; i < 20; ++i) {
-            refine_randomly(one.forest(), random, 1, 0.1, 3);
-            coarsen_randomly(one.forest(), random, 0.7);
-            const auto fault = one.forest().check();
-            CHECK_MESSAGE(!fault.has_value(), fault.value_or(""));
-        }
-        const std::vector<VertexCell> leaves = leaf_cells(one.forest());
-        CHECK(leaves.size() > roots.size());
-        // The same leaves once more: from below, cell by cell as far as they reach, and from above, by merging.
-        AdaptiveDual up(mesh, *find_scheme("doo-sabin")), down(mesh, *find_scheme("doo-sabin"));
-        const std::set<VertexCell> wanted(leaves.begin(), leaves.end());
-        std::vector<LeafId> created;
-        for (bool again = true; again;) {
-            again = false;
-            std::vector<LeafId> order = up.forest().ordered_leaves();
-            random.shuffle(order);
-            for (const LeafId leaf : order) {
-                if (!up.forest().is_leaf(leaf) || wanted.count(up.forest().cell(leaf)) != 0) continue;
-                up.forest().refine({&leaf, 1}, created);
-                again = true;
-            }
-        }
-        CHECK(leaf_cells(up.forest()) == leaves);
-        for (int i = 0; i < 3; ++i) down.forest().refine(down.forest().ordered_leaves(), created);
-        for (;;) {
-            std::vector<LeafId> marked;
-            for (const LeafId leaf : down.forest().ordered_leaves()) {
-                const VertexCell c = down.forest().cell(leaf);
-                if (wanted.count(c) == 0) marked.push_back(leaf);
-            }
-            if (marked.empty()) break;
-            down.forest().coarsen(marked, created);
-            REQUIRE(!created.empty());
-        }
-        CHECK(leaf_cells(down.forest()) == leaves);
-        const PolygonMesh expected = one.to_mesh({.limit = false});
-        CHECK(same_mesh(up.to_mesh({.limit = false}), expected));
-        CHECK(same_mesh(down.to_mesh({.limit = false}), expected));
-        for (const int threads : {1, 2, 7}) {
-            DualMeshOptions options{.limit = false};
-            options.context.threads = threads;
-            CHECK(same_mesh(one.to_mesh(options), expected));
-        }
-        for (std::uint32_t n = one.forest().leaf_count(); n > roots.size(); n = one.forest().leaf_count()) {
-            one.forest().coarsen(one.forest().ordered_leaves(), created);
-            REQUIRE(one.forest().leaf_count() < n);
-        }
-        CHECK(leaf_cells(one.forest()) == roots);
-        CHECK(!one.forest().check().has_value());
-    }
-}
 
 TEST_CASE("[inv1] vertex quadtrees: limits and normals on creases, where they cross and end, are those of a level") {
     for (const char* name : {"doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest"})
@@ -373,31 +121,6 @@ TEST_CASE("[inv1] vertex quadtrees: limits and normals on creases, where they cr
             // shrink by 1/4, as what bends the surface does.
             if (!semi_sharp || name != std::string("midedge-simplest")) CHECK(turned == 0);
         }
-}
-
-TEST_CASE("vertex quadtrees: triangles, limits and normals; a zoom of 25 levels; 64 bytes a leaf") {
-    const ControlMesh mesh = model("cube");
-    AdaptiveDual dual(mesh, *find_scheme("midedge"));
-    VertexForest& forest = dual.forest();
-    std::vector<LeafId> created;
-    LeafId leaf(7);
-    for (int level = 0; level < 25; ++level) {
-        forest.refine({&leaf, 1}, created);
-        leaf = created[created.size() - 3];
-    }
-    CHECK(!forest.check().has_value());
-    CHECK(forest.leaf_count() < 25 * 40);
-    const PolygonMesh polygons = dual.to_mesh({.normals = true}), cut = dual.to_mesh({.triangles = true});
-    CHECK(std::memcmp(polygons.positions.data(), cut.positions.data(), cut.positions.size() * sizeof(Vec3d)) == 0);
-    const test::SurfaceTopology topology = test::topology(cycles(cut.face_offsets, cut.face_vertices));
-    CHECK(topology.fault.empty());
-    CHECK(topology.euler == 2);
-    CHECK(topology.boundary_loops == 0);
-    for (std::uint32_t f = 0; f < cut.face_count(); ++f) CHECK(cut.face_offsets[f + 1] == 3 * (f + 1));
-    for (const Vec3d& n : polygons.normals) CHECK(glm::length(n) == doctest::Approx(1));
-    for (int i = 0; i < 4; ++i)
-        forest.refine(forest.ordered_leaves().size() < 2000 ? forest.ordered_leaves() : created, created);
-    CHECK(forest.memory_bytes() < 64 * std::uint64_t{forest.leaf_count()});
 }
 
 TEST_CASE("[bad-input] vertex quadtrees refuse what is no leaf, too deep or of no quadtree, and stay as they are") {
