@@ -20,26 +20,6 @@ using namespace tetrakis;
 
 namespace {
 
-ControlMesh with_charts(const ControlMesh& mesh) {
-    ControlMeshData data = mesh.data();
-    test::add_charts(data);
-    return ControlMesh::build(std::move(data));
-}
-
-/// Creases around regions of faces: none ends inside.
-ControlMesh with_regions(const ControlMesh& mesh, std::uint64_t seed) {
-    ControlMeshData data = mesh.data();
-    const auto region = [&](HalfedgeId h) {
-        return (mesh.face(h).value * 2654435761u + static_cast<std::uint32_t>(seed) * 40503u) >> 7 & 3;
-    };
-    for (std::uint32_t i = 0; i < mesh.halfedge_count(); ++i) {
-        const HalfedgeId h(i), t = mesh.twin(h);
-        if (t.valid() && t.value > i && region(h) != region(t))
-            data.creases.push_back({mesh.origin(h).value, mesh.target(h).value, k_infinite_sharpness});
-    }
-    return ControlMesh::build(std::move(data));
-}
-
 ControlMesh plain_mesh(std::uint64_t seed) {
     test::RandomMeshOptions options = test::random_options(seed);
     options.hole = options.crease = options.corner = 0;
@@ -96,26 +76,6 @@ int compare_faces(const PolygonMesh& got, const PolygonMesh& uniform, bool creas
 
 TEST_SUITE_BEGIN("refine");
 
-TEST_CASE("[inv1] UVs of vertex quadtrees: refined everywhere they are those of uniform refinement, face by face") {
-    constexpr int k_level = 2;
-    for (const char* name : {"doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest", "biquartic"})
-        for (const std::uint64_t seed : test::seeds(6)) {
-            CAPTURE(name);
-            CAPTURE(seed);
-            const bool creased = seed % 3 == 2;
-            const ControlMesh plain = plain_mesh(seed);
-            const ControlMesh mesh = with_charts(creased ? with_regions(plain, seed) : plain);
-            AdaptiveDual dual(mesh, *find_scheme(name));
-            std::vector<LeafId> created;
-            for (int i = 0; i < k_level; ++i) dual.forest().refine(dual.forest().ordered_leaves(), created);
-            const PolygonMesh got = dual.to_mesh({.limit = false, .uvs = true});
-            const PolygonMesh uniform = refine_stencils(mesh, *find_scheme(name), k_level + 1).mesh;
-            REQUIRE(got.face_uvs.size() == got.face_vertices.size());
-            REQUIRE(got.face_count() == uniform.face_count());
-            CHECK(compare_faces(got, uniform, creased) == static_cast<int>(uniform.face_count()));
-        }
-}
-
 TEST_CASE("[inv1] UVs of vertex quadtrees: with semi-sharp creases those of uniform refinement, or refused at seams") {
     int taken = 0;
     for (const std::uint64_t seed : test::seeds(12)) {
@@ -164,32 +124,6 @@ TEST_CASE("[inv1] UVs of vertex quadtrees: with semi-sharp creases those of unif
         }
     }
     CHECK(taken >= 6 * 4);
-}
-
-TEST_CASE("[inv1] UVs of vertex quadtrees: in adaptive meshes the faces of one level have those of that level") {
-    for (const char* name : {"doo-sabin", "midedge"})
-        for (const std::uint64_t seed : test::seeds(4)) {
-            CAPTURE(name);
-            CAPTURE(seed);
-            const ControlMesh plain = plain_mesh(seed);
-            const bool creased = seed % 2 == 1;
-            const ControlMesh mesh = with_charts(creased ? with_regions(plain, seed) : plain);
-            AdaptiveDual dual(mesh, *find_scheme(name));
-            test::Random random(seed);
-            std::vector<LeafId> marked, created;
-            for (int i = 0; i < 3; ++i) {
-                marked.clear();
-                for (const LeafId leaf : dual.forest().ordered_leaves())
-                    if (random.chance(0.15)) marked.push_back(leaf);
-                dual.forest().refine(marked, created);
-            }
-            const PolygonMesh got = dual.to_mesh({.limit = false, .uvs = true});
-            int found = 0;
-            for (int level = 1; level <= 3; ++level)
-                found += compare_faces(got, refine_stencils(mesh, *find_scheme(name), level).mesh, creased);
-            CHECK(found > static_cast<int>(got.face_count()) / 4);
-            CHECK(found < static_cast<int>(got.face_count()));
-        }
 }
 
 TEST_CASE("UVs of vertex quadtrees: charts that are linear stay so between leaves of all sizes, limits as well") {

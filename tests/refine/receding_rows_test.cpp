@@ -1,7 +1,6 @@
 #include "../kit/random_mesh.hpp"
 #include "../kit/repeated_rows_helpers.hpp"
 
-#include "../../hier/base/error.hpp"
 #include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>
@@ -117,20 +116,6 @@ TEST_CASE(
         }
     CHECK(repeated > all / 2);
     CHECK(dropped_by_rules < all / 4);
-}
-
-TEST_CASE("[slow] texture coordinates of four averaging steps by rows that repeat themselves are those of the rules") {
-    const ControlMesh mesh = open_mesh(1, false, true);
-    RefineOptions options;
-    options.rules.averaging_steps = 4;
-    const SchemeInfo& scheme = *find_scheme("averaging");
-    const PolygonMesh ours = refine(mesh, scheme, 5, options),
-                      expected = refine_stencils(mesh, scheme, 5, options).mesh;
-    CHECK(ours.positions != expected.positions);  // by rules they would be in the same order
-    REQUIRE(ours.face_uvs.size() == expected.face_uvs.size());
-    CHECK(ours.uvs.size() == expected.uvs.size());
-    const double size = 100 + bounding_box(mesh.positions()).diagonal();
-    CHECK(test::farthest_apart(test::marks(ours, true), test::marks(expected, true)) < 1e-11 * size * size);
 }
 
 TEST_SUITE_END();
