@@ -126,35 +126,6 @@ TEST_CASE(
     CHECK_FALSE(bvh.closest(Vec3d(0.3, -0.2, 0.1), 0.9).found());
 }
 
-TEST_CASE("[inv10] batches give what single queries give, in any number of threads") {
-    const TriangleMesh sphere = shapes::sphere(30, 60, Vec3d(0), 2.0);
-    const TriangleBvh bvh(sphere);
-    std::mt19937_64 random(3);
-    std::uniform_real_distribution<double> unit(-3, 3);
-    std::vector<Vec3d> points(3000);
-    for (Vec3d& p : points) p = Vec3d(unit(random), unit(random), unit(random));
-    for (std::size_t i = 0; i < 500; ++i) points[i] = sphere.positions[i];  // on vertices: ties among their triangles
-    std::vector<ClosestPoint> single(points.size()), batch(points.size());
-    for (std::size_t i = 0; i < points.size(); ++i) single[i] = bvh.closest(points[i]);
-    for (const int threads : {1, 2, 3}) {
-        RunContext context;
-        context.threads = threads;
-        bvh.closest(points, batch, context);
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            REQUIRE(batch[i].triangle == single[i].triangle);
-            REQUIRE(batch[i].distance == single[i].distance);
-        }
-        std::vector<double> distances(points.size());
-        bvh.distances(points, distances, context);
-        for (std::size_t i = 0; i < points.size(); ++i) REQUIRE(distances[i] == single[i].distance);
-    }
-    std::vector<double> few(3);
-    CHECK_THROWS_AS(bvh.distances(points, few), Error);
-    const std::vector<float> by_triangle =
-        distance_by_triangle(single, static_cast<std::uint32_t>(sphere.triangles.size()));
-    for (const ClosestPoint& p : single) REQUIRE(by_triangle[p.triangle] >= p.distance);
-}
-
 TEST_CASE("rays hit where the plane of the triangle is, to double precision") {
     const TriangleMesh sphere = shapes::sphere(30, 60, Vec3d(100), 2.0);
     const TriangleBvh bvh(sphere);
@@ -197,35 +168,6 @@ TEST_CASE("the samples inside a triangle are one in each of its equal parts") {
         for (const int count : hits) REQUIRE(count == 1);
     }
     CHECK(detail::inside_sample(0, 1).x == doctest::Approx(1.0 / 3));
-}
-
-TEST_CASE("two unit squares one above the other are their gap apart") {
-    const TriangleMesh low = shapes::square(0.0, 1), high = shapes::square(0.25, 4);
-    const MeshComparison same = compare(low, low);
-    CHECK(same.error.hausdorff == 0.0);
-    CHECK(same.error.rms == 0.0);
-    const MeshComparison apart = compare(low, high);
-    CHECK(apart.error.forward == doctest::Approx(0.25).epsilon(1e-12));
-    CHECK(apart.error.backward == doctest::Approx(0.25).epsilon(1e-12));
-    CHECK(apart.error.mean == doctest::Approx(0.25).epsilon(1e-12));
-    CHECK(apart.error.rms == doctest::Approx(0.25).epsilon(1e-12));
-    CHECK(apart.error.forward_samples > 490'000);
-    CHECK(apart.bvh_bytes > 0);
-}
-
-TEST_CASE("a mesh that lacks a half is far in one direction only, and the worst point is found") {
-    TriangleMesh whole = shapes::square(0.0, 20), half = whole;
-    std::erase_if(half.triangles, [&](const auto& t) {
-        return whole.positions[t[0]].x + whole.positions[t[1]].x + whole.positions[t[2]].x > 1.5;
-    });
-    const MeshComparison result = compare(whole, half);
-    CHECK(result.error.backward < 1e-15);
-    CHECK(result.error.forward == doctest::Approx(0.5).epsilon(1e-12));
-    CHECK(result.forward.worst_point.x == doctest::Approx(1.0).epsilon(1e-12));
-    // Distance max(0, x - 1/2) over the square: mean 1/8, mean square 1/24; and zero over the half.
-    CHECK(result.forward.mean == doctest::Approx(1.0 / 8).epsilon(1e-3));
-    CHECK(result.forward.rms == doctest::Approx(std::sqrt(1.0 / 24)).epsilon(1e-3));
-    CHECK(result.error.mean == doctest::Approx(1.0 / 12).epsilon(1e-3));
 }
 
 TEST_CASE("a coarse sphere is its sagitta away from a fine one") {
