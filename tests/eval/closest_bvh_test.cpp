@@ -2,11 +2,8 @@
 
 #include <doctest/doctest.h>
 
-#include <atomic>
 #include <cmath>
-#include <functional>
 #include <limits>
-#include <new>
 #include <random>
 #include <thread>
 #include <vector>
@@ -87,48 +84,6 @@ TEST_CASE("a search sphere visits every primitive that it touches") {
             if (distance_to_box(p, boxes[b]) > radius * (1 + 1e-5) + 1e-6) CHECK(visits[b] == 0);
         }
     }
-}
-
-TEST_CASE("[bad-input] boxes that are not finite, none at all, or too many for the memory") {
-    CHECK_FALSE(ClosestBvh().query(Vec3d(0), 1, [](std::uint32_t, double) { return 0.0; }).found());
-    CHECK_FALSE(
-        ClosestBvh(std::span<const Box3d>{}).query(Vec3d(0), 1, [](std::uint32_t, double) { return 0.0; }).found());
-    std::vector<Box3d> boxes(3, Box3d{Vec3d(0), Vec3d(1)});
-    boxes[2].upper.y = std::nan("");
-    CHECK_THROWS_WITH_AS(ClosestBvh{boxes}, "the bounding box of primitive 2 is not finite", Error);
-    std::mt19937_64 random(5);
-    RunContext little;
-    little.max_memory_bytes = 10'000;
-    try {
-        ClosestBvh(random_boxes(random, 5000, Vec3d(0), 1), little);
-        FAIL("a hierarchy of 5000 boxes in 10 kB");
-    } catch (const Error& error) {
-        CHECK(error.code() == ErrorCode::memory_limit);
-    }
-}
-
-TEST_CASE("what a callback throws comes out of the query and of the build, not through Embree") {
-    std::mt19937_64 random(7);
-    const auto boxes = random_boxes(random, 5000, Vec3d(0), 1);
-    const ClosestBvh bvh(boxes);
-    // The second one is far beyond what floats can square: searched without Embree.
-    for (const Vec3d& point : {Vec3d(0.4, 0.5, 0.6), Vec3d(1e30, 0, 0)}) {
-        int calls = 0;
-        const auto exact = [&](std::uint32_t, double) -> double {
-            if (++calls == 3) throw std::bad_alloc();
-            return 1e40;
-        };
-        CHECK_THROWS_AS(bvh.query(point, 1e50, exact), std::bad_alloc);
-        CHECK(calls == 3);
-        CHECK(
-            bvh.query(point, 1e50, [&](std::uint32_t i, double) { return distance_to_box(point, boxes[i]); }).found());
-    }
-    std::atomic<int> asked = 0;
-    const std::function<Box3d(std::uint32_t)> box_of = [&](std::uint32_t i) {
-        if (++asked > 6000) throw std::bad_alloc();  // past the look that comes before Embree's
-        return boxes[i];
-    };
-    CHECK_THROWS_AS(ClosestBvh(5000, box_of), std::bad_alloc);
 }
 
 TEST_CASE("building boxes reports to the calling thread alone and can be cancelled at every report") {

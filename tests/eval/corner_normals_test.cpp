@@ -189,18 +189,6 @@ TEST_CASE("no normal is farther off its triangle than the crease angle, on round
     }
 }
 
-TEST_CASE("[inv10] normals by corner do not depend on the number of threads") {
-    const ControlMesh mesh = mesh_for("catmull-clark", std::string(k_cube) + k_lid + k_cup + k_sharp_ring);
-    RunContext one, three;
-    one.threads = 1;
-    three.threads = 3;
-    const TessellateOptions options{.tolerance = 1e-3, .measure = false};
-    const Tessellation a = tessellate(mesh, options, one), b = tessellate(mesh, options, three);
-    CHECK(!a.mesh.triangle_normals.empty());
-    CHECK(a.mesh.normals == b.mesh.normals);
-    CHECK(a.mesh.triangle_normals == b.mesh.triangle_normals);
-}
-
 TEST_CASE("[bad-input] crease angles that are none") {
     const ControlMesh mesh = mesh_for("catmull-clark", std::string(k_cube) + k_lid + k_cup);
     for (const double degrees : {-1.0, 181.0, std::nan("")}) {

@@ -212,35 +212,6 @@ TEST_CASE("the samples inside a triangle are one in each of its equal parts") {
     CHECK(detail::inside_sample(0, 1).x == doctest::Approx(1.0 / 3));
 }
 
-TEST_CASE("two unit squares one above the other are their gap apart") {
-    const TriangleMesh low = shapes::square(0.0, 1), high = shapes::square(0.25, 4);
-    const MeshComparison same = compare(low, low);
-    CHECK(same.error.hausdorff == 0.0);
-    CHECK(same.error.rms == 0.0);
-    const MeshComparison apart = compare(low, high);
-    CHECK(apart.error.forward == doctest::Approx(0.25).epsilon(1e-12));
-    CHECK(apart.error.backward == doctest::Approx(0.25).epsilon(1e-12));
-    CHECK(apart.error.mean == doctest::Approx(0.25).epsilon(1e-12));
-    CHECK(apart.error.rms == doctest::Approx(0.25).epsilon(1e-12));
-    CHECK(apart.error.forward_samples > 490'000);
-    CHECK(apart.bvh_bytes > 0);
-}
-
-TEST_CASE("a mesh that lacks a half is far in one direction only, and the worst point is found") {
-    TriangleMesh whole = shapes::square(0.0, 20), half = whole;
-    std::erase_if(half.triangles, [&](const auto& t) {
-        return whole.positions[t[0]].x + whole.positions[t[1]].x + whole.positions[t[2]].x > 1.5;
-    });
-    const MeshComparison result = compare(whole, half);
-    CHECK(result.error.backward < 1e-15);
-    CHECK(result.error.forward == doctest::Approx(0.5).epsilon(1e-12));
-    CHECK(result.forward.worst_point.x == doctest::Approx(1.0).epsilon(1e-12));
-    // Distance max(0, x - 1/2) over the square: mean 1/8, mean square 1/24; and zero over the half.
-    CHECK(result.forward.mean == doctest::Approx(1.0 / 8).epsilon(1e-3));
-    CHECK(result.forward.rms == doctest::Approx(std::sqrt(1.0 / 24)).epsilon(1e-3));
-    CHECK(result.error.mean == doctest::Approx(1.0 / 12).epsilon(1e-3));
-}
-
 TEST_CASE("a coarse sphere is its sagitta away from a fine one") {
     // Two triangles on an octahedron's face: the face's centre is 1 - 1/sqrt(3) inside the unit sphere.
     const TriangleMesh fine = shapes::sphere(100, 200, Vec3d(0), 1.0), coarse = shapes::octahedron();

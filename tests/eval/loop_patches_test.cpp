@@ -7,10 +7,7 @@
 
 #include <doctest/doctest.h>
 
-#include <filesystem>
-#include <memory>
 #include <string>
-#include <thread>
 
 using namespace tetrakis;
 
@@ -76,32 +73,6 @@ TEST_CASE("[inv1] Loop limits are those of the uniformly refined mesh, tags and 
     }
 }
 
-TEST_CASE("Loop patches: evaluate() agrees with limit(), inside and from both sides of an edge") {
-    for (std::uint32_t seed = 0; seed < 12; ++seed) {
-        CAPTURE(seed);
-        const ControlMesh mesh = test::random_tagged_mesh(seed);
-        const LoopPatches patches(mesh);
-        const double tolerance = 1e-12 * diagonal(mesh);
-        std::mt19937 random(seed);
-        for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
-            const HalfedgeId root = mesh.face_halfedge(FaceId(f));
-            const int level = 1 + static_cast<int>(random() % 9);
-            const std::uint32_t side = 1u << level, x = random() % (side + 1), y = random() % (side + 1 - x);
-            const double scale = 1.0 / side;
-            const SurfacePoint p = patches.evaluate(root, x * scale, y * scale);
-            CHECK(glm::length(p.position - patches.limit(root, {x, y}, level)) < tolerance);
-            const HalfedgeId twin = mesh.twin(root);
-            if (!twin.valid()) continue;
-            // Point (x, 0) of this root is 1 - x along the twin.
-            constexpr std::array<Vec2d, 3> corners{Vec2d(0, 0), Vec2d(1, 0), Vec2d(0, 1)};
-            const std::uint32_t k = twin.value % 3;
-            const Vec2d there = corners[k] + (1 - x * scale) * (corners[(k + 1) % 3] - corners[k]);
-            const Vec3d other = patches.evaluate(HalfedgeId(twin.value - k), there.x, there.y).position;
-            CHECK(glm::length(patches.evaluate(root, x * scale, 0).position - other) < tolerance);
-        }
-    }
-}
-
 TEST_CASE("Loop patches: derivatives are those of finite differences") {
     for (std::uint32_t seed = 0; seed < 12; ++seed) {
         CAPTURE(seed);
@@ -159,38 +130,6 @@ TEST_CASE("Loop patches: normals at vertices are continuous where the surface is
         }
     }
     CHECK(met > 100);
-}
-
-TEST_CASE("[inv10] Loop patches: threads that grow the trees together get the bits that one gets alone") {
-    for (std::uint32_t seed = 1; seed < 5; ++seed) {
-        CAPTURE(seed);
-        const ControlMesh mesh = test::random_tagged_mesh(seed);
-        RunContext one, three;
-        one.threads = 1;
-        three.threads = 3;
-        const LoopPatches alone(mesh, one), together(mesh, three);
-        const int level = 4;
-        const auto all = [&](const LoopPatches& patches, bool backwards) {
-            std::vector<Vec3d> out;
-            const std::uint32_t side = 1u << level, faces = mesh.face_count();
-            out.resize(std::size_t{faces} * (side + 1) * (side + 1));
-            for (std::uint32_t i = 0; i < faces; ++i) {
-                const std::uint32_t f = backwards ? faces - 1 - i : i;
-                for (std::uint32_t x = 0; x <= side; ++x)
-                    for (std::uint32_t y = 0; x + y <= side; ++y)
-                        out[(std::size_t{f} * (side + 1) + x) * (side + 1) + y] =
-                            patches.limit(mesh.face_halfedge(FaceId(f)), {x, y}, level);
-            }
-            return out;
-        };
-        std::array<std::vector<Vec3d>, 4> results;
-        std::vector<std::thread> threads;
-        for (std::size_t t = 0; t < results.size(); ++t)
-            threads.emplace_back([&, t] { results[t] = all(together, t % 2 == 1); });
-        for (std::thread& t : threads) t.join();
-        const std::vector<Vec3d> expected = all(alone, false);
-        for (const auto& result : results) CHECK(result == expected);
-    }
 }
 
 TEST_CASE("Loop patches: a crease vertex gets the mean normal of both sides") {

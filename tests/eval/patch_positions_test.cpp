@@ -3,7 +3,6 @@
 #include "../../eval/bounds/linear_bound.hpp"
 #include "../../eval/surface/patch_positions.hpp"
 #include "../../eval/tessellate/hierarchy_estimator.hpp"
-#include "../../hier/base/error.hpp"
 
 #include <doctest/doctest.h>
 #include <glm/geometric.hpp>
@@ -11,7 +10,6 @@
 #include <algorithm>
 #include <memory>
 #include <type_traits>
-#include <vector>
 
 using namespace tetrakis;
 using test::Random;
@@ -75,16 +73,6 @@ TEST_CASE("[inv1] a hierarchy whose limits come from patches has the mesh of one
         }
     CHECK(semi_sharp > 0);
     CHECK(open > 0);
-}
-
-TEST_CASE("[bad-input] patches for a hierarchy: faces that Loop cannot take, and too little memory") {
-    const ControlMesh mesh = test::hierarchy_mesh("catmull-clark", 1);
-    CHECK_THROWS_WITH_AS(PatchPositions(mesh, SchemeKind::loop), doctest::Contains("triangulate"), Error);
-    RunContext small;
-    small.max_memory_bytes = 1000;
-    CHECK_THROWS_WITH_AS(PatchPositions(mesh, SchemeKind::catmull_clark, small), doctest::Contains("the limit of 1000"),
-                         Error);
-    CHECK(PatchPositions(mesh, SchemeKind::catmull_clark).memory_bytes() > 1000);
 }
 
 TEST_SUITE_END();

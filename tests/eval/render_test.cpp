@@ -1,6 +1,5 @@
 #include "../../eval/render/render.hpp"
 
-#include "../../eval/render/heat_map.hpp"
 #include "../../eval/tessellate/shading_normals.hpp"
 #include "../kit/shapes.hpp"
 
@@ -78,46 +77,6 @@ TEST_CASE("a fitted camera sees all points, and the tightest side keeps the marg
             }
             CHECK(std::max(widest, highest) == doctest::Approx(1 - view.margin).epsilon(1e-6));
         }
-}
-
-TEST_CASE("lines keep their width in pixels at any distance") {
-    const TriangleMesh square = shapes::square(0, 2);
-    double darkness[2];
-    for (int i = 0; i < 2; ++i) {
-        RenderOptions options = plain(240, 240);
-        options.camera = Camera{.eye = {0.5, 0.5, i == 0 ? 3.0 : 6.0}, .target = {0.5, 0.5, 0}};
-        const Image bare = render(square, options);
-        options.wireframe = true;
-        options.wire_pixels = 2;
-        const Image lined = render(square, options);
-        // Across the vertical line in the middle, away from diagonals and corners.
-        const int row = 120 - (i == 0 ? 30 : 15);
-        darkness[i] = 0;
-        for (int x = 114; x < 126; ++x) darkness[i] += channel(bare, x, row, 0) - channel(lined, x, row, 0);
-        CHECK(darkness[i] > 150);
-    }
-    CHECK(darkness[0] == doctest::Approx(darkness[1]).epsilon(0.1));
-}
-
-TEST_CASE("a heat map colours each triangle by its value and shows a legend") {
-    TriangleMesh square = shapes::square(0, 1);
-    const std::vector<float> values{1.0f, 0.0f};  // lower right, upper left
-    RenderOptions options = plain(300, 200);
-    options.triangle_values = values;
-    options.legend = false;
-    const Image image = render(square, options);
-    CHECK(channel(image, 160, 130, 1) > channel(image, 160, 130, 2) + 40);  // yellow: little blue
-    CHECK(channel(image, 140, 70, 2) > channel(image, 140, 70, 1) + 20);    // violet: little green
-    options.legend = true;
-    options.legend_title = "error";
-    const Image with_legend = render(square, options);
-    int changed = 0;
-    for (std::size_t i = 0; i < image.rgb.size(); ++i) changed += image.rgb[i] != with_legend.rgb[i] ? 1 : 0;
-    CHECK(changed > 1000);
-    for (int c = 0; c < 3; ++c) {
-        CHECK(heat_colour(0)[c] < heat_colour(1)[c] + 0.2f);
-        CHECK(heat_colour(std::nan(""))[c] == heat_colour(-1)[c]);
-    }
 }
 
 TEST_CASE("smooth shading keeps sharp edges and takes smooth normals as they are") {

@@ -1,6 +1,7 @@
 #include "../../eval/tessellate/tessellate.hpp"
 
 #include "../kit/point_match.hpp"
+#include "../kit/random_mesh.hpp"
 #include "../kit/shapes.hpp"
 #include "../kit/shared_data.hpp"
 #include "../kit/surface_topology.hpp"
@@ -14,16 +15,31 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <map>
 #include <random>
 #include <set>
 #include <string>
+#include <string_view>
+#include <thread>
 
 using namespace tetrakis;
 
 namespace {
+
+/// A random mesh of up to 4 x 4 cells with tags of all kinds, every boundary rule and both crease methods.
+ControlMesh random_tagged(SchemeKind scheme, std::uint64_t seed) {
+    test::RandomMeshOptions options = test::random_options(seed);
+    options.columns = std::min(options.columns, 4);
+    options.rows = std::min(options.rows, 4);
+    options.triangles_only = scheme == SchemeKind::loop;
+    if (seed % 7 == 6) options.boundary_rule = BoundaryRule::none;
+    ControlMeshData data = test::random_mesh_data(seed, options);
+    data.crease_method = seed % 2 ? CreaseMethod::chaikin : CreaseMethod::uniform;
+    return ControlMesh::build(std::move(data));
+}
 
 ControlMesh parse(const std::string& text) { return ControlMesh::build(parse_obj(text, "test.obj")); }
 
@@ -86,89 +102,6 @@ ErrorCode code_of(const std::function<void()>& call, const std::string& words) {
 }  // namespace
 
 TEST_SUITE_BEGIN("eval");
-
-TEST_CASE("[slow] [inv9] a cube meets tolerances of 3e-5, certified, and 2e-6") {
-    ControlMeshData data = parse_obj(cube_text(), "cube.obj");
-    data.holes = {0, 1, 2, 3, 4};  // one face tells as much as six
-    const ControlMesh mesh = ControlMesh::build(std::move(data));
-    TessellateOptions options;
-    options.measure = true;
-    options.uvs = false;
-    options.estimator = EstimatorKind::certified;
-    options.tolerance = 3e-5;
-    const Tessellation certified = tessellate(mesh, options);
-    CHECK(certified.tolerance_reached);
-    CHECK(*certified.certified_error <= certified.tolerance_absolute);
-    CHECK(certified.measured_error->hausdorff <= *certified.certified_error);
-    options.estimator = EstimatorKind::measured;
-    options.tolerance = 2e-6;
-    const Tessellation measured = tessellate(mesh, options);
-    CHECK(measured.tolerance_reached);
-    CHECK(measured.measured_error->hausdorff <= measured.tolerance_absolute);
-    CHECK(measured.measured_error->hausdorff > 0.3 * measured.tolerance_absolute);
-}
-
-TEST_CASE("[slow] [inv3] [inv9] valence 2, darts, poles, holes, creases: the reference shapes at 1e-2") {
-    const auto folder = shared_data::folder("data/osd-shapes");
-    if (!folder) return;
-    for (const char* shape : {"catmark_val2_interior",
-                              "catmark_val2_foldover",
-                              "catmark_dart_edgecorner",
-                              "catmark_dart_edgeonly",
-                              "catmark_pole64",
-                              "catmark_hole_test1",
-                              "catmark_chaikin0",
-                              "catmark_cubes_semisharp",
-                              "catmark_nonquads",
-                              "catmark_tent_creases0",
-                              "catmark_flap",
-                              "catmark_fan",
-                              "catmark_nonman_edges",
-                              "loop_cubes_semisharp",
-                              "loop_pole64",
-                              "loop_saddle_edgecorner",
-                              "loop_val2_interior",
-                              "loop_xord_boundary",
-                              "loop_icos_semisharp",
-                              "loop_triangle_edgecorner",
-                              "loop_tetrahedron"}) {
-        INFO(shape);
-        const std::string name = shape;
-        const ControlMesh mesh = load_control_mesh(*folder / (name + ".obj"), {.repair = true});
-        for (const EstimatorKind estimator : {EstimatorKind::measured, EstimatorKind::certified}) {
-            TessellateOptions options;
-            options.scheme = name.starts_with("loop") ? SchemeKind::loop : SchemeKind::catmull_clark;
-            options.estimator = estimator;
-            options.tolerance = 1e-2;
-            options.measure = estimator == EstimatorKind::measured;
-            options.measure_samples = 100'000;
-            const Tessellation result = tessellate(mesh, options);
-            check_conforming(mesh, result);
-            CHECK(result.tolerance_reached);
-            if (options.measure) {
-                CHECK(result.measured_error->hausdorff <= *result.certified_error);
-                CHECK(result.measured_error->hausdorff <= result.tolerance_absolute);
-            } else {
-                CHECK(*result.certified_error <= result.tolerance_absolute);
-            }
-        }
-    }
-}
-
-TEST_CASE("[inv9] a rook with creases of sharpness 7.9 at 1e-3, certified") {
-    const auto folder = shared_data::folder("data/osd-shapes");
-    if (!folder) return;
-    const ControlMesh mesh = load_control_mesh(*folder / "catmark_rook.obj", {.repair = true});
-    TessellateOptions options;
-    options.estimator = EstimatorKind::certified;
-    options.tolerance = 1e-3;
-    options.measure = false;
-    const Tessellation result = tessellate(mesh, options);
-    check_conforming(mesh, result);
-    CHECK(result.tolerance_reached);
-    CHECK(*result.certified_error <= result.tolerance_absolute);
-    CHECK(result.mesh.triangles.size() < 100'000);
-}
 
 TEST_CASE("a hole of the control mesh over a target of two large triangles is seen") {
     // A flat frame about a square hole, onto the whole square.
@@ -427,51 +360,6 @@ TEST_CASE("linear UVs are bilinear in the corner cells; UVs can be left out") {
     CHECK(result.mesh.triangle_uvs.empty());
 }
 
-TEST_CASE("materials and groups of the control faces go with their triangles") {
-    ControlMeshData data = parse_obj(cube_text(), "cube.obj");
-    data.materials = {"wood", "stone"};
-    data.face_material = {0, 1, 0, 1, 1, 1};
-    data.groups = {"top", "side"};
-    data.face_group = {1, 0, 1, 1, 1, 1};
-    const ControlMesh mesh = ControlMesh::build(std::move(data));
-    TessellateOptions options;
-    options.tolerance = 0.02;
-    options.measure = false;
-    const Tessellation result = tessellate(mesh, options);
-    const TriangleMesh& m = result.mesh;
-    CHECK(m.materials == mesh.data().materials);
-    CHECK(m.groups == mesh.data().groups);
-    REQUIRE(m.triangle_material.size() == m.triangles.size());
-    REQUIRE(m.triangle_group.size() == m.triangles.size());
-    for (std::size_t t = 0; t < m.triangles.size(); ++t) {
-        CHECK(m.triangle_material[t] == mesh.data().face_material[result.triangle_face[t]]);
-        CHECK(m.triangle_group[t] == mesh.data().face_group[result.triangle_face[t]]);
-    }
-}
-
-TEST_CASE("a cancelled or too large tessellation throws") {
-    const ControlMesh mesh = parse(cube_text());
-    TessellateOptions options;
-    options.measure = true;
-    options.tolerance = 1e-4;
-    for (const int after : {0, 1, 2, 4, 7}) {
-        CAPTURE(after);
-        RunContext context;
-        int calls = 0;
-        context.progress = [&](std::string_view, double fraction) {
-            CHECK(fraction >= 0);
-            CHECK(fraction <= 1);
-            return calls++ < after;
-        };
-        CHECK(code_of([&] { tessellate(mesh, options, context); }, "cancelled") == ErrorCode::cancelled);
-    }
-    RunContext little;
-    little.max_memory_bytes = 300'000;
-    CHECK(code_of([&] { tessellate(mesh, options, little); }, "larger tolerance") == ErrorCode::memory_limit);
-    options.max_triangles = 50'000;
-    CHECK(code_of([&] { tessellate(mesh, options, little); }, "limit") == ErrorCode::memory_limit);
-}
-
 TEST_CASE("options that cannot be meant are refused with advice") {
     const ControlMesh cube = parse(cube_text()), bare = parse("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
     const HeightImage image = waves();
@@ -657,22 +545,6 @@ TEST_CASE("[inv3] beside an interior vertex of valence 2 no edge has more than t
         }
 }
 
-TEST_CASE("[inv9] a certified tolerance is met under a budget that is large enough") {
-    const ControlMesh mesh = parse(cube_text());
-    TessellateOptions options;
-    options.measure = true;
-    options.estimator = EstimatorKind::certified;
-    for (const double tolerance : {0.3, 0.1, 3e-2, 1e-2}) {
-        CAPTURE(tolerance);
-        options.tolerance = tolerance;
-        options.max_triangles = 100'000;
-        const Tessellation result = tessellate(mesh, options);
-        CHECK(result.tolerance_reached);
-        CHECK(*result.certified_error <= result.tolerance_absolute);
-        CHECK(result.measured_error->hausdorff <= *result.certified_error);
-    }
-}
-
 TEST_CASE("[bad-input] a model too small for its squares is refused") {
     const ControlMesh mesh = parse("v 0 0 0\nv 1e-80 0 0\nv 1e-80 1e-80 0\nv 0 1e-80 0\nf 1 2 3 4\n");
     TessellateOptions options;
@@ -681,36 +553,71 @@ TEST_CASE("[bad-input] a model too small for its squares is refused") {
     CHECK(code_of([&] { tessellate(mesh, options); }, "scale it up") == ErrorCode::invalid_input);
 }
 
-TEST_CASE("options of other schemes' rules change nothing, and keep the exact patches") {
-    const ControlMesh quads = load_control_mesh(std::string(TETRAKIS_SOURCE_DIR) + "/data/cube.obj");
-    const ControlMesh triangles = load_control_mesh(std::string(TETRAKIS_SOURCE_DIR) + "/data/tetrahedron.obj");
-    RuleOptions of_loop, of_catmull_clark;
-    of_loop.loop_weights = LoopWeights::warren;
-    of_loop.hoppe_crease = true;
-    of_catmull_clark.catmull_clark_beta = 1.2;
-    of_catmull_clark.catmull_clark_gamma = 0.2;
-    for (RuleOptions* rules : {&of_loop, &of_catmull_clark}) {
-        rules->tuning = 0.5;
-        rules->averaging_steps = 4;
-        rules->reflect_at_boundary = true;
+TEST_CASE("[slow] [inv9] certified bounds hold where a level or a budget stops the refinement") {
+    for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop})
+        for (const std::uint64_t seed : test::seeds(4))
+            for (const bool budget : {false, true}) {
+                INFO(name(scheme), budget ? ", budget" : ", level");
+                CAPTURE(seed);
+                const ControlMesh mesh = random_tagged(scheme, seed + 30);
+                TessellateOptions options{.scheme = scheme, .estimator = EstimatorKind::certified, .tolerance = 1e-4};
+                options.measure = true;
+                if (budget)
+                    options.max_triangles = 300;
+                else
+                    options.max_level = 1;
+                const Tessellation result = tessellate(mesh, options);
+                if (result.mesh.triangles.empty()) continue;
+                CHECK(result.measured_error->hausdorff <= *result.certified_error);
+                CHECK_FALSE(result.tolerance_reached);
+                if (!budget) CHECK(result.deepest_level <= 1);
+            }
+}
+
+TEST_CASE("a budget smaller than the coarsest mesh is refused with the number that would do, which does") {
+    for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop}) {
+        const ControlMesh mesh = random_tagged(scheme, 61);
+        TessellateOptions options{.scheme = scheme, .tolerance = 1e-3, .max_triangles = 3};
+        options.measure = false;
+        std::string message;
+        try {
+            tessellate(mesh, options);
+        } catch (const Error& error) {
+            CHECK(error.code() == ErrorCode::unsupported);
+            message = error.what();
+        }
+        CAPTURE(message);
+        const std::string advice = "allow at least ";
+        REQUIRE(message.find(advice) != std::string::npos);
+        options.max_triangles = std::stoull(message.substr(message.find(advice) + advice.size()));
+        CHECK(options.max_triangles > 3);
+        const Tessellation result = tessellate(mesh, options);
+        CHECK(test::topology(result.mesh.triangles) == test::surface_topology(mesh));
+        CHECK(result.mesh.triangles.size() <= options.max_triangles);
+        CHECK_FALSE(result.tolerance_reached);
     }
-    for (const bool loop : {false, true}) {
-        CAPTURE(loop);
-        const ControlMesh& mesh = loop ? triangles : quads;
-        const char* scheme = loop ? "loop" : "catmull-clark";
-        const RuleOptions& others = loop ? of_catmull_clark : of_loop;
-        CHECK(scheme_support(scheme, others).patches);
-        CHECK(!scheme_support(scheme, loop ? of_loop : of_catmull_clark).patches);
-        const TessellateOptions plain{.scheme = scheme, .tolerance = 1e-2};
-        TessellateOptions with_others = plain;
-        with_others.rules = others;
-        const Tessellation a = tessellate(mesh, plain), b = tessellate(mesh, with_others);
-        CHECK(a.mesh.positions == b.mesh.positions);
-        CHECK(a.mesh.triangles == b.mesh.triangles);
-        CHECK(a.certified_error == b.certified_error);
-        CHECK(refine(mesh, scheme, 3, {.limit = true}).positions ==
-              refine(mesh, scheme, 3, {.rules = others, .limit = true}).positions);
-    }
+}
+
+TEST_CASE("with a number of triangles the progress is their share of it, in the calling thread, and never goes back") {
+    double last = 0;
+    std::size_t steps = 0;
+    const auto caller = std::this_thread::get_id();
+    RunContext context;
+    context.threads = 2;
+    context.progress = [&](std::string_view stage, double fraction) {
+        CHECK(std::this_thread::get_id() == caller);
+        if (stage != "refine") return true;
+        CHECK(fraction >= last);
+        steps += fraction > last;
+        last = fraction;
+        return true;
+    };
+    TessellateOptions options;
+    options.max_triangles = 5000;
+    options.measure = false;
+    tessellate(parse(cube_text()), options, context);
+    CHECK(last > 0.99);
+    CHECK(steps > 100);
 }
 
 TEST_SUITE_END();

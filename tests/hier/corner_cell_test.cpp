@@ -7,10 +7,8 @@
 
 #include <map>
 #include <set>
-#include <tuple>
 
 using namespace tetrakis;
-using test::Random;
 
 namespace {
 
@@ -49,55 +47,6 @@ std::set<CellPoint> addresses(const ControlMesh& mesh, const CellPoint& start, s
 }  // namespace
 
 TEST_SUITE_BEGIN("hier");
-
-TEST_CASE("a crossing comes back by the opposite side to the same point") {
-    for (std::uint64_t seed : test::seeds(12)) {
-        CAPTURE(seed);
-        const ControlMesh mesh = test::random_mesh(seed);
-        Random random(seed);
-        for (std::uint32_t i = 0; i < mesh.halfedge_count(); ++i) {
-            const std::int64_t n = std::int64_t{1} << random.below(k_max_level + 1);
-            const auto range = static_cast<std::uint32_t>(n + 1);
-            const CellPoint p{HalfedgeId(i), random.below(range), random.below(range)};
-            for (CellSide side : k_cell_sides) {
-                const CellPoint q = cross(mesh, p, side, n);
-                if (!q.root.valid()) continue;
-                REQUIRE(across(mesh, q.root, opposite(side)) == p.root);
-                REQUIRE(cross(mesh, q, opposite(side), n) == p);
-                // A point on the side stays on it; one inside goes beyond it.
-                REQUIRE(on_side(p, side, n) == on_side(q, opposite(side), n));
-            }
-        }
-    }
-}
-
-TEST_CASE("walking around any lattice corner by crossings comes home") {
-    for (std::uint64_t seed : test::seeds(12)) {
-        CAPTURE(seed);
-        const ControlMesh mesh = test::random_mesh(seed);
-        for (std::uint32_t i = 0; i < mesh.halfedge_count(); ++i) {
-            const HalfedgeId h(i);
-            // Leaving by one side of a corner, one arrives at its other side: the walk turns about the point.
-            const auto steps_home = [&](CellPoint p, CellSide out, CellSide out_after) -> std::uint32_t {
-                const CellPoint start = p;
-                std::uint32_t steps = 0;
-                do {
-                    p = cross(mesh, p, out, 1);
-                    std::swap(out, out_after);
-                    if (++steps > 1000 || !p.root.valid()) return 0;
-                } while (p != start);
-                return steps;
-            };
-            // About the vertex every crossing leaves by x = 0 and arrives by y = 0; likewise about the centre.
-            CHECK(steps_home({h, 1, 1}, CellSide::next_cell, CellSide::next_cell) == mesh.face_size(mesh.face(h)));
-            const VertexId v = mesh.origin(h);
-            CHECK(steps_home({h, 0, 0}, CellSide::prev_edge, CellSide::prev_edge) ==
-                  (mesh.is_boundary(v) ? 0 : mesh.face_valence(v)));
-            // About the middle of an edge the cells alternate: Q(h) lies left, Q(next h) right of it.
-            CHECK(steps_home({h, 1, 0}, CellSide::next_cell, CellSide::prev_edge) == (mesh.twin(h).valid() ? 4 : 0));
-        }
-    }
-}
 
 TEST_CASE("a walk from cell to cell that always turns left comes home with its heading, around every lattice point") {
     for (std::uint64_t seed : test::seeds(10)) {
@@ -195,47 +144,6 @@ TEST_CASE("every address of a lattice point has the same canonical site, and tha
             v = v2, e = e2, f = f2, corners = 4 * f2;
         }
         CHECK(classes.size() == v);
-    }
-}
-
-TEST_CASE("bisection triangles: children halve their parent, and the incremental child is the direct one") {
-    const ControlMesh mesh = test::random_mesh(3);
-    Random random(5);
-    const auto twice_area = [](const CellTriangle& t) {
-        const auto x = [&](int i) { return static_cast<std::int64_t>(t.corner[static_cast<std::size_t>(i)].x); };
-        const auto y = [&](int i) { return static_cast<std::int64_t>(t.corner[static_cast<std::size_t>(i)].y); };
-        return (x(1) - x(0)) * (y(2) - y(0)) - (x(2) - x(0)) * (y(1) - y(0));
-    };
-    for (int trial = 0; trial < 200; ++trial) {
-        const HalfedgeId root(random.below(mesh.halfedge_count()));
-        const CellTriangle top = cell_triangle(mesh, root, 0, 0);
-        CHECK(top.root == root);
-        CHECK(top.corner == std::array<LatticePoint, 3>{{{0, 0}, {2, 0}, {1, 1}}});
-        const CellTriangle left = cell_triangle(mesh, root, 1, 0), right = cell_triangle(mesh, root, 1, 1);
-        CHECK(left.root == root);
-        CHECK(left.corner == std::array<LatticePoint, 3>{{{1, 1}, {0, 0}, {1, 0}}});
-        CHECK(right.root == mesh.next(root));
-        CHECK(right.corner == std::array<LatticePoint, 3>{{{0, 0}, {1, 1}, {0, 1}}});
-
-        std::uint64_t path = random.below(2);
-        CellTriangle t = path == 0 ? left : right;
-        BisectionShape shape = BisectionShape::root().child(0, static_cast<int>(path));
-        for (int depth = 1; depth < k_max_bisection_depth; ++depth) {
-            const int bit = static_cast<int>(random.below(2));
-            const BisectionShape next_shape = shape.child(depth, bit);
-            REQUIRE(next_shape.parent(depth + 1, bit) == shape);
-            shape = next_shape;
-            t = child(t, bit);
-            path = path << 1 | static_cast<unsigned>(bit);
-            const CellTriangle direct = cell_triangle(mesh, root, depth + 1, path);
-            REQUIRE(direct.root == t.root);
-            REQUIRE(direct.level == t.level);
-            REQUIRE(direct.level == lattice_level(depth + 1));
-            REQUIRE(direct.corner == t.corner);
-            // Legs of length 1 (area 1/2) at odd depth, of length sqrt 2 at even depth, always counter-clockwise.
-            REQUIRE(twice_area(t) == ((depth + 1) % 2 == 1 ? 1 : 2));
-        }
-        REQUIRE(t.level == k_max_level);
     }
 }
 

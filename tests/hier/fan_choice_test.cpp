@@ -1,5 +1,4 @@
 #include "../../hier/mesh/fan_choice.hpp"
-#include "../../hier/base/error.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
 #include "../kit/random_mesh.hpp"
 #include "../kit/surface_topology.hpp"
@@ -50,18 +49,6 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> diagonals(const ControlMesh
 }  // namespace
 
 TEST_SUITE_BEGIN("hier");
-
-TEST_CASE("a quadrilateral is cut at its shorter diagonal, and at the inner one where it is concave") {
-    const ControlMesh kite = mesh_of({{-3, 0, 0}, {0, -1, 0}, {3, 0, 0}, {0, 1, 0}}, {{0, 1, 2, 3}});
-    const FanChoice fans = choose_all(kite);
-    REQUIRE(fans.has(FaceId(0)));
-    CHECK(diagonals(kite, fans, FaceId(0)) == std::vector<std::pair<std::uint32_t, std::uint32_t>>{{1, 3}});
-    // An arrow head, reflex at vertex 3: the diagonal 0-2 is shorter, but outside.
-    const ControlMesh arrow = mesh_of({{-1, 0, 0}, {0, 5, 0}, {1, 0, 0}, {0, 2, 0}}, {{3, 2, 1, 0}});
-    const FanChoice inner = choose_all(arrow);
-    REQUIRE(inner.has(FaceId(0)));
-    CHECK(diagonals(arrow, inner, FaceId(0)) == std::vector<std::pair<std::uint32_t, std::uint32_t>>{{3, 1}});
-}
 
 TEST_CASE("fans tile their face and turn the right way") {
     for (std::uint64_t seed : test::seeds(6)) {
@@ -126,63 +113,6 @@ TEST_CASE("no diagonal repeats an edge or another face's diagonal") {
     REQUIRE(free.has(FaceId(2)));
     CHECK(diagonals(wedge, free, FaceId(2)) == std::vector<std::pair<std::uint32_t, std::uint32_t>>{{2, 3}});
     CHECK(test::topology(BisectionForest(wedge).exported(free, free.accepted).triangles).fault.empty());
-}
-
-TEST_CASE("[inv2] [inv3] faces without centre: conforming, n - 2 triangles, the same for any history") {
-    for (std::uint64_t seed : test::seeds(25)) {
-        CAPTURE(seed);
-        test::RandomMeshOptions options = test::random_options(seed);
-        options.edge_vertices = 0.1;
-        const ControlMesh mesh = test::random_mesh(seed, options);
-        const auto expected = test::surface_topology(mesh);
-        Random random(seed);
-        std::vector<std::uint8_t> wanted(mesh.face_count());
-        for (auto& w : wanted) w = random.chance(0.8);
-        const FanChoice fans = choose_fans(mesh, mesh.positions(), wanted);
-        for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
-            CHECK((!fans.has(FaceId(f)) || (wanted[f] && !mesh.is_hole(FaceId(f)))));
-        BisectionForest forest(mesh);
-        std::vector<LeafId> created;
-        for (int pass = 0; pass < 6; ++pass) {
-            const ExportedTriangles out = forest.exported(fans, fans.accepted);
-            const auto found = test::topology(out.triangles);
-            CHECK(found.fault.empty());
-            CHECK(found.euler == expected.euler);
-            CHECK(found.boundary_loops == expected.boundary_loops);
-            std::size_t count = forest.leaf_count();
-            for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
-                bool whole = fans.has(FaceId(f));
-                for (std::uint32_t i = 0; i < mesh.face_size(FaceId(f)); ++i)
-                    whole = whole && forest.root_leaf(HalfedgeId(mesh.face_halfedge(FaceId(f)).value + i)).valid();
-                if (whole) count -= 2;
-            }
-            CHECK(out.triangles.size() == count);
-            for (std::size_t t = 0; t < out.triangles.size(); ++t) {
-                if (out.leaves[t].valid()) {
-                    CHECK(out.faces[t] == forest.face(out.leaves[t]));
-                    continue;
-                }
-                CHECK(fans.has(out.faces[t]));
-                for (std::uint32_t v : out.triangles[t]) CHECK(out.points[v].value < mesh.vertex_count());
-            }
-            for (std::size_t p = 0; p < out.points.size(); ++p) CHECK(out.sites[p] == forest.point_site(out.points[p]));
-            std::vector<LeafId> marked;
-            for (std::uint32_t s = 0; s < forest.leaf_slots(); ++s)
-                if (forest.is_leaf(LeafId(s)) && random.chance(0.05)) marked.push_back(LeafId(s));
-            forest.refine(marked, created);
-        }
-    }
-}
-
-TEST_CASE("[bad-input] fans that fit neither mesh nor choice are refused") {
-    const ControlMesh mesh = test::random_mesh(1);
-    const std::vector<std::uint8_t> wanted(mesh.face_count(), 1);
-    CHECK_THROWS_AS(choose_fans(mesh, mesh.positions().subspan(1), wanted), Error);
-    CHECK_THROWS_AS(choose_fans(mesh, mesh.positions(), std::span(wanted).subspan(1)), Error);
-    const BisectionForest forest(mesh);
-    const FanChoice fans = choose_fans(mesh, mesh.positions(), wanted);
-    CHECK_THROWS_AS(forest.exported(fans, std::span(wanted).subspan(1)), Error);
-    CHECK_THROWS_AS(forest.exported(FanChoice{}, wanted), Error);
 }
 
 TEST_SUITE_END();

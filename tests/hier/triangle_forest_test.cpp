@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <map>
-#include <numeric>
 #include <random>
 #include <set>
 #include <tuple>
@@ -40,16 +39,6 @@ Cell cell_at(const CellTriangle& t, int level) {
     }
     const std::uint64_t width = std::uint64_t{3} << (t.level - level);
     return {t.root.value, level, x / width, y / width, x % width + y % width < width};
-}
-
-// The triangles that are split.
-std::set<Cell> split_cells(const TriangleForest& forest) {
-    std::set<Cell> cells;
-    for (const LeafId leaf : leaves_of(forest)) {
-        const CellTriangle t = forest.triangle(leaf);
-        for (int level = 0; level < t.level; ++level) cells.insert(cell_at(t, level));
-    }
-    return cells;
 }
 
 LeafId random_leaf(const TriangleForest& forest, std::mt19937& random) {
@@ -171,22 +160,6 @@ void require_conforming(const TriangleForest& forest) {
 
 TEST_SUITE_BEGIN("hier");
 
-TEST_CASE("[inv3] [inv4] any history of a triangle forest leaves a conforming, restricted mesh") {
-    for (const std::uint64_t seed : test::seeds(k_seeds)) {
-        CAPTURE(seed);
-        const ControlMesh mesh = test::random_triangle_mesh(seed);
-        TriangleForest forest(mesh);
-        std::mt19937 random(static_cast<std::uint32_t>(seed));
-        if (forest.leaf_count() == 0) continue;
-        require_conforming(forest);
-        for (int i = 0; i < 8; ++i) {
-            random_history(forest, random, 60, 9);
-            require_whole(forest);
-            require_conforming(forest);
-        }
-    }
-}
-
 TEST_CASE("[inv3] one triangle, a mesh of holes, and two triangles glued along all edges refine as well") {
     ControlMeshData single;
     single.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
@@ -220,69 +193,6 @@ TEST_CASE("[inv3] one triangle, a mesh of holes, and two triangles glued along a
         require_whole(both);
         const ExportedTriangles out = both.exported();
         CHECK(out.triangles.size() + 4 == 2 * out.points.size());  // a closed surface with V - E + F = 2
-    }
-}
-
-TEST_CASE("[inv2] [inv10] the export of a triangle forest knows its leaves, not how they came about") {
-    for (const std::uint64_t seed : test::seeds(k_seeds)) {
-        CAPTURE(seed);
-        const ControlMesh mesh = test::random_triangle_mesh(seed);
-        TriangleForest first(mesh);
-        std::mt19937 random(static_cast<std::uint32_t>(seed));
-        if (first.leaf_count() == 0) continue;
-        random_history(first, random, 500, 8);
-        const ExportedTriangles expected = first.exported();
-        const std::set<Cell> wanted = split_cells(first);
-        const auto is_wanted = [&](const TriangleForest& forest, LeafId leaf) {
-            const CellTriangle t = forest.triangle(leaf);
-            return wanted.count(cell_at(t, t.level)) != 0;
-        };
-        // In bulk, for several numbers of threads.
-        for (const int threads : {1, 2, 4}) {
-            RunContext context;
-            context.threads = threads;
-            TriangleForest second(mesh);
-            with_threads(context, [&] {
-                std::vector<LeafId> created, changed;
-                for (;;) {
-                    std::vector<LeafId> marked = leaves_of(second);
-                    std::erase_if(marked, [&](LeafId leaf) { return !is_wanted(second, leaf); });
-                    if (marked.empty()) break;
-                    std::shuffle(marked.begin(), marked.end(), random);
-                    second.refine(marked, created, changed);
-                }
-            });
-            require_whole(second);
-            REQUIRE(same_mesh(second.exported(), expected));
-        }
-        // One by one in random order, too far, and back again.
-        TriangleForest third(mesh);
-        for (bool is_done = false; !is_done;) {
-            std::vector<LeafId> marked = leaves_of(third);
-            std::shuffle(marked.begin(), marked.end(), random);
-            is_done = true;
-            for (const LeafId leaf : marked)
-                if (third.is_leaf(leaf) && is_wanted(third, leaf)) {
-                    third.split(leaf);
-                    is_done = false;
-                }
-        }
-        REQUIRE(same_mesh(third.exported(), expected));
-        for (int i = 0; i < 100; ++i) third.split(random_leaf(third, random));
-        std::vector<LeafId> created, changed;
-        for (;;) {
-            std::vector<LeafId> surplus = leaves_of(third);
-            std::erase_if(surplus, [&](LeafId leaf) {
-                const CellTriangle t = third.triangle(leaf);
-                return t.level == 0 || wanted.count(cell_at(t, t.level - 1)) != 0;
-            });
-            if (surplus.empty()) break;
-            third.coarsen(surplus, created, changed);
-            REQUIRE(!created.empty());
-        }
-        require_whole(third);
-        REQUIRE(same_mesh(third.exported(), expected));
-        REQUIRE(third.point_count() == first.point_count());
     }
 }
 
@@ -346,153 +256,6 @@ TEST_CASE("the closure of a triangle forest splits nothing that could be merged 
             for (const LeafId leaf : parents) CHECK(forest.is_leaf(leaf));
         }
     }
-}
-
-TEST_CASE("[inv5] merging undoes a split of a triangle forest; coarsening to the roots gives the roots") {
-    for (const std::uint64_t seed : test::seeds(k_seeds)) {
-        CAPTURE(seed);
-        const ControlMesh mesh = test::random_triangle_mesh(seed);
-        TriangleForest forest(mesh);
-        std::mt19937 random(static_cast<std::uint32_t>(seed));
-        if (forest.leaf_count() == 0) continue;
-        const ExportedTriangles roots = forest.exported();
-        const std::uint32_t root_points = forest.point_count();
-        random_history(forest, random, 300, 8);
-        std::vector<LeafId> created, changed;
-        for (int i = 0; i < 100; ++i) {
-            const LeafId leaf = random_leaf(forest, random);
-            const ExportedTriangles before = forest.exported();
-            const std::uint32_t points = forest.point_count();
-            forest.refine({&leaf, 1}, created, changed);
-            // What the closure split is merged one by one, too, the finest first.
-            std::stable_sort(created.begin(), created.end(),
-                             [&](LeafId a, LeafId b) { return forest.level(a) > forest.level(b); });
-            bool is_back = false;
-            for (std::size_t group = 0; group < created.size(); group += 4) {
-                REQUIRE(forest.can_merge(created[group + 2]));
-                is_back |= forest.merge(created[group + 2]) == leaf;
-            }
-            REQUIRE(is_back);
-            require_whole(forest);
-            REQUIRE(same_mesh(forest.exported(), before));
-            REQUIRE(forest.point_count() == points);
-        }
-        for (int round = 0; round <= k_max_level; ++round) forest.coarsen(leaves_of(forest), created, changed);
-        require_whole(forest);
-        REQUIRE(same_mesh(forest.exported(), roots));
-        REQUIRE(forest.point_count() == root_points);
-    }
-}
-
-TEST_CASE("[inv5] any four siblings of an even triangle mesh merge alone, and are output as before") {
-    for (const std::uint64_t seed : test::seeds(4)) {
-        CAPTURE(seed);
-        const ControlMesh mesh = test::random_triangle_mesh(seed);
-        TriangleForest forest(mesh);
-        const ExportedTriangles roots = forest.exported();
-        std::vector<LeafId> created, changed;
-        for (int level = 0; level < 3; ++level) forest.refine(leaves_of(forest), created, changed);
-        const ExportedTriangles even = forest.exported();
-        for (const LeafId leaf : leaves_of(forest)) {
-            REQUIRE(forest.can_merge(leaf));
-            if (leaf != forest.siblings(leaf)[0]) continue;
-            std::array<CellTriangle, 4> children;
-            for (std::size_t k = 0; k < 4; ++k) children[k] = forest.triangle(forest.siblings(leaf)[k]);
-            const LeafId parent = forest.merge(leaf);
-            const auto hanging = forest.hanging_points(parent);
-            if (hanging[0].valid() && hanging[1].valid() && hanging[2].valid()) {
-                // What estimators see are the children's triangles.
-                const GreenTriangles green = forest.green_triangles(parent);
-                REQUIRE(green.count == 4);
-                for (std::size_t k = 0; k < 4; ++k) {
-                    REQUIRE(green.cell[k].root == children[k].root);
-                    REQUIRE(green.cell[k].level == children[k].level);
-                    REQUIRE(green.cell[k].corner == children[k].corner);
-                }
-                REQUIRE(same_mesh(forest.exported(), even));
-            }
-            forest.split(parent);
-        }
-        REQUIRE(same_mesh(forest.exported(), even));
-        // One by one in any order, as far down as it goes: to the roots.
-        std::mt19937 random(static_cast<std::uint32_t>(seed));
-        for (bool is_done = false; !is_done;) {
-            is_done = true;
-            std::vector<LeafId> leaves = leaves_of(forest);
-            std::shuffle(leaves.begin(), leaves.end(), random);
-            for (const LeafId leaf : leaves)
-                if (forest.is_leaf(leaf) && forest.can_merge(leaf)) {
-                    forest.merge(leaf);
-                    is_done = false;
-                }
-            require_whole(forest);
-            require_conforming(forest);
-        }
-        REQUIRE(same_mesh(forest.exported(), roots));
-    }
-}
-
-TEST_CASE("[slow] [inv10] a large parallel refinement of a triangle forest gives the serial one's slots and points") {
-    const ControlMesh mesh = test::random_triangle_mesh(6);
-    const auto grow = [&](int threads) {
-        RunContext context;
-        context.threads = threads;
-        TriangleForest forest(mesh);
-        std::vector<LeafId> created, changed, log;
-        with_threads(context, [&] {
-            std::mt19937 random(1);
-            std::vector<LeafId> marked = leaves_of(forest);
-            for (int round = 0; round < 9; ++round) {
-                forest.refine(marked, created, changed);
-                log.insert(log.end(), created.begin(), created.end());
-                log.insert(log.end(), changed.begin(), changed.end());
-                marked = created;
-                if (round > 3) std::erase_if(marked, [&](LeafId) { return random() % 5 >= 2; });
-            }
-        });
-        require_whole(forest);
-        return std::pair(std::move(log), forest.exported());
-    };
-    const auto [serial_log, serial_mesh] = grow(1);
-    CHECK(serial_mesh.triangles.size() > 50000);
-    for (const int threads : {2, 4}) {
-        const auto [log, mesh_now] = grow(threads);
-        CHECK(log == serial_log);
-        CHECK(same_mesh(mesh_now, serial_mesh));
-        CHECK(mesh_now.leaves == serial_mesh.leaves);
-        CHECK(mesh_now.points == serial_mesh.points);
-    }
-}
-
-TEST_CASE("a triangle forest refines to its deepest level and refuses to go beyond, unchanged") {
-    const ControlMesh mesh = test::random_triangle_mesh(3);
-    TriangleForest forest(mesh);
-    LeafId leaf = leaves_of(forest).front();
-    std::vector<LeafId> created, changed;
-    std::mt19937 random(5);
-    while (forest.level(leaf) < k_max_level) {
-        const CellTriangle parent = forest.triangle(leaf);
-        forest.refine({&leaf, 1}, created, changed);
-        std::erase_if(created, [&](LeafId c) {
-            const CellTriangle t = forest.triangle(c);
-            return t.level != parent.level + 1 || cell_at(t, parent.level) != cell_at(parent, parent.level);
-        });
-        REQUIRE(created.size() == 4);
-        leaf = created[random() % 4];
-    }
-    require_whole(forest);
-    require_conforming(forest);
-    const ExportedTriangles before = forest.exported();
-    bool is_refused = false;
-    try {
-        forest.split(leaf);
-    } catch (const Error& e) {
-        is_refused = e.code() == ErrorCode::unsupported;
-        CHECK(std::string(e.what()).find("level 30") != std::string::npos);
-    }
-    CHECK(is_refused);
-    require_whole(forest);
-    CHECK(same_mesh(forest.exported(), before));
 }
 
 TEST_CASE("[bad-input] a triangle forest refuses stale handles and polygons") {

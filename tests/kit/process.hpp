@@ -6,10 +6,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <fstream>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -72,6 +74,23 @@ class Process {
                     return true;
             }
             if (!alive) return false;
+            std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        }
+    }
+    /// Waits until the program has computed for a while, of its own time: a busy machine makes no difference. False
+    /// when it ended before.
+    bool wait_for_work() const {
+        const long ticks = ::sysconf(_SC_CLK_TCK) / 5;
+        for (;;) {
+            std::ifstream file("/proc/" + std::to_string(id_) + "/stat");
+            std::string text, state, skipped;
+            std::getline(file, text);
+            std::istringstream words(text.substr(std::min(text.size(), text.rfind(')') + 1)));
+            words >> state;
+            for (int k = 0; k < 10; ++k) words >> skipped;
+            long user = 0, system = 0;
+            if (!(words >> user >> system) || state == "Z") return false;
+            if (user + system >= ticks) return true;
             std::this_thread::sleep_for(std::chrono::milliseconds(2));
         }
     }

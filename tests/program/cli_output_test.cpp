@@ -67,41 +67,6 @@ TEST_CASE("[bad-input] the files of a run appear together: one that cannot be wr
     }
 }
 
-TEST_CASE("[bad-input] a number of triangles that cannot be kept is an error that says which one can") {
-    for (const Words& more : {Words{}, Words{"--tolerance", "1e-2"}, Words{"--min-level", "2"}}) {
-        CAPTURE(more);
-        const ScratchDir scratch;
-        const auto run = [&](const std::string& most) {
-            Words line = {"tessellate",
-                          cli::data("cube.obj"),
-                          "-o",
-                          (scratch / "out.ply").string(),
-                          "--report",
-                          (scratch / "r.json").string(),
-                          "--max-triangles",
-                          most};
-            line.insert(line.end(), more.begin(), more.end());
-            return cli::run(line);
-        };
-        const ProcessResult refused = run("11");
-        CAPTURE(refused.err);
-        CHECK(refused.code == 1);
-        CHECK(refused.out.empty());
-        CHECK(refused.err.find("cube.obj: ") != std::string::npos);
-        CHECK(refused.err.find("more than the 11 allowed") != std::string::npos);
-        CHECK((refused.err.find("minimum level") != std::string::npos) == (more == Words{"--min-level", "2"}));
-        CHECK(scratch.file_count() == 0);
-        const std::string advice = "allow at least ";
-        REQUIRE(refused.err.find(advice) != std::string::npos);
-        const std::string least =
-            std::to_string(std::stoi(refused.err.substr(refused.err.find(advice) + advice.size())));
-        const ProcessResult kept = run(least);
-        CAPTURE(kept.err);
-        CHECK(kept.code == (more == Words{"--tolerance", "1e-2"} ? 4 : 0));
-        CHECK(nlohmann::json::parse(slurp(scratch / "r.json"))["triangles"].dump() == least);
-    }
-}
-
 TEST_CASE("[bad-input] every error names the file that it is about") {
     const ScratchDir scratch;
     const auto file = [&](const std::string& name, const std::string& text) {

@@ -75,21 +75,6 @@ TEST_CASE(
           std::string::npos);
 }
 
-TEST_CASE("scheme explains what primal schemes do at two edges, and why dual ones have nothing there") {
-    for (const auto& listed : cli::run_json({"schemes", "--json"})) {
-        const std::string name = listed.at("name");
-        CAPTURE(name);
-        const ProcessResult two = cli::run({"scheme", name, "--valence", "2"});
-        const ProcessResult one = cli::run({"scheme", name, "--valence", "1"});
-        CHECK(one.code == 2);
-        const bool dual = cli::run_json({"scheme", name, "--json"}).at("dual");
-        CHECK(two.code == (dual ? 2 : 0));
-        const char* reason = name == "honeycomb" ? "one rule for any number of edges" : "becomes no face";
-        CHECK((dual ? two.err.find(reason) : two.out.find("no characteristic map")) != std::string::npos);
-        CHECK(one.err.find(dual ? "at least 3 corners" : "at least 2 edges") != std::string::npos);
-    }
-}
-
 TEST_CASE("scheme answers at vertices of a thousand edges, and says what would take too much memory") {
     constexpr int n = 1000;
     for (const char* name : {"loop", "doo-sabin", "sqrt3"})
@@ -117,19 +102,6 @@ TEST_CASE("scheme answers at vertices of a thousand edges, and says what would t
     CHECK(all.code == 2);
     CHECK(all.err.find("GB of memory") != std::string::npos);
     CHECK(all.err.find("ask for a lower --valence") != std::string::npos);
-}
-
-TEST_CASE("scheme prints the rule of honeycomb's old vertices: the mean of the new corners around") {
-    CHECK(cli::run({"scheme", "honeycomb"}).out.find("old vertex v: the mean of the new corners") != std::string::npos);
-    const nlohmann::json rule = cli::run_json({"scheme", "honeycomb", "--json"}).at("old_vertex");
-    // Of three hexagons: each corner as often as it is in one of them, with Doo and Sabin's weights.
-    for (const auto& term : rule.at("terms")) {
-        const int face = term.at("face"), corner = term.at("corner");
-        const bool neighbour = (face == 0 && (corner == 1 || corner == 5)) || (face == 1 && corner == 1);
-        const double expected = corner == 0 ? 11.0 / 24 : neighbour ? 2.0 / 18 : corner == 3 ? 1.0 / 72 : 2.0 / 72;
-        CHECK(term.at("weight").get<double>() == doctest::Approx(expected).epsilon(1e-12));
-    }
-    CHECK(rule.at("terms").size() == 13);
 }
 
 TEST_CASE("scheme classifies averaging by its number of steps, and says which options do nothing here") {

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <csignal>
 #include <fstream>
 #include <map>
 #include <numbers>
@@ -61,75 +60,7 @@ std::size_t boundary_edges(const TriangleMesh& mesh) {
     return boundary;
 }
 
-long euler_characteristic(const TriangleMesh& mesh, std::size_t boundary) {
-    const std::size_t edges = (3 * mesh.triangles.size() + boundary) / 2;
-    return static_cast<long>(mesh.positions.size() + mesh.triangles.size()) - static_cast<long>(edges);
-}
-
 }  // namespace
-
-TEST_CASE("tessellations of every model of data/ are watertight, measured within the tolerance, and reported") {
-    for (const std::string& model : cli::data_models()) {
-        const bool loop = model.ends_with("_tri.obj") || model.ends_with("tetrahedron.obj");
-        CAPTURE(model);
-        const Run run(model, {"--tolerance", "1e-2", "--scheme", loop ? "loop" : "catmull-clark"});
-        CAPTURE(run.result.err);
-        REQUIRE(run.result.code == 0);
-        cli::check_report(run.report);
-        const nlohmann::json info = cli::run_json({"info", model, "--json"});
-        const double limit = run.report["tolerance_absolute"];
-        CHECK(run.report["input"] == model);
-        CHECK(run.report["scheme"] == (loop ? "loop" : "catmull-clark"));
-        CHECK(run.report["faces"] == info["faces"]);
-        CHECK(run.report["tolerance"] == 1e-2);
-        CHECK(limit == doctest::Approx(1e-2 * info["diagonal"].get<double>()).epsilon(1e-12));
-        CHECK(run.report["measured_error"]["hausdorff"].get<double>() <= limit);
-        CHECK(run.report["measured_error"]["hausdorff"].get<double>() <= run.report["certified_error"].get<double>());
-        CHECK(run.report["tolerance_reached"] == true);
-        CHECK(run.report["triangles"] == run.mesh.triangles.size());
-        CHECK(run.report["vertices"] == run.mesh.positions.size());
-
-        const std::size_t boundary = boundary_edges(run.mesh);
-        CHECK((boundary == 0) == (info["boundary_edges"] == 0));
-        CHECK(euler_characteristic(run.mesh, boundary) == info["euler_characteristic"].get<long>());
-    }
-}
-
-TEST_CASE("[inv9] the certified estimator keeps measured <= certified <= tolerance, also in floats") {
-    for (const std::string extension : {".obj", ".glb"}) {
-        CAPTURE(extension);
-        const Run run(cli::data("pawn.obj"), {"--tolerance", "2e-3", "--estimator", "certified"}, extension);
-        CAPTURE(run.result.err);
-        REQUIRE(run.result.code == 0);
-        CHECK(run.report["estimator"] == "certified");
-        CHECK(run.report["certified_error"].get<double>() <= run.report["tolerance_absolute"].get<double>());
-        CHECK(run.report["measured_error"]["hausdorff"].get<double>() <= run.report["certified_error"].get<double>());
-    }
-}
-
-TEST_CASE("[inv10] one and two threads write the same bytes") {
-    struct Case {
-        std::string extension, estimator;
-        bool measured;  // what takes longest; once for each estimator
-    };
-    for (const Case& c :
-         {Case{".obj", "measured", true}, Case{".ply", "certified", true}, Case{".glb", "measured", false}}) {
-        CAPTURE(c.extension);
-        CAPTURE(c.estimator);
-        const auto run = [&](const std::string& threads) {
-            std::vector<std::string> options = {"--tolerance", "8e-3",      "--estimator",
-                                                c.estimator,   "--threads", threads};
-            if (!c.measured) options.push_back("--no-measure");
-            return Run(cli::data("head.obj"), options, c.extension);
-        };
-        const Run a = run("1"), b = run("2");
-        REQUIRE(a.result.code == 0);
-        REQUIRE(b.result.code == 0);
-        CHECK(a.bytes == b.bytes);
-        CHECK(a.report["measured_error"] == b.report["measured_error"]);
-        CHECK(a.report["certified_error"] == b.report["certified_error"]);
-    }
-}
 
 TEST_CASE("a tolerance is a share of the diagonal unless --absolute is given") {
     const Run relative(cli::data("pawn.obj"), {"--tolerance", "4e-3"});
@@ -270,64 +201,6 @@ TEST_CASE("Loop cuts other faces into triangles, and says so") {
     CHECK(run.report["faces"] == 7);
 }
 
-TEST_CASE("[slow] any scheme of the table tessellates: watertight, measured within the tolerance") {
-    struct Case {
-        std::string scheme, model;
-        std::vector<std::string> more;
-        bool bound = false;
-    };
-    for (const Case& c :
-         {Case{"kobbelt", "bracket.obj", {"--no-measure"}, true},
-          Case{"modified-butterfly", "tetrahedron.obj", {"--reflect"}, true},
-          Case{"biquartic", "pipe3.obj", {"--no-measure"}}, Case{"doo-sabin", "cube.obj", {"--threads", "1"}, true},
-          Case{"midedge", "tetrahedron.obj", {"--estimator", "certified"}, true},
-          Case{"averaging", "cube.obj", {"--steps", "2"}}, Case{"sqrt3", "extruded_pentagon.obj", {"--threads", "2"}},
-          Case{"kobbelt", "cube.obj", {"--estimator", "certified"}, true},
-          Case{"loop", "tetrahedron.obj", {"--warren"}, true}}) {
-        CAPTURE(c.scheme);
-        std::vector<std::string> options = {"--tolerance", "1e-2", "--scheme", c.scheme};
-        options.insert(options.end(), c.more.begin(), c.more.end());
-        const Run run(cli::data(c.model), options);
-        CAPTURE(run.result.err);
-        REQUIRE(run.result.code == 0);
-        cli::check_report(run.report);
-        CHECK(run.report["scheme"] == c.scheme);
-        CHECK(run.report["certified_error"].is_null() != c.bound);
-        CHECK(run.report["tolerance_reached"] == true);
-        CHECK(run.report["triangles"] == run.mesh.triangles.size());
-        if (c.more[0] != "--no-measure")
-            CHECK(run.report["measured_error"]["hausdorff"].get<double>() <=
-                  run.report["tolerance_absolute"].get<double>());
-        const std::size_t boundary = boundary_edges(run.mesh);
-        const nlohmann::json info = cli::run_json({"info", cli::data(c.model), "--json"});
-        CHECK((boundary == 0) == (info["boundary_edges"] == 0));
-        CHECK(euler_characteristic(run.mesh, boundary) == info["euler_characteristic"].get<long>());
-    }
-}
-
-TEST_CASE("[inv10] other schemes: one and two threads write the same bytes; exit code 4; pictures") {
-    for (const std::string scheme : {"kobbelt", "doo-sabin", "sqrt3"}) {
-        CAPTURE(scheme);
-        const auto run = [&](const std::string& threads) {
-            return Run(cli::data("cube.obj"),
-                       {"--tolerance", "4e-3", "--scheme", scheme, "--threads", threads, "--no-measure"});
-        };
-        const Run a = run("1"), b = run("2");
-        REQUIRE(a.result.code == 0);
-        REQUIRE(b.result.code == 0);
-        CHECK(a.bytes == b.bytes);
-        const ScratchDir pictures;
-        const Run budget(cli::data("cube.obj"),
-                         {"--tolerance", "1e-5", "--scheme", scheme, "--max-triangles", "300", "--no-measure", "--size",
-                          "48x48", "--image", (pictures / "a.png").string()});
-        CHECK(budget.result.code == 4);
-        CHECK(budget.result.err.find("--max-triangles") != std::string::npos);
-        CHECK(budget.mesh.triangles.size() <= 300);
-        CHECK(boundary_edges(budget.mesh) == 0);
-        CHECK(slurp(pictures / "a.png").starts_with("\x89PNG"));
-    }
-}
-
 TEST_CASE("[bad-input] what other schemes cannot do is refused before anything is read") {
     struct Case {
         std::vector<std::string> options;
@@ -355,28 +228,6 @@ TEST_CASE("[bad-input] what other schemes cannot do is refused before anything i
         if (!scheme_support(scheme.name).certified) continue;
         CHECK(refused.result.err.find(scheme.name, refused.result.err.find("--scheme")) != std::string::npos);
         CHECK(help.out.substr(list, 400).find(scheme.name) != std::string::npos);
-    }
-}
-
-TEST_CASE(
-    "[slow] dual schemes take the semi-sharp creases of the models, and keep to the tolerance against a uniform mesh") {
-    struct Case {
-        std::string model, tolerance;
-    };
-    // The rook's notches have places by the dozen that are mended alike.
-    for (const auto& [model, tolerance] : {Case{"bracket.obj", "2e-3"}, Case{"rook.obj", "1e-3"}}) {
-        CAPTURE(model);
-        const Run run(cli::data(model), {"--tolerance", tolerance, "--scheme", "doo-sabin"});
-        CAPTURE(run.result.err);
-        REQUIRE(run.result.code == 0);
-        const std::string uniform = (run.scratch / "uniform.ply").string();
-        REQUIRE(
-            cli::run({"refine", cli::data(model), "--scheme", "doo-sabin", "--levels", "5", "--limit", "-o", uniform})
-                .code == 0);
-        const nlohmann::json apart =
-            cli::run_json({"compare", (run.scratch / "out.ply").string(), uniform, "--json", "--samples", "20000"});
-        // Two samplings of one distance.
-        CHECK(apart["hausdorff"].get<double>() < 1.05 * run.report["tolerance_absolute"].get<double>());
     }
 }
 
@@ -484,21 +335,6 @@ TEST_CASE("[bad-input] tessellate refuses options that make no sense before any 
         CHECK(result.out.empty());
     }
     CHECK(scratch.file_count() == 0);
-}
-
-TEST_CASE("Ctrl-C and SIGTERM end a tessellation with 130 and leave no file") {
-    for (const int signal : {SIGINT, SIGTERM}) {
-        CAPTURE(signal);
-        const ScratchDir scratch;
-        Process process(cli::command_line({"tessellate", cli::data("knot.obj"), "--tolerance", "1e-7", "-o",
-                                           (scratch / "out.ply").string(), "--report", (scratch / "r.json").string()}));
-        REQUIRE(process.wait_for_handler(signal));
-        std::this_thread::sleep_for(std::chrono::milliseconds(300));
-        process.send(signal);
-        const ProcessResult result = process.wait();
-        CHECK(result.code == 130);
-        CHECK(scratch.file_count() == 0);
-    }
 }
 
 TEST_SUITE_END();

@@ -149,21 +149,4 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("limits of semi-sharp corners of dual schemes are approached by refinement") {
-    ControlMeshData data = curved_grid(4, 4);
-    data.boundary_rule = BoundaryRule::edge_only;
-    data.corners = {{0, 1.0f}, {3, 1.5f}, {1, 1.0f}};
-    const ControlMesh mesh = ControlMesh::build(data);
-    for (const char* name : {"doo-sabin", "biquartic", "midedge"}) {
-        CAPTURE(name);
-        const PolygonMesh limits = refine(mesh, name, 0, {.limit = true}), deep = refine(mesh, name, 6);
-        for (const int v : {0, 3, 1}) {
-            CAPTURE(v);
-            double nearest = 1e9;
-            for (const Vec3d& p : deep.positions) nearest = std::min(nearest, glm::length(p - limits.positions[v]));
-            CHECK(nearest < 0.02);
-        }
-    }
-}
-
 TEST_SUITE_END();

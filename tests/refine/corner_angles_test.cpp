@@ -128,27 +128,6 @@ ControlMesh tagged_at(const ControlMesh& mesh, std::initializer_list<ControlMesh
 
 TEST_SUITE_BEGIN("refine");
 
-TEST_CASE("one angle for all corners is the same angle tagged at each of their sectors, bit for bit") {
-    for (const std::string_view scheme : k_angle_schemes)
-        for (const double degrees : {100.0, 250.0}) {
-            CAPTURE(scheme);
-            CAPTURE(degrees);
-            const ControlMesh mesh = test::sheet(takes_triangles(scheme)),
-                              tagged = tagged_everywhere(mesh, radians(degrees));
-            RefineOptions all{.rules = with_angle(radians(degrees)), .normals = true}, none{.normals = true};
-            for (const bool limit : {false, true}) {
-                all.limit = none.limit = limit;
-                CHECK(same(refine(mesh, scheme, 2, all), refine(tagged, scheme, 2, none)));
-            }
-            CHECK(same_bytes(Level(mesh, scheme, 3, all).points, Level(tagged, scheme, 3, none).points));
-            // And it makes a difference, also over the number for all.
-            const PolygonMesh plain = refine(mesh, scheme, 2);
-            CHECK(!same_bytes(plain.positions, refine(tagged, scheme, 2).positions));
-            CHECK(same_bytes(refine(tagged, scheme, 2, {.rules = with_angle(1)}).positions,
-                             refine(tagged, scheme, 2).positions));
-        }
-}
-
 TEST_CASE("two corners with different angles: near each of them the mesh with that angle everywhere") {
     constexpr int k_levels = 3, k_rings = 1 << k_levels;
     for (const std::string_view scheme : k_angle_schemes) {
@@ -175,35 +154,6 @@ TEST_CASE("two corners with different angles: near each of them the mesh with th
         CHECK(difference(all_second, test::k_bent) == 0);
         CHECK(difference(all_second, test::k_straight) > 0.01);
         CHECK(difference(all_first, test::k_bent) > 0.01);
-    }
-}
-
-TEST_CASE("a corner with a convex and a concave sector: each side as with its own angle everywhere") {
-    constexpr int k_levels = 3, k_rings = 1 << k_levels;
-    for (const std::string_view scheme : k_angle_schemes) {
-        CAPTURE(scheme);
-        const ControlMesh mesh = test::sheet(takes_triangles(scheme));
-        const std::uint32_t v = test::k_straight, above = face_towards(mesh, v, 0.1, 1),
-                            below = face_towards(mesh, v, 0.1, -1);
-        const double convex = radians(110), concave = radians(250);
-        const Level mixed(tagged_at(mesh, {{v, above, convex}, {v, below, concave}}), scheme, k_levels);
-        const Level all_convex(mesh, scheme, k_levels, {.rules = with_angle(convex)}),
-            all_concave(mesh, scheme, k_levels, {.rules = with_angle(concave)});
-        const auto difference = [&](const Level& other, std::uint32_t face) {
-            return largest_difference(mixed.points, other.points,
-                                      vertices_beside(mixed.mesh(), mixed.leaving(v, face), k_rings));
-        };
-        CHECK(difference(all_convex, above) == 0);
-        CHECK(difference(all_concave, below) == 0);
-        CHECK(difference(all_convex, below) > 0.01);
-        CHECK(difference(all_concave, above) > 0.01);
-        // A sector without a tag has the number for all, or the plain rule.
-        const Level one(tagged_at(mesh, {{v, above, convex}}), scheme, k_levels), plain(mesh, scheme, k_levels);
-        CHECK(largest_difference(one.points, plain.points,
-                                 vertices_beside(one.mesh(), one.leaving(v, below), k_rings)) == 0);
-        const Level rest(tagged_at(mesh, {{v, above, convex}}), scheme, k_levels, {.rules = with_angle(concave)});
-        CHECK(largest_difference(rest.points, mixed.points,
-                                 vertices_beside(rest.mesh(), rest.leaving(v, below), k_rings)) == 0);
     }
 }
 
@@ -412,49 +362,6 @@ TEST_CASE("charts have the angles of their corners' sectors, and shares of those
     }
     CHECK(angles == 4 + 4 + 4 + 2);  // the two corners, the sheet's own, and where a crease meets its end
     CHECK(!detail::chart_rules(measured).measure_corner_angles);
-}
-
-TEST_CASE("[inv1] a vertex beside corners with angles is the same alone as among all others") {
-    for (const std::string_view scheme : k_angle_schemes) {
-        CAPTURE(scheme);
-        const bool triangles = takes_triangles(scheme);
-        const ControlMesh mesh = test::with_mixed_angles(test::sheet(triangles), 1);
-        const PartialLevels partial(mesh, *find_scheme(scheme));
-        std::vector<Site> sites;
-        for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
-            if (triangles ? h % 3 != 0 : h % 2 != 0) continue;
-            for (const std::uint32_t y : {0u, 1u, 2u}) sites.push_back({HalfedgeId(h), {1, y}, 2});
-        }
-        std::vector<Vec3d> net(sites.size());
-        std::vector<LimitPoint> limits(sites.size());
-        partial.control_positions(sites, net);
-        partial.limits(sites, limits);
-        test::Random random(5);
-        for (std::size_t i = random.below(9); i < sites.size(); i += 1 + random.below(9)) {
-            Vec3d alone;
-            LimitPoint limit;
-            partial.control_positions({&sites[i], 1}, {&alone, 1});
-            partial.limits({&sites[i], 1}, {&limit, 1});
-            CHECK(alone == net[i]);
-            CHECK(limit.position == limits[i].position);
-            CHECK(limit.normal == limits[i].normal);
-        }
-    }
-}
-
-TEST_CASE("a saved hierarchy is that of a mesh with the same corner angles") {
-    const ControlMesh mesh = test::sheet(false), tagged = tagged_everywhere(mesh, radians(100)),
-                      other = tagged_everywhere(mesh, radians(101));
-    Hierarchy h = make_hierarchy(tagged, "catmull-clark");
-    h.refine_where(each_leaf([](const LeafView&) { return true; }), 1);
-    const std::vector<std::byte> bytes = h.saved();
-    Hierarchy again = make_hierarchy(tagged, "catmull-clark");
-    again.load(bytes);
-    CHECK(same_bytes(again.to_mesh().mesh.positions, h.to_mesh().mesh.positions));
-    for (const ControlMesh* wrong : {&mesh, &other}) {
-        Hierarchy foreign = make_hierarchy(*wrong, "catmull-clark");
-        CHECK(error_of([&] { foreign.load(bytes); }).code() == ErrorCode::invalid_input);
-    }
 }
 
 TEST_CASE("[bad-input] what has no rule for corner angles refuses them, or says that they are ignored") {

@@ -86,13 +86,6 @@ std::vector<Vec3d> active_points(const FactoredMesh& mesh) {
     return result;
 }
 
-std::vector<std::array<std::uint32_t, 3>> triangles_of(const PolygonMesh& mesh) {
-    std::vector<std::array<std::uint32_t, 3>> result;
-    for (std::size_t i = 0; i < mesh.face_vertices.size(); i += 3)
-        result.push_back({mesh.face_vertices[i], mesh.face_vertices[i + 1], mesh.face_vertices[i + 2]});
-    return result;
-}
-
 /// Calls body(mesh, steps, boundary), with what it is about in the messages.
 template <class Body>
 void for_all(Body&& body) {
@@ -105,21 +98,6 @@ void for_all(Body&& body) {
                 CAPTURE(static_cast<int>(boundary));
                 body(all[i], steps, boundary);
             }
-}
-
-void check_reads(std::uint64_t seed) {
-    for (const double tags : {0.0, 1.0})
-        for (const ControlMesh& mesh : {test::random_surface(seed, tags), wide_plane(seed, tags)})
-            for (int steps = 0; steps <= k_most_steps; ++steps)
-                for (const AveragingBoundary boundary : k_boundaries) {
-                    CAPTURE(seed);
-                    CAPTURE(tags);
-                    CAPTURE(steps);
-                    CAPTURE(static_cast<int>(boundary));
-                    if (!classical(mesh, "averaging", 1, rules(steps, boundary))) continue;
-                    FactoredMesh ours = averaging(mesh, steps, boundary);
-                    test::check_reads(ours, FactoredScheme::averaging, tags != 0, steps + 2);
-                }
 }
 
 }  // namespace
@@ -207,71 +185,6 @@ TEST_CASE("[inv6] averaging by half-steps: after some averagings the points of s
         }
     });
     CHECK(20 * touching < compared);
-}
-
-TEST_CASE("[slow] [inv3] averaging by half-steps: every mesh is conforming, and what is inactive rests at a mean") {
-    for_all([&](const ControlMesh& mesh, int steps, AveragingBoundary boundary) {
-        if (!classical(mesh, "averaging", 2, rules(steps, boundary))) return;
-        const test::SurfaceTopology expected = test::surface_topology(mesh);
-        FactoredMesh ours = averaging(mesh, steps, boundary);
-        for (int i = 0; i <= 2 * (steps + 2); ++i) {
-            CAPTURE(i);
-            if (i > 0) ours.half_step();
-            REQUIRE(!ours.triangles().empty());
-            for (const auto& triangles : {ours.triangles(), triangles_of(ours.mesh())}) {
-                const test::SurfaceTopology topology = test::topology(triangles);
-                CHECK(topology.fault == "");
-                if (boundary == AveragingBoundary::recede && expected.boundary_loops > 0) continue;
-                CHECK(topology.euler == expected.euler);
-                CHECK(topology.boundary_loops == expected.boundary_loops);
-            }
-            const auto around = test::stars(ours);
-            double worst = 0;
-            std::uint32_t wrong = 0;
-            for (std::uint32_t v = 0; v < around.size(); ++v) {
-                wrong += (ours.state(v) == FactoredVertex::unused) != (around[v].size() == 1);
-                if (ours.state(v) != FactoredVertex::inactive) continue;
-                Vec3d sum(0);
-                int count = 0;
-                for (const std::uint32_t w : around[v])
-                    if (ours.state(w) == FactoredVertex::active) {
-                        sum += ours.positions()[w];
-                        ++count;
-                    }
-                worst = std::max(worst, glm::length(sum / double(count) - ours.positions()[v]));
-            }
-            CHECK(wrong == 0);
-            CHECK(worst < k_agreement * diagonal(mesh));
-        }
-    });
-}
-
-TEST_CASE("averaging by half-steps: every rule reads a face's corners or the one-ring alone") {
-    for (const std::uint64_t seed : {0, 1}) check_reads(seed);
-}
-
-TEST_CASE("[slow] averaging by half-steps: every rule reads a face's corners or the one-ring alone, further meshes") {
-    for (const std::uint64_t seed : test::seeds(6))
-        if (seed > 1) check_reads(seed);
-}
-
-TEST_CASE("averaging by half-steps: active and inactive vertices after each") {
-    FactoredMesh ours = averaging(test::prism(5), 2, AveragingBoundary::replicate);
-    // 10 vertices, 15 edges, 7 faces, 30 half-edges.
-    struct Row {
-        std::uint32_t active, inactive;
-    };
-    for (const Row& row : {Row{10, 7}, Row{17, 0}, Row{32, 0}, Row{30, 32}, Row{32, 30}, Row{62, 0}}) {
-        std::uint32_t active = 0, inactive = 0;
-        for (std::uint32_t v = 0; v < ours.positions().size(); ++v) {
-            active += ours.state(v) == FactoredVertex::active;
-            inactive += ours.state(v) == FactoredVertex::inactive;
-        }
-        CAPTURE(ours.half_steps());
-        CHECK(active == row.active);
-        CHECK(inactive == row.inactive);
-        ours.half_step();
-    }
 }
 
 TEST_CASE("[bad-input] averaging by half-steps: too few steps, too small a mesh, too little memory") {

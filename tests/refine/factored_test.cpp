@@ -7,9 +7,6 @@
 #include "../../refine/uniform/grid_refinement.hpp"
 #include "../../refine/uniform/uniform.hpp"
 #include "../../refine/uniform/uniform_refiner.hpp"
-#include "../../schemes/rules/doo_sabin.hpp"
-#include "../../schemes/rules/factored_dual.hpp"
-#include "../../schemes/rules/midedge.hpp"
 
 #include <doctest/doctest.h>
 
@@ -22,14 +19,12 @@
 
 using namespace tetrakis;
 using test::build;
-using test::check_reads;
 using test::disagreement;
 using test::double_fan;
 using test::factored;
 using test::k_agreement;
 using test::prism;
 using test::random_surface;
-using test::stars;
 
 namespace {
 
@@ -203,49 +198,6 @@ TEST_CASE("[inv6] factored Catmull-Clark is uniform refinement: boundaries, crea
         }
 }
 
-TEST_CASE("[inv6] factored Catmull-Clark on structured roots is the direct refinement") {
-    const auto compare = [](const ControlMesh& mesh, int levels) {
-        bool all_quads = true;
-        for (std::uint32_t f = 0; f < mesh.face_count(); ++f) all_quads &= mesh.face_size(FaceId(f)) == 4;
-        UniformRefiner<double> direct(mesh, SchemeKind::catmull_clark, levels);
-        const UniformLevel<double> expected = direct.refine(mesh.positions());
-        const detail::GridTopology topology(mesh, SchemeKind::catmull_clark, levels, detail::PointRule::scheme,
-                                            detail::RootPlace::corners);
-        std::vector<double> first;
-        for (const detail::KernelSet set : {detail::KernelSet::baseline, detail::best_kernels()}) {
-            detail::GridPoints<double> grid(topology, detail::LevelSteps::half, set);
-            const double* points = grid.run(mesh.positions(), nullptr, {});
-            const std::size_t count = expected.positions.size();
-            std::vector<Vec3d> ours(count);
-            for (std::size_t v = 0; v < count; ++v)
-                ours[v] = Vec3d(points[3 * v], points[3 * v + 1], points[3 * v + 2]);
-            if (all_quads) {
-                double worst = 0;
-                for (std::size_t v = 0; v < count; ++v)
-                    worst = std::max(worst, glm::length(ours[v] - expected.positions[v]));
-                CHECK(worst < k_agreement * bounding_box(mesh.positions()).diagonal());
-            } else {
-                // Roots at the corners of all faces are numbered in another order.
-                CHECK(topology.last().vertex_count() == count);
-                CHECK(disagreement(ours, {expected.positions.begin(), expected.positions.end()}) < k_agreement);
-            }
-            if (first.empty()) first.assign(points, points + 3 * count);
-            CHECK(std::equal(first.begin(), first.end(), points));
-        }
-    };
-    for (int n = 3; n <= 12; ++n) {
-        compare(prism(n), 4);
-        compare(double_fan(n), 4);
-    }
-    for (const std::uint64_t seed : test::seeds(12))
-        for (const CreaseMethod method : {CreaseMethod::uniform, CreaseMethod::chaikin}) {
-            CAPTURE(seed);
-            ControlMeshData data = test::random_mesh_data(seed, test::random_options(seed));
-            data.crease_method = method;
-            compare(ControlMesh::build(std::move(data)), 4);
-        }
-}
-
 TEST_CASE(
     "[inv6] uniform refinement by half-steps is the direct one: limits, normals, texture coordinates, control faces") {
     for (const std::uint64_t seed : test::seeds(6)) {
@@ -286,10 +238,6 @@ TEST_CASE(
 TEST_CASE("[inv6] factored schemes are the classical ones: valences and n-gons 3 to 12, and 64") {
     check_valences(3, 12);
     check_valences(64, 64);
-}
-
-TEST_CASE("[inv6] [slow] factored schemes are the classical ones: valences and n-gons 13 to 63") {
-    check_valences(13, 63);
 }
 
 TEST_CASE(
@@ -333,23 +281,6 @@ TEST_CASE(
     MESSAGE("largest relative disagreement ", worst);
 }
 
-TEST_CASE(
-    "[inv6] [slow] factored schemes are the classical ones: creases, darts, corners and boundaries at some valences") {
-    for (const FactoredScheme scheme : factored_schemes())
-        for (const int n : {3, 4, 5, 6, 9, 17, 64}) {
-            if (scheme == FactoredScheme::catmull_clark) continue;  // above
-            std::vector<Tagged> all = tagged_fans(n);
-            if (scheme != FactoredScheme::doo_sabin)
-                for (Tagged& open : open_meshes(n)) all.push_back(std::move(open));
-            for (const Tagged& of : all) {
-                CAPTURE(name(scheme));
-                CAPTURE(n);
-                CAPTURE(of.what);
-                CHECK(disagreement_with_rules(of.mesh, scheme, 2) < k_agreement);
-            }
-        }
-}
-
 TEST_CASE("[inv6] factored schemes are the classical ones: random meshes with boundaries and tags") {
     for (const FactoredScheme scheme : factored_schemes())
         for (const std::uint64_t seed : test::seeds(10)) {
@@ -384,18 +315,6 @@ TEST_CASE("[inv3] every half-step is a conforming triangle mesh of the control m
             }
 }
 
-TEST_CASE("every rule reads the one-ring of the 4-8 mesh alone, or the star of the block's centre") {
-    for (const FactoredScheme scheme : factored_schemes())
-        for (const std::uint64_t seed : test::seeds(6))
-            for (const double tags : {0.0, 1.0}) {
-                CAPTURE(name(scheme));
-                CAPTURE(seed);
-                CAPTURE(tags);
-                FactoredMesh mesh(random_surface(seed, tags), scheme);
-                check_reads(mesh, scheme, tags != 0, 2 * mesh.half_steps_per_level());
-            }
-}
-
 TEST_CASE("dual schemes: active and inactive vertices after each half-step") {
     const ControlMesh mesh = prism(5);
     FactoredMesh ours(mesh, FactoredScheme::doo_sabin);
@@ -413,87 +332,6 @@ TEST_CASE("dual schemes: active and inactive vertices after each half-step") {
     CHECK(count(FactoredVertex::active) == 30);             // one per half-edge
     CHECK(count(FactoredVertex::inactive) == 10 + 15 + 7);  // all the old ones, one per new face
     CHECK(count(FactoredVertex::unused) == 0);
-    // An inactive vertex rests at the mean of its block: here the children of the 5-gon, around its old centre.
-    Vec3d mean(0);
-    std::uint32_t active = 0;
-    const auto around = stars(ours)[10];
-    for (const std::uint32_t v : around)
-        if (ours.state(v) == FactoredVertex::active) {
-            mean += ours.positions()[v];
-            ++active;
-        }
-    CHECK(active == 5);
-    CHECK(glm::length(mean / 5.0 - ours.positions()[10]) < 1e-14);
-}
-
-TEST_CASE("factored corner masks: the dual rules again, with small weights") {
-    struct Row {
-        FactoredCornerMask (*mask)(int);
-        std::vector<double> (*weights)(int);
-    };
-    for (const Row& row :
-         {Row{factored_doo_sabin, DooSabin::weights},
-          Row{factored_doo_sabin_catmull_clark, DooSabin::weights_catmull_clark},
-          Row{factored_midedge, Midedge::weights}, Row{factored_midedge_simplest, Midedge::weights_simplest}}) {
-        double largest = 0;
-        for (int k = 3; k <= 300; ++k) {
-            const FactoredCornerMask mask = row.mask(k);
-            std::vector<double> sum(static_cast<std::size_t>(k), mask.centre / k);
-            sum[0] += mask.corner;
-            double size = mask.corner + mask.centre, worst = 0;
-            for (int i = 0; i < k; ++i) {
-                const double w = mask.midpoint[static_cast<std::size_t>(i)];
-                sum[static_cast<std::size_t>(i)] += w / 2;
-                sum[static_cast<std::size_t>((i + 1) % k)] += w / 2;
-                size += std::abs(w);
-            }
-            const std::vector<double> expected = row.weights(k);
-            for (int i = 0; i < k; ++i)
-                worst =
-                    std::max(worst, std::abs(sum[static_cast<std::size_t>(i)] - expected[static_cast<std::size_t>(i)]));
-            CAPTURE(k);
-            CHECK(worst < 1e-14);
-            largest = std::max(largest, size);
-        }
-        CHECK(largest < 1.7);
-        MESSAGE("largest sum of magnitudes ", largest);
-    }
-}
-
-TEST_CASE("[bad-input] factored: a half-step that would not fit leaves the mesh as it was") {
-    for (const FactoredScheme scheme : {FactoredScheme::catmull_clark, FactoredScheme::doo_sabin}) {
-        FactoredMesh mesh(prism(5), scheme, std::uint64_t{1} << 20);
-        const auto refuse = [&] {
-            for (int i = 0; i < 20; ++i) mesh.half_step();
-        };
-        CHECK_THROWS_WITH_AS(refuse(), doctest::Contains("the limit is 1 MiB"), Error);
-        FactoredMesh same = factored(prism(5), scheme, mesh.half_steps());
-        CHECK(mesh.half_steps() > 4);
-        CHECK(mesh.triangles() == same.triangles());
-        CHECK(std::equal(mesh.positions().begin(), mesh.positions().end(), same.positions().begin()));
-    }
-}
-
-TEST_CASE("[inv7] half-steps commute with affine maps") {
-    const auto map = [](const Vec3d& p) {
-        return Vec3d(2 * p.x - p.y + 0.5 * p.z + 3, 0.3 * p.x + p.y - 7, p.x + 0.2 * p.y - 1.5 * p.z);
-    };
-    for (const FactoredScheme scheme : factored_schemes())
-        for (const std::uint64_t seed : test::seeds(2)) {
-            CAPTURE(name(scheme));
-            CAPTURE(seed);
-            const ControlMesh mesh = random_surface(seed, 1.0);
-            ControlMeshData data = mesh.data();
-            for (Vec3d& p : data.positions) p = map(p);
-            const ControlMesh mapped = ControlMesh::build(std::move(data));
-            const FactoredMesh a = factored(mesh, scheme, 5), b = factored(mapped, scheme, 5);
-            REQUIRE(a.positions().size() == b.positions().size());
-            double worst = 0;
-            for (std::uint32_t v = 0; v < a.positions().size(); ++v)
-                if (a.state(v) != FactoredVertex::unused)
-                    worst = std::max(worst, glm::length(map(a.positions()[v]) - b.positions()[v]));
-            CHECK(worst < k_agreement * mapped.bounding_box().diagonal());
-        }
 }
 
 TEST_CASE("factored schemes: half-steps without room are refused before any is made") {

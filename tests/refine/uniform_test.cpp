@@ -2,7 +2,6 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/mesh/triangulate.hpp"
-#include "../../refine/attributes/uv_mesh.hpp"
 #include "../../refine/uniform/uniform.hpp"
 
 #include <doctest/doctest.h>
@@ -55,31 +54,6 @@ ControlMeshData grid(std::uint32_t n, bool triangles, bool seam, FaceVaryingRule
 
 TEST_SUITE_BEGIN("refine");
 
-TEST_CASE("[inv7] refinement and limits commute with affine maps") {
-    const auto map = [](const Vec3d& p) {
-        return Vec3d(2 * p.x - p.y + 0.5 * p.z + 3, 0.3 * p.x + p.y - 7, p.x + 0.2 * p.y - 1.5 * p.z);
-    };
-    for (const SchemeKind scheme : k_schemes)
-        for (const std::uint64_t seed : test::seeds(4)) {
-            CAPTURE(seed);
-            const ControlMesh mesh = make_mesh(scheme, seed);
-            ControlMeshData data = mesh.data();
-            for (Vec3d& p : data.positions) p = map(p);
-            const ControlMesh mapped = ControlMesh::build(std::move(data));
-            const double tolerance = 1e-13 * bounding_box(mapped.positions()).diagonal();
-            UniformOptions options;
-            for (options.limit = false;; options.limit = true) {
-                const PolygonMesh a = refine_uniform(mesh, scheme, 2, options);
-                const PolygonMesh b = refine_uniform(mapped, scheme, 2, options);
-                double worst = 0;
-                for (std::size_t v = 0; v < a.positions.size(); ++v)
-                    worst = std::max(worst, glm::length(map(a.positions[v]) - b.positions[v]));
-                CHECK(worst < tolerance);
-                if (options.limit) break;
-            }
-        }
-}
-
 TEST_CASE("[inv7] a regular grid reproduces linear functions: the inside does not move") {
     for (const SchemeKind scheme : k_schemes) {
         const ControlMesh mesh =
@@ -98,26 +72,6 @@ TEST_CASE("[inv7] a regular grid reproduces linear functions: the inside does no
         }
         CHECK(worst < 1e-13);
         CHECK(tilt < 1e-12);
-    }
-}
-
-TEST_CASE("[inv10] the same bytes for any number of threads") {
-    for (const SchemeKind scheme : k_schemes) {
-        const ControlMesh mesh = make_mesh(scheme, 3);
-        PolygonMesh first;
-        for (const int threads : {1, 2, 7}) {
-            UniformOptions options;
-            options.limit = options.normals = true;
-            options.context.threads = threads;
-            PolygonMesh result = refine_uniform(mesh, scheme, 5, options);
-            if (threads == 1) {
-                first = std::move(result);
-                continue;
-            }
-            CHECK(result.positions == first.positions);
-            CHECK(result.normals == first.normals);
-            CHECK(result.face_vertices == first.face_vertices);
-        }
     }
 }
 

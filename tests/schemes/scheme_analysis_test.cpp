@@ -8,9 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 

@@ -3,14 +3,12 @@
 #include "../../schemes/curves/curve.hpp"
 #include "../../schemes/rules/averaging.hpp"
 #include "../../schemes/rules/catmull_clark_rules.hpp"
-#include "../../schemes/rules/four_eight.hpp"
 #include "../../schemes/rules/modified_butterfly.hpp"
 
 #include <doctest/doctest.h>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -97,108 +95,6 @@ bool takes_creases(const SchemeInfo& s) { return s.name != "averaging" && s.name
 
 TEST_SUITE_BEGIN("schemes");
 
-TEST_CASE(
-    "[inv3] [inv7] every rule's weights sum to one, and refinement keeps the topology, with holes, creases and "
-    "corners") {
-    for (const SchemeInfo& scheme : scheme_table())
-        for (unsigned seed = 1; seed <= 12; ++seed) {
-            CAPTURE(scheme.name);
-            CAPTURE(seed);
-            RuleMesh mesh = mixed(scheme.family == MeshFamily::triangles, seed);
-            const int characteristic = euler(mesh);
-            for (int level = 0; level < 2; ++level) {
-                const RuleStep step = scheme.step(mesh, {});
-                double off = 0;
-                for (int r = 0; r < step.stencils.row_count(); ++r) {
-                    double sum = -1;
-                    for (const double w : step.stencils.weights(r)) sum += w;
-                    off = std::max(off, std::abs(sum));
-                }
-                CHECK(off < 1e-13);
-                CHECK(step.mesh.vertex_count() == step.stencils.row_count());
-                CHECK(euler(step.mesh) == characteristic);
-                CHECK((boundary_edges(step.mesh) > 0) == (boundary_edges(mesh) > 0));
-                mesh = step.mesh;
-            }
-        }
-}
-
-TEST_CASE("[inv7] weights sum to one at inner vertices of two triangles") {
-    for (const SchemeInfo& scheme : scheme_table()) {
-        CAPTURE(scheme.name);
-        RuleMesh::Builder faces;
-        faces.face({0, 1, 2});
-        faces.face({2, 1, 0});
-        RuleMesh mesh(3, std::move(faces));
-        for (int level = 0; level < 3; ++level) {
-            const RuleStep step = scheme.step(mesh, {});
-            for (int r = 0; r < step.stencils.row_count(); ++r) {
-                double sum = 0;
-                for (const double w : step.stencils.weights(r)) sum += w;
-                CHECK(sum == doctest::Approx(1).epsilon(1e-13));
-            }
-            mesh = step.mesh;
-            if (mesh.face_count() == 0) break;
-        }
-    }
-    double sum = 0;
-    for (const double w : ModifiedButterfly::extraordinary_ring(2)) sum += w;
-    CHECK(sum == 0.25);
-}
-
-TEST_CASE("Loop's worked example: a vertex with eight neighbours, one with three, and the edges between") {
-    // P1 to P8 around P9: here 0 to 7 around 8. Two more triangles outside each of P1, P3, P5 and P7 take these off the
-    // boundary.
-    RuleMesh::Builder faces;
-    for (int i = 0; i < 8; ++i) faces.face({8, i, (i + 1) % 8});
-    for (int i = 0; i < 8; i += 2) {
-        faces.face({i, (i + 7) % 8, 9 + i / 2});
-        faces.face({(i + 1) % 8, i, 9 + i / 2});
-    }
-    const RuleMesh mesh(13, std::move(faces));
-    const SchemeInfo& loop = *find_scheme("loop");
-    // The weights 5/8 and 3/(8 n), and 7/16 and 3/16 for three neighbours, are Warren's.
-    const RuleStep step = loop.step(mesh, {.loop_weights = LoopWeights::warren});
-    StencilTable expected;
-    StencilRow vertex{{8, 5.0 / 8}};
-    for (int i = 0; i < 8; ++i) vertex.add(i, 3.0 / (8 * 8));
-    expected.push(vertex);
-    expected.push({{1, 3.0 / 8}, {8, 3.0 / 8}, {0, 1.0 / 8}, {2, 1.0 / 8}});  // on the edge of P2 and P9
-    CHECK(row_of(step.stencils, 8) == row_of(expected, 0));
-    int found = 0;
-    for (int e = 0; e < mesh.edge_count(); ++e) {
-        const int h = mesh.edge_halfedge(e), u = mesh.origin(h), v = mesh.target(h);
-        if (std::minmax(u, v) != std::minmax(1, 8)) continue;
-        ++found;
-        // In the corner triangle at P9, the point on this edge is the other end of its side.
-        const int child = step.child_halfedge[u == 8 ? h : mesh.twin(h)];
-        CHECK(step.mesh.origin(child) == 8);
-        CHECK(row_of(step.stencils, step.mesh.target(child)) == row_of(expected, 1));
-    }
-    CHECK(found == 1);
-    RuleMesh::Builder tetrahedron;
-    for (const auto& f : {std::array{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {3, 2, 1}}) tetrahedron.face({f[0], f[1], f[2]});
-    const RuleMesh closed(4, std::move(tetrahedron));
-    StencilTable three;
-    three.push({{0, 7.0 / 16}, {1, 3.0 / 16}, {2, 3.0 / 16}, {3, 3.0 / 16}});
-    for (const LoopWeights weights : {LoopWeights::loop, LoopWeights::warren})
-        CHECK(row_of(loop.step(closed, {.loop_weights = weights}).stencils, 0) == row_of(three, 0));
-}
-
-TEST_CASE("interpolating schemes keep vertices bit for bit") {
-    for (const SchemeInfo& scheme : scheme_table()) {
-        if (!scheme.interpolating) continue;
-        CAPTURE(scheme.name);
-        const RuleMesh mesh = mixed(scheme.family == MeshFamily::triangles, 3);
-        const RuleStep step = scheme.step(mesh, {});
-        for (int v = 0; v < mesh.vertex_count(); ++v) {
-            REQUIRE(step.stencils.points(v).size() == 1);
-            CHECK(step.stencils.points(v)[0] == v);
-            CHECK(step.stencils.weights(v)[0] == 1.0);
-        }
-    }
-}
-
 TEST_CASE("a crease gives each side the boundary rules of that side alone") {
     for (const SchemeInfo& scheme : scheme_table()) {
         if (!takes_creases(scheme)) continue;
@@ -217,23 +113,6 @@ TEST_CASE("a crease gives each side the boundary rules of that side alone") {
             CHECK(missing == 0);
             CHECK(boundary_edges(whole.mesh) == 0);
         }
-    }
-}
-
-TEST_CASE("boundary curves are independent of the interior where the scheme says so") {
-    for (const SchemeInfo& scheme : scheme_table()) {
-        if (!takes_creases(scheme)) continue;
-        CAPTURE(scheme.name);
-        const RuleMesh mesh = tube(scheme.family == MeshFamily::triangles, 9, 5, 4, {}, 0);
-        const RuleStep step = scheme.step(mesh, {});
-        int inside = 0, seen = 0;
-        for (int v = 0; v < step.mesh.vertex_count(); ++v) {
-            if (!step.mesh.on_boundary(v)) continue;
-            ++seen;
-            for (const int p : step.stencils.points(v)) inside += mesh.on_boundary(p) ? 0 : 1;
-        }
-        CHECK(seen >= 20);
-        CHECK(inside == 0);
     }
 }
 
@@ -391,42 +270,6 @@ TEST_CASE("the compound biquartic masks are three averaging steps") {
                 CHECK(step.stencils.weights(row)[t] ==
                       doctest::Approx(expected[step.stencils.points(row)[t]]).epsilon(1e-13));
         }
-    }
-}
-
-TEST_CASE("[inv7] repeated averaging on quads is the tensor product B-spline of degree m + 1") {
-    for (int m = 0; m <= 5; ++m) {
-        CAPTURE(m);
-        RuleOptions options;
-        options.averaging_steps = m;
-        const LocalMatrix a = local_matrix(*find_scheme("averaging"), {.faces = 4}, options);
-        // 1-D mask of degree m + 1: binomials of m + 2 over 2^(m + 1).
-        std::vector<double> mask{1};
-        for (int i = 0; i < m + 2; ++i) {
-            mask.push_back(0);
-            for (std::size_t j = mask.size() - 1; j > 0; --j) mask[j] += mask[j - 1];
-        }
-        for (double& w : mask) w = std::ldexp(w, -(m + 1));
-        const bool dual = m % 2 == 1;
-        const auto place = [&](FanLabel l) {
-            const int p = dual ? 2 * l.a + 1 : 2 * l.a, q = dual ? 2 * l.b + 1 : 2 * l.b;
-            const std::pair<int, int> turned[] = {{p, q}, {-q, p}, {-p, -q}, {q, -p}};
-            return turned[l.sector];  // in half steps
-        };
-        double off = 0;
-        for (int i = 0; i < a.size(); ++i)
-            for (int j = 0; j < a.size(); ++j) {
-                const auto [fx, fy] = place(a.labels.all()[i]);
-                const auto [cx, cy] = place(a.labels.all()[j]);
-                const auto weight = [&](int fine, int coarse) {
-                    // A fine half step is half as long as a coarse one; the mask is centred.
-                    const int twice = fine - 2 * coarse + (m + 2);
-                    if (twice % 2 != 0 || twice < 0 || twice / 2 >= static_cast<int>(mask.size())) return 0.0;
-                    return mask[twice / 2];
-                };
-                off = std::max(off, std::abs(a.at(i, j) - weight(fx, cx) * weight(fy, cy)));
-            }
-        CHECK(off < 1e-13);
     }
 }
 
