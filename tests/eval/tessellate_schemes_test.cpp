@@ -3,6 +3,7 @@
 #include "../kit/scheme_meshes.hpp"
 #include "../kit/surface_topology.hpp"
 
+#include "../../eval/bounds/linear_bound.hpp"
 #include "../../eval/distance/hausdorff.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
@@ -26,6 +27,15 @@ namespace {
 
 // Of a measurement: fewer than by default, for time; triangles and edges have their own, and the worst ones climb.
 constexpr std::uint64_t k_samples = 20'000;
+
+/// Every scheme that tessellate() takes without patches.
+std::vector<const SchemeInfo*> other_schemes() {
+    std::vector<const SchemeInfo*> schemes;
+    for (const SchemeInfo& scheme : scheme_table())
+        if (const SchemeSupport support = scheme_support(scheme); support.adaptive && !support.patches)
+            schemes.push_back(&scheme);
+    return schemes;
+}
 
 ControlMesh mesh_for(const SchemeInfo& scheme, const std::string& text) {
     ControlMesh mesh = ControlMesh::build(parse_obj(text, "test.obj"));
@@ -254,6 +264,101 @@ TEST_CASE("averages whose boundary recedes are tessellated by whole levels, with
                                             .tolerance = 2e-2});
                       }),
               "certified"));
+}
+
+TEST_CASE("Catmull-Clark and Loop by other than their plain rules go by limit points, too") {
+    const ControlMesh mesh = mesh_for(*find_scheme("loop"), k_closed);
+    const Tessellation warren = tessellate(mesh, {.scheme = "loop",
+                                                  .rules = {.loop_weights = LoopWeights::warren},
+                                                  .tolerance = 1e-2,
+                                                  .measure = true,
+                                                  .measure_samples = k_samples});
+    REQUIRE(warren.certified_error);  // by mask norms
+    CHECK(warren.measured_error->hausdorff <= *warren.certified_error);
+    CHECK(warren.tolerance_reached);
+    // By plain rules both ways agree.
+    const Tessellation patches = tessellate(mesh, {.scheme = "loop", .tolerance = 1e-2, .measure = false});
+    const Tessellation points =
+        tessellate(mesh, {.scheme = "tuned-loop", .rules = {.tuning = 0}, .tolerance = 1e-2, .measure = false});
+    CHECK(patches.certified_error);
+    const double apart = compare_meshes(patches.mesh, points.mesh, {.samples = 20'000}).hausdorff;
+    CHECK(apart <= 2 * patches.tolerance_absolute);
+    const double ratio =
+        static_cast<double>(points.mesh.triangles.size()) / static_cast<double>(patches.mesh.triangles.size());
+    CHECK(ratio > 0.8);
+    CHECK(ratio < 1.25);
+}
+
+TEST_CASE("[slow] [inv10] every scheme gives the same bytes for any number of threads") {
+    for (const SchemeInfo* scheme : other_schemes()) {
+        CAPTURE(scheme->name);
+        const bool measured = scheme->name == "butterfly" || scheme->name == "doo-sabin" ||
+                              scheme->name == "sqrt3";  // what takes longest
+        const ControlMesh mesh = mesh_for(*scheme, k_open);
+        const TessellateOptions options{
+            .scheme = *scheme, .rules = rules_of(*scheme), .tolerance = 8e-3, .measure = measured};
+        RunContext one, three;
+        one.threads = 1;
+        three.threads = 3;
+        const Tessellation a = tessellate(mesh, options, one), b = tessellate(mesh, options, three);
+        CHECK(a.mesh.triangles == b.mesh.triangles);
+        CHECK(a.mesh.positions == b.mesh.positions);
+        CHECK(a.mesh.normals == b.mesh.normals);
+        CHECK(a.triangle_error == b.triangle_error);
+        if (measured) CHECK(a.measured_error->rms == b.measured_error->rms);
+    }
+}
+
+TEST_CASE("[slow] what is measured against limit points is what a finer uniform mesh says") {
+    for (const std::string name : {"modified-butterfly", "doo-sabin", "sqrt3"}) {
+        CAPTURE(name);
+        const SchemeInfo& scheme = *find_scheme(name);
+        const ControlMesh mesh = mesh_for(scheme, k_closed);
+        const Tessellation result = tessellate(mesh, {.scheme = scheme, .tolerance = 1e-2, .measure = true});
+        REQUIRE(result.measured_error);
+        CHECK(result.measured_error->hausdorff <= result.tolerance_absolute);
+        CHECK(result.certified_error.has_value() == (name != "sqrt3"));
+        const TriangleMesh reference =
+            triangles_of(refine(mesh, scheme, result.deepest_level + (name == "sqrt3" ? 2 : 3), {.limit = true}));
+        const double other = compare_meshes(reference, result.mesh, {.samples = 100'000}).hausdorff;
+        CHECK(result.measured_error->hausdorff == doctest::Approx(other).epsilon(0.05));
+        double largest = 0;
+        for (const float e : result.triangle_error) largest = std::max(largest, static_cast<double>(e));
+        CHECK(largest == doctest::Approx(result.measured_error->hausdorff).epsilon(1e-6));
+    }
+}
+
+TEST_CASE("[slow] budgets are kept, and used where errors are largest") {
+    for (const std::string name : {"kobbelt", "butterfly", "doo-sabin", "sqrt3"}) {
+        CAPTURE(name);
+        const SchemeInfo& scheme = *find_scheme(name);
+        const ControlMesh mesh = mesh_for(scheme, k_closed);
+        const TriangleMesh reference = triangles_of(refine(mesh, scheme, 4, {.limit = true}));
+        double last = 1e9;
+        for (const std::uint64_t budget : {200, 800}) {
+            CAPTURE(budget);
+            const Tessellation result = tessellate(
+                mesh, {.scheme = scheme, .tolerance = std::nullopt, .max_triangles = budget, .measure = false});
+            CHECK(result.tolerance_reached);  // none was given
+            CHECK(result.mesh.triangles.size() <= budget);
+            CHECK(result.mesh.triangles.size() > budget * 8 / 10);
+            CHECK(test::topology(result.mesh.triangles) == test::surface_topology(mesh));
+            const double error = compare_meshes(reference, result.mesh, {.samples = 10'000}).hausdorff;
+            CHECK(error < 0.5 * last);
+            last = error;
+        }
+        const Tessellation missed =
+            tessellate(mesh, {.scheme = scheme, .tolerance = 1e-5, .max_triangles = 300, .measure = false});
+        CHECK(!missed.tolerance_reached);
+        CHECK(missed.mesh.triangles.size() <= 300);
+        // Enough: what the tolerance asks for, and no more.
+        const Tessellation enough =
+            tessellate(mesh, {.scheme = scheme, .tolerance = 2e-2, .max_triangles = 100'000, .measure = false});
+        const Tessellation free = tessellate(mesh, {.scheme = scheme, .tolerance = 2e-2, .measure = false});
+        CHECK(enough.tolerance_reached);
+        CHECK(enough.mesh.triangles.size() < 1.2 * static_cast<double>(free.mesh.triangles.size()));
+        CHECK(enough.mesh.triangles.size() > 0.8 * static_cast<double>(free.mesh.triangles.size()));
+    }
 }
 
 TEST_CASE("levels are kept: at least so many, at most so many") {
@@ -499,6 +604,21 @@ TEST_CASE("[slow] [inv1] sqrt3: texture coordinates and materials are those of u
                 mesh, {.scheme = "sqrt3", .tolerance = 1e-2, .max_level = 2, .uvs = false, .measure = false});
             CHECK(without.mesh.uvs.empty());
         }
+    }
+}
+
+TEST_CASE("sqrt3: what is tagged and what has holes is within the tolerance, by an independent measure") {
+    for (const std::uint64_t seed : {1, 2, 5}) {
+        CAPTURE(seed);
+        const ControlMesh mesh = test::random_sqrt3_mesh(seed);
+        const Tessellation result =
+            tessellate(mesh, {.scheme = "sqrt3", .tolerance = 1e-2, .measure = true, .measure_samples = k_samples});
+        CHECK(result.tolerance_reached);
+        CHECK(test::topology(result.mesh.triangles) == test::surface_topology(mesh));
+        const TriangleMesh reference = triangles_of(refine(mesh, "sqrt3", 4, {.limit = true}));
+        const MeasuredError error = compare_meshes(reference, result.mesh, {.samples = 30'000});
+        CHECK(error.hausdorff <= result.tolerance_absolute);
+        CHECK(error.hausdorff > 0.2 * result.tolerance_absolute);
     }
 }
 

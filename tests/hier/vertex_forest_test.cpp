@@ -10,9 +10,11 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <tuple>
 
@@ -41,6 +43,59 @@ struct VertexForestCorruptor {
 }  // namespace tetrakis
 
 namespace {
+
+std::vector<std::vector<std::uint32_t>> cycles(const std::vector<std::uint32_t>& offsets,
+                                               const std::vector<std::uint32_t>& vertices) {
+    std::vector<std::vector<std::uint32_t>> result;
+    for (std::size_t f = 0; f + 1 < offsets.size(); ++f)
+        result.emplace_back(vertices.begin() + offsets[f], vertices.begin() + offsets[f + 1]);
+    return result;
+}
+
+void refine_randomly(VertexForest& forest, test::Random& random, int calls, double chance, int deepest) {
+    std::vector<LeafId> created;
+    for (int i = 0; i < calls; ++i) {
+        std::vector<LeafId> marked;
+        for (const LeafId leaf : forest.ordered_leaves())
+            if (random.chance(chance) && forest.level(leaf) < deepest) marked.push_back(leaf);
+        random.shuffle(marked);
+        forest.refine(marked, created);
+    }
+}
+
+void coarsen_randomly(VertexForest& forest, test::Random& random, double chance) {
+    std::vector<LeafId> marked, created;
+    for (const LeafId leaf : forest.ordered_leaves())
+        if (random.chance(chance)) marked.push_back(leaf);
+    random.shuffle(marked);
+    forest.coarsen(marked, created);
+}
+
+bool same_mesh(const PolygonMesh& a, const PolygonMesh& b) {
+    return a.face_offsets == b.face_offsets && a.face_vertices == b.face_vertices &&
+           a.positions.size() == b.positions.size() &&
+           std::memcmp(a.positions.data(), b.positions.data(), a.positions.size() * sizeof(Vec3d)) == 0;
+}
+
+/// The faces as cycles of points.
+std::multiset<std::vector<std::tuple<double, double, double>>> point_cycles(const PolygonMesh& m) {
+    std::multiset<std::vector<std::tuple<double, double, double>>> result;
+    for (std::uint32_t f = 0; f < m.face_count(); ++f) {
+        std::vector<std::tuple<double, double, double>> cycle;
+        for (std::uint32_t c = m.face_offsets[f]; c < m.face_offsets[f + 1]; ++c) {
+            const Vec3d& p = m.positions[m.face_vertices[c]];
+            cycle.emplace_back(p.x, p.y, p.z);
+        }
+        // Points may coincide.
+        auto first = cycle;
+        for (std::size_t i = 1; i < cycle.size(); ++i) {
+            std::rotate(cycle.begin(), cycle.begin() + 1, cycle.end());
+            first = std::min(first, cycle);
+        }
+        result.insert(std::move(first));
+    }
+    return result;
+}
 
 /// Which leaves, whatever their slots.
 std::vector<VertexCell> leaf_cells(const VertexForest& forest) {
@@ -294,6 +349,31 @@ TEST_CASE("[inv1] vertex quadtrees: limits and normals on creases, where they cr
             // shrink by 1/4, as what bends the surface does.
             if (!semi_sharp || name != std::string("midedge-simplest")) CHECK(turned == 0);
         }
+}
+
+TEST_CASE("vertex quadtrees: triangles, limits and normals; a zoom of 25 levels; 64 bytes a leaf") {
+    const ControlMesh mesh = model("cube");
+    AdaptiveDual dual(mesh, *find_scheme("midedge"));
+    VertexForest& forest = dual.forest();
+    std::vector<LeafId> created;
+    LeafId leaf(7);
+    for (int level = 0; level < 25; ++level) {
+        forest.refine({&leaf, 1}, created);
+        leaf = created[created.size() - 3];
+    }
+    CHECK(!forest.check().has_value());
+    CHECK(forest.leaf_count() < 25 * 40);
+    const PolygonMesh polygons = dual.to_mesh({.normals = true}), cut = dual.to_mesh({.triangles = true});
+    CHECK(std::memcmp(polygons.positions.data(), cut.positions.data(), cut.positions.size() * sizeof(Vec3d)) == 0);
+    const test::SurfaceTopology topology = test::topology(cycles(cut.face_offsets, cut.face_vertices));
+    CHECK(topology.fault.empty());
+    CHECK(topology.euler == 2);
+    CHECK(topology.boundary_loops == 0);
+    for (std::uint32_t f = 0; f < cut.face_count(); ++f) CHECK(cut.face_offsets[f + 1] == 3 * (f + 1));
+    for (const Vec3d& n : polygons.normals) CHECK(glm::length(n) == doctest::Approx(1));
+    for (int i = 0; i < 4; ++i)
+        forest.refine(forest.ordered_leaves().size() < 2000 ? forest.ordered_leaves() : created, created);
+    CHECK(forest.memory_bytes() < 64 * std::uint64_t{forest.leaf_count()});
 }
 
 TEST_CASE("[bad-input] vertex quadtrees refuse what is no leaf, too deep or of no quadtree, and stay as they are") {

@@ -20,6 +20,26 @@ using namespace tetrakis;
 
 namespace {
 
+ControlMesh with_charts(const ControlMesh& mesh) {
+    ControlMeshData data = mesh.data();
+    test::add_charts(data);
+    return ControlMesh::build(std::move(data));
+}
+
+/// Creases around regions of faces: none ends inside.
+ControlMesh with_regions(const ControlMesh& mesh, std::uint64_t seed) {
+    ControlMeshData data = mesh.data();
+    const auto region = [&](HalfedgeId h) {
+        return (mesh.face(h).value * 2654435761u + static_cast<std::uint32_t>(seed) * 40503u) >> 7 & 3;
+    };
+    for (std::uint32_t i = 0; i < mesh.halfedge_count(); ++i) {
+        const HalfedgeId h(i), t = mesh.twin(h);
+        if (t.valid() && t.value > i && region(h) != region(t))
+            data.creases.push_back({mesh.origin(h).value, mesh.target(h).value, k_infinite_sharpness});
+    }
+    return ControlMesh::build(std::move(data));
+}
+
 ControlMesh plain_mesh(std::uint64_t seed) {
     test::RandomMeshOptions options = test::random_options(seed);
     options.hole = options.crease = options.corner = 0;

@@ -1,6 +1,7 @@
 #include "../kit/random_mesh.hpp"
 #include "../kit/repeated_rows_helpers.hpp"
 
+#include "../../hier/base/error.hpp"
 #include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>

@@ -4,6 +4,8 @@
 #include "../kit/repeated_rows_helpers.hpp"
 
 #include "../../hier/base/vec.hpp"
+#include "../../hier/mesh/triangulate.hpp"
+#include "../../refine/rules/rule_refiner.hpp"
 #include "../../refine/uniform/refine.hpp"
 #include "../../refine/uniform/repeated_rows.hpp"
 
@@ -12,6 +14,8 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <initializer_list>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -21,7 +25,229 @@
 using namespace tetrakis;
 using test::Case, test::cases, test::farthest_apart, test::make_mesh, test::marks, test::mesh_of;
 
+namespace {
+
+/// Creases around regions of faces, of which none ends at a dart, or along edges here and there, of which most do.
+ControlMesh with_creases(const ControlMesh& mesh, std::uint64_t seed, bool with_limit, bool darts = false) {
+    ControlMeshData data = mesh.data();
+    const auto region = [&](HalfedgeId h) {
+        const std::uint32_t f = mesh.face(h).value;
+        return (f * 2654435761u + seed * 40503u) >> 7 & 3;
+    };
+    for (std::uint32_t i = 0; i < mesh.halfedge_count(); ++i) {
+        const HalfedgeId h(i), t = mesh.twin(h);
+        if (!t.valid() || t.value < i) continue;
+        const bool chosen = ((i * 2654435761u + seed * 7919u) >> 9) % 5 == 0;
+        if (darts ? !chosen : region(h) == region(t)) continue;
+        // Sharp beyond the last level is as sharp as for ever; but not for limits.
+        const bool finite = !with_limit && i % 3 == 0;
+        data.creases.push_back({mesh.origin(h).value, mesh.target(h).value, finite ? 8.5f : k_sharpness_infinity});
+    }
+    data.corners.push_back({static_cast<std::uint32_t>(seed) % mesh.vertex_count(), k_sharpness_infinity});
+    return ControlMesh::build(std::move(data));
+}
+
+std::unique_ptr<detail::RepeatedRows> rows_of(const ControlMesh& mesh, const Case& c, const RunContext& context = {}) {
+    const SchemeInfo& scheme = *find_scheme(c.scheme);
+    auto levels = std::make_unique<detail::RuleLevels>(mesh, scheme, c.rules, 0);
+    return detail::RepeatedRows::make(mesh, scheme, c.levels, c.rules, levels, {.even_if_slower = true}, context);
+}
+
+}  // namespace
+
 TEST_SUITE_BEGIN("refine");
+
+TEST_CASE("[inv1] [slow] rows that repeat themselves give what the rules give, point by point and face by face") {
+    for (const Case& c : cases()) {
+        CAPTURE(c.scheme);
+        const SchemeInfo& scheme = *find_scheme(c.scheme);
+        const bool triangles = scheme.family == MeshFamily::triangles;
+        int repeated = 0;
+        for (const std::uint64_t seed : test::seeds(4)) {
+            CAPTURE(seed);
+            const ControlMesh mesh = make_mesh(seed, triangles, seed % 2 == 1);
+            const auto rows = rows_of(mesh, c);
+            if (!rows) continue;
+            ++repeated;
+            const RefineOptions options{.rules = c.rules};
+            const RuleRefiner by_rules(mesh, scheme, c.levels, options);
+            const double size = bounding_box(mesh.positions()).diagonal();
+            PolygonMesh ours;
+            ours.positions.resize(rows->point_count());
+            rows->refine(mesh.positions(), ours.positions, {}, {});
+            std::vector<Vec3d> points(by_rules.vertex_count());
+            by_rules.refine(mesh.positions(), points);
+            const PolygonMesh expected = mesh_of(by_rules, points);
+            CHECK(farthest_apart(ours.positions, expected.positions) < 1e-12 * size);
+
+            detail::RepeatedRows::Faces faces = rows->faces({});
+            ours.face_offsets = std::move(faces.offsets);
+            ours.face_vertices = std::move(faces.vertices);
+            CHECK(farthest_apart(marks(ours, false), marks(expected, false)) < 1e-11 * (size + size * size));
+            // Control faces: as many faces each as by the rules.
+            std::vector<int> cells(mesh.face_count(), 0);
+            for (std::uint32_t f = 0; f < by_rules.face_count(); ++f) --cells[by_rules.control_face(f)];
+            for (const std::uint32_t f : faces.control) ++cells[f];
+            CHECK(std::ranges::count(cells, 0) == static_cast<std::ptrdiff_t>(cells.size()));
+        }
+        CHECK(repeated > 0);
+    }
+}
+
+TEST_CASE(
+    "[inv10] rows that repeat themselves give the same bytes for any number of threads, and for a refiner used again") {
+    for (const Case& c : cases()) {
+        CAPTURE(c.scheme);
+        const ControlMesh mesh = make_mesh(4, find_scheme(c.scheme)->family == MeshFamily::triangles, false);
+        const auto rows = rows_of(mesh, c);
+        if (!rows) continue;
+        std::vector<Vec3d> first;
+        for (const int threads : {1, 2, 4, 1}) {
+            RunContext context;
+            context.threads = threads;
+            std::vector<Vec3d> points(rows->point_count(), Vec3d(threads));
+            with_threads(context, [&] { rows->refine(mesh.positions(), points, {}, context); });
+            if (first.empty()) first = points;
+            CHECK(std::memcmp(points.data(), first.data(), points.size() * sizeof(Vec3d)) == 0);
+        }
+    }
+}
+
+TEST_CASE("[slow] refine() by rows that repeat themselves: texture coordinates, attributes, holes as by the rules") {
+    for (const Case& c : cases()) {
+        CAPTURE(c.scheme);
+        const SchemeInfo& scheme = *find_scheme(c.scheme);
+        const bool triangles = scheme.family == MeshFamily::triangles;
+        for (const std::uint64_t seed : test::seeds(8)) {
+            CAPTURE(seed);
+            ControlMesh mesh = make_mesh(seed, triangles, seed % 2 == 1, true);
+            if (seed >= 6 && fan_lattice(scheme, c.rules) == FanLattice::dual)
+                mesh = with_creases(mesh, seed, true, seed == 7);
+            // An attribute that is the position: the same masks give the same numbers.
+            VertexAttribute attribute{"p", 3, {}};
+            for (const Vec3d& p : mesh.positions())
+                for (int i = 0; i < 3; ++i) attribute.values.push_back(static_cast<float>(p[i]));
+            RefineOptions options{.rules = c.rules, .limit = seed == 1, .normals = seed == 1};
+            options.attributes = {&attribute, 1};
+            const PolygonMesh ours = refine(mesh, scheme, c.levels, options);
+            // Stencils are always made by the rules.
+            const PolygonMesh expected = refine_stencils(mesh, scheme, c.levels, options).mesh;
+            const double size = bounding_box(mesh.positions()).diagonal();
+            REQUIRE(ours.face_count() == expected.face_count());
+            CHECK(farthest_apart(ours.positions, expected.positions) < 1e-12 * size);
+            CHECK(farthest_apart(marks(ours, false), marks(expected, false)) < 1e-11 * (size + size * size));
+            REQUIRE(ours.face_uvs.size() == expected.face_uvs.size());
+            CHECK(ours.uvs.size() == expected.uvs.size());
+            CHECK(farthest_apart(marks(ours, true), marks(expected, true)) < 1e-11 * (100 + size) * (100 + size));
+            REQUIRE(ours.attributes.size() == 1);
+            double worst = 0;
+            for (std::size_t v = 0; v < ours.positions.size(); ++v)
+                for (int i = 0; i < 3; ++i)
+                    worst = std::max(worst, std::abs(ours.attributes[0].values[3 * v + i] - ours.positions[v][i]));
+            CHECK(worst < 1e-5 * size);
+            CHECK(ours.face_material == expected.face_material);
+        }
+    }
+}
+
+TEST_CASE("[slow] creases of dual schemes by rows that repeat themselves are those of the rules") {
+    for (const Case& c : cases()) {
+        const SchemeInfo& scheme = *find_scheme(c.scheme);
+        if (fan_lattice(scheme, c.rules) != FanLattice::dual) continue;
+        CAPTURE(c.scheme);
+        int repeated = 0;
+        double worst = 0;  // of points with their normals
+        for (const std::uint64_t seed : test::seeds(12)) {
+            CAPTURE(seed);
+            const bool limit = seed % 2 == 0;
+            const ControlMesh mesh =
+                with_creases(make_mesh(3 * (seed % 3) + seed % 2, false, false), seed, limit, seed % 12 >= 6);
+            auto levels = std::make_unique<detail::RuleLevels>(mesh, scheme, c.rules, 0);
+            detail::RepeatedRows::Demand demand;
+            demand.limit = demand.normals = limit;
+            demand.even_if_slower = true;
+            const auto rows = detail::RepeatedRows::make(mesh, scheme, c.levels, c.rules, levels, demand, {});
+            if (!rows) continue;
+            ++repeated;
+            const RefineOptions options{.rules = c.rules, .limit = limit, .normals = limit};
+            const RuleRefiner by_rules(mesh, scheme, c.levels, options);
+            REQUIRE(rows->point_count() == by_rules.vertex_count());
+            std::vector<Vec3d> points(rows->point_count()), normals(limit ? points.size() : 0), expected(points.size()),
+                expected_normals(normals.size());
+            rows->refine(mesh.positions(), points, normals, {});
+            by_rules.refine(mesh.positions(), expected);
+            const double size = bounding_box(mesh.positions()).diagonal();
+            CHECK(farthest_apart(points, expected) < 1e-12 * size);
+            PolygonMesh ours;
+            detail::RepeatedRows::Faces faces = rows->faces({});
+            ours.positions = points;
+            ours.face_offsets = std::move(faces.offsets);
+            ours.face_vertices = std::move(faces.vertices);
+            CHECK(farthest_apart(marks(ours, false), marks(mesh_of(by_rules, expected), false)) <
+                  1e-11 * (size + size * size));
+            std::vector<int> cells(mesh.face_count(), 0);
+            for (std::uint32_t f = 0; f < by_rules.face_count(); ++f) --cells[by_rules.control_face(f)];
+            for (const std::uint32_t f : faces.control) ++cells[f];
+            CHECK(std::ranges::count(cells, 0) == static_cast<std::ptrdiff_t>(cells.size()));
+            if (!limit) continue;
+            by_rules.normals(mesh.positions(), expected_normals);
+            for (std::size_t i = 0; i < points.size(); ++i) points[i] += normals[i];
+            const PointMatch with_normals(points);
+            std::vector<Vec3d> net(expected.size());
+            RuleRefiner(mesh, scheme, c.levels, {.rules = c.rules}).refine(mesh.positions(), net);
+            for (std::size_t i = 0; i < expected.size(); ++i) {
+                // Where a mesh is folded together, both sides of a crease on one another, rounding has the last word.
+                Vec3d sum(0);
+                for (const int h : by_rules.last().ring(static_cast<int>(i)).halfedge)
+                    sum += unit_or_zero(glm::cross(net[by_rules.last().target(h)] - net[i],
+                                                   net[by_rules.last().origin(by_rules.last().prev(h))] - net[i]));
+                if (glm::length(sum) < 0.5) continue;
+                const Vec3d at = expected[i] + expected_normals[i];
+                worst = std::max(worst, glm::length(at - points[with_normals.nearest(at)]));
+            }
+        }
+        CHECK(repeated >= 12);
+        CHECK(worst < 1e-7);
+    }
+}
+
+TEST_CASE(
+    "[slow] boundaries that recede leave the points and faces that the rules leave, and by limits and normals no "
+    "fewer") {
+    for (const std::uint64_t seed : test::seeds(5))
+        for (int steps = 1; steps <= 4; ++steps) {
+            CAPTURE(seed);
+            CAPTURE(steps);
+            const int levels = seed % 4 == 0 ? 4 : 3;
+            test::RandomMeshOptions random = test::random_options(seed);
+            random.columns = random.rows = 6;
+            random.removed_faces = 0.05;
+            const ControlMesh mesh = ControlMesh::build(test::random_mesh_data(seed, random));
+            VertexAttribute attribute{"x", 1, {}};
+            for (const Vec3d& p : mesh.positions()) attribute.values.push_back(static_cast<float>(p.x));
+            RefineOptions options{.limit = seed % 3 == 0, .normals = seed % 6 == 1, .attributes = {&attribute, 1}};
+            options.rules.averaging_steps = steps;
+            options.rules.averaging_boundary = AveragingBoundary::recede;
+            const SchemeInfo& scheme = *find_scheme("averaging");
+            const std::optional<PolygonMesh> expected = test::by_stencils(mesh, scheme, levels, options);
+            if (!expected) continue;
+            const PolygonMesh ours = refine(mesh, scheme, levels, options);
+            const double size = bounding_box(mesh.positions()).diagonal();
+            CHECK(ours.positions.size() >= expected->positions.size());
+            const PointMatch in_ours(ours.positions);
+            double worst = 0;
+            for (const Vec3d& p : expected->positions)
+                worst = std::max(worst, glm::length(p - ours.positions[in_ours.nearest(p)]));
+            CHECK(worst < 1e-12 * size);
+            CHECK(ours.attributes[0].values.size() == ours.positions.size());
+            if (options.limit || options.normals) continue;
+            CHECK(ours.positions.size() == expected->positions.size());
+            REQUIRE(ours.face_count() == expected->face_count());
+            CHECK(farthest_apart(marks(ours, false), marks(*expected, false)) < 1e-11 * (size + size * size));
+            for (std::size_t v = 0; v < ours.positions.size(); ++v)
+                CHECK(std::abs(ours.attributes[0].values[v] - ours.positions[v].x) < 1e-5 * size);
+        }
+}
 
 TEST_CASE("faces beside boundaries that recede lie in their control faces") {
     constexpr std::uint32_t n = 8;
