@@ -229,21 +229,18 @@ TEST_CASE("sqrt3: a crease that ends between two triangles has no limit there, a
 }
 
 TEST_CASE("[inv1] uniform hierarchies of dual schemes have the faces that refine() keeps beside holes") {
-    std::size_t with_holes = 0, with_valence_2 = 0;
+    std::size_t with_holes = 0;
     for (const std::string_view scheme : {"doo-sabin", "midedge", "biquartic"})
         for (const std::uint64_t seed : test::seeds(scheme == "doo-sabin" ? 18 : 4)) {
             CAPTURE(scheme);
             CAPTURE(seed);
             test::RandomMeshOptions options = test::random_options(seed);
             options.hole = 0.15;
-            options.edge_vertices = 0.08;
             options.crease = seed % 3 == 0 ? 0 : 0.3;
             options.corner = options.crease / 2;
             const ControlMesh mesh = test::random_dual_mesh(
                 seed, options, seed % 3 == 2 ? test::DualTags::of_all_kinds : test::DualTags::infinitely_sharp);
             for (std::uint32_t f = 0; f < mesh.face_count(); ++f) with_holes += mesh.is_hole(FaceId(f)) ? 1 : 0;
-            for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
-                with_valence_2 += !mesh.is_boundary(VertexId(v)) && mesh.face_valence(VertexId(v)) == 2 ? 1 : 0;
             for (int level = 1; level <= (scheme == "doo-sabin" ? 3 : 2); ++level) {
                 CAPTURE(level);
                 Hierarchy h = make_hierarchy(mesh, scheme);
@@ -275,7 +272,6 @@ TEST_CASE("[inv1] uniform hierarchies of dual schemes have the faces that refine
             }
         }
     CHECK(with_holes > 0);
-    CHECK(with_valence_2 > 0);
 }
 
 TEST_CASE("equal parts of the leaves are compact") {
@@ -527,8 +523,9 @@ TEST_CASE(
                 FAIL("no error");
             } catch (const Error& e) {
                 CHECK(e.code() == ErrorCode::invalid_input);
-                INFO(e.what());
-                CHECK(std::string_view(e.what()).find(text) != std::string_view::npos);
+                const std::string message = e.what();
+                CAPTURE(message);
+                CHECK(message.find(text) != std::string::npos);
             }
             check_sound(h);
             CHECK(test::same_mesh(h.to_mesh(), before));
@@ -566,8 +563,8 @@ TEST_CASE(
             fails([&] { (void)h.limit(vertex(0, 60, Kind::centre)); }, "above");
             fails([&] { (void)h.limit(vertex(mesh.vertex_count(), 0, Kind::control)); }, "no such");
             fails([&] { (void)h.limit(vertex(mesh.face_count(), 1, Kind::centre)); }, "no such");
-            fails([&] { (void)h.position(vertex(1, 2, Kind::centre), 1); }, "first level");
-            fails([&] { (void)h.position(vertex(1, 2, Kind::centre), 99); }, "99");
+            fails([&] { (void)h.position(vertex(1, 1, Kind::centre), 0); }, "first level");
+            fails([&] { (void)h.position(vertex(1, 1, Kind::centre), 99); }, "99");
         } else if (is_dual(h)) {
             fails([&] { (void)h.limit(Site{HalfedgeId(bound), {0, 0}, 0}); }, "root");
         } else {
