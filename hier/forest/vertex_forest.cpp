@@ -146,11 +146,16 @@ void VertexForest::require_leaves(std::span<const LeafId> leaves) const {
 }
 
 std::uint64_t VertexForest::memory_bytes() const {
-    return roots_.link.capacity() * sizeof(std::uint32_t) + roots_.face.capacity() * sizeof(FaceId) +
+    std::uint64_t joints = roots_.joints.capacity() * sizeof(VertexJoint);
+    for (const VertexJoint& joint : roots_.joints)
+        joints += joint.cells.capacity() * sizeof(joint.cells[0]) +
+                  joint.children.capacity() * sizeof(joint.children[0]) +
+                  (joint.joined.capacity() + joint.in_place.capacity()) * sizeof(joint.joined[0]);
+    return joints + roots_.link.capacity() * sizeof(std::uint32_t) + roots_.face.capacity() * sizeof(FaceId) +
            roots_.crease.capacity() + roots_.hole.capacity() + child_.capacity() * sizeof(std::uint32_t) +
            roots_.smooth_from.capacity() + roots_.joint_cells.capacity() * sizeof(VertexRoots::JointCell) +
            records_.capacity() * sizeof(Record) +
-           (free_records_.capacity() + free_joints_.capacity()) * sizeof(std::uint32_t) +
+           (free_records_.capacity() + free_joints_.capacity() + records_of_joint_.capacity()) * sizeof(std::uint32_t) +
            joints_.capacity() * sizeof(Joint) + marks_.capacity();
 }
 

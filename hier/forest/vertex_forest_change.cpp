@@ -1,4 +1,5 @@
 #include "../base/error.hpp"
+#include "../base/memory.hpp"
 #include "vertex_forest.hpp"
 
 #include <algorithm>
@@ -127,12 +128,9 @@ void VertexForest::refine(std::span<const LeafId> marked, std::vector<LeafId>& c
         const std::uint64_t slots = child_.size() + 4 * static_cast<std::uint64_t>(fresh);
         if (slots > k_max_slots)
             throw Error(ErrorCode::memory_limit, "the mesh would have more than 2^32 vertices; refine less");
-        const auto make_room = [](auto& array, std::size_t size) {
-            if (array.capacity() < size) array.reserve(std::max<std::size_t>(size, 2 * array.capacity()));
-        };
-        make_room(records_, records_.size() + fresh);
-        make_room(child_, slots);
-        make_room(marks_, slots);
+        detail::make_room(records_, records_.size() + fresh);
+        detail::make_room(child_, slots);
+        detail::make_room(marks_, slots);
         if (!roots_.all_stay()) {
             std::size_t joints = 0, most_cells = 0;
             for (const std::uint32_t slot : splits) {
@@ -140,8 +138,8 @@ void VertexForest::refine(std::span<const LeafId> marked, std::vector<LeafId>& c
                 if (at != nullptr) most_cells = std::max(most_cells, roots_.joints[at->joint].cells.size());
                 joints += at != nullptr || creases(slot) != 0 ? 1 : 0;
             }
-            make_room(joints_, joints_.size() + joints);
-            make_room(records_of_joint_, most_cells);
+            detail::make_room(joints_, joints_.size() + joints);
+            detail::make_room(records_of_joint_, most_cells);
         }
         created.clear();
         created.reserve(4 * splits.size());
@@ -266,7 +264,7 @@ void VertexForest::coarsen(std::span<const LeafId> marked, std::vector<LeafId>& 
         while (end < slots.size() && slots[end] / 4 == slots[i] / 4) ++end;
         if (end - i == live_children(slots[i] / 4)) going.push_back(slots[i] / 4);
     }
-    free_records_.reserve(free_records_.size() + going.size());
+    detail::make_room(free_records_, free_records_.size() + going.size());
     free_joints_.reserve(joints_.size());
     created.clear();
     created.reserve(going.size());

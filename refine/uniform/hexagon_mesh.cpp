@@ -1,6 +1,6 @@
 #include "hexagon_mesh.hpp"
 
-#include "../../hier/base/huge_memory.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #include "honeycomb_levels.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "../../hier/base/huge_buffer.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../schemes/core/ring_mask.hpp"
 #include "../rules/limit_search.hpp"

@@ -332,7 +332,12 @@ TEST_CASE("[inv5] a merge undoes a split, and coarsening ends at the roots") {
             const bool alone = forest.split(id) <= 4 && forest.leaf_count() <= count + 2;
             if (!alone) continue;  // its closure split others: those would have to be merged first
             REQUIRE(forest.can_merge(id));
-            CHECK(forest.merge(id) == id);
+            const auto parents = forest.merge(id);
+            CHECK((parents[0] == id || parents[1] == id));
+            CHECK((parents[0].valid() && forest.is_leaf(parents[0])));
+            // The other one is across the base; none at the boundary.
+            const LeafId beside = parents[0] == id ? parents[1] : parents[0];
+            CHECK(beside == forest.leaf(id).neighbour[0]);
             CHECK(node_of(forest, id) == node);
             CHECK(forest.leaf_count() == count);
             check_same_export(forest.exported(), before);

@@ -1,7 +1,7 @@
 #include "../kit/random_mesh.hpp"
 
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/number_set.hpp"
-#include "../../hier/base/pod_array.hpp"
 
 #include <doctest/doctest.h>
 

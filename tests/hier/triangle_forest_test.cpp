@@ -432,6 +432,24 @@ TEST_CASE("[inv5] any four siblings of an even triangle mesh merge alone, and ar
     }
 }
 
+TEST_CASE("merging one by one makes room in steps that grow: few of many merges take memory") {
+    const ControlMesh mesh = test::random_triangle_mesh(1);
+    TriangleForest forest(mesh);
+    std::vector<LeafId> created, changed;
+    while (forest.leaf_count() < 20000) forest.refine(leaves_of(forest), created, changed);
+    int merges = 0, grown = 0;
+    for (const LeafId leaf : leaves_of(forest)) {
+        if (!forest.is_leaf(leaf) || !forest.can_merge(leaf)) continue;
+        const std::uint64_t before = forest.memory_bytes();
+        forest.coarsen(forest.siblings(leaf), created, changed);
+        REQUIRE(created.size() == 1);
+        ++merges;
+        grown += forest.memory_bytes() != before ? 1 : 0;
+    }
+    CHECK(merges >= 4000);
+    CHECK(grown < 100);
+}
+
 TEST_CASE("[slow] [inv10] a large parallel refinement of a triangle forest gives the serial one's slots and points") {
     const ControlMesh mesh = test::random_triangle_mesh(6);
     const auto grow = [&](int threads) {

@@ -20,45 +20,6 @@
 
 using namespace tetrakis;
 
-namespace tetrakis {
-
-/// Breaks one link.
-struct VertexForestCorruptor {
-    static void break_link(VertexForest& forest) {
-        for (auto& r : forest.records_)
-            for (auto& link : r.link)
-                if (link < VertexForest::k_coarser) {
-                    link = VertexForest::k_coarser;
-                    return;
-                }
-    }
-    static void break_crease(VertexForest& forest) { forest.records_.front().creases ^= 1u; }
-    static void lose_leaf(VertexForest& forest) { --forest.leaf_count_; }
-    static std::size_t joints(const VertexForest& forest) { return forest.joints_.size(); }
-    static void break_joint(VertexForest& forest) {
-        for (auto& side : forest.joints_.front().sides)
-            if (side.leads == VertexForest::Joint::Leads::to) side.slot = 0;
-    }
-    static void break_children(VertexForest& forest) {
-        for (auto& child : forest.joints_.front().children) child.exists = true;
-    }
-    static void move_record(VertexForest& forest) { ++forest.records_.front().at.x; }
-    static void lose_joint(VertexForest& forest) { forest.records_.front().joint = 1000000; }
-    static void share_joint(VertexForest& forest) {
-        auto& records = forest.records_;
-        const auto has_joint = [](const auto& r) { return r.joint != VertexForest::k_no_joint; };
-        const auto first = std::find_if(records.begin(), records.end(), has_joint);
-        std::find_if(first + 1, records.end(), has_joint)->joint = first->joint;
-    }
-    static void free_joint(VertexForest& forest) { forest.free_joints_.push_back(0); }
-    static void turn_smooth(VertexForest& forest) { forest.records_.front().smooth_from[0] ^= 1; }
-    static void exchange_records(VertexForest& forest) {
-        std::swap(forest.child_[forest.records_[0].parent], forest.child_[forest.records_[1].parent]);
-    }
-};
-
-}  // namespace tetrakis
-
 namespace {
 
 std::vector<std::vector<std::uint32_t>> cycles(const std::vector<std::uint32_t>& offsets,
@@ -424,34 +385,6 @@ TEST_CASE("[bad-input] vertex quadtrees refuse what is no leaf, too deep or of n
     CHECK(!forest.check().has_value());
 
     CHECK_THROWS_AS(AdaptiveDual(mesh, *find_scheme("catmull-clark")), Error);
-
-    const auto corrupted = [&](auto&& damage) {
-        VertexForest copy = forest;
-        damage(copy);
-        return copy.check().value_or("");
-    };
-    // Joints, along the edges of a face that are smooth at once.
-    ControlMeshData data = mesh.data();
-    for (std::uint32_t c = 0; c < 4; ++c)
-        data.creases.push_back({data.face_vertices[c], data.face_vertices[(c + 1) % 4], 1.0f, 0});
-    const ControlMesh creased = ControlMesh::build(data);
-    const AdaptiveDual whole(creased, *find_scheme("doo-sabin"));
-    VertexForest joined = whole.forest();
-    joined.refine(joined.ordered_leaves(), created);
-    REQUIRE(VertexForestCorruptor::joints(joined) == 2 * 8);
-    CHECK(!joined.check().has_value());
-    for (const auto damage :
-         {VertexForestCorruptor::break_joint, VertexForestCorruptor::break_children, VertexForestCorruptor::lose_joint,
-          VertexForestCorruptor::share_joint, VertexForestCorruptor::free_joint, VertexForestCorruptor::turn_smooth,
-          VertexForestCorruptor::exchange_records}) {
-        VertexForest copy = joined;
-        damage(copy);
-        CHECK(copy.check().has_value());
-    }
-    CHECK(corrupted([](VertexForest& f) { VertexForestCorruptor::break_link(f); }).find("link") < 999);
-    CHECK(corrupted([](VertexForest& f) { VertexForestCorruptor::break_crease(f); }).find("other creases") < 999);
-    CHECK(corrupted([](VertexForest& f) { VertexForestCorruptor::lose_leaf(f); }).find("number of leaves") < 999);
-    CHECK(corrupted([](VertexForest& f) { VertexForestCorruptor::move_record(f); }).find("another place") < 999);
 }
 
 TEST_SUITE_END();

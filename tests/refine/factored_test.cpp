@@ -7,9 +7,7 @@
 #include "../../refine/uniform/grid_refinement.hpp"
 #include "../../refine/uniform/uniform.hpp"
 #include "../../refine/uniform/uniform_refiner.hpp"
-#include "../../schemes/rules/doo_sabin.hpp"
-#include "../../schemes/rules/factored_dual.hpp"
-#include "../../schemes/rules/midedge.hpp"
+#include "../../schemes/rules/dual_schemes.hpp"
 
 #include <doctest/doctest.h>
 

@@ -18,23 +18,6 @@
 using namespace tetrakis;
 using test::Random;
 
-namespace tetrakis {
-
-/// Makes a triangle half or whole against what lies beyond.
-struct Sqrt3SlotsCorruptor {
-    static void turn(Sqrt3Slots& slots, LeafId leaf) {
-        std::uint32_t& state = slots.child_[leaf.value];
-        state = state == Sqrt3Slots::k_half ? Sqrt3Slots::k_whole : Sqrt3Slots::k_half;
-    }
-    static void kill_root(Sqrt3Slots& slots) { slots.child_[0] = Sqrt3Slots::k_dead; }
-    static void halve_root(Sqrt3Slots& slots) { slots.child_[1] = Sqrt3Slots::k_half; }
-    static void lose(Sqrt3Slots& slots) { slots.records_.front().live = false; }
-    static void move(Sqrt3Slots& slots) { ++slots.records_.front().slot; }
-    static void cut_off(Sqrt3Slots& slots, LeafId leaf) { slots.across_[3 * leaf.value + 2] = Sqrt3Slots::k_kept; }
-};
-
-}  // namespace tetrakis
-
 namespace {
 
 /// The face of a level that a node is, or is half of.
@@ -289,26 +272,29 @@ TEST_CASE("sqrt3 leaves are in order and found down to the largest depth") {
     }
 }
 
-TEST_CASE("check() finds slots that are not as the split triangles say") {
+TEST_CASE("[bad-input] sqrt3 slots refuse stale handles, and coarsen after their spare room is given back") {
     const ControlMesh mesh = test::random_sqrt3_mesh(1);
-    const auto fault = [&](auto&& corrupt) {
-        Sqrt3Slots slots(mesh);
-        std::vector<LeafId> created;
-        Sqrt3Slots::Changed removed;
-        const LeafId root(4);
-        slots.refine({&root, 1}, created, &removed);
-        REQUIRE(removed.size() == 1);
-        REQUIRE(!slots.check());
-        corrupt(slots, created.front());
-        return slots.check().value_or("");
-    };
-    using Corrupt = Sqrt3SlotsCorruptor;
-    CHECK(fault([](Sqrt3Slots& s, LeafId leaf) { Corrupt::turn(s, leaf); }).find("side 0") < 99);
-    CHECK(fault([](Sqrt3Slots& s, LeafId) { Corrupt::kill_root(s); }).find("control face 0") < 99);
-    CHECK(fault([](Sqrt3Slots& s, LeafId) { Corrupt::halve_root(s); }).find("control face 1") < 99);
-    CHECK(fault([](Sqrt3Slots& s, LeafId) { Corrupt::lose(s); }).find("more split") < 99);
-    CHECK(fault([](Sqrt3Slots& s, LeafId) { Corrupt::move(s); }).find("where its number") < 99);
-    CHECK(fault([](Sqrt3Slots& s, LeafId leaf) { Corrupt::cut_off(s, leaf); }).find("not linked") < 99);
+    Sqrt3Slots slots(mesh);
+    std::vector<LeafId> created, ignored;
+    Sqrt3Slots::Changed removed;
+    const LeafId root(4);
+    slots.refine({&root, 1}, created, &removed);
+    const std::vector<LeafId> children(created.begin(), created.begin() + 3);
+    const std::vector<LeafId> before = slots.ordered_leaves();
+    for (const LeafId stale : {root, LeafId(1'000'000), LeafId{}}) {
+        const std::vector<LeafId> marked{children[0], stale};
+        CHECK_THROWS_AS(slots.refine(marked, ignored, nullptr), Error);
+        CHECK_THROWS_AS(slots.coarsen(marked, ignored, removed), Error);
+    }
+    CHECK(slots.ordered_leaves() == before);
+    slots.shrink();
+    slots.coarsen(children, created, removed);
+    CHECK(slots.is_leaf(root));
+    CHECK(!slots.check());
+    // Its slots are dead now.
+    CHECK_THROWS_AS(slots.refine({&children[0], 1}, created, nullptr), Error);
+    CHECK_THROWS_AS(slots.coarsen({&children[0], 1}, created, removed), Error);
+    CHECK(!slots.check());
 }
 
 TEST_CASE("an estimator of sqrt3 triangles drives refinement to the smallest set within the tolerance, and back") {

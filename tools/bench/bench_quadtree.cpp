@@ -1,6 +1,5 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
-#include "../../hier/forest/quadtree_view.hpp"
 #include "../../hier/forest/vertex_forest.hpp"
 #include "../../refine/adaptive/partial_levels.hpp"
 #include "../../schemes/core/scheme_table.hpp"
@@ -176,7 +175,6 @@ std::int64_t square_count(const BisectionForest& forest) {
 
 enum class Ours {
     bisection,  ///< BisectionForest: all links and points in place
-    view,       ///< and its cells in order, as p4est has its leaves: QuadtreeView
     vertices,   ///< VertexForest: plain quadtrees, one thread
 };
 
@@ -195,13 +193,7 @@ void ours(benchmark::State& state, CubePattern pattern, Ours kind, int threads) 
                 return;
             }
             const BisectionForest forest = quadtree.bisected();
-            if (kind == Ours::view) {
-                const QuadtreeView view(forest);
-                state.SetIterationTime(seconds_since(start));
-                benchmark::DoNotOptimize(view.cells().data());
-            } else {
-                state.SetIterationTime(seconds_since(start));
-            }
+            state.SetIterationTime(seconds_since(start));
             squares = square_count(forest);
             bytes = static_cast<std::int64_t>(forest.memory_bytes());
         });
@@ -224,27 +216,24 @@ void theirs(benchmark::State& state, CubePattern pattern, const P4est* p4est, bo
     state.counters["refine_ms"] = 1e3 * refine / static_cast<double>(state.iterations());
 }
 
-/// Ends the program unless all three make the same squares.
+/// Ends the program unless p4est and VertexForest make the same squares, and BisectionForest as many.
 void require_equal(const P4est& p4est) {
     for (const bool everywhere : {false, true}) {
         const CubePattern pattern{everywhere ? 4 : 9, everywhere};
         const CubeQuadtree quadtree(pattern);
-        std::vector<CubeSquare> theirs, cells, leaves;
+        std::vector<CubeSquare> theirs, leaves;
         p4est.run(pattern, false, &theirs);
         const BisectionForest bisection = quadtree.bisected();
-        const QuadtreeView view(bisection);
-        for (const QuadtreeCell& cell : view.cells()) cells.push_back(quadtree.square(cell.root, cell.at, cell.level));
         const VertexForest forest = quadtree.refined(quadtree.roots());
         for (LeafId leaf : forest.ordered_leaves()) {
             const VertexCell cell = forest.cell(leaf);
             leaves.push_back(quadtree.square(HalfedgeId(cell.root), cell.at, cell.level));
         }
-        for (auto* squares : {&theirs, &cells, &leaves}) std::sort(squares->begin(), squares->end());
-        if (theirs == cells && theirs == leaves && square_count(bisection) == static_cast<std::int64_t>(theirs.size()))
-            continue;
+        for (auto* squares : {&theirs, &leaves}) std::sort(squares->begin(), squares->end());
+        if (theirs == leaves && square_count(bisection) == static_cast<std::int64_t>(theirs.size())) continue;
         std::fprintf(stderr,
-                     "bench_quadtree: p4est has %zu squares, BisectionForest %zu, VertexForest %zu, not the same\n",
-                     theirs.size(), cells.size(), leaves.size());
+                     "bench_quadtree: p4est has %zu squares, BisectionForest %lld, VertexForest %zu, not the same\n",
+                     theirs.size(), static_cast<long long>(square_count(bisection)), leaves.size());
         std::exit(1);
     }
 }
@@ -275,8 +264,6 @@ void register_ours() {
             const std::string suffix = "/threads:" + std::to_string(threads);
             add(prefix + "bisection" + suffix,
                 [=](benchmark::State& state) { ours(state, p, Ours::bisection, threads); });
-            add(prefix + "bisection_view" + suffix,
-                [=](benchmark::State& state) { ours(state, p, Ours::view, threads); });
         }
         add(prefix + "vertices/threads:1", [=](benchmark::State& state) { ours(state, p, Ours::vertices, 1); });
     }
