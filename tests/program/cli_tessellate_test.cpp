@@ -147,7 +147,7 @@ bool warns_of(const Run& run, std::string_view text) {
 }
 
 /// A torus of n x n quads, each cut into two triangles: all valences are 6.
-void write_triangle_torus(const std::filesystem::path& path, int n) {
+[[maybe_unused]] void write_triangle_torus(const std::filesystem::path& path, int n) {
     std::ofstream out(path);
     const auto angle = [n](int i) { return 2 * std::numbers::pi * i / n; };
     for (int i = 0; i < n; ++i)
