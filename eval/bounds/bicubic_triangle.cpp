@@ -50,24 +50,26 @@ std::array<Weights4, Cubic::k_count> cubic_weights(const std::array<double, 3>& 
 
 }  // namespace
 
-BezierTriangle<6> bicubic_over(const Net16& net, const std::array<Vec2d, 3>& triangle) {
+SexticWeights sextic_weights(const std::array<Vec2d, 3>& triangle) {
     const auto x = cubic_weights({triangle[0].x, triangle[1].x, triangle[2].x});
     const auto y = cubic_weights({triangle[0].y, triangle[1].y, triangle[2].y});
-    Sextic result;
-    result.point.fill(Vec3d(0));
-    for (std::size_t a = 0; a < Cubic::k_count; ++a) {
-        std::array<Vec3d, 4> row;
-        for (std::size_t r = 0; r < 4; ++r)
-            for (int k = 0; k < 3; ++k) {
-                const double* p = net.c[k] + 4 * r;
-                row[r][k] = x[a][0] * p[0] + x[a][1] * p[1] + x[a][2] * p[2] + x[a][3] * p[3];
-            }
+    SexticWeights weights{};
+    for (std::size_t a = 0; a < Cubic::k_count; ++a)
         for (std::size_t b = 0; b < Cubic::k_count; ++b) {
             const Share& share = k_shares[a][b];
-            result.point[share.into] +=
-                share.weight * (y[b][0] * row[0] + y[b][1] * row[1] + y[b][2] * row[2] + y[b][3] * row[3]);
+            for (std::size_t r = 0; r < 4; ++r)
+                for (std::size_t c = 0; c < 4; ++c) weights[4 * r + c][share.into] += share.weight * y[b][r] * x[a][c];
         }
-    }
+    return weights;
+}
+
+BezierTriangle<6> bicubic_over(const Net16& net, const SexticWeights& weights) {
+    std::array<std::array<double, Sextic::k_count>, 3> sum{};
+    for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t p = 0; p < weights.size(); ++p)
+            for (std::size_t i = 0; i < Sextic::k_count; ++i) sum[k][i] += net.c[k][p] * weights[p][i];
+    Sextic result;
+    for (std::size_t i = 0; i < Sextic::k_count; ++i) result.point[i] = {sum[0][i], sum[1][i], sum[2][i]};
     return result;
 }
 

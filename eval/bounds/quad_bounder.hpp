@@ -1,6 +1,7 @@
 #pragma once
 
 #include "../surface/quad_cell_walk.hpp"
+#include "bicubic_triangle.hpp"
 #include "patch_bounder.hpp"
 
 #include <array>
@@ -78,7 +79,8 @@ class QuadBounder : private detail::PatchBounder {
         Edges edge;                   ///< as of Piece
     };
     void bound_strips(const detail::WalkCell& cell, const Part& part);
-    void bound_part(const detail::Net16& net, const Part& part);
+    /// @param weights  of part.at
+    void bound_part(const detail::Net16& net, const Part& part, const detail::SexticWeights& weights);
     double hull_error(const detail::QuadNode& node, const Piece& piece, const Corners& corners) const;
     /// The form in which errors are measured: positions in the triangle's frame, or S - L.
     Vec3d measured_form(const Vec3d& position, const Vec3d& deviation) const {

@@ -1,4 +1,3 @@
-#include "bicubic_triangle.hpp"
 #include "quad_bounder.hpp"
 
 #include <algorithm>
@@ -9,24 +8,42 @@ namespace tetrakis {
 
 using detail::WalkCell;
 
+namespace {
+
+/// The half (right angle at corner `turn`) or quarter (at the centre, beside the side from corner `turn`) of a cell,
+/// the longest side first.
+std::array<Vec2d, 3> piece_corners(bool quarter, int turn) {
+    const auto corner = [](int i) { return Vec2d(detail::k_corner_x[i & 3], detail::k_corner_y[i & 3]); };
+    if (quarter) return {corner(turn), corner(turn + 1), Vec2d(0.5)};
+    return {corner(turn + 1), corner(turn + 3), corner(turn)};
+}
+
+const detail::SexticWeights& piece_weights(bool quarter, int turn) {
+    static const auto table = [] {
+        std::array<std::array<detail::SexticWeights, 4>, 2> weights;
+        for (int i = 0; i < 8; ++i)
+            weights[static_cast<std::size_t>(i / 4)][static_cast<std::size_t>(i % 4)] =
+                detail::sextic_weights(piece_corners(i / 4 == 1, i % 4));
+        return weights;
+    }();
+    return table[quarter][static_cast<std::size_t>(turn)];
+}
+
+}  // namespace
+
 void QuadBounder::bound_regular(const WalkCell& cell, const Piece& piece, const Corners& corners) {
-    const auto corner_at = [](int i) { return Vec2d(detail::k_corner_x[i & 3], detail::k_corner_y[i & 3]); };
-    const int k = piece.turn;
-    // The longest side first.
     const auto& L = corners.linear;
     const auto& E = piece.edge;
-    const Vec2d own = piece.quarter ? Vec2d(0.5) : corner_at(k), next = corner_at(piece.quarter ? k : k + 1),
-                last = corner_at(piece.quarter ? k + 1 : k + 3);
-    const Part part{{next, last, own}, {L[1], L[2], L[0]}, {E[1], E[2], E[0]}};
+    const Part part{piece_corners(piece.quarter, piece.turn), {L[1], L[2], L[0]}, {E[1], E[2], E[0]}};
     if (cell.crease)
         bound_strips(cell, part);
     else
-        bound_part(*cell.net, part);
+        bound_part(*cell.net, part, piece_weights(piece.quarter, piece.turn));
 }
 
-void QuadBounder::bound_part(const detail::Net16& net, const Part& part) {
+void QuadBounder::bound_part(const detail::Net16& net, const Part& part, const detail::SexticWeights& weights) {
     using Patch = detail::BezierTriangle<6>;
-    Patch patch = detail::bicubic_over(net, part.at);
+    Patch patch = detail::bicubic_over(net, weights);
     if (distance_) {
         for (Vec3d& p : patch.point) p = triangle_.local(p);
     } else {
@@ -83,11 +100,13 @@ void QuadBounder::bound_strips(const WalkCell& cell, const Part& part) {
             const double distance = (both[i].distance - strip.origin) / strip.span;
             both[i].at[axis] = far ? 1 - distance : distance;
         }
-        for (std::size_t i = 1; i + 1 < count && !rejected_; ++i)
-            bound_part(strip.net, {{both[0].at, both[i].at, both[i + 1].at},
-                                   {both[0].linear, both[i].linear, both[i + 1].linear},
-                                   {i == 1 ? both[0].edge : std::int8_t{-1}, both[i].edge,
-                                    i + 2 == count ? both[i + 1].edge : std::int8_t{-1}}});
+        for (std::size_t i = 1; i + 1 < count && !rejected_; ++i) {
+            const Part triangle{{both[0].at, both[i].at, both[i + 1].at},
+                                {both[0].linear, both[i].linear, both[i + 1].linear},
+                                {i == 1 ? both[0].edge : std::int8_t{-1}, both[i].edge,
+                                 i + 2 == count ? both[i + 1].edge : std::int8_t{-1}}};
+            bound_part(strip.net, triangle, detail::sextic_weights(triangle.at));
+        }
     }
 }
 

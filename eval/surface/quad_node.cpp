@@ -110,6 +110,15 @@ std::uint64_t QuadNode::own_bytes() const {
     return (own_star ? own_star->memory_bytes() : 0) + (local ? local->memory_bytes() : 0);
 }
 
+std::uint64_t QuadNode::grown_bytes() const {
+    std::uint64_t bytes = own_bytes();
+    if (const QuadQuarters* below = quarters.load(std::memory_order_acquire)) {
+        bytes += sizeof(QuadQuarters);
+        for (const QuadNode& child : below->cell) bytes += child.grown_bytes();
+    }
+    return bytes;
+}
+
 const QuadNode* QuadNode::grown() const {
     QuadNode* self = const_cast<QuadNode*>(this);
     if (const QuadQuarters* found = self->quarters.load(std::memory_order_acquire)) return found->cell.data();

@@ -48,13 +48,12 @@ struct QuadNode {
     void adopt(std::unique_ptr<QuadStar> from);
     /// Bytes of what is its own beside the node, without its quarters.
     std::uint64_t own_bytes() const;
+    /// Bytes of what has grown below, too.
+    std::uint64_t grown_bytes() const;
 };
 
 /// The cell of a whole root.
-struct QuadRoot : QuadNode, PoolNew {
-    HalfedgeId halfedge;
-    QuadRoot* next = nullptr;  ///< in the list of those that are there
-};
+struct QuadRoot : QuadNode, PoolNew {};
 
 /// What a node grows, in one block; below 4032 bytes, from where oneTBB's allocator gives 5376.
 struct QuadQuarters : PoolNew {

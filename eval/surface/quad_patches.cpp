@@ -65,31 +65,27 @@ std::uint64_t QuadPatches::bytes_to_keep() const {
 
 const QuadNode& QuadPatches::made_root(HalfedgeId root) const {
     auto fresh = std::make_unique<QuadRoot>();
-    fresh->halfedge = root;
     fresh->bytes = &tree_bytes_;
     build_root(root, *fresh);
     QuadRoot* known = nullptr;
     if (!roots_[root.value].compare_exchange_strong(known, fresh.get(), std::memory_order_acq_rel)) return *known;
     tree_bytes_.fetch_add(sizeof(QuadRoot) + fresh->own_bytes(), std::memory_order_relaxed);
-    fresh->next = made_.load(std::memory_order_relaxed);
-    while (!made_.compare_exchange_weak(fresh->next, fresh.get(), std::memory_order_release)) {
-    }
     return *fresh.release();
 }
 
+void QuadPatches::forget_tree(HalfedgeId root) const {
+    const std::unique_ptr<QuadRoot> tree(roots_[root.value].exchange(nullptr, std::memory_order_acquire));
+    if (!tree) return;
+    tree_bytes_.fetch_sub(sizeof(QuadRoot) + tree->grown_bytes(), std::memory_order_relaxed);
+    times_forgotten_.fetch_add(1, std::memory_order_relaxed);
+}
+
 void QuadPatches::forget_trees() const {
-    std::vector<QuadRoot*> trees;
-    for (QuadRoot* root = made_.exchange(nullptr, std::memory_order_acquire); root; root = root->next)
-        trees.push_back(root);
     for_each_index(
-        static_cast<std::uint32_t>(trees.size()),
-        [&](std::uint32_t i) {
-            roots_[trees[i]->halfedge.value].store(nullptr, std::memory_order_relaxed);
-            delete trees[i];
-        },
-        64);
+        static_cast<std::uint32_t>(roots_.size()),
+        [&](std::uint32_t root) { delete roots_[root].exchange(nullptr, std::memory_order_acquire); }, 1024);
     tree_bytes_.store(0, std::memory_order_relaxed);
-    ++times_forgotten_;
+    times_forgotten_.fetch_add(1, std::memory_order_relaxed);
 }
 
 void QuadPatches::first_step(const RunContext&) {

@@ -60,8 +60,10 @@ class QuadPatches {
     std::uint64_t bytes_to_keep() const;
     /// Forgets all trees; nobody else may be reading, and nodes are no longer valid.
     void forget_trees() const;
-    /// How often that has happened.
-    std::uint64_t times_forgotten() const { return times_forgotten_; }
+    /// Forgets the tree of one root, which nobody else may be reading.
+    void forget_tree(HalfedgeId root) const;
+    /// How often something has been forgotten.
+    std::uint64_t times_forgotten() const { return times_forgotten_.load(std::memory_order_relaxed); }
 
     /// The limit position at (x, y) of a cell of the tree.
     static Vec3d position(const detail::QuadNode& node, double x, double y);
@@ -88,9 +90,8 @@ class QuadPatches {
     std::vector<float> vertex_sharpness_;
     std::vector<std::uint8_t> smooth_;  ///< per vertex: interior, nothing sharp at level 1
     mutable detail::PoolVector<std::atomic<detail::QuadRoot*>> roots_;  ///< null until asked for
-    mutable std::atomic<detail::QuadRoot*> made_{nullptr};              ///< list of those that are there
     mutable std::atomic<std::uint64_t> tree_bytes_{0};
-    mutable std::uint64_t times_forgotten_ = 0;
+    mutable std::atomic<std::uint64_t> times_forgotten_{0};
 };
 
 }  // namespace tetrakis

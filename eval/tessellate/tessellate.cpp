@@ -239,6 +239,10 @@ class Tessellator {
                 fan_errors_[f] = options_.estimator == EstimatorKind::certified
                                      ? fan_error->certified(FaceId(f), aim_, options_.max_triangles == 0)
                                      : fan_error->measured(FaceId(f), aim_);
+                // Nobody else asks for the corner cells of a face, and of one that needs no more triangles nobody will.
+                if (std::abs(fan_errors_[f]) <= aim_)
+                    for (std::uint32_t i = 0; i < mesh_.face_size(FaceId(f)); ++i)
+                        patches_->forget_tree(HalfedgeId(mesh_.face_halfedge(FaceId(f)).value + i));
             });
         const bool budget = options_.max_triangles != 0;
         for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)

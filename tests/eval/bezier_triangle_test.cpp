@@ -54,7 +54,7 @@ TEST_CASE("bicubic patches over triangles in Bernstein-Bezier form, and their ha
     for (int round = 0; round < 20; ++round) {
         std::array<Vec2d, 3> at;
         for (Vec2d& p : at) p = {random.uniform(0, 1), random.uniform(0, 1)};
-        with_halves(bicubic_over(net, at), at, Vec2d(0.5 * (at[0] + at[1])),
+        with_halves(bicubic_over(net, sextic_weights(at)), at, Vec2d(0.5 * (at[0] + at[1])),
                     [&](const BezierTriangle<6>& patch, const std::array<Vec2d, 3>& corners) {
                         const Bary b = random_bary(random);
                         const Vec2d p = b[0] * corners[0] + b[1] * corners[1] + b[2] * corners[2];
