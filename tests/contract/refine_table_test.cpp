@@ -212,7 +212,7 @@ int without_tangent_plane(const ControlMesh& mesh) {
     return count;
 }
 
-bool same_bytes(const PolygonMesh& a, const PolygonMesh& b) {
+bool same_mesh(const PolygonMesh& a, const PolygonMesh& b) {
     bool same = test::same_bytes(a.positions, b.positions) && test::same_bytes(a.normals, b.normals) &&
                 test::same_bytes(a.uvs, b.uvs) && a.face_offsets == b.face_offsets &&
                 a.face_vertices == b.face_vertices && a.face_uvs == b.face_uvs && a.face_material == b.face_material &&
@@ -248,7 +248,7 @@ bool compare(const SchemeInfo& scheme, const Entry& entry) {
     options.context.threads = 1;
     const PolygonMesh ours = refine(mesh, scheme, level, options);
     options.context.threads = 2;
-    CHECK(same_bytes(ours, refine(mesh, scheme, level, options)));
+    CHECK(same_mesh(ours, refine(mesh, scheme, level, options)));
 
     // The rows are the mesh's vertices.
     const double size = mesh.bounding_box().diagonal();
@@ -412,11 +412,11 @@ TEST_CASE("positions refined again are the bytes of refine() for control points 
                 const RefineOptions options{.limit = limit, .normals = limit};
                 const int level = limit ? 1 : 3;
                 const PositionRefiner refiner(mesh, scheme, level, options);
-                CHECK(same_bytes(refiner.mesh(), refine(mesh, scheme, level, options)));
+                CHECK(same_mesh(refiner.mesh(), refine(mesh, scheme, level, options)));
                 PolygonMesh again = refiner.mesh();
                 for (const ControlMesh* control : {&moved, &mesh, &moved})
                     refiner.refine(control->positions(), again.positions, again.normals);
-                CHECK(same_bytes(again, refine(moved, scheme, level, options)));
+                CHECK(same_mesh(again, refine(moved, scheme, level, options)));
             }
 }
 
