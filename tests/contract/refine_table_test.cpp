@@ -364,26 +364,28 @@ TEST_SUITE_BEGIN("contract");
 // Limits that are not supported: of a dual scheme's vertex of two faces that is seen from level 0, of honeycomb
 // refinement at darts.
 TEST_CASE("refine() is rows of weights times the control points: loop") { check_table("loop", 194); }
-TEST_CASE("refine() is rows of weights times the control points: tuned-loop") { check_table("tuned-loop", 194); }
-TEST_CASE("refine() is rows of weights times the control points: butterfly") { check_table("butterfly", 194); }
-TEST_CASE("refine() is rows of weights times the control points: modified-butterfly") {
+TEST_CASE("refine() is rows of weights times the control points: tuned-loop [slow]") { check_table("tuned-loop", 194); }
+TEST_CASE("refine() is rows of weights times the control points: butterfly [slow]") { check_table("butterfly", 194); }
+TEST_CASE("refine() is rows of weights times the control points: modified-butterfly [slow]") {
     check_table("modified-butterfly", 194);
 }
-TEST_CASE("refine() is rows of weights times the control points: midpoint") { check_table("midpoint", 194); }
+TEST_CASE("refine() is rows of weights times the control points: midpoint [slow]") { check_table("midpoint", 194); }
 TEST_CASE("refine() is rows of weights times the control points: sqrt3") { check_table("sqrt3", 185); }
 TEST_CASE("refine() is rows of weights times the control points: catmull-clark") { check_table("catmull-clark", 194); }
-TEST_CASE("refine() is rows of weights times the control points: kobbelt") { check_table("kobbelt", 194); }
-TEST_CASE("refine() is rows of weights times the control points: bilinear") { check_table("bilinear", 194); }
+TEST_CASE("refine() is rows of weights times the control points: kobbelt [slow]") { check_table("kobbelt", 194); }
+TEST_CASE("refine() is rows of weights times the control points: bilinear [slow]") { check_table("bilinear", 194); }
 TEST_CASE("refine() is rows of weights times the control points: 4-8") { check_table("4-8", 194); }
 TEST_CASE("refine() is rows of weights times the control points: doo-sabin") { check_table("doo-sabin", 190); }
-TEST_CASE("refine() is rows of weights times the control points: doo-sabin-cc") { check_table("doo-sabin-cc", 190); }
+TEST_CASE("refine() is rows of weights times the control points: doo-sabin-cc [slow]") {
+    check_table("doo-sabin-cc", 190);
+}
 TEST_CASE("refine() is rows of weights times the control points: midedge") { check_table("midedge", 190); }
-TEST_CASE("refine() is rows of weights times the control points: midedge-simplest") {
+TEST_CASE("refine() is rows of weights times the control points: midedge-simplest [slow]") {
     check_table("midedge-simplest", 190);
 }
-TEST_CASE("refine() is rows of weights times the control points: biquartic") { check_table("biquartic", 171); }
-TEST_CASE("refine() is rows of weights times the control points: averaging") { check_table("averaging", 138); }
-TEST_CASE("refine() is rows of weights times the control points: honeycomb") { check_table("honeycomb", 182); }
+TEST_CASE("refine() is rows of weights times the control points: biquartic [slow]") { check_table("biquartic", 171); }
+TEST_CASE("refine() is rows of weights times the control points: averaging [slow]") { check_table("averaging", 138); }
+TEST_CASE("refine() is rows of weights times the control points: honeycomb [slow]") { check_table("honeycomb", 182); }
 
 TEST_CASE("refine() is rows of weights times the control points: no scheme is left out") {
     const std::set<std::string_view> known = {
