@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../../hier/base/record_pool.hpp"
+#include "../../hier/base/memory.hpp"
 #include "loop_ring.hpp"
 #include "loop_star.hpp"
 

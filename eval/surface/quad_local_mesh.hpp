@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../../hier/base/pool_memory.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "bicubic.hpp"
 

@@ -80,29 +80,8 @@ class RepeatedReport {
 
 }  // namespace detail
 
-/// for_each_index in batches, with a report before each: `stage` goes from fraction `from` to `to`. Without anybody to
-/// report to it is for_each_index.
-template <class Body>
-void for_each_reported(std::uint32_t count, std::uint32_t grain, const RunContext& context, std::string_view stage,
-                       double from, double to, Body&& body) {
-    if (!context.progress) return for_each_index(count, std::forward<Body>(body), grain);
-    constexpr std::uint32_t k_batches = 64, k_grains = 16;
-    const std::uint32_t batch = std::max(count / k_batches + 1, k_grains * grain);
-    for (std::uint32_t begin = 0; begin < count;) {
-        const double fraction = from + (to - from) * begin / count;
-        context.report(stage, fraction);
-        detail::RepeatedReport again(context, stage, fraction);
-        const std::uint32_t size = std::min(batch, count - begin);
-        for_each_block(size, grain, [&](std::uint32_t first, std::uint32_t end) {
-            again();
-            for (std::uint32_t i = first; i != end; ++i) body(begin + i);
-        });
-        begin += size;
-    }
-    context.report(stage, to);
-}
-
-/// for_each_block with reports between batches of blocks, as for_each_reported.
+/// for_each_block in batches, with a report before each: `stage` goes from fraction `from` to `to`. Without anybody to
+/// report to it is for_each_block.
 template <class Body>
 void for_each_reported_block(std::uint32_t count, std::uint32_t grain, const RunContext& context,
                              std::string_view stage, double from, double to, Body&& body) {
@@ -110,12 +89,26 @@ void for_each_reported_block(std::uint32_t count, std::uint32_t grain, const Run
     constexpr std::uint32_t k_batches = 64, k_grains = 16;
     const std::uint64_t batch = std::max<std::uint64_t>(count / k_batches + 1, std::uint64_t{k_grains} * grain);
     for (std::uint64_t begin = 0; begin < count; begin += batch) {
-        context.report(stage, from + (to - from) * static_cast<double>(begin) / count);
+        const double fraction = from + (to - from) * static_cast<double>(begin) / count;
+        context.report(stage, fraction);
+        detail::RepeatedReport again(context, stage, fraction);
         const auto first = static_cast<std::uint32_t>(begin);
         for_each_block(static_cast<std::uint32_t>(std::min<std::uint64_t>(batch, count - begin)), grain,
-                       [&](std::uint32_t b, std::uint32_t e) { body(first + b, first + e); });
+                       [&](std::uint32_t b, std::uint32_t e) {
+                           again();
+                           body(first + b, first + e);
+                       });
     }
     context.report(stage, to);
+}
+
+/// for_each_index with the same reports.
+template <class Body>
+void for_each_reported(std::uint32_t count, std::uint32_t grain, const RunContext& context, std::string_view stage,
+                       double from, double to, Body&& body) {
+    for_each_reported_block(count, grain, context, stage, from, to, [&body](std::uint32_t begin, std::uint32_t end) {
+        for (std::uint32_t i = begin; i != end; ++i) body(i);
+    });
 }
 
 /// Runs `work` with the context's number of threads (an arena of its own; 1 means the calling thread alone).

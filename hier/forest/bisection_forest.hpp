@@ -1,7 +1,6 @@
 #pragma once
 
-#include "../base/pod_array.hpp"
-#include "../base/pool_memory.hpp"
+#include "../base/memory.hpp"
 #include "../mesh/control_mesh.hpp"
 #include "../mesh/fan_choice.hpp"
 #include "bisection_path.hpp"
@@ -17,9 +16,7 @@
 
 namespace tetrakis {
 
-namespace detail {
-struct ForestSurgery;  // of the tests of check(), which break what no call can break
-}
+namespace detail {}
 
 /// A leaf of the bisection forest: the triangle (a, b, apex), counter-clockwise, with the base edge a-b that its split
 /// will bisect. Edge 0 is the base, edge 1 runs from b to the apex, edge 2 from the apex to a.
@@ -98,9 +95,10 @@ class BisectionForest {
 
     /// Whether the leaf is one of the two (at the boundary) or four around a midpoint that is the apex of all of them.
     bool can_merge(LeafId id) const;
-    /// Merges these two or four leaves to one or two: the exact inverse of splitting those. Returns the leaf's parent.
+    /// Merges these two or four leaves to one or two: the exact inverse of splitting those. Returns these parents, that
+    /// of the lowest slot first; the second is invalid at the boundary.
     /// @throws Error  invalid_input: not a leaf, or can_merge() is false. The forest is then unchanged.
-    LeafId merge(LeafId id);
+    std::array<LeafId, 2> merge(LeafId id);
     /// merge() of all diamonds whose two or four leaves are all marked; other leaves are left alone. Returns their
     /// number.
     /// @param marked   leaves; repetitions do no harm
@@ -131,8 +129,6 @@ class BisectionForest {
     bool has_free_slots() const { return !free_leaves_.empty() || !free_points_.empty(); }
 
   private:
-    friend struct detail::ForestSurgery;
-
     static constexpr std::uint8_t k_dead = 0xFF;  // depth of a slot that holds no leaf
 
     // What a slot is to the running call. In one record, because neighbours ask for all of it at once.

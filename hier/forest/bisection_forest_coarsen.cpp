@@ -1,7 +1,7 @@
 #include "bisection_forest.hpp"
 
 #include "../base/error.hpp"
-#include "../base/huge_memory.hpp"
+#include "../base/memory.hpp"
 #include "../base/parallel.hpp"
 
 #include <algorithm>
@@ -22,11 +22,6 @@ constexpr std::uint32_t k_ahead = 12;  // leaves whose records are asked for ahe
 void prefetch_leaf(const BisectionLeaf& leaf) {
     __builtin_prefetch(&leaf);
     __builtin_prefetch(reinterpret_cast<const char*>(&leaf + 1) - 1);
-}
-
-// Room for more elements, growing in steps that keep many small calls linear.
-void make_room(std::vector<std::uint32_t>& items, std::size_t more) {
-    if (items.size() + more > items.capacity()) items.reserve(std::max(items.size() + more, 2 * items.capacity()));
 }
 
 }  // namespace
@@ -84,27 +79,27 @@ bool BisectionForest::can_merge(LeafId id) const {
     return is_leaf(id) && find_diamond(id.value, diamond);
 }
 
-LeafId BisectionForest::merge(LeafId id) {
+std::array<LeafId, 2> BisectionForest::merge(LeafId id) {
     require_leaves({&id, 1});
     Diamond diamond;
     if (!find_diamond(id.value, diamond))
         throw Error(ErrorCode::invalid_input,
                     "leaf " + std::to_string(id.value) +
                         " cannot be merged: it is a root, or a leaf at its apex is split further");
-    const LeafId parent(diamond.pairs[0][0]);
+    // The pair with the lowest slot comes first, as in coarsen().
     if (const std::uint32_t lowest = diamond.lowest_slot(); lowest != id.value) find_diamond(lowest, diamond);
     grow_work(leaves_.size());
-    make_room(free_leaves_, diamond.pair_count);
-    make_room(free_points_, 1);
+    detail::make_room(free_leaves_, free_leaves_.size() + diamond.pair_count);
+    detail::make_room(free_points_, free_points_.size() + 1);
     std::array<Merge, 2> merges;
-    std::array<LeafId, 2> created;
+    std::array<LeafId, 2> parents;
     merge_diamonds({&diamond, 1}, std::span(merges).first(diamond.pair_count),
-                   std::span(created).first(diamond.pair_count));
+                   std::span(parents).first(diamond.pair_count));
     diamond.all([&](std::uint32_t s) {
         scratch_.work[s].mark = 0;
         return true;
     });
-    return parent;
+    return parents;
 }
 
 std::size_t BisectionForest::coarsen(std::span<const LeafId> marked, std::vector<LeafId>& created) {
@@ -122,8 +117,8 @@ std::size_t BisectionForest::coarsen(std::span<const LeafId> marked, std::vector
         }
         detail::resize_large(merges, find_marked_diamonds(unique, diamonds));
         created.resize(merges.size());
-        make_room(free_leaves_, merges.size());
-        make_room(free_points_, diamonds.size());
+        detail::make_room(free_leaves_, free_leaves_.size() + merges.size());
+        detail::make_room(free_points_, free_points_.size() + diamonds.size());
     } catch (...) {
         clear_work();
         throw;

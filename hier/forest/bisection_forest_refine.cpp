@@ -1,7 +1,7 @@
 #include "bisection_forest.hpp"
 
 #include "../base/error.hpp"
-#include "../base/huge_memory.hpp"
+#include "../base/memory.hpp"
 #include "../base/parallel.hpp"
 #include "corner_cell.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../base/ids.hpp"
-#include "../base/pool_memory.hpp"
+#include "../base/memory.hpp"
 #include "site.hpp"
 
 #include <array>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../base/pool_memory.hpp"
+#include "../base/memory.hpp"
 #include "exported_triangles.hpp"
 
 #include <cstddef>

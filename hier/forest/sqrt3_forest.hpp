@@ -86,8 +86,6 @@ class Sqrt3Forest {
     std::uint64_t memory_bytes() const;
 
   private:
-    friend struct Sqrt3ForestCorruptor;  // of the tests
-
     bool is_split(int level, std::uint64_t face) const {
         return static_cast<std::size_t>(level) < split_.size() &&
                split_[static_cast<std::size_t>(level)].contains(face);

@@ -1,7 +1,7 @@
 #include "sqrt3_levels.hpp"
 
 #include "../base/error.hpp"
-#include "../base/huge_memory.hpp"
+#include "../base/memory.hpp"
 #include "../base/parallel.hpp"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "../base/memory.hpp"
 #include "../base/number_set.hpp"
-#include "../base/pool_memory.hpp"
 #include "../base/run_context.hpp"
 #include "../mesh/control_mesh.hpp"
 #include "sqrt3_lattice.hpp"

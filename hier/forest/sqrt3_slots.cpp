@@ -1,7 +1,7 @@
 #include "sqrt3_slots.hpp"
 
 #include "../base/error.hpp"
-#include "../base/huge_memory.hpp"
+#include "../base/memory.hpp"
 #include "../base/parallel.hpp"
 
 #include <algorithm>
@@ -152,6 +152,14 @@ std::vector<LeafId> Sqrt3Slots::ordered_leaves() const {
 
 // Changes.
 
+void Sqrt3Slots::require_leaves(std::span<const LeafId> leaves) const {
+    for (const LeafId leaf : leaves)
+        if (!is_leaf(leaf))
+            throw Error(ErrorCode::invalid_input,
+                        "triangle " + std::to_string(leaf.value) +
+                            " is not a leaf of the forest (any more): it was split or merged, or never existed");
+}
+
 // The faces that have to be split for these leaves to be, the coarsest first.
 detail::PoolVector<Sqrt3Slots::Wanted> Sqrt3Slots::wanted(std::span<const LeafId> marked) {
     detail::PoolVector<Wanted> result;
@@ -190,6 +198,7 @@ detail::PoolVector<Sqrt3Slots::Wanted> Sqrt3Slots::wanted(std::span<const LeafId
 }
 
 void Sqrt3Slots::refine(std::span<const LeafId> marked, std::vector<LeafId>& created, Changed* removed) {
+    require_leaves(marked);
     created.clear();
     if (removed != nullptr) removed->clear();
     const detail::PoolVector<Wanted> wanted = this->wanted(marked);
@@ -200,13 +209,10 @@ void Sqrt3Slots::refine(std::span<const LeafId> marked, std::vector<LeafId>& cre
     const std::size_t fresh = faces.size() - std::min(faces.size(), free_records_.size());
     if (child_.size() + 3 * std::uint64_t{fresh} > k_max_slots)
         throw Error(ErrorCode::memory_limit, "the hierarchy would have more triangles than 32 bits can number");
-    const auto room = [](auto& vector, std::size_t size) {
-        if (size > vector.capacity()) detail::reserve_large(vector, std::max(size, 2 * vector.capacity()));
-    };
-    room(records_, records_.size() + fresh);
-    room(free_records_, records_.size() + fresh);
-    room(child_, child_.size() + 3 * fresh);
-    room(across_, across_.size() + 9 * fresh);
+    detail::make_room(records_, records_.size() + fresh);
+    detail::make_room(free_records_, records_.size() + fresh);
+    detail::make_room(child_, child_.size() + 3 * fresh);
+    detail::make_room(across_, across_.size() + 9 * fresh);
     detail::reserve_large(created, 6 * faces.size());
     if (removed != nullptr) removed->reserve(4 * faces.size());
     detail::PoolVector<std::uint32_t> fresh_records;
@@ -331,6 +337,7 @@ std::vector<LeafId> Sqrt3Slots::group(LeafId leaf) const {
 }
 
 void Sqrt3Slots::coarsen(std::span<const LeafId> marked, std::vector<LeafId>& created, Changed& removed) {
+    require_leaves(marked);
     created.clear();
     removed.clear();
     const std::uint32_t roots = mesh().face_count();
@@ -361,6 +368,7 @@ void Sqrt3Slots::coarsen(std::span<const LeafId> marked, std::vector<LeafId>& cr
         return !all;
     });
     created.reserve(records.size() + groups.size());
+    detail::make_room(free_records_, free_records_.size() + records.size());
     for (const std::uint32_t slot : groups)
         if (!std::binary_search(wanted.begin(), wanted.end(), slot)) removed.emplace_back(slot, triangle_of(slot));
     std::sort(removed.begin(), removed.end(), [](const auto& a, const auto& b) { return a.first < b.first; });

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../base/ids.hpp"
-#include "../base/pool_memory.hpp"
+#include "../base/memory.hpp"
 #include "sqrt3_forest.hpp"
 #include "sqrt3_levels.hpp"
 
@@ -86,12 +86,13 @@ class Sqrt3Slots {
     /// @param created  receives the new leaves: those over the edges of split triangles, the coarsest first, then those
     ///                 that became whole
     /// @param removed  receives the leaves that are none any more or became whole, as they were; nullptr: nobody asks
-    /// @throws Error   memory_limit
+    /// @throws Error   invalid_input: a handle is no leaf; memory_limit. The forest is then unchanged.
     void refine(std::span<const LeafId> marked, std::vector<LeafId>& created, Changed* removed);
     /// Undoes the splits whose three triangles (of both sides of an edge that they cut: six) are all marked, where
     /// their groups are leaves.
     /// @param created  receives the triangles that are leaves again, then those that are half again
     /// @param removed  receives those of the latter that were not marked, as they were
+    /// @throws Error   invalid_input: a handle is no leaf. The forest is then unchanged.
     void coarsen(std::span<const LeafId> marked, std::vector<LeafId>& created, Changed& removed);
     /// The three triangles (beside an edge that was cut: six) of a split that the leaf is of and that can be undone,
     /// as all of its group are leaves: of the one that it is over an edge of, else of the triangle beyond. Empty if
@@ -107,7 +108,6 @@ class Sqrt3Slots {
     bool has_free_slots() const { return !free_records_.empty(); }
 
   private:
-    friend struct Sqrt3SlotsCorruptor;  // of the tests
     class CurveWalk;
 
     // child_: the record of a split triangle, or one of these.
@@ -138,6 +138,7 @@ class Sqrt3Slots {
         if (!is_split(slot)) return visit(LeafId(slot), root);
         for (std::uint32_t side = 0; side < 3; ++side) visit_below(child_over(slot, side), root, visit);
     }
+    void require_leaves(std::span<const LeafId> leaves) const;
     std::uint32_t slot_of(int level, std::uint64_t face) const;
     Sqrt3Triangle triangle_of(std::uint32_t slot) const {
         const std::uint32_t roots = mesh().face_count();

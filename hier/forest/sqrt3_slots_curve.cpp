@@ -1,4 +1,4 @@
-#include "../base/huge_memory.hpp"
+#include "../base/memory.hpp"
 #include "../base/radix_sort.hpp"
 #include "../base/spread_bits.hpp"
 #include "sqrt3_slots.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../base/pool_memory.hpp"
+#include "../base/memory.hpp"
 #include "../mesh/control_mesh.hpp"
 #include "exported_triangles.hpp"
 #include "site.hpp"
@@ -15,9 +15,7 @@
 
 namespace tetrakis {
 
-namespace detail {
-struct ForestSurgery;  // of the tests of check(), which break what no call can break
-}
+namespace detail {}
 
 /// The triangles that stand for one leaf in the output: the leaf itself where no edge has a hanging midpoint, else its
 /// conforming (green) subdivision; with three hanging midpoints, those that its split would make.
@@ -129,8 +127,6 @@ class TriangleForest {
     bool has_free_slots() const { return !free_records_.empty() || !free_points_.empty(); }
 
   private:
-    friend struct detail::ForestSurgery;
-
     // Values of child_ besides record numbers.
     static constexpr std::uint32_t k_unsplit = 0xFFFF'FFFFu;  // a leaf
     static constexpr std::uint32_t k_dead = 0xFFFF'FFFEu;     // a hole, or a child of a record that is not in use

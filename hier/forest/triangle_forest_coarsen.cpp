@@ -90,8 +90,8 @@ LeafId TriangleForest::merge(LeafId leaf) {
         throw Error(ErrorCode::invalid_input,
                     "leaf " + std::to_string(leaf.value) +
                         " cannot be merged: it is a root, or a sibling or a neighbour of one is split further");
-    free_points_.reserve(free_points_.size() + 3);
-    free_records_.reserve(free_records_.size() + 1);
+    detail::make_room(free_points_, free_points_.size() + 3);
+    detail::make_room(free_records_, free_records_.size() + 1);
     const LeafId parent(records_[record].parent);
     remove_records({&record, 1});
     return parent;
@@ -108,8 +108,8 @@ void TriangleForest::coarsen(std::span<const LeafId> marked, std::vector<LeafId>
     slots.erase(std::unique(slots.begin(), slots.end()), slots.end());
     for (std::size_t i = 0; i + 3 < slots.size(); ++i)
         if (slots[i] % 4 == 0 && slots[i + 3] == slots[i] + 3) going.push_back(slots[i] / 4);
-    free_points_.reserve(free_points_.size() + 3 * going.size());
-    free_records_.reserve(free_records_.size() + going.size());
+    detail::make_room(free_points_, free_points_.size() + 3 * going.size());
+    detail::make_room(free_records_, free_records_.size() + going.size());
     created.reserve(going.size());
     changed.reserve(3 * going.size());
 

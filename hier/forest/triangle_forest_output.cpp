@@ -1,4 +1,4 @@
-#include "../base/huge_memory.hpp"
+#include "../base/memory.hpp"
 #include "../base/parallel.hpp"
 #include "point_numbers.hpp"
 #include "triangle_forest.hpp"

@@ -1,6 +1,6 @@
 #include "../base/error.hpp"
+#include "../base/memory.hpp"
 #include "../base/parallel.hpp"
-#include "../base/pool_memory.hpp"
 #include "triangle_forest.hpp"
 
 #include <algorithm>
@@ -15,12 +15,6 @@ namespace {
 
 // Some ten microseconds of closure or record writing: more than it costs to hand a block to a thread.
 constexpr std::uint32_t k_split_grain = 256;
-
-// Room for `size` elements without giving up geometric growth.
-template <class T>
-void make_room(detail::PoolVector<T>& v, std::size_t size) {
-    if (size > v.capacity()) detail::reserve_large(v, std::max(size, v.capacity() + v.capacity() / 2));
-}
 
 }  // namespace
 
@@ -203,10 +197,10 @@ void TriangleForest::refine(std::span<const LeafId> marked, std::vector<LeafId>&
         if (root_count_ + 4 * records > k_max_slots || points > k_max_slots)
             throw Error(ErrorCode::memory_limit,
                         "the mesh would have more than 2^32 triangles; use a looser tolerance");
-        make_room(records_, records);
-        make_room(child_, root_count_ + 4 * records);
-        make_room(marks_, root_count_ + 4 * records);
-        make_room(sites_, points);
+        detail::make_room(records_, records);
+        detail::make_room(child_, root_count_ + 4 * records);
+        detail::make_room(marks_, root_count_ + 4 * records);
+        detail::make_room(sites_, points);
         detail::resize_large(created, 4 * std::size_t{count});
         changed.resize(new_changed);
         records_.resize(records);

@@ -123,8 +123,6 @@ class VertexForest {
     bool has_free_slots() const { return !free_records_.empty(); }
 
   private:
-    friend struct VertexForestCorruptor;  // of the tests
-
     static constexpr std::uint32_t k_unsplit = 0xFFFF'FFFFu;   // child_: a leaf
     static constexpr std::uint32_t k_dead = 0xFFFF'FFFEu;      // child_: a child of a record that is not in use
     static constexpr std::uint32_t k_coarser = 0xFFFF'FFFEu;   // links: there is no cell, or record, of this level

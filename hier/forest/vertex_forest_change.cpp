@@ -1,4 +1,5 @@
 #include "../base/error.hpp"
+#include "../base/memory.hpp"
 #include "vertex_forest.hpp"
 
 #include <algorithm>
@@ -66,12 +67,9 @@ void VertexForest::refine(std::span<const LeafId> marked, std::vector<LeafId>& c
         const std::uint64_t slots = child_.size() + 4 * static_cast<std::uint64_t>(fresh);
         if (slots > k_max_slots)
             throw Error(ErrorCode::memory_limit, "the mesh would have more than 2^32 vertices; refine less");
-        const auto make_room = [](auto& array, std::size_t size) {
-            if (array.capacity() < size) array.reserve(std::max<std::size_t>(size, 2 * array.capacity()));
-        };
-        make_room(records_, records_.size() + fresh);
-        make_room(child_, slots);
-        make_room(marks_, slots);
+        detail::make_room(records_, records_.size() + fresh);
+        detail::make_room(child_, slots);
+        detail::make_room(marks_, slots);
         created.clear();
         created.reserve(4 * splits.size());
         if (removed != nullptr) {
@@ -180,7 +178,7 @@ void VertexForest::coarsen(std::span<const LeafId> marked, std::vector<LeafId>& 
         while (end < slots.size() && slots[end] / 4 == slots[i] / 4) ++end;
         if (end - i == 4) going.push_back(slots[i] / 4);
     }
-    free_records_.reserve(free_records_.size() + going.size());
+    detail::make_room(free_records_, free_records_.size() + going.size());
     created.clear();
     created.reserve(going.size());
     for (const std::uint32_t record : going) marks_[records_[record].parent] = 1;

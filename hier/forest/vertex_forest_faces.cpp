@@ -1,7 +1,6 @@
-#include "../base/huge_memory.hpp"
+#include "../base/memory.hpp"
 #include "../base/most_frequent.hpp"
 #include "../base/parallel.hpp"
-#include "../base/pool_memory.hpp"
 #include "vertex_forest.hpp"
 
 #include <algorithm>

@@ -3,7 +3,6 @@
 #include "../base/error.hpp"
 #include "../base/parallel.hpp"
 #include "corner_tags.hpp"
-#include "edge_uses.hpp"
 #include "mesh_check.hpp"
 #include "mesh_links.hpp"
 

@@ -56,7 +56,7 @@ struct ControlMeshData {
     std::vector<EdgeTag> creases;
     std::vector<VertexTag> corners;
     /// Interior angle of a sector at a corner: of the faces between two neighbouring sharp edges there, of which this
-    /// is one. Loop, tuned Loop and Catmull-Clark have rules for it (schemes/loop_rules.hpp, catmull_clark_rules.hpp).
+    /// is one. Loop, tuned Loop and Catmull-Clark have rules for it (schemes/rules/loop.hpp, catmull_clark.hpp).
     struct AngleTag {
         std::uint32_t vertex, face;
         double angle;  ///< radians, in (0, 2 pi) and not pi

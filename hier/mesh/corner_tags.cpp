@@ -99,8 +99,15 @@ TaggedAngles tagged_angles(const ControlMeshData& data, const MeshLinks& links) 
         const auto& tag = data.corner_angles[i];
         const std::vector<std::uint32_t> sector = sectors.around(face_corner(data, tag.face, tag.vertex));
         const auto [at, is_new] = tag_of.try_emplace(sector.front(), i);
-        if (!is_new && data.corner_angles[at->second].angle != tag.angle)
-            result.faults.push_back({MeshFaultKind::corner_angle_tag, i, at->second, 0, "sector"});
+        const auto& before = data.corner_angles[at->second];
+        if (!is_new && before.angle != tag.angle)
+            result.faults.push_back(make_fault(
+                data, MeshFaultKind::corner_angle_tag, i,
+                fmt::format("{} has {} degrees, but tag {}{} has {} for the same sector (the faces between two sharp "
+                            "edges); leave one, {}",
+                            angle_tag_name(data, i), degrees(tag.angle), std::uint64_t{at->second} + data.first_number,
+                            before.line == 0 ? "" : fmt::format(" (line {})", before.line), degrees(before.angle),
+                            k_drop_tag)));
         if (!sectors.is_corner(tag.vertex)) {
             result.idle.push_back(i);
             continue;
@@ -119,6 +126,15 @@ std::optional<std::string> idle_angles(const ControlMeshData& data, const Tagged
         "{} of {} corner angle tags are at vertices that are no corners (the first is at {}{}); they have no effect",
         angles.idle.size(), data.corner_angles.size(), vertex_name(data, first.vertex),
         first.line == 0 ? "" : fmt::format(", tagged on line {}", first.line));
+}
+
+std::string tag_number(std::uint32_t n) {
+    return n == VertexId::none ? "a number below 0 or too large for any mesh" : std::to_string(n);
+}
+
+std::string angle_tag_name(const ControlMeshData& data, std::uint32_t i) {
+    return fmt::format("corner angle tag {} (vertex {}, face {})", std::uint64_t{i} + data.first_number,
+                       tag_number(data.corner_angles[i].vertex), tag_number(data.corner_angles[i].face));
 }
 
 bool is_sector_angle(double radians) {

@@ -1,5 +1,6 @@
 #include "mesh_check.hpp"
 
+#include "../base/error.hpp"
 #include "../base/ids.hpp"
 #include "../base/parallel.hpp"
 #include "corner_tags.hpp"
@@ -9,7 +10,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <compare>
+#include <iterator>
+#include <string_view>
 #include <tuple>
+#include <utility>
 
 namespace tetrakis {
 
@@ -20,6 +25,7 @@ using Kind = MeshFaultKind;
 
 // Elements per block of a scan; fixed, so that the list of faults does not depend on the thread count.
 constexpr std::uint32_t k_scan_block = 16384;
+constexpr std::string_view k_repair_advice = "correct it in the modeller or use --repair";
 // Corner counts up to which comparing all pairs beats sorting.
 constexpr std::uint32_t k_small_face = 16;
 // Of so many boundary edges one has to lie on another for a warning: a few that do may be meant.
@@ -31,9 +37,9 @@ std::uint32_t count_of(std::size_t size) { return static_cast<std::uint32_t>(siz
 
 // Runs scan(i, faults) for each i and joins the lists in the order of i.
 template <class Scan>
-void scan_elements(std::uint32_t count, std::vector<RawFault>& faults, Scan&& scan) {
+void scan_elements(std::uint32_t count, std::vector<MeshFault>& faults, Scan&& scan) {
     const std::uint32_t blocks = count == 0 ? 0 : (count - 1) / k_scan_block + 1;
-    std::vector<std::vector<RawFault>> found(blocks);
+    std::vector<std::vector<MeshFault>> found(blocks);
     for_each_index(
         blocks,
         [&](std::uint32_t b) {
@@ -41,11 +47,14 @@ void scan_elements(std::uint32_t count, std::vector<RawFault>& faults, Scan&& sc
             for (std::uint32_t i = b * k_scan_block; i < end; ++i) scan(i, found[b]);
         },
         1);
-    for (const auto& block : found) faults.insert(faults.end(), block.begin(), block.end());
+    for (auto& block : found) std::move(block.begin(), block.end(), std::back_inserter(faults));
 }
 
-void check_sizes(const ControlMeshData& data, std::vector<RawFault>& faults) {
-    const auto complain = [&](const char* what) { faults.push_back({Kind::array_size, 0, 0, 0, what}); };
+void check_sizes(const ControlMeshData& data, std::vector<MeshFault>& faults) {
+    const auto complain = [&](const char* what) {
+        faults.push_back(
+            make_fault(data, Kind::array_size, 0, fmt::format("the arrays do not fit together: {}", what)));
+    };
     // Four numbers are kept free: "none", and room to look two elements ahead.
     constexpr std::size_t k_limit = 0xFFFF'FFFBu;
     if (data.positions.size() > k_limit || data.face_vertices.size() > k_limit)
@@ -92,88 +101,136 @@ std::uint32_t repeated_corner(std::span<const std::uint32_t> corners) {
     return first;
 }
 
-void check_face(const ControlMeshData& data, std::uint32_t f, std::vector<RawFault>& faults) {
+void check_face(const ControlMeshData& data, std::uint32_t f, std::vector<MeshFault>& faults) {
     const std::uint32_t first = data.face_offsets[f], size = data.face_offsets[f + 1] - first;
+    const std::uint64_t from = data.first_number, number = f + from;
     const std::span corners(data.face_vertices.data() + first, size);
-    if (size < 3) {
-        faults.push_back({Kind::face_too_small, f, size});
-        return;
-    }
+    const auto add = [&](Kind kind, std::string text) { faults.push_back(make_fault(data, kind, f, std::move(text))); };
+    if (size < 3)
+        return add(Kind::face_too_small,
+                   fmt::format("face {} has {} corners; it needs 3 or more, or use --repair to drop it", number, size));
     const auto beyond = [&](std::span<const std::uint32_t> numbers, std::size_t limit) {
         return std::find_if(numbers.begin(), numbers.end(), [limit](std::uint32_t n) { return n >= limit; });
     };
-    if (const auto it = beyond(corners, data.positions.size()); it != corners.end()) {
-        faults.push_back({Kind::vertex_out_of_range, f, *it});
-        return;
-    }
+    if (const auto it = beyond(corners, data.positions.size()); it != corners.end())
+        return add(Kind::vertex_out_of_range,
+                   fmt::format("face {} uses {}, but there are {} vertices (numbers start at {}); check the export or "
+                               "use --repair to drop the face",
+                               number, vertex_name(data, *it), data.positions.size(), from));
     if (const std::uint32_t i = repeated_corner(corners); i != size)
-        faults.push_back({Kind::repeated_vertex, f, corners[i]});
+        add(Kind::repeated_vertex,
+            fmt::format("face {} has {} twice; {}", number, vertex_name(data, corners[i]), k_repair_advice));
     if (!data.face_uvs.empty()) {
         const std::span numbers(data.face_uvs.data() + first, size);
         if (const auto it = beyond(numbers, data.uvs.size()); it != numbers.end())
-            faults.push_back({Kind::uv_out_of_range, f, *it});
+            add(Kind::uv_out_of_range,
+                fmt::format("face {} uses texture coordinate {}, but there are {} (numbers start at {}); check the "
+                            "export or use --repair to put (0, 0)",
+                            number, *it + from, data.uvs.size(), from));
     }
     if (!data.face_normals.empty()) {
         const std::span numbers(data.face_normals.data() + first, size);
         if (const auto it = beyond(numbers, data.normals.size()); it != numbers.end())
-            faults.push_back({Kind::normal_out_of_range, f, *it});
+            add(Kind::normal_out_of_range,
+                fmt::format("face {} uses normal {}, but there are {} (numbers start at {}); check the export or use "
+                            "--repair to drop the normals",
+                            number, *it + from, data.normals.size(), from));
     }
-    if (!data.face_material.empty() && data.face_material[f] >= data.materials.size())
-        faults.push_back({Kind::group_out_of_range, f, data.face_material[f], 0, "material"});
-    if (!data.face_group.empty() && data.face_group[f] >= data.groups.size())
-        faults.push_back({Kind::group_out_of_range, f, data.face_group[f], 0, "group"});
+    const auto check_group = [&](const std::vector<std::uint32_t>& of_face, std::size_t count, const char* what) {
+        if (!of_face.empty() && of_face[f] >= count)
+            add(Kind::group_out_of_range,
+                fmt::format("face {} has {} {}, which has no name in the list; check the export or use --repair to "
+                            "drop these numbers",
+                            number, what, of_face[f]));
+    };
+    check_group(data.face_material, data.materials.size(), "material");
+    check_group(data.face_group, data.groups.size(), "group");
 }
 
-void check_vertex(const ControlMeshData& data, std::uint32_t v, std::vector<RawFault>& faults) {
+void check_vertex(const ControlMeshData& data, std::uint32_t v, std::vector<MeshFault>& faults) {
     const Vec3d& p = data.positions[v];
     // NaN fails a comparison.
     const bool sound =
         (std::abs(p.x) <= k_max_coordinate) & (std::abs(p.y) <= k_max_coordinate) & (std::abs(p.z) <= k_max_coordinate);
     if (sound) return;
     const bool finite = std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-    faults.push_back({finite ? Kind::absurd_coordinate : Kind::non_finite_vertex, v});
+    faults.push_back(make_fault(
+        data, finite ? Kind::absurd_coordinate : Kind::non_finite_vertex, v,
+        fmt::format("vertex {} has a coordinate {}; correct it, or use --repair to drop its faces",
+                    std::uint64_t{v} + data.first_number,
+                    finite ? fmt::format("beyond {:.0e}", k_max_coordinate) : "that is not a finite number")));
 }
 
 // NaN fails the comparison too.
 bool is_sharpness(float s) { return s >= 0.0f; }
 
-void check_tags(const ControlMeshData& data, std::vector<RawFault>& faults) {
+std::string crease_name(const ControlMeshData& data, std::uint32_t i) {
+    return fmt::format("crease tag {} ({}, {})", std::uint64_t{i} + data.first_number, tag_number(data.creases[i].a),
+                       tag_number(data.creases[i].b));
+}
+
+void check_tags(const ControlMeshData& data, std::vector<MeshFault>& faults) {
     const std::size_t vertices = data.positions.size(), faces = data.face_offsets.size() - 1;
+    const auto last = [](std::size_t count) { return static_cast<std::int64_t>(count) - 1; };
+    const auto add = [&](Kind kind, std::uint32_t i, std::string text) {
+        faults.push_back(make_fault(data, kind, i, std::move(text)));
+    };
+    const auto no_such = [&](const std::string& tag, std::string_view one, std::string_view many, std::size_t count) {
+        return fmt::format("{} names a {} that is not there, the last of {} is {}; tags count {} from 0, {}", tag, one,
+                           count, last(count), many, k_drop_tag);
+    };
+    const auto no_sharpness = [&](const std::string& tag, float sharpness) {
+        return fmt::format("{} has sharpness {}; it must be 0 or more, {}", tag, sharpness, k_drop_tag);
+    };
     for (std::uint32_t i = 0; i < data.creases.size(); ++i) {
         const auto& tag = data.creases[i];
         if (tag.a >= vertices || tag.b >= vertices)
-            faults.push_back({Kind::crease_tag, i, tag.a, tag.b, "vertex"});
+            add(Kind::crease_tag, i, no_such(crease_name(data, i), "vertex", "vertices", vertices));
         else if (!is_sharpness(tag.sharpness))
-            faults.push_back({Kind::crease_tag, i, tag.a, tag.b, "sharpness"});
+            add(Kind::crease_tag, i, no_sharpness(crease_name(data, i), tag.sharpness));
     }
     for (std::uint32_t i = 0; i < data.corners.size(); ++i) {
         const auto& tag = data.corners[i];
+        const auto tag_name = [&] {
+            return fmt::format("corner tag {} ({})", std::uint64_t{i} + data.first_number, tag_number(tag.vertex));
+        };
         if (tag.vertex >= vertices)
-            faults.push_back({Kind::corner_tag, i, tag.vertex, 0, "vertex"});
+            add(Kind::corner_tag, i, no_such(tag_name(), "vertex", "vertices", vertices));
         else if (!is_sharpness(tag.sharpness))
-            faults.push_back({Kind::corner_tag, i, tag.vertex, 0, "sharpness"});
+            add(Kind::corner_tag, i, no_sharpness(tag_name(), tag.sharpness));
     }
     for (std::uint32_t i = 0; i < data.corner_angles.size(); ++i) {
         const auto& tag = data.corner_angles[i];
         if (tag.vertex >= vertices)
-            faults.push_back({Kind::corner_angle_tag, i, tag.vertex, tag.face, "vertex"});
+            add(Kind::corner_angle_tag, i, no_such(angle_tag_name(data, i), "vertex", "vertices", vertices));
         else if (tag.face >= faces)
-            faults.push_back({Kind::corner_angle_tag, i, tag.vertex, tag.face, "face"});
+            add(Kind::corner_angle_tag, i, no_such(angle_tag_name(data, i), "face", "faces", faces));
         else if (!is_sector_angle(tag.angle))
-            faults.push_back({Kind::corner_angle_tag, i, tag.vertex, tag.face, "angle"});
+            add(Kind::corner_angle_tag, i,
+                fmt::format("{} has {} degrees; they must be above 0 and below 360, and not 180, {}",
+                            angle_tag_name(data, i), degrees(tag.angle), k_drop_tag));
     }
     for (std::uint32_t i = 0; i < data.holes.size(); ++i)
-        if (data.holes[i] >= faces) faults.push_back({Kind::hole_tag, i, data.holes[i]});
+        if (data.holes[i] >= faces)
+            add(Kind::hole_tag, i,
+                fmt::format("hole tag {} names face {}, but there are {} faces; tags count faces from 0, {}",
+                            std::uint64_t{i} + data.first_number, tag_number(data.holes[i]), faces, k_drop_tag));
 }
 
-void sort_faults(std::vector<RawFault>& faults) {
-    std::stable_sort(faults.begin(), faults.end(), [](const RawFault& x, const RawFault& y) {
-        return std::tuple(x.kind, x.element, x.a, x.b) < std::tuple(y.kind, y.element, y.a, y.b);
+void sort_faults(std::vector<MeshFault>& faults) {
+    std::stable_sort(faults.begin(), faults.end(), [](const MeshFault& x, const MeshFault& y) {
+        return std::tie(x.kind, x.element) < std::tie(y.kind, y.element);
     });
 }
 
-// Faces whose vertex cycle an earlier face has already.
-void find_duplicates(const ControlMeshData& data, std::vector<RawFault>& faults) {
+struct Duplicate {
+    std::uint32_t face, first;  ///< and the first face with the same vertex cycle
+    friend auto operator<=>(const Duplicate&, const Duplicate&) = default;
+};
+
+// Faces whose vertex cycle an earlier face has already, ascending.
+std::vector<Duplicate> find_duplicates(const ControlMeshData& data) {
+    std::vector<Duplicate> duplicates;
     const std::uint32_t faces = count_of(data.face_offsets.size() - 1);
     const auto lowest = [&](std::uint32_t f) {
         return static_cast<std::uint32_t>(std::min_element(data.face_vertices.begin() + data.face_offsets[f],
@@ -205,8 +262,10 @@ void find_duplicates(const ControlMeshData& data, std::vector<RawFault>& faults)
         if (i == first || compare(order[first], order[i]) != 0)
             first = i;
         else
-            faults.push_back({Kind::duplicate_face, order[i], order[first]});
+            duplicates.push_back({order[i], order[first]});
     }
+    std::sort(duplicates.begin(), duplicates.end());
+    return duplicates;
 }
 
 // Whether a face is a line, or a point, as far as doubles can tell.
@@ -231,33 +290,36 @@ bool is_flat(const ControlMeshData& data, std::uint32_t f) {
 }  // namespace
 
 std::vector<std::uint32_t> duplicate_faces(const ControlMeshData& data) {
-    std::vector<RawFault> faults;
-    find_duplicates(data, faults);
     std::vector<std::uint32_t> faces;
-    for (const RawFault& fault : faults) faces.push_back(fault.element);
-    std::sort(faces.begin(), faces.end());
+    for (const Duplicate& duplicate : find_duplicates(data)) faces.push_back(duplicate.face);
     return faces;
 }
 
-std::vector<RawFault> element_faults(const ControlMeshData& data) {
-    std::vector<RawFault> faults;
+std::vector<MeshFault> element_faults(const ControlMeshData& data) {
+    std::vector<MeshFault> faults;
     check_sizes(data, faults);
     if (!faults.empty()) return faults;
-    if (data.face_offsets.size() < 2) return {{Kind::no_faces}};
+    if (data.face_offsets.size() < 2)
+        return {make_fault(data, Kind::no_faces, 0, "there are no faces; a control mesh needs at least one")};
     scan_elements(count_of(data.positions.size()), faults,
                   [&](std::uint32_t v, auto& found) { check_vertex(data, v, found); });
     scan_elements(count_of(data.face_offsets.size() - 1), faults,
                   [&](std::uint32_t f, auto& found) { check_face(data, f, found); });
     for (std::uint32_t i = 0; i < data.uvs.size(); ++i)
-        if (!is_sound_uv(data.uvs[i])) faults.push_back({Kind::non_finite_uv, i});
+        if (!is_sound_uv(data.uvs[i]))
+            faults.push_back(make_fault(
+                data, Kind::non_finite_uv, i,
+                fmt::format("texture coordinate {} is not finite or beyond {:g}; correct it, or use --repair to put "
+                            "(0, 0)",
+                            std::uint64_t{i} + data.first_number, k_max_uv)));
     check_tags(data, faults);
     sort_faults(faults);
     return faults;
 }
 
-std::vector<RawFault> edge_faults(const ControlMeshData& data, std::span<const EdgeUse> sorted_uses,
-                                  const MeshLinks& links) {
-    std::vector<RawFault> faults;
+std::vector<MeshFault> edge_faults(const ControlMeshData& data, std::span<const EdgeUse> sorted_uses,
+                                   const MeshLinks& links) {
+    std::vector<MeshFault> faults;
     const std::uint32_t uses = links.manifold_edges ? 0 : count_of(sorted_uses.size());
     scan_elements(uses, faults, [&](std::uint32_t i, auto& found) {
         const EdgeUse& use = sorted_uses[i];
@@ -265,30 +327,55 @@ std::vector<RawFault> edge_faults(const ControlMeshData& data, std::span<const E
         std::uint32_t count = 1;
         while (i + count < uses && use.same_edge(sorted_uses[i + count])) ++count;
         const std::uint32_t face = links.face[use.halfedge];
+        const auto add = [&](Kind kind, fmt::format_string<std::string, std::string, std::uint64_t> text) {
+            found.push_back(make_fault(data, kind, face,
+                                       fmt::format(text, vertex_name(data, use.low), vertex_name(data, use.high),
+                                                   std::uint64_t{face} + data.first_number)));
+        };
         if (count > 2)
-            found.push_back({Kind::non_manifold_edge, face, use.low, use.high});
+            add(Kind::non_manifold_edge,
+                "the edge between {} and {} of face {} has more than two faces; correct it in the modeller or use "
+                "--repair to split it into boundaries");
         else if (count == 2 && data.face_vertices[use.halfedge] == data.face_vertices[sorted_uses[i + 1].halfedge])
-            found.push_back({Kind::opposite_orientation, face, use.low, use.high});
+            add(Kind::opposite_orientation,
+                "the two faces at the edge between {} and {} (one is face {}) run along it in the same direction; "
+                "flip one, or use --repair to orient all faces alike");
     });
+    const auto add = [&](Kind kind, std::uint32_t element, std::string text) {
+        faults.push_back(make_fault(data, kind, element, std::move(text)));
+    };
     // Two faces with one cycle run along the same edges in the same direction: no edge fault, no duplicate.
-    if (!faults.empty()) find_duplicates(data, faults);
+    if (!faults.empty())
+        for (const auto& [face, first] : find_duplicates(data))
+            add(Kind::duplicate_face, face,
+                fmt::format("face {} has the same vertices as {}; delete one, or use --repair",
+                            std::uint64_t{face} + data.first_number, face_name(data, first)));
     for (std::uint32_t i = 0; i < data.creases.size(); ++i)
-        if (!find_edge(sorted_uses, data.creases[i].a, data.creases[i].b))
-            faults.push_back({Kind::crease_tag, i, data.creases[i].a, data.creases[i].b, "edge"});
-    for (std::uint32_t i = 0; i < data.corner_angles.size(); ++i) {
-        const auto& tag = data.corner_angles[i];
-        if (face_corner(data, tag.face, tag.vertex) == HalfedgeId::none)
-            faults.push_back({Kind::corner_angle_tag, i, tag.vertex, tag.face, "corner"});
-    }
+        if (const auto& tag = data.creases[i]; !find_edge(sorted_uses, tag.a, tag.b))
+            add(Kind::crease_tag, i,
+                fmt::format("{}: no face has an edge between {} and {}; tags count vertices from 0, {}",
+                            crease_name(data, i), vertex_name(data, tag.a), vertex_name(data, tag.b), k_drop_tag));
+    for (std::uint32_t i = 0; i < data.corner_angles.size(); ++i)
+        if (const auto& tag = data.corner_angles[i]; face_corner(data, tag.face, tag.vertex) == HalfedgeId::none)
+            add(Kind::corner_angle_tag, i,
+                fmt::format("{}: {} does not touch {}; tags count vertices and faces from 0, {}",
+                            angle_tag_name(data, i), face_name(data, tag.face), vertex_name(data, tag.vertex),
+                            k_drop_tag));
     sort_faults(faults);
     return faults;
 }
 
-std::vector<RawFault> vertex_faults(const ControlMeshData& data, const MeshLinks& links) {
-    std::vector<RawFault> faults;
+std::vector<MeshFault> vertex_faults(const ControlMeshData& data, const MeshLinks& links) {
+    std::vector<MeshFault> faults;
     scan_elements(count_of(data.positions.size()), faults, [&](std::uint32_t v, auto& found) {
         const std::uint32_t fan = fan_size(data, links, v), all = links.vertex_face_count[v];
-        if (fan != all) found.push_back({Kind::non_manifold_vertex, v, links.face[links.vertex_halfedge[v]], all});
+        if (fan != all)
+            found.push_back(make_fault(
+                data, Kind::non_manifold_vertex, v,
+                fmt::format("the {} faces at vertex {} are not one fan, they only touch there (one is {}); {} to split "
+                            "it",
+                            all, std::uint64_t{v} + data.first_number,
+                            face_name(data, links.face[links.vertex_halfedge[v]]), k_repair_advice)));
     });
     return faults;
 }
@@ -392,18 +479,14 @@ std::optional<std::string> unwelded_edges(const ControlMeshData& data, std::span
 }  // namespace detail
 
 std::vector<MeshFault> find_faults(const ControlMeshData& data) {
-    std::vector<detail::RawFault> raw = detail::element_faults(data);
-    if (raw.empty()) {
-        const auto uses =
-            detail::sorted_edge_uses(data.face_offsets, data.face_vertices, detail::count_of(data.positions.size()));
-        const detail::MeshLinks links = detail::link_mesh(data, uses);
-        raw = detail::edge_faults(data, uses, links);
-        if (raw.empty()) raw = detail::vertex_faults(data, links);
-        if (raw.empty()) raw = detail::tagged_angles(data, links).faults;
-    }
-    std::vector<MeshFault> faults;
-    faults.reserve(raw.size());
-    for (const detail::RawFault& fault : raw) faults.push_back(detail::describe(data, fault));
+    std::vector<MeshFault> faults = detail::element_faults(data);
+    if (!faults.empty()) return faults;
+    const auto uses =
+        detail::sorted_edge_uses(data.face_offsets, data.face_vertices, detail::count_of(data.positions.size()));
+    const detail::MeshLinks links = detail::link_mesh(data, uses);
+    faults = detail::edge_faults(data, uses, links);
+    if (faults.empty()) faults = detail::vertex_faults(data, links);
+    if (faults.empty()) faults = detail::tagged_angles(data, links).faults;
     return faults;
 }
 
@@ -422,4 +505,98 @@ std::vector<std::string> find_oddities(const ControlMeshData& data) {
     return oddities;
 }
 
+namespace {
+
+using Kind = MeshFaultKind;
+
+// Faults quoted by an exception; a list of all comes from find_faults().
+constexpr std::size_t k_quoted_faults = 5;
+
+std::uint64_t line_at(const std::vector<std::uint64_t>& lines, std::uint32_t i) {
+    return i < lines.size() ? lines[i] : 0;
+}
+
+std::string with_line(const std::string& text, std::uint64_t line) {
+    return line == 0 ? text : fmt::format("{} (line {})", text, line);
+}
+
+std::uint64_t line_of(const ControlMeshData& data, Kind kind, std::uint32_t element) {
+    switch (kind) {
+        case Kind::array_size:
+        case Kind::no_faces:
+            return 0;
+        case Kind::non_finite_uv:
+            return line_at(data.uv_lines, element);
+        case Kind::non_finite_vertex:
+        case Kind::absurd_coordinate:
+        case Kind::non_manifold_vertex:
+            return line_at(data.vertex_lines, element);
+        case Kind::crease_tag:
+            return data.creases[element].line;
+        case Kind::corner_tag:
+            return data.corners[element].line;
+        case Kind::corner_angle_tag:
+            return data.corner_angles[element].line;
+        case Kind::hole_tag:
+            return line_at(data.hole_lines, element);
+        default:
+            return line_at(data.face_lines, element);
+    }
+}
+
+}  // namespace
+
+std::string_view name(MeshFaultKind kind) {
+    constexpr std::string_view k_names[] = {"array size",
+                                            "no faces",
+                                            "non-finite vertex",
+                                            "absurd coordinate",
+                                            "face too small",
+                                            "vertex out of range",
+                                            "repeated vertex",
+                                            "non-finite texture coordinate",
+                                            "texture coordinate out of range",
+                                            "normal out of range",
+                                            "group out of range",
+                                            "crease tag",
+                                            "corner tag",
+                                            "corner angle tag",
+                                            "hole tag",
+                                            "duplicate face",
+                                            "non-manifold edge",
+                                            "opposite orientation",
+                                            "non-manifold vertex"};
+    static_assert(std::size(k_names) == static_cast<std::size_t>(Kind::non_manifold_vertex) + 1);
+    return k_names[static_cast<std::size_t>(kind)];
+}
+
+namespace detail {
+
+std::string vertex_name(const ControlMeshData& data, std::uint32_t v) {
+    if (v == VertexId::none)
+        return "a vertex that no number can name (it counts back before the first one, or has too many digits)";
+    return with_line(fmt::format("vertex {}", std::uint64_t{v} + data.first_number), line_at(data.vertex_lines, v));
+}
+
+std::string face_name(const ControlMeshData& data, std::uint32_t f) {
+    return with_line(fmt::format("face {}", std::uint64_t{f} + data.first_number), line_at(data.face_lines, f));
+}
+
+MeshFault make_fault(const ControlMeshData& data, MeshFaultKind kind, std::uint32_t element, std::string message) {
+    return {kind, element, line_of(data, kind, element), std::move(message)};
+}
+
+void throw_faults(const ControlMeshData& data, const std::vector<MeshFault>& faults) {
+    if (faults.empty()) return;
+    std::string text = faults.front().message;
+    for (std::size_t i = 1; i < std::min(faults.size(), k_quoted_faults); ++i)
+        text += faults[i].line != 0 ? fmt::format("\n  line {}: {}", faults[i].line, faults[i].message)
+                                    : fmt::format("\n  {}", faults[i].message);
+    if (faults.size() > 1)
+        text += faults.size() > k_quoted_faults ? fmt::format("\n  ... {} faults in all", faults.size())
+                                                : fmt::format("\n  {} faults in all", faults.size());
+    throw Error(ErrorCode::invalid_input, text, data.source, faults.front().line);
+}
+
+}  // namespace detail
 }  // namespace tetrakis

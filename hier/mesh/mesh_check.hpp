@@ -69,24 +69,16 @@ std::vector<std::string> find_oddities(const ControlMeshData& data);
 
 namespace detail {
 
-/// A fault before its message is written: a broken scan can have millions.
-struct RawFault {
-    MeshFaultKind kind;
-    std::uint32_t element = 0;
-    std::uint32_t a = 0, b = 0;     ///< vertices, counts or faces that the message names
-    const char* subject = nullptr;  ///< array_size, tags: what exactly is wrong
-};
-
 /// Faults of single elements: sizes, coordinates, faces, attributes, tags (but whether a crease's edge exists).
-std::vector<RawFault> element_faults(const ControlMeshData& data);
+std::vector<MeshFault> element_faults(const ControlMeshData& data);
 /// Faults of edges, faces against each other, and tags that name no edge or corner of a face; asks for no element
 /// faults.
-std::vector<RawFault> edge_faults(const ControlMeshData& data, std::span<const EdgeUse> sorted_uses,
-                                  const MeshLinks& links);
+std::vector<MeshFault> edge_faults(const ControlMeshData& data, std::span<const EdgeUse> sorted_uses,
+                                   const MeshLinks& links);
 /// Faces whose vertex cycle an earlier face has already, ascending. The faces must be sound.
 std::vector<std::uint32_t> duplicate_faces(const ControlMeshData& data);
 /// Non-manifold vertices; asks for no faults of the other kinds.
-std::vector<RawFault> vertex_faults(const ControlMeshData& data, const MeshLinks& links);
+std::vector<MeshFault> vertex_faults(const ControlMeshData& data, const MeshLinks& links);
 std::vector<std::string> find_oddities(const ControlMeshData& data, std::uint64_t isolated_vertices);
 /// The warning of a mesh of which many boundary edges lie on another one that runs the other way.
 /// @param twin  as MeshLinks::twin
@@ -99,9 +91,10 @@ std::vector<std::uint32_t> first_at_place(std::span<const Vec3d> positions, std:
 std::string vertex_name(const ControlMeshData& data, std::uint32_t v);
 std::string face_name(const ControlMeshData& data, std::uint32_t f);
 
-MeshFault describe(const ControlMeshData& data, const RawFault& fault);
+/// With the line of its element.
+MeshFault make_fault(const ControlMeshData& data, MeshFaultKind kind, std::uint32_t element, std::string message);
 /// @throws Error invalid_input with the first few faults and their count, unless there are none
-void throw_faults(const ControlMeshData& data, const std::vector<RawFault>& faults);
+void throw_faults(const ControlMeshData& data, const std::vector<MeshFault>& faults);
 
 }  // namespace detail
 }  // namespace tetrakis

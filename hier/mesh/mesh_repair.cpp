@@ -2,8 +2,8 @@
 
 #include "../base/error.hpp"
 #include "corner_tags.hpp"
-#include "edge_uses.hpp"
 #include "mesh_check.hpp"
+#include "mesh_links.hpp"
 #include "mesh_split.hpp"
 
 #include <fmt/format.h>

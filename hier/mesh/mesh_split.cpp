@@ -1,7 +1,7 @@
 #include "mesh_split.hpp"
 
 #include "../base/ids.hpp"
-#include "edge_uses.hpp"
+#include "mesh_links.hpp"
 
 #include <algorithm>
 #include <numeric>

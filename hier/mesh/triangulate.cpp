@@ -1,7 +1,7 @@
 #include "triangulate.hpp"
 
 #include "corner_tags.hpp"
-#include "edge_uses.hpp"
+#include "mesh_links.hpp"
 
 #include <fmt/format.h>
 

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "../../hier/base/ids.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
-#include "../../hier/base/pod_array.hpp"
 #include "../../hier/base/radix_sort.hpp"
 #include "../../hier/base/spread_bits.hpp"
 #include "adaptive.hpp"

@@ -1,7 +1,7 @@
 #include "adaptive_sqrt3.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "../../hier/base/huge_memory.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/sqrt3_levels.hpp"
 #include "sqrt3_net.hpp"

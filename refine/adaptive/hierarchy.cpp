@@ -1,7 +1,7 @@
 #include "hierarchy.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "../../hier/base/huge_memory.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../schemes/core/rule_choices.hpp"
 #include "../uniform/refine.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../../hier/base/huge_memory.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/exported_triangles.hpp"
 #include "hierarchy_family.hpp"

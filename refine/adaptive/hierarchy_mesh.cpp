@@ -1,5 +1,5 @@
 #include "../../hier/base/error.hpp"
-#include "../../hier/base/huge_memory.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../rules/triangle_cut.hpp"
 #include "hierarchy.hpp"

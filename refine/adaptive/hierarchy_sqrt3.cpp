@@ -1,6 +1,5 @@
-#include "../../hier/base/huge_memory.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
-#include "../../hier/base/pool_memory.hpp"
 #include "../../hier/forest/sqrt3_leaf.hpp"
 #include "../../hier/forest/sqrt3_levels.hpp"
 #include "../../hier/forest/sqrt3_slots.hpp"

@@ -1,4 +1,4 @@
-#include "../../hier/base/huge_memory.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/forest/vertex_forest.hpp"
 #include "described_family.hpp"
 #include "hierarchy_families.hpp"

@@ -1,6 +1,6 @@
 #include "sqrt3_net.hpp"
 
-#include "../../hier/base/huge_memory.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../schemes/rules/sqrt3.hpp"
 #include "sqrt3_points.hpp"

@@ -1,7 +1,6 @@
 #pragma once
 
-#include "../../hier/base/huge_buffer.hpp"
-#include "../../hier/base/pool_memory.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/vec.hpp"
 #include "../../hier/forest/sqrt3_levels.hpp"
 

@@ -1,5 +1,5 @@
-#include "../../schemes/rules/factored_dual.hpp"
 #include "../../schemes/core/vertex_split.hpp"
+#include "../../schemes/rules/dual_schemes.hpp"
 #include "factored_faces.hpp"
 
 #include <cassert>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../../hier/base/huge_buffer.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/run_context.hpp"
 #include "../../hier/base/vec.hpp"
 #include "level_points.hpp"

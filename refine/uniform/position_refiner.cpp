@@ -1,6 +1,6 @@
 #include "position_refiner.hpp"
 
-#include "../../hier/base/huge_buffer.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../rules/check_length.hpp"
 #include "refine.hpp"

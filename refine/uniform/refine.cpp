@@ -1,7 +1,7 @@
 #include "refine.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "../../hier/base/huge_memory.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../schemes/rules/averaging.hpp"

@@ -1,6 +1,6 @@
 #include "refined_points.hpp"
 
-#include "../../hier/base/huge_memory.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../attributes/used_values.hpp"
 
 namespace tetrakis::detail {

@@ -1,7 +1,7 @@
 #include "repeated_rows.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "../../hier/base/huge_buffer.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../schemes/core/corner_angles.hpp"
 #include "../../schemes/rules/averaging.hpp"

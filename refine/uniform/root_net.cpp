@@ -1,6 +1,6 @@
 #include "root_net.hpp"
 
-#include "../../hier/base/huge_memory.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/most_frequent.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../schemes/core/face_split.hpp"

@@ -249,122 +249,6 @@ std::optional<Rows> rows_inwards(const LocalMatrix& s) {
     return rows;
 }
 
-/// The inner points of a boundary fan, if they depend on one another as those of a whole fan of twice as many faces do
-/// where it takes the opposite sign in the mirror image behind the boundary: then sine modes are their modes.
-class SineModes {
-  public:
-    static std::optional<SineModes> of(const LocalMatrix& s) {
-        SineModes modes(s);
-        if (!modes.usable() || !modes.take_middle()) return std::nullopt;
-        for (int i = 0; i < s.size(); ++i)
-            if (!on_boundary(s.labels, i) && !modes.says(i)) return std::nullopt;
-        return modes;
-    }
-
-    /// The eigenvalues of the even or the odd part, in the mirror image along the fan's middle.
-    std::vector<Complex> eigenvalues_of(bool even) const {
-        std::vector<Complex> values;
-        const auto take = [&](const auto& block) {
-            for (const Complex z : eigenvalues(block)) values.push_back(z);
-        };
-        for (int k = 0; k <= faces_; ++k) {
-            if ((k % 2 == 1) != even) continue;
-            DenseMatrix<Complex> block(static_cast<int>(places_.size()));
-            for (const Term& t : terms_)
-                block(t.row, t.column) += t.weight * std::polar(1.0, std::numbers::pi * (k * t.sectors) / faces_);
-            if (k > 0 && k < faces_) {
-                take(block);
-                continue;
-            }
-            // Of what is the same in all sectors, or of opposite sign in each next one, rays have none, and the rest is
-            // odd or even across them.
-            const double sign = k == 0 ? -1 : 1;
-            std::vector<int> rows;
-            for (int p = 0; p < static_cast<int>(places_.size()); ++p)
-                if (places_[p].b > 0 && (places_[p].a < places_[p].b || (sign > 0 && places_[p].a == places_[p].b)))
-                    rows.push_back(p);
-            DenseMatrix<double> part(static_cast<int>(rows.size()));
-            for (std::size_t a = 0; a < rows.size(); ++a)
-                for (std::size_t b = 0; b < rows.size(); ++b) {
-                    const int other = image(rows[b]);
-                    part(static_cast<int>(a), static_cast<int>(b)) =
-                        block(rows[a], rows[b]).real() + (other == rows[b] ? 0 : sign * block(rows[a], other).real());
-                }
-            take(part);
-        }
-        return values;
-    }
-
-  private:
-    static constexpr double k_no_weight = 1e-14;  // but rounding
-    struct Term {
-        int row, column;  ///< places
-        int sectors;      ///< ahead
-        double weight;
-    };
-
-    explicit SineModes(const LocalMatrix& s) : s_(&s), faces_(s.labels.shape().faces) {
-        for (const FanLabel l : s.labels.all())
-            if (l.sector == 0 && l.a > 0) places_.push_back({0, l.a, l.b});
-    }
-    bool usable() const {
-        // Below, whole matrices are as quick.
-        constexpr int k_many = 24;
-        const FanLattice lattice = s_->labels.lattice();
-        return faces_ >= k_many && (lattice == FanLattice::triangles || lattice == FanLattice::quads);
-    }
-    int place(FanLabel l) const {
-        return static_cast<int>(std::find(places_.begin(), places_.end(), FanLabel{0, l.a, l.b}) - places_.begin());
-    }
-    int image(int p) const { return places_[p].b == 0 ? p : place({0, places_[p].b, places_[p].a}); }
-
-    /// The rules are those of the sector in the middle.
-    bool take_middle() {
-        const int middle = faces_ / 2;
-        for (int p = 0; p < static_cast<int>(places_.size()); ++p) {
-            const int i = s_->labels.find({middle, places_[p].a, places_[p].b});
-            for (std::size_t t = 0; t < s_->rows.points(i).size(); ++t) {
-                const int column = s_->rows.points(i)[t];
-                const FanLabel l = s_->labels.all()[column];
-                if (l.a == 0) continue;
-                if (on_boundary(s_->labels, column)) return false;
-                terms_.push_back({p, place(l), l.sector - middle, s_->rows.weights(i)[t]});
-            }
-        }
-        return true;
-    }
-    /// Whether the row of an inner point is the middle's one, moved, with the mirror images behind the boundary.
-    bool says(int i) const {
-        const FanLabel at = s_->labels.all()[i];
-        StencilRow row;
-        for (const Term& t : terms_) {
-            if (t.row != place(at)) continue;
-            FanLabel l = places_[t.column];
-            l.sector = at.sector + t.sectors;
-            double sign = 1;
-            const int last = l.b == 0 ? faces_ : faces_ - 1;
-            if (l.sector < 0 || l.sector > last) {
-                l.sector = l.sector < 0 ? last - faces_ - l.sector : faces_ + last - l.sector;
-                if (l.b > 0) std::swap(l.a, l.b);
-                sign = -1;
-            }
-            if (const int column = s_->labels.find(l); !on_boundary(s_->labels, column))
-                row.add(column, sign * t.weight);
-        }
-        for (std::size_t t = 0; t < s_->rows.points(i).size(); ++t)
-            if (const int column = s_->rows.points(i)[t]; !on_boundary(s_->labels, column))
-                row.add(column, -s_->rows.weights(i)[t]);
-        row.gather();
-        return std::all_of(row.terms.begin(), row.terms.end(),
-                           [](const auto& term) { return std::abs(term.second) < k_no_weight; });
-    }
-
-    const LocalMatrix* s_;
-    int faces_;
-    std::vector<FanLabel> places_;
-    std::vector<Term> terms_;
-};
-
 /// The start of an iteration: what is neither even nor odd in anything.
 std::vector<double> ramp(std::size_t size) {
     std::vector<double> x(size, 1.0);
@@ -383,11 +267,10 @@ std::vector<double> analyse_mirror(SpectralAnalysis& analysis) {
         if (mirror[i] >= i) fixed_or_first.push_back(i);
         if (mirror[i] > i) first.push_back(i);
     }
-    /// Of the even (sign 1) or odd part, some rows, and columns in the order of others.
-    const auto part_of = [&](const StencilTable& weights, const std::vector<int>& rows, const std::vector<int>& columns,
-                             double sign) {
+    /// Some rows, and their columns, of the even (sign 1) or odd part.
+    const auto block_of = [&](const StencilTable& weights, const std::vector<int>& rows, double sign) {
         std::vector<int> place(size, -1);
-        for (std::size_t b = 0; b < columns.size(); ++b) place[columns[b]] = static_cast<int>(b);
+        for (std::size_t b = 0; b < rows.size(); ++b) place[rows[b]] = static_cast<int>(b);
         StencilTable m;
         for (const int i : rows) {
             StencilRow row;
@@ -402,9 +285,6 @@ std::vector<double> analyse_mirror(SpectralAnalysis& analysis) {
             m.push(std::move(row));
         }
         return m;
-    };
-    const auto block_of = [&](const StencilTable& weights, const std::vector<int>& rows, double sign) {
-        return part_of(weights, rows, rows, sign);
     };
     const auto block = [&](const std::vector<int>& rows, double sign) { return block_of(s.rows, rows, sign); };
     const auto left = [](const StencilTable& m, double lambda) {
@@ -428,47 +308,11 @@ std::vector<double> analyse_mirror(SpectralAnalysis& analysis) {
         std::erase_if(rows, [&](int i) { return on_boundary(s.labels, i) != on; });
         return rows;
     };
-    const std::optional<SineModes> modes = apart ? SineModes::of(s) : std::nullopt;
-    const auto values_of = [&](const std::vector<int>& rows, bool even) {
-        if (!modes) return eigenvalues(block(rows, even ? 1 : -1));
-        std::vector<Complex> values = eigenvalues(block(on_its_own(rows, true), even ? 1 : -1));
-        for (const Complex z : modes->eigenvalues_of(even)) values.push_back(z);
-        return values;
-    };
-    /// Of the even part.
     const auto even_eigenvector = [&](double lambda) {
-        constexpr std::size_t k_small = 300;
-        const std::vector<double> start = ramp(fixed_or_first.size());
-        if (!apart || start.size() <= k_small)
-            return spread(fixed_or_first, left_eigenvector(block(fixed_or_first, 1), lambda, start), 1);
-        const std::vector<int> outside = on_its_own(fixed_or_first, true);
-        const StencilTable outer = block(outside, 1);
-        for (const Complex z : eigenvalues(outer))
-            if (std::abs(z - lambda) < k_same) return spread(outside, left(outer, lambda), 1);
-        // Sector by sector, so that it is a band.
-        std::vector<int> order;
-        for (std::size_t a = 0; a < fixed_or_first.size(); ++a)
-            if (!on_boundary(s.labels, fixed_or_first[a])) order.push_back(static_cast<int>(a));
-        const auto sector = [&](int a) { return s.labels.all()[fixed_or_first[a]].sector; };
-        std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return sector(a) < sector(b); });
-        std::vector<int> inside;
-        std::vector<double> inner_start;
-        for (const int a : order) {
-            inside.push_back(fixed_or_first[a]);
-            inner_start.push_back(start[a]);
-        }
-        const std::vector<double> y = left_eigenvector(block(inside, 1), lambda, std::move(inner_start));
-        const StencilTable onto = part_of(s.rows, inside, outside, 1);
-        std::vector<double> b(outside.size(), 0.0);
-        for (std::size_t a = 0; a < inside.size(); ++a)
-            for (std::size_t t = 0; t < onto.points(static_cast<int>(a)).size(); ++t)
-                b[onto.points(static_cast<int>(a))[t]] += y[a] * onto.weights(static_cast<int>(a))[t];
-        std::vector<double> weights = spread(inside, y, 1);
-        const std::vector<double> rest = spread(outside, detail::left_solution(outer, lambda, b), 1);
-        for (int i = 0; i < size; ++i) weights[i] += rest[i];
-        return weights;
+        return spread(fixed_or_first, left(block(fixed_or_first, 1), lambda), 1);
     };
-    const std::vector<Complex> even_values = values_of(fixed_or_first, true), odd_values = values_of(first, false);
+    const std::vector<Complex> even_values = eigenvalues(block(fixed_or_first, 1)),
+                               odd_values = eigenvalues(block(first, -1));
     add(analysis, even_values, 0, 1);
     add(analysis, odd_values, 1, 1);
     analysis.limit = even_eigenvector(1.0);

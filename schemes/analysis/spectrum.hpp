@@ -59,9 +59,8 @@ struct SpectralAnalysis {
 };
 
 /// Eigenvalues and left eigenvectors of the local matrix. Interior fans are solved Fourier mode by Fourier mode, so any
-/// valence is a matter of small blocks. Others are split into even and odd, and these into what depends on itself in
-/// circles, which at a boundary may be as many points as a ring has: O(valence^3), but for rules that are the same in
-/// all sectors as if the surface went on beyond the boundary with the opposite sign, which sine modes solve.
+/// valence is a matter of small blocks. Others are split into even and odd parts, and these into the strongly connected
+/// components of their dependency graph, which at a boundary may be as large as a ring: O(valence^3).
 /// @throws std::invalid_argument  as local_matrix()
 SpectralAnalysis analyse(const SchemeInfo& scheme, const FanShape& shape, const RuleOptions& options);
 

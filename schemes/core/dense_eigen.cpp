@@ -7,8 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <optional>
-#include <utility>
+#include <type_traits>
 
 // All of Eigen that the project uses: its templates take long to compile, so they are compiled here once.
 
@@ -22,14 +21,20 @@ using Eigen::VectorXcd;
 using Eigen::VectorXd;
 
 template <class T>
-MatrixXcd to_eigen(const DenseMatrix<T>& m) {
-    MatrixXcd out(m.size(), m.size());
+Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic> to_eigen(const DenseMatrix<T>& m) {
+    Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic> out(m.size(), m.size());
     for (int i = 0; i < m.size(); ++i)
         for (int j = 0; j < m.size(); ++j) out(i, j) = m(i, j);
     return out;
 }
+MatrixXd to_eigen(const StencilTable& m) {
+    MatrixXd out = MatrixXd::Zero(m.row_count(), m.row_count());
+    for (int i = 0; i < m.row_count(); ++i)
+        for (std::size_t t = 0; t < m.points(i).size(); ++t) out(i, m.points(i)[t]) = m.weights(i)[t];
+    return out;
+}
 
-// Nothing is told apart from zero below this, and nothing farther apart than this part of itself is put together.
+// Relative distance within which eigenvalues may be joined; smaller magnitudes count as zero.
 constexpr double k_cluster = 1e-4;
 
 /// Whether two eigenvalues are near each other, yet not the same.
@@ -78,60 +83,43 @@ void join(std::vector<Complex>& values, const std::vector<double>& uncertain) {
     }
 }
 
-/// The rows that depend on each other in circles, by Tarjan's algorithm: sorted by them the matrix is block triangular,
-/// and its eigenvalues are those of the blocks.
+/// The strongly connected components of the rows' dependency graph (Tarjan 1972): sorted by them the matrix is block
+/// triangular, and its eigenvalues are those of the diagonal blocks.
 template <class Matrix>
-class Blocks {
+class Components {
   public:
-    explicit Blocks(const Matrix& m) : m_(m), place_(static_cast<std::size_t>(m.size()), k_new), low_(place_) {
-        for (Eigen::Index row = 0; row < m.size(); ++row)
-            if (place_[static_cast<std::size_t>(row)] == k_new) visit(row);
+    explicit Components(const Matrix& m)
+        : m_(m), index_(static_cast<std::size_t>(m.rows()), k_new), low_(index_.size(), k_new) {
+        for (Eigen::Index row = 0; row < m.rows(); ++row)
+            if (index(row) == k_new) visit(row);
     }
     std::vector<std::vector<Eigen::Index>> all;
 
   private:
     static constexpr Eigen::Index k_new = -1, k_done = std::numeric_limits<Eigen::Index>::max();
-    struct Visit {
-        Eigen::Index row, next;
-    };
-    void visit(Eigen::Index start) {
-        std::vector<Visit> path{{start, 0}};
-        while (!path.empty()) {
-            auto& [row, next] = path.back();
-            Eigen::Index &place = place_[static_cast<std::size_t>(row)], &low = low_[static_cast<std::size_t>(row)];
-            if (place == k_new) {
-                place = low = count_++;
-                open_.push_back(row);
-            }
-            const Eigen::Index terms = m_.terms(row);
-            while (next < terms &&
-                   (!m_.any(row, next) || place_[static_cast<std::size_t>(m_.column(row, next))] == k_done))
-                ++next;
-            if (next < terms) {
-                const Eigen::Index to = m_.column(row, next++);
-                if (place_[static_cast<std::size_t>(to)] == k_new)
-                    path.push_back({to, 0});
-                else
-                    low = std::min(low, place_[static_cast<std::size_t>(to)]);
-                continue;
-            }
-            if (low == place) {
-                const auto begin = std::find(open_.rbegin(), open_.rend(), row).base() - 1;
-                all.emplace_back(begin, open_.end());
-                open_.erase(begin, open_.end());
-                for (const Eigen::Index of : all.back()) place_[static_cast<std::size_t>(of)] = k_done;
-            }
-            const Eigen::Index reached = low;
-            path.pop_back();
-            if (path.empty()) continue;
-            Eigen::Index& above = low_[static_cast<std::size_t>(path.back().row)];
-            above = std::min(above, reached);
+    Eigen::Index& index(Eigen::Index row) { return index_[static_cast<std::size_t>(row)]; }
+    Eigen::Index& low(Eigen::Index row) { return low_[static_cast<std::size_t>(row)]; }
+
+    // As deep as the longest path: at most a few thousand rows.
+    void visit(Eigen::Index row) {
+        index(row) = low(row) = count_++;
+        open_.push_back(row);
+        for (Eigen::Index to = 0; to < m_.cols(); ++to) {
+            if (m_(row, to) == 0.0 || index(to) == k_done) continue;
+            if (index(to) == k_new) visit(to);
+            if (index(to) != k_done) low(row) = std::min(low(row), low(to));
         }
+        if (low(row) != index(row)) return;
+        const auto begin = std::find(open_.begin(), open_.end(), row);
+        std::vector<Eigen::Index>& component = all.emplace_back(begin, open_.end());
+        open_.erase(begin, open_.end());
+        for (const Eigen::Index of : component) index(of) = k_done;
+        std::sort(component.begin(), component.end());
     }
 
     const Matrix& m_;
     Eigen::Index count_ = 0;
-    std::vector<Eigen::Index> place_, low_, open_;
+    std::vector<Eigen::Index> index_, low_, open_;
 };
 
 std::vector<Complex> eigenvalues_of_block(const MatrixXcd& m) {
@@ -149,125 +137,27 @@ std::vector<Complex> eigenvalues_of_block(const MatrixXcd& m) {
     return values;
 }
 
-/// What Blocks asks of a dense matrix and of a sparse one.
-struct DenseRows {
-    const MatrixXcd& m;
-    Eigen::Index size() const { return m.rows(); }
-    Eigen::Index terms(Eigen::Index) const { return m.cols(); }
-    Eigen::Index column(Eigen::Index, Eigen::Index k) const { return k; }
-    bool any(Eigen::Index row, Eigen::Index k) const { return m(row, k) != 0.0; }
-};
-struct SparseRows {
-    const StencilTable& m;
-    Eigen::Index size() const { return m.row_count(); }
-    Eigen::Index terms(Eigen::Index row) const {
-        return static_cast<Eigen::Index>(m.points(static_cast<int>(row)).size());
-    }
-    Eigen::Index column(Eigen::Index row, Eigen::Index k) const {
-        return m.points(static_cast<int>(row))[static_cast<std::size_t>(k)];
-    }
-    bool any(Eigen::Index, Eigen::Index) const { return true; }
-};
-
-std::vector<Complex> eigenvalues_of(const MatrixXcd& m) {
+template <class Matrix>
+std::vector<Complex> eigenvalues_of(const Matrix& m) {
+    // Of larger real ones the real Schur form takes a fourth of the time and half of the memory. That defective
+    // eigenvalues come out as their mean would take all eigenvectors.
+    constexpr Eigen::Index k_large = 300;
+    constexpr bool is_real = std::is_same_v<Matrix, MatrixXd>;
     std::vector<Complex> values;
-    for (std::vector<Eigen::Index>& block : Blocks(DenseRows{m}).all) {
-        std::sort(block.begin(), block.end());
-        const std::vector<Complex> some = eigenvalues_of_block(m(block, block));
-        values.insert(values.end(), some.begin(), some.end());
+    const auto add = [&](const auto& some) { values.insert(values.end(), some.begin(), some.end()); };
+    for (const std::vector<Eigen::Index>& component : Components(m).all) {
+        const Matrix block = m(component, component);
+        if (is_real && block.rows() > k_large)
+            add(Eigen::EigenSolver<MatrixXd>(block.real(), false).eigenvalues());
+        else
+            add(eigenvalues_of_block(block.template cast<Complex>()));
     }
-    return values;
-}
-
-/// Rounding leaves the real ones with a little of an imaginary part.
-void take_rounding_out(std::vector<Complex>& values) {
+    if (!is_real) return values;
+    // Rounding leaves real ones with a little of an imaginary part.
     constexpr double k_rounding = 1e-12;
     for (Complex& z : values)
         if (std::abs(z.imag()) < k_rounding) z = z.real();
-}
-
-/// LU factors of a band around the diagonal, with partial pivoting (Golub, Van Loan, algorithm 4.3.2).
-class BandFactors {
-  public:
-    BandFactors(Eigen::Index size, Eigen::Index below, Eigen::Index above)
-        : size_(size), below_(below), above_(above + below), a_(MatrixXd::Zero(above + 2 * below + 1, size)) {}
-    double& operator()(Eigen::Index row, Eigen::Index column) { return a_(row - column + above_, column); }
-
-    void factor() {
-        auto& a = *this;
-        pivot_.resize(static_cast<std::size_t>(size_));
-        for (Eigen::Index k = 0; k < size_; ++k) {
-            const Eigen::Index last = std::min(k + below_, size_ - 1), right = std::min(k + above_, size_ - 1);
-            Eigen::Index p = k;
-            for (Eigen::Index i = k + 1; i <= last; ++i)
-                if (std::abs(a(i, k)) > std::abs(a(p, k))) p = i;
-            pivot_[static_cast<std::size_t>(k)] = p;
-            for (Eigen::Index j = k; p != k && j <= right; ++j) std::swap(a(k, j), a(p, j));
-            if (a(k, k) == 0) a(k, k) = std::numeric_limits<double>::min();
-            for (Eigen::Index i = k + 1; i <= last; ++i) {
-                const double factor = a(i, k) /= a(k, k);
-                for (Eigen::Index j = k + 1; factor != 0 && j <= right; ++j) a(i, j) -= factor * a(k, j);
-            }
-        }
-    }
-    VectorXd solve(VectorXd x) {
-        auto& a = *this;
-        for (Eigen::Index k = 0; k < size_; ++k) {
-            std::swap(x(k), x(pivot_[static_cast<std::size_t>(k)]));
-            for (Eigen::Index i = k + 1; i <= std::min(k + below_, size_ - 1); ++i) x(i) -= a(i, k) * x(k);
-        }
-        for (Eigen::Index k = size_; k-- > 0;) {
-            for (Eigen::Index j = k + 1; j <= std::min(k + above_, size_ - 1); ++j) x(k) -= a(k, j) * x(j);
-            x(k) /= a(k, k);
-        }
-        return x;
-    }
-
-  private:
-    Eigen::Index size_, below_, above_;  // diagonals on either side, with those that pivoting fills
-    MatrixXd a_;
-    std::vector<Eigen::Index> pivot_;
-};
-
-/// Solves x^T (M - lambda) = b^T several times.
-class LeftSolver {
-  public:
-    LeftSolver(const StencilTable& m, double lambda) : size_(m.row_count()) {
-        Eigen::Index below = 0, above = 0;  // of the transposed matrix
-        for (int i = 0; i < m.row_count(); ++i)
-            for (const int j : m.points(i)) {
-                below = std::max<Eigen::Index>(below, j - i);
-                above = std::max<Eigen::Index>(above, i - j);
-            }
-        // The band costs its width squared per row, without blocking.
-        constexpr Eigen::Index k_narrow = 8;
-        const auto fill = [&](auto& a) {
-            for (int i = 0; i < m.row_count(); ++i)
-                for (std::size_t t = 0; t < m.points(i).size(); ++t) a(m.points(i)[t], i) = m.weights(i)[t];
-            for (Eigen::Index i = 0; i < size_; ++i) a(i, i) -= lambda;
-        };
-        if (k_narrow * (below + above) < size_) {
-            band_.emplace(size_, below, above);
-            fill(*band_);
-            band_->factor();
-        } else {
-            MatrixXd dense = MatrixXd::Zero(size_, size_);
-            fill(dense);
-            dense_.compute(dense);
-        }
-    }
-    VectorXd solve(const VectorXd& b) { return band_ ? band_->solve(b) : VectorXd(dense_.solve(b)); }
-
-  private:
-    Eigen::Index size_;
-    std::optional<BandFactors> band_;
-    Eigen::PartialPivLU<MatrixXd> dense_;
-};
-
-VectorXd to_vector(const std::vector<double>& x) {
-    VectorXd result(static_cast<Eigen::Index>(x.size()));
-    std::copy(x.begin(), x.end(), result.begin());
-    return result;
+    return values;
 }
 
 // Off an eigenvalue by some units of rounding, so that the factor is regular.
@@ -275,61 +165,29 @@ constexpr double k_beside = 1e-14;
 // An even number: the start's sign stays.
 constexpr int k_solves = 4;
 
+/// Inverse iteration from x.
+template <class Matrix, class Vector>
+Vector iterated(const Matrix& m, typename Matrix::Scalar lambda, Vector x) {
+    Matrix shifted = m.transpose();
+    shifted.diagonal().array() -= lambda + k_beside;
+    const Eigen::PartialPivLU<Matrix> lu(shifted);
+    for (int i = 0; i < k_solves; ++i) {
+        x = lu.solve(x).eval();
+        x /= x.cwiseAbs().maxCoeff();
+    }
+    return x;
+}
+
 }  // namespace
 
 std::vector<Complex> eigenvalues(const DenseMatrix<Complex>& m) { return eigenvalues_of(to_eigen(m)); }
-
-std::vector<Complex> eigenvalues(const DenseMatrix<double>& m) {
-    std::vector<Complex> values = eigenvalues_of(to_eigen(m));
-    take_rounding_out(values);
-    return values;
-}
-
-std::vector<Complex> eigenvalues(const StencilTable& m) {
-    // Of larger ones the real Schur form takes a fourth of the time and half of the memory. That defective eigenvalues
-    // come out as their mean would take all eigenvectors.
-    constexpr std::size_t k_large = 300;
-    std::vector<Complex> values;
-    std::vector<Eigen::Index> place(static_cast<std::size_t>(m.row_count()), -1);
-    for (std::vector<Eigen::Index>& block : Blocks(SparseRows{m}).all) {
-        std::sort(block.begin(), block.end());
-        const auto size = static_cast<Eigen::Index>(block.size());
-        for (Eigen::Index i = 0; i < size; ++i) place[static_cast<std::size_t>(block[i])] = i;
-        const auto fill = [&](auto& a) {
-            for (Eigen::Index i = 0; i < size; ++i) {
-                const auto row = static_cast<int>(block[i]);
-                for (std::size_t t = 0; t < m.points(row).size(); ++t)
-                    if (const Eigen::Index j = place[static_cast<std::size_t>(m.points(row)[t])]; j >= 0)
-                        a(i, j) = m.weights(row)[t];
-            }
-        };
-        if (block.size() > k_large) {
-            MatrixXd a = MatrixXd::Zero(size, size);
-            fill(a);
-            const VectorXcd some = Eigen::EigenSolver<MatrixXd>(a, false).eigenvalues();
-            values.insert(values.end(), some.begin(), some.end());
-        } else {
-            MatrixXcd a = MatrixXcd::Zero(size, size);
-            fill(a);
-            const std::vector<Complex> some = eigenvalues_of_block(a);
-            values.insert(values.end(), some.begin(), some.end());
-        }
-        for (const Eigen::Index i : block) place[static_cast<std::size_t>(i)] = -1;
-    }
-    take_rounding_out(values);
-    return values;
-}
+std::vector<Complex> eigenvalues(const DenseMatrix<double>& m) { return eigenvalues_of(to_eigen(m)); }
+std::vector<Complex> eigenvalues(const StencilTable& m) { return eigenvalues_of(to_eigen(m)); }
 
 std::vector<Complex> left_eigenvector(const DenseMatrix<Complex>& m, Complex lambda) {
-    MatrixXcd shifted = to_eigen(m).transpose();
-    shifted.diagonal().array() -= lambda + k_beside;
-    const Eigen::PartialPivLU<MatrixXcd> lu(shifted);
-    VectorXcd x(m.size());
-    for (int i = 0; i < m.size(); ++i) x(i) = m.size() > 1 ? 1.0 + i / (m.size() - 1.0) : 1.0;
-    for (int i = 0; i < k_solves; ++i) {
-        x = lu.solve(x);
-        x /= x.cwiseAbs().maxCoeff();
-    }
+    VectorXcd start(m.size());
+    for (int i = 0; i < m.size(); ++i) start(i) = m.size() > 1 ? 1.0 + i / (m.size() - 1.0) : 1.0;
+    const VectorXcd x = iterated(to_eigen(m), lambda, start);
     return {x.begin(), x.end()};
 }
 
@@ -342,18 +200,10 @@ std::vector<double> left_eigenvector(const DenseMatrix<double>& m, double lambda
     return out;
 }
 
-std::vector<double> left_eigenvector(const StencilTable& m, double lambda, std::vector<double> start) {
-    LeftSolver solver(m, lambda + k_beside);
-    VectorXd x = to_vector(start);
-    for (int i = 0; i < k_solves; ++i) {
-        x = solver.solve(x);
-        x /= x.cwiseAbs().maxCoeff();
-    }
-    return {x.begin(), x.end()};
-}
-
-std::vector<double> left_solution(const StencilTable& m, double lambda, const std::vector<double>& b) {
-    const VectorXd x = LeftSolver(m, lambda).solve(-to_vector(b));
+std::vector<double> left_eigenvector(const StencilTable& m, double lambda, const std::vector<double>& start) {
+    VectorXd first(static_cast<Eigen::Index>(start.size()));
+    std::copy(start.begin(), start.end(), first.begin());
+    const VectorXd x = iterated(to_eigen(m), lambda, first);
     return {x.begin(), x.end()};
 }
 

@@ -26,22 +26,19 @@ class DenseMatrix {
 };
 
 /// All eigenvalues, each as often as it counts, in no order. Those that rounding alone may hold apart, as it does with
-/// defective ones (by the root of the rounding error), come out as their mean. O(size^3).
+/// defective ones (by the root of the rounding error), come out as their mean; not in strongly connected components of
+/// more than 300 rows. O(size^2), and O(size^3) of the largest component.
 std::vector<Complex> eigenvalues(const DenseMatrix<double>& m);
 std::vector<Complex> eigenvalues(const DenseMatrix<Complex>& m);
 
-/// Of a sparse matrix, rows and columns of the same numbers. O(size) and O(size^3) of the largest block that depends on
-/// itself in circles.
+/// Of a sparse matrix, rows and columns of the same numbers.
 std::vector<Complex> eigenvalues(const StencilTable& m);
 
 /// y with y^T M = lambda y^T for a simple eigenvalue, to rounding, its largest entry of size one: by inverse iteration
 /// a little beside it. O(size^3).
 std::vector<double> left_eigenvector(const DenseMatrix<double>& m, double lambda);
 std::vector<Complex> left_eigenvector(const DenseMatrix<Complex>& m, Complex lambda);
-/// The same of a sparse matrix: in the time of a banded one, where it is a narrow band around its diagonal.
 /// @param start  of the iteration; it has the sign that the result gets
-std::vector<double> left_eigenvector(const StencilTable& m, double lambda, std::vector<double> start);
-/// x with x^T (lambda - M) = b^T, where lambda is no eigenvalue.
-std::vector<double> left_solution(const StencilTable& m, double lambda, const std::vector<double>& b);
+std::vector<double> left_eigenvector(const StencilTable& m, double lambda, const std::vector<double>& start);
 
 }  // namespace tetrakis::detail

@@ -4,7 +4,7 @@
 #include "../core/scheme_info.hpp"
 #include "averaging_level.hpp"
 #include "catmull_clark.hpp"
-#include "doo_sabin.hpp"
+#include "dual_schemes.hpp"
 #include "linear.hpp"
 
 #include <cmath>
@@ -143,32 +143,6 @@ ClosedMasks biquartic_closed_masks(const FanShape& shape, const RuleOptions& opt
     RuleOptions three = options;
     three.averaging_steps = 3;
     return averaging_closed_masks(shape, three);
-}
-
-BiquarticMask biquartic_mask(int k, BiquarticChild child) {
-    const std::vector<double> w = DooSabin::weights_catmull_clark(k);
-    BiquarticMask mask;
-    mask.ring.resize(k);
-    // Zorin, Schroeder 2001, figure 4.17 and equation 4.5, with Catmull and Clark's weights; the bases are those that
-    // three averagings leave.
-    for (int i = 0; i < k; ++i) {
-        const double before = w[(i + k - 1) % k], after = w[(i + 1) % k];
-        switch (child) {
-            case BiquarticChild::north_west:
-                mask.ring[i] = (64.0 / k + 48 * w[i] + 16 * before + 16 * after) / 256;
-                break;
-            case BiquarticChild::north_east:
-                mask.ring[i] = (32 * w[i] + 16 * before) / 256;
-                break;
-            case BiquarticChild::south_east:
-                mask.ring[i] = 16 * w[i] / 256;
-                break;
-        }
-    }
-    constexpr std::array<double, 8> base[] = {
-        {15, 5, 15, 51, 10, 5, 10, 1}, {35, 25, 3, 79, 50, 1, 10, 5}, {7, 5, 7, 91, 50, 5, 50, 25}};
-    for (int i = 0; i < 8; ++i) mask.around[i] = base[static_cast<int>(child)][i] / 256;
-    return mask;
 }
 
 namespace detail {

@@ -23,16 +23,4 @@ RuleStep biquartic_step(const RuleMesh& mesh, const RuleOptions& options);
 ClosedMasks averaging_closed_masks(const FanShape& shape, const RuleOptions& options);
 ClosedMasks biquartic_closed_masks(const FanShape& shape, const RuleOptions& options);
 
-/// The biquartic rule at once, for a vertex all of whose faces but one k-gon are quads: weights of its k-gon's corners
-/// and of the eight vertices around. The k-gon lies north-west of the vertex.
-struct BiquarticMask {
-    /// In the k-gon, from the vertex itself (0) on, north neighbour first: what is added on top of `around`.
-    std::vector<double> ring;
-    /// Weights of N, NE, W, C, E, SW, S, SE, where C is the vertex, N and W its neighbours in the k-gon.
-    std::array<double, 8> around;
-};
-enum class BiquarticChild { north_west, north_east, south_east };
-/// Of the three kinds of children (south-west is north-east mirrored).
-BiquarticMask biquartic_mask(int k, BiquarticChild child);
-
 }  // namespace tetrakis

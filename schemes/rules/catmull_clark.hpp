@@ -1,7 +1,10 @@
 #pragma once
 
+#include "../core/closed_masks.hpp"
 #include "../core/ring_mask.hpp"
+#include "../core/rule_step.hpp"
 
+#include <array>
 #include <string_view>
 
 namespace tetrakis {
@@ -29,5 +32,28 @@ struct CatmullClark {
     /// edge i: A cos(i angle), face i: cos(i angle) + cos((i + 1) angle); also with sin.
     static double tangent_edge_factor(double angle);
 };
+
+/// One step of Catmull-Clark on any polygons: smooth, crease and boundary, corner, dart, semi-sharp.
+///
+/// Options: the C1 edge rule beside creases (Biermann, Levin, Zorin 2000), between quads: with K faces on the side of
+/// the crease vertex c the edge point moves by cos(theta) / 4 (c - e) from the plain one, theta = pi / K; brief: cos =
+/// 1 where the plain rule fails (K > 3). Sectors of corners with an angle (RuleMesh::corner_angle() or the option),
+/// concave ones with the flatness step (at least two faces). Other vertex weights beta, gamma, refused where they would
+/// not converge to a tangent plane.
+/// @throws std::invalid_argument  the corner angle is not in [0, 2 pi) or is pi; beta, gamma outside
+///                                catmull_clark_weight_range() at a vertex of the mesh (the message gives the range)
+RuleStep catmull_clark_step(const RuleMesh& mesh, const RuleOptions& options);
+
+ClosedMasks catmull_clark_closed_masks(const FanShape& shape, const RuleOptions& options);
+
+/// The total weights (beta: edge neighbours, gamma: opposite corners; the vertex keeps the rest) with which a vertex of
+/// valence n between quads still has its subdominant pair: the inside of a triangle in the (beta, gamma) plane.
+///
+/// Only the rotation-symmetric part of the ring matrix knows beta and gamma. Besides 1 it has the two roots of
+/// x^2 - t x + d with t = 3/4 - beta - gamma, d = (1 - 2 beta) / 16, and both are below lambda in magnitude exactly
+/// where |d| < lambda^2 and |t| < lambda + d / lambda (Schur-Cohn): three lines.
+std::array<std::array<double, 2>, 3> catmull_clark_weight_range(int valence);
+/// Whether beta and gamma are inside that range.
+bool catmull_clark_weights_admissible(int valence, double beta, double gamma);
 
 }  // namespace tetrakis

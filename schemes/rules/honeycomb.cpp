@@ -3,7 +3,7 @@
 #include "../core/face_split.hpp"
 #include "../core/ring_mask.hpp"
 #include "../core/scheme_info.hpp"
-#include "doo_sabin.hpp"
+#include "dual_schemes.hpp"
 
 namespace tetrakis {
 

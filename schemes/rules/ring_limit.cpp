@@ -1,8 +1,8 @@
 #include "ring_limit.hpp"
 
+#include "../core/dense_eigen.hpp"
 #include "catmull_clark.hpp"
 #include "loop.hpp"
-#include "ring_layout.hpp"
 
 #include <glm/geometric.hpp>
 
@@ -13,6 +13,7 @@
 #include <memory>
 #include <mutex>
 #include <numbers>
+#include <numeric>
 #include <shared_mutex>
 #include <stdexcept>
 #include <string>
@@ -22,8 +23,116 @@ namespace tetrakis {
 
 namespace {
 
-using detail::RingLayout;
 using std::numbers::pi;
+
+/// Where the ring's points are in a row of weights.
+struct RingLayout {
+    bool quads;
+    int edges, faces;
+
+    RingLayout(SchemeKind scheme, const RingShape& shape)
+        : quads(scheme == SchemeKind::catmull_clark), edges(shape.edge_count()), faces(shape.faces) {}
+
+    int size() const { return 1 + edges + (quads ? faces : 0); }
+    int edge(int i) const { return quads ? 1 + 2 * i : 1 + i; }
+    int face(int i) const { return 2 + 2 * i; }
+
+    bool is_sharp(const RingShape& shape, int i) const {
+        return (shape.boundary && (i == 0 || i == edges - 1)) || (!shape.sharp.empty() && shape.sharp[i] != 0);
+    }
+    std::vector<int> sharp_edges(const RingShape& shape) const {
+        std::vector<int> result;
+        for (int i = 0; i < edges; ++i)
+            if (is_sharp(shape, i)) result.push_back(i);
+        return result;
+    }
+};
+
+/// The mirror at the sharp edge 0 swaps edge i with -i and face i with -1 - i. Symmetric modes live on its orbits.
+struct MirrorOrbits {
+    std::vector<int> orbit;           ///< of each ring point
+    std::vector<int> representative;  ///< of each orbit
+    std::vector<int> length;
+
+    MirrorOrbits(const RingLayout& at, int n) : orbit(at.size(), -1) {
+        insert(0, 0);
+        for (int i = 0; i < n; ++i) insert(at.edge(i), at.edge((n - i) % n));
+        for (int i = 0; at.quads && i < n; ++i) insert(at.face(i), at.face(n - 1 - i));
+    }
+    int count() const { return static_cast<int>(length.size()); }
+
+  private:
+    void insert(int a, int b) {
+        if (orbit[a] >= 0) return;
+        orbit[a] = orbit[b] = count();
+        representative.push_back(a);
+        length.push_back(a == b ? 1 : 2);
+    }
+};
+
+/// Limit of a dart: an interior vertex, no corner, whose edge 0 alone is sharp. Left eigenvectors of the ring matrix.
+RingLimit dart_limit(SchemeKind scheme, int n) {
+    RingShape shape{.faces = n, .sharp = std::vector<std::uint8_t>(n, 0)};
+    shape.sharp[0] = 1;
+    const RingLayout at(scheme, shape);
+    const std::vector<double> full = ring_matrix(scheme, shape);
+    const int size = at.size();
+
+    const MirrorOrbits orbits(at, n);
+    const int count = orbits.count();
+    detail::DenseMatrix<double> m(count);
+    for (int a = 0; a < count; ++a)
+        for (int j = 0; j < size; ++j)
+            m(a, orbits.orbit[j]) += full[static_cast<std::size_t>(orbits.representative[a]) * size + j];
+    const auto spread = [&](const std::vector<double>& y, double scale) {
+        std::vector<double> weights(size);
+        for (int j = 0; j < size; ++j) weights[j] = scale * y[orbits.orbit[j]] / orbits.length[orbits.orbit[j]];
+        return weights;
+    };
+
+    RingLimit limit;
+    const std::vector<double> position = detail::left_eigenvector(m, 1.0);
+    limit.position = spread(position, 1 / std::accumulate(position.begin(), position.end(), 0.0));
+
+    const std::vector<detail::Complex> values = detail::eigenvalues(m);
+    std::vector<double> magnitude(count);
+    for (int i = 0; i < count; ++i) magnitude[i] = std::abs(values[i]);
+    std::vector<int> order(count);
+    for (int i = 0; i < count; ++i) order[i] = i;
+    std::sort(order.begin(), order.end(), [&](int a, int b) { return magnitude[a] > magnitude[b]; });
+
+    const double angle = 2 * std::numbers::pi / n;
+    RingLimit::Sector sector{.first_edge = 0, .faces = n};
+    sector.lambda1 = values[order[1]].real();
+    const std::vector<double> symmetric = detail::left_eigenvector(m, sector.lambda1);
+    // The mode grows towards the crease edge.
+    double along = 0;
+    const std::vector<double> weights = spread(symmetric, 1);
+    for (int i = 0; i < n; ++i) along += weights[at.edge(i)] * std::cos(i * angle);
+    sector.tangent1 = spread(symmetric, along < 0 ? -1 : 1);
+
+    // Antisymmetric modes vanish on the crease edge, so the smooth rules' sine mode is theirs as well.
+    sector.tangent2.assign(size, 0.0);
+    if (at.quads) {
+        sector.lambda2 = CatmullClark::mode_eigenvalue(angle);
+        const double factor = CatmullClark::tangent_edge_factor(angle);
+        for (int i = 0; i < n; ++i) {
+            sector.tangent2[at.edge(i)] = n == 2 ? 0 : factor * std::sin(i * angle);
+            sector.tangent2[at.face(i)] = std::sin(i * angle) + std::sin((i + 1) * angle);
+        }
+        if (n == 2) {
+            sector.tangent2[at.face(0)] = 1;
+            sector.tangent2[at.face(1)] = -1;
+        }
+    } else {
+        sector.lambda2 = Loop::mode_eigenvalue(angle);
+        for (int i = 0; n > 2 && i < n; ++i) sector.tangent2[at.edge(i)] = std::sin(i * angle);
+    }
+    const double third = count > 2 ? magnitude[order[2]] : 0.0;
+    sector.has_tangent_plane = n > 2 && third < std::min(sector.lambda1, sector.lambda2);
+    limit.sectors.push_back(std::move(sector));
+    return limit;
+}
 
 // Most faces in a sector beside a crease with which the plain rules still have a tangent plane: up to these the sine
 // mode with 2 pi / K is below 1/2, the eigenvalue along the crease.
@@ -164,7 +273,7 @@ RingLimit compute(SchemeKind scheme, const RingShape& shape) {
     if (!corner && count == 0) {
         smooth_sector(at, limit);
     } else if (!corner && count == 1) {
-        limit = detail::dart_limit(scheme, shape.faces);
+        limit = dart_limit(scheme, shape.faces);
         // The dart's first edge is its sharp one: turn the weights to where it is here.
         const int turn = (at.quads ? 2 : 1) * sharp[0];
         RingLimit::Sector& s = limit.sectors[0];
@@ -287,6 +396,51 @@ glm::dvec3 limit_normal(SchemeKind scheme, const RingShape& shape, const RingLim
     double scale = 0;
     for (const glm::dvec3& p : ring) scale = std::max(scale, glm::dot(p - ring[0], p - ring[0]));
     return length > k_parallel * scale ? mean / length : glm::dvec3(0);
+}
+
+std::vector<double> ring_matrix(SchemeKind scheme, const RingShape& shape) {
+    const RingLayout at(scheme, shape);
+    const int n = at.edges, faces = shape.faces, size = at.size();
+    const bool quads = scheme == SchemeKind::catmull_clark;
+    std::vector<double> matrix(static_cast<std::size_t>(size) * size, 0.0);
+    const auto add = [&](int row, int column, double w) { matrix[static_cast<std::size_t>(row) * size + column] += w; };
+
+    const std::vector<int> sharp = at.sharp_edges(shape);
+    if (shape.corner || sharp.size() > 2) {
+        add(0, 0, 1);
+    } else if (sharp.size() == 2) {
+        add(0, 0, k_crease_vertex_mask.vertex);
+        for (const int i : sharp) add(0, at.edge(i), k_crease_vertex_mask.neighbour);
+    } else {
+        const RingMask mask = quads ? CatmullClark::vertex_mask_quads(n) : Loop::vertex_mask(n);
+        add(0, 0, mask.vertex);
+        for (int i = 0; i < n; ++i) add(0, at.edge(i), mask.edge);
+        for (int i = 0; quads && i < faces; ++i) add(0, at.face(i), mask.face);
+    }
+    for (int i = 0; i < n; ++i) {
+        const int row = at.edge(i);
+        if (at.is_sharp(shape, i)) {
+            add(row, 0, 0.5);
+            add(row, row, 0.5);
+            continue;
+        }
+        const double end = quads ? CatmullClark::edge_end_quads : Loop::edge_end;
+        const double side = quads ? CatmullClark::edge_side_quads : Loop::edge_opposite;
+        add(row, 0, end);
+        add(row, row, end);
+        // A smooth edge has a face on each side, so both neighbours exist.
+        add(row, at.edge((i + n - 1) % n), side);
+        add(row, at.edge((i + 1) % n), side);
+        if (quads) {
+            add(row, at.face((i + faces - 1) % faces), side);
+            add(row, at.face(i), side);
+        }
+    }
+    for (int i = 0; quads && i < faces; ++i) {
+        const int row = at.face(i);
+        for (const int column : {0, at.edge(i), at.edge((i + 1) % n), row}) add(row, column, 0.25);
+    }
+    return matrix;
 }
 
 }  // namespace tetrakis

@@ -4,7 +4,6 @@
 #include "../core/face_split.hpp"
 #include "../core/scheme_info.hpp"
 #include "loop.hpp"
-#include "loop_rules.hpp"
 
 #include <algorithm>
 #include <cmath>

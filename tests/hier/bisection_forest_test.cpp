@@ -176,8 +176,11 @@ TEST_CASE("[bad-input] stale and invalid handles are named, and nothing changes"
     for (LeafId id : created)
         if (id.value >= mesh.halfedge_count() && forest.can_merge(id)) stale = id;
     REQUIRE(stale.valid());
-    forest.merge(stale);
+    // Both triangles of the diamond are reported: beside each other across their bases.
+    const std::array<LeafId, 2> parents = forest.merge(stale);
     REQUIRE(!forest.is_leaf(stale));
+    REQUIRE(forest.is_leaf(parents[0]));
+    CHECK(parents[1] == forest.leaf(parents[0]).neighbour[0]);
     const ExportedTriangles before = forest.exported();
     const auto fails = [&](auto&& call, LeafId id) {
         try {

@@ -4,6 +4,7 @@
 #include "../kit/surface_topology.hpp"
 
 #include "../../hier/base/error.hpp"
+#include "../../hier/forest/sqrt3_slots.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/adaptive/adaptive_sqrt3.hpp"
@@ -101,6 +102,31 @@ TEST_CASE("adaptive sqrt3: a zoom of 30 levels at one spot; 64 bytes a leaf; bad
     CHECK_THROWS_AS(forest.coarsen(Sqrt3Face{0, 2}), Error);
     CHECK(forest.refine(Sqrt3Face{0, 2}) == 0);
     CHECK(forest.split_count() == before);
+}
+
+TEST_CASE("[bad-input] sqrt3 slots refuse stale handles, and coarsen after their spare room is given back") {
+    const ControlMesh mesh = test::random_sqrt3_mesh(1);
+    Sqrt3Slots slots(mesh);
+    std::vector<LeafId> created, ignored;
+    Sqrt3Slots::Changed removed;
+    const LeafId root(4);
+    slots.refine({&root, 1}, created, &removed);
+    const std::vector<LeafId> children(created.begin(), created.begin() + 3);
+    const std::vector<LeafId> before = slots.ordered_leaves();
+    for (const LeafId stale : {root, LeafId(1'000'000), LeafId{}}) {
+        const std::vector<LeafId> marked{children[0], stale};
+        CHECK_THROWS_AS(slots.refine(marked, ignored, nullptr), Error);
+        CHECK_THROWS_AS(slots.coarsen(marked, ignored, removed), Error);
+    }
+    CHECK(slots.ordered_leaves() == before);
+    slots.shrink();
+    slots.coarsen(children, created, removed);
+    CHECK(slots.is_leaf(root));
+    CHECK(!slots.check());
+    // Its slots are dead now.
+    CHECK_THROWS_AS(slots.refine({&children[0], 1}, created, nullptr), Error);
+    CHECK_THROWS_AS(slots.coarsen({&children[0], 1}, created, removed), Error);
+    CHECK(!slots.check());
 }
 
 TEST_SUITE_END();

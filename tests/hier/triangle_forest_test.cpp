@@ -283,4 +283,22 @@ TEST_CASE("[bad-input] a triangle forest refuses stale handles and polygons") {
     CHECK_THROWS_WITH_AS(TriangleForest{square}, doctest::Contains("face 0 has 4 corners"), Error);
 }
 
+TEST_CASE("merging one by one makes room in steps that grow: few of many merges take memory") {
+    const ControlMesh mesh = test::random_triangle_mesh(1);
+    TriangleForest forest(mesh);
+    std::vector<LeafId> created, changed;
+    while (forest.leaf_count() < 20000) forest.refine(leaves_of(forest), created, changed);
+    int merges = 0, grown = 0;
+    for (const LeafId leaf : leaves_of(forest)) {
+        if (!forest.is_leaf(leaf) || !forest.can_merge(leaf)) continue;
+        const std::uint64_t before = forest.memory_bytes();
+        forest.coarsen(forest.siblings(leaf), created, changed);
+        REQUIRE(created.size() == 1);
+        ++merges;
+        grown += forest.memory_bytes() != before ? 1 : 0;
+    }
+    CHECK(merges >= 4000);
+    CHECK(grown < 100);
+}
+
 TEST_SUITE_END();

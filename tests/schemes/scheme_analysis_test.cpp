@@ -97,7 +97,7 @@ TEST_CASE("the rows of a local matrix are those of its scheme's step, in all sec
     }
 }
 
-TEST_CASE("at boundaries of many edges sine modes and bands give what the whole matrix does") {
+TEST_CASE("the eigenvalues at boundaries of many edges, part by part, are those of the whole matrix") {
     const auto magnitudes = [](std::vector<detail::Complex> values) {
         std::vector<double> result;
         for (const detail::Complex z : values) result.push_back(std::abs(z));

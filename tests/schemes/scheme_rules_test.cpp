@@ -1,8 +1,7 @@
 #include "../../schemes/analysis/spectrum.hpp"
-#include "../../schemes/curves/crease_chains.hpp"
 #include "../../schemes/curves/curve.hpp"
 #include "../../schemes/rules/averaging.hpp"
-#include "../../schemes/rules/catmull_clark_rules.hpp"
+#include "../../schemes/rules/catmull_clark.hpp"
 #include "../../schemes/rules/modified_butterfly.hpp"
 
 #include <doctest/doctest.h>
@@ -116,47 +115,6 @@ TEST_CASE("a crease gives each side the boundary rules of that side alone") {
     }
 }
 
-TEST_CASE("the creases of a mesh are chains, and Loop's refinement of them is the B-spline's") {
-    // A tube with two boundaries and a crease between them: three loops.
-    const RuleMesh mesh = tube(true, 9, 6, 4, {2}, k_infinite);
-    const auto chains = crease_chains(mesh);
-    REQUIRE(chains.size() == 3);
-    std::mt19937 random(1);
-    std::uniform_real_distribution<double> u(-1, 1);
-    CurvePoints points(mesh.vertex_count()), fine;
-    for (auto& p : points) p = {u(random), u(random), u(random)};
-    const RuleStep step = find_scheme("loop")->step(mesh, {});
-    fine.resize(step.mesh.vertex_count());
-    step.stencils.apply<glm::dvec3>(points, fine);
-    for (const CreaseChain& chain : chains) {
-        CHECK(chain.closed);
-        CHECK(chain.vertices.size() == 6);
-        CurvePoints curve;
-        for (const int v : chain.vertices) curve.push_back(points[v]);
-        for (const glm::dvec3& p : bspline_step(curve, 3, CurveTopology::closed)) {
-            double nearest = 1;
-            for (const glm::dvec3& q : fine) nearest = std::min(nearest, glm::distance(p, q));
-            CHECK(nearest < 1e-14);
-        }
-    }
-    // Each sharp edge of any mesh is in one chain; chains end where they must.
-    for (unsigned seed = 1; seed <= 20; ++seed) {
-        CAPTURE(seed);
-        const RuleMesh other = mixed(false, seed);
-        int sharp = 0, covered = 0;
-        for (int e = 0; e < other.edge_count(); ++e) sharp += other.sharp(other.edge_halfedge(e)) ? 1 : 0;
-        for (const CreaseChain& chain : crease_chains(other)) {
-            const int size = static_cast<int>(chain.vertices.size());
-            covered += chain.closed ? size : size - 1;
-            for (int i = 0; i < size; ++i) {
-                const bool inner = chain.closed || (i > 0 && i + 1 < size);
-                CHECK((other.rule(chain.vertices[i]) == VertexRule::crease) == inner);
-            }
-        }
-        CHECK(covered == sharp);
-    }
-}
-
 TEST_CASE("semi-sharp edges blend the crease and the smooth rules of Loop and Catmull-Clark") {
     for (const char* name : {"loop", "catmull-clark"}) {
         const SchemeInfo& scheme = *find_scheme(name);
@@ -241,34 +199,6 @@ TEST_CASE("other Catmull-Clark weights are refused exactly where the spectrum fa
                     CHECK_THROWS_WITH_AS(analyse(scheme, {.faces = n}, options),
                                          doctest::Contains("inside the triangle"), std::invalid_argument);
             }
-        }
-    }
-}
-
-TEST_CASE("the compound biquartic masks are three averaging steps") {
-    for (int k = 3; k <= 16; ++k) {
-        CAPTURE(k);
-        const SectorFan fan(FanLattice::dual, {.faces = k}, 5);
-        const RuleStep step = biquartic_step(fan.mesh, {});
-        const FanLabels inner(FanLattice::dual, {.faces = k}, 1);
-        const std::vector<int> found = find_fan(step.mesh, child_start(fan, step), inner);
-        // Corner 0 of the k-gon as C: north is the next corner, west the one before.
-        const FanLabel around[] = {{1, 0, 0}, {1, 1, 0},     {k - 1, 0, 0}, {0, 0, 0},
-                                   {0, 0, 1}, {k - 1, 0, 1}, {0, 1, 0},     {0, 1, 1}};
-        const std::pair<BiquarticChild, FanLabel> children[] = {{BiquarticChild::north_west, {0, 0, 0}},
-                                                                {BiquarticChild::north_east, {0, 0, 1}},
-                                                                {BiquarticChild::south_east, {0, 1, 1}}};
-        for (const auto& [child, label] : children) {
-            const BiquarticMask mask = biquartic_mask(k, child);
-            std::map<int, double> expected;
-            for (int i = 0; i < k; ++i) expected[fan.labels.find({i, 0, 0})] += mask.ring[i];
-            for (int i = 0; i < 8; ++i) expected[fan.labels.find(around[i])] += mask.around[i];
-            const int row = found[inner.find(label)];
-            CAPTURE(static_cast<int>(child));
-            CHECK(step.stencils.points(row).size() == expected.size());
-            for (std::size_t t = 0; t < step.stencils.points(row).size(); ++t)
-                CHECK(step.stencils.weights(row)[t] ==
-                      doctest::Approx(expected[step.stencils.points(row)[t]]).epsilon(1e-13));
         }
     }
 }

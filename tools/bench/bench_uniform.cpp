@@ -3,7 +3,7 @@
 #include "bench_models.hpp"
 #include "uniform_peers.hpp"
 
-#include "../../hier/base/freed_memory.hpp"
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"

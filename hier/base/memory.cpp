@@ -1,0 +1,245 @@
+#include "memory.hpp"
+
+#include <oneapi/tbb/enumerable_thread_specific.h>
+#include <oneapi/tbb/scalable_allocator.h>
+
+#include <cassert>
+#include <cstdlib>
+#include <mutex>
+
+#if defined(__linux__)
+#    include <sys/mman.h>
+#    include <unistd.h>
+#endif
+
+// Under AddressSanitizer all memory comes from the system's allocator, which it watches.
+#if defined(__linux__) && !defined(__SANITIZE_ADDRESS__)
+#    define TETRAKIS_MAPS_PAGES
+#endif
+
+namespace tetrakis::detail {
+
+namespace {
+
+[[maybe_unused]] constexpr std::size_t k_huge_page = std::size_t{2} << 20;  // of x86-64, and arm64 with pages of 4 KiB
+
+#if defined(TETRAKIS_MAPS_PAGES)
+constexpr std::size_t k_mapped = std::size_t{1} << 20;  // smaller blocks would waste much of their last page
+constexpr std::size_t k_large = 2 * k_huge_page;        // blocks from here on are on huge pages
+
+/// The size of the mapping for so many bytes.
+std::size_t mapped_size(std::size_t bytes) {
+    const std::size_t unit = bytes >= k_large ? k_huge_page : std::size_t{64} << 10;
+    return (bytes + unit - 1) / unit * unit;
+}
+
+/// A new mapping; nullptr: there is no room. Large ones start at a huge page.
+char* map_pages(std::size_t bytes) {
+    const std::size_t all = bytes >= k_large ? bytes + k_huge_page : bytes;
+    void* const memory = mmap(nullptr, all, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (memory == MAP_FAILED) return nullptr;
+    char* const begin = static_cast<char*>(memory);
+    if (bytes < k_large) return begin;
+    const std::size_t before = (k_huge_page - reinterpret_cast<std::uintptr_t>(begin) % k_huge_page) % k_huge_page;
+    if (before > 0) munmap(begin, before);
+    munmap(begin + before + bytes, k_huge_page - before);
+    madvise(begin + before, bytes, MADV_HUGEPAGE);  // ordinary pages do as well
+    return begin + before;
+}
+
+/// Mapped blocks that were freed, the oldest first.
+class FreedBlocks {
+  public:
+    FreedBlocks() { blocks_.reserve(k_most_blocks); }
+
+    /// The latest block of this size, or the front of one that is a quarter larger at most; nullptr: there is none.
+    char* take(std::size_t bytes) {
+        const std::lock_guard lock(mutex_);
+        auto best = blocks_.end();
+        for (auto at = blocks_.begin(); at != blocks_.end(); ++at)
+            if (at->bytes == bytes || (bytes >= k_large && at->bytes > bytes && at->bytes <= bytes + bytes / 4))
+                if (best == blocks_.end() || at->bytes <= best->bytes) best = at;
+        if (best == blocks_.end()) return nullptr;
+        char* const data = best->data;
+        best->data += bytes;
+        best->bytes -= bytes;
+        total_ -= bytes;
+        if (best->bytes == 0) blocks_.erase(best);
+        return data;
+    }
+    void put(char* data, std::size_t bytes) noexcept {
+        const std::lock_guard lock(mutex_);
+        if (bytes > most_) {
+            munmap(data, bytes);
+            return;
+        }
+        drop(most_ - bytes, k_most_blocks - 1);
+        blocks_.push_back({data, bytes});
+        total_ += bytes;
+    }
+    /// Sets the limit.
+    void keep_at_most(std::size_t bytes) noexcept {
+        const std::lock_guard lock(mutex_);
+        most_ = bytes;
+        drop(most_, k_most_blocks);
+    }
+    /// Gives all blocks back to the system. Returns whether there were any.
+    bool give_back() noexcept {
+        const std::lock_guard lock(mutex_);
+        const bool any = !blocks_.empty();
+        drop(0, 0);
+        return any;
+    }
+
+  private:
+    static constexpr std::size_t k_most_blocks = 256;
+    struct Block {
+        char* data;
+        std::size_t bytes;
+    };
+
+    /// Unmaps the oldest blocks until so many bytes and blocks are left.
+    void drop(std::size_t most_bytes, std::size_t most_blocks) noexcept {
+        auto end = blocks_.begin();
+        for (; end != blocks_.end(); ++end) {
+            if (total_ <= most_bytes && static_cast<std::size_t>(blocks_.end() - end) <= most_blocks) break;
+            munmap(end->data, end->bytes);
+            total_ -= end->bytes;
+        }
+        blocks_.erase(blocks_.begin(), end);
+    }
+
+    std::mutex mutex_;
+    std::vector<Block> blocks_;
+    std::size_t total_ = 0, most_ = default_freed_memory();
+};
+
+/// It outlives all static objects that may free memory.
+FreedBlocks& freed_blocks() {
+    static auto& blocks = *new FreedBlocks;
+    return blocks;
+}
+#endif
+
+void* grow_small(void* data, std::size_t bytes) {
+#if defined(__SANITIZE_ADDRESS__)
+    return std::realloc(data, bytes);
+#else
+    return scalable_realloc(data, bytes);
+#endif
+}
+
+/// grow_memory() without giving back freed blocks.
+void* grown(void* data, std::size_t old_bytes, std::size_t bytes) {
+#if defined(TETRAKIS_MAPS_PAGES)
+    if (bytes >= k_mapped) {
+        const std::size_t size = mapped_size(bytes), old_size = mapped_size(old_bytes);
+        if (old_bytes >= k_mapped && size == old_size) return data;
+        char* memory = freed_blocks().take(size);
+        if (memory == nullptr) {
+            memory = map_pages(size);
+            // The old block grows and moves there by its page tables, still one mapping. If the system refuses, it may
+            // have unmapped the target, which is not touched again then: the contents are copied elsewhere.
+            if (memory != nullptr && old_bytes >= k_large) {
+                if (mremap(data, old_size, size, MREMAP_MAYMOVE | MREMAP_FIXED, memory) != MAP_FAILED) return memory;
+                memory = map_pages(size);
+            }
+        }
+        if (memory != nullptr && old_bytes > 0) {
+            std::memcpy(memory, data, old_bytes);
+            free_memory(data, old_bytes);
+        }
+        return memory;
+    }
+#endif
+    (void)old_bytes;
+    return grow_small(data, bytes);
+}
+
+}  // namespace
+
+void* grow_memory(void* data, std::size_t old_bytes, std::size_t bytes) {
+    assert(bytes >= old_bytes);
+    void* memory = grown(data, old_bytes, bytes);
+#if defined(TETRAKIS_MAPS_PAGES)
+    if (memory == nullptr && freed_blocks().give_back()) memory = grown(data, old_bytes, bytes);
+#endif
+    return memory;
+}
+
+void free_memory(void* data, std::size_t bytes) noexcept {
+#if defined(TETRAKIS_MAPS_PAGES)
+    if (bytes >= k_mapped) {
+        if (data != nullptr) freed_blocks().put(static_cast<char*>(data), mapped_size(bytes));
+        return;
+    }
+#endif
+    (void)bytes;
+#if defined(__SANITIZE_ADDRESS__)
+    std::free(data);
+#else
+    scalable_free(data);
+#endif
+}
+
+void wish_for_huge_pages(void* data, std::size_t bytes) noexcept {
+#if defined(__linux__)
+    char* const begin = static_cast<char*>(data);
+    const std::size_t before = (k_huge_page - reinterpret_cast<std::uintptr_t>(begin) % k_huge_page) % k_huge_page;
+    if (bytes < before + k_huge_page) return;
+    madvise(begin + before, (bytes - before) / k_huge_page * k_huge_page, MADV_HUGEPAGE);
+#else
+    (void)data, (void)bytes;
+#endif
+}
+
+struct RecordPool::Threads {
+    struct Blocks {
+        std::vector<PodArray<std::max_align_t>> blocks;
+        std::max_align_t* next = nullptr;
+        std::size_t left = 0;
+    };
+    oneapi::tbb::enumerable_thread_specific<Blocks> blocks;
+};
+
+RecordPool::RecordPool() : threads_(std::make_unique<Threads>()) {}
+RecordPool::~RecordPool() = default;
+
+void* RecordPool::allocate(std::size_t bytes) {
+    constexpr std::size_t k_unit = sizeof(std::max_align_t), k_block = (std::size_t{32} << 10) / k_unit;
+    Threads::Blocks& own = threads_->blocks.local();
+    const std::size_t units = (bytes + k_unit - 1) / k_unit;
+    if (units > own.left) {
+        auto& block = own.blocks.emplace_back();
+        block.reserve(std::max(units, k_block));
+        own.next = block.data();
+        own.left = block.capacity();
+    }
+    own.left -= units;
+    return std::exchange(own.next, own.next + units);
+}
+
+}  // namespace tetrakis::detail
+
+namespace tetrakis {
+
+std::size_t default_freed_memory() {
+#if defined(__linux__)
+    constexpr std::size_t k_most = std::size_t{512} << 20;  // the machine may be larger than the container that sees it
+    const long pages = sysconf(_SC_PHYS_PAGES), bytes = sysconf(_SC_PAGESIZE);
+    if (pages <= 0 || bytes <= 0) return 0;
+    return std::min(static_cast<std::size_t>(pages) / 64 * static_cast<std::size_t>(bytes), k_most);
+#else
+    return 0;
+#endif
+}
+
+void keep_freed_memory(std::size_t bytes) {
+#if defined(TETRAKIS_MAPS_PAGES)
+    detail::freed_blocks().keep_at_most(bytes);
+#else
+    (void)bytes;
+#endif
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,227 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace tetrakis {
+
+/// The first touch of fresh memory costs as much as most work on it, so the process keeps large blocks that its runs
+/// (tessellations, refinements, hierarchies) have freed, for the runs to come. They count for its resident memory.
+/// @param bytes  how many are kept at most, the latest first; 0: none. What is above is given back at once
+/// Any thread may call it at any time. Linux only; elsewhere oneTBB's allocator decides.
+void keep_freed_memory(std::size_t bytes);
+
+/// The limit unless it is set, in bytes: a 64th of the machine's memory, 512 MiB at most.
+std::size_t default_freed_memory();
+
+namespace detail {
+
+/// Memory of working arrays. Blocks from 1 MiB on are mappings of their own, on huge pages where the system has them,
+/// and are kept when they are freed; smaller ones come from oneTBB's allocator. Contents stay as a block grows.
+/// @param data       from this function, or nullptr
+/// @param old_bytes  its size as it was asked for
+/// @param bytes      not less than old_bytes
+/// @return nullptr where memory runs out; `data` is then as it was
+void* grow_memory(void* data, std::size_t old_bytes, std::size_t bytes);
+void free_memory(void* data, std::size_t bytes) noexcept;
+
+/// grow_memory() of a new block. @throws std::bad_alloc
+inline void* new_memory(std::size_t bytes) {
+    void* const memory = grow_memory(nullptr, 0, bytes);
+    if (memory == nullptr) throw std::bad_alloc();
+    return memory;
+}
+
+/// Asks for huge pages for memory that has been allocated but not touched, where it is large.
+void wish_for_huge_pages(void* data, std::size_t bytes) noexcept;
+
+/// Reserves room for `size` elements, on huge pages if it is large: for vectors that are filled once.
+template <class T, class Allocator>
+void reserve_large(std::vector<T, Allocator>& v, std::size_t size) {
+    if (size <= v.capacity()) return;
+    v.reserve(size);
+    wish_for_huge_pages(static_cast<void*>(v.data() + v.size()), (v.capacity() - v.size()) * sizeof(T));
+}
+template <class T, class Allocator>
+void resize_large(std::vector<T, Allocator>& v, std::size_t size) {
+    reserve_large(v, size);
+    v.resize(size);
+}
+/// Room for `size` elements, growing by half at least: many small calls take linear time in all.
+template <class T, class Allocator>
+void make_room(std::vector<T, Allocator>& v, std::size_t size) {
+    if (size > v.capacity()) reserve_large(v, std::max(size, v.capacity() + v.capacity() / 2));
+}
+
+/// grow_memory() for containers.
+template <class T>
+struct PoolAllocator {
+    static_assert(alignof(T) <= alignof(std::max_align_t));
+    using value_type = T;
+
+    PoolAllocator() = default;
+    template <class U>
+    PoolAllocator(const PoolAllocator<U>&) noexcept {}
+
+    T* allocate(std::size_t count) { return static_cast<T*>(new_memory(count * sizeof(T))); }
+    void deallocate(T* data, std::size_t count) noexcept { free_memory(data, count * sizeof(T)); }
+
+    template <class U>
+    friend bool operator==(const PoolAllocator&, const PoolAllocator<U>&) noexcept {
+        return true;
+    }
+};
+
+/// A vector that does not outlive the run it works for.
+template <class T>
+using PoolVector = std::vector<T, PoolAllocator<T>>;
+
+/// The same, but resize(n) does not initialise new elements.
+template <class T>
+struct RawPoolAllocator : PoolAllocator<T> {
+    static_assert(std::is_trivial_v<T>);
+    template <class U>
+    struct rebind {
+        using other = RawPoolAllocator<U>;
+    };
+    template <class U, class... Values>
+    void construct(U* at, Values&&... values) {
+        if constexpr (sizeof...(Values) > 0) ::new (static_cast<void*>(at)) U(std::forward<Values>(values)...);
+    }
+};
+template <class T>
+using RawPoolVector = std::vector<T, RawPoolAllocator<T>>;
+
+/// `new` and `delete` of what derives from it, by grow_memory().
+struct PoolNew {
+    static void* operator new(std::size_t bytes) { return new_memory(bytes); }
+    static void operator delete(void* memory, std::size_t bytes) noexcept { free_memory(memory, bytes); }
+};
+
+/// A growing array of plain records for pools of many gigabytes: new elements are not initialised, and growth moves
+/// large blocks by their page tables where std::vector holds two blocks and copies.
+template <class T>
+class PodArray {
+    static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= alignof(std::max_align_t));
+
+  public:
+    PodArray() = default;
+    PodArray(const PodArray& other) {
+        resize(other.size_);
+        if (size_ != 0) std::memcpy(static_cast<void*>(data_), other.data_, size_ * sizeof(T));
+    }
+    PodArray(PodArray&& other) noexcept { swap(other); }
+    PodArray& operator=(PodArray other) noexcept {
+        swap(other);
+        return *this;
+    }
+    ~PodArray() { free_memory(data_, capacity_ * sizeof(T)); }
+
+    void swap(PodArray& other) noexcept {
+        std::swap(data_, other.data_);
+        std::swap(size_, other.size_);
+        std::swap(capacity_, other.capacity_);
+    }
+
+    std::size_t size() const { return size_; }
+    std::size_t capacity() const { return capacity_; }
+    T* data() { return data_; }
+    const T* data() const { return data_; }
+    T* begin() { return data_; }
+    const T* begin() const { return data_; }
+    T* end() { return data_ + size_; }
+    const T* end() const { return data_ + size_; }
+    T& operator[](std::size_t i) { return data_[i]; }
+    const T& operator[](std::size_t i) const { return data_[i]; }
+
+    /// Room for `capacity` elements, growing by half at least. @throws std::bad_alloc, with the array as it was
+    void reserve(std::size_t capacity) {
+        if (capacity <= capacity_) return;
+        capacity = std::max(capacity, capacity_ + capacity_ / 2);
+        void* moved = grow_memory(static_cast<void*>(data_), capacity_ * sizeof(T), capacity * sizeof(T));
+        if (moved == nullptr) throw std::bad_alloc();
+        data_ = static_cast<T*>(moved);
+        capacity_ = capacity;
+    }
+    /// Gives back the room for more. @throws std::bad_alloc, with the array as it was
+    void shrink_to_fit() {
+        if (capacity_ > size_) *this = PodArray(*this);
+    }
+    /// New elements hold garbage. Does not throw within the capacity.
+    void resize(std::size_t size) {
+        reserve(size);
+        size_ = size;
+    }
+    /// New elements are zero bytes.
+    void resize_zeroed(std::size_t size) {
+        const std::size_t old = size_;
+        resize(size);
+        if (size > old) std::memset(static_cast<void*>(data_ + old), 0, (size - old) * sizeof(T));
+    }
+    void push_back(const T& value) {
+        const T copy = value;
+        resize(size_ + 1);
+        data_[size_ - 1] = copy;
+    }
+
+  private:
+    T* data_ = nullptr;
+    std::size_t size_ = 0, capacity_ = 0;
+};
+
+/// Scratch memory of plain records for large arrays. It starts at a cache line.
+template <class T>
+class HugeBuffer {
+  public:
+    HugeBuffer() = default;
+    HugeBuffer(HugeBuffer&&) = default;
+    HugeBuffer& operator=(HugeBuffer&&) = default;
+
+    /// At least `size` elements. Their contents are lost where the buffer has to grow. @throws std::bad_alloc
+    T* reserve(std::size_t size) {
+        constexpr std::size_t k_line = 64;
+        if (size > capacity_) {
+            bytes_ = {};
+            capacity_ = 0;
+            bytes_.resize(size * sizeof(T) + k_line);
+            capacity_ = size;
+            const std::size_t past = reinterpret_cast<std::uintptr_t>(bytes_.data()) % k_line;
+            data_ = reinterpret_cast<T*>(bytes_.data() + (k_line - past) % k_line);
+        }
+        return data();
+    }
+    T* data() { return capacity_ == 0 ? nullptr : data_; }
+
+  private:
+    static_assert(std::is_trivially_copyable_v<T>);
+    PodArray<char> bytes_;
+    T* data_ = nullptr;
+    std::size_t capacity_ = 0;
+};
+
+/// Memory for many small plain records that all live as long as the pool does. Any thread may ask: each has blocks of
+/// its own, so that two threads neither wait for each other nor share cache lines.
+class RecordPool {
+  public:
+    RecordPool();
+    ~RecordPool();
+    RecordPool(const RecordPool&) = delete;
+    RecordPool& operator=(const RecordPool&) = delete;
+
+    /// Aligned for all fundamental types. @throws std::bad_alloc
+    void* allocate(std::size_t bytes);
+
+  private:
+    struct Threads;
+    std::unique_ptr<Threads> threads_;
+};
+
+}  // namespace detail
+}  // namespace tetrakis

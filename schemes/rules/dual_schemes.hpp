@@ -1,0 +1,67 @@
+#pragma once
+
+#include "../core/closed_masks.hpp"
+#include "../core/rule_step.hpp"
+
+#include <vector>
+
+namespace tetrakis {
+
+/// Dual schemes with one rule: the new corner of a k-gon from its k corners, from the corner itself on.
+/// Sources: Doo, Sabin 1978; Catmull, Clark 1978 (their weights for it).
+struct DooSabin {
+    /// 1/4 + 5/(4k), then (3 + 2 cos(2 pi i / k)) / (4k). Eigenvalues of the k-gon: 1, 1/2 twice, 1/4.
+    static std::vector<double> weights(int k);
+    /// Catmull and Clark's: the corner 1/2, its neighbours 1/8, and 1/(4k) for all. Subdominant 1/2 + cos(2 pi / k)
+    /// / 4.
+    static std::vector<double> weights_catmull_clark(int k);
+};
+
+/// One step of each: detail::corner_weights_step().
+RuleStep doo_sabin_step(const RuleMesh& mesh, const RuleOptions& options);
+RuleStep doo_sabin_catmull_clark_step(const RuleMesh& mesh, const RuleOptions& options);
+
+/// detail::corner_weights_closed_masks().
+ClosedMasks doo_sabin_closed_masks(const FanShape& shape, const RuleOptions& options);
+ClosedMasks doo_sabin_catmull_clark_closed_masks(const FanShape& shape, const RuleOptions& options);
+
+/// Dual schemes with one rule, as Doo-Sabin. Sources: Habib, Warren 1995; Peters, Reif 1997.
+struct Midedge {
+    /// (1 + 2 sum 2^(-j) cos(2 pi i j / k), 0 < j < k / 2) / k: eigenvalues 1 and 2^(-j) twice, so the subdominant ones
+    /// are 1/2 for every k. The form follows from these properties (the sum starts at 1; printed sums start at 0).
+    static std::vector<double> weights(int k);
+    /// Two rounds of joining midpoints: 1/2, and 1/4 for either neighbour. Subdominant (1 + cos(2 pi / k)) / 2.
+    static std::vector<double> weights_simplest(int k);
+};
+
+/// One step of each: detail::corner_weights_step().
+RuleStep midedge_step(const RuleMesh& mesh, const RuleOptions& options);
+RuleStep midedge_simplest_step(const RuleMesh& mesh, const RuleOptions& options);
+
+/// detail::corner_weights_closed_masks().
+ClosedMasks midedge_closed_masks(const FanShape& shape, const RuleOptions& options);
+ClosedMasks midedge_simplest_closed_masks(const FanShape& shape, const RuleOptions& options);
+
+/// A dual scheme's rule for the new corner at corner a_0 of a k-gon, in what the 4-8 mesh has around the k-gon's
+/// centre c once its sides are cut in half: weights of a_0, of c (the mean of the corners), and of the midpoints s_i of
+/// (a_i, a_(i+1)), i from 0 to k - 1. The weights sum to one.
+///
+/// Taking the corners back out of a_0 and the midpoints (a_(i+1) = 2 s_i - a_i, Velho) is exact, but rounding grows
+/// linearly with k. Instead: midpoints scale the k-gon's Fourier mode m by cos(pi m / k) and turn it by half a step, so
+/// a scheme with eigenvalues l_m follows from its corner's weight w and the midpoint weights whose modes are
+/// (l_m - w) / cos(pi m / k). No weights are large: their magnitudes sum to 5/3 at most.
+struct FactoredCornerMask {
+    double corner = 0, centre = 0;
+    std::vector<double> midpoint;
+};
+
+/// Doo-Sabin's rules in that form. Source: Velho, "Using semi-regular 4-8 meshes for subdivision surfaces"
+/// (the factorisation); the Fourier form is ours.
+FactoredCornerMask factored_doo_sabin(int k);
+/// Catmull and Clark's weights: (a_0 + s_0 + s_(k-1) + c) / 4, only what is beside the new corner.
+FactoredCornerMask factored_doo_sabin_catmull_clark(int k);
+FactoredCornerMask factored_midedge(int k);
+/// (s_0 + s_(k-1)) / 2, only what is beside the new corner.
+FactoredCornerMask factored_midedge_simplest(int k);
+
+}  // namespace tetrakis
