@@ -2,6 +2,7 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../bounds/plane_measure.hpp"
+#include "../distance/local_maximum.hpp"
 #include "patch_batches.hpp"
 #include "sample_sheet.hpp"
 #include "strip_samples.hpp"
@@ -21,6 +22,9 @@ constexpr int k_samples = (k_lattice + 1) * (k_lattice + 2) / 2;
 /// How far the surface is off the mesh of a leaf's samples, in units of how far it is off the leaf: a sixteenth where
 /// its second derivatives are constant; twice that for where they are not.
 constexpr double k_sheet_error = 1.0 / 8;
+
+/// Share of the tolerance from which the largest sample is a start for one that is larger still.
+constexpr double k_near = 0.8;
 
 /// Lattice of a mapped leaf (target, displacement): nothing smooth can be assumed.
 constexpr int k_mapped_bits = 3;
@@ -92,18 +96,19 @@ double LeafEstimator<Family>::sampled(const CellTriangle& leaf, typename Family:
     std::array<Vec3d, k_samples> s;
     bounder.sample(leaf, k_lattice, s, {});
     const Vec3d c2 = s[0], c0 = s[k_samples - 1 - k_lattice], c1 = s[k_samples - 1];
-    double error = middle, most_parametric = 0;
+    double most_parametric = 0;
+    detail::Maximum top;
     std::array<int, k_samples> doubtful;
     int doubtful_count = 0;
     for_each_lattice_point(k_lattice, [&](int i, double b0, double b1, double b2) {
         const Vec3d d = s[static_cast<std::size_t>(i)] - (b0 * c0 + b1 * c1 + b2 * c2);
         const double parametric = glm::length(d);
-        if (parametric <= error) return;
+        if (parametric <= top.value) return;
         most_parametric = std::max(most_parametric, parametric);
-        const double distance = std::min(parametric, plane(s[static_cast<std::size_t>(i)]));
-        error = std::max(error, distance);
+        top.offer({b1, b2}, std::min(parametric, plane(s[static_cast<std::size_t>(i)])));
         if (parametric > tolerance_) doubtful[static_cast<std::size_t>(doubtful_count++)] = i;
     });
+    double error = std::max(middle, top.value);
     for (std::size_t k = 0; k < 3; ++k) {
         if (!is_hard_edge<Family>(map_.patches->mesh(), leaf, k)) continue;
         const Vec3d ends[4] = {c0, c1, c2, c0};
@@ -114,9 +119,19 @@ double LeafEstimator<Family>::sampled(const CellTriangle& leaf, typename Family:
         });
     }
     if (error > tolerance_) return error;
+    const ControlMesh& mesh = map_.patches->mesh();
+    if (top.value > k_near * tolerance_) {
+        // Between the samples it may be farther.
+        const auto distance = [&](const Vec2d& uv) {
+            const double b0 = std::max(1 - uv.x - uv.y, 0.0);
+            const Vec3d at = map_(Family::parameter(mesh, leaf, b0, uv.x, uv.y));
+            return std::min(glm::length(at - (b0 * c0 + uv.x * c1 + uv.y * c2)), plane(at));
+        };
+        error = std::max(error, detail::local_maximum(distance, top, 0.5 / k_lattice).value);
+        if (error > tolerance_) return error;
+    }
     // The way back: from points of the triangle whose own sample has drifted away sideways.
     if (doubtful_count == 0) return std::max(error, measured_in_strips(leaf, corners, plane));
-    const ControlMesh& mesh = map_.patches->mesh();
     std::optional<detail::SampleSheet<k_lattice>> sheet;
     if (plane.flat()) sheet.emplace(plane, s);
     const double bend = k_sheet_error * most_parametric;

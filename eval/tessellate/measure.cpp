@@ -2,13 +2,13 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../bounds/point_triangle.hpp"
-#include "../surface/local_frame.hpp"
+#include "../distance/local_maximum.hpp"
 #include "patch_batches.hpp"
 #include "strip_samples.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <numeric>
 
 namespace tetrakis {
 
@@ -21,6 +21,16 @@ struct Sums {
     double forward = 0, backward = 0;
     double weighted = 0, squared = 0, weight = 0;
     std::uint64_t samples = 0;
+    double largest() const { return std::max(forward, backward); }
+    Sums& operator+=(const Sums& other) {
+        forward = std::max(forward, other.forward);
+        backward = std::max(backward, other.backward);
+        weighted += other.weighted;
+        squared += other.squared;
+        weight += other.weight;
+        samples += other.samples;
+        return *this;
+    }
 };
 
 /// Intervals a side of a triangle's lattice of samples, `least` or more, for so many samples in all.
@@ -138,30 +148,105 @@ Sums measure_from_target(const TriangleMesh& target, const TriangleMesh& mesh, c
             triangle_error[hit.triangle] = std::max(triangle_error[hit.triangle], hit.distance);
     }
     Sums total;
-    for (const Sums& sum : sums) {
-        total.forward = std::max(total.forward, sum.forward);
-        total.weighted += sum.weighted;
-        total.squared += sum.squared;
-        total.weight += sum.weight;
-        total.samples += sum.samples;
-    }
+    for (const Sums& sum : sums) total += sum;
     return total;
 }
 
-/// Visits the samples of a triangle: a lattice with n intervals a side without the corners; and points towards creases
-/// of finite sharpness, which do not count for means.
-template <class Family, class Visit>
-void for_each_sample(const ControlMesh& control, const OutputTriangle& triangle, int n, Visit&& visit) {
-    for (int row = 0; row <= n; ++row)
-        for (int i = 0; i <= row; ++i) {
-            const double b0 = static_cast<double>(row - i) / n, b1 = static_cast<double>(i) / n,
-                         b2 = static_cast<double>(n - row) / n;
-            if (b0 != 1 && b1 != 1 && b2 != 1) visit(b0, b1, b2, true);
+/// Barycentrics from weights of the second and third corner.
+std::array<double, 3> barycentrics(const Vec2d& uv) { return {std::max(1 - uv.x - uv.y, 0.0), uv.x, uv.y}; }
+
+/// Distances at one pair of points: of the surface to the mesh, and of the mesh to the surface.
+struct Distances {
+    double forward = 0, backward = 0;
+};
+
+/// One triangle of the mesh beside the part of the surface that it stands for.
+template <class Family>
+class MeasuredTriangle {
+  public:
+    MeasuredTriangle(const TriangleMesh& mesh, std::uint32_t t, const OutputTriangle& from,
+                     const SurfaceMap<Family>& map, const TriangleBvh& bvh, const typename Family::Closest& closest,
+                     double exact_from, double search_from)
+        : from_(from),
+          a_(mesh.positions[mesh.triangles[t][0]]),
+          b_(mesh.positions[mesh.triangles[t][1]]),
+          c_(mesh.positions[mesh.triangles[t][2]]),
+          map_(map),
+          bvh_(bvh),
+          closest_(closest),
+          exact_from_(exact_from),
+          search_from_(search_from) {}
+
+    double area() const { return 0.5 * glm::length(glm::cross(b_ - a_, c_ - a_)); }
+
+    /// What is not above `exact_from` may be stated too large: as the distance of a point of the surface to this very
+    /// triangle, which is one of a point of the triangle to the surface, too.
+    Distances at(const Vec2d& uv) const {
+        const auto b = barycentrics(uv);
+        const SurfaceParameter at = from_.parameter<Family>(map_.patches->mesh(), b[0], b[1], b[2]);
+        const Vec3d q = b[0] * a_ + b[1] * b_ + b[2] * c_;
+        const bool displaced_alone = map_.displacement && !map_.target;
+        SurfacePoint point;
+        if (displaced_alone) point = displaced(map_, at);
+        const Vec3d s = displaced_alone ? point.position : map_(at);
+        const double own = std::sqrt(detail::nearest_on_triangle(s, a_, b_, c_).squared_distance);
+        const double parametric = glm::length(s - q);
+        Distances result{own, own};
+        if (own > exact_from_) result.forward = std::min(own, bvh_.closest(s, own * (1 + 1e-9)).distance);
+        if (map_.target)
+            result.backward = map_.target->closest(q).distance;
+        else if (displaced_alone)
+            result.backward = mapped_distance(map_, q, at, point, parametric);
+        else if (parametric > exact_from_) {
+            result.backward = closest_.local(q, at);
+            if (result.backward > search_from_) result.backward = closest_.global(q, result.backward);
         }
-    if (!triangle.fan.valid())
-        detail::for_each_strip_point<Family>(control, triangle.cell,
-                                             [&](double b0, double b1, double b2) { visit(b0, b1, b2, false); });
-}
+        return result;
+    }
+
+  private:
+    const OutputTriangle& from_;
+    Vec3d a_, b_, c_;
+    const SurfaceMap<Family>& map_;
+    const TriangleBvh& bvh_;
+    const typename Family::Closest& closest_;
+    double exact_from_, search_from_;
+};
+
+/// The samples of a triangle on a lattice with n intervals a side, rows from corner 0 on.
+class SampleLattice {
+  public:
+    explicit SampleLattice(int n) : n_(n), at_(static_cast<std::size_t>((n + 1) * (n + 1))) {}
+
+    template <class Visit>
+    void for_each(Visit&& visit) {
+        for (int j = 0; j <= n_; ++j)
+            for (int i = 0; i + j <= n_; ++i) {
+                if ((i == 0 && j == 0) || i == n_ || j == n_) continue;  // corners are on the surface
+                visit(Vec2d(i, j) / static_cast<double>(n_), (*this)(i, j));
+            }
+    }
+    /// Visits the samples above `least` that no neighbour exceeds.
+    template <class Visit>
+    void for_each_maximum(double Distances::*way, double least, Visit&& visit) {
+        constexpr int k_neighbours[6][2] = {{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}};
+        for (int j = 0; j <= n_; ++j)
+            for (int i = 0; i + j <= n_; ++i) {
+                const double here = (*this)(i, j).*way;
+                if (!(here > least)) continue;
+                const bool top = std::ranges::all_of(k_neighbours, [&](const auto& d) {
+                    const int x = i + d[0], y = j + d[1];
+                    return x < 0 || y < 0 || x + y > n_ || (*this)(x, y).*way <= here;
+                });
+                if (top) visit(detail::Maximum{Vec2d(i, j) / static_cast<double>(n_), here});
+            }
+    }
+
+  private:
+    Distances& operator()(int i, int j) { return at_[static_cast<std::size_t>(j * (n_ + 1) + i)]; }
+    int n_;
+    std::vector<Distances> at_;
+};
 
 }  // namespace
 
@@ -171,136 +256,92 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
                       double tolerance, std::vector<double>& triangle_error, const RunContext& context) {
     const std::uint32_t count = static_cast<std::uint32_t>(mesh.triangles.size());
     triangle_error.assign(count, 0.0);
-    MeasuredError result;
-    if (count == 0) return result;
+    if (count == 0) return {};
     const TriangleBvh bvh(mesh, context);
     const ControlMesh& control = map.patches->mesh();
     const int n = lattice_intervals(samples, count, k_least_intervals);
     const std::uint32_t blocks = (count + k_block - 1) / k_block;
-    std::vector<Sums> sums(blocks);
-    // Apart, because the search below may put better distances in the place of Newton's bounds.
-    struct WayBack {
-        double weighted = 0, squared = 0;
+    constexpr double k_near = 0.8;  // of the tolerance: local maxima above are looked for
+    constexpr double k_fall = 0.5;
+    if (map.plain()) closest.prepare(context);
+    const auto pass = [&](double exact_from) {
+        std::vector<Sums> sums(blocks);
+        const double search_from = std::isfinite(tolerance) ? tolerance : exact_from;
+        detail::for_each_batch(map.patches, blocks, 1, context, "measure", 0, 0.9, [&](std::uint32_t block) {
+            Sums& sum = sums[block];
+            SampleLattice lattice(n);
+            for (std::uint32_t t = block * k_block; t < std::min(count, (block + 1) * k_block); ++t) {
+                const OutputTriangle from = origin(t);
+                const MeasuredTriangle<Family> triangle(mesh, t, from, map, bvh, closest, map.plain() ? exact_from : 0,
+                                                        search_from);
+                const double weight = triangle.area() / (n * n);
+                Distances largest;
+                const auto count_in = [&](const Distances& d) {
+                    largest.forward = std::max(largest.forward, d.forward);
+                    largest.backward = std::max(largest.backward, d.backward);
+                    ++sum.samples;
+                };
+                lattice.for_each([&](const Vec2d& uv, Distances& here) {
+                    here = triangle.at(uv);
+                    count_in(here);
+                    sum.weighted += weight * (here.forward + here.backward);
+                    sum.squared += weight * (here.forward * here.forward + here.backward * here.backward);
+                    sum.weight += 2 * weight;
+                });
+                const auto climb = [&](double Distances::*way, const detail::Maximum& top, double step) {
+                    detail::local_maximum(
+                        [&](const Vec2d& uv) {
+                            const Distances d = triangle.at(uv);
+                            count_in(d);
+                            return d.*way;
+                        },
+                        top, step);
+                };
+                // Towards creases of finite sharpness.
+                if (!from.fan.valid())
+                    detail::for_each_strip_point<Family>(control, from.cell, [&](double b0, double b1, double b2) {
+                        const Vec2d uv(b1, b2);
+                        const Distances d = triangle.at(uv);
+                        count_in(d);
+                        if (!map.plain()) return;
+                        double step = 1;
+                        for (const double b : {b0, b1, b2})
+                            if (b > 0) step = std::min(step, 0.5 * b);
+                        for (const auto way : {&Distances::forward, &Distances::backward})
+                            if (d.*way > exact_from) climb(way, {uv, d.*way}, step);
+                    });
+                if (map.plain())
+                    for (const auto way : {&Distances::forward, &Distances::backward})
+                        lattice.for_each_maximum(way, exact_from,
+                                                 [&](const detail::Maximum& top) { climb(way, top, 0.5 / n); });
+                sum.forward = std::max(sum.forward, largest.forward);
+                sum.backward = std::max(sum.backward, largest.backward);
+                triangle_error[t] = std::max(largest.forward, largest.backward);
+            }
+        });
+        Sums total;
+        for (const Sums& sum : sums) total += sum;
+        return total;
     };
-    std::vector<WayBack> way_back(count);
-    std::vector<double> sideways(count, 0.0);  // per triangle: the largest upper bound from Newton's method alone
-
-    // Against the limit surface itself Newton's bound is checked by a search where it counts.
-    const bool search = map.plain(), by_displacement = map.displacement && !map.target;
-    const auto run_block = [&](std::uint32_t block) {
-        Sums& sum = sums[block];
-        for (std::uint32_t t = block * k_block; t < std::min(count, (block + 1) * k_block); ++t) {
-            const OutputTriangle from = origin(t);
-            const auto& tri = mesh.triangles[t];
-            const Vec3d a = mesh.positions[tri[0]], b = mesh.positions[tri[1]], c = mesh.positions[tri[2]];
-            const double area = 0.5 * glm::length(glm::cross(b - a, c - a));
-            const double weight = area / (n * n);
-            double largest = 0, local = 0;
-            for_each_sample<Family>(control, from, n, [&](double b0, double b1, double b2, bool counts) {
-                const double share = counts ? weight : 0;
-                const SurfaceParameter at = from.parameter<Family>(control, b0, b1, b2);
-                SurfacePoint point;
-                if (by_displacement) point = displaced(map, at);
-                const Vec3d s = by_displacement ? point.position : map(at), q = b0 * a + b1 * b + b2 * c;
-                const double own = std::sqrt(detail::nearest_on_triangle(s, a, b, c).squared_distance);
-                double forward = own, backward = 0;
-                if (own > 0) {
-                    const ClosestPoint hit = bvh.closest(s, own * (1 + 1e-9));
-                    if (hit.found()) forward = std::min(own, hit.distance);
-                }
-                const double parametric = glm::length(s - q);
-                if (map.target) {
-                    backward = map.target->closest(q).distance;
-                    forward = std::min(forward, bvh.closest(s, own * (1 + 1e-9)).distance);
-                } else if (parametric == 0) {
-                    backward = 0;
-                } else if (by_displacement) {
-                    backward = mapped_distance(map, q, at, point, parametric);
-                } else {
-                    backward = closest.local(q, at);
-                    local = std::max(local, backward);
-                }
-                sum.forward = std::max(sum.forward, forward);
-                if (!search) sum.backward = std::max(sum.backward, backward);
-                largest = std::max(largest, search ? forward : std::max(forward, backward));
-                sum.weighted += share * forward;
-                sum.squared += share * forward * forward;
-                way_back[t].weighted += share * backward;
-                way_back[t].squared += share * backward * backward;
-                sum.weight += 2 * share;
-                ++sum.samples;
-            });
-            triangle_error[t] = largest;
-            sideways[t] = local;
-        }
-    };
-    detail::for_each_batch(map.patches, blocks, 1, context, "measure", 0, 0.9, run_block);
-
-    Sums total;
-    for (const Sums& sum : sums) {
-        total.forward = std::max(total.forward, sum.forward);
-        total.backward = std::max(total.backward, sum.backward);
-        total.weighted += sum.weighted;
-        total.squared += sum.squared;
-        total.weight += sum.weight;
-        total.samples += sum.samples;
+    // What is exact alone may be the largest.
+    double exact_from = k_near * tolerance;
+    Sums total = pass(exact_from);
+    while (map.plain() && total.largest() > 0 && total.largest() <= exact_from) {
+        exact_from = k_fall * total.largest();
+        total = pass(exact_from);
     }
-    if (search) {
-        // The triangles with the largest bounds, one after the other, each sample by the exact search where its bound
-        // exceeds what is known, until no bound is left that is above the largest exact distance or the tolerance.
-        std::vector<std::uint32_t> order(count);
-        std::iota(order.begin(), order.end(), 0u);
-        std::stable_sort(order.begin(), order.end(),
-                         [&](std::uint32_t x, std::uint32_t y) { return sideways[x] > sideways[y]; });
-        closest.prepare(context);
-        double exact = 0;
-        for (std::uint32_t t : order) {
-            if (sideways[t] <= exact && sideways[t] <= tolerance) break;
-            context.report("measure", 0.95);
-            detail::forget_large_trees(map.patches);
-            const OutputTriangle from = origin(t);
-            const auto& tri = mesh.triangles[t];
-            const Vec3d a = mesh.positions[tri[0]], b = mesh.positions[tri[1]], c = mesh.positions[tri[2]];
-            const double weight = 0.5 * glm::length(glm::cross(b - a, c - a)) / (n * n);
-            way_back[t] = {};
-            double here = 0;
-            for_each_sample<Family>(control, from, n, [&](double b0, double b1, double b2, bool counts) {
-                const double share = counts ? weight : 0;
-                const Vec3d q = b0 * a + b1 * b + b2 * c;
-                const double bound = closest.local(q, from.parameter<Family>(control, b0, b1, b2));
-                const double distance = bound > here ? closest.global(q, bound) : bound;
-                way_back[t].weighted += share * distance;
-                way_back[t].squared += share * distance * distance;
-                here = std::max(here, distance);
-            });
-            exact = std::max(exact, here);
-            sideways[t] = here;
-        }
-        total.backward = exact;
-        for (std::uint32_t t = 0; t < count; ++t) triangle_error[t] = std::max(triangle_error[t], sideways[t]);
-    }
-    for (const WayBack& sum : way_back) {
-        total.weighted += sum.weighted;
-        total.squared += sum.squared;
-    }
-    Sums from_target;
-    if (map.target) {
-        from_target = measure_from_target(*map.target_mesh, mesh, bvh, samples, triangle_error, context);
-        total.forward = std::max(total.forward, from_target.forward);
-        total.weighted += from_target.weighted;
-        total.squared += from_target.squared;
-        total.weight += from_target.weight;
-    }
+    const std::uint64_t pairs = total.samples;
+    if (map.target) total += measure_from_target(*map.target_mesh, mesh, bvh, samples, triangle_error, context);
+    MeasuredError result;
     result.forward = total.forward;
     result.backward = total.backward;
-    result.hausdorff = std::max(total.forward, total.backward);
-    // No distance that is summed exceeds the largest by now, whatever Newton's method first made of it.
+    result.hausdorff = total.largest();
     if (total.weight > 0) {
         result.mean = total.weighted / total.weight;
         result.rms = std::sqrt(total.squared / total.weight);
     }
-    result.forward_samples = result.backward_samples = total.samples;
-    result.forward_samples += from_target.samples;
+    result.forward_samples = total.samples;
+    result.backward_samples = pairs;
     return result;
 }
 

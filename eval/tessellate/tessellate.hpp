@@ -67,7 +67,7 @@ struct TessellateOptions {
     bool measure = false;
     /// Samples that measuring aims at, each way: a lattice on every triangle, of at least 3 and at most 24 intervals a
     /// side (some 300 points). Against limit points, half as many, spread as compare() does.
-    std::uint64_t measure_samples = 500'000;
+    std::uint64_t measure_samples = 100'000;
     bool floats_written = false;  ///< the caller writes floats (GLB): certified_error then includes that rounding
 };
 

@@ -30,9 +30,6 @@ using test::same_bytes;
 
 namespace {
 
-// The estimator by measure looks at samples, and leaves up to 5 % more than the tolerance between them today; to
-// become 1.0.
-constexpr double k_over_tolerance = 1.1;
 constexpr double k_rounding = 1 + 1e-9;
 constexpr std::uint64_t k_samples = 20'000;
 
@@ -93,8 +90,8 @@ void check_distance(const ControlMesh& mesh, const SchemeInfo& scheme, const Tes
         REQUIRE(result.certified_error);
         CHECK(*result.certified_error <= result.tolerance_absolute);
     } else {
-        CHECK(forward <= k_over_tolerance * result.tolerance_absolute);
-        CHECK(backward <= k_over_tolerance * result.tolerance_absolute + judge.doubt());
+        CHECK(forward <= k_rounding * result.tolerance_absolute);
+        CHECK(backward <= k_rounding * result.tolerance_absolute + judge.doubt());
     }
     if (result.certified_error) {
         const double rounding = 1e-14 * diagonal(mesh);
@@ -106,7 +103,7 @@ void check_distance(const ControlMesh& mesh, const SchemeInfo& scheme, const Tes
     if (result.measured_error) {
         const MeasuredError& measured = *result.measured_error;
         CHECK(measured.hausdorff == std::max(measured.forward, measured.backward));
-        CHECK(measured.hausdorff <= k_over_tolerance * result.tolerance_absolute);
+        CHECK(measured.hausdorff <= k_rounding * result.tolerance_absolute);
         CHECK(measured.mean <= k_rounding * measured.rms);
         CHECK(measured.rms <= k_rounding * measured.hausdorff);
         // Neither sees much that the other does not.
