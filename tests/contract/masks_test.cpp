@@ -211,36 +211,6 @@ TEST_CASE("masks: all rows of weights sum to one, with boundaries, holes, crease
             }
 }
 
-TEST_CASE("masks: affine maps go through refinement and limits") {
-    const auto map = [](const Vec3d& p) {
-        return Vec3d(2 * p.x - p.y + 0.5 * p.z + 3, 0.3 * p.x + p.y - 7, p.x + 0.2 * p.y - 1.5 * p.z);
-    };
-    for (const SchemeInfo& scheme : scheme_table())
-        for (const std::uint64_t seed : test::seeds(3))
-            for (const bool limit : {false, true}) {
-                CAPTURE(scheme.name);
-                CAPTURE(seed);
-                CAPTURE(limit);
-                const ControlMesh mesh = random_mesh_for(scheme, seed);
-                ControlMeshData data = mesh.data();
-                for (Vec3d& p : data.positions) p = map(p);
-                PolygonMesh before, after;
-                try {
-                    before = refine(mesh, scheme, 2, {.limit = limit});
-                    after = refine(ControlMesh::build(std::move(data)), scheme, 2, {.limit = limit});
-                } catch (const Error& e) {
-                    REQUIRE(e.code() == ErrorCode::unsupported);
-                    continue;
-                }
-                CHECK(before.face_vertices == after.face_vertices);
-                REQUIRE(before.positions.size() == after.positions.size());
-                double apart = 0;
-                for (std::size_t v = 0; v < before.positions.size(); ++v)
-                    apart = std::max(apart, glm::length(map(before.positions[v]) - after.positions[v]));
-                CHECK(apart < 1e-12 * mesh.bounding_box().diagonal());
-            }
-}
-
 TEST_CASE("masks: interpolating schemes keep the control points bit for bit, the others do not") {
     for (const SchemeInfo& scheme : scheme_table()) {
         CAPTURE(scheme.name);

@@ -222,23 +222,6 @@ TEST_CASE("[bad-input] repair refuses offsets that fit no faces") {
     CHECK(contains(error_of([&] { repair(data); }).what(), "cannot be repaired"));
 }
 
-TEST_CASE("every non-manifold shape of the data folder loads with repair, and only with it") {
-    const auto shared = shared_dir();
-    if (!shared) return;
-    int count = 0;
-    for (const auto& entry : std::filesystem::directory_iterator(*shared / "data" / "osd-shapes")) {
-        if (!contains(entry.path().filename().string(), "nonman")) continue;
-        CAPTURE(entry.path().filename().string());
-        ++count;
-        CHECK(error_of([&] { load_control_mesh(entry.path()); }).code() == ErrorCode::invalid_input);
-        const ControlMesh mesh = load_control_mesh(entry.path(), {.repair = true});
-        CHECK(mesh.face_count() > 10);
-        CHECK(!mesh.warnings().empty());
-        CHECK(contains(mesh.warnings()[0], "repaired: "));
-    }
-    CHECK(count >= 4);
-}
-
 namespace {
 
 /// A cube of six faces that share no vertices, each with the unit square as its texture by coordinates of its own.

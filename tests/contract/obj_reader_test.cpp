@@ -5,9 +5,8 @@
 
 #include <cmath>
 #include <cstring>
-#include <fstream>
+#include <filesystem>
 #include <numbers>
-#include <sstream>
 
 using namespace tetrakis;
 using namespace tetrakis::test;
@@ -32,12 +31,6 @@ void check_refused(const std::string& text, std::uint64_t line, const std::strin
     CHECK(std::string(error.what()).starts_with(std::string("test.obj:") + place));
     CHECK(contains(error.what(), words));
     CHECK(contains(error.what(), advice));
-}
-
-std::string read_text(const std::filesystem::path& path) {
-    std::ostringstream text;
-    text << std::ifstream(path, std::ios::binary).rdbuf();
-    return text.str();
 }
 
 // A good file with everything a reader meets.
@@ -164,42 +157,6 @@ TEST_CASE("a face of 300 corners, a very long line and a face over many lines ar
         huge.append(" ").append(std::to_string(i));
     }
     CHECK(parse(many + huge).face_vertices.size() == 200000);
-}
-
-TEST_CASE("100 000 creases are read and applied, on lines of their own or in one") {
-    constexpr std::uint32_t n = 230;
-    std::string text, tags, list;
-    for (std::uint32_t y = 0; y <= n; ++y)
-        for (std::uint32_t x = 0; x <= n; ++x)
-            text.append("v ").append(std::to_string(x)).append(" ").append(std::to_string(y)).append(" 0\n");
-    std::uint32_t count = 0, inner = 0;
-    for (std::uint32_t y = 0; y < n; ++y)
-        for (std::uint32_t x = 0; x < n; ++x) {
-            const std::uint32_t v = y * (n + 1) + x;
-            const auto face = {v + 1, v + 2, v + n + 3, v + n + 2};
-            text += "f";
-            for (const std::uint32_t i : face) text.append(" ").append(std::to_string(i));
-            text += "\n";
-            for (const std::uint32_t w : {v + 1, v + n + 1}) {
-                if (count == 100000) break;
-                ++count;
-                inner += w == v + 1 ? y > 0 : x > 0;
-                const std::string edge = std::to_string(v) + " " + std::to_string(w);
-                tags += "t crease 2/1/0 " + edge + " 2.5\n";
-                list.append(" ").append(edge);
-            }
-        }
-    REQUIRE(count == 100000);
-    for (const std::string& all : {tags, "t crease 200000/1/0" + list + " 2.5"}) {
-        const ControlMesh mesh = ControlMesh::build(parse(text + all));
-        std::uint32_t sharp = 0, infinite = 0;
-        for (std::uint32_t e = 0; e < mesh.edge_count(); ++e) {
-            sharp += mesh.sharpness(EdgeId(e)) == 2.5f;
-            infinite += mesh.sharpness(EdgeId(e)) == k_sharpness_infinity;
-        }
-        CHECK(infinite == 4 * n);
-        CHECK(sharp == inner);
-    }
 }
 
 TEST_CASE("crease tags are pairs of vertices, with one sharpness or one for each") {
@@ -341,15 +298,6 @@ TEST_CASE("what is left out or filled in is a warning") {
     CHECK(mesh.warnings().size() == 6);
 }
 
-TEST_CASE("vertex colours are said to be left out, once") {
-    const ControlMeshData data =
-        parse("v 0 0 0 1 0 0\nv 1 0 0 1 0.5 0\nv 1 1 0 1 1 0 0\nv 0 1 0\nv 2 2 2 1\nf 1 2 3 4\n");
-    REQUIRE(data.warnings.size() == 1);
-    CHECK(data.warnings[0] ==
-          data.source + ": vertex colours are not carried over (3 vertices have one, the first is on line 1)");
-    CHECK(parse(k_square + "f 1 2 3 4\n").warnings.empty());
-}
-
 TEST_CASE("repair while reading reports each repair") {
     const ControlMeshData data = parse(k_square + "v 0 nan 0\nf 1 2 3\nf 2 3 1\nf 1 3 5\nf 3 4\nf 1 2 -9\n", true);
     CHECK(data.face_offsets.size() == 2);
@@ -392,43 +340,6 @@ TEST_CASE("[bad-input] random bytes in a good file end in a mesh or an error") {
             }
             REQUIRE(survives(text));
         }
-}
-
-TEST_CASE("[golden] the reference meshes and OpenSubdiv's shapes load with the counts of their lines") {
-    const auto shared = shared_dir();
-    if (!shared) return;
-    int count = 0;
-    for (const char* folder : {"reference/meshes", "data/osd-shapes", "data/models"})
-        for (const auto& entry : std::filesystem::directory_iterator(*shared / folder)) {
-            if (entry.path().extension() != ".obj") continue;
-            CAPTURE(entry.path().filename().string());
-            ++count;
-            std::istringstream lines(read_text(entry.path()));
-            std::size_t vertices = 0, faces = 0, corners = 0, creases = 0;
-            for (std::string line; std::getline(lines, line);) {
-                std::istringstream words(line);
-                std::string word;
-                words >> word;
-                vertices += word == "v";
-                creases += line.starts_with("t crease ");
-                if (word != "f") continue;
-                ++faces;
-                while (words >> word) ++corners;
-            }
-            const ControlMeshData data = read_obj(entry.path());
-            CHECK(data.positions.size() == vertices);
-            CHECK(data.face_offsets.size() == faces + 1);
-            CHECK(data.face_vertices.size() == corners);
-            CHECK(data.creases.size() == creases);
-            CHECK(data.warnings.empty());
-            const ControlMesh repaired = load_control_mesh(entry.path(), {.repair = true});
-            CHECK(repaired.face_count() + 8 >= faces);
-        }
-    CHECK(count >= 90);
-    const ControlMeshData holes = read_obj(*shared / "data/osd-shapes/catmark_hole_test3.obj");
-    CHECK(holes.holes == std::vector<std::uint32_t>{15, 2, 7, 8, 9, 5, 13, 14});
-    CHECK(read_obj(*shared / "reference/meshes/grid_quad_nobound.obj").boundary_rule == BoundaryRule::none);
-    CHECK(read_obj(*shared / "reference/meshes/grid_quad_edgeonly.obj").boundary_rule == BoundaryRule::edge_only);
 }
 
 TEST_SUITE_END();

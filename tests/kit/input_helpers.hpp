@@ -56,15 +56,6 @@ inline RunContext with_thread_count(int threads) {
     return context;
 }
 
-/// The folder of shared models and reference data, if it is there.
-inline std::optional<std::filesystem::path> shared_dir() {
-    const char* given = std::getenv("TETRAKIS_SHARED_DIR");
-    const std::filesystem::path path = given ? given : std::filesystem::path(TETRAKIS_SOURCE_DIR) / ".." / "shared";
-    if (std::filesystem::is_directory(path)) return path;
-    MESSAGE("SKIPPED: there is no folder ", path.string(), " (set TETRAKIS_SHARED_DIR)");
-    return {};
-}
-
 /// Listed seeds, and the one of TETRAKIS_SEED.
 inline std::vector<std::uint64_t> seeds(std::initializer_list<std::uint64_t> listed) {
     std::vector<std::uint64_t> all(listed);

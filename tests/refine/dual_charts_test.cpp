@@ -96,28 +96,8 @@ int compare_faces(const PolygonMesh& got, const PolygonMesh& uniform, bool creas
 
 TEST_SUITE_BEGIN("refine");
 
-TEST_CASE("[inv1] UVs of vertex quadtrees: refined everywhere they are those of uniform refinement, face by face") {
-    constexpr int k_level = 2;
-    for (const char* name : {"doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest", "biquartic"})
-        for (const std::uint64_t seed : test::seeds(6)) {
-            CAPTURE(name);
-            CAPTURE(seed);
-            const bool creased = seed % 3 == 2;
-            const ControlMesh plain = plain_mesh(seed);
-            const ControlMesh mesh = with_charts(creased ? with_regions(plain, seed) : plain);
-            AdaptiveDual dual(mesh, *find_scheme(name));
-            std::vector<LeafId> created;
-            for (int i = 0; i < k_level; ++i) dual.forest().refine(dual.forest().ordered_leaves(), created);
-            const PolygonMesh got = dual.to_mesh({.limit = false, .uvs = true});
-            const PolygonMesh uniform = refine_stencils(mesh, *find_scheme(name), k_level + 1).mesh;
-            REQUIRE(got.face_uvs.size() == got.face_vertices.size());
-            REQUIRE(got.face_count() == uniform.face_count());
-            CHECK(compare_faces(got, uniform, creased) == static_cast<int>(uniform.face_count()));
-        }
-}
-
 TEST_CASE("[inv1] UVs of vertex quadtrees: in adaptive meshes the faces of one level have those of that level") {
-    for (const char* name : {"doo-sabin", "midedge"})
+    for (const char* name : {"doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest", "biquartic"})
         for (const std::uint64_t seed : test::seeds(4)) {
             CAPTURE(name);
             CAPTURE(seed);
@@ -224,7 +204,7 @@ TEST_CASE("faces have the material of the side whose UVs they have, also beside 
         }
         const ControlMesh mesh = ControlMesh::build(std::move(data));
         for (const char* name : {"doo-sabin", "midedge-simplest"}) {
-            const PolygonMesh got = refine(mesh, *find_scheme(name), 5);
+            const PolygonMesh got = refine(mesh, *find_scheme(name), 4);
             if (got.face_uvs.empty()) continue;  // creases that come to a seam
             faces += got.face_count();
             for (std::uint32_t f = 0; f < got.face_count(); ++f) {
@@ -233,7 +213,7 @@ TEST_CASE("faces have the material of the side whose UVs they have, also beside 
             }
         }
     }
-    CHECK(faces > 200'000);
+    CHECK(faces > 50'000);
     CHECK(wrong == 0);
 }
 

@@ -1,5 +1,4 @@
 #include "../kit/factored_helpers.hpp"
-#include "../kit/surface_topology.hpp"
 
 #include "../../hier/base/error.hpp"
 #include "../../refine/rules/rule_refinement.hpp"
@@ -43,11 +42,11 @@ ControlMesh wide_plane(std::uint64_t seed, double tags) {
 /// Closed meshes of given valences, open ones with n-gons, with and without tags.
 std::vector<ControlMesh> meshes() {
     std::vector<ControlMesh> result;
-    for (const int n : {3, 4, 5, 6, 9, 17, 64}) {
+    for (const int n : {3, 4, 5, 6, 9, 17}) {
         result.push_back(test::prism(n));
         result.push_back(test::double_fan(n));
     }
-    for (const std::uint64_t seed : test::seeds(8))
+    for (const std::uint64_t seed : test::seeds(6))
         for (const double tags : {0.0, 1.0}) result.push_back(test::random_surface(seed, tags));
     result.push_back(wide_plane(1, 0));
     result.push_back(wide_plane(2, 1));
@@ -105,7 +104,6 @@ void for_all(Body&& body) {
 TEST_SUITE_BEGIN("refine");
 
 TEST_CASE("[inv6] averaging by half-steps: whole levels are the classical steps") {
-    double worst = 0;
     int used_up = 0;
     for_all([&](const ControlMesh& mesh, int steps, AveragingBoundary boundary) {
         for (int levels = 1; levels <= 2; ++levels) {
@@ -123,9 +121,7 @@ TEST_CASE("[inv6] averaging by half-steps: whole levels are the classical steps"
             run();
             const PolygonMesh result = ours.active_mesh();
             REQUIRE(result.face_count() == expected->face_count());
-            const double d = disagreement(result.positions, expected->positions);
-            CHECK(d < k_agreement);
-            worst = std::max(worst, d);
+            CHECK(disagreement(result.positions, expected->positions) < k_agreement);
             // The same faces, not only points.
             const std::vector<Vec3d> ours_at = face_means(result), expected_at = face_means(*expected);
             const PointMatch match(ours_at);
@@ -134,7 +130,6 @@ TEST_CASE("[inv6] averaging by half-steps: whole levels are the classical steps"
         }
     });
     CHECK(used_up > 0);
-    MESSAGE("largest relative disagreement ", worst, "; meshes that receding used up: ", used_up);
 }
 
 TEST_CASE("[inv6] biquartic by half-steps is the classical step, with both boundaries") {

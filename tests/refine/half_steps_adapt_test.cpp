@@ -1,4 +1,5 @@
 #include "../kit/factored_helpers.hpp"
+#include "../kit/input_helpers.hpp"
 #include "../kit/surface_topology.hpp"
 
 #include "../../hier/base/error.hpp"
@@ -256,15 +257,7 @@ TEST_CASE("adaptive half-steps: the same bytes for any number of threads and any
 
 TEST_CASE("[bad-input] adaptive half-steps say what they cannot do") {
     const ControlMesh mesh = cube();
-    const auto message = [](auto&& call) -> std::string {
-        try {
-            call();
-        } catch (const Error& e) {
-            return e.what();
-        }
-        return "nothing was thrown";
-    };
-    const auto says = [&](auto&& call, const char* what) { CHECK(message(call).find(what) != std::string::npos); };
+    const auto says = [](auto&& call, const char* what) { CHECK(test::contains(test::error_of(call).what(), what)); };
     says([&] { AdaptiveFactoredMesh(mesh, FactoredScheme::four_eight); }, "doo-sabin");
     ControlMeshData creased = mesh.data();
     creased.creases.push_back({0, 1, 2.0f, 0});

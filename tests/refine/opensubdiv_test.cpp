@@ -1,8 +1,6 @@
 #include "../kit/point_match.hpp"
 #include "../kit/random_mesh.hpp"
-#include "../kit/shared_data.hpp"
 
-#include "../../hier/mesh/mesh_check.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/uniform/uniform.hpp"
@@ -12,7 +10,6 @@
 #include <opensubdiv/far/topologyDescriptor.h>
 #include <opensubdiv/far/topologyRefinerFactory.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -100,7 +97,7 @@ std::unique_ptr<Far::TopologyRefiner> far_refiner(const ControlMeshData& data, S
 
 /// Whether OpenSubdiv's limit mask is the limit at this vertex: it looks at the tags of one level, takes the smooth
 /// mask at darts (see the golden data's README) and the corner's at interior vertices of valence 2. What is right there
-/// is tested against deep levels in closure_test.cpp.
+/// is tested in schemes_limit_test.cpp.
 bool limit_mask_is_right(const Far::TopologyLevel& level, int v) {
     const auto finite = [](float s) { return s > 0 && s < k_infinite_sharpness; };
     int sharp = 0;
@@ -259,41 +256,6 @@ TEST_CASE("[peer] UVs are OpenSubdiv's by every face-varying rule: seams, corner
                 if (scheme == SchemeKind::loop) mesh = triangulate(mesh);
                 CHECK(compare_uvs(mesh, scheme, 2) < 1e-12 * 10);
             }
-}
-
-TEST_CASE("[peer] [slow] levels 1 to 3 and limits of all manifold models of the shared data are OpenSubdiv's") {
-    int compared = 0;
-    std::size_t limits = 0;
-    // Beyond so many points a level takes seconds, and has no rule that the first did not have. 1000000 takes in all
-    // three levels but the bunny's last, in two minutes.
-    const char* const asked = std::getenv("TETRAKIS_TEST_POINTS");
-    const std::uint64_t most_points = asked != nullptr ? std::strtoull(asked, nullptr, 10) : 100'000;
-    for (const char* name_of_folder : {"data/osd-shapes", "data/models"}) {
-        const auto models = shared_data::folder(name_of_folder);
-        if (!models) return;
-        for (const auto& path : shared_data::files(*models, ".obj")) {
-            ControlMeshData data = read_obj(path);
-            if (!find_faults(data).empty()) continue;  // the non-manifold ones
-            const std::string file = path.filename().string();
-            const ControlMesh mesh = ControlMesh::build(std::move(data));
-            for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop}) {
-                if (scheme == SchemeKind::loop && !mesh.all_triangles()) continue;
-                for (int levels = 1; levels <= 3; ++levels) {
-                    const std::uint64_t cells =
-                        scheme == SchemeKind::loop ? 2 * mesh.face_count() : mesh.halfedge_count();
-                    if (levels > 1 && cells << 2 * (levels - 1) > most_points) break;
-                    INFO(file, ", ", name(scheme), ", level ", levels);
-                    const Compared result = compare(mesh, scheme, levels);
-                    CHECK(result.points < k_tolerance);
-                    CHECK(result.limits < k_tolerance);
-                    limits += result.limit_count;
-                    ++compared;
-                }
-            }
-        }
-    }
-    MESSAGE(compared, " refined meshes and ", limits, " limit points compared");
-    CHECK(compared > 180);
 }
 
 TEST_CASE("[peer] random meshes with all kinds of tags refine as OpenSubdiv refines them") {

@@ -77,21 +77,23 @@ Values values(const RuleRefiner& refiner, const ControlMesh& mesh, bool normals)
 
 TEST_SUITE_BEGIN("refine");
 
-TEST_CASE("limits of primal schemes are the same seen from any level, and are approached") {
+TEST_CASE("limits of all but dual schemes are the same seen from any level, and are approached") {
     for (const std::string name : {"cube", "pipe3", "extruded_pentagon"})
         for (const SchemeInfo& scheme : scheme_table()) {
-            if (scheme.lattice == FanLattice::dual) continue;
+            // Vertices of a level are there on the next.
+            const bool hexagons = scheme.family == MeshFamily::hexagons;
+            if (scheme.lattice == FanLattice::dual && !hexagons) continue;
             CAPTURE(name);
             CAPTURE(scheme.name);
             const ControlMesh mesh = fitting(scheme, model(name));
             const double size = mesh.bounding_box().diagonal();
-            const RefineOptions options{.limit = true, .normals = true};
+            const RefineOptions options{.limit = true, .normals = !hexagons};
             const RuleRefiner first(mesh, scheme, 1, options), second(mesh, scheme, 2, options);
-            const Values a = values(first, mesh, true), b = values(second, mesh, true);
+            const Values a = values(first, mesh, !hexagons), b = values(second, mesh, !hexagons);
             std::vector<Vec3d> seen(b.positions.begin(), b.positions.begin() + first.vertex_count());
             CHECK(most_apart(a.positions, seen) < 1e-11 * size);
             // Bilinear surfaces and corners have no normals of their own.
-            if (scheme.name != "bilinear" && scheme.name != "midpoint") {
+            if (!hexagons && scheme.name != "bilinear" && scheme.name != "midpoint") {
                 int differ = 0;
                 for (std::uint32_t v = 0; v < first.vertex_count(); ++v)
                     if (first.last().rule(static_cast<int>(v)) != VertexRule::corner &&
@@ -140,39 +142,7 @@ TEST_CASE("limits of creases that stay semi-sharp for long, and end or meet: fro
         }
 }
 
-TEST_CASE("limits of dual schemes: the splines' on a regular mesh, on a sphere's inside elsewhere") {
-    // A torus of 8 x 8 quads: 1/64 (1, 6, 1) x (1, 6, 1) for biquadratic splines.
-    constexpr int n = 8;
-    ControlMeshData data;
-    data.face_offsets.push_back(0);
-    const auto at = [](int x, int y) { return static_cast<std::uint32_t>((y + n) % n * n + (x + n) % n); };
-    for (int y = 0; y < n; ++y)
-        for (int x = 0; x < n; ++x) data.positions.push_back({std::sin(x * 1.7 + y), std::cos(y * 2.1 - x), x * y % 7});
-    for (int y = 0; y < n; ++y)
-        for (int x = 0; x < n; ++x) {
-            for (const std::uint32_t v : {at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)})
-                data.face_vertices.push_back(v);
-            data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
-        }
-    const ControlMesh torus = ControlMesh::build(std::move(data));
-    const RefineOptions limit{.limit = true};
-    // Weights of a spline's control points at the parameter of the middle one: degree 2, and 4 at its own.
-    const double quadratic[] = {0, 1.0 / 8, 6.0 / 8, 1.0 / 8, 0};
-    const double quartic[] = {1.0 / 384, 76.0 / 384, 230.0 / 384, 76.0 / 384, 1.0 / 384};
-    for (const std::string name : {"doo-sabin", "doo-sabin-cc", "biquartic"}) {
-        CAPTURE(name);
-        const double* w = name == "biquartic" ? quartic : quadratic;
-        const PolygonMesh mesh = refine(torus, name, 0, limit);
-        double most = 0;
-        for (int y = 0; y < n; ++y)
-            for (int x = 0; x < n; ++x) {
-                Vec3d sum(0);
-                for (int j = -2; j <= 2; ++j)
-                    for (int i = -2; i <= 2; ++i) sum += w[i + 2] * w[j + 2] * torus.positions()[at(x + i, y + j)];
-                most = std::max(most, glm::length(sum - mesh.positions[at(x, y)]));
-            }
-        CHECK(most < 1e-12);
-    }
+TEST_CASE("limits of dual schemes are approached at extraordinary points and boundaries") {
     // At extraordinary points and boundaries: the finest faces around have come near.
     for (const std::string name : {"doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest"})
         for (const std::string input : {"cube", "pipe3", "extruded_pentagon"}) {
@@ -181,42 +151,15 @@ TEST_CASE("limits of dual schemes: the splines' on a regular mesh, on a sphere's
             const ControlMesh mesh = model(input);
             const RefineOptions both{.limit = true, .normals = true};
             const PolygonMesh limits = refine(mesh, name, 1, both), deep = refine(mesh, name, 4);
+            const PointMatch in_deep(deep.positions);
             double most = 0;
             for (std::size_t v = 0; v < limits.positions.size(); ++v) {
                 CHECK(glm::length(limits.normals[v]) == doctest::Approx(1));
-                double nearest = 1e9;
-                for (const Vec3d& p : deep.positions) nearest = std::min(nearest, glm::length(p - limits.positions[v]));
-                most = std::max(most, nearest);
+                most = std::max(
+                    most, glm::length(deep.positions[in_deep.nearest(limits.positions[v])] - limits.positions[v]));
             }
             CHECK(most < 0.04 * mesh.bounding_box().diagonal());
         }
-}
-
-TEST_CASE("limits of honeycomb refinement are the same seen from any level, and are approached") {
-    for (const std::string name : {"cube", "pipe3", "extruded_pentagon"}) {
-        CAPTURE(name);
-        const ControlMesh mesh = model(name);
-        const SchemeInfo& scheme = *find_scheme("honeycomb");
-        const RefineOptions limit{.limit = true};
-        const Values first = values(RuleRefiner(mesh, scheme, 0, limit), mesh, false),
-                     third = values(RuleRefiner(mesh, scheme, 3, limit), mesh, false),
-                     fourth = values(RuleRefiner(mesh, scheme, 4), mesh, false);
-        const double size = mesh.bounding_box().diagonal();
-        double moved = 0, away = 0;
-        for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
-            moved = std::max(moved, glm::length(first.positions[v] - third.positions[v]));
-            away = std::max(away, glm::length(first.positions[v] - fourth.positions[v]));
-        }
-        CHECK(moved < 1e-12 * size);
-        CHECK(away < 0.01 * size);
-        const RuleRefiner refiner(mesh, scheme, 0, limit);
-        const StencilTable table = refiner.stencils();
-        for (int v = 0; v < table.row_count(); ++v) {
-            double sum = 0;
-            for (const double w : table.weights(v)) sum += w;
-            CHECK(sum == doctest::Approx(1).epsilon(1e-13));
-        }
-    }
 }
 
 TEST_CASE("limits where boundaries recede: the part of the mesh that is on the surface") {

@@ -1,4 +1,3 @@
-#include "../../schemes/core/sector_fan.hpp"
 #include "../../schemes/rules/kobbelt.hpp"
 #include "../../schemes/rules/linear.hpp"
 
@@ -80,14 +79,6 @@ FacePoint face_point(const RuleMesh& mesh, const RuleStep& step, int f) {
             weights_of(step, mesh.vertex_count() + mesh.edge_count() + f)};
 }
 
-RuleMesh quad_grid(int columns, int rows) {
-    RuleMesh::Builder faces;
-    const auto at = [&](int x, int y) { return y * (columns + 1) + x; };
-    for (int y = 0; y < rows; ++y)
-        for (int x = 0; x < columns; ++x) faces.face({at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)});
-    return RuleMesh((columns + 1) * (rows + 1), std::move(faces));
-}
-
 /// Quads around vertices of all small valences, some edges sharp, for odd seeds one polygon is missing.
 RuleMesh split_polyhedron(unsigned seed) {
     const std::vector<std::vector<int>> polygons = {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5},
@@ -108,52 +99,12 @@ RuleMesh split_polyhedron(unsigned seed) {
 
 TEST_SUITE_BEGIN("schemes");
 
-TEST_CASE("kobbelt: around an extraordinary vertex its virtual points make both ways to a face point the same") {
-    for (const int n : {3, 5, 6, 7, 9, 16}) {
-        CAPTURE(n);
-        const SectorFan fan(FanLattice::quads, {.faces = n}, 4);
-        const RuleStep step = kobbelt_step(fan.mesh, {});
-        int around = 0;
-        for (int f = 0; f < fan.mesh.face_count(); ++f) {
-            const auto corners = fan.mesh.corners(f);
-            if (std::find(corners.begin(), corners.end(), 0) == corners.end()) continue;
-            ++around;
-            const FacePoint point = face_point(fan.mesh, step, f);
-            CHECK(weights_apart(point.rows[0].weights, point.rows[1].weights) < 1e-14);
-            CHECK(weights_apart(point.rows[0].weights, point.ours) < 1e-14);
-        }
-        CHECK(around == n);
-    }
-}
-
-TEST_CASE("kobbelt: near the corners of a grid the two ways to a face point differ, and their mean is taken") {
-    const RuleMesh grid = quad_grid(6, 6);
-    const RuleStep step = kobbelt_step(grid, {});
-    int same = 0, mean = 0;
-    for (int f = 0; f < grid.face_count(); ++f) {
-        CAPTURE(f);
-        const FacePoint point = face_point(grid, step, f);
-        REQUIRE(point.rows[0].extraordinary == 0);
-        REQUIRE(point.rows[1].extraordinary == 0);
-        PointWeights half;
-        for (const FacePointRow& row : point.rows)
-            for (const auto& [p, w] : row.weights) half[p] += w / 2;
-        CHECK(weights_apart(point.ours, half) < 1e-14);
-        ++(weights_apart(point.rows[0].weights, point.rows[1].weights) < 1e-14 ? same : mean);
-    }
-    // Two beside each corner's face: one row begins at the corner's edge, whose own four-point rule turns with the
-    // boundary.
-    CHECK(mean == 8);
-    CHECK(same == 28);
-}
-
 TEST_CASE("kobbelt: a face point takes the row of fewer extraordinary vertices, or else the mean of both") {
     int fewer[2] = {0, 0}, mean = 0, same = 0;
     for (unsigned seed = 0; seed < 12; ++seed) {
         CAPTURE(seed);
         const RuleMesh first = split_polyhedron(seed);
-        for (const bool finer : {false, true}) {
-            const RuleMesh mesh = finer ? kobbelt_step(first, {}).mesh : first;
+        for (const RuleMesh& mesh : {first, kobbelt_step(first, {}).mesh}) {
             const RuleStep step = kobbelt_step(mesh, {});
             for (int f = 0; f < mesh.face_count(); ++f) {
                 CAPTURE(f);

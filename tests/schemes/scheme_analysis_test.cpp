@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <span>
 #include <utility>
 #include <vector>
 
@@ -169,14 +168,8 @@ TEST_CASE("honeycomb: a face and its ring of hexagons map to themselves as their
     }
 }
 
-TEST_CASE("honeycomb: the two faces along the boundary map to themselves as their matrix says, in any mesh") {
-    RuleMesh::Builder faces;
-    faces.face({0, 1, 2, 3, 4});
-    faces.face({4, 3, 5});
-    faces.face({3, 2, 6, 7, 8, 9, 5});
-    RuleMesh mesh(10, std::move(faces));
-    const SchemeInfo& scheme = *find_scheme("honeycomb");
-    const SpectralAnalysis a = analyse(scheme, {.faces = 2, .boundary = true}, {});
+TEST_CASE("honeycomb: the eigenvalues at the boundary are those of two pentagons and of the curve between them") {
+    const SpectralAnalysis a = analyse(*find_scheme("honeycomb"), {.faces = 2, .boundary = true}, {});
     // Twice the weights of a pentagon's corners among themselves, and the cubic spline along the boundary.
     const double w1 = (3 + 2 * std::cos(2 * std::numbers::pi / 5)) / 20,
                  w2 = (3 + 2 * std::cos(4 * std::numbers::pi / 5)) / 20, mean = (w1 + w2) / 2,
@@ -185,36 +178,6 @@ TEST_CASE("honeycomb: the two faces along the boundary map to themselves as thei
     REQUIRE(a.eigenvalues.size() == std::size(expected));
     for (std::size_t i = 0; i < std::size(expected); ++i) CHECK(std::abs(a.eigenvalues[i].value - expected[i]) < 1e-12);
     CHECK_FALSE(a.proper);
-
-    std::vector<double> values;
-    for (int v = 0; v < mesh.vertex_count(); ++v) values.push_back(std::sin(3.7 * v));
-    const auto around = [&](const RuleMesh& of, const std::vector<double>& from, int v) {
-        std::vector<double> result;
-        const int start = of.first(v);
-        for (const int i : find_fan(of, std::span(&start, 1), a.matrix.labels)) result.push_back(from[i]);
-        return result;
-    };
-    std::vector<int> looked_at;
-    for (int level = 0; level < 5; ++level) {
-        RuleStep step = scheme.step(mesh, {});
-        std::vector<double> finer(step.mesh.vertex_count());
-        step.stencils.apply<double>(values, finer);
-        // After two steps the faces are pentagons, after three they have no edge in common.
-        for (const int v : looked_at) {
-            const std::vector<double> before = around(mesh, values, v), after = around(step.mesh, finer, v);
-            for (int i = 0; i < a.matrix.size(); ++i) {
-                double sum = 0;
-                for (int j = 0; j < a.matrix.size(); ++j) sum += a.matrix.at(i, j) * before[j];
-                CHECK(std::abs(sum - after[i]) < 1e-14);
-            }
-        }
-        mesh = std::move(step.mesh);
-        values = std::move(finer);
-        if (level == 1)
-            for (int v = 0; v < mesh.vertex_count(); ++v)
-                if (mesh.on_boundary(v) && mesh.ring(v).faces() > 1) looked_at.push_back(v);
-    }
-    CHECK(looked_at.size() > 10);
 }
 
 TEST_SUITE_END();

@@ -48,26 +48,6 @@ RuleMesh tube(bool triangles, int columns, int rows, int faces_to, const std::se
     return RuleMesh(faces_to < columns ? (faces_to + 1) * rows : columns * rows, std::move(faces));
 }
 
-/// A closed mesh of mixed valences from a tetrahedron or a cube, some faces left out, some edges and vertices tagged.
-RuleMesh mixed(bool triangles, unsigned seed) {
-    std::vector<std::vector<int>> polygons;
-    if (triangles)
-        polygons = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 1}, {5, 2, 1}, {5, 3, 2}, {5, 4, 3}, {5, 1, 4}};
-    else
-        polygons = {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7}, {2, 7, 6}, {3, 0, 4, 7}};
-    std::mt19937 random(seed);
-    RuleMesh::Builder faces;
-    const std::size_t missing = random() % polygons.size();
-    for (std::size_t f = 0; f < polygons.size(); ++f) {
-        if (seed % 2 == 1 && f == missing) continue;
-        for (const int v : polygons[f]) faces.corner(v, random() % 5 == 0 ? k_infinite : 0.0f);
-        faces.end_face();
-    }
-    std::vector<float> tags(triangles ? 6 : 8, 0.0f);
-    tags[random() % tags.size()] = k_infinite;
-    return RuleMesh(static_cast<int>(tags.size()), std::move(faces), tags);
-}
-
 using Row = std::vector<std::pair<int, long long>>;
 
 /// Weights to twelve digits, so that rows compare.
@@ -112,28 +92,6 @@ TEST_CASE("a crease gives each side the boundary rules of that side alone") {
             CHECK(missing == 0);
             CHECK(boundary_edges(whole.mesh) == 0);
         }
-    }
-}
-
-TEST_CASE("semi-sharp edges blend the crease and the smooth rules of Loop and Catmull-Clark") {
-    for (const char* name : {"loop", "catmull-clark"}) {
-        const SchemeInfo& scheme = *find_scheme(name);
-        CAPTURE(name);
-        const bool triangles = scheme.family == MeshFamily::triangles;
-        const auto step = [&](float s) { return scheme.step(tube(triangles, 5, 4, 5, {1}, s), {}); };
-        const RuleStep smooth = step(0), crease = step(k_infinite), half = step(0.25f), two = step(2);
-        for (int r = 0; r < half.stencils.row_count(); ++r) {
-            StencilRow blend;
-            blend.add(smooth.stencils.row(r), 0.75);
-            blend.add(crease.stencils.row(r), 0.25);
-            StencilTable table;
-            table.push(blend);
-            CHECK(row_of(half.stencils, r) == row_of(table, 0));
-            CHECK(row_of(two.stencils, r) == row_of(crease.stencils, r));
-        }
-        std::set<float> left;
-        for (int h = 0; h < two.mesh.halfedge_count(); ++h) left.insert(two.mesh.sharpness(h));
-        CHECK(left == std::set<float>{0.0f, 1.0f});
     }
 }
 
@@ -228,16 +186,6 @@ TEST_CASE("averaging without copies of the boundary uses up the outer ring") {
     CHECK_THROWS_AS(find_scheme("biquartic")->step(tube(false, 9, 6, 1, {}, 0), options), std::invalid_argument);
 }
 
-TEST_CASE("the 4-8 scheme takes any polygons through their tetrakis mesh") {
-    const RuleMesh mesh = mixed(false, 2);
-    const RuleStep first = find_scheme("4-8")->step(mesh, {});
-    CHECK(first.mesh.all_faces_have(4));
-    CHECK(first.mesh.face_count() == mesh.halfedge_count());
-    const RuleStep second = find_scheme("4-8")->step(first.mesh, {});
-    CHECK(second.mesh.face_count() == 4 * first.mesh.face_count());
-    CHECK(first.stencils.then(second.stencils).row_count() == second.mesh.vertex_count());
-}
-
 TEST_CASE("[bad-input] what a scheme or a rule mesh cannot take is refused with the reason") {
     CHECK_THROWS_WITH_AS(find_scheme("loop")->step(tube(false, 5, 4, 5, {}, 0), {}), doctest::Contains("has 4 corners"),
                          std::invalid_argument);
@@ -263,44 +211,6 @@ TEST_CASE("[bad-input] what a scheme or a rule mesh cannot take is refused with 
     CHECK_THROWS_AS(mesh(4, {{0, 1, 2}, {0, 1, 3}}), std::invalid_argument);
     CHECK_THROWS_AS(mesh(5, {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}), std::invalid_argument);
     CHECK_THROWS_AS(mesh(5, {{0, 1, 2}, {0, 3, 4}}), std::invalid_argument);
-}
-
-TEST_CASE("kobbelt: the face points of regular meshes are the same along both directions") {
-    constexpr int n = 7;
-    const RuleMesh torus = tube(false, n, n, n, {}, 0);
-    const RuleStep step = find_scheme("kobbelt")->step(torus, {});
-    const int vertices = torus.vertex_count(), edges = torus.edge_count();
-    const auto row_of = [&](int point) {
-        std::map<int, double> row;
-        for (std::size_t i = 0; i < step.stencils.points(point).size(); ++i)
-            row[step.stencils.points(point)[i]] += step.stencils.weights(point)[i];
-        return row;
-    };
-    // The four-point rule over the points of an edge, its opposite one in the face, and the next ones beyond both.
-    const auto along = [&](int h) {
-        const auto opposite = [&](int g) { return torus.next(torus.next(g)); };
-        const int far = opposite(h);
-        std::map<int, double> row;
-        const auto add = [&](int g, double weight) {
-            for (const auto& [point, w] : row_of(vertices + torus.edge(g))) row[point] += weight * w;
-        };
-        add(h, 9.0 / 16);
-        add(far, 9.0 / 16);
-        add(opposite(torus.twin(h)), -1.0 / 16);
-        add(opposite(torus.twin(far)), -1.0 / 16);
-        return row;
-    };
-    for (int f = 0; f < torus.face_count(); ++f) {
-        const std::map<int, double> rows = along(torus.face_begin(f)), columns = along(torus.face_begin(f) + 1),
-                                    ours = row_of(vertices + edges + f);
-        REQUIRE(ours.size() == 16);
-        REQUIRE(rows.size() == 16);
-        REQUIRE(columns.size() == 16);
-        for (const auto& [point, weight] : ours) {
-            CHECK(rows.at(point) == doctest::Approx(weight).epsilon(1e-14));
-            CHECK(columns.at(point) == doctest::Approx(weight).epsilon(1e-14));
-        }
-    }
 }
 
 TEST_SUITE_END();
