@@ -140,12 +140,12 @@ ControlMesh random_dual_net(std::uint64_t seed, bool creased) {
 
 AdaptiveDual random_adaptive(const ControlMesh& mesh, const SchemeInfo& scheme, Random& random, int rounds) {
     AdaptiveDual dual(mesh, scheme);
-    std::vector<LeafId> created;
+    ForestChange change;
     for (int i = 0; i < rounds; ++i) {
         std::vector<LeafId> marked;
         for (const LeafId leaf : dual.forest().ordered_leaves())
             if (random.chance(0.08)) marked.push_back(leaf);
-        dual.forest().refine(marked, created);
+        dual.forest().refine(marked, change);
     }
     return dual;
 }
@@ -175,8 +175,8 @@ TEST_CASE("[slow] [inv9] bounds of dual meshes are never below a distance, whate
 TEST_CASE("[slow] bounds of dual meshes fall with the square of the cells, and are tight") {
     const auto refined = [](const ControlMesh& mesh, const SchemeInfo& scheme, int level) {
         AdaptiveDual dual(mesh, scheme);
-        std::vector<LeafId> created;
-        for (int l = 0; l < level; ++l) dual.forest().refine(dual.forest().ordered_leaves(), created);
+        ForestChange change;
+        for (int l = 0; l < level; ++l) dual.forest().refine(dual.forest().ordered_leaves(), change);
         return dual;
     };
     // On a cube all is beside extraordinary points, where the surface slides along the mesh; a torus is regular.

@@ -106,8 +106,8 @@ TEST_CASE("[inv1] UVs of vertex quadtrees: refined everywhere they are those of 
             const ControlMesh plain = plain_mesh(seed);
             const ControlMesh mesh = with_charts(creased ? with_regions(plain, seed) : plain);
             AdaptiveDual dual(mesh, *find_scheme(name));
-            std::vector<LeafId> created;
-            for (int i = 0; i < k_level; ++i) dual.forest().refine(dual.forest().ordered_leaves(), created);
+            ForestChange change;
+            for (int i = 0; i < k_level; ++i) dual.forest().refine(dual.forest().ordered_leaves(), change);
             const PolygonMesh got = dual.to_mesh({.limit = false, .uvs = true});
             const PolygonMesh uniform = refine_stencils(mesh, *find_scheme(name), k_level + 1).mesh;
             REQUIRE(got.face_uvs.size() == got.face_vertices.size());
@@ -126,12 +126,13 @@ TEST_CASE("[inv1] UVs of vertex quadtrees: in adaptive meshes the faces of one l
             const ControlMesh mesh = with_charts(creased ? with_regions(plain, seed) : plain);
             AdaptiveDual dual(mesh, *find_scheme(name));
             test::Random random(seed);
-            std::vector<LeafId> marked, created;
+            std::vector<LeafId> marked;
+            ForestChange change;
             for (int i = 0; i < 3; ++i) {
                 marked.clear();
                 for (const LeafId leaf : dual.forest().ordered_leaves())
                     if (random.chance(0.15)) marked.push_back(leaf);
-                dual.forest().refine(marked, created);
+                dual.forest().refine(marked, change);
             }
             const PolygonMesh got = dual.to_mesh({.limit = false, .uvs = true});
             int found = 0;
@@ -171,12 +172,13 @@ TEST_CASE("UVs of vertex quadtrees: charts that are linear stay so between leave
             CAPTURE(limit);
             AdaptiveDual dual(mesh, *find_scheme(name));
             test::Random random(3);
-            std::vector<LeafId> marked, created;
+            std::vector<LeafId> marked;
+            ForestChange change;
             for (int i = 0; i < 4; ++i) {
                 marked.clear();
                 for (const LeafId leaf : dual.forest().ordered_leaves())
                     if (random.chance(0.1)) marked.push_back(leaf);
-                dual.forest().refine(marked, created);
+                dual.forest().refine(marked, change);
             }
             const PolygonMesh got = dual.to_mesh({.limit = limit, .triangles = true, .uvs = true});
             double worst = 0;
