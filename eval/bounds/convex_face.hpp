@@ -1,41 +1,50 @@
 #pragma once
 
 #include "../../hier/base/vec.hpp"
+#include "edge_slack.hpp"
 
 #include <span>
 #include <vector>
 
 namespace tetrakis::detail {
 
-/// A face of a mesh laid flat: its corners dropped onto the plane across its mean normal.
+/// A face of a mesh laid flat: its corners dropped onto the plane across its mean normal. Errors by EdgeSlack, as
+/// TriangleDistance has them for triangles.
 class ConvexFace {
   public:
+    ConvexFace() = default;
     explicit ConvexFace(std::span<const Vec3d> corners);
 
-    /// Whether the corners are those of a convex polygon, in their order. What follows needs it.
+    /// Whether the corners are those of a convex polygon, in their order. Errors need it.
     bool convex() const { return convex_; }
-    /// How far the corners are from the plane at most; no triangulation of them is farther from the flat polygon, point
-    /// over point.
+    /// How far the corners are from the plane at most. Every triangulation of them is that close to the flat polygon,
+    /// point over point; unfolded over an edge, by tents of 45 degrees at most, twice that.
     double height() const { return height_; }
-    double distance(const Vec3d& p) const;
-    const Vec3d& normal() const { return normal_; }
-    std::span<const Vec3d> corners() const { return corner_; }  ///< dropped onto the plane
-    double above(const Vec3d& p) const { return glm::dot(normal_, p - corner_[0]); }
-    /// In the plane, away from the line of the side from corner i to the next one, to the inner side.
-    Vec3d inward(std::size_t i) const {
-        return glm::normalize(glm::cross(normal_, corner_[(i + 1) % corner_.size()] - corner_[i]));
-    }
-    /// From the flat side from corner i to the next one.
-    double side_distance(const Vec3d& p, std::size_t i) const;
-    /// The same of where p is dropped onto the plane.
-    double side_distance_in_plane(const Vec3d& p, std::size_t i) const;
+    /// @param fold, tent  of the edge from corner k to the next one, against a triangle of the face's own triangulation
+    /// @param normal      of that triangle
+    void set_slack(std::size_t k, double fold, double tent, const Vec3d& normal);
+
+    const Vec3d& local(const Vec3d& p) const { return p; }
+    /// What errors have been divided by.
+    double stretch() const { return (1 + fold_) * (1 + 0.25 * fold_ * fold_); }
+    double to_face(const Vec3d& p) const;
+    double to_edge(const Vec3d& p, std::size_t k) const;
 
   private:
+    struct Edge {
+        Vec3d along{0}, out{0};  ///< of unit length, in the plane
+        double length = 0;
+        double fold = -1, tent = 0;
+    };
     bool turns_once() const;
+    double edge_distance(const Vec3d& p, std::size_t k) const;
+    /// Whether the foot of a point so far from an edge's line lies in the tents there.
+    bool in_tents(const Vec3d& p, std::size_t k, double off) const;
 
     std::vector<Vec3d> corner_;
+    std::vector<Edge> edge_;
     Vec3d normal_{0};
-    double height_ = 0;
+    double height_ = 0, fold_ = 0;
     bool convex_ = false;
 };
 

@@ -1,98 +1,267 @@
 #include "dual_bound.hpp"
 
 #include "../../hier/base/parallel.hpp"
-#include "dual_close_bound.hpp"
+#include "convex_face.hpp"
+#include "mesh_slack.hpp"
+#include "patch_bounder.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
-#include <numeric>
+#include <unordered_map>
 
 namespace tetrakis::detail {
 
 namespace {
 
-constexpr std::uint32_t k_faces = 32;
-// Levels below the leaves around a point that are looked at first, where these are alike, and then if that does not
-// decide: what is left at the point is an eighth as wide, and hardly adds to what the rest is off.
-constexpr int k_first_look = 1, k_close_look = 3;
-// Limit points and polynomials are sums of a few products.
-constexpr double k_errors_of_sums = 256;
+constexpr double k_unbounded = std::numeric_limits<double>::infinity();
+/// Leaves below this level are too small to be looked at.
+constexpr int k_deepest_leaf = k_max_level - DualCells::k_hull_levels - 1;
 
 bool is_midedge(const SchemeInfo& scheme) { return scheme.name == "midedge" || scheme.name == "midedge-simplest"; }
 
-/// The errors of all faces.
-class FaceErrors {
-  public:
-    FaceErrors(const DualSurface& surface, const VertexForest& forest, const DualNet& net,
-               std::span<const Vec3d> positions, double rounding)
-        : surface_(surface),
-          forest_(forest),
-          net_(net),
-          positions_(positions),
-          rounding_(rounding),
-          of_corner_(net.faces.corners.size()),
-          of_face_(net.size(), 0.0),
-          plane_(net.size(), 0) {}
+/// Counter-clockwise.
+Vec2d turned(const Vec2d& v, int quarters) {
+    switch (quarters & 3) {
+        case 0:
+            return v;
+        case 1:
+            return {-v.y, v.x};
+        case 2:
+            return -v;
+        default:
+            return {v.y, -v.x};
+    }
+}
 
-    double error(std::uint32_t face) const { return of_face_[face]; }
-    /// By what is known over each face alone.
-    void look_at(std::span<const std::uint32_t> which) {
-        for_each(which, [&](std::uint32_t f, const DualFacePieces& pieces, std::span<double> here) {
-            bound_dual_face(surface_, pieces, f >= net_.face_count, here);
-            for (double& e : here) e += e > 0 ? rounding_ : 0;
-            plane_[f] = pieces.plane() ? 1 : 0;
-        });
+/// A leaf of a face, and places in lengths of its cell's sides.
+struct FaceCorner {
+    VertexCell cell;
+    Vec2d point, vertex;
+    Vec2d behind{0}, ahead{0};  ///< where the lines from the corner before and to the next one cross the cell's side
+    Vec3d position;
+};
+
+/// Nothing where one is too small.
+/// @param closed  the last one lies beside the first
+std::vector<FaceCorner> corners_of(const DualCells& cells, const VertexForest& forest,
+                                   std::span<const DualFaces::Corner> leaves, bool closed) {
+    std::vector<FaceCorner> corners;
+    for (const DualFaces::Corner& of : leaves) {
+        const VertexCell cell = forest.cell(of.leaf);
+        if (cell.level > k_deepest_leaf) return {};
+        const bool on_side = of.at >= DualFaces::Corner::k_on_side;
+        const Vec2d start = turned(Vec2d(on_side ? 0.0 : -0.5, -0.5), of.at % 4) + Vec2d(0.5);
+        corners.push_back({cell, start, cells.vertex(cell), start, start, Vec3d(0)});
     }
-    /// By their neighbours as well, after that.
-    void look_around(std::span<const std::uint32_t> which, double give_up_at) {
-        if (which.empty()) return;
-        const DualLinks links(net_, plane_);
-        const DualCloseBound bound(surface_, forest_, net_, links, positions_);
-        for_each(which, [&](std::uint32_t f, const DualFacePieces& pieces, std::span<double> here) {
-            if (f >= net_.face_count || !(of_face_[f] < std::numeric_limits<double>::infinity())) return;
-            const double error = bound(f, pieces, give_up_at) + rounding_;
-            for (double& e : here) e = std::min(e, error);
-        });
+    for (std::size_t i = 0; i < corners.size() - (closed ? 0 : 1); ++i) {
+        const std::size_t j = (i + 1) % corners.size();
+        FaceCorner &a = corners[i], &b = corners[j];
+        const bool on_side = leaves[i].at >= DualFaces::Corner::k_on_side;
+        const double side_a = std::ldexp(1.0, -a.cell.level), side_b = std::ldexp(1.0, -b.cell.level);
+        // In a plane with the side between both: x away from it, as if vertices were in the middle; y along it.
+        const Vec2d along_a = turned(on_side ? Vec2d(-1, 0) : Vec2d(0, 1), leaves[i].at % 4);
+        const Vec2d along_b = turned({1, 0}, leaves[j].at % 4);
+        const Vec2d here{glm::dot(Vec2d(0.5) - a.point, turned(along_a, -1)), glm::dot(a.vertex - a.point, along_a)};
+        const Vec2d there{glm::dot(Vec2d(0.5) - b.point, turned(along_b, 1)), glm::dot(b.vertex - b.point, along_b)};
+        const double share = here.x * side_a / (here.x * side_a + there.x * side_b);
+        const double y = here.y * side_a + share * (there.y * side_b - here.y * side_a);
+        a.ahead = a.point + y / side_a * along_a;
+        b.behind = b.point + y / side_b * along_b;
     }
-    DualBound::Errors gather(const DualTriangles& mesh) const {
-        DualBound::Errors errors;
-        errors.of_vertex.assign(mesh.vertex_count(), 0.0);
-        for (std::size_t i = 0; i < of_corner_.size(); ++i) {
-            double& most = errors.of_vertex[net_.faces.face_vertices[i]];
-            most = std::max(most, of_corner_[i]);
-        }
-        errors.of_triangle.reserve(mesh.triangle_count());
-        for (std::size_t f = 0; f < net_.size(); ++f) {
-            errors.largest = std::max(errors.largest, of_face_[f]);
-            const std::uint32_t size = net_.faces.face_offsets[f + 1] - net_.faces.face_offsets[f];
-            if (f < net_.face_count) errors.of_triangle.insert(errors.of_triangle.end(), size - 2, of_face_[f]);
-        }
-        return errors;
+    return corners;
+}
+
+/// Bounds the error over pieces of cells, against one face after the other.
+template <class Face>
+class PieceBounder : private PatchBounder<Face> {
+  public:
+    PieceBounder(const DualCells& cells, bool midedge, double largest_coordinate, const DualBound::Wanted& wanted)
+        : PatchBounder<Face>(largest_coordinate), cells_(cells), midedge_(midedge), wanted_(wanted) {}
+
+    void aim_at(const Face& face) { target_ = face; }
+    double error(const VertexCell& cell, const DualPiece& piece) {
+        this->start(wanted_.decide_at, !wanted_.tight);
+        this->set_face(target_);
+        const auto on_net = [&](const Net9& net, const DualPiece& part) {
+            if (!midedge_) return bound_over(biquadratic_over(net, part.at), part);
+            part.cut({-1, 1}, 0, [&](bool left, const DualPiece& half) {
+                half.cut({1, 1}, 1, [&](bool right, const DualPiece& quarter) {
+                    const int side = left ? (right ? 2 : 3) : (right ? 1 : 0);
+                    bound_over(four_direction_over(net, side, quarter.at), quarter);
+                });
+            });
+        };
+        const auto on_hull = [&](std::span<const Vec3d> points) {
+            double upper = 0;
+            for (const Vec3d& p : points) upper = std::max(upper, this->node_error(target_.local(p), -1) + this->pad_);
+            if (!this->settled(upper)) this->give_up(upper);
+        };
+        cells_.visit(cell, piece, on_net, on_hull);
+        const LeafError found = this->finish();
+        return this->rejected_ ? std::max(found.lower, std::nextafter(wanted_.decide_at, k_unbounded)) : found.upper;
     }
 
   private:
-    template <class Look>
-    void for_each(std::span<const std::uint32_t> which, Look&& look) {
-        for_each_index(
-            static_cast<std::uint32_t>(which.size()),
-            [&](std::uint32_t i) {
-                const std::uint32_t f = which[i], begin = net_.faces.face_offsets[f];
-                const auto here =
-                    std::span(of_corner_).subspan(begin, net_.faces.face_offsets[f + std::size_t{1}] - begin);
-                look(f, DualFacePieces(surface_, forest_, net_, positions_, f), here);
-                of_face_[f] = *std::max_element(here.begin(), here.end());
-            },
-            k_faces);
+    template <int Degree>
+    void bound_over(BezierTriangle<Degree> patch, const DualPiece& part) {
+        if (this->rejected_) return;
+        for (Vec3d& p : patch.point) p = target_.local(p);
+        this->bound_patch(patch, part.edge);
     }
 
-    const DualSurface& surface_;
-    const VertexForest& forest_;
-    const DualNet& net_;
-    std::span<const Vec3d> positions_;
-    double rounding_;
-    std::vector<double> of_corner_, of_face_;
-    std::vector<std::uint8_t> plane_;
+    const DualCells& cells_;
+    bool midedge_;
+    DualBound::Wanted wanted_;
+    Face target_;
 };
+
+/// The errors over a face's corners, and of its triangles.
+class FaceErrors {
+  public:
+    FaceErrors(const PieceBounder<TriangleDistance>& by_triangle, const PieceBounder<ConvexFace>& by_face,
+               std::span<const FaceCorner> corners, std::span<double> of_corner, std::span<double> of_triangle)
+        : by_triangle_(by_triangle),
+          by_face_(by_face),
+          corners_(corners),
+          of_corner_(of_corner),
+          of_triangle_(of_triangle) {}
+
+    /// @param slack  per triangle
+    void bound_triangles(std::size_t start, std::span<const EdgeSlack> slack) {
+        const std::size_t n = corners_.size();
+        for (std::size_t t = 0; t + 2 < n; ++t) {
+            const std::array<std::size_t, 3> corner{start, (start + t + 1) % n, (start + t + 2) % n};
+            by_triangle_.aim_at({{position(corner[0]), position(corner[1]), position(corner[2])}, slack[t]});
+            const int diagonal = n == 3 ? -1 : t == 0 ? 2 : 0;
+            const auto diagonal_at = [&](int k) { return diagonal == k || diagonal == (k + 2) % 3 ? diagonal : -1; };
+            for (int k = 0; k < 3; ++k)
+                if (k != diagonal)
+                    of_triangle_[t] =
+                        std::max(of_triangle_[t], bound_side(by_triangle_, corner[static_cast<std::size_t>(k)],
+                                                             {k, diagonal_at(k), diagonal_at((k + 1) % 3)}));
+        }
+    }
+    /// As one flat polygon.
+    /// @param start  the corner that the fan of triangles starts at
+    /// @param slack  per triangle
+    void bound_whole(std::size_t start, std::span<const EdgeSlack> slack) {
+        const std::size_t n = corners_.size();
+        std::vector<Vec3d> at;
+        for (std::size_t i = 0; i < n; ++i) at.push_back(position((start + i) % n));
+        ConvexFace face(at);
+        if (!face.convex()) {
+            // All of the face and of its surface is near the first corner, which is on both.
+            bound_by_edge(at[0], at[0]);
+        } else {
+            for (std::size_t k = 0; k < n; ++k) {
+                // The fan's triangle at that edge.
+                const std::size_t t = std::clamp<std::size_t>(k, 1, n - 2) - 1, edge = k == 0 ? 0 : k + 1 < n ? 1 : 2;
+                const Vec3d normal = unit_or_zero(glm::cross(at[t + 1] - at[0], at[t + 2] - at[0]));
+                face.set_slack(k, slack[t].fold[edge], slack[t].tent[edge], normal);
+            }
+            by_face_.aim_at(face);
+            for (std::size_t i = 0; i < n; ++i) bound_side(by_face_, (start + i) % n, {static_cast<int>(i), -1, -1});
+        }
+        for (std::size_t i = 0; i < n; ++i)
+            of_corner_[i] = face.convex() ? of_corner_[i] + 2 * face.height()
+                                          : std::max(of_corner_[i], glm::length(position(i) - at[0]));
+        std::fill(of_triangle_.begin(), of_triangle_.end(), *std::max_element(of_corner_.begin(), of_corner_.end()));
+    }
+    /// The same of a quad, if that makes its error less: beside extraordinary points it is flatter than lines over its
+    /// diagonal are straight.
+    void bound_whole_if_better(double decide_at, std::size_t start, std::span<const EdgeSlack> slack) {
+        const auto largest = [&] { return *std::max_element(of_corner_.begin(), of_corner_.end()); };
+        const double before = largest();
+        if (before <= decide_at) return;
+        const std::vector<double> corner(of_corner_.begin(), of_corner_.end());
+        const std::vector<double> triangle(of_triangle_.begin(), of_triangle_.end());
+        std::fill(of_corner_.begin(), of_corner_.end(), 0.0);
+        bound_whole(start, slack);
+        if (largest() < before) return;
+        std::copy(corner.begin(), corner.end(), of_corner_.begin());
+        std::copy(triangle.begin(), triangle.end(), of_triangle_.begin());
+    }
+    void bound_by_edge(const Vec3d& a, const Vec3d& b) {
+        by_triangle_.aim_at(TriangleDistance({a, b, b}));
+        for (std::size_t i = 0; i < corners_.size(); ++i) bound_side(by_triangle_, i, {-1, -1, -1});
+    }
+
+  private:
+    const Vec3d& position(std::size_t i) const { return corners_[i].position; }
+
+    /// What lies between two lines from a corner's vertex. At distance t from the end of the surface, that depends on
+    /// t^2: there the lines are parabolas, in some parts.
+    /// @param edges  that the lines lie over
+    template <class Bounder>
+    static double bound_corner(Bounder& bounder, const FaceCorner& c, const std::array<Vec2d, 2>& to,
+                               const std::array<int, 2>& edges) {
+        const auto on_line = [&](std::size_t line, int i, int parts) {
+            const double share = static_cast<double>(i) / parts;
+            const auto along = [&](double from, double end) {
+                return from + share * (from == 0.5 ? share : 1) * (end - from);
+            };
+            return Vec2d(along(c.vertex.x, to[line].x), along(c.vertex.y, to[line].y));
+        };
+        constexpr int k_parts = 4;
+        const int parts = c.vertex == Vec2d(0.5) ? 1 : k_parts;
+        double largest = 0;
+        for (int i = 0; i < parts; ++i) {
+            const Vec2d a = on_line(0, i, parts), b = on_line(0, i + 1, parts), d = on_line(1, i, parts),
+                        e = on_line(1, i + 1, parts);
+            largest = std::max(largest, bounder.error(c.cell, {{a, b, e}, {edges[0], -1, i == 0 ? edges[1] : -1}}));
+            if (i > 0) largest = std::max(largest, bounder.error(c.cell, {{a, e, d}, {-1, edges[1], -1}}));
+        }
+        return largest;
+    }
+    /// What lies between the line from a corner to the next one and the face's point.
+    /// @param edges  that the line lies over, and those from both corners to the point; -1: none
+    template <class Bounder>
+    double bound_side(Bounder& bounder, std::size_t i, const std::array<int, 3>& edges) {
+        const std::size_t j = (i + 1) % corners_.size();
+        const FaceCorner &a = corners_[i], &b = corners_[j];
+        const double error_a = bound_corner(bounder, a, {a.ahead, a.point}, {edges[0], edges[1]});
+        const double error_b = bound_corner(bounder, b, {b.point, b.behind}, {edges[2], edges[0]});
+        of_corner_[i] = std::max(of_corner_[i], error_a);
+        of_corner_[j] = std::max(of_corner_[j], error_b);
+        return std::max(error_a, error_b);
+    }
+
+    PieceBounder<TriangleDistance> by_triangle_;
+    PieceBounder<ConvexFace> by_face_;
+    std::span<const FaceCorner> corners_;
+    std::span<double> of_corner_, of_triangle_;
+};
+
+/// Adds the points where creases end, as faces of their cells. Returns these points.
+std::vector<const DualCells::Point*> add_ends(const VertexForest& forest, const DualCells& cells, DualFaces& faces) {
+    struct Vertex {
+        LeafId leaf;
+        std::uint32_t number;
+    };
+    std::unordered_map<std::uint64_t, Vertex> at_end;  // by corner of a root
+    const auto key = [](std::uint32_t root, int c) { return 4 * std::uint64_t{root} + static_cast<std::uint64_t>(c); };
+    const auto look = [&](LeafId leaf, std::uint32_t number) {
+        const VertexCell cell = forest.cell(leaf);
+        for (int c = 0; c < 4; ++c)
+            if (const std::uint32_t p = cells.point(cell, c); p != DualCells::k_none && !cells.points()[p].is_face())
+                at_end[key(cell.root, c)] = {leaf, number};
+    };
+    for (std::uint32_t v = 0; v < faces.leaves.size(); ++v) look(faces.leaves[v], v);
+    for (const DualFaces::OtherSide& side : faces.other_sides) look(side.leaf, side.vertex);
+    std::vector<const DualCells::Point*> ends;
+    for (const DualCells::Point& point : cells.points()) {
+        if (point.is_face()) continue;
+        ends.push_back(&point);
+        for (const DualCells::Corner& c : point.around) {
+            const Vertex& vertex = at_end.at(key(c.root, c.corner));
+            faces.corners.push_back({vertex.leaf, static_cast<std::uint8_t>(c.corner)});
+            faces.face_vertices.push_back(vertex.number);
+        }
+        faces.face_offsets.push_back(static_cast<std::uint32_t>(faces.face_vertices.size()));
+    }
+    return ends;
+}
 
 }  // namespace
 
@@ -100,81 +269,71 @@ bool DualBound::has(const SchemeInfo& scheme) {
     return scheme.name == "doo-sabin" || scheme.name == "doo-sabin-cc" || is_midedge(scheme);
 }
 
-DualBound::DualBound(const PartialLevels& points, const SchemeInfo& scheme, const VertexRoots& roots, const Box3d& box)
-    : surface_(points, roots, is_midedge(scheme) ? DualPieces::four : DualPieces::biquadratic),
-      rounding_(k_errors_of_sums * std::numeric_limits<double>::epsilon() *
-                std::max(glm::length(box.lower), glm::length(box.upper))) {}
-
-void DualBound::find_points(const VertexForest& forest, const DualFaces& faces, std::span<const std::uint8_t> wanted,
-                            int deeper, const std::function<void(double)>& report) {
-    const DualCorners& corners = surface_.corners();
-    struct Levels {
-        int least = k_max_level, most = -1;
-    };
-    std::vector<Levels> levels(corners.points().size());
-    const auto look = [&](LeafId leaf) {
-        const VertexCell cell = forest.cell(leaf);
-        if (corners.corner_of(cell) < 0) return;
-        for (int c = 0; c < 4; ++c) {
-            if (cell.level > 0 && c != corners.corner_of(cell)) continue;
-            const std::uint32_t point = corners.point(cell.root, c);
-            if (point == DualCorners::none) continue;
-            levels[point].least = std::min<int>(levels[point].least, cell.level);
-            levels[point].most = std::max<int>(levels[point].most, cell.level);
-        }
-    };
-    for (const LeafId leaf : faces.leaves) look(leaf);
-    for (const DualFaces::OtherSide& side : faces.other_sides) look(side.leaf);
-    std::vector<DualSurface::Need> needs;
-    for (std::uint32_t p = 0; p < levels.size(); ++p)
-        if (wanted[p] != 0 && levels[p].most >= 0 && levels[p].most <= DualSurface::k_deepest_leaf)
-            needs.push_back({p, levels[p].least + 1,
-                             std::min(levels[p].most + deeper, DualSurface::k_deepest_leaf + k_first_look)});
-    surface_.find(needs, report);
-}
-
-bool DualBound::add_points(const VertexForest& forest, const DualNet& net, std::uint32_t face,
-                           std::vector<std::uint8_t>& wanted) const {
-    bool any = false;
-    for (std::uint32_t i = net.faces.face_offsets[face]; i < net.faces.face_offsets[face + std::size_t{1}]; ++i) {
-        const VertexCell cell = forest.cell(net.faces.corners[i].leaf);
-        const int corner = surface_.corners().corner_of(cell);
-        if (corner < 0) continue;
-        any = true;
-        for (int c = 0; c < 4; ++c)
-            if (const std::uint32_t p = surface_.corners().point(cell.root, c);
-                p != DualCorners::none && (cell.level == 0 || c == corner))
-                wanted[p] = 1;
-    }
-    return any;
-}
+DualBound::DualBound(const PartialLevels& levels, const SchemeInfo& scheme, const VertexRoots& roots, const Box3d& box)
+    : cells_(levels, roots),
+      midedge_(is_midedge(scheme)),
+      largest_coordinate_(std::max(glm::length(box.lower), glm::length(box.upper))) {}
 
 DualBound::Errors DualBound::errors(const VertexForest& forest, const DualTriangles& mesh,
                                     std::span<const Vec3d> positions, const Wanted& wanted,
                                     const std::function<void(double)>& report) {
-    const DualNet net = dual_net(forest, surface_.corners());
-    std::vector<LeafId> leaves = net.faces.leaves;
-    for (const DualFaces::OtherSide& side : net.faces.other_sides) leaves.push_back(side.leaf);
-    surface_.find(forest, leaves, [&](double done) { report(0.5 * done); });
-    std::vector<std::uint8_t> points(surface_.corners().points().size(), 1);
-    find_points(forest, net.faces, points, k_first_look, [&](double done) { report(0.5 + 0.1 * done); });
+    std::vector<VertexCell> leaves;
+    const auto add = [&](LeafId leaf) {
+        if (forest.level(leaf) <= k_deepest_leaf) leaves.push_back(forest.cell(leaf));
+    };
+    for (const LeafId leaf : mesh.faces.leaves) add(leaf);
+    for (const DualFaces::OtherSide& side : mesh.faces.other_sides) add(side.leaf);
+    cells_.find(leaves, [&](double done) { report(0.5 * done); });
 
-    FaceErrors faces(surface_, forest, net, positions, rounding_);
-    std::vector<std::uint32_t> open(net.size());
-    std::iota(open.begin(), open.end(), 0u);
-    faces.look_at(open);
-    report(0.7);
-    std::erase_if(open, [&](std::uint32_t f) { return faces.error(f) <= wanted.decide_at; });
-    std::fill(points.begin(), points.end(), std::uint8_t{0});
-    std::vector<std::uint32_t> beside_points;
-    for (const std::uint32_t f : open)
-        if (add_points(forest, net, f, points)) beside_points.push_back(f);
-    find_points(forest, net.faces, points, k_close_look, [&](double done) { report(0.7 + 0.1 * done); });
-    faces.look_at(beside_points);
-    report(0.8);
-    std::erase_if(open, [&](std::uint32_t f) { return faces.error(f) <= wanted.decide_at; });
-    faces.look_around(open, wanted.tight ? std::numeric_limits<double>::infinity() : wanted.decide_at);
-    return faces.gather(mesh);
+    DualFaces faces = forest.faces(FaceCorners::leaves);
+    const std::size_t face_count = faces.control_faces.size();
+    const auto ends = add_ends(forest, cells_, faces);
+    std::vector<std::array<std::uint32_t, 3>> triangles(mesh.triangle_count());
+    for (std::uint32_t t = 0; t < triangles.size(); ++t) triangles[t] = mesh.triangle(t);
+    const MeshSlack slacks(triangles, positions);
+
+    Errors errors;
+    errors.of_vertex.assign(mesh.vertex_count(), 0.0);
+    errors.of_triangle.assign(triangles.size(), 0.0);
+    std::vector<double> of_corner(faces.face_vertices.size(), 0.0);
+    constexpr std::uint32_t k_grain = 32;
+    report(0.5);
+    for_each_index(
+        static_cast<std::uint32_t>(faces.face_offsets.size() - 1),
+        [&](std::uint32_t f) {
+            const std::size_t begin = faces.face_offsets[f], n = faces.face_offsets[f + std::size_t{1}] - begin;
+            const auto here = std::span(of_corner).subspan(begin, n);
+            const bool is_face = f < face_count;
+            // Every face before this one has two triangles less than corners.
+            const auto own = is_face ? std::span(errors.of_triangle).subspan(begin - 2 * std::size_t{f}, n - 2)
+                                     : std::span<double>();
+            const bool closed = is_face || ends[f - face_count]->closed;
+            auto corners = corners_of(cells_, forest, std::span(faces.corners).subspan(begin, n), closed);
+            for (std::size_t i = 0; i < corners.size(); ++i)
+                corners[i].position = positions[faces.face_vertices[begin + i]];
+            if (corners.empty()) {
+                std::fill(here.begin(), here.end(), k_unbounded);
+                std::fill(own.begin(), own.end(), k_unbounded);
+                return;
+            }
+            FaceErrors bound({cells_, midedge_, largest_coordinate_, wanted},
+                             {cells_, midedge_, largest_coordinate_, wanted}, corners, here, own);
+            if (!is_face) return bound.bound_by_edge(corners[0].position, corners[n > 1 ? 1 : 0].position);
+            std::vector<EdgeSlack> slack(n - 2);
+            for (std::size_t t = 0; t < slack.size(); ++t)
+                slack[t] = slacks.of(static_cast<std::uint32_t>(begin - 2 * std::size_t{f} + t), {true, true, true});
+            const std::size_t start = n == 4 && faces.diagonal_at_first[f] == 0 ? 1 : 0;
+            if (n > 4) return bound.bound_whole(start, slack);
+            bound.bound_triangles(start, slack);
+            if (n == 4) bound.bound_whole_if_better(wanted.decide_at, start, slack);
+        },
+        k_grain);
+    for (std::size_t i = 0; i < of_corner.size(); ++i) {
+        double& most = errors.of_vertex[faces.face_vertices[i]];
+        most = std::max(most, of_corner[i]);
+        errors.largest = std::max(errors.largest, of_corner[i]);
+    }
+    return errors;
 }
 
 }  // namespace tetrakis::detail

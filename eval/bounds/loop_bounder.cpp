@@ -1,7 +1,7 @@
 #include "loop_bounder.hpp"
 
+#include "bezier_pieces.hpp"
 #include "box_spline_lattice.hpp"
-#include "box_spline_triangle.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -35,7 +35,7 @@ double relative_size(const std::array<Bary, 3>& at) {
 struct Polygon {
     struct Corner {
         Bary at;
-        std::int8_t edge;  ///< of the leaf that the side to the next corner lies on, or -1
+        int edge;  ///< of the leaf that the side to the next corner lies on, or -1
     };
     std::array<Corner, 8> corner;
     std::size_t size = 0;
@@ -46,13 +46,13 @@ struct Polygon {
         for (std::size_t i = 0; i < size; ++i) {
             const Corner &a = corner[i], &b = corner[(i + 1) % size];
             const double da = sign * (a.at[k] - 0.5), db = sign * (b.at[k] - 0.5);
-            if (da >= 0) out.corner[out.size++] = {a.at, da == 0 && db < 0 ? std::int8_t{-1} : a.edge};
+            if (da >= 0) out.corner[out.size++] = {a.at, da == 0 && db < 0 ? -1 : a.edge};
             if ((da > 0 && db < 0) || (da < 0 && db > 0)) {
                 const double t = da / (da - db);
                 Bary at;
                 for (std::size_t c = 0; c < 3; ++c) at[c] = a.at[c] + t * (b.at[c] - a.at[c]);
                 at[k] = 0.5;
-                out.corner[out.size++] = {at, da > 0 ? std::int8_t{-1} : a.edge};
+                out.corner[out.size++] = {at, da > 0 ? -1 : a.edge};
             }
         }
         if (out.size < 3) out.size = 0;
@@ -136,7 +136,7 @@ LeafError LoopBounder::leaf_error(const CellTriangle& leaf, double decide_at, co
     std::array<Vec3d, 3> corner;
     if (level.cell.kind != LoopCell::Kind::regular) {
         for (std::size_t i = 0; i < 3; ++i) corner[i] = position(level.cell, piece.at[i]);
-        set_triangle(corner, slack);
+        set_face(detail::TriangleDistance(corner, slack));
         bound_cell(level.cell, piece, k_max_refinement);
         return finish();
     }
@@ -149,14 +149,14 @@ LeafError LoopBounder::leaf_error(const CellTriangle& leaf, double decide_at, co
     const double size = relative_size(piece.at);
     if (size > 0 && settled(size * size * level.linear_deviation + pad_)) return finish();
     for (std::size_t i = 0; i < 3; ++i) corner[i] = detail::BoxSplineLattice::position(level.cell.net, piece.at[i]);
-    set_triangle(corner, slack);
+    set_face(detail::TriangleDistance(corner, slack));
     bound_regular(level.patch, piece);
     return finish();
 }
 
 void LoopBounder::bound_regular(const Patch& cell, const Piece& piece) {
     Patch patch = cell.over(piece.at);
-    for (Vec3d& p : patch.point) p = triangle_.local(p);
+    for (Vec3d& p : patch.point) p = face_.local(p);
     bound_patch(patch, piece.edge);
 }
 
@@ -183,8 +183,7 @@ void LoopBounder::bound_cell(const LoopCell& cell, const Piece& piece, int depth
             const bool first = i == 1, last = i + 2 == part.size;
             bound_cell(child,
                        {{in_child(0), in_child(i), in_child(i + 1)},
-                        {first ? part.corner[0].edge : std::int8_t{-1}, part.corner[i].edge,
-                         last ? part.corner[i + 1].edge : std::int8_t{-1}}},
+                        {first ? part.corner[0].edge : -1, part.corner[i].edge, last ? part.corner[i + 1].edge : -1}},
                        depth - 1);
         }
     }
@@ -194,9 +193,9 @@ void LoopBounder::bound_cell(const LoopCell& cell, const Piece& piece, int depth
 double LoopBounder::hull_error(const LoopCell& cell, const Edges& edge) const {
     double error = 0;
     const auto look = [&](const Vec3d& p) {
-        const Vec3d local = triangle_.local(p);
+        const Vec3d local = face_.local(p);
         error = std::max(error, node_error(local, -1));
-        for (const std::int8_t e : edge)
+        for (const int e : edge)
             if (e >= 0) error = std::max(error, node_error(local, e));
     };
     if (cell.kind == LoopCell::Kind::star) {

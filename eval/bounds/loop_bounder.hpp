@@ -18,7 +18,7 @@ namespace tetrakis {
 /// from a point of S to T, and the distance from a point of S on a side of the leaf to that edge of T. It bounds the
 /// distance in both directions. Regular cells are polynomials of degree 4; irregular ones are quartered towards the
 /// extraordinary point, and the last one lies in the hull of its control points.
-class LoopBounder : private detail::PatchBounder {
+class LoopBounder : private detail::PatchBounder<> {
   public:
     explicit LoopBounder(const LoopPatches& patches);
 

@@ -64,11 +64,12 @@ MeshSlack::MeshSlack(std::span<const std::array<std::uint32_t, 3>> triangles, st
             const std::uint32_t a = triangles[t][k], b = triangles[t][next(k)];
             if (a < b) continue;
             const std::uint32_t h = 3 * t + static_cast<std::uint32_t>(k);
+            std::uint32_t twin = k_none, found = 0;
             for (std::uint32_t i = first[b]; i < first[b + std::size_t{1}]; ++i)
-                if (triangles[from[i] / 3][next(from[i] % 3)] == a) {
-                    twin_[h] = from[i];
-                    twin_[from[i]] = h;
-                }
+                if (triangles[from[i] / 3][next(from[i] % 3)] == a) twin = from[i], ++found;
+            if (found != 1) continue;
+            twin_[h] = twin;
+            twin_[twin] = h;
         }
     });
 }

@@ -13,7 +13,7 @@ namespace tetrakis {
 /// The folds of a conforming triangle mesh, and the room that its triangles leave at their edges (EdgeSlack).
 class MeshSlack {
   public:
-    /// Of an oriented mesh, every edge with at most two triangles. Keeps a reference to the triangles. O(triangles).
+    /// Of an oriented mesh. Edges of more than two triangles have no slack. Keeps a reference to the triangles. O(T).
     MeshSlack(std::span<const std::array<std::uint32_t, 3>> triangles, std::span<const Vec3d> positions);
 
     /// What triangle t may slide over: its soft edges that bend by at most k_largest_fold.

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
 #include <limits>
 
 namespace tetrakis::detail {
@@ -14,10 +13,12 @@ namespace tetrakis::detail {
 /// Bounds the error of one leaf over polynomial patches. Errors are convex functions of a point, so that the largest
 /// over a patch's control points bounds them; patches are bisected until that lies on one side of the tolerance, or
 /// within a twentieth of an error that is attained.
+/// @tparam Face  what distances are measured to: to_face(), to_edge(), stretch()
+template <class Face = TriangleDistance>
 class PatchBounder {
   protected:
     /// For each side of a piece (corner k to k + 1) the edge of the leaf that it lies on, or -1.
-    using Edges = std::array<std::int8_t, 3>;
+    using Edges = std::array<int, 3>;
 
     /// @param largest_coordinate  of the control mesh
     explicit PatchBounder(double largest_coordinate) : pad_(k_rounding * largest_coordinate) {}
@@ -35,21 +36,19 @@ class PatchBounder {
         if (rejected_) return {stretch_ * lower_, std::numeric_limits<double>::infinity()};
         return {stretch_ * lower_, stretch_ * std::max(upper_, lower_)};
     }
-    /// From here on errors are distances to this triangle; before, sizes of S - L.
-    void set_triangle(const std::array<Vec3d, 3>& corners, const EdgeSlack& slack) {
+    /// From here on errors are distances to this face; before, sizes of S - L.
+    void set_face(const Face& face) {
         distance_ = true;
-        triangle_ = TriangleDistance(corners);
-        if (!slack.any() || triangle_.sliver()) return;
-        triangle_.set_slack(slack);
-        stretch_ = triangle_.stretch();
-        decide_at_ /= stretch_ * k_stretch_rounding;
+        face_ = face;
+        stretch_ = face_.stretch();
+        if (stretch_ > 1) decide_at_ /= stretch_ * k_stretch_rounding;
     }
 
-    /// @param node  a point in the triangle's frame, or S - L
+    /// @param node  a point in the face's frame, or S - L
     /// @param edge  of the leaf that it has to be near, or -1
     double node_error(const Vec3d& node, int edge) const {
         if (!distance_) return glm::length(node);
-        return edge >= 0 ? triangle_.to_edge(node, static_cast<std::size_t>(edge)) : triangle_.to_triangle(node);
+        return edge >= 0 ? face_.to_edge(node, static_cast<std::size_t>(edge)) : face_.to_face(node);
     }
     /// Takes note of an error that is attained. False when that rejects the leaf.
     bool attain(double error) {
@@ -88,7 +87,7 @@ class PatchBounder {
     int splits_ = 0;
     bool rejected_ = false, may_reject_ = true;
     bool distance_ = false;
-    TriangleDistance triangle_;
+    Face face_;
 
   private:
     /// One below the other: by then a patch is a point but for rounding.

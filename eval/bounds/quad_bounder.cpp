@@ -65,7 +65,7 @@ void QuadBounder::split(WalkCell& cell, const Piece& piece, const Corners& corne
     const auto& D = corners.deviation;
     const auto& E = piece.edge;
     const int k = piece.turn, k1 = (k + 1) & 3, k2 = (k + 2) & 3, k3 = (k + 3) & 3;
-    const auto part = [&](int at, int turn, std::array<std::int8_t, 3> edge) {
+    const auto part = [&](int at, int turn, Edges edge) {
         Piece p = piece;
         p.level += 1;
         p.x = 2 * piece.x + static_cast<unsigned>(k_corner_x[at]);
@@ -75,7 +75,7 @@ void QuadBounder::split(WalkCell& cell, const Piece& piece, const Corners& corne
         p.edge = edge;
         return p;
     };
-    const std::int8_t none = -1;
+    constexpr int none = -1;
     std::array<Vec3d, 3> l, d;
     const auto middle = [&](std::size_t i, int point) {
         const Vec3d s = cell.point(point);
@@ -151,9 +151,9 @@ LeafError QuadBounder::leaf_error(const CellTriangle& leaf, double decide_at, co
     WalkCell& cell = home(piece);
     const Corners corners = leaf_corners(cell, piece);
     const Vec3d middle = cell.point(piece.quarter ? k_side_point[piece.turn] : k_centre_point);
-    set_triangle(corners.linear, slack);
-    const bool slides = stretch_ > 1 && triangle_.slides(1);
-    if (attain(slides ? triangle_.to_edge(triangle_.local(middle), 1)
+    set_face(detail::TriangleDistance(corners.linear, slack));
+    const bool slides = stretch_ > 1 && face_.slides(1);
+    if (attain(slides ? face_.to_edge(face_.local(middle), 1)
                       : detail::segment_distance(middle, corners.linear[1], corners.linear[2])))
         bound(cell, piece, corners, detail::k_max_refinement);
     return finish();
@@ -168,10 +168,10 @@ void QuadBounder::bound_root(HalfedgeId h, const Vec3d* centre, const EdgeSlack&
     const Vec3d v = left.linear[2], c = left.linear[1], w = right.linear[1], m = left.linear[0];
     const Vec3d base = 0.5 * (v + w), linear_centre = centre ? *centre : c;
     if (!centre) {
-        set_triangle({c, v, w}, slack);
+        set_face(detail::TriangleDistance({c, v, w}, slack));
         // The middles of the edges decide most leaves that must be split.
         const auto reject = [&](const Vec3d& p, std::size_t edge) {
-            return !attain(triangle_.to_edge(triangle_.local(p), edge));
+            return !attain(face_.to_edge(face_.local(p), edge));
         };
         if (reject(m, 1) || reject(home(second).point(k_centre_point), 2) ||
             reject(home(first).point(k_centre_point), 0))

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../surface/quad_cell_walk.hpp"
-#include "bicubic_triangle.hpp"
+#include "bezier_pieces.hpp"
 #include "patch_bounder.hpp"
 
 #include <array>
@@ -22,7 +22,7 @@ namespace tetrakis {
 /// Both distances are convex functions of the point. On a regular cell the surface over a triangle is a polynomial of
 /// degree 6, so the largest over its control points bounds them; it is bisected until that decides. Irregular cells are
 /// quartered towards the extraordinary point, and the last one lies in the hull of its control points.
-class QuadBounder : private detail::PatchBounder {
+class QuadBounder : private detail::PatchBounder<> {
   public:
     explicit QuadBounder(const QuadPatches& patches);
 
@@ -84,7 +84,7 @@ class QuadBounder : private detail::PatchBounder {
     double hull_error(const detail::QuadNode& node, const Piece& piece, const Corners& corners) const;
     /// The form in which errors are measured: positions in the triangle's frame, or S - L.
     Vec3d measured_form(const Vec3d& position, const Vec3d& deviation) const {
-        return distance_ ? triangle_.local(position) : deviation;
+        return distance_ ? face_.local(position) : deviation;
     }
     const QuadPatches& patches_;
     detail::QuadCellWalk walk_;

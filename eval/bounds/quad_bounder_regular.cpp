@@ -1,3 +1,4 @@
+#include "bezier_pieces.hpp"
 #include "quad_bounder.hpp"
 
 #include <algorithm>
@@ -45,7 +46,7 @@ void QuadBounder::bound_part(const detail::Net16& net, const Part& part, const d
     using Patch = detail::BezierTriangle<6>;
     Patch patch = detail::bicubic_over(net, weights);
     if (distance_) {
-        for (Vec3d& p : patch.point) p = triangle_.local(p);
+        for (Vec3d& p : patch.point) p = face_.local(p);
     } else {
         for (int j = 0; j <= 6; ++j)
             for (int i = 0; i + j <= 6; ++i)
@@ -63,8 +64,8 @@ void QuadBounder::bound_strips(const WalkCell& cell, const Part& part) {
     struct Corner {
         Vec2d at;
         Vec3d linear;
-        std::int8_t edge;  ///< to the next corner
-        double distance;   ///< from the crease
+        int edge;         ///< to the next corner
+        double distance;  ///< from the crease
     };
     constexpr std::size_t k_most = 5;  // corners of a triangle cut by two parallel lines
     using Polygon = std::array<Corner, k_most + 1>;
@@ -84,8 +85,8 @@ void QuadBounder::bound_strips(const WalkCell& cell, const Part& part) {
             }
             if ((da > 0 && db < 0) || (da < 0 && db > 0)) {
                 const double t = da / (da - db);
-                out[kept++] = {(1 - t) * a.at + t * b.at, (1 - t) * a.linear + t * b.linear,
-                               da > 0 ? std::int8_t{-1} : a.edge, line};
+                out[kept++] = {(1 - t) * a.at + t * b.at, (1 - t) * a.linear + t * b.linear, da > 0 ? -1 : a.edge,
+                               line};
             }
         }
         return kept;
@@ -103,8 +104,7 @@ void QuadBounder::bound_strips(const WalkCell& cell, const Part& part) {
         for (std::size_t i = 1; i + 1 < count && !rejected_; ++i) {
             const Part triangle{{both[0].at, both[i].at, both[i + 1].at},
                                 {both[0].linear, both[i].linear, both[i + 1].linear},
-                                {i == 1 ? both[0].edge : std::int8_t{-1}, both[i].edge,
-                                 i + 2 == count ? both[i + 1].edge : std::int8_t{-1}}};
+                                {i == 1 ? both[0].edge : -1, both[i].edge, i + 2 == count ? both[i + 1].edge : -1}};
             bound_part(strip.net, triangle, detail::sextic_weights(triangle.at));
         }
     }

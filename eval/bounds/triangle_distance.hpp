@@ -19,13 +19,16 @@ inline constexpr double k_stretch_rounding = 1 + 1e-15;
 /// height over it. A sliver has no normal to rely on: its frame is the space around corner 0. Either is affine, so that
 /// means of points may be taken in the frame.
 ///
-/// With slack at some edges (EdgeSlack) to_triangle() and to_edge() are bounds on the errors there, divided by
+/// With slack at some edges (EdgeSlack) to_face() and to_edge() are bounds on the errors there, divided by
 /// stretch(): like distances they are at most the distance from any point of the triangle or the edge, and differ
 /// between two points by at most their distance. At the ends of a line they bound a convex function on all of it.
 class TriangleDistance {
   public:
     TriangleDistance() = default;
     explicit TriangleDistance(const std::array<Vec3d, 3>& corners);
+    TriangleDistance(const std::array<Vec3d, 3>& corners, const EdgeSlack& slack) : TriangleDistance(corners) {
+        set_slack(slack);
+    }
 
     bool sliver() const { return sliver_; }
     /// Of no length for slivers.
@@ -69,12 +72,12 @@ class TriangleDistance {
     /// What the errors have been divided by; 1 without slack.
     double stretch() const { return stretch_; }
 
-    double to_triangle(const Vec3d& local) const {
+    double to_face(const Vec3d& local) const {
         if (has_slack_) return sliding(local, 0, 0);
         const Split s = split(local);
         return s.squared_beside == 0 ? s.height : std::sqrt(s.height * s.height + s.squared_beside);
     }
-    /// With slack: to_triangle() of any point whose height differs by at most `height`, and whose foot lies within
+    /// With slack: to_face() of any point whose height differs by at most `height`, and whose foot lies within
     /// `beside`.
     double around(const Vec3d& local, double height, double beside) const { return sliding(local, height, beside); }
     double to_edge(const Vec3d& local, std::size_t k) const {

@@ -111,12 +111,12 @@ std::uint64_t QuadNode::own_bytes() const {
 }
 
 std::uint64_t QuadNode::grown_bytes() const {
-    std::uint64_t bytes = own_bytes();
+    std::uint64_t sum = own_bytes();
     if (const QuadQuarters* below = quarters.load(std::memory_order_acquire)) {
-        bytes += sizeof(QuadQuarters);
-        for (const QuadNode& child : below->cell) bytes += child.grown_bytes();
+        sum += sizeof(QuadQuarters);
+        for (const QuadNode& child : below->cell) sum += child.grown_bytes();
     }
-    return bytes;
+    return sum;
 }
 
 const QuadNode* QuadNode::grown() const {

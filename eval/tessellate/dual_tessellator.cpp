@@ -74,13 +74,14 @@ class DualTessellator final : public TessellationRun {
     }
 
     void refine_to_least_level() {
-        std::vector<LeafId> low, created;
+        std::vector<LeafId> low;
+        ForestChange change;
         for (;;) {
             low.clear();
             for (const LeafId leaf : forest_.ordered_leaves())
                 if (forest_.level(leaf) < options_.min_level) low.push_back(leaf);
             if (low.empty()) return;
-            forest_.refine(low, created);
+            forest_.refine(low, change);
         }
     }
 
@@ -92,10 +93,10 @@ class DualTessellator final : public TessellationRun {
     /// Splits these leaves, then all whose error is above the aim, as far as levels and budget allow; ends with mesh,
     /// positions and errors of the last state.
     void refine(std::vector<LeafId> marked) {
-        std::vector<LeafId> created;
+        ForestChange change;
         for (int pass = 1;; ++pass) {
             const double done = 1.0 - 1.0 / pass;
-            if (!marked.empty()) forest_.refine(marked, created);
+            if (!marked.empty()) forest_.refine(marked, change);
             estimate(done);
             check_triangle_memory(triangles_.triangle_count(), triangles_.triangle_count() * k_dual_bytes,
                                   context_.max_memory_bytes);
@@ -117,7 +118,7 @@ class DualTessellator final : public TessellationRun {
     /// The worst leaves first: in each round those above half of the largest error, as many as the budget may take.
     void refine_in_budget() {
         constexpr double k_share = 0.5;
-        std::vector<LeafId> created;
+        ForestChange change;
         std::vector<std::uint32_t> order;
         std::uint64_t most = std::numeric_limits<std::uint64_t>::max();  // leaves to split in a round
         for (;;) {
@@ -143,12 +144,11 @@ class DualTessellator final : public TessellationRun {
             const VertexForest before = forest_;
             std::vector<LeafId> marked;
             for (const std::uint32_t v : order) marked.push_back(triangles_.faces.leaves[v]);
-            forest_.refine(marked, created);
+            forest_.refine(marked, change);
             DualTriangles next = dual_triangles(forest_);
             if (next.triangle_count() > budget) {  // closure took more than there was: fewer at a time
                 forest_ = before;
                 leaf_errors_.forget_from(forest_.leaf_slots());
-                if (bound_) bound_->forget_from(forest_.leaf_slots());
                 most /= 2;
                 if (most == 0) return;
                 continue;
@@ -208,8 +208,8 @@ class DualTessellator final : public TessellationRun {
         const int bits = reference_bits(count, deepest);
         check_reference_memory(std::uint64_t{count} << (2 * bits), context_);
         VertexForest finer = forest_;
-        std::vector<LeafId> created;
-        for (int i = 0; i < bits; ++i) finer.refine(finer.ordered_leaves(), created);
+        ForestChange change;
+        for (int i = 0; i < bits; ++i) finer.refine(finer.ordered_leaves(), change);
         DualFaces faces = finer.faces();
         cut_into_triangles(faces);
         LimitReference reference;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "../../hier/forest/forest_change.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../rules/polygon_mesh.hpp"
 #include "adaptive.hpp"
@@ -17,10 +18,8 @@
 
 namespace tetrakis {
 
-/// What a bulk change did to a family's leaves.
-struct FamilyUpdate {
-    std::vector<LeafId> created;   ///< new leaves; a slot that held another leaf before counts as new
-    std::vector<LeafId> reshaped;  ///< older leaves that remain, but whose output faces are others than before
+/// What a bulk change did to a family's leaves. A slot that held another leaf before counts as new.
+struct FamilyUpdate : ForestChange {
     /// Leaves that are gone, with their nodes; only where asked for.
     std::vector<std::pair<LeafId, HierarchyNode>> removed;
 };

@@ -1,4 +1,5 @@
 #include "../../hier/base/parallel.hpp"
+#include "../../hier/forest/check.hpp"
 #include "../../hier/forest/triangle_cell.hpp"
 #include "../../hier/forest/triangle_forest.hpp"
 #include "described_family.hpp"
@@ -61,27 +62,21 @@ class TriangleFamily final : public detail::DescribedFamily<TriangleFamily> {
         for (std::size_t k = 0; k < 3; ++k) view.corner[k] = sites_.canonical({t.root, t.corner[k], t.level});
         return view;
     }
-    std::array<LeafId, 2> neighbours(LeafId leaf, int side) const override {
-        return forest_.neighbours(leaf, static_cast<std::uint32_t>(side));
-    }
+    std::array<LeafId, 2> neighbours(LeafId leaf, int side) const override { return forest_.neighbours(leaf, side); }
     std::vector<LeafId> ordered_leaves() const override { return forest_.ordered_leaves(); }
 
     void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) override {
         update.removed.clear();
-        forest_.refine(marked, update.created, update.reshaped);
+        forest_.refine(marked, update);
         if (!with_removed) return;
         for (std::size_t i = 0; i < update.created.size(); i += 4)
             update.removed.emplace_back(forest_.parent(update.created[i]), tree_.parent(node(update.created[i])));
     }
     void coarsen(std::span<const LeafId> marked, FamilyUpdate& update) override {
         update.removed.clear();
-        forest_.coarsen(marked, update.created, update.reshaped);
+        forest_.coarsen(marked, update);
     }
-    std::vector<LeafId> diamond(LeafId leaf) const override {
-        if (!forest_.can_merge(leaf)) return {};
-        const auto siblings = forest_.siblings(leaf);
-        return {siblings.begin(), siblings.end()};
-    }
+    std::vector<LeafId> diamond(LeafId leaf) const override { return forest_.mergeable_siblings(leaf); }
 
     void leaf_errors(std::span<const LeafId> leaves, const ErrorEstimator& estimator,
                      std::span<double> errors) const override {
@@ -117,7 +112,7 @@ class TriangleFamily final : public detail::DescribedFamily<TriangleFamily> {
         return detail::faces_of(forest_.pooled(), with_levels,
                                 [&](LeafId leaf) { return static_cast<std::uint8_t>(forest_.level(leaf)); });
     }
-    std::optional<std::string> check() const override { return forest_.check(); }
+    std::optional<std::string> check() const override { return check_forest(forest_); }
     std::uint64_t memory_bytes() const override { return forest_.memory_bytes(); }
     void shrink() override { forest_.shrink(); }
     bool has_free_slots() const override { return forest_.has_free_slots(); }

@@ -1,4 +1,5 @@
 #include "../../hier/base/memory.hpp"
+#include "../../hier/forest/check.hpp"
 #include "../../hier/forest/vertex_forest.hpp"
 #include "described_family.hpp"
 #include "hierarchy_families.hpp"
@@ -23,7 +24,9 @@ VertexCell ancestor(const VertexCell& cell, int level) {
 /// Refines a forest of roots until cells of one level are leaves, and all that touch them are leaves of that level.
 /// @param leaves  receives them, in the order of `cells`
 void refine_towards(VertexForest& forest, std::span<const VertexCell> cells, std::vector<LeafId>& leaves) {
-    std::vector<LeafId> open = forest.ordered_leaves(), marked, sides;
+    ForestChange change;
+    change.created = forest.ordered_leaves();
+    std::vector<LeafId> marked, sides;
     // Those of a level that cells come from, or are, and their leaves.
     std::vector<std::pair<VertexCell, LeafId>> above;
     const auto find_above = [&](int level) {
@@ -32,7 +35,7 @@ void refine_towards(VertexForest& forest, std::span<const VertexCell> cells, std
         std::sort(wanted.begin(), wanted.end());
         wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
         above.clear();
-        for (const LeafId leaf : open)
+        for (const LeafId leaf : change.created)
             if (const VertexCell cell = forest.cell(leaf); std::binary_search(wanted.begin(), wanted.end(), cell))
                 above.emplace_back(cell, leaf);
     };
@@ -53,7 +56,7 @@ void refine_towards(VertexForest& forest, std::span<const VertexCell> cells, std
                 }
             }
         }
-        forest.refine(marked, open);
+        forest.refine(marked, change);
         find_above(l + 1);
     }
     std::sort(above.begin(), above.end());
@@ -109,15 +112,14 @@ class VertexFamily final : public detail::DescribedFamily<VertexFamily> {
 
     void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) override {
         update.removed.clear();
-        std::vector<LeafId> split;
-        forest_.refine(marked, update.created, with_removed ? &split : nullptr);
-        if (with_removed)
-            for (std::size_t i = 0; i < split.size(); ++i) update.removed.emplace_back(split[i], node(split[i]));
+        forest_.refine(marked, update);
+        for (std::size_t i = 0; with_removed && i < update.created.size(); i += 4)
+            update.removed.emplace_back(forest_.parent(update.created[i]), tree_.parent(node(update.created[i])));
         list_reshaped(update, true);
     }
     void coarsen(std::span<const LeafId> marked, FamilyUpdate& update) override {
         update.removed.clear();
-        forest_.coarsen(marked, update.created);
+        forest_.coarsen(marked, update);
         list_reshaped(update, false);
     }
     std::vector<LeafId> diamond(LeafId leaf) const override { return forest_.mergeable_siblings(leaf); }
@@ -167,7 +169,7 @@ class VertexFamily final : public detail::DescribedFamily<VertexFamily> {
         faces.diagonal_at_first = std::move(dual.diagonal_at_first);
         return faces;
     }
-    std::optional<std::string> check() const override { return forest_.check(); }
+    std::optional<std::string> check() const override { return check_forest(forest_); }
     std::uint64_t memory_bytes() const override { return forest_.memory_bytes(); }
     void shrink() override { forest_.shrink(); }
     bool has_free_slots() const override { return forest_.has_free_slots(); }

@@ -154,7 +154,7 @@ class TriangleHierarchy {
     void refine(std::span<const LeafId> marked, std::vector<LeafId>& fresh) {
         split(marked, fresh);
         surrounded_.clear();
-        for (LeafId leaf : changed_) {
+        for (LeafId leaf : change_.reshaped) {
             const auto hanging = forest_.hanging_points(leaf);
             if (hanging[0].valid() && hanging[1].valid() && hanging[2].valid())
                 surrounded_.push_back(leaf);
@@ -164,7 +164,7 @@ class TriangleHierarchy {
         if (surrounded_.empty()) return;
         // There is nothing left beside them that this could change.
         split(surrounded_, fresh);
-        assert(changed_.empty());
+        assert(change_.reshaped.empty());
     }
     void open(FaceId, std::vector<LeafId>&) {}
     double fan_error(FaceId) const { return 0; }
@@ -173,12 +173,12 @@ class TriangleHierarchy {
 
   private:
     void split(std::span<const LeafId> marked, std::vector<LeafId>& fresh) {
-        forest_.refine(marked, created_, changed_);
+        forest_.refine(marked, change_);
         std::uint64_t boundary_edges = 0;
         if (ends_)
-            for (LeafId leaf : created_) boundary_edges += count_boundary_edges(leaf);
+            for (LeafId leaf : change_.created) boundary_edges += count_boundary_edges(leaf);
         boundary_points_ += boundary_edges / 2;
-        fresh.insert(fresh.end(), created_.begin(), created_.end());
+        fresh.insert(fresh.end(), change_.created.begin(), change_.created.end());
     }
     std::uint64_t count_boundary_edges(LeafId leaf) const {
         const ControlMesh& mesh = forest_.mesh();
@@ -198,7 +198,8 @@ class TriangleHierarchy {
     TriangleForest forest_;
     bool ends_ = false;  ///< the surface has an end somewhere
     std::uint64_t first_count_, first_points_, boundary_points_ = 0;
-    std::vector<LeafId> created_, changed_, surrounded_;
+    ForestChange change_;
+    std::vector<LeafId> surrounded_;
 };
 
 }  // namespace tetrakis

@@ -1,5 +1,4 @@
-#include "../../eval/bounds/bicubic_triangle.hpp"
-#include "../../eval/bounds/box_spline_triangle.hpp"
+#include "../../eval/bounds/bezier_pieces.hpp"
 
 #include "../kit/random_mesh.hpp"
 

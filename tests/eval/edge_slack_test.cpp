@@ -89,14 +89,14 @@ TEST_CASE("[inv9] with slack, errors bound the distance from a triangle and what
             double nearest = 1e300, nearest_of_edge = 1e300;
             for (const Corners& t : mesh) nearest = std::min(nearest, distance_to(p, t));
             const double rounding = 1e-12;
-            CHECK(sliding.stretch() * sliding.to_triangle(local) >= nearest - rounding);
-            CHECK(sliding.to_triangle(local) <= still.to_triangle(local) + rounding);
+            CHECK(sliding.stretch() * sliding.to_face(local) >= nearest - rounding);
+            CHECK(sliding.to_face(local) <= still.to_face(local) + rounding);
             if (sliding.slides(k)) {
                 nearest_of_edge = std::min(distance_to(p, c), distance_to(p, tent(c, k, slack.tent[k], 0)));
                 CHECK(sliding.stretch() * sliding.to_edge(local, k) >= nearest_of_edge - rounding);
                 CHECK(sliding.to_edge(local, k) <= still.to_edge(local, k) + rounding);
                 // What is no error for the side is none for the leaf.
-                CHECK(sliding.to_triangle(local) <= sliding.to_edge(local, k) + rounding);
+                CHECK(sliding.to_face(local) <= sliding.to_edge(local, k) + rounding);
             }
             // A neighbourhood of p, by the bound for it.
             const double height = random.uniform(0, reach), beside = random.uniform(0, reach);
@@ -134,7 +134,7 @@ TEST_CASE("[inv9] at the ends of a line errors with slack bound those on it, and
                 return c[k] + random.uniform(0, 1) * (c[(k + 1) % 3] - c[k]) + reach * random_vector(random);
             };
             const Vec3d a = near_edge(), b = near_edge();
-            const double ends = std::max(sliding.to_triangle(sliding.local(a)), sliding.to_triangle(sliding.local(b)));
+            const double ends = std::max(sliding.to_face(sliding.local(a)), sliding.to_face(sliding.local(b)));
             const double own = random.uniform(0, 0.5 * reach), t = random.uniform();
             const Vec3d away = random_vector(random);
             const Vec3d p = (1 - t) * a + t * b + own / glm::length(away) * away;

@@ -1,6 +1,7 @@
 #include "../../hier/forest/triangle_forest.hpp"
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/parallel.hpp"
+#include "../../hier/forest/check.hpp"
 #include "../kit/triangle_test_mesh.hpp"
 
 #include <doctest/doctest.h>
@@ -50,17 +51,17 @@ LeafId random_leaf(const TriangleForest& forest, std::mt19937& random) {
 
 // Thousands of splits with a taste for a few places, and merges in between.
 void random_history(TriangleForest& forest, std::mt19937& random, int steps, int max_level) {
-    std::vector<LeafId> created, changed;
+    ForestChange change;
     for (int i = 0; i < steps; ++i) {
         const LeafId leaf = random_leaf(forest, random);
         if (random() % 3 == 0) {
-            if (forest.can_merge(leaf)) forest.merge(leaf);
+            forest.coarsen(forest.mergeable_siblings(leaf), change);
         } else if (random() % 8 == 0) {
             std::vector<LeafId> some = leaves_of(forest);
             std::erase_if(some, [&](LeafId) { return random() % 2 == 0; });
-            forest.coarsen(some, created, changed);
+            forest.coarsen(some, change);
         } else if (forest.level(leaf) < max_level) {
-            forest.split(leaf);
+            forest.refine({&leaf, 1}, change);
         }
     }
 }
@@ -112,7 +113,7 @@ Topology control_topology(const ControlMesh& mesh) {
 }
 
 void require_whole(const TriangleForest& forest) {
-    const auto fault = forest.check();
+    const auto fault = check_forest(forest);
     INFO(fault.value_or(""));
     REQUIRE(!fault);
 }
@@ -178,7 +179,9 @@ TEST_CASE("[inv3] one triangle, a mesh of holes, and two triangles glued along a
     require_whole(empty);
     CHECK(empty.leaf_count() == 0);
     CHECK(empty.exported().triangles.empty());
-    CHECK_THROWS_AS(empty.split(LeafId(0)), Error);
+    ForestChange change;
+    const LeafId none(0);
+    CHECK_THROWS_AS(empty.refine({&none, 1}, change), Error);
 
     // Around a vertex of valence 2 both triangles have their third edge between the same points, at every level: an
     // edge count by points cannot tell those edges apart, so this mesh is left to check() and to the Euler
@@ -215,8 +218,8 @@ TEST_CASE("the closure of a triangle forest splits nothing that could be merged 
                 const CellTriangle t = forest.triangle(leaf);
                 asked_for.insert(cell_at(t, t.level));
             }
-            std::vector<LeafId> created, changed;
-            forest.refine(marked, created, changed);
+            ForestChange change;
+            forest.refine(marked, change);
             require_whole(forest);
             std::set<LeafId> expected_created, expected_changed;
             for (const LeafId leaf : leaves_of(forest)) {
@@ -226,33 +229,33 @@ TEST_CASE("the closure of a triangle forest splits nothing that could be merged 
                 else if (before->second != forest.hanging_points(leaf))
                     expected_changed.insert(leaf);
             }
-            CHECK(std::set<LeafId>(created.begin(), created.end()) == expected_created);
-            CHECK(created.size() == expected_created.size());
-            CHECK(std::set<LeafId>(changed.begin(), changed.end()) == expected_changed);
-            CHECK(changed.size() == expected_changed.size());
+            CHECK(std::set<LeafId>(change.created.begin(), change.created.end()) == expected_created);
+            CHECK(change.created.size() == expected_created.size());
+            CHECK(std::set<LeafId>(change.reshaped.begin(), change.reshaped.end()) == expected_changed);
+            CHECK(change.reshaped.size() == expected_changed.size());
 
-            std::vector<LeafId> by_closure = created;
+            std::vector<LeafId> by_closure = change.created;
             std::erase_if(by_closure, [&](LeafId leaf) {
                 const CellTriangle t = forest.triangle(leaf);
                 return asked_for.count(cell_at(t, t.level - 1)) != 0;
             });
             for (const LeafId leaf : leaves_of(forest)) hanging_before[leaf.value] = forest.hanging_points(leaf);
-            forest.coarsen(by_closure, created, changed);
-            CHECK(created.empty());
-            CHECK(changed.empty());
+            forest.coarsen(by_closure, change);
+            CHECK(change.created.empty());
+            CHECK(change.reshaped.empty());
 
             // Merging reports its changes too.
             std::vector<LeafId> some = leaves_of(forest);
             std::erase_if(some, [&](LeafId leaf) { return forest.level(leaf) < 3 || random() % 16 == 0; });
             const std::vector<LeafId> before_merge = leaves_of(forest);
-            forest.coarsen(some, created, changed);
+            forest.coarsen(some, change);
             require_whole(forest);
-            const std::set<LeafId> parents(created.begin(), created.end());
+            const std::set<LeafId> parents(change.created.begin(), change.created.end());
             std::set<LeafId> now_changed;
             for (const LeafId leaf : before_merge)
                 if (forest.is_leaf(leaf) && hanging_before[leaf.value] != forest.hanging_points(leaf))
                     now_changed.insert(leaf);
-            CHECK(std::set<LeafId>(changed.begin(), changed.end()) == now_changed);
+            CHECK(std::set<LeafId>(change.reshaped.begin(), change.reshaped.end()) == now_changed);
             for (const LeafId leaf : parents) CHECK(forest.is_leaf(leaf));
         }
     }
@@ -262,16 +265,16 @@ TEST_CASE("[bad-input] a triangle forest refuses stale handles and polygons") {
     const ControlMesh mesh = test::random_triangle_mesh(0);
     TriangleForest forest(mesh);
     const LeafId leaf = leaves_of(forest).front();
-    CHECK_FALSE(forest.can_merge(leaf));
-    CHECK_THROWS_AS(forest.merge(leaf), Error);
-    forest.split(leaf);
+    CHECK(forest.mergeable_siblings(leaf).empty());
+    ForestChange change;
+    forest.refine({&leaf, 1}, change);
     const ExportedTriangles before = forest.exported();
-    std::vector<LeafId> created, changed;
     const std::array<LeafId, 2> marked = {leaves_of(forest).back(), leaf};
-    CHECK_THROWS_WITH_AS(forest.refine(marked, created, changed), doctest::Contains("is not a leaf"), Error);
-    CHECK_THROWS_AS(forest.coarsen(marked, created, changed), Error);
-    CHECK_THROWS_AS(forest.split(LeafId{}), Error);
-    CHECK_THROWS_AS(forest.merge(leaf), Error);
+    CHECK_THROWS_WITH_AS(forest.refine(marked, change), doctest::Contains("is not a leaf"), Error);
+    CHECK_THROWS_AS(forest.coarsen(marked, change), Error);
+    const LeafId invalid;
+    CHECK_THROWS_AS(forest.refine({&invalid, 1}, change), Error);
+    CHECK(forest.mergeable_siblings(leaf).empty());
     require_whole(forest);
     CHECK(same_mesh(forest.exported(), before));
 
@@ -286,14 +289,14 @@ TEST_CASE("[bad-input] a triangle forest refuses stale handles and polygons") {
 TEST_CASE("merging one by one makes room in steps that grow: few of many merges take memory") {
     const ControlMesh mesh = test::random_triangle_mesh(1);
     TriangleForest forest(mesh);
-    std::vector<LeafId> created, changed;
-    while (forest.leaf_count() < 20000) forest.refine(leaves_of(forest), created, changed);
+    ForestChange change;
+    while (forest.leaf_count() < 20000) forest.refine(leaves_of(forest), change);
     int merges = 0, grown = 0;
     for (const LeafId leaf : leaves_of(forest)) {
-        if (!forest.is_leaf(leaf) || !forest.can_merge(leaf)) continue;
+        if (!forest.is_leaf(leaf) || forest.mergeable_siblings(leaf).empty()) continue;
         const std::uint64_t before = forest.memory_bytes();
-        forest.coarsen(forest.siblings(leaf), created, changed);
-        REQUIRE(created.size() == 1);
+        forest.coarsen(forest.mergeable_siblings(leaf), change);
+        REQUIRE(change.created.size() == 1);
         ++merges;
         grown += forest.memory_bytes() != before ? 1 : 0;
     }

@@ -2,6 +2,7 @@
 #include "../kit/surface_topology.hpp"
 
 #include "../../hier/base/error.hpp"
+#include "../../hier/forest/check.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
 #include "../../refine/adaptive/adaptive_dual.hpp"
 #include "../../refine/rules/rule_refinement.hpp"
@@ -31,22 +32,23 @@ std::vector<std::vector<std::uint32_t>> cycles(const std::vector<std::uint32_t>&
 }
 
 void refine_randomly(VertexForest& forest, test::Random& random, int calls, double chance, int deepest) {
-    std::vector<LeafId> created;
+    ForestChange change;
     for (int i = 0; i < calls; ++i) {
         std::vector<LeafId> marked;
         for (const LeafId leaf : forest.ordered_leaves())
             if (random.chance(chance) && forest.level(leaf) < deepest) marked.push_back(leaf);
         random.shuffle(marked);
-        forest.refine(marked, created);
+        forest.refine(marked, change);
     }
 }
 
 void coarsen_randomly(VertexForest& forest, test::Random& random, double chance) {
-    std::vector<LeafId> marked, created;
+    std::vector<LeafId> marked;
+    ForestChange change;
     for (const LeafId leaf : forest.ordered_leaves())
         if (random.chance(chance)) marked.push_back(leaf);
     random.shuffle(marked);
-    forest.coarsen(marked, created);
+    forest.coarsen(marked, change);
 }
 
 bool same_mesh(const PolygonMesh& a, const PolygonMesh& b) {
@@ -82,6 +84,10 @@ std::vector<VertexCell> leaf_cells(const VertexForest& forest) {
     return cells;
 }
 
+LeafId first_deepest(const VertexForest& forest, const std::vector<LeafId>& leaves) {
+    return *std::ranges::max_element(leaves, {}, [&](LeafId leaf) { return forest.level(leaf); });
+}
+
 ControlMesh model(const std::string& name) {
     return ControlMesh::build(read_obj(std::filesystem::path(TETRAKIS_SOURCE_DIR) / "data" / (name + ".obj")));
 }
@@ -103,7 +109,7 @@ TEST_CASE("[inv3] [inv4] vertex quadtrees: the dual mesh is conforming and keeps
         test::Random random(seed);
         for (int round = 0; round < 4; ++round) {
             if (round > 0) refine_randomly(forest, random, 2, 0.15, 6);
-            const auto fault = forest.check();
+            const auto fault = check_forest(forest);
             CHECK_MESSAGE(!fault.has_value(), fault.value_or(""));
             const DualFaces faces = forest.faces();
             const test::SurfaceTopology got = test::topology(cycles(faces.face_offsets, faces.face_vertices));
@@ -160,8 +166,8 @@ TEST_CASE(
             options.boundary_rule = BoundaryRule::edge_and_corner;
             const ControlMesh mesh = test::random_dual_mesh(seed, options);
             AdaptiveDual dual(mesh, *find_scheme(name));
-            std::vector<LeafId> created;
-            for (int i = 0; i < 2; ++i) dual.forest().refine(dual.forest().ordered_leaves(), created);
+            ForestChange change;
+            for (int i = 0; i < 2; ++i) dual.forest().refine(dual.forest().ordered_leaves(), change);
             const PolygonMesh got = dual.to_mesh({.limit = false});
             // By the rules, whose sums are in the same order.
             const PolygonMesh uniform = refine_stencils(mesh, *find_scheme(name), 3).mesh;
@@ -184,9 +190,9 @@ TEST_CASE("[slow] [inv1] vertex quadtrees: semi-sharp creases stay as in uniform
             AdaptiveDual dual(mesh, *find_scheme(name));
             for (int level = 1; level <= 3; ++level) {
                 CAPTURE(level);
-                std::vector<LeafId> created;
-                if (level > 1) dual.forest().refine(dual.forest().ordered_leaves(), created);
-                const auto fault = dual.forest().check();
+                ForestChange change;
+                if (level > 1) dual.forest().refine(dual.forest().ordered_leaves(), change);
+                const auto fault = check_forest(dual.forest());
                 CHECK_MESSAGE(!fault.has_value(), fault.value_or(""));
                 const PolygonMesh got = dual.to_mesh({.limit = false});
                 const PolygonMesh uniform = refine_by_rules(mesh, *find_scheme(name), level);
@@ -231,7 +237,7 @@ TEST_CASE("[inv2] [inv5] [inv10] vertex quadtrees: the way to a set of leaves an
         for (int i = 0; i < 20; ++i) {
             refine_randomly(one.forest(), random, 1, 0.1, 3);
             coarsen_randomly(one.forest(), random, 0.7);
-            const auto fault = one.forest().check();
+            const auto fault = check_forest(one.forest());
             CHECK_MESSAGE(!fault.has_value(), fault.value_or(""));
         }
         const std::vector<VertexCell> leaves = leaf_cells(one.forest());
@@ -239,19 +245,19 @@ TEST_CASE("[inv2] [inv5] [inv10] vertex quadtrees: the way to a set of leaves an
         // The same leaves once more: from below, cell by cell as far as they reach, and from above, by merging.
         AdaptiveDual up(mesh, *find_scheme("doo-sabin")), down(mesh, *find_scheme("doo-sabin"));
         const std::set<VertexCell> wanted(leaves.begin(), leaves.end());
-        std::vector<LeafId> created;
+        ForestChange change;
         for (bool again = true; again;) {
             again = false;
             std::vector<LeafId> order = up.forest().ordered_leaves();
             random.shuffle(order);
             for (const LeafId leaf : order) {
                 if (!up.forest().is_leaf(leaf) || wanted.count(up.forest().cell(leaf)) != 0) continue;
-                up.forest().refine({&leaf, 1}, created);
+                up.forest().refine({&leaf, 1}, change);
                 again = true;
             }
         }
         CHECK(leaf_cells(up.forest()) == leaves);
-        for (int i = 0; i < 3; ++i) down.forest().refine(down.forest().ordered_leaves(), created);
+        for (int i = 0; i < 3; ++i) down.forest().refine(down.forest().ordered_leaves(), change);
         for (;;) {
             std::vector<LeafId> marked;
             for (const LeafId leaf : down.forest().ordered_leaves()) {
@@ -259,8 +265,8 @@ TEST_CASE("[inv2] [inv5] [inv10] vertex quadtrees: the way to a set of leaves an
                 if (wanted.count(c) == 0) marked.push_back(leaf);
             }
             if (marked.empty()) break;
-            down.forest().coarsen(marked, created);
-            REQUIRE(!created.empty());
+            down.forest().coarsen(marked, change);
+            REQUIRE(!change.created.empty());
         }
         CHECK(leaf_cells(down.forest()) == leaves);
         const PolygonMesh expected = one.to_mesh({.limit = false});
@@ -272,11 +278,11 @@ TEST_CASE("[inv2] [inv5] [inv10] vertex quadtrees: the way to a set of leaves an
             CHECK(same_mesh(one.to_mesh(options), expected));
         }
         for (std::uint32_t n = one.forest().leaf_count(); n > roots.size(); n = one.forest().leaf_count()) {
-            one.forest().coarsen(one.forest().ordered_leaves(), created);
+            one.forest().coarsen(one.forest().ordered_leaves(), change);
             REQUIRE(one.forest().leaf_count() < n);
         }
         CHECK(leaf_cells(one.forest()) == roots);
-        CHECK(!one.forest().check().has_value());
+        CHECK(!check_forest(one.forest()).has_value());
     }
 }
 
@@ -294,8 +300,8 @@ TEST_CASE("[inv1] vertex quadtrees: limits and normals on creases, where they cr
                 seed, options, semi_sharp ? test::DualTags::of_all_kinds : test::DualTags::infinitely_sharp);
             const int level = semi_sharp ? 3 : 2;
             AdaptiveDual dual(mesh, *find_scheme(name));
-            std::vector<LeafId> created;
-            for (int l = 1; l < level; ++l) dual.forest().refine(dual.forest().ordered_leaves(), created);
+            ForestChange change;
+            for (int l = 1; l < level; ++l) dual.forest().refine(dual.forest().ordered_leaves(), change);
             const PolygonMesh got = dual.to_mesh({.limit = true, .normals = true});
             const PolygonMesh net = dual.to_mesh({.limit = false});
             const PolygonMesh at = refine_by_rules(mesh, *find_scheme(name), level);
@@ -333,13 +339,13 @@ TEST_CASE("vertex quadtrees: triangles, limits and normals; a zoom of 25 levels;
     const ControlMesh mesh = model("cube");
     AdaptiveDual dual(mesh, *find_scheme("midedge"));
     VertexForest& forest = dual.forest();
-    std::vector<LeafId> created;
+    ForestChange change;
     LeafId leaf(7);
     for (int level = 0; level < 25; ++level) {
-        forest.refine({&leaf, 1}, created);
-        leaf = created[created.size() - 3];
+        forest.refine({&leaf, 1}, change);
+        leaf = LeafId(first_deepest(forest, change.created).value + 1);
     }
-    CHECK(!forest.check().has_value());
+    CHECK(!check_forest(forest).has_value());
     CHECK(forest.leaf_count() < 25 * 40);
     const PolygonMesh polygons = dual.to_mesh({.normals = true}), cut = dual.to_mesh({.triangles = true});
     CHECK(std::memcmp(polygons.positions.data(), cut.positions.data(), cut.positions.size() * sizeof(Vec3d)) == 0);
@@ -350,7 +356,7 @@ TEST_CASE("vertex quadtrees: triangles, limits and normals; a zoom of 25 levels;
     for (std::uint32_t f = 0; f < cut.face_count(); ++f) CHECK(cut.face_offsets[f + 1] == 3 * (f + 1));
     for (const Vec3d& n : polygons.normals) CHECK(glm::length(n) == doctest::Approx(1));
     for (int i = 0; i < 4; ++i)
-        forest.refine(forest.ordered_leaves().size() < 2000 ? forest.ordered_leaves() : created, created);
+        forest.refine(forest.ordered_leaves().size() < 2000 ? forest.ordered_leaves() : change.created, change);
     CHECK(forest.memory_bytes() < 64 * std::uint64_t{forest.leaf_count()});
 }
 
@@ -358,24 +364,24 @@ TEST_CASE("[bad-input] vertex quadtrees refuse what is no leaf, too deep or of n
     const ControlMesh mesh = model("cube");
     AdaptiveDual dual(mesh, *find_scheme("doo-sabin"));
     VertexForest& forest = dual.forest();
-    std::vector<LeafId> created;
+    ForestChange change;
     const LeafId root(3);
-    forest.refine({&root, 1}, created);
+    forest.refine({&root, 1}, change);
     const std::vector<VertexCell> before = leaf_cells(forest);
     const std::vector<LeafId> mixed{LeafId(0), root}, outside{LeafId(5000)};
-    CHECK_THROWS_AS(forest.refine(mixed, created), Error);
-    CHECK_THROWS_AS(forest.refine(outside, created), Error);
-    CHECK_THROWS_AS(forest.coarsen(mixed, created), Error);
+    CHECK_THROWS_AS(forest.refine(mixed, change), Error);
+    CHECK_THROWS_AS(forest.refine(outside, change), Error);
+    CHECK_THROWS_AS(forest.coarsen(mixed, change), Error);
     CHECK(leaf_cells(forest) == before);
     CHECK(forest.mergeable_siblings(LeafId(0)).empty());
     CHECK(forest.mergeable_siblings(root).empty());
     LeafId deep(0);
     for (int level = 0; level < k_max_level; ++level) {
-        forest.refine({&deep, 1}, created);
-        deep = created.back();
+        forest.refine({&deep, 1}, change);
+        deep = first_deepest(forest, change.created);
     }
-    CHECK_THROWS_AS(forest.refine({&deep, 1}, created), Error);
-    CHECK(!forest.check().has_value());
+    CHECK_THROWS_AS(forest.refine({&deep, 1}, change), Error);
+    CHECK(!check_forest(forest).has_value());
 
     CHECK_THROWS_AS(AdaptiveDual(mesh, *find_scheme("catmull-clark")), Error);
 }

@@ -106,12 +106,13 @@ TEST_CASE("[inv1] UVs of vertex quadtrees: in adaptive meshes the faces of one l
             const ControlMesh mesh = with_charts(creased ? with_regions(plain, seed) : plain);
             AdaptiveDual dual(mesh, *find_scheme(name));
             test::Random random(seed);
-            std::vector<LeafId> marked, created;
+            std::vector<LeafId> marked;
+            ForestChange change;
             for (int i = 0; i < 3; ++i) {
                 marked.clear();
                 for (const LeafId leaf : dual.forest().ordered_leaves())
                     if (random.chance(0.15)) marked.push_back(leaf);
-                dual.forest().refine(marked, created);
+                dual.forest().refine(marked, change);
             }
             const PolygonMesh got = dual.to_mesh({.limit = false, .uvs = true});
             int found = 0;
@@ -151,12 +152,13 @@ TEST_CASE("UVs of vertex quadtrees: charts that are linear stay so between leave
             CAPTURE(limit);
             AdaptiveDual dual(mesh, *find_scheme(name));
             test::Random random(3);
-            std::vector<LeafId> marked, created;
+            std::vector<LeafId> marked;
+            ForestChange change;
             for (int i = 0; i < 4; ++i) {
                 marked.clear();
                 for (const LeafId leaf : dual.forest().ordered_leaves())
                     if (random.chance(0.1)) marked.push_back(leaf);
-                dual.forest().refine(marked, created);
+                dual.forest().refine(marked, change);
             }
             const PolygonMesh got = dual.to_mesh({.limit = limit, .triangles = true, .uvs = true});
             double worst = 0;

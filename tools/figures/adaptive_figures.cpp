@@ -165,8 +165,8 @@ LevelledMesh dual_triangles(const ControlMesh& mesh, const SchemeInfo& scheme, c
                 (level < spot.level && spot.near(points.limit(cell_site(dual.forest().cell(leaf))).position)))
                 marked.push_back(leaf);
         }
-        std::vector<LeafId> created;
-        dual.forest().refine(marked, created);
+        ForestChange change;
+        dual.forest().refine(marked, change);
         again = !marked.empty();
     }
     LevelledMesh result{dual.to_mesh({.triangles = true}), {}};

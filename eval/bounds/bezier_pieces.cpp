@@ -1,0 +1,186 @@
+#include "bezier_pieces.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tetrakis::detail {
+
+namespace {
+
+constexpr double choose(int n, int k) { return k == 0 ? 1 : choose(n - 1, k - 1) * n / k; }
+
+/// A tensor product's control point of degree 2 D is the mean of its polar form over all ways to give D of the 2 D
+/// arguments to x and D to y. The way with exponents a for x and b for y counts for the control point with exponents
+/// a + b.
+struct Share {
+    std::size_t into;
+    double weight;
+};
+template <int D>
+constexpr auto k_shares = [] {
+    using Side = BezierTriangle<D>;
+    std::array<std::array<Share, Side::k_count>, Side::k_count> table{};
+    for (int aj = 0; aj <= D; ++aj)
+        for (int ai = 0; ai + aj <= D; ++ai)
+            for (int bj = 0; bj <= D; ++bj)
+                for (int bi = 0; bi + bj <= D; ++bi) {
+                    const int ah = D - ai - aj, bh = D - bi - bj;
+                    table[Side::index(ai, aj)][Side::index(bi, bj)] = {
+                        BezierTriangle<2 * D>::index(ai + bi, aj + bj),
+                        choose(ah + bh, ah) * choose(ai + bi, ai) * choose(aj + bj, aj) / choose(2 * D, D)};
+                }
+    return table;
+}();
+
+/// Weights of a uniform B-spline's control points in its polar form.
+Weights4 polar_weights(const std::array<double, 3>& at) {
+    // De Boor's algorithm, backwards.
+    const auto [u, v, w] = at;
+    const double e0 = 1 - w, e1 = w;
+    const double d0 = e0 * (1 - v) / 2, d1 = e0 * (1 + v) / 2 + e1 * (2 - v) / 2, d2 = e1 * v / 2;
+    return {d0 * (1 - u) / 3, (d0 * (2 + u) + d1 * (2 - u)) / 3, (d1 * (1 + u) + d2 * (3 - u)) / 3, d2 * u / 3};
+}
+std::array<double, 3> polar_weights(const std::array<double, 2>& at) {
+    const auto [u, v] = at;
+    return {(1 - u) * (1 - v) / 2, (1 - u) * (1 + v) / 2 + u * (2 - v) / 2, u * v / 2};
+}
+
+/// For each control point over a triangle, with these coordinates of its corners.
+template <int D>
+auto weights_over(const std::array<double, 3>& at) {
+    std::array<std::array<double, D + 1>, BezierTriangle<D>::k_count> weights;
+    for (int j = 0; j <= D; ++j)
+        for (int i = 0; i + j <= D; ++i) {
+            std::array<double, D> arguments;
+            for (int k = 0; k < D; ++k)
+                arguments[static_cast<std::size_t>(k)] = k < i ? at[1] : k < i + j ? at[2] : at[0];
+            weights[BezierTriangle<D>::index(i, j)] = polar_weights(arguments);
+        }
+    return weights;
+}
+
+/// Weights of a net's points, row by row, in the control points over a triangle.
+template <int D>
+using TensorWeights = std::array<std::array<double, BezierTriangle<2 * D>::k_count>, (D + 1) * (D + 1)>;
+
+template <int D>
+TensorWeights<D> tensor_weights(const std::array<Vec2d, 3>& triangle) {
+    const auto x = weights_over<D>({triangle[0].x, triangle[1].x, triangle[2].x});
+    const auto y = weights_over<D>({triangle[0].y, triangle[1].y, triangle[2].y});
+    TensorWeights<D> weights{};
+    for (std::size_t a = 0; a < BezierTriangle<D>::k_count; ++a)
+        for (std::size_t b = 0; b < BezierTriangle<D>::k_count; ++b) {
+            const auto& share = k_shares<D>[a][b];
+            for (std::size_t r = 0; r <= D; ++r)
+                for (std::size_t c = 0; c <= D; ++c)
+                    weights[(D + 1) * r + c][share.into] += share.weight * y[b][r] * x[a][c];
+        }
+    return weights;
+}
+
+using Quartic = BezierTriangle<4>;
+
+// Bernstein coefficients of the basis functions by symmetry classes (see box_spline.cpp), 12 times their value; u, v, w
+// are the exponents of the corners they are near.
+constexpr double single(int u, int v) { return u == 4 ? 1 : u == 3 && v == 1 ? 0.5 : 0; }
+constexpr double across(int u, int v, int w) {
+    return w == 0 ? (u == 2 ? 2 : u == 1 || v == 1 ? 1.5 : 1) : w == 1 ? 0.5 : 0;
+}
+constexpr double corner(int u, int v, int w) {
+    if (u >= 3) return 6;
+    if (u == 2) return v == 1 ? 5 : 4;
+    if (u == 1) return v == 0 || w == 0 ? 2 : 3;
+    return across(v, w, 0);
+}
+
+constexpr auto k_weights = [] {
+    std::array<std::array<double, 12>, Quartic::k_count> table{};
+    for (int j = 0; j <= 4; ++j)
+        for (int i = 0; i + j <= 4; ++i) {
+            const int u = 4 - i - j, v = i, w = j;
+            auto& row = table[Quartic::index(i, j)];
+            row = {corner(u, v, w), corner(v, w, u), corner(w, u, v), across(w, u, v), single(u, w), single(u, v),
+                   across(u, v, w), single(v, u),    single(v, w),    across(v, w, u), single(w, v), single(w, u)};
+            for (double& weight : row) weight /= 12;
+        }
+    return table;
+}();
+
+}  // namespace
+
+SexticWeights sextic_weights(const std::array<Vec2d, 3>& triangle) { return tensor_weights<3>(triangle); }
+
+BezierTriangle<6> bicubic_over(const Net16& net, const SexticWeights& weights) {
+    constexpr std::size_t k_count = BezierTriangle<6>::k_count;
+    std::array<std::array<double, k_count>, 3> sum{};
+    for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t p = 0; p < weights.size(); ++p)
+            for (std::size_t i = 0; i < k_count; ++i) sum[k][i] += net.c[k][p] * weights[p][i];
+    BezierTriangle<6> result;
+    for (std::size_t i = 0; i < k_count; ++i) result.point[i] = {sum[0][i], sum[1][i], sum[2][i]};
+    return result;
+}
+
+BezierTriangle<4> biquadratic_over(const Net9& net, const std::array<Vec2d, 3>& triangle) {
+    const TensorWeights<2> weights = tensor_weights<2>(triangle);
+    BezierTriangle<4> result;
+    result.point.fill(Vec3d(0));
+    for (std::size_t p = 0; p < net.size(); ++p)
+        for (std::size_t i = 0; i < result.point.size(); ++i) result.point[i] += weights[p][i] * net[p];
+    return result;
+}
+
+BezierTriangle<2> four_direction_over(const Net9& net, int side, const std::array<Vec2d, 3>& triangle) {
+    // Around the cell counter-clockwise, from the corner where the side starts.
+    constexpr std::array<std::size_t, 8> k_around = {0, 1, 2, 5, 8, 7, 6, 3};
+    const auto beside = [&](int i) { return net[k_around[static_cast<std::size_t>(i) % 8]]; };
+    const int s = 2 * side;
+    const Vec3d &own = net[4], before = beside(s + 7), next = beside(s + 1), after = beside(s + 3);
+    BezierTriangle<2> quarter;  // the cell's centre, the side's start and end
+    quarter.point[BezierTriangle<2>::index(0, 0)] = 0.5 * own + 0.125 * (net[1] + net[3] + net[5] + net[7]);
+    quarter.point[BezierTriangle<2>::index(1, 0)] = 0.25 * (2.0 * own + before + next);
+    quarter.point[BezierTriangle<2>::index(0, 1)] = 0.25 * (2.0 * own + next + after);
+    quarter.point[BezierTriangle<2>::index(2, 0)] = 0.25 * (own + before + beside(s) + next);
+    quarter.point[BezierTriangle<2>::index(1, 1)] = 0.5 * (own + next);
+    quarter.point[BezierTriangle<2>::index(0, 2)] = 0.25 * (own + next + beside(s + 2) + after);
+    constexpr std::array<std::array<double, 2>, 4> k_corner = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+    const auto from_centre = [&](int c) {
+        const auto& p = k_corner[static_cast<std::size_t>(c) % 4];
+        return Vec2d(p[0] - 0.5, p[1] - 0.5);
+    };
+    const Vec2d start = from_centre(side), end = from_centre(side + 1);  // at a right angle
+    std::array<std::array<double, 3>, 3> at;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const Vec2d p = triangle[k] - Vec2d(0.5);
+        at[k][1] = 2 * glm::dot(p, start);
+        at[k][2] = 2 * glm::dot(p, end);
+        at[k][0] = 1 - at[k][1] - at[k][2];
+    }
+    return quarter.over(at);
+}
+
+BezierTriangle<4> box_spline_triangle(const Net12& net) {
+    Quartic result;
+    for (std::size_t i = 0; i < Quartic::k_count; ++i) {
+        Vec3d sum(0);
+        for (std::size_t k = 0; k < 12; ++k) sum += k_weights[i][k] * net[k];
+        result.point[i] = sum;
+    }
+    return result;
+}
+
+double linear_deviation(const BezierTriangle<4>& patch) {
+    // The line through a point parallel to one side ends on the other two. Where second derivatives along all three are
+    // at most m, the point is within m / 6 of L. They are 12 times the second differences of control points.
+    double squared = 0;
+    for (int j = 0; j <= 2; ++j)
+        for (int i = 0; i + j <= 2; ++i) {
+            const auto at = [&](int a, int b) { return patch.point[Quartic::index(i + a, j + b)]; };
+            for (const Vec3d& d : {at(0, 0) - 2.0 * at(1, 0) + at(2, 0), at(2, 0) - 2.0 * at(1, 1) + at(0, 2),
+                                   at(0, 2) - 2.0 * at(0, 1) + at(0, 0)})
+                squared = std::max(squared, glm::dot(d, d));
+        }
+    return 2 * std::sqrt(squared);
+}
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,35 @@
+#pragma once
+
+#include "../surface/bicubic.hpp"
+#include "../surface/box_spline.hpp"
+#include "bezier_triangle.hpp"
+
+#include <array>
+
+namespace tetrakis::detail {
+
+/// 3 x 3 control points, row by row.
+using Net9 = std::array<Vec3d, 9>;
+
+/// A bicubic patch over a triangle in its parameters is a polynomial of degree 6: the weights of the net's points, in
+/// its order, in the control points of the polynomial.
+using SexticWeights = std::array<std::array<double, BezierTriangle<6>::k_count>, 16>;
+SexticWeights sextic_weights(const std::array<Vec2d, 3>& triangle);
+BezierTriangle<6> bicubic_over(const Net16& net, const SexticWeights& weights);
+
+/// A biquadratic patch (Doo-Sabin) over a triangle in its parameters: a polynomial of degree 4.
+BezierTriangle<4> biquadratic_over(const Net9& net, const std::array<Vec2d, 3>& triangle);
+
+/// A cell of the box spline of Zwart and Powell (midedge) over a triangle in its parameters. The cell's diagonals cut
+/// it in four, each with a polynomial of degree 2.
+/// @param side  of the cell, 0 to 3: the triangle lies between that side and the centre
+BezierTriangle<2> four_direction_over(const Net9& net, int side, const std::array<Vec2d, 3>& triangle);
+
+/// A regular triangle of a Loop surface: a polynomial of degree 4.
+BezierTriangle<4> box_spline_triangle(const Net12& net);
+
+/// Bound on |S - L|, L the linear interpolant of the corners. A triangle within whose sides are those of this one times
+/// h has at most h^2 times that.
+double linear_deviation(const BezierTriangle<4>& patch);
+
+}  // namespace tetrakis::detail

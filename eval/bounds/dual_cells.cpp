@@ -1,0 +1,191 @@
+#include "dual_cells.hpp"
+
+#include <algorithm>
+
+namespace tetrakis::detail {
+
+namespace {
+
+constexpr std::size_t k_regular = 4;
+// Along a boundary or crease two cells meet in a point, at a corner of it there is one. Where a crease ends there are
+// those of its last vertex' two sides and that of the next vertex.
+constexpr std::size_t k_around_an_end = 3;
+
+std::uint32_t last(const VertexCell& cell) { return (1u << cell.level) - 1; }
+VertexCell corner_cell(const DualCells::Corner& c, int level, std::uint32_t x = 0, std::uint32_t y = 0) {
+    const std::uint32_t end = (1u << level) - 1;
+    return {c.root,
+            {c.corner == 1 || c.corner == 2 ? end - x : x, c.corner >= 2 ? end - y : y},
+            static_cast<std::uint8_t>(level)};
+}
+
+}  // namespace
+
+std::size_t DualCells::Hash::operator()(const VertexCell& cell) const {
+    std::uint64_t h = (std::uint64_t{cell.root} << 8 | cell.level) * 0x9E37'79B9'7F4A'7C15u;
+    h = (h ^ (std::uint64_t{cell.at.x} << 32 | cell.at.y)) * 0xBF58'476D'1CE4'E5B9u;
+    return static_cast<std::size_t>(h ^ h >> 31);
+}
+
+DualCells::DualCells(const PartialLevels& levels, const VertexRoots& roots)
+    : levels_(levels), roots_(roots), point_at_(4 * std::size_t{roots.count()}, k_none) {
+    std::vector<std::uint8_t> seen(point_at_.size(), 0);
+    for (std::uint32_t r = 0; r < roots.count(); ++r)
+        for (int c = 0; c < 4; ++c) {
+            const auto index = [](const Corner& m) {
+                return 4 * std::size_t{m.root} + static_cast<std::size_t>(m.corner);
+            };
+            if (seen[index({r, c})] != 0) continue;
+            Point point = point_around({r, c});
+            const bool regular =
+                point.closed ? point.around.size() == k_regular : point.around.size() < k_around_an_end;
+            for (const Corner& m : point.around) {
+                seen[index(m)] = 1;
+                if (!regular) point_at_[index(m)] = static_cast<std::uint32_t>(points_.size());
+            }
+            if (!regular) points_.push_back(std::move(point));
+        }
+}
+
+DualCells::Point DualCells::point_around(const Corner& start) const {
+    Point point;
+    point.around.push_back(start);
+    for (Corner at = start;;) {
+        const auto next = across({at.root, {0, 0}, 0}, (at.corner + 3) % 4);
+        if (!next) break;
+        if (next->cell.root == start.root && next->side == start.corner) return point;
+        point.around.push_back(at = {next->cell.root, next->side});
+    }
+    point.closed = false;
+    for (Corner at = start;;) {
+        const auto next = across({at.root, {0, 0}, 0}, at.corner);
+        if (!next) return point;
+        point.around.insert(point.around.begin(), at = {next->cell.root, (next->side + 1) % 4});
+    }
+}
+
+std::optional<DualCells::Neighbour> DualCells::across(const VertexCell& cell, int side) const {
+    const std::uint32_t end = last(cell);
+    VertexCell next = cell;
+    const auto [x, y] = cell.at;
+    if (side == 0 ? y > 0 : side == 1 ? x < end : side == 2 ? y < end : x > 0) {
+        next.at.x += side == 1 ? 1u : side == 3 ? ~0u : 0u;
+        next.at.y += side == 2 ? 1u : side == 0 ? ~0u : 0u;
+        return Neighbour{next, (side + 2) % 4};
+    }
+    const std::uint32_t link = roots_.link[4 * std::size_t{cell.root} + static_cast<std::size_t>(side)];
+    if (link == VertexRoots::outside || (roots_.crease[cell.root] >> side & 1) != 0) return std::nullopt;
+    // Sides run from corner to corner, and the common one the other way from there.
+    const std::uint32_t from_end = side == 0 ? end - x : side == 1 ? end - y : side == 2 ? x : y;
+    next.root = link / 4;
+    const int its = static_cast<int>(link % 4);
+    next.at = its == 0   ? LatticePoint{from_end, 0}
+              : its == 1 ? LatticePoint{end, from_end}
+              : its == 2 ? LatticePoint{end - from_end, end}
+                         : LatticePoint{0, end - from_end};
+    return Neighbour{next, its};
+}
+
+std::uint32_t DualCells::point(const VertexCell& cell, int corner) const {
+    const bool there =
+        cell.at.x == (corner == 1 || corner == 2 ? last(cell) : 0) && cell.at.y == (corner >= 2 ? last(cell) : 0);
+    return there ? point_at_[4 * std::size_t{cell.root} + static_cast<std::size_t>(corner)] : k_none;
+}
+
+std::uint32_t DualCells::point_of(const VertexCell& cell) const {
+    for (int c = 0; c < 4; ++c)
+        if (const std::uint32_t p = point(cell, c); p != k_none) return p;
+    return k_none;
+}
+
+bool DualCells::irregular(const VertexCell& cell) const { return point_of(cell) != k_none; }
+
+Vec2d DualCells::vertex(const VertexCell& cell) const {
+    const auto place = [&](std::uint32_t at, int low, int high) {
+        if (at == 0 && !across(cell, low)) return 0.0;
+        return at == last(cell) && !across(cell, high) ? 1.0 : 0.5;
+    };
+    return {place(cell.at.x, 3, 1), place(cell.at.y, 0, 2)};
+}
+
+std::array<VertexCell, 9> DualCells::cells_of_net(const VertexCell& cell) const {
+    constexpr std::array<std::size_t, 4> k_at_side = {1, 5, 7, 3}, k_at_corner = {0, 2, 8, 6};
+    std::array<VertexCell, 9> cells;
+    cells[4] = cell;
+    const auto beside = [&](int side) {
+        const auto next = across(cell, side);
+        return next ? next->cell : cell;
+    };
+    for (int k = 0; k < 4; ++k) {
+        cells[k_at_side[static_cast<std::size_t>(k)]] = beside(k);
+        VertexCell& diagonal = cells[k_at_corner[static_cast<std::size_t>(k)]];
+        const auto next = across(cell, (k + 3) % 4);
+        diagonal = next ? next->cell : beside(k);
+        if (next)
+            if (const auto second = across(next->cell, (next->side + 3) % 4)) diagonal = second->cell;
+    }
+    return cells;
+}
+
+void DualCells::add_cells_of_hull(const VertexCell& cell, std::vector<VertexCell>& cells) const {
+    for (const Corner& c : points_[point_of(cell)].around)
+        for (const std::uint32_t y : {0u, 1u})
+            for (const std::uint32_t x : {0u, 1u}) cells.push_back(corner_cell(c, cell.level, x, y));
+}
+
+std::span<const Vec3d> DualCells::hull(const VertexCell& cell) const {
+    return hulls_.at(corner_cell(points_[point_of(cell)].around[0], cell.level));
+}
+
+void DualCells::collect(const VertexCell& cell, int levels, std::vector<VertexCell>& wanted) const {
+    if (!irregular(cell)) {
+        if (!nets_.contains(cell)) wanted.push_back(cell);
+    } else if (levels == 0) {
+        const VertexCell first = corner_cell(points_[point_of(cell)].around[0], cell.level);
+        if (!hulls_.contains(first)) wanted.push_back(first);
+    } else {
+        for (const std::uint32_t y : {0u, 1u})
+            for (const std::uint32_t x : {0u, 1u}) collect(quarter(cell, x, y), levels - 1, wanted);
+    }
+}
+
+void DualCells::find(std::span<const VertexCell> leaves, const std::function<void(double)>& report) {
+    constexpr std::size_t k_block = 1u << 13;  // cells between two reports
+    std::vector<VertexCell> wanted, cells, each;
+    for (const VertexCell& leaf : leaves) collect(leaf, k_hull_levels, wanted);
+    std::sort(wanted.begin(), wanted.end());
+    wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+    std::vector<Vec3d> found;
+    for (std::size_t begin = 0; begin < wanted.size(); begin += k_block) {
+        report(static_cast<double>(begin) / static_cast<double>(wanted.size()));
+        const auto some = std::span(wanted).subspan(begin, std::min(k_block, wanted.size() - begin));
+        each.clear();
+        for (const VertexCell& cell : some)
+            if (irregular(cell)) {
+                add_cells_of_hull(cell, each);
+            } else {
+                const auto net = cells_of_net(cell);
+                each.insert(each.end(), net.begin(), net.end());
+            }
+        cells = each;
+        std::sort(cells.begin(), cells.end());
+        cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+        found.resize(cells.size());
+        levels_.control_positions(cells, found);
+        auto next = each.begin();
+        const auto take = [&] {
+            return found[static_cast<std::size_t>(std::lower_bound(cells.begin(), cells.end(), *next++) -
+                                                  cells.begin())];
+        };
+        for (const VertexCell& cell : some)
+            if (irregular(cell)) {
+                auto& hull = hulls_[cell];
+                hull.resize(4 * points_[point_of(cell)].around.size());
+                for (Vec3d& p : hull) p = take();
+            } else {
+                for (Vec3d& p : nets_[cell]) p = take();
+            }
+    }
+}
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,146 @@
+#pragma once
+
+#include "../../hier/base/vec.hpp"
+#include "../../hier/forest/vertex_roots.hpp"
+#include "../../refine/adaptive/partial_levels.hpp"
+#include "bezier_pieces.hpp"
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// A triangle of a cell, in lengths of the cell's sides.
+struct DualPiece {
+    std::array<Vec2d, 3> at;
+    std::array<int, 3> edge{-1, -1, -1};  ///< of the mesh's face that side k (corner k to k + 1) lies over, or -1
+
+    /// Cuts it along the line dot(normal, p) = offset. Calls take(beyond, part) for its parts, at most three.
+    template <class Take>
+    void cut(const Vec2d& normal, double offset, Take&& take) const;
+};
+
+/// Control points of the limit surface of a quadratic dual scheme, by cells of the vertex quadtrees. A cell is regular
+/// if four cells meet at each of its corners; across boundaries and creases its control points are repeated, as the
+/// schemes' rules have it. Its surface then depends on its own control point and the eight around. Other cells touch an
+/// extraordinary point. Of their quarters three are regular; the surface over the fourth lies in the convex hull of the
+/// control points around the extraordinary point, because no mask has a negative weight.
+class DualCells {
+  public:
+    static constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
+    /// Levels below a leaf at which the hull bounds what is left at an extraordinary point.
+    static constexpr int k_hull_levels = 3;
+
+    struct Corner {
+        std::uint32_t root;
+        int corner;
+    };
+    /// An extraordinary point: where not four roots meet, or where a crease ends inside.
+    struct Point {
+        std::vector<Corner> around;  ///< counter-clockwise
+        bool closed = true;          ///< the last is beside the first; else a crease lies between
+        /// Else two paths of edges lead from one vertex to the other.
+        bool is_face() const { return closed && around.size() > 2; }
+    };
+
+    /// Keeps references to both.
+    DualCells(const PartialLevels& levels, const VertexRoots& roots);
+
+    std::span<const Point> points() const { return points_; }
+    /// Number of the extraordinary point at a corner of a cell, or k_none.
+    std::uint32_t point(const VertexCell& cell, int corner) const;
+    /// Where a cell's vertex is, in lengths of its sides: in the middle, or on the side where the surface ends or a
+    /// crease runs.
+    Vec2d vertex(const VertexCell& cell) const;
+
+    /// Finds the control points that visit() needs of these leaves.
+    void find(std::span<const VertexCell> leaves, const std::function<void(double)>& report);
+    /// Goes over the surface over a piece of a leaf.
+    /// @param on_net   (net, piece): part of a regular cell
+    /// @param on_hull  (points): their convex hull holds the rest
+    template <class OnNet, class OnHull>
+    void visit(const VertexCell& cell, const DualPiece& piece, OnNet&& on_net, OnHull&& on_hull,
+               int levels = k_hull_levels) const;
+
+  private:
+    struct Hash {
+        std::size_t operator()(const VertexCell& cell) const;
+    };
+    struct Neighbour {
+        VertexCell cell;
+        int side;  ///< the common one, seen from there
+    };
+    /// Nothing where the surface ends or a crease runs.
+    std::optional<Neighbour> across(const VertexCell& cell, int side) const;
+    bool irregular(const VertexCell& cell) const;
+    std::array<VertexCell, 9> cells_of_net(const VertexCell& cell) const;
+    /// At the level of this cell, those whose control points span the hull of what touches its extraordinary point.
+    void add_cells_of_hull(const VertexCell& cell, std::vector<VertexCell>& cells) const;
+    Point point_around(const Corner& start) const;
+    std::uint32_t point_of(const VertexCell& cell) const;
+    void collect(const VertexCell& cell, int levels, std::vector<VertexCell>& wanted) const;
+    std::span<const Vec3d> hull(const VertexCell& cell) const;
+    static VertexCell quarter(const VertexCell& cell, std::uint32_t x, std::uint32_t y) {
+        return {cell.root, {2 * cell.at.x + x, 2 * cell.at.y + y}, static_cast<std::uint8_t>(cell.level + 1)};
+    }
+
+    const PartialLevels& levels_;
+    const VertexRoots& roots_;
+    std::vector<Point> points_;
+    std::vector<std::uint32_t> point_at_;                             // 4 per root
+    std::unordered_map<VertexCell, Net9, Hash> nets_;                 // of regular cells
+    std::unordered_map<VertexCell, std::vector<Vec3d>, Hash> hulls_;  // by the cell of the point's first corner
+};
+
+template <class Take>
+void DualPiece::cut(const Vec2d& normal, double offset, Take&& take) const {
+    constexpr double k_on_line = 1e-12;
+    std::array<double, 3> past;
+    for (std::size_t k = 0; k < 3; ++k) {
+        past[k] = normal.x * at[k].x + normal.y * at[k].y - offset;
+        if (std::abs(past[k]) < k_on_line) past[k] = 0;
+    }
+    if (past[0] >= 0 && past[1] >= 0 && past[2] >= 0) return take(true, *this);
+    if (past[0] <= 0 && past[1] <= 0 && past[2] <= 0) return take(false, *this);
+    // Corner a lies on one side alone, or on the line with b and c on either side.
+    std::size_t a = 0;
+    while (past[a] * past[(a + 1) % 3] > 0 || past[a] * past[(a + 2) % 3] > 0 ||
+           (past[a] == 0) != (past[0] == 0 || past[1] == 0 || past[2] == 0))
+        ++a;
+    const std::size_t b = (a + 1) % 3, c = (a + 2) % 3;
+    const auto between = [&](std::size_t i, std::size_t j) {
+        const double share = past[i] / (past[i] - past[j]);
+        return at[i] + share * (at[j] - at[i]);
+    };
+    if (past[a] == 0) {
+        const Vec2d m = between(b, c);
+        take(past[b] > 0, DualPiece{{at[a], at[b], m}, {edge[a], edge[b], -1}});
+        take(past[c] > 0, DualPiece{{at[a], m, at[c]}, {-1, edge[b], edge[c]}});
+        return;
+    }
+    const Vec2d m = between(a, b), n = between(a, c);
+    take(past[a] > 0, DualPiece{{at[a], m, n}, {edge[a], -1, edge[c]}});
+    take(past[a] < 0, DualPiece{{m, at[b], at[c]}, {edge[a], edge[b], -1}});
+    take(past[a] < 0, DualPiece{{m, at[c], n}, {-1, edge[c], -1}});
+}
+
+template <class OnNet, class OnHull>
+void DualCells::visit(const VertexCell& cell, const DualPiece& piece, OnNet&& on_net, OnHull&& on_hull,
+                      int levels) const {
+    if (!irregular(cell)) return on_net(nets_.at(cell), piece);
+    if (levels == 0) return on_hull(hull(cell));
+    piece.cut({1, 0}, 0.5, [&](bool right, const DualPiece& half) {
+        half.cut({0, 1}, 0.5, [&](bool upper, const DualPiece& part) {
+            DualPiece scaled = part;
+            for (Vec2d& p : scaled.at) p = 2.0 * p - Vec2d(right ? 1 : 0, upper ? 1 : 0);
+            visit(quarter(cell, right ? 1 : 0, upper ? 1 : 0), scaled, on_net, on_hull, levels - 1);
+        });
+    });
+}
+
+}  // namespace tetrakis::detail
