@@ -127,49 +127,6 @@ ControlMeshData regular_mesh(bool triangles, std::uint32_t n, bool torus) {
     return data;
 }
 
-/// A vertex at the origin with n faces around it; numbered from the middle: 0, then the ends of its edges, then what is
-/// opposite in the quads.
-ControlMesh fan(bool triangles, std::uint32_t n) {
-    ControlMeshData data;
-    data.positions.emplace_back(0, 0, 0);
-    for (const int ring : {0, 1})
-        for (std::uint32_t i = 0; i < n && (ring == 0 || !triangles); ++i) {
-            const double angle = 2 * std::numbers::pi * (i + 0.5 * ring) / n;
-            data.positions.emplace_back((1 + ring) * std::cos(angle), (1 + ring) * std::sin(angle), 0);
-        }
-    data.face_offsets.push_back(0);
-    for (std::uint32_t i = 0; i < n; ++i) {
-        const std::uint32_t a = 1 + i, b = 1 + (i + 1) % n;
-        if (triangles)
-            data.face_vertices.insert(data.face_vertices.end(), {0, a, b});
-        else
-            data.face_vertices.insert(data.face_vertices.end(), {0, a, 1 + n + i, b});
-        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
-    }
-    return ControlMesh::build(std::move(data));
-}
-
-/// How far the row of the vertex in the middle of a fan is from the weights of the middle, of each edge's end, and of
-/// each quad's opposite corner.
-double off_in_the_middle(const SchemeInfo& scheme, std::uint32_t n, const RefineOptions& options, int level,
-                         double centre, double edge, double face = 0) {
-    const RefinedStencils refined =
-        refine_stencils(fan(scheme.family == MeshFamily::triangles, n), scheme, level, options);
-    int found = 0;
-    double off = 0;
-    for (int r = 0; r < refined.stencils.row_count(); ++r) {
-        if (glm::length(refined.mesh.positions[static_cast<std::size_t>(r)]) > 1e-6) continue;
-        ++found;
-        std::vector<double> weights(1 + 2 * n, 0.0);
-        for (std::size_t i = 0; i < refined.stencils.points(r).size(); ++i)
-            weights[static_cast<std::size_t>(refined.stencils.points(r)[i])] = refined.stencils.weights(r)[i];
-        for (std::uint32_t i = 0; i < weights.size(); ++i)
-            off = std::max(off, std::abs(weights[i] - (i == 0 ? centre : i <= n ? edge : face)));
-    }
-    CHECK(found == 1);
-    return off;
-}
-
 using Weights = std::vector<double>;
 
 Weights ascending(std::span<const double> weights, double unit) {
@@ -249,66 +206,6 @@ TEST_CASE("masks: polynomials on regular meshes are reproduced up to the degree 
             }
         // The one at which the loop ended is not.
         CHECK(degree - 2 == scheme.reproduction);
-    }
-}
-
-TEST_CASE("masks: vertices of any number of faces have the weights of Catmull and Clark, Loop, Warren and Kobbelt") {
-    const SchemeInfo &catmull_clark = scheme_named("catmull-clark"), &loop = scheme_named("loop"),
-                     &sqrt3 = scheme_named("sqrt3");
-    for (const std::uint32_t n : {3u, 4u, 5u, 6u, 7u, 8u, 9u, 12u, 33u, 100u}) {
-        CAPTURE(n);
-        const double angle = 2 * std::numbers::pi / n, c = std::cos(angle);
-        CHECK(off_in_the_middle(catmull_clark, n, {}, 1, 1 - 7.0 / (4 * n), 1.5 / (n * n), 0.25 / (n * n)) < 1e-14);
-        CHECK(off_in_the_middle(catmull_clark, n, {.limit = true}, 0, n / (n + 5.0), 4 / (n * (n + 5.0)),
-                                1 / (n * (n + 5.0))) < 1e-14);
-        const double beta = (0.625 - std::pow(0.375 + 0.25 * c, 2)) / n, omega = 1 / (0.375 / beta + n);
-        CHECK(off_in_the_middle(loop, n, {}, 1, 1 - n * beta, beta) < 1e-15);
-        CHECK(off_in_the_middle(loop, n, {.limit = true}, 0, 1 - n * omega, omega) < 1e-14);
-        const double warren = n == 3 ? 3.0 / 16 : 3.0 / (8 * n);
-        CHECK(off_in_the_middle(loop, n, {.rules = {.loop_weights = LoopWeights::warren}}, 1, 1 - n * warren, warren) <
-              1e-15);
-        const double alpha = (4 - 2 * c) / 9, limit = 3 * alpha / (1 + 3 * alpha);
-        CHECK(off_in_the_middle(sqrt3, n, {.limit = true}, 0, 1 - limit, limit / n) < 1e-14);
-    }
-}
-
-TEST_CASE("masks: faces of any number of corners have the weights of Doo and Sabin") {
-    for (const std::uint32_t n : {3u, 5u, 6u, 7u, 12u, 40u}) {
-        CAPTURE(n);
-        // A prism, whose other faces are quads.
-        ControlMeshData data;
-        data.face_offsets = {0};
-        for (const int top : {0, 1})
-            for (std::uint32_t i = 0; i < n; ++i) {
-                const double angle = 2 * std::numbers::pi * i / n;
-                data.positions.emplace_back(std::cos(angle), std::sin(angle), top);
-            }
-        for (std::uint32_t i = 0; i < n; ++i) data.face_vertices.push_back(n + i);
-        data.face_offsets.push_back(n);
-        for (std::uint32_t i = 0; i < n; ++i) data.face_vertices.push_back(n - 1 - i);
-        data.face_offsets.push_back(2 * n);
-        for (std::uint32_t i = 0; i < n; ++i) {
-            data.face_vertices.insert(data.face_vertices.end(), {i, (i + 1) % n, n + (i + 1) % n, n + i});
-            data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
-        }
-        const RefinedStencils refined =
-            refine_stencils(ControlMesh::build(std::move(data)), scheme_named("doo-sabin"), 1);
-        std::uint32_t of_face = 0;
-        double off = 0;
-        for (int r = 0; r < refined.stencils.row_count(); ++r) {
-            const std::span<const int> points = refined.stencils.points(r);
-            const std::span<const double> weights = refined.stencils.weights(r);
-            if (points.size() != n || points.front() != static_cast<int>(n)) continue;
-            ++of_face;
-            const auto own = std::max_element(weights.begin(), weights.end()) - weights.begin();
-            for (std::uint32_t i = 0; i < n; ++i) {
-                const double angle = 2 * std::numbers::pi * (i - static_cast<double>(own)) / n;
-                const double expected = i == own ? 0.25 + 1.25 / n : (3 + 2 * std::cos(angle)) / (4.0 * n);
-                off = std::max(off, std::abs(weights[i] - expected));
-            }
-        }
-        CHECK(of_face == n);
-        CHECK(off < 1e-15);
     }
 }
 
@@ -421,48 +318,69 @@ TEST_CASE(
     CHECK(analyse(*find_scheme("midpoint"), {.faces = 2}, {}).third == doctest::Approx(0.5));
 }
 
-TEST_CASE("masks: at a thousand edges they and the eigenvalues are the closed forms") {
-    constexpr int n = 1000;
-    const double angle = 2 * std::numbers::pi / n, c = std::cos(angle);
-    struct Known {
-        const char* scheme;
-        double lambda, centre, edge, face;  ///< of the limit, each edge's and face's
-    };
-    const double beta = (0.625 - std::pow(0.375 + 0.25 * c, 2)) / n, omega = 1 / (0.375 / beta + n);
-    const double a = (4 - 2 * c) / 9, b = 3 * a / (1 + 3 * a);
-    const double two_steps = (2 + 2 * c) / 9;
-    const Known known[] = {
-        {"loop", 0.375 + 0.25 * c, 1 - n * omega, omega, 0},
-        {"sqrt3", two_steps, 1 - b, b / n, 0},
-        {"catmull-clark", (5 + c + std::sqrt((c + 9) * (c + 1))) / 16, n / (n + 5.0), 4 / (n * (n + 5.0)),
-         1 / (n * (n + 5.0))},
-        {"doo-sabin", 0.5, 0, 1.0 / n, 0},
-    };
-    for (const auto& [name, lambda, centre, edge, face] : known) {
-        CAPTURE(name);
-        const SpectralAnalysis an = analyse(*find_scheme(name), {.faces = n}, {});
-        const FanLabels& labels = an.matrix.labels;
-        const bool dual = labels.lattice() == FanLattice::dual;
-        CHECK(an.lambda1 == doctest::Approx(lambda).epsilon(1e-12));
-        CHECK(sum(an.limit) == doctest::Approx(1).epsilon(1e-12));
-        REQUIRE(an.tangent1.size() == an.limit.size());
-        if (!dual) CHECK(an.limit[0] == doctest::Approx(centre).epsilon(1e-10));
-        const double first = an.tangent1[labels.find(dual ? FanLabel{0, 0, 0} : FanLabel{0, 1, 0})];
-        double off = 0;
-        for (int s = 0; s < n; ++s) {
-            const int e = labels.find(dual ? FanLabel{s, 0, 0} : FanLabel{s, 1, 0});
-            off = std::max(
-                {off, n * std::abs(an.limit[e] - edge), std::abs(an.tangent1[e] - first * std::cos(s * angle))});
-            if (face == 0) continue;
-            off = std::max(off, n * std::abs(an.limit[labels.find({s, 1, 1})] - face));
-        }
-        CHECK(off < 1e-9);
-        // A row is the same turned: Doo and Sabin's weights from the far side of the face.
-        if (!dual) continue;
-        for (const int s : {0, 1, 499, 999}) {
-            const double expected = (3 + 2 * std::cos((s - 500) * angle)) / (4.0 * n);
-            CHECK(an.matrix.at(labels.find({500, 0, 0}), labels.find({s, 0, 0})) ==
-                  doctest::Approx(expected).epsilon(1e-12));
+TEST_CASE("masks: around vertices and faces of any number of edges they and the eigenvalues are the closed forms") {
+    for (const int n : {3, 4, 5, 6, 7, 8, 9, 12, 33, 100, 1000}) {
+        CAPTURE(n);
+        const double angle = 2 * std::numbers::pi / n, c = std::cos(angle);
+        // Of the middle itself, each edge's end and each quad's opposite corner.
+        struct Around {
+            double centre, edge, face;
+        };
+        struct Known {
+            const char* scheme;
+            double lambda;
+            Around limit;
+            std::optional<Around> level = std::nullopt;  ///< one level on, where the matrix is of one
+            RuleOptions rules{};
+        };
+        const auto loop = [&](double beta) {
+            const double omega = 1 / (0.375 / beta + n);
+            return std::pair(Around{1 - n * omega, omega, 0}, Around{1 - n * beta, beta, 0});
+        };
+        const auto [loop_limit, loop_level] = loop((0.625 - std::pow(0.375 + 0.25 * c, 2)) / n);
+        const auto [warren_limit, warren_level] = loop(n == 3 ? 3.0 / 16 : 3.0 / (8 * n));
+        const double a = (4 - 2 * c) / 9, b = 3 * a / (1 + 3 * a), m = n;
+        const Known known[] = {
+            {"loop", 0.375 + 0.25 * c, loop_limit, loop_level},
+            {"loop", 0.375 + 0.25 * c, warren_limit, warren_level, {.loop_weights = LoopWeights::warren}},
+            {"sqrt3", (2 + 2 * c) / 9, {1 - b, b / n, 0}},
+            {"catmull-clark",
+             (5 + c + std::sqrt((c + 9) * (c + 1))) / 16,
+             {m / (m + 5), 4 / (m * (m + 5)), 1 / (m * (m + 5))},
+             Around{1 - 7 / (4 * m), 1.5 / (m * m), 0.25 / (m * m)}},
+            {"doo-sabin", 0.5, {0, 1 / m, 0}},
+        };
+        for (const auto& [name, lambda, limit, level, rules] : known) {
+            CAPTURE(name);
+            const SpectralAnalysis an = analyse(*find_scheme(name), {.faces = n}, rules);
+            const FanLabels& labels = an.matrix.labels;
+            const bool dual = labels.lattice() == FanLattice::dual;
+            CHECK(an.lambda1 == doctest::Approx(lambda).epsilon(1e-12));
+            CHECK(sum(an.limit) == doctest::Approx(1).epsilon(1e-12));
+            REQUIRE(an.tangent1.size() == an.limit.size());
+            if (!dual) CHECK(an.limit[0] == doctest::Approx(limit.centre).epsilon(1e-10));
+            if (level) CHECK(an.matrix.at(0, 0) == doctest::Approx(level->centre).epsilon(1e-12));
+            const double first = an.tangent1[labels.find(dual ? FanLabel{0, 0, 0} : FanLabel{0, 1, 0})];
+            double off = 0;
+            for (int s = 0; s < n; ++s) {
+                const int e = labels.find(dual ? FanLabel{s, 0, 0} : FanLabel{s, 1, 0});
+                off = std::max({off, n * std::abs(an.limit[e] - limit.edge),
+                                std::abs(an.tangent1[e] - first * std::cos(s * angle))});
+                if (level) off = std::max(off, n * std::abs(an.matrix.at(0, e) - level->edge));
+                if (limit.face == 0) continue;
+                const int f = labels.find({s, 1, 1});
+                off = std::max(
+                    {off, n * std::abs(an.limit[f] - limit.face), n * std::abs(an.matrix.at(0, f) - level->face)});
+            }
+            CHECK(off < 1e-9);
+            // Doo and Sabin's weights, from the corner that the point is near on.
+            if (!dual) continue;
+            const int own = n / 2;
+            for (const int s : {0, 1, own, n - 1}) {
+                const double expected = s == own ? 0.25 + 1.25 / n : (3 + 2 * std::cos((s - own) * angle)) / (4.0 * n);
+                CHECK(an.matrix.at(labels.find({own, 0, 0}), labels.find({s, 0, 0})) ==
+                      doctest::Approx(expected).epsilon(1e-12));
+            }
         }
     }
 }

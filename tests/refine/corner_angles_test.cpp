@@ -12,7 +12,6 @@
 #include "../../refine/adaptive/partial_levels.hpp"
 #include "../../refine/attributes/uv_mesh.hpp"
 #include "../../refine/factored/factored_mesh.hpp"
-#include "../../refine/rules/mesh_part.hpp"
 #include "../../refine/uniform/refine.hpp"
 #include "../../refine/uniform/repeated_rows.hpp"
 #include "../../refine/uniform/uniform.hpp"
@@ -34,12 +33,6 @@ namespace {
 constexpr std::string_view k_angle_schemes[] = {"loop", "tuned-loop", "catmull-clark"};
 
 bool takes_triangles(std::string_view scheme) { return find_scheme(scheme)->family == MeshFamily::triangles; }
-
-RuleOptions with_angle(double angle) {
-    RuleOptions rules;
-    rules.corner_angle = angle;
-    return rules;
-}
 
 ControlMesh tagged_everywhere(const ControlMesh& mesh, double angle) {
     return test::with_angles(mesh, [&](HalfedgeId) { return angle; });
@@ -72,26 +65,6 @@ struct Level {
     }
 };
 
-/// The vertices within so many rings of the half-edge's origin that a walk which crosses no crease comes to.
-std::vector<int> vertices_beside(const RuleMesh& mesh, int halfedge, int rings) {
-    detail::MeshPartFinder parts;
-    const int v = mesh.origin(halfedge);
-    const detail::MeshPart part = parts.find(mesh, {&v, 1}, rings);
-    std::vector<int> faces{part.mesh.face(part.halfedge(mesh, halfedge))}, result;
-    std::vector<char> seen(static_cast<std::size_t>(part.mesh.face_count()), 0);
-    seen[static_cast<std::size_t>(faces[0])] = 1;
-    for (std::size_t i = 0; i < faces.size(); ++i)
-        for (int k = 0, h = part.mesh.face_begin(faces[i]); k < part.mesh.face_size(faces[i]); ++k, ++h) {
-            result.push_back(part.vertex[static_cast<std::size_t>(part.mesh.origin(h))]);
-            if (part.mesh.sharp(h)) continue;
-            const int next = part.mesh.face(part.mesh.twin(h));
-            if (!std::exchange(seen[static_cast<std::size_t>(next)], 1)) faces.push_back(next);
-        }
-    std::sort(result.begin(), result.end());
-    result.erase(std::unique(result.begin(), result.end()), result.end());
-    return result;
-}
-
 /// A face of the control mesh at the vertex, of those whose half-edge leaves it in about this direction.
 std::uint32_t face_towards(const ControlMesh& mesh, std::uint32_t vertex, double x, double y) {
     std::uint32_t best = 0;
@@ -110,13 +83,6 @@ std::uint32_t face_towards(const ControlMesh& mesh, std::uint32_t vertex, double
     return best;
 }
 
-double largest_difference(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b, const std::vector<int>& at) {
-    double most = 0;
-    for (const int v : at)
-        most = std::max(most, glm::length(a[static_cast<std::size_t>(v)] - b[static_cast<std::size_t>(v)]));
-    return most;
-}
-
 /// The tags of one sector.
 ControlMesh tagged_at(const ControlMesh& mesh, std::initializer_list<ControlMeshData::AngleTag> tags) {
     ControlMeshData data = mesh.data();
@@ -127,35 +93,6 @@ ControlMesh tagged_at(const ControlMesh& mesh, std::initializer_list<ControlMesh
 }  // namespace
 
 TEST_SUITE_BEGIN("refine");
-
-TEST_CASE("two corners with different angles: near each of them the mesh with that angle everywhere") {
-    constexpr int k_levels = 3, k_rings = 1 << k_levels;
-    for (const std::string_view scheme : k_angle_schemes) {
-        CAPTURE(scheme);
-        const ControlMesh mesh = test::sheet(takes_triangles(scheme));
-        const double first = radians(70), second = radians(230);
-        const Level mixed(
-            test::with_angles(mesh,
-                              [&](HalfedgeId h) { return mesh.origin(h).value == test::k_straight ? first : second; }),
-            scheme, k_levels);
-        const Level all_first(mesh, scheme, k_levels, {.rules = with_angle(first)}),
-            all_second(mesh, scheme, k_levels, {.rules = with_angle(second)});
-        const auto difference = [&](const Level& other, std::uint32_t vertex) {
-            double most = 0;
-            for (const double y : {-1.0, 1.0})
-                most = std::max(
-                    most, largest_difference(
-                              mixed.points, other.points,
-                              vertices_beside(mixed.mesh(), mixed.leaving(vertex, face_towards(mesh, vertex, y, y)),
-                                              k_rings)));
-            return most;
-        };
-        CHECK(difference(all_first, test::k_straight) == 0);
-        CHECK(difference(all_second, test::k_bent) == 0);
-        CHECK(difference(all_second, test::k_straight) > 0.01);
-        CHECK(difference(all_first, test::k_bent) > 0.01);
-    }
-}
 
 TEST_CASE("the ring of a corner becomes the affine image of a planar fan of its sector's own angle") {
     constexpr int k_levels = 4;
