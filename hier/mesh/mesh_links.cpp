@@ -139,7 +139,7 @@ const EdgeUse* find_edge(std::span<const EdgeUse> sorted_uses, std::uint32_t a, 
 
 namespace {
 
-constexpr std::uint32_t k_none = HalfedgeId::none;
+constexpr std::uint32_t k_no_face = HalfedgeId::none;
 // Half-edges above which two loops over them are worth a second thread.
 constexpr std::uint32_t k_parallel_starts = 16384;
 
@@ -159,7 +159,7 @@ bool link_uses(const ControlMeshData& data, std::span<const EdgeUse> uses, std::
             twin[other] = use.halfedge;
             manifold &= data.face_vertices[use.halfedge] != data.face_vertices[other];
         } else {
-            for (std::uint32_t j = i; j != next; ++j) twin[uses[j].halfedge] = k_none;
+            for (std::uint32_t j = i; j != next; ++j) twin[uses[j].halfedge] = k_no_face;
             manifold &= next == i + 1;
         }
     }
@@ -182,7 +182,7 @@ MeshLinks link_mesh(const ControlMeshData& data, std::span<const EdgeUse> sorted
         if (!link_uses(data, sorted_uses, begin, end, links.twin)) manifold.store(false, std::memory_order_relaxed);
     });
     links.manifold_edges = manifold.load(std::memory_order_relaxed);
-    links.vertex_halfedge.assign(data.positions.size(), k_none);
+    links.vertex_halfedge.assign(data.positions.size(), k_no_face);
     links.vertex_face_count.assign(data.positions.size(), 0);
     const auto count_faces = [&] {
         for (std::uint32_t v : data.face_vertices) ++links.vertex_face_count[v];
@@ -190,7 +190,7 @@ MeshLinks link_mesh(const ControlMeshData& data, std::span<const EdgeUse> sorted
     const auto find_starts = [&] {
         for (std::uint32_t h = 0; h < use_count; ++h) {
             std::uint32_t& start = links.vertex_halfedge[data.face_vertices[h]];
-            start = start == k_none || links.twin[h] == k_none ? h : start;
+            start = start == k_no_face || links.twin[h] == k_no_face ? h : start;
         }
     };
     if (use_count > k_parallel_starts) {
@@ -204,13 +204,13 @@ MeshLinks link_mesh(const ControlMeshData& data, std::span<const EdgeUse> sorted
 
 std::uint32_t fan_size(const ControlMeshData& data, const MeshLinks& links, std::uint32_t vertex) {
     const std::uint32_t start = links.vertex_halfedge[vertex];
-    if (start == k_none) return 0;
+    if (start == k_no_face) return 0;
     std::uint32_t size = 0, h = start;
     do {
         ++size;
         const std::uint32_t f = links.face[h];
         h = links.twin[h == data.face_offsets[f] ? data.face_offsets[f + 1] - 1 : h - 1];
-    } while (h != start && h != k_none);
+    } while (h != start && h != k_no_face);
     return size;
 }
 

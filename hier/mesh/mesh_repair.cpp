@@ -21,7 +21,7 @@ namespace tetrakis {
 
 namespace {
 
-constexpr std::uint32_t k_none = VertexId::none;
+constexpr std::uint32_t k_no_number = VertexId::none;
 
 std::uint32_t count_of(std::size_t size) { return static_cast<std::uint32_t>(size); }
 
@@ -310,7 +310,7 @@ class Repair {
         NewFaces faces;
         faces.corners.reserve(data_.face_vertices.size());
         Tally unsound, small, cut;
-        std::vector<std::uint32_t> place(data_.positions.size(), k_none);  // of a vertex on the path
+        std::vector<std::uint32_t> place(data_.positions.size(), k_no_number);  // of a vertex on the path
         std::vector<std::uint32_t> path;
         for (std::uint32_t f = 0; f < face_count(); ++f) {
             const std::uint32_t first = data_.face_offsets[f], end = data_.face_offsets[f + 1];
@@ -335,17 +335,17 @@ class Repair {
             bool repeats = false;
             for (std::uint32_t h = first; h < end; ++h) {
                 const std::uint32_t at = place[data_.face_vertices[h]];
-                if (at != k_none) {  // the path since then is a loop through this vertex
+                if (at != k_no_number) {  // the path since then is a loop through this vertex
                     repeats = true;
                     emit(at);
-                    for (std::size_t i = at; i < path.size(); ++i) place[data_.face_vertices[path[i]]] = k_none;
+                    for (std::size_t i = at; i < path.size(); ++i) place[data_.face_vertices[path[i]]] = k_no_number;
                     path.resize(at);
                 }
                 place[data_.face_vertices[h]] = count_of(path.size());
                 path.push_back(h);
             }
             emit(0);
-            for (const std::uint32_t h : path) place[data_.face_vertices[h]] = k_none;
+            for (const std::uint32_t h : path) place[data_.face_vertices[h]] = k_no_number;
             if (loops == 0)
                 small.add(f);
             else if (repeats)
@@ -506,11 +506,11 @@ class Repair {
     }
 
     void drop_isolated() {
-        std::vector<std::uint32_t> number(data_.positions.size(), k_none), kept;
+        std::vector<std::uint32_t> number(data_.positions.size(), k_no_number), kept;
         for (const std::uint32_t v : data_.face_vertices) number[v] = 0;
         Tally dropped;
         for (std::uint32_t v = 0; v < number.size(); ++v) {
-            if (number[v] == k_none) {
+            if (number[v] == k_no_number) {
                 dropped.add(v);
                 continue;
             }
