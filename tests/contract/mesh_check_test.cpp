@@ -90,21 +90,6 @@ bool is_manifold(const ControlMeshData& data) {
     return true;
 }
 
-// A grid of quads, rows reversed in memory order at random: big enough for several blocks.
-ControlMeshData grid(std::uint32_t n) {
-    ControlMeshData data;
-    for (std::uint32_t y = 0; y <= n; ++y)
-        for (std::uint32_t x = 0; x <= n; ++x) data.positions.emplace_back(x, y, 0.0);
-    data.face_offsets = {0};
-    for (std::uint32_t y = 0; y < n; ++y)
-        for (std::uint32_t x = 0; x < n; ++x) {
-            const std::uint32_t v = y * (n + 1) + x;
-            data.face_vertices.insert(data.face_vertices.end(), {v, v + 1, v + n + 2, v + n + 1});
-            data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
-        }
-    return data;
-}
-
 }  // namespace
 
 TEST_SUITE_BEGIN("contract");
@@ -307,7 +292,7 @@ TEST_CASE("harmless oddities are warnings") {
 
 TEST_CASE("[inv10] a large mesh builds the same for any number of threads, as brute force says") {
     constexpr std::uint32_t n = 200;
-    auto data = grid(n);
+    auto data = grid(n);  // big enough for several blocks
     std::mt19937_64 random(5);
     std::vector<std::uint32_t> order(data.positions.size());  // scatter the vertex numbers over all buckets
     for (std::uint32_t v = 0; v < order.size(); ++v) order[v] = v;

@@ -200,20 +200,16 @@ TEST_CASE("[bad-input] every malformed line is refused with file, line and advic
 TEST_CASE("[bad-input] what the reader leaves to the check is reported with its line") {
     for (const char* odd : {"nan", "-NaN", "inf", "-inf", "1e999", "1.#IND", "-1.#INF", "1.#QNAN", "nan(ind)"})
         check_refused(k_square + "v 0 " + odd + " 0\nf 1 2 3\n", 5, "vertex 5 has a coordinate", "--repair");
-    check_refused(k_square + "v 0 1e70 0\nf 1 2 3\n", 5, "beyond 1e+60", "--repair");
     check_refused(k_square + "f 1 2 3\nf\n", 6, "face 2 has 0 corners", "--repair");
-    check_refused(k_square + "f 1 2\nf 1 2 3\n", 5, "face 1 has 2 corners", "--repair");
     check_refused(k_square + "f 1 2 5\n", 5, "face 1 uses vertex 5, but there are 4 vertices (numbers start at 1)",
                   "--repair");
     check_refused(k_square + "f 1 2 -5\n", 5, "face 1 uses a vertex that no number can name", "--repair");
     check_refused(k_square + "f 1 2 99999999999999999999\n", 5, "a vertex that no number can name", "--repair");
-    check_refused(k_square + "f 1 2 3 2\n", 5, "face 1 has vertex 2 (line 2) twice", "--repair");
     check_refused(k_square + "f 1 2 3 4\nt hole 1/0/0 -1\n", 6, "names face a number below 0", "--repair");
     check_refused(k_square + "f 1 2 3 4\nt corner 1/1/0 3000000000000 2\n", 6, "too large for any mesh", "--repair");
     check_refused(k_square + "vt 0 0\nf 1/1 2/1 3/2\n", 6, "texture coordinate 2, but there are 1 (numbers start at 1)",
                   "--repair");
     check_refused(k_square + "vt 0 0\nf 1/-2 2/1 3/1\n", 6, "texture coordinate", "--repair");
-    check_refused(k_square + "vt 0 0\nvt 0 nan\nf 1/1 2/2 3/1\n", 6, "texture coordinate 2 is not finite", "--repair");
     check_refused(k_square + "vt 0 0\nvt 1e45 0\nf 1/1 2/2 3/1\n", 6, "texture coordinate 2 is not finite or beyond",
                   "--repair");
     check_refused(k_square + "vn 0 0 1\nf 1//1 2//1 3//2\n", 6, "normal 2, but there are 1 (numbers start at 1)",
@@ -247,16 +243,12 @@ TEST_CASE("[bad-input] tags that make no sense are refused with their line") {
                   "crease tag 1 (0, 2): no face has an edge between vertex 1 (line 1) and vertex 3 (line 3)", "from 0");
     check_refused(mesh + "t crease 2/1/0 0 -1 5\n", 6, "a vertex that is not there", "from 0");
     check_refused(mesh + "t crease 2/1/0 3 4 5\n", 6, "the last of 4 is 3", "from 0");
-    check_refused(mesh + "t crease 2/1/0 0 1 -5\n", 6, "sharpness -5", "0 or more");
-    check_refused(mesh + "t crease 2/1/0 0 1 nan\n", 6, "sharpness nan", "0 or more");
     check_refused(mesh + "t corner 0/1/0 5\n", 6, "at least one vertex", "at least one vertex");
     check_refused(mesh + "t corner 1/2/0 0 5 5\n", 6, "1 sharpness or one for each", "not 2");
-    check_refused(mesh + "t corner 1/1/0 4 5\n", 6, "a vertex that is not there", "from 0");
     check_refused(mesh + "t cornerangle 1/1/0 0 90\n", 6, "pairs of a vertex and a face", "not 1");
     check_refused(mesh + "t cornerangle 4/3/0 0 0 1 0 9 9 9\n", 6, "1 angle or one for each", "not 3");
     check_refused(mesh + "t cornerangle 2/1/0 4 0 90\n", 6, "a vertex that is not there, the last of 4 is 3", "from 0");
     check_refused(mesh + "t cornerangle 2/1/0 -1 0 90\n", 6, "vertex a number below 0", "--repair");
-    check_refused(mesh + "t cornerangle 2/1/0 0 1 90\n", 6, "a face that is not there, the last of 1 is 0", "from 0");
     for (const char* angle : {"0", "-90", "180", "360", "400", "nan"})
         check_refused(mesh + "t cornerangle 2/1/0 0 0 " + angle + "\n", 6, "above 0 and below 360, and not 180",
                       "--repair");
@@ -266,7 +258,6 @@ TEST_CASE("[bad-input] tags that make no sense are refused with their line") {
                   "corner angle tag 3 (vertex 0, face 0) has 91 degrees, but tag 1 (line 6) has 90 for the same sector",
                   "--repair");
     check_refused(mesh + "t hole 0/0/0\n", 6, "at least one face", "at least one face");
-    check_refused(mesh + "t hole 1/0/0 1\n", 6, "names face 1, but there are 1", "from 0");
     check_refused(mesh + "t interpolateboundary 1/0/0 3\n", 6, "one integer", "2 edge only");
     check_refused(mesh + "t facevaryinginterpolateboundary 1/0/0 6\n", 6, "one integer", "5 linear");
     check_refused(mesh + "t creasemethod 0/0/1 smooth\n", 6, "one word", "normal or chaikin");

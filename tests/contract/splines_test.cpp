@@ -8,7 +8,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <initializer_list>
 #include <map>
 #include <set>
 #include <string>
@@ -124,24 +123,8 @@ struct HeightGrid {
 
 HeightGrid height_grid(MeshFamily family) {
     test::Random random(5);
-    ControlMeshData data;
-    data.face_offsets.push_back(0);
-    for (int y = 0; y <= k_cells; ++y)
-        for (int x = 0; x <= k_cells; ++x) data.positions.push_back({x, y, random.uniform(-1, 1)});
-    const auto face = [&](std::initializer_list<int> corners) {
-        for (const int v : corners) data.face_vertices.push_back(static_cast<std::uint32_t>(v));
-        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
-    };
-    for (int y = 0; y < k_cells; ++y)
-        for (int x = 0; x < k_cells; ++x) {
-            const int a = y * (k_cells + 1) + x, b = a + 1, c = b + k_cells + 1, d = c - 1;
-            if (family == MeshFamily::triangles) {
-                face({a, b, c});
-                face({a, c, d});
-            } else {
-                face({a, b, c, d});
-            }
-        }
+    ControlMeshData data = test::grid(k_cells, family == MeshFamily::triangles);
+    for (Vec3d& p : data.positions) p.z = random.uniform(-1, 1);
     return {ControlMesh::build(std::move(data))};
 }
 

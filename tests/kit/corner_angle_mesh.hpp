@@ -1,5 +1,7 @@
 #pragma once
 
+#include "meshes.hpp"
+
 #include "../../hier/mesh/control_mesh.hpp"
 
 #include <cmath>
@@ -72,25 +74,11 @@ inline constexpr std::uint32_t k_straight = 8 * 2 + 2, k_bent = 8 * 5 + 5;
 
 inline ControlMesh sheet(bool triangles) {
     constexpr std::uint32_t k_side = 8;
-    ControlMeshData data;
-    data.face_offsets = {0};
-    const auto face = [&](std::initializer_list<std::uint32_t> corners) {
-        data.face_vertices.insert(data.face_vertices.end(), corners);
-        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
-    };
-    for (std::uint32_t y = 0; y < k_side; ++y)
-        for (std::uint32_t x = 0; x < k_side; ++x) {
-            data.positions.emplace_back(x, y, std::sin(2.3 * x + 1.1 * y) * 0.6);
-            data.uvs.emplace_back(x * x / 49.0, y / 7.0);
-            if (x + 1 == k_side || y + 1 == k_side) continue;
-            const std::uint32_t v = k_side * y + x, up = v + k_side;
-            if (triangles) {
-                face({v, v + 1, up + 1});
-                face({v, up + 1, up});
-            } else {
-                face({v, v + 1, up + 1, up});
-            }
-        }
+    ControlMeshData data = grid(k_side - 1, triangles);
+    for (Vec3d& p : data.positions) {
+        p.z = std::sin(2.3 * p.x + 1.1 * p.y) * 0.6;
+        data.uvs.emplace_back(p.x * p.x / 49.0, p.y / 7.0);
+    }
     data.face_uvs = data.face_vertices;
     for (std::uint32_t x = 0; x < 4; ++x)
         data.creases.push_back({k_side * 2 + x, k_side * 2 + x + 1, k_infinite_sharpness});

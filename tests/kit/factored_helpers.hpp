@@ -18,14 +18,7 @@ namespace tetrakis::test {
 inline constexpr double k_agreement = 1e-12;  // of the bounding box: rounding of a few steps
 
 inline ControlMesh build(std::vector<Vec3d> positions, const std::vector<std::vector<std::uint32_t>>& faces) {
-    ControlMeshData data;
-    data.positions = std::move(positions);
-    data.face_offsets.push_back(0);
-    for (const auto& f : faces) {
-        data.face_vertices.insert(data.face_vertices.end(), f.begin(), f.end());
-        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
-    }
-    return ControlMesh::build(std::move(data));
+    return ControlMesh::build(mesh_data(std::move(positions), faces));
 }
 
 inline Vec3d on_circle(int i, int n, double radius, double z) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "meshes.hpp"
+
 #include "../../hier/base/error.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../hier/mesh/mesh_check.hpp"
@@ -8,26 +10,12 @@
 
 #include <cstdint>
 #include <cstdlib>
-#include <filesystem>
 #include <initializer_list>
-#include <optional>
 #include <random>
 #include <string>
 #include <vector>
 
 namespace tetrakis::test {
-
-inline ControlMeshData mesh_data(std::vector<Vec3d> positions,
-                                 std::initializer_list<std::vector<std::uint32_t>> faces) {
-    ControlMeshData data;
-    data.positions = std::move(positions);
-    data.face_offsets = {0};
-    for (const auto& face : faces) {
-        data.face_vertices.insert(data.face_vertices.end(), face.begin(), face.end());
-        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
-    }
-    return data;
-}
 
 inline std::vector<Vec3d> random_points(std::uint32_t count, std::mt19937_64& random) {
     std::uniform_real_distribution<double> coordinate(-1.0, 1.0);

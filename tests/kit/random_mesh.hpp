@@ -1,5 +1,7 @@
 #pragma once
 
+#include "meshes.hpp"
+
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../hier/mesh/mesh_check.hpp"
 
@@ -329,17 +331,11 @@ inline void add_charts(ControlMeshData& data) {
 
 /// n x n quads, no two of a shape.
 inline ControlMeshData skewed_grid(std::uint32_t n) {
-    ControlMeshData data;
-    for (std::uint32_t y = 0; y <= n; ++y)
-        for (std::uint32_t x = 0; x <= n; ++x)
-            data.positions.emplace_back(x + 0.1 * y, y - 0.05 * x * x, 0.3 * ((x * 7 + y * 5) % 4));
-    data.face_offsets.push_back(0);
-    for (std::uint32_t y = 0; y < n; ++y)
-        for (std::uint32_t x = 0; x < n; ++x) {
-            const std::uint32_t v = y * (n + 1) + x;
-            data.face_vertices.insert(data.face_vertices.end(), {v, v + 1, v + n + 2, v + n + 1});
-            data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
-        }
+    ControlMeshData data = grid(n);
+    for (std::uint32_t i = 0; i < data.positions.size(); ++i) {
+        const std::uint32_t x = i % (n + 1), y = i / (n + 1);
+        data.positions[i] = {x + 0.1 * y, y - 0.05 * x * x, 0.3 * ((x * 7 + y * 5) % 4)};
+    }
     return data;
 }
 

@@ -204,6 +204,10 @@ TEST_CASE("[bad-input] the exit code says whose fault it is, the message what is
         int code;
         std::string message;  // a part of it
     };
+    const auto half_steps = [&](std::vector<std::string> more, const char* message) -> Case {
+        more.insert(more.begin(), {"refine", cube, "--factored", "--steps", "4", "-o", out});
+        return {more, 2, message};
+    };
     const std::vector<Case> cases = {
         // usage
         {{}, 2, "subcommand"},
@@ -222,24 +226,15 @@ TEST_CASE("[bad-input] the exit code says whose fault it is, the message what is
         {{"refine", cube, "--levels", "2", "--averaging-steps", "2", "-o", out}, 2, "--factored"},
         {{"refine", cube, "--factored", "--steps", "2", "--tuning", "0.5", "-o", out}, 2, "--tuning"},
         {{"refine", cube, "--factored", "--steps", "2", "--scheme", "loop", "-o", out}, 2, "midedge-simplest"},
-        {{"refine", cube, "--factored", "--steps", "4", "-o", out, "--near", "1,1,1"}, 2, "--radius"},
-        {{"refine", cube, "--factored", "--steps", "4", "-o", out, "--radius", "1"}, 2, "--near"},
-        {{"refine", cube, "--factored", "--steps", "4", "-o", out, "--near", "1,1", "--radius", "1"},
-         2,
-         "three numbers"},
-        {{"refine", cube, "--factored", "--steps", "4", "-o", out, "--near", "1,1,nan", "--radius", "1"},
-         2,
-         "three numbers"},
-        {{"refine", cube, "--factored", "--steps", "4", "-o", out, "--near", "", "--radius", "1"}, 2, "three numbers"},
-        {{"refine", cube, "--factored", "--steps", "4", "-o", out, "--near", "1,1,1", "--radius", "0"}, 2, "above 0"},
-        {{"refine", cube, "--factored", "--steps", "4", "-o", out, "--near", "1,1,1", "--radius", "nan"}, 2, "above 0"},
-        {{"refine", cube, "--factored", "--steps", "4", "-o", out, "--near", "1,1,1", "--radius", "1", "--active"},
-         2,
-         "--active"},
-        {{"refine", cube, "--factored", "--steps", "4", "-o", out, "--near", "1,1,1", "--radius", "1", "--scheme",
-          "4-8"},
-         2,
-         "doo-sabin"},
+        half_steps({"--near", "1,1,1"}, "--radius"),
+        half_steps({"--radius", "1"}, "--near"),
+        half_steps({"--near", "1,1", "--radius", "1"}, "three numbers"),
+        half_steps({"--near", "1,1,nan", "--radius", "1"}, "three numbers"),
+        half_steps({"--near", "", "--radius", "1"}, "three numbers"),
+        half_steps({"--near", "1,1,1", "--radius", "0"}, "above 0"),
+        half_steps({"--near", "1,1,1", "--radius", "nan"}, "above 0"),
+        half_steps({"--near", "1,1,1", "--radius", "1", "--active"}, "--active"),
+        half_steps({"--near", "1,1,1", "--radius", "1", "--scheme", "4-8"}, "doo-sabin"),
         {{"refine", cube, "--levels", "2", "--near", "1,1,1", "--radius", "1", "-o", out}, 2, "--factored"},
         {{"refine", missing, "--levels", "2", "-o", (scratch / "out.stl").string()}, 2, ".stl"},  // before any work
         {{"refine", cube, "--levels", "2", "-o", (scratch / "out").string()}, 2, ".obj, .ply or .glb"},

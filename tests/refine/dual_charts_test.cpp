@@ -125,26 +125,15 @@ TEST_CASE("[inv1] UVs of vertex quadtrees: in adaptive meshes the faces of one l
 
 TEST_CASE("UVs of vertex quadtrees: charts that are linear stay so between leaves of all sizes, limits as well") {
     // A flat grid in two charts, turned against each other.
-    constexpr int n = 6;
-    ControlMeshData data;
+    constexpr std::uint32_t n = 6;
+    ControlMeshData data = test::grid(n);
     const auto uv = [](bool second, const Vec2d& p) {
         return second ? Vec2d(7 - 0.2 * p.y, 0.3 * p.x) : Vec2d(0.1 * p.x, 0.2 * p.y + 0.05 * p.x);
     };
-    for (int y = 0; y <= n; ++y)
-        for (int x = 0; x <= n; ++x) data.positions.emplace_back(x, y, 0);
     for (const bool second : {false, true})
         for (const Vec3d& p : data.positions) data.uvs.push_back(uv(second, Vec2d(p)));
-    for (int y = 0; y < n; ++y)
-        for (int x = 0; x < n; ++x) {
-            const bool second = x >= 3;
-            for (const int v :
-                 {(n + 1) * y + x, (n + 1) * y + x + 1, (n + 1) * (y + 1) + x + 1, (n + 1) * (y + 1) + x}) {
-                data.face_vertices.push_back(static_cast<std::uint32_t>(v));
-                data.face_uvs.push_back(static_cast<std::uint32_t>(v + (second ? (n + 1) * (n + 1) : 0)));
-            }
-            data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
-        }
-    if (data.face_offsets.front() != 0) data.face_offsets.insert(data.face_offsets.begin(), 0);
+    for (std::uint32_t c = 0; c < data.face_vertices.size(); ++c)
+        data.face_uvs.push_back(data.face_vertices[c] + (c / 4 % n >= 3 ? (n + 1) * (n + 1) : 0));
     const ControlMesh mesh = ControlMesh::build(data);
     for (const char* name : {"doo-sabin", "midedge", "biquartic"})
         for (const bool limit : {false, true}) {

@@ -1,3 +1,5 @@
+#include "../kit/meshes.hpp"
+
 #include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/uniform/refine.hpp"
@@ -21,30 +23,18 @@ constexpr double k_shift = 100;  // between the charts of the grid, far beyond i
 /// n x n quads, or twice the triangles, over [0, n]^2. From the middle column on, below row `cut`, there is another
 /// chart; UVs are x, y and the shift there.
 ControlMesh grid_with_seam(std::uint32_t n, std::uint32_t cut, bool triangles, FaceVaryingRule rule) {
-    ControlMeshData data;
+    ControlMeshData data = test::grid(n, triangles);
     data.face_varying_rule = rule;
-    data.face_offsets.push_back(0);
     for (const double shift : {0.0, k_shift})
-        for (std::uint32_t y = 0; y <= n; ++y)
-            for (std::uint32_t x = 0; x <= n; ++x) {
-                if (shift == 0) data.positions.push_back({double(x), double(y), 0});
-                data.uvs.push_back({x + shift, double(y)});
-            }
+        for (const Vec3d& p : data.positions) data.uvs.emplace_back(p.x + shift, p.y);
     const auto count = static_cast<std::uint32_t>(data.positions.size());
-    for (std::uint32_t y = 0; y < n; ++y)
-        for (std::uint32_t x = 0; x < n; ++x) {
-            const std::uint32_t v = y * (n + 1) + x;
-            const std::uint32_t q[] = {v, v + 1, v + n + 2, v + n + 1};
-            for (const std::vector<int>& face : triangles ? std::vector<std::vector<int>>{{0, 1, 2}, {0, 2, 3}}
-                                                          : std::vector<std::vector<int>>{{0, 1, 2, 3}}) {
-                for (const int i : face) {
-                    data.face_vertices.push_back(q[i]);
-                    data.face_uvs.push_back(q[i] + (x >= n / 2 && y < cut ? count : 0));
-                }
-                data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
-                data.face_material.push_back(x >= n / 2 && y < cut ? 1 : 0);
-            }
-        }
+    for (std::uint32_t f = 0; f + 1 < data.face_offsets.size(); ++f) {
+        const std::uint32_t cell = triangles ? f / 2 : f;
+        const bool right = cell % n >= n / 2 && cell / n < cut;
+        data.face_material.push_back(right ? 1 : 0);
+        for (std::uint32_t c = data.face_offsets[f]; c < data.face_offsets[f + 1]; ++c)
+            data.face_uvs.push_back(data.face_vertices[c] + (right ? count : 0));
+    }
     data.materials = {"left", "right"};
     return ControlMesh::build(std::move(data));
 }

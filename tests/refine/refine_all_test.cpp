@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <string>
 
@@ -26,30 +25,18 @@ ControlMesh fitting(const SchemeInfo& scheme, const ControlMesh& mesh) {
     return scheme.family == MeshFamily::triangles ? triangulate(mesh) : mesh;
 }
 
-/// n x n quads over the unit square, raised, with UVs equal to x and y, two materials, and a hole.
-ControlMeshData sheet(std::uint32_t n, bool hole) {
-    ControlMeshData data;
-    data.face_offsets.push_back(0);
-    for (std::uint32_t y = 0; y <= n; ++y)
-        for (std::uint32_t x = 0; x <= n; ++x) {
-            data.positions.push_back({double(x) / n, double(y) / n, 0.1 * ((x * 7 + y * 3) % 5)});
-            data.uvs.push_back({double(x) / n, double(y) / n});
-        }
-    for (std::uint32_t y = 0; y < n; ++y)
-        for (std::uint32_t x = 0; x < n; ++x) {
-            const std::uint32_t v = y * (n + 1) + x;
-            for (const std::uint32_t w : {v, v + 1, v + n + 2, v + n + 1}) {
-                data.face_vertices.push_back(w);
-                data.face_uvs.push_back(w);
-            }
-            data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
-            data.face_material.push_back((x + y) % 2);
-        }
-    data.materials = {"even", "odd"};
+/// n x n quads over the unit square, raised, with UVs equal to x and y.
+ControlMeshData sheet(std::uint32_t n) {
+    ControlMeshData data = test::grid(n);
+    for (Vec3d& p : data.positions) {
+        const int x = static_cast<int>(p.x), y = static_cast<int>(p.y);
+        p = {p.x / n, p.y / n, 0.1 * ((x * 7 + y * 3) % 5)};
+        data.uvs.emplace_back(p.x, p.y);
+    }
+    data.face_uvs = data.face_vertices;
     // No corners, which the triangulated mesh would keep and its charts not.
     data.boundary_rule = BoundaryRule::edge_only;
     data.face_varying_rule = FaceVaryingRule::smooth_all;
-    if (hole) data.holes = {n + 1};
     return data;
 }
 
@@ -163,7 +150,7 @@ TEST_CASE("limits of dual schemes are approached at extraordinary points and bou
 }
 
 TEST_CASE("limits where boundaries recede: the part of the mesh that is on the surface") {
-    const ControlMesh mesh = ControlMesh::build(sheet(6, false));
+    const ControlMesh mesh = ControlMesh::build(sheet(6));
     RefineOptions options;
     options.rules.averaging_boundary = AveragingBoundary::recede;
     const PolygonMesh deep = refine(mesh, "biquartic", 6, options);
@@ -182,7 +169,7 @@ TEST_CASE("limits where boundaries recede: the part of the mesh that is on the s
 }
 
 TEST_CASE("two averaging steps are Catmull-Clark where four edges meet, creases and corners included") {
-    ControlMeshData data = sheet(6, false);
+    ControlMeshData data = sheet(6);
     const auto at = [](std::uint32_t x, std::uint32_t y) { return 7 * y + x; };
     for (std::uint32_t i = 1; i < 5; ++i) data.creases.push_back({at(i, 2), at(i + 1, 2), 10});
     for (std::uint32_t i = 2; i < 5; ++i) data.creases.push_back({at(3, i), at(3, i + 1), 1.5f});
@@ -233,7 +220,7 @@ TEST_CASE("[bad-input] refine() names what is wrong") {
     CHECK_THROWS_WITH_AS(refine(cube, "doo-sabin", 1, {.smoothing = -1}), doctest::Contains("smoothing"), Error);
     RefineOptions receding{.limit = true};
     receding.rules.averaging_boundary = AveragingBoundary::recede;
-    CHECK_THROWS_WITH_AS(refine(ControlMesh::build(sheet(3, false)), "biquartic", 1, receding),
+    CHECK_THROWS_WITH_AS(refine(ControlMesh::build(sheet(3)), "biquartic", 1, receding),
                          doctest::Contains("nothing of the limit surface is left"), Error);
     RefineOptions small;
     small.context.max_memory_bytes = 1 << 20;

@@ -1,0 +1,45 @@
+#pragma once
+
+#include "../../hier/mesh/control_mesh.hpp"
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+// Control meshes from lists of faces, and grids.
+namespace tetrakis::test {
+
+inline ControlMeshData mesh_data(std::vector<Vec3d> positions, const std::vector<std::vector<std::uint32_t>>& faces) {
+    ControlMeshData data;
+    data.positions = std::move(positions);
+    data.face_offsets = {0};
+    for (const auto& face : faces) {
+        data.face_vertices.insert(data.face_vertices.end(), face.begin(), face.end());
+        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
+    }
+    return data;
+}
+
+/// n x n quads between vertices at whole numbers, row by row, each cut in two where triangles are asked for; joined at
+/// their sides where it is to be a torus of n x n vertices.
+inline ControlMeshData grid(std::uint32_t n, bool triangles = false, bool torus = false) {
+    const std::uint32_t side = torus ? n : n + 1;
+    std::vector<Vec3d> positions;
+    for (std::uint32_t y = 0; y < side; ++y)
+        for (std::uint32_t x = 0; x < side; ++x) positions.emplace_back(x, y, 0);
+    std::vector<std::vector<std::uint32_t>> faces;
+    const auto at = [&](std::uint32_t x, std::uint32_t y) { return y % side * side + x % side; };
+    for (std::uint32_t y = 0; y < n; ++y)
+        for (std::uint32_t x = 0; x < n; ++x) {
+            const std::uint32_t a = at(x, y), b = at(x + 1, y), c = at(x + 1, y + 1), d = at(x, y + 1);
+            if (triangles) {
+                faces.push_back({a, b, c});
+                faces.push_back({a, c, d});
+            } else {
+                faces.push_back({a, b, c, d});
+            }
+        }
+    return mesh_data(std::move(positions), faces);
+}
+
+}  // namespace tetrakis::test
