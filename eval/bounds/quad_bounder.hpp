@@ -61,6 +61,8 @@ class QuadBounder : private detail::PatchBounder<> {
         std::array<Vec3d, 3> deviation;  ///< S - L there
     };
 
+    static std::array<Vec2d, 3> places(const Piece& piece);  ///< of its corners in the cell
+    static void sample_smooth(const detail::Net16& net, const Piece& piece, int n, std::span<Vec3d> positions);
     static bool is_root(const CellTriangle& leaf);
     static Piece piece_of(const CellTriangle& leaf);
     detail::WalkCell& home(const Piece& piece) { return walk_.cell(piece.root, piece.level, piece.x, piece.y); }
@@ -77,6 +79,7 @@ class QuadBounder : private detail::PatchBounder<> {
         std::array<Vec3d, 3> linear;  ///< L at its corners
         Edges edge;                   ///< as of Piece
     };
+    /// A cell with a crease of finite sharpness is strips along the crease, each one bicubic patch.
     void bound_strips(const detail::WalkCell& cell, const Part& part);
     void bound_part(const detail::Net16& net, const Part& part);
     double hull_error(const detail::QuadNode& node, const Piece& piece, const Corners& corners) const;
