@@ -85,12 +85,16 @@ class PieceBounder : private PatchBounder<Face> {
         this->set_face(target_);
         const auto on_net = [&](const Net9& net, const DualPiece& part) {
             if (!midedge_) return bound_over(biquadratic_over(net, part.at), part);
-            part.cut({-1, 1}, 0, [&](bool left, const DualPiece& half) {
-                half.cut({1, 1}, 1, [&](bool right, const DualPiece& quarter) {
-                    const int side = left ? (right ? 2 : 3) : (right ? 1 : 0);
-                    bound_over(four_direction_over(net, side, quarter.at), quarter);
-                });
-            });
+            // Between the cell's diagonals.
+            for (const int side : {0, 1, 2, 3}) {
+                const double up = side >= 2 ? 1 : -1, right = side == 1 || side == 2 ? 1 : -1;
+                part.polygon()
+                    .clipped([&](const Vec2d& p) { return up * (p.y - p.x); })
+                    .clipped([&](const Vec2d& p) { return right * (p.x + p.y - 1); })
+                    .for_each_triangle([&](const std::array<Vec2d, 3>& at, const std::array<int, 3>& edge) {
+                        bound_over(four_direction_over(net, side, at), {at, edge});
+                    });
+            }
         };
         const auto on_hull = [&](std::span<const Vec3d> points) {
             double upper = 0;
@@ -132,7 +136,8 @@ class FaceErrors {
         const std::size_t n = corners_.size();
         for (std::size_t t = 0; t + 2 < n; ++t) {
             const std::array<std::size_t, 3> corner{start, (start + t + 1) % n, (start + t + 2) % n};
-            by_triangle_.aim_at({{position(corner[0]), position(corner[1]), position(corner[2])}, slack[t]});
+            by_triangle_.aim_at(
+                TriangleDistance({position(corner[0]), position(corner[1]), position(corner[2])}, slack[t]));
             const int diagonal = n == 3 ? -1 : t == 0 ? 2 : 0;
             const auto diagonal_at = [&](int k) { return diagonal == k || diagonal == (k + 2) % 3 ? diagonal : -1; };
             for (int k = 0; k < 3; ++k)

@@ -4,6 +4,7 @@
 #include "../../hier/forest/vertex_roots.hpp"
 #include "../../refine/adaptive/partial_levels.hpp"
 #include "bezier_pieces.hpp"
+#include "labelled_polygon.hpp"
 
 #include <array>
 #include <cstdint>
@@ -20,9 +21,7 @@ struct DualPiece {
     std::array<Vec2d, 3> at;
     std::array<int, 3> edge{-1, -1, -1};  ///< of the mesh's face that side k (corner k to k + 1) lies over, or -1
 
-    /// Cuts it along the line dot(normal, p) = offset. Calls take(beyond, part) for its parts, at most three.
-    template <class Take>
-    void cut(const Vec2d& normal, double offset, Take&& take) const;
+    LabelledPolygon<Vec2d> polygon() const { return {at, edge}; }
 };
 
 /// Control points of the limit surface of a quadratic dual scheme, by cells of the vertex quadtrees. A cell is regular
@@ -97,50 +96,21 @@ class DualCells {
     std::unordered_map<VertexCell, std::vector<Vec3d>, Hash> hulls_;  // by the cell of the point's first corner
 };
 
-template <class Take>
-void DualPiece::cut(const Vec2d& normal, double offset, Take&& take) const {
-    constexpr double k_on_line = 1e-12;
-    std::array<double, 3> past;
-    for (std::size_t k = 0; k < 3; ++k) {
-        past[k] = normal.x * at[k].x + normal.y * at[k].y - offset;
-        if (std::abs(past[k]) < k_on_line) past[k] = 0;
-    }
-    if (past[0] >= 0 && past[1] >= 0 && past[2] >= 0) return take(true, *this);
-    if (past[0] <= 0 && past[1] <= 0 && past[2] <= 0) return take(false, *this);
-    // Corner a lies on one side alone, or on the line with b and c on either side.
-    std::size_t a = 0;
-    while (past[a] * past[(a + 1) % 3] > 0 || past[a] * past[(a + 2) % 3] > 0 ||
-           (past[a] == 0) != (past[0] == 0 || past[1] == 0 || past[2] == 0))
-        ++a;
-    const std::size_t b = (a + 1) % 3, c = (a + 2) % 3;
-    const auto between = [&](std::size_t i, std::size_t j) {
-        const double share = past[i] / (past[i] - past[j]);
-        return at[i] + share * (at[j] - at[i]);
-    };
-    if (past[a] == 0) {
-        const Vec2d m = between(b, c);
-        take(past[b] > 0, DualPiece{{at[a], at[b], m}, {edge[a], edge[b], -1}});
-        take(past[c] > 0, DualPiece{{at[a], m, at[c]}, {-1, edge[b], edge[c]}});
-        return;
-    }
-    const Vec2d m = between(a, b), n = between(a, c);
-    take(past[a] > 0, DualPiece{{at[a], m, n}, {edge[a], -1, edge[c]}});
-    take(past[a] < 0, DualPiece{{m, at[b], at[c]}, {edge[a], edge[b], -1}});
-    take(past[a] < 0, DualPiece{{m, at[c], n}, {-1, edge[c], -1}});
-}
-
 template <class OnNet, class OnHull>
 void DualCells::visit(const VertexCell& cell, const DualPiece& piece, OnNet&& on_net, OnHull&& on_hull,
                       int levels) const {
     if (!irregular(cell)) return on_net(nets_.at(cell), piece);
     if (levels == 0) return on_hull(hull(cell));
-    piece.cut({1, 0}, 0.5, [&](bool right, const DualPiece& half) {
-        half.cut({0, 1}, 0.5, [&](bool upper, const DualPiece& part) {
-            DualPiece scaled = part;
-            for (Vec2d& p : scaled.at) p = 2.0 * p - Vec2d(right ? 1 : 0, upper ? 1 : 0);
-            visit(quarter(cell, right ? 1 : 0, upper ? 1 : 0), scaled, on_net, on_hull, levels - 1);
-        });
-    });
+    for (const int x : {0, 1})
+        for (const int y : {0, 1})
+            piece.polygon()
+                .clipped([&](const Vec2d& p) { return (2 * x - 1) * (p.x - 0.5); })
+                .clipped([&](const Vec2d& p) { return (2 * y - 1) * (p.y - 0.5); })
+                .for_each_triangle([&](std::array<Vec2d, 3> at, const std::array<int, 3>& edge) {
+                    for (Vec2d& p : at) p = 2.0 * p - Vec2d(x, y);
+                    visit(quarter(cell, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)), {at, edge},
+                          on_net, on_hull, levels - 1);
+                });
 }
 
 }  // namespace tetrakis::detail

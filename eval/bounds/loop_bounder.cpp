@@ -1,7 +1,7 @@
 #include "loop_bounder.hpp"
 
 #include "bezier_pieces.hpp"
-#include "box_spline_lattice.hpp"
+#include "labelled_polygon.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -31,37 +31,40 @@ double relative_size(const std::array<Bary, 3>& at) {
     return 0;
 }
 
-/// A convex polygon within a cell, of at most six corners: what a triangle and a quarter have in common.
-struct Polygon {
-    struct Corner {
-        Bary at;
-        int edge;  ///< of the leaf that the side to the next corner lies on, or -1
+/// What a quarter of the cell has of a polygon.
+detail::LabelledPolygon<Bary> in_quarter(const detail::LabelledPolygon<Bary>& whole, std::size_t quarter) {
+    const auto half = [&](std::size_t k, double sign) {
+        return [k, sign](const Bary& b) { return sign * (b[k] - 0.5); };
     };
-    std::array<Corner, 8> corner;
-    std::size_t size = 0;
+    if (quarter < 3) return whole.clipped(half(quarter, 1));
+    return whole.clipped(half(0, -1)).clipped(half(1, -1)).clipped(half(2, -1));
+}
 
-    /// What is left where sign * (b_k - 1/2) >= 0.
-    Polygon clipped(std::size_t k, double sign) const {
-        Polygon out;
-        for (std::size_t i = 0; i < size; ++i) {
-            const Corner &a = corner[i], &b = corner[(i + 1) % size];
-            const double da = sign * (a.at[k] - 0.5), db = sign * (b.at[k] - 0.5);
-            if (da >= 0) out.corner[out.size++] = {a.at, da == 0 && db < 0 ? -1 : a.edge};
-            if ((da > 0 && db < 0) || (da < 0 && db > 0)) {
-                const double t = da / (da - db);
-                Bary at;
-                for (std::size_t c = 0; c < 3; ++c) at[c] = a.at[c] + t * (b.at[c] - a.at[c]);
-                at[k] = 0.5;
-                out.corner[out.size++] = {at, da > 0 ? -1 : a.edge};
-            }
-        }
-        if (out.size < 3) out.size = 0;
-        return out;
+/// Box spline weights for the positions of a barycentric lattice: samples stand on few points.
+class LatticeWeights {
+  public:
+    static Vec3d position(const detail::Net12& net, const Bary& at) {
+        static const LatticeWeights lattice;
+        const double x = at[0] * k_side, y = at[1] * k_side;
+        const int i = static_cast<int>(x), j = static_cast<int>(y);
+        if (i != x || j != y) return detail::box_spline_position(net, at);
+        const std::array<double, 12>& weights = lattice.weights_[number(i, j)];
+        Vec3d sum = weights[0] * net[0];
+        for (std::size_t k = 1; k < 12; ++k) sum += weights[k] * net[k];
+        return sum;
     }
-    Polygon in_quarter(int quarter) const {
-        if (quarter < 3) return clipped(static_cast<std::size_t>(quarter), 1);
-        return clipped(0, -1).clipped(1, -1).clipped(2, -1);
+
+  private:
+    /// Intervals a side: lattices of 4 on a patch, its quarters, and their quarters.
+    static constexpr int k_side = 16;
+    LatticeWeights() {
+        constexpr double step = 1.0 / k_side;
+        for (int i = 0; i <= k_side; ++i)
+            for (int j = 0; i + j <= k_side; ++j)
+                weights_[number(i, j)] = detail::box_spline_weights({i * step, j * step, (k_side - i - j) * step});
     }
+    static std::size_t number(int i, int j) { return static_cast<std::size_t>(i * (k_side + 1) + j); }
+    std::array<std::array<double, 12>, (k_side + 1) * (k_side + 1)> weights_;
 };
 
 }  // namespace
@@ -148,7 +151,7 @@ LeafError LoopBounder::leaf_error(const CellTriangle& leaf, double decide_at, co
     // S - L first: it is never smaller than the distance, and known for all triangles of a cell.
     const double size = relative_size(piece.at);
     if (size > 0 && settled(size * size * level.linear_deviation + pad_)) return finish();
-    for (std::size_t i = 0; i < 3; ++i) corner[i] = detail::BoxSplineLattice::position(level.cell.net, piece.at[i]);
+    for (std::size_t i = 0; i < 3; ++i) corner[i] = LatticeWeights::position(level.cell.net, piece.at[i]);
     set_face(detail::TriangleDistance(corner, slack));
     bound_regular(level.patch, piece);
     return finish();
@@ -169,23 +172,16 @@ void LoopBounder::bound_cell(const LoopCell& cell, const Piece& piece, int depth
         if (depth == 0 || exhausted()) return give_up(upper);
     }
     ++splits_;
-    Polygon whole;
-    for (std::size_t i = 0; i < 3; ++i) whole.corner[whole.size++] = {piece.at[i], piece.edge[i]};
+    const detail::LabelledPolygon<Bary> whole(piece.at, piece.edge);
     for (const int quarter : {3, 2, 1, 0}) {  // the irregular one of a star last
-        const Polygon part = whole.in_quarter(quarter);
-        if (part.size == 0) continue;
+        const auto part = in_quarter(whole, static_cast<std::size_t>(quarter));
+        if (part.empty()) continue;
         LoopCell child;
         patches_.child(cell, quarter, child);
-        const auto in_child = [&](std::size_t i) {
-            return detail::turned(detail::in_quarter(part.corner[i].at, quarter), child.turn);
-        };
-        for (std::size_t i = 1; i + 1 < part.size; ++i) {
-            const bool first = i == 1, last = i + 2 == part.size;
-            bound_cell(child,
-                       {{in_child(0), in_child(i), in_child(i + 1)},
-                        {first ? part.corner[0].edge : -1, part.corner[i].edge, last ? part.corner[i + 1].edge : -1}},
-                       depth - 1);
-        }
+        part.for_each_triangle([&](Corners at, const Edges& edge) {
+            for (Bary& b : at) b = detail::turned(detail::in_quarter(b, quarter), child.turn);
+            bound_cell(child, {at, edge}, depth - 1);
+        });
     }
 }
 
@@ -216,13 +212,13 @@ void LoopBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> posit
     std::array<LoopCell, 4> quarters;  // of an irregular cell, as they are met
     std::array<bool, 4> is_known{};
     const auto position = [&](const Bary& b) {
-        if (is_regular) return detail::BoxSplineLattice::position(cell.net, b);
+        if (is_regular) return LatticeWeights::position(cell.net, b);
         if (is_corner(b)) return patches_.corner(cell, corner_of(b));
         const int quarter = detail::quarter_of(b);
         LoopCell& child = quarters[static_cast<std::size_t>(quarter)];
         if (!std::exchange(is_known[static_cast<std::size_t>(quarter)], true)) patches_.child(cell, quarter, child);
         const Bary inside = detail::turned(detail::in_quarter(b, quarter), child.turn);
-        return child.kind == LoopCell::Kind::regular ? detail::BoxSplineLattice::position(child.net, inside)
+        return child.kind == LoopCell::Kind::regular ? LatticeWeights::position(child.net, inside)
                                                      : this->position(child, inside);
     };
     const double unit = std::ldexp(1.0, -leaf.level), step = 1.0 / n;

@@ -1,7 +1,11 @@
 #include "quad_bounder.hpp"
 
+#include "bezier_pieces.hpp"
+#include "labelled_polygon.hpp"
 #include "plane_measure.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace tetrakis {
@@ -20,6 +24,18 @@ double largest_coordinate(const ControlMesh& mesh) {
     double largest = 0;
     for (const Vec3d& p : mesh.positions()) largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
     return largest;
+}
+
+Vec2d corner_at(int k) { return Vec2d(k_corner_x[k & 3], k_corner_y[k & 3]); }
+
+/// A point of a cell with a crease.
+struct StripPoint {
+    Vec2d at;
+    Vec3d linear;     ///< L there
+    double distance;  ///< from the crease
+};
+StripPoint mix(const StripPoint& a, const StripPoint& b, double t) {
+    return {(1 - t) * a.at + t * b.at, (1 - t) * a.linear + t * b.linear, (1 - t) * a.distance + t * b.distance};
 }
 
 }  // namespace
@@ -220,6 +236,136 @@ QuickError QuadBounder::quick_error(const CellTriangle& leaf) {
     quick.corners = {corners.linear[1], corners.linear[2], corners.linear[0]};
     quick.middle = middle - 0.5 * (quick.corners[0] + quick.corners[1]);
     return quick;
+}
+
+void QuadBounder::bound_regular(const WalkCell& cell, const Piece& piece, const Corners& corners) {
+    // The longest side first.
+    const auto& L = corners.linear;
+    const auto& E = piece.edge;
+    const Part part{longest_first(piece.quarter, piece.turn), {L[1], L[2], L[0]}, {E[1], E[2], E[0]}};
+    static const auto weights = [] {
+        std::array<std::array<detail::SexticWeights, 4>, 2> of;
+        for (int turn = 0; turn < 4; ++turn)
+            for (const bool quarter : {false, true})
+                of[quarter][static_cast<std::size_t>(turn)] = detail::sextic_weights(longest_first(quarter, turn));
+        return of;
+    }();
+    if (cell.crease)
+        bound_strips(cell, part);
+    else
+        bound_part(*cell.net, part, weights[piece.quarter][static_cast<std::size_t>(piece.turn)]);
+}
+
+void QuadBounder::bound_part(const detail::Net16& net, const Part& part, const detail::SexticWeights& weights) {
+    using Patch = detail::BezierTriangle<6>;
+    Patch patch = detail::bicubic_over(net, weights);
+    if (distance_) {
+        for (Vec3d& p : patch.point) p = face_.local(p);
+    } else {
+        for (int j = 0; j <= 6; ++j)
+            for (int i = 0; i + j <= 6; ++i)
+                patch.point[Patch::index(i, j)] -=
+                    (1.0 / 6) *
+                    ((6.0 - i - j) * part.linear[0] + double(i) * part.linear[1] + double(j) * part.linear[2]);
+    }
+    bound_patch(patch, part.edge);
+}
+
+void QuadBounder::bound_strips(const WalkCell& cell, const Part& part) {
+    const int axis = cell.crease.side == 0 || cell.crease.side == 2 ? 1 : 0;  // across the crease
+    const bool far = cell.crease.side == 1 || cell.crease.side == 2;
+    std::array<StripPoint, 3> corners;
+    for (std::size_t i = 0; i < 3; ++i)
+        corners[i] = {part.at[i], part.linear[i], far ? 1 - part.at[i][axis] : part.at[i][axis]};
+    const detail::LabelledPolygon<StripPoint> whole(corners, part.edge);
+    std::array<detail::CreaseStrip, 3> strips;
+    const auto strip_count = static_cast<std::size_t>(crease_strips(*cell.net, cell.crease, strips));
+    for (const detail::CreaseStrip& strip : std::span(strips).first(strip_count)) {
+        whole.clipped([&](const StripPoint& p) { return p.distance - strip.begin; })
+            .clipped([&](const StripPoint& p) { return strip.end - p.distance; })
+            .for_each_triangle([&](std::array<StripPoint, 3> at, const Edges& edge) {
+                if (rejected_) return;
+                for (StripPoint& p : at) {
+                    const double distance = (p.distance - strip.origin) / strip.span;
+                    p.at[axis] = far ? 1 - distance : distance;
+                }
+                const Part triangle{{at[0].at, at[1].at, at[2].at}, {at[0].linear, at[1].linear, at[2].linear}, edge};
+                bound_part(strip.net, triangle, detail::sextic_weights(triangle.at));
+            });
+    }
+}
+
+std::array<Vec2d, 3> QuadBounder::longest_first(bool quarter, int turn) {
+    if (quarter) return {corner_at(turn), corner_at(turn + 1), Vec2d(0.5)};
+    return {corner_at(turn + 1), corner_at(turn + 3), corner_at(turn)};
+}
+
+void QuadBounder::sample_smooth(const detail::Net16& net, const Piece& piece, int n, std::span<Vec3d> positions) {
+    // All points stand on sixteenths of the cell. Along x each column leaves four control points along y.
+    constexpr int k_parts = 16;
+    static const auto weights = [] {
+        std::array<detail::Weights4, k_parts + 1> at;
+        for (int i = 0; i <= k_parts; ++i)
+            at[static_cast<std::size_t>(i)] = detail::cubic_basis(static_cast<double>(i) / k_parts);
+        return at;
+    }();
+    const auto sum = [](const detail::Weights4& w, const double* p) {
+        return (w[0] * p[0] + w[1] * p[1]) + (w[2] * p[2] + w[3] * p[3]);
+    };
+    std::array<std::array<std::array<double, 4>, 3>, k_parts + 1> columns;
+    for (std::size_t x = 0; x <= k_parts; x += static_cast<std::size_t>(k_parts / (piece.quarter ? 2 * n : n)))
+        for (int k = 0; k < 3; ++k)
+            for (int r = 0; r < 4; ++r)
+                columns[x][static_cast<std::size_t>(k)][static_cast<std::size_t>(r)] =
+                    sum(weights[x], net.c[k] + 4 * r);
+    // The piece's corners are the leaf's 2, 0, 1.
+    const auto [next, last, own] = longest_first(piece.quarter, piece.turn);
+    const Vec2d start = double(k_parts) * own, a = (k_parts / double(n)) * (next - own),
+                b = (k_parts / double(n)) * (last - own);
+    std::size_t out = 0;
+    for (int row = 0; row <= n; ++row)
+        for (int j = 0; j <= row; ++j, ++out) {
+            const Vec2d p = start + double(row - j) * a + double(j) * b;
+            const auto& column = columns[static_cast<std::size_t>(p.x)];
+            for (std::size_t k = 0; k < 3; ++k)
+                positions[out][static_cast<int>(k)] = sum(weights[static_cast<std::size_t>(p.y)], column[k].data());
+        }
+}
+
+void QuadBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> positions, std::span<Vec3d> normals) {
+    if (normals.empty() && !is_root(leaf) && (n == 2 || n == 4 || n == 8)) {
+        const Piece piece = piece_of(leaf);
+        const WalkCell& cell = home(piece);
+        if (cell.smooth()) {
+            sample_smooth(*cell.net, piece, n, positions);
+            return;
+        }
+    }
+    std::size_t out = 0;
+    const auto put = [&](HalfedgeId root, double x, double y) {
+        if (normals.empty()) {
+            positions[out] = QuadPatches::position(patches_.root_node(root), x, y);
+        } else {
+            const SurfacePoint point = patches_.frame(root, x, y);
+            positions[out] = point.position;
+            normals[out] = glm::cross(point.du, point.dv);
+        }
+        ++out;
+    };
+    const double unit = std::ldexp(1.0, -leaf.level);
+    const bool root_leaf = is_root(leaf);
+    const HalfedgeId beyond = root_leaf ? patches_.mesh().next(leaf.root) : HalfedgeId{};
+    for (int row = 0; row <= n; ++row)  // distance from corner 2
+        for (int i = 0; i <= row; ++i) {
+            const double b1 = static_cast<double>(i) / n, b2 = static_cast<double>(n - row) / n,
+                         b0 = static_cast<double>(row - i) / n;
+            const double x = (b0 * leaf.corner[0].x + b1 * leaf.corner[1].x + b2 * leaf.corner[2].x) * unit;
+            const double y = (b0 * leaf.corner[0].y + b1 * leaf.corner[1].y + b2 * leaf.corner[2].y) * unit;
+            if (root_leaf && x > 1)
+                put(beyond, y, std::min(1.0, 2 - x));
+            else
+                put(leaf.root, std::min(x, 1.0), std::min(y, 1.0));
+        }
 }
 
 }  // namespace tetrakis

@@ -62,6 +62,9 @@ class QuadBounder : private detail::PatchBounder<> {
         std::array<Vec3d, 3> deviation;  ///< S - L there
     };
 
+    /// Corners 1, 2 and 0 of a piece in its cell: the longest side first.
+    static std::array<Vec2d, 3> longest_first(bool quarter, int turn);
+    static void sample_smooth(const detail::Net16& net, const Piece& piece, int n, std::span<Vec3d> positions);
     static bool is_root(const CellTriangle& leaf);
     static Piece piece_of(const CellTriangle& leaf);
     detail::WalkCell& home(const Piece& piece) { return walk_.cell(piece.root, piece.level, piece.x, piece.y); }
@@ -78,6 +81,7 @@ class QuadBounder : private detail::PatchBounder<> {
         std::array<Vec3d, 3> linear;  ///< L at its corners
         Edges edge;                   ///< as of Piece
     };
+    /// A cell with a crease of finite sharpness is strips along the crease, each one bicubic patch.
     void bound_strips(const detail::WalkCell& cell, const Part& part);
     /// @param weights  of part.at
     void bound_part(const detail::Net16& net, const Part& part, const detail::SexticWeights& weights);

@@ -259,4 +259,10 @@ inline Vec3d regular_position(const Net16& net, SideCrease crease, double x, dou
     return across_y ? combine(net, cubic_basis(x), across) : combine(net, across, cubic_basis(y));
 }
 
+/// Limit positions of a cell at (column / 2, row / 2), number 3 * row + column: corners, middles of the sides, centre.
+using CellPoints = std::array<Vec3d, 9>;
+
+/// Those of a smooth regular cell.
+CellPoints cell_points(const Net16& net);
+
 }  // namespace tetrakis::detail

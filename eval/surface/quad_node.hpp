@@ -2,7 +2,6 @@
 
 #include "../../hier/base/memory.hpp"
 #include "bicubic.hpp"
-#include "cell_points.hpp"
 #include "quad_local_mesh.hpp"
 #include "quad_star.hpp"
 

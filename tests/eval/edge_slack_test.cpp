@@ -29,10 +29,10 @@ Vec3d random_vector(test::Random& random) {
 Corners random_triangle(test::Random& random) {
     for (;;) {
         const Corners c{random_vector(random), random_vector(random), random_vector(random)};
-        const TriangleDistance triangle(c);
+        const double area = glm::length(glm::cross(c[1] - c[0], c[2] - c[0]));
         double longest = 0;
         for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, glm::length(c[(k + 1) % 3] - c[k]));
-        if (triangle.least_height() > 0.4 * longest) return c;
+        if (area > 0.4 * longest * longest) return c;
     }
 }
 
@@ -73,10 +73,7 @@ TEST_CASE("[inv9] with slack, errors bound the distance from a triangle and what
             slack.tent[k] = random.uniform(0.05, 0.17);
             mesh.push_back(tent(c, k, slack.tent[k], random.uniform(-slack.fold[k], slack.fold[k])));
         }
-        TriangleDistance sliding(c);
-        const TriangleDistance still(c);
-        sliding.set_slack(slack);
-        CHECK(sliding.has_slack() == slack.any());
+        const TriangleDistance sliding(c, slack), still(c);
         const double size = glm::length(c[1] - c[0]);
         for (int j = 0; j < 200; ++j) {
             // Mostly near an edge, beyond it or not.
@@ -98,20 +95,6 @@ TEST_CASE("[inv9] with slack, errors bound the distance from a triangle and what
                 // What is no error for the side is none for the leaf.
                 CHECK(sliding.to_face(local) <= sliding.to_edge(local, k) + rounding);
             }
-            // A neighbourhood of p, by the bound for it.
-            const double height = random.uniform(0, reach), beside = random.uniform(0, reach);
-            const Vec3d normal = sliding.normal(), sideways = random_vector(random);
-            const Vec3d flat = sideways - glm::dot(sideways, normal) * normal;
-            const Vec3d q = p + random.uniform(-height, height) * normal +
-                            (glm::length(flat) > 0 ? beside / glm::length(flat) : 0.0) * flat;
-            if (!slack.any()) continue;
-            if (sliding.slides(k)) {
-                const double around = sliding.stretch() * sliding.around_edge(local, k, height, glm::length(q - p));
-                CHECK(around >= std::min(distance_to(q, c), distance_to(q, tent(c, k, slack.tent[k], 0))) - rounding);
-            }
-            double nearest_to_q = 1e300;
-            for (const Corners& t : mesh) nearest_to_q = std::min(nearest_to_q, distance_to(q, t));
-            CHECK(sliding.stretch() * sliding.around(local, height, beside) >= nearest_to_q - rounding);
         }
     }
 }
@@ -123,8 +106,7 @@ TEST_CASE("[inv9] at the ends of a line errors with slack bound those on it, and
         EdgeSlack slack;
         const double fold = random.uniform(0.01, k_largest_fold);
         for (std::size_t k = 0; k < 3; ++k) slack.fold[k] = fold, slack.tent[k] = 0.17;
-        TriangleDistance sliding(c);
-        sliding.set_slack(slack);
+        const TriangleDistance sliding(c, slack);
         std::vector<Corners> mesh{c};
         for (std::size_t k = 0; k < 3; ++k) mesh.push_back(tent(c, k, 0.17, random.chance(0.5) ? fold : -fold));
         for (int j = 0; j < 100; ++j) {

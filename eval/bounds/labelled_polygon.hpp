@@ -1,0 +1,60 @@
+#pragma once
+
+#include "../../hier/base/vec.hpp"
+
+#include <array>
+#include <cstddef>
+
+namespace tetrakis::detail {
+
+inline Vec2d mix(const Vec2d& a, const Vec2d& b, double t) { return a + t * (b - a); }
+inline std::array<double, 3> mix(const std::array<double, 3>& a, const std::array<double, 3>& b, double t) {
+    return {a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])};
+}
+
+/// A convex polygon cut from a triangle by some lines. It knows which of its sides lie on edges of something else.
+/// @tparam Point  has mix(a, b, t), the point a + t (b - a)
+template <class Point>
+class LabelledPolygon {
+  public:
+    /// @param edges  that the side from corner k to the next one lies on, or -1
+    LabelledPolygon(const std::array<Point, 3>& corners, const std::array<int, 3>& edges) : size_(3) {
+        for (std::size_t k = 0; k < 3; ++k) corner_[k] = {corners[k], edges[k]};
+    }
+
+    /// What is left where value(point), an affine function, is not negative.
+    template <class Value>
+    LabelledPolygon clipped(Value&& value) const {
+        LabelledPolygon out;
+        for (std::size_t i = 0; i < size_; ++i) {
+            const Corner &a = corner_[i], &b = corner_[(i + 1) % size_];
+            const double va = value(a.at), vb = value(b.at);
+            if (va >= 0) out.corner_[out.size_++] = {a.at, va == 0 && vb < 0 ? -1 : a.edge};
+            if ((va > 0 && vb < 0) || (va < 0 && vb > 0))
+                out.corner_[out.size_++] = {mix(a.at, b.at, va / (va - vb)), va > 0 ? -1 : a.edge};
+        }
+        return out;
+    }
+    bool empty() const { return size_ < 3; }
+    /// Calls take(corners, edges) for triangles that it is made of.
+    template <class Take>
+    void for_each_triangle(Take&& take) const {
+        for (std::size_t i = 1; i + 1 < size_; ++i)
+            take(std::array<Point, 3>{corner_[0].at, corner_[i].at, corner_[i + 1].at},
+                 std::array<int, 3>{i == 1 ? corner_[0].edge : -1, corner_[i].edge,
+                                    i + 2 == size_ ? corner_[i + 1].edge : -1});
+    }
+
+  private:
+    struct Corner {
+        Point at;
+        int edge;
+    };
+    static constexpr std::size_t k_most = 8;  ///< of a triangle cut by five lines
+    LabelledPolygon() = default;
+
+    std::array<Corner, k_most> corner_;
+    std::size_t size_ = 0;
+};
+
+}  // namespace tetrakis::detail
