@@ -3,7 +3,6 @@
 #include "../../hier/base/parallel.hpp"
 #include "../surface/local_frame.hpp"
 #include "embree_scene.hpp"
-#include "search_radius.hpp"
 
 #include <fmt/format.h>
 

@@ -2,6 +2,7 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../surface/local_frame.hpp"
+#include "local_maximum.hpp"
 #include "mesh_sampling.hpp"
 
 #include <algorithm>
@@ -161,7 +162,7 @@ class Sampler {
         return out;
     }
 
-    // Pattern search in the plane of the triangle, from the worst sample of each of the worst blocks.
+    // Climbs in the plane of the triangle, from the worst sample of each of the worst blocks.
     void climb(DirectedDistance& result, std::vector<Worst>& worst) const {
         std::stable_sort(worst.begin(), worst.end(),
                          [](const Worst& l, const Worst& r) { return l.distance > r.distance; });
@@ -186,23 +187,17 @@ class Sampler {
         const Corners corners(mesh_, top.triangle);
         ClosestPointWalker walker(to_);
         std::uint64_t tried = 0;
-        constexpr int k_halvings = 12;  // the last step is below a thousandth of the sample spacing
-        constexpr int k_most_moves = 4;
-        constexpr Vec2d k_directions[6] = {{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}};
-        double step = 1 / std::sqrt(static_cast<double>(plan_.inside[top.triangle]) + 1);
-        for (int halving = 0; halving < k_halvings; ++halving, step /= 2)
-            for (int move = 0; move < k_most_moves; ++move) {
-                const double before = top.distance;
-                const Vec2d from = top.uv;
-                for (const Vec2d& direction : k_directions) {
-                    Vec2d uv = glm::max(from + step * direction, Vec2d(0));
-                    if (uv.x + uv.y > 1) uv /= uv.x + uv.y;
-                    const Vec3d point = corners.at(uv);
-                    top.offer(walker.closest(point).distance, top.triangle, uv, point);
-                    ++tried;
-                }
-                if (top.distance <= before) break;
-            }
+        constexpr int k_sweeps = 6;  // the last step is below a thousandth of the sample spacing
+        const double step = 1 / std::sqrt(static_cast<double>(plan_.inside[top.triangle]) + 1);
+        const std::uint32_t triangle = top.triangle;
+        const auto distance = [&](const Vec2d& uv) {
+            const Vec3d point = corners.at(uv);
+            const double found = walker.closest(point).distance;
+            top.offer(found, triangle, uv, point);
+            ++tried;
+            return found;
+        };
+        detail::local_maximum(distance, {top.uv, top.distance}, step, k_sweeps);
         return tried;
     }
 

@@ -18,14 +18,14 @@ struct Maximum {
 /// Climbs from a sample of f to a local maximum near by: along the three directions of a lattice in turn, each time to
 /// the top of the parabola through three points; then again with smaller steps.
 /// @param from  where it starts, with f there
-/// @param step  about half the distance of samples
+/// @param step    about half the distance of samples
+/// @param sweeps  how often; each brings a smooth maximum much nearer
 template <class F>
-Maximum local_maximum(F&& f, Maximum from, double step) {
-    constexpr int k_sweeps = 2;
+Maximum local_maximum(F&& f, Maximum from, double step, int sweeps = 2) {
     constexpr double k_finer = 0.25, k_farthest = 2;  // the next sweep's step; the farthest top, in steps
     constexpr Vec2d k_directions[3] = {{1, 0}, {0, 1}, {-1, 1}};
     const auto inside = [](const Vec2d& p) { return p.x >= 0 && p.y >= 0 && p.x + p.y <= 1; };
-    for (int sweep = 0; sweep < k_sweeps; ++sweep, step *= k_finer)
+    for (int sweep = 0; sweep < sweeps; ++sweep, step *= k_finer)
         for (const Vec2d& direction : k_directions) {
             const Maximum middle = from;
             const Vec2d ahead = middle.at + step * direction, behind = middle.at - step * direction;

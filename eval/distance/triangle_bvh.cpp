@@ -3,7 +3,6 @@
 #include "../../hier/base/parallel.hpp"
 #include "../bounds/point_triangle.hpp"
 #include "embree_scene.hpp"
-#include "search_radius.hpp"
 
 #include <fmt/format.h>
 

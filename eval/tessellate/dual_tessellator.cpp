@@ -1,5 +1,3 @@
-#include "dual_tessellator.hpp"
-
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/adaptive/adaptive_dual.hpp"
 #include "../../refine/adaptive/dual_charts.hpp"
@@ -7,10 +5,9 @@
 #include "../bounds/dual_bound.hpp"
 #include "../bounds/dual_leaf_error.hpp"
 #include "../surface/local_frame.hpp"
-#include "level_tessellator.hpp"
 #include "limit_reference.hpp"
+#include "tessellate_limits.hpp"
 #include "tessellate_run.hpp"
-#include "tessellation_attributes.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,3 @@
-#include "lattice_tessellator.hpp"
-
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/adaptive/adaptive_refinement.hpp"
 #include "../../refine/attributes/uv_mesh.hpp"
@@ -10,11 +8,10 @@
 #include "../surface/local_frame.hpp"
 #include "../surface/site_limits.hpp"
 #include "exported_mesh.hpp"
-#include "fan_limit_error.hpp"
 #include "limit_estimator.hpp"
 #include "limit_reference.hpp"
+#include "tessellate_limits.hpp"
 #include "tessellate_run.hpp"
-#include "tessellation_attributes.hpp"
 
 #include <algorithm>
 #include <limits>

@@ -14,10 +14,10 @@ namespace tetrakis {
 /// The two estimators of eval/README.md for leaves of one family.
 ///
 /// certified: the certified bound itself. measured: the bound where it accepts; else the deviation of samples from the
-/// triangle's plane (two-sided, see PlaneMeasure) and, where tangential drift makes the way back doubtful, the leaf's
-/// own samples and Newton's method for a closest point; ever more samples towards creases of finite sharpness. Edges on
-/// boundaries and hard creases are measured against themselves. With a target mesh or a displacement everything is
-/// sampled; against a target also by rays along the normal.
+/// triangle's plane (two-sided, see PlaneMeasure), at a local maximum near the tolerance; Newton's method for a closest
+/// point where tangential drift makes the way back doubtful; ever more samples towards creases of finite sharpness.
+/// Edges on boundaries and hard creases are measured against themselves. With a target mesh or a displacement
+/// everything is sampled; against a target also by rays along the normal.
 ///
 /// Errors within the tolerance that are sampled, not certified, are negative.
 template <class Family>
@@ -36,16 +36,16 @@ class LeafEstimator final : public ErrorEstimator {
     EstimatorKind kind() const { return kind_; }
     const typename Family::Patches& patches() const { return *map_.patches; }
     /// The edges that the surface may cross: neither on a boundary nor on a hard crease.
-    std::array<bool, 3> soft_edges(const CellTriangle& leaf) const;
+    std::array<bool, 3> soft_edges(const CellTriangle& leaf) const {
+        const std::array<bool, 3> hard = hard_edges<Family>(map_.patches->mesh(), leaf);
+        return {!hard[0], !hard[1], !hard[2]};
+    }
 
   private:
     double measured(const CellTriangle& leaf, typename Family::Bounder& bounder) const;
     /// @param middle  an error that is attained
     double sampled(const CellTriangle& leaf, typename Family::Bounder& bounder, const std::array<Vec3d, 3>& corners,
                    double middle) const;
-    /// The same at points of the leaf where creases of finite sharpness are rounded off.
-    double measured_in_strips(const CellTriangle& leaf, const std::array<Vec3d, 3>& corners,
-                              const detail::PlaneMeasure& plane) const;
     /// Leaves much smaller than the tolerance are left as they are: there the map jumps, and refining would never end.
     double mapped(const CellTriangle& leaf) const;
 

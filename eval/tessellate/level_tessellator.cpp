@@ -1,12 +1,10 @@
-#include "level_tessellator.hpp"
-
 #include "../../hier/mesh/mesh_split.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/uniform/refine.hpp"
 #include "../surface/local_frame.hpp"
 #include "limit_reference.hpp"
+#include "tessellate_limits.hpp"
 #include "tessellate_run.hpp"
-#include "tessellation_attributes.hpp"
 
 #include <algorithm>
 #include <numeric>

@@ -7,10 +7,18 @@
 
 namespace tetrakis {
 
+using detail::distance_to_samples;
+using detail::farthest_sample;
+using detail::for_each_lattice_point;
 using detail::k_limit_lattice;
 using detail::k_limit_lattice_bits;
+using detail::k_limit_samples;
 using detail::lattice_index;
+using detail::lattice_site_of;
+using detail::limit_positions_once;
 using detail::LimitSamples;
+using detail::PlaneMeasure;
+using detail::segment_distance;
 
 namespace {
 
@@ -28,6 +36,37 @@ void for_each_finer_point(Visit&& visit) {
 constexpr int k_finer = detail::k_limit_samples - k_middles;
 
 void say_nothing(double) {}
+
+CellTriangle root_triangle(HalfedgeId h) { return {h, 0, {LatticePoint{0, 0}, {2, 0}, {1, 1}}}; }
+
+double fan_error(const ControlMesh& mesh, FaceId face, std::span<const std::array<std::uint8_t, 3>> fan,
+                 std::span<const Vec3d> corner_positions, std::span<const LimitSamples> roots) {
+    const std::uint32_t size = mesh.face_size(face), h0 = mesh.face_halfedge(face).value;
+    const auto at = [&](std::uint32_t i) { return corner_positions[mesh.origin(HalfedgeId(h0 + i)).value]; };
+    std::vector<PlaneMeasure> planes;
+    for (const auto& t : fan) planes.emplace_back(std::array<Vec3d, 3>{at(t[0]), at(t[1]), at(t[2])});
+    double error = 0;
+    for (std::uint32_t r = 0; r < size; ++r) {
+        const bool hard = is_hard_edge<QuadFamily>(mesh, root_triangle(HalfedgeId(h0 + r)), 0);
+        for (std::size_t i = 0; i < roots[r].size(); ++i) {
+            double nearest = std::numeric_limits<double>::infinity();
+            for (const PlaneMeasure& plane : planes) nearest = std::min(nearest, plane(roots[r][i]));
+            error = std::max(error, nearest);
+            if (hard && i >= static_cast<std::size_t>(lattice_index(k_limit_lattice, 0)))
+                error = std::max(error, segment_distance(roots[r][i], at(r), at((r + 1) % size)));
+        }
+    }
+    // Back from the middles of the fan's edges and triangles.
+    for (const auto& t : fan) {
+        const Vec3d a = at(t[0]), b = at(t[1]), c = at(t[2]);
+        for (const Vec3d& q : {0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a), (a + b + c) / 3.0}) {
+            double nearest = std::numeric_limits<double>::infinity();
+            for (const LimitSamples& s : roots) nearest = std::min(nearest, distance_to_samples(q, s, 0));
+            error = std::max(error, nearest);
+        }
+    }
+    return error;
+}
 
 }  // namespace
 
@@ -52,32 +91,17 @@ double LimitEstimator<Family>::of_middles(const CellTriangle& triangle, const st
 template <class Family>
 double LimitEstimator<Family>::of_samples(const CellTriangle& triangle, const LimitSamples& s) const {
     const std::array<Vec3d, 3> corner = detail::corners_of(s);
-    const detail::PlaneMeasure plane(corner);
-    std::array<Vec3d, detail::k_limit_samples> place;
-    std::array<double, detail::k_limit_samples> parametric;
-    std::array<bool, 3> hard;
-    for (std::size_t k = 0; k < 3; ++k) hard[k] = is_hard_edge<Family>(points_.mesh(), triangle, k);
-    double error = 0, most = 0;
-    for (int row = 0; row <= k_limit_lattice; ++row)
-        for (int i = 0; i <= row; ++i) {
-            const auto at = static_cast<std::size_t>(lattice_index(row, i));
-            const int w[3] = {row - i, i, k_limit_lattice - row};
-            place[at] = (static_cast<double>(w[0]) * corner[0] + static_cast<double>(w[1]) * corner[1] +
-                         static_cast<double>(w[2]) * corner[2]) /
-                        static_cast<double>(k_limit_lattice);
-            parametric[at] = glm::length(s[at] - place[at]);
-            const double distance = std::min(parametric[at], plane(s[at]));
-            most = std::max(most, distance);
-            error = std::max(error, distance);
-            for (std::size_t k = 0; k < 3; ++k)
-                if (hard[k] && w[(k + 2) % 3] == 0)
-                    error = std::max(error, detail::segment_distance(s[at], corner[k], corner[(k + 1) % 3]));
-        }
+    const double most =
+        farthest_sample(s, k_limit_lattice, PlaneMeasure(corner), hard_edges<Family>(points_.mesh(), triangle)).value;
+    double error = most;
     if (tolerance_ > 0 && error > tolerance_) return error;
     // Never above the deviation there, so that refining ends it.
-    for (std::size_t i = 0; i < s.size(); ++i)
-        if (parametric[i] > std::max(error, tolerance_))
-            error = std::max(error, std::min(parametric[i], detail::distance_to_samples(place[i], s, most)));
+    for_each_lattice_point(k_limit_lattice, [&](int i, double b0, double b1, double b2) {
+        const Vec3d q = b0 * corner[0] + b1 * corner[1] + b2 * corner[2];
+        const double parametric = glm::length(s[static_cast<std::size_t>(i)] - q);
+        if (parametric > std::max(error, tolerance_))
+            error = std::max(error, std::min(parametric, distance_to_samples(q, s, most)));
+    });
     return error;
 }
 
@@ -137,6 +161,47 @@ void LimitEstimator<Family>::estimate(std::span<const CellTriangle> triangles, s
             errors[undecided[u]] = of_samples(triangles[undecided[u]], s);
         },
         k_grain);
+}
+
+std::vector<double> detail::fan_limit_errors(const Hierarchy& points, const FanChoice& fans,
+                                             std::span<const Vec3d> corner_positions, const RunContext& context) {
+    const ControlMesh& mesh = points.mesh();
+    std::vector<double> errors(mesh.face_count(), 0.0);
+    constexpr std::size_t k_roots = 8192;  // evaluated together
+    std::vector<FaceId> faces;
+    std::vector<std::uint32_t> first;  // per face: its first root's number in `sites`
+    std::vector<Site> sites;
+    std::vector<Vec3d> positions;
+    for (std::uint32_t f = 0; f < mesh.face_count();) {
+        context.report("coarsest", static_cast<double>(f) / mesh.face_count());
+        faces.clear();
+        first.clear();
+        sites.clear();
+        for (; f < mesh.face_count() && sites.size() < k_roots * k_limit_samples; ++f) {
+            if (!fans.has(FaceId(f))) continue;
+            faces.push_back(FaceId(f));
+            first.push_back(static_cast<std::uint32_t>(sites.size() / k_limit_samples));
+            const std::uint32_t h0 = mesh.face_halfedge(FaceId(f)).value;
+            for (std::uint32_t r = 0; r < mesh.face_size(FaceId(f)); ++r)
+                for (int row = 0; row <= k_limit_lattice; ++row)
+                    for (int i = 0; i <= row; ++i)
+                        sites.push_back(lattice_site_of<QuadFamily>(mesh, root_triangle(HalfedgeId(h0 + r)),
+                                                                    k_limit_lattice_bits, row, i));
+        }
+        positions.resize(sites.size());
+        limit_positions_once(points, sites, positions, [](double) {});
+        for_each_index(
+            static_cast<std::uint32_t>(faces.size()),
+            [&](std::uint32_t k) {
+                std::vector<LimitSamples> roots(mesh.face_size(faces[k]));
+                for (std::size_t r = 0; r < roots.size(); ++r)
+                    std::copy_n(positions.begin() + static_cast<std::ptrdiff_t>((first[k] + r) * k_limit_samples),
+                                k_limit_samples, roots[r].begin());
+                errors[faces[k].value] = fan_error(mesh, faces[k], fans.of(faces[k]), corner_positions, roots);
+            },
+            16);
+    }
+    return errors;
 }
 
 template class LimitEstimator<QuadFamily>;

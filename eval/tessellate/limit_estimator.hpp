@@ -1,12 +1,27 @@
 #pragma once
 
+#include "../../hier/base/run_context.hpp"
+#include "../../hier/mesh/fan_choice.hpp"
 #include "../../refine/adaptive/adaptive.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "limit_samples.hpp"
 
-#include <functional>
+#include <span>
+#include <vector>
 
 namespace tetrakis {
+
+namespace detail {
+
+/// The errors of faces' fans (eval/README.md) over a surface that is known by its limit points, as LimitEstimator finds
+/// those of triangles: limit points over all of the face to the nearest triangle of its fan, and back; hard edges to
+/// themselves. 0 for faces without a fan.
+/// @param points            of the bisection family
+/// @param corner_positions  of the control vertices in the output
+std::vector<double> fan_limit_errors(const Hierarchy& points, const FanChoice& fans,
+                                     std::span<const Vec3d> corner_positions, const RunContext& context);
+
+}  // namespace detail
 
 /// The error of triangles of a hierarchy over a surface that is known by its limit points alone: the distances of the
 /// points that the triangle's edges and inside have one and two levels further down, to the triangle as PlaneMeasure

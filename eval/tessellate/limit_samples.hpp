@@ -1,6 +1,7 @@
 #pragma once
 
 #include "../bounds/plane_measure.hpp"
+#include "../distance/local_maximum.hpp"
 #include "surface_family.hpp"
 
 #include <array>
@@ -36,6 +37,35 @@ Site lattice_site_of(const ControlMesh& mesh, const CellTriangle& t, int bits, i
     return Family::canonical_site(
         mesh,
         Family::lattice_site(mesh, t.root, {at(c[0].x, c[1].x, c[2].x), at(c[0].y, c[1].y, c[2].y)}, t.level + bits));
+}
+
+/// Number and barycentrics of lattice points: rows from corner 2 towards the edge corner 0 - corner 1.
+template <class Visit>
+void for_each_lattice_point(int n, Visit&& visit) {
+    int index = 0;
+    for (int row = 0; row <= n; ++row)
+        for (int i = 0; i <= row; ++i, ++index)
+            visit(index, static_cast<double>(row - i) / n, static_cast<double>(i) / n,
+                  static_cast<double>(n - row) / n);
+}
+
+/// The sample of a triangle's lattice with n intervals a side that is farthest off, as PlaneMeasure takes it; on
+/// hard edges, off the edge itself.
+inline Maximum farthest_sample(std::span<const Vec3d> s, int n, const PlaneMeasure& plane,
+                               const std::array<bool, 3>& hard) {
+    const Vec3d ends[4] = {s[s.size() - 1 - static_cast<std::size_t>(n)], s.back(), s[0],
+                           s[s.size() - 1 - static_cast<std::size_t>(n)]};
+    Maximum top;
+    for_each_lattice_point(n, [&](int i, double b0, double b1, double b2) {
+        const Vec3d& p = s[static_cast<std::size_t>(i)];
+        const double parametric = glm::length(p - (b0 * ends[0] + b1 * ends[1] + b2 * ends[2]));
+        if (parametric <= top.value) return;
+        top.offer({b1, b2}, std::min(parametric, plane(p)));
+        const double across[3] = {b2, b0, b1};
+        for (std::size_t k = 0; k < 3; ++k)
+            if (hard[k] && across[k] == 0) top.offer({b1, b2}, segment_distance(p, ends[k], ends[k + 1]));
+    });
+    return top;
 }
 
 /// How far a point of a flat triangle is at most from the surface that these samples are points of: the distance to

@@ -261,12 +261,12 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
     const ControlMesh& control = map.patches->mesh();
     const int n = lattice_intervals(samples, count, k_least_intervals);
     const std::uint32_t blocks = (count + k_block - 1) / k_block;
-    constexpr double k_near = 0.8;  // of the tolerance: local maxima above are looked for
-    constexpr double k_fall = 0.5;
+    // Of the tolerance, from which samples are starts for local maxima; of the largest distance, from which others are
+    // exact, and from which closest points are searched for all over the surface.
+    constexpr double k_near = 0.8, k_exact = 0.7, k_searched = 0.9;
     if (map.plain()) closest.prepare(context);
-    const auto pass = [&](double exact_from) {
+    const auto pass = [&](double exact_from, double search_from) {
         std::vector<Sums> sums(blocks);
-        const double search_from = std::isfinite(tolerance) ? tolerance : exact_from;
         detail::for_each_batch(map.patches, blocks, 1, context, "measure", 0, 0.9, [&](std::uint32_t block) {
             Sums& sum = sums[block];
             SampleLattice lattice(n);
@@ -323,12 +323,17 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
         for (const Sums& sum : sums) total += sum;
         return total;
     };
+    double exact_from = k_near * tolerance, search_from = tolerance;
+    Sums total = pass(exact_from, search_from);
     // What is exact alone may be the largest.
-    double exact_from = k_near * tolerance;
-    Sums total = pass(exact_from);
-    while (map.plain() && total.largest() > 0 && total.largest() <= exact_from) {
-        exact_from = k_fall * total.largest();
-        total = pass(exact_from);
+    while (map.plain() && total.largest() > 0) {
+        if (total.largest() <= exact_from)
+            exact_from = k_exact * total.largest();
+        else if (std::isinf(tolerance) && total.backward > total.forward && total.backward <= search_from)
+            search_from = k_searched * total.backward;
+        else
+            break;
+        total = pass(exact_from, search_from);
     }
     const std::uint64_t pairs = total.samples;
     if (map.target) total += measure_from_target(*map.target_mesh, mesh, bvh, samples, triangle_error, context);

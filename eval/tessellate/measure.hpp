@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../hier/base/run_context.hpp"
-#include "output_triangle.hpp"
+#include "exported_mesh.hpp"
 #include "surface_map.hpp"
 #include "tessellate.hpp"
 
@@ -14,13 +14,14 @@ namespace tetrakis {
 /// Measures a tessellation against its surface by dense sampling, both directions (eval/README.md, Errors).
 ///
 /// Samples: the barycentric lattice of every triangle (at least 3 intervals a side, more until there are about
-/// `samples` in all), on the surface and on the triangle. Forward: each surface point to the nearest triangle by
-/// Embree, in double. Backward: each point of a triangle to the surface, by Newton's method from the parameters it came
-/// with; the largest by Embree's search of the whole surface, until no other can exceed it. Mean and RMS weigh samples
-/// by the area of their triangle. With a target, forward is sampled on the target too,
-/// evenly by area: what no point was projected to counts.
+/// `samples` in all), on the surface and on the triangle. What is far below the tolerance counts as far as it is from
+/// its own triangle. Else, forward: each surface point to the nearest triangle by Embree, in double; backward: each
+/// point of a triangle to the surface, by Newton's method from the parameters it came with, above the tolerance by
+/// Embree's search of the whole surface; and from samples that their neighbours do not exceed up to local maxima.
+/// Without a tolerance the largest distance takes its place. Mean and RMS weigh samples by the area of their triangle.
+/// With a target, forward is sampled on the target too, evenly by area: what no point was projected to counts.
 /// @param samples         that are aimed at, each way
-/// @param tolerance       triangles beyond it are searched exactly, whatever the largest error is
+/// @param tolerance       infinite: none
 /// @param origin          where the triangle of that number comes from
 /// @param triangle_error  receives the largest error found at each triangle
 template <class Family>

@@ -5,11 +5,11 @@
 #include "../../refine/adaptive/hierarchy_view.hpp"
 #include "../bounds/loop_bounder.hpp"
 #include "../bounds/quad_bounder.hpp"
-#include "../distance/loop_closest.hpp"
-#include "../distance/quad_closest.hpp"
+#include "../distance/limit_closest.hpp"
 #include "../surface/quad_patches.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace tetrakis {
@@ -151,6 +151,12 @@ bool is_hard_edge(const ControlMesh& mesh, const CellTriangle& triangle, std::si
     if (!h.valid()) return false;
     const HalfedgeId t = mesh.twin(h);
     return !t.valid() || mesh.is_hole(mesh.face(t)) || mesh.sharpness(mesh.edge(h)) == k_sharpness_infinity;
+}
+
+template <class Family>
+std::array<bool, 3> hard_edges(const ControlMesh& mesh, const CellTriangle& triangle) {
+    return {is_hard_edge<Family>(mesh, triangle, 0), is_hard_edge<Family>(mesh, triangle, 1),
+            is_hard_edge<Family>(mesh, triangle, 2)};
 }
 
 }  // namespace tetrakis

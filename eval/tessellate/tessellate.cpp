@@ -12,7 +12,6 @@
 #include "patch_batches.hpp"
 #include "tessellate_limits.hpp"
 #include "tessellate_run.hpp"
-#include "tessellation_attributes.hpp"
 
 #include <fmt/format.h>
 
@@ -30,10 +29,6 @@ namespace {
 
 /// A repair that leaves more than this share of the error has not helped; after two of them it is left at that.
 constexpr double k_progress = 0.98;
-
-/// Roots from which the boxes for closest points are built beforehand, needed or not: below, that is a matter of a
-/// tenth of a second.
-constexpr std::uint32_t k_many_roots = 1u << 18;
 
 /// Bytes a triangle that refining and exporting take at their peak (leaf, half a vertex, error, output), for the memory
 /// limit.
@@ -64,92 +59,14 @@ void check(const ControlMesh& mesh, const TessellateOptions& options) {
 }
 
 template <class Family>
-class Tessellator {
+class PatchTessellator final : public detail::TessellationRun {
   public:
-    Tessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
-        : mesh_(mesh), options_(options), context_(context) {}
-
-    Tessellation run() {
-        detail::Stopwatch watch;
-        result_.tolerance_absolute = detail::tolerance_length(mesh_, options_);
-        tolerance_ = options_.tolerance ? result_.tolerance_absolute : 0.0;
-        aim_ = detail::aim_beside_rounding(mesh_, options_, tolerance_, result_.warnings);
-        prepare();
-        context_.report("build", 0.5);
-        result_.seconds.build = watch.lap();
-
-        typename Family::Hierarchy hierarchy(mesh_);
-        context_.report("build", 0.9);
-        // Built on demand, by whatever thread needs them, these could not be cancelled.
-        if (map_.plain() && options_.estimator == EstimatorKind::measured && mesh_.halfedge_count() > k_many_roots)
-            closest_->prepare(context_);
-        const LeafEstimator<Family> estimator(map_, *closest_, options_.estimator, aim_);
-        const detail::RefineProgress progress(context_, options_.max_triangles,
-                                              [&] { return hierarchy.triangle_count(); });
-        const detail::WatchedEstimator watched(estimator, progress);
-        AdaptiveOptions adaptive{aim_, options_.max_triangles, options_.min_level, options_.max_level};
-        adaptive.max_memory_bytes = context_.max_memory_bytes;
-        adaptive.base_bytes = patches_->memory_bytes();
-        adaptive.bytes_per_triangle = k_patch_bytes;
-        std::optional<FanError> fan_error;
-        if constexpr (std::is_same_v<Family, QuadFamily>) {
-            choose_coarsest(hierarchy, estimator, fan_error);
-        }
-        AdaptiveRefinement<typename Family::Hierarchy> refinement(hierarchy, watched, adaptive, progress.context());
-        refinement.run();
-        export_mesh(hierarchy, refinement);
-        detail::check_coarsest(options_, result_.mesh.triangles.size());
-        result_.seconds.estimate = watched.seconds();
-        result_.seconds.refine = watch.lap() - result_.seconds.estimate;
-        result_.peak_memory_before_measure_bytes = detail::peak_memory_bytes();
-
-        if (options_.measure) {
-            double last = std::numeric_limits<double>::infinity();
-            for (int round = 0, stalled = 0;; ++round) {
-                result_.measured_error = measure<Family>(
-                    result_.mesh, [&](std::uint32_t t) { return origin(hierarchy, t); }, map_, *closest_,
-                    options_.measure_samples,
-                    may_repair(refinement) ? tolerance_ : std::numeric_limits<double>::infinity(), measured_errors_,
-                    context_);
-                result_.seconds.measure += watch.lap();
-                if (!options_.tolerance || result_.measured_error->hausdorff <= tolerance_ ||
-                    refinement.budget_spent() || round == detail::k_repairs)
-                    break;
-                // Where splitting no longer helps (a map that jumps) more of it would not either.
-                stalled += result_.measured_error->hausdorff > k_progress * last;
-                last = result_.measured_error->hausdorff;
-                if (stalled == 2 || !repair(hierarchy, refinement)) break;
-                export_mesh(hierarchy, refinement);
-                result_.seconds.refine += watch.lap();
-            }
-            std::ranges::transform(measured_errors_, result_.triangle_error.begin(), detail::round_up);
-            measured_errors_ = {};
-        }
-        if (map_.plain()) {
-            const double certified =
-                detail::Certifier<Family>(result_.mesh,
-                                          {exported_, [&](std::uint32_t t) { return origin(hierarchy, t).cell; }},
-                                          estimator, refinement, fan_error, fan_errors_, aim_, context_)
-                    .run();
-            result_.certified_error = certified + detail::written_rounding(options_, result_.mesh);
-            result_.seconds.estimate += watch.lap();
-        }
-        result_.tolerance_reached =
-            detail::tolerance_reached(options_, result_, tolerance_, refinement.left_over() || estimator.gave_up());
-        if (options_.target && options_.tolerance && result_.measured_error) warn_of_target(refinement.left_over());
-        if (options_.displacement && options_.tolerance) warn_of_torn_heights();
-        if (estimator.gave_up())
-            result_.warnings.push_back(
-                "somewhere the mapped surface jumps (two sheets of the target are equally near, or heights differ "
-                "across a "
-                "seam or a crease): refinement stopped there, far below the tolerance");
-        detail::warn_of_nothing(result_);
-        detail::warn_of_fine_control_mesh(mesh_, options_, result_);
-        add_attributes(hierarchy);
-        return std::move(result_);
-    }
+    PatchTessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
+        : TessellationRun(mesh, options, context, 1) {}
 
   private:
+    using Hierarchy = typename Family::Hierarchy;
+
     /// Which way a target is too far from the mesh, and by how much.
     void warn_of_target(bool left_over) {
         const MeasuredError& error = *result_.measured_error;
@@ -201,7 +118,7 @@ class Tessellator {
         return options_.amplitude * options_.displacement->sample(uv_->at(root, x, y));
     }
 
-    void prepare() {
+    void prepare() override {
         patches_ = std::make_unique<typename Family::Patches>(mesh_, context_);
         closest_ = std::make_unique<typename Family::Closest>(*patches_);
         if (mesh_.has_uvs() && (options_.uvs || options_.displacement))
@@ -215,11 +132,27 @@ class Tessellator {
         map_.heights = heights_.get();
         map_.target = target_.get();
         map_.target_mesh = options_.target;
+        context_.report("build", 0.5);
+        hierarchy_.emplace(mesh_);
+        context_.report("build", 0.9);
+        estimator_.emplace(map_, *closest_, options_.estimator, aim_);
+    }
+
+    void refine() override {
+        progress_.emplace(context_, options_.max_triangles, [this] { return hierarchy_->triangle_count(); });
+        watched_.emplace(*estimator_, *progress_);
+        AdaptiveOptions adaptive{aim_, options_.max_triangles, options_.min_level, options_.max_level};
+        adaptive.max_memory_bytes = context_.max_memory_bytes;
+        adaptive.base_bytes = patches_->memory_bytes();
+        adaptive.bytes_per_triangle = k_patch_bytes;
+        if constexpr (std::is_same_v<Family, QuadFamily>) choose_coarsest(*hierarchy_);
+        refinement_.emplace(*hierarchy_, *watched_, adaptive, progress_->context());
+        refinement_->run();
+        estimate_seconds_ = watched_->seconds();
     }
 
     /// eval/README.md, Coarsest mesh: faces that do without their centre.
-    void choose_coarsest(BisectionHierarchy& hierarchy, const LeafEstimator<QuadFamily>& estimator,
-                         std::optional<FanError>& fan_error) {
+    void choose_coarsest(BisectionHierarchy& hierarchy) {
         corner_positions_.resize(mesh_.vertex_count());
         detail::for_each_batch(
             patches_.get(), mesh_.vertex_count(), 64, context_, "coarsest", 0, 0.2, [&](std::uint32_t v) {
@@ -230,15 +163,15 @@ class Tessellator {
         if (options_.min_level > 0) return;
         const std::vector<std::uint8_t> wanted(mesh_.face_count(), 1);
         fans_ = choose_fans(mesh_, corner_positions_, wanted);
-        fan_error.emplace(map_, estimator, fans_, corner_positions_);
+        fan_error_.emplace(map_, *estimator_, fans_, corner_positions_);
         fan_errors_.assign(mesh_.face_count(), 0.0);
         detail::for_each_batch(
             patches_.get(), mesh_.face_count(), 4, context_, "coarsest", 0.4, 1, [&](std::uint32_t f) {
                 if (!fans_.has(FaceId(f))) return;
                 // A budget opens the worst fans first: their errors must be known.
                 fan_errors_[f] = options_.estimator == EstimatorKind::certified
-                                     ? fan_error->certified(FaceId(f), aim_, options_.max_triangles == 0)
-                                     : fan_error->measured(FaceId(f), aim_);
+                                     ? fan_error_->certified(FaceId(f), aim_, options_.max_triangles == 0)
+                                     : fan_error_->measured(FaceId(f), aim_);
                 // Nobody else asks for the corner cells of a face, and of one that needs no more triangles nobody will.
                 if (std::abs(fan_errors_[f]) <= aim_)
                     for (std::uint32_t i = 0; i < mesh_.face_size(FaceId(f)); ++i)
@@ -250,10 +183,9 @@ class Tessellator {
                 hierarchy.accept_fan(FaceId(f), error);
     }
 
-    void export_mesh(const typename Family::Hierarchy& hierarchy,
-                     const AdaptiveRefinement<typename Family::Hierarchy>& refinement) {
+    void export_mesh() override {
         context_.report("export", 0);
-        exported_ = detail::ExportedMesh<Family>(hierarchy, fans_);
+        exported_ = detail::ExportedMesh<Family>(*hierarchy_, fans_);
         const std::uint32_t points = static_cast<std::uint32_t>(exported_.sites.size());
         TriangleMesh& mesh = result_.mesh;
         mesh = {};
@@ -263,23 +195,29 @@ class Tessellator {
         detail::for_each_batch(patches_.get(), points, 32, context_, "export", 0.2, 0.9, [&](std::uint32_t i) {
             mesh.positions[i] = map_.vertex(exported_.sites[i], options_.normals ? &mesh.normals[i] : nullptr);
         });
-        exported_.describe(hierarchy, refinement, result_);
+        exported_.describe(*hierarchy_, *refinement_, result_);
         context_.report("export", 1.0);
     }
 
-    OutputTriangle origin(const typename Family::Hierarchy& hierarchy, std::uint32_t t) const {
-        return exported_.origin(hierarchy, fans_, t);
-    }
+    OutputTriangle origin(std::uint32_t t) const { return exported_.origin(*hierarchy_, fans_, t); }
 
-    /// Whether what a measurement finds may be mended: not where a level or a budget stopped the refinement.
-    bool may_repair(const AdaptiveRefinement<typename Family::Hierarchy>& refinement) const {
+    void measure() override {
         // What is certified needs no repair: searches for closest points that end short of them are no reason to split.
-        return options_.tolerance && options_.max_triangles == 0 && !refinement.left_over() &&
-               options_.estimator != EstimatorKind::certified;
+        const bool mend =
+            options_.tolerance && options_.max_triangles == 0 && !refinement_->left_over() && !certified();
+        result_.measured_error = tetrakis::measure<Family>(
+            result_.mesh, [this](std::uint32_t t) { return origin(t); }, map_, *closest_, options_.measure_samples,
+            mend ? tolerance_ : std::numeric_limits<double>::infinity(), measured_errors_, context_);
+        std::ranges::transform(measured_errors_, result_.triangle_error.begin(), detail::round_up);
     }
 
-    /// Splits what the measurement found to be off. False when nothing can be done.
-    bool repair(typename Family::Hierarchy& hierarchy, AdaptiveRefinement<typename Family::Hierarchy>& refinement) {
+    bool may_repair() const override { return !refinement_->budget_spent(); }
+
+    bool repair(int) override {
+        // Where splitting no longer helps (a map that jumps) more of it would not either.
+        stalled_ += result_.measured_error->hausdorff > k_progress * last_error_;
+        last_error_ = result_.measured_error->hausdorff;
+        if (stalled_ == 2) return false;
         std::vector<LeafId> leaves;
         std::vector<FaceId> fans;
         for (std::uint32_t t = 0; t < measured_errors_.size(); ++t) {
@@ -287,23 +225,44 @@ class Tessellator {
             const LeafId leaf = exported_.leaves[t];
             if (!leaf.valid())
                 fans.push_back(exported_.faces[t]);
-            else if (hierarchy.level(leaf) < options_.max_level)
+            else if (hierarchy_->level(leaf) < options_.max_level)
                 leaves.push_back(leaf);
         }
         if (leaves.empty() && fans.empty()) return false;
-        refinement.split(leaves, fans);
+        refinement_->split(leaves, fans);
         return true;
     }
 
-    void add_attributes(const typename Family::Hierarchy& hierarchy) {
+    bool left_over() const override { return refinement_->left_over() || estimator_->gave_up(); }
+
+    void certify() override {
+        if (!map_.plain()) return;
+        result_.certified_error =
+            detail::Certifier<Family>(result_.mesh, {exported_, [this](std::uint32_t t) { return origin(t).cell; }},
+                                      *estimator_, *refinement_, fan_error_, fan_errors_, aim_, context_)
+                .run();
+    }
+
+    void add_warnings() {
+        if (options_.target && options_.tolerance && result_.measured_error) warn_of_target(refinement_->left_over());
+        if (options_.displacement && options_.tolerance) warn_of_torn_heights();
+        if (estimator_->gave_up())
+            result_.warnings.push_back(
+                "somewhere the mapped surface jumps (two sheets of the target are equally near, or heights differ "
+                "across a seam or a crease): refinement stopped there, far below the tolerance");
+        detail::warn_of_fine_control_mesh(mesh_, options_, result_);
+    }
+
+    void add_attributes() override {
+        add_warnings();
         context_.report("attributes", 0);
-        if (options_.normals) add_normals(hierarchy);
+        if (options_.normals) add_normals();
         if (options_.uvs && uv_) {
             const auto count = static_cast<std::uint32_t>(result_.mesh.triangles.size());
             std::vector<std::array<Vec2d, 3>> uvs(count);
             detail::for_each_batch(uv_->patches(), count, 128, context_, "attributes", 0, 0.7, [&](std::uint32_t t) {
                 for (std::size_t k = 0; k < 3; ++k)
-                    uvs[t][k] = uv_->at(origin(hierarchy, t).template corner_site<Family>(mesh_, k));
+                    uvs[t][k] = uv_->at(origin(t).template corner_site<Family>(mesh_, k));
             });
             add_uvs(
                 result_.mesh, [&](std::uint32_t t, std::size_t k) { return uvs[t][k]; }, context_);
@@ -312,11 +271,11 @@ class Tessellator {
         add_face_attributes(mesh_, result_.triangle_face, result_.mesh);
     }
 
-    void add_normals(const typename Family::Hierarchy& hierarchy) {
+    void add_normals() {
         detail::SideNormals side;
         if (map_.plain())
             side = detail::normals_from_inside<Family>(
-                mesh_, [&](std::uint32_t t) { return origin(hierarchy, t); },
+                mesh_, [&](std::uint32_t t) { return origin(t); },
                 [&](std::span<const Site> sites, std::span<Vec3d> normals) {
                     detail::for_each_batch(patches_.get(), static_cast<std::uint32_t>(sites.size()), k_default_grain,
                                            {}, {}, 0, 1, [&](std::uint32_t i) {
@@ -329,12 +288,6 @@ class Tessellator {
         detail::split_normals_of(result_, mesh_, options_, side);
     }
 
-    const ControlMesh& mesh_;
-    const TessellateOptions& options_;
-    const RunContext& context_;
-    Tessellation result_;
-    double tolerance_ = 0;
-    double aim_ = 0;  ///< what the estimator aims at: the tolerance, or what rounding leaves of it
     std::unique_ptr<typename Family::Patches> patches_;
     std::unique_ptr<typename Family::Closest> closest_;
     std::unique_ptr<UvSurface<Family>> uv_;
@@ -345,7 +298,15 @@ class Tessellator {
     std::vector<Vec3d> corner_positions_;
     std::vector<double> fan_errors_;  ///< by face: FanError's
     detail::ExportedMesh<Family> exported_;
+    std::optional<Hierarchy> hierarchy_;
+    std::optional<LeafEstimator<Family>> estimator_;
+    std::optional<detail::RefineProgress> progress_;
+    std::optional<detail::WatchedEstimator> watched_;
+    std::optional<AdaptiveRefinement<Hierarchy>> refinement_;
+    std::optional<FanError> fan_error_;
     std::vector<double> measured_errors_;  ///< by triangle; floats would not hold lengths above 1e38
+    double last_error_ = std::numeric_limits<double>::infinity();  ///< before the last repair
+    int stalled_ = 0;                                              ///< repairs that have not helped
 };
 
 }  // namespace
@@ -355,8 +316,9 @@ Tessellation tessellate(const ControlMesh& mesh, const TessellateOptions& option
     return with_threads(context, [&] {
         if (!scheme_support(mesh, options.scheme, options.rules).patches)
             return detail::tessellate_by_limits(mesh, options, context);
-        if (options.scheme.kind() == SchemeKind::loop) return Tessellator<LoopFamily>(mesh, options, context).run();
-        return Tessellator<QuadFamily>(mesh, options, context).run();
+        if (options.scheme.kind() == SchemeKind::loop)
+            return PatchTessellator<LoopFamily>(mesh, options, context).run();
+        return PatchTessellator<QuadFamily>(mesh, options, context).run();
     });
 }
 

@@ -62,8 +62,8 @@ struct TessellateOptions {
     double crease_degrees = 30;
     bool uvs = true;  ///< carry the UV layer over, where there is one
     /// Measure the result at the end (symmetric Hausdorff, mean, RMS); with the measured estimator what is found to be
-    /// off the tolerance is split and measured again. Takes many times what tessellating takes. A target that reaches
-    /// beyond the mesh is found by this alone.
+    /// off the tolerance is split and measured again, local maxima between the samples included. Takes once or twice
+    /// the time of tessellating. A target that reaches beyond the mesh is found by this alone.
     bool measure = false;
     /// Samples that measuring aims at, each way: a lattice on every triangle, of at least 3 and at most 24 intervals a
     /// side (some 300 points). Against limit points, half as many, spread as compare() does.

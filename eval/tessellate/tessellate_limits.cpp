@@ -5,10 +5,6 @@
 #include "../bounds/dual_bound.hpp"
 #include "../bounds/linear_bound.hpp"
 #include "../bounds/mask_norm_bound.hpp"
-#include "dual_tessellator.hpp"
-#include "lattice_tessellator.hpp"
-#include "level_tessellator.hpp"
-#include "sqrt3_tessellator.hpp"
 #include "surface_family.hpp"
 
 #include <string>

@@ -6,9 +6,26 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
+
+namespace tetrakis {
+
+/// Unit vertex normals of the triangles themselves, weighted by area.
+void geometric_normals(TriangleMesh& mesh);
+
+/// Gives each triangle corner its UV and merges those of one vertex that are equal, bit for bit. Reports stage
+/// "attributes".
+void add_uvs(TriangleMesh& mesh, const std::function<Vec2d(std::uint32_t, std::size_t)>& corner_uv,
+             const RunContext& context = {});
+
+/// Materials and groups of the control faces that the triangles come from.
+void add_face_attributes(const ControlMesh& control, std::span<const std::uint32_t> triangle_face, TriangleMesh& mesh);
+
+}  // namespace tetrakis
 
 /// What all ways to tessellate have in common: lengths from options, time, memory, progress.
 namespace tetrakis::detail {
@@ -64,8 +81,8 @@ void warn_of_nothing(Tessellation& result);
 /// Says so where the control mesh is as fine as the tolerance asks: of a scheme that keeps its faces at level 0.
 void warn_of_fine_control_mesh(const ControlMesh& mesh, const TessellateOptions& options, Tessellation& result);
 
-/// The course that a tessellation by limit points takes. A domain says how its leaves are refined, written as a mesh
-/// and measured.
+/// The course that every tessellation takes: refine, export; measure and mend until nothing is found that is off;
+/// certify. A domain says how its leaves are refined, written as a mesh and measured.
 class TessellationRun {
   public:
     TessellationRun(const TessellationRun&) = delete;
@@ -74,8 +91,10 @@ class TessellationRun {
     Tessellation run();
 
   protected:
-    TessellationRun(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
-        : mesh_(mesh), options_(options), context_(context) {}
+    /// @param aim  share of the tolerance that errors by samples aim at
+    TessellationRun(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context,
+                    double aim = k_sampled_aim)
+        : mesh_(mesh), options_(options), context_(context), sampled_aim_(aim) {}
     bool certified() const { return options_.estimator == EstimatorKind::certified; }
 
     /// What refining needs. tolerance_ and aim_ are known.
@@ -86,6 +105,8 @@ class TessellationRun {
     virtual void export_mesh() = 0;
     /// Sets the measured error and the triangles' errors.
     virtual void measure() = 0;
+    /// Whether what a measurement finds to be off may be split.
+    virtual bool may_repair() const { return options_.max_triangles == 0 && !left_over(); }
     /// Splits what a measurement found above the tolerance; false where there is nothing to split.
     /// @param round  how many repairs there were before
     virtual bool repair(int round) = 0;
@@ -102,6 +123,9 @@ class TessellationRun {
     double tolerance_ = 0;  ///< as a length; 0: none
     double aim_ = 0;        ///< what refining aims at: the tolerance, or what rounding and sampling leave of it
     double estimate_seconds_ = 0;
+
+  private:
+    double sampled_aim_;
 };
 
 /// What the caller is told while a mesh is refined: how much of a budget is used, else what the refinement says.

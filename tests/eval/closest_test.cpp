@@ -1,5 +1,4 @@
-#include "../../eval/distance/loop_closest.hpp"
-#include "../../eval/distance/quad_closest.hpp"
+#include "../../eval/distance/limit_closest.hpp"
 
 #include "../kit/quad_test_mesh.hpp"
 #include "../kit/triangle_test_mesh.hpp"

@@ -1,7 +1,5 @@
-#include "../../eval/distance/hull_beyond.hpp"
-#include "../../eval/distance/loop_closest.hpp"
+#include "../../eval/distance/limit_closest.hpp"
 #include "../../eval/distance/nearest_in_root.hpp"
-#include "../../eval/distance/quad_closest.hpp"
 
 #include "../kit/random_mesh.hpp"
 

@@ -4,7 +4,7 @@
 #include "../kit/sampled_distance.hpp"
 
 #include "../../eval/tessellate/fan_error.hpp"
-#include "../../eval/tessellate/output_triangle.hpp"
+#include "../../eval/tessellate/exported_mesh.hpp"
 #include "../../eval/tessellate/surface_family.hpp"
 
 #include <doctest/doctest.h>

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "../surface/loop_patches.hpp"
 #include "../surface/quad_patches.hpp"
 #include "../surface/surface_parameter.hpp"
 #include "closest_bvh.hpp"
@@ -9,16 +10,17 @@
 
 namespace tetrakis {
 
-/// Closest points on the limit surface of Catmull-Clark: Newton's method from a given start, or a search of all corner
-/// cells by Embree's boxes with Newton in each candidate. Thread-safe.
-class QuadClosest {
+/// Closest points on a limit surface: Newton's method from a given start, or a search of all roots by Embree's boxes
+/// with Newton in each candidate. Thread-safe.
+template <class Patches>
+class LimitClosest {
   public:
-    explicit QuadClosest(const QuadPatches& patches) : patches_(patches) {}
+    explicit LimitClosest(const Patches& patches);
 
     /// Builds the boxes of global(), with progress and within the memory limit, unless they are there.
     /// @throws Error memory_limit, cancelled
     void prepare(const RunContext& context) const;
-    /// Distance from q to a nearby point of the surface: Gauss-Newton from `start`, across cells, not across the
+    /// Distance from q to a nearby point of the surface: Gauss-Newton from `start`, across roots, not across the
     /// boundary. Never more than the distance to the start. An upper bound of the distance to the surface.
     double local(const Vec3d& q, SurfaceParameter start) const;
     /// Distance from q to the surface if it is less than `best`, else `best`. Builds the boxes at its first call,
@@ -26,12 +28,13 @@ class QuadClosest {
     double global(const Vec3d& q, double best) const;
 
   private:
-    double in_cell(const Vec3d& q, HalfedgeId root, double best) const;
-
-    const QuadPatches& patches_;
+    const Patches& patches_;
+    double rounding_;  ///< of positions
     mutable std::once_flag built_;
     mutable std::unique_ptr<ClosestBvh> bvh_;
-    mutable double room_ = 0;  ///< for the rounding of positions
 };
+
+using QuadClosest = LimitClosest<QuadPatches>;
+using LoopClosest = LimitClosest<LoopPatches>;
 
 }  // namespace tetrakis

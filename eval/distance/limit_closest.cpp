@@ -1,0 +1,352 @@
+#include "limit_closest.hpp"
+
+#include "../../hier/forest/corner_cell.hpp"
+#include "nearest_in_root.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace tetrakis {
+
+namespace {
+
+/// Of a position, in units of the largest coordinate.
+constexpr double k_position_rounding = 128 * std::numeric_limits<double>::epsilon();
+
+/// Squared sine of the angle between the way to a surface point and the surface's normal below which the foot is found:
+/// what is left then changes the distance by half of that.
+constexpr double k_square = 1e-8;
+
+/// How often a regular cell is cut up, and how many levels of others are looked at, before a search is cheaper.
+constexpr int k_net_cuts = 3, k_star_levels = 12, k_generic_levels = 4;
+
+/// Of a cell: the hull of more is that of a large ring, which says little about the cell.
+constexpr std::size_t k_most_points = 40;
+
+void add_net(const detail::Net16& net, Box3d& box) {
+    for (int i = 0; i < 16; ++i) box.add(Vec3d(net.c[0][i], net.c[1][i], net.c[2][i]));
+}
+
+/// A box of the cell of a star with a large ring: of its regular parts, and of what is left after a few steps. The tree
+/// does not grow by it.
+void add_large_star(const detail::QuadStar& star, Box3d& box) {
+    constexpr int k_steps = 8;
+    std::array<detail::QuadStar, 2> finer;
+    const detail::QuadStar* at = &star;
+    for (std::size_t step = 0; step < k_steps; ++step) {
+        std::array<detail::Net16, 3> regular;
+        subdivide(*at, finer[step % 2], regular);
+        for (const detail::Net16& net : regular) add_net(net, box);
+        at = &finer[step % 2];
+    }
+    for (const Vec3d& p : at->points) box.add(p);
+}
+
+void add_node(const detail::QuadNode& node, Box3d& box) {
+    using Kind = detail::QuadNode::Kind;
+    if (node.kind == Kind::regular) {
+        add_net(node.net, box);
+    } else if (node.kind == Kind::star) {
+        if (node.star->points.size() > k_most_points)
+            add_large_star(*node.star, box);
+        else
+            for (const Vec3d& p : node.star->points) box.add(p);
+    } else if (node.local->points.size() > k_most_points && node.depth == 0) {
+        const detail::QuadNode* quarters = node.grown();
+        for (int k = 0; k < 4; ++k) add_node(quarters[k], box);
+    } else {
+        for (const Vec3d& p : node.local->points) box.add(p);
+    }
+}
+
+/// Catmull-Clark: roots are the corner cells.
+struct QuadRoots {
+    static constexpr detail::RootShape shape = detail::RootShape::square;
+    using Cell = detail::QuadNode;
+    const QuadPatches& patches;
+
+    std::uint32_t count() const { return patches.mesh().halfedge_count(); }
+    HalfedgeId root(std::uint32_t i) const { return HalfedgeId(i); }
+    Box3d box(HalfedgeId root) const {
+        return patches.with_root(root, [](const Cell& node) {
+            Box3d box;
+            add_node(node, box);
+            return box;
+        });
+    }
+    const Cell& cell(HalfedgeId root) const { return patches.root_node(root); }
+    SurfacePoint frame(HalfedgeId root, double x, double y) const { return patches.frame(root, x, y); }
+    Vec3d position(HalfedgeId, const Cell& cell, double x, double y) const { return QuadPatches::position(cell, x, y); }
+
+    static const detail::Net16& net(const Cell& cell) { return cell.net; }
+    static int net_cuts(const Cell& cell) { return cell.crease ? 0 : k_net_cuts; }
+    static Vec3d point(const detail::Net16& net, int i) { return {net.c[0][i], net.c[1][i], net.c[2][i]}; }
+    static constexpr int k_net_points = 16;
+    template <class Test>
+    static bool all_quarters(const detail::Net16& net, Test&& test) {
+        for (int k = 0; k < 4; ++k) {
+            detail::Net16 quarter;
+            detail::child_net(net, k & 1, k >> 1, quarter);
+            if (!test(quarter)) return false;
+        }
+        return true;
+    }
+    template <class Test>
+    bool all_quarters(const Cell& cell, Test&& test) const {
+        const Cell* quarters = cell.grown();
+        return std::all_of(quarters, quarters + 4, test);
+    }
+    static Vec3d star_limit(const Cell& cell) { return cell.star->limit; }
+    static double star_reach(const Cell& cell) { return cell.star->reach; }
+    static const auto& points(const Cell& cell) { return cell.local->points; }
+
+    /// Moves parameters beyond a root's sides into the roots there; on boundaries, onto the side.
+    static void cross_sides(const ControlMesh& mesh, SurfaceParameter& at) {
+        double &x = at.x, &y = at.y;
+        for (int crossing = 0; crossing < 3; ++crossing) {
+            CellSide side;
+            if (x < 0)
+                side = CellSide::prev_edge;
+            else if (y < 0)
+                side = CellSide::edge;
+            else if (x > 1)
+                side = CellSide::next_cell;
+            else if (y > 1)
+                side = CellSide::prev_cell;
+            else
+                break;
+            const HalfedgeId beyond = across(mesh, at.root, side);
+            if (!beyond.valid() || mesh.is_hole(mesh.face(beyond))) break;
+            const double old_x = x, old_y = y;
+            switch (side) {
+                case CellSide::edge:
+                    x = -old_y, y = old_x;
+                    break;
+                case CellSide::prev_edge:
+                    x = old_y, y = -old_x;
+                    break;
+                case CellSide::next_cell:
+                    x = old_y, y = 2 - old_x;
+                    break;
+                case CellSide::prev_cell:
+                    x = 2 - old_y, y = old_x;
+                    break;
+            }
+            at.root = beyond;
+        }
+        x = std::clamp(x, 0.0, 1.0);
+        y = std::clamp(y, 0.0, 1.0);
+    }
+};
+
+void add_large_star(const detail::LoopStarChain& star, Box3d& box) {
+    constexpr int k_steps = 8;
+    const int n = star.valence();
+    const double beta = detail::loop_vertex_rule(n).beta;
+    std::vector<Vec3d> at(star.points(), star.points() + detail::loop_star_size(n)),
+        step(static_cast<std::size_t>(detail::loop_star_step_size(n)));
+    for (int i = 0; i < k_steps; ++i) {
+        detail::loop_star_step(n, beta, at.data(), step.data());
+        for (int quarter = 1; quarter < 4; ++quarter)
+            for (const Vec3d& p : detail::loop_star_quarter(n, step.data(), quarter)) box.add(p);
+        std::copy_n(step.begin(), at.size(), at.begin());
+    }
+    for (const Vec3d& p : at) box.add(p);
+}
+
+/// Loop: roots are the faces.
+struct LoopRoots {
+    static constexpr detail::RootShape shape = detail::RootShape::triangle;
+    using Cell = detail::LoopCell;
+    const LoopPatches& patches;
+
+    std::uint32_t count() const { return patches.mesh().face_count(); }
+    HalfedgeId root(std::uint32_t i) const { return patches.mesh().face_halfedge(FaceId(i)); }
+    Box3d box(HalfedgeId root) const {
+        const ControlMesh& mesh = patches.mesh();
+        std::uint32_t most = 0;
+        for (std::uint32_t k = 0; k < 3; ++k)
+            most = std::max(most, mesh.face_valence(mesh.origin(HalfedgeId(root.value + k))));
+        if (most <= k_most_points) return patches.bounds(mesh.face(root));
+        const Cell whole = cell(root);
+        if (whole.kind == Cell::Kind::generic) return patches.bounds(mesh.face(root));
+        Box3d box;
+        const auto add = [&](const Cell& part) {
+            if (part.kind == Cell::Kind::star)
+                add_large_star(*part.star, box);
+            else
+                for (const Vec3d& p : part.net) box.add(p);
+            return true;
+        };
+        if (whole.kind == Cell::Kind::split)
+            all_quarters(whole, add);
+        else
+            add(whole);
+        return box;
+    }
+    Cell cell(HalfedgeId root) const {
+        Cell cell;
+        patches.root_cell(root, cell);
+        return cell;
+    }
+    SurfacePoint frame(HalfedgeId root, double x, double y) const { return patches.tangents(root, x, y); }
+    Vec3d position(HalfedgeId root, const Cell&, double x, double y) const { return patches.position(root, x, y); }
+
+    static const detail::Net12& net(const Cell& cell) { return cell.net; }
+    static int net_cuts(const Cell&) { return k_net_cuts; }
+    static Vec3d point(const detail::Net12& net, int i) { return net[static_cast<std::size_t>(i)]; }
+    static constexpr int k_net_points = 12;
+    template <class Test>
+    static bool all_quarters(const detail::Net12& net, Test&& test) {
+        // A net is the star of valence six.
+        constexpr int k_regular = 6;
+        std::array<Vec3d, detail::loop_star_step_size(k_regular)> step;
+        detail::loop_star_step(k_regular, detail::loop_vertex_rule(k_regular).beta, net.data(), step.data());
+        for (int k = 0; k < 4; ++k) {
+            detail::Net12 quarter;
+            if (k == 0)
+                std::copy_n(step.begin(), quarter.size(), quarter.begin());
+            else
+                detail::loop_star_quarter(k_regular, step.data(), k, quarter);
+            if (!test(quarter)) return false;
+        }
+        return true;
+    }
+    template <class Test>
+    bool all_quarters(const Cell& cell, Test&& test) const {
+        for (int k = 0; k < 4; ++k) {
+            Cell quarter;
+            patches.child(cell, k, quarter);
+            if (!test(quarter)) return false;
+        }
+        return true;
+    }
+    static Vec3d star_limit(const Cell& cell) { return *cell.star->points(); }
+    static double star_reach(const Cell& cell) { return cell.star->reach(); }
+    static std::vector<Vec3d> points(const Cell& cell) { return cell.node->rings().points(); }
+
+    static void cross_sides(const ControlMesh& mesh, SurfaceParameter& at) {
+        std::array<double, 3> b{1 - at.x - at.y, at.x, at.y};
+        for (int crossing = 0; crossing < 3; ++crossing) {
+            const std::size_t out = static_cast<std::size_t>(std::min_element(b.begin(), b.end()) - b.begin());
+            if (b[out] >= 0) break;
+            // Beyond the edge opposite corner `out`: the lattice goes on straight, so the corner there is a + b - out.
+            const std::uint32_t h0 = mesh.face_halfedge(mesh.face(at.root)).value;
+            const std::size_t from = (out + 1) % 3;
+            const HalfedgeId t = mesh.twin(HalfedgeId(h0 + static_cast<std::uint32_t>(from)));
+            if (!t.valid() || mesh.is_hole(mesh.face(t))) break;
+            const double d = -b[out], start = b[from] - d, end = b[(from + 1) % 3] - d;
+            const HalfedgeId root = mesh.face_halfedge(mesh.face(t));
+            const std::size_t k = t.value - root.value;  // t starts at our edge's end
+            b[k] = end, b[(k + 1) % 3] = start, b[(k + 2) % 3] = d;
+            at.root = root;
+        }
+        double sum = 0;
+        for (double& w : b) sum += w = std::max(w, 0.0);
+        at.x = b[1] / sum, at.y = b[2] / sum;
+    }
+};
+
+auto roots_of(const QuadPatches& patches) { return QuadRoots{patches}; }
+auto roots_of(const LoopPatches& patches) { return LoopRoots{patches}; }
+
+template <class Roots, class Net>
+bool net_beyond(const Net& net, const Vec3d& q, double reach, int cuts) {
+    return detail::hull_beyond(
+               Roots::k_net_points, [&](int i) { return Roots::point(net, i); }, q, reach) ||
+           (cuts > 0 && Roots::all_quarters(
+                            net, [&](const Net& quarter) { return net_beyond<Roots>(quarter, q, reach, cuts - 1); }));
+}
+
+/// Whether the surface of a cell is certainly farther from q than `reach`. The boxes of the cells around a vertex all
+/// hold its ring; what is beside it is told apart further down only.
+template <class Roots>
+bool cell_beyond(const Roots& roots, const typename Roots::Cell& cell, const Vec3d& q, double reach, int level) {
+    using Kind = typename Roots::Cell::Kind;
+    if (cell.kind == Kind::regular) return net_beyond<Roots>(Roots::net(cell), q, reach, Roots::net_cuts(cell));
+    if (cell.kind == Kind::star) {
+        const double own = Roots::star_reach(cell);
+        if (glm::length(q - Roots::star_limit(cell)) - own > reach) return true;
+        if (own < reach || level >= k_star_levels) return false;
+    } else if (cell.kind == Kind::generic) {
+        const auto& points = Roots::points(cell);
+        if (points.size() <= k_most_points &&
+            detail::hull_beyond(
+                static_cast<int>(points.size()), [&](int i) { return points[static_cast<std::size_t>(i)]; }, q, reach))
+            return true;
+        if (level >= k_generic_levels) return false;
+    }
+    return roots.all_quarters(
+        cell, [&](const typename Roots::Cell& quarter) { return cell_beyond(roots, quarter, q, reach, level + 1); });
+}
+
+}  // namespace
+
+template <class Patches>
+LimitClosest<Patches>::LimitClosest(const Patches& patches) : patches_(patches) {
+    const Box3d box = patches.mesh().bounding_box();
+    const Vec3d most = glm::max(glm::abs(box.lower), glm::abs(box.upper));
+    rounding_ = k_position_rounding * std::max({most.x, most.y, most.z});
+}
+
+template <class Patches>
+void LimitClosest<Patches>::prepare(const RunContext& context) const {
+    std::call_once(built_, [&] {
+        const auto roots = roots_of(patches_);
+        const ControlMesh& mesh = patches_.mesh();
+        const auto box_of = [&](std::uint32_t i) {
+            const HalfedgeId root = roots.root(i);
+            if (mesh.is_hole(mesh.face(root))) return Box3d{};
+            // Room for the rounding of positions, so that no order of search misses what another one finds.
+            Box3d box = roots.box(root);
+            box.lower -= Vec3d(rounding_), box.upper += Vec3d(rounding_);
+            return box;
+        };
+        bvh_ = std::make_unique<ClosestBvh>(roots.count(), box_of, context);
+    });
+}
+
+template <class Patches>
+double LimitClosest<Patches>::local(const Vec3d& q, SurfaceParameter at) const {
+    const auto roots = roots_of(patches_);
+    double best = std::numeric_limits<double>::infinity();
+    for (int step = 0; step < detail::k_newton_steps; ++step) {
+        const SurfacePoint s = detail::with_derivatives(roots.shape, at.x, at.y,
+                                                        [&](double x, double y) { return roots.frame(at.root, x, y); });
+        const double distance = glm::length(q - s.position);
+        if (distance >= best * (1 - 1e-9)) return std::min(best, distance);
+        best = distance;
+        double dx, dy;
+        if (!detail::tangent_step(s, q, dx, dy)) return best;
+        const Vec3d along = dx * s.du + dy * s.dv;
+        if (glm::dot(along, along) < k_square * distance * distance) return best;
+        // No step longer than half a root: beyond the neighbour the linearisation means nothing.
+        const double length = std::max(std::abs(dx), std::abs(dy));
+        if (length > 0.5) dx *= 0.5 / length, dy *= 0.5 / length;
+        at.x += dx, at.y += dy;
+        roots.cross_sides(patches_.mesh(), at);
+    }
+    return best;
+}
+
+template <class Patches>
+double LimitClosest<Patches>::global(const Vec3d& q, double best) const {
+    prepare({});
+    const auto roots = roots_of(patches_);
+    const ClosestBvh::Hit hit = bvh_->query(q, best, [&](std::uint32_t i, double so_far) {
+        const HalfedgeId root = roots.root(i);
+        const auto& cell = roots.cell(root);
+        if (cell_beyond(roots, cell, q, so_far + rounding_, 0)) return so_far;
+        return std::min(so_far, detail::nearest_in_root(
+                                    roots.shape, q, [&](double x, double y) { return roots.frame(root, x, y); },
+                                    [&](double x, double y) { return roots.position(root, cell, x, y); }));
+    });
+    return hit.found() ? std::min(best, hit.distance) : best;
+}
+
+template class LimitClosest<QuadPatches>;
+template class LimitClosest<LoopPatches>;
+
+}  // namespace tetrakis
