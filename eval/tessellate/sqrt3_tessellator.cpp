@@ -141,8 +141,7 @@ class Sqrt3Tessellator final : public TessellationRun {
           max_steps_(
               std::min(k_steps_a_level * options.max_level, forest_.max_level() - Sqrt3LeafErrors::k_steps_beyond)) {
         require_sqrt3_limits(mesh_);
-        for (int steps = 0; steps < k_steps_a_level * options.min_level; ++steps)
-            forest_.refine_where([](const Sqrt3Leaf&) { return true; });
+        for (int steps = 0; steps < k_steps_a_level * options.min_level; ++steps) refine_all(forest_);
     }
 
   private:
@@ -150,8 +149,15 @@ class Sqrt3Tessellator final : public TessellationRun {
 
     /// Splits the leaves that are marked, by their places in leaves_.
     void split(const std::vector<std::uint8_t>& marked) {
+        std::vector<LeafId> leaves = forest_.ordered_leaves();
         std::size_t next = 0;
-        forest_.refine_where([&](const Sqrt3Leaf&) { return marked[next++] != 0; });
+        std::erase_if(leaves, [&](LeafId) { return marked[next++] == 0; });
+        ForestChange change;
+        forest_.refine(leaves, change);
+    }
+    static void refine_all(Sqrt3Forest& forest) {
+        ForestChange change;
+        forest.refine(forest.ordered_leaves(), change);
     }
 
     /// Splits all leaves whose error is above the aim, as far as levels and budget allow; ends with the leaves and
@@ -195,13 +201,18 @@ class Sqrt3Tessellator final : public TessellationRun {
             // Leaves stand in the order of where they come from, whatever the history.
             std::stable_sort(order.begin(), order.end(),
                              [&](std::size_t a, std::size_t b) { return errors_[a] > errors_[b]; });
-            std::size_t done = 0;
+            bool any = false;
+            const std::vector<LeafId> leaves = forest_.ordered_leaves();
+            ForestChange change;
             for (const std::size_t i : order) {
-                const std::uint64_t needed = 2 * std::uint64_t{forest_.needed(leaves_[i]).size()};
-                if (forest_.leaf_count() + needed > budget) break;
-                done += forest_.refine(leaves_[i]);
+                const LeafId leaf = leaves[i];
+                // One before it may have split it, or made it whole.
+                if (!forest_.is_leaf(leaf) || forest_.is_half(leaf) != leaves_[i].half) continue;
+                if (forest_.leaf_count() + 2 * std::uint64_t{forest_.splits_for(leaf)} > budget) break;
+                forest_.refine({&leaf, 1}, change);
+                any = true;
             }
-            if (done == 0) return;
+            if (!any) return;
             estimate(static_cast<double>(forest_.leaf_count()) / static_cast<double>(budget));
         }
     }
@@ -248,7 +259,7 @@ class Sqrt3Tessellator final : public TessellationRun {
         check_reference_memory(static_cast<std::uint64_t>(static_cast<double>(count) * std::pow(3.0, steps)), context_);
         context_.report("measure", 0);
         Sqrt3Forest finer = forest_;
-        for (int i = 0; i < steps; ++i) finer.refine_where([](const Sqrt3Leaf&) { return true; });
+        for (int i = 0; i < steps; ++i) refine_all(finer);
         context_.report("measure", 0.1);
         LimitReference reference;
         reference.mesh = triangle_mesh(sqrt3_mesh(finer, {.leaves = false}));

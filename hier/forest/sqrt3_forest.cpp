@@ -2,79 +2,206 @@
 
 #include "../base/error.hpp"
 #include "../base/memory.hpp"
-#include "sqrt3_levels.hpp"
+#include "../base/parallel.hpp"
 
 #include <algorithm>
-#include <cstddef>
+#include <tuple>
 
 namespace tetrakis {
 
 Sqrt3Forest::Sqrt3Forest(const ControlMesh& mesh, const std::function<bool(EdgeId)>& kept)
-    : mesh_(&mesh), lattice_(mesh, kept), max_level_(Sqrt3Lattice::max_level(mesh)) {
+    : lattice_(mesh, kept),
+      max_level_(Sqrt3Lattice::max_level(mesh)),
+      child_(mesh.face_count(), std::uint32_t{k_whole}),
+      across_(mesh.halfedge_count()),
+      shared_(lattice_) {
     if (!mesh.all_triangles())
         throw Error(ErrorCode::unsupported,
                     "adaptive sqrt3 refinement takes no other faces than triangles; triangulate the mesh",
                     mesh.data().source);
-    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) roots_ += mesh.is_hole(FaceId(f)) ? 0 : 1;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+        if (mesh.is_hole(FaceId(f)))
+            child_[f] = k_dead;
+        else
+            ++root_leaves_;
+    for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
+        const std::uint64_t twin = shared_.lattice.twin(0, h);
+        across_[h] = twin == Sqrt3Lattice::none ? k_kept : static_cast<std::uint32_t>(twin);
+        has_kept_ |= twin == Sqrt3Lattice::none;
+    }
 }
 
-std::size_t Sqrt3Forest::split_count() const {
-    std::size_t count = 0;
-    for (const auto& level : split_) count += level.size();
-    return count;
+// Names and slots.
+
+std::uint32_t Sqrt3Forest::slot_of(int level, std::uint64_t face) const {
+    std::array<std::uint8_t, 64> side;
+    for (int k = level; k > 0; --k) {
+        side[static_cast<std::size_t>(k - 1)] = static_cast<std::uint8_t>(face % 3);
+        face /= 3;
+    }
+    auto slot = static_cast<std::uint32_t>(face);
+    for (int k = 0; k < level; ++k) {
+        if (!is_split(slot)) return k_no_slot;
+        slot = first_child(child_[slot]) + side[static_cast<std::size_t>(k)];
+    }
+    return slot;
 }
 
-bool Sqrt3Forest::is_there(Sqrt3Lattice& lattice, int level, std::uint64_t face) const {
-    if (level == 0) return true;
-    // The face `face` lies across the half-edge of that number.
-    if (!is_split(level - 1, Sqrt3Lattice::face(face))) return false;
-    const std::uint64_t twin = lattice.twin(level - 1, face);
-    return twin == Sqrt3Lattice::none || is_split(level - 1, Sqrt3Lattice::face(twin));
+LeafId Sqrt3Forest::find(const Sqrt3Triangle& triangle) const {
+    const LeafId leaf(slot_of(triangle.level, triangle.face));
+    return is_leaf(leaf) && triangle_of(leaf.value) == triangle ? leaf : LeafId{};
 }
 
-void Sqrt3Forest::require_face(const Sqrt3Face& face) const {
-    std::uint64_t count = mesh_->face_count();
-    for (int k = 0; k < std::min<int>(face.level, max_level_); ++k) count *= 3;
-    const bool numbered = face.level <= max_level_ && face.face < count;
-    if (!numbered || lattice_.is_hole(face.level, face.face))
-        throw Error(ErrorCode::invalid_input, "there is no face " + std::to_string(face.face) + " at level " +
-                                                  std::to_string(face.level) + " of sqrt3 refinement" +
-                                                  (numbered ? ": it lies in a hole" : ""));
+std::array<Sqrt3Vertex, 3> Sqrt3Forest::corners(const Sqrt3Triangle& t) const {
+    const std::scoped_lock lock(shared_.mutex);
+    Sqrt3Lattice& lattice = shared_.lattice;
+    if (!t.half) {
+        const std::uint64_t h = 3 * t.face;
+        return {lattice.origin(t.level, h), lattice.origin(t.level, h + 1), lattice.origin(t.level, h + 2)};
+    }
+    const int above = t.level - 1;
+    return {lattice.origin(above, t.face), lattice.origin(above, Sqrt3Lattice::next(t.face)),
+            lattice.apex(above, t.face)};
 }
 
-bool Sqrt3Forest::is_split(const Sqrt3Face& face) const { return is_split(face.level, face.face); }
-
-bool Sqrt3Forest::is_there(const Sqrt3Face& face) const {
-    require_face(face);
-    Sqrt3Lattice lattice = lattice_;
-    return is_there(lattice, face.level, face.face);
+PointId Sqrt3Forest::point(const Sqrt3Vertex& v) const {
+    using Kind = Sqrt3Vertex::Kind;
+    if (v.kind == Kind::control) return PointId(static_cast<std::uint32_t>(v.key));
+    const std::uint64_t face = v.kind == Kind::centre ? v.key : Sqrt3Lattice::face(v.key);
+    const std::uint32_t record = child_[slot_of(v.birth - 1, face)];
+    return PointId(mesh().vertex_count() + 2 * record + (v.kind == Kind::second ? 1 : 0));
 }
 
-void Sqrt3Forest::refuse_depth() const {
-    throw Error(ErrorCode::unsupported,
-                "level " + std::to_string(max_level_) + " is the deepest that has numbers; its faces cannot be split");
+detail::RawPoolVector<std::uint32_t> Sqrt3Forest::points(const Sqrt3Levels& levels) const {
+    using Kind = Sqrt3Vertex::Kind;
+    detail::RawPoolVector<std::uint32_t> point(levels.vertices.size()), slot(mesh().face_count()), finer;
+    for (std::uint32_t v = 0; v < mesh().vertex_count(); ++v) point[v] = v;
+    for (std::uint32_t f = 0; f < mesh().face_count(); ++f) slot[f] = f;
+    for (std::size_t k = 0; k + 1 < levels.levels.size(); ++k) {
+        const Sqrt3Level& level = levels.levels[k];
+        const bool last = k + 2 == levels.levels.size();  // its faces are not split
+        if (!last) finer.resize(levels.levels[k + 1].face_count());
+        for_each_index(level.face_count(), [&](std::uint32_t f) {
+            if (level.split[f] == 0) return;
+            for (std::uint32_t side = 0; side < 3 && !last; ++side)
+                if (const std::uint32_t child = level.child_over(3 * f + side); Sqrt3Level::there(child))
+                    finer[child] = child_over(slot[f], side);
+            const std::uint32_t first = mesh().vertex_count() + 2 * child_[slot[f]], apex = level.apex[f];
+            if (levels.vertices[apex].kind == Kind::centre) {
+                point[apex] = first;
+                return;
+            }
+            // Those of a cut edge are those of the face that names them.
+            for (const std::uint32_t v : {apex, levels.beside(apex)})
+                if (const Sqrt3Vertex& vertex = levels.vertices[v]; Sqrt3Lattice::face(vertex.key) == level.number[f])
+                    point[v] = first + (vertex.kind == Kind::second ? 1 : 0);
+        });
+        std::swap(slot, finer);
+    }
+    return point;
 }
 
-std::vector<Sqrt3Face> Sqrt3Forest::needed(const Sqrt3Face& face) const {
-    require_face(face);
-    if (face.level >= max_level_) refuse_depth();
-    if (is_split(face)) return {};
-    Sqrt3Lattice lattice = lattice_;
+bool Sqrt3Forest::is_vertex(const Sqrt3Vertex& v) const {
+    using Kind = Sqrt3Vertex::Kind;
+    if (v.kind == Kind::control)
+        return v.birth == 0 && v.key < mesh().vertex_count() &&
+               mesh().vertex_halfedge(VertexId(static_cast<std::uint32_t>(v.key))).valid();
+    if (v.birth == 0 || v.birth > max_level_) return false;
+    const int above = v.birth - 1;
+    std::uint64_t faces = mesh().face_count();
+    for (int k = 0; k < above; ++k) faces *= 3;
+    const std::uint64_t face = v.kind == Kind::centre ? v.key : Sqrt3Lattice::face(v.key);
+    if (face >= faces || (v.kind != Kind::centre && v.key % 3 != 0)) return false;
+    // The point over a side says whether it is this kind that the face gets.
+    const std::scoped_lock lock(shared_.mutex);
+    const Sqrt3Vertex first = shared_.lattice.apex(above, 3 * face), second = shared_.lattice.apex(above, 3 * face + 1);
+    return v == first || v == second;
+}
+
+// Mesh.
+
+// The leaf that has a half-edge of a level which is one of the mesh.
+LeafId Sqrt3Forest::leaf_with(Sqrt3Lattice& lattice, int level, std::uint64_t h) const {
+    const std::uint64_t face = Sqrt3Lattice::face(h);
+    const std::uint32_t slot = slot_of(level, face);
+    // A face that is not there but has the half-edge: over an edge that was not flipped, which the level before has,
+    // too; else a half triangle on the other side has it for its second side.
+    if (slot == k_no_slot && level % 2 != 0 && lattice.twin(level, h) == Sqrt3Lattice::none)
+        return leaf_with(lattice, level - 1, face);
+    if (slot == k_no_slot) return LeafId(slot_of(level, lattice.twin(level - 1, face)));
+    if (is_split(slot)) return LeafId(first_child(child_[slot]) + static_cast<std::uint32_t>(h % 3));
+    return LeafId(slot);
+}
+
+LeafId Sqrt3Forest::neighbour(LeafId leaf, int side) const {
+    const Sqrt3Triangle t = triangle(leaf);
+    const std::scoped_lock lock(shared_.mutex);
+    Sqrt3Lattice& lattice = shared_.lattice;
+    int level = t.level;
+    std::uint64_t h = 3 * t.face + static_cast<std::uint64_t>(side);
+    if (t.half && side == 0) {
+        --level;
+        h = t.face;
+    } else if (t.half && side == 1) {
+        h = 3 * lattice.twin(level - 1, t.face);
+    }
+    std::uint64_t other = lattice.twin(level, h);
+    if (other == Sqrt3Lattice::none) other = lattice.beyond(level, h);
+    if (other != Sqrt3Lattice::none && lattice.is_hole(level, Sqrt3Lattice::face(other))) return {};
+    return other == Sqrt3Lattice::none ? LeafId{} : leaf_with(lattice, level, other);
+}
+
+std::vector<LeafId> Sqrt3Forest::ordered_leaves() const {
+    std::vector<LeafId> leaves;
+    detail::reserve_large(leaves, leaf_count());
+    for_each_leaf([&](LeafId leaf, FaceId) { leaves.push_back(leaf); });
+    return leaves;
+}
+
+std::vector<Sqrt3Leaf> Sqrt3Forest::leaves() const {
+    const Sqrt3Levels levels(lattice_, split(), 0);
+    std::vector<Sqrt3Leaf> result;
+    detail::reserve_large(result, leaf_count());
+    levels.for_each_leaf([&](int level, std::uint32_t face, bool half, FaceId control_face) {
+        result.push_back(levels.leaf(level, face, half, control_face));
+    });
+    return result;
+}
+
+// Depth first, so the faces of each level come by their numbers.
+void Sqrt3Forest::add_split_below(std::uint32_t slot, std::size_t level, Sqrt3Split& split) const {
+    if (!is_split(slot)) return;
+    if (split.size() <= level) split.resize(level + 1);
+    split[level].push_back(records_[child_[slot]].face);
+    for (std::uint32_t side = 0; side < 3; ++side) add_split_below(child_over(slot, side), level + 1, split);
+}
+
+Sqrt3Split Sqrt3Forest::split() const {
+    Sqrt3Split split;
+    for (std::uint32_t root = 0; root < mesh().face_count(); ++root) add_split_below(root, 0, split);
+    return split;
+}
+
+// Changes.
+
+void Sqrt3Forest::require_leaves(std::span<const LeafId> leaves) const {
+    for (const LeafId leaf : leaves)
+        if (!is_leaf(leaf))
+            throw Error(ErrorCode::invalid_input,
+                        "triangle " + std::to_string(leaf.value) +
+                            " is not a leaf of the forest (any more): it was split or merged, or never existed");
+}
+
+// A face that is not split, with what has to be split with it or before it.
+void Sqrt3Forest::add_needed(const Sqrt3Face& face, detail::PoolVector<Wanted>& result) {
+    Sqrt3Lattice& lattice = shared_.lattice;
     std::vector<Sqrt3Face> wanted{face};
-    add_needed(lattice, wanted);
-    return wanted;
-}
-
-std::size_t Sqrt3Forest::refine(const Sqrt3Face& face) { return split_all(needed(face)); }
-
-// Adds to a face what has to be split with it or before it, the finest first.
-void Sqrt3Forest::add_needed(Sqrt3Lattice& lattice, std::vector<Sqrt3Face>& wanted) const {
     for (std::size_t begin = 0; begin < wanted.size();) {
         const std::uint8_t level = wanted[begin].level;
         // Those of one level come one after another.
-        const auto need = [&](int at, std::uint64_t face) {
-            const Sqrt3Face f{static_cast<std::uint8_t>(at), face};
-            if (is_split(at, face)) return;
+        const auto need = [&](int at, std::uint64_t number) {
+            const Sqrt3Face f{static_cast<std::uint8_t>(at), number};
+            if (is_split(at, number)) return;
             for (std::size_t k = wanted.size(); k-- > 0 && wanted[k].level == f.level;)
                 if (wanted[k] == f) return;
             wanted.push_back(f);
@@ -91,151 +218,292 @@ void Sqrt3Forest::add_needed(Sqrt3Lattice& lattice, std::vector<Sqrt3Face>& want
         }
         begin = end;
     }
+    for (const Sqrt3Face& f : wanted) result.push_back({f, k_no_slot});
 }
 
-// Faces that are split already do not count; all or nothing.
-std::size_t Sqrt3Forest::split_all(std::span<const Sqrt3Face> faces) {
-    const std::size_t levels = split_.size();
-    std::size_t deepest = 0, done = 0, count = 0;
-    for (const Sqrt3Face& f : faces) deepest = std::max<std::size_t>(deepest, f.level + std::size_t{1});
-    detail::PoolVector<std::uint8_t> fresh(faces.size(), 0);
-    if (levels < deepest) split_.resize(deepest);
-    try {
-        for (; done < faces.size(); ++done) count += fresh[done] = split_[faces[done].level].insert(faces[done].face);
-    } catch (...) {
-        while (done-- > 0)
-            if (fresh[done] != 0) split_[faces[done].level].erase(faces[done].face);
-        split_.resize(levels);
-        throw;
-    }
-    return count;
-}
-
-std::size_t Sqrt3Forest::refine_where(const std::function<bool(const Sqrt3Leaf&)>& wanted) {
-    detail::PoolVector<Sqrt3Face> faces;
-    std::vector<Sqrt3Face> needed;
-    Sqrt3Lattice lattice = lattice_;
-    const Sqrt3Levels levels(lattice_, split_, 0);
-    levels.for_each_leaf([&](int level, std::uint32_t face, bool half, FaceId control_face) {
-        const Sqrt3Leaf leaf = levels.leaf(level, face, half, control_face);
-        if (!wanted(leaf)) return;
-        if (level >= max_level_) refuse_depth();
-        const Sqrt3Level& at = levels.levels[static_cast<std::size_t>(level)];
-        if (!half && (level % 2 == 0 || at.line(3 * face) == nullptr)) {
-            faces.push_back({leaf.level, leaf.face});  // it is there, and has no partner: what it needs has been split
-            return;
+// The faces that have to be split for these leaves to be, the coarsest first.
+detail::PoolVector<Sqrt3Forest::Wanted> Sqrt3Forest::wanted(std::span<const LeafId> marked) {
+    detail::PoolVector<Wanted> result;
+    result.reserve(marked.size());
+    const bool has_partners = shared_.lattice.has_lines();
+    const auto add_whole = [&](std::uint32_t slot) {
+        const Sqrt3Triangle t = triangle_of(slot);
+        if (has_partners && is_cut(slot) && shared_.lattice.partner(t.level, t.face) != Sqrt3Lattice::none)
+            add_needed({t.level, t.face}, result);
+        else
+            result.push_back({{t.level, t.face}, slot});
+    };
+    for (const LeafId leaf : marked) {
+        if (child_[leaf.value] != k_half) {
+            add_whole(leaf.value);
+            continue;
         }
-        needed.assign(1, {leaf.level, half ? Sqrt3Lattice::face(lattice.twin(level, leaf.face)) : leaf.face});
-        add_needed(lattice, needed);
-        faces.insert(faces.end(), needed.begin(), needed.end());
-    });
-    return split_all(faces);
-}
-
-std::size_t Sqrt3Forest::refine(std::span<const Sqrt3Face> faces) {
-    std::vector<Sqrt3Face> all, wanted;
-    Sqrt3Lattice lattice = lattice_;
-    for (const Sqrt3Face& face : faces) {
-        require_face(face);
-        if (face.level >= max_level_) refuse_depth();
-        wanted.assign(1, face);
-        add_needed(lattice, wanted);
-        all.insert(all.end(), wanted.begin(), wanted.end());
+        const std::uint32_t h = over(leaf.value), twin = across(h);
+        if (twin < k_apart && child_[twin / 3] == k_whole) {
+            add_whole(twin / 3);
+            continue;
+        }
+        const int level = level_of(h / 3);
+        const std::uint64_t beyond = shared_.lattice.twin(level, triangle_of(leaf.value).face);
+        add_needed({static_cast<std::uint8_t>(level), Sqrt3Lattice::face(beyond)}, result);
     }
-    return split_all(all);
-}
-
-std::size_t Sqrt3Forest::refine_closed(std::span<const Sqrt3Face> faces) {
-    for (const Sqrt3Face& face : faces)
-        if (face.level >= max_level_) refuse_depth();
-    return split_all(faces);
-}
-
-std::size_t Sqrt3Forest::refine(const Sqrt3Leaf& leaf) { return split_all(needed(leaf)); }
-
-std::vector<Sqrt3Face> Sqrt3Forest::needed(const Sqrt3Leaf& leaf) const {
-    if (!leaf.half) return needed(Sqrt3Face{leaf.level, leaf.face});
-    Sqrt3Lattice lattice = lattice_;
-    require_face({static_cast<std::uint8_t>(leaf.level + 1), leaf.face});
-    const std::uint64_t twin = lattice.twin(leaf.level, leaf.face);
-    if (twin == Sqrt3Lattice::none || !is_split(leaf.level, Sqrt3Lattice::face(leaf.face)))
-        throw Error(ErrorCode::invalid_input,
-                    "there is no half triangle over half-edge " + std::to_string(leaf.face) + " any more");
-    return needed(Sqrt3Face{leaf.level, Sqrt3Lattice::face(twin)});
-}
-
-bool Sqrt3Forest::has_split_children(Sqrt3Lattice& lattice, const Sqrt3Face& face) const {
-    // Faces that come from it lie across its half-edges, each in two numbers, one for either face of the edge.
-    for (std::uint64_t h = 3 * face.face; h < 3 * face.face + 3; ++h) {
-        if (is_split(face.level + 1, h)) return true;
-        const std::uint64_t twin = lattice.twin(face.level, h);
-        if (twin != Sqrt3Lattice::none && is_split(face.level + 1, twin)) return true;
-    }
-    return false;
-}
-
-bool Sqrt3Forest::can_coarsen(const Sqrt3Face& face) const {
-    if (!is_split(face)) return false;
-    Sqrt3Lattice lattice = lattice_;
-    if (has_split_children(lattice, face)) return false;
-    const std::uint64_t partner = lattice.partner(face.level, face.face);
-    return partner == Sqrt3Lattice::none || !has_split_children(lattice, {face.level, partner});
-}
-
-void Sqrt3Forest::coarsen(std::span<const Sqrt3Face> faces) {
-    for (const Sqrt3Face& face : faces)
-        if (!can_coarsen(face))
-            throw Error(ErrorCode::invalid_input, "face " + std::to_string(face.face) + " of level " +
-                                                      std::to_string(face.level) +
-                                                      " is not split, or a face that comes from it is");
-    std::vector<Sqrt3Face> partners;
-    if (lattice_.has_lines()) {
-        Sqrt3Lattice lattice = lattice_;
-        for (const Sqrt3Face& face : faces)
-            if (const std::uint64_t partner = lattice.partner(face.level, face.face); partner != Sqrt3Lattice::none)
-                partners.push_back({face.level, partner});
-    }
-    for (const Sqrt3Face& face : faces) split_[face.level].erase(face.face);
-    for (const Sqrt3Face& face : partners) split_[face.level].erase(face.face);
-    while (!split_.empty() && split_.back().empty()) split_.pop_back();
-}
-
-std::vector<Sqrt3Leaf> Sqrt3Forest::leaves() const {
-    const Sqrt3Levels levels(lattice_, split_, 0);
-    std::vector<Sqrt3Leaf> result;
-    detail::reserve_large(result, leaf_count());
-    levels.for_each_leaf([&](int level, std::uint32_t face, bool half, FaceId control_face) {
-        result.push_back(levels.leaf(level, face, half, control_face));
-    });
+    // In many a call all leaves are split, in their order.
+    if (!std::is_sorted(result.begin(), result.end())) std::sort(result.begin(), result.end());
+    result.erase(std::unique(result.begin(), result.end()), result.end());
     return result;
 }
 
-std::vector<Sqrt3Face> Sqrt3Forest::split_faces() const {
-    std::vector<Sqrt3Face> faces;
-    for (std::size_t level = 0; level < split_.size(); ++level)
-        for (const std::uint64_t f : split_[level].sorted()) faces.push_back({static_cast<std::uint8_t>(level), f});
-    return faces;
+std::size_t Sqrt3Forest::splits_for(LeafId leaf) {
+    require_leaves({&leaf, 1});
+    return wanted({&leaf, 1}).size();
 }
+
+void Sqrt3Forest::refine(std::span<const LeafId> marked, ForestChange& change, Changed* removed) {
+    require_leaves(marked);
+    const detail::PoolVector<Wanted> wanted = this->wanted(marked);  // `marked` may be what `change` held
+    for (const Wanted& w : wanted)
+        if (w.face.level >= max_level_)
+            throw Error(ErrorCode::unsupported, "level " + std::to_string(max_level_) +
+                                                    " is the deepest that has numbers; its faces cannot be split");
+    std::vector<LeafId>& created = change.created;
+    created.clear();
+    change.reshaped.clear();
+    if (removed != nullptr) removed->clear();
+    detail::PoolVector<Sqrt3Face> faces;
+    faces.reserve(wanted.size());
+    for (const Wanted& w : wanted) faces.push_back(w.face);
+    // All memory first, and the twins, which take some to be found: nothing may throw once the forest has changed.
+    const std::size_t fresh = faces.size() - std::min(faces.size(), free_records_.size());
+    if (child_.size() + 3 * std::uint64_t{fresh} > k_max_slots)
+        throw Error(ErrorCode::memory_limit, "the hierarchy would have more triangles than 32 bits can number");
+    detail::make_room(records_, records_.size() + fresh);
+    detail::make_room(free_records_, records_.size() + fresh);
+    detail::make_room(child_, child_.size() + 3 * fresh);
+    detail::make_room(across_, across_.size() + 9 * fresh);
+    detail::reserve_large(created, 6 * faces.size());
+    if (removed != nullptr) removed->reserve(4 * faces.size());
+    detail::PoolVector<std::uint32_t> fresh_records;
+    fresh_records.reserve(faces.size());
+    detail::PoolVector<LeafId> whole;  // that were half when the call began
+    whole.reserve(3 * faces.size());
+    std::vector<Twins> twins;
+    if (shared_.lattice.has_lines()) {
+        twins.resize(faces.size());
+        // Those of faces that have links are asked for only where these say nothing: a crease may have become smooth.
+        for (std::size_t i = 0; i < faces.size(); ++i)
+            for (std::uint32_t side = 0; side < 3; ++side)
+                if (const std::uint32_t slot = wanted[i].slot; slot == k_no_slot || across_[3 * slot + side] == k_kept)
+                    twins[i][side] = shared_.lattice.twin(faces[i].level, 3 * faces[i].face + side);
+    }
+    for (std::size_t i = records_.size() + fresh; i-- > records_.size();)
+        free_records_.push_back(static_cast<std::uint32_t>(i));
+    records_.resize(records_.size() + fresh);
+    child_.resize(child_.size() + 3 * fresh, std::uint32_t{k_dead});
+    across_.resize(across_.size() + 9 * fresh, std::uint32_t{k_apart});
+    for (std::size_t i = 0; i < faces.size(); ++i)
+        fresh_records.push_back(split(wanted[i], twins.empty() ? nullptr : &twins[i], whole, removed));
+    const auto is_new_leaf = [&](std::uint32_t slot) {
+        if (child_[slot] == k_whole_now) child_[slot] = k_whole;
+        if (child_[slot] == k_half_now) child_[slot] = k_half;
+        return is_leaf_slot(slot);
+    };
+    for (const std::uint32_t record : fresh_records)
+        for (std::uint32_t side = 0; side < 3; ++side)
+            if (is_new_leaf(first_child(record) + side)) created.emplace_back(first_child(record) + side);
+    for (const LeafId leaf : whole)
+        if (is_new_leaf(leaf.value)) created.push_back(leaf);
+    forget_twins();
+}
+
+// What the lattice remembers serves the next change, but is not to outweigh what it is for.
+void Sqrt3Forest::forget_twins() {
+    if (shared_.lattice.memory_bytes() > child_.capacity() + across_.capacity()) shared_.lattice = lattice_;
+}
+
+// A face that the forest has split by now; those of coarser levels come first. Returns the record.
+std::uint32_t Sqrt3Forest::split(const Wanted& wanted, const Twins* twins, detail::PoolVector<LeafId>& whole,
+                                 Changed* removed) {
+    const auto [level, face] = wanted.face;
+    const std::uint32_t slot = wanted.slot != k_no_slot ? wanted.slot : slot_of(level, face);
+    const auto was = [&](std::uint32_t leaf) {
+        if (removed != nullptr) removed->emplace_back(leaf, triangle_of(leaf));
+    };
+    if (child_[slot] == k_whole) was(slot);
+    const std::uint32_t record = free_records_.back();
+    free_records_.pop_back();
+    records_[record] = {face, slot, level, true};
+    child_[slot] = record;
+    const std::uint32_t first = first_child(record);
+    for (std::uint32_t side = 0; side < 3; ++side) {
+        const std::uint32_t h = 3 * slot + side;
+        std::uint32_t twin = across_[h];
+        if (twin == k_kept && twins != nullptr) twin = beyond(h, (*twins)[side]);
+        child_[first + side] = k_whole_now;
+        if (twin == k_kept) {
+            keep(h);
+            continue;
+        }
+        if (twin == k_apart || !is_split(twin / 3)) {
+            child_[first + side] = k_half_now;
+            continue;
+        }
+        const std::uint32_t other = child_over(twin);
+        if (child_[other] == k_half) {
+            was(other);
+            whole.emplace_back(other);
+        }
+        child_[other] = k_whole_now;
+        flip(h, twin);
+    }
+    return record;
+}
+
+// The record of the triangle beyond the edge that a whole triangle lies across; none at the boundary.
+std::uint32_t Sqrt3Forest::record_beyond(std::uint32_t slot) const {
+    if (slot < mesh().face_count() || child_[slot] == k_half) return k_no_slot;
+    const std::uint32_t twin = across(over(slot));
+    return twin == k_kept ? k_no_slot : child_[twin / 3];
+}
+
+Sqrt3Forest::Group Sqrt3Forest::group_of(Sqrt3Lattice& lattice, std::uint32_t record) const {
+    Group group;
+    bool leaves = true;
+    const auto add = [&](std::uint32_t slot) {
+        if (std::find(group.slots.begin(), group.slots.end(), slot) != group.slots.end()) return;
+        group.slots.push_back(slot);
+        leaves = leaves && is_leaf_slot(slot);
+    };
+    const Record& at = records_[record];
+    std::array<std::uint32_t, 2> sides{record, record};
+    if (const std::uint64_t partner = lattice.partner(at.level, at.face); partner != Sqrt3Lattice::none)
+        sides[1] = child_[slot_of(at.level, partner)];
+    for (const std::uint32_t of : sides)
+        for (std::uint32_t side = 0; side < 3; ++side) add(first_child(of) + side);
+    group.own = group.slots.size();
+    for (const std::uint32_t of : sides)
+        for (std::uint32_t side = 0; side < 3 && leaves; ++side) {
+            if (child_[first_child(of) + side] == k_half) continue;
+            const std::uint32_t twin = across(3 * records_[of].slot + side);
+            if (twin != k_kept) add(child_over(twin));
+        }
+    return leaves ? group : Group{};
+}
+
+std::vector<LeafId> Sqrt3Forest::group(LeafId leaf) const {
+    const std::uint32_t roots = mesh().face_count();
+    if (leaf.value < roots) return {};
+    const std::scoped_lock lock(shared_.mutex);
+    Group found = group_of(shared_.lattice, (leaf.value - roots) / 3);
+    if (found.slots.empty())
+        if (const std::uint32_t beyond = record_beyond(leaf.value); beyond != k_no_slot)
+            found = group_of(shared_.lattice, beyond);
+    std::vector<LeafId> result;
+    for (std::size_t i = 0; i < found.own; ++i) result.emplace_back(found.slots[i]);
+    return result;
+}
+
+void Sqrt3Forest::coarsen(std::span<const LeafId> marked, ForestChange& change, Changed& removed) {
+    require_leaves(marked);
+    removed.clear();
+    const std::uint32_t roots = mesh().face_count();
+    Sqrt3Lattice& lattice = shared_.lattice;
+    std::vector<std::uint32_t> wanted, records;
+    for (const LeafId leaf : marked) {
+        wanted.push_back(leaf.value);
+        if (leaf.value < roots) continue;
+        records.push_back((leaf.value - roots) / 3);
+    }
+    std::sort(wanted.begin(), wanted.end());
+    std::sort(records.begin(), records.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return std::tie(records_[a].level, records_[a].face) < std::tie(records_[b].level, records_[b].face);
+    });
+    records.erase(std::unique(records.begin(), records.end()), records.end());
+    std::vector<std::uint32_t> groups;
+    std::erase_if(records, [&](std::uint32_t record) {
+        const Group group = group_of(lattice, record);
+        const std::span own(group.slots.data(), group.own);
+        const bool all = !own.empty() && std::all_of(own.begin(), own.end(), [&](std::uint32_t slot) {
+            return std::binary_search(wanted.begin(), wanted.end(), slot);
+        });
+        if (all) groups.insert(groups.end(), group.slots.begin(), group.slots.end());
+        return !all;
+    });
+    std::vector<LeafId>& created = change.created;
+    created.clear();
+    change.reshaped.clear();
+    created.reserve(records.size() + groups.size());
+    detail::make_room(free_records_, free_records_.size() + records.size());
+    for (const std::uint32_t slot : groups)
+        if (!std::binary_search(wanted.begin(), wanted.end(), slot)) removed.emplace_back(slot, triangle_of(slot));
+    std::sort(removed.begin(), removed.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    removed.erase(std::unique(removed.begin(), removed.end()), removed.end());
+    // What follows does not throw.
+    for (const std::uint32_t record : records) {
+        records_[record].live = false;
+        child_[records_[record].slot] = k_whole;
+        created.emplace_back(records_[record].slot);
+        free_records_.push_back(record);
+        for (std::uint32_t side = 0; side < 3; ++side) {
+            child_[first_child(record) + side] = k_dead;
+            unlink(first_child(record) + side);
+        }
+    }
+    for (const std::uint32_t slot : groups) {
+        if (child_[slot] != k_whole) continue;
+        child_[slot] = k_half;
+        created.emplace_back(slot);
+    }
+    forget_twins();
+}
+
+// Checks.
 
 std::optional<std::string> Sqrt3Forest::check() const {
     Sqrt3Lattice lattice = lattice_;
-    for (const Sqrt3Face& face : split_faces()) {
-        const auto fault = [&](const char* what) {
-            return "face " + std::to_string(face.face) + " of level " + std::to_string(face.level) + " is split but " +
-                   what;
-        };
-        if (!is_there(lattice, face.level, face.face)) return fault("not there: a face that it comes from is whole");
-        const std::uint64_t partner = lattice.partner(face.level, face.face);
-        if (partner != Sqrt3Lattice::none && !is_split(face.level, partner))
-            return fault("its partner is not, so the edge between them is cut on one side");
+    for (std::uint32_t f = 0; f < mesh().face_count(); ++f)
+        if (!is_split(f) && child_[f] != (mesh().is_hole(FaceId(f)) ? k_dead : k_whole))
+            return "control face " + std::to_string(f) + " is neither split nor a leaf, nor a hole";
+    std::size_t live = 0;
+    for (std::uint32_t r = 0; r < records_.size(); ++r) {
+        const Record& record = records_[r];
+        if (!record.live) continue;
+        ++live;
+        const std::string name = "split triangle " + std::to_string(r);
+        if (slot_of(record.level, record.face) != record.slot || child_[record.slot] != r)
+            return name + ": it is not where its number says";
+        if (record.level > 0) {
+            const std::uint64_t twin = lattice.twin(record.level - 1, record.face);
+            if (twin != Sqrt3Lattice::none && !is_split(record.level - 1, Sqrt3Lattice::face(twin)))
+                return name + ": it is not there, as a face that it comes from is whole";
+        }
+        const std::uint64_t partner = lattice.partner(record.level, record.face);
+        if (partner != Sqrt3Lattice::none && !is_split(record.level, partner))
+            return name + ": its partner is whole, so the edge between them is cut on one side";
+        for (std::uint32_t side = 0; side < 3; ++side) {
+            const std::uint32_t state = child_[first_child(r) + side];
+            const std::uint64_t twin = lattice.twin(record.level, 3 * record.face + side);
+            const bool whole = twin == Sqrt3Lattice::none || is_split(record.level, Sqrt3Lattice::face(twin));
+            if (state == k_dead || state == k_whole_now || (state == k_half) == whole)
+                return name + ": the triangle over side " + std::to_string(side) + " is not as the one beyond asks";
+        }
+        if (auto fault = check_links(lattice, r)) return fault;
     }
+    if (live != split_count()) return std::string("records that are neither used nor free");
     return std::nullopt;
 }
 
 std::uint64_t Sqrt3Forest::memory_bytes() const {
-    std::uint64_t bytes = split_.capacity() * sizeof(split_[0]);
-    for (const NumberSet& level : split_) bytes += level.memory_bytes();
-    return bytes;
+    const std::scoped_lock lock(shared_.mutex);
+    return shared_.lattice.memory_bytes() + (child_.capacity() + across_.capacity()) * sizeof(std::uint32_t) +
+           records_.capacity() * sizeof(Record) + free_records_.capacity() * sizeof(free_records_[0]);
+}
+
+void Sqrt3Forest::shrink() {
+    shared_.lattice = lattice_;  // which remembers nothing
+    child_.shrink_to_fit();
+    across_.shrink_to_fit();
+    records_.shrink_to_fit();
+    free_records_.shrink_to_fit();
 }
 
 }  // namespace tetrakis

@@ -20,16 +20,15 @@ bool is_cut(const Sqrt3Level& level, std::uint32_t f) { return level.twin[3 * f]
 
 }  // namespace
 
-Sqrt3Levels::Sqrt3Levels(const Sqrt3Lattice& lattice, std::span<const NumberSet> split, int rings, bool limits,
+Sqrt3Levels::Sqrt3Levels(const Sqrt3Lattice& lattice, const Sqrt3Split& split, int rings, bool limits,
                          const RunContext& context)
     : lattice_(&lattice), split_levels_(split.size()) {
     const bool one_more = limits && cuts_edges(static_cast<int>(split.size()));
     levels.resize(split.size() + (one_more ? 2 : 1));
     start(lattice.mesh());
-    const NumberSet nothing;
     for (std::size_t k = 0; k + 1 < levels.size(); ++k) {
         const bool cuts = cuts_edges(static_cast<int>(k));
-        mark_split(k, k < split.size() ? split[k] : nothing);
+        mark_split(k, k < split.size() ? std::span(split[k]) : std::span<const std::uint64_t>{});
         detail::RawPoolVector<std::uint8_t> faces = levels[k].split;
         if (limits && cuts) add_beside_cuts(levels[k], faces);
         raise(levels[k], static_cast<int>(k), with_rings(levels[k], std::move(faces), rings), levels[k + 1]);
@@ -84,12 +83,15 @@ void Sqrt3Levels::start(const ControlMesh& mesh) {
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) vertices.push_back({v, 0, Sqrt3Vertex::Kind::control});
 }
 
-void Sqrt3Levels::mark_split(std::size_t index, const NumberSet& numbers) {
+// Both come by their numbers.
+void Sqrt3Levels::mark_split(std::size_t index, std::span<const std::uint64_t> numbers) {
     Sqrt3Level& level = levels[index];
     level.split.resize(level.face_count());
     bool all = index == 0 || levels[index - 1].all_split;
+    std::size_t next = 0;
     for (std::uint32_t f = 0; f < level.face_count(); ++f) {
-        const bool split = numbers.contains(level.number[f]);
+        while (next < numbers.size() && numbers[next] < level.number[f]) ++next;
+        const bool split = next < numbers.size() && numbers[next] == level.number[f];
         level.split[f] = split ? 1 : 0;
         all = all && split;
     }

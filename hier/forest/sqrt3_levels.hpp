@@ -1,7 +1,6 @@
 #pragma once
 
 #include "../base/memory.hpp"
-#include "../base/number_set.hpp"
 #include "../base/run_context.hpp"
 #include "../mesh/control_mesh.hpp"
 #include "sqrt3_lattice.hpp"
@@ -14,6 +13,9 @@
 #include <vector>
 
 namespace tetrakis {
+
+/// Split faces of sqrt(3) refinement: per level their numbers (Sqrt3Lattice), increasing.
+using Sqrt3Split = std::vector<std::vector<std::uint64_t>>;
 
 /// A half-edge of a level on a crease or kept edge.
 struct Sqrt3Line {
@@ -62,11 +64,11 @@ struct Sqrt3Level {
 /// left out or an edge not flipped, or where it has lines.
 class Sqrt3Levels {
   public:
-    /// @param split  per level: a face is split only where the forest has it
+    /// @param split   those of a forest
     /// @param rings   of faces around the split ones whose sides' faces are raised, too
     /// @param limits  also raise what the vertices beside edges that are cut next are surrounded by after the cut
     /// @throws Error  memory_limit: they would take more than the context allows; cancelled
-    Sqrt3Levels(const Sqrt3Lattice& lattice, std::span<const NumberSet> split, int rings, bool limits = false,
+    Sqrt3Levels(const Sqrt3Lattice& lattice, const Sqrt3Split& split, int rings, bool limits = false,
                 const RunContext& context = {});
 
     /// Calls visit(level, face, half, control face) for the triangles of the mesh, by control face, then by where they
@@ -143,7 +145,7 @@ class Sqrt3Levels {
 
   private:
     void start(const ControlMesh& mesh);
-    void mark_split(std::size_t index, const NumberSet& numbers);
+    void mark_split(std::size_t index, std::span<const std::uint64_t> numbers);
     detail::RawPoolVector<std::uint8_t> with_rings(const Sqrt3Level& level, detail::RawPoolVector<std::uint8_t> faces,
                                                    int rings) const;
     void add_beside_cuts(const Sqrt3Level& level, detail::RawPoolVector<std::uint8_t>& faces) const;

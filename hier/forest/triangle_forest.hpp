@@ -122,7 +122,6 @@ class TriangleForest : public TreeForest<RedTriangles> {
     detail::PooledTriangles pooled() const;  ///< the same
 
   private:
-    struct LeafRun;
     unsigned hanging_mask(std::uint32_t slot) const;
     template <class Exported>
     Exported export_as() const;

@@ -157,7 +157,7 @@ bool add_points(Pass pass, const Sqrt3Levels& levels, std::span<const std::uint3
 
 /// Calls make(levels) with more and more rings raised until it returns true.
 template <class Make>
-void with_rings(const Sqrt3Lattice& lattice, std::span<const NumberSet> split, bool limits, const RunContext& context,
+void with_rings(const Sqrt3Lattice& lattice, const Sqrt3Split& split, bool limits, const RunContext& context,
                 const Make& make) {
     for (int rings = k_rings;; ++rings) {
         const Sqrt3Levels levels(lattice, split, rings, limits, context);
@@ -209,7 +209,7 @@ Sqrt3Mesh mesh_in_parts(const Sqrt3Forest& forest, const Sqrt3MeshOptions& optio
     for (const Pass pass : passes(options)) {
         detail::PoolVector<std::uint8_t> found(numbering.vertices.size(), 0);
         const auto add_part = [&](std::span<const detail::Sqrt3LevelLeaf> part) {
-            const std::vector<NumberSet> split = parts.split_for(part);
+            const Sqrt3Split split = parts.split_for(part);
             with_rings(forest.lattice(), split, pass == Pass::limits, context, [&](const Sqrt3Levels& raised) {
                 detail::PoolVector<std::uint32_t> number(raised.vertices.size(), detail::Sqrt3Net::no_number);
                 for (const detail::Sqrt3LevelLeaf& leaf : part) {

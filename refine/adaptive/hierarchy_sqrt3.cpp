@@ -1,8 +1,8 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
+#include "../../hier/forest/sqrt3_forest.hpp"
 #include "../../hier/forest/sqrt3_leaf.hpp"
 #include "../../hier/forest/sqrt3_levels.hpp"
-#include "../../hier/forest/sqrt3_slots.hpp"
 #include "adaptive_sqrt3.hpp"
 #include "hierarchy_families.hpp"
 #include "sqrt3_sites.hpp"
@@ -21,7 +21,7 @@ class Sqrt3Family final : public HierarchyFamily {
   public:
     Sqrt3Family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source)
         : source_(std::move(source)),
-          slots_(mesh),
+          forest_(mesh),
           tree_{.child_count = 3,
                 .path_bits = k_side_bits,
                 .max_depth = 2 * sqrt3_tree_levels(mesh),
@@ -29,7 +29,7 @@ class Sqrt3Family final : public HierarchyFamily {
                 .halves = true} {}
 
     std::string_view name() const override { return "sqrt3"; }
-    const ControlMesh& mesh() const override { return slots_.forest().mesh(); }
+    const ControlMesh& mesh() const override { return forest_.mesh(); }
     const LevelSource& source() const override { return *source_; }
     const HierarchyTree& tree() const override { return tree_; }
     std::unique_ptr<HierarchyFamily> fresh() const override { return std::make_unique<Sqrt3Family>(mesh(), source_); }
@@ -38,18 +38,18 @@ class Sqrt3Family final : public HierarchyFamily {
         if (site.root.value > static_cast<std::uint32_t>(Sqrt3Vertex::Kind::second))
             return "its root is no kind of vertex (Sqrt3Vertex)";
         if (site.level > source_->max_level()) return "its level is above " + std::to_string(source_->max_level());
-        if (!slots_.is_vertex(site_sqrt3(site))) return "its level has no such vertex";
+        if (!forest_.is_vertex(site_sqrt3(site))) return "its level has no such vertex";
         return {};
     }
     bool has_root(std::uint32_t root) const override { return !mesh().is_hole(FaceId(root)); }
 
-    std::uint32_t leaf_slots() const override { return slots_.leaf_slots(); }
-    std::uint32_t leaf_count() const override { return slots_.leaf_count(); }
-    bool is_leaf(LeafId slot) const override { return slots_.is_leaf(slot); }
-    std::uint32_t point_slots() const override { return slots_.point_slots(); }
+    std::uint32_t leaf_slots() const override { return forest_.leaf_slots(); }
+    std::uint32_t leaf_count() const override { return forest_.leaf_count(); }
+    bool is_leaf(LeafId slot) const override { return forest_.is_leaf(slot); }
+    std::uint32_t point_slots() const override { return forest_.point_slots(); }
 
-    HierarchyNode node(LeafId leaf) const override { return node_of(slots_.triangle(leaf)); }
-    int depth(LeafId leaf) const override { return 2 * slots_.level(leaf) - (slots_.is_half(leaf) ? 1 : 0); }
+    HierarchyNode node(LeafId leaf) const override { return node_of(forest_.triangle(leaf)); }
+    int depth(LeafId leaf) const override { return 2 * forest_.level(leaf) - (forest_.is_half(leaf) ? 1 : 0); }
     LeafView view(LeafId leaf) const override {
         LeafView view;
         views({&leaf, 1}, {&view, 1});
@@ -64,7 +64,7 @@ class Sqrt3Family final : public HierarchyFamily {
         for (std::size_t i = 0; i < leaves.size(); ++i) {
             LeafView& view = views[i];
             view.leaf.slot = leaves[i];
-            const Sqrt3Triangle t = slots_.triangle(leaves[i]);
+            const Sqrt3Triangle t = forest_.triangle(leaves[i]);
             if (t.level == 0) {
                 view.node = node_of(t);
             } else {
@@ -75,11 +75,11 @@ class Sqrt3Family final : public HierarchyFamily {
                 view.node.depth = static_cast<std::uint8_t>(depth_of(t));
             }
             describe(t, view);
-            const std::array<PointId, 3> points = slots_.points(leaves[i]);
-            if (points[2] != apex) apex_site = sqrt3_site(slots_.vertex(apex = points[2]));
+            const std::array<PointId, 3> points = forest_.points(leaves[i]);
+            if (points[2] != apex) apex_site = sqrt3_site(forest_.vertex(apex = points[2]));
             for (std::size_t k = 0; k < 3; ++k) {
                 view.point[k] = points[k];
-                view.corner[k] = k == 2 ? apex_site : sqrt3_site(slots_.vertex(points[k]));
+                view.corner[k] = k == 2 ? apex_site : sqrt3_site(forest_.vertex(points[k]));
             }
         }
     }
@@ -91,45 +91,43 @@ class Sqrt3Family final : public HierarchyFamily {
         const Sqrt3Triangle t = triangle_of(node);
         view.node = node_of(t);
         describe(t, view);
-        const std::array<Sqrt3Vertex, 3> corners = slots_.corners(t);
+        const std::array<Sqrt3Vertex, 3> corners = forest_.corners(t);
         for (std::size_t k = 0; k < 3; ++k) view.corner[k] = sqrt3_site(corners[k]);
         return view;
     }
     std::array<LeafId, 2> neighbours(LeafId leaf, int side) const override {
-        return {slots_.neighbour(leaf, side), LeafId{}};
+        return {forest_.neighbour(leaf, side), LeafId{}};
     }
-    std::vector<LeafId> ordered_leaves() const override { return slots_.ordered_leaves(); }
-    std::vector<LeafId> leaves_on_curve() const override { return slots_.leaves_on_curve(); }
-    std::optional<LeafId> find(const HierarchyNode& node) const override { return slots_.find(triangle_of(node)); }
+    std::vector<LeafId> ordered_leaves() const override { return forest_.ordered_leaves(); }
+    std::vector<LeafId> leaves_on_curve() const override { return forest_.leaves_on_curve(); }
+    std::optional<LeafId> find(const HierarchyNode& node) const override { return forest_.find(triangle_of(node)); }
 
     void refine(std::span<const LeafId> marked, bool with_removed, FamilyUpdate& update) override {
-        Sqrt3Slots::Changed removed;
-        update.reshaped.clear();
-        slots_.refine(marked, update.created, with_removed ? &removed : nullptr);
+        Sqrt3Forest::Changed removed;
+        forest_.refine(marked, update, with_removed ? &removed : nullptr);
         update.removed.clear();
         for (const auto& [leaf, before] : removed) update.removed.emplace_back(leaf, node_of(before));
     }
     void coarsen(std::span<const LeafId> marked, FamilyUpdate& update) override {
-        Sqrt3Slots::Changed removed;
+        Sqrt3Forest::Changed removed;
         update.removed.clear();
-        update.reshaped.clear();
-        slots_.coarsen(marked, update.created, removed);
+        forest_.coarsen(marked, update, removed);
         for (const auto& [leaf, before] : removed) update.removed.emplace_back(leaf, node_of(before));
     }
-    std::vector<LeafId> diamond(LeafId leaf) const override { return slots_.group(leaf); }
+    std::vector<LeafId> diamond(LeafId leaf) const override { return forest_.group(leaf); }
 
     void leaf_errors(std::span<const LeafId> leaves, const ErrorEstimator& estimator,
                      std::span<double> errors) const override {
         std::vector<Sqrt3Leaf> triangles;
         triangles.reserve(leaves.size());
-        for (const LeafId leaf : leaves) triangles.push_back(leaf_of(slots_.triangle(leaf)));
+        for (const LeafId leaf : leaves) triangles.push_back(leaf_of(forest_.triangle(leaf)));
         estimator.estimate_sqrt3(triangles, errors);
     }
     // A whole triangle has half ones for parents on both sides. Merging one side's splits leaves that side's triangle
     // whole and the half one beyond.
     void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
                      std::span<double> errors) const override {
-        Sqrt3Lattice lattice = slots_.forest().lattice();
+        Sqrt3Lattice lattice = forest_.lattice();
         std::vector<Sqrt3Leaf> triangles;
         std::vector<std::size_t> owner;
         for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -157,9 +155,9 @@ class Sqrt3Family final : public HierarchyFamily {
 
     // Leaves are the triangles, in their order.
     HierarchyFaces faces(bool with_levels) const override {
-        const Sqrt3Levels levels(slots_.forest().lattice(), slots_.forest().split(), 0);
+        const Sqrt3Levels levels(forest_.lattice(), forest_.split(), 0);
         HierarchyFaces faces;
-        const std::size_t face_count = slots_.leaf_count();
+        const std::size_t face_count = forest_.leaf_count();
         detail::reserve_large(faces.face_offsets, face_count + 1);
         detail::reserve_large(faces.face_vertices, 3 * face_count);
         // As sqrt3_mesh() expects.
@@ -193,7 +191,7 @@ class Sqrt3Family final : public HierarchyFamily {
                                                     PolygonMesh& mesh) const override {
         HierarchyFaces faces;
         Sqrt3Mesh found = sqrt3_mesh(
-            slots_.forest(),
+            forest_,
             {.limit = limit,
              .normals = normals,
              .halves_are_finer = true,
@@ -207,22 +205,22 @@ class Sqrt3Family final : public HierarchyFamily {
         faces.face_vertices = std::move(found.mesh.face_vertices);
         return faces;
     }
-    std::optional<std::string> check() const override { return slots_.check(); }
-    std::uint64_t memory_bytes() const override { return slots_.memory_bytes(); }
-    void shrink() override { slots_.shrink(); }
-    bool has_free_slots() const override { return slots_.has_free_slots(); }
+    std::optional<std::string> check() const override { return forest_.check(); }
+    std::uint64_t memory_bytes() const override { return forest_.memory_bytes(); }
+    void shrink() override { forest_.shrink(); }
+    bool has_free_slots() const override { return forest_.has_free_slots(); }
 
   private:
     /// What the hierarchy calls the triangles and vertices of a mesh.
     /// @param vertices  of the levels
     void name(const Sqrt3Levels& levels, std::span<const std::uint32_t> vertices, HierarchyFaces& faces) const {
-        detail::reserve_large(faces.leaves, slots_.leaf_count());
-        detail::reserve_large(faces.control_faces, slots_.leaf_count());
-        slots_.for_each_leaf([&](LeafId leaf, FaceId control_face) {
+        detail::reserve_large(faces.leaves, forest_.leaf_count());
+        detail::reserve_large(faces.control_faces, forest_.leaf_count());
+        forest_.for_each_leaf([&](LeafId leaf, FaceId control_face) {
             faces.leaves.push_back(leaf);
             faces.control_faces.push_back(control_face);
         });
-        const detail::RawPoolVector<std::uint32_t> points = slots_.points(levels);
+        const detail::RawPoolVector<std::uint32_t> points = forest_.points(levels);
         detail::resize_large(faces.sites, vertices.size());
         detail::resize_large(faces.points, vertices.size());
         for_each_index(static_cast<std::uint32_t>(vertices.size()), [&](std::uint32_t i) {
@@ -258,7 +256,7 @@ class Sqrt3Family final : public HierarchyFamily {
         std::uint64_t face = t.face;
         for (int k = t.level; k > 0; --k) face /= 3;
         leaf.control_face = FaceId(static_cast<std::uint32_t>(face));
-        leaf.vertex = slots_.corners(t);
+        leaf.vertex = forest_.corners(t);
         if (!t.half) {
             leaf.vertex_level.fill(t.level);
             leaf.leaving = {3 * t.face, 3 * t.face + 1, 3 * t.face + 2};
@@ -272,7 +270,7 @@ class Sqrt3Family final : public HierarchyFamily {
     }
 
     std::shared_ptr<const LevelSource> source_;
-    Sqrt3Slots slots_;
+    Sqrt3Forest forest_;
     HierarchyTree tree_;
 };
 

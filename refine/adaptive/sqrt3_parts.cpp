@@ -34,27 +34,28 @@ void Sqrt3Parts::want_above(std::size_t level, std::uint32_t face) {
     if (Sqrt3Level::there(twin)) want(level - 1, twin / 3);
 }
 
-std::vector<NumberSet> Sqrt3Parts::split_for(std::span<const Sqrt3LevelLeaf> leaves) {
+Sqrt3Split Sqrt3Parts::split_for(std::span<const Sqrt3LevelLeaf> leaves) {
     for (const Sqrt3LevelLeaf& leaf : leaves) {
         if (leaf.half)
             want(leaf.level, leaf.face / 3);
         else
             want_above(leaf.level, leaf.face);
     }
-    std::vector<NumberSet> split;
+    Sqrt3Split split;
     for (std::size_t k = levels_.levels.size(); k-- > 0;) {
         std::vector<std::uint32_t>& faces = wanted_[k];
         if (split.empty() && !faces.empty()) split.resize(k + 1);
         const Sqrt3Level& level = levels_.levels[k];
         for (std::size_t i = 0; i < faces.size(); ++i) {
             const std::uint32_t face = faces[i];
-            split[k].insert(level.number[face]);
+            split[k].push_back(level.number[face]);
             want_above(k, face);
             // A cut edge is cut from both sides (Sqrt3Lattice::partner()).
             if (const Sqrt3Line* line = k % 2 != 0 ? level.line(3 * face) : nullptr;
                 line != nullptr && Sqrt3Level::there(line->beyond) && level.split[line->beyond / 3] != 0)
                 want(k, line->beyond / 3);
         }
+        if (!split.empty()) std::sort(split[k].begin(), split[k].end());
         for (const std::uint32_t face : faces) is_wanted_[k][face] = 0;
         faces.clear();
     }

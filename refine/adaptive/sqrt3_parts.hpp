@@ -1,6 +1,5 @@
 #pragma once
 
-#include "../../hier/base/number_set.hpp"
 #include "../../hier/forest/sqrt3_levels.hpp"
 
 #include <cstdint>
@@ -25,7 +24,7 @@ class Sqrt3Parts {
     std::span<const Sqrt3LevelLeaf> leaves() const { return leaves_; }
     /// The split faces of a forest that has these leaves, and as few others as it can: per level, as Sqrt3Levels takes
     /// them. O(faces around the leaves, of all levels).
-    std::vector<NumberSet> split_for(std::span<const Sqrt3LevelLeaf> leaves);
+    Sqrt3Split split_for(std::span<const Sqrt3LevelLeaf> leaves);
     /// The face, or half-edge where the leaf is half, that a leaf is in the levels of such a forest. O(log faces).
     std::uint32_t find(const Sqrt3LevelLeaf& leaf, const Sqrt3Levels& part) const;
 

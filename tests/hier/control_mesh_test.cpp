@@ -2,7 +2,6 @@
 
 #include "../../hier/forest/bisection_forest.hpp"
 #include "../../hier/forest/sqrt3_forest.hpp"
-#include "../../hier/forest/sqrt3_slots.hpp"
 #include "../../hier/forest/triangle_cell.hpp"
 #include "../../hier/forest/triangle_forest.hpp"
 
@@ -22,7 +21,7 @@ static_assert(takes_meshes_that_stay<TriangleForest>);
 static_assert(takes_meshes_that_stay<TriangleSites>);
 static_assert(takes_meshes_that_stay<Sqrt3Forest>);
 static_assert(takes_meshes_that_stay<Sqrt3Lattice>);
-static_assert(takes_meshes_that_stay<Sqrt3Slots>);
+static_assert(takes_meshes_that_stay<Sqrt3Forest>);
 
 TEST_SUITE_BEGIN("hier");
 

@@ -4,7 +4,7 @@
 #include "../kit/surface_topology.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "../../hier/forest/sqrt3_slots.hpp"
+#include "../../hier/forest/sqrt3_forest.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/adaptive/adaptive_sqrt3.hpp"
@@ -62,6 +62,7 @@ TEST_CASE("[inv1] adaptive sqrt3: creases that close, cross and end, corners ins
         const ControlMesh mesh = tagged_mesh(sharpness);
         const double size = mesh.bounding_box().diagonal();
         Sqrt3Forest forest(mesh);
+        ForestChange change;
         RefineOptions limit;
         limit.limit = true;
         std::vector<Vec3d> before;
@@ -74,58 +75,56 @@ TEST_CASE("[inv1] adaptive sqrt3: creases that close, cross and end, corners ins
             // A limit is the same from all levels.
             CHECK(test::farthest_from(before, on_limit.positions) < 1e-12 * size);
             before = on_limit.positions;
-            for (int step = 0; step < 2; ++step) forest.refine_where([](const Sqrt3Leaf&) { return true; });
+            for (int step = 0; step < 2; ++step) forest.refine(forest.ordered_leaves(), change);
         }
     }
 }
 
-TEST_CASE("adaptive sqrt3: a zoom of 30 levels at one spot; 64 bytes a leaf; bad input") {
+TEST_CASE("adaptive sqrt3: a zoom of 30 levels at one spot; 64 bytes a leaf") {
     const ControlMesh mesh =
         triangulate(ControlMesh::build(read_obj(std::filesystem::path(TETRAKIS_SOURCE_DIR) / "data" / "cube.obj")));
     Sqrt3Forest forest(mesh);
     REQUIRE(forest.max_level() >= 30);
+    ForestChange change;
     std::uint64_t face = 2;
     for (std::uint8_t level = 0; level < 30; ++level) {
-        forest.refine(Sqrt3Face{level, face});
+        for (const bool half : {true, false}) {  // a half one becomes whole first
+            const LeafId leaf = forest.find({level, half, face});
+            if (leaf.valid()) forest.refine({&leaf, 1}, change);
+        }
         face = 3 * face + level % 3;
     }
+    REQUIRE(forest.split_count() >= 30);
     CHECK(!forest.check().has_value());
     const Sqrt3Mesh out = sqrt3_mesh(forest, {.normals = true});
     CHECK(out.leaves.size() < 30 * 40);
     CHECK(test::topology(triangles(out.mesh)) == test::surface_topology(mesh));
     for (const Vec3d& n : out.mesh.normals) CHECK(glm::length(n) == doctest::Approx(1));
     CHECK(forest.memory_bytes() < 64 * out.leaves.size() + 4096);
-
-    const std::size_t before = forest.split_count();
-    CHECK_THROWS_AS(forest.refine(Sqrt3Face{0, 5000}), Error);
-    CHECK_THROWS_AS(forest.refine(Sqrt3Face{static_cast<std::uint8_t>(forest.max_level()), 0}), Error);
-    CHECK_THROWS_AS(forest.coarsen(Sqrt3Face{0, 2}), Error);
-    CHECK(forest.refine(Sqrt3Face{0, 2}) == 0);
-    CHECK(forest.split_count() == before);
 }
 
 TEST_CASE("[bad-input] sqrt3 slots refuse stale handles, and coarsen after their spare room is given back") {
     const ControlMesh mesh = test::random_sqrt3_mesh(1);
-    Sqrt3Slots slots(mesh);
-    std::vector<LeafId> created, ignored;
-    Sqrt3Slots::Changed removed;
+    Sqrt3Forest slots(mesh);
+    ForestChange change, ignored;
+    Sqrt3Forest::Changed removed;
     const LeafId root(4);
-    slots.refine({&root, 1}, created, &removed);
-    const std::vector<LeafId> children(created.begin(), created.begin() + 3);
+    slots.refine({&root, 1}, change, &removed);
+    const std::vector<LeafId> children(change.created.begin(), change.created.begin() + 3);
     const std::vector<LeafId> before = slots.ordered_leaves();
     for (const LeafId stale : {root, LeafId(1'000'000), LeafId{}}) {
         const std::vector<LeafId> marked{children[0], stale};
-        CHECK_THROWS_AS(slots.refine(marked, ignored, nullptr), Error);
+        CHECK_THROWS_AS(slots.refine(marked, ignored), Error);
         CHECK_THROWS_AS(slots.coarsen(marked, ignored, removed), Error);
     }
     CHECK(slots.ordered_leaves() == before);
     slots.shrink();
-    slots.coarsen(children, created, removed);
+    slots.coarsen(children, change, removed);
     CHECK(slots.is_leaf(root));
     CHECK(!slots.check());
     // Its slots are dead now.
-    CHECK_THROWS_AS(slots.refine({&children[0], 1}, created, nullptr), Error);
-    CHECK_THROWS_AS(slots.coarsen({&children[0], 1}, created, removed), Error);
+    CHECK_THROWS_AS(slots.refine({&children[0], 1}, change), Error);
+    CHECK_THROWS_AS(slots.coarsen({&children[0], 1}, change, removed), Error);
     CHECK(!slots.check());
 }
 

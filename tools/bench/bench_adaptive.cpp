@@ -1,6 +1,5 @@
 #include "../../eval/surface/patch_positions.hpp"
 #include "../../hier/base/parallel.hpp"
-#include "../../hier/forest/sqrt3_lattice.hpp"
 #include "../../refine/adaptive/adaptive_sqrt3.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "adaptive_peers.hpp"
@@ -73,7 +72,7 @@ const ControlMesh& control(const Case& c) {
 
 class Ours {
   public:
-    explicit Ours(const Case& c) : case_(c), lattice_(control(c)) {
+    explicit Ours(const Case& c) : case_(c) {
         Hierarchy h = fresh();
         for (int round = 0; round < c.rounds; ++round) {
             // Half triangles of sqrt(3), of an odd depth, are OpenMesh's triangles of a round as well. The ones that a
@@ -92,16 +91,21 @@ class Ours {
         return h.to_mesh({.positions = positions});
     }
 
-    /// Without leaves that have handles and neighbours, by the set of split faces alone.
+    /// By the forest alone, whose slots are those of the hierarchy.
     Sqrt3Mesh refine(Sqrt3Forest& forest, bool limit) const {
-        for (const auto& faces : faces_) forest.refine(faces);
+        ForestChange change;
+        std::vector<LeafId> leaves;
+        for (const auto& round : rounds_) {
+            leaves.clear();
+            for (const LeafHandle leaf : round) leaves.push_back(leaf.slot);
+            forest.refine(leaves, change);
+        }
         return sqrt3_mesh(forest, {.limit = limit, .leaves = false});
     }
 
   private:
     void split_selected(Hierarchy& h, int depth) {
         rounds_.emplace_back();
-        if (case_.sqrt3) faces_.emplace_back();
         for (LeafHandle leaf : h.leaves()) {
             const LeafView view = h.view(leaf);
             if (view.node.depth != depth) continue;
@@ -109,28 +113,12 @@ class Ours {
             if (case_.selection != Selection::all) h.limit_positions(std::span(view.corner).first(3), corner);
             if (!selects(case_.selection, corner)) continue;
             rounds_.back().push_back(leaf);
-            if (case_.sqrt3) faces_.back().push_back(split_face(view.node));
         }
         h.refine(rounds_.back());
-    }
-    /// What splitting a leaf of sqrt(3) splits: a whole triangle's face; for a half one that beyond its edge.
-    Sqrt3Face split_face(const HierarchyNode& node) {
-        if (node.depth % 2 == 0) return face(node);
-        std::uint64_t side = node.root;  // the half-edge, as triangles of the next level are numbered
-        const int level = node.depth / 2;
-        for (int k = 1; k <= level + 1; ++k) side = 3 * side + (node.path >> (64 - 2 * k) & 3);
-        return {static_cast<std::uint8_t>(level), Sqrt3Lattice::face(lattice_.twin(level, side))};
-    }
-    static Sqrt3Face face(const HierarchyNode& node) {
-        Sqrt3Face face{static_cast<std::uint8_t>(node.depth / 2), node.root};
-        for (int k = 1; k <= face.level; ++k) face.face = 3 * face.face + (node.path >> (64 - 2 * k) & 3);
-        return face;
     }
 
     Case case_;
     std::vector<std::vector<LeafHandle>> rounds_;
-    std::vector<std::vector<Sqrt3Face>> faces_;  // of sqrt(3)
-    Sqrt3Lattice lattice_;
 };
 
 void report(benchmark::State& state, const AdaptiveResult& result) {

@@ -132,9 +132,11 @@ LevelledMesh quads_of(const Hierarchy& h) {
 
 LevelledMesh adaptive_sqrt3(const ControlMesh& mesh, const Spot& spot) {
     Sqrt3Forest forest(mesh);
+    ForestChange change;
     for (bool again = true; again;) {
         again = false;
         const Sqrt3Mesh now = sqrt3_mesh(forest);
+        const std::vector<LeafId> leaves = forest.ordered_leaves();
         for (std::size_t i = 0; i < now.leaves.size(); ++i) {
             const Sqrt3Leaf& leaf = now.leaves[i];
             std::array<Vec3d, 3> corner;
@@ -144,8 +146,11 @@ LevelledMesh adaptive_sqrt3(const ControlMesh& mesh, const Spot& spot) {
                 {glm::distance(corner[0], middle), glm::distance(corner[1], middle), glm::distance(corner[2], middle)});
             // A half becomes a face of its level when the face beyond it is split, too.
             const int now_level = leaf.half ? leaf.level - 1 : leaf.level;
-            if (now_level < spot.base || (now_level < spot.level && spot.near(middle, reach / 2)))
-                again = forest.refine(leaf) > 0 || again;
+            if (now_level >= spot.base && (now_level >= spot.level || !spot.near(middle, reach / 2))) continue;
+            // One before it may have split it, or made it whole.
+            if (!forest.is_leaf(leaves[i]) || forest.is_half(leaves[i]) != leaf.half) continue;
+            forest.refine({&leaves[i], 1}, change);
+            again = true;
         }
     }
     Sqrt3Mesh out = sqrt3_mesh(forest);

@@ -1,4 +1,4 @@
-#include "sqrt3_slots.hpp"
+#include "sqrt3_forest.hpp"
 
 #include <algorithm>
 
@@ -8,28 +8,28 @@
 namespace tetrakis {
 
 /// The half-edge with a number of the lattice, on the level of h.
-std::uint32_t Sqrt3Slots::beyond(std::uint32_t h, std::uint64_t twin) const {
+std::uint32_t Sqrt3Forest::beyond(std::uint32_t h, std::uint64_t twin) const {
     if (twin == Sqrt3Lattice::none) return k_kept;
     const std::uint32_t slot = slot_of(level_of(h / 3), Sqrt3Lattice::face(twin));
     return slot == k_no_slot ? k_apart : 3 * slot + static_cast<std::uint32_t>(twin % 3);
 }
 
 /// across(), where a crease may have become smooth.
-std::uint32_t Sqrt3Slots::beyond(std::uint32_t h) const {
+std::uint32_t Sqrt3Forest::beyond(std::uint32_t h) const {
     const Sqrt3Triangle t = triangle_of(h / 3);
     const std::scoped_lock lock(shared_.mutex);
     return beyond(h, shared_.lattice.twin(t.level, 3 * t.face + h % 3));
 }
 
-std::uint32_t Sqrt3Slots::cut_apex(std::uint32_t h) const {
+std::uint32_t Sqrt3Forest::cut_apex(std::uint32_t h) const {
     const std::uint32_t record = child_[h / 3];
-    if (!forest_.lattice().has_lines()) return mesh().vertex_count() + 2 * record + (h % 3 == 1 ? 1 : 0);
+    if (!lattice_.has_lines()) return mesh().vertex_count() + 2 * record + (h % 3 == 1 ? 1 : 0);
     const std::scoped_lock lock(shared_.mutex);
     return point(shared_.lattice.apex(records_[record].level, 3 * records_[record].face + h % 3)).value;
 }
 
 /// The point that a half-edge leaves, as Sqrt3Lattice::origin() has it. O(1) on the average, O(level) at most.
-std::uint32_t Sqrt3Slots::origin(std::uint32_t h) const {
+std::uint32_t Sqrt3Forest::origin(std::uint32_t h) const {
     const std::uint32_t roots = mesh().face_count();
     while (h / 3 >= roots) {
         const std::uint32_t side = h % 3;
@@ -48,7 +48,7 @@ std::uint32_t Sqrt3Slots::origin(std::uint32_t h) const {
     return mesh().origin(HalfedgeId(h)).value;
 }
 
-std::array<PointId, 3> Sqrt3Slots::points(LeafId leaf) const {
+std::array<PointId, 3> Sqrt3Forest::points(LeafId leaf) const {
     const std::uint32_t h = 3 * leaf.value;
     if (leaf.value >= mesh().face_count()) {
         const std::uint32_t edge = over(leaf.value);
@@ -61,7 +61,7 @@ std::array<PointId, 3> Sqrt3Slots::points(LeafId leaf) const {
     return {PointId(origin(h)), PointId(origin(h + 1)), PointId(origin(h + 2))};
 }
 
-Sqrt3Vertex Sqrt3Slots::vertex(PointId point) const {
+Sqrt3Vertex Sqrt3Forest::vertex(PointId point) const {
     using Kind = Sqrt3Vertex::Kind;
     if (point.value < mesh().vertex_count()) return {point.value, 0, Kind::control};
     const std::uint32_t made = point.value - mesh().vertex_count();
@@ -71,13 +71,13 @@ Sqrt3Vertex Sqrt3Slots::vertex(PointId point) const {
     return {3 * record.face, birth, made % 2 == 0 ? Kind::first : Kind::second};
 }
 
-void Sqrt3Slots::link(std::uint32_t h, std::uint32_t twin) {
+void Sqrt3Forest::link(std::uint32_t h, std::uint32_t twin) {
     across_[h] = twin;
     across_[twin] = h;
 }
 
 /// The links that splitting a face makes along an edge that is not flipped.
-void Sqrt3Slots::keep(std::uint32_t h) {
+void Sqrt3Forest::keep(std::uint32_t h) {
     const std::uint32_t child = child_over(h), after = child_over(next(h));
     across_[3 * child] = k_kept;
     if (!is_cut(h / 3)) return link(3 * child + 1, 3 * after + 2);
@@ -87,7 +87,7 @@ void Sqrt3Slots::keep(std::uint32_t h) {
 }
 
 /// The links of the two faces that the edge between two split ones is flipped to.
-void Sqrt3Slots::flip(std::uint32_t h, std::uint32_t twin) {
+void Sqrt3Forest::flip(std::uint32_t h, std::uint32_t twin) {
     const std::uint32_t here = child_over(h), there = child_over(twin);
     link(3 * here + 1, 3 * there + 1);
     link_first(here, twin);
@@ -95,7 +95,7 @@ void Sqrt3Slots::flip(std::uint32_t h, std::uint32_t twin) {
 }
 
 /// The first side of a face that lies across an edge, by the half-edge beyond the edge.
-void Sqrt3Slots::link_first(std::uint32_t slot, std::uint32_t beyond) {
+void Sqrt3Forest::link_first(std::uint32_t slot, std::uint32_t beyond) {
     if (!is_cut(beyond / 3))
         link(3 * slot, 3 * child_over(next(beyond)) + 2);
     else if (beyond % 3 == 1)
@@ -104,14 +104,14 @@ void Sqrt3Slots::link_first(std::uint32_t slot, std::uint32_t beyond) {
         across_[3 * slot] = k_kept;  // a third of the cut edge
 }
 
-void Sqrt3Slots::unlink(std::uint32_t slot) {
+void Sqrt3Forest::unlink(std::uint32_t slot) {
     for (std::uint32_t h = 3 * slot; h < 3 * slot + 3; ++h) {
         if (across_[h] < k_apart) across_[across_[h]] = k_apart;
         across_[h] = k_apart;
     }
 }
 
-std::optional<std::string> Sqrt3Slots::check_links(Sqrt3Lattice& lattice, std::uint32_t r) const {
+std::optional<std::string> Sqrt3Forest::check_links(Sqrt3Lattice& lattice, std::uint32_t r) const {
     const Record& record = records_[r];
     const int level = record.level + 1;
     for (std::uint32_t side = 0; side < 3; ++side) {

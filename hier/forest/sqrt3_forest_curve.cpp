@@ -1,7 +1,7 @@
 #include "../base/memory.hpp"
 #include "../base/radix_sort.hpp"
 #include "../base/spread_bits.hpp"
-#include "sqrt3_slots.hpp"
+#include "sqrt3_forest.hpp"
 
 #include <algorithm>
 #include <cassert>
@@ -36,15 +36,15 @@ struct Cell {
 
 }  // namespace
 
-class Sqrt3Slots::CurveWalk {
+class Sqrt3Forest::CurveWalk {
   public:
-    explicit CurveWalk(const Sqrt3Slots& slots) : slots_(slots), mesh_(slots.mesh()) {
-        detail::reserve_large(marked_, slots.leaf_count());
+    explicit CurveWalk(const Sqrt3Forest& forest) : forest_(forest), mesh_(forest.mesh()) {
+        detail::reserve_large(marked_, forest.leaf_count());
     }
 
     std::vector<LeafId> leaves() {
         for (std::uint32_t root = 0; root < mesh_.face_count(); ++root)
-            if (slots_.child_[root] != k_dead)
+            if (forest_.child_[root] != k_dead)
                 visit(root, {FaceId(root), 0, {{{k_grid, 0, 0}, {0, k_grid, 0}, {0, 0, k_grid}}}});
         std::vector<Marked> spare;
         radix_sort(marked_, spare, [](const Marked& m) { return m.along; });
@@ -70,22 +70,23 @@ class Sqrt3Slots::CurveWalk {
     // number they have.
     void visit(std::uint32_t slot, const Cell& cell) {
         const Place centre = mean(cell.corner[0], cell.corner[1], cell.corner[2]);
-        if (!slots_.is_split(slot)) return mark(slot, cell.root, centre);
-        for (std::uint32_t j = 0; j < 3; ++j) visit_over(slots_.first_child(slots_.child_[slot]) + j, cell, j, centre);
+        if (!forest_.is_split(slot)) return mark(slot, cell.root, centre);
+        for (std::uint32_t j = 0; j < 3; ++j)
+            visit_over(forest_.first_child(forest_.child_[slot]) + j, cell, j, centre);
     }
     /// The triangle over a side of a split cell.
     void visit_over(std::uint32_t slot, const Cell& cell, std::uint32_t j, const Place& centre) {
         const Place &a = cell.corner[j], &b = cell.corner[(j + 1) % 3], &opposite = cell.corner[(j + 2) % 3];
-        if (slots_.child_[slot] == k_half) return mark(slot, cell.root, mean(a, b, centre));
+        if (forest_.child_[slot] == k_half) return mark(slot, cell.root, mean(a, b, centre));
         const HalfedgeId edge = root_edge(cell.root, a, b);
         const bool kept = edge.valid() && is_kept(edge, cell.pairs);
         const Place first = third(a, b);
-        if (!slots_.is_split(slot)) return mark(slot, cell.root, kept ? mean(a, b, centre) : mean(a, first, centre));
+        if (!forest_.is_split(slot)) return mark(slot, cell.root, kept ? mean(a, b, centre) : mean(a, first, centre));
 
-        const std::uint32_t child = slots_.first_child(slots_.child_[slot]);
+        const std::uint32_t child = forest_.first_child(forest_.child_[slot]);
         const Place second = third(b, a);
         const int pairs = cell.pairs + 1;
-        const auto is_half = [&](std::uint32_t side) { return slots_.child_[child + side] == k_half; };
+        const auto is_half = [&](std::uint32_t side) { return forest_.child_[child + side] == k_half; };
         if (kept) {
             visit(child, {cell.root, pairs, {first, second, centre}});
             if (is_half(1))
@@ -120,8 +121,7 @@ class Sqrt3Slots::CurveWalk {
     /// Whether an edge is not flipped at this level.
     bool is_kept(HalfedgeId h, int pairs) const {
         const EdgeId e = mesh_.edge(h);
-        return !mesh_.twin(h).valid() || slots_.forest_.lattice().is_kept(e) ||
-               mesh_.sharpness(e) > static_cast<float>(pairs);
+        return !mesh_.twin(h).valid() || forest_.lattice().is_kept(e) || mesh_.sharpness(e) > static_cast<float>(pairs);
     }
     /// Places beyond a control edge, from its face's grid, folded down flat, to the grid of the face beyond.
     Place across(HalfedgeId h, const Place& p) const {
@@ -152,11 +152,11 @@ class Sqrt3Slots::CurveWalk {
         marked_.push_back({along, root.value, LeafId(slot)});
     }
 
-    const Sqrt3Slots& slots_;
+    const Sqrt3Forest& forest_;
     const ControlMesh& mesh_;
     std::vector<Marked> marked_;
 };
 
-std::vector<LeafId> Sqrt3Slots::leaves_on_curve() const { return CurveWalk(*this).leaves(); }
+std::vector<LeafId> Sqrt3Forest::leaves_on_curve() const { return CurveWalk(*this).leaves(); }
 
 }  // namespace tetrakis
