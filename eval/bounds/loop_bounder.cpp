@@ -11,8 +11,7 @@
 namespace tetrakis {
 
 using detail::Bary;
-using detail::corner_of;
-using detail::is_corner;
+using detail::corner_at;
 using detail::LoopCell;
 
 namespace {
@@ -129,7 +128,8 @@ LoopBounder::Level& LoopBounder::locate(const CellTriangle& leaf, Corners& at) {
 }
 
 Vec3d LoopBounder::position(const LoopCell& cell, const Bary& at) const {
-    return is_corner(at) ? patches_.corner(cell, corner_of(at)) : patches_.position(cell, at);
+    const int corner = corner_at(at);
+    return corner >= 0 ? patches_.corner(cell, corner) : patches_.position(cell, at);
 }
 
 LeafError LoopBounder::leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack) {
@@ -197,10 +197,7 @@ double LoopBounder::hull_error(const LoopCell& cell, const Edges& edge) const {
     if (cell.kind == LoopCell::Kind::star) {
         for (int i = 0; i < detail::loop_star_size(cell.star->valence()); ++i) look(cell.star->points()[i]);
     } else {
-        for (const detail::LoopRing& ring : cell.node->rings().corner) {
-            look(ring.centre);
-            for (const detail::LoopRing::Spoke& spoke : ring.spokes) look(spoke.point);
-        }
+        for (const Vec3d& p : cell.node->rings().points()) look(p);
     }
     return error;
 }
@@ -213,7 +210,7 @@ void LoopBounder::sample(const CellTriangle& leaf, int n, std::span<Vec3d> posit
     std::array<bool, 4> is_known{};
     const auto position = [&](const Bary& b) {
         if (is_regular) return LatticeWeights::position(cell.net, b);
-        if (is_corner(b)) return patches_.corner(cell, corner_of(b));
+        if (const int corner = corner_at(b); corner >= 0) return patches_.corner(cell, corner);
         const int quarter = detail::quarter_of(b);
         LoopCell& child = quarters[static_cast<std::size_t>(quarter)];
         if (!std::exchange(is_known[static_cast<std::size_t>(quarter)], true)) patches_.child(cell, quarter, child);

@@ -44,6 +44,29 @@ Gradient corner_gradient(double u, double v, double w) {
             6 * v2 * v + 24 * vw * v};
 }
 
+/// All second derivatives of a regular triangle. Along edge e (corner e to corner e + 1) the second derivative is the
+/// bilinear box spline of the net's second differences along the edge (de Boor, Hoellig, Riemenschneider 1993, ch. I),
+/// and on the triangle that is: linear between the differences at the corners, plus the product of the barycentric
+/// coordinates of the edge's two ends times one fourth difference.
+struct BoxSplineHessian {
+    std::array<std::array<Vec3d, 3>, 3> corner;  ///< [edge][corner]
+    std::array<Vec3d, 3> bend;                   ///< [edge]
+
+    explicit BoxSplineHessian(const Net12& net) {
+        const auto second = [&](int a, int b, int c) { return net[a] + net[b] - 2.0 * net[c]; };
+        corner[0] = {second(1, 4, 0), second(8, 0, 1), second(9, 3, 2)};
+        corner[1] = {second(3, 6, 0), second(2, 7, 1), second(11, 1, 2)};
+        corner[2] = {second(2, 5, 0), second(9, 6, 1), second(10, 0, 2)};
+        bend[0] = second(7, 5, 6) + corner[0][2] - corner[0][0] - corner[0][1];
+        bend[1] = second(10, 8, 9) + corner[1][0] - corner[1][1] - corner[1][2];
+        bend[2] = second(11, 4, 3) + corner[2][1] - corner[2][2] - corner[2][0];
+    }
+    Vec3d along(int edge, const Bary& b) const {
+        return b[0] * corner[edge][0] + b[1] * corner[edge][1] + b[2] * corner[edge][2] +
+               (b[edge] * b[edge == 2 ? 0 : edge + 1]) * bend[edge];
+    }
+};
+
 }  // namespace
 
 std::array<double, 12> box_spline_weights(const Bary& at) {
@@ -111,16 +134,6 @@ BoxSplinePoint box_spline_point(const Net12& net, const Bary& at) {
     out.dyy = hessian.along(2, at);
     out.dxy = 0.5 * (out.dxx + out.dyy - hessian.along(1, at));
     return out;
-}
-
-BoxSplineHessian::BoxSplineHessian(const Net12& net) {
-    const auto second = [&](int a, int b, int c) { return net[a] + net[b] - 2.0 * net[c]; };
-    corner[0] = {second(1, 4, 0), second(8, 0, 1), second(9, 3, 2)};
-    corner[1] = {second(3, 6, 0), second(2, 7, 1), second(11, 1, 2)};
-    corner[2] = {second(2, 5, 0), second(9, 6, 1), second(10, 0, 2)};
-    bend[0] = second(7, 5, 6) + corner[0][2] - corner[0][0] - corner[0][1];
-    bend[1] = second(10, 8, 9) + corner[1][0] - corner[1][1] - corner[1][2];
-    bend[2] = second(11, 4, 3) + corner[2][1] - corner[2][2] - corner[2][0];
 }
 
 }  // namespace tetrakis::detail

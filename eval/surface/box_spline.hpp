@@ -36,19 +36,4 @@ struct BoxSplinePoint {
 };
 BoxSplinePoint box_spline_point(const Net12& net, const Bary& at);
 
-/// All second derivatives of a regular triangle. Along edge e (corner e to corner e + 1) the second derivative is the
-/// bilinear box spline of the net's second differences along the edge (de Boor, Hoellig, Riemenschneider 1993, ch. I),
-/// and on the triangle that is: linear between the differences at the corners, plus the product of the barycentric
-/// coordinates of the edge's two ends times one fourth difference.
-struct BoxSplineHessian {
-    std::array<std::array<Vec3d, 3>, 3> corner;  ///< [edge][corner]
-    std::array<Vec3d, 3> bend;                   ///< [edge]
-
-    explicit BoxSplineHessian(const Net12& net);
-    Vec3d along(int edge, const Bary& b) const {
-        return b[0] * corner[edge][0] + b[1] * corner[edge][1] + b[2] * corner[edge][2] +
-               (b[edge] * b[edge == 2 ? 0 : edge + 1]) * bend[edge];
-    }
-};
-
 }  // namespace tetrakis::detail

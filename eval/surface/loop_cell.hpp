@@ -95,9 +95,8 @@ class LoopNode {
     RecordPool* pool_;
 };
 
-/// Whether a point is a corner of the cell, and then which one.
-inline bool is_corner(const Bary& b) { return b[0] == 1 || b[1] == 1 || b[2] == 1; }
-inline int corner_of(const Bary& b) { return b[0] == 1 ? 0 : b[1] == 1 ? 1 : 2; }
+/// Which corner of its cell a point is, or -1.
+inline int corner_at(const Bary& b) { return b[0] == 1 ? 0 : b[1] == 1 ? 1 : b[2] == 1 ? 2 : -1; }
 
 /// Which quarter of its cell a point is in: 0, 1, 2 at the corners, 3 the centre. On the border of several, not 0 if it
 /// can be avoided (a star's quarter 0 is the irregular one).

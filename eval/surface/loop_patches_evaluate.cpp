@@ -13,6 +13,7 @@
 namespace tetrakis {
 
 using detail::Bary;
+using detail::corner_at;
 using detail::LoopCell;
 using detail::LoopRing;
 using detail::LoopRings;
@@ -39,9 +40,6 @@ SurfacePoint smooth_corner(std::span<const Vec3d> ring) {
     out.normal = limit_normal(SchemeKind::loop, shape, limit, ring);
     return out;
 }
-
-/// Which corner a point is, or -1.
-int corner_at(const Bary& b) { return b[0] == 1 ? 0 : b[1] == 1 ? 1 : b[2] == 1 ? 2 : -1; }
 
 /// Every way to a position ends here, so that all of them have the same bits.
 Vec3d net_position(const Net12& net, const Bary& b) {

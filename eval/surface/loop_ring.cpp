@@ -81,7 +81,9 @@ LoopRing LoopRing::child() const {
     return out;
 }
 
-LoopRing loop_edge_ring(const LoopRing& from, const LoopRing& to) {
+/// Ring of the midpoint of an edge; `from` and `to` are the rings of its ends, one level up, in the same cell, the cell
+/// between them on the left of the edge.
+static LoopRing edge_ring(const LoopRing& from, const LoopRing& to) {
     // The ends' rings one level down give the halves of the halves.
     const int out_spoke = from.cell, back_spoke = to.wrap(to.cell + 1);
     const LoopRing from_child = from.child(), to_child = to.child();
@@ -188,7 +190,7 @@ std::array<LoopRings, 4> LoopRings::children() const {
     for (int k = 0; k < 3; ++k) {
         const int next = (k + 1) % 3;
         out[k].corner[k] = corner[k].child();
-        LoopRing middle = loop_edge_ring(corner[k], corner[next]);
+        LoopRing middle = edge_ring(corner[k], corner[next]);
         middle.cell = 2;
         out[k].corner[next] = middle;
         middle.cell = 0;

@@ -27,9 +27,6 @@ struct LoopRing {
 
     int size() const { return static_cast<int>(spokes.size()); }
     int wrap(int i) const { return (i % size() + size()) % size(); }
-    /// Spokes towards the cell's next and previous corner.
-    const Spoke& to_next() const { return spokes[cell]; }
-    const Spoke& to_previous() const { return spokes[wrap(cell + 1)]; }
 
     /// Fills the spokes' near_half from their sharpness.
     void halve();
@@ -66,9 +63,5 @@ struct LoopRings {
     /// All points; the limit surface over the cell is in their convex hull.
     std::vector<Vec3d> points() const;
 };
-
-/// Ring of the midpoint of an edge; `from` and `to` are the rings of its ends, one level up, in the same cell, the cell
-/// between them on the left of the edge, i.e. from.to_next() is `to`.
-LoopRing loop_edge_ring(const LoopRing& from, const LoopRing& to);
 
 }  // namespace tetrakis::detail
