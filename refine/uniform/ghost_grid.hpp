@@ -9,25 +9,6 @@
 
 namespace tetrakis::detail {
 
-/// Calls visit(i, number(i)) for each i < count of a line of RootLayout, whose inner numbers have one second
-/// difference.
-template <class Number, class Visit>
-void for_each_on_line(std::uint32_t count, const Number& number, const Visit& visit) {
-    if (count < 6) {
-        for (std::uint32_t i = 0; i < count; ++i) visit(i, number(i));
-        return;
-    }
-    visit(0, number(0));
-    std::uint32_t v = number(1), step = number(2) - v;
-    const std::uint32_t turn = number(3) - number(2) - step;
-    for (std::uint32_t i = 1; i + 1 < count; ++i) {
-        visit(i, v);
-        v += step;
-        step += turn;
-    }
-    visit(count - 1, number(count - 1));
-}
-
 /// Which corners of a net's roots are surrounded as in a regular mesh: by six triangles or four quads.
 std::vector<char> regular_corners(const RootNet& net);
 
@@ -83,21 +64,24 @@ class GhostGrid {
 
     template <class T>
     void fill_root(std::uint32_t f, const T* in, T* grid) const {
-        const std::uint32_t n = last_;
-        for (std::uint32_t y = 0; y <= n; ++y) {
-            T* const row = grid + index({0, y});
-            const std::uint32_t last = net_.side_count() == 4 ? n : n - y;
-            if (net_.in_cells()) {
-                std::copy_n(in + net_.number_at(at_, f, {0, y}), last + 1, row);
-                continue;
-            }
-            if (y == 0 || last < 2 || (net_.side_count() == 4 && y == n)) {
-                for (std::uint32_t x = 0; x <= last; ++x) row[x] = in[at_.at(f, x, y)];
-                continue;
-            }
-            row[0] = in[at_.at(f, 0, y)];
-            row[last] = in[at_.at(f, last, y)];
-            std::copy_n(in + at_.at(f, 1, y), last - 1, row + 1);
+        const std::uint32_t n = last_, sides = net_.side_count();
+        if (net_.in_cells()) {
+            for (std::uint32_t y = 0; y <= n; ++y)
+                std::copy_n(in + net_.number_at(at_, f, {0, y}), n + 1, grid + index({0, y}));
+            return;
+        }
+        for (std::uint32_t s = 0; s < sides; ++s) {
+            T* const first = grid + index(turned(s, 0, 0));
+            const std::ptrdiff_t step = index(turned(s, 1, 0)) - index(turned(s, 0, 0));
+            for_each_on_line(
+                n, [&](std::uint32_t a) { return at_.along(sides * f + s, a); },
+                [&](std::uint32_t a, std::uint32_t v) { first[static_cast<std::ptrdiff_t>(a) * step] = in[v]; });
+        }
+        const T* inner = in + at_.face_begin(f);
+        for (std::uint32_t y = 1; y < n; ++y) {
+            const std::uint32_t count = (sides == 4 ? n : n - y) - 1;
+            std::copy_n(inner, count, grid + index({1, y}));
+            inner += count;
         }
     }
 

@@ -42,6 +42,8 @@ class RepeatedRows {
                                               const Demand& demand, const RunContext& context);
 
     std::uint32_t point_count() const { return net_.point_numbers(net_.layout(segments_.back())).count; }
+    /// Whether all points are known to be corners of faces.
+    bool uses_all_points() const;
     std::size_t control_count() const { return control_count_; }
     using Faces = RootNet::Faces;
     Faces faces(const RunContext& context) const { return net_.faces(segments_.back(), context); }
@@ -59,8 +61,8 @@ class RepeatedRows {
     bool learn(const Plan& plan, const SchemeInfo& scheme, const RuleOptions& rules, const Demand& demand,
                const RunContext& context);
     bool fits(std::uint32_t segments) const;
-    void at_shared_places(const RootLayout& last, const Vec3d* now, std::span<Vec3d> points,
-                          std::span<Vec3d> normals) const;
+    void at_shared_places(const RootLayout& last, const Vec3d* now, std::span<Vec3d> points, std::span<Vec3d> normals,
+                          const RowPatterns::Progress& progress) const;
 
     RootNet net_;
     std::size_t control_count_ = 0;

@@ -4,7 +4,6 @@
 #include "../../hier/base/most_frequent.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../schemes/core/face_split.hpp"
-#include "grid_refinement.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -15,6 +14,28 @@ namespace tetrakis::detail {
 namespace {
 
 constexpr std::uint32_t k_grain = 4;  // roots per task
+
+/// The corners of a root's cells, row by row.
+template <class Row>
+void number_cells(std::uint32_t n, bool quads, const Row& row, std::uint32_t* out) {
+    std::vector<std::uint32_t> low(n + std::size_t{1}), high(n + std::size_t{1});
+    row(0, low);
+    for (std::uint32_t y = 0; y < n; ++y) {
+        row(y + 1, high);
+        const std::uint32_t last = quads ? n : n - y;
+        for (std::uint32_t x = 0; x < last; ++x) {
+            *out++ = low[x];
+            *out++ = low[x + 1];
+            if (quads) *out++ = high[x + 1];
+            *out++ = high[x];
+            if (quads || x + 1 == last) continue;
+            *out++ = low[x + 1];
+            *out++ = high[x + 1];
+            *out++ = high[x];
+        }
+        low.swap(high);
+    }
+}
 
 /// A mesh cut along its creases: a vertex for each of the parts around one between them, sharp where these are corners.
 /// Half-edges keep their numbers.
@@ -366,9 +387,20 @@ RootNet::Faces RootNet::faces(std::uint32_t segments, const RunContext& context)
     resize_large(faces.offsets, count + std::size_t{1});
     resize_large(faces.control, count);
     resize_large(faces.vertices, std::size_t{size} * count);
-    for_each_index(count + 1, [&](std::uint32_t f) { faces.offsets[f] = size * f; });
-    for_each_index(count, [&](std::uint32_t f) { faces.control[f] = base_face_[f / cells]; });
-    write_faces(at, faces.vertices, context);
+    faces.offsets[count] = size * count;
+    const auto number_roots = [&](std::uint32_t begin, std::uint32_t end) {
+        for (std::uint32_t f = begin; f < end; ++f) {
+            std::fill_n(&faces.control[cells * f], cells, base_face_[f]);
+            for (std::uint32_t i = cells * f; i < cells * (f + 1); ++i) faces.offsets[i] = size * i;
+            const auto row = [&](std::uint32_t y, std::vector<std::uint32_t>& numbers) {
+                for_each_on_line(
+                    segments + 1 - (size == 3 ? y : 0), [&](std::uint32_t x) { return at.at(f, x, y); },
+                    [&](std::uint32_t x, std::uint32_t v) { numbers[x] = v; });
+            };
+            number_cells(segments, size == 4, row, &faces.vertices[std::size_t{size} * cells * f]);
+        }
+    };
+    for_each_reported_block(base_.face_count, k_grain, context, "faces", 0, 1, number_roots);
     return faces;
 }
 

@@ -301,7 +301,40 @@ bool RowPatterns::learn_regular(const Lesson& lesson) {
                 }
         }
     rings_ = static_cast<std::uint32_t>(rings);
+    kernel_ = has_kernel();
     return rings_ <= n;
+}
+
+/// Whether the rows inside are those of Catmull-Clark or Loop.
+bool RowPatterns::has_kernel() const {
+    if (kind_ != Kind::points || factor_ != 2 || net_.in_cells()) return false;
+    using Row = RowOf<Step>;
+    std::vector<Row> rows;
+    if (net_.side_count() == 4) {
+        const std::vector<std::pair<std::int16_t, double>> line[2] = {{{-1, 0.125}, {0, 0.75}, {1, 0.125}},
+                                                                      {{0, 0.5}, {1, 0.5}}};
+        for (int y = 0; y < 2; ++y)
+            for (int x = 0; x < 2; ++x) {
+                Row& row = rows.emplace_back();
+                for (const auto& [a, along] : line[x])
+                    for (const auto& [b, across] : line[y]) row.push_back({{a, b}, along * across});
+            }
+    } else {
+        const double ring = 0.0625, end = 0.375, opposite = 0.125;
+        rows = {Row{{{-1, 0}, ring},
+                    {{-1, 1}, ring},
+                    {{0, -1}, ring},
+                    {{0, 0}, 0.625},
+                    {{0, 1}, ring},
+                    {{1, -1}, ring},
+                    {{1, 0}, ring}},
+                Row{{{0, 0}, end}, {{0, 1}, opposite}, {{1, -1}, opposite}, {{1, 0}, end}},
+                Row{{{-1, 1}, opposite}, {{0, 0}, end}, {{0, 1}, end}, {{1, 0}, opposite}},
+                Row{{{0, 0}, opposite}, {{0, 1}, end}, {{1, 0}, end}, {{1, 1}, opposite}}};
+    }
+    for (std::size_t i = 0; i < rows.size(); ++i)
+        if (!same(rows[i], regular_[i])) return false;
+    return true;
 }
 
 bool RowPatterns::learn(const CornerKinds& corners, const Lesson& regular, std::span<const Lesson> lessons) {

@@ -4,7 +4,7 @@
 #include "../../schemes/core/stencil_table.hpp"
 #include "ghost_grid.hpp"
 #include "root_net.hpp"
-#include "row_runs.hpp"
+#include "row_kernels.hpp"
 #include "row_stars.hpp"
 
 #include <cstdint>
@@ -53,10 +53,16 @@ class RowPatterns {
     /// Whether a level's points are enough for the rows.
     bool fits(const RootLayout& coarse) const;
 
+    /// What is told of the progress of a call.
+    struct Progress {
+        const RunContext& context;
+        double from, to;
+    };
     /// Results at a level's places from the points of the one above, or of the same one: unit normals are zero where
     /// there are no rows; at places of the same point (RootNet::point_numbers) each is of its own side of a crease. The
     /// same bytes for any number of threads.
-    void apply(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out) const;
+    void apply(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out,
+               const Progress& progress) const;
 
   private:
     static constexpr std::uint32_t none = RootNet::none;
@@ -91,11 +97,16 @@ class RowPatterns {
     bool rows_of(const Lesson& lesson, int row, const SeenAt& seen_at, std::span<RowOf<At>> out,
                  bool seen_only = false) const;
     bool learn_regular(const Lesson& lesson);
+    bool has_kernel() const;
     class StarReader;
 
     struct Work;
     template <class Finish>
-    void apply(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out) const;
+    void apply_to_all(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out,
+                      const Progress& progress) const;
+    void by_kernel(const GhostGrid& grid, const RootLayout& fine, std::uint32_t f, Vec3d* out, Work& work) const;
+    template <class Finish>
+    void at_corners(const GhostGrid& grid, const GridRows& rows, std::uint32_t f, Vec3d* out, Work& work) const;
     template <class Finish>
     void regular(const GhostGrid& grid, const GridRows& rows, const RootLayout& fine, std::uint32_t f, Vec3d* out,
                  Work& work) const;
@@ -113,6 +124,7 @@ class RowPatterns {
     std::vector<char> regular_corners_;
     /// By the place modulo the factor: y, then x, then the row.
     std::vector<RowOf<Step>> regular_;
+    bool kernel_ = false;      ///< whether RowKernels has one for them
     std::uint32_t rings_ = 0;  ///< of ghosts
     std::uint32_t depth_ = 0;  ///< results nearer than that to a sharp side have rows of their own
     std::uint32_t reach_ = 0;  ///< and those nearer than that to a special corner

@@ -11,7 +11,10 @@ namespace tetrakis::detail {
 namespace {
 
 /// Of the stars' roots, one after the other: as long as masks are too wide for them.
-constexpr std::uint32_t k_segments[] = {6, 9, 14, 20};
+std::span<const std::uint32_t> star_segments(const SchemeInfo& scheme, const RuleOptions& rules) {
+    static constexpr std::uint32_t k_segments[] = {4, 6, 9, 14, 20};
+    return std::span(k_segments).subspan(rule_rings(scheme, rules) == 1 ? 0 : 1);
+}
 
 }  // namespace
 
@@ -32,12 +35,13 @@ bool StarLessons::too_large(std::uint32_t segments, std::uint32_t factor) const 
     return max_memory_bytes_ != 0 && roots * side * side * k_bytes_per_cell > static_cast<double>(max_memory_bytes_);
 }
 
-double StarLessons::cost(const CornerKinds& corners, const RootNet& net, int factor) {
+double StarLessons::cost(const CornerKinds& corners, const RootNet& net, const SchemeInfo& scheme,
+                         const RuleOptions& rules, int factor) {
     // Their points are made by the rules, and read (measured: modified-butterfly, doo-sabin, kobbelt on suzanne).
     constexpr double k_per_point = 3;
     double roots = 0;
     for (const StarKind& kind : corners.kinds) roots += kind.roots();
-    const double side = factor * static_cast<double>(k_segments[0]);
+    const double side = factor * static_cast<double>(star_segments(scheme, rules)[0]);
     return k_per_point * roots * side * side / (net.side_count() == 4 ? 1 : 2);
 }
 
@@ -60,7 +64,7 @@ const std::vector<std::unique_ptr<RowStar>>& StarLessons::stars(std::uint32_t se
 }
 
 bool StarLessons::teach_step(RowPatterns& patterns) {
-    for (const std::uint32_t n : k_segments) {
+    for (const std::uint32_t n : star_segments(scheme_, rules_)) {
         if (too_large(n, patterns.factor())) return false;
         const auto& stars = this->stars(n);
         std::vector<std::optional<RowStar::Step>> steps(stars.size());
@@ -79,7 +83,7 @@ bool StarLessons::teach_step(RowPatterns& patterns) {
 
 bool StarLessons::teach_limits(RowPatterns* points, RowPatterns* normals) {
     RuleLimitFinder finder(scheme_, rules_);
-    for (const std::uint32_t n : k_segments) {
+    for (const std::uint32_t n : star_segments(scheme_, rules_)) {
         if (too_large(n, 1)) return false;
         const auto& stars = this->stars(n);
         std::vector<RuleLimits> limits(stars.size());

@@ -20,7 +20,8 @@ class StarLessons {
                 std::uint64_t max_memory_bytes);
 
     /// What the lessons of a step take at least, as so many points of a level by rules.
-    static double cost(const CornerKinds& corners, const RootNet& net, int factor);
+    static double cost(const CornerKinds& corners, const RootNet& net, const SchemeInfo& scheme,
+                       const RuleOptions& rules, int factor);
 
     /// In stars as large as it takes; false where the rows do not repeat, or do so in too large stars only.
     /// @throws std::invalid_argument  as the scheme's step, and rule_limits()

@@ -5,7 +5,8 @@
 #include "../../hier/mesh/mesh_check.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
-#include "../../refine/uniform/uniform.hpp"
+#include "../../refine/uniform/refine.hpp"
+#include "../../schemes/core/scheme_kind.hpp"
 
 #include <doctest/doctest.h>
 #include <opensubdiv/far/primvarRefiner.h>
@@ -147,10 +148,10 @@ Compared compare(const ControlMesh& mesh, SchemeKind scheme, int levels) {
         const auto corners = level.GetFaceVertices(f);
         for (int i = 0; i < corners.size(); ++i) used[static_cast<std::size_t>(corners[i])] = 1;
     }
-    const PolygonMesh ours = refine_uniform(mesh, scheme, levels);
-    UniformOptions limit_options;
+    const PolygonMesh ours = refine(mesh, name(scheme), levels);
+    RefineOptions limit_options;
     limit_options.limit = true;
-    const PolygonMesh our_limits = refine_uniform(mesh, scheme, levels, limit_options);
+    const PolygonMesh our_limits = refine(mesh, name(scheme), levels, limit_options);
     CHECK(ours.positions.size() == static_cast<std::size_t>(std::count(used.begin(), used.end(), 1)));
     const PointMatch match(ours.positions);
     const double diagonal = bounding_box(mesh.positions()).diagonal();
@@ -198,7 +199,7 @@ double compare_uvs(const ControlMesh& mesh, SchemeKind scheme, int levels) {
         primvars.InterpolateFaceVarying(l, uvs, finer_uvs);
         uvs = std::move(finer_uvs);
     }
-    const PolygonMesh ours = refine_uniform(mesh, scheme, levels);
+    const PolygonMesh ours = refine(mesh, name(scheme), levels);
     std::vector<Vec3d> our_places;
     for (std::uint32_t f = 0; f < ours.face_count(); ++f)
         add_corner_places(
