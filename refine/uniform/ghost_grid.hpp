@@ -1,6 +1,6 @@
 #pragma once
 
-#include "root_net.hpp"
+#include "root_lattices.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -10,7 +10,22 @@
 namespace tetrakis::detail {
 
 /// Which corners of a net's roots are surrounded as in a regular mesh: by six triangles or four quads.
-std::vector<char> regular_corners(const RootNet& net);
+inline std::vector<char> regular_corners(const RootLattices& net) {
+    const MeshLevel& base = net.base();
+    const std::uint32_t regular = net.side_count() == 4 ? 4 : 6;
+    std::vector<char> result(base.vertex_count, 0);
+    for (std::uint32_t v = 0; v < base.vertex_count; ++v) {
+        const std::uint32_t first = base.vertex_halfedge[v];
+        if (first == RootLattices::none) continue;
+        std::uint32_t h = first, roots = 0;
+        do {
+            h = base.twin[base.prev(h)];
+            ++roots;
+        } while (h != RootLattices::none && h != first);
+        result[v] = h == first && roots == regular ? 1 : 0;
+    }
+    return result;
+}
 
 /// A root's lattice with rings of ghosts around it: the points of its neighbours at the places where the lattice would
 /// go on. Nothing lies beyond a boundary, and nothing between the neighbours at a corner that is not regular.
@@ -23,7 +38,7 @@ class GhostGrid {
 
     /// @param regular  regular_corners(net)
     /// @param rings    at most the lattice's segments
-    GhostGrid(const RootNet& net, const RootLayout& at, const std::vector<char>& regular, std::uint32_t rings)
+    GhostGrid(const RootLattices& net, const RootLayout& at, const std::vector<char>& regular, std::uint32_t rings)
         : net_(net), at_(at), regular_(regular), rings_(rings), last_(net.last_place(at)) {}
 
     std::ptrdiff_t stride() const { return last_ + 1 + 2 * static_cast<std::ptrdiff_t>(rings_); }
@@ -60,7 +75,7 @@ class GhostGrid {
     }
 
   private:
-    static constexpr std::uint32_t none = RootNet::none;
+    static constexpr std::uint32_t none = RootLattices::none;
 
     template <class T>
     void fill_root(std::uint32_t f, const T* in, T* grid) const {
@@ -135,7 +150,7 @@ class GhostGrid {
         }
     }
 
-    const RootNet& net_;
+    const RootLattices& net_;
     RootLayout at_;
     const std::vector<char>& regular_;
     std::uint32_t rings_, last_;

@@ -65,6 +65,18 @@ std::optional<std::string> detail::ignored_corner_angles(const ControlMesh& mesh
            " has no rule for them, but loop, tuned-loop and catmull-clark have";
 }
 
+void detail::RefinedPoints::make(const ControlMesh& mesh, bool normals, PolygonMesh& result) const {
+    detail::resize_large(result.positions, count);
+    if (normals) detail::resize_large(result.normals, count);
+    refine(mesh.positions(), result.positions, result.normals);
+}
+
+void detail::drop_unused_points(PolygonMesh& mesh, RefinedPoints* points) {
+    if (points == nullptr) return drop_unused_vertices(mesh);
+    drop_unused_vertices(mesh, &points->used);
+    if (mesh.positions.size() == points->count) points->used = {};
+}
+
 namespace {
 
 void warn_if_empty(PolygonMesh& result) {
@@ -242,8 +254,8 @@ bool keep_whole(const PolygonMesh& points, detail::RepeatedRows::Faces& faces) {
 /// @param all_used  whether all points are corners of these faces
 /// @param keep      unless null, receives what makes the points
 void take_faces(const ControlMesh& mesh, const SchemeInfo& scheme, const RefineOptions& options,
-                detail::RootNet::Faces faces, bool all_used, detail::RefinedPoints made, detail::RefinedPoints* keep,
-                PolygonMesh& result) {
+                detail::RootLattices::Faces faces, bool all_used, detail::RefinedPoints made,
+                detail::RefinedPoints* keep, PolygonMesh& result) {
     result.face_offsets = std::move(faces.offsets);
     result.face_vertices = std::move(faces.vertices);
     const bool all_kept = keep_surface(

@@ -22,8 +22,9 @@ struct NormalOfTangents {
     static constexpr std::size_t rows = 4, rows_inside = 2;
     // A normal that looks at a missing point is missing.
     static Vec3d result_inside(const Vec3d* sums) {
-        const double all = sums[0].x + sums[1].x;
-        return std::isnan(all) ? Vec3d(all) : unit_or_zero(glm::cross(sums[0], sums[1]));
+        const Vec3d normal = glm::cross(sums[0], sums[1]);
+        const double square = glm::dot(normal, normal);
+        return square == 0 ? Vec3d(0) : normal * (1 / std::sqrt(square));
     }
     static Vec3d result(const Vec3d* sums) {
         const Vec3d sum = result_inside(sums) + result_inside(sums + 2);

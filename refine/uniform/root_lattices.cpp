@@ -1,4 +1,4 @@
-#include "root_net.hpp"
+#include "root_lattices.hpp"
 
 #include "../../hier/base/huge_memory.hpp"
 #include "../../hier/base/most_frequent.hpp"
@@ -171,16 +171,16 @@ Bordered with_border(const RuleMesh& mesh, const RuleMesh& uncut) {
 
 }  // namespace
 
-std::optional<RootNet> RootNet::of_faces(const RuleMesh& mesh, std::vector<std::uint32_t> control_face) {
-    RootNet net;
+std::optional<RootLattices> RootLattices::of_faces(const RuleMesh& mesh, std::vector<std::uint32_t> control_face) {
+    RootLattices net;
     if (!net.set_base(mesh)) return std::nullopt;
     net.own_roots_ = net.base_.face_count;
     net.base_face_ = std::move(control_face);
     return net;
 }
 
-RootNet RootNet::of_star(const RuleMesh& mesh, bool in_cells) {
-    RootNet net;
+RootLattices RootLattices::of_template(const RuleMesh& mesh, bool in_cells) {
+    RootLattices net;
     net.in_cells_ = in_cells;
     net.set_base(mesh);
     net.own_roots_ = net.base_.face_count;
@@ -189,9 +189,9 @@ RootNet RootNet::of_star(const RuleMesh& mesh, bool in_cells) {
     return net;
 }
 
-std::optional<RootNet> RootNet::of_corners(const RuleMesh& mesh, std::vector<std::uint32_t> control_face,
-                                           bool creases) {
-    RootNet net;
+std::optional<RootLattices> RootLattices::of_corners(const RuleMesh& mesh, std::vector<std::uint32_t> control_face,
+                                                     bool creases) {
+    RootLattices net;
     net.in_cells_ = true;
     const RuleMesh split = split_polygons(mesh);
     std::optional<RuleMesh> cut;
@@ -211,7 +211,7 @@ std::optional<RootNet> RootNet::of_corners(const RuleMesh& mesh, std::vector<std
     return net;
 }
 
-RootNet::Numbers RootNet::point_numbers(const RootLayout& at) const {
+RootLattices::Numbers RootLattices::point_numbers(const RootLayout& at) const {
     const std::uint32_t places = place_count(at);
     if (glued_.empty()) return {places, places, {}};
     // The first of the places of each point, found from any of them.
@@ -236,7 +236,7 @@ RootNet::Numbers RootNet::point_numbers(const RootLayout& at) const {
     return {count, begin, std::move(number)};
 }
 
-bool RootNet::set_base(const RuleMesh& mesh) {
+bool RootLattices::set_base(const RuleMesh& mesh) {
     const auto H = static_cast<std::size_t>(mesh.halfedge_count());
     base_.face_size = mesh.face_size(0);
     if (!mesh.all_faces_have(base_.face_size) || base_.face_size > 4) return false;
@@ -261,7 +261,7 @@ bool RootNet::set_base(const RuleMesh& mesh) {
 }
 
 /// Whether each root is between different vertices and edges.
-bool RootNet::has_simple_roots() const {
+bool RootLattices::has_simple_roots() const {
     const std::uint32_t sides = side_count();
     for (std::uint32_t f = 0; f < base_.face_count; ++f)
         for (std::uint32_t i = sides * f; i < sides * (f + 1); ++i)
@@ -271,7 +271,8 @@ bool RootNet::has_simple_roots() const {
 }
 
 /// Where a point is in the lattice of root f, sides included; nothing if it is not there.
-std::optional<RootNet::Place> RootNet::place_in(const RootLayout& at, std::uint32_t f, std::uint32_t number) const {
+std::optional<RootLattices::Place> RootLattices::place_in(const RootLayout& at, std::uint32_t f,
+                                                          std::uint32_t number) const {
     const std::uint32_t n = at.segments(), sides = side_count(), inner = n - 1;
     if (in_cells_) {
         if (number / (n * n) != f) return std::nullopt;
@@ -298,7 +299,8 @@ std::optional<RootNet::Place> RootNet::place_in(const RootLayout& at, std::uint3
     return Place{i + 1, y};
 }
 
-std::optional<RootNet::Seen> RootNet::in_star(const RootLayout& at, std::uint32_t f, std::uint32_t number) const {
+std::optional<RootLattices::Seen> RootLattices::in_template(const RootLayout& at, std::uint32_t f,
+                                                            std::uint32_t number) const {
     // The roots that it is in: one, or the two beside a side.
     const std::uint32_t sides = side_count(), inner = at.segments() - 1, roots = base_.face_count;
     std::uint32_t found[2] = {none, none};
@@ -329,7 +331,8 @@ std::optional<RootNet::Seen> RootNet::in_star(const RootLayout& at, std::uint32_
     return best;
 }
 
-std::optional<RootNet::Seen> RootNet::at_side(const RootLayout& at, std::uint32_t h, std::uint32_t number) const {
+std::optional<RootLattices::Seen> RootLattices::at_side(const RootLayout& at, std::uint32_t h,
+                                                        std::uint32_t number) const {
     const std::uint32_t n = at.segments();
     int beyond = 0;
     for (const std::uint32_t g : {h, base_.twin[h]}) {
@@ -345,7 +348,7 @@ std::optional<RootNet::Seen> RootNet::at_side(const RootLayout& at, std::uint32_
     return std::nullopt;
 }
 
-RootNet::Place RootNet::seen_from(std::uint32_t n, std::uint32_t side, const Place& p) const {
+RootLattices::Place RootLattices::seen_from(std::uint32_t n, std::uint32_t side, const Place& p) const {
     if (base_.face_size == 4) {
         const Place places[4] = {p, {p.y, n - p.x}, {n - p.x, n - p.y}, {n - p.y, p.x}};
         return places[side];
@@ -354,7 +357,7 @@ RootNet::Place RootNet::seen_from(std::uint32_t n, std::uint32_t side, const Pla
     return places[side];
 }
 
-RootNet::Heading RootNet::ahead(std::uint32_t segments, const Heading& from) const {
+RootLattices::Heading RootLattices::ahead(std::uint32_t segments, const Heading& from) const {
     if (!from.known()) return from;
     const std::uint32_t n = segments - 1;
     switch (from.way) {
@@ -378,7 +381,7 @@ RootNet::Heading RootNet::ahead(std::uint32_t segments, const Heading& from) con
     return {t / 4, entered.x, entered.y, (t % 4 + 1) % 4};
 }
 
-RootNet::Faces RootNet::faces(std::uint32_t segments, const RunContext& context) const {
+RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext& context) const {
     const RootLayout at(base_, segments);
     if (in_cells_) return cell_faces(at);
     const std::uint32_t size = side_count(), count = static_cast<std::uint32_t>(at.cell_count()),
@@ -405,7 +408,7 @@ RootNet::Faces RootNet::faces(std::uint32_t segments, const RunContext& context)
 }
 
 /// Root by root the faces inside, edge by edge those across it, those around the corners.
-RootNet::Faces RootNet::cell_faces(const RootLayout& at) const {
+RootLattices::Faces RootLattices::cell_faces(const RootLayout& at) const {
     const std::uint32_t n = at.segments(), inner = n - 1;
     std::vector<std::uint32_t> inner_edges;
     for_each_inner_edge([&](std::uint32_t h) { inner_edges.push_back(h); });
