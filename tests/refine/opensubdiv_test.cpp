@@ -152,6 +152,7 @@ Compared compare(const ControlMesh& mesh, SchemeKind scheme, int levels) {
     RefineOptions limit_options;
     limit_options.limit = true;
     const PolygonMesh our_limits = refine(mesh, name(scheme), levels, limit_options);
+    const PointMatch limit_match(our_limits.positions);
     CHECK(ours.positions.size() == static_cast<std::size_t>(std::count(used.begin(), used.end(), 1)));
     const PointMatch match(ours.positions);
     const double diagonal = bounding_box(mesh.positions()).diagonal();
@@ -161,11 +162,8 @@ Compared compare(const ControlMesh& mesh, SchemeKind scheme, int levels) {
         const std::uint32_t i = match.nearest(points[v].p);
         result.points = std::max(result.points, glm::length(ours.positions[i] - points[v].p) / diagonal);
         if (!limit_mask_is_right(level, static_cast<int>(v))) continue;
-        double off = glm::length(our_limits.positions[i] - limits[v].p) / diagonal;
-        // Where a mesh folds onto itself two vertices share a place, and the nearest may be the other one.
-        for (std::size_t j = 0; off >= k_tolerance && j < ours.positions.size(); ++j)
-            if (glm::length(ours.positions[j] - points[v].p) < k_tolerance * diagonal)
-                off = std::min(off, glm::length(our_limits.positions[j] - limits[v].p) / diagonal);
+        // Vertices of both calls are in no common order.
+        const double off = glm::length(our_limits.positions[limit_match.nearest(limits[v].p)] - limits[v].p) / diagonal;
         result.limits = std::max(result.limits, off);
         ++result.limit_count;
     }
