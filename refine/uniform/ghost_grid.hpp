@@ -1,6 +1,6 @@
 #pragma once
 
-#include "root_net.hpp"
+#include "root_lattices.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -9,27 +9,23 @@
 
 namespace tetrakis::detail {
 
-/// Calls visit(i, number(i)) for each i < count of a line of RootLayout, whose inner numbers have one second
-/// difference.
-template <class Number, class Visit>
-void for_each_on_line(std::uint32_t count, const Number& number, const Visit& visit) {
-    if (count < 6) {
-        for (std::uint32_t i = 0; i < count; ++i) visit(i, number(i));
-        return;
-    }
-    visit(0, number(0));
-    std::uint32_t v = number(1), step = number(2) - v;
-    const std::uint32_t turn = number(3) - number(2) - step;
-    for (std::uint32_t i = 1; i + 1 < count; ++i) {
-        visit(i, v);
-        v += step;
-        step += turn;
-    }
-    visit(count - 1, number(count - 1));
-}
-
 /// Which corners of a net's roots are surrounded as in a regular mesh: by six triangles or four quads.
-std::vector<char> regular_corners(const RootNet& net);
+inline std::vector<char> regular_corners(const RootLattices& net) {
+    const MeshLevel& base = net.base();
+    const std::uint32_t regular = net.side_count() == 4 ? 4 : 6;
+    std::vector<char> result(base.vertex_count, 0);
+    for (std::uint32_t v = 0; v < base.vertex_count; ++v) {
+        const std::uint32_t first = base.vertex_halfedge[v];
+        if (first == RootLattices::none) continue;
+        std::uint32_t h = first, roots = 0;
+        do {
+            h = base.twin[base.prev(h)];
+            ++roots;
+        } while (h != RootLattices::none && h != first);
+        result[v] = h == first && roots == regular ? 1 : 0;
+    }
+    return result;
+}
 
 /// A root's lattice with rings of ghosts around it: the points of its neighbours at the places where the lattice would
 /// go on. Nothing lies beyond a boundary, and nothing between the neighbours at a corner that is not regular.
@@ -42,7 +38,7 @@ class GhostGrid {
 
     /// @param regular  regular_corners(net)
     /// @param rings    at most the lattice's segments
-    GhostGrid(const RootNet& net, const RootLayout& at, const std::vector<char>& regular, std::uint32_t rings)
+    GhostGrid(const RootLattices& net, const RootLayout& at, const std::vector<char>& regular, std::uint32_t rings)
         : net_(net), at_(at), regular_(regular), rings_(rings), last_(net.last_place(at)) {}
 
     std::ptrdiff_t stride() const { return last_ + 1 + 2 * static_cast<std::ptrdiff_t>(rings_); }
@@ -79,25 +75,28 @@ class GhostGrid {
     }
 
   private:
-    static constexpr std::uint32_t none = RootNet::none;
+    static constexpr std::uint32_t none = RootLattices::none;
 
     template <class T>
     void fill_root(std::uint32_t f, const T* in, T* grid) const {
-        const std::uint32_t n = last_;
-        for (std::uint32_t y = 0; y <= n; ++y) {
-            T* const row = grid + index({0, y});
-            const std::uint32_t last = net_.side_count() == 4 ? n : n - y;
-            if (net_.in_cells()) {
-                std::copy_n(in + net_.number_at(at_, f, {0, y}), last + 1, row);
-                continue;
-            }
-            if (y == 0 || last < 2 || (net_.side_count() == 4 && y == n)) {
-                for (std::uint32_t x = 0; x <= last; ++x) row[x] = in[at_.at(f, x, y)];
-                continue;
-            }
-            row[0] = in[at_.at(f, 0, y)];
-            row[last] = in[at_.at(f, last, y)];
-            std::copy_n(in + at_.at(f, 1, y), last - 1, row + 1);
+        const std::uint32_t n = last_, sides = net_.side_count();
+        if (net_.in_cells()) {
+            for (std::uint32_t y = 0; y <= n; ++y)
+                std::copy_n(in + net_.number_at(at_, f, {0, y}), n + 1, grid + index({0, y}));
+            return;
+        }
+        for (std::uint32_t s = 0; s < sides; ++s) {
+            T* const first = grid + index(turned(s, 0, 0));
+            const std::ptrdiff_t step = index(turned(s, 1, 0)) - index(turned(s, 0, 0));
+            for_each_on_line(
+                n, [&](std::uint32_t a) { return at_.along(sides * f + s, a); },
+                [&](std::uint32_t a, std::uint32_t v) { first[static_cast<std::ptrdiff_t>(a) * step] = in[v]; });
+        }
+        const T* inner = in + at_.face_begin(f);
+        for (std::uint32_t y = 1; y < n; ++y) {
+            const std::uint32_t count = (sides == 4 ? n : n - y) - 1;
+            std::copy_n(inner, count, grid + index({1, y}));
+            inner += count;
         }
     }
 
@@ -151,7 +150,7 @@ class GhostGrid {
         }
     }
 
-    const RootNet& net_;
+    const RootLattices& net_;
     RootLayout at_;
     const std::vector<char>& regular_;
     std::uint32_t rings_, last_;

@@ -30,32 +30,26 @@ struct MeshLevel {
     std::vector<std::uint8_t> tagged;     ///< V; the vertex or one of its edges is sharp
 
     std::uint32_t halfedge_count() const { return static_cast<std::uint32_t>(origin.size()); }
-    std::uint32_t face_of(std::uint32_t h) const { return face_of(h, face_size); }
-    std::uint32_t next(std::uint32_t h) const { return next(h, face_size); }
-    std::uint32_t prev(std::uint32_t h) const { return prev(h, face_size); }
-    std::uint32_t first_halfedge(std::uint32_t face) const { return first_halfedge(face, face_size); }
-    std::uint32_t size_of(std::uint32_t face) const { return size_of(face, face_size); }
-    // The same for a caller that knows face_size.
-    std::uint32_t face_of(std::uint32_t h, int known_size) const {
-        if (known_size == 4) return h / 4;
-        if (known_size == 3) return h / 3;
+    std::uint32_t face_of(std::uint32_t h) const {
+        if (face_size == 4) return h / 4;
+        if (face_size == 3) return h / 3;
         return control->face(HalfedgeId(h)).value;
     }
-    std::uint32_t next(std::uint32_t h, int known_size) const {
-        if (known_size == 4) return (h & ~3u) | ((h + 1) & 3u);
-        if (known_size == 3) return h % 3 == 2 ? h - 2 : h + 1;
+    std::uint32_t next(std::uint32_t h) const {
+        if (face_size == 4) return (h & ~3u) | ((h + 1) & 3u);
+        if (face_size == 3) return h % 3 == 2 ? h - 2 : h + 1;
         return control->next(HalfedgeId(h)).value;
     }
-    std::uint32_t prev(std::uint32_t h, int known_size) const {
-        if (known_size == 4) return (h & ~3u) | ((h + 3) & 3u);
-        if (known_size == 3) return h % 3 == 0 ? h + 2 : h - 1;
+    std::uint32_t prev(std::uint32_t h) const {
+        if (face_size == 4) return (h & ~3u) | ((h + 3) & 3u);
+        if (face_size == 3) return h % 3 == 0 ? h + 2 : h - 1;
         return control->prev(HalfedgeId(h)).value;
     }
-    std::uint32_t first_halfedge(std::uint32_t face, int known_size) const {
-        return known_size != 0 ? face * static_cast<std::uint32_t>(known_size) : control->data().face_offsets[face];
+    std::uint32_t first_halfedge(std::uint32_t face) const {
+        return face_size != 0 ? face * static_cast<std::uint32_t>(face_size) : control->data().face_offsets[face];
     }
-    std::uint32_t size_of(std::uint32_t face, int known_size) const {
-        return known_size != 0 ? static_cast<std::uint32_t>(known_size) : control->face_size(FaceId(face));
+    std::uint32_t size_of(std::uint32_t face) const {
+        return face_size != 0 ? static_cast<std::uint32_t>(face_size) : control->face_size(FaceId(face));
     }
     std::uint32_t edge(std::uint32_t h) const { return edge_side[h] >> 1; }
     bool has_tags() const { return !edge_sharpness.empty(); }

@@ -65,31 +65,23 @@ std::optional<std::string> detail::ignored_corner_angles(const ControlMesh& mesh
            " has no rule for them, but loop, tuned-loop and catmull-clark have";
 }
 
+void detail::RefinedPoints::make(const ControlMesh& mesh, bool normals, PolygonMesh& result) const {
+    detail::resize_large(result.positions, count);
+    if (normals) detail::resize_large(result.normals, count);
+    refine(mesh.positions(), result.positions, result.normals);
+}
+
+void detail::drop_unused_points(PolygonMesh& mesh, RefinedPoints* points) {
+    if (points == nullptr) return drop_unused_vertices(mesh);
+    drop_unused_vertices(mesh, &points->used);
+    if (mesh.positions.size() == points->count) points->used = {};
+}
+
 namespace {
 
 void warn_if_empty(PolygonMesh& result) {
     if (result.face_count() == 0)
         result.warnings.push_back("no face is left: all are holes, or touch the boundary under boundary rule none");
-}
-
-/// The structured path, where there is one.
-std::optional<PolygonMesh> refine_structured(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
-                                             const RefineOptions& options, detail::RefinedPoints* points) {
-    const bool linear = is_linear(scheme);
-    if (options.smoothing != 0 || !(linear || detail::has_plain_rules(mesh, scheme, options.rules)))
-        return std::nullopt;
-    const bool triangles = scheme.family == MeshFamily::triangles;
-    if (triangles && !mesh.all_triangles()) return std::nullopt;  // the rules say what is wrong
-    UniformOptions uniform{.limit = options.limit && !linear,
-                           .normals = options.normals && !linear,
-                           .linear = linear,
-                           .attributes = options.attributes,
-                           .context = options.context};
-    PolygonMesh result = detail::refine_uniform_with_points(
-        mesh, triangles ? SchemeKind::loop : SchemeKind::catmull_clark, levels, uniform, points);
-    if (auto warning = detail::ignored_corner_angles(mesh, scheme)) result.warnings.push_back(std::move(*warning));
-    warn_if_empty(result);
-    return result;
 }
 
 void warn_of_smooth_uvs(const SchemeInfo& scheme, PolygonMesh& result) {
@@ -170,16 +162,17 @@ void keep_faces(const std::vector<char>& kept, PolygonMesh& mesh) {
     mesh.face_group = std::move(group);
 }
 
-/// What of a mesh goes with its faces, and only the faces outside holes.
+/// What of a mesh goes with its faces, and only the faces outside holes. Returns whether these are all.
 /// @param control_face  gives the control face that a face belongs to
 /// @param beyond        vertices beyond the end of the surface: their faces go, too
 template <class ControlFace>
-void keep_surface(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
+bool keep_surface(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
                   const ControlFace& control_face, std::span<const int> beyond, PolygonMesh& result) {
     const ControlMeshData& data = mesh.data();
     std::vector<char> kept(result.face_count(), 1);
-    bool all_kept = true;
-    for (std::uint32_t f = 0; f < result.face_count(); ++f) {
+    bool all_kept = true, holes = false;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) holes = holes || mesh.is_hole(FaceId(f));
+    for (std::uint32_t f = 0; f < result.face_count() && (holes || !beyond.empty()); ++f) {
         const std::uint32_t control = control_face(f);
         if (mesh.is_hole(FaceId(control))) kept[f] = 0;
         for (std::uint32_t c = result.face_offsets[f]; !beyond.empty() && c < result.face_offsets[f + 1]; ++c)
@@ -197,16 +190,16 @@ void keep_surface(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleO
     per_face(data.face_group, result.face_group);
     result.materials = data.materials;
     result.groups = data.groups;
-    if (mesh.crease_method() == CreaseMethod::chaikin && !is_linear(scheme))
+    if (mesh.crease_method() == CreaseMethod::chaikin && !rules.chaikin_creases && !is_linear(scheme))
         result.warnings.push_back(
-            "the creases were refined by the uniform rule: Chaikin's is known to plain "
-            "catmull-clark and loop only, and not to tables of stencils");
+            "the creases were refined by the uniform rule: Chaikin's is known to plain catmull-clark and loop only");
     if (auto warning = detail::ignored_corner_angles(mesh, scheme)) result.warnings.push_back(std::move(*warning));
     if (auto warning = detail::ignored_creases(mesh, scheme, rules)) result.warnings.push_back(std::move(*warning));
-    if (all_kept) return;
+    if (all_kept) return true;
     keep_faces(kept, result);
     warn_if_empty(result);
     if (!result.uvs.empty()) detail::drop_unused(result.face_uvs, result.uvs);
+    return false;
 }
 
 /// What a refined mesh is, and takes.
@@ -258,16 +251,17 @@ bool keep_whole(const PolygonMesh& points, detail::RepeatedRows::Faces& faces) {
 }
 
 /// The faces of a mesh whose points are made, and what goes with them.
-/// @param keep  unless null, receives what makes the points
+/// @param all_used  whether all points are corners of these faces
+/// @param keep      unless null, receives what makes the points
 void take_faces(const ControlMesh& mesh, const SchemeInfo& scheme, const RefineOptions& options,
-                detail::RootNet::Faces faces, detail::RefinedPoints made, detail::RefinedPoints* keep,
-                PolygonMesh& result) {
+                detail::RootLattices::Faces faces, bool all_used, detail::RefinedPoints made,
+                detail::RefinedPoints* keep, PolygonMesh& result) {
     result.face_offsets = std::move(faces.offsets);
     result.face_vertices = std::move(faces.vertices);
-    keep_surface(
+    const bool all_kept = keep_surface(
         mesh, scheme, options.rules, [&](std::uint32_t f) { return faces.control[f]; }, {}, result);
     if (keep != nullptr) *keep = std::move(made);
-    detail::drop_unused_points(result, keep);
+    if (!all_kept || !all_used) detail::drop_unused_points(result, keep);
 }
 
 /// Refined by rows that repeat themselves: the fast way of the schemes that have no kernels of their own. Nothing where
@@ -333,7 +327,8 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
         result.uvs.assign(points.begin(), points.end());
         result.face_uvs = chart_rows->faces(quiet).vertices;
     }
-    take_faces(mesh, scheme, options, std::move(faces), std::move(made), keep, result);
+    take_faces(mesh, scheme, options, std::move(faces), !recedes && rows->uses_all_points(), std::move(made), keep,
+               result);
     return result;
 }
 
@@ -343,6 +338,12 @@ PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, in
         RefineOptions without = options;
         without.normals = false;
         return refine_general(mesh, scheme, levels, without, stencils, keep);
+    }
+    if (mesh.crease_method() == CreaseMethod::chaikin && !options.rules.chaikin_creases &&
+        detail::has_plain_rules(mesh, scheme, options.rules)) {
+        RefineOptions chaikin = options;
+        chaikin.rules.chaikin_creases = true;
+        return refine_general(mesh, scheme, levels, chaikin, stencils, keep);
     }
     detail::check_attributes(mesh, options.attributes);
     std::unique_ptr<detail::RuleLevels> first_levels;
@@ -435,8 +436,6 @@ const SchemeInfo& scheme_named(std::string_view text) {
 
 PolygonMesh detail::refine_with_points(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                                        const RefineOptions& options, RefinedPoints* points) {
-    if (std::optional<PolygonMesh> result = refine_structured(mesh, scheme, levels, options, points))
-        return std::move(*result);
     return with_threads(options.context,
                         [&] { return refine_general(mesh, scheme, levels, options, nullptr, points); });
 }

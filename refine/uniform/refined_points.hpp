@@ -4,7 +4,6 @@
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../rules/polygon_mesh.hpp"
 #include "../rules/rule_refiner.hpp"
-#include "uniform_refiner.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -33,8 +32,5 @@ void drop_unused_points(PolygonMesh& mesh, RefinedPoints* points);
 /// refine() as it is, and what gives the points again, unless that is null. It refers to the control mesh.
 PolygonMesh refine_with_points(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
                                const RefineOptions& options, RefinedPoints* points);
-/// refine_uniform() likewise.
-PolygonMesh refine_uniform_with_points(const ControlMesh& mesh, SchemeKind scheme, int levels,
-                                       const UniformOptions& options, RefinedPoints* points);
 
 }  // namespace tetrakis::detail

@@ -8,7 +8,7 @@
 #include "../rules/corner_angles.hpp"
 #include "../rules/face_normals.hpp"
 #include "../rules/rule_refiner.hpp"
-#include "star_lessons.hpp"
+#include "row_learner.hpp"
 
 #include <fmt/format.h>
 
@@ -53,7 +53,7 @@ RuleMesh with_later_tags(const RuleMesh& mesh) {
     return RuleMesh(mesh.vertex_count(), std::move(faces), std::move(sharpness));
 }
 
-/// Whether there are more roots around a corner than turns are counted (RootNet::Seen).
+/// Whether there are more roots around a corner than turns are counted (RootLattices::Seen).
 bool has_too_large_rings(const ControlMesh& mesh) {
     constexpr std::uint32_t k_most = std::numeric_limits<std::int16_t>::max();
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
@@ -76,7 +76,7 @@ bool has_whole_faces(const RuleMesh& mesh, bool creases) {
 
 /// Normals that are zero, from the faces around (FaceNormals).
 /// @param points  at the places of the numbers
-void add_face_normals(const RepeatedRows::Faces& faces, const RootNet::Numbers& numbers, const Vec3d* points,
+void add_face_normals(const RepeatedRows::Faces& faces, const RootLattices::Numbers& numbers, const Vec3d* points,
                       std::span<Vec3d> normals) {
     std::vector<std::uint32_t> vertices;
     for (std::uint32_t i = 0; i < normals.size(); ++i)
@@ -164,7 +164,7 @@ struct RepeatedRows::Plan {
     std::vector<std::size_t> of_step;  ///< for each step from that level on
     std::size_t of_limits = 0;
     int by_rules = 0;  ///< steps
-    double cost = 0;   ///< of the lessons and of those, as so many points of a level by rules
+    double cost = 0;   ///< of learning and of those, as so many points of a level by rules
 
     std::size_t add(CornerKinds corners) {
         const auto at = std::find(kinds.begin(), kinds.end(), corners);
@@ -177,18 +177,18 @@ struct RepeatedRows::Plan {
     }
     /// Where the least is to be done; or as early as ever.
     /// @param points  of the level
-    void choose(const RootNet& net, int factor, double points, bool limits, bool early) {
+    void choose(const RootLattices& net, const SchemeInfo& scheme, const RuleOptions& rules, int factor, double points,
+                bool limits, bool early) {
         const auto take = [&](int step) {
             by_rules = step;
             cost = points * (std::pow(factor * factor, step) - 1);
             for (std::size_t i = 0; i < kinds.size(); ++i)
-                if (used(i) || (limits && i == of_limits)) cost += StarLessons::cost(kinds[i], net, factor);
+                if (used(i) || (limits && i == of_limits))
+                    cost += RowLearner::cost(kinds[i], net, scheme, rules, factor);
         };
         const auto last = static_cast<int>(of_step.size()) - 1;
         take(kinds.size() == 1 ? 0 : last);
-        // Lattices with fewer segments are too narrow for most masks.
-        constexpr double k_segments = 4;
-        for (int step = last; step-- > 0 && std::pow(factor, step) >= k_segments;) {
+        for (int step = last; step-- > 0;) {
             const int best = by_rules;
             const double least = cost;
             take(step);
@@ -236,18 +236,23 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         if (levels <= ++base_level) return nullptr;
         advance();
     }
+    // Chaikin's creases differ along a side.
+    while (rules.chaikin_creases && !stays_as_it_is(by_rules.last(), k_for_ever)) {
+        if (levels <= (base_level = std::max(base_level, by_rules.level() + 1))) return nullptr;
+        advance();
+    }
     // The child of each of the roots' half-edges at its origin, level by level. Dual: the half-edge of a root's last
     // cell that stays in its face; root h is at corner h.
     std::vector<int> first;
-    std::optional<RootNet> net;
-    if (dual) net = RootNet::of_corners(by_rules.last(), by_rules.control_face_of_corners(), creases);
+    std::optional<RootLattices> net;
+    if (dual) net = RootLattices::of_corners(by_rules.last(), by_rules.control_face_of_corners(), creases);
     if (dual && !net) return nullptr;
     while (by_rules.level() < base_level) first = advance();
     if (!dual) {
         std::vector<std::uint32_t> control(static_cast<std::size_t>(by_rules.last().face_count()));
         for (std::size_t f = 0; f < control.size(); ++f)
             control[f] = static_cast<std::uint32_t>(by_rules.control_face(static_cast<int>(f)));
-        net = RootNet::of_faces(by_rules.last(), std::move(control));
+        net = RootLattices::of_faces(by_rules.last(), std::move(control));
         if (!net) return nullptr;
         first.resize(net->base().halfedge_count());
         for (std::size_t h = 0; h < first.size(); ++h) first[h] = static_cast<int>(h);
@@ -283,7 +288,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         if (any_limits) plan.of_limits = plan.add(corners(later, Sees::all));
     }
     const double roots = all->net_.base().face_count / (triangles ? 2.0 : 1.0);
-    plan.choose(all->net_, factor, roots, any_limits, demand.even_if_slower);
+    plan.choose(all->net_, scheme, rules, factor, roots, any_limits, demand.even_if_slower);
     // By the rules, to which the cases above and the few below go, a level takes more.
     check_memory(mesh, levels, last_size, context);
     if (!demand.even_if_slower && plan.cost > roots * std::pow(factor * factor, levels - begin)) return nullptr;
@@ -316,21 +321,26 @@ bool RepeatedRows::learn(const Plan& plan, const SchemeInfo& scheme, const RuleO
     pattern_.assign(plan.of_step.size(), 0);
     patterns_.reserve(plan.kinds.size());
     for (std::size_t i = 0; i < plan.kinds.size(); ++i) {
-        StarLessons lessons(net_, plan.kinds[i], scheme, rules, context.max_memory_bytes);
+        RowLearner learner(net_, plan.kinds[i], scheme, rules, context.max_memory_bytes);
         try {
             if (plan.used(i)) {
                 for (std::size_t step = 0; step < pattern_.size(); ++step)
                     if (plan.of_step[step] == i) pattern_[step] = patterns_.size();
-                if (!lessons.teach_step(patterns_.emplace_back(net_, factor, RowPatterns::Kind::points))) return false;
+                if (!learner.learn_step(patterns_.emplace_back(net_, factor, RowPatterns::Kind::points))) return false;
             }
             if (i == plan.of_limits && (limit_ || normals_) &&
-                !lessons.teach_limits(limit_ ? &*limit_ : nullptr, normals_ ? &*normals_ : nullptr))
+                !learner.learn_limits(limit_ ? &*limit_ : nullptr, normals_ ? &*normals_ : nullptr))
                 return false;
         } catch (const std::invalid_argument&) {
             return false;  // the rules say what is wrong
         }
     }
     return true;
+}
+
+bool RepeatedRows::uses_all_points() const {
+    const std::vector<std::uint32_t>& first = net_.base().vertex_halfedge;
+    return !net_.in_cells() && std::find(first.begin(), first.end(), MeshLevel::none) == first.end();
 }
 
 bool RepeatedRows::fits(std::uint32_t segments) const {
@@ -353,18 +363,22 @@ void RepeatedRows::refine(std::span<const Vec3d> control, std::span<Vec3d> point
         std::memcpy(static_cast<void*>(now + i), first.data() + 3 * static_cast<std::size_t>(vertices_[i]),
                     sizeof(Vec3d));
     });
+    double done = 0;
+    const auto progress = [&](double to) { return RowPatterns::Progress{context, std::exchange(done, to), to}; };
     for (std::size_t i = 1; i < segments_.size(); ++i) {
-        context.report("refine", static_cast<double>(i) / static_cast<double>(segments_.size()));
+        // Each level takes four times as long as the one before, or nine times.
+        const double part = static_cast<double>(segments_[i]) / segments_.back();
         Vec3d* const finer = buffer(i);
-        patterns_[pattern_[i - 1]].apply(net_.layout(segments_[i - 1]), net_.layout(segments_[i]), now, finer);
+        patterns_[pattern_[i - 1]].apply(net_.layout(segments_[i - 1]), net_.layout(segments_[i]), now, finer,
+                                         progress(part * part));
         now = finer;
     }
     const RootLayout last = net_.layout(segments_.back());
     if (shared) {
-        at_shared_places(last, now, points, normals);
+        at_shared_places(last, now, points, normals, progress(1));
     } else {
-        if (limit_) limit_->apply(last, last, now, points.data());
-        if (!normals.empty()) normals_->apply(last, last, now, normals.data());
+        if (limit_) limit_->apply(last, last, now, points.data(), progress(1));
+        if (!normals.empty()) normals_->apply(last, last, now, normals.data(), progress(1));
     }
     if (std::find(normals.begin(), normals.end(), Vec3d(0)) != normals.end())
         add_face_normals(net_.faces(segments_.back(), context), net_.point_numbers(last), now, normals);
@@ -372,13 +386,13 @@ void RepeatedRows::refine(std::span<const Vec3d> control, std::span<Vec3d> point
 
 /// Of places of the same point the first one gives it; its normal is the mean of theirs.
 void RepeatedRows::at_shared_places(const RootLayout& last, const Vec3d* now, std::span<Vec3d> points,
-                                    std::span<Vec3d> normals) const {
-    const RootNet::Numbers numbers = net_.point_numbers(last);
+                                    std::span<Vec3d> normals, const RowPatterns::Progress& progress) const {
+    const RootLattices::Numbers numbers = net_.point_numbers(last);
     const std::uint32_t places = net_.place_count(last);
     HugeBuffer<double> buffer;
     const auto results = [&](const RowPatterns& patterns) {
         Vec3d* const out = reinterpret_cast<Vec3d*>(buffer.reserve(3 * std::size_t{places}));
-        patterns.apply(last, last, now, out);
+        patterns.apply(last, last, now, out, progress);
         return out;
     };
     const Vec3d* const at = limit_ ? results(*limit_) : now;

@@ -3,7 +3,7 @@
 #include "../../hier/base/run_context.hpp"
 #include "../../hier/base/vec.hpp"
 #include "../rules/rule_levels.hpp"
-#include "root_net.hpp"
+#include "root_lattices.hpp"
 #include "row_patterns.hpp"
 
 #include <cstdint>
@@ -42,8 +42,10 @@ class RepeatedRows {
                                               const Demand& demand, const RunContext& context);
 
     std::uint32_t point_count() const { return net_.point_numbers(net_.layout(segments_.back())).count; }
+    /// Whether all points are known to be corners of faces.
+    bool uses_all_points() const;
     std::size_t control_count() const { return control_count_; }
-    using Faces = RootNet::Faces;
+    using Faces = RootLattices::Faces;
     Faces faces(const RunContext& context) const { return net_.faces(segments_.back(), context); }
 
     /// Points of the last level, on the limit surface where the demand was such. The same bytes for any number of
@@ -53,16 +55,16 @@ class RepeatedRows {
                 const RunContext& context) const;
 
   private:
-    explicit RepeatedRows(RootNet net) : net_(std::move(net)) {}
+    explicit RepeatedRows(RootLattices net) : net_(std::move(net)) {}
 
     struct Plan;
     bool learn(const Plan& plan, const SchemeInfo& scheme, const RuleOptions& rules, const Demand& demand,
                const RunContext& context);
     bool fits(std::uint32_t segments) const;
-    void at_shared_places(const RootLayout& last, const Vec3d* now, std::span<Vec3d> points,
-                          std::span<Vec3d> normals) const;
+    void at_shared_places(const RootLayout& last, const Vec3d* now, std::span<Vec3d> points, std::span<Vec3d> normals,
+                          const RowPatterns::Progress& progress) const;
 
-    RootNet net_;
+    RootLattices net_;
     std::size_t control_count_ = 0;
     std::vector<RowPatterns> patterns_;
     std::vector<std::size_t> pattern_;  ///< of each step after the levels by rules

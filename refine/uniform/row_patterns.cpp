@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-// What the rules say of stars, in terms that hold for all levels.
+// What the rules say of corners' templates, in terms that hold for all levels.
 namespace tetrakis::detail {
 
 namespace {
@@ -88,7 +88,7 @@ void sort_terms(Row& row) {
 
 }  // namespace
 
-RowPatterns::RowPatterns(const RootNet& net, std::uint32_t factor, Kind kind)
+RowPatterns::RowPatterns(const RootLattices& net, std::uint32_t factor, Kind kind)
     : net_(net), factor_(factor), kind_(kind), regular_corners_(regular_corners(net)) {}
 
 /// Weights of one row found in two places differ by rounding at most; tangents come from numeric eigenvectors.
@@ -104,7 +104,7 @@ bool RowPatterns::same(const RowOf<At>& a, const RowOf<At>& b) const {
 /// The rows of a result, in the order of their points; those that it has no tangents for are empty.
 /// @param seen_only  of the surfaces that meet there those alone whose points are seen
 template <class At, class SeenAt>
-bool RowPatterns::rows_of(const Lesson& lesson, int row, const SeenAt& seen_at, std::span<RowOf<At>> out,
+bool RowPatterns::rows_of(const KnownRows& source, int row, const SeenAt& seen_at, std::span<RowOf<At>> out,
                           bool seen_only) const {
     for (RowOf<At>& to : out) to.clear();
     if (row < 0) return false;
@@ -118,15 +118,15 @@ bool RowPatterns::rows_of(const Lesson& lesson, int row, const SeenAt& seen_at, 
         sort_terms(to);
         return true;
     };
-    if (kind_ == Kind::points) return terms(lesson.rows, row, out[0]);
+    if (kind_ == Kind::points) return terms(source.rows, row, out[0]);
 
-    const int begin = lesson.begin[static_cast<std::size_t>(row)],
-              end = lesson.begin[static_cast<std::size_t>(row) + 1];
+    const int begin = source.begin[static_cast<std::size_t>(row)],
+              end = source.begin[static_cast<std::size_t>(row) + 1];
     std::size_t found = 0;
     for (int i = begin; i < end; ++i) {
         if (2 * found + 2 > out.size()) return false;
         RowOf<At>* const pair = &out[2 * found];
-        if (!terms(lesson.rows, i, pair[0]) || !terms(*lesson.second_rows, i, pair[1])) {
+        if (!terms(source.rows, i, pair[0]) || !terms(*source.second_rows, i, pair[1])) {
             if (!seen_only) return false;
             pair[0].clear();
             pair[1].clear();
@@ -150,22 +150,22 @@ bool RowPatterns::rows_of(const Lesson& lesson, int row, const SeenAt& seen_at, 
     return true;
 }
 
-/// Reads the rows at the places of one of a star's roots.
-class RowPatterns::StarReader {
+/// Reads the rows at the places of one of a template's roots.
+class RowPatterns::TemplateReader {
   public:
-    StarReader(const RowPatterns& patterns, const Lesson& lesson, std::uint32_t rings)
+    TemplateReader(const RowPatterns& patterns, const KnownRows& source, std::uint32_t rings)
         : p_(patterns),
-          lesson_(lesson),
-          net_(lesson.star.net()),
-          coarse_(net_.layout(lesson.star.segments())),
-          fine_(net_.layout(patterns.factor_ * lesson.star.segments())),
+          source_(source),
+          net_(source.corner.net()),
+          coarse_(net_.layout(source.corner.segments())),
+          fine_(net_.layout(patterns.factor_ * source.corner.segments())),
           regular_(regular_corners(net_)),
           grid_(net_, coarse_, regular_, rings),
           last_(net_.last_place(fine_)),
-          zone_(zone(patterns.factor_, lesson.star.segments())),
+          zone_(zone(patterns.factor_, source.corner.segments())),
           number_at_(net_.place_count(coarse_)) {
         for (std::uint32_t place = 0; place < number_at_.size(); ++place)
-            number_at_[place] = lesson_.star.first_place(place);
+            number_at_[place] = source_.corner.first_place(place);
     }
 
     std::uint32_t zone_size() const { return zone_; }
@@ -184,7 +184,7 @@ class RowPatterns::StarReader {
             const GhostGrid::Place place = grid_.place(at - numbers_.begin());
             return Step{static_cast<std::int16_t>(place.x - dx), static_cast<std::int16_t>(place.y - dy)};
         };
-        return p_.rows_of<Step>(lesson_, row(x, y), seen, out);
+        return p_.rows_of<Step>(source_, row(x, y), seen, out);
     }
     /// Whether the rows of place (x, y) are those inside, of the points that lie there: one may be at two places.
     bool is_regular(std::uint32_t x, std::uint32_t y) {
@@ -192,7 +192,7 @@ class RowPatterns::StarReader {
         found_.resize(count);
         expected_.resize(count);
         const auto number = [](std::uint32_t of) { return std::optional(of); };
-        if (!p_.rows_of<std::uint32_t>(lesson_, row(x, y), number, found_)) return false;
+        if (!p_.rows_of<std::uint32_t>(source_, row(x, y), number, found_)) return false;
         const std::size_t kind = (y % p_.factor_ * p_.factor_ + x % p_.factor_) * count;
         const std::ptrdiff_t here =
             grid_.index({static_cast<std::ptrdiff_t>(x / p_.factor_), static_cast<std::ptrdiff_t>(y / p_.factor_)});
@@ -220,7 +220,7 @@ class RowPatterns::StarReader {
         std::uint32_t h, a, b;
     };
     OnSide on_side(bool last, std::uint32_t x, std::uint32_t y) const {
-        const std::uint32_t h = lesson_.star.halfedge(root_);
+        const std::uint32_t h = source_.corner.halfedge(root_);
         if (!last) return {h, x, y};
         return {net_.base().prev(h), net_.rest(last_, net_.side_count() == 4 ? y : x, net_.side_count() == 4 ? x : y),
                 x};
@@ -230,19 +230,19 @@ class RowPatterns::StarReader {
         const bool cells = net_.in_cells();
         const auto n = static_cast<int>(net_.last_place(coarse_)), along = static_cast<int>(at.a / p_.factor_);
         const auto seen = [&](std::uint32_t number) -> std::optional<Step> {
-            std::optional<RootNet::Seen> s = net_.at_side(coarse_, at.h, number);
-            if (!s) s = net_.at_side(coarse_, at.h, lesson_.star.other_place(number));
+            std::optional<RootLattices::Seen> s = net_.at_side(coarse_, at.h, number);
+            if (!s) s = net_.at_side(coarse_, at.h, source_.corner.other_place(number));
             if (!s) return std::nullopt;
             const int a = s->turn == 0 ? s->a : n - s->a, b = s->turn == 0 ? s->b : -s->b - (cells ? 1 : 0);
             return Step{static_cast<std::int16_t>(a - along), static_cast<std::int16_t>(b)};
         };
         // Where a crease ends there are both its sides, of which a place is on one.
-        const bool seen_only = lesson_.star.kind().crease_end;
-        return p_.rows_of<Step>(lesson_, lesson_.row[net_.number(fine_, at.h, at.a, at.b)], seen, out, seen_only);
+        const bool seen_only = source_.corner.kind().crease_end;
+        return p_.rows_of<Step>(source_, source_.row[net_.number(fine_, at.h, at.a, at.b)], seen, out, seen_only);
     }
-    bool corner_rows(std::uint32_t x, std::uint32_t y, std::span<RowOf<RootNet::Seen>> out) const {
-        const auto seen = [&](std::uint32_t number) { return net_.in_star(coarse_, root_, number); };
-        return p_.rows_of<RootNet::Seen>(lesson_, row(x, y), seen, out);
+    bool corner_rows(std::uint32_t x, std::uint32_t y, std::span<RowOf<RootLattices::Seen>> out) const {
+        const auto seen = [&](std::uint32_t number) { return net_.in_template(coarse_, root_, number); };
+        return p_.rows_of<RootLattices::Seen>(source_, row(x, y), seen, out);
     }
     /// Calls visit(x, y) for the places of the zone, the farthest first.
     template <class Visit>
@@ -257,12 +257,12 @@ class RowPatterns::StarReader {
 
   private:
     int row(std::uint32_t x, std::uint32_t y) const {
-        return lesson_.row[net_.number_at(fine_, root_, RootNet::Place{x, y})];
+        return source_.row[net_.number_at(fine_, root_, RootLattices::Place{x, y})];
     }
 
     const RowPatterns& p_;
-    const Lesson& lesson_;
-    const RootNet& net_;
+    const KnownRows& source_;
+    const RootLattices& net_;
     RootLayout coarse_, fine_;
     std::vector<char> regular_;
     GhostGrid grid_;
@@ -273,9 +273,9 @@ class RowPatterns::StarReader {
 };
 
 /// The rows inside, and how many rings of ghosts they see from a root's sides.
-bool RowPatterns::learn_regular(const Lesson& lesson) {
-    const std::uint32_t count = rows_inside(), n = lesson.star.segments();
-    StarReader reader(*this, lesson, std::min(k_most_rings, n));
+bool RowPatterns::learn_regular(const KnownRows& source) {
+    const std::uint32_t count = rows_inside(), n = source.corner.segments();
+    TemplateReader reader(*this, source, std::min(k_most_rings, n));
     reader.look_at(0);
     regular_.assign(std::size_t{factor_} * factor_ * count, {});
     const std::uint32_t middle = reader.zone_size() / 2 - (factor_ - 1);
@@ -301,23 +301,56 @@ bool RowPatterns::learn_regular(const Lesson& lesson) {
                 }
         }
     rings_ = static_cast<std::uint32_t>(rings);
+    kernel_ = has_kernel();
     return rings_ <= n;
 }
 
-bool RowPatterns::learn(const CornerKinds& corners, const Lesson& regular, std::span<const Lesson> lessons) {
+/// Whether the rows inside are those of Catmull-Clark or Loop.
+bool RowPatterns::has_kernel() const {
+    if (kind_ != Kind::points || factor_ != 2 || net_.in_cells()) return false;
+    using Row = RowOf<Step>;
+    std::vector<Row> rows;
+    if (net_.side_count() == 4) {
+        const std::vector<std::pair<std::int16_t, double>> line[2] = {{{-1, 0.125}, {0, 0.75}, {1, 0.125}},
+                                                                      {{0, 0.5}, {1, 0.5}}};
+        for (int y = 0; y < 2; ++y)
+            for (int x = 0; x < 2; ++x) {
+                Row& row = rows.emplace_back();
+                for (const auto& [a, along] : line[x])
+                    for (const auto& [b, across] : line[y]) row.push_back({{a, b}, along * across});
+            }
+    } else {
+        const double ring = 0.0625, end = 0.375, opposite = 0.125;
+        rows = {Row{{{-1, 0}, ring},
+                    {{-1, 1}, ring},
+                    {{0, -1}, ring},
+                    {{0, 0}, 0.625},
+                    {{0, 1}, ring},
+                    {{1, -1}, ring},
+                    {{1, 0}, ring}},
+                Row{{{0, 0}, end}, {{0, 1}, opposite}, {{1, -1}, opposite}, {{1, 0}, end}},
+                Row{{{-1, 1}, opposite}, {{0, 0}, end}, {{0, 1}, end}, {{1, 0}, opposite}},
+                Row{{{0, 0}, opposite}, {{0, 1}, end}, {{1, 0}, end}, {{1, 1}, opposite}}};
+    }
+    for (std::size_t i = 0; i < rows.size(); ++i)
+        if (!same(rows[i], regular_[i])) return false;
+    return true;
+}
+
+bool RowPatterns::learn(const CornerKinds& corners, const KnownRows& regular, std::span<const KnownRows> sources) {
     if (!learn_regular(regular)) return false;
-    const std::uint32_t each = rows_per_point(), zone = RowPatterns::zone(factor_, regular.star.segments());
-    // How deep sharp sides go: seen where the star is far from its corner, yet not at its end.
+    const std::uint32_t each = rows_per_point(), zone = RowPatterns::zone(factor_, regular.corner.segments());
+    // How deep sharp sides go: seen where the template is far from its corner, yet not at its end.
     const auto far = [&](std::uint32_t x, std::uint32_t y) { return distance(x, y) + 2 * factor_ > zone; };
     depth_ = reach_ = 0;
-    std::deque<StarReader> readers;
-    for (const Lesson& lesson : lessons) readers.emplace_back(*this, lesson, rings_);
+    std::deque<TemplateReader> readers;
+    for (const KnownRows& source : sources) readers.emplace_back(*this, source, rings_);
     struct Special {
         std::uint32_t x, y;
     };
-    std::vector<std::vector<std::vector<Special>>> special(lessons.size());
-    for (std::size_t k = 0; k < lessons.size(); ++k) {
-        const StarKind& kind = lessons[k].star.kind();
+    std::vector<std::vector<std::vector<Special>>> special(sources.size());
+    for (std::size_t k = 0; k < sources.size(); ++k) {
+        const CornerKind& kind = sources[k].corner.kind();
         special[k].resize(kind.roots());
         for (std::uint32_t i = 0; i < kind.roots(); ++i) {
             readers[k].look_at(i);
@@ -333,11 +366,11 @@ bool RowPatterns::learn(const CornerKinds& corners, const Lesson& regular, std::
     }
     if (2 * depth_ > zone) return false;
     // What is special elsewhere than along sharp sides in their own way belongs to the corner.
-    std::vector<std::vector<SidePattern>> sides(lessons.size());
+    std::vector<std::vector<SidePattern>> sides(sources.size());
     std::vector<RowOf<Step>> found(each);
     bool any_wedge = false;
-    for (std::size_t k = 0; k < lessons.size(); ++k) {
-        const StarKind& kind = lessons[k].star.kind();
+    for (std::size_t k = 0; k < sources.size(); ++k) {
+        const CornerKind& kind = sources[k].corner.kind();
         sides[k].resize(kind.roots());
         for (std::uint32_t i = 0; i < kind.roots(); ++i) {
             readers[k].look_at(i);
@@ -354,7 +387,7 @@ bool RowPatterns::learn(const CornerKinds& corners, const Lesson& regular, std::
                 bool fits = true;
                 readers[k].for_each_inwards([&](std::uint32_t x, std::uint32_t y) {
                     if ((last ? x : y) >= depth_ || !fits) return;
-                    const StarReader::OnSide at = readers[k].on_side(last, x, y);
+                    const TemplateReader::OnSide at = readers[k].on_side(last, x, y);
                     const std::size_t place = at.b * factor_ + at.a % factor_;
                     const std::span<RowOf<Step>> rows = std::span(pattern).subspan(place * each, each);
                     if (known[place] == 0) {
@@ -375,12 +408,12 @@ bool RowPatterns::learn(const CornerKinds& corners, const Lesson& regular, std::
     if (any_wedge && depth_ > 0) reach_ = std::max(reach_, net_.side_count() == 4 ? depth_ : 2 * depth_ - 1);
     if (reach_ + 2 * factor_ > zone + 1) return false;
 
-    std::vector<std::vector<std::uint32_t>> side_number(lessons.size()), corner_number(lessons.size());
+    std::vector<std::vector<std::uint32_t>> side_number(sources.size()), corner_number(sources.size());
     side_patterns_.clear();
     corner_patterns_.clear();
     farthest_ = 0;
-    for (std::size_t k = 0; k < lessons.size(); ++k) {
-        const StarKind& kind = lessons[k].star.kind();
+    for (std::size_t k = 0; k < sources.size(); ++k) {
+        const CornerKind& kind = sources[k].corner.kind();
         for (std::uint32_t i = 0; i < kind.roots(); ++i) {
             readers[k].look_at(i);
             side_number[k].push_back(none);
@@ -394,9 +427,9 @@ bool RowPatterns::learn(const CornerKinds& corners, const Lesson& regular, std::
             CornerPattern pattern;
             for (const Special& s : special[k][i]) {
                 if (distance(s.x, s.y) >= reach_) continue;
-                CornerPlace place{s.x, s.y, std::vector<RowOf<RootNet::Seen>>(each)};
+                CornerPlace place{s.x, s.y, std::vector<RowOf<RootLattices::Seen>>(each)};
                 if (!readers[k].corner_rows(s.x, s.y, place.rows)) return false;
-                for (const RowOf<RootNet::Seen>& row : place.rows)
+                for (const RowOf<RootLattices::Seen>& row : place.rows)
                     for (const auto& term : row)
                         farthest_ = std::max(
                             farthest_, static_cast<std::int16_t>(distance(static_cast<std::uint32_t>(term.at.a),

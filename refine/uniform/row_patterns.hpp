@@ -2,10 +2,10 @@
 
 #include "../../hier/base/vec.hpp"
 #include "../../schemes/core/stencil_table.hpp"
+#include "corner_templates.hpp"
 #include "ghost_grid.hpp"
-#include "root_net.hpp"
-#include "row_runs.hpp"
-#include "row_stars.hpp"
+#include "root_lattices.hpp"
+#include "row_kernels.hpp"
 
 #include <cstdint>
 #include <span>
@@ -24,11 +24,11 @@ class RowPatterns {
     };
     /// @param net     must live as long
     /// @param factor  segments of the level of the results to one of the level of the points; 1: the same level
-    RowPatterns(const RootNet& net, std::uint32_t factor, Kind kind);
+    RowPatterns(const RootLattices& net, std::uint32_t factor, Kind kind);
 
-    /// What the rules say of a star.
-    struct Lesson {
-        const RowStar& star;
+    /// What the rules say of a corner's template.
+    struct KnownRows {
+        const CornerTemplate& corner;
         std::vector<int> row;      ///< at the results' places; -1 where none is known
         const StencilTable& rows;  ///< points: their rows; normals: of tangents t1
         // Normals only: the tangents at a place are rows [begin[row], begin[row + 1]).
@@ -39,12 +39,12 @@ class RowPatterns {
     using GridRow = std::vector<GridTerm>;
     using GridRows = std::vector<GridRow>;
 
-    /// False where the rows do not repeat, or stars are too small to see whether they do.
+    /// False where the rows do not repeat, or templates are too small to see whether they do.
     /// @param corners  of the net
-    /// @param regular  the lesson of a regular corner
-    /// @param lessons  one of each kind
-    bool learn(const CornerKinds& corners, const Lesson& regular, std::span<const Lesson> lessons);
-    /// Results that far from the corner, in the places of the finer level, are looked at in a star.
+    /// @param regular  of a regular corner
+    /// @param sources  one of each kind
+    bool learn(const CornerKinds& corners, const KnownRows& regular, std::span<const KnownRows> sources);
+    /// Results that far from the corner, in the places of the finer level, are looked at in its template.
     static constexpr std::uint32_t zone(std::uint32_t factor, std::uint32_t segments) {
         return factor * segments * 2 / 3;
     }
@@ -53,13 +53,19 @@ class RowPatterns {
     /// Whether a level's points are enough for the rows.
     bool fits(const RootLayout& coarse) const;
 
+    /// What is told of the progress of a call.
+    struct Progress {
+        const RunContext& context;
+        double from, to;
+    };
     /// Results at a level's places from the points of the one above, or of the same one: unit normals are zero where
-    /// there are no rows; at places of the same point (RootNet::point_numbers) each is of its own side of a crease. The
-    /// same bytes for any number of threads.
-    void apply(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out) const;
+    /// there are no rows; at places of the same point (RootLattices::point_numbers) each is of its own side of a
+    /// crease. The same bytes for any number of threads.
+    void apply(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out,
+               const Progress& progress) const;
 
   private:
-    static constexpr std::uint32_t none = RootNet::none;
+    static constexpr std::uint32_t none = RootLattices::none;
     /// A point seen from the place of a result, in the directions of its lattice or side.
     struct Step {
         std::int16_t a, b;
@@ -76,7 +82,7 @@ class RowPatterns {
     using SidePattern = std::vector<RowOf<Step>>;
     struct CornerPlace {
         std::uint32_t x, y;
-        std::vector<RowOf<RootNet::Seen>> rows;
+        std::vector<RowOf<RootLattices::Seen>> rows;
     };
     using CornerPattern = std::vector<CornerPlace>;
 
@@ -88,14 +94,19 @@ class RowPatterns {
     bool same(const RowOf<At>& a, const RowOf<At>& b) const;
 
     template <class At, class SeenAt>
-    bool rows_of(const Lesson& lesson, int row, const SeenAt& seen_at, std::span<RowOf<At>> out,
+    bool rows_of(const KnownRows& source, int row, const SeenAt& seen_at, std::span<RowOf<At>> out,
                  bool seen_only = false) const;
-    bool learn_regular(const Lesson& lesson);
-    class StarReader;
+    bool learn_regular(const KnownRows& source);
+    bool has_kernel() const;
+    class TemplateReader;
 
     struct Work;
     template <class Finish>
-    void apply(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out) const;
+    void apply_to_all(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out,
+                      const Progress& progress) const;
+    void by_kernel(const GhostGrid& grid, const RootLayout& fine, std::uint32_t f, Vec3d* out, Work& work) const;
+    template <class Finish>
+    void at_corners(const GhostGrid& grid, const GridRows& rows, std::uint32_t f, Vec3d* out, Work& work) const;
     template <class Finish>
     void regular(const GhostGrid& grid, const GridRows& rows, const RootLayout& fine, std::uint32_t f, Vec3d* out,
                  Work& work) const;
@@ -107,12 +118,13 @@ class RowPatterns {
         return net_.side_count() == 4 ? std::max(a, b) : a + b;
     }
 
-    const RootNet& net_;
+    const RootLattices& net_;
     std::uint32_t factor_;
     Kind kind_;
     std::vector<char> regular_corners_;
     /// By the place modulo the factor: y, then x, then the row.
     std::vector<RowOf<Step>> regular_;
+    bool kernel_ = false;      ///< whether RowKernels has one for them
     std::uint32_t rings_ = 0;  ///< of ghosts
     std::uint32_t depth_ = 0;  ///< results nearer than that to a sharp side have rows of their own
     std::uint32_t reach_ = 0;  ///< and those nearer than that to a special corner

@@ -10,7 +10,7 @@ namespace tetrakis::detail {
 
 namespace {
 
-constexpr std::uint32_t k_roots_at_once = 4, k_results_at_once = 4096;  // per task
+constexpr std::uint32_t k_roots_at_once = 4, k_results_at_once = 16384;  // per task
 
 /// What a result is made of, and how.
 struct PointOfRow {
@@ -22,8 +22,9 @@ struct NormalOfTangents {
     static constexpr std::size_t rows = 4, rows_inside = 2;
     // A normal that looks at a missing point is missing.
     static Vec3d result_inside(const Vec3d* sums) {
-        const double all = sums[0].x + sums[1].x;
-        return std::isnan(all) ? Vec3d(all) : unit_or_zero(glm::cross(sums[0], sums[1]));
+        const Vec3d normal = glm::cross(sums[0], sums[1]);
+        const double square = glm::dot(normal, normal);
+        return square == 0 ? Vec3d(0) : normal * (1 / std::sqrt(square));
     }
     static Vec3d result(const Vec3d* sums) {
         const Vec3d sum = result_inside(sums) + result_inside(sums + 2);
@@ -50,15 +51,17 @@ struct RowPatterns::Work {
     GridRows side;
 };
 
-void RowPatterns::apply(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out) const {
+void RowPatterns::apply(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out,
+                        const Progress& progress) const {
     if (kind_ == Kind::points)
-        apply<PointOfRow>(coarse, fine, in, out);
+        apply_to_all<PointOfRow>(coarse, fine, in, out, progress);
     else
-        apply<NormalOfTangents>(coarse, fine, in, out);
+        apply_to_all<NormalOfTangents>(coarse, fine, in, out, progress);
 }
 
 template <class Finish>
-void RowPatterns::apply(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out) const {
+void RowPatterns::apply_to_all(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out,
+                               const Progress& progress) const {
     const MeshLevel& base = net_.base();
     const std::uint32_t sides = net_.side_count();
     for (std::uint32_t v = 0; v < base.vertex_count && !net_.in_cells(); ++v)
@@ -71,30 +74,65 @@ void RowPatterns::apply(const RootLayout& coarse, const RootLayout& fine, const 
     }
     // Small roots by many, so that no task is short.
     const std::uint32_t at_once = std::max(k_roots_at_once, k_results_at_once / (fine.segments() * fine.segments()));
-    for_each_block(base.face_count, at_once, [&](std::uint32_t begin, std::uint32_t end) {
+    const auto refine_roots = [&](std::uint32_t begin, std::uint32_t end) {
         Work work;
-        work.grid.resize(grid.size(), Vec3d(0));
+        work.grid.resize(grid.size() + 1, Vec3d(0));  // kernels read on
         work.line.resize(net_.last_place(fine) + std::size_t{1});
         for (std::vector<Vec3d>& t : work.tangents) t.resize(work.line.size());
         for (std::uint32_t f = begin; f < end; ++f) {
             grid.fill(f, in, work.grid.data());
-            regular<Finish>(grid, rows, fine, f, out, work);
+            if (kernel_)
+                by_kernel(grid, fine, f, out, work);
+            else
+                regular<Finish>(grid, rows, fine, f, out, work);
+            if (!net_.in_cells()) at_corners<Finish>(grid, rows, f, out, work);
             for (std::uint32_t h = sides * f; h < sides * (f + 1); ++h) {
                 if (side_pattern_[h] != none) side<Finish>(grid, fine, h, out, work);
                 if (corner_pattern_[h] != none) corner<Finish>(coarse, fine, h, in, out);
             }
         }
-    });
+    };
+    for_each_reported_block(base.face_count, at_once, progress.context, "refine", progress.from, progress.to,
+                            refine_roots);
+}
+
+/// All points of a root but those at its corners, line by line.
+void RowPatterns::by_kernel(const GhostGrid& grid, const RootLayout& fine, std::uint32_t f, Vec3d* out,
+                            Work& work) const {
+    static const RowKernels& kernels = row_kernels();
+    const MeshLevel& base = net_.base();
+    const std::uint32_t sides = net_.side_count(), n = fine.segments() / 2, h = sides * f;
+    const auto on = sides == 4 ? kernels.quads_on : kernels.triangles_on,
+               between = sides == 4 ? kernels.quads_between : kernels.triangles_between;
+    const double* const points = &work.grid.data()->x;
+    // From place (0, 0) seen from a side.
+    const auto line = [&](std::uint32_t s, std::uint32_t segments) {
+        const std::ptrdiff_t first = grid.index(grid.turned(s, 0, 0));
+        return GridLine{points + 3 * first, 3 * (grid.index(grid.turned(s, 1, 0)) - first),
+                        3 * (grid.index(grid.turned(s, 0, 1)) - first), segments};
+    };
+    for (std::uint32_t s = 0; s < sides; ++s) {
+        const std::uint32_t side = base.edge_side[h + s];
+        if ((side & 1) == 0) on(line(s, n), &out[fine.edge_begin(side >> 1)].x);
+    }
+    GridLine at = line(0, n);
+    for (std::uint32_t y = 0; y < n; ++y) {
+        if (y > 0) on(at, &out[fine.at(f, 1, 2 * y)].x);
+        if (sides == 4 || at.segments > 1) between(at, &out[fine.at(f, 1, 2 * y + 1)].x);
+        at.first += at.across;
+        if (sides == 3) --at.segments;
+    }
 }
 
 /// All results of a root by the rows inside, with its ghosts; those that have other rows are written once more.
+/// But for those at corners, in lattices.
 template <class Finish>
 void RowPatterns::regular(const GhostGrid& grid, const GridRows& regular, const RootLayout& fine, std::uint32_t f,
                           Vec3d* out, Work& work) const {
     const MeshLevel& base = net_.base();
     const std::uint32_t m = net_.last_place(fine), sides = net_.side_count(), h = sides * f;
     const bool cells = net_.in_cells();
-    static const RowRun run = row_run();
+    static const auto run = row_kernels().any;
     const auto owns_side = [&](std::uint32_t s) { return (base.edge_side[h + s] & 1) == 0; };
     for (std::uint32_t y = 0; y <= m; ++y) {
         const std::uint32_t end = sides == 4 ? m : m - y;
@@ -132,8 +170,13 @@ void RowPatterns::regular(const GhostGrid& grid, const GridRows& regular, const 
         if (owns_side(sides - 1)) out[fine.along(h + sides - 1, m - y)] = line[0];
         if (owns_side(1)) out[fine.along(h + 1, y)] = line[end];
     }
-    if (cells) return;
-    for (std::uint32_t s = 0; s < sides; ++s) {
+}
+
+template <class Finish>
+void RowPatterns::at_corners(const GhostGrid& grid, const GridRows& regular, std::uint32_t f, Vec3d* out,
+                             Work& work) const {
+    const MeshLevel& base = net_.base();
+    for (std::uint32_t s = 0, h = net_.side_count() * f; s < net_.side_count(); ++s) {
         const std::uint32_t v = base.origin[h + s];
         if (base.vertex_halfedge[v] != h + s) continue;
         const GhostGrid::Place p = grid.turned(s, 0, 0);

@@ -5,6 +5,44 @@
 
 namespace tetrakis::detail {
 
+/// Sharpness of the halves of edges one level down, by uniform or by Chaikin's creasing.
+class HalfSharpness {
+  public:
+    explicit HalfSharpness(const RuleMesh& mesh, bool chaikin = false) : mesh_(mesh) {
+        if (!chaikin) return;
+        at_origin_.resize(static_cast<std::size_t>(mesh.halfedge_count()));
+        for (int v = 0; v < mesh.vertex_count(); ++v) {
+            if (mesh.first(v) == RuleMesh::none) continue;
+            const RuleMesh::Ring ring = mesh.ring(v);
+            for (int i = 0; i < ring.faces(); ++i)
+                at_origin_[static_cast<std::size_t>(ring.halfedge[i])] =
+                    child_sharpness_chaikin(ring.sharpness[i], {ring.sharpness.begin(), ring.sharpness.end()});
+        }
+    }
+
+    /// Of the half of h's edge that stays at the origin of h, or at its target.
+    float at_origin(int h) const {
+        return at_origin_.empty() ? child_sharpness(mesh_.sharpness(h)) : at_origin_[static_cast<std::size_t>(h)];
+    }
+    float at_target(int h) const {
+        const int t = mesh_.twin(h);
+        return t == RuleMesh::none ? child_sharpness(mesh_.sharpness(h)) : at_origin(t);
+    }
+    /// Of the edges around a vertex.
+    ShortList<float, 8> around(const RuleMesh::Ring& ring) const {
+        ShortList<float, 8> result;
+        for (int i = 0; i < ring.edges(); ++i)
+            result.push_back(i < ring.faces() ? at_origin(ring.halfedge[i]) : child_sharpness(ring.sharpness[i]));
+        return result;
+    }
+    /// See edge_crease_weight().
+    double crease_weight(int h) const { return edge_crease_weight(mesh_.sharpness(h), at_origin(h), at_target(h)); }
+
+  private:
+    const RuleMesh& mesh_;
+    std::vector<float> at_origin_;  ///< by half-edge; uniform: empty
+};
+
 /// Vertex sharpness one level down for a mesh with more vertices.
 inline std::vector<float> child_vertex_sharpness(const RuleMesh& mesh, int fine_vertices) {
     if (mesh.vertex_sharpness().empty()) return {};
@@ -16,7 +54,8 @@ inline std::vector<float> child_vertex_sharpness(const RuleMesh& mesh, int fine_
 /// Each triangle in four. New points: the old vertices, then one per edge.
 /// @param vertex_row, edge_row  (vertex) and (half-edge of the edge) to StencilRow; called by many threads at once
 template <class VertexRow, class EdgeRow>
-RuleStep split_triangles(const RuleMesh& mesh, const BlockRunner* runner, VertexRow&& vertex_row, EdgeRow&& edge_row) {
+RuleStep split_triangles(const RuleMesh& mesh, const HalfSharpness& halves, const BlockRunner* runner,
+                         VertexRow&& vertex_row, EdgeRow&& edge_row) {
     RuleStep step;
     const int V = mesh.vertex_count(), H = mesh.halfedge_count();
     step.stencils.push_rows(runner, V, vertex_row);
@@ -42,9 +81,9 @@ RuleStep split_triangles(const RuleMesh& mesh, const BlockRunner* runner, Vertex
         for (int i = 0; i < 3; ++i) {
             const int at = h + i, before = mesh.prev(at);
             step.child_halfedge[at] = faces.halfedge_count();
-            faces.corner(mesh.origin(at), child_sharpness(mesh.sharpness(at)));
+            faces.corner(mesh.origin(at), halves.at_origin(at));
             faces.corner(V + mesh.edge(at));
-            faces.corner(V + mesh.edge(before), child_sharpness(mesh.sharpness(before)));
+            faces.corner(V + mesh.edge(before), halves.at_target(before));
             faces.end_face();
         }
         faces.face({V + mesh.edge(h), V + mesh.edge(h + 1), V + mesh.edge(h + 2)});
@@ -55,6 +94,10 @@ RuleStep split_triangles(const RuleMesh& mesh, const BlockRunner* runner, Vertex
     step.mesh = RuleMesh(count, std::move(faces), child_vertex_sharpness(mesh, count));
     return step;
 }
+template <class VertexRow, class EdgeRow>
+RuleStep split_triangles(const RuleMesh& mesh, const BlockRunner* runner, VertexRow&& vertex_row, EdgeRow&& edge_row) {
+    return split_triangles(mesh, HalfSharpness(mesh), runner, vertex_row, edge_row);
+}
 
 inline std::vector<int> split_polygons_children(const RuleMesh& mesh) {
     std::vector<int> result(mesh.halfedge_count());
@@ -63,7 +106,7 @@ inline std::vector<int> split_polygons_children(const RuleMesh& mesh) {
 }
 
 /// The mesh of that split of polygons: quads, one per half-edge.
-inline RuleMesh split_polygons(const RuleMesh& mesh) {
+inline RuleMesh split_polygons(const RuleMesh& mesh, const HalfSharpness& halves) {
     const int V = mesh.vertex_count(), E = mesh.edge_count();
     RuleMesh::Builder faces;
     const auto quads = static_cast<std::size_t>(mesh.halfedge_count());
@@ -72,10 +115,10 @@ inline RuleMesh split_polygons(const RuleMesh& mesh) {
     twin.reserve(4 * quads);
     for (int h = 0; h < mesh.halfedge_count(); ++h) {
         const int before = mesh.prev(h);
-        faces.corner(mesh.origin(h), child_sharpness(mesh.sharpness(h)));
+        faces.corner(mesh.origin(h), halves.at_origin(h));
         faces.corner(V + mesh.edge(h));
         faces.corner(V + E + mesh.face(h));
-        faces.corner(V + mesh.edge(before), child_sharpness(mesh.sharpness(before)));
+        faces.corner(V + mesh.edge(before), halves.at_target(before));
         faces.end_face();
         const int t = mesh.twin(h), b = mesh.twin(before);
         twin.push_back(t == RuleMesh::none ? t : 4 * mesh.next(t) + 3);
@@ -89,19 +132,25 @@ inline RuleMesh split_polygons(const RuleMesh& mesh) {
     const int count = V + E + mesh.face_count();
     return RuleMesh(count, std::move(faces), child_vertex_sharpness(mesh, count));
 }
+inline RuleMesh split_polygons(const RuleMesh& mesh) { return split_polygons(mesh, HalfSharpness(mesh)); }
 
 /// Each k-gon in k quads. New points: the old vertices, then one per edge, then one per face.
 template <class VertexRow, class EdgeRow, class FaceRow>
-RuleStep split_polygons(const RuleMesh& mesh, const BlockRunner* runner, VertexRow&& vertex_row, EdgeRow&& edge_row,
-                        FaceRow&& face_row) {
+RuleStep split_polygons(const RuleMesh& mesh, const HalfSharpness& halves, const BlockRunner* runner,
+                        VertexRow&& vertex_row, EdgeRow&& edge_row, FaceRow&& face_row) {
     RuleStep step;
     step.stencils.push_rows(runner, mesh.vertex_count(), vertex_row);
     step.stencils.push_rows(runner, mesh.edge_count(), [&](int e) { return edge_row(mesh.edge_halfedge(e)); });
     step.stencils.push_rows(runner, mesh.face_count(), face_row);
-    step.mesh = split_polygons(mesh);
+    step.mesh = split_polygons(mesh, halves);
     for (int h = 0; h < mesh.halfedge_count(); ++h) step.parent_face.push_back(mesh.face(h));
     step.child_halfedge = split_polygons_children(mesh);
     return step;
+}
+template <class VertexRow, class EdgeRow, class FaceRow>
+RuleStep split_polygons(const RuleMesh& mesh, const BlockRunner* runner, VertexRow&& vertex_row, EdgeRow&& edge_row,
+                        FaceRow&& face_row) {
+    return split_polygons(mesh, HalfSharpness(mesh), runner, vertex_row, edge_row, face_row);
 }
 
 /// The mean of a face's corners.
@@ -127,8 +176,10 @@ inline double uniform_crease_weight(float sharpness) {
 
 /// Value of a semi-sharp rule: the rows of the smooth rule, of the crease along ring edges a and b, and of the corner.
 template <class SmoothRow>
-StencilRow blended_vertex_row(const RuleMesh& mesh, int v, const RuleMesh::Ring& ring, SmoothRow&& smooth_row) {
-    const VertexBlend blend = uniform_vertex_blend(ring.sharpness, mesh.vertex_sharpness(v));
+StencilRow blended_vertex_row(const RuleMesh& mesh, int v, const RuleMesh::Ring& ring, const HalfSharpness& halves,
+                              SmoothRow&& smooth_row) {
+    const float sharpness = mesh.vertex_sharpness(v);
+    const VertexBlend blend = vertex_blend(ring.sharpness, sharpness, halves.around(ring), child_sharpness(sharpness));
     StencilRow row;
     if (blend.corner != 0) row.add(v, blend.corner);
     if (blend.crease.weight != 0) {
@@ -137,6 +188,10 @@ StencilRow blended_vertex_row(const RuleMesh& mesh, int v, const RuleMesh::Ring&
     }
     if (blend.smooth != 0) row.add(smooth_row(), blend.smooth);
     return row;
+}
+template <class SmoothRow>
+StencilRow blended_vertex_row(const RuleMesh& mesh, int v, const RuleMesh::Ring& ring, SmoothRow&& smooth_row) {
+    return blended_vertex_row(mesh, v, ring, HalfSharpness(mesh), smooth_row);
 }
 
 }  // namespace tetrakis::detail

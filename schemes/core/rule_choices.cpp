@@ -27,7 +27,7 @@ std::string text(const std::optional<double>& value) { return value ? text(*valu
 std::string rule_choices(const RuleOptions& options) {
     // All members by their number, so that one more does not compile before it is listed here.
     const auto& [edge_beside_crease, loop_weights, hoppe_crease, beta, gamma, reflect, butterfly_w, tuning, steps,
-                 boundary, corner_angle, measure_corner_angles, runner] = options;
+                 boundary, corner_angle, measure_corner_angles, chaikin_creases, runner] = options;
     static_cast<void>(runner);
     const RuleOptions plain;
     std::string choices;
@@ -47,6 +47,7 @@ std::string rule_choices(const RuleOptions& options) {
     add("averaging_boundary", boundary, plain.averaging_boundary);
     add("corner_angle", corner_angle, plain.corner_angle);
     add("measure_corner_angles", measure_corner_angles, plain.measure_corner_angles);
+    add("chaikin_creases", chaikin_creases, plain.chaikin_creases);
     return choices;
 }
 

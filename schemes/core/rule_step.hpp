@@ -58,6 +58,7 @@ struct RuleOptions {
     /// The same: where a control mesh becomes a RuleMesh, a sector without an angle of its own takes the sum of its
     /// faces' angles there (usable_corner_angle()).
     bool measure_corner_angles = false;
+    bool chaikin_creases = false;  ///< loop, catmull-clark: of semi-sharp edges, as CreaseMethod::chaikin asks for
     const BlockRunner* runner = nullptr;  ///< no choice of rules: who computes the rows of a step; nullptr: the caller
 };
 

@@ -155,16 +155,17 @@ StencilRow face_row(const RuleMesh& mesh, int f, const RuleOptions& options) {
 
 RuleStep catmull_clark_step(const RuleMesh& mesh, const RuleOptions& options) {
     detail::check_corner_angle(options);
+    const detail::HalfSharpness halves(mesh, options.chaikin_creases);
     return detail::split_polygons(
-        mesh, options.runner,
+        mesh, halves, options.runner,
         [&](int v) -> StencilRow {
             const RuleMesh::Ring ring = mesh.ring(v);
             if (ring.faces() == 0) return {{v, 1}};
-            return detail::blended_vertex_row(mesh, v, ring, [&] { return vertex_row(mesh, v, ring, options); });
+            return detail::blended_vertex_row(mesh, v, ring, halves,
+                                              [&] { return vertex_row(mesh, v, ring, options); });
         },
         [&](int h) {
-            const float s = mesh.sharpness(h), child = child_sharpness(s);
-            const double crease = edge_crease_weight(s, child, child);
+            const double crease = halves.crease_weight(h);
             StencilRow row;
             if (crease != 0) row.add(StencilRow{{mesh.origin(h), 0.5}, {mesh.target(h), 0.5}}, crease);
             if (crease != 1) row.add(smooth_edge_row(mesh, h, options), 1 - crease);

@@ -91,10 +91,11 @@ StencilRow detail::loop_smooth_edge_row(const RuleMesh& mesh, int h, const RuleO
 RuleStep loop_step(const RuleMesh& mesh, const RuleOptions& options) {
     detail::need_triangles(mesh, "loop");
     detail::check_corner_angle(options);
+    const detail::HalfSharpness halves(mesh, options.chaikin_creases);
     const auto vertex_row = [&](int v) -> StencilRow {
         const RuleMesh::Ring ring = mesh.ring(v);
         if (ring.faces() == 0) return {{v, 1}};
-        return detail::blended_vertex_row(mesh, v, ring, [&] {
+        return detail::blended_vertex_row(mesh, v, ring, halves, [&] {
             const int n = ring.edges();
             const double beta = options.loop_weights == LoopWeights::warren ? Loop::beta_warren(n) : Loop::beta(n);
             StencilRow row{{v, 1 - n * beta}};
@@ -103,14 +104,13 @@ RuleStep loop_step(const RuleMesh& mesh, const RuleOptions& options) {
         });
     };
     const auto edge_row = [&](int h) {
-        const float s = mesh.sharpness(h), child = child_sharpness(s);
-        const double crease = edge_crease_weight(s, child, child);
+        const double crease = halves.crease_weight(h);
         StencilRow row;
         if (crease != 0) row.add(detail::loop_crease_edge_row(mesh, h, options), crease);
         if (crease != 1) row.add(detail::loop_smooth_edge_row(mesh, h, options), 1 - crease);
         return row;
     };
-    return detail::split_triangles(mesh, options.runner, vertex_row, edge_row);
+    return detail::split_triangles(mesh, halves, options.runner, vertex_row, edge_row);
 }
 
 ClosedMasks loop_closed_masks(const FanShape& shape, const RuleOptions& options) {

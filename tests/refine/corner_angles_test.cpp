@@ -14,7 +14,6 @@
 #include "../../refine/factored/factored_mesh.hpp"
 #include "../../refine/uniform/refine.hpp"
 #include "../../refine/uniform/repeated_rows.hpp"
-#include "../../refine/uniform/uniform.hpp"
 
 #include <doctest/doctest.h>
 
@@ -313,10 +312,6 @@ TEST_CASE("[bad-input] what has no rule for corner angles refuses them, or says 
     }
     CHECK(!warned(refine(mesh, "catmull-clark", 1).warnings));
     CHECK(warned(FactoredMesh(mesh, FactoredScheme::catmull_clark).mesh().warnings));
-    const Error uniform = error_of([&] { refine_uniform(mesh, SchemeKind::catmull_clark, 1); });
-    CHECK(uniform.code() == ErrorCode::unsupported);
-    CHECK(contains(uniform.what(), "corner angles"));
-    CHECK(contains(uniform.what(), "refine()"));
     CHECK(error_of([&] { Closure(mesh, SchemeKind::catmull_clark); }).code() == ErrorCode::unsupported);
     RuleMesh::Builder faces;
     faces.face({0, 1, 2});

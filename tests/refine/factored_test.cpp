@@ -4,9 +4,8 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/rules/rule_refinement.hpp"
-#include "../../refine/uniform/grid_refinement.hpp"
-#include "../../refine/uniform/uniform.hpp"
-#include "../../refine/uniform/uniform_refiner.hpp"
+#include "../../refine/uniform/refine.hpp"
+#include "../../schemes/core/scheme_kind.hpp"
 
 #include <doctest/doctest.h>
 
@@ -161,47 +160,10 @@ TEST_CASE("[inv6] factored Catmull-Clark is uniform refinement: boundaries, crea
             data.crease_method = method;
             const ControlMesh mesh = ControlMesh::build(std::move(data));
             const FactoredMesh ours = factored(mesh, FactoredScheme::catmull_clark, 6);
-            const PolygonMesh uniform = refine_uniform(mesh, SchemeKind::catmull_clark, 3);
+            const PolygonMesh uniform = refine(mesh, name(SchemeKind::catmull_clark), 3);
             CHECK(disagreement(ours.active_mesh().positions, uniform.positions) < k_agreement);
             CHECK(ours.mesh().face_count() == 2 * uniform.face_count());
         }
-}
-
-TEST_CASE(
-    "[inv6] uniform refinement by half-steps is the direct one: limits, normals, texture coordinates, control faces") {
-    for (const std::uint64_t seed : test::seeds(6)) {
-        CAPTURE(seed);
-        ControlMeshData data = test::random_mesh_data(seed, test::random_options(seed));
-        for (const Vec3d& p : data.positions) data.uvs.emplace_back(p.x, p.y);
-        data.face_uvs = data.face_vertices;
-        const ControlMesh mesh = ControlMesh::build(std::move(data));
-        for (const bool limit : {false, true}) {
-            UniformOptions options{.limit = limit, .normals = limit};
-            const PolygonMesh direct = refine_uniform(mesh, SchemeKind::catmull_clark, 3, options);
-            options.factored = true;
-            const PolygonMesh ours = refine_uniform(mesh, SchemeKind::catmull_clark, 3, options);
-            CHECK(ours.face_count() == direct.face_count());
-            CHECK(disagreement(ours.positions, direct.positions) < k_agreement);
-            // Each corner's normal and texture coordinates, whatever the order.
-            const auto marks = [&](const PolygonMesh& of) {
-                std::vector<Vec3d> result;
-                for (std::size_t c = 0; c < of.face_vertices.size(); ++c) {
-                    const std::uint32_t v = of.face_vertices[c];
-                    result.push_back(of.positions[v] + (limit ? of.normals[v] : Vec3d(0)) +
-                                     Vec3d(of.uvs[of.face_uvs[c]], 0));
-                }
-                return result;
-            };
-            CHECK(disagreement(marks(ours), marks(direct)) < 1e-9);
-        }
-        UniformRefiner<double> refiner(mesh, SchemeKind::catmull_clark, 2, {.factored = true});
-        std::vector<int> cells(mesh.face_count(), 0);
-        for (std::uint32_t f = 0; f < refiner.face_count(); ++f) ++cells[refiner.control_face(f)];
-        for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
-            CHECK(cells[f] == 4 * static_cast<int>(mesh.face_size(FaceId(f))));
-    }
-    const ControlMesh mesh = prism(4);
-    CHECK_THROWS_AS(UniformRefiner<double>(mesh, SchemeKind::loop, 1, {.factored = true}), Error);
 }
 
 TEST_CASE("[inv6] factored schemes are the classical ones: valences and n-gons 3 to 12, and 64") {

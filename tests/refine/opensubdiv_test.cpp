@@ -3,7 +3,8 @@
 
 #include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
-#include "../../refine/uniform/uniform.hpp"
+#include "../../refine/uniform/refine.hpp"
+#include "../../schemes/core/scheme_kind.hpp"
 
 #include <doctest/doctest.h>
 #include <opensubdiv/far/primvarRefiner.h>
@@ -134,7 +135,7 @@ double compare(const ControlMesh& mesh, SchemeKind scheme, int levels) {
         const auto corners = theirs.topology().GetFaceVertices(f);
         for (int i = 0; i < corners.size(); ++i) used[static_cast<std::size_t>(corners[i])] = 1;
     }
-    const PolygonMesh ours = refine_uniform(mesh, scheme, levels);
+    const PolygonMesh ours = refine(mesh, name(scheme), levels);
     CHECK(ours.positions.size() == static_cast<std::size_t>(std::count(used.begin(), used.end(), 1)));
     const PointMatch match(ours.positions);
     double off = 0;
@@ -157,7 +158,7 @@ void add_corner_places(const Corners& corners, int size, const At& at, std::vect
 /// Largest distance of the UVs of both libraries at the corners of one level.
 double compare_uvs(const ControlMesh& mesh, SchemeKind scheme, int levels) {
     const FarLevel theirs(mesh, scheme, levels);
-    const PolygonMesh ours = refine_uniform(mesh, scheme, levels);
+    const PolygonMesh ours = refine(mesh, name(scheme), levels);
     std::vector<Vec3d> our_places;
     for (std::uint32_t f = 0; f < ours.face_count(); ++f)
         add_corner_places(

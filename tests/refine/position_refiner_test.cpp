@@ -11,7 +11,6 @@
 #include "../../refine/uniform/position_refiner.hpp"
 #include "../../refine/uniform/refine.hpp"
 #include "../../refine/uniform/repeated_rows.hpp"
-#include "../../refine/uniform/uniform_refiner.hpp"
 
 #include <doctest/doctest.h>
 
@@ -32,7 +31,6 @@ constexpr bool takes_meshes_that_stay = std::is_constructible_v<Refiner, const C
                                         !std::is_constructible_v<Refiner, const ControlMesh, Rest...>;
 static_assert(takes_meshes_that_stay<PositionRefiner, const char*, int>);
 static_assert(takes_meshes_that_stay<PositionRefiner, const SchemeInfo&, int, RefineOptions>);
-static_assert(takes_meshes_that_stay<UniformRefiner<double>, SchemeKind, int>);
 static_assert(takes_meshes_that_stay<AdaptiveDual, const SchemeInfo&>);
 static_assert(takes_meshes_that_stay<Closure, SchemeKind>);
 static_assert(takes_meshes_that_stay<PartialLevels, const SchemeInfo&>);

@@ -10,7 +10,6 @@
 #include "../../refine/rules/rule_refiner.hpp"
 #include "../../refine/uniform/position_refiner.hpp"
 #include "../../refine/uniform/refine.hpp"
-#include "../../refine/uniform/uniform_refiner.hpp"
 
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
@@ -28,7 +27,12 @@ const ControlMesh& mesh_of(const BenchModel& model, SchemeKind scheme) {
     static std::map<std::pair<std::string_view, SchemeKind>, ControlMesh> cache;
     const auto [place, fresh] = cache.try_emplace({model.name, scheme});
     if (fresh) {
-        place->second = ControlMesh::build(load_bench_model(model));
+        ControlMeshData data = load_bench_model(model);
+        // Peers leave texture coordinates alone.
+        data.uvs.clear();
+        data.face_uvs.clear();
+        data.uv_lines.clear();
+        place->second = ControlMesh::build(std::move(data));
         if (scheme == SchemeKind::loop) place->second = triangulate(place->second);
     }
     return place->second;
@@ -41,10 +45,9 @@ void count(benchmark::State& state, std::uint64_t vertices) {
         Counter(static_cast<double>(vertices), Counter::kIsIterationInvariantRate | Counter::kInvert);
 }
 
-UniformOptions options_for(int threads, bool limit) {
-    UniformOptions options;
-    options.limit = limit;
-    options.normals = limit;
+RefineOptions options_for(int threads, bool limit) {
+    RefineOptions options;
+    options.limit = options.normals = limit;
     options.context.threads = threads;
     return options;
 }
@@ -56,47 +59,23 @@ struct Case {
     bool limit;
 };
 
-/// From the control mesh in memory to an indexed level, in whatever memory the library has: what the last round freed,
-/// as far as it keeps that.
-template <class T>
+/// From the control mesh in memory to a mesh of the last level, in whatever memory the library has: what the last round
+/// freed, as far as it keeps that.
 void full_refinement(benchmark::State& state, Case c) {
     const ControlMesh& mesh = mesh_of(*c.model, c.scheme);
-    const std::vector<Vec3<T>> control(mesh.positions().begin(), mesh.positions().end());
     std::uint64_t vertices = 0;
     for (auto _ : state) {
-        UniformRefiner<T> refiner(mesh, c.scheme, c.levels, options_for(c.threads, c.limit));
-        vertices = refiner.refine(control).positions.size();
+        vertices = refine(mesh, name(c.scheme), c.levels, options_for(c.threads, c.limit)).positions.size();
         benchmark::ClobberMemory();
     }
     count(state, vertices);
 }
 
 /// The same in fresh memory.
-template <class T>
 void full_cold_refinement(benchmark::State& state, Case c) {
     keep_freed_memory(0);
-    full_refinement<T>(state, c);
+    full_refinement(state, c);
     keep_freed_memory(default_freed_memory());
-}
-
-/// The same in a caller's buffers that are kept: connectivity, positions and faces anew.
-template <class T>
-void preallocated_refinement(benchmark::State& state, Case c) {
-    const ControlMesh& mesh = mesh_of(*c.model, c.scheme);
-    const std::vector<Vec3<T>> control(mesh.positions().begin(), mesh.positions().end());
-    std::vector<Vec3<T>> positions;
-    std::vector<std::uint32_t> corners;
-    const auto refine = [&] {
-        UniformRefiner<T> refiner(mesh, c.scheme, c.levels, options_for(c.threads, c.limit));
-        positions.resize(refiner.vertex_count());
-        corners.resize(std::size_t{refiner.face_count()} * static_cast<std::size_t>(refiner.face_size()));
-        refiner.refine(control, positions);
-        refiner.faces(corners);
-        benchmark::ClobberMemory();
-    };
-    refine();
-    for (auto _ : state) refine();
-    count(state, positions.size());
 }
 
 /// As `full_refinement`, from flat arrays, i.e. with the control mesh's half-edges and checks.
@@ -104,41 +83,24 @@ void from_arrays(benchmark::State& state, Case c) {
     const ControlMeshData& data = mesh_of(*c.model, c.scheme).data();
     std::uint64_t vertices = 0;
     for (auto _ : state) {
-        RunContext context;
-        context.threads = c.threads;
-        const ControlMesh mesh = ControlMesh::build(data, context);
-        UniformRefiner<double> refiner(mesh, c.scheme, c.levels, options_for(c.threads, c.limit));
-        vertices = refiner.refine(mesh.positions()).positions.size();
+        const RefineOptions options = options_for(c.threads, c.limit);
+        const ControlMesh mesh = ControlMesh::build(data, options.context);
+        vertices = refine(mesh, name(c.scheme), c.levels, options).positions.size();
         benchmark::ClobberMemory();
     }
     count(state, vertices);
 }
 
 /// Positions only, again, in buffers that are kept.
-template <class T>
 void positions_refinement(benchmark::State& state, Case c) {
     const ControlMesh& mesh = mesh_of(*c.model, c.scheme);
-    const std::vector<Vec3<T>> control(mesh.positions().begin(), mesh.positions().end());
-    UniformRefiner<T> refiner(mesh, c.scheme, c.levels, options_for(c.threads, c.limit));
-    const std::uint64_t vertices = refiner.vertex_count();
-    refiner.refine(control);
+    const PositionRefiner refiner(mesh, name(c.scheme), c.levels, options_for(c.threads, c.limit));
+    std::vector<Vec3d> positions(refiner.mesh().positions.size()), normals(refiner.mesh().normals.size());
     for (auto _ : state) {
-        refiner.refine(control);
+        refiner.refine(mesh.positions(), positions, normals);
         benchmark::ClobberMemory();
     }
-    count(state, vertices);
-}
-
-/// The face indices, again, in a buffer that is kept.
-void indices(benchmark::State& state, Case c) {
-    UniformRefiner<float> refiner(mesh_of(*c.model, c.scheme), c.scheme, c.levels, options_for(c.threads, false));
-    std::vector<std::uint32_t> corners(std::size_t{refiner.face_count()} *
-                                       static_cast<std::size_t>(refiner.face_size()));
-    for (auto _ : state) {
-        refiner.faces(corners);
-        benchmark::ClobberMemory();
-    }
-    count(state, refiner.vertex_count());
+    count(state, positions.size());
 }
 
 template <class T>
@@ -183,9 +145,12 @@ struct RuleCase {
     bool positions_only = false;
 };
 
+const ControlMesh& mesh_of(const RuleCase& c) {
+    return mesh_of(*c.model, c.scheme->family == MeshFamily::triangles ? SchemeKind::loop : SchemeKind::catmull_clark);
+}
+
 void by_rules(benchmark::State& state, RuleCase c) {
-    const bool triangles = c.scheme->family == MeshFamily::triangles;
-    const ControlMesh& mesh = mesh_of(*c.model, triangles ? SchemeKind::loop : SchemeKind::catmull_clark);
+    const ControlMesh& mesh = mesh_of(c);
     RefineOptions options;
     options.context.threads = c.threads;
     const auto make = [&] {
@@ -219,23 +184,16 @@ void register_all() {
             for (int levels = 3; levels <= 6; ++levels) {
                 for (const bool limit : {false, true}) {
                     const Case one{model, scheme, levels, 1, limit}, two{model, scheme, levels, 2, limit};
-                    add("full_cold_double", one, full_cold_refinement<double>);
-                    add("full_cold_float", one, full_cold_refinement<float>);
-                    add("full_double", one, full_refinement<double>);
-                    add("full_float", one, full_refinement<float>);
-                    add("positions_double", one, positions_refinement<double>);
-                    add("positions_float", one, positions_refinement<float>);
-                    add("positions_double", two, positions_refinement<double>);
-                    add("positions_float", two, positions_refinement<float>);
+                    add("full_cold", one, full_cold_refinement);
+                    add("full", one, full_refinement);
+                    add("positions", one, positions_refinement);
+                    add("positions", two, positions_refinement);
                     add("far_double", one, far<double>);
                     add("far_float", one, far<float>);
                 }
                 const Case c{model, scheme, levels, 1, false};
-                add("full_cold_double", {model, scheme, levels, 2, false}, full_cold_refinement<double>);
-                add("preallocated_double", c, preallocated_refinement<double>);
-                add("preallocated_float", c, preallocated_refinement<float>);
+                add("full_cold", {model, scheme, levels, 2, false}, full_cold_refinement);
                 add("from_arrays", c, from_arrays);
-                add("indices", c, indices);
                 add("stencils", c, stencils);
 #ifdef TETRAKIS_BENCH_CGAL
                 add("cgal", c, [](benchmark::State& state, Case k) { in_place(state, k, cgal_uniform); });
@@ -251,26 +209,15 @@ void register_large() {
     for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop})
         for (const int levels : {7, 9}) {
             const Case c{find_bench_model("suzanne"), scheme, levels, 2, false};
-            add("full_cold_double", c, full_cold_refinement<double>);
-            add("preallocated_double", c, preallocated_refinement<double>);
-            add("positions_double", c, positions_refinement<double>);
+            add("full_cold", c, full_cold_refinement);
+            add("positions", c, positions_refinement);
         }
-}
-
-/// Without texture coordinates, which peers leave alone.
-ControlMesh bare_mesh_of(const RuleCase& c) {
-    const bool triangles = c.scheme->family == MeshFamily::triangles;
-    ControlMeshData data = mesh_of(*c.model, triangles ? SchemeKind::loop : SchemeKind::catmull_clark).data();
-    data.uvs.clear();
-    data.face_uvs.clear();
-    data.uv_lines.clear();
-    return ControlMesh::build(std::move(data));
 }
 
 /// refine(): from the control mesh to a mesh of the last level, by whatever way is the fastest.
 template <bool WithLimit>
 void full_mesh(benchmark::State& state, RuleCase c) {
-    const ControlMesh mesh = bare_mesh_of(c);
+    const ControlMesh& mesh = mesh_of(c);
     RefineOptions options;
     options.limit = options.normals = WithLimit;
     options.context.threads = c.threads;
@@ -286,7 +233,7 @@ void full_mesh(benchmark::State& state, RuleCase c) {
 /// Positions only, again, in a buffer that is kept, by the way that refine() takes.
 template <bool WithLimit>
 void positions_of_scheme(benchmark::State& state, RuleCase c) {
-    const ControlMesh mesh = bare_mesh_of(c);
+    const ControlMesh& mesh = mesh_of(c);
     RefineOptions options;
     options.limit = options.normals = WithLimit;
     options.context.threads = c.threads;

@@ -64,15 +64,6 @@ FactoredScheme chosen_factored_scheme(const SchemeInfo& scheme, bool adaptive) {
 
 FactoredResult refine_by_half_steps(const ControlMesh& mesh, FactoredScheme scheme, int half_steps, bool active,
                                     const RuleOptions& rules, const RunContext& context) {
-    // Whole levels are refined root by root, which is several times faster.
-    if (scheme == FactoredScheme::catmull_clark && active && half_steps > 0 && half_steps % 2 == 0 &&
-        !mesh.has_corner_angles()) {
-        FactoredResult result{.mesh = {}, .levels = half_steps / 2};
-        result.mesh =
-            refine_uniform(mesh, SchemeKind::catmull_clark, result.levels, {.factored = true, .context = context});
-        result.active = result.mesh.positions.size();
-        return result;
-    }
     FactoredMesh factored(mesh, scheme, context.max_memory_bytes, rules);
     factored.check_half_steps(half_steps);
     FactoredResult result{.mesh = {}, .levels = half_steps / factored.half_steps_per_level()};

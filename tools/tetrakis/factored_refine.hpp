@@ -2,7 +2,6 @@
 
 #include "../../hier/base/vec.hpp"
 #include "../../refine/factored/factored_mesh.hpp"
-#include "../../refine/uniform/uniform.hpp"
 #include "../../schemes/core/scheme_info.hpp"
 
 #include <cstddef>

@@ -1,10 +1,9 @@
-#include "root_net.hpp"
+#include "root_lattices.hpp"
 
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/most_frequent.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../schemes/core/face_split.hpp"
-#include "grid_refinement.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -15,6 +14,28 @@ namespace tetrakis::detail {
 namespace {
 
 constexpr std::uint32_t k_grain = 4;  // roots per task
+
+/// The corners of a root's cells, row by row.
+template <class Row>
+void number_cells(std::uint32_t n, bool quads, const Row& row, std::uint32_t* out) {
+    std::vector<std::uint32_t> low(n + std::size_t{1}), high(n + std::size_t{1});
+    row(0, low);
+    for (std::uint32_t y = 0; y < n; ++y) {
+        row(y + 1, high);
+        const std::uint32_t last = quads ? n : n - y;
+        for (std::uint32_t x = 0; x < last; ++x) {
+            *out++ = low[x];
+            *out++ = low[x + 1];
+            if (quads) *out++ = high[x + 1];
+            *out++ = high[x];
+            if (quads || x + 1 == last) continue;
+            *out++ = low[x + 1];
+            *out++ = high[x + 1];
+            *out++ = high[x];
+        }
+        low.swap(high);
+    }
+}
 
 /// A mesh cut along its creases: a vertex for each of the parts around one between them, sharp where these are corners.
 /// Half-edges keep their numbers.
@@ -150,16 +171,16 @@ Bordered with_border(const RuleMesh& mesh, const RuleMesh& uncut) {
 
 }  // namespace
 
-std::optional<RootNet> RootNet::of_faces(const RuleMesh& mesh, std::vector<std::uint32_t> control_face) {
-    RootNet net;
+std::optional<RootLattices> RootLattices::of_faces(const RuleMesh& mesh, std::vector<std::uint32_t> control_face) {
+    RootLattices net;
     if (!net.set_base(mesh)) return std::nullopt;
     net.own_roots_ = net.base_.face_count;
     net.base_face_ = std::move(control_face);
     return net;
 }
 
-RootNet RootNet::of_star(const RuleMesh& mesh, bool in_cells) {
-    RootNet net;
+RootLattices RootLattices::of_template(const RuleMesh& mesh, bool in_cells) {
+    RootLattices net;
     net.in_cells_ = in_cells;
     net.set_base(mesh);
     net.own_roots_ = net.base_.face_count;
@@ -168,9 +189,9 @@ RootNet RootNet::of_star(const RuleMesh& mesh, bool in_cells) {
     return net;
 }
 
-std::optional<RootNet> RootNet::of_corners(const RuleMesh& mesh, std::vector<std::uint32_t> control_face,
-                                           bool creases) {
-    RootNet net;
+std::optional<RootLattices> RootLattices::of_corners(const RuleMesh& mesh, std::vector<std::uint32_t> control_face,
+                                                     bool creases) {
+    RootLattices net;
     net.in_cells_ = true;
     const RuleMesh split = split_polygons(mesh);
     std::optional<RuleMesh> cut;
@@ -190,7 +211,7 @@ std::optional<RootNet> RootNet::of_corners(const RuleMesh& mesh, std::vector<std
     return net;
 }
 
-RootNet::Numbers RootNet::point_numbers(const RootLayout& at) const {
+RootLattices::Numbers RootLattices::point_numbers(const RootLayout& at) const {
     const std::uint32_t places = place_count(at);
     if (glued_.empty()) return {places, places, {}};
     // The first of the places of each point, found from any of them.
@@ -215,7 +236,7 @@ RootNet::Numbers RootNet::point_numbers(const RootLayout& at) const {
     return {count, begin, std::move(number)};
 }
 
-bool RootNet::set_base(const RuleMesh& mesh) {
+bool RootLattices::set_base(const RuleMesh& mesh) {
     const auto H = static_cast<std::size_t>(mesh.halfedge_count());
     base_.face_size = mesh.face_size(0);
     if (!mesh.all_faces_have(base_.face_size) || base_.face_size > 4) return false;
@@ -240,7 +261,7 @@ bool RootNet::set_base(const RuleMesh& mesh) {
 }
 
 /// Whether each root is between different vertices and edges.
-bool RootNet::has_simple_roots() const {
+bool RootLattices::has_simple_roots() const {
     const std::uint32_t sides = side_count();
     for (std::uint32_t f = 0; f < base_.face_count; ++f)
         for (std::uint32_t i = sides * f; i < sides * (f + 1); ++i)
@@ -250,7 +271,8 @@ bool RootNet::has_simple_roots() const {
 }
 
 /// Where a point is in the lattice of root f, sides included; nothing if it is not there.
-std::optional<RootNet::Place> RootNet::place_in(const RootLayout& at, std::uint32_t f, std::uint32_t number) const {
+std::optional<RootLattices::Place> RootLattices::place_in(const RootLayout& at, std::uint32_t f,
+                                                          std::uint32_t number) const {
     const std::uint32_t n = at.segments(), sides = side_count(), inner = n - 1;
     if (in_cells_) {
         if (number / (n * n) != f) return std::nullopt;
@@ -277,7 +299,8 @@ std::optional<RootNet::Place> RootNet::place_in(const RootLayout& at, std::uint3
     return Place{i + 1, y};
 }
 
-std::optional<RootNet::Seen> RootNet::in_star(const RootLayout& at, std::uint32_t f, std::uint32_t number) const {
+std::optional<RootLattices::Seen> RootLattices::in_template(const RootLayout& at, std::uint32_t f,
+                                                            std::uint32_t number) const {
     // The roots that it is in: one, or the two beside a side.
     const std::uint32_t sides = side_count(), inner = at.segments() - 1, roots = base_.face_count;
     std::uint32_t found[2] = {none, none};
@@ -308,7 +331,8 @@ std::optional<RootNet::Seen> RootNet::in_star(const RootLayout& at, std::uint32_
     return best;
 }
 
-std::optional<RootNet::Seen> RootNet::at_side(const RootLayout& at, std::uint32_t h, std::uint32_t number) const {
+std::optional<RootLattices::Seen> RootLattices::at_side(const RootLayout& at, std::uint32_t h,
+                                                        std::uint32_t number) const {
     const std::uint32_t n = at.segments();
     int beyond = 0;
     for (const std::uint32_t g : {h, base_.twin[h]}) {
@@ -324,7 +348,7 @@ std::optional<RootNet::Seen> RootNet::at_side(const RootLayout& at, std::uint32_
     return std::nullopt;
 }
 
-RootNet::Place RootNet::seen_from(std::uint32_t n, std::uint32_t side, const Place& p) const {
+RootLattices::Place RootLattices::seen_from(std::uint32_t n, std::uint32_t side, const Place& p) const {
     if (base_.face_size == 4) {
         const Place places[4] = {p, {p.y, n - p.x}, {n - p.x, n - p.y}, {n - p.y, p.x}};
         return places[side];
@@ -333,7 +357,7 @@ RootNet::Place RootNet::seen_from(std::uint32_t n, std::uint32_t side, const Pla
     return places[side];
 }
 
-RootNet::Heading RootNet::ahead(std::uint32_t segments, const Heading& from) const {
+RootLattices::Heading RootLattices::ahead(std::uint32_t segments, const Heading& from) const {
     if (!from.known()) return from;
     const std::uint32_t n = segments - 1;
     switch (from.way) {
@@ -357,7 +381,7 @@ RootNet::Heading RootNet::ahead(std::uint32_t segments, const Heading& from) con
     return {t / 4, entered.x, entered.y, (t % 4 + 1) % 4};
 }
 
-RootNet::Faces RootNet::faces(std::uint32_t segments, const RunContext& context) const {
+RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext& context) const {
     const RootLayout at(base_, segments);
     if (in_cells_) return cell_faces(at);
     const std::uint32_t size = side_count(), count = static_cast<std::uint32_t>(at.cell_count()),
@@ -366,14 +390,25 @@ RootNet::Faces RootNet::faces(std::uint32_t segments, const RunContext& context)
     resize_large(faces.offsets, count + std::size_t{1});
     resize_large(faces.control, count);
     resize_large(faces.vertices, std::size_t{size} * count);
-    for_each_index(count + 1, [&](std::uint32_t f) { faces.offsets[f] = size * f; });
-    for_each_index(count, [&](std::uint32_t f) { faces.control[f] = base_face_[f / cells]; });
-    write_faces(at, faces.vertices, context);
+    faces.offsets[count] = size * count;
+    const auto number_roots = [&](std::uint32_t begin, std::uint32_t end) {
+        for (std::uint32_t f = begin; f < end; ++f) {
+            std::fill_n(&faces.control[cells * f], cells, base_face_[f]);
+            for (std::uint32_t i = cells * f; i < cells * (f + 1); ++i) faces.offsets[i] = size * i;
+            const auto row = [&](std::uint32_t y, std::vector<std::uint32_t>& numbers) {
+                for_each_on_line(
+                    segments + 1 - (size == 3 ? y : 0), [&](std::uint32_t x) { return at.at(f, x, y); },
+                    [&](std::uint32_t x, std::uint32_t v) { numbers[x] = v; });
+            };
+            number_cells(segments, size == 4, row, &faces.vertices[std::size_t{size} * cells * f]);
+        }
+    };
+    for_each_reported_block(base_.face_count, k_grain, context, "faces", 0, 1, number_roots);
     return faces;
 }
 
 /// Root by root the faces inside, edge by edge those across it, those around the corners.
-RootNet::Faces RootNet::cell_faces(const RootLayout& at) const {
+RootLattices::Faces RootLattices::cell_faces(const RootLayout& at) const {
     const std::uint32_t n = at.segments(), inner = n - 1;
     std::vector<std::uint32_t> inner_edges;
     for_each_inner_edge([&](std::uint32_t h) { inner_edges.push_back(h); });

@@ -19,7 +19,7 @@ namespace tetrakis::detail {
 /// Of a dual scheme they are the quads of its first refinement by face splits, one per half-edge, and one beyond each
 /// side on the boundary; points lie in the cells of their lattices: root by root, row by row. A crease is a boundary of
 /// both of its sides, so points on it have a place on each; at a dart there is one more root, between both.
-class RootNet {
+class RootLattices {
   public:
     static constexpr std::uint32_t none = MeshLevel::none;
     struct Place {
@@ -34,15 +34,15 @@ class RootNet {
 
     /// The faces of a level as roots. Nothing where one of them is not between different vertices and edges.
     /// @param control_face  of each face of the mesh
-    static std::optional<RootNet> of_faces(const RuleMesh& mesh, std::vector<std::uint32_t> control_face);
+    static std::optional<RootLattices> of_faces(const RuleMesh& mesh, std::vector<std::uint32_t> control_face);
     /// The quads at the corners of a level's faces. Nothing where one is not between different vertices and edges.
     /// @param control_face  of each corner, by half-edge
     /// @param creases       whether the scheme has them
-    static std::optional<RootNet> of_corners(const RuleMesh& mesh, std::vector<std::uint32_t> control_face,
-                                             bool creases);
+    static std::optional<RootLattices> of_corners(const RuleMesh& mesh, std::vector<std::uint32_t> control_face,
+                                                  bool creases);
 
     /// The faces of a mesh of quads or triangles, as lattices or in cells, with nothing beyond its boundary.
-    static RootNet of_star(const RuleMesh& mesh, bool in_cells);
+    static RootLattices of_template(const RuleMesh& mesh, bool in_cells);
 
     bool in_cells() const { return in_cells_; }
     const MeshLevel& base() const { return base_; }
@@ -132,12 +132,12 @@ class RootNet {
     }
     /// Where a point is in the lattice of root f, sides included; nothing if it is not there.
     std::optional<Place> place_in(const RootLayout& at, std::uint32_t f, std::uint32_t number) const;
-    /// As seen from corner 0 of root f of a star, whose roots all begin there, counter-clockwise.
-    std::optional<Seen> in_star(const RootLayout& at, std::uint32_t f, std::uint32_t number) const;
+    /// As seen from corner 0 of root f of a template, whose roots all begin there, counter-clockwise.
+    std::optional<Seen> in_template(const RootLayout& at, std::uint32_t f, std::uint32_t number) const;
     std::optional<Seen> at_side(const RootLayout& at, std::uint32_t h, std::uint32_t number) const;
 
   private:
-    RootNet() = default;
+    RootLattices() = default;
     bool set_base(const RuleMesh& mesh);
     bool has_simple_roots() const;
     Place seen_from(std::uint32_t n, std::uint32_t side, const Place& p) const;
@@ -157,7 +157,8 @@ class RootNet {
     std::vector<std::uint32_t> crease_ends_;
 };
 
-inline RootNet::Place RootNet::turned(std::uint32_t n, std::uint32_t side, std::uint32_t a, std::uint32_t b) const {
+inline RootLattices::Place RootLattices::turned(std::uint32_t n, std::uint32_t side, std::uint32_t a,
+                                                std::uint32_t b) const {
     if (base_.face_size == 4) {
         const Place places[4] = {{a, b}, {n - b, a}, {n - a, n - b}, {b, n - a}};
         return places[side];

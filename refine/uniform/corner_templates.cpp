@@ -1,4 +1,4 @@
-#include "row_stars.hpp"
+#include "corner_templates.hpp"
 
 #include "../../hier/base/run_context.hpp"
 
@@ -13,7 +13,7 @@ namespace tetrakis::detail {
 namespace {
 
 /// The roots around a corner: one face each, which starts there.
-RuleMesh base_of(const StarKind& kind, std::uint32_t sides) {
+RuleMesh base_of(const CornerKind& kind, std::uint32_t sides) {
     const auto roots = static_cast<int>(kind.roots()), spokes = static_cast<int>(kind.sharp.size());
     RuleMesh::Builder faces;
     for (int i = 0; i < roots; ++i) {
@@ -28,71 +28,72 @@ RuleMesh base_of(const StarKind& kind, std::uint32_t sides) {
 
 }  // namespace
 
-void StarKind::turn() {
+void CornerKind::turn() {
     std::rotate(sharp.begin(), sharp.begin() + 1, sharp.end());
     if (!angle.empty()) std::rotate(angle.begin(), angle.begin() + 1, angle.end());
 }
 
-CornerKinds::CornerKinds(const RootNet& net, const RuleMesh& mesh, std::span<const int> halfedge, Sees sees,
+CornerKinds::CornerKinds(const RootLattices& net, const RuleMesh& mesh, std::span<const int> halfedge, Sees sees,
                          bool angles) {
     const MeshLevel& base = net.base();
     kind.resize(base.halfedge_count());
     root.resize(base.halfedge_count());
-    std::map<StarKind, std::uint32_t> numbers;
-    std::vector<std::uint32_t> smooth;  // by the number of roots of a closed star: its number, plus one
-    const auto number_of = [&](const StarKind& star) {
-        const auto [at, is_new] = numbers.try_emplace(star, static_cast<std::uint32_t>(kinds.size()));
-        if (is_new) kinds.push_back(star);
+    std::map<CornerKind, std::uint32_t> numbers;
+    std::vector<std::uint32_t> smooth;  // by the number of roots where they close: the number, plus one
+    const auto number_of = [&](const CornerKind& found) {
+        const auto [at, is_new] = numbers.try_emplace(found, static_cast<std::uint32_t>(kinds.size()));
+        if (is_new) kinds.push_back(found);
         return at->second;
     };
     const auto seen = [&](float sharpness) {
         return sees == Sees::one_step && sharpness > 1 ? k_sharpness_infinity : sharpness;
     };
     std::vector<std::uint32_t> around;
-    StarKind star, turned;
+    CornerKind found, turned;
     for (std::uint32_t v = 0; v < base.vertex_count; ++v) {
         const std::uint32_t first = base.vertex_halfedge[v];
-        if (first == RootNet::none) continue;
+        if (first == RootLattices::none) continue;
         around.clear();
         std::uint32_t h = first;
         do {
             around.push_back(h);
             h = base.twin[base.prev(h)];
-        } while (h != RootNet::none && h != first);
-        star.closed = h == first;
-        star.crease_end = std::binary_search(net.crease_ends().begin(), net.crease_ends().end(), v);
-        star.corner = halfedge.empty() ? 0.0f : seen(mesh.vertex_sharpness(mesh.origin(halfedge[first])));
-        star.sharp.clear();
+        } while (h != RootLattices::none && h != first);
+        found.closed = h == first;
+        found.crease_end = std::binary_search(net.crease_ends().begin(), net.crease_ends().end(), v);
+        found.corner = halfedge.empty() ? 0.0f : seen(mesh.vertex_sharpness(mesh.origin(halfedge[first])));
+        found.sharp.clear();
         const auto sharpness = [&](std::uint32_t g) {
-            if (base.twin[g] == RootNet::none) return k_sharpness_infinity;
+            if (base.twin[g] == RootLattices::none) return k_sharpness_infinity;
             return halfedge.empty() ? 0.0f : seen(mesh.sharpness(halfedge[g]));
         };
-        for (const std::uint32_t g : around) star.sharp.push_back(sharpness(g));
-        if (!star.closed) star.sharp.push_back(k_sharpness_infinity);
-        star.angle.clear();
+        for (const std::uint32_t g : around) found.sharp.push_back(sharpness(g));
+        if (!found.closed) found.sharp.push_back(k_sharpness_infinity);
+        found.angle.clear();
         if (angles && mesh.has_corner_angles() && !halfedge.empty()) {
-            for (const std::uint32_t g : around) star.angle.push_back(mesh.corner_angle(halfedge[g]));
-            if (std::all_of(star.angle.begin(), star.angle.end(), [](double a) { return a == 0; })) star.angle.clear();
+            for (const std::uint32_t g : around) found.angle.push_back(mesh.corner_angle(halfedge[g]));
+            if (std::all_of(found.angle.begin(), found.angle.end(), [](double a) { return a == 0; }))
+                found.angle.clear();
         }
         std::uint32_t number = 0;
         std::size_t start = 0;
-        if (star.closed && star.corner == 0 && !star.crease_end && star.angle.empty() &&
-            std::count(star.sharp.begin(), star.sharp.end(), 0) == std::ssize(around)) {
+        if (found.closed && found.corner == 0 && !found.crease_end && found.angle.empty() &&
+            std::count(found.sharp.begin(), found.sharp.end(), 0) == std::ssize(around)) {
             if (smooth.size() <= around.size()) smooth.resize(around.size() + 1, 0);
             std::uint32_t& known = smooth[around.size()];
-            if (known == 0) known = number_of(star) + 1;
+            if (known == 0) known = number_of(found) + 1;
             number = known - 1;
         } else {
             // Of the ways to go round it the one that comes first.
-            turned = star;
-            for (std::size_t i = 1; star.closed && i < around.size(); ++i) {
+            turned = found;
+            for (std::size_t i = 1; found.closed && i < around.size(); ++i) {
                 turned.turn();
-                if (turned < star) {
-                    star = turned;
+                if (turned < found) {
+                    found = turned;
                     start = i;
                 }
             }
-            number = number_of(star);
+            number = number_of(found);
         }
         for (std::size_t i = 0; i < around.size(); ++i) {
             const std::uint32_t g = around[(start + i) % around.size()];
@@ -102,17 +103,17 @@ CornerKinds::CornerKinds(const RootNet& net, const RuleMesh& mesh, std::span<con
     }
 }
 
-RowStar::RowStar(const StarKind& kind, std::uint32_t sides, bool in_cells, std::uint32_t segments)
-    : kind_(kind), segments_(segments), net_(RootNet::of_star(base_of(kind, sides), in_cells)) {
+CornerTemplate::CornerTemplate(const CornerKind& kind, std::uint32_t sides, bool in_cells, std::uint32_t segments)
+    : kind_(kind), segments_(segments), net_(RootLattices::of_template(base_of(kind, sides), in_cells)) {
     if (in_cells)
         make_cells();
     else
         make_lattice();
 }
 
-void RowStar::make_lattice() {
+void CornerTemplate::make_lattice() {
     const RootLayout at = net_.layout(segments_);
-    const RootNet::Faces faces = net_.faces(segments_, {});
+    const RootLattices::Faces faces = net_.faces(segments_, {});
     // Which of the sides that leave the corner a place is on.
     const auto spokes = static_cast<std::uint32_t>(kind_.sharp.size());
     std::vector<int> spoke(at.vertex_count(), -1);
@@ -157,7 +158,7 @@ void RowStar::make_lattice() {
 }
 
 /// Faces around the points between cells, each corner with the place of its cell's quarter there.
-void RowStar::make_cells() {
+void CornerTemplate::make_cells() {
     const MeshLevel& base = net_.base();
     const std::uint32_t n = segments_;
     const RootLayout coarse = net_.layout(n), fine = net_.layout(2 * n);
@@ -216,21 +217,21 @@ void RowStar::make_cells() {
 }
 
 /// Where a crease ends inside, the points on it belong to its first side.
-std::uint32_t RowStar::first_of(const RootLayout& at, std::uint32_t place) const {
+std::uint32_t CornerTemplate::first_of(const RootLayout& at, std::uint32_t place) const {
     if (!kind_.crease_end || kind_.roots() != 3) return place;
     const std::uint32_t n = at.segments(), second = net_.number_at(at, 2, {0, 0});
     return place >= second && place % n == 0 ? (place - second) / n : place;
 }
 
-std::uint32_t RowStar::other_place(std::uint32_t place) const {
+std::uint32_t CornerTemplate::other_place(std::uint32_t place) const {
     const std::uint32_t first = first_place(place);
     if (first != place) return first;
     const bool shared = kind_.crease_end && kind_.roots() == 3 && place < segments_;
     return shared ? net_.number_at(net_.layout(segments_), 2, {0, place}) : place;
 }
 
-std::optional<RowStar::Step> RowStar::step(const SchemeInfo& scheme, const RuleOptions& rules,
-                                           std::uint32_t factor) const {
+std::optional<CornerTemplate::Step> CornerTemplate::step(const SchemeInfo& scheme, const RuleOptions& rules,
+                                                         std::uint32_t factor) const {
     RuleStep step = scheme.step(mesh_, rules);
     std::optional<std::vector<int>> row;
     if (kind_.crease_end) {
@@ -248,7 +249,7 @@ std::optional<RowStar::Step> RowStar::step(const SchemeInfo& scheme, const RuleO
 }
 
 /// The points of a crease lie one cell further out than the children of the corners beside it.
-std::vector<int> RowStar::rows_of_crease_end(const RuleStep& step) const {
+std::vector<int> CornerTemplate::rows_of_crease_end(const RuleStep& step) const {
     const RootLayout fine = net_.layout(2 * segments_);
     const std::uint32_t n = fine.segments();
     std::vector<int> row(net_.place_count(fine), -1);
@@ -269,9 +270,9 @@ std::vector<int> RowStar::rows_of_crease_end(const RuleStep& step) const {
     return row;
 }
 
-/// The first points are the children of the corners. What else there is lies along the ends of an open star, whose
+/// The first points are the children of the corners. What else there is lies along the ends of open roots, whose
 /// cells make one lattice: it is found from them, face by face.
-std::optional<std::vector<int>> RowStar::rows_of_cells(const RuleMesh& finer) const {
+std::optional<std::vector<int>> CornerTemplate::rows_of_cells(const RuleMesh& finer) const {
     const RootLayout fine = net_.layout(2 * segments_);
     std::vector<int> row(net_.place_count(fine), -1);
     if (finer.vertex_count() < static_cast<int>(child_place_.size())) return std::nullopt;

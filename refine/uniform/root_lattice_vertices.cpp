@@ -1,4 +1,4 @@
-#include "root_net.hpp"
+#include "root_lattices.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -7,8 +7,8 @@
 namespace tetrakis::detail {
 
 /// The rules' numbers of a level's points in the order of its layout; nothing where its faces are no such lattices.
-std::optional<std::vector<int>> RootNet::lattice(const RootLayout& at, const RuleMesh& mesh,
-                                                 std::span<const int> corner_halfedge) const {
+std::optional<std::vector<int>> RootLattices::lattice(const RootLayout& at, const RuleMesh& mesh,
+                                                      std::span<const int> corner_halfedge) const {
     const std::uint32_t n = at.segments(), sides = side_count();
     if (at.vertex_count() != static_cast<std::uint32_t>(mesh.vertex_count())) return std::nullopt;
     std::vector<int> vertices(at.vertex_count(), -1);
@@ -49,8 +49,8 @@ std::optional<std::vector<int>> RootNet::lattice(const RootLayout& at, const Rul
 }
 
 /// The rules' numbers of the points of a dual scheme's level, all of which have four neighbours.
-std::optional<std::vector<int>> RootNet::cells(const RootLayout& at, const RuleMesh& mesh,
-                                               std::span<const int> last_halfedge) const {
+std::optional<std::vector<int>> RootLattices::cells(const RootLayout& at, const RuleMesh& mesh,
+                                                    std::span<const int> last_halfedge) const {
     const std::uint32_t n = at.segments();
     const Numbers numbers = point_numbers(at);
     if (numbers.count != static_cast<std::uint32_t>(mesh.vertex_count())) return std::nullopt;

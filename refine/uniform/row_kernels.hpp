@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace tetrakis::detail {
+
+/// Of a row: a place of a root's grid, in numbers from that of the result, and its weight.
+struct GridTerm {
+    std::ptrdiff_t offset;
+    double weight;
+};
+
+/// A line of a root's grid: its first point, the way to the next one, and that to the line beside it, in numbers. On a
+/// grid of triangles the neighbours of point p are p +- along, p +- across and p +- (across - along).
+struct GridLine {
+    const double* first;
+    std::ptrdiff_t along, across;
+    std::uint32_t segments;
+};
+
+/// The inner loops of structured refinement, compiled once per instruction set; all sets give the same bytes. Points
+/// are three numbers side by side; one number past the last point of a grid may be read.
+struct RowKernels {
+    /// Sums of one row for `count` points side by side, the first at `at`; written `stride` points apart.
+    void (*any)(const double* at, const GridTerm* terms, std::size_t term_count, std::uint32_t count,
+                std::uint32_t stride, double* to);
+    // Catmull-Clark's and Loop's regular rules: the finer points on a line, or halfway between it and the one across;
+    // all but the first and the last of them, one after the other. Between lines of triangles, the one across has a
+    // segment less.
+    void (*quads_on)(const GridLine& line, double* to);
+    void (*quads_between)(const GridLine& line, double* to);
+    void (*triangles_on)(const GridLine& line, double* to);
+    void (*triangles_between)(const GridLine& line, double* to);
+};
+
+/// Instruction sets that kernels are compiled for.
+enum class KernelSet { baseline, avx2 };
+
+/// Whether this build and this processor have it.
+bool has_kernels(KernelSet set);
+/// The best set there is.
+KernelSet best_kernels();
+const RowKernels& row_kernels(KernelSet set = best_kernels());
+
+}  // namespace tetrakis::detail

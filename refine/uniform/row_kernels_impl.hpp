@@ -1,0 +1,137 @@
+#pragma once
+
+#include "row_kernels.hpp"
+
+// Included by one file per instruction set; nothing in it may end up in another one's code.
+namespace tetrakis::detail {
+namespace {
+
+#define TETRAKIS_INLINE [[gnu::always_inline]] inline
+
+/// A point in a register of four numbers; the fourth is whatever follows.
+typedef double Lane __attribute__((vector_size(4 * sizeof(double))));
+
+TETRAKIS_INLINE Lane load(const double* p) {
+    Lane v;
+    __builtin_memcpy(&v, p, sizeof v);
+    return v;
+}
+/// Overwrites the number after the point: only where that is written later.
+TETRAKIS_INLINE void store(double* p, const Lane& v) { __builtin_memcpy(p, &v, sizeof v); }
+TETRAKIS_INLINE void store_last(double* p, const Lane& v) {
+    // As two and one: to copy three goes by way of the stack.
+    typedef double Two __attribute__((vector_size(2 * sizeof(double))));
+    const Two two = __builtin_shufflevector(v, v, 0, 1);
+    __builtin_memcpy(p, &two, sizeof two);
+    p[2] = v[2];
+}
+TETRAKIS_INLINE void store(double* p, const Lane& v, bool last) {
+    if (last)
+        store_last(p, v);
+    else
+        store(p, v);
+}
+
+template <std::uint32_t Points>
+TETRAKIS_INLINE void write_sums(const double* at, const GridTerm* terms, std::size_t term_count, std::uint32_t stride,
+                                double* to) {
+    double sum[3 * Points] = {};
+    for (std::size_t t = 0; t < term_count; ++t) {
+        const double* const p = at + terms[t].offset;
+        const double weight = terms[t].weight;
+        for (std::uint32_t k = 0; k < 3 * Points; ++k) sum[k] += weight * p[k];
+    }
+    for (std::uint32_t i = 0; i < Points; ++i)
+        for (std::uint32_t k = 0; k < 3; ++k) to[std::size_t{3} * i * stride + k] = sum[3 * i + k];
+}
+
+void any_row(const double* at, const GridTerm* terms, std::size_t term_count, std::uint32_t count, std::uint32_t stride,
+             double* to) {
+    constexpr std::uint32_t k_block = 4;  // 12 numbers, in registers
+    if (count < k_block) {
+        for (std::uint32_t i = 0; i < count; ++i)
+            write_sums<1>(at + std::size_t{3} * i, terms, term_count, stride, to + std::size_t{3} * i * stride);
+        return;
+    }
+    for (std::uint32_t i = 0; i < count; i += k_block) {
+        // A last block that is not whole: with points before it once more.
+        const std::uint32_t begin = i + k_block <= count ? i : count - k_block;
+        write_sums<k_block>(at + std::size_t{3} * begin, terms, term_count, stride,
+                            to + std::size_t{3} * begin * stride);
+    }
+}
+
+// The cubic B-spline's rule in each direction.
+constexpr double k_side = 0.125, k_centre = 0.75;
+
+/// A line's finer points from means across it, column by column.
+template <class Column>
+TETRAKIS_INLINE void refine_columns(std::uint32_t segments, const Column& column, double* to) {
+    Lane p0{}, p1 = column(0);
+    for (std::uint32_t x = 1; x <= segments; ++x, to += 6) {
+        const Lane p2 = column(x);
+        if (x > 1) store(to - 3, k_side * (p0 + p2) + k_centre * p1);
+        store(to, 0.5 * (p1 + p2), x == segments);
+        p0 = p1;
+        p1 = p2;
+    }
+}
+
+void quads_on(const GridLine& line, double* to) {
+    const auto column = [&](std::uint32_t x) __attribute__((always_inline)) {
+        const double* const p = line.first + x * line.along;
+        return k_side * (load(p - line.across) + load(p + line.across)) + k_centre * load(p);
+    };
+    refine_columns(line.segments, column, to);
+}
+
+void quads_between(const GridLine& line, double* to) {
+    const auto column = [&](std::uint32_t x) __attribute__((always_inline)) {
+        const double* const p = line.first + x * line.along;
+        return 0.5 * (load(p) + load(p + line.across));
+    };
+    refine_columns(line.segments, column, to);
+}
+
+// Loop's rules of a vertex with six neighbours, and of an edge.
+constexpr double k_vertex = 0.625, k_neighbour = 0.0625, k_end = 0.375, k_opposite = 0.125;
+
+void triangles_on(const GridLine& line, double* to) {
+    const std::ptrdiff_t along = line.along;
+    const double *at = line.first, *above = at + line.across, *below = at - line.across + along;
+    // Points of the three lines: those that triangles on the segment have.
+    Lane b0{}, b1 = load(at), a0{}, c0 = load(below - along);
+    for (std::uint32_t x = 0; x < line.segments; ++x, to += 6) {
+        at += along;
+        const Lane b2 = load(at), a1 = load(above), c1 = load(below);
+        above += along;
+        below += along;
+        if (x > 0) store(to - 3, k_vertex * b1 + k_neighbour * (((b0 + b2) + (c0 + c1)) + (a0 + a1)));
+        store(to, k_end * (b1 + b2) + k_opposite * (a1 + c1), x + 1 == line.segments);
+        b0 = b1;
+        b1 = b2;
+        a0 = a1;
+        c0 = c1;
+    }
+}
+
+void triangles_between(const GridLine& line, double* to) {
+    const std::ptrdiff_t along = line.along;
+    const double *at = line.first + along, *above = line.first + line.across;
+    Lane b0 = load(line.first), b1 = load(at), a0 = load(above);
+    for (std::uint32_t x = 1; x < line.segments; ++x, to += 6) {
+        at += along;
+        above += along;
+        const Lane b2 = load(at), a1 = load(above);
+        store(to, k_end * (b1 + a0) + k_opposite * (b0 + a1));
+        store(to + 3, k_end * (b1 + a1) + k_opposite * (a0 + b2), x + 1 == line.segments);
+        b0 = b1;
+        b1 = b2;
+        a0 = a1;
+    }
+}
+
+constexpr RowKernels k_row_kernels{any_row, quads_on, quads_between, triangles_on, triangles_between};
+
+}  // namespace
+}  // namespace tetrakis::detail
