@@ -98,7 +98,7 @@ TEST_SUITE_BEGIN("refine");
 
 TEST_CASE("[inv1] UVs of vertex quadtrees: in adaptive meshes the faces of one level have those of that level") {
     for (const char* name : {"doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest", "biquartic"})
-        for (const std::uint63_t seed : test::seeds(3)) {
+        for (const std::uint64_t seed : test::seeds(3)) {
             CAPTURE(name);
             CAPTURE(seed);
             const ControlMesh plain = plain_mesh(seed);
