@@ -107,7 +107,8 @@ TEST_CASE("[bad-input] every fault of an element is found, named, located and co
     // Arrays that do not fit together.
     check([](Data& d) { d.face_offsets = {0}, d.face_vertices.clear(), d.face_lines.clear(); }, Kind::no_faces, 0, 0,
           "no faces", "at least one");
-    check([](Data& d) { d.face_offsets.clear(); }, Kind::no_faces, 0, 0, "no faces", "at least one");
+    check([](Data& d) { d.face_offsets.clear(), d.face_vertices.clear(), d.face_lines.clear(); }, Kind::no_faces, 0, 0,
+          "no faces", "at least one");
     for (const std::vector<std::uint32_t>& offsets : {std::vector<std::uint32_t>{0, 5, 4, 8}, {0, 4, 9}})
         check([&](Data& d) { d.face_offsets = offsets; }, Kind::array_size, 0, 0, "face_offsets", "must ascend");
     check([](Data& d) { d.face_uvs = {0, 0}; }, Kind::array_size, 0, 0, "face_uvs", "one number per face corner");
