@@ -339,8 +339,9 @@ double LimitClosest<Patches>::global(const Vec3d& q, double best) const {
         const HalfedgeId root = roots.root(i);
         const auto& cell = roots.cell(root);
         if (cell_beyond(roots, cell, q, so_far + rounding_, 0)) return so_far;
+        const bool smooth = cell.kind == decltype(roots)::Cell::Kind::regular;
         return std::min(so_far, detail::nearest_in_root(
-                                    roots.shape, q, [&](double x, double y) { return roots.frame(root, x, y); },
+                                    roots.shape, smooth, q, [&](double x, double y) { return roots.frame(root, x, y); },
                                     [&](double x, double y) { return roots.position(root, cell, x, y); }));
     });
     return hit.found() ? std::min(best, hit.distance) : best;

@@ -80,58 +80,75 @@ inline bool feasible_step(RootShape shape, const SurfacePoint& s, const Vec3d& q
     return found;
 }
 
-/// Distance from q to the part of the surface over one root, by descent from the best points of a lattice: never below
+/// Distance from q to the part of the surface over one root, by descent from the best points of lattices: never below
 /// the true distance, and above it only where the descent ends in another minimum.
+/// @param smooth    it is one polynomial; if not, it may turn ever more tightly towards its corners, and so lattices of
+///                  starts get finer towards them
 /// @param evaluate  the surface at (x, y) of the root
 /// @param position  its position alone
 template <class Evaluate, class Position>
-double nearest_in_root(RootShape shape, const Vec3d& q, Evaluate&& evaluate, Position&& position) {
-    constexpr int n = k_newton_starts;
+double nearest_in_root(RootShape shape, bool smooth, const Vec3d& q, Evaluate&& evaluate, Position&& position) {
+    constexpr int n = 4;  // intervals a side of a lattice
+    constexpr int k_finer = 4;
     constexpr double outside = std::numeric_limits<double>::infinity();
     constexpr int k_steps = 24, k_halvings = 12;
-    double lattice[n + 3][n + 3];
-    for (auto& row : lattice) std::fill(std::begin(row), std::end(row), outside);
-    const auto last = [&](int j) { return shape == RootShape::square ? n : n - j; };
-    for (int j = 0; j <= n; ++j)
-        for (int i = 0; i <= last(j); ++i)
-            lattice[j + 1][i + 1] = glm::length(q - position(static_cast<double>(i) / n, static_cast<double>(j) / n));
     double best = outside;
-    for (int j = 0; j <= n; ++j)
-        for (int i = 0; i <= last(j); ++i) {
-            double around = outside;
-            for (int b = 0; b < 3; ++b)
-                for (int a = 0; a < 3; ++a)
-                    if (a != 1 || b != 1) around = std::min(around, lattice[j + b][i + a]);
-            double distance = lattice[j + 1][i + 1];
-            if (distance > around) continue;
-            double x = static_cast<double>(i) / n, y = static_cast<double>(j) / n;
-            SurfacePoint s = with_derivatives(shape, x, y, evaluate);
-            for (int step = 0; step < k_steps; ++step) {
-                double dx = 0, dy = 0;
-                if (!feasible_step(shape, s, q, x, y, dx, dy)) break;
-                // As far as the domain reaches, and as it gets nearer.
-                double t = 1;
-                const auto reach = [&](double at, double d) {
-                    if (d < 0) t = std::min(t, at / -d);
-                };
-                reach(x, dx), reach(y, dy);
-                if (shape == RootShape::square)
-                    reach(1 - x, -dx), reach(1 - y, -dy);
-                else
-                    reach(1 - x - y, -dx - dy);
-                const double before = distance;
-                for (int halving = 0; halving < k_halvings; ++halving, t *= 0.5) {
-                    const double nx = std::clamp(x + t * dx, 0.0, 1.0);
-                    const double ny = std::clamp(y + t * dy, 0.0, shape == RootShape::square ? 1.0 : 1 - nx);
-                    const double there = glm::length(q - position(nx, ny));
-                    if (there >= distance) continue;
-                    x = nx, y = ny, s = with_derivatives(shape, x, y, evaluate), distance = there;
-                    break;
-                }
-                if (distance >= before * (1 - 1e-12)) break;
+    const auto descend = [&](double x, double y, double distance) {
+        SurfacePoint s = with_derivatives(shape, x, y, evaluate);
+        for (int step = 0; step < k_steps; ++step) {
+            double dx = 0, dy = 0;
+            if (!feasible_step(shape, s, q, x, y, dx, dy)) break;
+            // As far as the domain reaches, and as it gets nearer.
+            double t = 1;
+            const auto reach = [&](double at, double d) {
+                if (d < 0) t = std::min(t, at / -d);
+            };
+            reach(x, dx), reach(y, dy);
+            if (shape == RootShape::square)
+                reach(1 - x, -dx), reach(1 - y, -dy);
+            else
+                reach(1 - x - y, -dx - dy);
+            const double before = distance;
+            for (int halving = 0; halving < k_halvings; ++halving, t *= 0.5) {
+                const double nx = std::clamp(x + t * dx, 0.0, 1.0);
+                const double ny = std::clamp(y + t * dy, 0.0, shape == RootShape::square ? 1.0 : 1 - nx);
+                const double there = glm::length(q - position(nx, ny));
+                if (there >= distance) continue;
+                x = nx, y = ny, s = with_derivatives(shape, x, y, evaluate), distance = there;
+                break;
             }
-            best = std::min(best, distance);
+            if (distance >= before * (1 - 1e-12)) break;
         }
+        best = std::min(best, distance);
+    };
+    const auto last = [&](int j) { return shape == RootShape::square ? n : n - j; };
+    // The lattice over a copy of the domain, so many times smaller, at a corner.
+    const auto search = [&](const Vec2d& corner, double size) {
+        const auto at = [&](int i, int j) { return corner + size * (Vec2d(i, j) / static_cast<double>(n) - corner); };
+        double lattice[n + 3][n + 3];
+        for (auto& row : lattice) std::fill(std::begin(row), std::end(row), outside);
+        for (int j = 0; j <= n; ++j)
+            for (int i = 0; i <= last(j); ++i) {
+                const Vec2d p = at(i, j);
+                lattice[j + 1][i + 1] = glm::length(q - position(p.x, p.y));
+            }
+        for (int j = 0; j <= n; ++j)
+            for (int i = 0; i <= last(j); ++i) {
+                double around = outside;
+                for (int b = 0; b < 3; ++b)
+                    for (int a = 0; a < 3; ++a)
+                        if (a != 1 || b != 1) around = std::min(around, lattice[j + b][i + a]);
+                const double distance = lattice[j + 1][i + 1];
+                if (distance <= around) descend(at(i, j).x, at(i, j).y, distance);
+            }
+    };
+    search(Vec2d(0), 1);
+    if (smooth) return best;
+    constexpr Vec2d k_corners[4] = {{0, 0}, {1, 0}, {0, 1}, {1, 1}};
+    for (const Vec2d& corner : k_corners) {
+        if (shape == RootShape::triangle && corner == Vec2d(1)) continue;
+        for (int level = 1; level <= k_finer; ++level) search(corner, std::ldexp(1.0, -level));
+    }
     return best;
 }
 

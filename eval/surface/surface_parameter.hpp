@@ -29,8 +29,6 @@ inline bool tangent_step(const SurfacePoint& s, const Vec3d& q, double& dx, doub
 
 /// Newton steps: four bring a start in the basin to rounding, the rest is for slow ones.
 inline constexpr int k_newton_steps = 8;
-/// Starts of the search in one root, intervals a side.
-inline constexpr int k_newton_starts = 4;
 
 }  // namespace detail
 

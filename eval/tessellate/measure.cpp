@@ -262,15 +262,17 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
     const int n = lattice_intervals(samples, count, k_least_intervals);
     const std::uint32_t blocks = (count + k_block - 1) / k_block;
     // Of the tolerance, from which samples are starts for local maxima; of the largest distance, from which others are
-    // exact, and from which closest points are searched for all over the surface.
-    constexpr double k_near = 0.8, k_exact = 0.7, k_searched = 0.9;
+    // exact.
+    constexpr double k_near = 0.8, k_exact = 0.7;
     if (map.plain()) closest.prepare(context);
-    const auto pass = [&](double exact_from, double search_from) {
+    // Of the triangles whose error is `least` or more.
+    const auto pass = [&](double exact_from, double search_from, double least) {
         std::vector<Sums> sums(blocks);
         detail::for_each_batch(map.patches, blocks, 1, context, "measure", 0, 0.9, [&](std::uint32_t block) {
             Sums& sum = sums[block];
             SampleLattice lattice(n);
             for (std::uint32_t t = block * k_block; t < std::min(count, (block + 1) * k_block); ++t) {
+                if (triangle_error[t] < least) continue;
                 const OutputTriangle from = origin(t);
                 const MeasuredTriangle<Family> triangle(mesh, t, from, map, bvh, closest, map.plain() ? exact_from : 0,
                                                         search_from);
@@ -323,17 +325,21 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
         for (const Sums& sum : sums) total += sum;
         return total;
     };
-    double exact_from = k_near * tolerance, search_from = tolerance;
-    Sums total = pass(exact_from, search_from);
+    double exact_from = k_near * tolerance;
+    Sums total = pass(exact_from, tolerance, 0);
     // What is exact alone may be the largest.
-    while (map.plain() && total.largest() > 0) {
-        if (total.largest() <= exact_from)
-            exact_from = k_exact * total.largest();
-        else if (std::isinf(tolerance) && total.backward > total.forward && total.backward <= search_from)
-            search_from = k_searched * total.backward;
-        else
-            break;
-        total = pass(exact_from, search_from);
+    while (map.plain() && total.largest() > 0 && total.largest() <= exact_from) {
+        exact_from = k_exact * total.largest();
+        total = pass(exact_from, tolerance, 0);
+    }
+    // Of closest points that were looked for near by alone, those that decide are searched for all over the surface.
+    if (map.plain() && total.backward > total.forward) {
+        double others = 0;
+        for (const double error : triangle_error)
+            if (error < total.forward) others = std::max(others, error);
+        const Sums again = pass(exact_from, total.forward, total.forward);
+        total.backward = std::max(again.backward, others);
+        total.samples += again.samples;
     }
     const std::uint64_t pairs = total.samples;
     if (map.target) total += measure_from_target(*map.target_mesh, mesh, bvh, samples, triangle_error, context);

@@ -70,10 +70,10 @@ void check_search(const ControlMesh& mesh, detail::RootShape shape, Frame&& fram
         const double start = glm::length(q - s.position);
         double expected = start;
         for (std::uint32_t h = 0; h < mesh.halfedge_count(); h += square ? 1 : 3)
-            expected = std::min(expected,
-                                detail::nearest_in_root(
-                                    shape, q, [&](double u, double v) { return frame(patches, HalfedgeId(h), u, v); },
-                                    [&](double u, double v) { return frame(patches, HalfedgeId(h), u, v).position; }));
+            expected = std::min(
+                expected, detail::nearest_in_root(
+                              shape, false, q, [&](double u, double v) { return frame(patches, HalfedgeId(h), u, v); },
+                              [&](double u, double v) { return frame(patches, HalfedgeId(h), u, v).position; }));
         CHECK(std::abs(closest.global(q, start) - expected) <= 1e-14);
     }
 }
