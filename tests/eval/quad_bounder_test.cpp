@@ -3,8 +3,8 @@
 #include "../kit/quad_test_mesh.hpp"
 #include "../kit/sampled_distance.hpp"
 
-#include "../../eval/tessellate/fan_error.hpp"
 #include "../../eval/tessellate/exported_mesh.hpp"
+#include "../../eval/tessellate/fan_error.hpp"
 #include "../../eval/tessellate/surface_family.hpp"
 
 #include <doctest/doctest.h>
