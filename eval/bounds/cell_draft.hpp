@@ -25,7 +25,7 @@ struct CellSurroundings {
 
 /// @param halfedge  leaves the cell's first corner
 /// @param rings     of faces
-/// @return  nothing where an edge or vertex is semi-sharp: what is around the same cell a level down is then another
+/// @return  nothing where an edge or vertex is semi-sharp: tags differ around the same cell a level down
 std::optional<CellSurroundings> cell_surroundings(const RuleMesh& mesh, int halfedge, int rings, MeshPartFinder& parts);
 
 /// The surroundings of a cell at the middle of a fan.

@@ -18,7 +18,7 @@ class ConvexFace {
     /// Whether the corners are those of a convex polygon, in their order. Errors need it.
     bool convex() const { return convex_; }
     /// How far the corners are from the plane at most. Every triangulation of them is that close to the flat polygon,
-    /// point over point; unfolded over an edge, by tents of 45 degrees at most, twice that.
+    /// point over point; unfolded over an edge, by tents (see EdgeSlack) of 45 degrees at most, twice that.
     double height() const { return height_; }
     /// @param fold, tent  of the edge from corner k to the next one, against a triangle of the face's own triangulation
     /// @param normal      of that triangle

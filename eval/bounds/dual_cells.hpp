@@ -32,7 +32,7 @@ struct DualPiece {
 class DualCells {
   public:
     static constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
-    /// Levels below a leaf at which the hull bounds what is left at an extraordinary point.
+    /// Levels below a leaf at which the cell at an extraordinary point is bounded by the hull.
     static constexpr int k_hull_levels = 3;
 
     struct Corner {

@@ -22,7 +22,7 @@ class LabelledPolygon {
         for (std::size_t k = 0; k < 3; ++k) corner_[k] = {corners[k], edges[k]};
     }
 
-    /// What is left where value(point), an affine function, is not negative.
+    /// The part where value(point), an affine function, is not negative.
     template <class Value>
     LabelledPolygon clipped(Value&& value) const {
         LabelledPolygon out;

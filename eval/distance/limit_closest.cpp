@@ -15,8 +15,8 @@ namespace {
 /// Of a position, in units of the largest coordinate.
 constexpr double k_position_rounding = 128 * std::numeric_limits<double>::epsilon();
 
-/// Squared sine of the angle between the way to a surface point and the surface's normal below which the foot is found:
-/// what is left then changes the distance by half of that.
+/// Newton's method ends where the squared sine of the angle between the way to the surface point and the surface's
+/// normal is below this: a further step would change the distance by half of that share.
 constexpr double k_square = 1e-8;
 
 /// How often a regular cell is cut up, and how many levels of others are looked at, before a search is cheaper.
@@ -29,8 +29,8 @@ void add_net(const detail::Net16& net, Box3d& box) {
     for (int i = 0; i < 16; ++i) box.add(Vec3d(net.c[0][i], net.c[1][i], net.c[2][i]));
 }
 
-/// A box of the cell of a star with a large ring: of its regular parts, and of what is left after a few steps. The tree
-/// does not grow by it.
+/// A box of the cell of a star with a large ring: of the regular quarters of a few steps, and of the innermost star's
+/// points. The tree does not grow by it.
 void add_large_star(const detail::QuadStar& star, Box3d& box) {
     constexpr int k_steps = 8;
     std::array<detail::QuadStar, 2> finer;
@@ -260,8 +260,8 @@ bool net_beyond(const Net& net, const Vec3d& q, double reach, int cuts) {
                             net, [&](const Net& quarter) { return net_beyond<Roots>(quarter, q, reach, cuts - 1); }));
 }
 
-/// Whether the surface of a cell is certainly farther from q than `reach`. The boxes of the cells around a vertex all
-/// hold its ring; what is beside it is told apart further down only.
+/// Whether the surface of a cell is certainly farther from q than `reach`. The boxes of all cells around a vertex hold
+/// its ring, so that only their quarters, further down, can be told apart.
 template <class Roots>
 bool cell_beyond(const Roots& roots, const typename Roots::Cell& cell, const Vec3d& q, double reach, int level) {
     using Kind = typename Roots::Cell::Kind;

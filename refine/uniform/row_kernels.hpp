@@ -5,14 +5,14 @@
 
 namespace tetrakis::detail {
 
-/// Of a row: a place of a root's grid, in numbers from that of the result, and its weight.
+/// A term of a row: the place of a point in a root's grid, counted in points from the result's, and its weight.
 struct GridTerm {
     std::ptrdiff_t offset;
     double weight;
 };
 
-/// A line of a root's grid: its first point, the way to the next one, and that to the line beside it, in numbers. On a
-/// grid of triangles the neighbours of point p are p +- along, p +- across and p +- (across - along).
+/// A line of a root's grid: its first point, and how many numbers further on the next point and the next line begin. On
+/// a grid of triangles the neighbours of point p are p +- along, p +- across and p +- (across - along).
 struct GridLine {
     const double* first;
     std::ptrdiff_t along, across;

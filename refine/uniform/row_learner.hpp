@@ -11,7 +11,7 @@
 
 namespace tetrakis::detail {
 
-/// The rows of a scheme around each kind of corner of a net, and of their limits.
+/// The rows of a scheme around each kind of corner of the lattices, and those of their limits.
 class RowLearner {
   public:
     /// @param net, corners, scheme  must live as long

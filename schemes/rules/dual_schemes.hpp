@@ -58,10 +58,11 @@ struct FactoredCornerMask {
 /// Doo-Sabin's rules in that form. Source: Velho, "Using semi-regular 4-8 meshes for subdivision surfaces"
 /// (the factorisation); the Fourier form is ours.
 FactoredCornerMask factored_doo_sabin(int k);
-/// Catmull and Clark's weights: (a_0 + s_0 + s_(k-1) + c) / 4, only what is beside the new corner.
+/// Catmull and Clark's weights: (a_0 + s_0 + s_(k-1) + c) / 4: only points beside the new corner.
 FactoredCornerMask factored_doo_sabin_catmull_clark(int k);
+/// Midedge subdivision with the weights of Midedge::weights().
 FactoredCornerMask factored_midedge(int k);
-/// (s_0 + s_(k-1)) / 2, only what is beside the new corner.
+/// (s_0 + s_(k-1)) / 2: only points beside the new corner.
 FactoredCornerMask factored_midedge_simplest(int k);
 
 }  // namespace tetrakis
