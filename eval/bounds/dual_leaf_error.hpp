@@ -2,12 +2,14 @@
 
 #include "../../hier/base/run_context.hpp"
 #include "../../hier/forest/vertex_forest.hpp"
-#include "../../refine/adaptive/partial_levels.hpp"
+#include "../../refine/adaptive/adaptive.hpp"
 #include "../surface/triangle_mesh.hpp"
 
 #include <array>
 #include <functional>
+#include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -44,7 +46,8 @@ double dual_leaf_error(const VertexForest& forest, const DualTriangles& mesh, st
 /// from the mesh between the leaves. Each is found when it is first needed, in large batches, and kept.
 class DualLeafErrors {
   public:
-    explicit DualLeafErrors(const PartialLevels& points) : points_(points) {}
+    /// @param points  limit positions of cells, written as sites (cell_site())
+    explicit DualLeafErrors(std::shared_ptr<const PositionSource> points) : points_(std::move(points)) {}
 
     /// Limit positions of the mesh's vertices.
     std::vector<Vec3d> positions(const VertexForest& forest, const DualTriangles& mesh,
@@ -67,7 +70,7 @@ class DualLeafErrors {
     void find(Layer& layer, const VertexForest& forest, std::span<const LeafId> leaves,
               const std::function<void(double)>& report);
 
-    const PartialLevels& points_;
+    std::shared_ptr<const PositionSource> points_;
     Layer own_{0, {}, {}}, children_{1, {}, {}}, grandchildren_{2, {}, {}};
 };
 

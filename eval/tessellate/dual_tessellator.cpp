@@ -2,6 +2,8 @@
 #include "../../refine/adaptive/adaptive_dual.hpp"
 #include "../../refine/adaptive/dual_charts.hpp"
 #include "../../refine/adaptive/triangle_memory.hpp"
+#include "../../refine/adaptive/vertex_levels.hpp"
+#include "../../refine/adaptive/whole_level_limits.hpp"
 #include "../bounds/dual_bound.hpp"
 #include "../bounds/dual_leaf_error.hpp"
 #include "../surface/local_frame.hpp"
@@ -49,12 +51,14 @@ class DualTessellator final : public TessellationRun {
   public:
     DualTessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
         : TessellationRun(mesh, options, context),
-          points_(quadtrees_from([&] { return PartialLevels(mesh, options.scheme.info(), options.rules); })),
-          forest_(quadtrees_from([&] { return points_.vertex_roots(); })),
-          leaf_errors_(points_) {
+          points_(quadtrees_from(
+              [&] { return std::make_shared<const PartialLevels>(mesh, options.scheme.info(), options.rules); })),
+          forest_(quadtrees_from([&] { return points_->vertex_roots(); })),
+          leaf_errors_(whole_level_limits(mesh, options.scheme.info(), options.rules, vertex_levels(points_),
+                                          &forest_.roots(), context)) {
         const std::string_view no_bound = lacks_bound();
         if (DualBound::has(options.scheme.info()) && no_bound.empty())
-            bound_.emplace(points_, options.scheme.info(), forest_.roots(), mesh.bounding_box());
+            bound_.emplace(*points_, options.scheme.info(), forest_.roots(), mesh.bounding_box());
         if (certified() && !bound_)
             throw Error(ErrorCode::unsupported,
                         "there is no certified bound where " + std::string(no_bound) + "; use the measured estimator",
@@ -289,12 +293,12 @@ class DualTessellator final : public TessellationRun {
             context_.report(stage, share * static_cast<double>(begin) / static_cast<double>(cells.size()));
             const auto some = cells.subspan(begin, std::min(k_block, cells.size() - begin));
             limits.resize(some.size());
-            points_.limits(some, limits);
+            points_->limits(some, limits);
             take(begin, limits);
         }
     }
 
-    PartialLevels points_;
+    std::shared_ptr<const PartialLevels> points_;
     VertexForest forest_;
     DualLeafErrors leaf_errors_;
     std::optional<DualBound> bound_;

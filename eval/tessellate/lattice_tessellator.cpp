@@ -93,7 +93,8 @@ class LimitUvs {
             const bool triangles = options.scheme.info().family == MeshFamily::triangles;
             const SchemeInfo& scheme =
                 linear ? *find_scheme(triangles ? "midpoint" : "bilinear") : options.scheme.info();
-            points_.emplace(make_hierarchy(chart_, scheme, {.rules = chart_rules(options.rules)}));
+            points_.emplace(
+                make_hierarchy(chart_, scheme, {.rules = chart_rules(options.rules), .whole_levels = true}));
         } catch (const Error& error) {
             warnings.push_back(std::string("the UV layer cannot be subdivided and is interpolated linearly (") +
                                error.what() + ")");
@@ -132,7 +133,8 @@ class LatticeTessellator final : public TessellationRun {
   public:
     LatticeTessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
         : TessellationRun(mesh, options, context),
-          points_(make_hierarchy(mesh, options.scheme.info(), {.rules = options.rules})),
+          points_(make_hierarchy(mesh, options.scheme.info(),
+                                 {.rules = options.rules, .whole_levels = true, .context = context})),
           forest_(mesh),
           progress_(context, options.max_triangles, [this] { return forest_.triangle_count(); }) {}
 
@@ -141,13 +143,11 @@ class LatticeTessellator final : public TessellationRun {
     using Refinement = AdaptiveRefinement<ForestView>;
 
     void prepare() override {
-        // Masks of averaging are wide, and to bound by them takes longer than all else: only where it is asked for.
-        const bool bounds = certified() || options_.scheme.info().step != averaging_step;
         // A budget compares errors with each other: there all are looked at closely.
         const double decide_at = options_.max_triangles != 0 ? 0.0 : aim_;
         if (is_linear(options_.scheme.info()))
             bound_ = std::make_unique<LinearBound>(mesh_, options_.scheme.info());
-        else if (bounds && MaskNormBound<Family>::has(options_.scheme.info(), options_.rules, mesh_))
+        else if (certified() && MaskNormBound<Family>::has(  // it takes several times as long as all elseoptions_.scheme.info(), options_.rules, mesh_))
             bound_ =
                 std::make_unique<MaskNormBound<Family>>(points_, options_.scheme.info(), options_.rules, decide_at);
         if (certified() && !bound_)
@@ -156,10 +156,6 @@ class LatticeTessellator final : public TessellationRun {
                 "there is no certified bound where edges or vertices are semi-sharp for more than 6 levels, or more "
                 "than 64 edges meet or bound a face; use the measured estimator, or change the mesh there",
                 mesh_.data().source);
-        if (!bound_ && bounds && has_mask_norms(options_.scheme.info(), options_.rules))
-            result_.warnings.push_back(
-                "there is no certified error: edges or vertices are semi-sharp for more than 6 levels, or more than 64 "
-                "edges meet or bound a face");
         by_points_ = std::make_unique<LimitEstimator<Family>>(points_, decide_at);
         watched_.emplace(certified() ? static_cast<const ErrorEstimator&>(*bound_) : *by_points_, progress_,
                          k_estimator_block);

@@ -284,6 +284,9 @@ struct HierarchyOptions {
     /// Limit positions from elsewhere, by canonical sites (such as a patch tree over the same mesh); else from the
     /// scheme's rules.
     std::shared_ptr<const PositionSource> limit_positions{};
+    /// Many limit positions together come from whole levels (see whole_level_limits.hpp), which are kept: up to some
+    /// hundred times faster. Their last bits then depend on what has been asked before.
+    bool whole_levels = false;
     RunContext context{};
 };
 

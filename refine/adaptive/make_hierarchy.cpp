@@ -4,6 +4,7 @@
 #include "hierarchy_families.hpp"
 #include "sqrt3_sites.hpp"
 #include "vertex_levels.hpp"
+#include "whole_level_limits.hpp"
 
 #include <string>
 #include <utility>
@@ -15,7 +16,7 @@ namespace {
 /// A scheme's levels with limit positions from elsewhere.
 class OtherLimits final : public LevelSource {
   public:
-    OtherLimits(std::unique_ptr<LevelSource> levels, std::shared_ptr<const PositionSource> limits)
+    OtherLimits(std::shared_ptr<const LevelSource> levels, std::shared_ptr<const PositionSource> limits)
         : levels_(std::move(levels)), limits_(std::move(limits)) {}
     int first_level(const Site& site) const override { return levels_->first_level(site); }
     int max_level() const override { return levels_->max_level(); }
@@ -31,9 +32,20 @@ class OtherLimits final : public LevelSource {
     void limits(std::span<const Site> sites, std::span<LimitPoint> out) const override { levels_->limits(sites, out); }
 
   private:
-    std::unique_ptr<LevelSource> levels_;
+    std::shared_ptr<const LevelSource> levels_;
     std::shared_ptr<const PositionSource> limits_;
 };
+
+/// The levels with limit positions as the options ask for them.
+std::unique_ptr<LevelSource> with_limits(std::unique_ptr<LevelSource> levels, const ControlMesh& mesh,
+                                         const SchemeInfo& scheme, const HierarchyOptions& options,
+                                         const VertexRoots* roots = nullptr) {
+    std::shared_ptr<const PositionSource> limits = options.limit_positions;
+    if (!limits && !options.whole_levels) return levels;
+    const std::shared_ptr<const LevelSource> others = std::move(levels);
+    if (!limits) limits = detail::whole_level_limits(mesh, scheme, options.rules, others, roots, options.context);
+    return std::make_unique<OtherLimits>(others, limits);
+}
 
 }  // namespace
 
@@ -42,10 +54,9 @@ Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, cons
         throw Error(ErrorCode::invalid_input, "the number of averaging steps must not be negative");
     if (scheme.family != MeshFamily::hexagons && fan_lattice(scheme, options.rules) == FanLattice::dual) {
         const auto points = std::make_shared<const PartialLevels>(mesh, scheme, options.rules);
-        std::unique_ptr<LevelSource> of_cells = vertex_levels(points);
-        if (options.limit_positions)
-            of_cells = std::make_unique<OtherLimits>(std::move(of_cells), options.limit_positions);
-        return Hierarchy(vertex_family(mesh, std::move(of_cells), points->vertex_roots()), scheme, options.rules);
+        VertexRoots roots = points->vertex_roots();
+        std::unique_ptr<LevelSource> of_cells = with_limits(vertex_levels(points), mesh, scheme, options, &roots);
+        return Hierarchy(vertex_family(mesh, std::move(of_cells), std::move(roots)), scheme, options.rules);
     }
     const bool triangles = scheme.family == MeshFamily::triangles;
     std::unique_ptr<LevelSource> levels;
@@ -62,13 +73,14 @@ Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, cons
     if (scheme.refinement == Refinement::honeycomb)
         throw Error(ErrorCode::unsupported, "there is no hierarchy for " + std::string(scheme.name) +
                                                 ": its vertices are no sites of corner cells or triangles");
-    if (scheme.name == "bilinear" || scheme.name == "midpoint")
+    const bool linear = scheme.name == "bilinear" || scheme.name == "midpoint";
+    if (linear)
         levels = linear_levels(mesh, triangles);
     else if (detail::has_plain_rules(mesh, scheme, options.rules))
         levels = closure_levels(mesh, triangles ? SchemeKind::loop : SchemeKind::catmull_clark);
     else
         levels = rule_levels(mesh, scheme, options.rules);
-    if (options.limit_positions) levels = std::make_unique<OtherLimits>(std::move(levels), options.limit_positions);
+    if (!linear || options.limit_positions) levels = with_limits(std::move(levels), mesh, scheme, options);
     std::shared_ptr<const LevelSource> source = std::move(levels);
     return Hierarchy(triangles ? triangle_family(mesh, std::move(source)) : bisection_family(mesh, std::move(source)),
                      scheme, options.rules);

@@ -248,6 +248,12 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     if (dual) net = RootLattices::of_corners(by_rules.last(), by_rules.control_face_of_corners(), creases);
     if (dual && !net) return nullptr;
     while (by_rules.level() < base_level) first = advance();
+    std::vector<std::uint32_t> corner_halfedges;
+    if (base_level == 0 || (base_level == 1 && first.size() == mesh.halfedge_count())) {
+        corner_halfedges.resize(mesh.halfedge_count());
+        for (std::uint32_t h = 0; h < corner_halfedges.size(); ++h)
+            corner_halfedges[h] = dual ? 4 * h : base_level == 0 ? h : static_cast<std::uint32_t>(first[h]);
+    }
     if (!dual) {
         std::vector<std::uint32_t> control(static_cast<std::size_t>(by_rules.last().face_count()));
         for (std::size_t f = 0; f < control.size(); ++f)
@@ -258,6 +264,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         for (std::size_t h = 0; h < first.size(); ++h) first[h] = static_cast<int>(h);
     }
     std::unique_ptr<RepeatedRows> all(new RepeatedRows(std::move(*net)));
+    all->corner_halfedges_ = std::move(corner_halfedges);
     std::uint32_t segments = 1;
     const auto go_on = [&] {
         context.report("refine", 0);

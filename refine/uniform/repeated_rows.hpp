@@ -45,6 +45,11 @@ class RepeatedRows {
     /// Whether all points are known to be corners of faces.
     bool uses_all_points() const;
     std::size_t control_count() const { return control_count_; }
+    const RootLattices& net() const { return net_; }
+    RootLayout last_layout() const { return net_.layout(segments_.back()); }
+    /// By control half-edge the half-edge of the net's base from which the lattice of its corner cell (triangles: of
+    /// its face) is seen: a along it, b away from it. Empty where roots are smaller than that.
+    std::span<const std::uint32_t> corner_halfedges() const { return corner_halfedges_; }
     using Faces = RootLattices::Faces;
     Faces faces(const RunContext& context) const { return net_.faces(segments_.back(), context); }
 
@@ -65,6 +70,7 @@ class RepeatedRows {
                           const RowPatterns::Progress& progress) const;
 
     RootLattices net_;
+    std::vector<std::uint32_t> corner_halfedges_;
     std::size_t control_count_ = 0;
     std::vector<RowPatterns> patterns_;
     std::vector<std::size_t> pattern_;  ///< of each step after the levels by rules
