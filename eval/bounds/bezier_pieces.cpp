@@ -102,14 +102,14 @@ constexpr double corner(int u, int v, int w) {
 }
 
 constexpr auto k_weights = [] {
-    std::array<std::array<double, 12>, Quartic::k_count> table{};
+    std::array<std::array<double, Quartic::k_count>, 12> table{};  // by point of the net
     for (int j = 0; j <= 4; ++j)
         for (int i = 0; i + j <= 4; ++i) {
             const int u = 4 - i - j, v = i, w = j;
-            auto& row = table[Quartic::index(i, j)];
-            row = {corner(u, v, w), corner(v, w, u), corner(w, u, v), across(w, u, v), single(u, w), single(u, v),
-                   across(u, v, w), single(v, u),    single(v, w),    across(v, w, u), single(w, v), single(w, u)};
-            for (double& weight : row) weight /= 12;
+            const std::array<double, 12> row = {corner(u, v, w), corner(v, w, u), corner(w, u, v), across(w, u, v),
+                                                single(u, w),    single(u, v),    across(u, v, w), single(v, u),
+                                                single(v, w),    across(v, w, u), single(w, v),    single(w, u)};
+            for (std::size_t k = 0; k < 12; ++k) table[k][Quartic::index(i, j)] = row[k] / 12;
         }
     return table;
 }();
@@ -188,13 +188,15 @@ BezierTriangle<2> four_direction_over(const Net9& net, int side, const std::arra
     return quarter.over(at);
 }
 
+TETRAKIS_FOR_AVX2_TOO
 BezierTriangle<4> box_spline_triangle(const Net12& net) {
+    std::array<std::array<double, Quartic::k_count>, 3> sum{};
+    for (std::size_t k = 0; k < 12; ++k)
+        for (int c = 0; c < 3; ++c)
+            for (std::size_t i = 0; i < Quartic::k_count; ++i)
+                sum[static_cast<std::size_t>(c)][i] += k_weights[k][i] * net[k][c];
     Quartic result;
-    for (std::size_t i = 0; i < Quartic::k_count; ++i) {
-        Vec3d sum(0);
-        for (std::size_t k = 0; k < 12; ++k) sum += k_weights[i][k] * net[k];
-        result.point[i] = sum;
-    }
+    for (std::size_t i = 0; i < Quartic::k_count; ++i) result.point[i] = {sum[0][i], sum[1][i], sum[2][i]};
     return result;
 }
 
