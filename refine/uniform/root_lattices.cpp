@@ -348,15 +348,6 @@ std::optional<RootLattices::Seen> RootLattices::at_side(const RootLayout& at, st
     return std::nullopt;
 }
 
-RootLattices::Place RootLattices::seen_from(std::uint32_t n, std::uint32_t side, const Place& p) const {
-    if (base_.face_size == 4) {
-        const Place places[4] = {p, {p.y, n - p.x}, {n - p.x, n - p.y}, {n - p.y, p.x}};
-        return places[side];
-    }
-    const Place places[3] = {p, {p.y, n - p.x - p.y}, {n - p.x - p.y, p.x}};
-    return places[side];
-}
-
 RootLattices::Heading RootLattices::ahead(std::uint32_t segments, const Heading& from) const {
     if (!from.known()) return from;
     const std::uint32_t n = segments - 1;
@@ -388,7 +379,7 @@ RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext
                         cells = at.segments() * at.segments();
     Faces faces;
     resize_large(faces.offsets, count + std::size_t{1});
-    resize_large(faces.control, count);
+    faces.control.resize(count);
     resize_large(faces.vertices, std::size_t{size} * count);
     faces.offsets[count] = size * count;
     const auto number_roots = [&](std::uint32_t begin, std::uint32_t end) {
@@ -396,9 +387,9 @@ RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext
             std::fill_n(&faces.control[cells * f], cells, base_face_[f]);
             for (std::uint32_t i = cells * f; i < cells * (f + 1); ++i) faces.offsets[i] = size * i;
             const auto row = [&](std::uint32_t y, std::vector<std::uint32_t>& numbers) {
-                for_each_on_line(
-                    segments + 1 - (size == 3 ? y : 0), [&](std::uint32_t x) { return at.at(f, x, y); },
-                    [&](std::uint32_t x, std::uint32_t v) { numbers[x] = v; });
+                at.line(size * f, y).for_each(0, segments + 1, [&](std::uint32_t x, std::uint32_t v) {
+                    numbers[x] = v;
+                });
             };
             number_cells(segments, size == 4, row, &faces.vertices[std::size_t{size} * cells * f]);
         }
@@ -418,7 +409,7 @@ RootLattices::Faces RootLattices::cell_faces(const RootLayout& at) const {
     reserve_large(faces.offsets, quads + std::size_t{base_.vertex_count} + 1);
     resize_large(faces.offsets, quads + std::size_t{1});
     for_each_index(quads + 1, [&](std::uint32_t f) { faces.offsets[f] = 4 * f; });
-    resize_large(faces.control, quads);
+    faces.control.resize(quads);
     reserve_large(faces.vertices, 4 * std::size_t{quads} + base_.halfedge_count());
     resize_large(faces.vertices, 4 * std::size_t{quads});
     const auto quad = [&](std::uint32_t f, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {

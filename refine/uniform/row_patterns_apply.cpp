@@ -117,9 +117,8 @@ void RowPatterns::by_kernel(const GhostGrid& grid, const RootLayout& fine, std::
     const double* const points = &work.grid.data()->x;
     // From place (0, 0) seen from a side.
     const auto line = [&](std::uint32_t s, std::uint32_t segments) {
-        const std::ptrdiff_t first = grid.index(grid.turned(s, 0, 0));
-        return GridLine{points + 3 * first, 3 * (grid.index(grid.turned(s, 1, 0)) - first),
-                        3 * (grid.index(grid.turned(s, 0, 1)) - first), segments};
+        const GhostGrid::Side& side = grid.side(s);
+        return GridLine{points + 3 * side.origin, 3 * side.along, 3 * side.away, segments};
     };
     for (std::uint32_t s = 0; s < sides; ++s) {
         const std::uint32_t side = base.edge_side[h + s];
@@ -179,11 +178,10 @@ void RowPatterns::at_corners(const GhostGrid& grid, const GridRows& regular, std
     for (std::uint32_t s = 0, h = net_.side_count() * f; s < net_.side_count(); ++s) {
         const std::uint32_t v = base.origin[h + s];
         if (base.vertex_halfedge[v] != h + s) continue;
-        const GhostGrid::Place p = grid.turned(s, 0, 0);
         // The rows of a corner's place are those of place (0, 0), whichever corner it is.
         Vec3d sums[Finish::rows_inside];
         for (std::size_t r = 0; r < Finish::rows_inside; ++r)
-            sums[r] = sum_of(&work.grid[static_cast<std::size_t>(grid.index(p))].x, regular[r]);
+            sums[r] = sum_of(&work.grid[static_cast<std::size_t>(grid.side(s).origin)].x, regular[r]);
         out[v] = Finish::result_inside(sums);
     }
 }
@@ -192,8 +190,7 @@ template <class Finish>
 void RowPatterns::side(const GhostGrid& grid, const RootLayout& fine, std::uint32_t h, Vec3d* out, Work& work) const {
     const std::uint32_t m = net_.last_place(fine), s = h % net_.side_count();
     const SidePattern& pattern = side_patterns_[side_pattern_[h]];
-    const std::ptrdiff_t origin = grid.index(grid.turned(s, 0, 0)), along = grid.index(grid.turned(s, 1, 0)) - origin,
-                         away = grid.index(grid.turned(s, 0, 1)) - origin;
+    const auto& [origin, along, away] = grid.side(s);
     work.side.resize(pattern.size());
     for (std::size_t r = 0; r < pattern.size(); ++r) {
         work.side[r].clear();
@@ -205,16 +202,13 @@ void RowPatterns::side(const GhostGrid& grid, const RootLayout& fine, std::uint3
     for (std::uint32_t b = owns_edge ? 0 : 1; b < depth_; ++b) {
         const std::uint32_t first = net_.side_count() == 4 ? reach_ : reach_ - std::min(reach_, b);
         if (m < reach_ || first > m - reach_) continue;
-        for_each_on_line(
-            m - reach_ - first + 1, [&](std::uint32_t i) { return net_.number(fine, h, first + i, b); },
-            [&](std::uint32_t i, std::uint32_t v) {
-                const std::uint32_t a = first + i;
-                const double* const at = grid_begin + 3 * (origin + static_cast<std::ptrdiff_t>(a / factor_) * along);
-                Vec3d sums[Finish::rows];
-                for (std::size_t r = 0; r < Finish::rows; ++r)
-                    sums[r] = sum_of(at, work.side[(b * factor_ + a % factor_) * Finish::rows + r]);
-                out[v] = Finish::result(sums);
-            });
+        net_.line(fine, h, b).for_each(first, m - reach_ + 1, [&](std::uint32_t a, std::uint32_t v) {
+            const double* const at = grid_begin + 3 * (origin + static_cast<std::ptrdiff_t>(a / factor_) * along);
+            Vec3d sums[Finish::rows];
+            for (std::size_t r = 0; r < Finish::rows; ++r)
+                sums[r] = sum_of(at, work.side[(b * factor_ + a % factor_) * Finish::rows + r]);
+            out[v] = Finish::result(sums);
+        });
     }
 }
 
