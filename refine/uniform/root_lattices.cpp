@@ -372,11 +372,13 @@ RootLattices::Heading RootLattices::ahead(std::uint32_t segments, const Heading&
     return {t / 4, entered.x, entered.y, (t % 4 + 1) % 4};
 }
 
-RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext& context) const {
+RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext& context,
+                                        const std::vector<std::uint32_t>* only) const {
     const RootLayout at(base_, segments);
     if (in_cells_) return cell_faces(at);
-    const std::uint32_t size = side_count(), count = static_cast<std::uint32_t>(at.cell_count()),
-                        cells = at.segments() * at.segments();
+    const std::uint32_t size = side_count(), cells = segments * segments,
+                        roots = only != nullptr ? static_cast<std::uint32_t>(only->size()) : base_.face_count,
+                        count = cells * roots;
     Faces faces;
     resize_large(faces.offsets, count + std::size_t{1});
     faces.control.resize(count);
@@ -384,17 +386,18 @@ RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext
     faces.offsets[count] = size * count;
     const auto number_roots = [&](std::uint32_t begin, std::uint32_t end) {
         for (std::uint32_t f = begin; f < end; ++f) {
-            std::fill_n(&faces.control[cells * f], cells, base_face_[f]);
+            const std::uint32_t root = only != nullptr ? (*only)[f] : f;
+            std::fill_n(&faces.control[cells * f], cells, base_face_[root]);
             for (std::uint32_t i = cells * f; i < cells * (f + 1); ++i) faces.offsets[i] = size * i;
             const auto row = [&](std::uint32_t y, std::vector<std::uint32_t>& numbers) {
-                at.line(size * f, y).for_each(0, segments + 1, [&](std::uint32_t x, std::uint32_t v) {
+                at.line(size * root, y).for_each(0, segments + 1, [&](std::uint32_t x, std::uint32_t v) {
                     numbers[x] = v;
                 });
             };
             number_cells(segments, size == 4, row, &faces.vertices[std::size_t{size} * cells * f]);
         }
     };
-    for_each_reported_block(base_.face_count, k_grain, context, "faces", 0, 1, number_roots);
+    for_each_reported_block(roots, k_grain, context, "faces", 0, 1, number_roots);
     return faces;
 }
 
