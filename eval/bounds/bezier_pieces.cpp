@@ -2,6 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+// Both versions give the same bits: neither fuses products and sums.
+#if defined(__linux__) && defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#    define TETRAKIS_FOR_AVX2_TOO __attribute__((target_clones("avx2", "default")))
+#else
+#    define TETRAKIS_FOR_AVX2_TOO
+#endif
 
 namespace tetrakis::detail {
 
@@ -94,14 +102,14 @@ constexpr double corner(int u, int v, int w) {
 }
 
 constexpr auto k_weights = [] {
-    std::array<std::array<double, 12>, Quartic::k_count> table{};
+    std::array<std::array<double, Quartic::k_count>, 12> table{};  // by point of the net
     for (int j = 0; j <= 4; ++j)
         for (int i = 0; i + j <= 4; ++i) {
             const int u = 4 - i - j, v = i, w = j;
-            auto& row = table[Quartic::index(i, j)];
-            row = {corner(u, v, w), corner(v, w, u), corner(w, u, v), across(w, u, v), single(u, w), single(u, v),
-                   across(u, v, w), single(v, u),    single(v, w),    across(v, w, u), single(w, v), single(w, u)};
-            for (double& weight : row) weight /= 12;
+            const std::array<double, 12> row = {corner(u, v, w), corner(v, w, u), corner(w, u, v), across(w, u, v),
+                                                single(u, w),    single(u, v),    across(u, v, w), single(v, u),
+                                                single(v, w),    across(v, w, u), single(w, v),    single(w, u)};
+            for (std::size_t k = 0; k < 12; ++k) table[k][Quartic::index(i, j)] = row[k] / 12;
         }
     return table;
 }();
@@ -110,6 +118,7 @@ constexpr auto k_weights = [] {
 
 SexticWeights sextic_weights(const std::array<Vec2d, 3>& triangle) { return tensor_weights<3>(triangle); }
 
+TETRAKIS_FOR_AVX2_TOO
 BezierTriangle<6> bicubic_over(const Net16& net, const SexticWeights& weights) {
     constexpr std::size_t k_count = BezierTriangle<6>::k_count;
     std::array<std::array<double, k_count>, 3> sum{};
@@ -119,6 +128,26 @@ BezierTriangle<6> bicubic_over(const Net16& net, const SexticWeights& weights) {
     BezierTriangle<6> result;
     for (std::size_t i = 0; i < k_count; ++i) result.point[i] = {sum[0][i], sum[1][i], sum[2][i]};
     return result;
+}
+
+TETRAKIS_FOR_AVX2_TOO
+double net_deviation(const Net16& net, const std::array<Vec2d, 3>& at, const std::array<Vec3d, 3>& linear) {
+    const Vec2d u = at[1] - at[0], v = at[2] - at[0];
+    const double area = u.x * v.y - u.y * v.x;
+    if (!(std::abs(area) >= 0.2)) return std::numeric_limits<double>::infinity();
+    const Vec3d lu = (linear[1] - linear[0]) / area, lv = (linear[2] - linear[0]) / area;
+    const Vec3d lx = v.y * lu - u.y * lv, ly = u.x * lv - v.x * lu;
+    const Vec3d first = linear[0] - (at[0].x + 1) * lx - (at[0].y + 1) * ly;  // at (-1, -1)
+    std::array<double, 16> squared{};
+    for (int k = 0; k < 3; ++k) {
+        const std::array<double, 4> row = {first[k], first[k] + lx[k], first[k] + 2 * lx[k], first[k] + 3 * lx[k]};
+        for (std::size_t y = 0; y < 4; ++y)
+            for (std::size_t x = 0; x < 4; ++x) {
+                const double d = net.c[k][4 * y + x] - (row[x] + double(y) * ly[k]);
+                squared[4 * y + x] += d * d;
+            }
+    }
+    return std::sqrt(*std::max_element(squared.begin(), squared.end()));
 }
 
 BezierTriangle<4> biquadratic_over(const Net9& net, const std::array<Vec2d, 3>& triangle) {
@@ -159,13 +188,15 @@ BezierTriangle<2> four_direction_over(const Net9& net, int side, const std::arra
     return quarter.over(at);
 }
 
+TETRAKIS_FOR_AVX2_TOO
 BezierTriangle<4> box_spline_triangle(const Net12& net) {
+    std::array<std::array<double, Quartic::k_count>, 3> sum{};
+    for (std::size_t k = 0; k < 12; ++k)
+        for (int c = 0; c < 3; ++c)
+            for (std::size_t i = 0; i < Quartic::k_count; ++i)
+                sum[static_cast<std::size_t>(c)][i] += k_weights[k][i] * net[k][c];
     Quartic result;
-    for (std::size_t i = 0; i < Quartic::k_count; ++i) {
-        Vec3d sum(0);
-        for (std::size_t k = 0; k < 12; ++k) sum += k_weights[i][k] * net[k];
-        result.point[i] = sum;
-    }
+    for (std::size_t i = 0; i < Quartic::k_count; ++i) result.point[i] = {sum[0][i], sum[1][i], sum[2][i]};
     return result;
 }
 

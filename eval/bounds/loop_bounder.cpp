@@ -167,9 +167,10 @@ void LoopBounder::bound_cell(const LoopCell& cell, const Piece& piece, int depth
     if (rejected_) return;
     if (cell.kind == LoopCell::Kind::regular) return bound_regular(detail::box_spline_triangle(cell.net), piece);
     if (cell.kind != LoopCell::Kind::split) {
-        const double upper = hull_error(cell, piece.edge) + pad_;
+        const bool may_split = depth > 0 && !exhausted();
+        const double upper = hull_error(cell, piece.edge, may_split) + pad_;
         if (settled(upper)) return;
-        if (depth == 0 || exhausted()) return give_up(upper);
+        if (!may_split) return give_up(upper);
     }
     ++splits_;
     const detail::LabelledPolygon<Bary> whole(piece.at, piece.edge);
@@ -185,20 +186,21 @@ void LoopBounder::bound_cell(const LoopCell& cell, const Piece& piece, int depth
     }
 }
 
-/// The surface of a cell lies in the hull of the cell's points, its sides do, too.
-double LoopBounder::hull_error(const LoopCell& cell, const Edges& edge) const {
+double LoopBounder::hull_error(const LoopCell& cell, const Edges& edge, bool may_split) const {
     double error = 0;
-    const auto look = [&](const Vec3d& p) {
-        const Vec3d local = face_.local(p);
-        error = std::max(error, node_error(local, -1));
-        for (const int e : edge)
-            if (e >= 0) error = std::max(error, node_error(local, e));
+    const auto look = [&](std::span<const Vec3d> points) {
+        for (const Vec3d& p : points) {
+            const Vec3d local = face_.local(p);
+            error = std::max(error, node_error(local, -1));
+            for (const int e : edge)
+                if (e >= 0) error = std::max(error, node_error(local, e));
+            if (may_split && !is_settled(error + pad_)) return;
+        }
     };
-    if (cell.kind == LoopCell::Kind::star) {
-        for (int i = 0; i < detail::loop_star_size(cell.star->valence()); ++i) look(cell.star->points()[i]);
-    } else {
-        for (const Vec3d& p : cell.node->rings().points()) look(p);
-    }
+    if (cell.kind == LoopCell::Kind::star)
+        look({cell.star->points(), static_cast<std::size_t>(detail::loop_star_size(cell.star->valence()))});
+    else
+        look(cell.node->rings().points());
     return error;
 }
 

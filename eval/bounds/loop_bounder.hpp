@@ -53,7 +53,9 @@ class LoopBounder : private detail::PatchBounder<> {
     Vec3d position(const detail::LoopCell& cell, const detail::Bary& at) const;
     void bound_cell(const detail::LoopCell& cell, const Piece& piece, int depth);
     void bound_regular(const Patch& cell, const Piece& piece);
-    double hull_error(const detail::LoopCell& cell, const Edges& edge) const;
+    /// The surface of a cell lies in the hull of the cell's points, its sides do, too.
+    /// @param may_split  then any value that settles nothing will do where the error does not
+    double hull_error(const detail::LoopCell& cell, const Edges& edge, bool may_split) const;
 
     const LoopPatches& patches_;
     HalfedgeId root_;

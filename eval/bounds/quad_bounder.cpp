@@ -52,12 +52,12 @@ double QuadBounder::hull_error(const QuadNode& node, const Piece& piece, const C
         const std::size_t opposite = (k + 1) % 3;
         if (distance_ && piece.edge[opposite] >= 0) continue;
         double far = 0;
-        for (std::size_t i = 0; i < count; ++i) {
+        for (std::size_t i = 0; i < count && far < least; ++i) {
             const Vec3d d = points[i] - corners.linear[k];
             far = std::max(far, glm::dot(d, d));
         }
         most = std::max(most, far);
-        least = std::min(least, far);
+        if (distance_) least = std::min(least, far);
     }
     return std::sqrt(distance_ ? least : most);
 }
@@ -257,6 +257,8 @@ void QuadBounder::bound_regular(const WalkCell& cell, const Piece& piece, const 
 }
 
 void QuadBounder::bound_part(const detail::Net16& net, const Part& part, const detail::SexticWeights& weights) {
+    // No error is larger than |S - L|. That settles pieces that are small beside the tolerance.
+    if (settled(detail::net_deviation(net, part.at, part.linear) + pad_)) return;
     using Patch = detail::BezierTriangle<6>;
     Patch patch = detail::bicubic_over(net, weights);
     if (distance_) {

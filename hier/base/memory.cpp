@@ -25,7 +25,7 @@ namespace {
 
 #if defined(TETRAKIS_MAPS_PAGES)
 constexpr std::size_t k_mapped = std::size_t{1} << 20;  // smaller blocks would waste much of their last page
-constexpr std::size_t k_large = 2 * k_huge_page;        // blocks from here on are on huge pages
+constexpr std::size_t k_large = k_huge_page;            // blocks from here on are on huge pages
 
 /// The size of the mapping for so many bytes.
 std::size_t mapped_size(std::size_t bytes) {
@@ -121,8 +121,32 @@ FreedBlocks& freed_blocks() {
 }
 #endif
 
+#if defined(TETRAKIS_MAPS_PAGES)
+/// oneTBB's allocator over mappings of ours. It outlives all static objects.
+rml::MemoryPool* small_blocks() {
+    static rml::MemoryPool* const pool = [] {
+        const auto map = [](std::intptr_t, std::size_t& bytes) -> void* {
+            bytes = mapped_size(bytes);
+            char* const kept = freed_blocks().take(bytes);
+            return kept != nullptr ? kept : map_pages(bytes);
+        };
+        const auto unmap = [](std::intptr_t, void* data, std::size_t bytes) {
+            freed_blocks().put(static_cast<char*>(data), bytes);
+            return 0;
+        };
+        const rml::MemPoolPolicy policy(map, unmap, k_huge_page);
+        rml::MemoryPool* created = nullptr;
+        rml::pool_create_v1(0, &policy, &created);
+        return created;
+    }();
+    return pool;
+}
+#endif
+
 void* grow_small(void* data, std::size_t bytes) {
-#if defined(__SANITIZE_ADDRESS__)
+#if defined(TETRAKIS_MAPS_PAGES)
+    return rml::pool_realloc(small_blocks(), data, bytes);
+#elif defined(__SANITIZE_ADDRESS__)
     return std::realloc(data, bytes);
 #else
     return scalable_realloc(data, bytes);
@@ -175,7 +199,9 @@ void free_memory(void* data, std::size_t bytes) noexcept {
     }
 #endif
     (void)bytes;
-#if defined(__SANITIZE_ADDRESS__)
+#if defined(TETRAKIS_MAPS_PAGES)
+    rml::pool_free(small_blocks(), data);
+#elif defined(__SANITIZE_ADDRESS__)
     std::free(data);
 #else
     scalable_free(data);

@@ -39,7 +39,14 @@ class GhostGrid {
     /// @param regular  regular_corners(net)
     /// @param rings    at most the lattice's segments
     GhostGrid(const RootLattices& net, const RootLayout& at, const std::vector<char>& regular, std::uint32_t rings)
-        : net_(net), at_(at), regular_(regular), rings_(rings), last_(net.last_place(at)) {}
+        : net_(net), at_(at), regular_(regular), rings_(rings), last_(net.last_place(at)) {
+        for (std::uint32_t s = 0; s < net.side_count(); ++s) {
+            const auto seen = [&](std::ptrdiff_t a, std::ptrdiff_t b) {
+                return index(turned_place<Place>(net.side_count() == 4, std::ptrdiff_t{last_}, s, a, b));
+            };
+            sides_[s] = {seen(0, 0), seen(1, 0) - seen(0, 0), seen(0, 1) - seen(0, 0)};
+        }
+    }
 
     std::ptrdiff_t stride() const { return last_ + 1 + 2 * static_cast<std::ptrdiff_t>(rings_); }
     std::size_t size() const { return static_cast<std::size_t>(stride() * stride()); }
@@ -51,16 +58,12 @@ class GhostGrid {
         const auto w = static_cast<std::ptrdiff_t>(rings_);
         return {index % stride() - w, index / stride() - w};
     }
-    /// The place that is (a, b) seen from a side: a along it, b away from it.
-    Place turned(std::uint32_t side, std::ptrdiff_t a, std::ptrdiff_t b) const {
-        const auto n = static_cast<std::ptrdiff_t>(last_);
-        if (net_.side_count() == 4) {
-            const Place places[4] = {{a, b}, {n - b, a}, {n - a, n - b}, {b, n - a}};
-            return places[side];
-        }
-        const Place places[3] = {{a, b}, {n - a - b, a}, {b, n - a - b}};
-        return places[side];
-    }
+    /// The lattice seen from a side: its place (0, 0), and how much further on the next ones are along it and away.
+    struct Side {
+        std::ptrdiff_t origin, along, away;
+        std::ptrdiff_t index(std::ptrdiff_t a, std::ptrdiff_t b) const { return origin + a * along + b * away; }
+    };
+    const Side& side(std::uint32_t s) const { return sides_[s]; }
 
     /// Copies the values at root f's places and at those around it; the grid keeps what it has where nothing lies.
     template <class T>
@@ -86,11 +89,11 @@ class GhostGrid {
             return;
         }
         for (std::uint32_t s = 0; s < sides; ++s) {
-            T* const first = grid + index(turned(s, 0, 0));
-            const std::ptrdiff_t step = index(turned(s, 1, 0)) - index(turned(s, 0, 0));
-            for_each_on_line(
-                n, [&](std::uint32_t a) { return at_.along(sides * f + s, a); },
-                [&](std::uint32_t a, std::uint32_t v) { first[static_cast<std::ptrdiff_t>(a) * step] = in[v]; });
+            T* const first = grid + sides_[s].origin;
+            const std::ptrdiff_t step = sides_[s].along;
+            at_.line(sides * f + s, 0).for_each(0, n, [&](std::uint32_t a, std::uint32_t v) {
+                first[static_cast<std::ptrdiff_t>(a) * step] = in[v];
+            });
         }
         const T* inner = in + at_.face_begin(f);
         for (std::uint32_t y = 1; y < n; ++y) {
@@ -104,16 +107,14 @@ class GhostGrid {
     void fill_side(std::uint32_t h, std::uint32_t s, const T* in, T* grid) const {
         const std::uint32_t t = net_.base().twin[h];
         if (t == none) return;
-        const auto n = static_cast<std::ptrdiff_t>(last_);
         for (std::uint32_t b = 1; b <= rings_; ++b) {
             const std::uint32_t line = net_.in_cells() ? b - 1 : b;
             if (line > last_) return;
-            const std::uint32_t count = last_ + 1 - (net_.side_count() == 3 ? line : 0);
-            T* const first = grid + index(turned(s, n, -static_cast<std::ptrdiff_t>(b)));
-            const std::ptrdiff_t step = index(turned(s, 0, 0)) - index(turned(s, 1, 0));
-            for_each_on_line(
-                count, [&](std::uint32_t a) { return net_.number(at_, t, a, line); },
-                [&](std::uint32_t a, std::uint32_t v) { first[static_cast<std::ptrdiff_t>(a) * step] = in[v]; });
+            T* const first = grid + sides_[s].index(last_, -static_cast<std::ptrdiff_t>(b));
+            const std::ptrdiff_t step = -sides_[s].along;
+            net_.line(at_, t, line).for_each(0, last_ + 1, [&](std::uint32_t a, std::uint32_t v) {
+                first[static_cast<std::ptrdiff_t>(a) * step] = in[v];
+            });
         }
     }
 
@@ -131,7 +132,7 @@ class GhostGrid {
             const std::ptrdiff_t first = net_.in_cells() ? 0 : 1, end = net_.in_cells() ? reach : reach + 1;
             const std::ptrdiff_t shift = net_.in_cells() ? 1 : 0;
             for (std::ptrdiff_t b = first; b < end; ++b)
-                for (std::ptrdiff_t a = first; a < end; ++a) grid[index(turned(s, -a - shift, -b - shift))] = at(a, b);
+                for (std::ptrdiff_t a = first; a < end; ++a) grid[sides_[s].index(-a - shift, -b - shift)] = at(a, b);
             return;
         }
         // A turn by 60 degrees takes (a, b) to (-b, a + b).
@@ -145,7 +146,7 @@ class GhostGrid {
                         x = -y;
                         y += old;
                     }
-                    grid[index(turned(s, x, y))] = at(a, b);
+                    grid[sides_[s].index(x, y)] = at(a, b);
                 }
         }
     }
@@ -154,6 +155,7 @@ class GhostGrid {
     RootLayout at_;
     const std::vector<char>& regular_;
     std::uint32_t rings_, last_;
+    Side sides_[4] = {};
 };
 
 }  // namespace tetrakis::detail

@@ -44,7 +44,7 @@ class PositionRefiner {
     /// @throws Error     invalid_input: a span of the wrong length, so for normals that the options did not ask for;
     ///                   cancelled (what is written is then worth nothing)
     /// Cost: 5 ns per vertex by the kernels of Catmull-Clark and Loop, 10 to 25 by other rows that repeat, 30 to 50 by
-    /// rules (refine() says when); with limits and normals 60, 70 to 200, and 60 to 500. Points are written where they
+    /// rules (refine() says when); with limits and normals 30, 40 to 150, and 60 to 500. Points are written where they
     /// stay, unless the mesh has holes, isolated vertices or a boundary that recedes: then by way of one more buffer.
     void refine(std::span<const Vec3d> control, std::span<Vec3d> positions, std::span<Vec3d> normals = {}) const;
 

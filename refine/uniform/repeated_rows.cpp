@@ -75,12 +75,19 @@ bool has_whole_faces(const RuleMesh& mesh, bool creases) {
 }
 
 /// Normals that are zero, from the faces around (FaceNormals).
-/// @param points  at the places of the numbers
-void add_face_normals(const RepeatedRows::Faces& faces, const RootLattices::Numbers& numbers, const Vec3d* points,
-                      std::span<Vec3d> normals) {
-    std::vector<std::uint32_t> vertices;
+/// @param points  at the places
+void add_face_normals(const RootLattices& net, const RootLayout& at, const Vec3d* points, std::span<Vec3d> normals,
+                      const RunContext& context) {
+    std::vector<std::uint32_t> vertices, roots;
     for (std::uint32_t i = 0; i < normals.size(); ++i)
         if (normals[i] == Vec3d(0)) vertices.push_back(i);
+    if (vertices.empty()) return;
+    for (const std::uint32_t v : vertices)
+        if (!net.in_cells()) net.for_each_root_of(at, v, [&](std::uint32_t root) { roots.push_back(root); });
+    std::sort(roots.begin(), roots.end());
+    roots.erase(std::unique(roots.begin(), roots.end()), roots.end());
+    const RootLattices::Faces faces = net.faces(at.segments(), context, &roots);
+    const RootLattices::Numbers numbers = net.point_numbers(at);
     std::vector<FaceNormals> sums(vertices.size());
     std::vector<std::uint32_t> place(numbers.count - numbers.first_shared);
     for (std::size_t i = numbers.number.size(); i-- > 0;)
@@ -95,8 +102,8 @@ void add_face_normals(const RepeatedRows::Faces& faces, const RootLattices::Numb
                 const std::uint32_t v = faces.vertices[k];
                 corners.push_back(points[v < numbers.first_shared ? v : place[v - numbers.first_shared]]);
             }
-            const auto at = std::lower_bound(vertices.begin(), vertices.end(), faces.vertices[c]) - vertices.begin();
-            sums[static_cast<std::size_t>(at)].add(corners, c - begin);
+            const auto found = std::lower_bound(vertices.begin(), vertices.end(), faces.vertices[c]) - vertices.begin();
+            sums[static_cast<std::size_t>(found)].add(corners, c - begin);
         }
     }
     for (std::size_t i = 0; i < sums.size(); ++i) normals[vertices[i]] = sums[i].normal();
@@ -387,8 +394,7 @@ void RepeatedRows::refine(std::span<const Vec3d> control, std::span<Vec3d> point
         if (limit_) limit_->apply(last, last, now, points.data(), progress(1));
         if (!normals.empty()) normals_->apply(last, last, now, normals.data(), progress(1));
     }
-    if (std::find(normals.begin(), normals.end(), Vec3d(0)) != normals.end())
-        add_face_normals(net_.faces(segments_.back(), context), net_.point_numbers(last), now, normals);
+    add_face_normals(net_, last, now, normals, context);
 }
 
 /// Of places of the same point the first one gives it; its normal is the mean of theirs.

@@ -348,15 +348,6 @@ std::optional<RootLattices::Seen> RootLattices::at_side(const RootLayout& at, st
     return std::nullopt;
 }
 
-RootLattices::Place RootLattices::seen_from(std::uint32_t n, std::uint32_t side, const Place& p) const {
-    if (base_.face_size == 4) {
-        const Place places[4] = {p, {p.y, n - p.x}, {n - p.x, n - p.y}, {n - p.y, p.x}};
-        return places[side];
-    }
-    const Place places[3] = {p, {p.y, n - p.x - p.y}, {n - p.x - p.y, p.x}};
-    return places[side];
-}
-
 RootLattices::Heading RootLattices::ahead(std::uint32_t segments, const Heading& from) const {
     if (!from.known()) return from;
     const std::uint32_t n = segments - 1;
@@ -381,29 +372,32 @@ RootLattices::Heading RootLattices::ahead(std::uint32_t segments, const Heading&
     return {t / 4, entered.x, entered.y, (t % 4 + 1) % 4};
 }
 
-RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext& context) const {
+RootLattices::Faces RootLattices::faces(std::uint32_t segments, const RunContext& context,
+                                        const std::vector<std::uint32_t>* only) const {
     const RootLayout at(base_, segments);
     if (in_cells_) return cell_faces(at);
-    const std::uint32_t size = side_count(), count = static_cast<std::uint32_t>(at.cell_count()),
-                        cells = at.segments() * at.segments();
+    const std::uint32_t size = side_count(), cells = segments * segments,
+                        roots = only != nullptr ? static_cast<std::uint32_t>(only->size()) : base_.face_count,
+                        count = cells * roots;
     Faces faces;
     resize_large(faces.offsets, count + std::size_t{1});
-    resize_large(faces.control, count);
+    faces.control.resize(count);
     resize_large(faces.vertices, std::size_t{size} * count);
     faces.offsets[count] = size * count;
     const auto number_roots = [&](std::uint32_t begin, std::uint32_t end) {
         for (std::uint32_t f = begin; f < end; ++f) {
-            std::fill_n(&faces.control[cells * f], cells, base_face_[f]);
+            const std::uint32_t root = only != nullptr ? (*only)[f] : f;
+            std::fill_n(&faces.control[cells * f], cells, base_face_[root]);
             for (std::uint32_t i = cells * f; i < cells * (f + 1); ++i) faces.offsets[i] = size * i;
             const auto row = [&](std::uint32_t y, std::vector<std::uint32_t>& numbers) {
-                for_each_on_line(
-                    segments + 1 - (size == 3 ? y : 0), [&](std::uint32_t x) { return at.at(f, x, y); },
-                    [&](std::uint32_t x, std::uint32_t v) { numbers[x] = v; });
+                at.line(size * root, y).for_each(0, segments + 1, [&](std::uint32_t x, std::uint32_t v) {
+                    numbers[x] = v;
+                });
             };
             number_cells(segments, size == 4, row, &faces.vertices[std::size_t{size} * cells * f]);
         }
     };
-    for_each_reported_block(base_.face_count, k_grain, context, "faces", 0, 1, number_roots);
+    for_each_reported_block(roots, k_grain, context, "faces", 0, 1, number_roots);
     return faces;
 }
 
@@ -418,7 +412,7 @@ RootLattices::Faces RootLattices::cell_faces(const RootLayout& at) const {
     reserve_large(faces.offsets, quads + std::size_t{base_.vertex_count} + 1);
     resize_large(faces.offsets, quads + std::size_t{1});
     for_each_index(quads + 1, [&](std::uint32_t f) { faces.offsets[f] = 4 * f; });
-    resize_large(faces.control, quads);
+    faces.control.resize(quads);
     reserve_large(faces.vertices, 4 * std::size_t{quads} + base_.halfedge_count());
     resize_large(faces.vertices, 4 * std::size_t{quads});
     const auto quad = [&](std::uint32_t f, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {

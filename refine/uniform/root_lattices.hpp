@@ -1,5 +1,6 @@
 #pragma once
 
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/run_context.hpp"
 #include "../../schemes/core/rule_mesh.hpp"
 #include "root_layout.hpp"
@@ -11,6 +12,15 @@
 #include <vector>
 
 namespace tetrakis::detail {
+
+/// The place in a lattice that is (a, b) seen from one of its sides: a along it, b away from it.
+/// @param n  the last place along a side
+template <class Place, class Int>
+Place turned_place(bool quads, Int n, std::uint32_t side, Int a, Int b) {
+    if (side == 0) return {a, b};
+    if (!quads) return side == 1 ? Place{n - a - b, a} : Place{b, n - a - b};
+    return side == 1 ? Place{n - b, a} : side == 2 ? Place{n - a, n - b} : Place{b, n - a};
+}
 
 /// Numbers of the points and faces of all levels below a mesh of quads or triangles, its roots: by arithmetic from the
 /// place in a root's lattice.
@@ -111,20 +121,46 @@ class RootLattices {
     /// Faces of a level, and the control face that each belongs to; corners of the same face of two refinements of
     /// meshes with the same faces are in the same places.
     struct Faces {
-        std::vector<std::uint32_t> offsets, vertices, control;
+        std::vector<std::uint32_t> offsets, vertices;
+        RawPoolVector<std::uint32_t> control;
     };
-    Faces faces(std::uint32_t segments, const RunContext& context) const;
+    /// @param only  in lattices: unless null, the roots whose faces are wanted
+    Faces faces(std::uint32_t segments, const RunContext& context,
+                const std::vector<std::uint32_t>* only = nullptr) const;
+    /// Calls visit(root) for each root that a point lies in. In lattices.
+    template <class Visit>
+    void for_each_root_of(const RootLayout& at, std::uint32_t number, const Visit& visit) const {
+        if (number >= at.face_begin(0)) return visit((number - at.face_begin(0)) / at.root_points());
+        const bool corner = number < base_.vertex_count;
+        const std::uint32_t first = corner ? base_.vertex_halfedge[number]
+                                           : base_.edge_halfedge[(number - base_.vertex_count) / (at.segments() - 1)];
+        std::uint32_t h = first;
+        while (h != none) {
+            visit(base_.face_of(h));
+            h = corner ? turned(h) : base_.twin[h];
+            if (h == first) return;
+        }
+    }
 
     // Lattices seen from half-edge h: a along it, b away from it; n is the last place.
     std::uint32_t side_count() const { return static_cast<std::uint32_t>(base_.face_size); }
     std::uint32_t last_place(const RootLayout& at) const { return in_cells_ ? at.segments() - 1 : at.segments(); }
-    Place turned(std::uint32_t n, std::uint32_t side, std::uint32_t a, std::uint32_t b) const;
+    Place turned(std::uint32_t n, std::uint32_t side, std::uint32_t a, std::uint32_t b) const {
+        return turned_place<Place>(base_.face_size == 4, n, side, a, b);
+    }
     std::uint32_t number(const RootLayout& at, std::uint32_t h, std::uint32_t a, std::uint32_t b) const {
-        return number_at(at, h / side_count(), turned(last_place(at), h % side_count(), a, b));
+        const std::uint32_t f = base_.face_of(h);
+        return number_at(at, f, turned(last_place(at), h - base_.first_halfedge(f), a, b));
     }
     std::uint32_t number_at(const RootLayout& at, std::uint32_t f, const Place& p) const {
         const std::uint32_t n = at.segments();
         return in_cells_ ? (f * n + p.y) * n + p.x : at.at(f, p.x, p.y);
+    }
+    /// The line b away from side h.
+    PointLine line(const RootLayout& at, std::uint32_t h, std::uint32_t b) const {
+        if (!in_cells_) return at.line(h, b);
+        const std::uint32_t n = at.segments(), first = number(at, h, 0, b), step = number(at, h, 1, b) - first;
+        return {n, first, first + (n - 1) * step, first + step, step};
     }
     /// What is left beyond a from the other end of the line b away from the side.
     std::uint32_t rest(std::uint32_t n, std::uint32_t a, std::uint32_t b) const {
@@ -140,7 +176,9 @@ class RootLattices {
     RootLattices() = default;
     bool set_base(const RuleMesh& mesh);
     bool has_simple_roots() const;
-    Place seen_from(std::uint32_t n, std::uint32_t side, const Place& p) const;
+    Place seen_from(std::uint32_t n, std::uint32_t side, const Place& p) const {
+        return turned(n, side == 0 ? 0 : side_count() - side, p.x, p.y);
+    }
     std::optional<std::vector<int>> lattice(const RootLayout& at, const RuleMesh& mesh,
                                             std::span<const int> corner_halfedge) const;
     std::optional<std::vector<int>> cells(const RootLayout& at, const RuleMesh& mesh,
@@ -156,15 +194,5 @@ class RootLattices {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> glued_;
     std::vector<std::uint32_t> crease_ends_;
 };
-
-inline RootLattices::Place RootLattices::turned(std::uint32_t n, std::uint32_t side, std::uint32_t a,
-                                                std::uint32_t b) const {
-    if (base_.face_size == 4) {
-        const Place places[4] = {{a, b}, {n - b, a}, {n - a, n - b}, {b, n - a}};
-        return places[side];
-    }
-    const Place places[3] = {{a, b}, {n - a - b, a}, {b, n - a - b}};
-    return places[side];
-}
 
 }  // namespace tetrakis::detail

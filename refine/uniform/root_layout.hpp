@@ -2,28 +2,31 @@
 
 #include "mesh_level.hpp"
 
+#include <algorithm>
 #include <cstdint>
 
 namespace tetrakis::detail {
 
-/// Calls visit(i, number(i)) for each i < count of a line of RootLayout, whose inner numbers have one second
-/// difference.
-template <class Number, class Visit>
-void for_each_on_line(std::uint32_t count, const Number& number, const Visit& visit) {
-    if (count < 6) {
-        for (std::uint32_t i = 0; i < count; ++i) visit(i, number(i));
-        return;
+/// The points on a line of a lattice: both ends, and numbers between them that have one second difference (modulo
+/// 2^32).
+struct PointLine {
+    std::uint32_t count, first, last;
+    std::uint32_t second = 0, step = 0, turn = 0;  ///< the second point; the next less that; the second difference
+
+    /// Calls visit(i, number) for the points i in [begin, end) that the line has.
+    template <class Visit>
+    void for_each(std::uint32_t begin, std::uint32_t end, const Visit& visit) const {
+        if (begin == 0 && end > 0) visit(0, first);
+        const std::uint32_t from = std::max(begin, 1u), to = std::min(end, count - 1), past = from - 1;
+        std::uint32_t v = second + past * step + past * (past - 1) / 2 * turn, by = step + past * turn;
+        for (std::uint32_t i = from; i < to; ++i) {
+            visit(i, v);
+            v += by;
+            by += turn;
+        }
+        if (begin < count && end >= count && count > 1) visit(count - 1, last);
     }
-    visit(0, number(0));
-    std::uint32_t v = number(1), step = number(2) - v;
-    const std::uint32_t turn = number(3) - number(2) - step;
-    for (std::uint32_t i = 1; i + 1 < count; ++i) {
-        visit(i, v);
-        v += step;
-        step += turn;
-    }
-    visit(count - 1, number(count - 1));
-}
+};
 
 /// Where the points of one level of structured refinement are: corners | inner points of edges | inner points of faces.
 /// The faces are those of a base level, all quads or all triangles, each side cut into `segments` = N pieces:
@@ -72,6 +75,31 @@ class RootLayout {
         if (x + y == segments_) return along(h + 1, y);
         if (x == 0) return along(h + 2, segments_ - y);
         return face_begin(f) + (y - 1) * inner_ - (y - 1) * y / 2 + x - 1;
+    }
+
+    /// The line b away from side h, which runs as h does.
+    PointLine line(std::uint32_t h, std::uint32_t b) const {
+        const std::uint32_t n = segments_, f = base_->face_of(h), side = h - base_->first_halfedge(f),
+                            inside = face_begin(f);
+        const auto row = [&](std::uint32_t y) { return inside + (y - 1) * inner_ - (quads() ? 0 : (y - 1) * y / 2); };
+        PointLine line{quads() ? n + 1 : n + 1 - b, along(base_->prev(h), n - b), along(base_->next(h), b)};
+        if (b == 0 || (quads() && b == n)) {
+            const std::uint32_t edge = base_->edge_side[b == 0 ? h : base_->next(base_->next(h))];
+            const bool forwards = (edge & 1) == (b == 0 ? 0u : 1u);
+            line.second = edge_begin(edge >> 1) + (forwards ? 0 : inner_ - 1);
+            line.step = forwards ? 1 : -1u;
+        } else if (side == 0) {
+            line.second = row(b);
+            line.step = 1;
+        } else if (quads()) {
+            line.second = side == 1 ? row(1) + n - b - 1 : side == 2 ? row(n - b) + n - 2 : row(n - 1) + b - 1;
+            line.step = side == 1 ? inner_ : side == 2 ? -1u : 0 - inner_;
+        } else {
+            line.second = side == 1 ? row(1) + n - b - 2 : row(n - 1 - b) + b - 1;
+            line.step = side == 1 ? inner_ - 2 : 0 - (b + 1);
+            line.turn = -1u;
+        }
+        return line;
     }
 
   private:

@@ -25,6 +25,9 @@ struct RowKernels {
     /// Sums of one row for `count` points side by side, the first at `at`; written `stride` points apart.
     void (*any)(const double* at, const GridTerm* terms, std::size_t term_count, std::uint32_t count,
                 std::uint32_t stride, double* to);
+    /// Cross products of two rows' sums, scaled to length 1; zero stays zero.
+    void (*normals)(const double* at, const GridTerm* first, std::size_t first_count, const GridTerm* second,
+                    std::size_t second_count, std::uint32_t count, std::uint32_t stride, double* to);
     // Catmull-Clark's and Loop's regular rules: the finer points on a line, or halfway between it and the one across;
     // all but the first and the last of them, one after the other. Between lines of triangles, the one across has a
     // segment less.

@@ -45,20 +45,52 @@ TETRAKIS_INLINE void write_sums(const double* at, const GridTerm* terms, std::si
         for (std::uint32_t k = 0; k < 3; ++k) to[std::size_t{3} * i * stride + k] = sum[3 * i + k];
 }
 
-void any_row(const double* at, const GridTerm* terms, std::size_t term_count, std::uint32_t count, std::uint32_t stride,
-             double* to) {
-    constexpr std::uint32_t k_block = 4;  // 12 numbers, in registers
+/// Calls write.operator()<count>(first point) for blocks of points; the last ones of a block that is not whole are
+/// written again.
+template <class Write>
+TETRAKIS_INLINE void for_each_block_of_points(std::uint32_t count, const Write& write) {
+    constexpr std::uint32_t k_block = 4;  // their sums are in registers
     if (count < k_block) {
-        for (std::uint32_t i = 0; i < count; ++i)
-            write_sums<1>(at + std::size_t{3} * i, terms, term_count, stride, to + std::size_t{3} * i * stride);
+        for (std::uint32_t i = 0; i < count; ++i) write.template operator()<1>(i);
         return;
     }
-    for (std::uint32_t i = 0; i < count; i += k_block) {
-        // A last block that is not whole: with points before it once more.
-        const std::uint32_t begin = i + k_block <= count ? i : count - k_block;
-        write_sums<k_block>(at + std::size_t{3} * begin, terms, term_count, stride,
-                            to + std::size_t{3} * begin * stride);
-    }
+    for (std::uint32_t i = 0; i < count; i += k_block)
+        write.template operator()<k_block>(i + k_block <= count ? i : count - k_block);
+}
+
+void any_row(const double* at, const GridTerm* terms, std::size_t term_count, std::uint32_t count, std::uint32_t stride,
+             double* to) {
+    for_each_block_of_points(
+        count, [&]<std::uint32_t Points>(std::uint32_t i) __attribute__((always_inline)) {
+            write_sums<Points>(at + std::size_t{3} * i, terms, term_count, stride, to + std::size_t{3} * i * stride);
+        });
+}
+
+template <std::uint32_t Points>
+TETRAKIS_INLINE void add_sums(const double* at, const GridTerm* terms, std::size_t term_count, Lane (&sums)[Points]) {
+    for (std::size_t t = 0; t < term_count; ++t)
+        for (std::uint32_t i = 0; i < Points; ++i) sums[i] += terms[t].weight * load(at + terms[t].offset + 3 * i);
+}
+
+void unit_normals(const double* at, const GridTerm* first, std::size_t first_count, const GridTerm* second,
+                  std::size_t second_count, std::uint32_t count, std::uint32_t stride, double* to) {
+    for_each_block_of_points(
+        count, [&]<std::uint32_t Points>(std::uint32_t begin) __attribute__((always_inline)) {
+            Lane a[Points] = {}, b[Points] = {};
+            add_sums(at + std::size_t{3} * begin, first, first_count, a);
+            add_sums(at + std::size_t{3} * begin, second, second_count, b);
+            double scale[Points];
+            for (std::uint32_t i = 0; i < Points; ++i) {
+                a[i] =
+                    __builtin_shufflevector(a[i], a[i], 1, 2, 0, 3) * __builtin_shufflevector(b[i], b[i], 2, 0, 1, 3) -
+                    __builtin_shufflevector(a[i], a[i], 2, 0, 1, 3) * __builtin_shufflevector(b[i], b[i], 1, 2, 0, 3);
+                const Lane squares = a[i] * a[i];
+                scale[i] = squares[0] + squares[1] + squares[2];
+            }
+            for (double& s : scale) s = s == 0 ? 0 : 1 / __builtin_sqrt(s);
+            for (std::uint32_t i = 0; i < Points; ++i)
+                store_last(to + std::size_t{3} * (begin + i) * stride, scale[i] * a[i]);
+        });
 }
 
 // The cubic B-spline's rule in each direction.
@@ -131,7 +163,7 @@ void triangles_between(const GridLine& line, double* to) {
     }
 }
 
-constexpr RowKernels k_row_kernels{any_row, quads_on, quads_between, triangles_on, triangles_between};
+constexpr RowKernels k_row_kernels{any_row, unit_normals, quads_on, quads_between, triangles_on, triangles_between};
 
 }  // namespace
 }  // namespace tetrakis::detail

@@ -2,8 +2,11 @@
 
 #include "../../hier/base/parallel.hpp"
 
-#include <optional>
+#include <map>
+#include <mutex>
 #include <span>
+#include <tuple>
+#include <type_traits>
 #include <utility>
 
 namespace tetrakis::detail {
@@ -16,11 +19,55 @@ std::span<const std::uint32_t> template_segments(const SchemeInfo& scheme, const
     return std::span(k_segments).subspan(rule_rings(scheme, rules) == 1 ? 0 : 1);
 }
 
+/// All that a corner's rows depend on.
+auto key_of(const SchemeInfo& scheme, const RuleOptions& rules, const RootLattices& net, const CornerKind& kind,
+            std::uint32_t segments, bool limits) {
+    const auto& [beside, loop, hoppe, beta, gamma, reflect, w, tuning, steps, boundary, angle, measured, chaikin,
+                 runner] = rules;
+    return std::tuple(&scheme, net.side_count(), net.in_cells(), kind, segments, limits, beside, loop, hoppe, beta,
+                      gamma, reflect, w, tuning, steps, boundary, angle, measured, chaikin, runner);
+}
+
+/// What the rules have said, of the schemes of the table. Any thread may ask.
+class KnownCorners {
+  public:
+    using Key = std::invoke_result_t<decltype(key_of), const SchemeInfo&, const RuleOptions&, const RootLattices&,
+                                     const CornerKind&, std::uint32_t, bool>;
+    using Rows = std::shared_ptr<const CornerRows>;
+
+    /// Null: not known.
+    Rows find(const Key& key) {
+        const std::lock_guard lock(mutex_);
+        const auto at = rows_.find(key);
+        return at == rows_.end() ? nullptr : at->second;
+    }
+    void add(const Key& key, const Rows& rows) {
+        constexpr std::size_t k_most = std::size_t{1} << 20;  // some 100 MB
+        const std::size_t terms = rows->rows.positions.begins().back() + 2 * rows->rows.tangent1.begins().back();
+        const std::lock_guard lock(mutex_);
+        if (terms_ + terms > k_most) {
+            rows_.clear();
+            terms_ = 0;
+        }
+        if (rows_.try_emplace(key, rows).second) terms_ += terms;
+    }
+
+  private:
+    std::mutex mutex_;
+    std::map<Key, Rows> rows_;
+    std::size_t terms_ = 0;
+};
+
 }  // namespace
 
 RowLearner::RowLearner(const RootLattices& net, const CornerKinds& corners, const SchemeInfo& scheme,
                        const RuleOptions& rules, std::uint64_t max_memory_bytes)
-    : net_(net), corners_(corners), scheme_(scheme), rules_(rules), max_memory_bytes_(max_memory_bytes) {
+    : net_(net),
+      corners_(corners),
+      scheme_(scheme),
+      rules_(rules),
+      max_memory_bytes_(max_memory_bytes),
+      factor_(scheme.refinement == Refinement::sqrt3 ? 3 : 2) {
     rules_.runner = nullptr;
     // No template is all there is of a surface: its end is none of the mesh's.
     rules_.averaging_boundary = AveragingBoundary::replicate;
@@ -45,36 +92,64 @@ double RowLearner::cost(const CornerKinds& corners, const RootLattices& net, con
     return k_per_point * roots * side * side / (net.side_count() == 4 ? 1 : 2);
 }
 
-const std::vector<std::unique_ptr<CornerTemplate>>& RowLearner::templates(std::uint32_t segments) {
-    if (segments_ == segments) return templates_;
-    segments_ = segments;
-    const auto count = static_cast<std::uint32_t>(corners_.kinds.size());
-    templates_.clear();
-    templates_.resize(count + std::size_t{1});
+std::shared_ptr<const CornerRows> RowLearner::step_rows(const CornerKind& kind, std::uint32_t segments) const {
+    CornerTemplate corner(kind, net_.side_count(), net_.in_cells(), segments);
+    std::optional<CornerTemplate::Step> step = corner.step(scheme_, rules_, factor_);
+    if (!step) return nullptr;
+    RuleLimits rows;
+    rows.positions = std::move(step->rows);
+    return std::make_shared<CornerRows>(std::move(corner), std::move(step->row), std::move(rows));
+}
+
+std::shared_ptr<const CornerRows> RowLearner::limit_rows(const CornerKind& kind, std::uint32_t segments) {
+    CornerTemplate corner(kind, net_.side_count(), net_.in_cells(), segments);
+    const RootLattices& net = corner.net();
+    const RootLayout at = net.layout(segments);
+    std::vector<int> vertices, row(net.place_count(at), -1);
+    const std::uint32_t zone = RowPatterns::zone(1, segments);
+    for (std::uint32_t f = 0; f < net.base().face_count; ++f)
+        for (std::uint32_t y = 0; y <= zone; ++y)
+            for (std::uint32_t x = 0; x <= (net.side_count() == 4 ? zone : zone - y); ++x) {
+                const std::uint32_t place = net.number_at(at, f, RootLattices::Place{x, y});
+                if (row[place] >= 0) continue;
+                row[place] = static_cast<int>(vertices.size());
+                vertices.push_back(static_cast<int>(corner.first_place(place)));
+            }
+    if (!finder_) finder_.emplace(scheme_, rules_);
+    RuleLimits limits = finder_->find(corner.mesh(), vertices);
+    return std::make_shared<CornerRows>(std::move(corner), std::move(row), std::move(limits));
+}
+
+std::vector<std::shared_ptr<const CornerRows>> RowLearner::rows(std::uint32_t segments, bool limits) {
+    static KnownCorners known;
+    const bool keeps = find_scheme(scheme_.name) == &scheme_;  // others may be gone, and their addresses used again
     CornerKind regular;
     regular.sharp.assign(net_.side_count() == 4 ? 4 : 6, 0.0f);
-    for_each_index(
-        count + 1,
-        [&](std::uint32_t i) {
-            templates_[i] = std::make_unique<CornerTemplate>(i < count ? corners_.kinds[i] : regular, net_.side_count(),
-                                                             net_.in_cells(), segments);
-        },
-        1);
-    return templates_;
+    const std::size_t count = corners_.kinds.size();
+    std::vector<std::shared_ptr<const CornerRows>> all(count + 1);
+    const auto take = [&](std::uint32_t i) {
+        const CornerKind& kind = i < count ? corners_.kinds[i] : regular;
+        const KnownCorners::Key key = key_of(scheme_, rules_, net_, kind, segments, limits);
+        if (keeps) all[i] = known.find(key);
+        if (all[i]) return;
+        all[i] = limits ? limit_rows(kind, segments) : step_rows(kind, segments);
+        if (keeps && all[i]) known.add(key, all[i]);
+    };
+    if (limits)
+        for (std::uint32_t i = 0; i <= count; ++i) take(i);
+    else
+        for_each_index(static_cast<std::uint32_t>(all.size()), take, 1);
+    return all;
 }
 
 bool RowLearner::learn_step(RowPatterns& patterns) {
     for (const std::uint32_t n : template_segments(scheme_, rules_)) {
-        if (too_large(n, patterns.factor())) return false;
-        const auto& templates = this->templates(n);
-        std::vector<std::optional<CornerTemplate::Step>> steps(templates.size());
-        for_each_index(
-            static_cast<std::uint32_t>(templates.size()),
-            [&](std::uint32_t i) { steps[i] = templates[i]->step(scheme_, rules_, patterns.factor()); }, 1);
+        if (too_large(n, factor_)) return false;
+        const auto all = rows(n, false);
         std::vector<RowPatterns::KnownRows> sources;
-        for (std::size_t i = 0; i < templates.size(); ++i) {
-            if (!steps[i]) return false;
-            sources.push_back({*templates[i], std::move(steps[i]->row), steps[i]->rows});
+        for (const auto& of_kind : all) {
+            if (!of_kind) return false;
+            sources.push_back({of_kind->corner, of_kind->row, of_kind->rows.positions});
         }
         if (patterns.learn(corners_, sources.back(), std::span(sources).first(sources.size() - 1))) return true;
     }
@@ -82,36 +157,17 @@ bool RowLearner::learn_step(RowPatterns& patterns) {
 }
 
 bool RowLearner::learn_limits(RowPatterns* points, RowPatterns* normals) {
-    RuleLimitFinder finder(scheme_, rules_);
     for (const std::uint32_t n : template_segments(scheme_, rules_)) {
         if (too_large(n, 1)) return false;
-        const auto& templates = this->templates(n);
-        std::vector<RuleLimits> limits(templates.size());
-        std::vector<std::vector<int>> rows;
-        for (std::size_t i = 0; i < templates.size(); ++i) {
-            const RootLattices& net = templates[i]->net();
-            const RootLayout at = net.layout(n);
-            std::vector<int> vertices;
-            std::vector<int>& row = rows.emplace_back(net.place_count(at), -1);
-            const std::uint32_t zone = RowPatterns::zone(1, n);
-            for (std::uint32_t f = 0; f < net.base().face_count; ++f)
-                for (std::uint32_t y = 0; y <= zone; ++y)
-                    for (std::uint32_t x = 0; x <= (net.side_count() == 4 ? zone : zone - y); ++x) {
-                        const std::uint32_t place = net.number_at(at, f, RootLattices::Place{x, y});
-                        if (row[place] >= 0) continue;
-                        row[place] = static_cast<int>(vertices.size());
-                        vertices.push_back(static_cast<int>(templates[i]->first_place(place)));
-                    }
-            limits[i] = finder.find(templates[i]->mesh(), vertices);
-        }
+        const auto all = rows(n, true);
         const auto learn = [&](RowPatterns& patterns, bool tangents) {
             std::vector<RowPatterns::KnownRows> sources;
-            for (std::size_t i = 0; i < templates.size(); ++i) {
+            for (const auto& of_kind : all) {
+                const RuleLimits& limits = of_kind->rows;
                 if (tangents)
-                    sources.push_back(
-                        {*templates[i], rows[i], limits[i].tangent1, &limits[i].tangent2, limits[i].begin});
+                    sources.push_back({of_kind->corner, of_kind->row, limits.tangent1, &limits.tangent2, limits.begin});
                 else
-                    sources.push_back({*templates[i], rows[i], limits[i].positions});
+                    sources.push_back({of_kind->corner, of_kind->row, limits.positions});
             }
             return patterns.learn(corners_, sources.back(), std::span(sources).first(sources.size() - 1));
         };

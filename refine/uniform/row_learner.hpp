@@ -7,11 +7,20 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace tetrakis::detail {
 
-/// The rows of a scheme around each kind of corner of the lattices, and those of their limits.
+/// What the rules say of one kind of corner.
+struct CornerRows {
+    CornerTemplate corner;
+    std::vector<int> row;  ///< at the results' places
+    RuleLimits rows;       ///< of limits; of a step: its rows are the positions
+};
+
+/// The rows of a scheme around each kind of corner of the lattices, and those of their limits. The process keeps what
+/// the rules have said of a kind, for all meshes that have it.
 class RowLearner {
   public:
     /// @param net, corners, scheme  must live as long
@@ -30,16 +39,18 @@ class RowLearner {
 
   private:
     bool too_large(std::uint32_t segments, std::uint32_t factor) const;
-    /// The kinds' templates, and then a regular one.
-    const std::vector<std::unique_ptr<CornerTemplate>>& templates(std::uint32_t segments);
+    std::shared_ptr<const CornerRows> step_rows(const CornerKind& kind, std::uint32_t segments) const;
+    std::shared_ptr<const CornerRows> limit_rows(const CornerKind& kind, std::uint32_t segments);
+    /// Of the net's kinds, and then of a regular corner; null where a finer level is no lattice.
+    std::vector<std::shared_ptr<const CornerRows>> rows(std::uint32_t segments, bool limits);
 
     const RootLattices& net_;
     const CornerKinds& corners_;
     const SchemeInfo& scheme_;
     RuleOptions rules_;
     std::uint64_t max_memory_bytes_;
-    std::uint32_t segments_ = 0;
-    std::vector<std::unique_ptr<CornerTemplate>> templates_;
+    std::uint32_t factor_;
+    std::optional<RuleLimitFinder> finder_;
 };
 
 }  // namespace tetrakis::detail

@@ -29,7 +29,7 @@ class RowPatterns {
     /// What the rules say of a corner's template.
     struct KnownRows {
         const CornerTemplate& corner;
-        std::vector<int> row;      ///< at the results' places; -1 where none is known
+        std::span<const int> row;  ///< at the results' places; -1 where none is known
         const StencilTable& rows;  ///< points: their rows; normals: of tangents t1
         // Normals only: the tangents at a place are rows [begin[row], begin[row + 1]).
         const StencilTable* second_rows = nullptr;  ///< of tangents t2

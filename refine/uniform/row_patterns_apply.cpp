@@ -12,14 +12,27 @@ namespace {
 
 constexpr std::uint32_t k_roots_at_once = 4, k_results_at_once = 16384;  // per task
 
+using Row = std::vector<GridTerm>;
+
+const RowKernels& kernels() {
+    static const RowKernels& best = row_kernels();
+    return best;
+}
+
 /// What a result is made of, and how.
 struct PointOfRow {
     static constexpr std::size_t rows = 1, rows_inside = 1;
+    static void run(const double* at, const Row* rows, std::uint32_t count, std::uint32_t stride, double* to) {
+        kernels().any(at, rows[0].data(), rows[0].size(), count, stride, to);
+    }
     static Vec3d result_inside(const Vec3d* sums) { return sums[0]; }
     static Vec3d result(const Vec3d* sums) { return sums[0]; }
 };
 struct NormalOfTangents {
     static constexpr std::size_t rows = 4, rows_inside = 2;
+    static void run(const double* at, const Row* rows, std::uint32_t count, std::uint32_t stride, double* to) {
+        kernels().normals(at, rows[0].data(), rows[0].size(), rows[1].data(), rows[1].size(), count, stride, to);
+    }
     // A normal that looks at a missing point is missing.
     static Vec3d result_inside(const Vec3d* sums) {
         const Vec3d normal = glm::cross(sums[0], sums[1]);
@@ -47,7 +60,6 @@ Vec3d sum_of(const double* at, const std::vector<GridTerm>& row) {
 struct RowPatterns::Work {
     std::vector<Vec3d> grid;  ///< a root of the points' level with its ghosts
     std::vector<Vec3d> line;  ///< of results
-    std::vector<Vec3d> tangents[2];
     GridRows side;
 };
 
@@ -78,7 +90,6 @@ void RowPatterns::apply_to_all(const RootLayout& coarse, const RootLayout& fine,
         Work work;
         work.grid.resize(grid.size() + 1, Vec3d(0));  // kernels read on
         work.line.resize(net_.last_place(fine) + std::size_t{1});
-        for (std::vector<Vec3d>& t : work.tangents) t.resize(work.line.size());
         for (std::uint32_t f = begin; f < end; ++f) {
             grid.fill(f, in, work.grid.data());
             if (kernel_)
@@ -99,17 +110,15 @@ void RowPatterns::apply_to_all(const RootLayout& coarse, const RootLayout& fine,
 /// All points of a root but those at its corners, line by line.
 void RowPatterns::by_kernel(const GhostGrid& grid, const RootLayout& fine, std::uint32_t f, Vec3d* out,
                             Work& work) const {
-    static const RowKernels& kernels = row_kernels();
     const MeshLevel& base = net_.base();
     const std::uint32_t sides = net_.side_count(), n = fine.segments() / 2, h = sides * f;
-    const auto on = sides == 4 ? kernels.quads_on : kernels.triangles_on,
-               between = sides == 4 ? kernels.quads_between : kernels.triangles_between;
+    const auto on = sides == 4 ? kernels().quads_on : kernels().triangles_on,
+               between = sides == 4 ? kernels().quads_between : kernels().triangles_between;
     const double* const points = &work.grid.data()->x;
     // From place (0, 0) seen from a side.
     const auto line = [&](std::uint32_t s, std::uint32_t segments) {
-        const std::ptrdiff_t first = grid.index(grid.turned(s, 0, 0));
-        return GridLine{points + 3 * first, 3 * (grid.index(grid.turned(s, 1, 0)) - first),
-                        3 * (grid.index(grid.turned(s, 0, 1)) - first), segments};
+        const GhostGrid::Side& side = grid.side(s);
+        return GridLine{points + 3 * side.origin, 3 * side.along, 3 * side.away, segments};
     };
     for (std::uint32_t s = 0; s < sides; ++s) {
         const std::uint32_t side = base.edge_side[h + s];
@@ -131,44 +140,34 @@ void RowPatterns::regular(const GhostGrid& grid, const GridRows& regular, const 
                           Vec3d* out, Work& work) const {
     const MeshLevel& base = net_.base();
     const std::uint32_t m = net_.last_place(fine), sides = net_.side_count(), h = sides * f;
-    const bool cells = net_.in_cells();
-    static const auto run = row_kernels().any;
     const auto owns_side = [&](std::uint32_t s) { return (base.edge_side[h + s] & 1) == 0; };
+    const auto line = [&](std::uint32_t y, std::uint32_t begin, std::uint32_t last, Vec3d* to) {
+        for (std::uint32_t x = begin; x < begin + factor_ && x <= last; ++x) {
+            const auto* const rows = &regular[(y % factor_ * factor_ + x % factor_) * std::size_t{Finish::rows_inside}];
+            const auto at = static_cast<std::size_t>(grid.index({x / factor_, y / factor_}));
+            Finish::run(&work.grid[at].x, rows, (last - x) / factor_ + 1, factor_, &to[x - begin].x);
+        }
+    };
     for (std::uint32_t y = 0; y <= m; ++y) {
         const std::uint32_t end = sides == 4 ? m : m - y;
-        Vec3d* const line = cells ? out + net_.number_at(fine, f, {0, y}) : work.line.data();
-        for (std::uint32_t first = 0; first < factor_ && first <= end; ++first) {
-            const auto* const rows = &regular[(y % factor_ * factor_ + first) * std::size_t{Finish::rows_inside}];
-            const std::uint32_t count = (end - first) / factor_ + 1;
-            const double* const at =
-                &work.grid[static_cast<std::size_t>(grid.index({0, static_cast<std::ptrdiff_t>(y / factor_)}))].x;
-            Vec3d* const to = line + first;
-            if constexpr (Finish::rows_inside == 1) {
-                run(at, rows->data(), rows->size(), count, factor_, &to->x);
-                continue;
-            }
-            for (int i = 0; i < 2; ++i) run(at, rows[i].data(), rows[i].size(), count, 1, &work.tangents[i].data()->x);
-            for (std::uint32_t i = 0; i < count; ++i) {
-                const Vec3d pair[2] = {work.tangents[0][i], work.tangents[1][i]};
-                to[i * factor_] = Finish::result_inside(pair);
-            }
+        if (net_.in_cells()) {
+            line(y, 0, end, out + net_.number_at(fine, f, {0, y}));
+            continue;
         }
-        if (cells) continue;
         // Points inside are side by side; those on sides belong to one of two roots, those at corners to one.
         if (y == 0 || (sides == 4 && y == m)) {
             const std::uint32_t s = y == 0 ? 0 : 2;
-            if (owns_side(s))
-                for_each_on_line(
-                    m + 1, [&](std::uint32_t a) { return fine.along(h + s, a); },
-                    [&](std::uint32_t a, std::uint32_t v) {
-                        if (a != 0 && a != m) out[v] = line[s == 0 ? a : m - a];
-                    });
+            if (!owns_side(s) || m < 2) continue;
+            // Along the root's own half-edge points are side by side, too.
+            Vec3d* const first = s == 0 ? out + fine.along(h, 1) : work.line.data();
+            line(y, 1, m - 1, first);
+            if (s == 2) std::reverse_copy(first, first + m - 1, out + fine.along(h + 2, 1));
             continue;
         }
-        if (end > 1) std::copy_n(line + 1, end - 1, out + fine.at(f, 1, y));
+        if (end > 1) line(y, 1, end - 1, out + fine.at(f, 1, y));
         if (y == m) continue;
-        if (owns_side(sides - 1)) out[fine.along(h + sides - 1, m - y)] = line[0];
-        if (owns_side(1)) out[fine.along(h + 1, y)] = line[end];
+        if (owns_side(sides - 1)) line(y, 0, 0, out + fine.along(h + sides - 1, m - y));
+        if (owns_side(1)) line(y, end, end, out + fine.along(h + 1, y));
     }
 }
 
@@ -179,11 +178,10 @@ void RowPatterns::at_corners(const GhostGrid& grid, const GridRows& regular, std
     for (std::uint32_t s = 0, h = net_.side_count() * f; s < net_.side_count(); ++s) {
         const std::uint32_t v = base.origin[h + s];
         if (base.vertex_halfedge[v] != h + s) continue;
-        const GhostGrid::Place p = grid.turned(s, 0, 0);
         // The rows of a corner's place are those of place (0, 0), whichever corner it is.
         Vec3d sums[Finish::rows_inside];
         for (std::size_t r = 0; r < Finish::rows_inside; ++r)
-            sums[r] = sum_of(&work.grid[static_cast<std::size_t>(grid.index(p))].x, regular[r]);
+            sums[r] = sum_of(&work.grid[static_cast<std::size_t>(grid.side(s).origin)].x, regular[r]);
         out[v] = Finish::result_inside(sums);
     }
 }
@@ -192,8 +190,7 @@ template <class Finish>
 void RowPatterns::side(const GhostGrid& grid, const RootLayout& fine, std::uint32_t h, Vec3d* out, Work& work) const {
     const std::uint32_t m = net_.last_place(fine), s = h % net_.side_count();
     const SidePattern& pattern = side_patterns_[side_pattern_[h]];
-    const std::ptrdiff_t origin = grid.index(grid.turned(s, 0, 0)), along = grid.index(grid.turned(s, 1, 0)) - origin,
-                         away = grid.index(grid.turned(s, 0, 1)) - origin;
+    const auto& [origin, along, away] = grid.side(s);
     work.side.resize(pattern.size());
     for (std::size_t r = 0; r < pattern.size(); ++r) {
         work.side[r].clear();
@@ -205,16 +202,13 @@ void RowPatterns::side(const GhostGrid& grid, const RootLayout& fine, std::uint3
     for (std::uint32_t b = owns_edge ? 0 : 1; b < depth_; ++b) {
         const std::uint32_t first = net_.side_count() == 4 ? reach_ : reach_ - std::min(reach_, b);
         if (m < reach_ || first > m - reach_) continue;
-        for_each_on_line(
-            m - reach_ - first + 1, [&](std::uint32_t i) { return net_.number(fine, h, first + i, b); },
-            [&](std::uint32_t i, std::uint32_t v) {
-                const std::uint32_t a = first + i;
-                const double* const at = grid_begin + 3 * (origin + static_cast<std::ptrdiff_t>(a / factor_) * along);
-                Vec3d sums[Finish::rows];
-                for (std::size_t r = 0; r < Finish::rows; ++r)
-                    sums[r] = sum_of(at, work.side[(b * factor_ + a % factor_) * Finish::rows + r]);
-                out[v] = Finish::result(sums);
-            });
+        net_.line(fine, h, b).for_each(first, m - reach_ + 1, [&](std::uint32_t a, std::uint32_t v) {
+            const double* const at = grid_begin + 3 * (origin + static_cast<std::ptrdiff_t>(a / factor_) * along);
+            Vec3d sums[Finish::rows];
+            for (std::size_t r = 0; r < Finish::rows; ++r)
+                sums[r] = sum_of(at, work.side[(b * factor_ + a % factor_) * Finish::rows + r]);
+            out[v] = Finish::result(sums);
+        });
     }
 }
 
