@@ -145,9 +145,9 @@ class LatticeTessellator final : public TessellationRun {
     void prepare() override {
         // A budget compares errors with each other: there all are looked at closely.
         const double decide_at = options_.max_triangles != 0 ? 0.0 : aim_;
-        if (is_linear(options_.scheme.info()))
-            bound_ = std::make_unique<LinearBound>(mesh_, options_.scheme.info());
-        else if (certified() && MaskNormBound<Family>::has(  // it takes several times as long as all elseoptions_.scheme.info(), options_.rules, mesh_))
+        if (is_linear(options_.scheme.info())) bound_ = std::make_unique<LinearBound>(mesh_, options_.scheme.info());
+        // It takes several times as long as all else.
+        else if (certified() && MaskNormBound<Family>::has(options_.scheme.info(), options_.rules, mesh_))
             bound_ =
                 std::make_unique<MaskNormBound<Family>>(points_, options_.scheme.info(), options_.rules, decide_at);
         if (certified() && !bound_)
