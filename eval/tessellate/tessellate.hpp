@@ -85,7 +85,8 @@ struct Tessellation {
     /// With the measured estimator and without TessellateOptions::measure the samples that refinement took say so.
     bool tolerance_reached = true;
     /// Upper bound on the distance between mesh and limit surface, both directions; empty with target or displacement,
-    /// and for schemes without a bound (see scheme_support()).
+    /// for schemes without a bound (see scheme_support()), and with the measured estimator where the bound is by norms
+    /// of masks, which takes several times as long as all else.
     std::optional<double> certified_error;
     std::optional<MeasuredError> measured_error;
     int deepest_level = 0;  ///< quadtree level of the finest triangle (sqrt3: level of refine())

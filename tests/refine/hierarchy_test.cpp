@@ -3,6 +3,7 @@
 #include "../kit/hierarchy_helpers.hpp"
 #include "../kit/input_helpers.hpp"
 #include "../kit/point_match.hpp"
+#include "../kit/random_mesh.hpp"
 #include "../kit/surface_topology.hpp"
 
 #include "../../hier/base/error.hpp"
@@ -172,6 +173,30 @@ TEST_CASE("limits where a crease ends at an inner vertex of valence 2 are those 
         double nearest = 1;
         for (const Vec3d& p : level.positions) nearest = std::min(nearest, glm::length(p - limit));
         CHECK(nearest < 1e-12);
+    }
+}
+
+TEST_CASE("limit positions from whole levels are those of single sites") {
+    for (const char* name : {"kobbelt", "4-8", "tuned-loop", "modified-butterfly", "doo-sabin", "biquartic"}) {
+        CAPTURE(name);
+        const bool triangles = find_scheme(name)->family == MeshFamily::triangles;
+        for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+            CAPTURE(seed);
+            test::RandomMeshOptions options = test::random_options(seed);
+            options.triangles_only = triangles;
+            options.hole = 0;
+            const ControlMesh mesh = test::random_mesh(seed, options);
+            Hierarchy single = make_hierarchy(mesh, name);
+            const Hierarchy whole = make_hierarchy(mesh, name, {.whole_levels = true});
+            for (int round = 0; round < 2; ++round) single.refine_where(everything());
+            for (int round = 0; round < 2; ++round)
+                single.refine_where(each_leaf([&](const LeafView& view) { return view.face.value == 0; }));
+            const std::vector<Site> sites = single.to_mesh().sites;
+            std::vector<Vec3d> expected(sites.size()), found(sites.size());
+            single.limit_positions(sites, expected);
+            whole.limit_positions(sites, found);
+            for (std::size_t i = 0; i < sites.size(); ++i) CHECK(glm::length(found[i] - expected[i]) < 1e-11);
+        }
     }
 }
 
