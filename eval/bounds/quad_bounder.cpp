@@ -43,7 +43,7 @@ StripPoint mix(const StripPoint& a, const StripPoint& b, double t) {
 QuadBounder::QuadBounder(const QuadPatches& patches)
     : PatchBounder(largest_coordinate(patches.mesh())), patches_(patches), walk_(patches) {}
 
-double QuadBounder::hull_error(const QuadNode& node, const Piece& piece, const Corners& corners) const {
+double QuadBounder::hull_error(const QuadNode& node, const Piece& piece, const Corners& corners, bool may_split) const {
     const Vec3d* points = node.kind == QuadNode::Kind::star ? node.star->points.data() : node.local->points.data();
     const std::size_t count = node.kind == QuadNode::Kind::star ? node.star->points.size() : node.local->points.size();
     double least = std::numeric_limits<double>::infinity(), most = 0;
@@ -57,7 +57,10 @@ double QuadBounder::hull_error(const QuadNode& node, const Piece& piece, const C
             far = std::max(far, glm::dot(d, d));
         }
         most = std::max(most, far);
-        if (distance_) least = std::min(least, far);
+        if (distance_)
+            least = std::min(least, far);
+        else if (may_split && !is_settled(std::sqrt(most)))
+            break;
     }
     return std::sqrt(distance_ ? least : most);
 }
@@ -68,9 +71,10 @@ void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {
 
 void QuadBounder::bound(WalkCell& cell, const Piece& piece, const Corners& corners, int depth) {
     if (!cell.irregular()) return bound_regular(cell, piece, corners);
-    const double upper = hull_error(*cell.node, piece, corners) + pad_;
+    const bool may_split = depth > 0 && !exhausted();
+    const double upper = hull_error(*cell.node, piece, corners, may_split) + pad_;
     if (settled(upper)) return;
-    if (depth == 0 || exhausted()) return give_up(upper);
+    if (!may_split) return give_up(upper);
     split(cell, piece, corners, depth);
 }
 

@@ -11,6 +11,8 @@ class FirstSeen {
   public:
     static constexpr std::uint32_t none = 0xFFFF'FFFFu;
 
+    FirstSeen() { keys_.reserve(k_few); }
+
     /// The key's number; a new one where it was not seen yet.
     std::uint32_t number(std::uint32_t key) {
         const std::uint32_t known = find(key);

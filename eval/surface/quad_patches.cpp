@@ -255,7 +255,9 @@ void QuadPatches::build_root(HalfedgeId h, QuadNode& node) const {
 QuadLocalMesh QuadPatches::local_mesh(HalfedgeId h, std::pmr::memory_resource* memory) const {
     const ControlMesh& m = mesh_;
     // The level-1 quads Q(g) that touch Q(h): around its vertex, in its face, and beyond its two edge points.
-    std::vector<HalfedgeId> parts{h};
+    std::vector<HalfedgeId> parts;
+    parts.reserve(32);
+    parts.push_back(h);
     detail::FirstSeen part_numbers;
     part_numbers.number(h.value);
     const auto add = [&](HalfedgeId g) {
