@@ -134,7 +134,7 @@ TETRAKIS_FOR_AVX2_TOO
 double net_deviation(const Net16& net, const std::array<Vec2d, 3>& at, const std::array<Vec3d, 3>& linear) {
     const Vec2d u = at[1] - at[0], v = at[2] - at[0];
     const double area = u.x * v.y - u.y * v.x;
-    if (!(std::abs(area) >= 0.2)) return std::numeric_limits<double>::infinity();
+    if (!(std::abs(area) >= 0.5)) return std::numeric_limits<double>::infinity();
     const Vec3d lu = (linear[1] - linear[0]) / area, lv = (linear[2] - linear[0]) / area;
     const Vec3d lx = v.y * lu - u.y * lv, ly = u.x * lv - v.x * lu;
     const Vec3d first = linear[0] - (at[0].x + 1) * lx - (at[0].y + 1) * ly;  // at (-1, -1)

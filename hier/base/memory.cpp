@@ -122,7 +122,8 @@ FreedBlocks& freed_blocks() {
 #endif
 
 #if defined(TETRAKIS_MAPS_PAGES)
-/// oneTBB's allocator over mappings of ours. It outlives all static objects.
+/// oneTBB's allocator of small blocks, which takes its memory from mappings as those of large blocks: each 4 KiB page
+/// would be a page fault of its own. It outlives all static objects.
 rml::MemoryPool* small_blocks() {
     static rml::MemoryPool* const pool = [] {
         const auto map = [](std::intptr_t, std::size_t& bytes) -> void* {

@@ -24,7 +24,8 @@ std::size_t default_freed_memory();
 namespace detail {
 
 /// Memory of working arrays. Blocks from 1 MiB on are mappings of their own, on huge pages where the system has them,
-/// and are kept when they are freed; smaller ones come from oneTBB's allocator. Contents stay as a block grows.
+/// and are kept when they are freed; oneTBB's allocator cuts smaller ones from such mappings. Contents stay as a block
+/// grows.
 /// @param data       from this function, or nullptr
 /// @param old_bytes  its size as it was asked for
 /// @param bytes      not less than old_bytes

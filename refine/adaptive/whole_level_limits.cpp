@@ -19,11 +19,11 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Vertices of a whole level that are made as fast as one site is evaluated by the rules, at least.
+/// At least so many vertices of a whole level are made in the time in which the rules evaluate one site.
 constexpr std::uint64_t k_points_per_site = 200;
 /// Levels of so many vertices take half a second; nothing can be cancelled meanwhile.
 constexpr std::uint64_t k_most_points = 1u << 22;
-/// Those of a level and of the one before it.
+/// For a vertex of a level and its share of the level before.
 constexpr std::uint64_t k_point_bytes = 2 * sizeof(Vec3d);
 /// Share of the memory limit that a level may take.
 constexpr std::uint64_t k_memory_share = 4;
@@ -156,7 +156,7 @@ class WholeLevelLimits final : public PositionSource {
         try {
             auto by_rules = std::make_unique<RuleLevels>(mesh_, scheme_, rules_, 0);
             result->rows = RepeatedRows::make(mesh_, scheme_, steps, rules_, by_rules, demand, {});
-        } catch (const Error&) {  // the others say what is wrong
+        } catch (const Error&) {  // evaluating single sites throws it again
         }
         if (!result->rows || result->rows->corner_halfedges().empty()) {
             failed_ = level;

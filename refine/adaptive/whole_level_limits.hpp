@@ -15,8 +15,9 @@ namespace tetrakis::detail {
 /// faster than to evaluate them by themselves; the others come from another source.
 ///
 /// Structured refinement makes a vertex some hundred times faster than the rules evaluate a site. Levels that have been
-/// made are kept: a primal one answers for all sites of coarser levels, too. Positions equal those of the other source
-/// to rounding error. Their last bits depend on what has been asked before, not on the number of threads.
+/// made are kept. Those of schemes that keep their vertices answer for all sites of coarser levels, too. Positions
+/// equal those of the other source to rounding error. Their last bits depend on what has been asked before, not on the
+/// number of threads.
 ///
 /// @param others   limit positions of single sites
 /// @param roots    of dual schemes, whose sites are cells; null for others
