@@ -3,6 +3,7 @@
 #include "bezier_pieces.hpp"
 #include "labelled_polygon.hpp"
 #include "plane_measure.hpp"
+#include "star_norms.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -65,6 +66,19 @@ double QuadBounder::hull_error(const QuadNode& node, const Piece& piece, const C
     return std::sqrt(distance_ ? least : most);
 }
 
+double QuadBounder::irregular_error(const QuadNode& node, const Piece& piece, const Corners& corners,
+                                    bool may_split) const {
+    const detail::StarNorms* norms =
+        node.kind == QuadNode::Kind::star ? detail::StarNorms::of(node.star->valence, node.star->far_valence) : nullptr;
+    if (!norms) return hull_error(node, piece, corners, may_split);
+    // No error is larger than |S - L|, and L differs from the linear function through the piece's corners by no more
+    // than it does at those.
+    double at_corners = 0;
+    for (const Vec3d& d : corners.deviation) at_corners = std::max(at_corners, glm::length(d));
+    const int turn = (piece.turn - node.turn) & 3;
+    return norms->deviation(*node.star, piece.quarter ? 4 + turn : turn) + at_corners;
+}
+
 void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {
     if (!rejected_) bound(home(piece), piece, corners, depth);
 }
@@ -72,7 +86,7 @@ void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {
 void QuadBounder::bound(WalkCell& cell, const Piece& piece, const Corners& corners, int depth) {
     if (!cell.irregular()) return bound_regular(cell, piece, corners);
     const bool may_split = depth > 0 && !exhausted();
-    const double upper = hull_error(*cell.node, piece, corners, may_split) + pad_;
+    const double upper = irregular_error(*cell.node, piece, corners, may_split) + pad_;
     if (settled(upper)) return;
     if (!may_split) return give_up(upper);
     split(cell, piece, corners, depth);

@@ -85,7 +85,10 @@ class QuadBounder : private detail::PatchBounder<> {
     void bound_strips(const detail::WalkCell& cell, const Part& part);
     /// @param weights  of part.at
     void bound_part(const detail::Net16& net, const Part& part, const detail::SexticWeights& weights);
+    /// Bound on the error over a piece of an irregular cell: by norms, else by the hull of its points.
     /// @param may_split  then any value that settles nothing will do where the error does not
+    double irregular_error(const detail::QuadNode& node, const Piece& piece, const Corners& corners,
+                           bool may_split) const;
     double hull_error(const detail::QuadNode& node, const Piece& piece, const Corners& corners, bool may_split) const;
     /// The form in which errors are measured: positions in the triangle's frame, or S - L.
     Vec3d measured_form(const Vec3d& position, const Vec3d& deviation) const {

@@ -31,17 +31,22 @@ void add_net(const detail::Net16& net, Box3d& box) {
 
 /// A box of the cell of a star with a large ring: of the regular quarters of a few steps, and of the innermost star's
 /// points. The tree does not grow by it.
-void add_large_star(const detail::QuadStar& star, Box3d& box) {
-    constexpr int k_steps = 8;
-    std::array<detail::QuadStar, 2> finer;
-    const detail::QuadStar* at = &star;
-    for (std::size_t step = 0; step < k_steps; ++step) {
-        std::array<detail::Net16, 3> regular;
-        subdivide(*at, finer[step % 2], regular);
-        for (const detail::Net16& net : regular) add_net(net, box);
-        at = &finer[step % 2];
+void add_large_star(const detail::QuadStar& star, Box3d& box, int steps = 8) {
+    if (steps == 0) {
+        for (const Vec3d& p : star.points) box.add(p);
+        return;
     }
-    for (const Vec3d& p : at->points) box.add(p);
+    detail::QuadStar near;
+    detail::StarQuarters quarters;
+    subdivide(star, near, quarters);
+    for (int k = 0; k < 4; ++k) {
+        if (k == 0 && star.valence != 4)
+            add_large_star(near, box, steps - 1);
+        else if (k == 2 && star.far_valence != 4)
+            add_large_star(quarters.far, box, steps - 1);
+        else
+            add_net(quarters.net[static_cast<std::size_t>(k)], box);
+    }
 }
 
 void add_node(const detail::QuadNode& node, Box3d& box) {

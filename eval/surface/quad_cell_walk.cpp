@@ -79,8 +79,9 @@ WalkCell& QuadCellWalk::cell(HalfedgeId root, int level, std::uint64_t x, std::u
 
 const Vec3d& WalkCell::point(int i) {
     const std::size_t at = static_cast<std::size_t>(i);
-    if (irregular()) return node->points()[at];
-    if (!crease) {
+    const bool corner = i != k_centre_point && i % 2 == 0;
+    if (irregular() && !(corner && node->kind == QuadNode::Kind::star)) return node->points()[at];
+    if (smooth()) {
         if (kept_ == nullptr) {
             own_ = cell_points(*net);
             kept_ = &own_;
@@ -89,7 +90,8 @@ const Vec3d& WalkCell::point(int i) {
     }
     if (!(known_ >> i & 1)) {
         known_ = static_cast<std::uint16_t>(known_ | 1 << i);
-        own_[at] = regular_position(*net, crease, 0.5 * (i % 3), 0.5 * (i / 3));
+        own_[at] = irregular() ? node->corner(i / 3 == 0 ? i / 2 : 3 - i % 3 / 2)
+                               : regular_position(*net, crease, 0.5 * (i % 3), 0.5 * (i / 3));
     }
     return own_[at];
 }

@@ -25,7 +25,7 @@ struct WalkCell {
 
     const CellPoints* kept_ = nullptr;  ///< point(), of a smooth cell: the node's, or own_
     CellPoints own_;
-    std::uint16_t known_ = 0;  ///< of a crease: bit i: own_[i] is there
+    std::uint16_t known_ = 0;  ///< of others but generic ones: bit i: own_[i] is there
 };
 
 /// Walks down the cells of a root by subdividing nets and keeps the way, so that cells asked for in path order share

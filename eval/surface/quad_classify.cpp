@@ -168,8 +168,7 @@ bool star_net(const QuadLocalMesh& mesh, const std::array<CornerFan, 4>& fans, c
     const CornerFan& fan = fans[static_cast<std::size_t>(special)];
     const std::pmr::vector<Vec3d> ring = fan_ring(mesh, fan);
     const std::size_t n = fan.faces();
-    star->valence = static_cast<int>(n);
-    star->points.resize(QuadStar::point_count(star->valence));
+    star->resize(static_cast<int>(n));
     star->points[0] = ring[0];
     for (std::size_t i = 0; i < n; ++i) {
         const std::size_t j = (i + fan.cell_index) % n;
@@ -191,6 +190,7 @@ bool star_net(const QuadLocalMesh& mesh, const std::array<CornerFan, 4>& fans, c
     outer[5] = around(3, 2, false);  // (0, 2)
     outer[6] = around(3, 2, true);   // (-1, 2)
     node.turn = static_cast<std::uint8_t>(special);
+    star->find_limit();
     node.adopt(std::move(star));
     return true;
 }

@@ -36,34 +36,32 @@ void unturn_net(int turn, const Net16& net, Net16& out) {
 }
 
 void grow_star(const QuadNode& node, QuadQuarters& quarters) {
-    const int turn = node.turn;
-    std::array<Net16, 3> regular;
-    subdivide(*node.star, quarters.star, regular);
-    const auto index = [&](int a, int b) {
-        unturn(turn, a, b);
-        return static_cast<std::size_t>(2 * b + a);
-    };
-    QuadNode& star = quarters.cell[index(0, 0)];
-    star.kind = QuadNode::Kind::star;
-    star.turn = node.turn;
-    star.star = &quarters.star;
-    constexpr int corner[3][2] = {{1, 0}, {1, 1}, {0, 1}};
-    for (std::size_t k = 0; k < 3; ++k)
-        unturn_net(turn, regular[k], quarters.cell[index(corner[k][0], corner[k][1])].net);
+    StarQuarters grown;
+    subdivide(*node.star, quarters.star, grown);
+    for (int k = 0; k < 4; ++k) {
+        const int corner = (k + node.turn) & 3;
+        QuadNode& quarter = quarters.cell[static_cast<std::size_t>(2 * k_corner_y[corner] + k_corner_x[corner])];
+        if (k == 0 && node.star->valence != 4) {
+            quarter.kind = QuadNode::Kind::star;
+            quarter.turn = node.turn;
+            quarter.star = &quarters.star;
+        } else if (k == 2 && node.star->far_valence != 4) {
+            quarter.turn = static_cast<std::uint8_t>(corner);
+            quarter.adopt(std::make_unique<QuadStar>(std::move(grown.far)));
+        } else {
+            unturn_net(node.turn, grown.net[static_cast<std::size_t>(k)], quarter.net);
+        }
+    }
 }
 
 }  // namespace
 
-/// Limit position of corner k of any cell.
-Vec3d corner_position(const QuadNode& node, int k) {
-    if (node.own_points) return (*node.own_points)[static_cast<std::size_t>(k_corner_point[k])];
-    if (node.kind == QuadNode::Kind::regular)
-        return regular_position(node.net, node.crease, k_corner_x[k], k_corner_y[k]);
-    if (node.kind == QuadNode::Kind::star) {
-        if (node.turn == k) return node.star->limit;
-        return corner_position(node.grown()[2 * k_corner_y[k] + k_corner_x[k]], k);
-    }
-    return QuadPatches::corner_limit(node, k).position;
+Vec3d QuadNode::corner(int k) const {
+    if (own_points) return (*own_points)[static_cast<std::size_t>(k_corner_point[k])];
+    if (corners) return corners[3 * k_corner_y[k] + k_corner_x[k]];
+    if (kind == Kind::regular) return regular_position(net, crease, k_corner_x[k], k_corner_y[k]);
+    if (kind == Kind::star) return star->corner_limit((k - turn) & 3);
+    return QuadPatches::corner_limit(*this, k).position;
 }
 
 /// The nine points of a cell from its quarters: of those that meet at a point the simplest one gives it.
@@ -73,8 +71,8 @@ void find_points(const QuadNode& node, QuadQuarters& quarters) {
     };
     for (int i = 0; i < 9; ++i) {
         const int column = i % 3, row = i / 3;
-        if (node.corners && column != 1 && row != 1) {
-            quarters.point[static_cast<std::size_t>(i)] = node.corners[3 * (row / 2) + column / 2];
+        if (column != 1 && row != 1 && (node.corners || node.kind == QuadNode::Kind::star)) {
+            quarters.point[static_cast<std::size_t>(i)] = node.corner(row == 0 ? column / 2 : 3 - column / 2);
             continue;
         }
         const QuadNode* best = nullptr;
@@ -87,7 +85,7 @@ void find_points(const QuadNode& node, QuadQuarters& quarters) {
             best = &quarter;
             corner = y == 0 ? x : 3 - x;
         }
-        quarters.point[static_cast<std::size_t>(i)] = corner_position(*best, corner);
+        quarters.point[static_cast<std::size_t>(i)] = best->corner(corner);
     }
     for (int q = 0; q < 4; ++q) {
         QuadNode& quarter = quarters.cell[static_cast<std::size_t>(q)];
@@ -101,7 +99,6 @@ void QuadNode::drop_quarters() { delete quarters.exchange(nullptr, std::memory_o
 
 void QuadNode::adopt(std::unique_ptr<QuadStar> from) {
     kind = Kind::star;
-    from->find_limit();
     own_star = std::move(from);
     star = own_star.get();
 }

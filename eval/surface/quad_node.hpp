@@ -20,7 +20,7 @@ struct QuadQuarters;
 struct QuadNode {
     enum class Kind : std::uint8_t { regular, star, generic };
     Kind kind = Kind::regular;
-    std::uint8_t turn = 0;  ///< star: the corner of the cell that is extraordinary
+    std::uint8_t turn = 0;  ///< star: the corner of the cell that is (0, 0) of the star
     std::uint8_t depth = 0;
     SideCrease crease;
     std::atomic<QuadQuarters*> quarters{nullptr};
@@ -39,11 +39,13 @@ struct QuadNode {
     ~QuadNode();
     /// The four quarters, index 2 * qy + qx, grown at the first call; every thread would build the same bits.
     const QuadNode* grown() const;
+    /// Limit position of corner k: (0, 0), (1, 0), (1, 1), (0, 1). Grows nothing but at generic cells.
+    Vec3d corner(int k) const;
     /// Limit positions at (column / 2, row / 2), number 3 * row + column, of an irregular cell; grows it.
     const CellPoints& points() const;
     /// Forgets what has grown, however deep; nobody else may be reading it.
     void drop_quarters();
-    /// Becomes a star cell.
+    /// Becomes a star cell; the star has its limit.
     void adopt(std::unique_ptr<QuadStar> from);
     /// Bytes of what is its own beside the node, without its quarters.
     std::uint64_t own_bytes() const;

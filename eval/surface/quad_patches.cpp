@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <optional>
 #include <string>
 
 namespace tetrakis {
@@ -185,71 +186,35 @@ void QuadPatches::first_step(const RunContext&) {
     });
 }
 
-void QuadPatches::gather_around(HalfedgeId h, Net16& net) const {
+void QuadPatches::gather_star(HalfedgeId h, detail::QuadStar& star) const {
     const ControlMesh& m = mesh_;
-    const HalfedgeId h1 = m.ccw_outgoing(h), h2 = m.ccw_outgoing(h1), h3 = m.ccw_outgoing(h2), t = m.twin(h);
-    net.set(0, 0, vertex_point(m.origin(h)));
-    net.set(1, 0, edge_point(h)), net.set(1, 1, face_point(h));
-    net.set(0, 1, edge_point(h1)), net.set(-1, 1, face_point(h1));
-    net.set(-1, 0, edge_point(h2)), net.set(-1, -1, face_point(h2));
-    net.set(0, -1, edge_point(h3)), net.set(1, -1, face_point(h3));
-    net.set(-1, 2, edge_point(m.next(h1)));
-    net.set(2, -1, edge_point(m.prev(t)));
+    const std::uint32_t n = m.face_valence(m.origin(h)), k = m.face_size(m.face(h));
+    star.resize(static_cast<int>(n), static_cast<int>(k));
+    Vec3d* out = star.points.data();
+    *out++ = vertex_point(m.origin(h));
+    HalfedgeId g = h;
+    for (std::uint32_t i = 0; i < n; ++i, g = m.ccw_outgoing(g)) *out++ = edge_point(g), *out++ = face_point(g);
+    *out++ = edge_point(m.prev(m.twin(h)));
+    g = m.next(h);
+    *out++ = vertex_point(m.origin(g));
+    for (std::uint32_t i = 2; i < k; ++i) *out++ = edge_point(g), g = m.next(g), *out++ = vertex_point(m.origin(g));
+    *out = edge_point(m.next(m.twin(m.prev(h))));
 }
 
 void QuadPatches::build_root(HalfedgeId h, QuadNode& node) const {
     const ControlMesh& m = mesh_;
-    const VertexId v = m.origin(h);
-    const HalfedgeId t = m.twin(h), p = m.twin(m.prev(h));
-    const std::uint32_t size = m.face_size(m.face(h)), n = m.face_valence(v);
-    const bool plain = smooth_[v.value] && t.valid() && p.valid() && half_sharpness_[t.value] == 0 &&
-                       half_sharpness_[m.prev(h).value] == 0;
-    if (plain && n == 4) {
-        gather_around(h, node.net);
-        if (size == 4) {
-            const HalfedgeId a = m.next(h), b = m.next(a), c = m.next(b);
-            node.net.set(2, 0, vertex_point(m.origin(a))), node.net.set(2, 1, edge_point(a));
-            node.net.set(2, 2, vertex_point(m.origin(b))), node.net.set(1, 2, edge_point(b));
-            node.net.set(0, 2, vertex_point(m.origin(c)));
-            return;
-        }
-        // The face's centre is the extraordinary corner; the star's frame is the cell's turned by half.
-        auto star = std::make_unique<detail::QuadStar>();
-        star->valence = static_cast<int>(size);
-        star->points.resize(detail::QuadStar::point_count(star->valence));
-        star->points[0] = face_point(h);
-        HalfedgeId g = h;
-        for (std::uint32_t i = 0; i < size; ++i, g = m.next(g)) {
-            star->points[1 + 2 * i] = edge_point(m.prev(g));
-            star->points[2 + 2 * i] = vertex_point(m.origin(g));
-        }
-        Vec3d* outer = star->points.data() + 2 * size + 1;
-        constexpr int at[7][2] = {{-1, 2}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}, {2, -1}};
-        for (int i = 0; i < 7; ++i) outer[i] = node.net.at(at[i][0], at[i][1]);
-        node.turn = 2;
-        node.adopt(std::move(star));
-        return;
+    const HalfedgeId before = m.prev(h), t = m.twin(h);
+    const bool smooth = smooth_[m.origin(h).value] && t.valid() && m.twin(before).valid() &&
+                        half_sharpness_[t.value] == 0 && half_sharpness_[before.value] == 0;
+    if (!smooth) {
+        detail::GrowthScratch scratch;
+        return detail::classify(local_mesh(h, scratch.resource()), node);
     }
-    if (plain && size == 4) {
-        auto star = std::make_unique<detail::QuadStar>();
-        star->valence = static_cast<int>(n);
-        star->points.resize(detail::QuadStar::point_count(star->valence));
-        star->points[0] = vertex_point(v);
-        HalfedgeId g = h;
-        for (std::uint32_t i = 0; i < n; ++i, g = m.ccw_outgoing(g)) {
-            star->points[1 + 2 * i] = edge_point(g);
-            star->points[2 + 2 * i] = face_point(g);
-        }
-        Vec3d* outer = star->points.data() + 2 * n + 1;
-        const HalfedgeId a = m.next(h), b = m.next(a), c = m.next(b);
-        outer[0] = edge_point(m.prev(t)), outer[1] = vertex_point(m.origin(a)), outer[2] = edge_point(a);
-        outer[3] = vertex_point(m.origin(b)), outer[4] = edge_point(b), outer[5] = vertex_point(m.origin(c));
-        outer[6] = edge_point(m.next(p));
-        node.adopt(std::move(star));
-        return;
-    }
-    detail::GrowthScratch scratch;
-    detail::classify(local_mesh(h, scratch.resource()), node);
+    detail::QuadStar star;
+    gather_star(h, star);
+    if (star.regular()) return star.put(node.net);
+    star.find_limit();
+    node.adopt(std::make_unique<detail::QuadStar>(std::move(star)));
 }
 
 QuadLocalMesh QuadPatches::local_mesh(HalfedgeId h, std::pmr::memory_resource* memory) const {
@@ -387,21 +352,23 @@ void QuadPatches::limits(std::span<const Site> sites, std::span<Vec3d> out) cons
 
 namespace {
 /// The point of an irregular cell at (x, y), where it is one of the nine that the cell keeps.
-const Vec3d* kept_point(const QuadNode& node, double x, double y) {
+std::optional<Vec3d> kept_point(const QuadNode& node, double x, double y) {
     const double column = 2 * x, row = 2 * y;
     const int i = static_cast<int>(column), j = static_cast<int>(row);
     if (column != i || row != j) {
-        if (node.depth <= k_deepest_cell) return nullptr;
-        return &node.points()[static_cast<std::size_t>((y < 0.5 ? 0 : 6) + (x < 0.5 ? 0 : 2))];
+        if (node.depth <= k_deepest_cell) return std::nullopt;
+        return node.points()[static_cast<std::size_t>((y < 0.5 ? 0 : 6) + (x < 0.5 ? 0 : 2))];
     }
-    return &node.points()[static_cast<std::size_t>(3 * j + i)];
+    // A star's corners are known before it grows.
+    if (node.kind == QuadNode::Kind::star && i != 1 && j != 1) return node.corner(j == 0 ? i / 2 : 3 - i / 2);
+    return node.points()[static_cast<std::size_t>(3 * j + i)];
 }
 }  // namespace
 
 Vec3d QuadPatches::position(const QuadNode& cell, double x, double y) {
     const QuadNode* node = &cell;
     while (node->kind != QuadNode::Kind::regular) {
-        if (const Vec3d* kept = kept_point(*node, x, y)) return *kept;
+        if (const auto kept = kept_point(*node, x, y)) return *kept;
         const int qx = x >= 0.5, qy = y >= 0.5;
         x = 2 * x - qx, y = 2 * y - qy;
         node = node->grown() + 2 * qy + qx;
@@ -411,7 +378,7 @@ Vec3d QuadPatches::position(const QuadNode& cell, double x, double y) {
 
 SurfacePoint QuadPatches::evaluate(HalfedgeId root, double x, double y, bool second) const {
     const QuadNode* node = &root_node(root);
-    const Vec3d* kept = nullptr;  // the same bits as position()
+    std::optional<Vec3d> kept;  // the same bits as position()
     double scale = 1;
     while (node->kind != QuadNode::Kind::regular) {
         if (!kept) kept = kept_point(*node, x, y);

@@ -81,7 +81,7 @@ class QuadPatches {
         return first_[mesh_.vertex_count() + mesh_.edge_count() + mesh_.face(h).value];
     }
     void first_step(const RunContext& context);
-    void gather_around(HalfedgeId root, detail::Net16& net) const;
+    void gather_star(HalfedgeId root, detail::QuadStar& star) const;
     detail::QuadLocalMesh local_mesh(HalfedgeId root, std::pmr::memory_resource* memory) const;
 
     const ControlMesh& mesh_;

@@ -1,4 +1,5 @@
 #include "../../eval/bounds/quad_bounder.hpp"
+#include "../../eval/bounds/star_norms.hpp"
 
 #include "../kit/quad_test_mesh.hpp"
 #include "../kit/sampled_distance.hpp"
@@ -213,6 +214,89 @@ TEST_CASE("[inv9] the certified bound of a face's fan holds for 3 to 9 corners")
             CHECK(error.certified(face, 10 * sampled, false) >= sampled - 1e-12);
         }
     CHECK(checked > 30);
+}
+
+TEST_CASE("norms bound what a star is off its linear interpolants, closely where it is regular") {
+    using detail::QuadNode;
+    using detail::QuadStar;
+    using detail::StarNorms;
+    test::Random random(3);
+    int close = 0, all = 0;
+    for (const int n : {3, 4, 5, 6, 9, 17})
+        for (const int k : {3, 4, 5, 8})
+            for (const double noise : {0.0, 0.1, 3.0}) {
+                if (n == 4 && k == 4) continue;
+                // Faces around both corners as on a grid, bent and stretched.
+                const auto point = [&](double x, double y) {
+                    const auto off = [&] { return noise * random.uniform(-1, 1); };
+                    return Vec3d(3 * x + y + off(), y + off(), 0.05 * x * x - 0.1 * x * y + off());
+                };
+                auto star = std::make_unique<QuadStar>();
+                star->resize(n, k);
+                const auto ring = [&](const Vec2d& centre, double radius, double angle) {
+                    return point(centre.x + radius * std::cos(angle), centre.y + radius * std::sin(angle));
+                };
+                const double pi = std::numbers::pi;
+                star->points[0] = point(0, 0);
+                for (int i = 0; i < 2 * n; ++i)
+                    star->points[static_cast<std::size_t>(1 + i)] = ring({0, 0}, i % 2 ? std::sqrt(2) : 1, i * pi / n);
+                const Vec2d far(std::sqrt(2) * std::cos(pi / n), std::sqrt(2) * std::sin(pi / n));
+                for (int i = 2; i <= 2 * k - 2; ++i)
+                    star->points[static_cast<std::size_t>(2 * n + i)] =
+                        ring(far, i % 2 ? 1 : std::sqrt(2), pi + pi / n + i * pi / k);
+                star->points[static_cast<std::size_t>(2 * n + 1)] = point(2, -1);
+                star->points[static_cast<std::size_t>(2 * n + 2 * k - 1)] = ring({0, 0}, 2.2, 2.5 * pi / n);
+                star->find_limit();
+                QuadNode node;
+                node.adopt(std::move(star));
+                const StarNorms* norms = StarNorms::of(n, k);
+                REQUIRE(norms);
+                const Vec2d corner[4] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+                for (int t = 0; t < StarNorms::k_triangles; ++t) {
+                    const bool half = t < 4;
+                    const Vec2d at[3] = {half ? corner[t] : Vec2d(0.5), corner[half ? (t + 1) % 4 : t - 4],
+                                         corner[half ? (t + 3) % 4 : (t - 3) % 4]};
+                    const auto surface = [&](const Vec2d& p) { return QuadPatches::position(node, p.x, p.y); };
+                    const Vec3d value[3] = {surface(at[0]), surface(at[1]), surface(at[2])};
+                    double worst = 0;
+                    for (int i = 0; i <= 16; ++i)
+                        for (int j = 0; i + j <= 16; ++j) {
+                            const double a = i / 16.0, b = j / 16.0, c = 1 - a - b;
+                            worst = std::max(worst, glm::length(surface(a * at[0] + b * at[1] + c * at[2]) -
+                                                                (a * value[0] + b * value[1] + c * value[2])));
+                        }
+                    const double bound = norms->deviation(*node.star, t);
+                    CAPTURE(n);
+                    CAPTURE(k);
+                    CAPTURE(t);
+                    CHECK(bound >= worst - 1e-12);
+                    ++all;
+                    close += bound < 5 * worst;
+                }
+            }
+    CHECK(close > 0.75 * all);
+    CHECK(StarNorms::of(2, 4) == nullptr);
+    CHECK(StarNorms::of(4, 1000) == nullptr);
+}
+
+TEST_CASE("corner limits of stars before they grow are those of their quarters") {
+    const ControlMesh mesh = test::random_quad_mesh(5, CreaseMethod::uniform);
+    const QuadPatches patches(mesh);
+    int stars = 0;
+    for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
+        const detail::QuadNode& node = patches.root_node(HalfedgeId(h));
+        if (node.kind != detail::QuadNode::Kind::star) continue;
+        ++stars;
+        for (int k = 0; k < 4; ++k) {
+            const Vec3d before = node.corner(k);
+            const detail::QuadNode& quarter = node.grown()[2 * detail::k_corner_y[k] + detail::k_corner_x[k]];
+            const Vec3d after = quarter.kind == detail::QuadNode::Kind::star
+                                    ? quarter.star->limit
+                                    : QuadPatches::position(quarter, detail::k_corner_x[k], detail::k_corner_y[k]);
+            CHECK(glm::length(before - after) < 1e-13 * bounding_box(mesh.positions()).diagonal());
+        }
+    }
+    CHECK(stars > 10);
 }
 
 TEST_SUITE_END();
