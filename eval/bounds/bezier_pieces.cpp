@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 // Both versions give the same bits: neither fuses products and sums.
 #if defined(__linux__) && defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
@@ -131,23 +130,33 @@ BezierTriangle<6> bicubic_over(const Net16& net, const SexticWeights& weights) {
 }
 
 TETRAKIS_FOR_AVX2_TOO
-double net_deviation(const Net16& net, const std::array<Vec2d, 3>& at, const std::array<Vec3d, 3>& linear) {
-    const Vec2d u = at[1] - at[0], v = at[2] - at[0];
-    const double area = u.x * v.y - u.y * v.x;
-    if (!(std::abs(area) >= 0.5)) return std::numeric_limits<double>::infinity();
-    const Vec3d lu = (linear[1] - linear[0]) / area, lv = (linear[2] - linear[0]) / area;
-    const Vec3d lx = v.y * lu - u.y * lv, ly = u.x * lv - v.x * lu;
-    const Vec3d first = linear[0] - (at[0].x + 1) * lx - (at[0].y + 1) * ly;  // at (-1, -1)
-    std::array<double, 16> squared{};
-    for (int k = 0; k < 3; ++k) {
-        const std::array<double, 4> row = {first[k], first[k] + lx[k], first[k] + 2 * lx[k], first[k] + 3 * lx[k]};
+double bicubic_deviation(const Net16& net, const std::array<Vec2d, 3>& triangle) {
+    // Second derivatives are means of second differences.
+    std::array<double, 8> along_x{}, along_y{};
+    std::array<double, 9> mixed{};
+    for (const auto& c : net.c) {
         for (std::size_t y = 0; y < 4; ++y)
-            for (std::size_t x = 0; x < 4; ++x) {
-                const double d = net.c[k][4 * y + x] - (row[x] + double(y) * ly[k]);
-                squared[4 * y + x] += d * d;
+            for (std::size_t x = 0; x < 2; ++x) {
+                const double dx = c[4 * y + x] - 2 * c[4 * y + x + 1] + c[4 * y + x + 2];
+                const double dy = c[4 * x + y] - 2 * c[4 * x + 4 + y] + c[4 * x + 8 + y];
+                along_x[2 * y + x] += dx * dx;
+                along_y[2 * y + x] += dy * dy;
+            }
+        for (std::size_t y = 0; y < 3; ++y)
+            for (std::size_t x = 0; x < 3; ++x) {
+                const double d = (c[4 * y + x] - c[4 * y + x + 1]) - (c[4 * y + 4 + x] - c[4 * y + 5 + x]);
+                mixed[3 * y + x] += d * d;
             }
     }
-    return std::sqrt(*std::max_element(squared.begin(), squared.end()));
+    const auto largest = [](const auto& squared) {
+        return std::sqrt(*std::max_element(squared.begin(), squared.end()));
+    };
+    const double xx = largest(along_x), yy = largest(along_y), xy = largest(mixed);
+    const auto along = [&](const Vec2d& a, const Vec2d& b) {
+        return std::abs(a.x * b.x) * xx + std::abs(a.x * b.y + a.y * b.x) * xy + std::abs(a.y * b.y) * yy;
+    };
+    const Vec2d u = triangle[0] - triangle[2], v = triangle[1] - triangle[2];
+    return (along(u, u) + 2 * along(u, v) + along(v, v)) / 8;
 }
 
 BezierTriangle<4> biquadratic_over(const Net9& net, const std::array<Vec2d, 3>& triangle) {

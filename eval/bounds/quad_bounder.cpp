@@ -73,10 +73,8 @@ double QuadBounder::irregular_error(const QuadNode& node, const Piece& piece, co
     if (!norms) return hull_error(node, piece, corners, may_split);
     // No error is larger than |S - L|, and L differs from the linear function through the piece's corners by no more
     // than it does at those.
-    double at_corners = 0;
-    for (const Vec3d& d : corners.deviation) at_corners = std::max(at_corners, glm::length(d));
     const int turn = (piece.turn - node.turn) & 3;
-    return norms->deviation(*node.star, piece.quarter ? 4 + turn : turn) + at_corners;
+    return norms->deviation(*node.star, piece.quarter ? 4 + turn : turn) + corners.largest_deviation();
 }
 
 void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {
@@ -271,12 +269,14 @@ void QuadBounder::bound_regular(const WalkCell& cell, const Piece& piece, const 
     if (cell.crease)
         bound_strips(cell, part);
     else
-        bound_part(*cell.net, part, weights[piece.quarter][static_cast<std::size_t>(piece.turn)]);
+        bound_part(*cell.net, part, corners.largest_deviation(),
+                   weights[piece.quarter][static_cast<std::size_t>(piece.turn)]);
 }
 
-void QuadBounder::bound_part(const detail::Net16& net, const Part& part, const detail::SexticWeights& weights) {
-    // No error is larger than |S - L|. That settles pieces that are small beside the tolerance.
-    if (settled(detail::net_deviation(net, part.at, part.linear) + pad_)) return;
+void QuadBounder::bound_part(const detail::Net16& net, const Part& part, double at_corners,
+                             const detail::SexticWeights& weights) {
+    // As for irregular cells. Most pieces need no more.
+    if (settled(detail::bicubic_deviation(net, part.at) + at_corners + pad_)) return;
     using Patch = detail::BezierTriangle<6>;
     Patch patch = detail::bicubic_over(net, weights);
     if (distance_) {
@@ -310,7 +310,12 @@ void QuadBounder::bound_strips(const WalkCell& cell, const Part& part) {
                     p.at[axis] = far ? 1 - distance : distance;
                 }
                 const Part triangle{{at[0].at, at[1].at, at[2].at}, {at[0].linear, at[1].linear, at[2].linear}, edge};
-                bound_part(strip.net, triangle, detail::sextic_weights(triangle.at));
+                double at_corners = 0;
+                for (std::size_t k = 0; k < 3; ++k) {
+                    const Vec3d s = regular_position(strip.net, {}, triangle.at[k].x, triangle.at[k].y);
+                    at_corners = std::max(at_corners, glm::length(s - triangle.linear[k]));
+                }
+                bound_part(strip.net, triangle, at_corners, detail::sextic_weights(triangle.at));
             });
     }
 }

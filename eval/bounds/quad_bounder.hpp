@@ -4,7 +4,9 @@
 #include "bezier_pieces.hpp"
 #include "patch_bounder.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <span>
 
 namespace tetrakis {
@@ -60,6 +62,11 @@ class QuadBounder : private detail::PatchBounder<> {
     struct Corners {
         std::array<Vec3d, 3> linear;     ///< L at the piece's corners
         std::array<Vec3d, 3> deviation;  ///< S - L there
+
+        double largest_deviation() const {
+            const auto [a, b, c] = deviation;
+            return std::sqrt(std::max({glm::dot(a, a), glm::dot(b, b), glm::dot(c, c)}));
+        }
     };
 
     /// Corners 1, 2 and 0 of a piece in its cell: the longest side first.
@@ -83,8 +90,10 @@ class QuadBounder : private detail::PatchBounder<> {
     };
     /// A cell with a crease of finite sharpness is strips along the crease, each one bicubic patch.
     void bound_strips(const detail::WalkCell& cell, const Part& part);
-    /// @param weights  of part.at
-    void bound_part(const detail::Net16& net, const Part& part, const detail::SexticWeights& weights);
+    /// @param at_corners  the largest |S - L| there
+    /// @param weights     of part.at
+    void bound_part(const detail::Net16& net, const Part& part, double at_corners,
+                    const detail::SexticWeights& weights);
     /// Bound on the error over a piece of an irregular cell: by norms, else by the hull of its points.
     /// @param may_split  then any value that settles nothing will do where the error does not
     double irregular_error(const detail::QuadNode& node, const Piece& piece, const Corners& corners,

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int k_most_valence = 32;
 /// Steps to the innermost star, and how often regular cells of the first one are cut up; one time less in each further.
-constexpr int k_steps = 10, k_cuts = 3;
+constexpr int k_steps = 10, k_cuts = 2;
 /// Of a sum over some dozens of points.
 constexpr double k_rounding_of_sums = 1 + 1e-12;
 
@@ -55,6 +55,24 @@ struct Linear {
         return std::min({most.x, most.y, most.z}) <= 1e-9;
     }
 };
+
+/// Bezier control points of a cell, row by row.
+std::array<Vec3d, 16> bezier_points(const Net16& net) {
+    const auto along = [](const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
+        return std::array<Vec3d, 4>{(a + 4.0 * b + c) / 6.0, (2.0 * b + c) / 3.0, (b + 2.0 * c) / 3.0,
+                                    (b + 4.0 * c + d) / 6.0};
+    };
+    std::array<std::array<Vec3d, 4>, 4> rows;
+    for (int y = 0; y < 4; ++y)
+        rows[static_cast<std::size_t>(y)] =
+            along(net.at(-1, y - 1), net.at(0, y - 1), net.at(1, y - 1), net.at(2, y - 1));
+    std::array<Vec3d, 16> points;
+    for (std::size_t x = 0; x < 4; ++x) {
+        const auto column = along(rows[0][x], rows[1][x], rows[2][x], rows[3][x]);
+        for (std::size_t y = 0; y < 4; ++y) points[4 * y + x] = column[y];
+    }
+    return points;
+}
 
 /// Calls take(triangle, d) with vectors whose hulls hold S - L over the triangles of a star.
 template <class Take>
@@ -120,11 +138,12 @@ class Deviations {
             }
             return;
         }
+        const std::array<Vec3d, 16> points = bezier_points(net);
         for_each_triangle(square, [&](int triangle, const Linear& linear) {
-            for (int y = -1; y <= 2; ++y)
-                for (int x = -1; x <= 2; ++x)
-                    take_(triangle,
-                          net.at(x, y) - linear.value(square.x + x * square.side, square.y + y * square.side));
+            const double third = square.side / 3;
+            for (std::size_t i = 0; i < 16; ++i)
+                take_(triangle,
+                      points[i] - linear.value(square.x + double(i % 4) * third, square.y + double(i / 4) * third));
         });
     }
     template <class Visit>
