@@ -42,7 +42,9 @@ struct OutputTriangle {
         const double c0 = std::cos(turn * sector), s0 = std::sin(turn * sector);
         const double c1 = std::cos(turn * (sector + 1)), s1 = std::sin(turn * (sector + 1));
         const double det = c0 * s1 - c1 * s0;
-        const double v = std::max(0.0, (x * s1 - y * c1) / det), w = std::max(0.0, (y * c0 - x * s0) / det);
+        // Corners and sides are met exactly: trees would grow down to the last bits beside them.
+        const auto rounded = [](double value) { return std::round(std::max(0.0, value) * 0x1p40) * 0x1p-40; };
+        const double v = rounded((x * s1 - y * c1) / det), w = rounded((y * c0 - x * s0) / det);
         const double sum = std::max(1.0, v + w);
         const CellTriangle root{
             HalfedgeId(mesh.face_halfedge(fan).value + sector), 0, {LatticePoint{0, 0}, {2, 0}, {1, 1}}};
