@@ -5,6 +5,8 @@
 #include "../attributes/followed_uvs.hpp"
 #include "../attributes/seam_extension.hpp"
 #include "../attributes/seam_face.hpp"
+#include "vertex_levels.hpp"
+#include "whole_level_limits.hpp"
 
 #include <oneapi/tbb/parallel_sort.h>
 
@@ -75,8 +77,9 @@ VertexCell turned(VertexCell cell, std::uint32_t root, std::uint32_t from, std::
 DualCharts::DualCharts(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
                        const VertexRoots& roots)
     : charts_(std::make_unique<ControlMesh>(extended_charts(mesh, scheme, rules))),
-      points_(*charts_, scheme, rules),
-      roots_(points_.vertex_roots()) {
+      points_(std::make_shared<const PartialLevels>(*charts_, scheme, rules)),
+      roots_(points_->vertex_roots()),
+      limits_(detail::whole_level_limits(*charts_, scheme, rules, vertex_levels(points_), &roots_, {})) {
     for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) root_.push_back(h);
     root_.resize(roots.count(), k_unknown);
     find_roots(roots);
@@ -208,10 +211,13 @@ class DualCharts::Follower {
         oneapi::tbb::parallel_sort(once.begin(), once.end());
         once.erase(std::unique(once.begin(), once.end()), once.end());
         std::vector<Vec3d> points(once.size());
-        if (limit)
-            charts_.points_.positions(once, points);
-        else
-            charts_.points_.control_positions(once, points);
+        if (limit) {
+            std::vector<Site> sites(once.size());
+            std::ranges::transform(once, sites.begin(), cell_site);
+            charts_.limits_->positions(sites, points);
+        } else {
+            charts_.points_->control_positions(once, points);
+        }
         const auto value = [&](std::size_t i) {
             return Vec2d(
                 points[static_cast<std::size_t>(std::lower_bound(once.begin(), once.end(), cells_[i]) - once.begin())]);

@@ -41,8 +41,9 @@ class DualCharts {
     void find_roots(const VertexRoots& roots);
 
     std::unique_ptr<const ControlMesh> charts_;
-    PartialLevels points_;
-    VertexRoots roots_;                ///< of the charts
+    std::shared_ptr<const PartialLevels> points_;
+    VertexRoots roots_;  ///< of the charts
+    std::shared_ptr<const PositionSource> limits_;
     std::vector<std::uint32_t> root_;  ///< of the charts, for each of the surface
 };
 

@@ -4,6 +4,8 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/corner_cell.hpp"
+#include "../rules/limit_search.hpp"
+#include "../rules/regular_limit.hpp"
 #include "../uniform/repeated_rows.hpp"
 
 #include <oneapi/tbb/parallel_sort.h>
@@ -12,6 +14,7 @@
 #include <algorithm>
 #include <array>
 #include <mutex>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -29,6 +32,8 @@ constexpr std::uint64_t k_point_bytes = 2 * sizeof(Vec3d);
 constexpr std::uint64_t k_memory_share = 4;
 /// Rows repeat from a level on that has a few segments a root. That is at most so much finer than the first level.
 constexpr int k_first_levels = 4;
+/// How many levels below those that have none there are at least some.
+constexpr int k_finest_middles = 4;
 
 /// For each root of vertex quadtrees, the half-edge of the net's base that its side 0 lies along; none where a root of
 /// the net is not found.
@@ -88,11 +93,7 @@ class WholeLevelLimits final : public PositionSource {
             count,
             [&](std::uint32_t i) {
                 const Level* const level = from[level_of(sites[i])];
-                const std::uint32_t point = level == nullptr ? MeshLevel::none : number(*level, sites[i]);
-                if (point == MeshLevel::none)
-                    missing[i] = 1;
-                else
-                    out[i] = level->points[point];
+                missing[i] = level == nullptr || !find(*level, sites[i], out[i]);
             },
             k_grain);
         if (std::find(missing.begin(), missing.end(), 1) != missing.end()) ask_others(sites, missing, out);
@@ -106,6 +107,10 @@ class WholeLevelLimits final : public PositionSource {
         std::vector<std::uint32_t> root_halfedge;  ///< by root of sites, as RepeatedRows::corner_halfedges()
         RootLattices::Numbers numbers;
         std::vector<Vec3d> points;
+        /// In cells whose own level has no rows, points are control points of a level `finer` than theirs, and the
+        /// limit at the middle of a cell, where four of those meet, is this sum of them: x, y = 0 stand right above.
+        int finer = 0;
+        std::vector<RegularLimit::LatticeTerm> middle;
     };
 
     bool dual() const { return roots_.count() != 0; }
@@ -148,20 +153,37 @@ class WholeLevelLimits final : public PositionSource {
 
     bool make(int level) const {
         if (level <= failed_ || level > k_max_level) return false;
+        bool made = make(level, 0);
+        for (int finer = 2; dual() && !made && finer <= k_finest_middles; ++finer)
+            made = point_count(level + finer) <= most_points_ && make(level, finer);
+        if (!made) failed_ = level;
+        return made;
+    }
+
+    bool make(int level, int finer) const {
         auto result = std::make_unique<Level>();
         result->level = level;
-        const int steps = triangles_ ? level : level + 1;
+        result->finer = finer;
+        if (finer > 0) {
+            if (!middle_) middle_ = limit_at_middles();
+            // As far again from those points to the ends of the cell, beyond which rules may be others.
+            const int reach = 1 << (finer - 1);
+            const auto inside = [&](int i) { return -reach <= 2 * i && 2 * (i + 1) <= reach; };
+            if (middle_->empty() ||
+                !std::ranges::all_of(*middle_, [&](const auto& term) { return inside(term.x) && inside(term.y); }))
+                return false;
+            result->middle = *middle_;
+        }
+        const int steps = triangles_ ? level : level + finer + 1;
         RepeatedRows::Demand demand;
-        demand.limit = demand.even_if_slower = true;
+        demand.limit = finer == 0;
+        demand.even_if_slower = true;
         try {
             auto by_rules = std::make_unique<RuleLevels>(mesh_, scheme_, rules_, 0);
             result->rows = RepeatedRows::make(mesh_, scheme_, steps, rules_, by_rules, demand, {});
         } catch (const Error&) {  // evaluating single sites throws it again
         }
-        if (!result->rows || result->rows->corner_halfedges().empty()) {
-            failed_ = level;
-            return false;
-        }
+        if (!result->rows || result->rows->corner_halfedges().empty()) return false;
         const RepeatedRows& rows = *result->rows;
         if (dual()) {
             result->root_halfedge = root_halfedges(roots_, rows);
@@ -176,13 +198,44 @@ class WholeLevelLimits final : public PositionSource {
         return true;
     }
 
-    std::uint32_t number(const Level& level, const Site& any) const {
+    /// The scheme's limit where four regular cells meet.
+    std::vector<RegularLimit::LatticeTerm> limit_at_middles() const {
+        std::vector<RegularLimit::LatticeTerm> terms;
+        const int rings = rule_limit_rings(scheme_, rules_), side = 2 * rings + 1;
+        const RuleMesh mesh = RegularLimit::lattice_mesh(FanLattice::dual, rings);
+        for (const int h : mesh.ring(RegularLimit::middle(rings)).halfedge) {
+            if (mesh.origin(mesh.next(h)) != mesh.origin(h) + 1) continue;
+            const std::optional<LimitRows> rows = LimitSearch(scheme_, rules_).at_face(mesh, h);
+            if (!rows) break;
+            // The face's corners are at 0 and 1 from the middle vertex.
+            for (const auto& [v, weight] : rows->limit.terms)
+                terms.push_back({v % side - rings - 1, v / side - rings - 1, weight});
+        }
+        return terms;
+    }
+
+    /// Whether the site has a limit there.
+    bool find(const Level& level, const Site& any, Vec3d& limit) const {
         const Site site = dual() ? any : minimal_level(any);
         const std::uint32_t h = level.root_halfedge[site.root.value];
-        if (h == MeshLevel::none) return MeshLevel::none;
-        const int up = level.level - site.level;
-        return level.numbers.of(
-            level.rows->net().number(level.rows->last_layout(), h, site.at.x << up, site.at.y << up));
+        if (h == MeshLevel::none) return false;
+        const int up = level.level + level.finer - site.level;
+        const auto point = [&](std::uint32_t x, std::uint32_t y) -> const Vec3d& {
+            return level.points[level.numbers.of(level.rows->net().number(level.rows->last_layout(), h, x, y))];
+        };
+        const std::uint32_t x = site.at.x << up, y = site.at.y << up;
+        if (level.middle.empty()) {
+            limit = point(x, y);
+            return true;
+        }
+        // Roots that are no faces' corners reach beyond the surface's end or a crease.
+        if (site.root.value >= mesh_.halfedge_count()) return false;
+        const std::uint32_t half = 1u << (up - 1);
+        limit = Vec3d(0);
+        for (const RegularLimit::LatticeTerm& term : level.middle)
+            limit += term.weight * point(x + half + static_cast<std::uint32_t>(term.x),
+                                         y + half + static_cast<std::uint32_t>(term.y));
+        return true;
     }
 
     void ask_others(std::span<const Site> sites, std::span<const std::uint8_t> missing, std::span<Vec3d> out) const {
@@ -216,8 +269,9 @@ class WholeLevelLimits final : public PositionSource {
     std::uint64_t most_points_ = 0;
     mutable std::mutex mutex_;
     mutable std::array<std::unique_ptr<const Level>, k_max_level + 1> levels_;
-    mutable std::array<std::uint64_t, k_max_level + 1> asked_{};  ///< sites so far that no level answered for
-    mutable int failed_ = -1;                                     ///< no level up to this one can be made
+    mutable std::array<std::uint64_t, k_max_level + 1> asked_{};            ///< sites so far that no level answered for
+    mutable std::optional<std::vector<RegularLimit::LatticeTerm>> middle_;  ///< limit_at_middles()
+    mutable int failed_ = -1;                                               ///< no level up to this one can be made
 };
 
 }  // namespace

@@ -444,4 +444,8 @@ std::vector<std::optional<LimitRows>> LimitSearch::find(const RuleMesh& mesh, st
     return finder_->find(mesh, sites, 0);
 }
 
+std::optional<LimitRows> LimitSearch::at_face(const RuleMesh& mesh, int halfedge) {
+    return std::move(finder_->find(mesh, {{FanSite::Kind::face, halfedge}}, 0)[0]);
+}
+
 }  // namespace tetrakis::detail

@@ -22,6 +22,9 @@ class LimitSearch {
     /// Rows of the vertices, empty where there is no mask. All have faces.
     std::vector<std::optional<LimitRows>> find(const RuleMesh& mesh, std::span<const int> vertices);
 
+    /// The row of the middle of a dual mesh's face, by one of its half-edges.
+    std::optional<LimitRows> at_face(const RuleMesh& mesh, int halfedge);
+
   private:
     class Finder;
     std::unique_ptr<Finder> finder_;
