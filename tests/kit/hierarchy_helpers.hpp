@@ -97,12 +97,4 @@ inline bool same_mesh(const HierarchyMesh& a, const HierarchyMesh& b) {
            a.sites == b.sites && a.faces == b.faces;
 }
 
-inline std::vector<std::vector<std::uint32_t>> faces_of(const PolygonMesh& mesh) {
-    std::vector<std::vector<std::uint32_t>> faces;
-    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
-        faces.emplace_back(mesh.face_vertices.begin() + mesh.face_offsets[f],
-                           mesh.face_vertices.begin() + mesh.face_offsets[f + 1]);
-    return faces;
-}
-
 }  // namespace tetrakis::test

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "../../hier/mesh/control_mesh.hpp"
+#include "../../refine/rules/polygon_mesh.hpp"
 
 #include <cstdint>
 #include <utility>
@@ -40,6 +41,15 @@ inline ControlMeshData grid(std::uint32_t n, bool triangles = false, bool torus 
             }
         }
     return mesh_data(std::move(positions), faces);
+}
+
+/// The corners of each face.
+inline std::vector<std::vector<std::uint32_t>> faces_of(const PolygonMesh& mesh) {
+    std::vector<std::vector<std::uint32_t>> faces;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+        faces.emplace_back(mesh.face_vertices.begin() + mesh.face_offsets[f],
+                           mesh.face_vertices.begin() + mesh.face_offsets[f + 1]);
+    return faces;
 }
 
 }  // namespace tetrakis::test

@@ -64,6 +64,24 @@ Values values(const RuleRefiner& refiner, const ControlMesh& mesh, bool normals)
 
 TEST_SUITE_BEGIN("refine");
 
+TEST_CASE("no level at all gives the control mesh without its holes") {
+    for (const std::uint64_t seed : test::seeds(6)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = test::random_mesh(seed);
+        const PolygonMesh same = refine(mesh, "catmull-clark", 0);
+        std::uint32_t f = 0;
+        for (std::uint32_t i = 0; i < mesh.face_count(); ++i) {
+            if (mesh.is_hole(FaceId(i))) continue;
+            const std::uint32_t begin = same.face_offsets[f++], size = mesh.face_size(FaceId(i));
+            REQUIRE(same.face_offsets[f] - begin == size);
+            for (std::uint32_t k = 0; k < size; ++k)
+                CHECK(same.positions[same.face_vertices[begin + k]] ==
+                      mesh.position(mesh.origin(HalfedgeId(mesh.face_halfedge(FaceId(i)).value + k))));
+        }
+        CHECK(f == same.face_count());
+    }
+}
+
 TEST_CASE("limits of all but dual schemes are the same seen from any level, and are approached") {
     for (const std::string name : {"cube", "pipe3", "extruded_pentagon"})
         for (const SchemeInfo& scheme : scheme_table()) {
@@ -228,8 +246,15 @@ TEST_CASE("[bad-input] refine() names what is wrong") {
         CAPTURE(scheme.name);
         const ControlMesh mesh = fitting(scheme, cube);
         CHECK_THROWS_AS(refine(mesh, scheme, -1), Error);
-        CHECK_THROWS_WITH_AS(refine(mesh, scheme, 30), doctest::Contains("32-bit"), Error);
+        bool started = false;
+        small.context.progress = [&](std::string_view, double) { return started = true; };
+        CHECK_THROWS_WITH_AS(refine(mesh, scheme, 30, {.context = {.progress = small.context.progress}}),
+                             doctest::Contains("32-bit"), Error);
         CHECK_THROWS_WITH_AS(refine(mesh, scheme, 7, small), doctest::Contains("1 MiB"), Error);
+        CHECK_FALSE(started);
+        RefineOptions cancelled;
+        cancelled.context.progress = [](std::string_view, double fraction) { return fraction < 0.5; };
+        CHECK_THROWS_AS(refine(mesh, scheme, 3, cancelled), Error);
     }
 }
 
