@@ -1,5 +1,6 @@
 #include "../kit/dual_mesh.hpp"
 #include "../kit/hierarchy_helpers.hpp"
+#include "../kit/input_helpers.hpp"
 #include "../kit/scheme_meshes.hpp"
 
 #include "../../eval/distance/hausdorff.hpp"
@@ -130,15 +131,7 @@ TEST_CASE("depths, tolerances and estimators: limits are kept, bad values and ot
         std::set<HierarchyNode> nodes = test::nodes_of(h);
         for (const HierarchyNode& node : nodes) CHECK(int{node.depth} <= 4);
         CHECK(std::any_of(nodes.begin(), nodes.end(), [](const HierarchyNode& node) { return node.depth == 4; }));
-        const auto code_of = [&](auto&& call) {
-            try {
-                call();
-            } catch (const Error& e) {
-                return e.code();
-            }
-            FAIL("no error");
-            return ErrorCode::io;
-        };
+        const auto code_of = [](auto&& call) { return test::error_of(call).code(); };
         for (const double bad : {std::nan(""), -1.0, -std::numeric_limits<double>::infinity()}) {
             CHECK(code_of([&] { h.refine_where(estimator, bad, 3); }) == ErrorCode::invalid_input);
             CHECK(code_of([&] { h.coarsen_where(estimator, bad); }) == ErrorCode::invalid_input);
@@ -161,6 +154,7 @@ TEST_CASE("depths, tolerances and estimators: limits are kept, bad values and ot
         check_whole(cancelled);
         CHECK(cancelled.leaf_count() > make_hierarchy(mesh, scheme).leaf_count());
         CHECK(cancelled.leaf_count() < h.leaf_count() + 1);
+        CHECK(code_of([&] { cancelled.to_mesh({.context = context}); }) == ErrorCode::cancelled);
     }
 }
 
