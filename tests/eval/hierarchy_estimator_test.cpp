@@ -154,6 +154,7 @@ TEST_CASE("depths, tolerances and estimators: limits are kept, bad values and ot
         check_whole(cancelled);
         CHECK(cancelled.leaf_count() > make_hierarchy(mesh, scheme).leaf_count());
         CHECK(cancelled.leaf_count() < h.leaf_count() + 1);
+        context.progress = [](std::string_view, double) { return false; };
         CHECK(code_of([&] { cancelled.to_mesh({.context = context}); }) == ErrorCode::cancelled);
     }
 }
