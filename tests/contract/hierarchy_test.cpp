@@ -19,6 +19,7 @@
 // What holds for a hierarchy of any scheme after any history: all by the same tests.
 
 using namespace tetrakis;
+using test::everything;
 using test::Random;
 
 namespace {
@@ -53,10 +54,6 @@ void for_each_mesh(std::uint64_t meshes, Check&& check) {
             Random random(seed);
             check(scheme, mesh, random);
         }
-}
-
-LeafPredicate everything() {
-    return each_leaf([](const LeafView&) { return true; });
 }
 
 /// Depth of leaves of that many levels, about.

@@ -28,6 +28,7 @@ using EstimatorKind::certified;
 using EstimatorKind::measured;
 using test::k_closed;
 using test::k_tube;
+using test::mesh_for;
 using test::same_bytes;
 
 namespace {
@@ -39,14 +40,6 @@ const char* const k_schemes[] = {"catmull-clark", "loop",  "doo-sabin", "midedge
                                  "butterfly",     "sqrt3", "biquartic", "tuned-loop", "bilinear", "honeycomb"};
 
 bool is_dual(const SchemeInfo& scheme) { return scheme.refinement == Refinement::vertex_split; }
-
-/// With the faces that the scheme takes.
-ControlMesh mesh_for(const SchemeInfo& scheme, const ControlMesh& mesh) {
-    return scheme.family == MeshFamily::triangles && !mesh.all_triangles() ? triangulate(mesh) : mesh;
-}
-ControlMesh mesh_for(const SchemeInfo& scheme, const std::string& text) {
-    return mesh_for(scheme, ControlMesh::build(parse_obj(text, "test.obj")));
-}
 
 /// A random mesh, smooth but for its boundary.
 ControlMeshData smooth_mesh(std::uint64_t seed, const SchemeInfo& scheme) {

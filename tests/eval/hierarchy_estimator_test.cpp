@@ -39,12 +39,6 @@ int depths_a_level(std::string_view scheme) {
                : 2;
 }
 
-ControlMesh estimated_mesh(std::string_view scheme, const std::string& text) {
-    const bool triangles = find_scheme(scheme)->family == MeshFamily::triangles || is_steps(scheme);
-    ControlMesh mesh = ControlMesh::build(parse_obj(text, "test.obj"));
-    return triangles && !mesh.all_triangles() ? triangulate(mesh) : ControlMesh::build(mesh.data());
-}
-
 /// Limit points of uniform refinement, far finer than what is compared with it.
 TriangleMesh dense_surface(const ControlMesh& mesh, std::string_view scheme) {
     return triangles_of(refine(mesh, scheme, is_steps(scheme) ? 3 : 4, {.limit = true}));
@@ -91,7 +85,7 @@ TEST_CASE("[slow] hierarchies of every family are refined to a tolerance, tighte
         for (const bool closed : {true, false}) {
             CAPTURE(scheme);
             CAPTURE(closed);
-            const ControlMesh mesh = estimated_mesh(scheme, closed ? test::k_closed : test::k_tube);
+            const ControlMesh mesh = test::mesh_for(scheme, closed ? test::k_closed : test::k_tube);
             const TriangleMesh surface = dense_surface(mesh, scheme);
             Hierarchy h = make_hierarchy(mesh, scheme);
             const int deep = 8 * depths_a_level(scheme);
@@ -123,7 +117,7 @@ TEST_CASE("[slow] hierarchies of every family are refined to a tolerance, tighte
 TEST_CASE("depths, tolerances and estimators: limits are kept, bad values and other families' estimators refused") {
     for (const std::string_view scheme : std::initializer_list<std::string_view>{"sqrt3", "doo-sabin", "biquartic"}) {
         CAPTURE(scheme);
-        const ControlMesh mesh = estimated_mesh(scheme, test::k_closed);
+        const ControlMesh mesh = test::mesh_for(scheme, test::k_closed);
         Hierarchy h = make_hierarchy(mesh, scheme);
         const HierarchyEstimator estimator(h, 0.0);
         // Nothing is ever exact.
@@ -162,7 +156,7 @@ TEST_CASE("depths, tolerances and estimators: limits are kept, bad values and ot
 TEST_CASE("coarsening by an estimator undoes what a tolerance does not need, and keeps what it does") {
     for (const std::string_view scheme : k_estimated) {
         CAPTURE(scheme);
-        const ControlMesh mesh = estimated_mesh(scheme, test::k_tube);
+        const ControlMesh mesh = test::mesh_for(scheme, test::k_tube);
         const TriangleMesh surface = dense_surface(mesh, scheme);
         const double tolerance = 0.05;
         Hierarchy h = make_hierarchy(mesh, scheme);
@@ -171,7 +165,7 @@ TEST_CASE("coarsening by an estimator undoes what a tolerance does not need, and
         int deepest = 0;
         for (const HierarchyNode& node : test::nodes_of(h)) deepest = std::max<int>(deepest, node.depth);
         const int all = deepest + (depths_a_level(scheme) + 1) / 2;
-        h.refine_where(each_leaf([](const LeafView&) { return true; }), all);
+        h.refine_where(test::everything(), all);
         const std::uint32_t many = h.leaf_count();
         REQUIRE(many > needed);
         CHECK(h.coarsen_where(HierarchyEstimator(h, tolerance), tolerance) > 0);

@@ -21,6 +21,7 @@
 
 using namespace tetrakis;
 using test::k_closed;
+using test::mesh_for;
 using test::triangles_of;
 
 namespace {
@@ -35,11 +36,6 @@ std::vector<const SchemeInfo*> other_schemes() {
         if (const SchemeSupport support = scheme_support(scheme); support.adaptive && !support.patches)
             schemes.push_back(&scheme);
     return schemes;
-}
-
-ControlMesh mesh_for(const SchemeInfo& scheme, const std::string& text) {
-    ControlMesh mesh = ControlMesh::build(parse_obj(text, "test.obj"));
-    return scheme.family == MeshFamily::triangles && !mesh.all_triangles() ? triangulate(mesh) : mesh;
 }
 
 /// An open patch of two quads, a triangle and a pentagon around one vertex, not flat.
@@ -309,8 +305,7 @@ TEST_CASE("texture coordinates follow a scheme, seams included") {
     const auto mesh_with = [](const SchemeInfo& scheme, std::vector<ControlMeshData::EdgeTag> creases) {
         ControlMeshData data = grid_of_two_charts();
         data.creases = std::move(creases);
-        const ControlMesh mesh = ControlMesh::build(std::move(data));
-        return scheme.family == MeshFamily::triangles ? triangulate(mesh) : mesh;
+        return mesh_for(scheme, ControlMesh::build(std::move(data)));
     };
     for (const char* name :
          {"kobbelt", "bilinear", "midpoint", "doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest", "biquartic"}) {

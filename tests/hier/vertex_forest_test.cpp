@@ -20,6 +20,7 @@
 #include <tuple>
 
 using namespace tetrakis;
+using test::model;
 
 namespace {
 
@@ -86,10 +87,6 @@ std::vector<VertexCell> leaf_cells(const VertexForest& forest) {
 
 LeafId first_deepest(const VertexForest& forest, const std::vector<LeafId>& leaves) {
     return *std::ranges::max_element(leaves, {}, [&](LeafId leaf) { return forest.level(leaf); });
-}
-
-ControlMesh model(const std::string& name) {
-    return ControlMesh::build(read_obj(std::filesystem::path(TETRAKIS_SOURCE_DIR) / "data" / (name + ".obj")));
 }
 
 }  // namespace

@@ -46,6 +46,10 @@ inline ControlMesh hierarchy_mesh(std::string_view scheme, std::uint64_t seed) {
     return triangles ? triangulate(mesh) : ControlMesh::build(mesh.data());
 }
 
+inline LeafPredicate everything() {
+    return each_leaf([](const LeafView&) { return true; });
+}
+
 inline std::vector<LeafHandle> leaves_of(const Hierarchy& h) { return {h.leaves().begin(), h.leaves().end()}; }
 
 inline std::set<HierarchyNode> nodes_of(const Hierarchy& h) {

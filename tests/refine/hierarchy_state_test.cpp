@@ -145,7 +145,7 @@ TEST_CASE("shrink() after coarsening leaves what new hierarchies of the same lea
             Hierarchy h = make_hierarchy(mesh, scheme);
             if (h.leaf_count() == 0) continue;
             Random random(seed);
-            const auto all = each_leaf([](const LeafView&) { return true; });
+            const auto all = test::everything();
             const std::uint64_t stamp = h.stamp();
             std::vector<LeafHandle> gone;
             for (const bool to_the_roots : {false, true}) {
@@ -250,7 +250,7 @@ TEST_CASE("[bad-input] a memory limit ends refinement between two rounds, and re
     for (const std::string_view scheme : k_each_family) {
         CAPTURE(scheme);
         const ControlMesh mesh = test::hierarchy_mesh(scheme, 2);
-        const auto all = each_leaf([](const LeafView&) { return true; });
+        const auto all = test::everything();
         Hierarchy h = make_hierarchy(mesh, scheme);
         const int last_depth = h.tree().child_count == 4 ? 4 : 7;
         RunContext context;

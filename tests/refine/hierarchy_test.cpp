@@ -28,6 +28,7 @@
 
 using namespace tetrakis;
 using test::error_of;
+using test::everything;
 using test::Random;
 
 namespace {
@@ -43,10 +44,6 @@ void check_sound(const Hierarchy& h) {
 bool is_dual(const Hierarchy& h) { return h.family() == "vertices"; }
 /// Whether a split makes four of one, so that a depth is a level.
 bool is_quaternary(const Hierarchy& h) { return h.tree().child_count == 4; }
-
-LeafPredicate everything() {
-    return each_leaf([](const LeafView&) { return true; });
-}
 
 /// The size of a leaf in its lattice, eight times as large in one root: known without a surface.
 class Size final : public ErrorEstimator {

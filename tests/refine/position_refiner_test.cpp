@@ -59,8 +59,7 @@ ControlMesh random_cage(std::uint64_t seed, const SchemeInfo& scheme) {
     for (auto& tag : data.creases) ++tag.a, ++tag.b;
     for (auto& tag : data.corners) ++tag.vertex;
     data.positions.emplace_back(-7, 8, 9);
-    const ControlMesh mesh = ControlMesh::build(std::move(data));
-    return scheme.family == MeshFamily::triangles ? triangulate(mesh) : mesh;
+    return test::mesh_for(scheme, ControlMesh::build(std::move(data)));
 }
 
 /// The same mesh with every vertex elsewhere.
@@ -105,8 +104,7 @@ ControlMesh grid_for(const SchemeInfo& scheme, bool gaps) {
     ControlMeshData data = test::skewed_grid(6);
     if (gaps) data.holes = {0, 15};
     if (gaps) data.positions.emplace_back(0, 0, 50);
-    const ControlMesh mesh = ControlMesh::build(std::move(data));
-    return scheme.family == MeshFamily::triangles ? triangulate(mesh) : mesh;
+    return test::mesh_for(scheme, ControlMesh::build(std::move(data)));
 }
 
 }  // namespace

@@ -21,6 +21,7 @@
 // everywhere: its triangles lie in the level's faces.
 
 using namespace tetrakis;
+using test::everything;
 using test::Random;
 
 namespace {
@@ -126,10 +127,6 @@ std::optional<HierarchyMesh> limits_of(const Hierarchy& h) {
         REQUIRE(e.code() == ErrorCode::unsupported);
         return std::nullopt;
     }
-}
-
-LeafPredicate everything() {
-    return each_leaf([](const LeafView&) { return true; });
 }
 
 /// Of each vertex of a hierarchy's mesh the finest level of a leaf around it.
