@@ -11,7 +11,6 @@
 #include "../kit/surface_topology.hpp"
 
 #include "../../hier/mesh/obj_reader.hpp"
-#include "../../hier/mesh/triangulate.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,7 +1,6 @@
 #include "../kit/point_match.hpp"
 #include "../kit/random_mesh.hpp"
 
-#include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/uniform/refine.hpp"
 #include "../../schemes/core/scheme_kind.hpp"

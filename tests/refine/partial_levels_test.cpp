@@ -1,16 +1,10 @@
 #include "../kit/input_helpers.hpp"
 
-#include "../../hier/base/error.hpp"
-#include "../../hier/base/parallel.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
-#include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/adaptive/closure.hpp"
 #include "../../refine/adaptive/partial_levels.hpp"
 #include "../../refine/rules/rule_refiner.hpp"
 
 #include <doctest/doctest.h>
-
-#include <string>
 
 using namespace tetrakis;
 

@@ -3,7 +3,6 @@
 #include "../kit/same_bytes.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/adaptive/adaptive_dual.hpp"
 #include "../../refine/adaptive/closure.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
@@ -11,12 +10,10 @@
 #include "../../refine/adaptive/sqrt3_points.hpp"
 #include "../../refine/uniform/position_refiner.hpp"
 #include "../../refine/uniform/refine.hpp"
-#include "../../refine/uniform/repeated_rows.hpp"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <cstring>
 #include <limits>
 #include <string>
 #include <type_traits>
