@@ -1,6 +1,4 @@
 #include "../../eval/tessellate/tessellate.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
-#include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/uniform/refine.hpp"
 
 #include "../kit/meshes.hpp"

@@ -7,14 +7,11 @@
 #include "../../eval/tessellate/hierarchy_estimator.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/base/error.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
-#include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <string>
 #include <string_view>

@@ -4,7 +4,6 @@
 #include "../kit/scheme_meshes.hpp"
 #include "../kit/surface_topology.hpp"
 
-#include "../../eval/bounds/linear_bound.hpp"
 #include "../../eval/distance/hausdorff.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/mesh/obj_reader.hpp"

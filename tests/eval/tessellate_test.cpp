@@ -4,7 +4,6 @@
 #include "../kit/point_match.hpp"
 #include "../kit/random_mesh.hpp"
 #include "../kit/shapes.hpp"
-#include "../kit/shared_data.hpp"
 #include "../kit/surface_topology.hpp"
 
 #include "../../eval/distance/triangle_bvh.hpp"

@@ -12,8 +12,6 @@
 
 #include <doctest/doctest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <filesystem>
 
 using namespace tetrakis;

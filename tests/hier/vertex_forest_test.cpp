@@ -3,7 +3,6 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/forest/check.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
 #include "../../refine/adaptive/adaptive_dual.hpp"
 #include "../../refine/rules/rule_refinement.hpp"
 #include "../../refine/uniform/refine.hpp"
@@ -13,7 +12,6 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <filesystem>
 #include <map>
 #include <set>
 #include <string>
