@@ -1,4 +1,5 @@
 #include "golden.hpp"
+#include "../kit/meshes.hpp"
 #include "../kit/point_match.hpp"
 
 #include "../../hier/mesh/obj_reader.hpp"
@@ -59,9 +60,7 @@ void check_same(const PolygonMesh& ours, const golden::Mesh& theirs) {
     CHECK(worst < k_points_apart * diagonal);
     CHECK(ours_of.size() == ours.positions.size());
     CHECK(taken.size() == ours.positions.size());
-    for (std::uint32_t f = 0; f < ours.face_count(); ++f)
-        faces.insert(from_least({ours.face_vertices.begin() + ours.face_offsets[f],
-                                 ours.face_vertices.begin() + ours.face_offsets[f + 1]}));
+    for (const auto& face : test::faces_of(ours)) faces.insert(from_least(face));
     CHECK(faces == expected);
 }
 
@@ -172,48 +171,39 @@ std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3d> edge_points(
 
 std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3d> edge_points(const ControlMesh& mesh, const char* scheme) {
     const PolygonMesh refined = refine(mesh, scheme, 1);
-    std::vector<std::vector<std::uint32_t>> faces;
-    for (std::uint32_t f = 0; f < refined.face_count(); ++f)
-        faces.emplace_back(refined.face_vertices.begin() + refined.face_offsets[f],
-                           refined.face_vertices.begin() + refined.face_offsets[f + 1]);
-    return edge_points(mesh, refined.positions, faces);
+    return edge_points(mesh, refined.positions, test::faces_of(refined));
 }
 
 }  // namespace
 
 TEST_SUITE_BEGIN("contract");
 
-TEST_CASE("golden: Catmull-Clark levels are those of OpenSubdiv") {
+TEST_CASE("golden: levels are those of OpenSubdiv, with Chaikin's creases as well") {
     check_levels({"catmull-clark", "catmark.osd", 1}, 88);
-}
-TEST_CASE("golden: Loop levels are those of OpenSubdiv") { check_levels({"loop", "loop.osd", 1}, 41); }
-TEST_CASE("golden: bilinear levels are those of OpenSubdiv") { check_levels({"bilinear", "bilinear.osd", 1}, 30); }
-TEST_CASE("golden: Catmull-Clark levels with Chaikin's creases are those of OpenSubdiv") {
+    check_levels({"loop", "loop.osd", 1}, 41);
+    check_levels({"bilinear", "bilinear.osd", 1}, 30);
     check_levels({"catmull-clark", "catmark-chaikin.osd", 1, CreaseMethod::chaikin}, 9);
-}
-TEST_CASE("golden: Loop levels with Chaikin's creases are those of OpenSubdiv") {
     check_levels({"loop", "loop-chaikin.osd", 1, CreaseMethod::chaikin}, 3);
 }
-TEST_CASE("golden: Catmull-Clark limits and normals are those of OpenSubdiv") {
+
+TEST_CASE("golden: limits and normals are those of OpenSubdiv") {
     check_limits({"catmull-clark", "catmark.osd", 1}, 30);
+    check_limits({"loop", "loop.osd", 1}, 14);
 }
-TEST_CASE("golden: Loop limits and normals are those of OpenSubdiv") { check_limits({"loop", "loop.osd", 1}, 14); }
 
-TEST_CASE("golden: Catmull-Clark levels are those of CGAL") { check_levels({"catmull-clark", "catmark.cgal", 1}, 30); }
-TEST_CASE("golden: Loop levels are those of CGAL") { check_levels({"loop", "loop.cgal", 1}, 16); }
-TEST_CASE("golden: Doo-Sabin levels are those of CGAL") { check_levels({"doo-sabin", "doosabin.cgal", 1}, 18); }
-TEST_CASE("golden: sqrt3 levels are those of CGAL") { check_levels({"sqrt3", "sqrt3.cgal", 2}, 8); }
+TEST_CASE("golden: levels are those of CGAL") {
+    check_levels({"catmull-clark", "catmark.cgal", 1}, 30);
+    check_levels({"loop", "loop.cgal", 1}, 16);
+    check_levels({"doo-sabin", "doosabin.cgal", 1}, 18);
+    check_levels({"sqrt3", "sqrt3.cgal", 2}, 8);
+}
 
-// Its Catmull-Clark has rules of its own for boundaries, 2/3, 1/6, 1/6 at their vertices: no file of an open mesh here.
-TEST_CASE("golden: Catmull-Clark levels of closed meshes are those of OpenMesh") {
+TEST_CASE("golden: levels are those of OpenMesh") {
+    // Its Catmull-Clark has rules of its own for boundaries, 2/3, 1/6, 1/6 at their vertices: no file of an open mesh.
     check_levels({"catmull-clark", "catmark.openmesh", 1}, 18);
-}
-TEST_CASE("golden: Loop levels are those of OpenMesh") { check_levels({"loop", "loop.openmesh", 1}, 16); }
-TEST_CASE("golden: sqrt3 levels are those of OpenMesh") { check_levels({"sqrt3", "sqrt3.openmesh", 2}, 8); }
-TEST_CASE("golden: midedge levels are those of OpenMesh, whose midpoints are joined twice") {
-    check_levels({"midedge-simplest", "midpoint.openmesh", 2}, 9);
-}
-TEST_CASE("golden: Modified Butterfly levels of closed meshes are those of OpenMesh") {
+    check_levels({"loop", "loop.openmesh", 1}, 16);
+    check_levels({"sqrt3", "sqrt3.openmesh", 2}, 8);
+    check_levels({"midedge-simplest", "midpoint.openmesh", 2}, 9);  // midpoints, joined twice
     check_levels({"modified-butterfly", "butterfly.openmesh", 1}, 10, is_closed);
 }
 
@@ -223,17 +213,19 @@ TEST_CASE("golden: single steps of sqrt3, which hierarchies have, are those of C
     int compared = 0;
     for (const auto& path : golden::files(*folder / "meshes", ".obj"))
         for (const char* library : {"sqrt3.cgal", "sqrt3.openmesh"}) {
-            const std::string file = name_of(path) + "." + library + ".L1.obj.gz";
-            if (!std::filesystem::exists(*folder / file)) continue;
-            CAPTURE(file);
-            const ControlMesh mesh = load(path, {"sqrt3", library, 2});
-            Hierarchy all = make_hierarchy(mesh, "sqrt3");
-            all.refine_where(each_leaf([](const LeafView&) { return true; }), 2);
-            check_same(all.to_mesh({.positions = MeshPositions::level, .level = 1}).mesh,
-                       golden::read_mesh(*folder / file));
-            ++compared;
+            for (int level = 1; level <= 2; ++level) {
+                const std::string file = name_of(path) + "." + library + ".L" + std::to_string(level) + ".obj.gz";
+                if (!std::filesystem::exists(*folder / file)) continue;
+                CAPTURE(file);
+                const ControlMesh mesh = load(path, {"sqrt3", library, 2});
+                Hierarchy all = make_hierarchy(mesh, "sqrt3");
+                all.refine_where(each_leaf([](const LeafView&) { return true; }), 2 * level);
+                check_same(all.to_mesh({.positions = MeshPositions::level, .level = level}).mesh,
+                           golden::read_mesh(*folder / file));
+                ++compared;
+            }
         }
-    CHECK(compared == 16);
+    CHECK(compared == 32);
 }
 
 // OpenMesh has no rule for edges that end on a boundary. It takes the eight-point rule there, points beyond the

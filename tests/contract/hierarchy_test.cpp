@@ -1,19 +1,16 @@
 #include "../kit/hierarchy_helpers.hpp"
-#include "../kit/point_match.hpp"
+#include "../kit/input_helpers.hpp"
 #include "../kit/scratch_dir.hpp"
 #include "../kit/surface_topology.hpp"
 
 #include "../../hier/base/error.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
-#include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
-#include <map>
-#include <optional>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -22,6 +19,7 @@
 // What holds for a hierarchy of any scheme after any history: all by the same tests.
 
 using namespace tetrakis;
+using test::everything;
 using test::Random;
 
 namespace {
@@ -58,10 +56,6 @@ void for_each_mesh(std::uint64_t meshes, Check&& check) {
         }
 }
 
-LeafPredicate everything() {
-    return each_leaf([](const LeafView&) { return true; });
-}
-
 /// Depth of leaves of that many levels, about.
 int depth_of(const Hierarchy& h, int levels) { return h.tree().child_count == 4 ? levels : 2 * levels; }
 
@@ -74,14 +68,7 @@ HierarchyMesh with_normals(const Hierarchy& h) {
     return h.to_mesh({.positions = MeshPositions::finest, .normals = true});
 }
 
-ErrorCode code_of(auto&& call) {
-    try {
-        call();
-    } catch (const Error& e) {
-        return e.code();
-    }
-    return {};
-}
+ErrorCode code_of(auto&& call) { return test::error_of(call).code(); }
 
 }  // namespace
 
@@ -184,92 +171,6 @@ TEST_CASE("hierarchy: what is coarsened as far as it goes is the roots again, by
     });
 }
 
-TEST_CASE("hierarchy: every vertex of an adaptive mesh is a point of a uniform level, and its limit is that point's") {
-    std::map<std::string_view, std::size_t> limits_compared;
-    std::map<std::string_view, int> deepest_of;
-    for_each_mesh(4, [&](std::string_view scheme, const ControlMesh& mesh, Random& random) {
-        Hierarchy h = make_hierarchy(mesh, scheme);
-        if (h.leaf_count() == 0) return;
-        const bool dual = h.family() == "vertices";
-        const int steps = h.family() == "sqrt3" ? 2 : 1;  // of the hierarchy for one of refine()
-        const int levels = 3;
-        for (int pass = 0; pass < 5; ++pass) {
-            auto some = test::random_subset(test::leaves_of(h), 0.25, random);
-            std::erase_if(some, [&](LeafHandle leaf) { return h.view(leaf).level >= levels * steps - steps + 1; });
-            h.refine(some);
-        }
-        const double tolerance = 1e-12 * mesh.bounding_box().diagonal();
-        const auto apart = [](const PointMatch& match, const PolygonMesh& points, const Vec3d& p) {
-            return glm::length(points.positions[match.nearest(p)] - p);
-        };
-        std::optional<HierarchyMesh> limits;
-        try {
-            limits = h.to_mesh({.normals = true});
-        } catch (const Error& e) {
-            REQUIRE(e.code() == ErrorCode::unsupported);
-        }
-        int deepest = 0;
-        for (int level = 0; level <= levels; ++level) {
-            CAPTURE(level);
-            const PolygonMesh net = refine(mesh, scheme, level);
-            const PointMatch match(net.positions);
-            // A vertex of a dual scheme is on its own level alone.
-            const HierarchyMesh out =
-                h.to_mesh({.positions = dual ? MeshPositions::finest : MeshPositions::level, .level = level * steps});
-            double worst = 0, worst_limit = 0;
-            std::optional<PolygonMesh> surface;
-            try {
-                surface = refine(mesh, scheme, level, {.limit = true});
-            } catch (const Error& e) {
-                REQUIRE(e.code() == ErrorCode::unsupported);
-            }
-            const PointMatch on_surface(surface ? surface->positions : std::vector<Vec3d>{});
-            for (std::size_t v = 0; v < out.sites.size(); ++v) {
-                const int first = h.first_level(out.sites[v]);
-                deepest = std::max(deepest, first);
-                if (dual ? first != level : first > level * steps) continue;
-                worst = std::max(worst, apart(match, net, out.mesh.positions[v]));
-                if (!limits || !surface) continue;
-                worst_limit = std::max(worst_limit, apart(on_surface, *surface, limits->mesh.positions[v]));
-                ++limits_compared[scheme];
-            }
-            CHECK(worst <= tolerance);
-            CHECK(worst_limit <= tolerance);
-        }
-        CHECK(deepest <= levels * steps);
-        deepest_of[scheme] = std::max(deepest_of[scheme], deepest);
-    });
-    for (const std::string_view scheme : k_schemes) {
-        CAPTURE(scheme);
-        CHECK(limits_compared[scheme] > 100);
-        CHECK(deepest_of[scheme] >= 3);
-    }
-}
-
-TEST_CASE("hierarchy: refined everywhere it is the uniform level, point by point") {
-    for_each_mesh(2, [](std::string_view scheme, const ControlMesh& mesh, Random&) {
-        Hierarchy h = make_hierarchy(mesh, scheme);
-        if (h.leaf_count() == 0) return;
-        const int steps = h.family() == "sqrt3" ? 2 : 1, level = 2;
-        // Leaves of families of triangles that are halved or start from the faces' centres are a level ahead.
-        const int depth = h.family() == "bisection"  ? 2 * (level - 1) + 1
-                          : h.family() == "vertices" ? level - 1
-                          : h.family() == "sqrt3"    ? 2 * level * steps
-                                                     : level;
-        h.refine_where(everything(), depth);
-        const HierarchyMesh out = h.to_mesh({.positions = MeshPositions::level, .level = level * steps});
-        const PolygonMesh net = refine(mesh, scheme, level);
-        REQUIRE(out.mesh.positions.size() == net.positions.size());
-        const PointMatch ours(out.mesh.positions), theirs(net.positions);
-        double worst = 0;
-        for (const Vec3d& p : out.mesh.positions)
-            worst = std::max(worst, glm::length(net.positions[theirs.nearest(p)] - p));
-        for (const Vec3d& p : net.positions)
-            worst = std::max(worst, glm::length(out.mesh.positions[ours.nearest(p)] - p));
-        CHECK(worst <= 1e-12 * mesh.bounding_box().diagonal());
-    });
-}
-
 TEST_CASE("hierarchy: saved leaves come back with the same bytes, from memory and from a file, and go on from there") {
     const ScratchDir scratch;
     for_each_mesh(2, [&](std::string_view scheme, const ControlMesh& mesh, Random& random) {
@@ -350,35 +251,6 @@ TEST_CASE("hierarchy: handles of leaves that are gone are refused by all that ta
         }
         CHECK(test::leaves_of(h) == leaves);
     });
-}
-
-TEST_CASE("hierarchy: a zoom into one spot costs leaves by the level, and stays conforming") {
-    for (const std::string_view scheme : k_schemes) {
-        CAPTURE(scheme);
-        const ControlMesh mesh = mesh_for(scheme, 4);
-        Hierarchy h = make_hierarchy(mesh, scheme);
-        const std::size_t roots = h.leaf_count();
-        const int depth = depth_of(h, 12);
-        LeafHandle leaf = h.leaves()[roots / 2];
-        std::size_t last = roots, most = 0;
-        while (h.node(leaf).depth < depth) {
-            const HierarchyNode node = h.node(leaf);
-            h.refine(leaf);
-            most = std::max(most, h.leaf_count() - last);
-            last = h.leaf_count();
-            // The first of its children that is there.
-            for (const HierarchyNode& child : h.children(node))
-                if (const auto found = h.find(child)) {
-                    leaf = *found;
-                    break;
-                }
-            if (!h.is_leaf(leaf)) break;
-        }
-        CHECK(h.node(leaf).depth >= depth - 1);
-        CHECK(most < 40 + 4 * roots);
-        const auto found = test::topology(test::faces_of(with_normals(h).mesh));
-        CHECK(found.fault.empty());
-    }
 }
 
 TEST_SUITE_END();

@@ -7,7 +7,6 @@
 #include "../../schemes/core/scheme_table.hpp"
 #include "nearest_triangle.hpp"
 
-#include <cstdint>
 #include <memory>
 #include <vector>
 

@@ -114,31 +114,37 @@ TEST_CASE("repair leaves no fault in any random soup, and every layer stays with
     CHECK(with_angles > 1000);
 }
 
-TEST_CASE("repair takes consecutive repeats out of a face and drops what has fewer than three corners") {
-    auto data = mesh_data(k_points, {{0, 1, 2, 2}, {0, 1, 1}, {5, 5, 3, 1, 4, 5}});
-    data.face_uvs = {0, 1, 2, 6, 0, 1, 1, 5, 5, 3, 1, 4, 5};
-    data.uvs.assign(7, Vec2d(0.0));
-    const auto reports = repair(data);
-    CHECK(data.face_offsets == std::vector<std::uint32_t>{0, 3, 7});
-    CHECK(reports_have(reports, "dropped 1 faces with fewer than three"));
-    CHECK(reports_have(reports, "repeated vertices out of 2 faces"));
-    CHECK(find_faults(data).empty());
-}
-
-TEST_CASE("repair cuts a face that passes a vertex twice into its loops") {
-    auto data = mesh_data(k_points, {{0, 1, 2, 0, 3, 5}});
-    repair(data);
-    CHECK(data.face_offsets == std::vector<std::uint32_t>{0, 3, 6});
-    CHECK(find_faults(data).empty());
-    CHECK(data.positions.size() == 6);  // vertex 0 twice; 4 and 6 were isolated
-}
-
-TEST_CASE("repair orients alike as most faces were, keeps the first corner, and reports") {
-    auto data = mesh_data(k_points, {{0, 2, 1}, {0, 1, 3}, {3, 2, 1}, {2, 0, 3}});
-    data.positions.resize(4);
-    const auto reports = repair(data);
-    CHECK(reports == std::vector<std::string>{"flipped 1 faces to orient all alike"});
-    CHECK(data.face_vertices == std::vector<std::uint32_t>{0, 2, 1, 0, 1, 3, 3, 1, 2, 2, 0, 3});
+TEST_CASE("repair of single faults: repeats, faces that pass a vertex twice, faces that are turned over") {
+    using Faces = std::vector<std::vector<std::uint32_t>>;
+    struct Row {
+        Faces faces;
+        std::vector<std::uint32_t> offsets;
+        std::vector<std::string> reports;
+    };
+    // Vertices of no face are left out, except of the first row.
+    const Faces tetrahedron = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+    for (const Row& row :
+         {Row{{{0, 1, 2, 2}, {0, 1, 1}, {5, 5, 3, 1, 4, 5}},
+              {0, 3, 7},
+              {"dropped 1 faces with fewer than three", "repeated vertices out of 2 faces"}},
+          Row{{{0, 1, 2, 0, 3, 5}}, {0, 3, 6}, {"repeated vertices out of 1 faces", "split 1 vertices"}},
+          Row{{{0, 2, 1}, {0, 1, 3}, {3, 2, 1}, {2, 0, 3}}, {0, 3, 6, 9, 12}, {"flipped 1 faces to orient all alike"}},
+          Row{tetrahedron, {0, 3, 6, 9, 12}, {}}}) {
+        CAPTURE(row.faces);
+        auto data = mesh_data(k_points, row.faces);
+        if (row.faces.size() == 4) data.positions.resize(4);
+        const auto reports = repair(data);
+        CAPTURE(reports);
+        CHECK(data.face_offsets == row.offsets);
+        for (const std::string& report : row.reports) CHECK(reports_have(reports, report));
+        CHECK(reports.empty() == row.reports.empty());
+        CHECK(find_faults(data).empty());
+        // As most faces were, and the first corner stays.
+        if (row.faces.size() == 4)
+            CHECK(data.face_vertices == (row.reports.empty()
+                                             ? std::vector<std::uint32_t>{0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3}
+                                             : std::vector<std::uint32_t>{0, 2, 1, 0, 1, 3, 3, 1, 2, 2, 0, 3}));
+    }
 }
 
 TEST_CASE("repair opens a Moebius strip and the projective plane") {
@@ -204,14 +210,6 @@ TEST_CASE("repair names vertices and faces as the file does, and their lines, wh
         warnings,
         "dropped 1 corner tags that name no vertex of a face or have no sharpness (the first is tag 1 on line 14)"));
     CHECK(reports_have(warnings, "dropped 1 vertices that belong to no face (the first is vertex 6 (line 6))"));
-}
-
-TEST_CASE("repair leaves a sound mesh alone") {
-    auto data = mesh_data(k_points, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}});
-    data.positions.resize(4);
-    const auto before = data.face_vertices;
-    CHECK(repair(data).empty());
-    CHECK(data.face_vertices == before);
 }
 
 TEST_CASE("[bad-input] repair refuses offsets that fit no faces") {

@@ -105,6 +105,38 @@ TEST_CASE("an OBJ file with every kind of line is read as written") {
     CHECK(mesh.has_uvs());
 }
 
+TEST_CASE("every tag of an OBJ file has its effect on the control mesh") {
+    const ControlMesh mesh = ControlMesh::build(
+        parse_obj("v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nv 0 2 0\nv 1 2 0\nv 2 2 0\n"
+                  "vt 0 0\nf 1/1 2/1 5/1 4/1\nf 2/1 3/1 6/1 5/1\nf 4/1 5/1 8/1 7/1\nf 5/1 6/1 9/1 8/1\n"
+                  "t crease 4/2/0 1 4 4 7 2.5 10\nt crease 2/1/0 4 5 1\nt corner 1/1/0 4 3\nt corner 2/2/0 0 2 4 12\n"
+                  "t hole 1/0/0 3\nt interpolateboundary 1/0/0 2\nt facevaryinginterpolateboundary 1/0/0 4\n"
+                  "t creasemethod 0/0/1 chaikin\nt cornerangle 2/1/0 2 1 60\n",
+                  "tags.obj"));
+    const auto sharpness = [&](std::uint32_t a, std::uint32_t b) -> float {
+        for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h)
+            if (mesh.origin(HalfedgeId(h)).value == a && mesh.target(HalfedgeId(h)).value == b)
+                return mesh.sharpness(mesh.edge(HalfedgeId(h)));
+        return -1;
+    };
+    CHECK(sharpness(1, 4) == 2.5f);
+    CHECK(std::isinf(sharpness(7, 4)));
+    CHECK(sharpness(5, 4) == 1.0f);
+    CHECK(sharpness(4, 3) == 0.0f);
+    CHECK(std::isinf(sharpness(0, 1)));  // the boundary
+    CHECK(mesh.sharpness(VertexId(4)) == 3.0f);
+    CHECK(mesh.sharpness(VertexId(0)) == 4.0f);
+    CHECK(std::isinf(mesh.sharpness(VertexId(2))));
+    CHECK(mesh.sharpness(VertexId(6)) == 0.0f);  // edge_only
+    CHECK(mesh.is_hole(FaceId(3)));
+    CHECK_FALSE(mesh.is_hole(FaceId(0)));
+    CHECK(mesh.boundary_rule() == BoundaryRule::edge_only);
+    CHECK(mesh.face_varying_rule() == FaceVaryingRule::boundaries);
+    CHECK(mesh.crease_method() == CreaseMethod::chaikin);
+    CHECK(mesh.has_corner_angles());
+    CHECK(mesh.warnings().empty());
+}
+
 TEST_CASE("positions are correctly rounded") {
     const std::vector<double> values = {0.1, 1.0 / 3.0, 123456.789012345, 2.2250738585072014e-308, 4.9e-324, -7e22};
     std::string text;

@@ -2,6 +2,7 @@
 
 #include "judge.hpp"
 
+#include "../kit/hierarchy_helpers.hpp"
 #include "../kit/input_helpers.hpp"
 #include "../kit/point_match.hpp"
 #include "../kit/random_mesh.hpp"
@@ -10,7 +11,6 @@
 #include "../kit/surface_topology.hpp"
 
 #include "../../hier/mesh/obj_reader.hpp"
-#include "../../hier/mesh/triangulate.hpp"
 
 #include <doctest/doctest.h>
 
@@ -27,6 +27,7 @@ using EstimatorKind::certified;
 using EstimatorKind::measured;
 using test::k_closed;
 using test::k_tube;
+using test::mesh_for;
 using test::same_bytes;
 
 namespace {
@@ -38,14 +39,6 @@ const char* const k_schemes[] = {"catmull-clark", "loop",  "doo-sabin", "midedge
                                  "butterfly",     "sqrt3", "biquartic", "tuned-loop", "bilinear", "honeycomb"};
 
 bool is_dual(const SchemeInfo& scheme) { return scheme.refinement == Refinement::vertex_split; }
-
-/// With the faces that the scheme takes.
-ControlMesh mesh_for(const SchemeInfo& scheme, const ControlMesh& mesh) {
-    return scheme.family == MeshFamily::triangles && !mesh.all_triangles() ? triangulate(mesh) : mesh;
-}
-ControlMesh mesh_for(const SchemeInfo& scheme, const std::string& text) {
-    return mesh_for(scheme, ControlMesh::build(parse_obj(text, "test.obj")));
-}
 
 /// A random mesh, smooth but for its boundary.
 ControlMeshData smooth_mesh(std::uint64_t seed, const SchemeInfo& scheme) {
@@ -109,6 +102,7 @@ void check_distance(const ControlMesh& mesh, const SchemeInfo& scheme, const Tes
         CHECK(measured.rms <= k_rounding * measured.hausdorff);
         // Neither sees much that the other does not.
         CHECK(forward <= 1.1 * measured.hausdorff + judge.doubt());
+        CHECK(measured.hausdorff <= 1.1 * std::max(forward, backward) + judge.doubt() + 1e-14 * diagonal(mesh));
     }
 }
 
@@ -199,7 +193,11 @@ TEST_CASE("[slow] every model of data/ at 1e-2 and 3e-3: watertight, and within 
     }
 }
 
-TEST_CASE("[slow] random meshes with all tags, by Catmull-Clark and Loop") {
+TEST_CASE("[slow] random meshes with all tags, by Catmull-Clark, Loop and sqrt3") {
+    for (const std::uint64_t seed : {1, 2, 5}) {
+        CAPTURE(seed);
+        check_all(test::random_sqrt3_mesh(seed), *find_scheme("sqrt3"), 1e-2);
+    }
     for (const char* name : {"catmull-clark", "loop"})
         for (const std::uint64_t seed : test::seeds(10)) {
             CAPTURE(seed);
@@ -215,10 +213,9 @@ TEST_CASE("[slow] random meshes with all tags, by Catmull-Clark and Loop") {
 }
 
 TEST_CASE("[slow] smooth random meshes, by every scheme") {
-    for (const char* name : k_schemes)
+    for (const SchemeInfo& scheme : scheme_table())
         for (const std::uint64_t seed : test::seeds(2)) {
             CAPTURE(seed);
-            const SchemeInfo& scheme = *find_scheme(name);
             check_all(mesh_for(scheme, ControlMesh::build(smooth_mesh(seed, scheme))), scheme, 3e-2);
         }
 }
@@ -238,6 +235,7 @@ TEST_CASE("[slow] creases, darts, corners, semi-sharp tags, holes and open meshe
         {"corner", closed + "t corner 1/1/0 8 10\n"},
         {"semi-sharp crease", closed + "t crease 2/1/0 4 8 2.5\nt crease 2/1/0 8 7 1\n", false, true},
         {"semi-sharp corner", closed + "t corner 1/1/0 8 1.5\n", false, true},
+        {"corner with an angle of its own", closed + "t corner 1/1/0 8 10\nt cornerangle 2/1/0 8 5 110\n"},
         {"hole", closed + "t hole 1/0/0 1\n", true},
     };
     for (const char* name : k_schemes)
@@ -278,6 +276,8 @@ TEST_CASE("[slow] a number of triangles is never exceeded, and the error falls a
                                                           .measure = true,
                                                           .measure_samples = k_samples});
             CHECK(result.mesh.triangles.size() <= most);
+            if (scheme.smoothness != "C0") CHECK(10 * result.mesh.triangles.size() > 7 * most);
+            if (result.certified_error) CHECK(result.measured_error->hausdorff <= *result.certified_error);
             check_watertight(mesh, result);
             // Where the largest errors are equal, one more split tells nothing.
             CHECK(result.measured_error->hausdorff <= 1.05 * before + 1e-12 * diagonal(mesh));
@@ -294,7 +294,7 @@ TEST_CASE("[slow] a number of triangles is never exceeded, and the error falls a
     }
 }
 
-TEST_CASE("[slow] one, two and three threads give the same bytes") {
+TEST_CASE("[slow] [inv10] one, two and three threads give the same bytes") {
     for (const char* name : k_schemes)
         for (const EstimatorKind estimator : {EstimatorKind::measured, EstimatorKind::certified}) {
             const SchemeInfo& scheme = *find_scheme(name);

@@ -1,9 +1,6 @@
 #include "../../eval/distance/limit_closest.hpp"
 
-#include "../kit/quad_test_mesh.hpp"
-#include "../kit/triangle_test_mesh.hpp"
-
-#include "../../eval/tessellate/surface_family.hpp"
+#include "../kit/patch_meshes.hpp"
 
 #include <doctest/doctest.h>
 
@@ -22,19 +19,15 @@ struct Sample {
 };
 
 /// Points of the surface on a lattice of each root that is part of it.
-template <class Patches>
-std::vector<Sample> samples(const Patches& patches, bool triangles, int n) {
-    const ControlMesh& mesh = patches.mesh();
+template <class Family>
+std::vector<Sample> samples(const typename Family::Patches& patches, int n) {
     std::vector<Sample> result;
-    for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
-        const FaceId face = mesh.face(HalfedgeId(h));
-        if (mesh.is_hole(face) || (triangles && mesh.face_halfedge(face).value != h)) continue;
+    for (const HalfedgeId root : test::roots_of<Family>(patches.mesh()))
         for (int j = 0; j <= n; ++j)
-            for (int i = 0; i <= (triangles ? n - j : n); ++i) {
+            for (int i = 0; i <= n; ++i) {
                 const double x = double(i) / n, y = double(j) / n;
-                result.push_back({{HalfedgeId(h), x, y}, patches.evaluate(HalfedgeId(h), x, y)});
+                if (Family::inside(x, y)) result.push_back({{root, x, y}, patches.evaluate(root, x, y)});
             }
-    }
     return result;
 }
 
@@ -45,13 +38,13 @@ double brute(const std::vector<Sample>& all, const Vec3d& q) {
 }
 
 template <class Family>
-void check_mesh(const ControlMesh& mesh, bool triangles, std::uint64_t seed) {
+void check_mesh(const ControlMesh& mesh, std::uint64_t seed) {
     const typename Family::Patches patches(mesh);
     const typename Family::Closest closest(patches);
-    const std::vector<Sample> coarse = samples(patches, triangles, 8);
+    const std::vector<Sample> coarse = samples<Family>(patches, 8);
     if (coarse.empty()) return;
     const double size = bounding_box(mesh.positions()).diagonal();
-    const std::vector<Sample> fine = samples(patches, triangles, 32);
+    const std::vector<Sample> fine = samples<Family>(patches, 32);
     double fine_step = 0;
     for (const Sample& s : fine)
         if (s.point.has_second)
@@ -79,50 +72,38 @@ void check_mesh(const ControlMesh& mesh, bool triangles, std::uint64_t seed) {
 
 TEST_SUITE_BEGIN("eval");
 
-TEST_CASE("closest points of Catmull-Clark: never beyond the samples, from any start") {
+TEST_CASE_TEMPLATE("closest points: never beyond the samples, from any start", Family, QuadFamily, LoopFamily) {
     for (const std::uint64_t seed : test::seeds(6)) {
         CAPTURE(seed);
-        check_mesh<QuadFamily>(test::random_quad_mesh(seed, CreaseMethod::uniform), false, seed);
+        check_mesh<Family>(test::random_patch_mesh<Family>(2 * seed), seed);
     }
 }
 
-TEST_CASE("closest points of Loop: never beyond the samples, from any start") {
-    for (const std::uint64_t seed : test::seeds(6)) {
-        CAPTURE(seed);
-        check_mesh<LoopFamily>(test::random_triangle_mesh(seed), true, seed);
-    }
-}
-
-TEST_CASE("a local search finds the foot of a short normal, from a neighbouring cell too") {
-    int found = 0, tried = 0;
-    const auto run = [&]<class Family>(const ControlMesh& mesh, bool triangles, Family) {
-        const typename Family::Patches patches(mesh);
-        const typename Family::Closest closest(patches);
-        const double size = bounding_box(mesh.positions()).diagonal();
-        test::Random random(1);
-        const std::vector<Sample> all = samples(patches, triangles, 10);
-        for (const Sample& s : all) {
-            if (!random.chance(0.05)) continue;
-            const double h = 1e-3 * size;
-            const Vec3d q = s.point.position + h * s.point.normal;
-            // A start a tenth of a root away, kept inside the root.
-            SurfaceParameter start = s.at;
-            start.x = std::clamp(start.x + random.uniform(-0.1, 0.1), 0.0, 1.0);
-            start.y = std::clamp(start.y + random.uniform(-0.1, 0.1), 0.0, triangles ? 1 - start.x : 1.0);
-            ++tried;
-            found += closest.local(q, start) <= h * (1 + 1e-6);
-        }
-    };
+TEST_CASE_TEMPLATE("a local search finds the foot of a short normal, from a neighbouring cell too", Family, QuadFamily,
+                   LoopFamily) {
     test::RandomMeshOptions torus;
     torus.topology = test::Topology::torus;
     torus.columns = torus.rows = 6;
     torus.removed_faces = 0;
     torus.hole = torus.crease = torus.corner = torus.split = torus.merge = torus.edge_vertices = 0;
     torus.bumps = 0.1;
-    run(test::random_mesh(1, torus), false, QuadFamily{});
-    torus.triangles_only = true;
-    run(test::random_mesh(1, torus), true, LoopFamily{});
-    CHECK(tried > 100);
+    torus.triangles_only = std::is_same_v<Family, LoopFamily>;
+    const ControlMesh mesh = test::random_mesh(1, torus);
+    const typename Family::Patches patches(mesh);
+    const typename Family::Closest closest(patches);
+    const double h = 1e-3 * bounding_box(mesh.positions()).diagonal();
+    test::Random random(1);
+    int found = 0, tried = 0;
+    for (const Sample& s : samples<Family>(patches, 10)) {
+        if (!random.chance(0.05)) continue;
+        // A start a tenth of a root away, kept inside the root.
+        SurfaceParameter start = s.at;
+        start.x = std::clamp(start.x + random.uniform(-0.1, 0.1), 0.0, 1.0);
+        start.y = std::clamp(start.y + random.uniform(-0.1, 0.1), 0.0, torus.triangles_only ? 1 - start.x : 1.0);
+        ++tried;
+        found += closest.local(s.point.position + h * s.point.normal, start) <= h * (1 + 1e-6);
+    }
+    CHECK(tried > 50);
     CHECK(found == tried);
 }
 

@@ -1,8 +1,7 @@
 #include "../../eval/tessellate/tessellate.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
-#include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/uniform/refine.hpp"
 
+#include "../kit/meshes.hpp"
 #include "../kit/point_match.hpp"
 #include "../kit/scheme_meshes.hpp"
 
@@ -16,6 +15,7 @@
 #include <vector>
 
 using namespace tetrakis;
+using test::mesh_for;
 
 TEST_SUITE_BEGIN("eval");
 
@@ -32,11 +32,6 @@ constexpr const char* k_sharp_ring =
     "t crease 2/1/0 0 1 10\nt crease 2/1/0 1 2 10\nt crease 2/1/0 2 3 10\nt crease 2/1/0 3 0 10\n";
 /// Boundaries smooth at all vertices, as creases are.
 constexpr const char* k_smooth_boundary = "t interpolateboundary 1/0/0 2\n";
-
-ControlMesh mesh_for(const char* scheme, const std::string& text) {
-    ControlMesh mesh = ControlMesh::build(parse_obj(text, "test.obj"));
-    return find_scheme(scheme)->family == MeshFamily::triangles ? triangulate(mesh) : mesh;
-}
 
 double degrees_between(const Vec3d& a, const Vec3d& b) {
     return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) * 180 / std::numbers::pi;

@@ -2,7 +2,6 @@
 
 #include "../../eval/bounds/dual_bound.hpp"
 #include "../../eval/bounds/point_triangle.hpp"
-#include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
 #include "../../refine/adaptive/adaptive_dual.hpp"
 
@@ -235,35 +234,5 @@ TEST_CASE("control points of regular cells give the limit points of quadratic du
             }
             CHECK(found > 0);
             CHECK(off <= 1e-12 * mesh.bounding_box().diagonal());
-        }
-}
-
-TEST_CASE("[inv9] [slow] dual schemes keep to a certified tolerance") {
-    for (const char* name : {"doo-sabin", "midedge"})
-        for (const bool creased : {false, true}) {
-            INFO("scheme ", std::string(name));
-            CAPTURE(creased);
-            const ControlMesh mesh = random_dual_net(4, creased);
-            TessellateOptions options{.scheme = name,
-                                      .estimator = EstimatorKind::certified,
-                                      .tolerance = 1e-2,
-                                      .measure = true,
-                                      .measure_samples = 50'000};
-            const Tessellation sure = tessellate(mesh, options);
-            REQUIRE(sure.certified_error);
-            CHECK(sure.tolerance_reached);
-            CHECK(*sure.certified_error <= sure.tolerance_absolute);
-            CHECK(sure.measured_error->hausdorff <= *sure.certified_error);
-            options.estimator = EstimatorKind::measured;
-            const Tessellation measured = tessellate(mesh, options);
-            REQUIRE(measured.certified_error);
-            CHECK(measured.measured_error->hausdorff <= *measured.certified_error);
-            // What a budget leaves is certified for what it is.
-            options.estimator = EstimatorKind::certified;
-            options.max_triangles = static_cast<std::uint32_t>(sure.mesh.triangles.size() / 2);
-            const Tessellation some = tessellate(mesh, options);
-            CHECK(!some.tolerance_reached);
-            CHECK(*some.certified_error > some.tolerance_absolute);
-            CHECK(some.measured_error->hausdorff <= *some.certified_error);
         }
 }

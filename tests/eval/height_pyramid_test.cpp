@@ -1,5 +1,7 @@
 #include "../../eval/surface/height_pyramid.hpp"
 
+#include "../kit/meshes.hpp"
+
 #include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 
@@ -48,18 +50,11 @@ double brute_force(const HeightImage& image, const std::array<Vec2d, 3>& uv, con
 
 /// A flat sheet of n x n squares on [0, 1]^2, its texture coordinates the same.
 ControlMesh sheet(std::uint32_t n, double z) {
-    ControlMeshData data;
-    for (std::uint32_t i = 0; i < (n + 1) * (n + 1); ++i) {
-        data.positions.emplace_back(static_cast<double>(i % (n + 1)) / n, static_cast<double>(i / (n + 1)) / n, z);
-        data.uvs.emplace_back(data.positions.back());
+    ControlMeshData data = test::grid(n);
+    for (Vec3d& p : data.positions) {
+        p = {p.x / n, p.y / n, z};
+        data.uvs.emplace_back(p);
     }
-    data.face_offsets.push_back(0);
-    for (std::uint32_t y = 0; y < n; ++y)
-        for (std::uint32_t x = 0; x < n; ++x) {
-            const std::uint32_t v = y * (n + 1) + x;
-            for (const std::uint32_t corner : {v, v + 1, v + n + 2, v + n + 1}) data.face_vertices.push_back(corner);
-            data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
-        }
     data.face_uvs = data.face_vertices;
     return ControlMesh::build(std::move(data));
 }

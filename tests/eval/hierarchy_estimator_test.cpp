@@ -1,19 +1,17 @@
 #include "../kit/dual_mesh.hpp"
 #include "../kit/hierarchy_helpers.hpp"
+#include "../kit/input_helpers.hpp"
 #include "../kit/scheme_meshes.hpp"
 
 #include "../../eval/distance/hausdorff.hpp"
 #include "../../eval/tessellate/hierarchy_estimator.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/base/error.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
-#include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -36,12 +34,6 @@ int depths_a_level(std::string_view scheme) {
                    scheme == "biquartic"
                ? 1
                : 2;
-}
-
-ControlMesh estimated_mesh(std::string_view scheme, const std::string& text) {
-    const bool triangles = find_scheme(scheme)->family == MeshFamily::triangles || is_steps(scheme);
-    ControlMesh mesh = ControlMesh::build(parse_obj(text, "test.obj"));
-    return triangles && !mesh.all_triangles() ? triangulate(mesh) : ControlMesh::build(mesh.data());
 }
 
 /// Limit points of uniform refinement, far finer than what is compared with it.
@@ -90,7 +82,7 @@ TEST_CASE("[slow] hierarchies of every family are refined to a tolerance, tighte
         for (const bool closed : {true, false}) {
             CAPTURE(scheme);
             CAPTURE(closed);
-            const ControlMesh mesh = estimated_mesh(scheme, closed ? test::k_closed : test::k_tube);
+            const ControlMesh mesh = test::mesh_for(scheme, closed ? test::k_closed : test::k_tube);
             const TriangleMesh surface = dense_surface(mesh, scheme);
             Hierarchy h = make_hierarchy(mesh, scheme);
             const int deep = 8 * depths_a_level(scheme);
@@ -122,7 +114,7 @@ TEST_CASE("[slow] hierarchies of every family are refined to a tolerance, tighte
 TEST_CASE("depths, tolerances and estimators: limits are kept, bad values and other families' estimators refused") {
     for (const std::string_view scheme : std::initializer_list<std::string_view>{"sqrt3", "doo-sabin", "biquartic"}) {
         CAPTURE(scheme);
-        const ControlMesh mesh = estimated_mesh(scheme, test::k_closed);
+        const ControlMesh mesh = test::mesh_for(scheme, test::k_closed);
         Hierarchy h = make_hierarchy(mesh, scheme);
         const HierarchyEstimator estimator(h, 0.0);
         // Nothing is ever exact.
@@ -130,15 +122,7 @@ TEST_CASE("depths, tolerances and estimators: limits are kept, bad values and ot
         std::set<HierarchyNode> nodes = test::nodes_of(h);
         for (const HierarchyNode& node : nodes) CHECK(int{node.depth} <= 4);
         CHECK(std::any_of(nodes.begin(), nodes.end(), [](const HierarchyNode& node) { return node.depth == 4; }));
-        const auto code_of = [&](auto&& call) {
-            try {
-                call();
-            } catch (const Error& e) {
-                return e.code();
-            }
-            FAIL("no error");
-            return ErrorCode::io;
-        };
+        const auto code_of = [](auto&& call) { return test::error_of(call).code(); };
         for (const double bad : {std::nan(""), -1.0, -std::numeric_limits<double>::infinity()}) {
             CHECK(code_of([&] { h.refine_where(estimator, bad, 3); }) == ErrorCode::invalid_input);
             CHECK(code_of([&] { h.coarsen_where(estimator, bad); }) == ErrorCode::invalid_input);
@@ -161,13 +145,15 @@ TEST_CASE("depths, tolerances and estimators: limits are kept, bad values and ot
         check_whole(cancelled);
         CHECK(cancelled.leaf_count() > make_hierarchy(mesh, scheme).leaf_count());
         CHECK(cancelled.leaf_count() < h.leaf_count() + 1);
+        context.progress = [](std::string_view, double) { return false; };
+        CHECK(code_of([&] { cancelled.to_mesh({.context = context}); }) == ErrorCode::cancelled);
     }
 }
 
 TEST_CASE("coarsening by an estimator undoes what a tolerance does not need, and keeps what it does") {
     for (const std::string_view scheme : k_estimated) {
         CAPTURE(scheme);
-        const ControlMesh mesh = estimated_mesh(scheme, test::k_tube);
+        const ControlMesh mesh = test::mesh_for(scheme, test::k_tube);
         const TriangleMesh surface = dense_surface(mesh, scheme);
         const double tolerance = 0.05;
         Hierarchy h = make_hierarchy(mesh, scheme);
@@ -176,7 +162,7 @@ TEST_CASE("coarsening by an estimator undoes what a tolerance does not need, and
         int deepest = 0;
         for (const HierarchyNode& node : test::nodes_of(h)) deepest = std::max<int>(deepest, node.depth);
         const int all = deepest + (depths_a_level(scheme) + 1) / 2;
-        h.refine_where(each_leaf([](const LeafView&) { return true; }), all);
+        h.refine_where(test::everything(), all);
         const std::uint32_t many = h.leaf_count();
         REQUIRE(many > needed);
         CHECK(h.coarsen_where(HierarchyEstimator(h, tolerance), tolerance) > 0);

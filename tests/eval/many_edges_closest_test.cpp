@@ -19,30 +19,20 @@ namespace {
 /// Two apices over a ring of n vertices; the faces around the first are halved by a second ring, so that some are
 /// quads.
 ControlMesh bipyramid(std::uint32_t n, bool quads) {
-    ControlMeshData data;
-    data.positions = {Vec3d(0, 0, 1), Vec3d(0, 0, -1)};
-    data.face_offsets = {0};
-    const auto add = [&](std::initializer_list<std::uint32_t> face) {
-        data.face_vertices.insert(data.face_vertices.end(), face);
-        data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
-    };
+    std::vector<Vec3d> positions{{0, 0, 1}, {0, 0, -1}};
+    std::vector<std::vector<std::uint32_t>> faces;
     for (std::uint32_t i = 0; i < n; ++i) {
         const double angle = 2 * std::numbers::pi * i / n;
-        data.positions.emplace_back(std::cos(angle), std::sin(angle), 0);
+        positions.emplace_back(std::cos(angle), std::sin(angle), 0);
     }
-    for (std::uint32_t i = 0; quads && i < n; ++i)
-        data.positions.push_back(0.5 * (data.positions[2 + i] + data.positions[0]));
+    for (std::uint32_t i = 0; quads && i < n; ++i) positions.push_back(0.5 * (positions[2 + i] + positions[0]));
     for (std::uint32_t i = 0; i < n; ++i) {
         const std::uint32_t a = 2 + i, b = 2 + (i + 1) % n;
-        add({1, b, a});
-        if (!quads) {
-            add({0, a, b});
-            continue;
-        }
-        add({0, a + n, b + n});
-        add({a, b, b + n, a + n});
+        faces.push_back({1, b, a});
+        faces.push_back(quads ? std::vector{0u, a + n, b + n} : std::vector{0u, a, b});
+        if (quads) faces.push_back({a, b, b + n, a + n});
     }
-    return ControlMesh::build(std::move(data));
+    return ControlMesh::build(test::mesh_data(std::move(positions), faces));
 }
 
 /// Points beside the surface within the first faces, down to the first apex; the search against that of every root.

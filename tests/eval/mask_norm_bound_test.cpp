@@ -5,7 +5,6 @@
 #include "../../eval/tessellate/limit_samples.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
-#include "../../hier/mesh/triangulate.hpp"
 
 #include <doctest/doctest.h>
 
@@ -199,56 +198,8 @@ TEST_CASE("[inv10] weights of surroundings do not depend on what was asked for b
     }
 }
 
-TEST_CASE("without an aim all bounds of mask norms are tight") {
-    const ControlMesh mesh = random_mesh(11, true);
-    const SchemeInfo& scheme = *find_scheme("modified-butterfly");
-    const Hierarchy points = make_hierarchy(mesh, scheme);
-    const RuleOptions rules;
-    const MaskNormBound<LoopFamily> bound(points, scheme, rules, 0);
-    Random random(11);
-    std::vector<CellTriangle> triangles;
-    for (int i = 0; i < 12; ++i) triangles.push_back(random_triangle<LoopFamily>(random, mesh));
-    std::vector<double> errors(triangles.size());
-    bound.estimate(triangles, errors);
-    for (std::size_t i = 0; i < triangles.size(); ++i) {
-        const Sampled found = sampled<LoopFamily>(points, triangles[i]);
-        CHECK(found.distance <= errors[i]);
-        CHECK(errors[i] <= 1.2 * found.difference);
-    }
-}
-
-TEST_CASE("[slow] [inv9] interpolating schemes are tessellated to a certified tolerance") {
-    const std::string text =
-        "v 0 0 0\nv 1 0 0.2\nv 2 0 0\nv 2.3 1 0.5\nv 1.2 1 0.9\nv 0 1 0.3\nv 1.7 2 0.2\nv 0.5 2 0\nv -0.7 1.6 -0.3\n"
-        "f 1 2 5 6\nf 2 3 4 5\nf 5 4 7\nf 6 5 7 8 9\n";
-    const ControlMesh mesh = ControlMesh::build(parse_obj(text, "test.obj"));
-    for (const char* name : {"butterfly", "modified-butterfly", "tuned-loop", "kobbelt", "4-8"}) {
-        CAPTURE(name);
-        const SchemeInfo& scheme = *find_scheme(name);
-        const ControlMesh taken = scheme.family == MeshFamily::triangles ? triangulate(mesh) : mesh;
-        for (const double tolerance : {0.02, 0.005}) {
-            const Tessellation sure = tessellate(taken, {.scheme = scheme,
-                                                         .estimator = EstimatorKind::certified,
-                                                         .tolerance = tolerance,
-                                                         .measure = true,
-                                                         .measure_samples = 10'000});
-            REQUIRE(sure.certified_error);
-            CHECK(sure.tolerance_reached);
-            CHECK(*sure.certified_error <= sure.tolerance_absolute * (1 + 1e-9));
-            CHECK(sure.measured_error->hausdorff <= *sure.certified_error * (1 + 1e-9));
-            const Tessellation seen = tessellate(
-                taken, {.scheme = scheme, .tolerance = tolerance, .measure = true, .measure_samples = 10'000});
-            CHECK(!seen.certified_error);
-            CHECK(seen.tolerance_reached);
-        }
-    }
-}
-
 TEST_CASE("[slow] [inv9] averaging is tessellated to a certified tolerance where that is asked for") {
-    const ControlMesh mesh =
-        ControlMesh::build(parse_obj("v 0 0 0\nv 1 0 0.2\nv 2 0 0\nv 2.3 1 0.5\nv 1.2 1 0.9\nv 0 1 0.3\nv 1.7 2 0.2\nf "
-                                     "1 2 5 6\nf 2 3 4 5\nf 5 4 7\n",
-                                     "test.obj"));
+    const ControlMesh mesh = ControlMesh::build(test::skewed_grid(2));
     TessellateOptions options{.scheme = *find_scheme("averaging"),
                               .rules = {.averaging_steps = 2},
                               .estimator = EstimatorKind::certified,

@@ -1,9 +1,9 @@
 #include "../kit/hierarchy_helpers.hpp"
+#include "../kit/input_helpers.hpp"
 #include "../kit/point_match.hpp"
 #include "../kit/scheme_meshes.hpp"
 #include "../kit/surface_topology.hpp"
 
-#include "../../eval/bounds/linear_bound.hpp"
 #include "../../eval/distance/hausdorff.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
@@ -15,12 +15,12 @@
 #include <algorithm>
 #include <set>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
 using namespace tetrakis;
 using test::k_closed;
+using test::mesh_for;
 using test::triangles_of;
 
 namespace {
@@ -35,11 +35,6 @@ std::vector<const SchemeInfo*> other_schemes() {
         if (const SchemeSupport support = scheme_support(scheme); support.adaptive && !support.patches)
             schemes.push_back(&scheme);
     return schemes;
-}
-
-ControlMesh mesh_for(const SchemeInfo& scheme, const std::string& text) {
-    ControlMesh mesh = ControlMesh::build(parse_obj(text, "test.obj"));
-    return scheme.family == MeshFamily::triangles && !mesh.all_triangles() ? triangulate(mesh) : mesh;
 }
 
 /// An open patch of two quads, a triangle and a pentagon around one vertex, not flat.
@@ -122,73 +117,63 @@ void check_against_uniform(const SchemeInfo& scheme, const ControlMesh& mesh, do
 
 template <class Call>
 std::string refusal(ErrorCode code, Call&& call) {
-    try {
-        call();
-    } catch (const Error& error) {
-        CHECK(error.code() == code);
-        return error.what();
-    }
-    FAIL("no error");
-    return {};
+    const Error error = test::error_of(call);
+    CHECK(error.code() == code);
+    return error.what();
 }
 
-bool has(const std::string& text, const char* words) { return text.find(words) != std::string::npos; }
+/// A grid over [0, 4]^2, all flat but for one vertex, in two charts that are linear in x and y.
+ControlMeshData grid_of_two_charts() {
+    ControlMeshData data = test::grid(4);
+    data.positions[11].z = 1;
+    for (const double shift : {0.0, 0.5})
+        for (const Vec3d& p : data.positions) data.uvs.emplace_back(0.1 * p.x + shift, 0.2 * p.y);
+    for (std::size_t c = 0; c < data.face_vertices.size(); ++c)
+        data.face_uvs.push_back(data.face_vertices[c] + (c / 4 % 4 < 2 ? 0 : 25));
+    return data;
+}
 
 }  // namespace
 
 TEST_SUITE_BEGIN("eval");
 
-TEST_CASE("[inv1] [inv3] every scheme tessellates a closed mesh within the tolerance, on its limit surface") {
-    for (const SchemeInfo* scheme : other_schemes()) {
-        CAPTURE(scheme->name);
-        const ControlMesh mesh = mesh_for(*scheme, k_closed);
-        if (scheme->smoothness == "C0") continue;  // flat faces are their own limit: below
-        check_against_uniform(*scheme, mesh, 8e-3);
-    }
-}
-
-TEST_CASE("[inv1] [inv3] every scheme tessellates an open mesh of n-gons within the tolerance, on its limit surface") {
-    for (const SchemeInfo* scheme : other_schemes()) {
-        CAPTURE(scheme->name);
-        const ControlMesh mesh = mesh_for(*scheme, k_open);
-        if (scheme->name == "midpoint") continue;
-        check_against_uniform(*scheme, mesh, 5e-3);
-    }
-}
-
 TEST_CASE(
-    "[inv1] [inv3] dual schemes tessellate meshes with creases that close, cross and end, on their limit surface") {
+    "[inv1] [inv3] tessellations lie on the limit surface, within the tolerance: closed, open, creases of all kinds") {
+    const std::string closed = k_closed, open = k_open;
+    struct Row {
+        std::string text;
+        double tolerance;
+        std::vector<std::string_view> schemes;
+    };
+    std::vector<Row> rows = {{closed, 8e-3, {}}, {open, 5e-3, {}}};
+    for (const SchemeInfo* scheme : other_schemes()) {
+        if (scheme->smoothness != "C0") rows[0].schemes.push_back(scheme->name);  // flat faces are their own limit
+        if (scheme->name != "midpoint") rows[1].schemes.push_back(scheme->name);
+    }
     // Around the bottom; over the roof; two that cross on the roof's top, one to the end of the other; one edge alone.
-    for (const std::string creases :
+    for (const char* creases :
          {"t crease 2/1/0 0 1 10\nt crease 2/1/0 1 3 10\nt crease 2/1/0 3 2 10\nt crease 2/1/0 2 0 10\n",
           "t crease 2/1/0 4 8 10\nt crease 2/1/0 8 7 10\n",
-          "t crease 2/1/0 4 8 10\nt crease 2/1/0 8 7 10\nt crease 2/1/0 8 5 10\nt crease 2/1/0 5 1 10\nt corner 1/1/0 "
-          "5 10\n",
+          "t crease 2/1/0 4 8 10\nt crease 2/1/0 8 7 10\nt crease 2/1/0 8 5 10\nt crease 2/1/0 5 1 10\n"
+          "t corner 1/1/0 5 10\n",
           "t crease 2/1/0 0 1 10\n"})
-        for (const char* name : {"doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest"}) {
-            CAPTURE(creases);
-            CAPTURE(name);
-            const SchemeInfo& scheme = *find_scheme(name);
-            check_against_uniform(scheme, mesh_for(scheme, k_closed + creases), 8e-3);
-        }
+        rows.push_back({closed + creases, 8e-3, {"doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest"}});
     // Semi-sharp ones, of which the sharper go on where others have ended.
-    for (const std::string creases :
+    for (const char* creases :
          {"t crease 2/1/0 0 1 1.4\nt crease 2/1/0 1 3 2\nt crease 2/1/0 3 2 3.3\nt crease 2/1/0 2 0 2\n",
           "t crease 2/1/0 4 8 3\nt crease 2/1/0 8 7 2\nt crease 2/1/0 8 5 2.5\nt crease 2/1/0 5 1 3\n",
           "t crease 2/1/0 0 1 2.5\n"})
-        for (const char* name : {"doo-sabin", "midedge"}) {
-            CAPTURE(creases);
-            CAPTURE(name);
-            const SchemeInfo& scheme = *find_scheme(name);
-            check_against_uniform(scheme, mesh_for(scheme, k_closed + creases), 8e-3);
-        }
+        rows.push_back({closed + creases, 8e-3, {"doo-sabin", "midedge"}});
     // From boundary to boundary, and from one into the mesh.
-    for (const std::string creases : {"t crease 2/1/0 1 4 10\nt crease 2/1/0 4 5 10\n", "t crease 2/1/0 1 4 10\n",
-                                      "t crease 2/1/0 1 4 2\nt crease 2/1/0 4 5 3\n"}) {
-        CAPTURE(creases);
-        const SchemeInfo& scheme = *find_scheme("doo-sabin");
-        check_against_uniform(scheme, mesh_for(scheme, k_open + creases), 5e-3);
-    }
+    for (const char* creases : {"t crease 2/1/0 1 4 10\nt crease 2/1/0 4 5 10\n", "t crease 2/1/0 1 4 10\n",
+                                "t crease 2/1/0 1 4 2\nt crease 2/1/0 4 5 3\n"})
+        rows.push_back({open + creases, 5e-3, {"doo-sabin"}});
+    for (const Row& row : rows)
+        for (const std::string_view name : row.schemes) {
+            CAPTURE(name);
+            CAPTURE(row.text);
+            check_against_uniform(*find_scheme(name), mesh_for(*find_scheme(name), row.text), row.tolerance);
+        }
 }
 
 TEST_CASE("dual schemes tessellate meshes with inner vertices of two faces by whole levels") {
@@ -199,7 +184,7 @@ TEST_CASE("dual schemes tessellate meshes with inner vertices of two faces by wh
         CHECK(result.tolerance_reached);
         CHECK(test::topology(result.mesh.triangles) == test::surface_topology(mesh));
         REQUIRE(result.warnings.size() == 1);
-        CHECK(has(result.warnings[0], "two faces"));
+        CHECK(test::contains(result.warnings[0], "two faces"));
     }
 }
 
@@ -222,48 +207,22 @@ TEST_CASE("[slow] dual schemes tessellate meshes with holes: what is left is ref
 }
 
 TEST_CASE("averages whose boundary recedes are tessellated by whole levels, with a warning") {
-    const ControlMesh mesh = mesh_for(*find_scheme("averaging"),
-                                      "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\n"
-                                      "v 0 1 0\nv 1 1 1\nv 2 1 1\nv 3 1 0\n"
-                                      "v 0 2 0\nv 1 2 1\nv 2 2 1\nv 3 2 0\n"
-                                      "v 0 3 0\nv 1 3 0\nv 2 3 0\nv 3 3 0\n"
-                                      "f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\n"
-                                      "f 5 6 10 9\nf 6 7 11 10\nf 7 8 12 11\n"
-                                      "f 9 10 14 13\nf 10 11 15 14\nf 11 12 16 15\n");
-    RuleOptions rules;
-    rules.averaging_boundary = AveragingBoundary::recede;
-    rules.averaging_steps = 2;
-    constexpr int k_side = 6;
-    std::string grid;
-    for (int y = 0; y <= k_side; ++y)
-        for (int x = 0; x <= k_side; ++x)
-            grid += "v " + std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(x * y % 3) + "\n";
-    for (int v = 1; v <= k_side * (k_side + 1); ++v)
-        if (v % (k_side + 1) != 0)
-            grid += "f " + std::to_string(v) + " " + std::to_string(v + 1) + " " + std::to_string(v + k_side + 2) +
-                    " " + std::to_string(v + k_side + 1) + "\n";
-    const ControlMesh larger = mesh_for(*find_scheme("averaging"), grid);
-    const Tessellation even = tessellate(
-        larger,
-        {.scheme = "averaging", .rules = rules, .tolerance = 2e-2, .measure = true, .measure_samples = k_samples});
-    CHECK(even.tolerance_reached);
-    REQUIRE(!even.warnings.empty());
-    CHECK(has(even.warnings[0], "whole levels"));
-    rules.averaging_steps = 1;
-    const Tessellation result = tessellate(
-        mesh,
-        {.scheme = "averaging", .rules = rules, .tolerance = 2e-2, .measure = true, .measure_samples = k_samples});
-    CHECK(result.tolerance_reached);
-    REQUIRE(!result.warnings.empty());
-    CHECK(has(result.warnings[0], "whole levels"));
-    CHECK(has(refusal(ErrorCode::unsupported,
-                      [&] {
-                          tessellate(mesh, {.scheme = "averaging",
-                                            .rules = rules,
-                                            .estimator = EstimatorKind::certified,
-                                            .tolerance = 2e-2});
-                      }),
-              "certified"));
+    for (const int steps : {1, 2}) {
+        CAPTURE(steps);
+        ControlMeshData data = test::grid(3u * static_cast<std::uint32_t>(steps));
+        for (Vec3d& p : data.positions) p.z = static_cast<int>(p.x * p.y) % 3;
+        const ControlMesh mesh = ControlMesh::build(std::move(data));
+        TessellateOptions options{.scheme = "averaging", .tolerance = 2e-2, .measure_samples = k_samples};
+        options.rules.averaging_boundary = AveragingBoundary::recede;
+        options.rules.averaging_steps = steps;
+        options.measure = true;
+        const Tessellation result = tessellate(mesh, options);
+        CHECK(result.tolerance_reached);
+        REQUIRE(!result.warnings.empty());
+        CHECK(test::contains(result.warnings[0], "whole levels"));
+        options.estimator = EstimatorKind::certified;
+        CHECK(test::contains(refusal(ErrorCode::unsupported, [&] { tessellate(mesh, options); }), "certified"));
+    }
 }
 
 TEST_CASE("Catmull-Clark and Loop by other than their plain rules go by limit points, too") {
@@ -285,78 +244,6 @@ TEST_CASE("Catmull-Clark and Loop by other than their plain rules go by limit po
         static_cast<double>(points.mesh.triangles.size()) / static_cast<double>(patches.mesh.triangles.size());
     CHECK(ratio > 0.8);
     CHECK(ratio < 1.25);
-}
-
-TEST_CASE("[slow] [inv10] every scheme gives the same bytes for any number of threads") {
-    for (const SchemeInfo* scheme : other_schemes()) {
-        CAPTURE(scheme->name);
-        const bool measured = scheme->name == "butterfly" || scheme->name == "doo-sabin" ||
-                              scheme->name == "sqrt3";  // what takes longest
-        const ControlMesh mesh = mesh_for(*scheme, k_open);
-        const TessellateOptions options{
-            .scheme = *scheme, .rules = rules_of(*scheme), .tolerance = 8e-3, .measure = measured};
-        RunContext one, three;
-        one.threads = 1;
-        three.threads = 3;
-        const Tessellation a = tessellate(mesh, options, one), b = tessellate(mesh, options, three);
-        CHECK(a.mesh.triangles == b.mesh.triangles);
-        CHECK(a.mesh.positions == b.mesh.positions);
-        CHECK(a.mesh.normals == b.mesh.normals);
-        CHECK(a.triangle_error == b.triangle_error);
-        if (measured) CHECK(a.measured_error->rms == b.measured_error->rms);
-    }
-}
-
-TEST_CASE("[slow] what is measured against limit points is what a finer uniform mesh says") {
-    for (const std::string name : {"modified-butterfly", "doo-sabin", "sqrt3"}) {
-        CAPTURE(name);
-        const SchemeInfo& scheme = *find_scheme(name);
-        const ControlMesh mesh = mesh_for(scheme, k_closed);
-        const Tessellation result = tessellate(mesh, {.scheme = scheme, .tolerance = 1e-2, .measure = true});
-        REQUIRE(result.measured_error);
-        CHECK(result.measured_error->hausdorff <= result.tolerance_absolute);
-        CHECK(result.certified_error.has_value() == (name == "doo-sabin"));
-        const TriangleMesh reference =
-            triangles_of(refine(mesh, scheme, result.deepest_level + (name == "sqrt3" ? 2 : 3), {.limit = true}));
-        const double other = compare_meshes(reference, result.mesh, {.samples = 100'000}).hausdorff;
-        CHECK(result.measured_error->hausdorff == doctest::Approx(other).epsilon(0.05));
-        double largest = 0;
-        for (const float e : result.triangle_error) largest = std::max(largest, static_cast<double>(e));
-        CHECK(largest == doctest::Approx(result.measured_error->hausdorff).epsilon(1e-6));
-    }
-}
-
-TEST_CASE("[slow] budgets are kept, and used where errors are largest") {
-    for (const std::string name : {"kobbelt", "butterfly", "doo-sabin", "sqrt3"}) {
-        CAPTURE(name);
-        const SchemeInfo& scheme = *find_scheme(name);
-        const ControlMesh mesh = mesh_for(scheme, k_closed);
-        const TriangleMesh reference = triangles_of(refine(mesh, scheme, 4, {.limit = true}));
-        double last = 1e9;
-        for (const std::uint64_t budget : {200, 800}) {
-            CAPTURE(budget);
-            const Tessellation result = tessellate(
-                mesh, {.scheme = scheme, .tolerance = std::nullopt, .max_triangles = budget, .measure = false});
-            CHECK(result.tolerance_reached);  // none was given
-            CHECK(result.mesh.triangles.size() <= budget);
-            CHECK(result.mesh.triangles.size() > budget * 8 / 10);
-            CHECK(test::topology(result.mesh.triangles) == test::surface_topology(mesh));
-            const double error = compare_meshes(reference, result.mesh, {.samples = 10'000}).hausdorff;
-            CHECK(error < 0.5 * last);
-            last = error;
-        }
-        const Tessellation missed =
-            tessellate(mesh, {.scheme = scheme, .tolerance = 1e-5, .max_triangles = 300, .measure = false});
-        CHECK(!missed.tolerance_reached);
-        CHECK(missed.mesh.triangles.size() <= 300);
-        // Enough: what the tolerance asks for, and no more.
-        const Tessellation enough =
-            tessellate(mesh, {.scheme = scheme, .tolerance = 2e-2, .max_triangles = 100'000, .measure = false});
-        const Tessellation free = tessellate(mesh, {.scheme = scheme, .tolerance = 2e-2, .measure = false});
-        CHECK(enough.tolerance_reached);
-        CHECK(enough.mesh.triangles.size() < 1.2 * static_cast<double>(free.mesh.triangles.size()));
-        CHECK(enough.mesh.triangles.size() > 0.8 * static_cast<double>(free.mesh.triangles.size()));
-    }
 }
 
 TEST_CASE("levels are kept: at least so many, at most so many") {
@@ -413,61 +300,27 @@ TEST_CASE("[inv9] linear schemes: certified by their polynomials, and coarse whe
 }
 
 TEST_CASE("texture coordinates follow a scheme, seams included") {
-    // A grid whose two charts are linear in x and y: rules of linear precision leave them so.
-    std::string text;
-    for (int y = 0; y <= 4; ++y)
-        for (int x = 0; x <= 4; ++x)
-            for (const auto& [tag, a, b] :
-                 {std::tuple("v", 1.0 * x, 1.0 * y), {"vt", 0.1 * x, 0.2 * y}, {"vt", 0.1 * x + 0.5, 0.2 * y}})
-                text.append(tag)
-                    .append(1, ' ')
-                    .append(std::to_string(a))
-                    .append(1, ' ')
-                    .append(std::to_string(b))
-                    .append(tag != std::string("v") ? "\n"
-                            : x == 1 && y == 2      ? " 1\n"
-                                                    : " 0\n");
-    for (int y = 0; y < 4; ++y)
-        for (int x = 0; x < 4; ++x) {
-            text += "f";
-            for (const int v : {5 * y + x, 5 * y + x + 1, 5 * y + x + 6, 5 * y + x + 5})
-                text.append(1, ' ')
-                    .append(std::to_string(v + 1))
-                    .append(1, '/')
-                    .append(std::to_string(2 * v + (x < 2 ? 1 : 2)));
-            text.append(1, '\n');
-        }
-    for (const std::string name : {"kobbelt", "bilinear", "midpoint"}) {
+    // Rules of linear precision leave the charts linear.
+    const auto mesh_with = [](const SchemeInfo& scheme, std::vector<ControlMeshData::EdgeTag> creases) {
+        ControlMeshData data = grid_of_two_charts();
+        data.creases = std::move(creases);
+        return mesh_for(scheme, ControlMesh::build(std::move(data)));
+    };
+    for (const char* name :
+         {"kobbelt", "bilinear", "midpoint", "doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest", "biquartic"}) {
         CAPTURE(name);
-        const ControlMesh mesh = mesh_for(*find_scheme(name), text);
-        const Tessellation result =
-            tessellate(mesh, {.scheme = std::string_view(name), .tolerance = 1e-2, .min_level = 2, .measure = false});
-        CHECK(result.warnings.empty());
-        REQUIRE(result.mesh.triangle_uvs.size() == result.mesh.triangles.size());
-        double off = 0;
-        for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t) {
-            Vec3d centre(0);
-            for (const std::uint32_t v : result.mesh.triangles[t]) centre += result.mesh.positions[v] / 3.0;
-            for (std::size_t k = 0; k < 3; ++k) {
-                const Vec3d p = result.mesh.positions[result.mesh.triangles[t][k]];
-                const Vec2d uv = result.mesh.uvs[result.mesh.triangle_uvs[t][k]];
-                off = std::max(off, glm::length(uv - Vec2d(0.1 * p.x + (centre.x < 2 ? 0 : 0.5), 0.2 * p.y)));
-            }
-        }
-        CHECK(off < 1e-6);  // the text's digits
-    }
-    for (const std::string name : {"doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest", "biquartic"}) {
-        CAPTURE(name);
-        const ControlMesh mesh = mesh_for(*find_scheme(name), text);
-        const Tessellation result =
-            tessellate(mesh, {.scheme = std::string_view(name), .tolerance = 1e-3, .measure = false});
+        const SchemeInfo& scheme = *find_scheme(name);
+        const bool dual = scheme.lattice == FanLattice::dual;
+        const Tessellation result = tessellate(
+            mesh_with(scheme, {}),
+            {.scheme = scheme, .tolerance = dual ? 1e-3 : 1e-2, .min_level = dual ? 0 : 2, .measure = false});
         CHECK(result.warnings.empty());
         CHECK(result.deepest_level >= 2);
         REQUIRE(result.mesh.triangle_uvs.size() == result.mesh.triangles.size());
         double off = 0;
         int wrong = 0;
         for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t) {
-            // A triangle across the seam has the UVs of one side, all its corners.
+            // A triangle of a dual scheme across the seam has the UVs of one side, all its corners.
             double centre = 0, off_first = 0, off_second = 0;
             for (std::size_t k = 0; k < 3; ++k) {
                 const Vec3d p = result.mesh.positions[result.mesh.triangles[t][k]];
@@ -477,28 +330,22 @@ TEST_CASE("texture coordinates follow a scheme, seams included") {
                 off_second = std::max(off_second, glm::length(uv - Vec2d(0.1 * p.x + 0.5, 0.2 * p.y)));
             }
             off = std::max(off, std::min(off_first, off_second));
-            wrong += centre < 1.5 ? off_first > 0.1 : centre > 2.5 && off_second > 0.1;
+            const double across = dual ? 0.5 : 0;
+            wrong += centre < 2 - across ? off_first > 0.1 : centre > 2 + across && off_second > 0.1;
         }
-        CHECK(off < 1e-6);
+        CHECK(off < 1e-10);
         CHECK(wrong == 0);
     }
-    // A seam along a crease that ends inside has no charts to go on with.
-    const ControlMesh mesh =
-        mesh_for(*find_scheme("doo-sabin"), text + "t crease 2/1/0 2 7 10\nt crease 2/1/0 7 12 10\n");
-    const Tessellation dual = tessellate(mesh, {.scheme = "doo-sabin", .tolerance = 1e-2, .measure = false});
-    CHECK(dual.mesh.uvs.empty());
-    REQUIRE(dual.warnings.size() == 1);
-    CHECK(has(dual.warnings[0], "texture"));
-    // Semi-sharp creases are sharp for ever.
-    const auto semi_sharp = [&](const std::string& creases) {
-        const ControlMesh creased = mesh_for(*find_scheme("doo-sabin"), text + creases);
-        return tessellate(creased, {.scheme = "doo-sabin", .tolerance = 1e-2, .measure = false});
-    };
-    CHECK(!semi_sharp("t crease 2/1/0 6 7 2\n").mesh.uvs.empty());
-    const Tessellation along = semi_sharp("t crease 2/1/0 2 7 2\nt crease 2/1/0 7 12 2\n");
-    CHECK(along.mesh.uvs.empty());
-    REQUIRE(along.warnings.size() == 1);
-    CHECK(has(along.warnings[0], "texture"));
+    // A seam along a crease that ends inside has no charts to go on with; semi-sharp creases are sharp for ever.
+    const SchemeInfo& scheme = *find_scheme("doo-sabin");
+    CHECK(!tessellate(mesh_with(scheme, {{6, 7, 2}}), {.scheme = scheme, .tolerance = 1e-2}).mesh.uvs.empty());
+    for (const float sharpness : {k_infinite_sharpness, 2.0f}) {
+        const Tessellation along = tessellate(mesh_with(scheme, {{2, 7, sharpness}, {7, 12, sharpness}}),
+                                              {.scheme = scheme, .tolerance = 1e-2, .measure = false});
+        CHECK(along.mesh.uvs.empty());
+        REQUIRE(along.warnings.size() == 1);
+        CHECK(test::contains(along.warnings[0], "texture"));
+    }
 }
 
 namespace {
@@ -521,47 +368,26 @@ ControlMesh with_charts(const ControlMesh& mesh, FaceVaryingRule rule) {
     return ControlMesh::build(std::move(data));
 }
 
-/// Corners of all triangles, to be found by their points.
-struct UvCorners {
-    struct Corner {
-        Vec3d point;
-        Vec2d uv;
-        std::uint32_t material;
-    };
-    std::vector<Corner> corners;  ///< by x
-
-    bool has(const Vec3d& point, const Vec2d& uv, std::uint32_t material, double tolerance) const {
-        auto at = std::lower_bound(corners.begin(), corners.end(), point.x - tolerance,
-                                   [](const Corner& c, double x) { return c.point.x < x; });
-        for (; at != corners.end() && at->point.x < point.x + tolerance; ++at)
-            if (glm::length(at->point - point) < tolerance && glm::length(at->uv - uv) < tolerance &&
-                at->material == material)
-                return true;
-        return false;
-    }
-};
+/// A point for a triangle's corner, which other UVs or materials move.
+Vec3d corner_mark(const Vec3d& point, const Vec2d& uv, std::uint32_t material) {
+    return point + 3.7 * Vec3d(uv, material);
+}
 
 /// Those of a level of uniform refinement, on the limit; the charts' limits from their own refinement, which shares the
 /// level's numbers.
-UvCorners uniform_corners(const ControlMesh& mesh, int level) {
-    RefineOptions limit;
-    limit.limit = true;
-    const PolygonMesh surface = refine(mesh, "sqrt3", level, limit);
+std::vector<Vec3d> uniform_corners(const ControlMesh& mesh, int level) {
+    const PolygonMesh surface = refine(mesh, "sqrt3", level, {.limit = true});
     const bool linear = mesh.face_varying_rule() == FaceVaryingRule::linear_all;
     const ControlMesh charts = uv_mesh(mesh);
-    const PolygonMesh net = refine(charts, "sqrt3", level), on_limit = refine(charts, "sqrt3", level, limit);
-    std::vector<Vec3d> places = net.positions;
-    const PointMatch match(places);
-    UvCorners result;
-    for (std::uint32_t f = 0; f < surface.face_count(); ++f)
-        for (std::uint32_t c = surface.face_offsets[f]; c < surface.face_offsets[f + 1]; ++c) {
-            const Vec2d uv = surface.uvs[surface.face_uvs[c]];
-            result.corners.push_back({surface.positions[surface.face_vertices[c]],
-                                      linear ? uv : Vec2d(on_limit.positions[match.nearest(Vec3d(uv, 0))]),
-                                      surface.face_material[f]});
-        }
-    std::sort(result.corners.begin(), result.corners.end(),
-              [](const auto& a, const auto& b) { return a.point.x < b.point.x; });
+    const PolygonMesh net = refine(charts, "sqrt3", level), on_limit = refine(charts, "sqrt3", level, {.limit = true});
+    const PointMatch match(net.positions);
+    std::vector<Vec3d> result;
+    for (std::uint32_t c = 0; c < surface.face_uvs.size(); ++c) {
+        const Vec2d uv = surface.uvs[surface.face_uvs[c]];
+        result.push_back(corner_mark(surface.positions[surface.face_vertices[c]],
+                                     linear ? uv : Vec2d(on_limit.positions[match.nearest(Vec3d(uv, 0))]),
+                                     surface.face_material[c / 3]));
+    }
     return result;
 }
 
@@ -575,20 +401,23 @@ TEST_CASE("[slow] [inv1] sqrt3: texture coordinates and materials are those of u
             CAPTURE(static_cast<int>(rule));
             const ControlMesh mesh = with_charts(test::random_sqrt3_mesh(seed), rule);
             const double size = mesh.bounding_box().diagonal();
-            const UvCorners uniform = uniform_corners(mesh, 2);
+            const std::vector<Vec3d> uniform = uniform_corners(mesh, 2);
+            const PointMatch match(uniform);
             const auto missing = [&](const Tessellation& result) {
                 std::size_t count = 0;
                 const TriangleMesh& m = result.mesh;
                 REQUIRE(m.triangle_uvs.size() == m.triangles.size());
                 for (std::size_t t = 0; t < m.triangles.size(); ++t)
-                    for (std::size_t k = 0; k < 3; ++k)
-                        count += !uniform.has(m.positions[m.triangles[t][k]], m.uvs[m.triangle_uvs[t][k]],
-                                              m.triangle_material[t], 1e-10 * size);
+                    for (std::size_t k = 0; k < 3; ++k) {
+                        const Vec3d mark = corner_mark(m.positions[m.triangles[t][k]], m.uvs[m.triangle_uvs[t][k]],
+                                                       m.triangle_material[t]);
+                        count += glm::length(uniform[match.nearest(mark)] - mark) > 1e-9 * size;
+                    }
                 return count;
             };
             const Tessellation all = tessellate(
                 mesh, {.scheme = "sqrt3", .tolerance = 10, .min_level = 2, .max_level = 2, .measure = false});
-            CHECK(3 * all.mesh.triangles.size() == uniform.corners.size());
+            CHECK(3 * all.mesh.triangles.size() == uniform.size());
             CHECK(missing(all) == 0);
             CHECK(all.warnings.empty());
             // Leaves of all levels up to the same.
@@ -602,21 +431,6 @@ TEST_CASE("[slow] [inv1] sqrt3: texture coordinates and materials are those of u
                 mesh, {.scheme = "sqrt3", .tolerance = 1e-2, .max_level = 2, .uvs = false, .measure = false});
             CHECK(without.mesh.uvs.empty());
         }
-    }
-}
-
-TEST_CASE("sqrt3: what is tagged and what has holes is within the tolerance, by an independent measure") {
-    for (const std::uint64_t seed : {1, 2, 5}) {
-        CAPTURE(seed);
-        const ControlMesh mesh = test::random_sqrt3_mesh(seed);
-        const Tessellation result =
-            tessellate(mesh, {.scheme = "sqrt3", .tolerance = 1e-2, .measure = true, .measure_samples = k_samples});
-        CHECK(result.tolerance_reached);
-        CHECK(test::topology(result.mesh.triangles) == test::surface_topology(mesh));
-        const TriangleMesh reference = triangles_of(refine(mesh, "sqrt3", 4, {.limit = true}));
-        const MeasuredError error = compare_meshes(reference, result.mesh, {.samples = 30'000});
-        CHECK(error.hausdorff <= result.tolerance_absolute);
-        CHECK(error.hausdorff > 0.2 * result.tolerance_absolute);
     }
 }
 
@@ -638,15 +452,9 @@ TEST_CASE("[slow] honeycomb refinement is tessellated by whole levels") {
         CHECK(result.deepest_level >= before);
         before = result.deepest_level;
         CHECK(result.mesh.triangle_uvs.size() == result.mesh.triangles.size());
-        CHECK(result.mesh.normals.size() >= result.mesh.positions.size());
         // Vertices are those of the level's limit.
         const PolygonMesh level = refine(mesh, "honeycomb", result.deepest_level, {.limit = true});
         CHECK(result.mesh.positions == level.positions);
-        const TriangleMesh finer = triangles_of(refine(mesh, "honeycomb", result.deepest_level + 2, {.limit = true}));
-        CHECK(compare_meshes(finer, result.mesh, {.samples = 30'000}).hausdorff <= result.tolerance_absolute);
-        CHECK(result.mesh.materials == mesh.data().materials);
-        for (std::size_t t = 0; t < result.triangle_face.size(); ++t)
-            CHECK(result.mesh.triangle_material[t] == mesh.data().face_material[result.triangle_face[t]]);
     }
     CHECK(before > 1);
     // The level before does not do.
@@ -699,20 +507,24 @@ TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use inst
     const std::string uncertified = refusal(code, [&] {
         tessellate(mesh, {.scheme = "biquartic", .estimator = EstimatorKind::certified, .tolerance = 1e-2});
     });
-    CHECK(has(uncertified, "measured estimator"));
+    CHECK(test::contains(uncertified, "measured estimator"));
     for (const SchemeInfo& scheme : scheme_table()) {
         CAPTURE(scheme.name);
-        if (scheme_support(scheme.name).certified) CHECK(has(uncertified, scheme.name.data()));
+        if (scheme_support(scheme.name).certified) CHECK(test::contains(uncertified, scheme.name.data()));
     }
     const TriangleMesh target = triangles_of(refine(mesh, "kobbelt", 1));
-    CHECK(has(refusal(code, [&] { tessellate(mesh, {.scheme = "kobbelt", .tolerance = 1e-2, .target = &target}); }),
-              "catmull-clark or loop"));
-    CHECK(has(refusal(ErrorCode::invalid_input, [&] { tessellate(mesh, {.scheme = "buterfly", .tolerance = 1e-2}); }),
-              "did you mean butterfly?"));
-    CHECK(has(refusal(ErrorCode::invalid_input, [&] { tessellate(mesh, {.scheme = "butterfly", .tolerance = 1e-2}); }),
-              "triangulate()"));
-    CHECK(has(refusal(ErrorCode::invalid_input, [&] { tessellate(mesh, {.scheme = "kobbelt", .tolerance = 1e-18}); }),
-              "rounding"));
+    CHECK(test::contains(
+        refusal(code, [&] { tessellate(mesh, {.scheme = "kobbelt", .tolerance = 1e-2, .target = &target}); }),
+        "catmull-clark or loop"));
+    CHECK(test::contains(
+        refusal(ErrorCode::invalid_input, [&] { tessellate(mesh, {.scheme = "buterfly", .tolerance = 1e-2}); }),
+        "did you mean butterfly?"));
+    CHECK(test::contains(
+        refusal(ErrorCode::invalid_input, [&] { tessellate(mesh, {.scheme = "butterfly", .tolerance = 1e-2}); }),
+        "triangulate()"));
+    CHECK(test::contains(
+        refusal(ErrorCode::invalid_input, [&] { tessellate(mesh, {.scheme = "kobbelt", .tolerance = 1e-18}); }),
+        "rounding"));
     // What certified dual schemes do not know.
     const ControlMesh hole = mesh_for(*find_scheme("doo-sabin"), std::string(k_closed) + "t hole 1/0/0 0\n");
     const auto certified = [&](const ControlMesh& control, const RuleOptions& rules, const char* scheme) {
@@ -721,8 +533,8 @@ TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use inst
                        {.scheme = scheme, .rules = rules, .estimator = EstimatorKind::certified, .tolerance = 1e-2});
         });
     };
-    CHECK(has(certified(hole, {}, "doo-sabin"), "holes"));
-    CHECK(has(certified(mesh_for(*find_scheme("midedge"), k_pillow), {}, "midedge"), "two faces"));
+    CHECK(test::contains(certified(hole, {}, "doo-sabin"), "holes"));
+    CHECK(test::contains(certified(mesh_for(*find_scheme("midedge"), k_pillow), {}, "midedge"), "two faces"));
     const Tessellation open = tessellate(hole, {.scheme = "kobbelt", .tolerance = 1e-2, .measure = false});
     CHECK(test::topology(open.mesh.triangles) == test::surface_topology(hole));
     // A crease that is semi-sharp for long has a limit like any other.
@@ -730,26 +542,6 @@ TEST_CASE("[bad-input] what a scheme cannot do is refused, with what to use inst
     const Tessellation creased =
         tessellate(crease, {.scheme = "kobbelt", .tolerance = 1e-2, .measure = true, .measure_samples = k_samples});
     CHECK(creased.tolerance_reached);
-    // Memory, and a caller who has had enough.
-    RunContext small;
-    small.max_memory_bytes = 1 << 20;
-    CHECK(has(
-        refusal(ErrorCode::memory_limit, [&] { tessellate(mesh, {.scheme = "kobbelt", .tolerance = 1e-5}, small); }),
-        "limit"));
-    CHECK(has(
-        refusal(ErrorCode::memory_limit, [&] { tessellate(mesh, {.scheme = "doo-sabin", .tolerance = 1e-5}, small); }),
-        "limit"));
-    for (const char* name : {"kobbelt", "doo-sabin"}) {
-        std::set<std::string> stages;
-        RunContext impatient;
-        impatient.progress = [&](std::string_view stage, double) {
-            stages.emplace(stage);
-            return stage != "measure";
-        };
-        refusal(ErrorCode::cancelled,
-                [&] { tessellate(mesh, {.scheme = name, .tolerance = 1e-2, .measure = true}, impatient); });
-        CHECK(stages.count("refine") == 1);
-    }
 }
 
 TEST_SUITE_END();

@@ -4,7 +4,6 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/corner_cell.hpp"
 #include "../kit/random_mesh.hpp"
-#include "../kit/surface_topology.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,5 @@
 #include "../../hier/forest/triangle_forest.hpp"
 #include "../../hier/base/error.hpp"
-#include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/check.hpp"
 #include "../kit/triangle_test_mesh.hpp"
 

@@ -3,7 +3,6 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/forest/check.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
 #include "../../refine/adaptive/adaptive_dual.hpp"
 #include "../../refine/rules/rule_refinement.hpp"
 #include "../../refine/uniform/refine.hpp"
@@ -13,13 +12,13 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <filesystem>
 #include <map>
 #include <set>
 #include <string>
 #include <tuple>
 
 using namespace tetrakis;
+using test::model;
 
 namespace {
 
@@ -88,10 +87,6 @@ LeafId first_deepest(const VertexForest& forest, const std::vector<LeafId>& leav
     return *std::ranges::max_element(leaves, {}, [&](LeafId leaf) { return forest.level(leaf); });
 }
 
-ControlMesh model(const std::string& name) {
-    return ControlMesh::build(read_obj(std::filesystem::path(TETRAKIS_SOURCE_DIR) / "data" / (name + ".obj")));
-}
-
 }  // namespace
 
 TEST_SUITE_BEGIN("refine");
@@ -154,39 +149,20 @@ TEST_CASE("[inv3] [inv4] vertex quadtrees: the dual mesh is conforming and keeps
 }
 
 TEST_CASE(
-    "[inv1] vertex quadtrees: refined everywhere they are uniform refinement, vertex by vertex and face by face") {
-    for (const char* name : {"doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest", "biquartic"})
-        for (const std::uint64_t seed : {1u, 2u, 5u, 6u, 7u, 8u}) {
+    "[slow] [inv1] vertex quadtrees: refined everywhere they are uniform refinement, vertex by vertex and face by "
+    "face") {
+    // Without tags inside, with infinitely sharp ones, with semi-sharp ones.
+    for (const char* name : {"doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest", "biquartic", "averaging"})
+        for (const std::uint64_t seed : {1u, 2u, 5u, 6u, 7u, 8u, 10u, 11u, 12u, 13u}) {
             CAPTURE(name);
             CAPTURE(seed);
             test::RandomMeshOptions options = test::random_options(seed);
             options.hole = 0;
-            options.crease = seed > 2 ? 0.25 : 0;
-            options.corner = seed > 2 ? 0.1 : 0;
-            options.boundary_rule = BoundaryRule::edge_and_corner;
-            const ControlMesh mesh = test::random_dual_mesh(seed, options);
-            AdaptiveDual dual(mesh, *find_scheme(name));
-            ForestChange change;
-            for (int i = 0; i < 2; ++i) dual.forest().refine(dual.forest().ordered_leaves(), change);
-            const PolygonMesh got = dual.to_mesh({.limit = false});
-            // By the rules, whose sums are in the same order.
-            const PolygonMesh uniform = refine_stencils(mesh, *find_scheme(name), 3).mesh;
-            CHECK(got.positions.size() == uniform.positions.size());
-            CHECK(point_cycles(got) == point_cycles(uniform));
-        }
-}
-
-TEST_CASE("[slow] [inv1] vertex quadtrees: semi-sharp creases stay as in uniform refinement, face by face") {
-    for (const char* name : {"doo-sabin", "midedge-simplest", "averaging"})
-        for (const std::uint64_t seed : test::seeds(4)) {
-            CAPTURE(name);
-            CAPTURE(seed);
-            test::RandomMeshOptions options = test::random_options(seed);
-            options.hole = 0;
-            options.crease = std::array{0.1, 0.3, 0.6}[seed % 3];
-            options.corner = 0.15;
+            options.crease = seed <= 2 ? 0 : std::array{0.1, 0.3, 0.6}[seed % 3];
+            options.corner = seed <= 2 ? 0 : 0.15;
             if (options.boundary_rule == BoundaryRule::none) options.boundary_rule = BoundaryRule::edge_only;
-            const ControlMesh mesh = test::random_dual_mesh(seed, options, test::DualTags::of_all_kinds);
+            const ControlMesh mesh = test::random_dual_mesh(
+                seed, options, seed < 10 ? test::DualTags::infinitely_sharp : test::DualTags::of_all_kinds);
             AdaptiveDual dual(mesh, *find_scheme(name));
             for (int level = 1; level <= 3; ++level) {
                 CAPTURE(level);
@@ -195,34 +171,12 @@ TEST_CASE("[slow] [inv1] vertex quadtrees: semi-sharp creases stay as in uniform
                 const auto fault = check_forest(dual.forest());
                 CHECK_MESSAGE(!fault.has_value(), fault.value_or(""));
                 const PolygonMesh got = dual.to_mesh({.limit = false});
+                // By the rules, whose sums are in the same order.
                 const PolygonMesh uniform = refine_by_rules(mesh, *find_scheme(name), level);
                 REQUIRE(got.positions.size() == uniform.positions.size());
                 CHECK(point_cycles(got) == point_cycles(uniform));
             }
         }
-}
-
-TEST_CASE("[inv1] vertex quadtrees: in an adaptive mesh each vertex is where uniform refinement has its cell") {
-    const SchemeInfo& scheme = *find_scheme("doo-sabin");
-    for (const ControlMesh& mesh : {test::random_dual_mesh(4), test::random_creased_dual_mesh(4),
-                                    test::random_semi_sharp_dual_mesh(4), test::random_semi_sharp_dual_mesh(7)}) {
-        AdaptiveDual dual(mesh, scheme);
-        test::Random random(5);
-        refine_randomly(dual.forest(), random, 4, 0.1, 3);
-        const DualFaces faces = dual.forest().faces();
-        const PolygonMesh got = dual.to_mesh({.limit = false});
-        std::set<std::tuple<double, double, double>> uniform[5];
-        for (int level = 0; level <= 3; ++level)
-            for (const Vec3d& p : refine_by_rules(mesh, scheme, level + 1).positions)
-                uniform[level].insert({p.x, p.y, p.z});
-        std::set<int> levels;
-        for (std::size_t v = 0; v < faces.cells.size(); ++v) {
-            const Vec3d& p = got.positions[v];
-            levels.insert(faces.cells[v].level);
-            CHECK(uniform[faces.cells[v].level].count({p.x, p.y, p.z}) == 1);
-        }
-        CHECK(levels.size() >= 3);
-    }
 }
 
 TEST_CASE("[inv2] [inv5] [inv10] vertex quadtrees: the way to a set of leaves and the threads do not matter") {

@@ -38,37 +38,16 @@ inline std::vector<std::string> data_models() {
     return models;
 }
 
-/// Checks that a report has exactly the keys that are documented, with the types that are documented, and perhaps more.
-inline void check_report(const nlohmann::json& report) {
-    using Kind = nlohmann::json::value_t;
-    const auto check = [](const nlohmann::json& object, const std::string& key, bool may_be_null,
-                          std::vector<Kind> kinds) {
-        CAPTURE(key);
-        REQUIRE(object.contains(key));
-        if (may_be_null) kinds.push_back(Kind::null);
-        CHECK(std::count(kinds.begin(), kinds.end(), object.at(key).type()) == 1);
-    };
-    for (const char* key : {"input", "scheme", "version"}) check(report, key, false, {Kind::string});
-    for (const char* key : {"faces", "vertices", "levels", "peak_memory_bytes", "threads"})
-        check(report, key, false, {Kind::number_unsigned});
-    check(report, "triangles", true, {Kind::number_unsigned});
-    for (const char* key : {"tolerance", "tolerance_absolute", "certified_error"})
-        check(report, key, true, {Kind::number_float});
-    check(report, "measured_error", true, {Kind::object});
-    if (!report.at("measured_error").is_null()) {
-        CHECK(report.at("measured_error").size() == 5);
-        for (const char* key : {"forward", "backward", "hausdorff", "mean", "rms"})
-            check(report.at("measured_error"), key, false, {Kind::number_float});
-    }
-    check(report, "seconds", false, {Kind::object});
-    CHECK(report.at("seconds").size() == 6);
-    for (const char* key : {"load", "build", "refine", "estimate", "measure", "write"}) {
-        check(report.at("seconds"), key, false, {Kind::number_float});
-        CHECK(report.at("seconds").at(key).get<double>() >= 0);
-    }
-    check(report, "warnings", false, {Kind::array});
-    CHECK(report.at("peak_memory_bytes").get<std::uint64_t>() > 1'000'000);
-    CHECK(report.at("threads").get<int>() >= 1);
+/// Runs it and checks that it ends with this code and a message that has these words, and prints nothing else.
+inline std::string check_refused(const std::vector<std::string>& arguments, int code, const std::string& words) {
+    CAPTURE(arguments);
+    const ProcessResult result = run(arguments);
+    CAPTURE(result.err);
+    CHECK(result.code == code);
+    CHECK(result.err.starts_with("tetrakis: error: "));
+    CHECK(result.err.find(words) != std::string::npos);
+    CHECK(result.out.empty());
+    return result.err;
 }
 
 }  // namespace cli

@@ -62,12 +62,7 @@ inline FactoredMesh factored(const ControlMesh& mesh, FactoredScheme scheme, int
 
 /// Largest distance of a point of either set from the other one, relative to the box. Same number of points.
 inline double disagreement(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
-    REQUIRE(a.size() == b.size());
-    double worst = 0;
-    const PointMatch in_a(a), in_b(b);
-    for (const Vec3d& p : a) worst = std::max(worst, glm::length(p - b[in_b.nearest(p)]));
-    for (const Vec3d& p : b) worst = std::max(worst, glm::length(p - a[in_a.nearest(p)]));
-    return worst / bounding_box(b).diagonal();
+    return farthest_apart(a, b) / bounding_box(b).diagonal();
 }
 
 /// Without holes, which the schemes treat differently; without tags, inner vertices between two faces are rare as well

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <set>
 #include <string_view>
 #include <vector>
@@ -44,6 +43,10 @@ inline ControlMesh hierarchy_mesh(std::string_view scheme, std::uint64_t seed) {
     const ControlMesh mesh = random_mesh(seed);
     const bool triangles = find_scheme(scheme)->family == MeshFamily::triangles;
     return triangles ? triangulate(mesh) : ControlMesh::build(mesh.data());
+}
+
+inline LeafPredicate everything() {
+    return each_leaf([](const LeafView&) { return true; });
 }
 
 inline std::vector<LeafHandle> leaves_of(const Hierarchy& h) { return {h.leaves().begin(), h.leaves().end()}; }
@@ -95,14 +98,6 @@ inline bool same_mesh(const HierarchyMesh& a, const HierarchyMesh& b) {
     return same_bytes(a.mesh.positions, b.mesh.positions) && same_bytes(a.mesh.normals, b.mesh.normals) &&
            a.mesh.face_offsets == b.mesh.face_offsets && a.mesh.face_vertices == b.mesh.face_vertices &&
            a.sites == b.sites && a.faces == b.faces;
-}
-
-inline std::vector<std::vector<std::uint32_t>> faces_of(const PolygonMesh& mesh) {
-    std::vector<std::vector<std::uint32_t>> faces;
-    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
-        faces.emplace_back(mesh.face_vertices.begin() + mesh.face_offsets[f],
-                           mesh.face_vertices.begin() + mesh.face_offsets[f + 1]);
-    return faces;
 }
 
 }  // namespace tetrakis::test

@@ -1,12 +1,18 @@
 #pragma once
 
 #include "../../hier/mesh/control_mesh.hpp"
+#include "../../hier/mesh/obj_reader.hpp"
+#include "../../hier/mesh/triangulate.hpp"
+#include "../../refine/rules/polygon_mesh.hpp"
+#include "../../schemes/core/scheme_table.hpp"
 
 #include <cstdint>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
-// Control meshes from lists of faces, and grids.
+// Control meshes from lists of faces, from text and from data/; grids.
 namespace tetrakis::test {
 
 inline ControlMeshData mesh_data(std::vector<Vec3d> positions, const std::vector<std::vector<std::uint32_t>>& faces) {
@@ -41,5 +47,31 @@ inline ControlMeshData grid(std::uint32_t n, bool triangles = false, bool torus 
         }
     return mesh_data(std::move(positions), faces);
 }
+
+/// The corners of each face.
+inline std::vector<std::vector<std::uint32_t>> faces_of(const PolygonMesh& mesh) {
+    std::vector<std::vector<std::uint32_t>> faces;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+        faces.emplace_back(mesh.face_vertices.begin() + mesh.face_offsets[f],
+                           mesh.face_vertices.begin() + mesh.face_offsets[f + 1]);
+    return faces;
+}
+
+/// With the faces that the scheme takes.
+inline ControlMesh mesh_for(const SchemeInfo& scheme, const ControlMesh& mesh) {
+    return scheme.family == MeshFamily::triangles && !mesh.all_triangles() ? triangulate(mesh) : mesh;
+}
+/// @param text  an OBJ file's
+inline ControlMesh mesh_for(const SchemeInfo& scheme, const std::string& text) {
+    return mesh_for(scheme, ControlMesh::build(parse_obj(text, "test.obj")));
+}
+inline ControlMesh mesh_for(std::string_view scheme, const std::string& text) {
+    return mesh_for(*find_scheme(scheme), text);
+}
+
+inline ControlMeshData model_data(const std::string& name) {
+    return read_obj(std::string(TETRAKIS_SOURCE_DIR "/data/") + name + ".obj");
+}
+inline ControlMesh model(const std::string& name) { return ControlMesh::build(model_data(name)); }
 
 }  // namespace tetrakis::test

@@ -2,6 +2,8 @@
 
 #include "../../hier/base/vec.hpp"
 
+#include <doctest/doctest.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <limits>
@@ -52,3 +54,17 @@ class PointMatch {
     static double key(const tetrakis::Vec3d& p) { return 0.8 * p.x + 0.36 * p.y + 0.48 * p.z; }
     std::vector<Entry> entries_;  ///< by key
 };
+
+namespace tetrakis::test {
+
+/// Largest distance of a point of one set from the other; both have as many.
+inline double farthest_apart(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
+    REQUIRE(a.size() == b.size());
+    const PointMatch in_a(a), in_b(b);
+    double worst = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        worst = std::max({worst, glm::length(a[i] - b[in_b.nearest(a[i])]), glm::length(b[i] - a[in_a.nearest(b[i])])});
+    return worst;
+}
+
+}  // namespace tetrakis::test

@@ -12,7 +12,6 @@
 #include <map>
 #include <numbers>
 #include <set>
-#include <string>
 #include <utility>
 #include <vector>
 

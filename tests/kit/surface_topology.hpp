@@ -3,10 +3,8 @@
 #include "../../hier/mesh/control_mesh.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <numeric>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>

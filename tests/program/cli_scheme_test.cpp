@@ -204,7 +204,6 @@ TEST_CASE("[inv10] refine takes every scheme and format, with the same bytes for
             REQUIRE(result.code == 0);
             bytes.push_back(slurp(out));
             const nlohmann::json json = nlohmann::json::parse(slurp(report));
-            cli::check_report(json);
             CHECK(json["scheme"] == name);
             CHECK(json["threads"] == std::stoi(threads));
             CHECK(json["levels"] == 2);

@@ -19,7 +19,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <string_view>
 
 using namespace tetrakis;
@@ -234,12 +233,7 @@ TEST_CASE("[inv1] hierarchies, rows that repeat themselves and the rules agree w
             std::sort(net.begin(), net.end(), less);
             CHECK(same_bytes(positions(MeshPositions::level), net));
             const std::vector<Vec3d> on_limit = positions(MeshPositions::limit);
-            REQUIRE(on_limit.size() == limit.size());
-            const PointMatch match(limit);
-            const double size = mesh.bounding_box().diagonal();
-            double worst = 0;
-            for (const Vec3d& p : on_limit) worst = std::max(worst, glm::length(p - limit[match.nearest(p)]));
-            CHECK(worst < 1e-12 * size);
+            CHECK(test::farthest_apart(on_limit, limit) < 1e-12 * mesh.bounding_box().diagonal());
         }
     for (const std::string_view scheme : k_angle_schemes) {
         CAPTURE(scheme);
@@ -249,20 +243,13 @@ TEST_CASE("[inv1] hierarchies, rows that repeat themselves and the rules agree w
         CHECK(detail::RepeatedRows::make(mesh, *find_scheme(scheme), k_levels, {}, first_levels, {}, {}) != nullptr);
         const PolygonMesh fast = refine(mesh, scheme, k_levels, {.limit = true});
         const RefinedStencils slow = refine_stencils(mesh, *find_scheme(scheme), k_levels, {.limit = true});
-        REQUIRE(fast.positions.size() == slow.mesh.positions.size());
-        const PointMatch match(slow.mesh.positions);
-        double worst = 0;
-        for (const Vec3d& p : fast.positions)
-            worst = std::max(worst, glm::length(p - slow.mesh.positions[match.nearest(p)]));
-        CHECK(worst < 1e-11);
-        REQUIRE(fast.uvs.size() == slow.mesh.uvs.size());
-        std::vector<Vec3d> uvs;
-        for (const Vec2d& uv : slow.mesh.uvs) uvs.emplace_back(uv, 0.0);
-        const PointMatch uv_match(uvs);
-        worst = 0;
-        for (const Vec2d& uv : fast.uvs)
-            worst = std::max(worst, glm::length(Vec3d(uv, 0.0) - uvs[uv_match.nearest(Vec3d(uv, 0.0))]));
-        CHECK(worst < 1e-11);
+        CHECK(test::farthest_apart(fast.positions, slow.mesh.positions) < 1e-11);
+        const auto points = [](const std::vector<Vec2d>& uvs) {
+            std::vector<Vec3d> result;
+            for (const Vec2d& uv : uvs) result.emplace_back(uv, 0.0);
+            return result;
+        };
+        CHECK(test::farthest_apart(points(fast.uvs), points(slow.mesh.uvs)) < 1e-11);
     }
 }
 

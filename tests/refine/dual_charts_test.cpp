@@ -123,48 +123,6 @@ TEST_CASE("[inv1] UVs of vertex quadtrees: in adaptive meshes the faces of one l
         }
 }
 
-TEST_CASE("UVs of vertex quadtrees: charts that are linear stay so between leaves of all sizes, limits as well") {
-    // A flat grid in two charts, turned against each other.
-    constexpr std::uint32_t n = 6;
-    ControlMeshData data = test::grid(n);
-    const auto uv = [](bool second, const Vec2d& p) {
-        return second ? Vec2d(7 - 0.2 * p.y, 0.3 * p.x) : Vec2d(0.1 * p.x, 0.2 * p.y + 0.05 * p.x);
-    };
-    for (const bool second : {false, true})
-        for (const Vec3d& p : data.positions) data.uvs.push_back(uv(second, Vec2d(p)));
-    for (std::uint32_t c = 0; c < data.face_vertices.size(); ++c)
-        data.face_uvs.push_back(data.face_vertices[c] + (c / 4 % n >= 3 ? (n + 1) * (n + 1) : 0));
-    const ControlMesh mesh = ControlMesh::build(data);
-    for (const char* name : {"doo-sabin", "midedge", "biquartic"})
-        for (const bool limit : {false, true}) {
-            CAPTURE(name);
-            CAPTURE(limit);
-            AdaptiveDual dual(mesh, *find_scheme(name));
-            test::Random random(3);
-            std::vector<LeafId> marked;
-            ForestChange change;
-            for (int i = 0; i < 4; ++i) {
-                marked.clear();
-                for (const LeafId leaf : dual.forest().ordered_leaves())
-                    if (random.chance(0.1)) marked.push_back(leaf);
-                dual.forest().refine(marked, change);
-            }
-            const PolygonMesh got = dual.to_mesh({.limit = limit, .triangles = true, .uvs = true});
-            double worst = 0;
-            int in_second = 0;
-            for (std::uint32_t f = 0; f < got.face_count(); ++f) {
-                const bool second = got.uvs[got.face_uvs[3 * f]].x > 4;
-                in_second += second;
-                for (std::uint32_t c = 3 * f; c < 3 * f + 3; ++c) {
-                    const Vec2d p(got.positions[got.face_vertices[c]]);
-                    worst = std::max(worst, glm::length(got.uvs[got.face_uvs[c]] - uv(second, p)));
-                }
-            }
-            CHECK(worst < 1e-12 * 100);
-            CHECK(in_second > 100);
-        }
-}
-
 TEST_CASE("[bad-input] UVs of vertex quadtrees: a seam along a crease that ends inside is refused") {
     const ControlMesh mesh = ControlMesh::build(parse_obj(
         "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nv 0 2 0\nv 1 2 0\nv 2 2 0\n"

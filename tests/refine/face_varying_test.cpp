@@ -1,14 +1,11 @@
 #include "../kit/meshes.hpp"
 
-#include "../../hier/mesh/obj_reader.hpp"
-#include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <map>
 #include <string>
 #include <utility>
@@ -102,14 +99,6 @@ ControlMesh charts_of_one_face(ControlMeshData data) {
     return ControlMesh::build(std::move(data));
 }
 
-ControlMesh fitting(const SchemeInfo& scheme, const ControlMesh& mesh) {
-    return scheme.family == MeshFamily::triangles ? triangulate(mesh) : mesh;
-}
-
-ControlMeshData model_data(const std::string& name) {
-    return read_obj(std::filesystem::path(TETRAKIS_SOURCE_DIR) / "data" / (name + ".obj"));
-}
-
 }  // namespace
 
 TEST_SUITE_BEGIN("refine");
@@ -175,7 +164,7 @@ TEST_CASE("[inv7] [slow] every scheme: the weights of UVs sum to one in charts o
     for (const std::string name : {"cube", "extruded_pentagon", "pipe3", "tetrahedron", "bracket"})
         for (const Choice& choice : all_choices()) {
             INFO(name, ", ", choice.name());
-            const ControlMeshData surface = fitting(*choice.scheme, ControlMesh::build(model_data(name))).data();
+            const ControlMeshData surface = test::mesh_for(*choice.scheme, test::model(name)).data();
             const ControlMesh mesh = charts_of_one_face(surface);
             const PolygonMesh fine = refine(mesh, *choice.scheme, name == "bracket" ? 1 : 2, {.rules = choice.rules});
             // Averaging says that it leaves creases alone, other dual schemes that semi-sharp ones stay sharp.
@@ -198,7 +187,7 @@ TEST_CASE("[inv7] [slow] every scheme: the weights of UVs sum to one in charts o
 TEST_CASE("every scheme: without seams UVs are refined as any attribute of the vertices") {
     for (const Choice& choice : all_choices()) {
         INFO(choice.name());
-        ControlMeshData data = fitting(*choice.scheme, ControlMesh::build(model_data("extruded_pentagon"))).data();
+        ControlMeshData data = test::mesh_for(*choice.scheme, test::model("extruded_pentagon")).data();
         VertexAttribute same{"uv", 2, {}};
         data.uvs.clear();
         for (std::size_t v = 0; v < data.positions.size(); ++v) {

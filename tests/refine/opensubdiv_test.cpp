@@ -1,7 +1,6 @@
 #include "../kit/point_match.hpp"
 #include "../kit/random_mesh.hpp"
 
-#include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/uniform/refine.hpp"
 #include "../../schemes/core/scheme_kind.hpp"
@@ -11,7 +10,6 @@
 #include <opensubdiv/far/topologyDescriptor.h>
 #include <opensubdiv/far/topologyRefinerFactory.h>
 
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <string>
@@ -29,27 +27,17 @@ struct FarPoint {
     void AddWithWeight(const FarPoint& other, double w) { p += w * other.p; }
 };
 
-Sdc::Options::FVarLinearInterpolation far_rule(FaceVaryingRule rule) {
-    switch (rule) {
-        case FaceVaryingRule::smooth_all:
-            return Sdc::Options::FVAR_LINEAR_NONE;
-        case FaceVaryingRule::corners_only:
-            return Sdc::Options::FVAR_LINEAR_CORNERS_ONLY;
-        case FaceVaryingRule::corners_plus1:
-            return Sdc::Options::FVAR_LINEAR_CORNERS_PLUS1;
-        case FaceVaryingRule::corners_plus2:
-            return Sdc::Options::FVAR_LINEAR_CORNERS_PLUS2;
-        case FaceVaryingRule::boundaries:
-            return Sdc::Options::FVAR_LINEAR_BOUNDARIES;
-        case FaceVaryingRule::linear_all:
-            break;
-    }
-    return Sdc::Options::FVAR_LINEAR_ALL;
-}
+const std::map<FaceVaryingRule, Sdc::Options::FVarLinearInterpolation> k_far_rule = {
+    {FaceVaryingRule::smooth_all, Sdc::Options::FVAR_LINEAR_NONE},
+    {FaceVaryingRule::corners_only, Sdc::Options::FVAR_LINEAR_CORNERS_ONLY},
+    {FaceVaryingRule::corners_plus1, Sdc::Options::FVAR_LINEAR_CORNERS_PLUS1},
+    {FaceVaryingRule::corners_plus2, Sdc::Options::FVAR_LINEAR_CORNERS_PLUS2},
+    {FaceVaryingRule::boundaries, Sdc::Options::FVAR_LINEAR_BOUNDARIES},
+    {FaceVaryingRule::linear_all, Sdc::Options::FVAR_LINEAR_ALL}};
 
 std::unique_ptr<Far::TopologyRefiner> far_refiner(const ControlMeshData& data, SchemeKind scheme) {
     Sdc::Options options;
-    options.SetFVarLinearInterpolation(far_rule(data.face_varying_rule));
+    options.SetFVarLinearInterpolation(k_far_rule.at(data.face_varying_rule));
     options.SetVtxBoundaryInterpolation(data.boundary_rule == BoundaryRule::none ? Sdc::Options::VTX_BOUNDARY_NONE
                                         : data.boundary_rule == BoundaryRule::edge_and_corner
                                             ? Sdc::Options::VTX_BOUNDARY_EDGE_AND_CORNER
@@ -200,8 +188,7 @@ TEST_CASE("[peer] UVs are OpenSubdiv's by every face-varying rule: seams, corner
                 CAPTURE(name);
                 CAPTURE(static_cast<int>(rule));
                 CAPTURE(static_cast<int>(scheme));
-                const std::filesystem::path folder = std::filesystem::path(TETRAKIS_SOURCE_DIR) / "data";
-                ControlMeshData data = read_obj(folder / ((name == "pieces" ? "pipe3" : name) + ".obj"));
+                ControlMeshData data = test::model_data(name == "pieces" ? "pipe3" : name);
                 if (name == "pieces") {
                     // Charts of a few faces each, of all shapes, many of them with darts and corners inside the mesh.
                     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> numbers;

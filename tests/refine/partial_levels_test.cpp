@@ -1,27 +1,12 @@
 #include "../kit/input_helpers.hpp"
 
-#include "../../hier/base/error.hpp"
-#include "../../hier/base/parallel.hpp"
-#include "../../hier/mesh/obj_reader.hpp"
-#include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/adaptive/closure.hpp"
 #include "../../refine/adaptive/partial_levels.hpp"
 #include "../../refine/rules/rule_refiner.hpp"
 
 #include <doctest/doctest.h>
 
-#include <filesystem>
-#include <string>
-
 using namespace tetrakis;
-
-namespace {
-
-ControlMesh cube() {
-    return ControlMesh::build(read_obj(std::filesystem::path(TETRAKIS_SOURCE_DIR) / "data" / "cube.obj"));
-}
-
-}  // namespace
 
 TEST_SUITE_BEGIN("refine");
 
@@ -29,7 +14,7 @@ TEST_CASE("partial levels: twenty-five levels down at one spot, with a few hundr
     for (const SchemeInfo& scheme : scheme_table()) {
         if (scheme.refinement == Refinement::sqrt3 || scheme.refinement == Refinement::honeycomb) continue;
         CAPTURE(scheme.name);
-        const ControlMesh mesh = scheme.family == MeshFamily::triangles ? triangulate(cube()) : cube();
+        const ControlMesh mesh = test::mesh_for(scheme, test::model("cube"));
         const PartialLevels partial(mesh, scheme);
         constexpr int k_level = 25;
         LevelCost cost;
@@ -54,7 +39,7 @@ TEST_CASE("partial levels: twenty-five levels down at one spot, with a few hundr
 }
 
 TEST_CASE("[bad-input] partial levels name the address that is wrong") {
-    const ControlMesh mesh = cube();
+    const ControlMesh mesh = test::model("cube");
     const PartialLevels quads(mesh, *find_scheme("kobbelt")), dual(mesh, *find_scheme("doo-sabin"));
     Vec3d out;
     const auto says = [](auto&& call, const char* what) { CHECK(test::contains(test::error_of(call).what(), what)); };

@@ -10,20 +10,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <string>
 
 using namespace tetrakis;
+using test::mesh_for, test::model;
 
 namespace {
-
-ControlMesh model(const std::string& name) {
-    return ControlMesh::build(read_obj(std::filesystem::path(TETRAKIS_SOURCE_DIR) / "data" / (name + ".obj")));
-}
-
-ControlMesh fitting(const SchemeInfo& scheme, const ControlMesh& mesh) {
-    return scheme.family == MeshFamily::triangles ? triangulate(mesh) : mesh;
-}
 
 /// n x n quads over the unit square, raised, with UVs equal to x and y.
 ControlMeshData sheet(std::uint32_t n) {
@@ -64,6 +56,24 @@ Values values(const RuleRefiner& refiner, const ControlMesh& mesh, bool normals)
 
 TEST_SUITE_BEGIN("refine");
 
+TEST_CASE("no level at all gives the control mesh without its holes") {
+    for (const std::uint64_t seed : test::seeds(6)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = test::random_mesh(seed);
+        const PolygonMesh same = refine(mesh, "catmull-clark", 0);
+        std::uint32_t f = 0;
+        for (std::uint32_t i = 0; i < mesh.face_count(); ++i) {
+            if (mesh.is_hole(FaceId(i))) continue;
+            const std::uint32_t begin = same.face_offsets[f++], size = mesh.face_size(FaceId(i));
+            REQUIRE(same.face_offsets[f] - begin == size);
+            for (std::uint32_t k = 0; k < size; ++k)
+                CHECK(same.positions[same.face_vertices[begin + k]] ==
+                      mesh.position(mesh.origin(HalfedgeId(mesh.face_halfedge(FaceId(i)).value + k))));
+        }
+        CHECK(f == same.face_count());
+    }
+}
+
 TEST_CASE("limits of all but dual schemes are the same seen from any level, and are approached") {
     for (const std::string name : {"cube", "pipe3", "extruded_pentagon"})
         for (const SchemeInfo& scheme : scheme_table()) {
@@ -72,7 +82,7 @@ TEST_CASE("limits of all but dual schemes are the same seen from any level, and 
             if (scheme.lattice == FanLattice::dual && !hexagons) continue;
             CAPTURE(name);
             CAPTURE(scheme.name);
-            const ControlMesh mesh = fitting(scheme, model(name));
+            const ControlMesh mesh = mesh_for(scheme, model(name));
             const double size = mesh.bounding_box().diagonal();
             const RefineOptions options{.limit = true, .normals = !hexagons};
             const RuleRefiner first(mesh, scheme, 1, options), second(mesh, scheme, 2, options);
@@ -97,7 +107,7 @@ TEST_CASE("limits of all but dual schemes are the same seen from any level, and 
 TEST_CASE("limits of creases that stay semi-sharp for long, and end or meet: from any level the same, and approached") {
     // A cube's edges: a loop around a face, three in a corner, one that ends at both of its ends.
     const auto cube = [](float scale) {
-        ControlMeshData data = read_obj(std::filesystem::path(TETRAKIS_SOURCE_DIR) / "data" / "cube.obj");
+        ControlMeshData data = test::model_data("cube");
         const std::vector<std::uint32_t>& f = data.face_vertices;
         for (std::uint32_t i = 0; i < 4; ++i) data.creases.push_back({f[i], f[(i + 1) % 4], scale * (1 + 0.3f * i)});
         data.creases.push_back({f[4], f[5], scale});
@@ -110,7 +120,7 @@ TEST_CASE("limits of creases that stay semi-sharp for long, and end or meet: fro
                 continue;
             CAPTURE(scheme.name);
             CAPTURE(scale);
-            const ControlMesh mesh = fitting(scheme, cube(scale));
+            const ControlMesh mesh = mesh_for(scheme, cube(scale));
             const RefineOptions options{.limit = true};
             const RuleRefiner first(mesh, scheme, 1, options);
             const Values a = values(first, mesh, false);
@@ -226,10 +236,17 @@ TEST_CASE("[bad-input] refine() names what is wrong") {
     small.context.max_memory_bytes = 1 << 20;
     for (const SchemeInfo& scheme : scheme_table()) {
         CAPTURE(scheme.name);
-        const ControlMesh mesh = fitting(scheme, cube);
+        const ControlMesh mesh = mesh_for(scheme, cube);
         CHECK_THROWS_AS(refine(mesh, scheme, -1), Error);
-        CHECK_THROWS_WITH_AS(refine(mesh, scheme, 30), doctest::Contains("32-bit"), Error);
+        bool started = false;
+        small.context.progress = [&](std::string_view, double) { return started = true; };
+        CHECK_THROWS_WITH_AS(refine(mesh, scheme, 30, {.context = {.progress = small.context.progress}}),
+                             doctest::Contains("32-bit"), Error);
         CHECK_THROWS_WITH_AS(refine(mesh, scheme, 7, small), doctest::Contains("1 MiB"), Error);
+        CHECK_FALSE(started);
+        RefineOptions cancelled;
+        cancelled.context.progress = [](std::string_view, double fraction) { return fraction < 0.5; };
+        CHECK_THROWS_AS(refine(mesh, scheme, 3, cancelled), Error);
     }
 }
 

@@ -9,10 +9,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <map>
-#include <numbers>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -23,6 +21,7 @@
 // everywhere: its triangles lie in the level's faces.
 
 using namespace tetrakis;
+using test::everything;
 using test::Random;
 
 namespace {
@@ -128,10 +127,6 @@ std::optional<HierarchyMesh> limits_of(const Hierarchy& h) {
         REQUIRE(e.code() == ErrorCode::unsupported);
         return std::nullopt;
     }
-}
-
-LeafPredicate everything() {
-    return each_leaf([](const LeafView&) { return true; });
 }
 
 /// Of each vertex of a hierarchy's mesh the finest level of a leaf around it.
@@ -290,64 +285,6 @@ TEST_CASE("[inv1] sqrt3: each vertex of an adaptive mesh is where uniform refine
         compare_sites({"sqrt3"}, test::random_sqrt3_mesh(seed), seed, 2, compared);
     CHECK(compared.limits > 0);
     CHECK(compared.levels.size() == 2);
-}
-
-TEST_CASE("[inv1] sqrt3: each step, odd ones as well, is Kobbelt's on the step before, site by site") {
-    for (const test::Topology topology : {test::Topology::torus, test::Topology::sphere}) {
-        CAPTURE(static_cast<int>(topology));
-        test::RandomMeshOptions options;
-        options.topology = topology;
-        options.columns = options.rows = 4;
-        options.triangles_only = true;
-        options.removed_faces = 0;
-        options.hole = options.crease = options.corner = 0;
-        const ControlMesh mesh = test::random_mesh(11, options);
-        const double tolerance = 1e-12 * mesh.bounding_box().diagonal();
-        Hierarchy all = make_hierarchy(mesh, "sqrt3");
-        const Hierarchy roots = make_hierarchy(mesh, "sqrt3");
-        HierarchyMesh before = all.to_mesh({.positions = MeshPositions::level, .level = 0});
-        for (int step = 1; step <= 4; ++step) {
-            CAPTURE(step);
-            all.refine_where(everything(), 2 * step);
-            const HierarchyMesh now = all.to_mesh({.positions = MeshPositions::level, .level = step});
-            REQUIRE(now.mesh.face_count() == 3 * before.mesh.face_count());
-            std::map<Site, std::uint32_t> old;
-            for (std::uint32_t v = 0; v < before.sites.size(); ++v) old[before.sites[v]] = v;
-            // The neighbours of each old vertex before, and the old ones around each new vertex: its triangle's
-            // corners.
-            std::vector<std::set<std::uint32_t>> around(before.sites.size()), corners(now.sites.size());
-            std::set<std::set<std::uint32_t>> triangles, centred;
-            for (const auto& t : test::faces_of(before.mesh)) {
-                triangles.insert({t.begin(), t.end()});
-                for (const std::uint32_t a : t)
-                    for (const std::uint32_t b : t)
-                        if (a != b) around[a].insert(b);
-            }
-            for (const auto& t : test::faces_of(now.mesh))
-                for (const std::uint32_t a : t)
-                    for (const std::uint32_t b : t)
-                        if (const auto at = old.find(now.sites[b]); at != old.end()) corners[a].insert(at->second);
-            std::vector<Vec3d> points(now.sites.size());
-            roots.positions(now.sites, step, points);
-            for (std::size_t v = 0; v < now.sites.size(); ++v) {
-                Vec3d expected(0);
-                if (const auto at = old.find(now.sites[v]); at != old.end()) {
-                    const std::set<std::uint32_t>& ring = around[at->second];
-                    const double n = static_cast<double>(ring.size());
-                    const double alpha = (4 - 2 * std::cos(2 * std::numbers::pi / n)) / 9;  // Kobbelt 2000
-                    for (const std::uint32_t w : ring) expected += alpha / n * before.mesh.positions[w];
-                    expected += (1 - alpha) * before.mesh.positions[at->second];
-                } else {
-                    centred.insert(corners[v]);
-                    for (const std::uint32_t w : corners[v]) expected += before.mesh.positions[w] / 3.0;
-                }
-                REQUIRE(glm::length(now.mesh.positions[v] - expected) <= tolerance);
-                REQUIRE(glm::length(points[v] - expected) <= tolerance);
-            }
-            CHECK(centred == triangles);
-            before = now;
-        }
-    }
 }
 
 TEST_SUITE_END();

@@ -7,12 +7,9 @@
 #include <doctest/doctest.h>
 #include <glm/geometric.hpp>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
-#include <random>
 #include <set>
 #include <stdexcept>
 #include <string>

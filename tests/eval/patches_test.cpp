@@ -1,0 +1,298 @@
+#include "../../eval/surface/loop_patches.hpp"
+#include "../../eval/surface/quad_patches.hpp"
+#include "../../eval/tessellate/patch_batches.hpp"
+
+#include "../contract/golden.hpp"
+#include "../kit/patch_meshes.hpp"
+#include "../kit/same_bytes.hpp"
+
+#include "../../hier/base/parallel.hpp"
+#include "../../hier/mesh/obj_reader.hpp"
+#include "../../refine/adaptive/closure.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <vector>
+
+// Patch trees of Catmull-Clark and Loop.
+
+using namespace tetrakis;
+
+namespace {
+
+double diagonal(const ControlMesh& mesh) { return bounding_box(mesh.positions()).diagonal(); }
+
+template <class Family>
+constexpr SchemeKind k_kind = std::is_same_v<Family, LoopFamily> ? SchemeKind::loop : SchemeKind::catmull_clark;
+
+/// All lattice points of a root on one level.
+template <class Family>
+std::vector<Site> lattice(HalfedgeId root, std::uint8_t level) {
+    const std::uint32_t n = 1u << level;
+    std::vector<Site> sites;
+    for (std::uint32_t y = 0; y <= n; ++y)
+        for (std::uint32_t x = 0; x <= n; ++x)
+            if (Family::inside(double(x) / n, double(y) / n)) sites.push_back({root, {x, y}, level});
+    return sites;
+}
+
+}  // namespace
+
+TEST_SUITE_BEGIN("eval");
+
+TEST_CASE_TEMPLATE("[inv1] patch trees give the limits of closure, tags of all kinds included", Family, QuadFamily,
+                   LoopFamily) {
+    for (const std::uint64_t seed : test::seeds(48)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = test::random_patch_mesh<Family>(seed);
+        const typename Family::Patches patches(mesh);
+        const Closure closure(mesh, k_kind<Family>);
+        test::Random random(seed);
+        double off = 0, turned = 0;
+        for (const HalfedgeId root : test::roots_of<Family>(mesh)) {
+            std::vector<Site> sites = lattice<Family>(root, 2);
+            for (int i = 0; i < 12; ++i) {
+                const auto level = static_cast<std::uint8_t>(3 + random.below(2));
+                const std::uint32_t n = 1u << level, x = random.below(n + 1), y = random.below(n + 1);
+                if (Family::inside(double(x) / n, double(y) / n)) sites.push_back({root, {x, y}, level});
+            }
+            std::vector<LimitPoint> limits(sites.size());
+            closure.limits(sites, limits);
+            for (std::size_t i = 0; i < sites.size(); ++i) {
+                const Site& s = sites[i];
+                const SurfacePoint p = patches.vertex(s.root, s.at, s.level);
+                off = std::max({off, glm::length(p.position - limits[i].position),
+                                glm::length(patches.limit(s.root, s.at, s.level) - p.position)});
+                // Surfaces folded flat have points without any direction across, which rounding decides.
+                const Vec3d &a = limits[i].tangent1, &b = limits[i].tangent2;
+                if (limits[i].has_tangent_plane &&
+                    glm::length(glm::cross(a, b)) > 1e-6 * glm::length(a) * glm::length(b))
+                    turned = std::max(turned, glm::length(p.normal - limits[i].normal));
+            }
+        }
+        CHECK(off < 1e-12 * diagonal(mesh));
+        // Random n-gons and bumps have points where the tangents are nearly parallel.
+        CHECK(turned < 1e-7);
+    }
+}
+
+TEST_CASE_TEMPLATE("[golden] limits and normals of patch trees are those of OpenSubdiv", Family, QuadFamily,
+                   LoopFamily) {
+    constexpr bool k_loop = std::is_same_v<Family, LoopFamily>;
+    const auto folder = golden::folder();
+    if (!folder) return;
+    int meshes = 0;
+    for (const auto& path : golden::files(*folder, k_loop ? ".loop.osd.limit.txt.gz" : ".catmark.osd.limit.txt.gz")) {
+        const std::string file = path.filename().string();
+        CAPTURE(file);
+        const ControlMesh mesh = load_control_mesh(*folder / "meshes" / (file.substr(0, file.find('.')) + ".obj"));
+        const typename Family::Patches patches(mesh);
+        std::vector<SurfacePoint> ours;
+        for (const HalfedgeId root : test::roots_of<Family>(mesh))
+            for (const Site& s : lattice<Family>(root, k_loop ? 2 : 1))
+                ours.push_back(patches.vertex(s.root, s.at, s.level));
+        std::vector<char> met(ours.size(), 0);
+        const double tolerance = 1e-9 * diagonal(mesh);
+        for (const golden::Limit& limit : golden::read_limits(path)) {
+            bool found = false;
+            double normal = std::numeric_limits<double>::infinity();
+            for (std::size_t i = 0; i < ours.size(); ++i) {
+                if (!(glm::length(ours[i].position - limit.position) < tolerance)) continue;
+                found = true;
+                met[i] = 1;
+                normal = std::min(normal, glm::length(ours[i].normal - limit.normal));
+            }
+            CHECK(found);
+            if (limit.normal != Vec3d(0)) CHECK(normal < (limit.iterated ? 2e-6 : 1e-9));
+        }
+        CHECK(std::count(met.begin(), met.end(), 0) == 0);
+        ++meshes;
+    }
+    CHECK(meshes == (k_loop ? 14 : 30));
+}
+
+TEST_CASE("Catmull-Clark patches: second derivatives are absent at extraordinary points alone") {
+    for (const std::uint64_t seed : test::seeds(4)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = test::random_patch_mesh<QuadFamily>(2 * seed);
+        const QuadPatches patches(mesh);
+        int absent = 0, present = 0;
+        for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) {
+            const HalfedgeId root(h);
+            const VertexId v = mesh.origin(root);
+            if (mesh.is_boundary(v)) continue;
+            const bool second = patches.evaluate(root, 0.0, 0.0).has_second;
+            if (mesh.valence(v) != 4) CHECK_FALSE(second);
+            (second ? present : absent)++;
+            CHECK(patches.evaluate(root, 0.013, 0.007).has_second);
+        }
+        CHECK(absent > 0);
+    }
+}
+
+TEST_CASE_TEMPLATE("derivatives of patches are those of finite differences", Family, QuadFamily, LoopFamily) {
+    int checked = 0;
+    for (const std::uint64_t seed : test::seeds(16)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = test::random_patch_mesh<Family>(seed);
+        const typename Family::Patches patches(mesh);
+        test::Random random(seed);
+        for (const HalfedgeId root : test::roots_of<Family>(mesh)) {
+            const double x = random.uniform(0.001, 0.999), y = random.uniform(0.001, 0.999);
+            if (!Family::inside(x + 1e-3, y)) continue;
+            const SurfacePoint p = patches.evaluate(root, x, y);
+            REQUIRE(p.has_second);
+            // Where patches or the strips of a crease meet, third derivatives jump: not there.
+            constexpr double h = 1e-5;
+            const auto at = [&](double a, double b) { return patches.evaluate(root, x + a * h, y + b * h); };
+            const auto jump = [&](const SurfacePoint& q) {
+                return glm::length(q.duu - p.duu) + glm::length(q.duv - p.duv) + glm::length(q.dvv - p.dvv);
+            };
+            const double size = glm::length(p.duu) + glm::length(p.duv) + glm::length(p.dvv) + diagonal(mesh);
+            double jumps = 0;
+            for (const auto& [a, b] : {std::pair{2, 0}, {-2, 0}, {0, 2}, {0, -2}})
+                jumps = std::max(jumps, jump(at(a, b)));
+            if (jumps > 1e-3 * size) continue;
+            ++checked;
+            const Vec3d du = (at(1, 0).position - at(-1, 0).position) / (2 * h);
+            const Vec3d dv = (at(0, 1).position - at(0, -1).position) / (2 * h);
+            CHECK(glm::length(du - p.du) < 1e-7 * size);
+            CHECK(glm::length(dv - p.dv) < 1e-7 * size);
+            CHECK(glm::length((at(1, 0).du - at(-1, 0).du) / (2 * h) - p.duu) < 2e-3 * size);
+            CHECK(glm::length((at(0, 1).du - at(0, -1).du) / (2 * h) - p.duv) < 2e-3 * size);
+            CHECK(glm::length((at(0, 1).dv - at(0, -1).dv) / (2 * h) - p.dvv) < 2e-3 * size);
+        }
+    }
+    CHECK(checked > 300);
+}
+
+TEST_CASE("single-crease patches: the closed form is what repeated subdivision tends to") {
+    using namespace tetrakis::detail;
+    test::Random random(3);
+    for (const float sharpness : {0.3f, 0.75f, 1.0f, 1.5f, 2.0f, 3.25f, 4.0f, 7.9f})
+        for (std::int8_t side = 0; side < 4; ++side) {
+            CAPTURE(sharpness);
+            CAPTURE(int(side));
+            Net16 net;
+            for (int k = 0; k < 3; ++k)
+                for (double& c : net.c[k]) c = random.uniform(-1, 1);
+            const SideCrease crease{side, sharpness};
+            for (int sample = 0; sample < 20; ++sample) {
+                double x = random.uniform(), y = random.uniform();
+                // Near the crease, where the pieces are, and on it.
+                const double near = sample == 0 ? 0 : std::exp2(-random.uniform(0, 9)) * random.uniform();
+                (side == 0 || side == 2 ? y : x) = side == 0 || side == 3 ? near : 1 - near;
+                const Vec3d closed = regular_position(net, crease, x, y);
+                Weights4 wx[3], wy[3];
+                regular_basis(crease, x, y, wx, wy);
+                double sum_d1 = 0, sum = 0;
+                for (int i = 0; i < 4; ++i) sum += wx[0][i] + wy[0][i], sum_d1 += wx[1][i] + wy[1][i];
+                CHECK(std::abs(sum - 2) < 1e-13);
+                CHECK(std::abs(sum_d1) < 1e-10);
+                Net16 cell = net;
+                SideCrease left = crease;
+                // Ten steps make every crease smooth; then the ordinary patch.
+                for (int step = 0; step < 10; ++step) {
+                    const int qx = x >= 0.5, qy = y >= 0.5;
+                    x = 2 * x - qx, y = 2 * y - qy;
+                    Net16 next;
+                    SideCrease next_crease;
+                    child_net(cell, left, qx, qy, next, next_crease);
+                    cell = next, left = next_crease;
+                    CHECK(glm::length(regular_position(cell, left, x, y) - closed) < 1e-13);
+                }
+                CHECK(!left);
+            }
+        }
+}
+
+TEST_CASE("Loop patches: normals at vertices are continuous where the surface is smooth") {
+    // Near a vertex with nothing sharp around it the normal tends to the vertex' own.
+    int met = 0;
+    for (std::uint32_t seed = 0; seed < 24; ++seed) {
+        const ControlMesh mesh = test::random_tagged_mesh(seed);
+        CAPTURE(seed);
+        const LoopPatches patches(mesh);
+        for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
+            const HalfedgeId root = mesh.face_halfedge(FaceId(f));
+            const VertexId v = mesh.origin(root);
+            bool smooth = !mesh.is_boundary(v) && mesh.sharpness(v) == 0 && mesh.valence(v) >= 4;
+            for (HalfedgeId h = root; smooth;) {
+                smooth = mesh.sharpness(mesh.edge(h)) == 0;
+                h = mesh.ccw_outgoing(h);
+                if (h == root) break;
+            }
+            if (!smooth) continue;
+            CAPTURE(mesh.valence(v));
+            const SurfacePoint vertex = patches.vertex(root, {0, 0}, 0);
+            const SurfacePoint near = patches.evaluate(root, 1e-9, 2e-9);
+            CHECK(glm::length(vertex.normal) == doctest::Approx(1));
+            CHECK(glm::dot(vertex.normal, near.normal) > 0.99);
+            ++met;
+        }
+    }
+    CHECK(met > 100);
+}
+
+TEST_CASE("Loop patches: a crease vertex gets the mean normal of both sides") {
+    // A roof: the ridge is sharp, so that its normal must point straight up.
+    ControlMeshData data = test::grid(4, true);
+    for (Vec3d& p : data.positions) p = {p.x - 2, p.y, -std::abs(p.x - 2)};
+    for (std::uint32_t y = 0; y < 4; ++y) data.creases.push_back({5 * y + 2, 5 * y + 7, 10.0f});
+    const ControlMesh mesh = ControlMesh::build(data);
+    const LoopPatches patches(mesh);
+    int met = 0;
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
+        for (std::uint32_t x = 0; x <= 4; ++x)
+            for (std::uint32_t y = 0; x + y <= 4; ++y) {
+                const SurfacePoint p = patches.vertex(mesh.face_halfedge(FaceId(f)), {x, y}, 2);
+                if (std::abs(p.position.x) > 1e-12) continue;
+                CHECK(p.position.z == doctest::Approx(0));
+                CHECK(glm::length(p.normal - Vec3d(0, 0, 1)) < 1e-12);
+                ++met;
+            }
+    CHECK(met > 0);
+}
+
+TEST_CASE("patch trees that are forgotten between batches grow again, bit for bit, and take little memory") {
+    constexpr std::uint32_t n = 32;
+    ControlMeshData data = test::grid(n, true, true);  // a torus of triangles: six at each vertex
+    for (std::uint32_t i = 0; i < n * n; ++i) {
+        const double a = 2 * std::numbers::pi * (i / n) / n, b = 2 * std::numbers::pi * (i % n) / n;
+        data.positions[i] = {(3 + std::cos(b)) * std::cos(a), (3 + std::cos(b)) * std::sin(a), std::sin(b)};
+    }
+    const ControlMesh mesh = ControlMesh::build(std::move(data));
+    const QuadPatches kept(mesh), forgotten(mesh);
+    std::vector<Vec3d> first(mesh.halfedge_count()), again(mesh.halfedge_count());
+    const auto at = [](const QuadPatches& patches, std::uint32_t h) {
+        // Towards both irregular corners of the cell.
+        return patches.frame(HalfedgeId(h), 1.0 / 32, 1.0 / 32).position +
+               patches.frame(HalfedgeId(h), 31.0 / 32, 31.0 / 32).position;
+    };
+    for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) first[h] = at(kept, h);
+    CHECK(kept.forgettable_bytes() > 2 * forgotten.bytes_to_keep());
+    std::uint64_t most = 0;
+    RunContext watch;
+    watch.progress = [&](std::string_view, double) {
+        most = std::max(most, forgotten.memory_bytes());
+        return true;
+    };
+    detail::for_each_batch(&forgotten, mesh.halfedge_count(), 16, watch, "test", 0, 1,
+                           [&](std::uint32_t h) { again[h] = at(forgotten, h); });
+    CHECK(forgotten.times_forgotten() > 1);
+    CHECK(most < 2 * forgotten.bytes_to_keep());
+    CHECK(test::same_bytes(first, again));
+}
+
+TEST_CASE("the patch tree refuses what does not fit into memory") {
+    const ControlMesh mesh = test::random_patch_mesh<QuadFamily>(2);
+    RunContext little;
+    little.max_memory_bytes = 1000;
+    CHECK_THROWS_WITH_AS(QuadPatches(mesh, little), doctest::Contains("limit of 1000"), Error);
+}
+
+TEST_SUITE_END();
