@@ -84,4 +84,31 @@ TEST_CASE("box splines in Bernstein-Bezier form, parts of them, and a bound on h
     }
 }
 
+TEST_CASE("second differences bound what a bicubic patch is off its linear interpolant, exactly for quadratics") {
+    test::Random random(4);
+    const auto largest = [](const Net16& net, const std::array<Vec2d, 3>& at) {
+        const auto surface = [&](const Vec2d& p) { return combine(net, cubic_basis(p.x), cubic_basis(p.y)); };
+        double worst = 0;
+        for (int i = 0; i <= 16; ++i)
+            for (int j = 0; i + j <= 16; ++j) {
+                const double a = i / 16.0, b = j / 16.0, c = 1 - a - b;
+                worst = std::max(worst, glm::length(surface(a * at[0] + b * at[1] + c * at[2]) -
+                                                    (a * surface(at[0]) + b * surface(at[1]) + c * surface(at[2]))));
+            }
+        return worst;
+    };
+    const std::array<Vec2d, 3> half = {{{1, 0}, {0, 1}, {0, 0}}}, quarter = {{{0, 0}, {1, 0}, {0.5, 0.5}}};
+    Net16 net;
+    for (int round = 0; round < 50; ++round) {
+        for (auto& row : net.c)
+            for (double& x : row) x = random.uniform(-1, 1);
+        const Vec2d a(random.uniform(0, 1), random.uniform(0, 1)), b(random.uniform(0, 1), random.uniform(0, 1));
+        for (const auto& at : {half, quarter, std::array<Vec2d, 3>{a, b, Vec2d(random.uniform(0, 1), 0.5)}})
+            CHECK(bicubic_deviation(net, at) >= largest(net, at) - 1e-12);
+    }
+    for (int y = -1; y <= 2; ++y)
+        for (int x = -1; x <= 2; ++x) net.set(x, y, {5.0 * x - y, 3.0 * y, double(x * x)});
+    for (const auto& at : {half, quarter}) CHECK(bicubic_deviation(net, at) == doctest::Approx(largest(net, at)));
+}
+
 TEST_SUITE_END();
