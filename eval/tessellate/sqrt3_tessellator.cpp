@@ -115,7 +115,7 @@ std::vector<Vec2d> Sqrt3Uvs::corners(std::span<const Sqrt3Leaf> leaves, const Ru
             ChartValues values(lattice_, linear_);
             for (std::size_t i = begin + from; i < begin + to; ++i)
                 for (std::size_t k = 0; k < 3; ++k)
-                    result[3 * i + k] = values.at(leaves[i].vertex_level[k], leaves[i].leaving[k]);
+                    result[3 * i + k] = values.at(leaves[i].vertex_level(k), leaves[i].leaving(k));
         });
     }
     return result;
@@ -241,7 +241,7 @@ class Sqrt3Tessellator final : public TessellationRun {
     void export_mesh() override {
         context_.report("export", 0);
         result_.mesh =
-            triangle_mesh(sqrt3_mesh(forest_, {.limit = true, .normals = options_.normals, .leaves = false}));
+            triangle_mesh(sqrt3_mesh(forest_, {.limit = true, .normals = options_.normals}));
         result_.triangle_error.resize(leaves_.size());
         for (std::size_t t = 0; t < leaves_.size(); ++t) result_.triangle_error[t] = round_up(errors_[t]);
         context_.report("export", 1);
@@ -262,7 +262,7 @@ class Sqrt3Tessellator final : public TessellationRun {
         for (int i = 0; i < steps; ++i) refine_all(finer);
         context_.report("measure", 0.1);
         LimitReference reference;
-        reference.mesh = triangle_mesh(sqrt3_mesh(finer, {.leaves = false}));
+        reference.mesh = triangle_mesh(sqrt3_mesh(finer, {}));
         context_.report("measure", 0.3);
         measure_triangles(std::move(reference), result_, options_.measure_samples / 2, context_);
     }

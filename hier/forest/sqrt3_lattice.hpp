@@ -28,6 +28,23 @@ struct Sqrt3Vertex {
     friend constexpr auto operator<=>(const Sqrt3Vertex&, const Sqrt3Vertex&) = default;
 };
 
+/// A triangle of an adaptive sqrt(3) mesh.
+struct Sqrt3Leaf {
+    /// The face of a level itself; or, where `half`, the part of a split face over one of its half-edges, `face` being
+    /// the half-edge's number: its edge is flipped when the face beyond is split, too.
+    std::uint8_t level = 0;
+    bool half = false;
+    std::uint64_t face = 0;
+    FaceId control_face;
+
+    /// Per corner the finest level that the leaf knows of, and a half-edge that leaves the vertex there.
+    int vertex_level(std::size_t corner) const { return half && corner == 2 ? level + 1 : level; }
+    std::uint64_t leaving(std::size_t corner) const {
+        if (!half || corner == 2) return 3 * face + corner;
+        return corner == 0 ? face : face % 3 == 2 ? face - 2 : face + 1;
+    }
+};
+
 /// Connectivity of all levels of sqrt(3) refinement, by numbers alone: nothing is stored for a level.
 ///
 /// Level k is the mesh after k simple steps (insert a point in every face, flip every old edge), two of which are one
