@@ -240,8 +240,7 @@ class Sqrt3Tessellator final : public TessellationRun {
 
     void export_mesh() override {
         context_.report("export", 0);
-        result_.mesh =
-            triangle_mesh(sqrt3_mesh(forest_, {.limit = true, .normals = options_.normals}));
+        result_.mesh = triangle_mesh(sqrt3_mesh(forest_, {.limit = true, .normals = options_.normals}));
         result_.triangle_error.resize(leaves_.size());
         for (std::size_t t = 0; t < leaves_.size(); ++t) result_.triangle_error[t] = round_up(errors_[t]);
         context_.report("export", 1);

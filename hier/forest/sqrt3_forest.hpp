@@ -170,7 +170,7 @@ class Sqrt3Forest {
     static constexpr std::uint32_t k_whole_now = 0xFFFF'FFFCu, k_half_now = 0xFFFF'FFFBu;  // since the call began
     static constexpr std::uint32_t k_no_slot = 0xFFFF'FFFFu;
     // across_: a half-edge, 3 slot + side, or one of these.
-    static constexpr std::uint32_t k_kept = 0xFFFF'FFFFu;   // the edge is not flipped: boundary, creases, kept ones
+    static constexpr std::uint32_t k_kept = 0xFFFF'FFFFu;    // the edge is not flipped: boundary, creases, kept ones
     static constexpr std::uint32_t k_apart = k_no_halfedge;  // the face beyond has no slot
     static constexpr std::uint32_t k_max_slots = (k_apart - 1) / 3;
 

@@ -9,6 +9,8 @@ namespace {
 
 // Twins kept per level: enough for the surroundings of what is worked on.
 constexpr std::size_t k_most_twins = 1u << 16;
+// Where all edges are flipped.
+constexpr std::size_t k_faces = 256;
 
 }  // namespace
 
@@ -45,7 +47,7 @@ int Sqrt3Lattice::max_level(const ControlMesh& mesh) {
 
 std::uint64_t Sqrt3Lattice::memory_bytes() const {
     constexpr std::uint64_t k_node = sizeof(std::pair<std::uint64_t, std::uint64_t>) + 2 * sizeof(void*);
-    std::uint64_t bytes = last_.capacity() * sizeof(Twins);
+    std::uint64_t bytes = smooth_twins_.capacity() * sizeof(Twins);
     for (const auto& level : twins_) bytes += level.size() * k_node + level.bucket_count() * sizeof(void*);
     return bytes;
 }
@@ -73,15 +75,13 @@ std::uint64_t Sqrt3Lattice::twin(int level, std::uint64_t h) {
     return found;
 }
 
-// Both twins that it takes are of one face of the level above, which is mostly that of the last call, too: this is
-// cheaper than to look each one up.
+// Both twins that it takes are of one face of the level above.
 const Sqrt3Lattice::Twins& Sqrt3Lattice::smooth_twins(int level, std::uint64_t f) {
-    if (last_.size() <= static_cast<std::size_t>(level)) last_.resize(static_cast<std::size_t>(level) + 1);
-    Twins& last = last_[static_cast<std::size_t>(level)];
-    if (last.face == f) return last;
+    const std::size_t at = static_cast<std::size_t>(level - 1) * k_faces + f % k_faces;
+    if (smooth_twins_.size() <= at) smooth_twins_.resize(static_cast<std::size_t>(level) * k_faces);
+    if (smooth_twins_[at].face == f) return smooth_twins_[at];
     const std::uint64_t t = twin(level - 1, f), side = twin(level - 1, prev(f));
-    last = {f, {3 * next(t) + 2, 3 * t + 1, 3 * side}};
-    return last;
+    return smooth_twins_[at] = {f, {3 * next(t) + 2, 3 * t + 1, 3 * side}};
 }
 
 std::uint64_t Sqrt3Lattice::find_twin(int level, std::uint64_t x) {

@@ -147,7 +147,7 @@ class Sqrt3Lattice {
     std::shared_ptr<const std::vector<std::uint8_t>> kept_;  // per edge of the control mesh; none: no edge is
     bool smooth_ = true, lines_ = false, tagged_ = false, holes_ = false;
     std::vector<std::unordered_map<std::uint64_t, std::uint64_t>> twins_;  // per level
-    std::vector<Twins> last_;                                              // per level: of the face asked for last
+    std::vector<Twins> smooth_twins_;  // per level: of k_faces faces, each at its number's remainder
 };
 
 }  // namespace tetrakis

@@ -84,6 +84,7 @@ class MeshMaker {
 
   private:
     static constexpr std::uint8_t k_no_level = 0xFF;
+    static constexpr std::uint8_t k_position = 1, k_normal = 2;  // of a vertex that has been found
 
     void check_memory() const {
         const std::uint64_t bytes =
@@ -135,8 +136,7 @@ class MeshMaker {
 
     void add_leaves() {
         const std::size_t count = forest_.leaf_count();
-        detail::RawPoolVector<std::uint32_t>& number = number_;
-        number.assign(forest_.point_slots(), k_none);
+        number_.assign(forest_.point_slots(), k_none);
         // Of a closed surface: half as many vertices as triangles, and two more on a sphere; of others some more.
         const std::size_t vertices = count / 2 + count / 64 + 2;
         detail::reserve_large(out_.points, vertices);
@@ -151,7 +151,7 @@ class MeshMaker {
             const std::uint32_t first = 3 * leaf.value;
             for (std::uint32_t k = 0; k < 3; ++k) {
                 const std::uint32_t point = corner_[leaf.value][k];
-                std::uint32_t& v = number[point];
+                std::uint32_t& v = number_[point];
                 if (v == k_none) {
                     v = static_cast<std::uint32_t>(out_.points.size());
                     out_.points.emplace_back(point);
@@ -212,24 +212,25 @@ class MeshMaker {
     // The same of the point that a half-edge leaves.
     void step(std::uint32_t leaving, detail::Sqrt3Rules& rules, detail::Sqrt3Ring& ring) {
         const std::uint32_t v = origin(leaving), to = number_[v];
-        if (to != k_none && !options_.limit && level_of(place_[to]) == level_) out_.mesh.positions[to] = point(v);
-        const bool limit =
-            to != k_none && (options_.limit || options_.normals) && forest_.birth(PointId(v)) == level_;
+        if (to != k_none && !options_.limit && level_of(place_[to]) == level_) put_position(to, point(v));
+        const bool limit = to != k_none && (options_.limit || options_.normals) && forest_.birth(PointId(v)) == level_;
         if ((!limit && is_last()) || !gather(leaving, ring)) return;
         if (!is_last()) put(v, level_ + 1, rules.moved(ring, level_ % 2 != 0));
-        if (limit) put_limit(to, rules, ring);
+        if (!limit) return;
+        if (options_.normals)
+            put_limit(to, rules.limit(ring));
+        else
+            put_position(to, rules.limit_position(ring));
     }
-    void put_limit(std::uint32_t to, detail::Sqrt3Rules& rules, const detail::Sqrt3Ring& ring) {
-        found_[to] = 1;
-        if (!options_.normals) {
-            out_.mesh.positions[to] = rules.limit_position(ring);
-            return;
-        }
-        put_limit(to, rules.limit(ring));
+    void put_position(std::uint32_t vertex, const Vec3d& position) {
+        out_.mesh.positions[vertex] = position;
+        found_[vertex] |= k_position;
     }
-    void put_limit(std::uint32_t to, const LimitPoint& limit) {
-        if (options_.limit) out_.mesh.positions[to] = limit.position;
-        if (options_.normals) out_.mesh.normals[to] = limit.normal;
+    void put_limit(std::uint32_t vertex, const LimitPoint& limit) {
+        if (options_.limit) put_position(vertex, limit.position);
+        if (!options_.normals) return;
+        out_.mesh.normals[vertex] = limit.normal;
+        found_[vertex] |= k_normal;
     }
     // The ring of a smooth vertex whose faces are all there, as Sqrt3Points has it; false: it is not as plain as that,
     // or an edge at it or opposite to it is not flipped.
@@ -250,9 +251,10 @@ class MeshMaker {
 
     // What the levels did not give.
     void add_rest() {
+        const std::uint8_t all = k_position | (options_.normals ? k_normal : 0);
         std::vector<std::uint32_t> rest;
         for (std::uint32_t v = 0; v < found_.size(); ++v)
-            if (found_[v] == 0) rest.push_back(v);
+            if (found_[v] != all) rest.push_back(v);
         pool_.for_each(rest.size(), [&](Sqrt3Points& points, std::uint32_t i) {
             const std::uint32_t v = rest[i];
             const Sqrt3Leaf leaf = forest_.triangle(LeafId(place_[v] / 3)).leaf();
@@ -261,7 +263,7 @@ class MeshMaker {
             if (options_.limit || options_.normals) put_limit(v, points.limit(level, leaving));
             if (options_.limit) return;
             if (level < level_of(place_[v])) leaving = points.lattice().after(level++, leaving);
-            out_.mesh.positions[v] = points.position(level, leaving);
+            put_position(v, points.position(level, leaving));
         });
     }
 
@@ -271,15 +273,15 @@ class MeshMaker {
     PointsPool pool_;
     Sqrt3Mesh out_;
     detail::RawPoolVector<std::array<std::uint32_t, 3>> corner_;  // per slot: points
-    std::vector<detail::PoolVector<std::uint32_t>> levels_;      // their faces
-    detail::RawPoolVector<std::uint32_t> number_;                // per point: of the mesh's vertex
+    std::vector<detail::PoolVector<std::uint32_t>> levels_;       // their faces
+    detail::RawPoolVector<std::uint32_t> number_;                 // per point: of the mesh's vertex
     std::vector<std::uint32_t> place_;  // per vertex of the mesh: a corner, 3 slot + k, of a leaf of the finest level
     int level_ = 0;
     detail::RawPoolVector<std::uint32_t> leaving_;  // per point
     // Of this level and the next one, by whether it is even; per point, and the level that it is of.
     detail::PoolVector<Vec3d> points_[2];
     detail::PoolVector<std::uint8_t> at_[2];
-    detail::PoolVector<std::uint8_t> found_;  // per vertex of the mesh: has what was asked for
+    detail::PoolVector<std::uint8_t> found_;  // per vertex of the mesh
 };
 
 }  // namespace
