@@ -139,7 +139,6 @@ class Sqrt3Forest {
     /// Across a flipped edge, or one that will be when both its faces are split: the face there may have become half.
     /// None at the boundary, creases (also those that have become smooth) and kept edges.
     std::uint32_t twin(std::uint32_t h) const { return across_[h]; }
-    bool is_kept(std::uint32_t h) const { return across_[h] == k_kept; }
     /// The point over a half-edge of a split face, as Sqrt3Lattice::apex() has it.
     std::uint32_t apex(std::uint32_t h) const {
         return is_cut(h / 3) ? cut_apex(h) : mesh().vertex_count() + 2 * child_[h / 3];
@@ -147,11 +146,6 @@ class Sqrt3Forest {
     /// Whether splitting this face cuts its first edge (Sqrt3Lattice).
     bool is_cut(std::uint32_t slot) const {
         return has_kept_ && across_[3 * slot] == k_kept && level_of(slot) % 2 != 0;
-    }
-    /// The first level that has a point.
-    int birth(PointId point) const {
-        const std::uint32_t v = mesh().vertex_count();
-        return point.value < v ? 0 : records_[(point.value - v) / 2].level + 1;
     }
 
     std::optional<std::string> check() const;

@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <unordered_map>
 #include <vector>
 
 namespace tetrakis {
@@ -130,15 +129,16 @@ class Sqrt3Lattice {
     };
 
     bool cuts(int level) const { return !smooth_ && level % 2 != 0; }
+    static constexpr std::size_t k_kept_twins = 256;  // enough for the surroundings of what is worked on
     /// The edge of a face that the step at a level cuts; none if there is none.
     std::uint64_t cut_side(int level, std::uint64_t f);
     std::uint64_t find_twin(int level, std::uint64_t h);
-    /// Where all edges are flipped: of a face's half-edges.
+    /// Of a face's half-edges.
     struct Twins {
         std::uint64_t face = none;
         std::array<std::uint64_t, 3> of{};
     };
-    const Twins& smooth_twins(int level, std::uint64_t f);
+    const Twins& twins(int level, std::uint64_t f);
     Line line(int level, std::uint64_t h);
     /// A new point of the cut edge of h, as Sqrt3Vertex names it.
     Sqrt3Vertex on_edge(int level, std::uint64_t h, Sqrt3Vertex::Kind kind);
@@ -146,8 +146,7 @@ class Sqrt3Lattice {
     const ControlMesh* mesh_;
     std::shared_ptr<const std::vector<std::uint8_t>> kept_;  // per edge of the control mesh; none: no edge is
     bool smooth_ = true, lines_ = false, tagged_ = false, holes_ = false;
-    std::vector<std::unordered_map<std::uint64_t, std::uint64_t>> twins_;  // per level
-    std::vector<Twins> smooth_twins_;  // per level: of k_faces faces, each at its number's remainder
+    std::vector<Twins> twins_;  // that have been found; k_kept_twins of each level
 };
 
 }  // namespace tetrakis

@@ -213,7 +213,9 @@ class MeshMaker {
     void step(std::uint32_t leaving, detail::Sqrt3Rules& rules, detail::Sqrt3Ring& ring) {
         const std::uint32_t v = origin(leaving), to = number_[v];
         if (to != k_none && !options_.limit && level_of(place_[to]) == level_) put_position(to, point(v));
-        const bool limit = to != k_none && (options_.limit || options_.normals) && forest_.birth(PointId(v)) == level_;
+        // Limits are those of the first level, to which the level before has not moved the point.
+        const bool is_new = level_ == 0 || at_[(level_ + 1) % 2][v] != level_ - 1;
+        const bool limit = to != k_none && (options_.limit || options_.normals) && is_new;
         if ((!limit && is_last()) || !gather(leaving, ring)) return;
         if (!is_last()) put(v, level_ + 1, rules.moved(ring, level_ % 2 != 0));
         if (!limit) return;
@@ -279,7 +281,7 @@ class MeshMaker {
     int level_ = 0;
     detail::RawPoolVector<std::uint32_t> leaving_;  // per point
     // Of this level and the next one, by whether it is even; per point, and the level that it is of.
-    detail::PoolVector<Vec3d> points_[2];
+    detail::RawPoolVector<Vec3d> points_[2];
     detail::PoolVector<std::uint8_t> at_[2];
     detail::PoolVector<std::uint8_t> found_;  // per vertex of the mesh
 };

@@ -69,13 +69,21 @@ detail::Sqrt3Ring Sqrt3Points::ring(int level, std::uint64_t leaving) {
 }
 
 detail::Sqrt3Ring Sqrt3Points::ring(int level, std::uint64_t leaving, const Fan& at) {
+    detail::Sqrt3Ring ring = sharp_ring(level, leaving, at);
+    for (std::size_t i = 0; i < at.around.size(); ++i) ring.around[i] = position(level, at.around[i]);
+    return ring;
+}
+
+detail::Sqrt3Ring Sqrt3Points::sharp_ring(int level, std::uint64_t leaving, const Fan& at) {
     detail::Sqrt3Ring ring;
     ring.closed = at.closed;
     ring.point = position(level, leaving);
-    for (const std::uint64_t h : at.around) ring.around.push_back(position(level, h));
+    ring.around.resize(at.around.size());
     ring.sharp = at.sharp;
     if (lattice_.has_tagged_vertices())
         ring.vertex_sharpness = detail::Sqrt3Rules::vertex_sharpness(*mesh_, lattice_.origin(level, leaving), level);
+    if (ring.rule() == VertexRule::crease)
+        for (const auto& edge : at.sharp) ring.around[edge.first] = position(level, at.around[edge.first]);
     return ring;
 }
 
@@ -107,7 +115,7 @@ Vec3d Sqrt3Points::compute(int level, std::uint64_t leaving, const Sqrt3Vertex& 
             return detail::Sqrt3Rules::beside_smooth(position(above, at), position(above, Sqrt3Lattice::prev(s)),
                                                      position(above, opposite));
         const Fan around = fan(above, at);
-        const detail::Sqrt3Ring near = ring(above, at, around);
+        const detail::Sqrt3Ring near = sharp_ring(above, at, around);
         const Vec3d far = position(above, other);
         const Vec3d* beyond = nullptr;
         if (near.rule() == VertexRule::crease) {
@@ -117,7 +125,11 @@ Vec3d Sqrt3Points::compute(int level, std::uint64_t leaving, const Sqrt3Vertex& 
         }
         return detail::Sqrt3Rules::beside(near.point, far, beyond);
     }
-    return rules_.moved(ring(above, lattice_.before(level, leaving)), above % 2 != 0);
+    const std::uint64_t before = lattice_.before(level, leaving);
+    const Fan around = fan(above, before);
+    detail::Sqrt3Ring from = sharp_ring(above, before, around);
+    if (from.rule() == VertexRule::smooth || from.rule() == VertexRule::dart) from = ring(above, before, around);
+    return rules_.moved(from, above % 2 != 0);
 }
 
 bool Sqrt3Points::beside_cut(int level, std::uint64_t leaving) {

@@ -48,6 +48,8 @@ class Sqrt3Points {
     /// half-edge that leaves the opposite corner; else none.
     std::uint64_t opposite_of_kept(int level, std::uint64_t h);
     detail::Sqrt3Ring ring(int level, std::uint64_t leaving, const Fan& at);
+    /// The same, where around a crease the vertices along it are enough, around others none.
+    detail::Sqrt3Ring sharp_ring(int level, std::uint64_t leaving, const Fan& at);
     bool beside_cut(int level, std::uint64_t leaving);
     bool beside_dart(int level, const Fan& at);
     Vec3d compute(int level, std::uint64_t leaving, const Sqrt3Vertex& v);
