@@ -270,8 +270,8 @@ void Sqrt3Forest::refine(std::span<const LeafId> marked, ForestChange& change, C
 
 // What the lattice remembers serves the next change, but is not to outweigh what it is for.
 void Sqrt3Forest::forget_twins() {
-    const std::uint64_t half = (child_.capacity() + across_.capacity()) * sizeof(std::uint32_t) / 2;
-    if (shared_.lattice.memory_bytes() > half) shared_.lattice = Sqrt3Lattice(lattice_);
+    if (shared_.lattice.memory_bytes() > child_.capacity() + across_.capacity())
+        shared_.lattice = Sqrt3Lattice(lattice_);
 }
 
 // A face that the forest has split by now; those of coarser levels come first. Returns the record.
