@@ -54,10 +54,10 @@ std::uint64_t Sqrt3Lattice::twin(int level, std::uint64_t h) {
 // faces, levels do not multiply.
 const Sqrt3Lattice::Twins& Sqrt3Lattice::twins(int level, std::uint64_t f) {
     constexpr std::uint64_t k_golden = 0x9E37'79B9'7F4A'7C15ull;
-    static_assert(k_kept_twins == 1u << 8);
+    static_assert(k_kept_twins == 1u << 5);
     const auto end = static_cast<std::size_t>(level) * k_kept_twins;
     if (twins_.size() < end) twins_.resize(end);
-    const std::size_t at = end - 1 - static_cast<std::size_t>(f * k_golden >> 56);
+    const std::size_t at = end - 1 - static_cast<std::size_t>(f * k_golden >> 59);
     if (twins_[at].face == f) return twins_[at];
     Twins found{f, {}};
     if (smooth_) {
