@@ -28,7 +28,7 @@ class LeafProbe {
 
     double error(const Sqrt3Leaf& leaf, double decide_at) {
         std::array<Vec3d, 3> corner;
-        for (std::size_t k = 0; k < 3; ++k) corner[k] = limit(leaf.vertex_level[k], leaf.leaving[k]);
+        for (std::size_t k = 0; k < 3; ++k) corner[k] = limit(leaf.vertex_level(k), leaf.leaving(k));
         const PlaneMeasure plane(corner);
         const std::array<LevelEdge, 3> sides = sides_of(leaf);
         double error = plane(inside(leaf));

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../../hier/forest/sqrt3_leaf.hpp"
+#include "../../hier/forest/sqrt3_lattice.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 
 #include <cstddef>

@@ -22,29 +22,6 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Which edges a sqrt(3) forest has to keep for leaves that lie on one side of all seams: those of the UV layer (where
-/// UVs are linear, of faces), of materials and of groups.
-std::function<bool(EdgeId)> sqrt3_seams(const ControlMesh& mesh, bool uvs);
-
-/// Texture coordinates at the corners of leaves: limits of the charts by the scheme (or linear), whose lattice has the
-/// numbers of the mesh's own where that keeps its seams.
-class Sqrt3Uvs {
-  public:
-    /// @param lattice  of a forest over a mesh with UVs that keeps sqrt3_seams()
-    /// @throws Error   the UV layer makes no mesh
-    explicit Sqrt3Uvs(const Sqrt3Lattice& lattice);
-    Sqrt3Uvs(const Sqrt3Uvs&) = delete;
-    Sqrt3Uvs& operator=(const Sqrt3Uvs&) = delete;
-
-    /// Three a leaf. Parallel.
-    std::vector<Vec2d> corners(std::span<const Sqrt3Leaf> leaves, const RunContext& context) const;
-
-  private:
-    ControlMesh charts_;
-    bool linear_;
-    Sqrt3Lattice lattice_;  // has found nothing: copied
-};
-
 constexpr std::uint32_t k_uv_block = 1024;       // leaves side by side that share what they find
 constexpr std::uint32_t k_uv_leaves = 1u << 16;  // between two chances to cancel
 
@@ -86,6 +63,8 @@ class ChartValues {
     std::unordered_map<Sqrt3Vertex, Vec2d> known_;
 };
 
+/// Which edges a sqrt(3) forest has to keep for leaves that lie on one side of all seams: those of the UV layer (where
+/// UVs are linear, of faces), of materials and of groups.
 std::function<bool(EdgeId)> sqrt3_seams(const ControlMesh& mesh, bool uvs) {
     const ControlMeshData& data = mesh.data();
     return [&mesh, &data, uvs = uvs && mesh.has_uvs()](EdgeId e) {
@@ -101,21 +80,24 @@ std::function<bool(EdgeId)> sqrt3_seams(const ControlMesh& mesh, bool uvs) {
     };
 }
 
-Sqrt3Uvs::Sqrt3Uvs(const Sqrt3Lattice& lattice)
-    : charts_(uv_mesh(lattice.mesh())),
-      linear_(is_linear(lattice.mesh())),
-      lattice_(charts_, [&](EdgeId e) { return lattice.is_kept(lattice.mesh().edge(charts_.edge_halfedge(e))); }) {}
-
-std::vector<Vec2d> Sqrt3Uvs::corners(std::span<const Sqrt3Leaf> leaves, const RunContext& context) const {
+/// Texture coordinates at the corners of leaves, three a leaf: limits of the charts by the scheme (or linear), whose
+/// lattice has the numbers of the mesh's own where that keeps its seams. Parallel.
+/// @param lattice  of a forest over a mesh with UVs that keeps sqrt3_seams()
+/// @throws Error   the UV layer makes no mesh
+std::vector<Vec2d> sqrt3_uvs(const Sqrt3Lattice& lattice, std::span<const Sqrt3Leaf> leaves,
+                             const RunContext& context) {
+    const ControlMesh charts = uv_mesh(lattice.mesh());
+    const Sqrt3Lattice chart_lattice(
+        charts, [&](EdgeId e) { return lattice.is_kept(lattice.mesh().edge(charts.edge_halfedge(e))); });
     std::vector<Vec2d> result(3 * leaves.size());
     for (std::size_t begin = 0; begin < leaves.size(); begin += k_uv_leaves) {
         context.report("attributes", 0.5 * static_cast<double>(begin) / static_cast<double>(leaves.size()));
         const auto count = static_cast<std::uint32_t>(std::min<std::size_t>(k_uv_leaves, leaves.size() - begin));
         for_each_block(count, k_uv_block, [&](std::uint32_t from, std::uint32_t to) {
-            ChartValues values(lattice_, linear_);
+            ChartValues values(chart_lattice, is_linear(lattice.mesh()));
             for (std::size_t i = begin + from; i < begin + to; ++i)
                 for (std::size_t k = 0; k < 3; ++k)
-                    result[3 * i + k] = values.at(leaves[i].vertex_level[k], leaves[i].leaving[k]);
+                    result[3 * i + k] = values.at(leaves[i].vertex_level(k), leaves[i].leaving(k));
         });
     }
     return result;
@@ -240,8 +222,7 @@ class Sqrt3Tessellator final : public TessellationRun {
 
     void export_mesh() override {
         context_.report("export", 0);
-        result_.mesh =
-            triangle_mesh(sqrt3_mesh(forest_, {.limit = true, .normals = options_.normals, .leaves = false}));
+        result_.mesh = triangle_mesh(sqrt3_mesh(forest_, {.limit = true, .normals = options_.normals}));
         result_.triangle_error.resize(leaves_.size());
         for (std::size_t t = 0; t < leaves_.size(); ++t) result_.triangle_error[t] = round_up(errors_[t]);
         context_.report("export", 1);
@@ -262,7 +243,7 @@ class Sqrt3Tessellator final : public TessellationRun {
         for (int i = 0; i < steps; ++i) refine_all(finer);
         context_.report("measure", 0.1);
         LimitReference reference;
-        reference.mesh = triangle_mesh(sqrt3_mesh(finer, {.leaves = false}));
+        reference.mesh = triangle_mesh(sqrt3_mesh(finer, {}));
         context_.report("measure", 0.3);
         measure_triangles(std::move(reference), result_, options_.measure_samples / 2, context_);
     }
@@ -288,7 +269,7 @@ class Sqrt3Tessellator final : public TessellationRun {
         split_normals_of(result_, mesh_, options_);
         if (!options_.uvs || !mesh_.has_uvs()) return;
         try {
-            const std::vector<Vec2d> uv = Sqrt3Uvs(forest_.lattice()).corners(leaves_, context_);
+            const std::vector<Vec2d> uv = sqrt3_uvs(forest_.lattice(), leaves_, context_);
             add_uvs(
                 result_.mesh, [&](std::uint32_t t, std::size_t k) { return uv[3 * std::size_t{t} + k]; }, context_);
         } catch (const Error& error) {

@@ -2,7 +2,6 @@
 
 #include "../base/error.hpp"
 #include "../base/memory.hpp"
-#include "../base/parallel.hpp"
 
 #include <algorithm>
 #include <tuple>
@@ -72,35 +71,6 @@ PointId Sqrt3Forest::point(const Sqrt3Vertex& v) const {
     return PointId(mesh().vertex_count() + 2 * record + (v.kind == Kind::second ? 1 : 0));
 }
 
-detail::RawPoolVector<std::uint32_t> Sqrt3Forest::points(const Sqrt3Levels& levels) const {
-    using Kind = Sqrt3Vertex::Kind;
-    detail::RawPoolVector<std::uint32_t> point(levels.vertices.size()), slot(mesh().face_count()), finer;
-    for (std::uint32_t v = 0; v < mesh().vertex_count(); ++v) point[v] = v;
-    for (std::uint32_t f = 0; f < mesh().face_count(); ++f) slot[f] = f;
-    for (std::size_t k = 0; k + 1 < levels.levels.size(); ++k) {
-        const Sqrt3Level& level = levels.levels[k];
-        const bool last = k + 2 == levels.levels.size();  // its faces are not split
-        if (!last) finer.resize(levels.levels[k + 1].face_count());
-        for_each_index(level.face_count(), [&](std::uint32_t f) {
-            if (level.split[f] == 0) return;
-            for (std::uint32_t side = 0; side < 3 && !last; ++side)
-                if (const std::uint32_t child = level.child_over(3 * f + side); Sqrt3Level::there(child))
-                    finer[child] = child_over(slot[f], side);
-            const std::uint32_t first = mesh().vertex_count() + 2 * child_[slot[f]], apex = level.apex[f];
-            if (levels.vertices[apex].kind == Kind::centre) {
-                point[apex] = first;
-                return;
-            }
-            // Those of a cut edge are those of the face that names them.
-            for (const std::uint32_t v : {apex, levels.beside(apex)})
-                if (const Sqrt3Vertex& vertex = levels.vertices[v]; Sqrt3Lattice::face(vertex.key) == level.number[f])
-                    point[v] = first + (vertex.kind == Kind::second ? 1 : 0);
-        });
-        std::swap(slot, finer);
-    }
-    return point;
-}
-
 bool Sqrt3Forest::is_vertex(const Sqrt3Vertex& v) const {
     using Kind = Sqrt3Vertex::Kind;
     if (v.kind == Kind::control)
@@ -159,27 +129,10 @@ std::vector<LeafId> Sqrt3Forest::ordered_leaves() const {
 }
 
 std::vector<Sqrt3Leaf> Sqrt3Forest::leaves() const {
-    const Sqrt3Levels levels(lattice_, split(), 0);
-    std::vector<Sqrt3Leaf> result;
-    detail::reserve_large(result, leaf_count());
-    levels.for_each_leaf([&](int level, std::uint32_t face, bool half, FaceId control_face) {
-        result.push_back(levels.leaf(level, face, half, control_face));
-    });
-    return result;
-}
-
-// Depth first, so the faces of each level come by their numbers.
-void Sqrt3Forest::add_split_below(std::uint32_t slot, std::size_t level, Sqrt3Split& split) const {
-    if (!is_split(slot)) return;
-    if (split.size() <= level) split.resize(level + 1);
-    split[level].push_back(records_[child_[slot]].face);
-    for (std::uint32_t side = 0; side < 3; ++side) add_split_below(child_over(slot, side), level + 1, split);
-}
-
-Sqrt3Split Sqrt3Forest::split() const {
-    Sqrt3Split split;
-    for (std::uint32_t root = 0; root < mesh().face_count(); ++root) add_split_below(root, 0, split);
-    return split;
+    std::vector<Sqrt3Leaf> leaves;
+    detail::reserve_large(leaves, leaf_count());
+    for_each_leaf([&](LeafId leaf, FaceId) { leaves.push_back(triangle(leaf).leaf()); });
+    return leaves;
 }
 
 // Changes.
@@ -317,7 +270,8 @@ void Sqrt3Forest::refine(std::span<const LeafId> marked, ForestChange& change, C
 
 // What the lattice remembers serves the next change, but is not to outweigh what it is for.
 void Sqrt3Forest::forget_twins() {
-    if (shared_.lattice.memory_bytes() > child_.capacity() + across_.capacity()) shared_.lattice = lattice_;
+    if (shared_.lattice.memory_bytes() > child_.capacity() + across_.capacity())
+        shared_.lattice = Sqrt3Lattice(lattice_);
 }
 
 // A face that the forest has split by now; those of coarser levels come first. Returns the record.
@@ -499,7 +453,7 @@ std::uint64_t Sqrt3Forest::memory_bytes() const {
 }
 
 void Sqrt3Forest::shrink() {
-    shared_.lattice = lattice_;  // which remembers nothing
+    shared_.lattice = Sqrt3Lattice(lattice_);  // which remembers nothing
     child_.shrink_to_fit();
     across_.shrink_to_fit();
     records_.shrink_to_fit();

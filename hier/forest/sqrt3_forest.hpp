@@ -3,7 +3,7 @@
 #include "../base/ids.hpp"
 #include "../base/memory.hpp"
 #include "forest_change.hpp"
-#include "sqrt3_levels.hpp"
+#include "sqrt3_lattice.hpp"
 
 #include <array>
 #include <compare>
@@ -32,6 +32,10 @@ struct Sqrt3Triangle {
     std::uint8_t level = 0;
     bool half = false;
     std::uint64_t face = 0;
+    /// O(level).
+    Sqrt3Leaf leaf() const {
+        return {static_cast<std::uint8_t>(half ? level - 1 : level), half, face, Sqrt3Lattice::root(level, face)};
+    }
     friend constexpr bool operator==(const Sqrt3Triangle&, const Sqrt3Triangle&) = default;
 };
 
@@ -92,17 +96,12 @@ class Sqrt3Forest {
         for (std::uint32_t root = 0; root < mesh().face_count(); ++root)
             if (child_[root] != k_dead) visit_below(root, FaceId(root), visit);
     }
-    /// The leaves in this order, as the lattice names them. O(leaves).
     std::vector<Sqrt3Leaf> leaves() const;
-    /// The split faces.
-    Sqrt3Split split() const;
     /// By control face that they lie in (on an edge of two: whose number they have), there along a Z-order curve
     /// (Morton 1966) through the grid that the levels cut it into. Depends on the set of leaves alone. O(leaves).
     std::vector<LeafId> leaves_on_curve() const;
     /// The leaf that is this triangle; invalid if none is. O(level).
     LeafId find(const Sqrt3Triangle& triangle) const;
-    /// By vertex of this forest's levels, its point; anything where it is none of the mesh.
-    detail::RawPoolVector<std::uint32_t> points(const Sqrt3Levels& levels) const;
     /// Whether a vertex is one of sqrt(3) refinement of this mesh.
     bool is_vertex(const Sqrt3Vertex& vertex) const;
 
@@ -126,6 +125,29 @@ class Sqrt3Forest {
     /// there is none.
     std::vector<LeafId> group(LeafId leaf) const;
 
+    // Faces of all levels by their slots, as far as they are there; their half-edges are 3 slot + side.
+
+    static constexpr std::uint32_t k_no_halfedge = 0xFFFF'FFFEu;  ///< none or more: no half-edge
+    static std::uint32_t next(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+    static std::uint32_t prev(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
+    /// Whether the face of a slot is split.
+    bool is_split(std::uint32_t slot) const { return child_[slot] < k_half_now; }
+    /// Whether a slot is a face of its level: split, or a whole triangle.
+    bool is_face(std::uint32_t slot) const { return is_split(slot) || child_[slot] == k_whole; }
+    /// The slot over a half-edge of a split face.
+    std::uint32_t child_over(std::uint32_t h) const { return first_child(child_[h / 3]) + h % 3; }
+    /// Across a flipped edge, or one that will be when both its faces are split: the face there may have become half.
+    /// None at the boundary, creases (also those that have become smooth) and kept edges.
+    std::uint32_t twin(std::uint32_t h) const { return across_[h]; }
+    /// The point over a half-edge of a split face, as Sqrt3Lattice::apex() has it.
+    std::uint32_t apex(std::uint32_t h) const {
+        return is_cut(h / 3) ? cut_apex(h) : mesh().vertex_count() + 2 * child_[h / 3];
+    }
+    /// Whether splitting this face cuts its first edge (Sqrt3Lattice).
+    bool is_cut(std::uint32_t slot) const {
+        return has_kept_ && across_[3 * slot] == k_kept && level_of(slot) % 2 != 0;
+    }
+
     std::optional<std::string> check() const;
     std::uint64_t memory_bytes() const;
     /// Gives back the memory that the next change would use again, but for that of free slots: what remains
@@ -142,8 +164,8 @@ class Sqrt3Forest {
     static constexpr std::uint32_t k_whole_now = 0xFFFF'FFFCu, k_half_now = 0xFFFF'FFFBu;  // since the call began
     static constexpr std::uint32_t k_no_slot = 0xFFFF'FFFFu;
     // across_: a half-edge, 3 slot + side, or one of these.
-    static constexpr std::uint32_t k_kept = 0xFFFF'FFFFu;   // the edge is not flipped: boundary, creases, kept ones
-    static constexpr std::uint32_t k_apart = 0xFFFF'FFFEu;  // the face beyond has no slot
+    static constexpr std::uint32_t k_kept = 0xFFFF'FFFFu;    // the edge is not flipped: boundary, creases, kept ones
+    static constexpr std::uint32_t k_apart = k_no_halfedge;  // the face beyond has no slot
     static constexpr std::uint32_t k_max_slots = (k_apart - 1) / 3;
 
     /// A split triangle.
@@ -155,14 +177,12 @@ class Sqrt3Forest {
     };
     static_assert(sizeof(Record) == 16);
 
-    bool is_split(std::uint32_t slot) const { return child_[slot] < k_half_now; }
     bool is_leaf_slot(std::uint32_t slot) const { return child_[slot] == k_whole || child_[slot] == k_half; }
     std::uint32_t first_child(std::uint32_t record) const { return mesh().face_count() + 3 * record; }
-    std::uint32_t child_over(std::uint32_t slot, std::uint32_t side) const { return first_child(child_[slot]) + side; }
     template <class Visit>
     void visit_below(std::uint32_t slot, FaceId root, Visit& visit) const {
         if (!is_split(slot)) return visit(LeafId(slot), root);
-        for (std::uint32_t side = 0; side < 3; ++side) visit_below(child_over(slot, side), root, visit);
+        for (std::uint32_t side = 0; side < 3; ++side) visit_below(child_over(3 * slot + side), root, visit);
     }
     void require_leaves(std::span<const LeafId> leaves) const;
     std::uint32_t slot_of(int level, std::uint64_t face) const;
@@ -170,7 +190,6 @@ class Sqrt3Forest {
         const std::uint32_t slot = slot_of(level, face);
         return slot != k_no_slot && is_split(slot);
     }
-    void add_split_below(std::uint32_t slot, std::size_t level, Sqrt3Split& split) const;
     Sqrt3Triangle triangle_of(std::uint32_t slot) const {
         const std::uint32_t roots = mesh().face_count();
         if (slot < roots) return {0, false, slot};
@@ -198,9 +217,6 @@ class Sqrt3Forest {
     detail::PoolVector<Wanted> wanted(std::span<const LeafId> marked);
     std::uint32_t split(const Wanted& wanted, const Twins* twins, detail::PoolVector<LeafId>& whole, Changed* removed);
 
-    // Half-edges: 3 slot + side.
-    static std::uint32_t next(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
-    std::uint32_t child_over(std::uint32_t h) const { return child_over(h / 3, h % 3); }
     /// The half-edge of its split face that a slot stands over.
     std::uint32_t over(std::uint32_t slot) const {
         const std::uint32_t child = slot - mesh().face_count();
@@ -210,10 +226,6 @@ class Sqrt3Forest {
         const std::uint32_t roots = mesh().face_count();
         return slot < roots ? 0 : records_[(slot - roots) / 3].level + 1;
     }
-    /// Whether splitting this face cuts its first edge (Sqrt3Lattice).
-    bool is_cut(std::uint32_t slot) const {
-        return has_kept_ && across_[3 * slot] == k_kept && level_of(slot) % 2 != 0;
-    }
     std::uint32_t beyond(std::uint32_t h, std::uint64_t twin) const;
     std::uint32_t across(std::uint32_t h) const {
         const std::uint32_t twin = across_[h];
@@ -221,10 +233,6 @@ class Sqrt3Forest {
     }
     std::uint32_t beyond(std::uint32_t h) const;
     std::uint32_t origin(std::uint32_t h) const;
-    /// The point over a half-edge of a split face, as Sqrt3Lattice::apex() has it.
-    std::uint32_t apex(std::uint32_t h) const {
-        return is_cut(h / 3) ? cut_apex(h) : mesh().vertex_count() + 2 * child_[h / 3];
-    }
     std::uint32_t cut_apex(std::uint32_t h) const;
     void link(std::uint32_t h, std::uint32_t twin);
     void keep(std::uint32_t h);

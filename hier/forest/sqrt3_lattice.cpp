@@ -1,16 +1,8 @@
 #include "sqrt3_lattice.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace tetrakis {
-
-namespace {
-
-// Twins kept per level: enough for the surroundings of what is worked on.
-constexpr std::size_t k_most_twins = 1u << 16;
-
-}  // namespace
 
 Sqrt3Lattice::Sqrt3Lattice(const ControlMesh& mesh, const std::function<bool(EdgeId)>& kept) : mesh_(&mesh) {
     for (std::uint32_t f = 0; f < mesh.face_count() && !holes_; ++f) holes_ = mesh.is_hole(FaceId(f));
@@ -43,12 +35,7 @@ int Sqrt3Lattice::max_level(const ControlMesh& mesh) {
     return level;
 }
 
-std::uint64_t Sqrt3Lattice::memory_bytes() const {
-    constexpr std::uint64_t k_node = sizeof(std::pair<std::uint64_t, std::uint64_t>) + 2 * sizeof(void*);
-    std::uint64_t bytes = last_.capacity() * sizeof(Twins);
-    for (const auto& level : twins_) bytes += level.size() * k_node + level.bucket_count() * sizeof(void*);
-    return bytes;
-}
+std::uint64_t Sqrt3Lattice::memory_bytes() const { return twins_.capacity() * sizeof(Twins); }
 
 std::uint64_t Sqrt3Lattice::cut_side(int level, std::uint64_t f) {
     // Only the first half-edge of a face can be one that is not flipped after the step that flips the others.
@@ -60,35 +47,37 @@ std::uint64_t Sqrt3Lattice::twin(int level, std::uint64_t h) {
         const HalfedgeId at(static_cast<std::uint32_t>(h)), t = mesh_->twin(at);
         return t.valid() && !(lines_ && line(0, h).is_cut()) ? t.value : none;
     }
-    if (smooth_) return smooth_twins(level, face(h)).of[h % 3];
-    if (twins_.size() <= static_cast<std::size_t>(level)) twins_.resize(static_cast<std::size_t>(level) + 1);
-    const auto& known = twins_[static_cast<std::size_t>(level)];
-    if (const auto at = known.find(h); at != known.end()) return at->second;
-    std::uint64_t found = find_twin(level, h);
-    if (found == none && level % 2 == 0)
-        if (const Line ended = line(level, h); ended.beyond != none && !ended.is_cut()) found = ended.beyond;
-    auto& twins = twins_[static_cast<std::size_t>(level)];
-    if (twins.size() > k_most_twins) twins.clear();
-    twins.emplace(h, found);
-    return found;
+    return twins(level, face(h)).of[h % 3];
 }
 
-// Both twins that it takes are of one face of the level above, which is mostly that of the last call, too: this is
-// cheaper than to look each one up.
-const Sqrt3Lattice::Twins& Sqrt3Lattice::smooth_twins(int level, std::uint64_t f) {
-    if (last_.size() <= static_cast<std::size_t>(level)) last_.resize(static_cast<std::size_t>(level) + 1);
-    Twins& last = last_[static_cast<std::size_t>(level)];
-    if (last.face == f) return last;
-    const std::uint64_t t = twin(level - 1, f), side = twin(level - 1, prev(f));
-    last = {f, {3 * next(t) + 2, 3 * t + 1, 3 * side}};
-    return last;
+// All twins of the level above that it takes are of the face there, or of one beside it that is cut: with them kept by
+// faces, levels do not multiply.
+const Sqrt3Lattice::Twins& Sqrt3Lattice::twins(int level, std::uint64_t f) {
+    constexpr std::uint64_t k_golden = 0x9E37'79B9'7F4A'7C15ull;
+    static_assert(k_kept_twins == 1u << 5);
+    const auto end = static_cast<std::size_t>(level) * k_kept_twins;
+    if (twins_.size() < end) twins_.resize(end);
+    const std::size_t at = end - 1 - static_cast<std::size_t>(f * k_golden >> 59);
+    if (twins_[at].face == f) return twins_[at];
+    Twins found{f, {}};
+    if (smooth_) {
+        const std::uint64_t t = twin(level - 1, f), side = twin(level - 1, prev(f));
+        found.of = {3 * next(t) + 2, 3 * t + 1, 3 * side};
+        return twins_[at] = found;
+    }
+    for (std::uint64_t j = 0; j < 3; ++j) {
+        found.of[j] = find_twin(level, 3 * f + j);
+        if (found.of[j] != none || level % 2 != 0) continue;
+        if (const Line ended = line(level, 3 * f + j); ended.beyond != none && !ended.is_cut())
+            found.of[j] = ended.beyond;
+    }
+    return twins_[at] = found;
 }
 
 std::uint64_t Sqrt3Lattice::find_twin(int level, std::uint64_t x) {
     const int above = level - 1;
     const std::uint64_t h = x / 3, j = x % 3;
     if (!cuts(above)) {
-        // One twin of the level above, whatever the case: with two, the levels would multiply.
         const std::uint64_t t = twin(above, j == 2 ? prev(h) : h);
         if (j == 0) return t == none ? none : 3 * next(t) + 2;
         if (j == 1) return t == none ? 3 * next(h) + 2 : 3 * t + 1;

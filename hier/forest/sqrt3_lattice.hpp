@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <unordered_map>
 #include <vector>
 
 namespace tetrakis {
@@ -26,6 +25,23 @@ struct Sqrt3Vertex {
     std::uint8_t birth = 0;  ///< its first level
     Kind kind = Kind::control;
     friend constexpr auto operator<=>(const Sqrt3Vertex&, const Sqrt3Vertex&) = default;
+};
+
+/// A triangle of an adaptive sqrt(3) mesh.
+struct Sqrt3Leaf {
+    /// The face of a level itself; or, where `half`, the part of a split face over one of its half-edges, `face` being
+    /// the half-edge's number: its edge is flipped when the face beyond is split, too.
+    std::uint8_t level = 0;
+    bool half = false;
+    std::uint64_t face = 0;
+    FaceId control_face;
+
+    /// Per corner the finest level that the leaf knows of, and a half-edge that leaves the vertex there.
+    int vertex_level(std::size_t corner) const { return half && corner == 2 ? level + 1 : level; }
+    std::uint64_t leaving(std::size_t corner) const {
+        if (!half || corner == 2) return 3 * face + corner;
+        return corner == 0 ? face : face % 3 == 2 ? face - 2 : face + 1;
+    }
 };
 
 /// Connectivity of all levels of sqrt(3) refinement, by numbers alone: nothing is stored for a level.
@@ -113,15 +129,16 @@ class Sqrt3Lattice {
     };
 
     bool cuts(int level) const { return !smooth_ && level % 2 != 0; }
+    static constexpr std::size_t k_kept_twins = 32;  // enough for the surroundings of what is worked on
     /// The edge of a face that the step at a level cuts; none if there is none.
     std::uint64_t cut_side(int level, std::uint64_t f);
     std::uint64_t find_twin(int level, std::uint64_t h);
-    /// Where all edges are flipped: of a face's half-edges.
+    /// Of a face's half-edges.
     struct Twins {
         std::uint64_t face = none;
         std::array<std::uint64_t, 3> of{};
     };
-    const Twins& smooth_twins(int level, std::uint64_t f);
+    const Twins& twins(int level, std::uint64_t f);
     Line line(int level, std::uint64_t h);
     /// A new point of the cut edge of h, as Sqrt3Vertex names it.
     Sqrt3Vertex on_edge(int level, std::uint64_t h, Sqrt3Vertex::Kind kind);
@@ -129,8 +146,7 @@ class Sqrt3Lattice {
     const ControlMesh* mesh_;
     std::shared_ptr<const std::vector<std::uint8_t>> kept_;  // per edge of the control mesh; none: no edge is
     bool smooth_ = true, lines_ = false, tagged_ = false, holes_ = false;
-    std::vector<std::unordered_map<std::uint64_t, std::uint64_t>> twins_;  // per level
-    std::vector<Twins> last_;                                              // per level: of the face asked for last
+    std::vector<Twins> twins_;  // that have been found; k_kept_twins of each level
 };
 
 }  // namespace tetrakis

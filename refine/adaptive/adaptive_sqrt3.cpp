@@ -3,249 +3,288 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
-#include "../../hier/forest/sqrt3_levels.hpp"
-#include "sqrt3_net.hpp"
-#include "sqrt3_parts.hpp"
+#include "sqrt3_points.hpp"
+#include "sqrt3_rules.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <stdexcept>
+#include <memory>
+#include <mutex>
+#include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace tetrakis {
 
 namespace {
 
-// Rings of faces around split ones that their vertices depend on: one for the fan of a vertex of the level, and those
-// of the finer ones, whose sum is that of 1 / sqrt(3) + 1 / 3 + ..., less than three. More are tried where irregular
-// vertices need it.
-constexpr int k_rings = 3;
+constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
+constexpr std::uint32_t k_face_block = 1u << 12;
+constexpr std::uint32_t k_point_block = 256;  // of Sqrt3Points
 
-// What may be raised beside the mesh at once: much more than evenly refined leaves need, and some more to begin with.
-constexpr std::uint64_t k_bytes_per_leaf = 256, k_base_bytes = std::uint64_t{32} << 20;
-constexpr std::size_t k_least_part = 64;  // leaves
+/// Evaluators for as many threads as ask for one at a time; they keep what they have found.
+class PointsPool {
+  public:
+    explicit PointsPool(const Sqrt3Lattice& lattice) : lattice_(lattice) {}
 
-/// Numbers of the mesh's vertices, and its triangles.
-struct Numbering {
-    detail::PoolVector<std::uint32_t> number;       ///< per vertex of the levels
-    detail::RawPoolVector<std::uint32_t> vertices;  ///< the other way round
+    /// Calls visit(points, i) for i < count, in parallel.
+    template <class Visit>
+    void for_each(std::size_t count, const Visit& visit) {
+        for_each_block(static_cast<std::uint32_t>(count), k_point_block, [&](std::uint32_t begin, std::uint32_t end) {
+            std::unique_ptr<Sqrt3Points> points = take();
+            for (std::uint32_t i = begin; i < end; ++i) visit(*points, i);
+            const std::scoped_lock lock(mutex_);
+            idle_.push_back(std::move(points));
+        });
+    }
+
+  private:
+    std::unique_ptr<Sqrt3Points> take() {
+        const std::scoped_lock lock(mutex_);
+        if (idle_.empty()) return std::make_unique<Sqrt3Points>(lattice_);
+        std::unique_ptr<Sqrt3Points> points = std::move(idle_.back());
+        idle_.pop_back();
+        return points;
+    }
+
+    const Sqrt3Lattice& lattice_;
+    std::mutex mutex_;
+    std::vector<std::unique_ptr<Sqrt3Points>> idle_;
 };
 
-/// Calls visit(vertex, level) for the corners of a leaf.
-template <class Visit>
-void for_each_corner(const Sqrt3Levels& levels, const detail::Sqrt3LevelLeaf& leaf, bool halves_are_finer,
-                     Visit&& visit) {
-    const int k = leaf.level;
-    const Sqrt3Level& level = levels.levels[leaf.level];
-    if (leaf.half) {
-        const int half_level = halves_are_finer ? k + 1 : k;
-        visit(level.vertex[leaf.face], half_level);
-        visit(level.vertex[Sqrt3Level::next(leaf.face)], half_level);
-        visit(levels.apex(k, leaf.face), k + 1);
-    } else {
-        for (std::uint32_t h = 3 * leaf.face; h < 3 * leaf.face + 3; ++h) visit(level.vertex[h], k);
+/// Makes a mesh: its triangles, then the points of its vertices, level by level.
+class MeshMaker {
+  public:
+    MeshMaker(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options)
+        : forest_(forest), mesh_(forest.mesh()), options_(options), pool_(forest.lattice()) {
+        check_memory();
+        find_corners();
+        add_leaves();
     }
-}
 
-Numbering add_leaves(const Sqrt3Levels& levels, const ControlMeshData& data, std::size_t leaf_count,
-                     const Sqrt3MeshOptions& options, Sqrt3Mesh& out) {
-    Numbering result;
-    detail::reserve_large(result.number, levels.vertices.size());
-    result.number.assign(levels.vertices.size(), detail::Sqrt3Net::no_number);
-    detail::resize_large(result.vertices, levels.vertices.size() + 1);
-    if (options.leaves) detail::reserve_large(out.leaves, leaf_count);
-    detail::resize_large(out.mesh.face_vertices, 3 * leaf_count);
-    detail::resize_large(out.mesh.face_offsets, leaf_count + 1);
-    for (std::size_t f = 0; f <= leaf_count; ++f) out.mesh.face_offsets[f] = static_cast<std::uint32_t>(3 * f);
-    const bool with_levels = options.vertices || !options.limit;
-    // Of a closed surface: half as many vertices as triangles, and two more on a sphere; of others some more.
-    if (with_levels) detail::reserve_large(out.levels, leaf_count / 2 + leaf_count / 64 + 2);
-    std::uint32_t* corner = out.mesh.face_vertices.data();
-    std::uint32_t count = 0;
-    levels.for_each_leaf([&](int k, std::uint32_t face, bool half, FaceId control_face) {
-        const detail::Sqrt3LevelLeaf leaf{face, static_cast<std::uint8_t>(k), half};
-        for_each_corner(levels, leaf, options.halves_are_finer, [&](std::uint32_t vertex, int level) {
-            // Not by a branch, which could not be foretold.
-            std::uint32_t& v = result.number[vertex];
-            const bool is_new = v == detail::Sqrt3Net::no_number;
-            result.vertices[count] = vertex;
-            v = is_new ? count : v;
-            count += is_new ? 1 : 0;
-            *corner++ = v;
-            if (!with_levels) return;
-            if (is_new) out.levels.push_back(level);
-            out.levels[v] = std::max(out.levels[v], level);
-        });
-        if (options.leaves) out.leaves.push_back(levels.leaf(k, face, half, control_face));
-        if (!data.face_material.empty()) out.mesh.face_material.push_back(data.face_material[control_face.value]);
-        if (!data.face_group.empty()) out.mesh.face_group.push_back(data.face_group[control_face.value]);
-    });
-    result.vertices.resize(count);
-    if (options.vertices) {
-        detail::reserve_large(out.vertices, count);
-        for (const std::uint32_t vertex : result.vertices) out.vertices.push_back(levels.vertices[vertex]);
-    }
-    out.mesh.materials = data.materials;
-    out.mesh.groups = data.groups;
-    detail::resize_large(out.mesh.positions, result.vertices.size());
-    if (options.normals) detail::resize_large(out.mesh.normals, result.vertices.size());
-    return result;
-}
-
-void report(const detail::Sqrt3Net& net, const Sqrt3Levels& levels, const RunContext& context) {
-    context.report("vertices", static_cast<double>(net.level()) / static_cast<double>(levels.levels.size()));
-}
-
-/// The levels, and what is needed to make their points.
-void check_memory(const Sqrt3Levels& levels, const RunContext& context) {
-    constexpr std::uint64_t k_per_vertex = 2 * sizeof(Vec3d) + 5 * sizeof(std::uint32_t);
-    const std::uint64_t bytes = levels.memory_bytes() + levels.vertices.size() * k_per_vertex;
-    if (context.max_memory_bytes == 0 || bytes <= context.max_memory_bytes) return;
-    throw Error(ErrorCode::memory_limit,
-                "the mesh depends on " + std::to_string(levels.vertices.size()) + " points of its levels, which take " +
-                    std::to_string(bytes) + " bytes, more than the limit of " +
-                    std::to_string(context.max_memory_bytes) + "; coarsen first, or raise the limit");
-}
-
-/// Points of the net, each vertex at its level, as far as there is what they depend on.
-/// @param number  of vertices of the levels: which one of the mesh it is
-/// @param found   per vertex of the mesh: set where it has got its point
-void add_net(const Sqrt3Levels& levels, std::span<const std::uint32_t> number, const RunContext& context,
-             Sqrt3Mesh& out, std::span<std::uint8_t> found) {
-    detail::Sqrt3Net net(levels);
-    // Vertices by level.
-    std::vector<std::vector<std::uint32_t>> at(levels.levels.size());
-    for (std::uint32_t i = 0; i < number.size(); ++i)
-        if (number[i] != detail::Sqrt3Net::no_number) at[static_cast<std::size_t>(out.levels[number[i]])].push_back(i);
-    for (;; net.step({})) {
-        report(net, levels, context);
-        for (const std::uint32_t i : at[static_cast<std::size_t>(net.level())]) {
-            if (!net.has(i)) continue;
-            out.mesh.positions[number[i]] = net.point(i);
-            found[number[i]] = 1;
+    Sqrt3Mesh make() {
+        for (auto* points : {&points_[0], &points_[1]}) detail::resize_large(*points, forest_.point_slots());
+        for (auto* at : {&at_[0], &at_[1]}) at->assign(forest_.point_slots(), k_no_level);
+        detail::resize_large(leaving_, forest_.point_slots());
+        found_.assign(out_.points.size(), 0);
+        std::copy(mesh_.positions().begin(), mesh_.positions().end(), points_[0].begin());
+        std::fill_n(at_[0].begin(), mesh_.vertex_count(), std::uint8_t{0});
+        for (level_ = 0; level_ < static_cast<int>(levels_.size()); ++level_) {
+            options_.context.report("vertices", static_cast<double>(level_) / static_cast<double>(levels_.size()));
+            find_leaving();
+            add_missing();
+            for_each_block(static_cast<std::uint32_t>(faces().size()), k_face_block,
+                           [&](std::uint32_t begin, std::uint32_t end) { step(begin, end); });
         }
-        if (net.at_last()) return;
+        add_rest();
+        return std::move(out_);
     }
-}
 
-/// The same on the limit surface.
-void add_limits(const Sqrt3Levels& levels, std::span<const std::uint32_t> number, const RunContext& context,
-                Sqrt3Mesh& out, std::span<std::uint8_t> found) {
-    detail::Sqrt3Net net(levels);
-    for (bool last = false; !last;) {
-        report(net, levels, context);
-        last = net.at_last();
-        net.step({number, out.mesh.positions, out.mesh.normals, found});
-    }
-}
+  private:
+    static constexpr std::uint8_t k_no_level = 0xFF;
+    static constexpr std::uint8_t k_position = 1, k_normal = 2;  // of a vertex that has been found
 
-enum class Pass { limits, net };
-std::vector<Pass> passes(const Sqrt3MeshOptions& options) {
-    if (options.limit) return {Pass::limits};
-    return options.normals ? std::vector{Pass::limits, Pass::net} : std::vector{Pass::net};
-}
-
-/// Whether all were found.
-bool add_points(Pass pass, const Sqrt3Levels& levels, std::span<const std::uint32_t> number, const RunContext& context,
-                Sqrt3Mesh& out, std::span<std::uint8_t> found) {
-    (pass == Pass::limits ? add_limits : add_net)(levels, number, context, out, found);
-    return std::all_of(number.begin(), number.end(),
-                       [&](std::uint32_t v) { return v == detail::Sqrt3Net::no_number || found[v] != 0; });
-}
-
-/// Calls make(levels) with more and more rings raised until it returns true.
-template <class Make>
-void with_rings(const Sqrt3Lattice& lattice, const Sqrt3Split& split, bool limits, const RunContext& context,
-                const Make& make) {
-    for (int rings = k_rings;; ++rings) {
-        const Sqrt3Levels levels(lattice, split, rings, limits, context);
-        check_memory(levels, context);
-        if (make(levels)) return;
-        if (levels.complete) throw std::logic_error("a vertex of an adaptive sqrt3 mesh that its levels do not have");
-    }
-}
-
-using Show = std::function<void(const Sqrt3Levels&, std::span<const std::uint32_t>)>;
-
-Sqrt3Mesh mesh_at_once(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options, const RunContext& context,
-                       const Show& show) {
-    Sqrt3Mesh out;
-    with_rings(
-        forest.lattice(), forest.split(), options.limit || options.normals, context, [&](const Sqrt3Levels& levels) {
-            out = {};
-            const Numbering numbering = add_leaves(levels, forest.mesh().data(), forest.leaf_count(), options, out);
-            for (const Pass pass : passes(options)) {
-                detail::PoolVector<std::uint8_t> found(numbering.vertices.size(), 0);
-                if (!add_points(pass, levels, numbering.number, context, out, found)) return false;
-            }
-            show(levels, numbering.vertices);
-            return true;
-        });
-    return out;
-}
-
-/// The same, with what lies around raised for some leaves at a time: points depend on nothing else.
-/// @param context  what may be raised at once
-Sqrt3Mesh mesh_in_parts(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options, RunContext context,
-                        const Show& show) {
-    const Sqrt3Levels levels(forest.lattice(), forest.split(), 0, false, options.context);
-    Sqrt3Mesh out;
-    const Numbering numbering = add_leaves(levels, forest.mesh().data(), forest.leaf_count(), options, out);
-    detail::Sqrt3Parts parts(levels);
-    const std::uint64_t most = options.context.max_memory_bytes, taken = levels.memory_bytes() + parts.memory_bytes();
-    const auto refuse = [&](const std::string& what) {
-        throw Error(ErrorCode::memory_limit, "the levels of the mesh's " + std::to_string(forest.leaf_count()) +
-                                                 " triangles take " + std::to_string(taken) + " bytes" + what +
-                                                 ", more than the limit of " + std::to_string(most) +
+    void check_memory() const {
+        const std::uint64_t bytes =
+            forest_.leaf_slots() * (sizeof(std::array<std::uint32_t, 3>) + sizeof(std::uint32_t)) +
+            forest_.point_slots() * (2 * sizeof(Vec3d) + 2 + 2 * sizeof(std::uint32_t));
+        const std::uint64_t most = options_.context.max_memory_bytes;
+        if (most == 0 || bytes <= most) return;
+        throw Error(ErrorCode::memory_limit, "the levels of the mesh's " + std::to_string(forest_.leaf_count()) +
+                                                 " triangles take " + std::to_string(bytes) +
+                                                 " bytes, more than the limit of " + std::to_string(most) +
                                                  "; coarsen first, or raise the limit");
-    };
-    if (most != 0 && taken >= most) refuse("");
-    if (most != 0) context.max_memory_bytes = std::min(context.max_memory_bytes, most - taken);
-    context.max_memory_bytes /= 2;  // the rest is for what allocators keep of one part while the next is made
-    const std::span<const detail::Sqrt3LevelLeaf> leaves = parts.leaves();
-    std::size_t size = (leaves.size() + 1) / 2;
-    for (const Pass pass : passes(options)) {
-        detail::PoolVector<std::uint8_t> found(numbering.vertices.size(), 0);
-        const auto add_part = [&](std::span<const detail::Sqrt3LevelLeaf> part) {
-            const Sqrt3Split split = parts.split_for(part);
-            with_rings(forest.lattice(), split, pass == Pass::limits, context, [&](const Sqrt3Levels& raised) {
-                detail::PoolVector<std::uint32_t> number(raised.vertices.size(), detail::Sqrt3Net::no_number);
-                for (const detail::Sqrt3LevelLeaf& leaf : part) {
-                    std::array<std::uint32_t, 3> corner;
-                    std::size_t k = 0;
-                    for_each_corner(levels, leaf, options.halves_are_finer, [&](std::uint32_t vertex, int level) {
-                        const std::uint32_t v = numbering.number[vertex];
-                        const bool is_asked = found[v] == 0 && (pass == Pass::limits || level == out.levels[v]);
-                        corner[k++] = is_asked ? v : detail::Sqrt3Net::no_number;
-                    });
-                    k = 0;
-                    for_each_corner(raised, {parts.find(leaf, raised), leaf.level, leaf.half}, options.halves_are_finer,
-                                    [&](std::uint32_t vertex, int) {
-                                        if (const std::uint32_t v = corner[k++]; v != detail::Sqrt3Net::no_number)
-                                            number[vertex] = v;
-                                    });
+    }
+
+    // The faces of each level in the order of their numbers, and the corners of all slots.
+    void find_corners() {
+        detail::resize_large(corner_, forest_.leaf_slots());
+        levels_.emplace_back();
+        for (std::uint32_t f = 0; f < mesh_.face_count(); ++f) {
+            for (std::uint32_t k = 0; k < 3; ++k) corner_[f][k] = mesh_.origin(HalfedgeId(3 * f + k)).value;
+            if (forest_.is_face(f)) levels_[0].push_back(f);
+        }
+        for (;;) {
+            detail::PoolVector<std::uint32_t> finer;
+            bool any = false;
+            for (const std::uint32_t f : levels_.back())
+                for (std::uint32_t h = 3 * f; forest_.is_split(f) && h < 3 * f + 3; ++h) {
+                    const std::uint32_t child = forest_.child_over(h);
+                    if (forest_.is_face(child)) finer.push_back(child);
+                    any = true;
                 }
-                return add_points(pass, raised, number, context, out, found);
+            if (!any) return;
+            const auto& above = levels_.back();
+            for_each_index(static_cast<std::uint32_t>(above.size()), [&](std::uint32_t i) {
+                for (std::uint32_t h = 3 * above[i]; forest_.is_split(above[i]) && h < 3 * above[i] + 3; ++h)
+                    corner_[forest_.child_over(h)] = corners_over(h);
             });
-        };
-        for (std::size_t begin = 0; begin < leaves.size();) {
-            options.context.report("vertices", static_cast<double>(begin) / static_cast<double>(leaves.size()));
-            size = std::min(size, leaves.size() - begin);
-            try {
-                add_part(leaves.subspan(begin, size));
-                begin += size;
-            } catch (const Error& e) {
-                if (e.code() != ErrorCode::memory_limit) throw;
-                if (size <= k_least_part) refuse(", and what lies around a few of them takes the rest");
-                size = (size + 1) / 2;
-            }
+            levels_.push_back(std::move(finer));
         }
     }
-    show(levels, numbering.vertices);
-    return out;
-}
+    std::uint32_t origin(std::uint32_t h) const { return corner_[h / 3][h % 3]; }
+    std::array<std::uint32_t, 3> corners_over(std::uint32_t h) const {
+        const LeafId child(forest_.child_over(h));
+        const std::uint32_t twin = forest_.twin(h);
+        if (forest_.is_half(child)) return {origin(h), origin(Sqrt3Forest::next(h)), forest_.apex(h)};
+        if (twin < Sqrt3Forest::k_no_halfedge) return {origin(h), forest_.apex(twin), forest_.apex(h)};
+        const auto points = forest_.points(child);
+        return {points[0].value, points[1].value, points[2].value};
+    }
+
+    void add_leaves() {
+        const std::size_t count = forest_.leaf_count();
+        number_.assign(forest_.point_slots(), k_none);
+        // Of a closed surface: half as many vertices as triangles, and two more on a sphere; of others some more.
+        const std::size_t vertices = count / 2 + count / 64 + 2;
+        detail::reserve_large(out_.points, vertices);
+        detail::reserve_large(place_, vertices);
+        const ControlMeshData& data = mesh_.data();
+        PolygonMesh& mesh = out_.mesh;
+        detail::resize_large(mesh.face_vertices, 3 * count);
+        detail::resize_large(mesh.face_offsets, count + 1);
+        for (std::size_t f = 0; f <= count; ++f) mesh.face_offsets[f] = static_cast<std::uint32_t>(3 * f);
+        std::uint32_t* to = mesh.face_vertices.data();
+        forest_.for_each_leaf([&](LeafId leaf, FaceId control_face) {
+            const std::uint32_t first = 3 * leaf.value;
+            for (std::uint32_t k = 0; k < 3; ++k) {
+                const std::uint32_t point = corner_[leaf.value][k];
+                std::uint32_t& v = number_[point];
+                if (v == k_none) {
+                    v = static_cast<std::uint32_t>(out_.points.size());
+                    out_.points.emplace_back(point);
+                    place_.push_back(first + k);
+                } else if (!options_.limit && level_of(first) > level_of(place_[v])) {
+                    place_[v] = first + k;
+                }
+                *to++ = v;
+            }
+            if (!data.face_material.empty()) mesh.face_material.push_back(data.face_material[control_face.value]);
+            if (!data.face_group.empty()) mesh.face_group.push_back(data.face_group[control_face.value]);
+        });
+        mesh.materials = data.materials;
+        mesh.groups = data.groups;
+        detail::resize_large(mesh.positions, out_.points.size());
+        if (options_.normals) detail::resize_large(mesh.normals, out_.points.size());
+    }
+    int level_of(std::uint32_t h) const { return forest_.level(LeafId(h / 3)); }
+
+    const detail::PoolVector<std::uint32_t>& faces() const { return levels_[static_cast<std::size_t>(level_)]; }
+    bool is_last() const { return level_ + 1 == static_cast<int>(levels_.size()); }
+    bool has_point(std::uint32_t point) const { return at_[level_ % 2][point] == level_; }
+    const Vec3d& point(std::uint32_t point) const { return points_[level_ % 2][point]; }
+    void put(std::uint32_t point, int level, const Vec3d& position) {
+        points_[level % 2][point] = position;
+        at_[level % 2][point] = static_cast<std::uint8_t>(level);
+    }
+
+    // The first half-edge of the level's faces that leaves a point.
+    void find_leaving() {
+        for (std::size_t i = faces().size(); i-- > 0;)
+            for (std::uint32_t h = 3 * faces()[i] + 3; h-- > 3 * faces()[i];) leaving_[origin(h)] = h;
+    }
+    // Points that the level before could not make.
+    void add_missing() {
+        std::vector<std::uint32_t> missing;
+        for (const std::uint32_t f : faces())
+            for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h)
+                if (leaving_[origin(h)] == h && !has_point(origin(h))) missing.push_back(h);
+        pool_.for_each(missing.size(), [&](Sqrt3Points& points, std::uint32_t i) {
+            const std::uint32_t h = missing[i];
+            put(origin(h), level_, points.position(level_, 3 * forest_.triangle(LeafId(h / 3)).face + h % 3));
+        });
+    }
+    // The next level's points, and limits, of some faces.
+    void step(std::uint32_t begin, std::uint32_t end) {
+        detail::Sqrt3Rules rules;
+        detail::Sqrt3Ring ring;
+        for (std::uint32_t i = begin; i < end; ++i) {
+            const std::uint32_t f = faces()[i];
+            for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h)
+                if (leaving_[origin(h)] == h) step(h, rules, ring);
+            if (!forest_.is_split(f) || forest_.is_cut(f)) continue;
+            put(forest_.apex(3 * f), level_ + 1,
+                detail::Sqrt3Rules::centre({point(corner_[f][0]), point(corner_[f][1]), point(corner_[f][2])}));
+        }
+    }
+    // The same of the point that a half-edge leaves.
+    void step(std::uint32_t leaving, detail::Sqrt3Rules& rules, detail::Sqrt3Ring& ring) {
+        const std::uint32_t v = origin(leaving), to = number_[v];
+        if (to != k_none && !options_.limit && level_of(place_[to]) == level_) put_position(to, point(v));
+        // Limits are those of the first level, to which the level before has not moved the point.
+        const bool is_new = level_ == 0 || at_[(level_ + 1) % 2][v] != level_ - 1;
+        const bool limit = to != k_none && (options_.limit || options_.normals) && is_new;
+        if ((!limit && is_last()) || !gather(leaving, ring)) return;
+        if (!is_last()) put(v, level_ + 1, rules.moved(ring, level_ % 2 != 0));
+        if (!limit) return;
+        if (options_.normals)
+            put_limit(to, rules.limit(ring));
+        else
+            put_position(to, rules.limit_position(ring));
+    }
+    void put_position(std::uint32_t vertex, const Vec3d& position) {
+        out_.mesh.positions[vertex] = position;
+        found_[vertex] |= k_position;
+    }
+    void put_limit(std::uint32_t vertex, const LimitPoint& limit) {
+        if (options_.limit) put_position(vertex, limit.position);
+        if (!options_.normals) return;
+        out_.mesh.normals[vertex] = limit.normal;
+        found_[vertex] |= k_normal;
+    }
+    // The ring of a smooth vertex whose faces are all there, as Sqrt3Points has it; false: it is not as plain as that,
+    // or an edge at it or opposite to it is not flipped.
+    bool gather(std::uint32_t leaving, detail::Sqrt3Ring& ring) const {
+        const std::uint32_t v = origin(leaving);
+        if (v < mesh_.vertex_count() && mesh_.sharpness(VertexId(v)) > 0) return false;
+        ring.point = point(v);
+        ring.around.clear();
+        for (std::uint32_t h = leaving;;) {
+            const std::uint32_t w = origin(Sqrt3Forest::next(h));
+            if (forest_.is_cut(h / 3) || !has_point(w)) return false;
+            ring.around.push_back(point(w));
+            h = forest_.twin(Sqrt3Forest::prev(h));
+            if (h >= Sqrt3Forest::k_no_halfedge || !forest_.is_face(h / 3)) return false;
+            if (h == leaving) return true;
+        }
+    }
+
+    // What the levels did not give.
+    void add_rest() {
+        const std::uint8_t all = k_position | (options_.normals ? k_normal : 0);
+        std::vector<std::uint32_t> rest;
+        for (std::uint32_t v = 0; v < found_.size(); ++v)
+            if (found_[v] != all) rest.push_back(v);
+        pool_.for_each(rest.size(), [&](Sqrt3Points& points, std::uint32_t i) {
+            const std::uint32_t v = rest[i];
+            const Sqrt3Leaf leaf = forest_.triangle(LeafId(place_[v] / 3)).leaf();
+            int level = leaf.vertex_level(place_[v] % 3);
+            std::uint64_t leaving = leaf.leaving(place_[v] % 3);
+            if (options_.limit || options_.normals) put_limit(v, points.limit(level, leaving));
+            if (options_.limit) return;
+            if (level < level_of(place_[v])) leaving = points.lattice().after(level++, leaving);
+            put_position(v, points.position(level, leaving));
+        });
+    }
+
+    const Sqrt3Forest& forest_;
+    const ControlMesh& mesh_;
+    const Sqrt3MeshOptions& options_;
+    PointsPool pool_;
+    Sqrt3Mesh out_;
+    detail::RawPoolVector<std::array<std::uint32_t, 3>> corner_;  // per slot: points
+    std::vector<detail::PoolVector<std::uint32_t>> levels_;       // their faces
+    detail::RawPoolVector<std::uint32_t> number_;                 // per point: of the mesh's vertex
+    std::vector<std::uint32_t> place_;  // per vertex of the mesh: a corner, 3 slot + k, of a leaf of the finest level
+    int level_ = 0;
+    detail::RawPoolVector<std::uint32_t> leaving_;  // per point
+    // Of this level and the next one, by whether it is even; per point, and the level that it is of.
+    detail::RawPoolVector<Vec3d> points_[2];
+    detail::PoolVector<std::uint8_t> at_[2];
+    detail::PoolVector<std::uint8_t> found_;  // per vertex of the mesh
+};
 
 }  // namespace
 
@@ -265,24 +304,8 @@ void require_sqrt3_limits(const ControlMesh& mesh) {
 }
 
 Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options) {
-    return sqrt3_mesh(forest, options, [](const Sqrt3Levels&, std::span<const std::uint32_t>) {});
-}
-
-Sqrt3Mesh sqrt3_mesh(const Sqrt3Forest& forest, const Sqrt3MeshOptions& options,
-                     const std::function<void(const Sqrt3Levels&, std::span<const std::uint32_t>)>& show) {
     if (options.limit || options.normals) require_sqrt3_limits(forest.mesh());
-    RunContext context = options.context;
-    const std::uint64_t most = k_base_bytes + k_bytes_per_leaf * forest.leaf_count();
-    context.max_memory_bytes = context.max_memory_bytes == 0 ? most : std::min(most, context.max_memory_bytes);
-    return with_threads(options.context, [&] {
-        try {
-            return mesh_at_once(forest, options, context, show);
-        } catch (const Error& e) {
-            if (e.code() != ErrorCode::memory_limit) throw;
-        }
-        context.progress = nullptr;
-        return mesh_in_parts(forest, options, context, show);
-    });
+    return with_threads(options.context, [&] { return MeshMaker(forest, options).make(); });
 }
 
 }  // namespace tetrakis

@@ -1,11 +1,9 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/sqrt3_forest.hpp"
-#include "../../hier/forest/sqrt3_leaf.hpp"
-#include "../../hier/forest/sqrt3_levels.hpp"
 #include "adaptive_sqrt3.hpp"
 #include "hierarchy_families.hpp"
-#include "sqrt3_sites.hpp"
+#include "sqrt3_points.hpp"
 
 #include <algorithm>
 #include <string>
@@ -120,7 +118,7 @@ class Sqrt3Family final : public HierarchyFamily {
                      std::span<double> errors) const override {
         std::vector<Sqrt3Leaf> triangles;
         triangles.reserve(leaves.size());
-        for (const LeafId leaf : leaves) triangles.push_back(leaf_of(forest_.triangle(leaf)));
+        for (const LeafId leaf : leaves) triangles.push_back(forest_.triangle(leaf).leaf());
         estimator.estimate_sqrt3(triangles, errors);
     }
     // A whole triangle has half ones for parents on both sides. Merging one side's splits leaves that side's triangle
@@ -133,7 +131,7 @@ class Sqrt3Family final : public HierarchyFamily {
         for (std::size_t i = 0; i < nodes.size(); ++i) {
             const Sqrt3Triangle t = triangle_of(nodes[i]);
             const auto add = [&](const Sqrt3Triangle& made) {
-                triangles.push_back(leaf_of(made));
+                triangles.push_back(made.leaf());
                 owner.push_back(i);
             };
             if (!t.half) {
@@ -155,54 +153,37 @@ class Sqrt3Family final : public HierarchyFamily {
 
     // Leaves are the triangles, in their order.
     HierarchyFaces faces(bool with_levels) const override {
-        const Sqrt3Levels levels(forest_.lattice(), forest_.split(), 0);
         HierarchyFaces faces;
         const std::size_t face_count = forest_.leaf_count();
         detail::reserve_large(faces.face_offsets, face_count + 1);
         detail::reserve_large(faces.face_vertices, 3 * face_count);
-        // As sqrt3_mesh() expects.
-        std::vector<std::uint32_t> vertices;
-        detail::reserve_large(vertices, face_count / 2 + face_count / 64 + 2);
         constexpr std::uint32_t k_unseen = 0xFFFF'FFFFu;
-        detail::PoolVector<std::uint32_t> number(levels.vertices.size(), k_unseen);
-        const auto add = [&](std::uint32_t vertex) {
-            if (number[vertex] == k_unseen) {
-                number[vertex] = static_cast<std::uint32_t>(vertices.size());
-                vertices.push_back(vertex);
-            }
-            faces.face_vertices.push_back(number[vertex]);
-        };
-        levels.for_each_leaf([&](int k, std::uint32_t face, bool half, FaceId) {
-            const Sqrt3Level& level = levels.levels[static_cast<std::size_t>(k)];
-            if (half) {
-                add(level.vertex[face]);
-                add(level.vertex[Sqrt3Level::next(face)]);
-                add(levels.apex(k, face));
-            } else {
-                for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) add(level.vertex[h]);
+        detail::PoolVector<std::uint32_t> number(forest_.point_slots(), k_unseen);
+        forest_.for_each_leaf([&](LeafId leaf, FaceId) {
+            for (const PointId point : forest_.points(leaf)) {
+                std::uint32_t& v = number[point.value];
+                if (v == k_unseen) {
+                    v = static_cast<std::uint32_t>(faces.points.size());
+                    faces.points.push_back(point);
+                }
+                faces.face_vertices.push_back(v);
             }
             faces.face_offsets.push_back(static_cast<std::uint32_t>(faces.face_vertices.size()));
-            if (with_levels) faces.levels.push_back(static_cast<std::uint8_t>(half ? k + 1 : k));
+            if (with_levels) faces.levels.push_back(static_cast<std::uint8_t>(forest_.level(leaf)));
         });
-        name(levels, vertices, faces);
+        name(faces);
         return faces;
     }
     std::optional<HierarchyFaces> faces_with_points(bool limit, bool normals, const RunContext& context,
                                                     PolygonMesh& mesh) const override {
+        Sqrt3Mesh found = sqrt3_mesh(forest_, {.limit = limit, .normals = normals, .context = context});
         HierarchyFaces faces;
-        Sqrt3Mesh found = sqrt3_mesh(
-            forest_,
-            {.limit = limit,
-             .normals = normals,
-             .halves_are_finer = true,
-             .leaves = false,
-             .vertices = false,
-             .context = context},
-            [&](const Sqrt3Levels& levels, std::span<const std::uint32_t> vertices) { name(levels, vertices, faces); });
-        mesh.positions = std::move(found.mesh.positions);
-        mesh.normals = std::move(found.mesh.normals);
         faces.face_offsets = std::move(found.mesh.face_offsets);
         faces.face_vertices = std::move(found.mesh.face_vertices);
+        faces.points = std::move(found.points);
+        mesh.positions = std::move(found.mesh.positions);
+        mesh.normals = std::move(found.mesh.normals);
+        name(faces);
         return faces;
     }
     std::optional<std::string> check() const override { return forest_.check(); }
@@ -211,22 +192,17 @@ class Sqrt3Family final : public HierarchyFamily {
     bool has_free_slots() const override { return forest_.has_free_slots(); }
 
   private:
-    /// What the hierarchy calls the triangles and vertices of a mesh.
-    /// @param vertices  of the levels
-    void name(const Sqrt3Levels& levels, std::span<const std::uint32_t> vertices, HierarchyFaces& faces) const {
+    /// Adds what the hierarchy calls the triangles, and their vertices, whose points are there.
+    void name(HierarchyFaces& faces) const {
         detail::reserve_large(faces.leaves, forest_.leaf_count());
         detail::reserve_large(faces.control_faces, forest_.leaf_count());
         forest_.for_each_leaf([&](LeafId leaf, FaceId control_face) {
             faces.leaves.push_back(leaf);
             faces.control_faces.push_back(control_face);
         });
-        const detail::RawPoolVector<std::uint32_t> points = forest_.points(levels);
-        detail::resize_large(faces.sites, vertices.size());
-        detail::resize_large(faces.points, vertices.size());
-        for_each_index(static_cast<std::uint32_t>(vertices.size()), [&](std::uint32_t i) {
-            faces.sites[i] = sqrt3_site(levels.vertices[vertices[i]]);
-            faces.points[i] = PointId(points[vertices[i]]);
-        });
+        detail::resize_large(faces.sites, faces.points.size());
+        for_each_index(static_cast<std::uint32_t>(faces.points.size()),
+                       [&](std::uint32_t i) { faces.sites[i] = sqrt3_site(forest_.vertex(faces.points[i])); });
     }
     static int depth_of(const Sqrt3Triangle& t) { return 2 * t.level - (t.half ? 1 : 0); }
     static HierarchyNode node_of(const Sqrt3Triangle& t) {
@@ -248,27 +224,6 @@ class Sqrt3Family final : public HierarchyFamily {
         view.level = t.level;
         view.corner_count = 3;
     }
-    Sqrt3Leaf leaf_of(const Sqrt3Triangle& t) const {
-        Sqrt3Leaf leaf;
-        leaf.level = t.level;
-        leaf.half = t.half;
-        leaf.face = t.face;
-        std::uint64_t face = t.face;
-        for (int k = t.level; k > 0; --k) face /= 3;
-        leaf.control_face = FaceId(static_cast<std::uint32_t>(face));
-        leaf.vertex = forest_.corners(t);
-        if (!t.half) {
-            leaf.vertex_level.fill(t.level);
-            leaf.leaving = {3 * t.face, 3 * t.face + 1, 3 * t.face + 2};
-            return leaf;
-        }
-        // A leaf names a half one by its edge, of the level before; its apex is there from this one on.
-        --leaf.level;
-        leaf.vertex_level = {leaf.level, leaf.level, t.level};
-        leaf.leaving = {t.face, Sqrt3Lattice::next(t.face), 3 * t.face + 2};
-        return leaf;
-    }
-
     std::shared_ptr<const LevelSource> source_;
     Sqrt3Forest forest_;
     HierarchyTree tree_;

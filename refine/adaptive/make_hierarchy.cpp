@@ -2,7 +2,7 @@
 #include "../uniform/refine.hpp"
 #include "hierarchy.hpp"
 #include "hierarchy_families.hpp"
-#include "sqrt3_sites.hpp"
+#include "sqrt3_points.hpp"
 #include "vertex_levels.hpp"
 #include "whole_level_limits.hpp"
 

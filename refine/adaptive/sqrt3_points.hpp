@@ -1,11 +1,14 @@
 #pragma once
 
 #include "../../hier/base/vec.hpp"
+#include "../../hier/forest/site.hpp"
 #include "../../hier/forest/sqrt3_lattice.hpp"
 #include "../rules/vertex_ring.hpp"
+#include "level_source.hpp"
 #include "sqrt3_rules.hpp"
 
 #include <cstddef>
+#include <memory>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -45,6 +48,8 @@ class Sqrt3Points {
     /// half-edge that leaves the opposite corner; else none.
     std::uint64_t opposite_of_kept(int level, std::uint64_t h);
     detail::Sqrt3Ring ring(int level, std::uint64_t leaving, const Fan& at);
+    /// The same, where around a crease the vertices along it are enough, around others none.
+    detail::Sqrt3Ring sharp_ring(int level, std::uint64_t leaving, const Fan& at);
     bool beside_cut(int level, std::uint64_t leaving);
     bool beside_dart(int level, const Fan& at);
     Vec3d compute(int level, std::uint64_t leaving, const Sqrt3Vertex& v);
@@ -54,5 +59,21 @@ class Sqrt3Points {
     detail::Sqrt3Rules rules_;
     std::vector<std::unordered_map<Sqrt3Vertex, Vec3d>> known_;  // per level
 };
+
+/// A vertex of sqrt(3) refinement written as a site, for hierarchies: its kind in place of a root, its key in two
+/// halves, its first level.
+inline Site sqrt3_site(const Sqrt3Vertex& v) {
+    return {HalfedgeId(static_cast<std::uint32_t>(v.kind)),
+            {static_cast<std::uint32_t>(v.key), static_cast<std::uint32_t>(v.key >> 32)},
+            v.birth};
+}
+inline Sqrt3Vertex site_sqrt3(const Site& site) {
+    return {std::uint64_t{site.at.y} << 32 | site.at.x, site.level, static_cast<Sqrt3Vertex::Kind>(site.root.value)};
+}
+
+/// The sqrt(3) scheme's points over such sites. Levels are simple steps, two of which are one level of refine(). Keeps
+/// a reference to the mesh, which is one as Sqrt3Forest takes it.
+/// @param max_level  that positions() answers for
+std::unique_ptr<LevelSource> sqrt3_levels(const ControlMesh& mesh, int max_level);
 
 }  // namespace tetrakis

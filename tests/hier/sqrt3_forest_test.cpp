@@ -46,10 +46,10 @@ TEST_CASE("adaptive sqrt3: a zoom of 30 levels at one spot; 64 bytes a leaf") {
     REQUIRE(forest.split_count() >= 30);
     CHECK(!forest.check().has_value());
     const Sqrt3Mesh out = sqrt3_mesh(forest, {.normals = true});
-    CHECK(out.leaves.size() < 30 * 40);
+    CHECK(out.mesh.face_count() < 30 * 40);
     CHECK(test::topology(triangles(out.mesh)) == test::surface_topology(mesh));
     for (const Vec3d& n : out.mesh.normals) CHECK(glm::length(n) == doctest::Approx(1));
-    CHECK(forest.memory_bytes() < 64 * out.leaves.size() + 4096);
+    CHECK(forest.memory_bytes() < 64 * out.mesh.face_count() + 4096);
 }
 
 TEST_CASE("[bad-input] sqrt3 slots refuse stale handles, and coarsen after their spare room is given back") {

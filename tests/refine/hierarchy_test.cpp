@@ -8,10 +8,10 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/forest/corner_cell.hpp"
-#include "../../hier/forest/sqrt3_leaf.hpp"
+#include "../../hier/forest/sqrt3_lattice.hpp"
 #include "../../hier/forest/vertex_forest.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
-#include "../../refine/adaptive/sqrt3_sites.hpp"
+#include "../../refine/adaptive/sqrt3_points.hpp"
 #include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>

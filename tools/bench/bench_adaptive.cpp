@@ -100,7 +100,7 @@ class Ours {
             for (const LeafHandle leaf : round) leaves.push_back(leaf.slot);
             forest.refine(leaves, change);
         }
-        return sqrt3_mesh(forest, {.limit = limit, .leaves = false});
+        return sqrt3_mesh(forest, {.limit = limit});
     }
 
   private:

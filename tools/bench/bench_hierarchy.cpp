@@ -119,8 +119,8 @@ void sqrt3_to_uniform_level(benchmark::State& state, const std::string& model) {
             ForestChange change;
             for (std::int64_t step = 0; step < 2 * state.range(0); ++step)
                 forest.refine(forest.ordered_leaves(), change);
-            const Sqrt3Mesh out = sqrt3_mesh(forest, {.leaves = false});
-            vertices += static_cast<std::int64_t>(out.vertices.size());
+            const Sqrt3Mesh out = sqrt3_mesh(forest);
+            vertices += static_cast<std::int64_t>(out.points.size());
             state.counters["bytes_per_leaf"] = static_cast<double>(forest.memory_bytes()) / out.mesh.face_count();
         });
     }

@@ -137,8 +137,9 @@ LevelledMesh adaptive_sqrt3(const ControlMesh& mesh, const Spot& spot) {
         again = false;
         const Sqrt3Mesh now = sqrt3_mesh(forest);
         const std::vector<LeafId> leaves = forest.ordered_leaves();
-        for (std::size_t i = 0; i < now.leaves.size(); ++i) {
-            const Sqrt3Leaf& leaf = now.leaves[i];
+        const std::vector<Sqrt3Leaf> at = forest.leaves();
+        for (std::size_t i = 0; i < at.size(); ++i) {
+            const Sqrt3Leaf& leaf = at[i];
             std::array<Vec3d, 3> corner;
             for (std::size_t k = 0; k < 3; ++k) corner[k] = now.mesh.positions[now.mesh.face_vertices[3 * i + k]];
             const Vec3d middle = (corner[0] + corner[1] + corner[2]) / 3.0;
@@ -155,7 +156,7 @@ LevelledMesh adaptive_sqrt3(const ControlMesh& mesh, const Spot& spot) {
     }
     Sqrt3Mesh out = sqrt3_mesh(forest);
     LevelledMesh result{std::move(out.mesh), {}};
-    for (const Sqrt3Leaf& leaf : out.leaves) result.levels.push_back(leaf.level);
+    for (const Sqrt3Leaf& leaf : forest.leaves()) result.levels.push_back(leaf.level);
     return result;
 }
 
