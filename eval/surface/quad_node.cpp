@@ -110,7 +110,7 @@ std::uint64_t QuadNode::own_bytes() const {
 std::uint64_t QuadNode::grown_bytes() const {
     std::uint64_t sum = own_bytes();
     if (const QuadQuarters* below = quarters.load(std::memory_order_acquire)) {
-        sum += sizeof(QuadQuarters);
+        sum += sizeof(QuadQuarters) + below->star.points.outside_bytes();
         for (const QuadNode& child : below->cell) sum += child.grown_bytes();
     }
     return sum;
@@ -139,7 +139,7 @@ const QuadNode* QuadNode::grown() const {
         child.own_points = &fresh->points[i];
     }
     find_points(*this, *fresh);
-    std::uint64_t taken = sizeof(QuadQuarters);
+    std::uint64_t taken = sizeof(QuadQuarters) + fresh->star.points.outside_bytes();
     for (const QuadNode& child : fresh->cell) taken += child.own_bytes();
     QuadQuarters* expected = nullptr;
     if (!self->quarters.compare_exchange_strong(expected, fresh.get(), std::memory_order_acq_rel))

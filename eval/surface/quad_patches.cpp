@@ -60,7 +60,7 @@ std::uint64_t QuadPatches::memory_bytes() const {
 }
 
 std::uint64_t QuadPatches::bytes_to_keep() const {
-    constexpr std::uint64_t k_least = 64 << 20, k_of_root = 256;
+    constexpr std::uint64_t k_least = 16 << 20, k_of_root = 256;
     return std::max(k_least, k_of_root * roots_.size());
 }
 

@@ -263,7 +263,7 @@ class DualTessellator final : public TessellationRun {
     void add_uvs() {
         context_.report("attributes", 0);
         try {
-            const DualCharts charts(mesh_, options_.scheme.info(), options_.rules, forest_.roots());
+            const DualCharts charts(mesh_, options_.scheme.info(), options_.rules, forest_.roots(), context_);
             DualFaces faces = forest_.faces(FaceCorners::leaves);
             auto [uvs, face_uvs] = charts.uvs(forest_, faces, true);
             cut_into_triangles(faces, &face_uvs);

@@ -144,14 +144,14 @@ void warn_of_nothing(Tessellation& result) {
 
 void warn_of_fine_control_mesh(const ControlMesh& mesh, const TessellateOptions& options, Tessellation& result) {
     if (!options.tolerance || options.max_triangles != 0 || options.max_level == 0 || !result.tolerance_reached ||
-        result.deepest_level > 0 || result.mesh.triangles.empty())
+        result.mesh.triangles.empty())
         return;
     std::size_t own = 0;
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
         if (!mesh.is_hole(FaceId(f))) own += mesh.face_size(FaceId(f)) - std::size_t{2};
     constexpr std::size_t k_dense = 1000;  // a few faces that suffice are no news
     if (own < k_dense) return;
-    constexpr double k_hardly = 1.01;  // of some faces the centre may be needed
+    constexpr double k_hardly = 1.01;  // some faces may need more
     if (static_cast<double>(result.mesh.triangles.size()) > k_hardly * static_cast<double>(own)) return;
     result.warnings.push_back(
         fmt::format("the control mesh's own faces are within the tolerance already: {} was refined, and the result has "

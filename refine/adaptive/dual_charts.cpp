@@ -75,11 +75,11 @@ VertexCell turned(VertexCell cell, std::uint32_t root, std::uint32_t from, std::
 }  // namespace
 
 DualCharts::DualCharts(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
-                       const VertexRoots& roots)
+                       const VertexRoots& roots, const RunContext& context)
     : charts_(std::make_unique<ControlMesh>(extended_charts(mesh, scheme, rules))),
       points_(std::make_shared<const PartialLevels>(*charts_, scheme, rules)),
       roots_(points_->vertex_roots()),
-      limits_(detail::whole_level_limits(*charts_, scheme, rules, vertex_levels(points_), &roots_, {})) {
+      limits_(detail::whole_level_limits(*charts_, scheme, rules, vertex_levels(points_), &roots_, context)) {
     for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) root_.push_back(h);
     root_.resize(roots.count(), k_unknown);
     find_roots(roots);

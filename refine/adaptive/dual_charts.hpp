@@ -23,7 +23,8 @@ class DualCharts {
     /// @param roots  of the surface, by the same scheme and rules
     /// @throws Error  unsupported: the charts do not have all the vertices that the surface has, as where a seam runs
     ///                along a crease that ends inside; invalid_input: the extended charts are no mesh
-    DualCharts(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, const VertexRoots& roots);
+    DualCharts(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, const VertexRoots& roots,
+               const RunContext& context = {});
 
     struct FaceUvs {
         std::vector<Vec2d> uvs;               ///< by vertex; those of one vertex all different

@@ -13,6 +13,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <limits>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -22,7 +24,8 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// At least so many vertices of a whole level are made in the time in which the rules evaluate one site.
+/// At least so many vertices of a whole level are made in the time in which the rules evaluate one site; where a finer
+/// level is needed the rules take as many times longer.
 constexpr std::uint64_t k_points_per_site = 200;
 /// Levels of so many vertices take half a second; nothing can be cancelled meanwhile.
 constexpr std::uint64_t k_most_points = 1u << 22;
@@ -118,7 +121,7 @@ class WholeLevelLimits final : public PositionSource {
     /// About; at most twice as many.
     std::uint64_t point_count(int level) const {
         const std::uint64_t cells = triangles_ ? mesh_.face_count() / 2 + 1 : mesh_.halfedge_count();
-        return cells << (2 * level);
+        return 2 * level < std::countl_zero(cells) ? cells << (2 * level) : std::numeric_limits<std::uint64_t>::max();
     }
     /// The level that has points for sites of that level; null if there is none.
     const Level* source_of(int level) const {
@@ -152,33 +155,27 @@ class WholeLevelLimits final : public PositionSource {
     }
 
     bool make(int level) const {
-        if (level <= failed_ || level > k_max_level) return false;
-        bool made = make(level, 0);
-        for (int finer = 2; dual() && !made && finer <= k_finest_middles; ++finer)
-            made = point_count(level + finer) <= most_points_ && make(level, finer);
-        if (!made) failed_ = level;
-        return made;
+        if (level > k_max_level || (failed_ >> level & 1) != 0) return false;
+        if (make(level, 0)) return true;
+        failed_ |= std::uint32_t{1} << level;
+        for (int finer = 2; dual() && finer <= k_finest_middles; ++finer) {
+            if (point_count(level + finer) > most_points_) return false;  // coarser levels may do
+            if (make(level, finer)) return true;
+        }
+        failed_ |= (std::uint32_t{2} << level) - 1;
+        return false;
     }
 
     bool make(int level, int finer) const {
         auto result = std::make_unique<Level>();
         result->level = level;
         result->finer = finer;
-        if (finer > 0) {
-            if (!middle_) middle_ = limit_at_middles();
-            // As far again from those points to the ends of the cell, beyond which rules may be others.
-            const int reach = 1 << (finer - 1);
-            const auto inside = [&](int i) { return -reach <= 2 * i && 2 * (i + 1) <= reach; };
-            if (middle_->empty() ||
-                !std::ranges::all_of(*middle_, [&](const auto& term) { return inside(term.x) && inside(term.y); }))
-                return false;
-            result->middle = *middle_;
-        }
         const int steps = triangles_ ? level : level + finer + 1;
         RepeatedRows::Demand demand;
         demand.limit = finer == 0;
         demand.even_if_slower = true;
         try {
+            if (finer > 0 && !set_middle(*result)) return false;
             auto by_rules = std::make_unique<RuleLevels>(mesh_, scheme_, rules_, 0);
             result->rows = RepeatedRows::make(mesh_, scheme_, steps, rules_, by_rules, demand, {});
         } catch (const Error&) {  // evaluating single sites throws it again
@@ -196,6 +193,18 @@ class WholeLevelLimits final : public PositionSource {
         rows.refine(mesh_.positions(), result->points, {}, {});
         levels_[static_cast<std::size_t>(level)] = std::move(result);
         return true;
+    }
+
+    /// False where the sum would take points of other cells.
+    bool set_middle(Level& level) const {
+        if (!middle_) middle_ = limit_at_middles();
+        // As far again from those points to the ends of the cell, beyond which rules may be others.
+        const int reach = 1 << (level.finer - 1);
+        const auto inside = [&](int i) { return -reach <= 2 * i && 2 * (i + 1) <= reach; };
+        level.middle = *middle_;
+        return !middle_->empty() && std::ranges::all_of(*middle_, [&](const RegularLimit::LatticeTerm& term) {
+            return inside(term.x) && inside(term.y);
+        });
     }
 
     /// The scheme's limit where four regular cells meet.
@@ -271,7 +280,7 @@ class WholeLevelLimits final : public PositionSource {
     mutable std::array<std::unique_ptr<const Level>, k_max_level + 1> levels_;
     mutable std::array<std::uint64_t, k_max_level + 1> asked_{};            ///< sites so far that no level answered for
     mutable std::optional<std::vector<RegularLimit::LatticeTerm>> middle_;  ///< limit_at_middles()
-    mutable int failed_ = -1;                                               ///< no level up to this one can be made
+    mutable std::uint32_t failed_ = 0;                                      ///< bit l: level l cannot be made
 };
 
 }  // namespace

@@ -9,7 +9,6 @@
 #include <cmath>
 #include <ctime>
 #include <functional>
-#include <iterator>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,7 +20,7 @@ TEST_SUITE_BEGIN("eval");
 namespace {
 
 /// Far more than any case takes, sanitizers included.
-constexpr double k_most_seconds = 60;
+constexpr double k_most_seconds = 20;
 
 /// Of this process: a busy machine makes no case fail.
 double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
@@ -53,15 +52,14 @@ ControlMesh cage(const Map& map, bool triangles) {
 struct Degenerate {
     const char* name;
     Map map;
-    bool for_all = false;  ///< by all schemes
 };
 
 const std::vector<Degenerate>& cages() {
     static const std::vector<Degenerate> all{
         {"flat", [](const Vec3d& p) { return Vec3d(p.x + 0.3 * p.z, p.y - 0.2 * p.z, 0); }},
-        {"collinear", [](const Vec3d& p) { return (p.x + 3 * p.y + 9 * p.z) * Vec3d(1, 2, 3); }, true},
+        {"collinear", [](const Vec3d& p) { return (p.x + 3 * p.y + 9 * p.z) * Vec3d(1, 2, 3); }},
         {"needles", [](const Vec3d& p) { return Vec3d(p.x, 1e-7 * p.y, 1e-7 * p.z); }},
-        {"one point", [](const Vec3d&) { return Vec3d(1, 2, 3); }, true},
+        {"one point", [](const Vec3d&) { return Vec3d(1, 2, 3); }},
         {"one point at the origin", [](const Vec3d&) { return Vec3d(0); }},
         {"points repeated", [](const Vec3d& p) { return p.x == 0 ? Vec3d(1, p.y, p.z) : p; }},
         {"faces of one point", [](const Vec3d& p) { return p.z > 0 ? Vec3d(0, 0, 1) : p; }},
@@ -137,15 +135,9 @@ TEST_CASE("[slow] the bound of a tuned scheme comes to an end where there is non
 }
 
 TEST_CASE("[slow] degenerate cages come to an end, by every scheme and both estimators") {
-    // One scheme for each way of estimating: patches, limit points of each family, whole levels.
-    constexpr std::string_view k_all_cages[] = {"catmull-clark", "loop",  "kobbelt",  "modified-butterfly",
-                                                "doo-sabin",     "sqrt3", "honeycomb"};
     for (const SchemeInfo& scheme : scheme_table())
         for (const Degenerate& degenerate : cages())
             for (const EstimatorKind estimator : {EstimatorKind::measured, EstimatorKind::certified}) {
-                // The others share their code, and get the cages that stop a refinement least.
-                if (std::ranges::find(k_all_cages, scheme.name) == std::end(k_all_cages) && !degenerate.for_all)
-                    continue;
                 CAPTURE(std::string(scheme.name));
                 CAPTURE(std::string(degenerate.name));
                 CAPTURE(estimator == EstimatorKind::certified);
