@@ -129,7 +129,7 @@ class Sqrt3Lattice {
     };
 
     bool cuts(int level) const { return !smooth_ && level % 2 != 0; }
-    static constexpr std::size_t k_kept_twins = 32;  // enough for the surroundings of what is worked on
+    static constexpr std::size_t k_kept_twins = 32;  // of a level: those of the faces around a few vertices
     /// The edge of a face that the step at a level cuts; none if there is none.
     std::uint64_t cut_side(int level, std::uint64_t f);
     std::uint64_t find_twin(int level, std::uint64_t h);
