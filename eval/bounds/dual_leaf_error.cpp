@@ -130,7 +130,7 @@ void DualLeafErrors::find(Layer& layer, const VertexForest& forest, std::span<co
         sites.clear();
         for (const VertexCell& cell : cells) sites.push_back(cell_site(cell));
         limits.resize(cells.size());
-        points_->positions(sites, limits);
+        points_->limit_positions(sites, limits);
         for (std::size_t i = 0; i < some.size(); ++i)
             std::copy_n(&limits[i * each], each, &layer.points[some[i].value * each]);
     }

@@ -2,7 +2,7 @@
 
 #include "../../hier/base/run_context.hpp"
 #include "../../hier/forest/vertex_forest.hpp"
-#include "../../refine/adaptive/adaptive.hpp"
+#include "../../refine/adaptive/level_source.hpp"
 #include "../surface/triangle_mesh.hpp"
 
 #include <array>
@@ -47,7 +47,7 @@ double dual_leaf_error(const VertexForest& forest, const DualTriangles& mesh, st
 class DualLeafErrors {
   public:
     /// @param points  limit positions of cells, written as sites (cell_site())
-    explicit DualLeafErrors(std::shared_ptr<const PositionSource> points) : points_(std::move(points)) {}
+    explicit DualLeafErrors(std::shared_ptr<const LevelSource> points) : points_(std::move(points)) {}
 
     /// Limit positions of the mesh's vertices.
     std::vector<Vec3d> positions(const VertexForest& forest, const DualTriangles& mesh,
@@ -70,7 +70,7 @@ class DualLeafErrors {
     void find(Layer& layer, const VertexForest& forest, std::span<const LeafId> leaves,
               const std::function<void(double)>& report);
 
-    std::shared_ptr<const PositionSource> points_;
+    std::shared_ptr<const LevelSource> points_;
     Layer own_{0, {}, {}}, children_{1, {}, {}}, grandchildren_{2, {}, {}};
 };
 

@@ -1,9 +1,9 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/adaptive/adaptive_dual.hpp"
 #include "../../refine/adaptive/dual_charts.hpp"
+#include "../../refine/adaptive/row_points.hpp"
 #include "../../refine/adaptive/triangle_memory.hpp"
 #include "../../refine/adaptive/vertex_levels.hpp"
-#include "../../refine/adaptive/whole_level_limits.hpp"
 #include "../bounds/dual_bound.hpp"
 #include "../bounds/dual_leaf_error.hpp"
 #include "../surface/local_frame.hpp"
@@ -54,8 +54,9 @@ class DualTessellator final : public TessellationRun {
           points_(quadtrees_from(
               [&] { return std::make_shared<const PartialLevels>(mesh, options.scheme.info(), options.rules); })),
           forest_(quadtrees_from([&] { return points_->vertex_roots(); })),
-          leaf_errors_(whole_level_limits(mesh, options.scheme.info(), options.rules, vertex_levels(points_),
-                                          &forest_.roots(), context)) {
+          limits_(row_points(mesh, options.scheme.info(), options.rules, vertex_levels(points_), &forest_.roots(),
+                             context)),
+          leaf_errors_(limits_) {
         const std::string_view no_bound = lacks_bound();
         if (DualBound::has(options.scheme.info()) && no_bound.empty())
             bound_.emplace(*points_, options.scheme.info(), forest_.roots(), mesh.bounding_box());
@@ -215,11 +216,9 @@ class DualTessellator final : public TessellationRun {
         cut_into_triangles(faces);
         LimitReference reference;
         reference.mesh.positions.resize(faces.cells.size());
-        for_each_block_of_limits(faces.cells, "measure", 0.5,
-                                 [&](std::size_t begin, std::span<const LimitPoint> limits) {
-                                     for (std::size_t i = 0; i < limits.size(); ++i)
-                                         reference.mesh.positions[begin + i] = limits[i].position;
-                                 });
+        for_each_block(faces.cells, "measure", 0.5, [&](std::size_t begin, std::span<const Site> sites) {
+            limits_->limit_positions(sites, {&reference.mesh.positions[begin], sites.size()});
+        });
         reference.mesh.triangles.resize(faces.control_faces.size());
         for (std::size_t t = 0; t < reference.mesh.triangles.size(); ++t)
             for (std::size_t k = 0; k < 3; ++k) reference.mesh.triangles[t][k] = faces.face_vertices[3 * t + k];
@@ -246,11 +245,9 @@ class DualTessellator final : public TessellationRun {
         TriangleMesh& mesh = result_.mesh;
         if (options_.normals) {
             mesh.normals.resize(mesh.positions.size());
-            for_each_block_of_limits(triangles_.faces.cells, "export", 1,
-                                     [&](std::size_t begin, std::span<const LimitPoint> limits) {
-                                         for (std::size_t i = 0; i < limits.size(); ++i)
-                                             mesh.normals[begin + i] = limits[i].normal;
-                                     });
+            for_each_block(triangles_.faces.cells, "export", 1, [&](std::size_t begin, std::span<const Site> sites) {
+                limits_->normals(sites, {&mesh.normals[begin], sites.size()});
+            });
         }
         for (const VertexCell& cell : triangles_.faces.cells)
             result_.deepest_level = std::max<int>(result_.deepest_level, cell.level);
@@ -284,22 +281,23 @@ class DualTessellator final : public TessellationRun {
         }
     }
 
+    /// Calls take(number of the first, sites) for cells, some at a time, with a chance to cancel before each.
     template <class Take>
-    void for_each_block_of_limits(std::span<const VertexCell> cells, std::string_view stage, double share,
-                                  Take&& take) {
+    void for_each_block(std::span<const VertexCell> cells, std::string_view stage, double share, const Take& take) {
         constexpr std::size_t k_block = 1u << 15;
-        std::vector<LimitPoint> limits;
+        std::vector<Site> sites;
         for (std::size_t begin = 0; begin < cells.size(); begin += k_block) {
             context_.report(stage, share * static_cast<double>(begin) / static_cast<double>(cells.size()));
-            const auto some = cells.subspan(begin, std::min(k_block, cells.size() - begin));
-            limits.resize(some.size());
-            points_->limits(some, limits);
-            take(begin, limits);
+            sites.clear();
+            for (const VertexCell& cell : cells.subspan(begin, std::min(k_block, cells.size() - begin)))
+                sites.push_back(cell_site(cell));
+            take(begin, sites);
         }
     }
 
     std::shared_ptr<const PartialLevels> points_;
     VertexForest forest_;
+    std::shared_ptr<const LevelSource> limits_;
     DualLeafErrors leaf_errors_;
     std::optional<DualBound> bound_;
     double certified_ = 0;  ///< of the certified estimator's last state

@@ -94,7 +94,7 @@ class LimitUvs {
             const SchemeInfo& scheme =
                 linear ? *find_scheme(triangles ? "midpoint" : "bilinear") : options.scheme.info();
             points_.emplace(
-                make_hierarchy(chart_, scheme, {.rules = chart_rules(options.rules), .whole_levels = true}));
+                make_hierarchy(chart_, scheme, {.rules = chart_rules(options.rules), .repeated_rows = true}));
         } catch (const Error& error) {
             warnings.push_back(std::string("the UV layer cannot be subdivided and is interpolated linearly (") +
                                error.what() + ")");
@@ -134,7 +134,7 @@ class LatticeTessellator final : public TessellationRun {
     LatticeTessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
         : TessellationRun(mesh, options, context),
           points_(make_hierarchy(mesh, options.scheme.info(),
-                                 {.rules = options.rules, .whole_levels = true, .context = context})),
+                                 {.rules = options.rules, .repeated_rows = true, .context = context})),
           forest_(mesh),
           progress_(context, options.max_triangles, [this] { return forest_.triangle_count(); }) {}
 
@@ -353,22 +353,15 @@ class LatticeTessellator final : public TessellationRun {
         if (options_.normals) {
             mesh.normals.resize(mesh.positions.size());
             constexpr std::size_t k_block = 1u << 16;
-            std::vector<LimitPoint> limits;
             for (std::size_t begin = 0; begin < mesh.normals.size(); begin += k_block) {
                 context_.report("attributes",
                                 0.4 * static_cast<double>(begin) / static_cast<double>(mesh.normals.size()));
                 const std::size_t size = std::min(k_block, mesh.normals.size() - begin);
-                limits.resize(size);
-                points_.limits(std::span(exported_.sites).subspan(begin, size), limits);
-                for (std::size_t i = 0; i < size; ++i) mesh.normals[begin + i] = limits[i].normal;
+                points_.normals(std::span(exported_.sites).subspan(begin, size), {&mesh.normals[begin], size});
             }
             const SideNormals side = normals_from_inside<Family>(
                 mesh_, [&](std::uint32_t t) { return origin(t); },
-                [&](std::span<const Site> sites, std::span<Vec3d> normals) {
-                    limits.resize(sites.size());
-                    points_.limits(sites, limits);
-                    for (std::size_t i = 0; i < sites.size(); ++i) normals[i] = limits[i].normal;
-                });
+                [&](std::span<const Site> sites, std::span<Vec3d> normals) { points_.normals(sites, normals); });
             split_normals_of(result_, mesh_, options_, side);
         }
         if (options_.uvs && mesh_.has_uvs()) {

@@ -4,6 +4,7 @@
 #include "../../hier/base/parallel.hpp"
 #include "../rules/corner_angles.hpp"
 #include "../uniform/site_stencils.hpp"
+#include "level_vertices.hpp"
 
 #include <oneapi/tbb/enumerable_thread_specific.h>
 
@@ -17,70 +18,6 @@
 namespace tetrakis {
 
 namespace detail {
-
-/// The vertices of one level that a block needs, each once, and their stencils on the level above.
-class LevelVertices {
-  public:
-    std::vector<VertexKey> keys;
-    std::vector<std::uint32_t> stencil_begin;  ///< per key, into `source` and `weight`
-    std::vector<std::uint32_t> source;         ///< vertices of the level above
-    std::vector<double> weight;
-    std::vector<Vec3d> value;
-
-    std::uint32_t insert(const VertexKey& key) {
-        if (2 * (std::size_t{count_} + 1) > slots_.size()) grow();
-        Slot& slot = find_slot(key);
-        if (slot.number == k_empty) {
-            // What may throw comes first: a slot that is not listed would never be emptied.
-            keys.push_back(key);
-            slot_of_.push_back(static_cast<std::uint32_t>(&slot - slots_.data()));
-            slot = {key, count_++};
-        }
-        return slot.number;
-    }
-    /// Cost: that of what is in it; the table keeps its size.
-    void clear() {
-        for (const std::uint32_t s : slot_of_) slots_[s] = Slot{};
-        slot_of_.clear();
-        keys.clear();
-        count_ = 0;
-        stencil_begin.clear();
-        source.clear();
-        weight.clear();
-        value.clear();
-    }
-
-  private:
-    static constexpr std::uint32_t k_empty = 0xFFFF'FFFFu;
-    struct Slot {
-        VertexKey key{};
-        std::uint32_t number = k_empty;
-    };
-
-    static std::uint64_t hash(const VertexKey& key) {
-        // Multiplicative mixing (Knuth, TAOCP 3, 6.4, with 64-bit odd constants), the upper bits being the good ones.
-        std::uint64_t h = (std::uint64_t{key.x} << 32 | key.y) * 0x9E37'79B9'7F4A'7C15u;
-        h = (h ^ h >> 29 ^ key.root) * 0xBF58'476D'1CE4'E5B9u;
-        return h ^ h >> 32;
-    }
-    Slot& find_slot(const VertexKey& key) {
-        const std::size_t mask = slots_.size() - 1;
-        for (std::size_t i = hash(key) & mask;; i = (i + 1) & mask)
-            if (slots_[i].number == k_empty || slots_[i].key == key) return slots_[i];
-    }
-    void grow() {
-        slots_.assign(std::max<std::size_t>(64, 2 * slots_.size()), Slot{});
-        for (std::uint32_t i = 0; i < keys.size(); ++i) {
-            Slot& slot = find_slot(keys[i]);
-            slot = {keys[i], i};
-            slot_of_[i] = static_cast<std::uint32_t>(&slot - slots_.data());
-        }
-    }
-
-    std::vector<Slot> slots_;
-    std::vector<std::uint32_t> slot_of_;  // per key
-    std::uint32_t count_ = 0;             // of the keys
-};
 
 /// What a site's ring is but for its points; tags are asked for again.
 struct Outline {
@@ -103,6 +40,7 @@ struct Workspace {
 namespace {
 
 using detail::KeyRing;
+using detail::evaluate_levels;
 using detail::LevelVertices;
 using detail::Outline;
 using detail::StencilEntry;
@@ -130,32 +68,14 @@ Vertex lowest(const Stencils& stencils, const Site& site) {
 /// Everything above the collected vertices, then their positions.
 template <class Stencils>
 void evaluate(const Stencils& stencils, int deepest, Workspace& work) {
-    for (int l = deepest; l > 0; --l) {
-        LevelVertices& level = work.levels[l];
-        level.stencil_begin.push_back(0);
-        for (const VertexKey& key : level.keys) {
+    evaluate_levels(
+        work.levels, deepest,
+        [&](const VertexKey& key, int level, const auto& add) {
             work.entries.clear();
-            stencils.stencil(key, l, work.ring, work.entries);
-            for (const StencilEntry& entry : work.entries) {
-                level.source.push_back(work.levels[l - 1].insert(entry.key));
-                level.weight.push_back(entry.weight);
-            }
-            level.stencil_begin.push_back(static_cast<std::uint32_t>(level.source.size()));
-        }
-    }
-    LevelVertices& base = work.levels[0];
-    for (const VertexKey& key : base.keys) base.value.push_back(stencils.base_point(key));
-    for (int l = 1; l <= deepest; ++l) {
-        LevelVertices& level = work.levels[l];
-        const std::vector<Vec3d>& above = work.levels[l - 1].value;
-        level.value.resize(level.keys.size());
-        for (std::size_t i = 0; i < level.keys.size(); ++i) {
-            Vec3d sum(0);
-            for (std::uint32_t k = level.stencil_begin[i]; k < level.stencil_begin[i + 1]; ++k)
-                sum += level.weight[k] * above[level.source[k]];
-            level.value[i] = sum;
-        }
-    }
+            stencils.stencil(key, level, work.ring, work.entries);
+            for (const StencilEntry& entry : work.entries) add(entry.key, entry.weight);
+        },
+        [&](const VertexKey& key) { return stencils.base_point(key); });
 }
 
 /// Calls write(number, ring) for each of the sites.

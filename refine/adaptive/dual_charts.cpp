@@ -6,7 +6,7 @@
 #include "../attributes/seam_extension.hpp"
 #include "../attributes/seam_face.hpp"
 #include "vertex_levels.hpp"
-#include "whole_level_limits.hpp"
+#include "row_points.hpp"
 
 #include <oneapi/tbb/parallel_sort.h>
 
@@ -79,7 +79,7 @@ DualCharts::DualCharts(const ControlMesh& mesh, const SchemeInfo& scheme, const 
     : charts_(std::make_unique<ControlMesh>(extended_charts(mesh, scheme, rules))),
       points_(std::make_shared<const PartialLevels>(*charts_, scheme, rules)),
       roots_(points_->vertex_roots()),
-      limits_(detail::whole_level_limits(*charts_, scheme, rules, vertex_levels(points_), &roots_, context)) {
+      limits_(detail::row_points(*charts_, scheme, rules, vertex_levels(points_), &roots_, context)) {
     for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) root_.push_back(h);
     root_.resize(roots.count(), k_unknown);
     find_roots(roots);
@@ -214,7 +214,7 @@ class DualCharts::Follower {
         if (limit) {
             std::vector<Site> sites(once.size());
             std::ranges::transform(once, sites.begin(), cell_site);
-            charts_.limits_->positions(sites, points);
+            charts_.limits_->limit_positions(sites, points);
         } else {
             charts_.points_->control_positions(once, points);
         }

@@ -3,6 +3,7 @@
 #include "../../hier/base/vec.hpp"
 #include "../../hier/forest/vertex_forest.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
+#include "level_source.hpp"
 #include "partial_levels.hpp"
 
 #include <cstdint>
@@ -44,7 +45,7 @@ class DualCharts {
     std::unique_ptr<const ControlMesh> charts_;
     std::shared_ptr<const PartialLevels> points_;
     VertexRoots roots_;  ///< of the charts
-    std::shared_ptr<const PositionSource> limits_;
+    std::shared_ptr<const LevelSource> limits_;
     std::vector<std::uint32_t> root_;  ///< of the charts, for each of the surface
 };
 

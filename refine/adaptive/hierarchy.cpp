@@ -291,6 +291,11 @@ void Hierarchy::limits(std::span<const Site> sites, std::span<LimitPoint> out) c
     family_->source().limits(sites, out);
 }
 
+void Hierarchy::normals(std::span<const Site> sites, std::span<Vec3d> out) const {
+    require_sites(sites, out.size());
+    family_->source().normals(sites, out);
+}
+
 Vec3d Hierarchy::position(const Site& site, int level) const {
     Vec3d result;
     positions({&site, 1}, level, {&result, 1});

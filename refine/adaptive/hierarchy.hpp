@@ -189,6 +189,7 @@ class Hierarchy {
     void frames(std::span<const Site> sites, int level, std::span<LimitPoint> out) const;
     void limit_positions(std::span<const Site> sites, std::span<Vec3d> out) const;
     void limits(std::span<const Site> sites, std::span<LimitPoint> out) const;
+    void normals(std::span<const Site> sites, std::span<Vec3d> out) const;  ///< those of limits()
 
     /// The leaves as an indexed mesh.
     /// @throws Error  invalid_input: a level out of range; unsupported: no limit mask for a vertex; cancelled;
@@ -284,9 +285,9 @@ struct HierarchyOptions {
     /// Limit positions from elsewhere, by canonical sites (such as a patch tree over the same mesh); else from the
     /// scheme's rules.
     std::shared_ptr<const PositionSource> limit_positions{};
-    /// Many limit positions together come from whole levels (see whole_level_limits.hpp), which are kept: up to some
-    /// hundred times faster. Their last bits then depend on what has been asked before.
-    bool whole_levels = false;
+    /// Limit positions and normals, once many have been asked for, by rows learnt from the rules (see row_points.hpp):
+    /// up to some hundred times faster. Their last bits then depend on how many have been asked for before.
+    bool repeated_rows = false;
     RunContext context{};
 };
 

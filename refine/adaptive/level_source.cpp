@@ -161,6 +161,12 @@ class LinearLevels final : public LatticeLevels {
 
 }  // namespace
 
+void LevelSource::normals(std::span<const Site> sites, std::span<Vec3d> out) const {
+    std::vector<LimitPoint> points(sites.size());
+    limits(sites, points);
+    for (std::size_t i = 0; i < points.size(); ++i) out[i] = points[i].normal;
+}
+
 std::unique_ptr<LevelSource> closure_levels(const ControlMesh& mesh, SchemeKind scheme) {
     return std::make_unique<ClosureLevels>(mesh, scheme);
 }

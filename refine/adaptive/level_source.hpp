@@ -33,6 +33,8 @@ class LevelSource {
     virtual void limit_positions(std::span<const Site> sites, std::span<Vec3d> out) const = 0;
     /// Limit positions, tangents and normals. @throws Error  unsupported: the scheme has no limit mask for a vertex
     virtual void limits(std::span<const Site> sites, std::span<LimitPoint> out) const = 0;
+    /// The unit normals of limits().
+    virtual void normals(std::span<const Site> sites, std::span<Vec3d> out) const;
 };
 
 /// Catmull-Clark or Loop by closure. Keeps a reference to the mesh.

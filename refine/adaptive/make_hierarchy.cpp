@@ -2,9 +2,9 @@
 #include "../uniform/refine.hpp"
 #include "hierarchy.hpp"
 #include "hierarchy_families.hpp"
+#include "row_points.hpp"
 #include "sqrt3_points.hpp"
 #include "vertex_levels.hpp"
-#include "whole_level_limits.hpp"
 
 #include <string>
 #include <utility>
@@ -37,14 +37,12 @@ class OtherLimits final : public LevelSource {
 };
 
 /// The levels with limit positions as the options ask for them.
-std::unique_ptr<LevelSource> with_limits(std::unique_ptr<LevelSource> levels, const ControlMesh& mesh,
-                                         const SchemeInfo& scheme, const HierarchyOptions& options,
-                                         const VertexRoots* roots = nullptr) {
-    std::shared_ptr<const PositionSource> limits = options.limit_positions;
-    if (!limits && !options.whole_levels) return levels;
-    const std::shared_ptr<const LevelSource> others = std::move(levels);
-    if (!limits) limits = detail::whole_level_limits(mesh, scheme, options.rules, others, roots, options.context);
-    return std::make_unique<OtherLimits>(others, limits);
+std::shared_ptr<const LevelSource> with_limits(std::unique_ptr<LevelSource> levels, const ControlMesh& mesh,
+                                               const SchemeInfo& scheme, const HierarchyOptions& options,
+                                               const VertexRoots* roots = nullptr) {
+    if (options.limit_positions) return std::make_shared<OtherLimits>(std::move(levels), options.limit_positions);
+    if (!options.repeated_rows) return levels;
+    return detail::row_points(mesh, scheme, options.rules, std::move(levels), roots, options.context);
 }
 
 }  // namespace
@@ -55,7 +53,7 @@ Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, cons
     if (scheme.family != MeshFamily::hexagons && fan_lattice(scheme, options.rules) == FanLattice::dual) {
         const auto points = std::make_shared<const PartialLevels>(mesh, scheme, options.rules);
         VertexRoots roots = points->vertex_roots();
-        std::unique_ptr<LevelSource> of_cells = with_limits(vertex_levels(points), mesh, scheme, options, &roots);
+        std::shared_ptr<const LevelSource> of_cells = with_limits(vertex_levels(points), mesh, scheme, options, &roots);
         return Hierarchy(vertex_family(mesh, std::move(of_cells), std::move(roots)), scheme, options.rules);
     }
     const bool triangles = scheme.family == MeshFamily::triangles;
@@ -80,8 +78,11 @@ Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, cons
         levels = closure_levels(mesh, triangles ? SchemeKind::loop : SchemeKind::catmull_clark);
     else
         levels = rule_levels(mesh, scheme, options.rules);
-    if (!linear || options.limit_positions) levels = with_limits(std::move(levels), mesh, scheme, options);
-    std::shared_ptr<const LevelSource> source = std::move(levels);
+    std::shared_ptr<const LevelSource> source;
+    if (linear && !options.limit_positions)
+        source = std::move(levels);
+    else
+        source = with_limits(std::move(levels), mesh, scheme, options);
     return Hierarchy(triangles ? triangle_family(mesh, std::move(source)) : bisection_family(mesh, std::move(source)),
                      scheme, options.rules);
 }

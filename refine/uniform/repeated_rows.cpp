@@ -221,8 +221,10 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     if (levels <= base_level) return nullptr;
     const int factor = scheme.refinement == Refinement::sqrt3 ? 3 : 2;
     const bool creases = dual && !ignores_creases(scheme, rules);
-    const LastLevel last_size =
-        last_level(mesh, {triangles, !triangles && (dual || !quads), dual, factor, creases}, levels, demand);
+    LastLevel last_size{0, 0};
+    if (!demand.any_level)
+        last_size =
+            last_level(mesh, {triangles, !triangles && (dual || !quads), dual, factor, creases}, levels, demand);
     if (has_too_large_rings(mesh)) return nullptr;
     const bool recedes = boundary_recedes(scheme, rules);
     if (recedes && mesh.has_boundary()) return nullptr;
@@ -301,6 +303,12 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         }
         if (any_limits) plan.of_limits = plan.add(corners(later, Sees::all));
     }
+    if (any_limits) {
+        const auto settled = std::find_if(plan.of_step.rbegin(), plan.of_step.rend(),
+                                          [&](std::size_t kind) { return kind != plan.of_limits; });
+        all->settled_level_ =
+            settled == plan.of_step.rbegin() ? k_for_ever : begin + static_cast<int>(plan.of_step.rend() - settled);
+    }
     const double roots = all->net_.base().face_count / (triangles ? 2.0 : 1.0);
     plan.choose(all->net_, scheme, rules, factor, roots, any_limits, demand.even_if_slower);
     // By the rules, to which the cases above and the few below go, a level takes more.
@@ -362,9 +370,30 @@ bool RepeatedRows::fits(std::uint32_t segments) const {
                        [&](const RowPatterns& patterns) { return patterns.fits(net_.layout(segments)); });
 }
 
+std::uint32_t RepeatedRows::segments(int level) const {
+    const auto at = static_cast<std::size_t>(level - first_level());
+    return at < segments_.size() ? segments_[at] : segments_.back() << (at + 1 - segments_.size());
+}
+
+std::optional<int> RepeatedRows::limit_level() const {
+    const int steps = static_cast<int>(pattern_.size());
+    for (int level = std::max(first_level(), settled_level_); level <= first_level() + steps; ++level) {
+        const RootLayout at = net_.layout(segments(level));
+        if ((!limit_ || limit_->fits(at)) && (!normals_ || normals_->fits(at))) return level;
+    }
+    return std::nullopt;
+}
+
+void RepeatedRows::first_points(std::span<const Vec3d> control, Vec3d* out) const {
+    const std::vector<double> first = levels_->net({&control.data()->x, 3 * control.size()}, 3);
+    for_each_index(static_cast<std::uint32_t>(vertices_.size()), [&](std::uint32_t i) {
+        std::memcpy(static_cast<void*>(out + i), first.data() + 3 * static_cast<std::size_t>(vertices_[i]),
+                    sizeof(Vec3d));
+    });
+}
+
 void RepeatedRows::refine(std::span<const Vec3d> control, std::span<Vec3d> points, std::span<Vec3d> normals,
                           const RunContext& context) const {
-    const std::vector<double> first = levels_->net({&control.data()->x, 3 * control.size()}, 3);
     const bool shared = net_.shares_points();
     HugeBuffer<double> buffers[2];
     const auto buffer = [&](std::size_t i) -> Vec3d* {
@@ -373,10 +402,7 @@ void RepeatedRows::refine(std::span<const Vec3d> control, std::span<Vec3d> point
             buffers[i & 1].reserve(3 * std::size_t{net_.place_count(net_.layout(segments_[i]))}));
     };
     Vec3d* now = buffer(0);
-    for_each_index(static_cast<std::uint32_t>(vertices_.size()), [&](std::uint32_t i) {
-        std::memcpy(static_cast<void*>(now + i), first.data() + 3 * static_cast<std::size_t>(vertices_[i]),
-                    sizeof(Vec3d));
-    });
+    first_points(control, now);
     double done = 0;
     const auto progress = [&](double to) { return RowPatterns::Progress{context, std::exchange(done, to), to}; };
     for (std::size_t i = 1; i < segments_.size(); ++i) {

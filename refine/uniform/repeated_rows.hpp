@@ -6,6 +6,7 @@
 #include "root_lattices.hpp"
 #include "row_patterns.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -29,6 +30,7 @@ class RepeatedRows {
     struct Demand {
         bool limit = false, normals = false;
         bool even_if_slower = false;  ///< on meshes so small that the rules would be done before rows are learned
+        bool any_level = false;       ///< rows of single points on levels however deep: no last one is made
         std::uint64_t point_bytes = sizeof(Vec3d), face_bytes = 2 * sizeof(std::uint32_t),
                       corner_bytes = sizeof(std::uint32_t);
     };
@@ -46,6 +48,19 @@ class RepeatedRows {
     bool uses_all_points() const;
     std::size_t control_count() const { return control_count_; }
     const RootLattices& net() const { return net_; }
+    /// The last level made by the rules; and segments of a root's sides there and further down.
+    int first_level() const { return levels_->level(); }
+    std::uint32_t segments(int level) const;
+    /// Points at the places of the first level.
+    void first_points(std::span<const Vec3d> control, Vec3d* out) const;
+    /// The rows of a level deeper than the first one, of the points of the level above.
+    const RowPatterns& step_to(int level) const {
+        return patterns_[pattern_[std::min(static_cast<std::size_t>(level - first_level()), pattern_.size()) - 1]];
+    }
+    /// From this level on limits and normals have rows of its points; empty: they never have.
+    std::optional<int> limit_level() const;
+    const RowPatterns& limit() const { return *limit_; }
+    const RowPatterns& normals() const { return *normals_; }
     RootLayout last_layout() const { return net_.layout(segments_.back()); }
     /// By control half-edge the half-edge of the net's base from which the lattice of its corner cell (triangles: of
     /// its face) is seen: a along it, b away from it. Empty where roots are smaller than that.
@@ -75,6 +90,7 @@ class RepeatedRows {
     std::vector<RowPatterns> patterns_;
     std::vector<std::size_t> pattern_;  ///< of each step after the levels by rules
     std::optional<RowPatterns> limit_, normals_;
+    int settled_level_ = 0;  ///< from there on no rows change any more; none: beyond the last step
     std::unique_ptr<RuleLevels> levels_;
     std::vector<std::uint32_t> segments_;  ///< of the last level by rules, and of those after it
     std::vector<int> vertices_;            ///< the rules' number at each place of that level

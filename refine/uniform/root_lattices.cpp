@@ -270,6 +270,42 @@ bool RootLattices::has_simple_roots() const {
     return true;
 }
 
+RootPlace RootLattices::own_place(std::uint32_t segments, const RootPlace& at) const {
+    if (in_cells_) return at;
+    for (std::uint32_t s = 0, h = side_count() * at.root; s < side_count(); ++s, ++h) {
+        const Place seen = seen_from(segments, s, {at.x, at.y});
+        if (seen.x == 0 && seen.y == 0) return place_seen(segments, base_.vertex_halfedge[base_.origin[h]], 0, 0);
+    }
+    for (std::uint32_t s = 0, h = side_count() * at.root; s < side_count(); ++s, ++h) {
+        const Place seen = seen_from(segments, s, {at.x, at.y});
+        if (seen.y == 0 && (base_.edge_side[h] & 1) != 0)
+            return place_seen(segments, base_.twin[h], segments - seen.x, 0);
+    }
+    return at;
+}
+
+RootPlace RootLattices::place_beyond(std::uint32_t segments, std::uint32_t root, std::int64_t x, std::int64_t y) const {
+    struct Far {
+        std::int64_t x, y;
+    };
+    const std::uint32_t sides = side_count();
+    const auto n = static_cast<std::int64_t>(last_place(segments));
+    for (std::uint32_t s = 0; s < sides;) {
+        const Far seen = turned_place<Far>(sides == 4, n, s == 0 ? 0 : sides - s, x, y);
+        if (seen.y >= 0) {
+            ++s;
+            continue;
+        }
+        const std::uint32_t t = base_.twin[sides * root + s];
+        root = t / sides;
+        const Far there = turned_place<Far>(sides == 4, n, t % sides, n - seen.x, in_cells_ ? -seen.y - 1 : -seen.y);
+        x = there.x;
+        y = there.y;
+        s = 0;
+    }
+    return own_place(segments, {root, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)});
+}
+
 /// Where a point is in the lattice of root f, sides included; nothing if it is not there.
 std::optional<RootLattices::Place> RootLattices::place_in(const RootLayout& at, std::uint32_t f,
                                                           std::uint32_t number) const {

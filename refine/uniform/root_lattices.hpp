@@ -22,6 +22,12 @@ Place turned_place(bool quads, Int n, std::uint32_t side, Int a, Int b) {
     return side == 1 ? Place{n - b, a} : side == 2 ? Place{n - a, n - b} : Place{b, n - a};
 }
 
+/// A place in the lattice of a root, at a level that goes without saying; those beyond 32 bits of numbers, too.
+struct RootPlace {
+    std::uint32_t root = 0, x = 0, y = 0;
+    friend constexpr auto operator<=>(const RootPlace&, const RootPlace&) = default;
+};
+
 /// Numbers of the points and faces of all levels below a mesh of quads or triangles, its roots: by arithmetic from the
 /// place in a root's lattice.
 ///
@@ -144,9 +150,14 @@ class RootLattices {
 
     // Lattices seen from half-edge h: a along it, b away from it; n is the last place.
     std::uint32_t side_count() const { return static_cast<std::uint32_t>(base_.face_size); }
-    std::uint32_t last_place(const RootLayout& at) const { return in_cells_ ? at.segments() - 1 : at.segments(); }
+    std::uint32_t last_place(std::uint32_t segments) const { return in_cells_ ? segments - 1 : segments; }
+    std::uint32_t last_place(const RootLayout& at) const { return last_place(at.segments()); }
     Place turned(std::uint32_t n, std::uint32_t side, std::uint32_t a, std::uint32_t b) const {
         return turned_place<Place>(base_.face_size == 4, n, side, a, b);
+    }
+    /// A root's place as seen from one of its sides.
+    Place seen_from(std::uint32_t n, std::uint32_t side, const Place& p) const {
+        return turned(n, side == 0 ? 0 : side_count() - side, p.x, p.y);
     }
     std::uint32_t number(const RootLayout& at, std::uint32_t h, std::uint32_t a, std::uint32_t b) const {
         const std::uint32_t f = base_.face_of(h);
@@ -156,6 +167,18 @@ class RootLattices {
         const std::uint32_t n = at.segments();
         return in_cells_ ? (f * n + p.y) * n + p.x : at.at(f, p.x, p.y);
     }
+    /// Place (a, b) of the lattice seen from half-edge h.
+    RootPlace place_seen(std::uint32_t segments, std::uint32_t h, std::uint32_t a, std::uint32_t b) const {
+        const std::uint32_t f = base_.face_of(h);
+        const Place p = turned(last_place(segments), h - base_.first_halfedge(f), a, b);
+        return {f, p.x, p.y};
+    }
+    /// A point's place, where roots that share it have one each: in the root of the first half-edge of its edge or
+    /// vertex.
+    RootPlace own_place(std::uint32_t segments, const RootPlace& at) const;
+    /// The own place of what lies at (x, y) of a root's lattice or beyond its sides, where the net goes on as if it
+    /// were regular.
+    RootPlace place_beyond(std::uint32_t segments, std::uint32_t root, std::int64_t x, std::int64_t y) const;
     /// The line b away from side h.
     PointLine line(const RootLayout& at, std::uint32_t h, std::uint32_t b) const {
         if (!in_cells_) return at.line(h, b);
@@ -176,9 +199,6 @@ class RootLattices {
     RootLattices() = default;
     bool set_base(const RuleMesh& mesh);
     bool has_simple_roots() const;
-    Place seen_from(std::uint32_t n, std::uint32_t side, const Place& p) const {
-        return turned(n, side == 0 ? 0 : side_count() - side, p.x, p.y);
-    }
     std::optional<std::vector<int>> lattice(const RootLayout& at, const RuleMesh& mesh,
                                             std::span<const int> corner_halfedge) const;
     std::optional<std::vector<int>> cells(const RootLayout& at, const RuleMesh& mesh,

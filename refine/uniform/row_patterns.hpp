@@ -63,6 +63,14 @@ class RowPatterns {
     /// crease. The same bytes for any number of threads.
     void apply(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out,
                const Progress& progress) const;
+    /// One result by itself, at a level of any depth: calls term(row, place, weight) for all points that it is made of.
+    /// A point has row 0 alone; a normal two rows, or four.
+    /// @param segments  of the points' level
+    /// @param at        its own place on the results' level
+    template <class Term>
+    void read(std::uint32_t segments, const RootPlace& at, const Term& term) const;
+    /// The unit normal of four rows' sums.
+    static Vec3d normal_of(const Vec3d* sums);
 
   private:
     static constexpr std::uint32_t none = RootLattices::none;
@@ -114,6 +122,22 @@ class RowPatterns {
     void side(const GhostGrid& grid, const RootLayout& fine, std::uint32_t h, Vec3d* out, Work& work) const;
     template <class Finish>
     void corner(const RootLayout& coarse, const RootLayout& fine, std::uint32_t h, const Vec3d* in, Vec3d* out) const;
+    /// Calls visit(half-edge, point seen from there, weight) for the terms of a row at a corner.
+    template <class Visit>
+    void for_each_seen(std::uint32_t h, const RowOf<RootLattices::Seen>& row, const Visit& visit) const {
+        // Terms come by turns, those against the clock first.
+        const MeshLevel& base = net_.base();
+        std::uint32_t g = h;
+        int turn = 0;
+        for (const auto& [at, weight] : row) {
+            for (; turn > at.turn; --turn) g = base.next(base.twin[g]);
+            for (; turn < at.turn; ++turn) g = base.twin[base.prev(g)];
+            visit(g, at, weight);
+        }
+    }
+    struct FarPlace {
+        std::int64_t x, y;
+    };
     std::uint32_t distance(std::uint32_t a, std::uint32_t b) const {
         return net_.side_count() == 4 ? std::max(a, b) : a + b;
     }
@@ -134,5 +158,47 @@ class RowPatterns {
     std::vector<std::uint32_t> side_pattern_, corner_pattern_;  ///< of each half-edge; none: as inside
     std::int16_t farthest_ = 0;                                 ///< place that a corner's rows see
 };
+
+template <class Term>
+void RowPatterns::read(std::uint32_t segments, const RootPlace& at, const Term& term) const {
+    const std::uint32_t sides = net_.side_count(), last = net_.last_place(factor_ * segments);
+    const auto coarse_last = static_cast<std::int64_t>(net_.last_place(segments));
+    for (std::uint32_t s = 0, h = sides * at.root; s < sides; ++s, ++h) {
+        if (corner_pattern_[h] == none) continue;
+        const RootLattices::Place seen = net_.seen_from(last, s, {at.x, at.y});
+        if (distance(seen.x, seen.y) >= reach_) continue;
+        for (const CornerPlace& place : corner_patterns_[corner_pattern_[h]]) {
+            if (place.x != seen.x || place.y != seen.y) continue;
+            for (std::uint32_t r = 0; r < place.rows.size(); ++r)
+                for_each_seen(h, place.rows[r], [&](std::uint32_t g, const RootLattices::Seen& of, double weight) {
+                    term(r,
+                         net_.own_place(segments, net_.place_seen(segments, g, static_cast<std::uint32_t>(of.a),
+                                                                  static_cast<std::uint32_t>(of.b))),
+                         weight);
+                });
+            return;
+        }
+    }
+    for (std::uint32_t s = 0, h = sides * at.root; s < sides; ++s, ++h) {
+        if (side_pattern_[h] == none) continue;
+        const auto [a, b] = net_.seen_from(last, s, {at.x, at.y});
+        if (b >= depth_ || a + reach_ > last || a < (sides == 4 ? reach_ : reach_ - std::min(reach_, b))) continue;
+        const SidePattern& pattern = side_patterns_[side_pattern_[h]];
+        for (std::uint32_t r = 0; r < rows_per_point(); ++r)
+            for (const auto& [to, weight] : pattern[(b * factor_ + a % factor_) * rows_per_point() + r]) {
+                const auto there = turned_place<FarPlace>(sides == 4, coarse_last, s, std::int64_t{a / factor_} + to.a,
+                                                          std::int64_t{to.b});
+                term(r, net_.place_beyond(segments, at.root, there.x, there.y), weight);
+            }
+        return;
+    }
+    const std::size_t kind = (at.y % factor_ * factor_ + at.x % factor_) * std::size_t{rows_inside()};
+    for (std::uint32_t r = 0; r < rows_inside(); ++r)
+        for (const auto& [to, weight] : regular_[kind + r])
+            term(r,
+                 net_.place_beyond(segments, at.root, std::int64_t{at.x / factor_} + to.a,
+                                   std::int64_t{at.y / factor_} + to.b),
+                 weight);
+}
 
 }  // namespace tetrakis::detail

@@ -63,6 +63,8 @@ struct RowPatterns::Work {
     GridRows side;
 };
 
+Vec3d RowPatterns::normal_of(const Vec3d* sums) { return NormalOfTangents::result(sums); }
+
 void RowPatterns::apply(const RootLayout& coarse, const RootLayout& fine, const Vec3d* in, Vec3d* out,
                         const Progress& progress) const {
     if (kind_ == Kind::points)
@@ -223,17 +225,11 @@ void RowPatterns::corner(const RootLayout& coarse, const RootLayout& fine, std::
         if (place.x == 0 && place.y == 0 ? !owns_vertex : (place.y == 0 && !owns_edge) || (place.x == 0 && !owns_other))
             continue;
         Vec3d sums[Finish::rows] = {};
-        for (std::size_t r = 0; r < Finish::rows; ++r) {
-            // Terms come by turns, those against the clock first.
-            std::uint32_t g = h;
-            int turn = 0;
-            for (const auto& term : place.rows[r]) {
-                for (; turn > term.at.turn; --turn) g = base.next(base.twin[g]);
-                for (; turn < term.at.turn; ++turn) g = base.twin[base.prev(g)];
-                sums[r] += term.weight * in[net_.number(coarse, g, static_cast<std::uint32_t>(term.at.a),
-                                                        static_cast<std::uint32_t>(term.at.b))];
-            }
-        }
+        for (std::size_t r = 0; r < Finish::rows; ++r)
+            for_each_seen(h, place.rows[r], [&](std::uint32_t g, const RootLattices::Seen& of, double weight) {
+                sums[r] += weight * in[net_.number(coarse, g, static_cast<std::uint32_t>(of.a),
+                                                   static_cast<std::uint32_t>(of.b))];
+            });
         out[net_.number(fine, h, place.x, place.y)] = Finish::result(sums);
     }
 }

@@ -5,6 +5,7 @@
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../schemes/core/scheme_kind.hpp"
 #include "edge_sharpness.hpp"
+#include "root_lattices.hpp"
 
 #include <compare>
 #include <cstdint>
@@ -12,11 +13,9 @@
 
 namespace tetrakis::detail {
 
-/// A vertex at a level that goes without saying: root and lattice point in the one frame that is the vertex' own.
-struct VertexKey {
-    std::uint32_t root = 0, x = 0, y = 0;
-    friend constexpr auto operator<=>(const VertexKey&, const VertexKey&) = default;
-};
+/// A vertex at a level that goes without saying, in the one frame that is its own; roots are corner cells, or triangles
+/// by their half-edges.
+using VertexKey = RootPlace;
 
 struct StencilEntry {
     VertexKey key;

@@ -173,7 +173,7 @@ TEST_CASE("limits where a crease ends at an inner vertex of valence 2 are those 
     }
 }
 
-TEST_CASE("limit positions from whole levels are those of single sites") {
+TEST_CASE("limits by repeated rows are those of single sites, at any level") {
     for (const char* name : {"kobbelt", "4-8", "tuned-loop", "modified-butterfly", "doo-sabin", "biquartic"}) {
         CAPTURE(name);
         const bool triangles = find_scheme(name)->family == MeshFamily::triangles;
@@ -184,7 +184,7 @@ TEST_CASE("limit positions from whole levels are those of single sites") {
             options.hole = options.edge_vertices = options.merge = 0;  // vertices of two faces have no quadtrees
             const ControlMesh mesh = test::random_mesh(seed, options);
             Hierarchy single = make_hierarchy(mesh, name);
-            const Hierarchy whole = make_hierarchy(mesh, name, {.whole_levels = true});
+            const Hierarchy whole = make_hierarchy(mesh, name, {.repeated_rows = true});
             const int level = is_quaternary(single) ? 1 : 2;
             single.refine_where(everything(), 2 * level);
             single.refine_where(each_leaf([](const LeafView& view) { return view.face.value == 0; }), 4 * level);
@@ -193,6 +193,9 @@ TEST_CASE("limit positions from whole levels are those of single sites") {
             single.limit_positions(sites, expected);
             whole.limit_positions(sites, found);
             for (std::size_t i = 0; i < sites.size(); ++i) CHECK(glm::length(found[i] - expected[i]) < 1e-11);
+            single.normals(sites, expected);
+            whole.normals(sites, found);
+            for (std::size_t i = 0; i < sites.size(); ++i) CHECK(glm::length(found[i] - expected[i]) < 1e-8);
         }
     }
 }
