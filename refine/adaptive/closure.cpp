@@ -39,8 +39,8 @@ struct Workspace {
 
 namespace {
 
-using detail::KeyRing;
 using detail::evaluate_levels;
+using detail::KeyRing;
 using detail::LevelVertices;
 using detail::Outline;
 using detail::StencilEntry;
@@ -65,6 +65,15 @@ Vertex lowest(const Stencils& stencils, const Site& site) {
     return {stencils.canonical({site.root.value, site.at.x >> shift, site.at.y >> shift}, level), level};
 }
 
+template <class Stencils>
+std::uint32_t number(const Stencils& stencils, const VertexKey& key, int level, Workspace& work) {
+    return level == 0 ? stencils.base_number(key) : work.levels[static_cast<std::size_t>(level)].insert(key);
+}
+template <class Stencils>
+std::span<const Vec3d> values(const Stencils& stencils, int level, const Workspace& work) {
+    return level == 0 ? stencils.base() : std::span<const Vec3d>(work.levels[static_cast<std::size_t>(level)].value);
+}
+
 /// Everything above the collected vertices, then their positions.
 template <class Stencils>
 void evaluate(const Stencils& stencils, int deepest, Workspace& work) {
@@ -75,7 +84,7 @@ void evaluate(const Stencils& stencils, int deepest, Workspace& work) {
             stencils.stencil(key, level, work.ring, work.entries);
             for (const StencilEntry& entry : work.entries) add(entry.key, entry.weight);
         },
-        [&](const VertexKey& key) { return stencils.base_point(key); });
+        [&](const VertexKey& key) { return stencils.base_number(key); }, stencils.base());
 }
 
 /// Calls write(number, ring) for each of the sites.
@@ -90,7 +99,7 @@ void limit_block(const Stencils& stencils, std::span<const Site> sites, Workspac
         deepest = std::max(deepest, v.level);
         stencils.ring(v.key, v.level, work.ring);
         const KeyRing& ring = work.ring;
-        for (const VertexKey& key : ring.keys) work.rings.push_back(work.levels[v.level].insert(key));
+        for (const VertexKey& key : ring.keys) work.rings.push_back(number(stencils, key, v.level, work));
         work.outlines.push_back({static_cast<std::uint32_t>(ring.keys.size()), ring.faces, ring.boundary,
                                  ring.vertex_sharpness != 0 || !ring.sharpness.empty() || !ring.outer_child.empty()});
     }
@@ -110,7 +119,7 @@ void limit_block(const Stencils& stencils, std::span<const Site> sites, Workspac
             ring.outer_child = work.ring.outer_child;
         }
         for (std::uint32_t k = 0; k < outline.points; ++k)
-            ring.points.push_back(work.levels[v.level].value[work.rings[at++]]);
+            ring.points.push_back(values(stencils, v.level, work)[work.rings[at++]]);
         write(i, ring);
     }
 }
@@ -124,10 +133,10 @@ void control_block(const Stencils& stencils, std::span<const Site> sites, int le
         const Vertex v = lowest(stencils, site);
         assert(v.level <= level);
         const int up = level - v.level;
-        work.rings.push_back(work.levels[level].insert({v.key.root, v.key.x << up, v.key.y << up}));
+        work.rings.push_back(number(stencils, {v.key.root, v.key.x << up, v.key.y << up}, level, work));
     }
     evaluate(stencils, level, work);
-    for (std::size_t i = 0; i < sites.size(); ++i) out[i] = work.levels[level].value[work.rings[i]];
+    for (std::size_t i = 0; i < sites.size(); ++i) out[i] = values(stencils, level, work)[work.rings[i]];
 }
 
 }  // namespace

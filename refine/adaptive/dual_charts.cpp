@@ -5,8 +5,8 @@
 #include "../attributes/followed_uvs.hpp"
 #include "../attributes/seam_extension.hpp"
 #include "../attributes/seam_face.hpp"
-#include "vertex_levels.hpp"
 #include "row_points.hpp"
+#include "vertex_levels.hpp"
 
 #include <oneapi/tbb/parallel_sort.h>
 

@@ -75,27 +75,29 @@ class LevelVertices {
     std::uint32_t count_ = 0;             // of the keys
 };
 
-/// Points of the vertices collected on levels 0 to `deepest`, from those that they lead to: everything above them is
-/// collected first, level by level.
+/// Points of the vertices collected on levels 1 to `deepest`, from those that they lead to: everything above them is
+/// collected first, level by level. Level 0 is whole: its vertices are numbers.
 /// @param stencil  (vertex, level, add): calls add(vertex of the level above, weight) for its terms
-/// @param base     (vertex of level 0): its point
-template <class Stencil, class Base>
-void evaluate_levels(std::span<LevelVertices> levels, int deepest, const Stencil& stencil, const Base& base) {
+/// @param number   (vertex of level 0)
+/// @param base     points of level 0
+template <class Stencil, class Number>
+void evaluate_levels(std::span<LevelVertices> levels, int deepest, const Stencil& stencil, const Number& number,
+                     std::span<const Vec3d> base) {
     for (int l = deepest; l > 0; --l) {
         LevelVertices &level = levels[static_cast<std::size_t>(l)], &above = levels[static_cast<std::size_t>(l) - 1];
         level.stencil_begin.push_back(0);
         for (const RootPlace& key : level.keys) {
             stencil(key, l, [&](const RootPlace& from, double weight) {
-                level.source.push_back(above.insert(from));
+                level.source.push_back(l == 1 ? number(from) : above.insert(from));
                 level.weight.push_back(weight);
             });
             level.stencil_begin.push_back(static_cast<std::uint32_t>(level.source.size()));
         }
     }
-    for (const RootPlace& key : levels[0].keys) levels[0].value.push_back(base(key));
     for (int l = 1; l <= deepest; ++l) {
         LevelVertices& level = levels[static_cast<std::size_t>(l)];
-        const std::vector<Vec3d>& above = levels[static_cast<std::size_t>(l) - 1].value;
+        const std::span<const Vec3d> above =
+            l == 1 ? base : std::span<const Vec3d>(levels[static_cast<std::size_t>(l) - 1].value);
         level.value.resize(level.keys.size());
         for (std::size_t i = 0; i < level.keys.size(); ++i) {
             Vec3d sum(0);

@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cstdint>
 #include <limits>
@@ -29,6 +30,8 @@ namespace {
 /// The first level that is made whole has about so many lattice levels, and is worth so many points for each site.
 constexpr int k_first_lattice_level = 2;
 constexpr std::uint64_t k_points_per_site = 200;
+/// So many points are made, with all of their level, in the time in which one is found by itself.
+constexpr std::uint64_t k_points_whole = 8;
 /// Levels of so many vertices take half a second; nothing can be cancelled meanwhile.
 constexpr std::uint64_t k_most_points = 1u << 22;
 /// For a vertex of a level by the rules, its share of the mesh and of the rows.
@@ -40,7 +43,7 @@ constexpr int k_settling_levels = 16;
 /// A cell's middle is looked for at most so many levels further down.
 constexpr int k_deepest_middle = 4;
 /// Sites evaluated together: enough to share ancestors, few enough for their levels to stay in the cache.
-constexpr std::uint32_t k_block = 2048;
+constexpr std::uint32_t k_sites_at_once = 2048;
 /// Rows of a normal.
 constexpr std::uint32_t k_normal_rows = 4;
 
@@ -128,13 +131,20 @@ class RowPoints final : public LevelSource {
         std::unique_ptr<const RepeatedRows> all;
         std::vector<std::uint32_t> root_halfedge;  ///< by root of sites, as RepeatedRows::corner_halfedges()
         int limit_level = 0;                       ///< RepeatedRows::limit_level()
-        std::vector<Vec3d> first;                  ///< points of the first level
+        /// Points of the levels from the first on that are whole; rows go up to the last of these.
+        std::array<std::vector<Vec3d>, k_max_level + 2> whole;
+        std::atomic<std::size_t> whole_count = 0;
+        std::array<std::uint64_t, k_max_level + 2> asked{};  ///< sites so far, by levels from the first on
         /// In cells too large for rows of their own the limit at the middle of a cell, where four finer ones meet, is a
         /// sum of their points: x, y = 0 stand right above.
         std::vector<RegularLimit::LatticeTerm> middle, tangents[2];
+        int middle_depth = 0;  ///< levels down to those; 0: there are none
 
         int first_level() const { return all->first_level(); }
         const RootLattices& net() const { return all->net(); }
+        RootLayout layout(std::size_t from_first) const {
+            return net().layout(all->segments(first_level() + static_cast<int>(from_first)));
+        }
     };
 
     bool dual() const { return roots_.count() != 0; }
@@ -142,21 +152,42 @@ class RowPoints final : public LevelSource {
     int offset() const { return triangles_ ? 0 : 1; }
 
     /// The rows, once they are worth it for all the sites that have been asked for.
-    const Rows* rows_for(std::size_t sites) const {
+    const Rows* rows_for(std::span<const Site> sites, Wanted wanted, int level) const {
         const std::lock_guard lock(mutex_);
-        if (!tried_) {
-            asked_ += sites;
-            const std::uint64_t cells = triangles_ ? mesh_.face_count() / 2 + 1 : mesh_.halfedge_count(),
-                                points = cells << (2 * k_first_lattice_level);
-            if (points > std::min(most_points_, k_points_per_site * asked_)) return nullptr;
-            tried_ = true;
-            // Tasks of callers that wait for the lock must not be taken up by this thread.
-            oneapi::tbb::this_task_arena::isolate([&] { rows_ = make(); });
-        }
+        // Tasks of callers that wait for the lock must not be taken up by this thread.
+        oneapi::tbb::this_task_arena::isolate([&] {
+            if (!tried_) {
+                asked_ += sites.size();
+                const std::uint64_t cells = triangles_ ? mesh_.face_count() / 2 + 1 : mesh_.halfedge_count(),
+                                    points = cells << (2 * k_first_lattice_level);
+                if (points > std::min(most_points_, k_points_per_site * asked_)) return;
+                tried_ = true;
+                rows_ = make();
+            }
+            if (rows_) make_whole_levels(*rows_, sites, wanted, level);
+        });
         return rows_.get();
     }
 
-    std::unique_ptr<const Rows> make() const {
+    /// Those for which enough sites at them and further down have been asked for.
+    void make_whole_levels(Rows& rows, std::span<const Site> sites, Wanted wanted, int level) const {
+        for (const Site& site : sites)
+            if (const Address at = address(rows, site, wanted, level); at.level >= rows.first_level())
+                ++rows.asked[static_cast<std::size_t>(at.level - rows.first_level())];
+        for (std::size_t next = rows.whole_count; next < rows.whole.size(); ++next) {
+            std::uint64_t deeper = 0;
+            for (std::size_t l = next; l < rows.asked.size(); ++l) deeper += rows.asked[l];
+            const std::uint64_t points = 4 * rows.whole[next - 1].size();
+            if (points > std::min(k_points_whole * deeper, most_points_)) return;
+            const RootLayout above = rows.layout(next - 1), layout = rows.layout(next);
+            resize_large(rows.whole[next], rows.net().place_count(layout));
+            rows.all->step_to(rows.first_level() + static_cast<int>(next))
+                .apply(above, layout, rows.whole[next - 1].data(), rows.whole[next].data(), {{}, 0, 1});
+            rows.whole_count = next + 1;
+        }
+    }
+
+    std::unique_ptr<Rows> make() const {
         RepeatedRows::Demand demand;
         demand.limit = demand.normals = demand.even_if_slower = demand.any_level = true;
         auto result = std::make_unique<Rows>();
@@ -177,8 +208,9 @@ class RowPoints final : public LevelSource {
         else
             result->root_halfedge.assign(corners.begin(), corners.end());
         const RootLattices& net = result->net();
-        resize_large(result->first, net.place_count(net.layout(result->all->segments(result->first_level()))));
-        result->all->first_points(mesh_.positions(), result->first.data());
+        resize_large(result->whole[0], net.place_count(result->layout(0)));
+        result->all->first_points(mesh_.positions(), result->whole[0].data());
+        result->whole_count = 1;
         return result;
     }
 
@@ -198,36 +230,37 @@ class RowPoints final : public LevelSource {
             take(found->limit, rows.middle);
             take(found->tangents[0][0], rows.tangents[0]);
             take(found->tangents[0][1], rows.tangents[1]);
+            rows.middle_depth = middle_depth(rows);
             return;
         }
     }
 
-    /// How many levels below a cell its limit can be told from: so that beyond the points it takes as many again are
-    /// left to the ends of the cell, where rows may be others. -1: none.
+    /// So far down that beyond the points it takes as many again are left to the ends of the cell, where rows may be
+    /// others.
     static int middle_depth(const Rows& rows) {
         for (int finer = 2; finer <= k_deepest_middle; ++finer) {
             const int reach = 1 << (finer - 1);
             const auto inside = [&](int i) { return -reach <= 2 * i && 2 * (i + 1) <= reach; };
-            const auto all_inside = [&](const std::vector<RegularLimit::LatticeTerm>& terms) {
-                return !terms.empty() &&
-                       std::ranges::all_of(terms, [&](const auto& term) { return inside(term.x) && inside(term.y); });
-            };
-            if (all_inside(rows.middle) && all_inside(rows.tangents[0]) && all_inside(rows.tangents[1])) return finer;
+            bool all = !rows.middle.empty();
+            for (const auto* terms : {&rows.middle, &rows.tangents[0], &rows.tangents[1]})
+                for (const RegularLimit::LatticeTerm& term : *terms) all = all && inside(term.x) && inside(term.y);
+            if (all) return finer;
         }
-        return -1;
+        return 0;
     }
 
     template <class Others>
     void evaluate(std::span<const Site> sites, Wanted wanted, int level, std::span<Vec3d> out,
                   const Others& others) const {
-        const Rows* const rows = rows_for(sites.size());
+        const Rows* const rows = rows_for(sites, wanted, level);
         if (rows == nullptr) return others(sites, out);
         std::vector<std::uint8_t> missing(sites.size(), 0);
-        for_each_block(static_cast<std::uint32_t>(sites.size()), k_block, [&](std::uint32_t begin, std::uint32_t end) {
-            const std::size_t count = end - begin;
-            block(*rows, sites.subspan(begin, count), wanted, level, out.subspan(begin, count),
-                  std::span(missing).subspan(begin, count));
-        });
+        for_each_block(static_cast<std::uint32_t>(sites.size()), k_sites_at_once,
+                       [&](std::uint32_t begin, std::uint32_t end) {
+                           const std::size_t count = end - begin;
+                           block(*rows, sites.subspan(begin, count), wanted, level, out.subspan(begin, count),
+                                 std::span(missing).subspan(begin, count));
+                       });
         std::vector<Site> left;
         for (std::size_t i = 0; i < sites.size(); ++i)
             if (missing[i] != 0) left.push_back(sites[i]);
@@ -238,37 +271,73 @@ class RowPoints final : public LevelSource {
             if (missing[i] != 0) out[i] = found[k++];
     }
 
+    /// Where a site is in the lattices, at the level that its result has rows of.
+    struct Address {
+        int level = -1;  ///< of the scheme; -1: it has none
+        std::uint32_t halfedge = 0, x = 0, y = 0;
+        std::uint32_t half_cell = 0;  ///< not 0: the middle of the cell is asked for
+    };
+    Address address(const Rows& rows, const Site& any, Wanted wanted, int level) const {
+        const Site site = dual() ? any : minimal_level(any);
+        Address at;
+        at.halfedge = rows.root_halfedge[site.root.value];
+        if (at.halfedge == MeshLevel::none) return {};
+        const int own = site.level + offset();
+        if (wanted != Wanted::positions) {
+            level = std::max(own, rows.limit_level);
+            // Roots that are no faces' corners reach beyond the surface's end or a crease.
+            const bool beyond = site.root.value >= mesh_.halfedge_count() && dual();
+            if (dual() && level > own) {
+                if (beyond || rows.middle_depth == 0) return {};
+                level = std::max(own + rows.middle_depth, rows.first_level());
+                at.half_cell = 1u << (level - own - 1);
+            }
+            // Where creases are shared, a normal is the mean of two sides.
+            if (wanted == Wanted::normals && beyond && rows.net().shares_points()) return {};
+        }
+        if (level < rows.first_level() || site.level + level - own > k_max_level) return {};
+        at.level = level;
+        at.x = site.at.x << (level - own);
+        at.y = site.at.y << (level - own);
+        return at;
+    }
+
     void block(const Rows& rows, std::span<const Site> sites, Wanted wanted, int level, std::span<Vec3d> out,
                std::span<std::uint8_t> missing) const {
         Workspace& work = workspaces_.local();
         for (LevelVertices& vertices : work.levels) vertices.clear();
         work.sums.clear();
-        std::vector<std::size_t> begin;
-        std::vector<int> level_of;
-        int deepest = 0;
+        const std::size_t base = rows.whole_count - 1;
+        std::vector<std::size_t> begin, level_of;
+        std::size_t deepest = base;
         for (std::size_t i = 0; i < sites.size(); ++i) {
             begin.push_back(work.sums.source.size());
-            level_of.push_back(add(rows, sites[i], wanted, level, work));
-            missing[i] = level_of[i] < 0 ? 1 : 0;
+            level_of.push_back(base);
+            const Address at = address(rows, sites[i], wanted, level);
+            missing[i] = at.level < 0 ? 1 : 0;
+            if (at.level < 0) continue;
+            level_of[i] = static_cast<std::size_t>(at.level - rows.first_level());
+            add(rows, at, wanted, base, work);
             deepest = std::max(deepest, level_of[i]);
         }
         begin.push_back(work.sums.source.size());
-        const RootLattices& net = rows.net();
-        const RootLayout first = net.layout(rows.all->segments(rows.first_level()));
+        const RootLayout base_layout = rows.layout(base);
         evaluate_levels(
-            std::span<LevelVertices>(work.levels), deepest,
+            std::span(work.levels).subspan(base), static_cast<int>(deepest - base),
             [&](const RootPlace& at, int l, const auto& add_term) {
-                const int to = rows.first_level() + l;
+                const int to = rows.first_level() + static_cast<int>(base) + l;
                 rows.all->step_to(to).read(
                     rows.all->segments(to - 1), at,
                     [&](std::uint32_t, const RootPlace& from, double weight) { add_term(from, weight); });
             },
             [&](const RootPlace& at) {
-                return rows.first[net.number_at(first, at.root, {at.x, at.y})];
-            });
+                return rows.net().number_at(base_layout, at.root, {at.x, at.y});
+            },
+            rows.whole[base]);
         for (std::size_t i = 0; i < sites.size(); ++i) {
             if (missing[i] != 0) continue;
-            const std::vector<Vec3d>& value = work.levels[static_cast<std::size_t>(level_of[i])].value;
+            const std::vector<Vec3d>& value =
+                level_of[i] <= base ? rows.whole[level_of[i]] : work.levels[level_of[i]].value;
             Vec3d sum[k_normal_rows] = {};
             for (std::size_t k = begin[i]; k < begin[i + 1]; ++k)
                 sum[work.sums.row[k]] += work.sums.weight[k] * value[work.sums.source[k]];
@@ -277,61 +346,37 @@ class RowPoints final : public LevelSource {
         }
     }
 
-    /// The vertices of a site's sums. Returns their level, counted from the first of the rows; -1: it has none there.
-    int add(const Rows& rows, const Site& any, Wanted wanted, int level, Workspace& work) const {
-        const Site site = dual() ? any : minimal_level(any);
-        const std::uint32_t h = rows.root_halfedge[site.root.value];
-        if (h == MeshLevel::none) return -1;
+    /// The terms of what is wanted there.
+    /// @param base  the last whole level
+    static void add(const Rows& rows, const Address& address, Wanted wanted, std::size_t base, Workspace& work) {
         const RootLattices& net = rows.net();
-        const int own = site.level + offset();
-        bool middle = false;
-        if (wanted != Wanted::positions) {
-            level = std::max(own, rows.limit_level);
-            middle = dual() && level > own;
-            if (middle) {
-                // Roots that are no faces' corners reach beyond the surface's end or a crease.
-                const int depth = site.root.value < mesh_.halfedge_count() ? middle_depth(rows) : -1;
-                if (depth < 0) return -1;
-                level = std::max(own + depth, rows.first_level());
-            }
-            // Where creases are shared, a normal is the mean of two sides.
-            if (wanted == Wanted::normals && net.shares_points() && site.root.value >= mesh_.halfedge_count())
-                return -1;
-        }
-        if (level < rows.first_level()) return -1;
-        const std::uint32_t segments = rows.all->segments(level);
-        const int up = level - own;
-        if (site.level + up > k_max_level) return -1;
-        LevelVertices& vertices = work.levels[static_cast<std::size_t>(level - rows.first_level())];
-        const auto take = [&](std::uint32_t row, const RootPlace& at, double weight) {
-            work.sums.source.push_back(vertices.insert(at));
+        const std::uint32_t segments = rows.all->segments(address.level), h = address.halfedge;
+        const auto level = static_cast<std::size_t>(address.level - rows.first_level());
+        const RootLayout layout = rows.layout(level);
+        const auto take = [&](std::uint32_t row, const RootPlace& p, double weight) {
+            work.sums.source.push_back(level <= base ? net.number_at(layout, p.root, {p.x, p.y})
+                                                     : work.levels[level].insert(p));
             work.sums.weight.push_back(weight);
             work.sums.row.push_back(static_cast<std::uint8_t>(row));
         };
-        const std::uint32_t x = site.at.x << up, y = site.at.y << up;
-        if (middle) {
-            const std::uint32_t half = 1u << (up - 1);
+        if (address.half_cell != 0) {
             const auto sum = [&](std::uint32_t row, const std::vector<RegularLimit::LatticeTerm>& terms) {
+                const std::uint32_t x = address.x + address.half_cell, y = address.y + address.half_cell;
                 for (const RegularLimit::LatticeTerm& term : terms)
                     take(row,
-                         net.place_seen(segments, h, x + half + static_cast<std::uint32_t>(term.x),
-                                        y + half + static_cast<std::uint32_t>(term.y)),
+                         net.place_seen(segments, h, x + static_cast<std::uint32_t>(term.x),
+                                        y + static_cast<std::uint32_t>(term.y)),
                          term.weight);
             };
-            if (wanted == Wanted::limits) {
-                sum(0, rows.middle);
-            } else {
-                sum(0, rows.tangents[0]);
-                sum(1, rows.tangents[1]);
-            }
-            return level - rows.first_level();
+            sum(0, wanted == Wanted::limits ? rows.middle : rows.tangents[0]);
+            if (wanted == Wanted::normals) sum(1, rows.tangents[1]);
+            return;
         }
-        const RootPlace at = net.own_place(segments, net.place_seen(segments, h, x, y));
+        const RootPlace at = net.own_place(segments, net.place_seen(segments, h, address.x, address.y));
         if (wanted == Wanted::positions)
             take(0, at, 1);
         else
             (wanted == Wanted::limits ? rows.all->limit() : rows.all->normals()).read(segments, at, take);
-        return level - rows.first_level();
     }
 
     const ControlMesh& mesh_;
@@ -344,7 +389,7 @@ class RowPoints final : public LevelSource {
     mutable std::mutex mutex_;
     mutable std::uint64_t asked_ = 0;  ///< sites so far
     mutable bool tried_ = false;
-    mutable std::unique_ptr<const Rows> rows_;
+    mutable std::unique_ptr<Rows> rows_;
     mutable oneapi::tbb::enumerable_thread_specific<Workspace> workspaces_{};  ///< what blocks have grown
 };
 

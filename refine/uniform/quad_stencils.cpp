@@ -105,11 +105,11 @@ QuadStencils::QuadStencils(const ControlMesh& mesh)
     PointRefiner(level, mesh.crease_method(), mesh.positions(), base_).run();
 }
 
-const Vec3d& QuadStencils::base_point(VertexKey key) const {
+std::uint32_t QuadStencils::base_number(VertexKey key) const {
     const HalfedgeId h(key.root);
-    if (key.y == 1) return base_[mesh_->vertex_count() + mesh_->face(h).value];
-    if (key.x == 1) return base_[mesh_->vertex_count() + mesh_->face_count() + mesh_->edge(h).value];
-    return base_[mesh_->origin(h).value];
+    if (key.y == 1) return mesh_->vertex_count() + mesh_->face(h).value;
+    if (key.x == 1) return mesh_->vertex_count() + mesh_->face_count() + mesh_->edge(h).value;
+    return mesh_->origin(h).value;
 }
 
 VertexKey QuadStencils::canonical(VertexKey at, int level) const {

@@ -271,7 +271,7 @@ bool RootLattices::has_simple_roots() const {
 }
 
 RootPlace RootLattices::own_place(std::uint32_t segments, const RootPlace& at) const {
-    if (in_cells_) return at;
+    if (in_cells_ || is_inside(segments, at.x, at.y)) return at;
     for (std::uint32_t s = 0, h = side_count() * at.root; s < side_count(); ++s, ++h) {
         const Place seen = seen_from(segments, s, {at.x, at.y});
         if (seen.x == 0 && seen.y == 0) return place_seen(segments, base_.vertex_halfedge[base_.origin[h]], 0, 0);
@@ -285,6 +285,8 @@ RootPlace RootLattices::own_place(std::uint32_t segments, const RootPlace& at) c
 }
 
 RootPlace RootLattices::place_beyond(std::uint32_t segments, std::uint32_t root, std::int64_t x, std::int64_t y) const {
+    if (x > 0 && y > 0 && is_inside(segments, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)))
+        return {root, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)};
     struct Far {
         std::int64_t x, y;
     };

@@ -173,6 +173,10 @@ class RootLattices {
         const Place p = turned(last_place(segments), h - base_.first_halfedge(f), a, b);
         return {f, p.x, p.y};
     }
+    /// Whether a place is off the root's sides.
+    bool is_inside(std::uint32_t segments, std::uint32_t x, std::uint32_t y) const {
+        return x > 0 && y > 0 && (base_.face_size == 4 ? std::max(x, y) < segments : x + y < segments);
+    }
     /// A point's place, where roots that share it have one each: in the root of the first half-edge of its edge or
     /// vertex.
     RootPlace own_place(std::uint32_t segments, const RootPlace& at) const;

@@ -227,8 +227,9 @@ void RowPatterns::corner(const RootLayout& coarse, const RootLayout& fine, std::
         Vec3d sums[Finish::rows] = {};
         for (std::size_t r = 0; r < Finish::rows; ++r)
             for_each_seen(h, place.rows[r], [&](std::uint32_t g, const RootLattices::Seen& of, double weight) {
-                sums[r] += weight * in[net_.number(coarse, g, static_cast<std::uint32_t>(of.a),
-                                                   static_cast<std::uint32_t>(of.b))];
+                sums[r] +=
+                    weight *
+                    in[net_.number(coarse, g, static_cast<std::uint32_t>(of.a), static_cast<std::uint32_t>(of.b))];
             });
         out[net_.number(fine, h, place.x, place.y)] = Finish::result(sums);
     }

@@ -9,6 +9,7 @@
 
 #include <compare>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -56,7 +57,9 @@ class QuadStencils {
     /// Weights on the vertices of level - 1; level >= 1.
     void stencil(VertexKey key, int level, KeyRing& scratch, std::vector<StencilEntry>& out) const;
     /// Positions at level 0.
-    const Vec3d& base_point(VertexKey key) const;
+    /// Of a vertex of level 0, in base().
+    std::uint32_t base_number(VertexKey key) const;
+    std::span<const Vec3d> base() const { return base_; }
 
   private:
     const ControlMesh* mesh_;
@@ -75,7 +78,8 @@ class TriangleStencils {
     VertexKey canonical(VertexKey at, int level) const;
     void ring(VertexKey key, int level, KeyRing& ring) const;
     void stencil(VertexKey key, int level, KeyRing& scratch, std::vector<StencilEntry>& out) const;
-    const Vec3d& base_point(VertexKey key) const;
+    std::uint32_t base_number(VertexKey key) const;
+    std::span<const Vec3d> base() const { return mesh_->positions(); }
 
   private:
     const ControlMesh* mesh_;

@@ -12,9 +12,7 @@ TriangleStencils::TriangleStencils(const ControlMesh& mesh)
     }
 }
 
-const Vec3d& TriangleStencils::base_point(VertexKey key) const {
-    return mesh_->position(mesh_->origin(HalfedgeId(key.root)));
-}
+std::uint32_t TriangleStencils::base_number(VertexKey key) const { return mesh_->origin(HalfedgeId(key.root)).value; }
 
 VertexKey TriangleStencils::canonical(VertexKey at, int level) const {
     const std::uint32_t n = std::uint32_t{1} << level, z = n - at.x - at.y, h = at.root;
