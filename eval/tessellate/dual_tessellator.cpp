@@ -55,7 +55,7 @@ class DualTessellator final : public TessellationRun {
               [&] { return std::make_shared<const PartialLevels>(mesh, options.scheme.info(), options.rules); })),
           forest_(quadtrees_from([&] { return points_->vertex_roots(); })),
           limits_(row_points(mesh, options.scheme.info(), options.rules, vertex_levels(points_), &forest_.roots(),
-                             context)),
+                             context, true)),
           leaf_errors_(limits_) {
         const std::string_view no_bound = lacks_bound();
         if (DualBound::has(options.scheme.info()) && no_bound.empty())

@@ -94,7 +94,7 @@ class LimitUvs {
             const SchemeInfo& scheme =
                 linear ? *find_scheme(triangles ? "midpoint" : "bilinear") : options.scheme.info();
             points_.emplace(
-                make_hierarchy(chart_, scheme, {.rules = chart_rules(options.rules), .repeated_rows = true}));
+                make_hierarchy(chart_, scheme, {.rules = chart_rules(options.rules), .whole_levels = true}));
         } catch (const Error& error) {
             warnings.push_back(std::string("the UV layer cannot be subdivided and is interpolated linearly (") +
                                error.what() + ")");
@@ -134,7 +134,7 @@ class LatticeTessellator final : public TessellationRun {
     LatticeTessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
         : TessellationRun(mesh, options, context),
           points_(make_hierarchy(mesh, options.scheme.info(),
-                                 {.rules = options.rules, .repeated_rows = true, .context = context})),
+                                 {.rules = options.rules, .whole_levels = true, .context = context})),
           forest_(mesh),
           progress_(context, options.max_triangles, [this] { return forest_.triangle_count(); }) {}
 

@@ -79,7 +79,7 @@ DualCharts::DualCharts(const ControlMesh& mesh, const SchemeInfo& scheme, const 
     : charts_(std::make_unique<ControlMesh>(extended_charts(mesh, scheme, rules))),
       points_(std::make_shared<const PartialLevels>(*charts_, scheme, rules)),
       roots_(points_->vertex_roots()),
-      limits_(detail::row_points(*charts_, scheme, rules, vertex_levels(points_), &roots_, context)) {
+      limits_(detail::row_points(*charts_, scheme, rules, vertex_levels(points_), &roots_, context, true)) {
     for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) root_.push_back(h);
     root_.resize(roots.count(), k_unknown);
     find_roots(roots);

@@ -285,9 +285,9 @@ struct HierarchyOptions {
     /// Limit positions from elsewhere, by canonical sites (such as a patch tree over the same mesh); else from the
     /// scheme's rules.
     std::shared_ptr<const PositionSource> limit_positions{};
-    /// Limit positions and normals, once many have been asked for, by rows learnt from the rules (see row_points.hpp):
-    /// up to some hundred times faster. Their last bits then depend on how many have been asked for before.
-    bool repeated_rows = false;
+    /// Makes whole levels where many points are asked for: faster. Their last bits then depend on what has been asked
+    /// for before.
+    bool whole_levels = false;
     RunContext context{};
 };
 

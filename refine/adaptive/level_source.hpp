@@ -3,9 +3,8 @@
 #include "../../hier/base/vec.hpp"
 #include "../../hier/forest/site.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
-#include "../../schemes/core/scheme_kind.hpp"
 #include "../../schemes/core/scheme_table.hpp"
-#include "../rules/vertex_ring.hpp"
+#include "../rules/limit_point.hpp"
 
 #include <memory>
 #include <span>
@@ -37,18 +36,9 @@ class LevelSource {
     virtual void normals(std::span<const Site> sites, std::span<Vec3d> out) const;
 };
 
-/// Catmull-Clark or Loop by closure. Keeps a reference to the mesh.
-/// @throws Error  invalid_input: Loop on other faces than triangles
-std::unique_ptr<LevelSource> closure_levels(const ControlMesh& mesh, SchemeKind scheme);
-
 /// Any scheme of the table whose vertices are sites, by its rules on part of each level (PartialLevels). Keeps a
 /// reference to the mesh.
 /// @throws Error  as PartialLevels; unsupported: a dual scheme
 std::unique_ptr<LevelSource> rule_levels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules);
-
-/// Bilinear refinement into quads, or midpoint refinement of triangles: each level lies on the control mesh, and so
-/// does the limit. Its normals are those of frames(), as there are no tangent planes.
-/// @throws Error  invalid_input: triangles are asked for on other faces
-std::unique_ptr<LevelSource> linear_levels(const ControlMesh& mesh, bool triangles);
 
 }  // namespace tetrakis

@@ -9,7 +9,6 @@
 #include "../rules/rule_levels.hpp"
 #include "../rules/rule_limit.hpp"
 #include "../rules/rule_refiner.hpp"
-#include "../uniform/regular_patch.hpp"
 #include "level_frames.hpp"
 #include "level_query.hpp"
 #include "level_walk.hpp"
@@ -39,11 +38,6 @@ using Step = RuleStep (*)(const RuleMesh&, const RuleOptions&);
 constexpr std::size_t k_block = 1024;
 // The same with wide surroundings, which may lie far apart.
 constexpr std::size_t k_block_of_others = 256;
-// The same where most are evaluated without a mesh: what is raised around an extraordinary point is then for all of
-// them around it.
-constexpr std::size_t k_block_of_patches = 16 * k_block;
-// How many rings more than a regular vertex one beside an extraordinary point needs for Doo-Sabin's masks.
-constexpr int k_rings_beside_a_point = 2;
 
 /// An address on its way down: a cell of the target level and the point asked for, both in the frame of the cell that
 /// it has come to, whose sides are `size` long.
@@ -101,6 +95,20 @@ enum class Asked {
 
 bool asks_for_limits(Asked asked) { return asked == Asked::limits || asked == Asked::limit_positions; }
 
+/// Where limits go: whole points, or positions alone, without tangents and normals.
+struct LimitsOut {
+    std::span<LimitPoint> points;
+    std::span<Vec3d> positions;
+
+    bool positions_alone() const { return !positions.empty(); }
+    void put(std::uint32_t index, const LimitPoint& point) const {
+        if (positions_alone())
+            positions[index] = point.position;
+        else
+            points[index] = point;
+    }
+};
+
 /// The net about one of its vertices.
 LimitPoint frame(const RuleMesh& mesh, std::span<const Vec3d> net, int v) {
     Vec3d normal(0);
@@ -119,8 +127,6 @@ struct PartialLevels::Impl {
     struct Worker {
         detail::MeshPartFinder parts;
         detail::RuleLimitFinder limits;
-        std::optional<detail::RegularPatch> patch;
-        bool asked_for_patch = false;
     };
 
     Impl(const ControlMesh& m, const SchemeInfo& s, const RuleOptions& r)
@@ -167,19 +173,6 @@ struct PartialLevels::Impl {
     }
 
     Worker& worker() const { return workers.local(); }
-    /// For limits of dual schemes; nullptr where regular vertices have no mask.
-    detail::RegularPatch* patch() const {
-        Worker& w = worker();
-        if (!dual()) return nullptr;
-        if (!std::exchange(w.asked_for_patch, true))
-            if (const detail::RegularLimit* regular = w.limits.regular())
-                w.patch.emplace(scheme, rules, *regular, detail::rule_limit_rings(scheme, rules) + 1);
-        return w.patch ? &*w.patch : nullptr;
-    }
-    /// Limits of those that have come to where the mesh is regular; takes them out.
-    void take_regular(const RuleMesh& level, std::span<const Vec3d> net, const std::vector<LevelQuery>& queries,
-                      detail::RegularPatch& patch, std::vector<Walker>& walkers, const detail::LimitsOut& out) const;
-
     void run(const std::vector<LevelQuery>& queries, Asked asked, std::span<Vec3d> positions,
              std::span<LimitPoint> points_out, LevelCost* cost) const;
     void limit_positions(const std::vector<LevelQuery>& queries, std::span<Vec3d> positions) const;
@@ -189,7 +182,7 @@ struct PartialLevels::Impl {
                                          std::span<LimitPoint> out, LevelCost& cost) const;
     std::vector<std::uint32_t> write_limits(const RuleMesh& level, std::span<const Vec3d> net,
                                             std::span<const Walker> here, std::span<const int> vertices,
-                                            int whole_rings, const detail::LimitsOut& out) const;
+                                            int whole_rings, const LimitsOut& out) const;
 
     Walker start(const LevelQuery& q, std::uint32_t index) const {
         Walker w;
@@ -247,7 +240,7 @@ struct PartialLevels::Impl {
     std::vector<FaceId> root_face;       // dual: of the corners' children
     std::vector<unsigned> root_corners;  // dual: VertexFrame::faces
     mutable oneapi::tbb::enumerable_thread_specific<Worker> workers{[this] {
-        return Worker{{}, detail::RuleLimitFinder(scheme, rules), {}, false};
+        return Worker{{}, detail::RuleLimitFinder(scheme, rules)};
     }};
 };
 
@@ -294,15 +287,8 @@ void PartialLevels::Impl::run(const std::vector<LevelQuery>& queries, Asked aske
             // Most vertices are regular, and need little around them; the others are raised once more, with more.
             const int most = detail::rule_limit_rings(scheme, rules);
             const int few = worker().limits.regular_rings().value_or(most);
-            if (patch() == nullptr) {
-                const std::vector<std::uint32_t> left = run_all(order, k_block, std::min(few, most));
-                run_all(left, k_block_of_others, most);
-            } else {
-                // Regular ones leave early: what is raised on all levels are the others.
-                const std::vector<std::uint32_t> left =
-                    run_all(order, k_block_of_patches, std::min(few + k_rings_beside_a_point, most));
-                run_all(left, k_block_of_others, most);
-            }
+            const std::vector<std::uint32_t> left = run_all(order, k_block, std::min(few, most));
+            run_all(left, k_block_of_others, most);
         } else {
             run_all(order, k_block, 0);
         }
@@ -317,8 +303,7 @@ std::vector<std::uint32_t> PartialLevels::Impl::run_block(const std::vector<Leve
                                                           int limit_rings, std::span<Vec3d> positions,
                                                           std::span<LimitPoint> out, LevelCost& cost) const {
     Worker& tools = worker();
-    detail::RegularPatch* const patches = asks_for_limits(asked) ? patch() : nullptr;
-    const detail::LimitsOut limits{out, asked == Asked::limit_positions ? positions : std::span<Vec3d>{}};
+    const LimitsOut limits{out, asked == Asked::limit_positions ? positions : std::span<Vec3d>{}};
     std::vector<std::uint32_t> left;
     std::vector<Walker> walkers;
     walkers.reserve(block.size());
@@ -334,7 +319,6 @@ std::vector<std::uint32_t> PartialLevels::Impl::run_block(const std::vector<Leve
     for (const Walker& w : walkers) ends[w.steps] = 1;
     for (int level = last; level >= 0; --level) {
         if (asks_for_limits(asked) && ends[level] != 0) rings[level] = limit_rings + 1;
-        if (patches != nullptr) rings[level] = std::max(rings[level], patches->radius() + 1);
         if (level == last) continue;
         rings[level] = std::max(rings[level], (rings[level + 1] + (dual() ? 2 : 1)) / 2 + reach);
     }
@@ -364,11 +348,6 @@ std::vector<std::uint32_t> PartialLevels::Impl::run_block(const std::vector<Leve
                 now = part.halfedge(*above, w.frame.halfedge);
             w.frame.halfedge = now;
         }
-        if (patches != nullptr) {
-            take_regular(part.mesh, here, queries, *patches, walkers, limits);
-            if (walkers.empty()) return left;
-        }
-
         const bool any_arrived =
             std::any_of(walkers.begin(), walkers.end(), [](const Walker& w) { return w.steps == 0; });
         const auto arrived = !any_arrived ? walkers.end()
@@ -399,34 +378,10 @@ std::vector<std::uint32_t> PartialLevels::Impl::run_block(const std::vector<Leve
     }
 }
 
-void PartialLevels::Impl::take_regular(const RuleMesh& level, std::span<const Vec3d> net,
-                                       const std::vector<LevelQuery>& queries, detail::RegularPatch& patch,
-                                       std::vector<Walker>& walkers, const detail::LimitsOut& out) const {
-    detail::RegularLimit& regular = *worker().limits.regular();
-    regular.look_at(level);
-    std::vector<detail::RegularPatch::Target> targets;
-    std::size_t kept = 0;
-    for (std::size_t begin = 0, end = 0; begin < walkers.size(); begin = end) {
-        // Those of one cell come one after another, and in the same frame.
-        const CellFrame frame = walkers[begin].frame;
-        for (end = begin + 1; end < walkers.size() && walkers[end].frame.halfedge == frame.halfedge;) ++end;
-        const int ahead = detail::vertex_corners(level, frame)[2];
-        if (ahead == RuleMesh::none || !patch.gather(level, regular.regular(), net, ahead)) {
-            for (std::size_t i = begin; i < end; ++i) walkers[kept++] = walkers[i];
-            continue;
-        }
-        targets.clear();
-        for (std::size_t i = begin; i < end; ++i)
-            targets.push_back({walkers[i].index, walkers[i].steps, queries[walkers[i].index].cell});
-        patch.limits(targets, out);
-    }
-    walkers.resize(kept);
-}
-
 std::vector<std::uint32_t> PartialLevels::Impl::write_limits(const RuleMesh& level, std::span<const Vec3d> net,
                                                              std::span<const Walker> here,
                                                              std::span<const int> vertices, int whole_rings,
-                                                             const detail::LimitsOut& out) const {
+                                                             const LimitsOut& out) const {
     // Many addresses of a block name the same vertex.
     std::vector<int> once, number(level.vertex_count(), -1);
     for (const int v : vertices)
@@ -440,10 +395,7 @@ std::vector<std::uint32_t> PartialLevels::Impl::write_limits(const RuleMesh& lev
     if (whole_rings >= detail::rule_limit_rings(scheme, rules))
         limits.points(level, net, once, points_once);
     else
-        // Those beside extraordinary points take more rings than are there for regular ones alone.
-        for (const int i : patch() != nullptr ? limits.known_points(level, net, once, whole_rings, points_once)
-                                              : limits.regular_points(level, net, once, whole_rings, points_once))
-            missing[i] = 1;
+        for (const int i : limits.regular_points(level, net, once, whole_rings, points_once)) missing[i] = 1;
     std::vector<std::uint32_t> left;
     for (std::size_t i = 0; i < vertices.size(); ++i) {
         const int at = number[vertices[i]];
@@ -481,6 +433,11 @@ void PartialLevels::limits(std::span<const Site> sites, std::span<LimitPoint> ou
 void PartialLevels::limits(std::span<const VertexCell> cells, std::span<LimitPoint> out, LevelCost* cost) const {
     detail::check_length("points to write", out.size(), cells.size());
     impl_->run(detail::cell_queries(impl_->lattice, impl_->roots.size(), cells), Asked::limits, {}, out, cost);
+}
+
+void PartialLevels::frames(std::span<const Site> sites, std::span<LimitPoint> out) const {
+    detail::check_length("points to write", out.size(), sites.size());
+    impl_->run(detail::site_queries(impl_->mesh, impl_->lattice, sites, false), Asked::frames, {}, out, nullptr);
 }
 
 void PartialLevels::frames(std::span<const VertexCell> cells, std::span<LimitPoint> out) const {

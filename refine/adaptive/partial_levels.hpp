@@ -4,7 +4,7 @@
 #include "../../hier/forest/vertex_roots.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../schemes/core/scheme_table.hpp"
-#include "../rules/vertex_ring.hpp"
+#include "../rules/limit_point.hpp"
 #include "adaptive.hpp"
 
 #include <cstdint>
@@ -27,14 +27,15 @@ struct LevelCost {
 /// l + 1 (Catmull-Clark, Kobbelt, bilinear, 4-8, repeated averaging with an even number of steps), or triangles, where
 /// it is scheme level l (Loop, Butterfly, midpoint). Dual schemes: cells of the vertex quadtrees (VertexCell).
 ///
+/// It serves where rows do not repeat, and those levels that they begin below (detail::row_points()).
+///
 /// Results depend on the mesh, the scheme and the address alone, not on the batch, its order or the number of threads.
 /// Holes take part in the rules like all other faces. Keeps a reference to the mesh. All calls are const and safe from
 /// several threads. Memory: that of one block of addresses per thread (a few MiB), however deep they are.
-/// Limits of dual schemes where the mesh is regular come from the first level that shows it, without the mesh of those
-/// below. Cost of a vertex, limit included, where many are side by side in one call: Doo-Sabin half a microsecond (one
-/// on a cube's level 5, where extraordinary points are near), Kobbelt 5, biquartic 5 (cube, lattice level 5). A vertex
-/// alone needs its neighbourhood on every level (some 50 faces each); with a limit, an irregular one or one beside it 8
-/// rings of faces on the last, and steps of these where tags, a boundary or a second extraordinary point are near.
+/// Cost of a vertex where many are side by side in one call, in microseconds: some; with its limit ten, up to a hundred
+/// where masks are wide. A vertex alone needs its neighbourhood on every level (some 50 faces each); with a limit, an
+/// irregular one or one beside it 8 rings of faces on the last, and steps of these where tags, a boundary or a second
+/// extraordinary point are near.
 class PartialLevels : public PositionSource {
   public:
     /// @throws Error  invalid_input: a mesh that the scheme cannot take; unsupported: a scheme without such addresses
@@ -58,8 +59,9 @@ class PartialLevels : public PositionSource {
     /// @throws Error  as control_positions(); unsupported: a vertex that the scheme has no limit mask for
     void limits(std::span<const Site> sites, std::span<LimitPoint> out, LevelCost* cost = nullptr) const;
     void limits(std::span<const VertexCell> cells, std::span<LimitPoint> out, LevelCost* cost = nullptr) const;
-    /// The net about vertices of dual schemes, at the levels of their cells: position, mean normal of the faces around
-    /// (by area), two directions that span the plane across it.
+    /// The net about vertices, at the levels that the addresses are written at: position, mean normal of the faces
+    /// around (by area), two directions that span the plane across it.
+    void frames(std::span<const Site> sites, std::span<LimitPoint> out) const;
     void frames(std::span<const VertexCell> cells, std::span<LimitPoint> out) const;
     /// Limit positions alone, which those of limits() are.
     void positions(std::span<const Site> sites, std::span<Vec3d> positions) const override;

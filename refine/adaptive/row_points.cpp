@@ -3,10 +3,12 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/corner_cell.hpp"
+#include "../../schemes/rules/linear.hpp"
 #include "../rules/limit_search.hpp"
 #include "../rules/regular_limit.hpp"
 #include "../rules/rule_levels.hpp"
 #include "../uniform/repeated_rows.hpp"
+#include "level_frames.hpp"
 #include "level_vertices.hpp"
 
 #include <oneapi/tbb/enumerable_thread_specific.h>
@@ -73,11 +75,17 @@ std::vector<std::uint32_t> root_halfedges(const VertexRoots& roots, const Repeat
     return first;
 }
 
-/// Terms of the sums that a block's results are.
+/// The sums that a site's result is made of.
 struct Sums {
+    std::vector<Vec3d> value;
+    std::uint32_t last_row = 0;
+};
+
+/// Their terms, of a block of sites.
+struct Terms {
     std::vector<std::uint32_t> source;
     std::vector<double> weight;
-    std::vector<std::uint8_t> row;
+    std::vector<std::uint32_t> row;
 
     void clear() {
         source.clear();
@@ -88,16 +96,19 @@ struct Sums {
 
 struct Workspace {
     std::array<LevelVertices, k_max_level + 2> levels;  ///< from the first level of the rows on
+    Terms terms;
     Sums sums;
 };
 
-enum class Wanted { positions, limits, normals };
+enum class Wanted { positions, frames, limits, normals };
 
 class RowPoints final : public LevelSource {
   public:
     RowPoints(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
-              std::shared_ptr<const LevelSource> others, const VertexRoots* roots, const RunContext& context)
-        : mesh_(mesh),
+              std::shared_ptr<const LevelSource> others, const VertexRoots* roots, const RunContext& context,
+              bool whole_levels)
+        : whole_levels_(whole_levels),
+          mesh_(mesh),
           scheme_(scheme),
           rules_(rules),
           others_(std::move(others)),
@@ -110,20 +121,40 @@ class RowPoints final : public LevelSource {
     int first_level(const Site& site) const override { return others_->first_level(site); }
     int max_level() const override { return others_->max_level(); }
     void positions(std::span<const Site> sites, int level, std::span<Vec3d> out) const override {
-        evaluate(sites, Wanted::positions, level, out,
-                 [&](std::span<const Site> some, std::span<Vec3d> to) { others_->positions(some, level, to); });
+        evaluate(
+            sites, Wanted::positions, level, out, [](const Sums& sums, Vec3d& point) { point = sums.value[0]; },
+            [&](std::span<const Site> some, std::span<Vec3d> to) { others_->positions(some, level, to); });
     }
     void frames(std::span<const Site> sites, int level, std::span<LimitPoint> out) const override {
-        others_->frames(sites, level, out);
+        evaluate(
+            sites, Wanted::frames, level, out, [&](const Sums& sums, LimitPoint& point) { point = frame(sums.value); },
+            [&](std::span<const Site> some, std::span<LimitPoint> to) { others_->frames(some, level, to); });
     }
     void limit_positions(std::span<const Site> sites, std::span<Vec3d> out) const override {
-        evaluate(sites, Wanted::limits, 0, out,
-                 [&](std::span<const Site> some, std::span<Vec3d> to) { others_->limit_positions(some, to); });
+        evaluate(
+            sites, Wanted::limits, 0, out, [](const Sums& sums, Vec3d& point) { point = sums.value[0]; },
+            [&](std::span<const Site> some, std::span<Vec3d> to) { others_->limit_positions(some, to); });
     }
-    void limits(std::span<const Site> sites, std::span<LimitPoint> out) const override { others_->limits(sites, out); }
     void normals(std::span<const Site> sites, std::span<Vec3d> out) const override {
-        evaluate(sites, Wanted::normals, 0, out,
-                 [&](std::span<const Site> some, std::span<Vec3d> to) { others_->normals(some, to); });
+        evaluate(
+            sites, Wanted::normals, 0, out,
+            [](const Sums& sums, Vec3d& normal) { normal = RowPatterns::normal_of(sums.value.data()); },
+            [&](std::span<const Site> some, std::span<Vec3d> to) { others_->normals(some, to); });
+    }
+    void limits(std::span<const Site> sites, std::span<LimitPoint> out) const override {
+        const auto others = [&](std::span<const Site> some, std::span<LimitPoint> to) { others_->limits(some, to); };
+        evaluate(
+            sites, Wanted::normals, 0, out,
+            [](const Sums& sums, LimitPoint& point) {
+                point.normal = RowPatterns::normal_of(sums.value.data());
+                point.tangent1 = sums.value[0];
+                point.tangent2 = sums.value[1];
+                point.has_tangent_plane = sums.last_row < 2;
+            },
+            others);
+        std::vector<Vec3d> positions(sites.size());
+        limit_positions(sites, positions);
+        for (std::size_t i = 0; i < sites.size(); ++i) out[i].position = positions[i];
     }
 
   private:
@@ -160,11 +191,12 @@ class RowPoints final : public LevelSource {
                 asked_ += sites.size();
                 const std::uint64_t cells = triangles_ ? mesh_.face_count() / 2 + 1 : mesh_.halfedge_count(),
                                     points = cells << (2 * k_first_lattice_level);
-                if (points > std::min(most_points_, k_points_per_site * asked_)) return;
+                // Else results would depend on the calls before.
+                if (whole_levels_ && points > std::min(most_points_, k_points_per_site * asked_)) return;
                 tried_ = true;
                 rows_ = make();
             }
-            if (rows_) make_whole_levels(*rows_, sites, wanted, level);
+            if (rows_ && whole_levels_) make_whole_levels(*rows_, sites, wanted, level);
         });
         return rows_.get();
     }
@@ -189,7 +221,9 @@ class RowPoints final : public LevelSource {
 
     std::unique_ptr<Rows> make() const {
         RepeatedRows::Demand demand;
-        demand.limit = demand.normals = demand.even_if_slower = demand.any_level = true;
+        demand.limit = demand.even_if_slower = demand.any_level = true;
+        demand.normals = !is_linear(scheme_);  // it has no tangents
+        demand.most_points = most_points_;
         auto result = std::make_unique<Rows>();
         try {
             auto by_rules = std::make_unique<RuleLevels>(mesh_, scheme_, rules_, 0);
@@ -249,8 +283,21 @@ class RowPoints final : public LevelSource {
         return 0;
     }
 
-    template <class Others>
-    void evaluate(std::span<const Site> sites, Wanted wanted, int level, std::span<Vec3d> out,
+    /// The net about a vertex, from its point and those of RootLattices::around(), the first once more where they
+    /// close.
+    LimitPoint frame(std::span<const Vec3d> p) const {
+        Vec3d normal(0);
+        if (rows_->net().side_count() == 4)
+            for (std::size_t i = 1; i + 2 < p.size(); i += 2) normal += glm::cross(p[i + 1] - p[0], p[i + 2] - p[i]);
+        else
+            for (std::size_t i = 1; i + 1 < p.size(); ++i) normal += glm::cross(p[i] - p[0], p[i + 1] - p[0]);
+        return frame_from(p[0], normal, p[1] - p[0]);
+    }
+
+    /// @param finish  (sums, result); a normal that is zero is none
+    /// @param others  (sites, results): the others' for those that have no rows
+    template <class Result, class Finish, class Others>
+    void evaluate(std::span<const Site> sites, Wanted wanted, int level, std::span<Result> out, const Finish& finish,
                   const Others& others) const {
         const Rows* const rows = rows_for(sites, wanted, level);
         if (rows == nullptr) return others(sites, out);
@@ -259,14 +306,14 @@ class RowPoints final : public LevelSource {
                        [&](std::uint32_t begin, std::uint32_t end) {
                            const std::size_t count = end - begin;
                            block(*rows, sites.subspan(begin, count), wanted, level, out.subspan(begin, count),
-                                 std::span(missing).subspan(begin, count));
+                                 std::span(missing).subspan(begin, count), finish);
                        });
         std::vector<Site> left;
         for (std::size_t i = 0; i < sites.size(); ++i)
             if (missing[i] != 0) left.push_back(sites[i]);
         if (left.empty()) return;
-        std::vector<Vec3d> found(left.size());
-        others(left, found);
+        std::vector<Result> found(left.size());
+        others(std::span<const Site>(left), std::span<Result>(found));
         for (std::size_t i = 0, k = 0; i < sites.size(); ++i)
             if (missing[i] != 0) out[i] = found[k++];
     }
@@ -283,7 +330,9 @@ class RowPoints final : public LevelSource {
         at.halfedge = rows.root_halfedge[site.root.value];
         if (at.halfedge == MeshLevel::none) return {};
         const int own = site.level + offset();
-        if (wanted != Wanted::positions) {
+        if (wanted == Wanted::frames && dual()) return {};
+        if (wanted == Wanted::normals && !rows.all->has_normals()) return {};
+        if (wanted == Wanted::limits || wanted == Wanted::normals) {
             level = std::max(own, rows.limit_level);
             // Roots that are no faces' corners reach beyond the surface's end or a crease.
             const bool beyond = site.root.value >= mesh_.halfedge_count() && dual();
@@ -302,16 +351,17 @@ class RowPoints final : public LevelSource {
         return at;
     }
 
-    void block(const Rows& rows, std::span<const Site> sites, Wanted wanted, int level, std::span<Vec3d> out,
-               std::span<std::uint8_t> missing) const {
+    template <class Result, class Finish>
+    void block(const Rows& rows, std::span<const Site> sites, Wanted wanted, int level, std::span<Result> out,
+               std::span<std::uint8_t> missing, const Finish& finish) const {
         Workspace& work = workspaces_.local();
         for (LevelVertices& vertices : work.levels) vertices.clear();
-        work.sums.clear();
+        work.terms.clear();
         const std::size_t base = rows.whole_count - 1;
         std::vector<std::size_t> begin, level_of;
         std::size_t deepest = base;
         for (std::size_t i = 0; i < sites.size(); ++i) {
-            begin.push_back(work.sums.source.size());
+            begin.push_back(work.terms.source.size());
             level_of.push_back(base);
             const Address at = address(rows, sites[i], wanted, level);
             missing[i] = at.level < 0 ? 1 : 0;
@@ -320,7 +370,7 @@ class RowPoints final : public LevelSource {
             add(rows, at, wanted, base, work);
             deepest = std::max(deepest, level_of[i]);
         }
-        begin.push_back(work.sums.source.size());
+        begin.push_back(work.terms.source.size());
         const RootLayout base_layout = rows.layout(base);
         evaluate_levels(
             std::span(work.levels).subspan(base), static_cast<int>(deepest - base),
@@ -338,11 +388,17 @@ class RowPoints final : public LevelSource {
             if (missing[i] != 0) continue;
             const std::vector<Vec3d>& value =
                 level_of[i] <= base ? rows.whole[level_of[i]] : work.levels[level_of[i]].value;
-            Vec3d sum[k_normal_rows] = {};
-            for (std::size_t k = begin[i]; k < begin[i + 1]; ++k)
-                sum[work.sums.row[k]] += work.sums.weight[k] * value[work.sums.source[k]];
-            out[i] = wanted == Wanted::normals ? RowPatterns::normal_of(sum) : sum[0];
-            if (wanted == Wanted::normals && out[i] == Vec3d(0)) missing[i] = 1;
+            Sums& sums = work.sums;
+            sums.value.assign(k_normal_rows, Vec3d(0));
+            sums.last_row = 0;
+            for (std::size_t k = begin[i]; k < begin[i + 1]; ++k) {
+                sums.last_row = work.terms.row[k];
+                if (sums.last_row >= sums.value.size()) sums.value.resize(sums.last_row + 1, Vec3d(0));
+                sums.value[sums.last_row] += work.terms.weight[k] * value[work.terms.source[k]];
+            }
+            if (wanted == Wanted::frames) sums.value.resize(sums.last_row + 1);
+            finish(std::as_const(sums), out[i]);
+            if (wanted == Wanted::normals && RowPatterns::normal_of(sums.value.data()) == Vec3d(0)) missing[i] = 1;
         }
     }
 
@@ -354,10 +410,10 @@ class RowPoints final : public LevelSource {
         const auto level = static_cast<std::size_t>(address.level - rows.first_level());
         const RootLayout layout = rows.layout(level);
         const auto take = [&](std::uint32_t row, const RootPlace& p, double weight) {
-            work.sums.source.push_back(level <= base ? net.number_at(layout, p.root, {p.x, p.y})
-                                                     : work.levels[level].insert(p));
-            work.sums.weight.push_back(weight);
-            work.sums.row.push_back(static_cast<std::uint8_t>(row));
+            work.terms.source.push_back(level <= base ? net.number_at(layout, p.root, {p.x, p.y})
+                                                      : work.levels[level].insert(p));
+            work.terms.weight.push_back(weight);
+            work.terms.row.push_back(row);
         };
         if (address.half_cell != 0) {
             const auto sum = [&](std::uint32_t row, const std::vector<RegularLimit::LatticeTerm>& terms) {
@@ -373,12 +429,18 @@ class RowPoints final : public LevelSource {
             return;
         }
         const RootPlace at = net.own_place(segments, net.place_seen(segments, h, address.x, address.y));
-        if (wanted == Wanted::positions)
+        if (wanted == Wanted::positions || wanted == Wanted::frames) {
             take(0, at, 1);
-        else
+            if (wanted == Wanted::positions) return;
+            RootLattices::Around around = net.around(segments, at);
+            if (around.closed) around.places.push_back(around.places.front());
+            for (std::uint32_t k = 0; k < around.places.size(); ++k) take(k + 1, around.places[k], 1);
+        } else {
             (wanted == Wanted::limits ? rows.all->limit() : rows.all->normals()).read(segments, at, take);
+        }
     }
 
+    bool whole_levels_;
     const ControlMesh& mesh_;
     const SchemeInfo& scheme_;
     RuleOptions rules_;
@@ -397,8 +459,8 @@ class RowPoints final : public LevelSource {
 
 std::shared_ptr<const LevelSource> row_points(const ControlMesh& mesh, const SchemeInfo& scheme,
                                               const RuleOptions& rules, std::shared_ptr<const LevelSource> others,
-                                              const VertexRoots* roots, const RunContext& context) {
-    return std::make_shared<RowPoints>(mesh, scheme, rules, std::move(others), roots, context);
+                                              const VertexRoots* roots, const RunContext& context, bool whole_levels) {
+    return std::make_shared<RowPoints>(mesh, scheme, rules, std::move(others), roots, context, whole_levels);
 }
 
 }  // namespace tetrakis::detail

@@ -24,6 +24,6 @@ namespace tetrakis::detail {
 /// Keeps references to the mesh and the scheme.
 std::shared_ptr<const LevelSource> row_points(const ControlMesh& mesh, const SchemeInfo& scheme,
                                               const RuleOptions& rules, std::shared_ptr<const LevelSource> others,
-                                              const VertexRoots* roots, const RunContext& context);
+                                              const VertexRoots* roots, const RunContext& context, bool whole_levels);
 
 }  // namespace tetrakis::detail

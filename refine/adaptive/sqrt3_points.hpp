@@ -3,7 +3,7 @@
 #include "../../hier/base/vec.hpp"
 #include "../../hier/forest/site.hpp"
 #include "../../hier/forest/sqrt3_lattice.hpp"
-#include "../rules/vertex_ring.hpp"
+#include "../rules/limit_point.hpp"
 #include "level_source.hpp"
 #include "sqrt3_rules.hpp"
 

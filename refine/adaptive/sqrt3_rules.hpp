@@ -4,7 +4,7 @@
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../schemes/core/ring_mask.hpp"
 #include "../../schemes/core/sharpness.hpp"
-#include "../rules/vertex_ring.hpp"
+#include "../rules/limit_point.hpp"
 
 #include <array>
 #include <cstddef>

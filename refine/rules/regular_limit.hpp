@@ -3,7 +3,7 @@
 #include "../../hier/base/vec.hpp"
 #include "../../schemes/core/sector_fan.hpp"
 #include "../../schemes/core/stencil_table.hpp"
-#include "vertex_ring.hpp"
+#include "limit_point.hpp"
 
 #include <cstddef>
 #include <optional>

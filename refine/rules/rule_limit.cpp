@@ -218,31 +218,6 @@ LimitPoint point_of(const RuleMesh& mesh, std::span<const Vec3d> net, int v, int
 
 }  // namespace
 
-std::vector<int> RuleLimitFinder::known_points(const RuleMesh& mesh, std::span<const Vec3d> net,
-                                               std::span<const int> vertices, int rings, std::span<LimitPoint> out) {
-    const std::vector<int> others = regular_points(mesh, net, vertices, rings, out);
-    if (others.empty() || !state_->fans || rings <= state_->mask->radius()) return others;
-    std::vector<int> those;
-    for (const int i : others) those.push_back(vertices[i]);
-    std::vector<std::optional<LimitRows>> rows(those.size());
-    state_->fans->find(mesh, state_->mask->regular(), those, rows);
-    std::vector<int> left;
-    for (std::size_t k = 0; k < rows.size(); ++k) {
-        if (!rows[k]) {
-            left.push_back(others[k]);
-            continue;
-        }
-        const LimitRows& of = *rows[k];
-        out[others[k]] = point_of(mesh, net, those[k], static_cast<int>(of.tangents.size()), [&](int pair, int which) {
-            const StencilRow& row = pair < 0 ? of.limit : of.tangents[pair][which];
-            Vec3d result(0);
-            for (const auto& [point, weight] : row.terms) result += weight * net[point];
-            return result;
-        });
-    }
-    return left;
-}
-
 void RuleLimitFinder::points(const RuleMesh& mesh, std::span<const Vec3d> net, std::span<const int> vertices,
                              std::span<LimitPoint> out) {
     const std::vector<int> others =

@@ -2,7 +2,7 @@
 
 #include "../../hier/base/vec.hpp"
 #include "../../schemes/core/scheme_table.hpp"
-#include "vertex_ring.hpp"
+#include "limit_point.hpp"
 
 #include <memory>
 #include <optional>
@@ -51,9 +51,6 @@ class RuleLimitFinder {
     ///               is found
     std::vector<int> regular_points(const RuleMesh& mesh, std::span<const Vec3d> net, std::span<const int> vertices,
                                     int rings, std::span<LimitPoint> out);
-    /// The same, and those beside a single extraordinary point: as many as can be told from so few rings.
-    std::vector<int> known_points(const RuleMesh& mesh, std::span<const Vec3d> net, std::span<const int> vertices,
-                                  int rings, std::span<LimitPoint> out);
     /// Of all vertices.
     void points(const RuleMesh& mesh, std::span<const Vec3d> net, std::span<const int> vertices,
                 std::span<LimitPoint> out);

@@ -319,8 +319,11 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         return by_rules.level() >= begin + plan.by_rules && static_cast<int>(segments) > 2 * scheme.choice_rings &&
                all->fits(segments);
     };
+    const auto too_large = [&] {
+        return static_cast<std::uint64_t>(by_rules.last().vertex_count()) * factor * factor > demand.most_points;
+    };
     while (!wide_enough())
-        if (by_rules.level() + 1 >= levels || !go_on()) return nullptr;
+        if (by_rules.level() + 1 >= levels || too_large() || !go_on()) return nullptr;
     all->pattern_.erase(all->pattern_.begin(), all->pattern_.begin() + (by_rules.level() - begin));
     std::optional<std::vector<int>> vertices = all->net_.vertices(all->net_.layout(segments), by_rules.last(), first);
     if (!vertices) return nullptr;

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -31,6 +32,7 @@ class RepeatedRows {
         bool limit = false, normals = false;
         bool even_if_slower = false;  ///< on meshes so small that the rules would be done before rows are learned
         bool any_level = false;       ///< rows of single points on levels however deep: no last one is made
+        std::uint64_t most_points = std::numeric_limits<std::uint64_t>::max();  ///< that the rules may make on a level
         std::uint64_t point_bytes = sizeof(Vec3d), face_bytes = 2 * sizeof(std::uint32_t),
                       corner_bytes = sizeof(std::uint32_t);
     };
@@ -60,6 +62,7 @@ class RepeatedRows {
     /// From this level on limits and normals have rows of its points; empty: they never have.
     std::optional<int> limit_level() const;
     const RowPatterns& limit() const { return *limit_; }
+    bool has_normals() const { return normals_.has_value(); }
     const RowPatterns& normals() const { return *normals_; }
     RootLayout last_layout() const { return net_.layout(segments_.back()); }
     /// By control half-edge the half-edge of the net's base from which the lattice of its corner cell (triangles: of

@@ -180,6 +180,13 @@ class RootLattices {
     /// A point's place, where roots that share it have one each: in the root of the first half-edge of its edge or
     /// vertex.
     RootPlace own_place(std::uint32_t segments, const RootPlace& at) const;
+    /// The places around one in a lattice, counter-clockwise: of quads the one along an edge and the far one of the
+    /// face after it by turns. On the boundary they begin and end along it.
+    struct Around {
+        std::vector<RootPlace> places;
+        bool closed = true;
+    };
+    Around around(std::uint32_t segments, const RootPlace& at) const;
     /// The own place of what lies at (x, y) of a root's lattice or beyond its sides, where the net goes on as if it
     /// were regular.
     RootPlace place_beyond(std::uint32_t segments, std::uint32_t root, std::int64_t x, std::int64_t y) const;

@@ -193,11 +193,14 @@ void RowPatterns::read(std::uint32_t segments, const RootPlace& at, const Term& 
         return;
     }
     const std::size_t kind = (at.y % factor_ * factor_ + at.x % factor_) * std::size_t{rows_inside()};
+    const auto x = std::int64_t{at.x / factor_}, y = std::int64_t{at.y / factor_}, reach = std::int64_t{rings_};
+    const bool inside =
+        std::min(x, y) > reach && (sides == 4 ? std::max(x, y) + reach < coarse_last : x + y + 2 * reach < coarse_last);
     for (std::uint32_t r = 0; r < rows_inside(); ++r)
         for (const auto& [to, weight] : regular_[kind + r])
             term(r,
-                 net_.place_beyond(segments, at.root, std::int64_t{at.x / factor_} + to.a,
-                                   std::int64_t{at.y / factor_} + to.b),
+                 inside ? RootPlace{at.root, static_cast<std::uint32_t>(x + to.a), static_cast<std::uint32_t>(y + to.b)}
+                        : net_.place_beyond(segments, at.root, x + to.a, y + to.b),
                  weight);
 }
 

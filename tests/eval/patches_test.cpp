@@ -8,7 +8,7 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
-#include "../../refine/adaptive/closure.hpp"
+#include "../../refine/adaptive/hierarchy.hpp"
 
 #include <doctest/doctest.h>
 
@@ -44,13 +44,13 @@ std::vector<Site> lattice(HalfedgeId root, std::uint8_t level) {
 
 TEST_SUITE_BEGIN("eval");
 
-TEST_CASE_TEMPLATE("[inv1] patch trees give the limits of closure, tags of all kinds included", Family, QuadFamily,
-                   LoopFamily) {
+TEST_CASE_TEMPLATE("[inv1] patch trees give the limits of repeated rows, tags of all kinds included", Family,
+                   QuadFamily, LoopFamily) {
     for (const std::uint64_t seed : test::seeds(48)) {
         CAPTURE(seed);
         const ControlMesh mesh = test::random_patch_mesh<Family>(seed);
         const typename Family::Patches patches(mesh);
-        const Closure closure(mesh, k_kind<Family>);
+        const Hierarchy rows = make_hierarchy(mesh, name(k_kind<Family>));
         test::Random random(seed);
         double off = 0, turned = 0;
         for (const HalfedgeId root : test::roots_of<Family>(mesh)) {
@@ -61,7 +61,7 @@ TEST_CASE_TEMPLATE("[inv1] patch trees give the limits of closure, tags of all k
                 if (Family::inside(double(x) / n, double(y) / n)) sites.push_back({root, {x, y}, level});
             }
             std::vector<LimitPoint> limits(sites.size());
-            closure.limits(sites, limits);
+            rows.limits(sites, limits);
             for (std::size_t i = 0; i < sites.size(); ++i) {
                 const Site& s = sites[i];
                 const SurfacePoint p = patches.vertex(s.root, s.at, s.level);

@@ -11,7 +11,7 @@
 #include "../../eval/surface/height_image.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
-#include "../../refine/adaptive/closure.hpp"
+#include "../../refine/adaptive/hierarchy.hpp"
 
 #include <doctest/doctest.h>
 
@@ -258,7 +258,8 @@ TEST_CASE("UVs at control corners are those of the UV layer's own limit, by ever
             layer.boundary_rule =
                 rule == FaceVaryingRule::smooth_all ? BoundaryRule::edge_only : BoundaryRule::edge_and_corner;
             const ControlMesh uv_mesh = ControlMesh::build(std::move(layer));
-            const Closure uv_limit(uv_mesh, scheme), limit(mesh, scheme);
+            const Hierarchy uv_limit = make_hierarchy(uv_mesh, name(scheme)),
+                            limit = make_hierarchy(mesh, name(scheme));
             TessellateOptions options;
             options.scheme = scheme;
             options.tolerance = 1e-2;
@@ -274,9 +275,14 @@ TEST_CASE("UVs at control corners are those of the UV layer's own limit, by ever
                 const std::uint32_t k = scheme == SchemeKind::loop ? h - root.value : 0;
                 constexpr LatticePoint corners[3] = {{0, 0}, {1, 0}, {0, 1}};
                 const Site site{root, corners[k], 0};
-                const std::uint32_t v = match.nearest(limit.limit(site).position);
+                const auto limit_of = [&](const Hierarchy& points) {
+                    Vec3d at;
+                    points.limit_positions({&site, 1}, {&at, 1});
+                    return at;
+                };
+                const std::uint32_t v = match.nearest(limit_of(limit));
                 const Vec2d expected = rule == FaceVaryingRule::linear_all ? mesh.data().uvs[mesh.uv_index(half)]
-                                                                           : Vec2d(uv_limit.limit(site).position);
+                                                                           : Vec2d(limit_of(uv_limit));
                 for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t) {
                     if (result.triangle_face[t] != mesh.face(half).value) continue;
                     for (std::size_t c = 0; c < 3; ++c)

@@ -7,7 +7,6 @@
 #include "../kit/random_mesh.hpp"
 
 #include "../../hier/mesh/triangulate.hpp"
-#include "../../refine/adaptive/closure.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "../../refine/adaptive/partial_levels.hpp"
 #include "../../refine/attributes/uv_mesh.hpp"
@@ -231,7 +230,7 @@ TEST_CASE("[inv1] hierarchies, rows that repeat themselves and the rules agree w
             std::vector<Vec3d> net = Level(mesh, scheme, k_levels, {.rules = rules}).points,
                                limit = Level(mesh, scheme, k_levels, {.rules = rules, .limit = true}).points;
             std::sort(net.begin(), net.end(), less);
-            CHECK(same_bytes(positions(MeshPositions::level), net));
+            CHECK(test::farthest_apart(positions(MeshPositions::level), net) < 1e-12 * mesh.bounding_box().diagonal());
             const std::vector<Vec3d> on_limit = positions(MeshPositions::limit);
             CHECK(test::farthest_apart(on_limit, limit) < 1e-12 * mesh.bounding_box().diagonal());
         }
@@ -299,7 +298,6 @@ TEST_CASE("[bad-input] what has no rule for corner angles refuses them, or says 
     }
     CHECK(!warned(refine(mesh, "catmull-clark", 1).warnings));
     CHECK(warned(FactoredMesh(mesh, FactoredScheme::catmull_clark).mesh().warnings));
-    CHECK(error_of([&] { Closure(mesh, SchemeKind::catmull_clark); }).code() == ErrorCode::unsupported);
     RuleMesh::Builder faces;
     faces.face({0, 1, 2});
     faces.set_corner_angles({0, 7, 0});

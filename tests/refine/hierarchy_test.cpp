@@ -184,7 +184,7 @@ TEST_CASE("limits by repeated rows are those of single sites, at any level") {
             options.hole = options.edge_vertices = options.merge = 0;  // vertices of two faces have no quadtrees
             const ControlMesh mesh = test::random_mesh(seed, options);
             Hierarchy single = make_hierarchy(mesh, name);
-            const Hierarchy whole = make_hierarchy(mesh, name, {.repeated_rows = true});
+            const Hierarchy whole = make_hierarchy(mesh, name, {.whole_levels = true});
             const int level = is_quaternary(single) ? 1 : 2;
             single.refine_where(everything(), 2 * level);
             single.refine_where(each_leaf([](const LeafView& view) { return view.face.value == 0; }), 4 * level);

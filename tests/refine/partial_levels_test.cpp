@@ -1,6 +1,5 @@
 #include "../kit/input_helpers.hpp"
 
-#include "../../refine/adaptive/closure.hpp"
 #include "../../refine/adaptive/partial_levels.hpp"
 #include "../../refine/rules/rule_refiner.hpp"
 

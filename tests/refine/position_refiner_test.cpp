@@ -4,7 +4,6 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../refine/adaptive/adaptive_dual.hpp"
-#include "../../refine/adaptive/closure.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "../../refine/adaptive/partial_levels.hpp"
 #include "../../refine/adaptive/sqrt3_points.hpp"
@@ -30,7 +29,6 @@ constexpr bool takes_meshes_that_stay = std::is_constructible_v<Refiner, const C
 static_assert(takes_meshes_that_stay<PositionRefiner, const char*, int>);
 static_assert(takes_meshes_that_stay<PositionRefiner, const SchemeInfo&, int, RefineOptions>);
 static_assert(takes_meshes_that_stay<AdaptiveDual, const SchemeInfo&>);
-static_assert(takes_meshes_that_stay<Closure, SchemeKind>);
 static_assert(takes_meshes_that_stay<PartialLevels, const SchemeInfo&>);
 static_assert(takes_meshes_that_stay<Sqrt3Points>);
 template <class Mesh, class Scheme>

@@ -153,9 +153,9 @@ BENCHMARK_CAPTURE(forest_operations, with_limits, with_limits)
         ->Unit(benchmark::kMillisecond)                               \
         ->UseRealTime()
 TETRAKIS_BENCH_TO_LEVEL(catmull_clark_patches, "catmull-clark", "pawn", true);
-TETRAKIS_BENCH_TO_LEVEL(catmull_clark_closure, "catmull-clark", "pawn", false);
+TETRAKIS_BENCH_TO_LEVEL(catmull_clark_rows, "catmull-clark", "pawn", false);
 TETRAKIS_BENCH_TO_LEVEL(loop_patches, "loop", "knot_tri", true);
-TETRAKIS_BENCH_TO_LEVEL(loop_closure, "loop", "knot_tri", false);
+TETRAKIS_BENCH_TO_LEVEL(loop_rows, "loop", "knot_tri", false);
 TETRAKIS_BENCH_TO_LEVEL(kobbelt_rules, "kobbelt", "cube", false);
 TETRAKIS_BENCH_TO_LEVEL(doo_sabin_rules, "doo-sabin", "knot", false);
 TETRAKIS_BENCH_TO_LEVEL(sqrt3_hierarchy, "sqrt3", "cube", false);
