@@ -413,61 +413,53 @@ class Repair {
                    detail::vertex_name(data_, split.first_vertex));
     }
 
+    /// Gives tags of old edges or vertices to all their copies.
+    /// @param copies  (old, new) of each copy, in any order
+    /// @param of      of(tag): its old edge or vertex
+    /// @param put     put(tag, copy) makes the tag name the copy
+    template <class Tag, class Key, class Of, class Put>
+    static Tally copy_tags(std::vector<Tag>& tags, std::vector<std::pair<Key, Key>> copies, Of&& of, Put&& put) {
+        std::sort(copies.begin(), copies.end());
+        std::vector<Tag> result;
+        Tally dropped;
+        for (std::uint32_t i = 0; i < tags.size(); ++i) {
+            const Key old = of(tags[i]);
+            auto it = std::lower_bound(copies.begin(), copies.end(), std::pair(old, Key{}));
+            const bool is_sharpness = tags[i].sharpness >= 0.0f;
+            if (it == copies.end() || it->first != old || !is_sharpness) dropped.add(i, tags[i].line);
+            for (; is_sharpness && it != copies.end() && it->first == old; ++it) {
+                result.push_back(tags[i]);
+                put(result.back(), it->second);
+            }
+        }
+        tags = std::move(result);
+        return dropped;
+    }
+
     // Tags speak of the vertices before the split: each copy of an edge or vertex gets them.
     void mend_tags() {
-        struct Copy {
-            std::uint32_t low, high;  // before the split
-            std::uint32_t a, b;       // now
-            auto operator<=>(const Copy&) const = default;
-        };
-        std::vector<Copy> edges;
-        if (!data_.creases.empty()) {
-            const auto uses =
-                detail::sorted_edge_uses(data_.face_offsets, data_.face_vertices, count_of(data_.positions.size()));
-            for (std::size_t i = 0; i < uses.size(); ++i) {
-                if (i > 0 && uses[i].same_edge(uses[i - 1])) continue;
-                const std::uint32_t a = origin_[uses[i].low], b = origin_[uses[i].high];
-                edges.push_back({std::min(a, b), std::max(a, b), uses[i].low, uses[i].high});
-            }
-            std::sort(edges.begin(), edges.end());
-        }
-        const auto is_sharpness = [](float s) { return s >= 0.0f; };
-        std::vector<ControlMeshData::EdgeTag> creases;
-        Tally no_crease, no_corner;
-        for (std::uint32_t i = 0; i < data_.creases.size(); ++i) {
-            const auto& tag = data_.creases[i];
-            const std::uint32_t low = std::min(tag.a, tag.b), high = std::max(tag.a, tag.b);
-            auto it = std::lower_bound(edges.begin(), edges.end(), Copy{low, high, 0, 0});
-            const bool found = it != edges.end() && it->low == low && it->high == high;
-            if (!found || !is_sharpness(tag.sharpness)) {
-                no_crease.add(i, tag.line);
-                continue;
-            }
-            for (; it != edges.end() && it->low == low && it->high == high; ++it)
-                creases.push_back({it->a, it->b, tag.sharpness, tag.line});
-        }
-        data_.creases = std::move(creases);
+        using Edge = std::array<std::uint32_t, 2>;  // the lower vertex first
+        const auto edge = [](std::uint32_t a, std::uint32_t b) { return Edge{std::min(a, b), std::max(a, b)}; };
+        std::vector<std::pair<Edge, Edge>> edges;
+        if (!data_.creases.empty())
+            for (const detail::EdgeUse& use :
+                 detail::sorted_edge_uses(data_.face_offsets, data_.face_vertices, count_of(data_.positions.size())))
+                if (const Edge now{use.low, use.high}; edges.empty() || edges.back().second != now)
+                    edges.emplace_back(edge(origin_[use.low], origin_[use.high]), now);
+        const Tally no_crease = copy_tags(
+            data_.creases, std::move(edges), [&](const auto& tag) { return edge(tag.a, tag.b); },
+            [](auto& tag, const Edge& now) { tag.a = now[0], tag.b = now[1]; });
 
-        std::vector<std::uint8_t> used(data_.positions.size(), 0);
-        for (const std::uint32_t v : data_.face_vertices) used[v] = 1;
-        std::vector<std::pair<std::uint32_t, std::uint32_t>> copies;  // vertex before the split, now
+        std::vector<std::pair<std::uint32_t, std::uint32_t>> vertices;
         if (!data_.corners.empty()) {
+            std::vector<std::uint8_t> used(data_.positions.size(), 0);
+            for (const std::uint32_t v : data_.face_vertices) used[v] = 1;
             for (std::uint32_t v = 0; v < origin_.size(); ++v)
-                if (used[v]) copies.emplace_back(origin_[v], v);
-            std::sort(copies.begin(), copies.end());
+                if (used[v]) vertices.emplace_back(origin_[v], v);
         }
-        std::vector<ControlMeshData::VertexTag> corners;
-        for (std::uint32_t i = 0; i < data_.corners.size(); ++i) {
-            const auto& tag = data_.corners[i];
-            auto it = std::lower_bound(copies.begin(), copies.end(), std::pair(tag.vertex, 0u));
-            if (it == copies.end() || it->first != tag.vertex || !is_sharpness(tag.sharpness)) {
-                no_corner.add(i, tag.line);
-                continue;
-            }
-            for (; it != copies.end() && it->first == tag.vertex; ++it)
-                corners.push_back({it->second, tag.sharpness, tag.line});
-        }
-        data_.corners = std::move(corners);
+        const Tally no_corner = copy_tags(
+            data_.corners, std::move(vertices), [](const auto& tag) { return tag.vertex; },
+            [](auto& tag, std::uint32_t now) { tag.vertex = now; });
         report_tags(no_crease, "dropped {} crease tags that name no edge or have no sharpness (the first is tag {})");
         report_tags(no_corner,
                     "dropped {} corner tags that name no vertex of a face or have no sharpness (the first is tag {})");
