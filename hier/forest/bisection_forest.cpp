@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 namespace tetrakis {
 
@@ -30,7 +31,8 @@ BisectionForest::BisectionForest(const ControlMesh& mesh) : mesh_(&mesh) {
                       .neighbour = {surface_leaf(mesh.twin(h)), LeafId(mesh.next(h).value), LeafId(mesh.prev(h).value)},
                       .vertex = {vertex_point(mesh.origin(h)), vertex_point(mesh.target(h)), centre_point(f)},
                       .depth = mesh.is_hole(f) ? k_dead : std::uint8_t{0},
-                      .direction = shape.direction};
+                      .direction = shape.direction,
+                      .mark = 0};
     });
     for_each_index(mesh.vertex_count(), [&](std::uint32_t v) {
         const HalfedgeId h = mesh.vertex_halfedge(VertexId(v));
@@ -40,53 +42,166 @@ BisectionForest::BisectionForest(const ControlMesh& mesh) : mesh_(&mesh) {
         sites_[mesh.vertex_count() + f] = {mesh.face_halfedge(FaceId(f)), {1, 1}, 0};
     });
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
-        if (!mesh.is_hole(FaceId(f))) leaf_count_ += mesh.face_size(FaceId(f));
+        if (!mesh.is_hole(FaceId(f))) root_count_ += mesh.face_size(FaceId(f));
+    leaf_count_ = leaf_capacity_ = root_count_;
 }
 
 std::uint64_t BisectionForest::memory_bytes() const {
-    return leaves_.capacity() * sizeof(BisectionLeaf) + sites_.capacity() * sizeof(Site) +
-           (free_leaves_.capacity() + free_points_.capacity() + scratch_.listed.capacity() +
-            scratch_.affected.capacity() + scratch_.created.capacity()) *
-               sizeof(std::uint32_t) +
-           scratch_.work.capacity() * sizeof(Work);
+    return leaves_.capacity() * sizeof(BisectionLeaf) + sites_.capacity() * sizeof(Site);
 }
 
 void BisectionForest::shrink() {
-    scratch_ = Scratch();
     leaves_.shrink_to_fit();
     sites_.shrink_to_fit();
-    free_leaves_.shrink_to_fit();
-    free_points_.shrink_to_fit();
+    leaf_capacity_ = leaf_slots() - hole_slots();
+    midpoint_capacity_ = point_slots() - fixed_points();
 }
 
-void BisectionForest::require_leaves(std::span<const LeafId> ids) const {
-    constexpr std::size_t k_ahead = 24;  // records asked for ahead of time: the loop waits for memory
-    for (std::size_t i = 0; i < ids.size(); ++i) {
-        if (i + k_ahead < ids.size() && ids[i + k_ahead].value < leaves_.size())
-            __builtin_prefetch(&leaves_[ids[i + k_ahead].value].depth);
-        const LeafId id = ids[i];
-        if (!is_leaf(id))
-            throw Error(ErrorCode::invalid_input,
-                        id.value < leaves_.size()
-                            ? "slot " + std::to_string(id.value) + " holds no leaf: it was merged, or is a hole's"
-                            : "leaf " + std::to_string(id.value) + " is beyond the forest's " +
-                                  std::to_string(leaves_.size()) + " slots");
+void BisectionForest::reserve(std::uint64_t leaves, std::uint64_t midpoints) {
+    const std::uint64_t slots = leaves + hole_slots(), points = midpoints + fixed_points();
+    if (slots >= LeafId::none || points >= PointId::none)
+        throw Error(ErrorCode::memory_limit,
+                    "the refinement would have more than 2^32 - 1 leaves; use a larger tolerance or a lower level");
+    leaves_.reserve(static_cast<std::size_t>(slots));
+    sites_.reserve(static_cast<std::size_t>(points));
+    leaf_capacity_ = std::max(leaf_capacity_, static_cast<std::uint32_t>(leaves));
+    midpoint_capacity_ = std::max(midpoint_capacity_, static_cast<std::uint32_t>(midpoints));
+}
+
+void BisectionForest::refuse(LeafId id) const {
+    const std::string number = std::to_string(id.value);
+    if (id.value >= leaves_.size())
+        throw Error(ErrorCode::invalid_input,
+                    "leaf " + number + " is beyond the forest's " + std::to_string(leaves_.size()) + " slots");
+    if (!is_leaf(id))
+        throw Error(ErrorCode::invalid_input, "slot " + number + " holds no leaf: it was merged, or is a hole's");
+    throw Error(ErrorCode::unsupported, "leaf " + number + " is at the largest depth, " +
+                                            std::to_string(k_max_bisection_depth) +
+                                            "; the tolerance is out of reach here");
+}
+
+BisectionForest::SplitCost BisectionForest::split_cost(LeafId id) const {
+    require_splittable(id);
+    SplitCost cost;
+    for (LeafId at = id; at.valid(); at = coarser_base(at)) {
+        cost.leaves += leaves_[at.value].neighbour[0].valid() ? 2 : 1;
+        ++cost.midpoints;
     }
+    return cost;
 }
 
-void BisectionForest::grow_work(std::size_t slots) {
-    const std::size_t old = scratch_.work.size();
-    if (slots <= old) return;
-    scratch_.work.resize(slots);
-    // Mostly the first touch of fresh pages.
-    constexpr std::uint32_t k_block = 1u << 15;
-    for_each_block(static_cast<std::uint32_t>(slots - old), k_block, [&](std::uint32_t begin, std::uint32_t end) {
-        std::fill(scratch_.work.data() + old + begin, scratch_.work.data() + old + end, Work{});
-    });
+LeafId BisectionForest::take_leaf() {
+    ++leaf_count_;
+    if (!free_leaf_.valid()) {
+        leaves_.resize(leaves_.size() + 1);
+        return LeafId(leaf_slots() - 1);
+    }
+    return std::exchange(free_leaf_, leaves_[free_leaf_.value].neighbour[0]);
 }
 
-void BisectionForest::clear_work() {
-    std::fill(scratch_.work.data(), scratch_.work.data() + scratch_.work.size(), Work{});
+PointId BisectionForest::take_point(const Site& site) {
+    ++midpoint_count_;
+    PointId point = free_point_;
+    if (point.valid()) {
+        free_point_.value = sites_[point.value].at.x;
+    } else {
+        sites_.resize(sites_.size() + 1);
+        point.value = point_slots() - 1;
+    }
+    sites_[point.value] = site;
+    return point;
+}
+
+// The link of a leaf, if there is one, that leads to `from` will lead to `to`.
+void BisectionForest::relink(LeafId leaf, LeafId from, LeafId to) {
+    if (!leaf.valid()) return;
+    auto& neighbour = leaves_[leaf.value].neighbour;
+    neighbour[neighbour[0] == from ? 0 : neighbour[1] == from ? 1 : 2] = to;
+}
+
+// Splits the leaf and its neighbour across the base, which is of the same depth if there is one. There is room.
+Diamond BisectionForest::bisect(LeafId id) {
+    const LeafId across = leaves_[id.value].neighbour[0];
+    Diamond diamond;
+    diamond.pair_count = across.valid() ? 2 : 1;
+    diamond.pairs[0] = {std::min(id, across), take_leaf()};
+    if (across.valid()) diamond.pairs[1] = {std::max(id, across), take_leaf()};
+    const BisectionLeaf& first = leaves_[diamond.pairs[0][0].value];
+    diamond.midpoint =
+        take_point(canonical(*mesh_, {first.cell, first.shape().middle(first.depth), lattice_level(first.depth + 1)}));
+    for (std::uint32_t i = 0; i < diamond.pair_count; ++i) {
+        const auto [slot0, slot1] = diamond.pairs[i];
+        const auto [other0, other1] = diamond.pairs[1 - i];
+        BisectionLeaf &child0 = leaves_[slot0.value], &child1 = leaves_[slot1.value];
+        const BisectionShape shape = child0.shape();
+        const int depth = child0.depth;
+        const auto [a, b, apex] = child0.vertex;
+        const auto [base, across1, across2] = child0.neighbour;
+        relink(across1, slot0, slot1);
+        child1.path = child0.path << 1 | 1;
+        child1.cell = depth == 0 ? mesh_->next(child0.cell) : child0.cell;
+        child1.neighbour = {across1, slot0, other0};
+        child1.vertex = {b, apex, diamond.midpoint};
+        child1.mark = 0;
+        child0.path <<= 1;
+        child0.neighbour = {across2, other1, slot1};
+        child0.vertex = {apex, a, diamond.midpoint};
+        const auto put_shape = [&](BisectionLeaf& child, int bit) {
+            const BisectionShape part = shape.child(depth, bit);
+            child.apex = part.apex;
+            child.direction = part.direction;
+            child.depth = static_cast<std::uint8_t>(depth + 1);
+        };
+        put_shape(child0, 0);
+        put_shape(child1, 1);
+    }
+    return diamond;
+}
+
+// The inverse of bisect().
+void BisectionForest::merge(const Diamond& diamond) {
+    for (std::uint32_t i = diamond.pair_count; i-- > 0;) {
+        const auto [slot0, slot1] = diamond.pairs[i];
+        BisectionLeaf &child0 = leaves_[slot0.value], &child1 = leaves_[slot1.value];
+        const BisectionShape shape = child0.shape().parent(child0.depth, 0);
+        relink(child1.neighbour[0], slot1, slot0);
+        child0.path >>= 1;
+        child0.apex = shape.apex;
+        child0.direction = shape.direction;
+        child0.neighbour = {diamond.pairs[1 - i][0], child1.neighbour[0], child0.neighbour[0]};
+        child0.vertex = {child0.vertex[1], child1.vertex[0], child0.vertex[0]};
+        --child0.depth;
+        child0.mark = child1.mark = 0;
+        child1.depth = k_dead;
+        child1.neighbour[0] = std::exchange(free_leaf_, slot1);
+    }
+    Site& site = sites_[diamond.midpoint.value];
+    site = {};
+    site.at.x = std::exchange(free_point_, diamond.midpoint).value;
+    leaf_count_ -= diamond.pair_count;
+    --midpoint_count_;
+}
+
+// The diamond of a leaf; without pairs if a leaf is a root or another one at its apex is split further.
+Diamond BisectionForest::find_diamond(LeafId id) const {
+    const BisectionLeaf& leaf = leaves_[id.value];
+    Diamond diamond{.midpoint = leaf.vertex[2]};
+    // Where the neighbour beyond an inner edge of the diamond has the same depth, it is the diamond's own.
+    const auto add_pair = [&](LeafId child0, LeafId child1) {
+        if (!child0.valid() || !child1.valid()) return false;
+        if (depth(child0) != leaf.depth || depth(child1) != leaf.depth) return false;
+        if (leaves_[child0.value].neighbour[2] != child1) return false;
+        diamond.pairs[diamond.pair_count++] = {child0, child1};
+        return true;
+    };
+    const bool is_child1 = (leaf.path & 1) != 0;
+    const LeafId child0 = is_child1 ? leaf.neighbour[1] : id, child1 = is_child1 ? id : leaf.neighbour[2];
+    if (leaf.depth == 0 || !add_pair(child0, child1)) return {};
+    const LeafId other1 = leaves_[child0.value].neighbour[1], other0 = leaves_[child1.value].neighbour[2];
+    if ((other0.valid() || other1.valid()) && !add_pair(other0, other1)) return {};
+    if (diamond.pair_count == 2 && diamond.pairs[1][0] < diamond.pairs[0][0])
+        std::swap(diamond.pairs[0], diamond.pairs[1]);
+    return diamond;
 }
 
 }  // namespace tetrakis

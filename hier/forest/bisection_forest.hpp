@@ -16,8 +16,6 @@
 
 namespace tetrakis {
 
-namespace detail {}
-
 /// A leaf of the bisection forest: the triangle (a, b, apex), counter-clockwise, with the base edge a-b that its split
 /// will bisect. Edge 0 is the base, edge 1 runs from b to the apex, edge 2 from the apex to a.
 struct BisectionLeaf {
@@ -28,10 +26,22 @@ struct BisectionLeaf {
     std::array<PointId, 3> vertex;    ///< a, b, apex
     std::uint8_t depth;               ///< number of bisections
     std::uint8_t direction;           ///< as BisectionShape::direction
+    std::uint8_t mark;                ///< of a running batch; else zero
 
     BisectionShape shape() const { return {apex, direction}; }
 };
 static_assert(sizeof(BisectionLeaf) == 48);
+
+/// The leaves around a midpoint that is the apex of all of them: the children of two leaves that share their base, or
+/// of one whose base is on the boundary or beside a hole. Child 0 has the slot of its parent, so that a split removes
+/// the leaves `pairs[i][0]` and creates all of `pairs`, a merge the reverse.
+struct Diamond {
+    PointId midpoint;                              ///< created by the split, removed by the merge
+    std::uint32_t pair_count = 0;                  ///< 1 or 2
+    std::array<std::array<LeafId, 2>, 2> pairs{};  ///< children 0 and 1 of each parent; that of the lower slot is first
+
+    std::span<const std::array<LeafId, 2>> siblings() const { return std::span(pairs).first(pair_count); }
+};
 
 /// The restricted 4-8 bisection forest over a polygon mesh: one root (v, w, c) per half-edge v -> w of a face with
 /// centre c that is not a hole. Leaves only, in a pool of 48-byte records.
@@ -40,9 +50,12 @@ static_assert(sizeof(BisectionLeaf) == 48);
 /// split first where it is one bisection coarser; towards boundary and holes a leaf is split alone. So neighbours
 /// across an edge differ by at most one bisection.
 ///
+/// split_diamond() and merge_diamond() change one diamond at a time, are exact inverses and never allocate. refine()
+/// and coarsen() do the same for many leaves. All changes are made by one thread.
+///
 /// Slots: a leaf keeps its slot until it is split or merged; its child 0 takes the slot over, and a merge gives it
-/// back. Root h is born in slot h. Slots of merged leaves are used again. Points: the V control vertices, then the F
-/// face centres by their numbers, then midpoints; freed by merges and used again.
+/// back. Root h is born in slot h. The slot that was freed last is used first. Points: the V control vertices, then the
+/// F face centres by their numbers, then midpoints, whose numbers are used again in the same way.
 class BisectionForest {
   public:
     /// All roots as leaves. Keeps a reference to the mesh. O(H).
@@ -80,30 +93,64 @@ class BisectionForest {
     PointId vertex_point(VertexId v) const { return PointId(v.value); }
     PointId centre_point(FaceId f) const { return PointId(mesh_->vertex_count() + f.value); }
 
-    /// Splits the marked leaves and whatever keeps the forest conforming: the smallest such refinement, each leaf once.
-    /// @param marked   leaves; repetitions do no harm
-    /// @param created  receives all new leaves (of several splits of one leaf, the last ones): for each marked leaf in
-    ///                 order its own, then those of the closure that it is the first to need; the descendants of one
-    ///                 old leaf in path order
-    /// @throws Error   invalid_input: a handle is no leaf; unsupported: a marked leaf is at depth
-    ///                 k_max_bisection_depth; memory_limit: more than 2^32 - 1 slots. The forest is then unchanged.
-    /// Cost: O(leaves created); parallel. The result (slots and points included) depends on `marked` and the calls
-    /// before, not on the number of threads.
-    void refine(std::span<const LeafId> marked, std::vector<LeafId>& created);
-    /// refine() of one leaf. Returns the number of leaves created.
-    std::size_t split(LeafId id);
+    /// Makes room for `leaves` leaves in all and their points.
+    /// @throws Error  memory_limit: more than 2^32 - 1 slots. The forest is then unchanged.
+    void reserve(std::uint32_t leaves) { reserve(leaves, leaves > root_count_ ? leaves - root_count_ : 0); }
+    /// split_diamond() makes no more leaves than these. reserve() and refine() raise it.
+    std::uint32_t leaf_capacity() const { return leaf_capacity_; }
+
+    /// What split_diamond() adds: leaves, and as many midpoints as diamonds are split.
+    struct SplitCost {
+        std::uint64_t leaves = 0, midpoints = 0;
+    };
+    /// @throws Error  invalid_input: not a leaf; unsupported: it is at depth k_max_bisection_depth
+    SplitCost split_cost(LeafId id) const;
+
+    /// Splits a leaf with its neighbour across the base, after the coarser leaves that this one asks for, base by base.
+    /// @param changed  changed(diamond) is called after each split, the coarsest diamond first
+    /// @return  false, with the forest as it was, if there is no room for this
+    /// @throws Error  as split_cost(); the forest is then unchanged
+    /// Cost: O(diamonds split); allocates nothing.
+    template <class Changed>
+    bool split_diamond(LeafId id, Changed&& changed) {
+        const SplitCost cost = split_cost(id);
+        if (cost.leaves > leaf_capacity_ - leaf_count_ || cost.midpoints > midpoint_capacity_ - midpoint_count_)
+            return false;
+        split_from_base(id, changed);
+        return true;
+    }
 
     /// Whether the leaf is one of the two (at the boundary) or four around a midpoint that is the apex of all of them.
-    bool can_merge(LeafId id) const;
-    /// Merges these two or four leaves to one or two: the exact inverse of splitting those. Returns these parents, that
-    /// of the lowest slot first; the second is invalid at the boundary.
-    /// @throws Error  invalid_input: not a leaf, or can_merge() is false. The forest is then unchanged.
-    std::array<LeafId, 2> merge(LeafId id);
-    /// merge() of all diamonds whose two or four leaves are all marked; other leaves are left alone. Returns their
-    /// number.
-    /// @param marked   leaves; repetitions do no harm
-    /// @param created  receives the parents, those of a diamond together, in the order of the diamonds' lowest slots
-    ///                 in `marked`
+    bool can_merge(LeafId id) const { return is_leaf(id) && find_diamond(id).pair_count > 0; }
+    /// Merges these two or four leaves to one or two, with changed(diamond) called afterwards. O(1), allocates nothing.
+    /// @return  false, with the forest as it was, if can_merge() is false
+    /// @throws Error  invalid_input: not a leaf
+    template <class Changed>
+    bool merge_diamond(LeafId id, Changed&& changed) {
+        require_leaf(id);
+        const Diamond diamond = find_diamond(id);
+        if (diamond.pair_count == 0) return false;
+        merge(diamond);
+        changed(diamond);
+        return true;
+    }
+
+    /// split_diamond() of the marked leaves in turn, but for those that others have split: the smallest conforming
+    /// refinement that splits each of them. Makes room for it.
+    /// @param marked   leaves, not in `created`; repetitions do no harm
+    /// @param created  receives all new leaves (of several splits of one leaf, the last ones): the descendants of the
+    ///                 marked leaves in their order, then those of the other leaves that were split; those of one leaf
+    ///                 in path order
+    /// @throws Error   invalid_input: a handle is no leaf; unsupported: a marked leaf is at depth
+    ///                 k_max_bisection_depth; memory_limit: more than 2^32 - 1 slots. The forest is then unchanged.
+    /// Cost: O(leaves created).
+    void refine(std::span<const LeafId> marked, std::vector<LeafId>& created);
+    /// merge_diamond() of all diamonds whose two or four leaves are all marked; other leaves are left alone. The last
+    /// of `marked` comes first, so that the slots of what refine() has created are freed in reverse.
+    /// @param marked   leaves, not in `created`; repetitions do no harm
+    /// @param created  receives the parents, those of a diamond together, in the order of the diamonds' last leaves in
+    ///                 `marked`
+    /// @return         the number of diamonds
     /// @throws Error   invalid_input: a handle is no leaf. The forest is then unchanged.
     std::size_t coarsen(std::span<const LeafId> marked, std::vector<LeafId>& created);
 
@@ -120,72 +167,46 @@ class BisectionForest {
     /// Verifies links, shapes, points, sites, counts and coverage. Returns the first violation, or nothing. O(leaves).
     std::optional<std::string> check() const;
 
-    /// Bytes allocated: after shrink() 48 a slot, and a site of 16 for each slot of points.
+    /// Bytes allocated: 48 for each leaf that there is room for, and 16 for each point.
     std::uint64_t memory_bytes() const;
-    /// Gives back the memory that the next change would use again, but for that of free slots and points: what remains
-    /// keeps its numbers. O(leaves).
+    /// Gives back the room beyond the slots and points in use or freed: what remains keeps its numbers. O(leaves).
     void shrink();
-    /// Whether there are any.
-    bool has_free_slots() const { return !free_leaves_.empty() || !free_points_.empty(); }
+    /// Whether slots or points were freed and not used again.
+    bool has_free_slots() const { return free_leaf_.valid() || free_point_.valid(); }
 
   private:
     static constexpr std::uint8_t k_dead = 0xFF;  // depth of a slot that holds no leaf
 
-    // What a slot is to the running call. In one record, because neighbours ask for all of it at once.
-    struct Work {
-        // Places among the new leaves and points, in the order of allocation; while the closure is sought, `first_leaf`
-        // is the number of the first marked leaf that leads here.
-        std::uint32_t first_leaf = LeafId::none, midpoint = PointId::none;
-        std::uint8_t mark = 0;              // not zero: the leaf is split (or merged)
-        std::uint8_t base = 0;              // what split_base() says
-        std::array<std::uint8_t, 2> leg{};  // whether edges 1 and 2 get a midpoint
-    };
-    static_assert(sizeof(Work) == 12);
-    // Memory kept from call to call; a copy of a forest starts without.
-    struct Scratch {
-        Scratch() = default;
-        Scratch(const Scratch&) {}
-        Scratch(Scratch&&) = default;
-        Scratch& operator=(const Scratch&) { return *this; }
-        Scratch& operator=(Scratch&&) = default;
-        detail::PodArray<Work> work;                       // per slot; Work{} between calls
-        detail::PodArray<std::uint32_t> listed, affected;  // slots
-        std::vector<LeafId> created;
-    };
-    struct Diamond;
-    struct Merge;
-    struct SplitWriter;
+    void require_leaf(LeafId id) const {
+        if (!is_leaf(id)) refuse(id);
+    }
+    void require_splittable(LeafId id) const {
+        if (!is_leaf(id) || depth(id) == k_max_bisection_depth) refuse(id);
+    }
+    [[noreturn]] void refuse(LeafId id) const;
+    void reserve(std::uint64_t leaves, std::uint64_t midpoints);
+    std::uint32_t fixed_points() const { return mesh_->vertex_count() + mesh_->face_count(); }
+    std::uint32_t hole_slots() const { return mesh_->halfedge_count() - root_count_; }
 
-    void require_leaves(std::span<const LeafId> ids) const;
-    struct SplitSums;
-    bool is_splittable(LeafId id) const { return is_leaf(id) && depth(id) < k_max_bisection_depth; }
-    void require_splittable(LeafId id) const;
-    void list_marked(std::span<const LeafId> marked, bool parallel);
-    void prefetch_bases(std::uint32_t i) const;
-    bool claim_bases();
-    SplitSums plan_serially();
-    SplitSums plan_in_parallel(std::span<const LeafId> marked);
-    void reserve_for(std::uint64_t new_leaves, std::uint64_t new_points);
-    void grow_work(std::size_t slots);
-    void clear_work();
-    std::uint32_t edge_towards(std::uint32_t slot, std::uint32_t neighbour) const {
-        const auto& n = leaves_[slot].neighbour;
-        return n[0].value == neighbour ? 0 : n[1].value == neighbour ? 1 : 2;
+    // The leaf across the base if it is coarser, and so has to be split first; else invalid.
+    LeafId coarser_base(LeafId id) const {
+        const BisectionLeaf& l = leaves_[id.value];
+        return l.neighbour[0].valid() && depth(l.neighbour[0]) < l.depth ? l.neighbour[0] : LeafId{};
     }
-    std::uint32_t new_leaf_slot(std::uint32_t i) const {
-        const auto reused = static_cast<std::uint32_t>(free_leaves_.size());
-        return i < reused ? free_leaves_[reused - 1 - i] : leaf_top_ + (i - reused);
+    template <class Changed>
+    void split_from_base(LeafId id, Changed& changed) {
+        if (const LeafId coarser = coarser_base(id); coarser.valid()) split_from_base(coarser, changed);
+        changed(bisect(id));
     }
-    std::uint32_t new_point_slot(std::uint32_t i) const {
-        const auto reused = static_cast<std::uint32_t>(free_points_.size());
-        return i < reused ? free_points_[reused - 1 - i] : point_top_ + (i - reused);
-    }
-    bool find_diamond(std::uint32_t slot, Diamond& diamond) const;
-    std::size_t find_marked_diamonds(std::span<const std::uint32_t> unique,
-                                     detail::PoolVector<Diamond>& diamonds) const;
-    void merge_diamonds(std::span<const Diamond> diamonds, std::span<Merge> merges, std::span<LeafId> created);
-    void prefetch_beyond(const Diamond& diamond) const;
-    Merge plan_merge(const Diamond& diamond, std::uint32_t pair) const;
+    Diamond bisect(LeafId id);
+    void merge(const Diamond& diamond);
+    Diamond find_diamond(LeafId id) const;
+    LeafId take_leaf();
+    PointId take_point(const Site& site);
+    void relink(LeafId leaf, LeafId from, LeafId to);
+    void clear_marks();
+    SplitCost mark_closure(std::span<const LeafId> marked, std::vector<LeafId>& list);
+
     detail::PoolVector<std::uint32_t> leaves_in_order() const;
     template <class Exported>
     void export_to(Exported& out, const FanChoice& fans, std::span<const std::uint8_t> use) const;
@@ -193,12 +214,13 @@ class BisectionForest {
     std::optional<std::string> check_pool() const;
 
     const ControlMesh* mesh_;
-    std::uint32_t leaf_count_ = 0, midpoint_count_ = 0;
-    std::uint32_t leaf_top_ = 0, point_top_ = 0;  // slots before the running call's allocation
+    std::uint32_t root_count_ = 0;
+    std::uint32_t leaf_count_ = 0, leaf_capacity_ = 0;
+    std::uint32_t midpoint_count_ = 0, midpoint_capacity_ = 0;
     detail::PodArray<BisectionLeaf> leaves_;
     detail::PodArray<Site> sites_;  // per point, canonical; no root: not in use
-    std::vector<std::uint32_t> free_leaves_, free_points_;
-    Scratch scratch_;
+    LeafId free_leaf_;              // the slot freed last; its neighbour[0] is the one freed before it
+    PointId free_point_;            // the same; the one before it is at.x of its site
 };
 
 }  // namespace tetrakis

@@ -9,6 +9,7 @@ std::optional<std::string> BisectionForest::check_leaf(std::uint32_t slot) const
     const auto fault = [&](const std::string& what) { return "leaf " + std::to_string(slot) + ": " + what; };
     if (l.depth > k_max_bisection_depth) return fault("depth " + std::to_string(l.depth));
     if (l.cell.value >= mesh_->halfedge_count()) return fault("its corner cell does not exist");
+    if (l.mark != 0) return fault("it has kept the mark of a batch");
     if (l.depth < 64 && l.path >> l.depth != 0) return fault("its path is longer than its depth");
     const CellTriangle t = triangle(LeafId(slot));
     const CellTriangle expected = cell_triangle(*mesh_, root(LeafId(slot)), l.depth, l.path);
@@ -52,7 +53,7 @@ std::optional<std::string> BisectionForest::check_leaf(std::uint32_t slot) const
 }
 
 std::optional<std::string> BisectionForest::check_pool() const {
-    const std::uint32_t fixed_points = mesh_->vertex_count() + mesh_->face_count();
+    const std::uint32_t fixed_points = this->fixed_points();
     std::uint32_t leaves = 0, midpoints = 0, hole_slots = 0;
     std::vector<std::uint64_t> covered(mesh_->halfedge_count(), 0);
     std::vector<std::uint8_t> used(sites_.size(), 0);
@@ -68,10 +69,11 @@ std::optional<std::string> BisectionForest::check_pool() const {
     }
     if (leaves != leaf_count_)
         return "the leaf count is " + std::to_string(leaf_count_) + ", not " + std::to_string(leaves);
-    if (leaves + hole_slots + free_leaves_.size() != leaf_slots()) return "slots are neither leaves nor free";
-    for (std::uint32_t s : free_leaves_)
-        if (s < mesh_->halfedge_count() || s >= leaf_slots() || leaves_[s].depth != k_dead)
-            return "slot " + std::to_string(s) + " is not free, but listed so";
+    std::uint32_t free_slots = 0, free_points = 0;
+    for (LeafId s = free_leaf_; s.valid(); s = leaves_[s.value].neighbour[0], ++free_slots)
+        if (s.value < mesh_->halfedge_count() || s.value >= leaf_slots() || is_leaf(s) || free_slots == leaf_slots())
+            return "slot " + std::to_string(s.value) + " is not free, but listed so";
+    if (leaves + hole_slots + free_slots != leaf_slots()) return "slots are neither leaves nor free";
     for (std::uint32_t r = 0; r < mesh_->halfedge_count(); ++r) {
         const bool hole = mesh_->is_hole(mesh_->face(HalfedgeId(r)));
         if (covered[r] != (hole ? 0 : std::uint64_t{1} << k_max_bisection_depth))
@@ -84,10 +86,11 @@ std::optional<std::string> BisectionForest::check_pool() const {
     }
     if (midpoints != midpoint_count_)
         return "the midpoint count is " + std::to_string(midpoint_count_) + ", not " + std::to_string(midpoints);
-    if (midpoints + free_points_.size() != sites_.size() - fixed_points) return "points are neither used nor free";
-    for (std::size_t i = 0; i < scratch_.work.size(); ++i)
-        if (scratch_.work[i].mark != 0 || scratch_.work[i].first_leaf != LeafId::none)
-            return "slot " + std::to_string(i) + " kept a mark of the last call";
+    for (PointId p = free_point_; p.valid(); p.value = sites_[p.value].at.x, ++free_points)
+        if (p.value < fixed_points || p.value >= point_slots() || is_point(p) || free_points == point_slots())
+            return "point " + std::to_string(p.value) + " is not free, but listed so";
+    if (midpoints + free_points != sites_.size() - fixed_points) return "points are neither used nor free";
+    if (leaf_count_ > leaf_capacity_ || midpoint_count_ > midpoint_capacity_) return "there is more than the capacity";
     return std::nullopt;
 }
 

@@ -35,11 +35,11 @@ constexpr double k_zero_area = 1e-14;
 
 std::uint32_t count_of(std::size_t size) { return static_cast<std::uint32_t>(size); }
 
-// Runs scan(i, faults) for each i and joins the lists in the order of i.
-template <class Scan>
-void scan_elements(std::uint32_t count, std::vector<MeshFault>& faults, Scan&& scan) {
+// Runs scan(i, found) for each i and joins the lists in the order of i.
+template <class Item, class Scan>
+void scan_elements(std::uint32_t count, std::vector<Item>& items, Scan&& scan) {
     const std::uint32_t blocks = count == 0 ? 0 : (count - 1) / k_scan_block + 1;
-    std::vector<std::vector<MeshFault>> found(blocks);
+    std::vector<std::vector<Item>> found(blocks);
     for_each_index(
         blocks,
         [&](std::uint32_t b) {
@@ -47,7 +47,7 @@ void scan_elements(std::uint32_t count, std::vector<MeshFault>& faults, Scan&& s
             for (std::uint32_t i = b * k_scan_block; i < end; ++i) scan(i, found[b]);
         },
         1);
-    for (auto& block : found) std::move(block.begin(), block.end(), std::back_inserter(faults));
+    for (auto& block : found) std::move(block.begin(), block.end(), std::back_inserter(items));
 }
 
 void check_sizes(const ControlMeshData& data, std::vector<MeshFault>& faults) {
@@ -120,22 +120,17 @@ void check_face(const ControlMeshData& data, std::uint32_t f, std::vector<MeshFa
     if (const std::uint32_t i = repeated_corner(corners); i != size)
         add(Kind::repeated_vertex,
             fmt::format("face {} has {} twice; {}", number, vertex_name(data, corners[i]), k_repair_advice));
-    if (!data.face_uvs.empty()) {
-        const std::span numbers(data.face_uvs.data() + first, size);
-        if (const auto it = beyond(numbers, data.uvs.size()); it != numbers.end())
-            add(Kind::uv_out_of_range,
-                fmt::format("face {} uses texture coordinate {}, but there are {} (numbers start at {}); check the "
-                            "export or use --repair to put (0, 0)",
-                            number, *it + from, data.uvs.size(), from));
-    }
-    if (!data.face_normals.empty()) {
-        const std::span numbers(data.face_normals.data() + first, size);
-        if (const auto it = beyond(numbers, data.normals.size()); it != numbers.end())
-            add(Kind::normal_out_of_range,
-                fmt::format("face {} uses normal {}, but there are {} (numbers start at {}); check the export or use "
-                            "--repair to drop the normals",
-                            number, *it + from, data.normals.size(), from));
-    }
+    const auto check_corners = [&](const std::vector<std::uint32_t>& of_corner, std::size_t count, Kind kind,
+                                   const char* what, const char* remedy) {
+        if (of_corner.empty()) return;
+        const std::span numbers(of_corner.data() + first, size);
+        if (const auto it = beyond(numbers, count); it != numbers.end())
+            add(kind, fmt::format("face {} uses {} {}, but there are {} (numbers start at {}); check the export or use "
+                                  "--repair to {}",
+                                  number, what, *it + from, count, from, remedy));
+    };
+    check_corners(data.face_uvs, data.uvs.size(), Kind::uv_out_of_range, "texture coordinate", "put (0, 0)");
+    check_corners(data.face_normals, data.normals.size(), Kind::normal_out_of_range, "normal", "drop the normals");
     const auto check_group = [&](const std::vector<std::uint32_t>& of_face, std::size_t count, const char* what) {
         if (!of_face.empty() && of_face[f] >= count)
             add(Kind::group_out_of_range,
@@ -161,9 +156,6 @@ void check_vertex(const ControlMeshData& data, std::uint32_t v, std::vector<Mesh
                     finite ? fmt::format("beyond {:.0e}", k_max_coordinate) : "that is not a finite number")));
 }
 
-// NaN fails the comparison too.
-bool is_sharpness(float s) { return s >= 0.0f; }
-
 std::string crease_name(const ControlMeshData& data, std::uint32_t i) {
     return fmt::format("crease tag {} ({}, {})", std::uint64_t{i} + data.first_number, tag_number(data.creases[i].a),
                        tag_number(data.creases[i].b));
@@ -179,25 +171,23 @@ void check_tags(const ControlMeshData& data, std::vector<MeshFault>& faults) {
         return fmt::format("{} names a {} that is not there, the last of {} is {}; tags count {} from 0, {}", tag, one,
                            count, last(count), many, k_drop_tag);
     };
-    const auto no_sharpness = [&](const std::string& tag, float sharpness) {
-        return fmt::format("{} has sharpness {}; it must be 0 or more, {}", tag, sharpness, k_drop_tag);
+    const auto check_sharpness = [&](Kind kind, std::uint32_t i, bool there, float sharpness, auto&& tag_name) {
+        if (!there)
+            add(kind, i, no_such(tag_name(), "vertex", "vertices", vertices));
+        else if (!(sharpness >= 0.0f))  // NaN fails the comparison
+            add(kind, i,
+                fmt::format("{} has sharpness {}; it must be 0 or more, {}", tag_name(), sharpness, k_drop_tag));
     };
     for (std::uint32_t i = 0; i < data.creases.size(); ++i) {
         const auto& tag = data.creases[i];
-        if (tag.a >= vertices || tag.b >= vertices)
-            add(Kind::crease_tag, i, no_such(crease_name(data, i), "vertex", "vertices", vertices));
-        else if (!is_sharpness(tag.sharpness))
-            add(Kind::crease_tag, i, no_sharpness(crease_name(data, i), tag.sharpness));
+        check_sharpness(Kind::crease_tag, i, tag.a < vertices && tag.b < vertices, tag.sharpness,
+                        [&] { return crease_name(data, i); });
     }
     for (std::uint32_t i = 0; i < data.corners.size(); ++i) {
         const auto& tag = data.corners[i];
-        const auto tag_name = [&] {
+        check_sharpness(Kind::corner_tag, i, tag.vertex < vertices, tag.sharpness, [&] {
             return fmt::format("corner tag {} ({})", std::uint64_t{i} + data.first_number, tag_number(tag.vertex));
-        };
-        if (tag.vertex >= vertices)
-            add(Kind::corner_tag, i, no_such(tag_name(), "vertex", "vertices", vertices));
-        else if (!is_sharpness(tag.sharpness))
-            add(Kind::corner_tag, i, no_sharpness(tag_name(), tag.sharpness));
+        });
     }
     for (std::uint32_t i = 0; i < data.corner_angles.size(); ++i) {
         const auto& tag = data.corner_angles[i];
@@ -386,30 +376,18 @@ std::vector<std::string> find_oddities(const ControlMeshData& data, std::uint64_
         oddities.push_back(fmt::format("{} of {} vertices belong to no face; they are ignored", isolated_vertices,
                                        data.positions.size()));
     const std::uint32_t faces = count_of(data.face_offsets.size() - 1);
-    const std::uint32_t blocks = (faces - 1) / k_scan_block + 1;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> flat(blocks, {0, 0});  // count, first
-    for_each_index(
-        blocks,
-        [&](std::uint32_t b) {
-            const std::uint32_t end = std::min(faces, (b + 1) * k_scan_block);
-            for (std::uint32_t f = b * k_scan_block; f < end; ++f)
-                if (is_flat(data, f) && flat[b].first++ == 0) flat[b].second = f;
-        },
-        1);
-    std::uint64_t flat_count = 0;
-    std::uint32_t first_flat = 0;
-    for (auto [count, first] : flat) {
-        if (flat_count == 0) first_flat = first;
-        flat_count += count;
-    }
-    if (flat_count != 0)
+    std::vector<std::uint32_t> flat;
+    scan_elements(faces, flat, [&](std::uint32_t f, auto& found) {
+        if (is_flat(data, f)) found.push_back(f);
+    });
+    if (!flat.empty())
         oddities.push_back(
             // Numbers are no longer the source's after a repair; lines are.
-            fmt::format("{} of {} faces have zero area (the first is {}); normals are undefined there", flat_count,
+            fmt::format("{} of {} faces have zero area (the first is {}); normals are undefined there", flat.size(),
                         faces,
-                        first_flat < data.face_lines.size() && data.face_lines[first_flat] != 0
-                            ? fmt::format("on line {}", data.face_lines[first_flat])
-                            : face_name(data, first_flat)));
+                        flat[0] < data.face_lines.size() && data.face_lines[flat[0]] != 0
+                            ? fmt::format("on line {}", data.face_lines[flat[0]])
+                            : face_name(data, flat[0])));
     const auto odd_normals = std::ranges::count_if(
         data.normals, [](const Vec3d& n) { return !std::isfinite(n.x) || !std::isfinite(n.y) || !std::isfinite(n.z); });
     if (odd_normals != 0)

@@ -30,13 +30,31 @@ bool is_sound(const Vec3d& p) {
            std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= k_max_coordinate;
 }
 
-// How often a repair was done, and what to quote.
+// How often a repair was done, and what to quote: the first element, and its line where it is a tag's.
 struct Tally {
     std::uint64_t count = 0;
     std::uint32_t first = 0;
+    std::uint64_t line = 0;
 
-    void add(std::uint32_t element) {
-        if (count++ == 0) first = element;
+    void add(std::uint32_t element, std::uint64_t its_line = 0) {
+        if (count++ == 0) first = element, line = its_line;
+    }
+};
+
+/// New numbers of elements of which some stay.
+struct Numbering {
+    std::vector<std::uint32_t> number, kept;  ///< by old number, k_no_number of those that go; by new number
+
+    /// @param first  by element: itself if it stays, k_no_number if it goes, or an earlier one that it becomes
+    explicit Numbering(const std::vector<std::uint32_t>& first) : number(first.size(), k_no_number) {
+        for (std::uint32_t i = 0; i < first.size(); ++i) {
+            if (first[i] == i) kept.push_back(i);
+            if (first[i] != k_no_number) number[i] = first[i] == i ? count_of(kept.size() - 1) : number[first[i]];
+        }
+    }
+    /// Numbers of nothing stay as they are.
+    void follow(std::uint32_t& i) const {
+        if (i < number.size()) i = number[i];
     }
 };
 
@@ -127,12 +145,13 @@ std::vector<std::uint32_t> welded(const std::vector<Vec3d>& positions, double di
 
 class Repair {
   public:
-    explicit Repair(ControlMeshData& data) : data_(data) {}
-
-    std::vector<std::string> run() {
+    explicit Repair(ControlMeshData& data) : data_(data) {
         check_offsets();
         source_face_.resize(face_count());
         std::iota(source_face_.begin(), source_face_.end(), 0u);
+    }
+
+    std::vector<std::string> run() {
         drop_misfit_layers();
         mend_uvs();
         rebuild_faces();
@@ -145,9 +164,6 @@ class Repair {
     }
 
     std::vector<std::string> weld(double distance) {
-        check_offsets();
-        source_face_.resize(face_count());
-        std::iota(source_face_.begin(), source_face_.end(), 0u);
         const std::vector<std::uint32_t> first = welded(data_.positions, distance);
         std::vector<std::uint8_t> has_others(first.size(), 0);
         std::uint64_t gone = 0;
@@ -160,7 +176,8 @@ class Repair {
         if (gone == 0) return {};
         report("joined {} vertices at {} places", gone + places, places);
         drop_misfit_layers();
-        renumber_vertices(first);
+        renumber_vertices(Numbering(first));
+        drop_collapsed_creases();
         join_uvs();
         drop_collapsed();
         return std::move(reports_);
@@ -172,9 +189,16 @@ class Repair {
         reports_.push_back(fmt::format(text, std::forward<Args>(args)...));
     }
 
-    std::string tag_name(std::uint32_t i, std::uint64_t line) const {
-        const std::uint64_t number = std::uint64_t{i} + data_.first_number;
-        return line == 0 ? fmt::format("{}", number) : fmt::format("{} on line {}", number, line);
+    /// Nothing if the tally is empty. The text takes the count and name(the first one).
+    template <class Name>
+    void report_all(const Tally& tally, fmt::format_string<const std::uint64_t&, std::string> text, Name&& name) {
+        if (tally.count != 0) report(text, tally.count, name(tally.first));
+    }
+    void report_tags(const Tally& tally, fmt::format_string<const std::uint64_t&, std::string> text) {
+        report_all(tally, text, [&](std::uint32_t i) {
+            const std::uint64_t number = std::uint64_t{i} + data_.first_number;
+            return tally.line == 0 ? fmt::format("{}", number) : fmt::format("{} on line {}", number, tally.line);
+        });
     }
     // Of a face by its number now.
     std::string original_face(std::uint32_t f) const {
@@ -220,14 +244,13 @@ class Repair {
             data_.face_normals.clear();
             data_.normals.clear();
         }
-        if (beyond(data_.face_material, data_.materials.size())) {
-            report("dropped the materials: some faces use materials that have no name");
-            data_.face_material.clear();
-        }
-        if (beyond(data_.face_group, data_.groups.size())) {
-            report("dropped the groups: some faces use groups that have no name");
-            data_.face_group.clear();
-        }
+        const auto drop_nameless = [&](std::vector<std::uint32_t>& numbers, std::size_t count, const char* what) {
+            if (!beyond(numbers, count)) return;
+            report("dropped the {0}: some faces use {0} that have no name", what);
+            numbers.clear();
+        };
+        drop_nameless(data_.face_material, data_.materials.size(), "materials");
+        drop_nameless(data_.face_group, data_.groups.size(), "groups");
     }
 
     void mend_uvs() {
@@ -288,7 +311,7 @@ class Repair {
         for (std::uint32_t i = 0; i < data_.holes.size(); ++i) {
             const std::uint32_t f = data_.holes[i];
             if (f >= old_faces || first[f] == first[f + 1]) {
-                dropped.add(i);
+                dropped.add(i, data_.hole_lines.empty() ? 0 : data_.hole_lines[i]);
                 continue;
             }
             for (std::uint32_t g = first[f]; g < first[f + 1]; ++g) {
@@ -296,9 +319,7 @@ class Repair {
                 if (!data_.hole_lines.empty()) lines.push_back(data_.hole_lines[i]);
             }
         }
-        if (dropped.count != 0)
-            report("dropped {} hole tags of faces that are not there (the first is tag {})", dropped.count,
-                   tag_name(dropped.first, data_.hole_lines.empty() ? 0 : data_.hole_lines[dropped.first]));
+        report_tags(dropped, "dropped {} hole tags of faces that are not there (the first is tag {})");
         data_.holes = std::move(holes);
         data_.hole_lines = std::move(lines);
     }
@@ -352,14 +373,10 @@ class Repair {
                 cut.add(f);
         }
         const auto name_of_face = [&](std::uint32_t f) { return detail::face_name(data_, f); };
-        if (unsound.count != 0)
-            report("dropped {} faces with a vertex that is not there or not finite (the first is {})", unsound.count,
-                   name_of_face(unsound.first));
-        if (small.count != 0)
-            report("dropped {} faces with fewer than three distinct vertices (the first is {})", small.count,
-                   name_of_face(small.first));
-        if (cut.count != 0)
-            report("took repeated vertices out of {} faces (the first is {})", cut.count, name_of_face(cut.first));
+        report_all(unsound, "dropped {} faces with a vertex that is not there or not finite (the first is {})",
+                   name_of_face);
+        report_all(small, "dropped {} faces with fewer than three distinct vertices (the first is {})", name_of_face);
+        report_all(cut, "took repeated vertices out of {} faces (the first is {})", name_of_face);
         const bool holes_beyond = std::ranges::any_of(data_.holes, [&](std::uint32_t f) { return f >= face_count(); });
         if (unsound.count + small.count + cut.count != 0 || holes_beyond) adopt(std::move(faces));
     }
@@ -396,70 +413,56 @@ class Repair {
                    detail::vertex_name(data_, split.first_vertex));
     }
 
+    /// Gives tags of old edges or vertices to all their copies.
+    /// @param copies  (old, new) of each copy, in any order
+    /// @param of      of(tag): its old edge or vertex
+    /// @param put     put(tag, copy) makes the tag name the copy
+    template <class Tag, class Key, class Of, class Put>
+    static Tally copy_tags(std::vector<Tag>& tags, std::vector<std::pair<Key, Key>> copies, Of&& of, Put&& put) {
+        std::sort(copies.begin(), copies.end());
+        std::vector<Tag> result;
+        Tally dropped;
+        for (std::uint32_t i = 0; i < tags.size(); ++i) {
+            const Key old = of(tags[i]);
+            auto it = std::lower_bound(copies.begin(), copies.end(), std::pair(old, Key{}));
+            const bool is_sharpness = tags[i].sharpness >= 0.0f;
+            if (it == copies.end() || it->first != old || !is_sharpness) dropped.add(i, tags[i].line);
+            for (; is_sharpness && it != copies.end() && it->first == old; ++it) {
+                result.push_back(tags[i]);
+                put(result.back(), it->second);
+            }
+        }
+        tags = std::move(result);
+        return dropped;
+    }
+
     // Tags speak of the vertices before the split: each copy of an edge or vertex gets them.
     void mend_tags() {
-        struct Copy {
-            std::uint32_t low, high;  // before the split
-            std::uint32_t a, b;       // now
-            auto operator<=>(const Copy&) const = default;
-        };
-        std::vector<Copy> edges;
-        if (!data_.creases.empty()) {
-            const auto uses =
-                detail::sorted_edge_uses(data_.face_offsets, data_.face_vertices, count_of(data_.positions.size()));
-            for (std::size_t i = 0; i < uses.size(); ++i) {
-                if (i > 0 && uses[i].same_edge(uses[i - 1])) continue;
-                const std::uint32_t a = origin_[uses[i].low], b = origin_[uses[i].high];
-                edges.push_back({std::min(a, b), std::max(a, b), uses[i].low, uses[i].high});
-            }
-            std::sort(edges.begin(), edges.end());
-        }
-        const auto is_sharpness = [](float s) { return s >= 0.0f; };
-        std::vector<ControlMeshData::EdgeTag> creases;
-        Tally no_crease, no_corner;
-        std::uint64_t crease_line = 0, corner_line = 0;
-        for (std::uint32_t i = 0; i < data_.creases.size(); ++i) {
-            const auto& tag = data_.creases[i];
-            const std::uint32_t low = std::min(tag.a, tag.b), high = std::max(tag.a, tag.b);
-            auto it = std::lower_bound(edges.begin(), edges.end(), Copy{low, high, 0, 0});
-            const bool found = it != edges.end() && it->low == low && it->high == high;
-            if (!found || !is_sharpness(tag.sharpness)) {
-                no_crease.add(i);
-                if (no_crease.count == 1) crease_line = tag.line;
-                continue;
-            }
-            for (; it != edges.end() && it->low == low && it->high == high; ++it)
-                creases.push_back({it->a, it->b, tag.sharpness, tag.line});
-        }
-        data_.creases = std::move(creases);
+        using Edge = std::array<std::uint32_t, 2>;  // the lower vertex first
+        const auto edge = [](std::uint32_t a, std::uint32_t b) { return Edge{std::min(a, b), std::max(a, b)}; };
+        std::vector<std::pair<Edge, Edge>> edges;
+        if (!data_.creases.empty())
+            for (const detail::EdgeUse& use :
+                 detail::sorted_edge_uses(data_.face_offsets, data_.face_vertices, count_of(data_.positions.size())))
+                if (const Edge now{use.low, use.high}; edges.empty() || edges.back().second != now)
+                    edges.emplace_back(edge(origin_[use.low], origin_[use.high]), now);
+        const Tally no_crease = copy_tags(
+            data_.creases, std::move(edges), [&](const auto& tag) { return edge(tag.a, tag.b); },
+            [](auto& tag, const Edge& now) { tag.a = now[0], tag.b = now[1]; });
 
-        std::vector<std::uint8_t> used(data_.positions.size(), 0);
-        for (const std::uint32_t v : data_.face_vertices) used[v] = 1;
-        std::vector<std::pair<std::uint32_t, std::uint32_t>> copies;  // vertex before the split, now
+        std::vector<std::pair<std::uint32_t, std::uint32_t>> vertices;
         if (!data_.corners.empty()) {
+            std::vector<std::uint8_t> used(data_.positions.size(), 0);
+            for (const std::uint32_t v : data_.face_vertices) used[v] = 1;
             for (std::uint32_t v = 0; v < origin_.size(); ++v)
-                if (used[v]) copies.emplace_back(origin_[v], v);
-            std::sort(copies.begin(), copies.end());
+                if (used[v]) vertices.emplace_back(origin_[v], v);
         }
-        std::vector<ControlMeshData::VertexTag> corners;
-        for (std::uint32_t i = 0; i < data_.corners.size(); ++i) {
-            const auto& tag = data_.corners[i];
-            auto it = std::lower_bound(copies.begin(), copies.end(), std::pair(tag.vertex, 0u));
-            if (it == copies.end() || it->first != tag.vertex || !is_sharpness(tag.sharpness)) {
-                no_corner.add(i);
-                if (no_corner.count == 1) corner_line = tag.line;
-                continue;
-            }
-            for (; it != copies.end() && it->first == tag.vertex; ++it)
-                corners.push_back({it->second, tag.sharpness, tag.line});
-        }
-        data_.corners = std::move(corners);
-        if (no_crease.count != 0)
-            report("dropped {} crease tags that name no edge or have no sharpness (the first is tag {})",
-                   no_crease.count, tag_name(no_crease.first, crease_line));
-        if (no_corner.count != 0)
-            report("dropped {} corner tags that name no vertex of a face or have no sharpness (the first is tag {})",
-                   no_corner.count, tag_name(no_corner.first, corner_line));
+        const Tally no_corner = copy_tags(
+            data_.corners, std::move(vertices), [](const auto& tag) { return tag.vertex; },
+            [](auto& tag, std::uint32_t now) { tag.vertex = now; });
+        report_tags(no_crease, "dropped {} crease tags that name no edge or have no sharpness (the first is tag {})");
+        report_tags(no_corner,
+                    "dropped {} corner tags that name no vertex of a face or have no sharpness (the first is tag {})");
     }
 
     // They speak of the faces and vertices as they were at first: whatever is left of the two gets them.
@@ -479,7 +482,7 @@ class Repair {
                     if (const std::uint32_t v = data_.face_vertices[h]; origin_[v] == tag.vertex)
                         now.push_back({v, face, tag.angle, tag.line});
             }
-            if (now.size() == size) lost.add(i);
+            if (now.size() == size) lost.add(i, tag.line);
             source.resize(now.size(), i);
         }
         const auto uses =
@@ -492,66 +495,38 @@ class Repair {
                 continue;
             }
             ++next;
-            other.add(source[i]);
+            other.add(source[i], now[i].line);
         }
         now = std::move(kept);
-        if (lost.count != 0)
-            report(
-                "dropped {} corner angle tags that name no corner of a face that is left, or no angle (the first is "
-                "tag {})",
-                lost.count, tag_name(lost.first, before[lost.first].line));
-        if (other.count != 0)
-            report("dropped {} corner angle tags of sectors with another angle (the first is tag {})", other.count,
-                   tag_name(other.first, before[other.first].line));
+        report_tags(lost,
+                    "dropped {} corner angle tags that name no corner of a face that is left, or no angle (the first "
+                    "is tag {})");
+        report_tags(other, "dropped {} corner angle tags of sectors with another angle (the first is tag {})");
     }
 
     void drop_isolated() {
-        std::vector<std::uint32_t> number(data_.positions.size(), k_no_number), kept;
-        for (const std::uint32_t v : data_.face_vertices) number[v] = 0;
+        std::vector<std::uint32_t> first(data_.positions.size(), k_no_number);
+        for (const std::uint32_t v : data_.face_vertices) first[v] = v;
         Tally dropped;
-        for (std::uint32_t v = 0; v < number.size(); ++v) {
-            if (number[v] == k_no_number) {
-                dropped.add(v);
-                continue;
-            }
-            number[v] = count_of(kept.size());
-            kept.push_back(v);
-        }
+        for (std::uint32_t v = 0; v < first.size(); ++v)
+            if (first[v] == k_no_number) dropped.add(v);
         if (dropped.count == 0) return;
-        report("dropped {} vertices that belong to no face (the first is {})", dropped.count,
-               detail::vertex_name(data_, dropped.first));
-        if (kept.empty()) {
-            data_.positions.clear();
-            data_.vertex_lines.clear();
-        }
-        gather(data_.positions, kept);
-        gather(data_.vertex_lines, kept);
-        for (std::uint32_t& v : data_.face_vertices) v = number[v];
-        for (auto& tag : data_.creases) {
-            tag.a = number[tag.a];
-            tag.b = number[tag.b];
-        }
-        for (auto& tag : data_.corners) tag.vertex = number[tag.vertex];
-        for (auto& tag : data_.corner_angles) tag.vertex = number[tag.vertex];
+        report_all(dropped, "dropped {} vertices that belong to no face (the first is {})",
+                   [&](std::uint32_t v) { return detail::vertex_name(data_, v); });
+        renumber_vertices(Numbering(first));
     }
 
-    /// Leaves of each set of vertices its first one.
-    void renumber_vertices(const std::vector<std::uint32_t>& first) {
-        std::vector<std::uint32_t> number(first.size()), kept;
-        for (std::uint32_t v = 0; v < first.size(); ++v) {
-            if (first[v] == v) kept.push_back(v);
-            number[v] = first[v] == v ? count_of(kept.size() - 1) : number[first[v]];
-        }
-        gather(data_.positions, kept);
-        gather(data_.vertex_lines, kept);
-        // What is not there stays a number of nothing: there are fewer vertices now.
-        const auto follow = [&](std::uint32_t& v) {
-            if (v < number.size()) v = number[v];
-        };
-        for (std::uint32_t& v : data_.face_vertices) follow(v);
-        for (auto& tag : data_.creases) follow(tag.a), follow(tag.b);
-        for (auto& tag : data_.corners) follow(tag.vertex);
-        for (auto& tag : data_.corner_angles) follow(tag.vertex);
+    void renumber_vertices(const Numbering& now) {
+        gather(data_.positions, now.kept);
+        gather(data_.vertex_lines, now.kept);
+        for (std::uint32_t& v : data_.face_vertices) now.follow(v);
+        for (auto& tag : data_.creases) now.follow(tag.a), now.follow(tag.b);
+        for (auto& tag : data_.corners) now.follow(tag.vertex);
+        for (auto& tag : data_.corner_angles) now.follow(tag.vertex);
+    }
+
+    /// Of edges whose ends weld() has joined.
+    void drop_collapsed_creases() {
         const std::size_t creases = data_.creases.size();
         std::erase_if(data_.creases, [](const auto& tag) { return tag.a == tag.b; });
         if (creases != data_.creases.size())
@@ -561,20 +536,15 @@ class Repair {
     /// Equal texture coordinates become one.
     void join_uvs() {
         std::vector<Vec3d> values;
-        std::vector<std::uint32_t> sound, number(data_.uvs.size()), kept;
+        std::vector<std::uint32_t> sound;
         for (std::uint32_t i = 0; i < data_.uvs.size(); ++i) {
             values.emplace_back(data_.uvs[i], 0.0);
             if (is_sound_uv(data_.uvs[i])) sound.push_back(i);
         }
-        const std::vector<std::uint32_t> first = detail::first_at_place(values, std::move(sound));
-        for (std::uint32_t i = 0; i < first.size(); ++i) {
-            if (first[i] == i) kept.push_back(i);
-            number[i] = first[i] == i ? count_of(kept.size() - 1) : number[first[i]];
-        }
-        for (std::uint32_t& i : data_.face_uvs)
-            if (i < number.size()) i = number[i];
-        gather(data_.uvs, kept);
-        gather(data_.uv_lines, kept);
+        const Numbering now(detail::first_at_place(values, std::move(sound)));
+        for (std::uint32_t& i : data_.face_uvs) now.follow(i);
+        gather(data_.uvs, now.kept);
+        gather(data_.uv_lines, now.kept);
     }
 
     /// Takes out corners that are where the one before them is, and faces that then have fewer than three.
@@ -596,12 +566,9 @@ class Repair {
             faces.offsets.push_back(count_of(faces.corners.size()));
             faces.sources.push_back(f);
         }
-        if (small.count != 0)
-            report("dropped {} faces with fewer than three corners left (the first is {})", small.count,
-                   original_face(small.first));
-        if (cut.count != 0)
-            report("took corners that fell together out of {} faces (the first is {})", cut.count,
-                   original_face(cut.first));
+        const auto name_of_face = [&](std::uint32_t f) { return original_face(f); };
+        report_all(small, "dropped {} faces with fewer than three corners left (the first is {})", name_of_face);
+        report_all(cut, "took corners that fell together out of {} faces (the first is {})", name_of_face);
         if (small.count + cut.count == 0) return;
         adopt(std::move(faces));
         const std::size_t angles = data_.corner_angles.size();

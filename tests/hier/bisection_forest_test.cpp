@@ -122,9 +122,263 @@ void check_sound(const BisectionForest& forest) {
     CHECK_MESSAGE(!fault, fault.value_or(""));
 }
 
+/// What refine() promises: the parts of the marked leaves in their order, then those of other leaves, in path order.
+void check_order(const std::vector<LeafId>& created, const std::vector<LeafId>& marked,
+                 const std::map<std::uint32_t, Node>& old, const BisectionForest& forest) {
+    std::vector<std::pair<Node, Node>> parts;  // a leaf of before, and its part
+    std::set<Node> before;
+    for (const auto& [slot, node] : old) before.insert(node);
+    for (const LeafId id : created) {
+        const Node part = node_of(forest, id);
+        Node whole = part;
+        while (before.count(whole) == 0) {
+            REQUIRE(whole.depth > 0);
+            --whole.depth;
+            whole.aligned = whole.depth == 0 ? 0 : whole.aligned >> (64 - whole.depth) << (64 - whole.depth);
+        }
+        if (!parts.empty() && parts.back().first == whole) CHECK(parts.back().second < part);
+        parts.emplace_back(whole, part);
+    }
+    std::vector<Node> wholes;
+    for (const auto& [whole, part] : parts)
+        if (wholes.empty() || wholes.back() != whole) wholes.push_back(whole);
+    REQUIRE(wholes.size() >= marked.size());
+    for (std::size_t i = 0; i < marked.size(); ++i) CHECK(wholes[i] == old.at(marked[i].value));
+    CHECK(std::set<Node>(wholes.begin(), wholes.end()).size() == wholes.size());
+}
+
+/// All leaves and points with their numbers and links.
+struct Snapshot {
+    explicit Snapshot(const BisectionForest& forest) {
+        for (LeafId id : leaves_of(forest)) {
+            const BisectionLeaf& l = forest.leaf(id);
+            leaves.push_back({id, l.neighbour, l.vertex, node_of(forest, id)});
+        }
+        for (std::uint32_t p = 0; p < forest.point_slots(); ++p)
+            if (forest.is_point(PointId(p))) points.emplace_back(p, forest.point_site(PointId(p)));
+        counts = {forest.leaf_count(), forest.midpoint_count(), leaves.size(), points.size()};
+    }
+    friend bool operator==(const Snapshot&, const Snapshot&) = default;
+
+    struct Leaf {
+        LeafId id;
+        std::array<LeafId, 3> neighbour;
+        std::array<PointId, 3> vertex;
+        Node node;
+        friend bool operator==(const Leaf&, const Leaf&) = default;
+    };
+    std::vector<Leaf> leaves;
+    std::vector<std::pair<std::uint32_t, Site>> points;
+    std::array<std::size_t, 4> counts{};
+};
+
+/// Leaves and points as told by split_diamond() and merge_diamond().
+class Replay {
+  public:
+    explicit Replay(const BisectionForest& forest) : forest_(&forest) { read(leaves_, points_); }
+
+    void split(const Diamond& d) {
+        CHECK(points_.insert(d.midpoint.value).second);
+        for (const auto& [child0, child1] : d.siblings()) CHECK(leaves_.erase(child0.value) == 1);
+        for (const auto& pair : d.siblings())
+            for (LeafId child : pair) add(child);
+    }
+    void merge(const Diamond& d) {
+        CHECK(points_.erase(d.midpoint.value) == 1);
+        for (const auto& [child0, child1] : d.siblings()) {
+            CHECK(leaves_.erase(child0.value) == 1);
+            CHECK(leaves_.erase(child1.value) == 1);
+        }
+        for (const auto& [child0, child1] : d.siblings()) add(child0);
+    }
+    void check() const {
+        std::map<std::uint32_t, Node> leaves;
+        std::set<std::uint32_t> points;
+        read(leaves, points);
+        CHECK(leaves == leaves_);
+        CHECK(points == points_);
+    }
+
+  private:
+    void add(LeafId id) { CHECK(leaves_.emplace(id.value, node_of(*forest_, id)).second); }
+    void read(std::map<std::uint32_t, Node>& leaves, std::set<std::uint32_t>& points) const {
+        for (LeafId id : leaves_of(*forest_)) leaves.emplace(id.value, node_of(*forest_, id));
+        for (std::uint32_t p = 0; p < forest_->point_slots(); ++p)
+            if (forest_->is_point(PointId(p))) points.insert(p);
+    }
+    const BisectionForest* forest_;
+    std::map<std::uint32_t, Node> leaves_;
+    std::set<std::uint32_t> points_;
+};
+
+/// A small mesh with boundary and holes, and a forest of it after a few random batches.
+ControlMesh small_mesh(std::uint64_t seed) {
+    test::RandomMeshOptions options = test::random_options(seed);
+    options.columns = options.rows = 4;
+    options.boundary_rule = BoundaryRule::edge_and_corner;  // "none" may leave no face
+    return test::random_mesh(seed, options);
+}
+BisectionForest random_forest(const ControlMesh& mesh, Random& random) {
+    BisectionForest forest(mesh);
+    std::vector<LeafId> created;
+    for (int pass = 0; pass < 4; ++pass) forest.refine(random_subset(leaves_of(forest), 0.1, random), created);
+    forest.coarsen(random_subset(leaves_of(forest), 0.8, random), created);
+    return forest;
+}
+
 }  // namespace
 
 TEST_SUITE_BEGIN("hier");
+
+TEST_CASE("[inv2] random diamonds one by one give what batches give, and are reported leaf by leaf") {
+    for (std::uint64_t seed : test::seeds(8)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = small_mesh(seed);
+        Random random(seed);
+        BisectionForest single(mesh), batch(mesh);
+        single.reserve(20000);
+        Replay replay(single);
+        std::vector<LeafId> created;
+        for (int step = 0; step < 8; ++step) {
+            CAPTURE(step);
+            const bool split = step % 3 != 2;
+            // The same nodes in both, one by one in another order.
+            std::map<Node, LeafId> of_node;
+            for (LeafId id : leaves_of(batch)) of_node[node_of(batch, id)] = id;
+            std::vector<LeafId> ids = random_subset(leaves_of(single), split ? 0.1 : 0.8, random), marked;
+            std::map<std::uint32_t, Node> nodes;
+            for (LeafId id : ids) {
+                nodes[id.value] = node_of(single, id);
+                marked.push_back(of_node.at(node_of(single, id)));
+            }
+            random.shuffle(ids);
+            for (LeafId id : ids) {
+                const auto is_as_before = [&](LeafId leaf) {
+                    return single.is_leaf(leaf) && nodes.count(leaf.value) != 0 &&
+                           node_of(single, leaf) == nodes.at(leaf.value);
+                };
+                if (!is_as_before(id)) continue;
+                if (split) {
+                    const auto cost = single.split_cost(id);
+                    const std::uint32_t leaves = single.leaf_count(), midpoints = single.midpoint_count();
+                    REQUIRE(single.split_diamond(id, [&](const Diamond& d) { replay.split(d); }));
+                    CHECK(single.leaf_count() == leaves + cost.leaves);
+                    CHECK(single.midpoint_count() == midpoints + cost.midpoints);
+                    check_sound(single);
+                } else {
+                    // Only where all leaves around the midpoint are marked: the diamond is found on a copy.
+                    BisectionForest copy = single;
+                    bool all = true;
+                    const bool merges = copy.merge_diamond(id, [&](const Diamond& d) {
+                        for (const auto& pair : d.siblings())
+                            for (LeafId leaf : pair) all = all && is_as_before(leaf);
+                    });
+                    if (!merges || !all) continue;
+                    REQUIRE(single.merge_diamond(id, [&](const Diamond& d) { replay.merge(d); }));
+                    check_sound(single);
+                }
+            }
+            replay.check();
+            split ? batch.refine(marked, created) : static_cast<void>(batch.coarsen(marked, created));
+            check_sound(batch);
+            check_same_export(single.exported(), batch.exported());
+        }
+        CHECK(single.leaf_count() > mesh.halfedge_count());
+    }
+}
+
+TEST_CASE("[inv5] merging what a split has reported, in reverse, gives back every slot, link and point") {
+    int with_closure = 0, at_boundary = 0;
+    for (std::uint64_t seed : test::seeds(8)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = small_mesh(seed);
+        Random random(seed);
+        BisectionForest forest = random_forest(mesh, random);
+        forest.reserve(forest.leaf_count() + 200);
+        for (LeafId id : random_subset(leaves_of(forest), 0.3, random)) {
+            const Snapshot before(forest);
+            std::vector<Diamond> first, second;
+            REQUIRE(forest.split_diamond(id, [&](const Diamond& d) { first.push_back(d); }));
+            const Snapshot between(forest);
+            CHECK(between != before);
+            with_closure += first.size() > 1;
+            for (std::size_t i = first.size(); i-- > 0;) {
+                at_boundary += first[i].pair_count == 1;
+                // Any leaf names the diamond.
+                const auto& pair = first[i].pairs[random.below(first[i].pair_count)];
+                const LeafId leaf = pair[random.below(2)];
+                REQUIRE(forest.can_merge(leaf));
+                REQUIRE(forest.merge_diamond(leaf, [&](const Diamond& d) {
+                    CHECK(d.midpoint == first[i].midpoint);
+                    CHECK(d.pair_count == first[i].pair_count);
+                    CHECK(d.pairs == first[i].pairs);
+                }));
+                check_sound(forest);
+            }
+            CHECK(Snapshot(forest) == before);
+            // The same slots again.
+            REQUIRE(forest.split_diamond(id, [&](const Diamond& d) { second.push_back(d); }));
+            CHECK(Snapshot(forest) == between);
+            for (std::size_t i = second.size(); i-- > 0;)
+                REQUIRE(forest.merge_diamond(second[i].pairs[0][1], [](const Diamond&) {}));
+        }
+        // The same for batches.
+        const Snapshot before(forest);
+        std::vector<LeafId> created, parents;
+        std::set<Node> old;
+        for (LeafId id : leaves_of(forest)) old.insert(node_of(forest, id));
+        forest.refine(forest.ordered_leaves(), created);
+        while (forest.midpoint_count() > before.counts[1]) {
+            std::erase_if(created,
+                          [&](LeafId id) { return !forest.is_leaf(id) || old.count(node_of(forest, id)) != 0; });
+            REQUIRE(forest.coarsen(created, parents) > 0);
+            check_sound(forest);
+        }
+        CHECK(Snapshot(forest) == before);
+    }
+    CHECK(with_closure > 0);
+    CHECK(at_boundary > 0);
+}
+
+TEST_CASE("a split beyond the capacity is refused and changes nothing") {
+    int refused_closures = 0;
+    for (std::uint64_t seed : test::seeds(8)) {
+        CAPTURE(seed);
+        const ControlMesh mesh = small_mesh(seed);
+        Random random(seed);
+        BisectionForest forest = random_forest(mesh, random);
+        forest.shrink();
+        const std::uint32_t capacity = std::max(forest.leaf_capacity(), forest.leaf_count() + 100);
+        forest.reserve(capacity);
+        REQUIRE(forest.leaf_capacity() == capacity);
+        const std::uint64_t bytes = forest.memory_bytes();
+        for (int refused = 0; refused < 20;) {
+            const auto ids = leaves_of(forest);
+            const LeafId id = ids[random.below(static_cast<std::uint32_t>(ids.size()))];
+            const auto cost = forest.split_cost(id);
+            const bool has_room = forest.leaf_count() + cost.leaves <= capacity;
+            const Snapshot before(forest);
+            int reported = 0;
+            REQUIRE(forest.split_diamond(id, [&](const Diamond&) { ++reported; }) == has_room);
+            CHECK(forest.leaf_count() <= capacity);
+            CHECK(forest.memory_bytes() == bytes);
+            check_sound(forest);
+            if (has_room) continue;
+            ++refused;
+            CHECK(reported == 0);
+            CHECK(Snapshot(forest) == before);
+            // The first split of the closure had room.
+            refused_closures += cost.midpoints > 1 && forest.leaf_count() + 2 <= capacity;
+        }
+        // Batches make room.
+        std::vector<LeafId> created;
+        forest.refine(leaves_of(forest), created);
+        CHECK(forest.leaf_count() > capacity);
+        CHECK(forest.leaf_capacity() >= forest.leaf_count());
+        check_sound(forest);
+    }
+    CHECK(refused_closures > 0);
+}
 
 TEST_CASE("[inv2] bulk refinement is the smallest conforming refinement, as found by brute force") {
     for (std::uint64_t seed : test::seeds(12)) {
@@ -148,6 +402,7 @@ TEST_CASE("[inv2] bulk refinement is the smallest conforming refinement, as foun
             std::set<Node> leaves;
             for (LeafId id : leaves_of(forest)) leaves.insert(node_of(forest, id));
             REQUIRE(leaves == naive.leaves);
+            check_order(created, marked, old, forest);
             // `created` are exactly the leaves that were none before.
             std::set<std::uint32_t> fresh;
             for (LeafId id : created) REQUIRE(fresh.insert(id.value).second);
@@ -176,11 +431,14 @@ TEST_CASE("[bad-input] stale and invalid handles are named, and nothing changes"
         if (id.value >= mesh.halfedge_count() && forest.can_merge(id)) stale = id;
     REQUIRE(stale.valid());
     // Both triangles of the diamond are reported: beside each other across their bases.
-    const std::array<LeafId, 2> parents = forest.merge(stale);
+    std::vector<Diamond> merged;
+    REQUIRE(forest.merge_diamond(stale, [&](const Diamond& d) { merged.push_back(d); }));
+    REQUIRE(merged.size() == 1);
     REQUIRE(!forest.is_leaf(stale));
-    REQUIRE(forest.is_leaf(parents[0]));
-    CHECK(parents[1] == forest.leaf(parents[0]).neighbour[0]);
+    REQUIRE(forest.is_leaf(merged[0].pairs[0][0]));
+    CHECK(merged[0].pairs[1][0] == forest.leaf(merged[0].pairs[0][0]).neighbour[0]);
     const ExportedTriangles before = forest.exported();
+    const auto ignore = [](const Diamond&) { FAIL("a change is reported"); };
     const auto fails = [&](auto&& call, LeafId id) {
         try {
             call();
@@ -195,9 +453,10 @@ TEST_CASE("[bad-input] stale and invalid handles are named, and nothing changes"
     for (LeafId id : {stale, LeafId(forest.leaf_slots()), LeafId{}}) {
         CHECK(!forest.can_merge(id));
         const std::vector<LeafId> marked{roots.front(), id};
-        fails([&] { forest.split(id); }, id);
+        fails([&] { forest.split_cost(id); }, id);
+        fails([&] { forest.split_diamond(id, ignore); }, id);
         fails([&] { forest.refine(marked, created); }, id);
-        fails([&] { forest.merge(id); }, id);
+        fails([&] { forest.merge_diamond(id, ignore); }, id);
         fails([&] { forest.coarsen(marked, created); }, id);
     }
     LeafId root;
@@ -205,7 +464,8 @@ TEST_CASE("[bad-input] stale and invalid handles are named, and nothing changes"
         if (forest.depth(id) == 0) root = id;
     REQUIRE(root.valid());
     CHECK(!forest.can_merge(root));
-    fails([&] { forest.merge(root); }, root);
+    CHECK(!forest.merge_diamond(root, ignore));
+    check_same_export(forest.exported(), before);
 }
 
 TEST_CASE("[bad-input] [inv10] of thousands of marks the first bad one is named and repeated ones count once") {
@@ -217,7 +477,7 @@ TEST_CASE("[bad-input] [inv10] of thousands of marks the first bad one is named 
     for (LeafId id : created)
         if (id.value >= mesh.halfedge_count() && start.can_merge(id)) stale = id;
     REQUIRE(stale.valid());
-    start.merge(stale);
+    REQUIRE(start.merge_diamond(stale, [](const Diamond&) {}));
     const ExportedTriangles before = start.exported();
     const std::vector<LeafId> marked = leaves_of(start);
     std::vector<LeafId> repeated = marked, expected_created;

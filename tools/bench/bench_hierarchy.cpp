@@ -43,6 +43,8 @@ void forest_operations(benchmark::State& state, Operations kind) {
     std::vector<Site> sites;
     std::vector<Vec3d> positions;
     std::int64_t operations = 0;
+    const auto ignore = [](const Diamond&) {};
+    if (kind == single) forest.reserve(forest.leaf_count() << state.range(0));
     const auto put_on_surface = [&] {
         // A new point is the apex of the two or four leaves around it; the lowest slot speaks for it.
         sites.clear();
@@ -61,7 +63,7 @@ void forest_operations(benchmark::State& state, Operations kind) {
             for (std::int64_t round = 0; round < state.range(0); ++round) {
                 if (kind == single) {
                     for (LeafId leaf : leaves)
-                        if (forest.depth(leaf) == round) forest.split(leaf);
+                        if (forest.depth(leaf) == round) forest.split_diamond(leaf, ignore);
                     all_leaves(forest, leaves);
                     continue;
                 }
@@ -73,7 +75,7 @@ void forest_operations(benchmark::State& state, Operations kind) {
             while (forest.midpoint_count() > 0) {
                 if (kind == single) {
                     for (LeafId leaf : leaves)
-                        if (forest.is_leaf(leaf) && forest.can_merge(leaf)) forest.merge(leaf);
+                        if (forest.is_leaf(leaf)) forest.merge_diamond(leaf, ignore);
                     all_leaves(forest, leaves);
                     continue;
                 }

@@ -1,0 +1,141 @@
+#include "bisection_forest.hpp"
+
+#include "../base/memory.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace tetrakis {
+
+namespace {
+
+// Marks of a slot during a batch.
+constexpr std::uint8_t k_waits = 1;        // its leaf is to be split (or merged)
+constexpr std::uint8_t k_split_twice = 3;  // it was, and so was its child 0
+
+constexpr std::ptrdiff_t k_ahead = 12;  // prefetch distance in leaves (bench hierarchy/forest_operations)
+
+/// Prefetches for a loop over a list that has come to `i` and goes `ahead` > 0 or backwards: the record of the leaf two
+/// distances away, and the records across these edges of the leaf one distance away.
+template <class... Edges>
+void prefetch(const detail::PodArray<BisectionLeaf>& leaves, std::span<const LeafId> list, std::size_t i,
+              std::ptrdiff_t ahead, Edges... edges) {
+    // Most records lie across the end of a cache line.
+    const auto record = [&](LeafId id) {
+        if (id.value >= leaves.size()) return;
+        __builtin_prefetch(&leaves[id.value], 1);
+        __builtin_prefetch(reinterpret_cast<const char*>(&leaves[id.value] + 1) - 1, 1);
+    };
+    const std::size_t near = i + static_cast<std::size_t>(ahead), far = near + static_cast<std::size_t>(ahead);
+    if (far < list.size()) record(list[far]);
+    if (near < list.size() && list[near].value < leaves.size())
+        (record(leaves[list[near].value].neighbour[edges]), ...);
+}
+
+}  // namespace
+
+void BisectionForest::clear_marks() {
+    for (BisectionLeaf& leaf : leaves_) leaf.mark = 0;
+}
+
+// Lists and marks the leaves that a refinement splits: those named, then those that they ask for across their bases.
+// Returns what splitting them all adds.
+BisectionForest::SplitCost BisectionForest::mark_closure(std::span<const LeafId> marked, std::vector<LeafId>& list) {
+    const auto add = [&](LeafId id) {
+        if (std::exchange(leaves_[id.value].mark, k_waits) == 0) list.push_back(id);
+    };
+    for (std::size_t i = 0; i < marked.size(); ++i) {
+        prefetch(leaves_, marked, i, k_ahead);
+        require_splittable(marked[i]);
+        add(marked[i]);
+    }
+    SplitCost cost;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+        prefetch(leaves_, list, i, k_ahead, 0);
+        const LeafId id = list[i], across = leaves_[id.value].neighbour[0];
+        if (across.valid()) add(across);
+        // A diamond of two leaves of the list is counted once.
+        if (across.valid() && depth(across) == depth(id) && across < id) continue;
+        cost.leaves += across.valid() ? 2 : 1;
+        ++cost.midpoints;
+    }
+    return cost;
+}
+
+void BisectionForest::refine(std::span<const LeafId> marked, std::vector<LeafId>& created) {
+    std::size_t split_count = 0;
+    SplitCost cost;
+    try {
+        created.clear();
+        detail::reserve_large(created, marked.size());
+        cost = mark_closure(marked, created);
+        split_count = created.size();
+        reserve(leaf_count_ + cost.leaves, midpoint_count_ + cost.midpoints);
+        detail::resize_large(created, split_count + cost.leaves);
+    } catch (...) {
+        clear_marks();
+        throw;
+    }
+    const std::span list = std::span(created).first(split_count);
+    // Child 0 has the mark of its parent.
+    const auto count_splits = [&](const Diamond& diamond) {
+        for (const auto& [child0, child1] : diamond.siblings())
+            if (std::uint8_t& mark = leaves_[child0.value].mark; mark != 0) ++mark;
+    };
+    for (std::size_t i = 0; i < split_count; ++i) {
+        prefetch(leaves_, list, i, k_ahead, 0, 1);
+        if (leaves_[list[i].value].mark == k_waits) split_from_base(list[i], count_splits);
+    }
+    // Replaces each leaf of the list by its two to four descendants, from the end, so that none is written over a leaf
+    // still to be read. It has no branches, because nothing predicts which child was split as well.
+    std::size_t end = created.size();
+    for (std::size_t i = split_count; i-- > 0;) {
+        prefetch(leaves_, list, i, -k_ahead, 0, 2);
+        const LeafId slot = list[i];
+        BisectionLeaf& first = leaves_[slot.value];
+        const bool twice = first.mark == k_split_twice;
+        first.mark = 0;
+        // Child 1, or its child 1: the leaf across the edge from the apex to the midpoint.
+        const LeafId last = first.neighbour[twice ? 0 : 2];
+        created[end - 1] = last;
+        created[end - 2] = leaves_[last.value].neighbour[1];
+        end -= depth(last) > first.depth - twice ? 2 : 1;
+        created[end - 1] = first.neighbour[2];
+        end -= twice ? 2 : 1;
+        created[end] = slot;
+    }
+}
+
+std::size_t BisectionForest::coarsen(std::span<const LeafId> marked, std::vector<LeafId>& created) {
+    created.clear();
+    detail::reserve_large(created, marked.size() / 2);
+    try {
+        for (std::size_t i = 0; i < marked.size(); ++i) {
+            prefetch(leaves_, marked, i, k_ahead);
+            require_leaf(marked[i]);
+            leaves_[marked[i].value].mark = k_waits;
+        }
+    } catch (...) {
+        clear_marks();
+        throw;
+    }
+    const std::uint32_t before = midpoint_count_;
+    for (std::size_t i = marked.size(); i-- > 0;) {
+        prefetch(leaves_, marked, i, -k_ahead, 1, 2);
+        BisectionLeaf& leaf = leaves_[marked[i].value];
+        if (leaf.mark == 0) continue;
+        const Diamond diamond = find_diamond(marked[i]);
+        bool all = diamond.pair_count > 0;
+        for (const auto& [child0, child1] : diamond.siblings())
+            all = all && leaves_[child0.value].mark != 0 && leaves_[child1.value].mark != 0;
+        // Without this one's mark, the others of the diamond will fail, too.
+        leaf.mark = 0;
+        if (!all) continue;
+        merge(diamond);
+        for (std::uint32_t p = diamond.pair_count; p-- > 0;) created.push_back(diamond.pairs[p][0]);
+    }
+    std::reverse(created.begin(), created.end());
+    return before - midpoint_count_;
+}
+
+}  // namespace tetrakis
