@@ -144,16 +144,17 @@ bool is_simple(const RuleMesh& mesh, int cell_corners, int rings) {
     return special <= 1;
 }
 
-/// Fills in the rows and children of a draft. Returns the small cells, in the order of the children.
+/// Returns the small cells, in the order of the children.
 std::vector<SmallCell> go_down(const SchemeInfo& scheme, const RuleOptions& options, const RuleMesh& whole,
-                               int cell_corners, int rings, CellDraft& draft) {
+                               int cell_corners, int rings, int levels, CellDescent& result) {
+    const int points = whole.vertex_count();
     std::vector<SmallCell> cells{{{0, 0}, unit_cell(cell_corners)}};
     MeshPartFinder parts;
     // One level's points that matter further down, and the step from them: at vertices of many edges most of what it
     // makes is too far away, and its rows are long.
     std::vector<SparseRow> rows;
     RuleStep step;
-    for (int level = 0; level < k_levels; ++level) {
+    for (int level = 0; level < levels; ++level) {
         const RuleMesh& mesh = level == 0 ? whole : step.mesh;
         std::vector<int> seeds;
         for (const SmallCell& c : cells)
@@ -162,7 +163,7 @@ std::vector<SmallCell> go_down(const SchemeInfo& scheme, const RuleOptions& opti
         if (level == 0)
             for (const int v : part.vertex) rows.push_back({{v, 1}});
         else
-            rows = compose(draft.points, rows, step.stencils, part.vertex);
+            rows = compose(points, rows, step.stencils, part.vertex);
         RuleStep next = scheme.step(part.mesh, options);
         std::vector<SmallCell> finer;
         for (SmallCell c : cells) {
@@ -184,9 +185,9 @@ std::vector<SmallCell> go_down(const SchemeInfo& scheme, const RuleOptions& opti
             }
             v = place[v];
         }
-        draft.children.push_back({std::move(around->key), std::move(around->vertices)});
+        result.children.push_back({std::move(around->key), std::move(around->vertices)});
     }
-    draft.rows = compose(draft.points, rows, step.stencils, wanted);
+    result.rows = compose(points, rows, step.stencils, wanted);
     return cells;
 }
 
@@ -311,6 +312,13 @@ bool CellDraft::annihilates(const SparseRow& functional) const {
     return std::all_of(sum.begin(), sum.end(), [&](double s) { return std::abs(s) < k_no_weight * size; });
 }
 
+CellDescent one_level_down(const SchemeInfo& scheme, const RuleOptions& options, const SurroundingsKey& key,
+                           int cell_corners, int rings) {
+    CellDescent down;
+    go_down(scheme, options, surroundings_mesh(key), cell_corners, rings, 1, down);
+    return down;
+}
+
 std::optional<CellDraft> draft_cell(const SchemeInfo& scheme, const RuleOptions& options, const SurroundingsKey& key,
                                     int cell_corners, int rings) {
     RuleMesh mesh;
@@ -324,7 +332,7 @@ std::optional<CellDraft> draft_cell(const SchemeInfo& scheme, const RuleOptions&
     const int n = mesh.vertex_count();
     draft.points = n;
     const std::vector<Coordinates> at = unrolled(mesh, cell_corners);
-    const std::vector<SmallCell> cells = go_down(scheme, options, mesh, cell_corners, rings, draft);
+    const std::vector<SmallCell> cells = go_down(scheme, options, mesh, cell_corners, rings, k_levels, draft);
     // The vertices of the small cells, without the hats.
     std::vector<SparseRow> off;
     SparseSum sum(n);

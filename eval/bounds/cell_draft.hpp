@@ -67,20 +67,29 @@ class SparseSum {
 /// A point as a combination of a cell's corners.
 using CellAnchor = std::array<double, 4>;
 
-/// What a few levels of the rules make of a cell with certain surroundings: the points of the small cells that it
+/// What some levels of the rules make of a cell with certain surroundings: the points around the small cells that it
 /// becomes, as combinations of those around it.
-struct CellDraft {
+struct CellDescent {
     struct Child {
         SurroundingsKey key;
         std::vector<int> vertices;  ///< of `rows`, as the key numbers them
     };
 
+    std::vector<SparseRow> rows;
+    std::vector<Child> children;
+};
+
+/// The four cells of the next level, by corner; a triangle's middle one is the last.
+/// @throws std::invalid_argument  the surroundings are no mesh
+CellDescent one_level_down(const SchemeInfo& scheme, const RuleOptions& options, const SurroundingsKey& key,
+                           int cell_corners, int rings);
+
+/// What weights are found from: the same of a few levels.
+struct CellDraft : CellDescent {
     int points = 0;                  ///< around the cell, its corners first
     std::vector<CellAnchor> anchor;  ///< where the corners would have each of these
     std::vector<double> direct;      ///< size of each one's basis function, less the hats of the corners
     std::vector<int> active;         ///< those that matter
-    std::vector<SparseRow> rows;     ///< of the small cells' vertices
-    std::vector<Child> children;
 
     /// The first corner for all.
     std::vector<CellAnchor> constant() const { return std::vector<CellAnchor>(points, {1, 0, 0, 0}); }

@@ -1,6 +1,7 @@
 #include "mask_norm_bound.hpp"
 
 #include "../../hier/base/parallel.hpp"
+#include "../../refine/adaptive/level_walk.hpp"
 #include "../../refine/rules/rule_refiner.hpp"
 #include "../../schemes/rules/averaging.hpp"
 #include "../surface/site_limits.hpp"
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace tetrakis {
 
@@ -163,6 +165,11 @@ Coordinates in_child(const Coordinates& p, int child, int cell_corners) {
     return {2 * p[0] - base[0], 2 * p[1] - base[1]};
 }
 
+/// The same point's coordinates as seen from the cell's next corner.
+Coordinates from_next_corner(const Coordinates& p, int cell_corners) {
+    return {p[1], cell_corners == 4 ? 1 - p[0] : 1 - p[0] - p[1]};
+}
+
 }  // namespace
 
 SlidTriangle::SlidTriangle(const std::array<Vec3d, 3>& corners, const std::array<Vec3d, 3>& middles) : corner(corners) {
@@ -195,13 +202,157 @@ double SlidTriangle::bend(const std::array<double, 3>& width) const {
     return bend;
 }
 
-/// A piece in one of the cells that it reaches into.
+/// A piece in one of the cells that it reaches into: one of a mesh, or one whose kind is known.
 template <class Family>
 struct MaskNormBound<Family>::Walker {
     detail::CellFrame frame;
     std::uint32_t piece;
-    Corners at;       ///< the piece's corners, in sides of the cell
-    double most = 0;  ///< bound on the error in the cell's part, once it is known
+    Corners at;        ///< the piece's corners, in sides of the cell
+    int known = k_no;  ///< its number among the known cells, which is as seen from their own first corner
+    double most = 0;   ///< bound on the error in the cell's part, once it is known
+
+    static constexpr int k_no = -1;
+};
+
+/// Cells of one level whose kinds are known, with the points around them.
+template <class Family>
+class MaskNormBound<Family>::KnownCells {
+  public:
+    explicit KnownCells(const detail::CellKinds& kinds) : kinds_(&kinds) {}
+
+    /// Keeps the memory.
+    void clear() {
+        cells_.clear();
+        points_.clear();
+    }
+    /// A new cell with room for its points. Returns its number.
+    int add(const detail::CellKind& kind, std::size_t point_count) {
+        cells_.push_back({&kind, points_.size(), point_count});
+        points_.resize(points_.size() + point_count);
+        return static_cast<int>(cells_.size()) - 1;
+    }
+    std::span<Vec3d> points(int cell) {
+        const Cell& c = cells_[static_cast<std::size_t>(cell)];
+        return {points_.data() + c.begin, c.count};
+    }
+    std::array<Vec3d, 4> corners(int cell) {
+        std::array<Vec3d, 4> corner{};
+        std::copy_n(points(cell).begin(), kinds_->corners(), corner.begin());
+        return corner;
+    }
+    double remainder(int cell) {
+        Cell& c = cells_[static_cast<std::size_t>(cell)];
+        if (c.remainder < 0) c.remainder = kinds_->remainder(*c.kind, points(cell));
+        return c.remainder;
+    }
+    /// One of the four cells of the next level, which is made where `finer` does not have it yet.
+    int child(int cell, int child, KnownCells& finer) {
+        Cell& c = cells_[static_cast<std::size_t>(cell)];
+        int& number = c.child[static_cast<std::size_t>(child)];
+        if (number < 0) {
+            const detail::CellKind::Child& of = kinds_->children(*c.kind)[static_cast<std::size_t>(child)];
+            number = finer.add(*of.kind, static_cast<std::size_t>(of.rows.row_count()));
+            of.rows.template apply<Vec3d>(points(cell), finer.points(number));
+        }
+        return number;
+    }
+
+  private:
+    struct Cell {
+        const detail::CellKind* kind;
+        std::size_t begin, count;  ///< of the points
+        double remainder = -1;
+        std::array<int, 4> child{-1, -1, -1, -1};
+    };
+    const detail::CellKinds* kinds_;
+    std::vector<Cell> cells_;
+    std::vector<Vec3d> points_;
+};
+
+/// The mesh of one level around the walkers that are not in known cells.
+template <class Family>
+class MaskNormBound<Family>::MeshLevel {
+  public:
+    explicit MeshLevel(const MaskNormBound& bound) : bound_(bound), net_(bound.mesh_.positions()) {}
+
+    /// Cuts out what is around the walkers.
+    void go_to(std::span<Walker> walkers) {
+        // A level's rings give twice as many on the next one, less the two that rules reach.
+        const int rings = std::max(bound_.kinds_.rings() + 1, 4);
+        const RuleMesh& above = made_ ? made_->mesh : bound_.base_;
+        std::vector<int> seeds;
+        for (const Walker& w : walkers)
+            if (in_mesh(w))
+                for (const int v : above.corners(above.face(w.frame.halfedge))) seeds.push_back(v);
+        part_ = parts_.find(above, seeds, rings);
+        here_.resize(part_.vertex.size());
+        for (std::size_t i = 0; i < here_.size(); ++i) here_[i] = net_[part_.vertex[i]];
+        for (Walker& w : walkers)
+            if (in_mesh(w)) w.frame.halfedge = part_.halfedge(above, w.frame.halfedge);
+    }
+    /// Moves walkers to known cells, where kinds with norms are found.
+    void leave(std::span<Walker> walkers, KnownCells& known) {
+        const detail::CellKindFinder find(bound_.kinds_, part_.mesh, around_);
+        struct Cell {
+            int known = Walker::k_no, turns = -1;
+        };
+        std::vector<Cell> cells(static_cast<std::size_t>(part_.mesh.face_count()));
+        for (Walker& w : walkers) {
+            if (!in_mesh(w)) continue;
+            const int h = first_corner(w);
+            Cell& cell = cells[static_cast<std::size_t>(part_.mesh.face(h))];
+            if (cell.turns < 0) {
+                const detail::CellKindFinder::Found found = find(h);
+                cell.turns = found.turns;
+                if (found.kind != nullptr) {
+                    cell.known = known.add(*found.kind, found.vertices.size());
+                    std::ranges::transform(found.vertices, known.points(cell.known).begin(),
+                                           [&](int v) { return here_[static_cast<std::size_t>(v)]; });
+                }
+            }
+            w.known = cell.known;
+            if (in_mesh(w)) continue;
+            for (Coordinates& p : w.at)
+                for (int turn = 0; turn < cell.turns; ++turn) p = from_next_corner(p, bound_.kinds_.corners());
+        }
+    }
+    std::array<Vec3d, 4> corners(const Walker& w) const {
+        std::array<Vec3d, 4> corner{};
+        int h = first_corner(w);
+        for (int k = 0; k < bound_.kinds_.corners(); ++k, h = part_.mesh.next(h))
+            corner[k] = here_[part_.mesh.origin(h)];
+        return corner;
+    }
+    void refine(std::span<const Walker> walkers, RuleStep (*step)(const RuleMesh&, const RuleOptions&)) {
+        if (std::ranges::none_of(walkers, in_mesh)) {
+            part_ = {};
+            made_ = RuleStep{};
+            return;
+        }
+        made_ = step(part_.mesh, bound_.rules_);
+        finer_.resize(static_cast<std::size_t>(made_->stencils.row_count()));
+        made_->stencils.template apply<Vec3d>(here_, finer_);
+        net_ = finer_;
+    }
+    /// The corner cell of a half-edge, after the first step of quads.
+    detail::CellFrame child(const Walker& w) const { return {made_->child_halfedge[w.frame.halfedge], 0}; }
+    detail::CellFrame child(const Walker& w, int child) const {
+        return bound_.kinds_.corners() == 3 ? detail::triangle_child(part_.mesh, *made_, w.frame, child)
+                                            : detail::quad_child(part_.mesh, *made_, w.frame, child);
+    }
+
+  private:
+    static bool in_mesh(const Walker& w) { return w.known == Walker::k_no; }
+    int first_corner(const Walker& w) const {
+        return detail::face_corner(part_.mesh, w.frame, 0, bound_.kinds_.corners());
+    }
+
+    const MaskNormBound& bound_;
+    detail::MeshPartFinder parts_, around_;
+    detail::MeshPart part_;
+    std::optional<RuleStep> made_;  ///< from the level above
+    std::span<const Vec3d> net_;    ///< of the whole that the part is cut from
+    std::vector<Vec3d> here_, finer_;
 };
 
 bool has_mask_norms(const SchemeInfo& scheme, const RuleOptions& rules) {
@@ -234,7 +385,7 @@ MaskNormBound<Family>::MaskNormBound(const Hierarchy& points, const SchemeInfo& 
       decides_(aim > 0),
       base_(rule_mesh(points.mesh(), rules)),
       first_step_(first_rule_step(scheme, base_)),
-      remainder_(scheme, rules) {
+      kinds_(scheme, rules) {
     const Box3d box = mesh_.bounding_box();
     rounding_ =
         k_roundings * std::numeric_limits<double>::epsilon() * std::max(glm::length(box.lower), glm::length(box.upper));
@@ -252,7 +403,7 @@ void MaskNormBound<Family>::add_pieces(const CellTriangle& t, const SlidTriangle
         right = std::max(right, piece.at[k][0]);
     }
     pieces.push_back(piece);
-    if (remainder_.corners() == 3 || right <= 1) return;
+    if (kinds_.corners() == 3 || right <= 1) return;
     // The other half lies in the next corner's cell.
     piece.cell = mesh_.next(t.root);
     for (Coordinates& p : piece.at) p = {p[1], 2 - p[0]};
@@ -273,9 +424,7 @@ void MaskNormBound<Family>::bound(std::span<const Piece> pieces, Wanted wanted, 
 
 template <class Family>
 void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wanted, std::span<double> errors) const {
-    const int n = remainder_.corners();
-    // A level's rings give twice as many on the next one, less the two that rules reach.
-    const int rings = std::max(remainder_.rings() + 1, 4);
+    const int n = kinds_.corners();
     std::vector<Walker> walkers, next;
     for (std::uint32_t i = 0; i < pieces.size(); ++i)
         if (covered(pieces[i].at, n).count > 0)
@@ -284,58 +433,36 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
     std::vector<double> least(pieces.size(), 0.0);  // an error that there is
     std::vector<std::uint8_t> decided(pieces.size(), 0);
     std::vector<std::uint32_t> open(pieces.size());  // cells
-    detail::MeshPartFinder parts, around;
-    const RuleMesh* above = &base_;
-    std::span<const Vec3d> net = mesh_.positions();
-    RuleStep step;
-    std::vector<Vec3d> here, finer;
-    std::vector<double> remainder;  // per face
+    MeshLevel mesh(*this);
+    KnownCells known(kinds_), finer(kinds_);
     // Quads: one more step, from the control mesh to its corner cells.
     for (int level = n == 4 ? -1 : 0; !walkers.empty(); ++level) {
-        std::vector<int> seeds;
-        for (const Walker& w : walkers)
-            for (const int v : above->corners(above->face(w.frame.halfedge))) seeds.push_back(v);
-        const detail::MeshPart part = parts.find(*above, seeds, rings);
-        here.resize(part.vertex.size());
-        for (std::size_t i = 0; i < here.size(); ++i) here[i] = net[part.vertex[i]];
-        for (Walker& w : walkers) w.frame.halfedge = part.halfedge(*above, w.frame.halfedge);
+        mesh.go_to(walkers);
+        if (level >= 0) mesh.leave(walkers, known);
         next.clear();
-        if (level < 0) {
-            next = walkers;
-        } else {
-            detail::CellRemainder::Level remainder_at(remainder_, part.mesh, here, around);
-            remainder.assign(static_cast<std::size_t>(part.mesh.face_count()), -1.0);
-            for (const Walker& w : walkers) {
-                const Piece& piece = pieces[w.piece];
-                if (level < piece.level) {
-                    next.push_back(w);
-                    continue;
-                }
-                if (decided[w.piece] != 0) continue;
-                std::array<Vec3d, 4> corner{};
-                int h = detail::face_corner(part.mesh, w.frame, 0, n);
-                double& rest = remainder[static_cast<std::size_t>(part.mesh.face(h))];
-                if (rest < 0) {
-                    rest = remainder_at(h);
-                    // Beside corners of some angles there are weights only as seen from the corner itself.
-                    for (int k = 1, other = h; k < n && rest == k_infinite; ++k)
-                        rest = remainder_at(other = part.mesh.next(other));
-                }
-                for (int k = 0; k < n; ++k, h = part.mesh.next(h)) corner[k] = here[part.mesh.origin(h)];
-                const Deviation off = deviation(covered(w.at, n), corner, n, piece.triangle);
-                // Points of an interpolating scheme are limit points.
-                const double apart = scheme_.interpolating && off.whole ? 0 : rest;
-                least[w.piece] = std::max(least[w.piece], off.at_points - apart);
-                const double most = off.most + rest, sure = least[w.piece];
-                const bool exceeds = sure > wanted.floor;
-                const double floor = exceeds && !wanted.decide ? k_tight * sure : wanted.floor;
-                if (most <= floor || level >= piece.level + k_deepest)
-                    errors[w.piece] = std::max(errors[w.piece], most + rounding_);
-                else if (wanted.decide && exceeds)
-                    decided[w.piece] = 1;
-                else
-                    next.emplace_back(w).most = most;
+        for (const Walker& w : walkers) {
+            const Piece& piece = pieces[w.piece];
+            if (level < piece.level) {
+                next.push_back(w);
+                continue;
             }
+            if (decided[w.piece] != 0) continue;
+            const bool is_known = w.known != Walker::k_no;
+            const double rest = is_known ? known.remainder(w.known) : k_infinite;
+            const std::array<Vec3d, 4> corner = is_known ? known.corners(w.known) : mesh.corners(w);
+            const Deviation off = deviation(covered(w.at, n), corner, n, piece.triangle);
+            // Points of an interpolating scheme are limit points.
+            const double apart = scheme_.interpolating && off.whole ? 0 : rest;
+            least[w.piece] = std::max(least[w.piece], off.at_points - apart);
+            const double most = off.most + rest, sure = least[w.piece];
+            const bool exceeds = sure > wanted.floor;
+            const double floor = exceeds && !wanted.decide ? k_tight * sure : wanted.floor;
+            if (most <= floor || level >= piece.level + k_deepest)
+                errors[w.piece] = std::max(errors[w.piece], most + rounding_);
+            else if (wanted.decide && exceeds)
+                decided[w.piece] = 1;
+            else
+                next.emplace_back(w).most = most;
         }
         std::fill(open.begin(), open.end(), 0u);
         for (const Walker& w : next) ++open[w.piece];
@@ -345,28 +472,25 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
             errors[w.piece] = std::max(errors[w.piece], w.most + rounding_);
             return true;
         });
+        mesh.refine(next, level < 0 ? first_step_ : scheme_.step);
         walkers.clear();
-        if (next.empty()) break;
-        RuleStep made = (level < 0 ? first_step_ : scheme_.step)(part.mesh, rules_);
+        finer.clear();
         for (const Walker& w : next) {
             if (level < 0) {
-                walkers.push_back({{made.child_halfedge[w.frame.halfedge], 0}, w.piece, w.at, 0});
+                walkers.push_back({mesh.child(w), w.piece, w.at});
                 continue;
             }
             for (int child = 0; child < 4; ++child) {
                 Corners at;
                 for (std::size_t k = 0; k < 3; ++k) at[k] = in_child(w.at[k], child, n);
                 if (covered(at, n).count == 0) continue;
-                walkers.push_back({n == 3 ? detail::triangle_child(part.mesh, made, w.frame, child)
-                                          : detail::quad_child(part.mesh, made, w.frame, child),
-                                   w.piece, at});
+                if (w.known == Walker::k_no)
+                    walkers.push_back({mesh.child(w, child), w.piece, at});
+                else
+                    walkers.push_back({{}, w.piece, at, known.child(w.known, child, finer)});
             }
         }
-        finer.resize(made.stencils.row_count());
-        made.stencils.template apply<Vec3d>(here, finer);
-        step = std::move(made);
-        above = &step.mesh;
-        net = finer;
+        std::swap(known, finer);
     }
     for (std::size_t i = 0; i < pieces.size(); ++i)
         if (decided[i] != 0) errors[i] = least[i] + rounding_;
