@@ -312,13 +312,6 @@ bool CellDraft::annihilates(const SparseRow& functional) const {
     return std::all_of(sum.begin(), sum.end(), [&](double s) { return std::abs(s) < k_no_weight * size; });
 }
 
-CellDescent one_level_down(const SchemeInfo& scheme, const RuleOptions& options, const SurroundingsKey& key,
-                           int cell_corners, int rings) {
-    CellDescent down;
-    go_down(scheme, options, surroundings_mesh(key), cell_corners, rings, 1, down);
-    return down;
-}
-
 std::optional<CellDraft> draft_cell(const SchemeInfo& scheme, const RuleOptions& options, const SurroundingsKey& key,
                                     int cell_corners, int rings) {
     RuleMesh mesh;
@@ -332,13 +325,14 @@ std::optional<CellDraft> draft_cell(const SchemeInfo& scheme, const RuleOptions&
     const int n = mesh.vertex_count();
     draft.points = n;
     const std::vector<Coordinates> at = unrolled(mesh, cell_corners);
-    const std::vector<SmallCell> cells = go_down(scheme, options, mesh, cell_corners, rings, k_levels, draft);
+    go_down(scheme, options, mesh, cell_corners, rings, 1, draft.next);
+    const std::vector<SmallCell> cells = go_down(scheme, options, mesh, cell_corners, rings, k_levels, draft.below);
     // The vertices of the small cells, without the hats.
     std::vector<SparseRow> off;
     SparseSum sum(n);
     for (std::size_t c = 0; c < cells.size(); ++c)
         for (int k = 0; k < cell_corners; ++k) {
-            sum.add(draft.rows[draft.children[c].vertices[k]], 1);
+            sum.add(draft.below.rows[draft.below.children[c].vertices[k]], 1);
             const std::array<double, 4> hat = hats(cells[c].at[k], cell_corners);
             for (int i = 0; i < cell_corners; ++i) sum.add(i, -hat[i]);
             off.push_back(sum.take());

@@ -79,13 +79,10 @@ struct CellDescent {
     std::vector<Child> children;
 };
 
-/// The four cells of the next level, by corner; a triangle's middle one is the last.
-/// @throws std::invalid_argument  the surroundings are no mesh
-CellDescent one_level_down(const SchemeInfo& scheme, const RuleOptions& options, const SurroundingsKey& key,
-                           int cell_corners, int rings);
-
-/// What weights are found from: the same of a few levels.
-struct CellDraft : CellDescent {
+/// What a cell's norms are found from: the same of a few levels, and of one.
+struct CellDraft {
+    CellDescent below;               ///< of a few levels
+    CellDescent next;                ///< of one: the cells at the corners; a triangle's middle one is the last
     int points = 0;                  ///< around the cell, its corners first
     std::vector<CellAnchor> anchor;  ///< where the corners would have each of these
     std::vector<double> direct;      ///< size of each one's basis function, less the hats of the corners

@@ -1,21 +1,35 @@
 #pragma once
 
+#include "../../hier/base/vec.hpp"
 #include "cell_draft.hpp"
 
+#include <array>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <shared_mutex>
+#include <span>
 #include <vector>
 
 namespace tetrakis::detail {
 
 /// Weights of the points around a cell, by how far each is from where the cell's corners would have it: their sum
-/// bounds how far the limit is from the cell.
+/// bounds how far the limit is from the cell. With these points, and with no mesh, one can also go on to the cells of
+/// the levels below.
 struct CellNorms {
-    std::vector<int> point;  ///< those with a weight, by their numbers in the surroundings
+    struct Child {
+        const CellNorms* norms = nullptr;
+        StencilTable rows;  ///< its points, from those of the cell
+    };
+
+    std::vector<int> point;  ///< those that matter, by their numbers in the surroundings: the cell's corners first
     std::vector<double> weight;
     std::vector<CellAnchor> anchor;
+    std::array<Child, 4> children;  ///< cells of the next level, by corner; a triangle's middle one is the last
+
+    /// How far the limit is from a cell at most.
+    /// @param points  those of `point`
+    double remainder(std::span<const Vec3d> points) const;
 };
 
 /// The weights for each kind of surroundings, found when they are asked for.

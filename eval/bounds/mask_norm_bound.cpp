@@ -214,35 +214,34 @@ struct MaskNormBound<Family>::Walker {
     static constexpr int k_no = -1;
 };
 
-/// Cells of one level whose kinds are known, with the points around them.
+/// Cells of one level that have norms, with the points around them.
 template <class Family>
 class MaskNormBound<Family>::KnownCells {
   public:
-    explicit KnownCells(const detail::CellKinds& kinds) : kinds_(&kinds) {}
-
     /// Keeps the memory.
     void clear() {
         cells_.clear();
         points_.clear();
     }
     /// A new cell with room for its points. Returns its number.
-    int add(const detail::CellKind& kind, std::size_t point_count) {
-        cells_.push_back({&kind, points_.size(), point_count});
-        points_.resize(points_.size() + point_count);
+    int add(const detail::CellNorms& norms) {
+        cells_.push_back({&norms, points_.size()});
+        points_.resize(points_.size() + norms.point.size());
         return static_cast<int>(cells_.size()) - 1;
     }
     std::span<Vec3d> points(int cell) {
         const Cell& c = cells_[static_cast<std::size_t>(cell)];
-        return {points_.data() + c.begin, c.count};
+        return {points_.data() + c.begin, c.norms->point.size()};
     }
     std::array<Vec3d, 4> corners(int cell) {
+        const std::span<const Vec3d> at = points(cell);
         std::array<Vec3d, 4> corner{};
-        std::copy_n(points(cell).begin(), kinds_->corners(), corner.begin());
+        std::copy_n(at.begin(), std::min(corner.size(), at.size()), corner.begin());
         return corner;
     }
     double remainder(int cell) {
         Cell& c = cells_[static_cast<std::size_t>(cell)];
-        if (c.remainder < 0) c.remainder = kinds_->remainder(*c.kind, points(cell));
+        if (c.remainder < 0) c.remainder = c.norms->remainder(points(cell));
         return c.remainder;
     }
     /// One of the four cells of the next level, which is made where `finer` does not have it yet.
@@ -250,8 +249,8 @@ class MaskNormBound<Family>::KnownCells {
         Cell& c = cells_[static_cast<std::size_t>(cell)];
         int& number = c.child[static_cast<std::size_t>(child)];
         if (number < 0) {
-            const detail::CellKind::Child& of = kinds_->children(*c.kind)[static_cast<std::size_t>(child)];
-            number = finer.add(*of.kind, static_cast<std::size_t>(of.rows.row_count()));
+            const detail::CellNorms::Child& of = c.norms->children[static_cast<std::size_t>(child)];
+            number = finer.add(*of.norms);
             of.rows.template apply<Vec3d>(points(cell), finer.points(number));
         }
         return number;
@@ -259,12 +258,11 @@ class MaskNormBound<Family>::KnownCells {
 
   private:
     struct Cell {
-        const detail::CellKind* kind;
-        std::size_t begin, count;  ///< of the points
+        const detail::CellNorms* norms;
+        std::size_t begin;  ///< of the points
         double remainder = -1;
         std::array<int, 4> child{-1, -1, -1, -1};
     };
-    const detail::CellKinds* kinds_;
     std::vector<Cell> cells_;
     std::vector<Vec3d> points_;
 };
@@ -278,7 +276,7 @@ class MaskNormBound<Family>::MeshLevel {
     /// Cuts out what is around the walkers.
     void go_to(std::span<Walker> walkers) {
         // A level's rings give twice as many on the next one, less the two that rules reach.
-        const int rings = std::max(bound_.kinds_.rings() + 1, 4);
+        const int rings = std::max(bound_.remainder_.rings() + 1, 4);
         const RuleMesh& above = made_ ? made_->mesh : bound_.base_;
         std::vector<int> seeds;
         for (const Walker& w : walkers)
@@ -290,9 +288,9 @@ class MaskNormBound<Family>::MeshLevel {
         for (Walker& w : walkers)
             if (in_mesh(w)) w.frame.halfedge = part_.halfedge(above, w.frame.halfedge);
     }
-    /// Moves walkers to known cells, where kinds with norms are found.
+    /// Moves walkers to known cells, where norms are found.
     void leave(std::span<Walker> walkers, KnownCells& known) {
-        const detail::CellKindFinder find(bound_.kinds_, part_.mesh, around_);
+        const detail::CellFinder find(bound_.remainder_, part_.mesh, around_);
         struct Cell {
             int known = Walker::k_no, turns = -1;
         };
@@ -302,24 +300,24 @@ class MaskNormBound<Family>::MeshLevel {
             const int h = first_corner(w);
             Cell& cell = cells[static_cast<std::size_t>(part_.mesh.face(h))];
             if (cell.turns < 0) {
-                const detail::CellKindFinder::Found found = find(h);
+                const detail::CellFinder::Found found = find(h);
                 cell.turns = found.turns;
-                if (found.kind != nullptr) {
-                    cell.known = known.add(*found.kind, found.vertices.size());
-                    std::ranges::transform(found.vertices, known.points(cell.known).begin(),
+                if (found.norms != nullptr) {
+                    cell.known = known.add(*found.norms);
+                    std::ranges::transform(found.points, known.points(cell.known).begin(),
                                            [&](int v) { return here_[static_cast<std::size_t>(v)]; });
                 }
             }
             w.known = cell.known;
             if (in_mesh(w)) continue;
             for (Coordinates& p : w.at)
-                for (int turn = 0; turn < cell.turns; ++turn) p = from_next_corner(p, bound_.kinds_.corners());
+                for (int turn = 0; turn < cell.turns; ++turn) p = from_next_corner(p, bound_.remainder_.corners());
         }
     }
     std::array<Vec3d, 4> corners(const Walker& w) const {
         std::array<Vec3d, 4> corner{};
         int h = first_corner(w);
-        for (int k = 0; k < bound_.kinds_.corners(); ++k, h = part_.mesh.next(h))
+        for (int k = 0; k < bound_.remainder_.corners(); ++k, h = part_.mesh.next(h))
             corner[k] = here_[part_.mesh.origin(h)];
         return corner;
     }
@@ -337,14 +335,14 @@ class MaskNormBound<Family>::MeshLevel {
     /// The corner cell of a half-edge, after the first step of quads.
     detail::CellFrame child(const Walker& w) const { return {made_->child_halfedge[w.frame.halfedge], 0}; }
     detail::CellFrame child(const Walker& w, int child) const {
-        return bound_.kinds_.corners() == 3 ? detail::triangle_child(part_.mesh, *made_, w.frame, child)
-                                            : detail::quad_child(part_.mesh, *made_, w.frame, child);
+        return bound_.remainder_.corners() == 3 ? detail::triangle_child(part_.mesh, *made_, w.frame, child)
+                                                : detail::quad_child(part_.mesh, *made_, w.frame, child);
     }
 
   private:
     static bool in_mesh(const Walker& w) { return w.known == Walker::k_no; }
     int first_corner(const Walker& w) const {
-        return detail::face_corner(part_.mesh, w.frame, 0, bound_.kinds_.corners());
+        return detail::face_corner(part_.mesh, w.frame, 0, bound_.remainder_.corners());
     }
 
     const MaskNormBound& bound_;
@@ -385,7 +383,7 @@ MaskNormBound<Family>::MaskNormBound(const Hierarchy& points, const SchemeInfo& 
       decides_(aim > 0),
       base_(rule_mesh(points.mesh(), rules)),
       first_step_(first_rule_step(scheme, base_)),
-      kinds_(scheme, rules) {
+      remainder_(scheme, rules) {
     const Box3d box = mesh_.bounding_box();
     rounding_ =
         k_roundings * std::numeric_limits<double>::epsilon() * std::max(glm::length(box.lower), glm::length(box.upper));
@@ -403,7 +401,7 @@ void MaskNormBound<Family>::add_pieces(const CellTriangle& t, const SlidTriangle
         right = std::max(right, piece.at[k][0]);
     }
     pieces.push_back(piece);
-    if (kinds_.corners() == 3 || right <= 1) return;
+    if (remainder_.corners() == 3 || right <= 1) return;
     // The other half lies in the next corner's cell.
     piece.cell = mesh_.next(t.root);
     for (Coordinates& p : piece.at) p = {p[1], 2 - p[0]};
@@ -424,7 +422,7 @@ void MaskNormBound<Family>::bound(std::span<const Piece> pieces, Wanted wanted, 
 
 template <class Family>
 void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wanted, std::span<double> errors) const {
-    const int n = kinds_.corners();
+    const int n = remainder_.corners();
     std::vector<Walker> walkers, next;
     for (std::uint32_t i = 0; i < pieces.size(); ++i)
         if (covered(pieces[i].at, n).count > 0)
@@ -434,7 +432,7 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
     std::vector<std::uint8_t> decided(pieces.size(), 0);
     std::vector<std::uint32_t> open(pieces.size());  // cells
     MeshLevel mesh(*this);
-    KnownCells known(kinds_), finer(kinds_);
+    KnownCells known, finer;
     // Quads: one more step, from the control mesh to its corner cells.
     for (int level = n == 4 ? -1 : 0; !walkers.empty(); ++level) {
         mesh.go_to(walkers);

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../refine/adaptive/hierarchy.hpp"
-#include "cell_kinds.hpp"
+#include "cell_remainder.hpp"
 #include "surface_bound.hpp"
 
 #include <array>
@@ -38,7 +38,7 @@ struct SlidTriangle {
 
 /// Certified errors over limit surfaces that are no polynomials: those of interpolating schemes and others, on
 /// triangles and quads. The mesh of a finer level is compared with the triangle point by point of the parameters, and
-/// how far the limit is from that mesh is known by mask norms (CellKinds); levels are made around a triangle until
+/// how far the limit is from that mesh is known by mask norms (CellRemainder); levels are made around a triangle until
 /// that does: by the rules, in a part of the mesh, until a cell's kind has norms, and from there on by the kind's own
 /// rows. It bounds the parametric difference, and so the distance in both directions; the rounding of positions is
 /// included.
@@ -96,7 +96,7 @@ class MaskNormBound final : public SurfaceBound {
     double aim_, rounding_;
     RuleMesh base_;
     RuleStep (*first_step_)(const RuleMesh&, const RuleOptions&);
-    detail::CellKinds kinds_;
+    detail::CellRemainder remainder_;
 };
 
 }  // namespace tetrakis
