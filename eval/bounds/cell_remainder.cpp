@@ -38,8 +38,11 @@ std::optional<CellRemainder::Total> CellRemainder::total(const FanShape& shape) 
     return total;
 }
 
-CellFinder::CellFinder(const CellRemainder& remainder, const RuleMesh& mesh, MeshPartFinder& parts)
-    : remainder_(remainder), mesh_(mesh), parts_(parts), near_(mesh.vertex_count(), k_none) {
+NormedCells::NormedCells(const CellRemainder& remainder, const RuleMesh& mesh)
+    : remainder_(remainder),
+      mesh_(mesh),
+      near_(mesh.vertex_count(), k_none),
+      entries_(std::make_unique<Entry[]>(static_cast<std::size_t>(mesh.face_count()))) {
     for (int v = 0; v < mesh.vertex_count(); ++v)
         if (mesh.first(v) == RuleMesh::none || !is_regular_vertex(mesh, v, remainder.corners())) near_[v] = v;
     for (int f = 0; f < mesh.face_count(); ++f)
@@ -57,19 +60,25 @@ CellFinder::CellFinder(const CellRemainder& remainder, const RuleMesh& mesh, Mes
     }
 }
 
-CellFinder::Found CellFinder::operator()(int halfedge) const {
+const NormedCells::Cell& NormedCells::at(int halfedge, MeshPartFinder& parts) const {
+    Entry& entry = entries_[static_cast<std::size_t>(mesh_.face(halfedge))];
+    std::call_once(entry.once, [&] { entry.cell = find(halfedge, parts); });
+    return entry.cell;
+}
+
+NormedCells::Cell NormedCells::find(int halfedge, MeshPartFinder& parts) const {
     int all = k_none;
     for (const int v : mesh_.corners(mesh_.face(halfedge))) all = joined(all, near_[v]);
     if (all == k_many) return {};
     // Beside corners of some angles there are weights only as seen from the corner itself.
-    for (int turns = 0; turns < remainder_.corners(); ++turns, halfedge = mesh_.next(halfedge)) {
-        std::optional<CellSurroundings> around = cell_surroundings(mesh_, halfedge, remainder_.rings(), parts_);
+    for (int k = 0; k < remainder_.corners(); ++k, halfedge = mesh_.next(halfedge)) {
+        const std::optional<CellSurroundings> around = cell_surroundings(mesh_, halfedge, remainder_.rings(), parts);
         if (!around) break;
         const CellNorms* const norms = remainder_.find(around->key);
         if (norms == nullptr) continue;
-        Found found{norms, turns, {}};
-        for (const int i : norms->point) found.points.push_back(around->vertices[i]);
-        return found;
+        Cell cell{norms, halfedge, {}};
+        for (const int i : norms->point) cell.points.push_back(around->vertices[i]);
+        return cell;
     }
     return {};
 }

@@ -2,6 +2,8 @@
 
 #include "cell_norms.hpp"
 
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -42,26 +44,33 @@ class CellRemainder {
     CellNormTable table_;
 };
 
-/// Finds the cells of a mesh that have norms, for one thread.
-class CellFinder {
+/// The cells of a mesh that have norms. Each is looked for when it is first asked for, from any thread.
+class NormedCells {
   public:
-    /// @param mesh   of one level, with all that is within rings() + 1 rings of the cells that are asked for
-    /// @param parts  scratch memory
-    CellFinder(const CellRemainder& remainder, const RuleMesh& mesh, MeshPartFinder& parts);
+    /// @param mesh  of one level, with all that is within rings() + 1 rings of the cells that are asked for; lives
+    ///              longer
+    NormedCells(const CellRemainder& remainder, const RuleMesh& mesh);
 
-    struct Found {
+    struct Cell {
         const CellNorms* norms = nullptr;  ///< nullptr: extraordinary points are near each other, or tags semi-sharp
-        int turns = 0;                     ///< the first corner's number among the face's, from the half-edge
+        int first = RuleMesh::none;        ///< half-edge that leaves the cell's first corner
         std::vector<int> points;           ///< vertices of the mesh: those of norms->point
     };
-    /// @param halfedge  of the cell
-    Found operator()(int halfedge) const;
+    /// @param halfedge  leaves the first corner, if nothing speaks for another; always the same for a face
+    /// @param parts     scratch memory
+    const Cell& at(int halfedge, MeshPartFinder& parts) const;
 
   private:
+    struct Entry {
+        std::once_flag once;
+        Cell cell;
+    };
+    Cell find(int halfedge, MeshPartFinder& parts) const;
+
     const CellRemainder& remainder_;
     const RuleMesh& mesh_;
-    MeshPartFinder& parts_;
-    std::vector<int> near_;  ///< per vertex: the one extraordinary point near it, k_none or k_many
+    std::vector<int> near_;             ///< per vertex: the one extraordinary point near it, k_none or k_many
+    std::unique_ptr<Entry[]> entries_;  ///< per face
 };
 
 }  // namespace tetrakis::detail

@@ -30,6 +30,8 @@ constexpr float k_most_sharp_levels = 6;
 constexpr double k_tight = 1.05;
 // Errors that are as good as none, where nothing is aimed at: a share of the model's diagonal.
 constexpr double k_no_error = 1e-7;
+// Of levels that are made as a whole, some MB: most cells of small meshes have norms there, whatever is around them.
+constexpr int k_most_halfedges = 1 << 16;
 // A level's points are sums of the level before, a few products each.
 constexpr double k_roundings = 256;
 // Parts of a cell that are no larger, and no larger a share of the piece, are corners and edges that rounding has given
@@ -267,90 +269,99 @@ class MaskNormBound<Family>::KnownCells {
     std::vector<Vec3d> points_;
 };
 
-/// The mesh of one level around the walkers that are not in known cells.
+/// The mesh of one level, or a part of it.
 template <class Family>
-class MaskNormBound<Family>::MeshLevel {
-  public:
-    explicit MeshLevel(const MaskNormBound& bound) : bound_(bound), net_(bound.mesh_.positions()) {}
+struct MaskNormBound<Family>::Level {
+    RuleStep made;  ///< its mesh, and how the level above has become it
+    std::vector<Vec3d> net;
+    detail::NormedCells cells;
 
-    /// Cuts out what is around the walkers.
-    void go_to(std::span<Walker> walkers) {
-        // A level's rings give twice as many on the next one, less the two that rules reach.
-        const int rings = std::max(bound_.remainder_.rings() + 1, 4);
-        const RuleMesh& above = made_ ? made_->mesh : bound_.base_;
-        std::vector<int> seeds;
-        for (const Walker& w : walkers)
-            if (in_mesh(w))
-                for (const int v : above.corners(above.face(w.frame.halfedge))) seeds.push_back(v);
-        part_ = parts_.find(above, seeds, rings);
-        here_.resize(part_.vertex.size());
-        for (std::size_t i = 0; i < here_.size(); ++i) here_[i] = net_[part_.vertex[i]];
-        for (Walker& w : walkers)
-            if (in_mesh(w)) w.frame.halfedge = part_.halfedge(above, w.frame.halfedge);
+    Level(const detail::CellRemainder& remainder, RuleStep step, std::vector<Vec3d> points)
+        : made(std::move(step)), net(std::move(points)), cells(remainder, made.mesh) {}
+    Level(const detail::CellRemainder& remainder, RuleStep step, std::span<const Vec3d> above)
+        : made(std::move(step)), net(static_cast<std::size_t>(made.stencils.row_count())), cells(remainder, made.mesh) {
+        made.stencils.template apply<Vec3d>(above, net);
+        made.stencils = {};
     }
-    /// Moves walkers to known cells, where norms are found.
+    Level(const Level&) = delete;
+};
+
+/// Leads walkers that are in no known cell from level to level: whole ones where they are there, else parts.
+template <class Family>
+class MaskNormBound<Family>::MeshWay {
+  public:
+    explicit MeshWay(const MaskNormBound& bound) : bound_(bound), here_(bound.whole_.front().get()) {}
+
+    /// Moves walkers to known cells where there are norms.
     void leave(std::span<Walker> walkers, KnownCells& known) {
-        const detail::CellFinder find(bound_.remainder_, part_.mesh, around_);
-        struct Cell {
-            int known = Walker::k_no, turns = -1;
-        };
-        std::vector<Cell> cells(static_cast<std::size_t>(part_.mesh.face_count()));
+        known_.assign(static_cast<std::size_t>(mesh().face_count()), Walker::k_no);
         for (Walker& w : walkers) {
             if (!in_mesh(w)) continue;
-            const int h = first_corner(w);
-            Cell& cell = cells[static_cast<std::size_t>(part_.mesh.face(h))];
-            if (cell.turns < 0) {
-                const detail::CellFinder::Found found = find(h);
-                cell.turns = found.turns;
-                if (found.norms != nullptr) {
-                    cell.known = known.add(*found.norms);
-                    std::ranges::transform(found.points, known.points(cell.known).begin(),
-                                           [&](int v) { return here_[static_cast<std::size_t>(v)]; });
-                }
+            int h = first_corner(w);
+            const detail::NormedCells::Cell& cell = here_->cells.at(h, parts_);
+            if (cell.norms == nullptr) continue;
+            w.known = known_[static_cast<std::size_t>(mesh().face(h))];
+            if (in_mesh(w)) {
+                w.known = known_[static_cast<std::size_t>(mesh().face(h))] = known.add(*cell.norms);
+                std::ranges::transform(cell.points, known.points(w.known).begin(),
+                                       [&](int v) { return here_->net[static_cast<std::size_t>(v)]; });
             }
-            w.known = cell.known;
-            if (in_mesh(w)) continue;
-            for (Coordinates& p : w.at)
-                for (int turn = 0; turn < cell.turns; ++turn) p = from_next_corner(p, bound_.remainder_.corners());
+            for (; h != cell.first; h = mesh().next(h))
+                for (Coordinates& p : w.at) p = from_next_corner(p, bound_.remainder_.corners());
         }
     }
     std::array<Vec3d, 4> corners(const Walker& w) const {
         std::array<Vec3d, 4> corner{};
         int h = first_corner(w);
-        for (int k = 0; k < bound_.remainder_.corners(); ++k, h = part_.mesh.next(h))
-            corner[k] = here_[part_.mesh.origin(h)];
+        for (int k = 0; k < bound_.remainder_.corners(); ++k, h = mesh().next(h))
+            corner[k] = here_->net[mesh().origin(h)];
         return corner;
     }
-    void refine(std::span<const Walker> walkers, RuleStep (*step)(const RuleMesh&, const RuleOptions&)) {
-        if (std::ranges::none_of(walkers, in_mesh)) {
-            part_ = {};
-            made_ = RuleStep{};
+    void go_down(std::span<Walker> walkers) {
+        if (std::ranges::none_of(walkers, in_mesh)) return;
+        above_ = &mesh();
+        if (++depth_ < bound_.whole_.size()) {
+            here_ = bound_.whole_[depth_].get();
             return;
         }
-        made_ = step(part_.mesh, bound_.rules_);
-        finer_.resize(static_cast<std::size_t>(made_->stencils.row_count()));
-        made_->stencils.template apply<Vec3d>(here_, finer_);
-        net_ = finer_;
+        // A level's rings give twice as many on the next one, less the two that rules reach.
+        const int rings = std::max(bound_.remainder_.rings() + 1, 4);
+        std::vector<int> seeds;
+        for (const Walker& w : walkers)
+            if (in_mesh(w))
+                for (const int v : mesh().corners(mesh().face(w.frame.halfedge))) seeds.push_back(v);
+        part_ = parts_.find(mesh(), seeds, rings);
+        for (Walker& w : walkers)
+            if (in_mesh(w)) w.frame.halfedge = part_.halfedge(mesh(), w.frame.halfedge);
+        std::vector<Vec3d> net;
+        for (const int v : part_.vertex) net.push_back(here_->net[static_cast<std::size_t>(v)]);
+        own_ = std::make_unique<Level>(bound_.remainder_, bound_.step(depth_)(part_.mesh, bound_.rules_),
+                                       std::span<const Vec3d>(net));
+        here_ = own_.get();
+        above_ = &part_.mesh;
     }
     /// The corner cell of a half-edge, after the first step of quads.
-    detail::CellFrame child(const Walker& w) const { return {made_->child_halfedge[w.frame.halfedge], 0}; }
+    detail::CellFrame child(const Walker& w) const { return {here_->made.child_halfedge[w.frame.halfedge], 0}; }
     detail::CellFrame child(const Walker& w, int child) const {
-        return bound_.remainder_.corners() == 3 ? detail::triangle_child(part_.mesh, *made_, w.frame, child)
-                                                : detail::quad_child(part_.mesh, *made_, w.frame, child);
+        return bound_.remainder_.corners() == 3 ? detail::triangle_child(*above_, here_->made, w.frame, child)
+                                                : detail::quad_child(*above_, here_->made, w.frame, child);
     }
 
   private:
     static bool in_mesh(const Walker& w) { return w.known == Walker::k_no; }
+    const RuleMesh& mesh() const { return here_->made.mesh; }
     int first_corner(const Walker& w) const {
-        return detail::face_corner(part_.mesh, w.frame, 0, bound_.remainder_.corners());
+        return detail::face_corner(mesh(), w.frame, 0, bound_.remainder_.corners());
     }
 
     const MaskNormBound& bound_;
-    detail::MeshPartFinder parts_, around_;
+    const Level* here_;
+    std::size_t depth_ = 0;            ///< steps from the control mesh
+    const RuleMesh* above_ = nullptr;  ///< what the last step was made of
     detail::MeshPart part_;
-    std::optional<RuleStep> made_;  ///< from the level above
-    std::span<const Vec3d> net_;    ///< of the whole that the part is cut from
-    std::vector<Vec3d> here_, finer_;
+    std::unique_ptr<const Level> own_;
+    detail::MeshPartFinder parts_;
+    std::vector<int> known_;  ///< per face: its number among the known cells
 };
 
 bool has_mask_norms(const SchemeInfo& scheme, const RuleOptions& rules) {
@@ -381,13 +392,29 @@ MaskNormBound<Family>::MaskNormBound(const Hierarchy& points, const SchemeInfo& 
       scheme_(scheme),
       rules_(rules),
       decides_(aim > 0),
-      base_(rule_mesh(points.mesh(), rules)),
-      first_step_(first_rule_step(scheme, base_)),
       remainder_(scheme, rules) {
     const Box3d box = mesh_.bounding_box();
     rounding_ =
         k_roundings * std::numeric_limits<double>::epsilon() * std::max(glm::length(box.lower), glm::length(box.upper));
     aim_ = std::max(aim > 0 ? aim - rounding_ : k_no_error * box.diagonal(), 0.0);
+    RuleStep control;
+    control.mesh = rule_mesh(mesh_, rules);
+    first_step_ = first_rule_step(scheme, control.mesh);
+    const std::span<const Vec3d> net = mesh_.positions();
+    whole_.push_back(std::make_unique<Level>(remainder_, std::move(control), std::vector(net.begin(), net.end())));
+    while (4 * whole_.back()->made.mesh.halfedge_count() <= k_most_halfedges) {
+        const Level& above = *whole_.back();
+        whole_.push_back(std::make_unique<Level>(remainder_, step(whole_.size())(above.made.mesh, rules_),
+                                                 std::span<const Vec3d>(above.net)));
+    }
+}
+
+template <class Family>
+MaskNormBound<Family>::~MaskNormBound() = default;
+
+template <class Family>
+auto MaskNormBound<Family>::step(std::size_t depth) const -> Step {
+    return remainder_.corners() == 4 && depth == 1 ? first_step_ : scheme_.step;
 }
 
 template <class Family>
@@ -431,11 +458,10 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
     std::vector<double> least(pieces.size(), 0.0);  // an error that there is
     std::vector<std::uint8_t> decided(pieces.size(), 0);
     std::vector<std::uint32_t> open(pieces.size());  // cells
-    MeshLevel mesh(*this);
+    MeshWay mesh(*this);
     KnownCells known, finer;
     // Quads: one more step, from the control mesh to its corner cells.
     for (int level = n == 4 ? -1 : 0; !walkers.empty(); ++level) {
-        mesh.go_to(walkers);
         if (level >= 0) mesh.leave(walkers, known);
         next.clear();
         for (const Walker& w : walkers) {
@@ -470,7 +496,7 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
             errors[w.piece] = std::max(errors[w.piece], w.most + rounding_);
             return true;
         });
-        mesh.refine(next, level < 0 ? first_step_ : scheme_.step);
+        mesh.go_down(next);
         walkers.clear();
         finer.clear();
         for (const Walker& w : next) {
