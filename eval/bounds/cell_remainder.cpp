@@ -17,6 +17,9 @@ int rings_of(const SchemeInfo& scheme, const RuleOptions& options) {
     return scheme.step == modified_butterfly_step || scheme.step == butterfly_step ? 2 : 3;
 }
 
+// The level where hardly any cell is near more than one extraordinary point, so that many have the same surroundings.
+constexpr int k_irregular_from = 2;
+
 constexpr int k_none = -1, k_many = -2;
 
 int joined(int a, int b) { return a == b || b == k_none ? a : a == k_none ? b : k_many; }
@@ -38,9 +41,10 @@ std::optional<CellRemainder::Total> CellRemainder::total(const FanShape& shape) 
     return total;
 }
 
-NormedCells::NormedCells(const CellRemainder& remainder, const RuleMesh& mesh)
+NormedCells::NormedCells(const CellRemainder& remainder, const RuleMesh& mesh, int level)
     : remainder_(remainder),
       mesh_(mesh),
+      regular_only_(level < k_irregular_from),
       near_(mesh.vertex_count(), k_none),
       entries_(std::make_unique<Entry[]>(static_cast<std::size_t>(mesh.face_count()))) {
     for (int v = 0; v < mesh.vertex_count(); ++v)
@@ -49,7 +53,7 @@ NormedCells::NormedCells(const CellRemainder& remainder, const RuleMesh& mesh)
         if (mesh.face_size(f) != remainder.corners())
             for (const int v : mesh.corners(f)) near_[v] = k_many;
     std::vector<int> wider;
-    for (int ring = 1; ring < remainder.rings(); ++ring) {
+    for (int ring = regular_only_ ? 0 : 1; ring < remainder.rings(); ++ring) {
         wider = near_;
         for (int f = 0; f < mesh.face_count(); ++f) {
             int all = k_none;
@@ -69,7 +73,7 @@ const NormedCells::Cell& NormedCells::at(int halfedge, MeshPartFinder& parts) co
 NormedCells::Cell NormedCells::find(int halfedge, MeshPartFinder& parts) const {
     int all = k_none;
     for (const int v : mesh_.corners(mesh_.face(halfedge))) all = joined(all, near_[v]);
-    if (all == k_many) return {};
+    if (all == k_many || (regular_only_ && all != k_none)) return {};
     // Beside corners of some angles there are weights only as seen from the corner itself.
     for (int k = 0; k < remainder_.corners(); ++k, halfedge = mesh_.next(halfedge)) {
         const std::optional<CellSurroundings> around = cell_surroundings(mesh_, halfedge, remainder_.rings(), parts);

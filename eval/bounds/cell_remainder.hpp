@@ -47,9 +47,11 @@ class CellRemainder {
 /// The cells of a mesh that have norms. Each is looked for when it is first asked for, from any thread.
 class NormedCells {
   public:
-    /// @param mesh  of one level, with all that is within rings() + 1 rings of the cells that are asked for; lives
-    ///              longer
-    NormedCells(const CellRemainder& remainder, const RuleMesh& mesh);
+    /// @param mesh   of one level, with all that is within rings() + 1 rings of the cells that are asked for; lives
+    ///               longer
+    /// @param level  of the cells. On the first two, norms are for regular cells alone: around the others nearly each
+    ///               has surroundings of its own, and a cell two levels down costs far less than to find norms.
+    NormedCells(const CellRemainder& remainder, const RuleMesh& mesh, int level);
 
     struct Cell {
         const CellNorms* norms = nullptr;  ///< nullptr: extraordinary points are near each other, or tags semi-sharp
@@ -69,6 +71,7 @@ class NormedCells {
 
     const CellRemainder& remainder_;
     const RuleMesh& mesh_;
+    bool regular_only_;
     std::vector<int> near_;             ///< per vertex: the one extraordinary point near it, k_none or k_many
     std::unique_ptr<Entry[]> entries_;  ///< per face
 };

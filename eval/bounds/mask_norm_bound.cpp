@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
+#include <unordered_map>
 
 namespace tetrakis {
 
@@ -30,8 +30,8 @@ constexpr float k_most_sharp_levels = 6;
 constexpr double k_tight = 1.05;
 // Errors that are as good as none, where nothing is aimed at: a share of the model's diagonal.
 constexpr double k_no_error = 1e-7;
-// Of levels that are made as a whole, some MB: most cells of small meshes have norms there, whatever is around them.
-constexpr int k_most_halfedges = 1 << 16;
+// Of levels that are made as a whole, some 10 MB: most cells of small meshes have norms there, whatever is around them.
+constexpr int k_most_halfedges = 1 << 18;
 // A level's points are sums of the level before, a few products each.
 constexpr double k_roundings = 256;
 // Parts of a cell that are no larger, and no larger a share of the piece, are corners and edges that rounding has given
@@ -269,6 +269,13 @@ class MaskNormBound<Family>::KnownCells {
     std::vector<Vec3d> points_;
 };
 
+/// Memory that blocks have grown, by thread.
+template <class Family>
+struct MaskNormBound<Family>::Scratch {
+    detail::MeshPartFinder parts;
+    KnownCells known, finer;
+};
+
 /// The mesh of one level, or a part of it.
 template <class Family>
 struct MaskNormBound<Family>::Level {
@@ -276,10 +283,14 @@ struct MaskNormBound<Family>::Level {
     std::vector<Vec3d> net;
     detail::NormedCells cells;
 
-    Level(const detail::CellRemainder& remainder, RuleStep step, std::vector<Vec3d> points)
-        : made(std::move(step)), net(std::move(points)), cells(remainder, made.mesh) {}
-    Level(const detail::CellRemainder& remainder, RuleStep step, std::span<const Vec3d> above)
-        : made(std::move(step)), net(static_cast<std::size_t>(made.stencils.row_count())), cells(remainder, made.mesh) {
+    /// @param depth  steps from the control mesh; quads: the first one makes the cells
+    Level(const detail::CellRemainder& remainder, std::size_t depth, RuleStep step, std::vector<Vec3d> points)
+        : made(std::move(step)),
+          net(std::move(points)),
+          cells(remainder, made.mesh, static_cast<int>(depth) - (remainder.corners() == 4 ? 1 : 0)) {}
+    Level(const detail::CellRemainder& remainder, std::size_t depth, RuleStep step, std::span<const Vec3d> above)
+        : Level(remainder, depth, std::move(step), std::vector<Vec3d>()) {
+        net.resize(static_cast<std::size_t>(made.stencils.row_count()));
         made.stencils.template apply<Vec3d>(above, net);
         made.stencils = {};
     }
@@ -290,22 +301,24 @@ struct MaskNormBound<Family>::Level {
 template <class Family>
 class MaskNormBound<Family>::MeshWay {
   public:
-    explicit MeshWay(const MaskNormBound& bound) : bound_(bound), here_(bound.whole_.front().get()) {}
+    MeshWay(const MaskNormBound& bound, detail::MeshPartFinder& parts)
+        : bound_(bound), here_(bound.whole_.front().get()), parts_(parts) {}
 
     /// Moves walkers to known cells where there are norms.
     void leave(std::span<Walker> walkers, KnownCells& known) {
-        known_.assign(static_cast<std::size_t>(mesh().face_count()), Walker::k_no);
+        std::unordered_map<int, int> number;  // among the known cells, by face
         for (Walker& w : walkers) {
             if (!in_mesh(w)) continue;
             int h = first_corner(w);
             const detail::NormedCells::Cell& cell = here_->cells.at(h, parts_);
             if (cell.norms == nullptr) continue;
-            w.known = known_[static_cast<std::size_t>(mesh().face(h))];
-            if (in_mesh(w)) {
-                w.known = known_[static_cast<std::size_t>(mesh().face(h))] = known.add(*cell.norms);
-                std::ranges::transform(cell.points, known.points(w.known).begin(),
+            const auto [of, is_new] = number.try_emplace(mesh().face(h), Walker::k_no);
+            if (is_new) {
+                of->second = known.add(*cell.norms);
+                std::ranges::transform(cell.points, known.points(of->second).begin(),
                                        [&](int v) { return here_->net[static_cast<std::size_t>(v)]; });
             }
+            w.known = of->second;
             for (; h != cell.first; h = mesh().next(h))
                 for (Coordinates& p : w.at) p = from_next_corner(p, bound_.remainder_.corners());
         }
@@ -335,7 +348,7 @@ class MaskNormBound<Family>::MeshWay {
             if (in_mesh(w)) w.frame.halfedge = part_.halfedge(mesh(), w.frame.halfedge);
         std::vector<Vec3d> net;
         for (const int v : part_.vertex) net.push_back(here_->net[static_cast<std::size_t>(v)]);
-        own_ = std::make_unique<Level>(bound_.remainder_, bound_.step(depth_)(part_.mesh, bound_.rules_),
+        own_ = std::make_unique<Level>(bound_.remainder_, depth_, bound_.step(depth_)(part_.mesh, bound_.rules_),
                                        std::span<const Vec3d>(net));
         here_ = own_.get();
         above_ = &part_.mesh;
@@ -360,8 +373,7 @@ class MaskNormBound<Family>::MeshWay {
     const RuleMesh* above_ = nullptr;  ///< what the last step was made of
     detail::MeshPart part_;
     std::unique_ptr<const Level> own_;
-    detail::MeshPartFinder parts_;
-    std::vector<int> known_;  ///< per face: its number among the known cells
+    detail::MeshPartFinder& parts_;
 };
 
 bool has_mask_norms(const SchemeInfo& scheme, const RuleOptions& rules) {
@@ -392,7 +404,8 @@ MaskNormBound<Family>::MaskNormBound(const Hierarchy& points, const SchemeInfo& 
       scheme_(scheme),
       rules_(rules),
       decides_(aim > 0),
-      remainder_(scheme, rules) {
+      remainder_(scheme, rules),
+      scratch_(std::make_unique<oneapi::tbb::enumerable_thread_specific<Scratch>>()) {
     const Box3d box = mesh_.bounding_box();
     rounding_ =
         k_roundings * std::numeric_limits<double>::epsilon() * std::max(glm::length(box.lower), glm::length(box.upper));
@@ -401,10 +414,11 @@ MaskNormBound<Family>::MaskNormBound(const Hierarchy& points, const SchemeInfo& 
     control.mesh = rule_mesh(mesh_, rules);
     first_step_ = first_rule_step(scheme, control.mesh);
     const std::span<const Vec3d> net = mesh_.positions();
-    whole_.push_back(std::make_unique<Level>(remainder_, std::move(control), std::vector(net.begin(), net.end())));
+    whole_.push_back(std::make_unique<Level>(remainder_, 0, std::move(control), std::vector(net.begin(), net.end())));
     while (4 * whole_.back()->made.mesh.halfedge_count() <= k_most_halfedges) {
         const Level& above = *whole_.back();
-        whole_.push_back(std::make_unique<Level>(remainder_, step(whole_.size())(above.made.mesh, rules_),
+        whole_.push_back(std::make_unique<Level>(remainder_, whole_.size(),
+                                                 step(whole_.size())(above.made.mesh, rules_),
                                                  std::span<const Vec3d>(above.net)));
     }
 }
@@ -458,8 +472,10 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
     std::vector<double> least(pieces.size(), 0.0);  // an error that there is
     std::vector<std::uint8_t> decided(pieces.size(), 0);
     std::vector<std::uint32_t> open(pieces.size());  // cells
-    MeshWay mesh(*this);
-    KnownCells known, finer;
+    Scratch& scratch = scratch_->local();
+    MeshWay mesh(*this, scratch.parts);
+    KnownCells &known = scratch.known, &finer = scratch.finer;
+    known.clear();
     // Quads: one more step, from the control mesh to its corner cells.
     for (int level = n == 4 ? -1 : 0; !walkers.empty(); ++level) {
         if (level >= 0) mesh.leave(walkers, known);

@@ -4,6 +4,8 @@
 #include "cell_remainder.hpp"
 #include "surface_bound.hpp"
 
+#include <oneapi/tbb/enumerable_thread_specific.h>
+
 #include <array>
 #include <memory>
 #include <vector>
@@ -76,6 +78,7 @@ class MaskNormBound final : public SurfaceBound {
     class KnownCells;
     struct Level;
     class MeshWay;
+    struct Scratch;
     using Step = RuleStep (*)(const RuleMesh&, const RuleOptions&);
 
     /// How well an error is to be known.
@@ -101,6 +104,7 @@ class MaskNormBound final : public SurfaceBound {
     double aim_, rounding_;
     detail::CellRemainder remainder_;
     Step first_step_ = nullptr;
+    std::unique_ptr<oneapi::tbb::enumerable_thread_specific<Scratch>> scratch_;
     std::vector<std::unique_ptr<const Level>> whole_;  ///< the control mesh, and the first levels of small ones
 };
 
