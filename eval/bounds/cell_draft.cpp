@@ -119,31 +119,6 @@ bool has_too_many_edges(const RuleMesh& mesh) {
     return false;
 }
 
-/// Whether the mesh has cells alone, and no more than one extraordinary point within `rings` - 1 rings of face 0: those
-/// whose own faces are all there.
-bool is_simple(const RuleMesh& mesh, int cell_corners, int rings) {
-    if (!mesh.all_faces_have(cell_corners)) return false;
-    std::vector<int> ring(mesh.vertex_count(), -1), front;
-    for (const int v : mesh.corners(0)) {
-        ring[v] = 0;
-        front.push_back(v);
-    }
-    int special = 0;
-    for (std::size_t i = 0; i < front.size(); ++i) {
-        const int v = front[i];
-        if (ring[v] >= rings) break;
-        special += is_regular_vertex(mesh, v, cell_corners) ? 0 : 1;
-        const RuleMesh::Ring around = mesh.ring(v);
-        for (const int h : around.halfedge)
-            for (const int w : mesh.corners(mesh.face(h)))
-                if (ring[w] < 0) {
-                    ring[w] = ring[v] + 1;
-                    front.push_back(w);
-                }
-    }
-    return special <= 1;
-}
-
 /// Returns the small cells, in the order of the children.
 std::vector<SmallCell> go_down(const SchemeInfo& scheme, const RuleOptions& options, const RuleMesh& whole,
                                int cell_corners, int rings, int levels, CellDescent& result) {
@@ -320,7 +295,7 @@ std::optional<CellDraft> draft_cell(const SchemeInfo& scheme, const RuleOptions&
     } catch (const std::invalid_argument&) {
         return std::nullopt;
     }
-    if (has_too_many_edges(mesh) || !is_simple(mesh, cell_corners, rings)) return std::nullopt;
+    if (has_too_many_edges(mesh) || !mesh.all_faces_have(cell_corners)) return std::nullopt;
     CellDraft draft;
     const int n = mesh.vertex_count();
     draft.points = n;

@@ -104,8 +104,8 @@ struct CellDraft {
 /// it.
 inline constexpr int k_most_edges = 64;
 
-/// Nothing where the surroundings are no mesh, have more than one extraordinary point, or a vertex of more than
-/// k_most_edges edges.
+/// Nothing where the surroundings are no mesh of cells alone, or have a vertex of more than k_most_edges edges. With
+/// several extraordinary points they would be as many as there are cells, and of no further use.
 std::optional<CellDraft> draft_cell(const SchemeInfo& scheme, const RuleOptions& options, const SurroundingsKey& key,
                                     int cell_corners, int rings);
 

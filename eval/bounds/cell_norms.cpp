@@ -1,5 +1,8 @@
 #include "cell_norms.hpp"
 
+#include "../../schemes/rules/averaging.hpp"
+#include "../../schemes/rules/modified_butterfly.hpp"
+
 #include <algorithm>
 #include <functional>
 #include <limits>
@@ -16,6 +19,13 @@ constexpr int k_most_rounds = 400;
 // Added to each equation, so that the solution has room for what the iteration, which approaches it from below, leaves:
 // a hundred times its last change.
 constexpr double k_room = 1e-8;
+
+/// Rules of edges look two rings around a cell; those of others, as Kobbelt's virtual points, up to one more; a step of
+/// averaging is by half a ring.
+int rings_of(const SchemeInfo& scheme, const RuleOptions& options) {
+    if (scheme.step == averaging_step) return options.averaging_steps / 2 + 1;
+    return scheme.step == modified_butterfly_step || scheme.step == butterfly_step ? 2 : 3;
+}
 
 /// The equations between the weights of some kinds of surroundings, and others that are known.
 class NormEquations {
@@ -339,6 +349,12 @@ double CellNorms::remainder(std::span<const Vec3d> points) const {
     return sum;
 }
 
+CellNormTable::CellNormTable(const SchemeInfo& scheme, const RuleOptions& options)
+    : scheme_(scheme),
+      options_(options),
+      corners_(scheme.family == MeshFamily::triangles ? 3 : 4),
+      rings_(rings_of(scheme, options)) {}
+
 const CellNorms* CellNormTable::find(const SurroundingsKey& key) const {
     {
         const std::shared_lock lock(reading_);
@@ -347,6 +363,16 @@ const CellNorms* CellNormTable::find(const SurroundingsKey& key) const {
     const std::lock_guard writer(writing_);
     if (!known_.contains(key)) Search(*this).visit(key);
     return known_.at(key).get();
+}
+
+std::optional<CellNormTable::Total> CellNormTable::total(const FanShape& shape) const {
+    const FanLattice lattice = corners_ == 3 ? FanLattice::triangles : FanLattice::quads;
+    const CellNorms* const found = find(fan_surroundings(lattice, shape, rings_));
+    if (found == nullptr) return std::nullopt;
+    Total total{0, false};
+    for (const double w : found->weight) total.sum += w;
+    for (const CellAnchor& a : found->anchor) total.linear = total.linear || a[0] != 1;
+    return total;
 }
 
 }  // namespace tetrakis::detail

@@ -204,19 +204,19 @@ double SlidTriangle::bend(const std::array<double, 3>& width) const {
     return bend;
 }
 
-/// A piece in one of the cells that it reaches into: one of a mesh, or one whose kind is known.
+/// A piece in one of the cells that it reaches into: one of a mesh, or a known one, which needs no mesh.
 template <class Family>
 struct MaskNormBound<Family>::Walker {
     detail::CellFrame frame;
     std::uint32_t piece;
     Corners at;        ///< the piece's corners, in sides of the cell
-    int known = k_no;  ///< its number among the known cells, which is as seen from their own first corner
+    int known = k_no;  ///< number of the known cell; `at` is then as seen from the corner that its norms are for
     double most = 0;   ///< bound on the error in the cell's part, once it is known
 
     static constexpr int k_no = -1;
 };
 
-/// Cells of one level that have norms, with the points around them.
+/// Known cells of one level: those that have norms, with the points around them that matter.
 template <class Family>
 class MaskNormBound<Family>::KnownCells {
   public:
@@ -284,12 +284,12 @@ struct MaskNormBound<Family>::Level {
     detail::NormedCells cells;
 
     /// @param depth  steps from the control mesh; quads: the first one makes the cells
-    Level(const detail::CellRemainder& remainder, std::size_t depth, RuleStep step, std::vector<Vec3d> points)
+    Level(const detail::CellNormTable& norms, std::size_t depth, RuleStep step, std::vector<Vec3d> points)
         : made(std::move(step)),
           net(std::move(points)),
-          cells(remainder, made.mesh, static_cast<int>(depth) - (remainder.corners() == 4 ? 1 : 0)) {}
-    Level(const detail::CellRemainder& remainder, std::size_t depth, RuleStep step, std::span<const Vec3d> above)
-        : Level(remainder, depth, std::move(step), std::vector<Vec3d>()) {
+          cells(norms, made.mesh, static_cast<int>(depth) - (norms.corners() == 4 ? 1 : 0)) {}
+    Level(const detail::CellNormTable& norms, std::size_t depth, RuleStep step, std::span<const Vec3d> above)
+        : Level(norms, depth, std::move(step), std::vector<Vec3d>()) {
         net.resize(static_cast<std::size_t>(made.stencils.row_count()));
         made.stencils.template apply<Vec3d>(above, net);
         made.stencils = {};
@@ -297,14 +297,14 @@ struct MaskNormBound<Family>::Level {
     Level(const Level&) = delete;
 };
 
-/// Leads walkers that are in no known cell from level to level: whole ones where they are there, else parts.
+/// The meshes that lead walkers down until they are in known cells: whole levels, where there are any, then parts.
 template <class Family>
-class MaskNormBound<Family>::MeshWay {
+class MaskNormBound<Family>::MeshDescent {
   public:
-    MeshWay(const MaskNormBound& bound, detail::MeshPartFinder& parts)
+    MeshDescent(const MaskNormBound& bound, detail::MeshPartFinder& parts)
         : bound_(bound), here_(bound.whole_.front().get()), parts_(parts) {}
 
-    /// Moves walkers to known cells where there are norms.
+    /// Moves walkers from the mesh to known cells, where there are norms.
     void leave(std::span<Walker> walkers, KnownCells& known) {
         std::unordered_map<int, int> number;  // among the known cells, by face
         for (Walker& w : walkers) {
@@ -320,16 +320,16 @@ class MaskNormBound<Family>::MeshWay {
             }
             w.known = of->second;
             for (; h != cell.first; h = mesh().next(h))
-                for (Coordinates& p : w.at) p = from_next_corner(p, bound_.remainder_.corners());
+                for (Coordinates& p : w.at) p = from_next_corner(p, bound_.norms_.corners());
         }
     }
     std::array<Vec3d, 4> corners(const Walker& w) const {
         std::array<Vec3d, 4> corner{};
         int h = first_corner(w);
-        for (int k = 0; k < bound_.remainder_.corners(); ++k, h = mesh().next(h))
-            corner[k] = here_->net[mesh().origin(h)];
+        for (int k = 0; k < bound_.norms_.corners(); ++k, h = mesh().next(h)) corner[k] = here_->net[mesh().origin(h)];
         return corner;
     }
+    /// Makes the next level around the walkers that are in the mesh; their frames are those of the level above still.
     void go_down(std::span<Walker> walkers) {
         if (std::ranges::none_of(walkers, in_mesh)) return;
         above_ = &mesh();
@@ -338,7 +338,7 @@ class MaskNormBound<Family>::MeshWay {
             return;
         }
         // A level's rings give twice as many on the next one, less the two that rules reach.
-        const int rings = std::max(bound_.remainder_.rings() + 1, 4);
+        const int rings = std::max(bound_.norms_.rings() + 1, 4);
         std::vector<int> seeds;
         for (const Walker& w : walkers)
             if (in_mesh(w))
@@ -348,7 +348,7 @@ class MaskNormBound<Family>::MeshWay {
             if (in_mesh(w)) w.frame.halfedge = part_.halfedge(mesh(), w.frame.halfedge);
         std::vector<Vec3d> net;
         for (const int v : part_.vertex) net.push_back(here_->net[static_cast<std::size_t>(v)]);
-        own_ = std::make_unique<Level>(bound_.remainder_, depth_, bound_.step(depth_)(part_.mesh, bound_.rules_),
+        own_ = std::make_unique<Level>(bound_.norms_, depth_, bound_.step(depth_)(part_.mesh, bound_.rules_),
                                        std::span<const Vec3d>(net));
         here_ = own_.get();
         above_ = &part_.mesh;
@@ -356,16 +356,14 @@ class MaskNormBound<Family>::MeshWay {
     /// The corner cell of a half-edge, after the first step of quads.
     detail::CellFrame child(const Walker& w) const { return {here_->made.child_halfedge[w.frame.halfedge], 0}; }
     detail::CellFrame child(const Walker& w, int child) const {
-        return bound_.remainder_.corners() == 3 ? detail::triangle_child(*above_, here_->made, w.frame, child)
-                                                : detail::quad_child(*above_, here_->made, w.frame, child);
+        return bound_.norms_.corners() == 3 ? detail::triangle_child(*above_, here_->made, w.frame, child)
+                                            : detail::quad_child(*above_, here_->made, w.frame, child);
     }
 
   private:
     static bool in_mesh(const Walker& w) { return w.known == Walker::k_no; }
     const RuleMesh& mesh() const { return here_->made.mesh; }
-    int first_corner(const Walker& w) const {
-        return detail::face_corner(mesh(), w.frame, 0, bound_.remainder_.corners());
-    }
+    int first_corner(const Walker& w) const { return detail::face_corner(mesh(), w.frame, 0, bound_.norms_.corners()); }
 
     const MaskNormBound& bound_;
     const Level* here_;
@@ -404,7 +402,7 @@ MaskNormBound<Family>::MaskNormBound(const Hierarchy& points, const SchemeInfo& 
       scheme_(scheme),
       rules_(rules),
       decides_(aim > 0),
-      remainder_(scheme, rules),
+      norms_(scheme, rules),
       scratch_(std::make_unique<oneapi::tbb::enumerable_thread_specific<Scratch>>()) {
     const Box3d box = mesh_.bounding_box();
     rounding_ =
@@ -414,11 +412,10 @@ MaskNormBound<Family>::MaskNormBound(const Hierarchy& points, const SchemeInfo& 
     control.mesh = rule_mesh(mesh_, rules);
     first_step_ = first_rule_step(scheme, control.mesh);
     const std::span<const Vec3d> net = mesh_.positions();
-    whole_.push_back(std::make_unique<Level>(remainder_, 0, std::move(control), std::vector(net.begin(), net.end())));
+    whole_.push_back(std::make_unique<Level>(norms_, 0, std::move(control), std::vector(net.begin(), net.end())));
     while (4 * whole_.back()->made.mesh.halfedge_count() <= k_most_halfedges) {
         const Level& above = *whole_.back();
-        whole_.push_back(std::make_unique<Level>(remainder_, whole_.size(),
-                                                 step(whole_.size())(above.made.mesh, rules_),
+        whole_.push_back(std::make_unique<Level>(norms_, whole_.size(), step(whole_.size())(above.made.mesh, rules_),
                                                  std::span<const Vec3d>(above.net)));
     }
 }
@@ -428,7 +425,7 @@ MaskNormBound<Family>::~MaskNormBound() = default;
 
 template <class Family>
 auto MaskNormBound<Family>::step(std::size_t depth) const -> Step {
-    return remainder_.corners() == 4 && depth == 1 ? first_step_ : scheme_.step;
+    return norms_.corners() == 4 && depth == 1 ? first_step_ : scheme_.step;
 }
 
 template <class Family>
@@ -442,7 +439,7 @@ void MaskNormBound<Family>::add_pieces(const CellTriangle& t, const SlidTriangle
         right = std::max(right, piece.at[k][0]);
     }
     pieces.push_back(piece);
-    if (remainder_.corners() == 3 || right <= 1) return;
+    if (norms_.corners() == 3 || right <= 1) return;
     // The other half lies in the next corner's cell.
     piece.cell = mesh_.next(t.root);
     for (Coordinates& p : piece.at) p = {p[1], 2 - p[0]};
@@ -463,7 +460,7 @@ void MaskNormBound<Family>::bound(std::span<const Piece> pieces, Wanted wanted, 
 
 template <class Family>
 void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wanted, std::span<double> errors) const {
-    const int n = remainder_.corners();
+    const int n = norms_.corners();
     std::vector<Walker> walkers, next;
     for (std::uint32_t i = 0; i < pieces.size(); ++i)
         if (covered(pieces[i].at, n).count > 0)
@@ -473,7 +470,7 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
     std::vector<std::uint8_t> decided(pieces.size(), 0);
     std::vector<std::uint32_t> open(pieces.size());  // cells
     Scratch& scratch = scratch_->local();
-    MeshWay mesh(*this, scratch.parts);
+    MeshDescent mesh(*this, scratch.parts);
     KnownCells &known = scratch.known, &finer = scratch.finer;
     known.clear();
     // Quads: one more step, from the control mesh to its corner cells.

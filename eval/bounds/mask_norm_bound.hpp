@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../refine/adaptive/hierarchy.hpp"
-#include "cell_remainder.hpp"
+#include "normed_cells.hpp"
 #include "surface_bound.hpp"
 
 #include <oneapi/tbb/enumerable_thread_specific.h>
@@ -40,7 +40,7 @@ struct SlidTriangle {
 
 /// Certified errors over limit surfaces that are no polynomials: those of interpolating schemes and others, on
 /// triangles and quads. The mesh of a finer level is compared with the triangle point by point of the parameters, and
-/// how far the limit is from that mesh is known by mask norms (CellRemainder); levels are made around a triangle until
+/// how far the limit is from that mesh is known by mask norms (CellNormTable); levels are made around a triangle until
 /// that does: by the rules, in a part of the mesh, until a cell has norms, and from there on by the rows that come
 /// with these. It bounds the parametric difference, and so the distance in both directions; the rounding of positions
 /// is included.
@@ -77,7 +77,7 @@ class MaskNormBound final : public SurfaceBound {
     struct Walker;
     class KnownCells;
     struct Level;
-    class MeshWay;
+    class MeshDescent;
     struct Scratch;
     using Step = RuleStep (*)(const RuleMesh&, const RuleOptions&);
 
@@ -102,7 +102,7 @@ class MaskNormBound final : public SurfaceBound {
     const RuleOptions& rules_;
     bool decides_;
     double aim_, rounding_;
-    detail::CellRemainder remainder_;
+    detail::CellNormTable norms_;
     Step first_step_ = nullptr;
     std::unique_ptr<oneapi::tbb::enumerable_thread_specific<Scratch>> scratch_;
     std::vector<std::unique_ptr<const Level>> whole_;  ///< the control mesh, and the first levels of small ones
