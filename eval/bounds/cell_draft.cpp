@@ -119,41 +119,17 @@ bool has_too_many_edges(const RuleMesh& mesh) {
     return false;
 }
 
-/// Whether the mesh has cells alone, and no more than one extraordinary point within `rings` - 1 rings of face 0: those
-/// whose own faces are all there.
-bool is_simple(const RuleMesh& mesh, int cell_corners, int rings) {
-    if (!mesh.all_faces_have(cell_corners)) return false;
-    std::vector<int> ring(mesh.vertex_count(), -1), front;
-    for (const int v : mesh.corners(0)) {
-        ring[v] = 0;
-        front.push_back(v);
-    }
-    int special = 0;
-    for (std::size_t i = 0; i < front.size(); ++i) {
-        const int v = front[i];
-        if (ring[v] >= rings) break;
-        special += is_regular_vertex(mesh, v, cell_corners) ? 0 : 1;
-        const RuleMesh::Ring around = mesh.ring(v);
-        for (const int h : around.halfedge)
-            for (const int w : mesh.corners(mesh.face(h)))
-                if (ring[w] < 0) {
-                    ring[w] = ring[v] + 1;
-                    front.push_back(w);
-                }
-    }
-    return special <= 1;
-}
-
-/// Fills in the rows and children of a draft. Returns the small cells, in the order of the children.
+/// Returns the small cells, in the order of the children.
 std::vector<SmallCell> go_down(const SchemeInfo& scheme, const RuleOptions& options, const RuleMesh& whole,
-                               int cell_corners, int rings, CellDraft& draft) {
+                               int cell_corners, int rings, int levels, CellDescent& result) {
+    const int points = whole.vertex_count();
     std::vector<SmallCell> cells{{{0, 0}, unit_cell(cell_corners)}};
     MeshPartFinder parts;
     // One level's points that matter further down, and the step from them: at vertices of many edges most of what it
     // makes is too far away, and its rows are long.
     std::vector<SparseRow> rows;
     RuleStep step;
-    for (int level = 0; level < k_levels; ++level) {
+    for (int level = 0; level < levels; ++level) {
         const RuleMesh& mesh = level == 0 ? whole : step.mesh;
         std::vector<int> seeds;
         for (const SmallCell& c : cells)
@@ -162,7 +138,7 @@ std::vector<SmallCell> go_down(const SchemeInfo& scheme, const RuleOptions& opti
         if (level == 0)
             for (const int v : part.vertex) rows.push_back({{v, 1}});
         else
-            rows = compose(draft.points, rows, step.stencils, part.vertex);
+            rows = compose(points, rows, step.stencils, part.vertex);
         RuleStep next = scheme.step(part.mesh, options);
         std::vector<SmallCell> finer;
         for (SmallCell c : cells) {
@@ -184,9 +160,9 @@ std::vector<SmallCell> go_down(const SchemeInfo& scheme, const RuleOptions& opti
             }
             v = place[v];
         }
-        draft.children.push_back({std::move(around->key), std::move(around->vertices)});
+        result.children.push_back({std::move(around->key), std::move(around->vertices)});
     }
-    draft.rows = compose(draft.points, rows, step.stencils, wanted);
+    result.rows = compose(points, rows, step.stencils, wanted);
     return cells;
 }
 
@@ -319,18 +295,19 @@ std::optional<CellDraft> draft_cell(const SchemeInfo& scheme, const RuleOptions&
     } catch (const std::invalid_argument&) {
         return std::nullopt;
     }
-    if (has_too_many_edges(mesh) || !is_simple(mesh, cell_corners, rings)) return std::nullopt;
+    if (has_too_many_edges(mesh) || !mesh.all_faces_have(cell_corners)) return std::nullopt;
     CellDraft draft;
     const int n = mesh.vertex_count();
     draft.points = n;
     const std::vector<Coordinates> at = unrolled(mesh, cell_corners);
-    const std::vector<SmallCell> cells = go_down(scheme, options, mesh, cell_corners, rings, draft);
+    go_down(scheme, options, mesh, cell_corners, rings, 1, draft.next);
+    const std::vector<SmallCell> cells = go_down(scheme, options, mesh, cell_corners, rings, k_levels, draft.below);
     // The vertices of the small cells, without the hats.
     std::vector<SparseRow> off;
     SparseSum sum(n);
     for (std::size_t c = 0; c < cells.size(); ++c)
         for (int k = 0; k < cell_corners; ++k) {
-            sum.add(draft.rows[draft.children[c].vertices[k]], 1);
+            sum.add(draft.below.rows[draft.below.children[c].vertices[k]], 1);
             const std::array<double, 4> hat = hats(cells[c].at[k], cell_corners);
             for (int i = 0; i < cell_corners; ++i) sum.add(i, -hat[i]);
             off.push_back(sum.take());

@@ -67,20 +67,26 @@ class SparseSum {
 /// A point as a combination of a cell's corners.
 using CellAnchor = std::array<double, 4>;
 
-/// What a few levels of the rules make of a cell with certain surroundings: the points of the small cells that it
+/// What some levels of the rules make of a cell with certain surroundings: the points around the small cells that it
 /// becomes, as combinations of those around it.
-struct CellDraft {
+struct CellDescent {
     struct Child {
         SurroundingsKey key;
         std::vector<int> vertices;  ///< of `rows`, as the key numbers them
     };
 
+    std::vector<SparseRow> rows;
+    std::vector<Child> children;
+};
+
+/// What a cell's norms are found from: the same of a few levels, and of one.
+struct CellDraft {
+    CellDescent below;               ///< of a few levels
+    CellDescent next;                ///< of one: the cells at the corners; a triangle's middle one is the last
     int points = 0;                  ///< around the cell, its corners first
     std::vector<CellAnchor> anchor;  ///< where the corners would have each of these
     std::vector<double> direct;      ///< size of each one's basis function, less the hats of the corners
     std::vector<int> active;         ///< those that matter
-    std::vector<SparseRow> rows;     ///< of the small cells' vertices
-    std::vector<Child> children;
 
     /// The first corner for all.
     std::vector<CellAnchor> constant() const { return std::vector<CellAnchor>(points, {1, 0, 0, 0}); }
@@ -98,8 +104,8 @@ struct CellDraft {
 /// it.
 inline constexpr int k_most_edges = 64;
 
-/// Nothing where the surroundings are no mesh, have more than one extraordinary point, or a vertex of more than
-/// k_most_edges edges.
+/// Nothing where the surroundings are no mesh of cells alone, or have a vertex of more than k_most_edges edges. With
+/// several extraordinary points they would be as many as there are cells, and of no further use.
 std::optional<CellDraft> draft_cell(const SchemeInfo& scheme, const RuleOptions& options, const SurroundingsKey& key,
                                     int cell_corners, int rings);
 

@@ -1,5 +1,8 @@
 #include "cell_norms.hpp"
 
+#include "../../schemes/rules/averaging.hpp"
+#include "../../schemes/rules/modified_butterfly.hpp"
+
 #include <algorithm>
 #include <functional>
 #include <limits>
@@ -16,6 +19,13 @@ constexpr int k_most_rounds = 400;
 // Added to each equation, so that the solution has room for what the iteration, which approaches it from below, leaves:
 // a hundred times its last change.
 constexpr double k_room = 1e-8;
+
+/// Rules of edges look two rings around a cell; those of others, as Kobbelt's virtual points, up to one more; a step of
+/// averaging is by half a ring.
+int rings_of(const SchemeInfo& scheme, const RuleOptions& options) {
+    if (scheme.step == averaging_step) return options.averaging_steps / 2 + 1;
+    return scheme.step == modified_butterfly_step || scheme.step == butterfly_step ? 2 : 3;
+}
 
 /// The equations between the weights of some kinds of surroundings, and others that are known.
 class NormEquations {
@@ -51,7 +61,7 @@ class NormEquations {
 
     std::optional<Points> points_of(const SurroundingsKey& key) const;
     template <class Visit>
-    bool for_each_offset(const Kind& kind, const CellDraft::Child& child, const Points& points, Visit&& visit) const;
+    bool for_each_offset(const Kind& kind, const CellDescent::Child& child, const Points& points, Visit&& visit) const;
     bool activate(Kind& kind);
     void find_offsets(Kind& kind);
     static SparseRow sizes(const CellDraft& draft, const SparseRow& row, const std::vector<int>& place);
@@ -60,6 +70,7 @@ class NormEquations {
     double improve(Kind& kind) const;
     bool holds(const Kind& kind) const;
     void spread_none();
+    Known norms() const;
 
     std::map<SurroundingsKey, Kind> kinds_;
     const Known& known_;
@@ -90,14 +101,14 @@ std::optional<NormEquations::Points> NormEquations::points_of(const Surroundings
 /// Visits how far the child's points are from where its corners would have them, as combinations of the parent's
 /// points. False where that is not 0 when those are where the parent's corners would have them.
 template <class Visit>
-bool NormEquations::for_each_offset(const Kind& kind, const CellDraft::Child& child, const Points& points,
+bool NormEquations::for_each_offset(const Kind& kind, const CellDescent::Child& child, const Points& points,
                                     Visit&& visit) const {
     const CellDraft& draft = kind.draft;
     SparseSum sum(draft.points);
     for (std::size_t j = 0; j < points.point.size(); ++j) {
-        sum.add(draft.rows[child.vertices[points.point[j]]], 1);
+        sum.add(draft.below.rows[child.vertices[points.point[j]]], 1);
         for (int k = 0; k < 4; ++k)
-            if (const double a = points.anchor[j][k]; a != 0) sum.add(draft.rows[child.vertices[k]], -a);
+            if (const double a = points.anchor[j][k]; a != 0) sum.add(draft.below.rows[child.vertices[k]], -a);
         const SparseRow offset = sum.take();
         if (!draft.annihilates(offset)) return false;
         visit(offset);
@@ -111,13 +122,23 @@ bool NormEquations::activate(Kind& kind) {
     const std::size_t before = draft.active.size();
     std::vector<char> active(draft.points, 0);
     for (const int i : draft.active) active[i] = 1;
-    for (const CellDraft::Child& child : draft.children) {
+    const auto activate_point = [&](int i) {
+        if (!std::exchange(active[i], 1)) draft.active.push_back(i);
+    };
+    for (const CellDescent::Child& child : draft.next.children) {
+        const std::optional<Points> points = points_of(child.key);
+        kind.none = kind.none || !points;
+        if (kind.none) return true;
+        for (const int j : points->point)
+            for (const auto& [i, weight] : draft.next.rows[child.vertices[j]]) activate_point(i);
+    }
+    for (const CellDescent::Child& child : draft.below.children) {
         const std::optional<Points> points = points_of(child.key);
         kind.none = kind.none || !points;
         if (kind.none) return true;
         const bool known = for_each_offset(kind, child, *points, [&](const SparseRow& offset) {
             for (const auto& [i, weight] : offset)
-                if (std::abs(weight) > k_no_weight && !std::exchange(active[i], 1)) draft.active.push_back(i);
+                if (std::abs(weight) > k_no_weight) activate_point(i);
         });
         if (known) continue;
         // Inside the cell the rules reproduce more than around it.
@@ -148,7 +169,7 @@ void NormEquations::find_offsets(Kind& kind) {
         kind.weight.push_back(draft.direct[draft.active[a]]);
     }
     kind.below.assign(draft.active.size(), 0.0);
-    for (const CellDraft::Child& child : draft.children) {
+    for (const CellDescent::Child& child : draft.below.children) {
         const Points points = *points_of(child.key);
         if (!kinds_.contains(child.key)) {
             std::vector<double> sum(draft.active.size(), 0.0);
@@ -203,9 +224,10 @@ void NormEquations::spread_none() {
         again = false;
         for (auto& [key, kind] : kinds_)
             if (!kind.none)
-                for (const CellDraft::Child& child : kind.draft.children)
-                    if (const auto at = kinds_.find(child.key); at != kinds_.end() && at->second.none)
-                        kind.none = again = true;
+                for (const CellDescent* down : {&kind.draft.below, &kind.draft.next})
+                    for (const CellDescent::Child& child : down->children)
+                        if (const auto at = kinds_.find(child.key); at != kinds_.end() && at->second.none)
+                            kind.none = again = true;
     }
 }
 
@@ -227,21 +249,42 @@ NormEquations::Known NormEquations::solve() {
     if (change > k_settled || std::any_of(kinds_.begin(), kinds_.end(), failed))
         for (auto& [key, kind] : kinds_) kind.none = true;
     spread_none();
-    Known result;
+    return norms();
+}
+
+NormEquations::Known NormEquations::norms() const {
+    std::map<SurroundingsKey, std::unique_ptr<CellNorms>> made;
     for (const auto& [key, kind] : kinds_) {
-        std::unique_ptr<CellNorms> norms;
-        if (!kind.none) {
-            norms = std::make_unique<CellNorms>();
-            for (std::size_t a = 0; a < kind.weight.size(); ++a) {
-                const int i = kind.draft.active[a];
-                if (!kind.draft.is_free(i)) continue;
-                norms->point.push_back(i);
-                norms->weight.push_back(kind.weight[a]);
-                norms->anchor.push_back(kind.draft.anchor[i]);
+        std::unique_ptr<CellNorms>& norms = made[key];
+        if (kind.none) continue;
+        norms = std::make_unique<CellNorms>();
+        norms->point = kind.draft.active;
+        norms->weight = kind.weight;
+        for (std::size_t a = 0; a < kind.weight.size(); ++a) {
+            const int i = norms->point[a];
+            if (!kind.draft.is_free(i)) norms->weight[a] = 0;
+            norms->anchor.push_back(kind.draft.anchor[i]);
+        }
+    }
+    for (const auto& [key, kind] : kinds_) {
+        if (kind.none) continue;
+        CellNorms& norms = *made.at(key);
+        std::vector<int> place(kind.draft.points, -1);
+        for (std::size_t a = 0; a < norms.point.size(); ++a) place[norms.point[a]] = static_cast<int>(a);
+        for (std::size_t k = 0; k < norms.children.size(); ++k) {
+            const CellDescent::Child& from = kind.draft.next.children[k];
+            CellNorms::Child& child = norms.children[k];
+            const auto own = made.find(from.key);
+            child.norms = own != made.end() ? own->second.get() : known_.at(from.key).get();
+            for (const int j : child.norms->point) {
+                StencilRow row;
+                for (const auto& [i, weight] : kind.draft.next.rows[from.vertices[j]]) row.add(place[i], weight);
+                child.rows.push(std::move(row));
             }
         }
-        result.emplace(key, std::move(norms));
     }
+    Known result;
+    for (auto& [key, norms] : made) result.emplace(key, std::move(norms));
     return result;
 }
 
@@ -262,11 +305,12 @@ class CellNormTable::Search {
         kind.draft = draft_cell(table_.scheme_, table_.options_, key, table_.corners_, table_.rings_);
         int lowest = number;
         if (kind.draft)
-            for (const CellDraft::Child& child : kind.draft->children) {
-                if (table_.known_.contains(child.key)) continue;
-                const auto met = kinds_.find(child.key);
-                lowest = std::min(lowest, met == kinds_.end() ? visit(child.key) : met->second.number);
-            }
+            for (const CellDescent* down : {&kind.draft->below, &kind.draft->next})
+                for (const CellDescent::Child& child : down->children) {
+                    if (table_.known_.contains(child.key)) continue;
+                    const auto met = kinds_.find(child.key);
+                    lowest = std::min(lowest, met == kinds_.end() ? visit(child.key) : met->second.number);
+                }
         if (lowest == number) solve(key);
         return lowest;
     }
@@ -294,6 +338,23 @@ class CellNormTable::Search {
     std::vector<SurroundingsKey> stack_;
 };
 
+double CellNorms::remainder(std::span<const Vec3d> points) const {
+    double sum = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const CellAnchor& a = anchor[i];
+        Vec3d expected = a[0] * points[0] + a[1] * points[1] + a[2] * points[2];
+        if (a[3] != 0) expected += a[3] * points[3];
+        sum += weight[i] * glm::length(points[i] - expected);
+    }
+    return sum;
+}
+
+CellNormTable::CellNormTable(const SchemeInfo& scheme, const RuleOptions& options)
+    : scheme_(scheme),
+      options_(options),
+      corners_(scheme.family == MeshFamily::triangles ? 3 : 4),
+      rings_(rings_of(scheme, options)) {}
+
 const CellNorms* CellNormTable::find(const SurroundingsKey& key) const {
     {
         const std::shared_lock lock(reading_);
@@ -302,6 +363,16 @@ const CellNorms* CellNormTable::find(const SurroundingsKey& key) const {
     const std::lock_guard writer(writing_);
     if (!known_.contains(key)) Search(*this).visit(key);
     return known_.at(key).get();
+}
+
+std::optional<CellNormTable::Total> CellNormTable::total(const FanShape& shape) const {
+    const FanLattice lattice = corners_ == 3 ? FanLattice::triangles : FanLattice::quads;
+    const CellNorms* const found = find(fan_surroundings(lattice, shape, rings_));
+    if (found == nullptr) return std::nullopt;
+    Total total{0, false};
+    for (const double w : found->weight) total.sum += w;
+    for (const CellAnchor& a : found->anchor) total.linear = total.linear || a[0] != 1;
+    return total;
 }
 
 }  // namespace tetrakis::detail

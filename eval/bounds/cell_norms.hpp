@@ -1,24 +1,44 @@
 #pragma once
 
+#include "../../hier/base/vec.hpp"
 #include "cell_draft.hpp"
 
+#include <array>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <shared_mutex>
+#include <span>
 #include <vector>
 
 namespace tetrakis::detail {
 
 /// Weights of the points around a cell, by how far each is from where the cell's corners would have it: their sum
-/// bounds how far the limit is from the cell.
+/// bounds how far the limit is from the cell. With these points, and with no mesh, one can also go on to the cells of
+/// the levels below.
 struct CellNorms {
-    std::vector<int> point;  ///< those with a weight, by their numbers in the surroundings
+    struct Child {
+        const CellNorms* norms = nullptr;
+        StencilTable rows;  ///< its points, from those of the cell
+    };
+
+    std::vector<int> point;  ///< those that matter, by their numbers in the surroundings: the cell's corners first
     std::vector<double> weight;
     std::vector<CellAnchor> anchor;
+    std::array<Child, 4> children;  ///< cells of the next level, by corner; a triangle's middle one is the last
+
+    /// How far the limit is from a cell at most.
+    /// @param points  those of `point`
+    double remainder(std::span<const Vec3d> points) const;
 };
 
-/// The weights for each kind of surroundings, found when they are asked for.
+/// How far a limit surface may be from the mesh of a level over one of its cells (a triangle, or the bilinear patch of
+/// a quad): the weights for each kind of surroundings, found when they are asked for.
+///
+/// "Where the corners would have it" is the affine or bilinear extension of the cell, where the rules around it
+/// reproduce that (on a regular lattice, so the bound falls with the square of the cell), and else the first corner
+/// (around an extraordinary point: it falls with the cell).
 ///
 /// A weight is the largest size of the point's basis function on the vertices a few levels down, and what is left below
 /// these: the same sum over each of the small cells there, whose points are combinations of those around the large one.
@@ -28,12 +48,26 @@ struct CellNorms {
 /// regular lattice).
 class CellNormTable {
   public:
+    /// @param scheme   refines triangles or quads by face split
     /// @param options  must live as long
-    CellNormTable(const SchemeInfo& scheme, const RuleOptions& options, int cell_corners, int rings)
-        : scheme_(scheme), options_(options), corners_(cell_corners), rings_(rings) {}
+    CellNormTable(const SchemeInfo& scheme, const RuleOptions& options);
+
+    /// Corners of a cell.
+    int corners() const { return corners_; }
+    /// Rings of faces around a cell that its norms depend on.
+    int rings() const { return rings_; }
 
     /// nullptr where there are none. From any thread.
     const CellNorms* find(const SurroundingsKey& key) const;
+
+    /// Of a cell at the middle of a fan: its bound is at most `sum` times the farthest point around it from where the
+    /// corners would have it: in their plane (quads: their bilinear patch) or, where not `linear`, at the first corner.
+    struct Total {
+        double sum;
+        bool linear;
+    };
+    /// Nothing where there is no bound.
+    std::optional<Total> total(const FanShape& shape) const;
 
   private:
     class Search;

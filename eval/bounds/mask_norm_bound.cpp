@@ -1,6 +1,7 @@
 #include "mask_norm_bound.hpp"
 
 #include "../../hier/base/parallel.hpp"
+#include "../../refine/adaptive/level_walk.hpp"
 #include "../../refine/rules/rule_refiner.hpp"
 #include "../../schemes/rules/averaging.hpp"
 #include "../surface/site_limits.hpp"
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <unordered_map>
 
 namespace tetrakis {
 
@@ -28,6 +30,8 @@ constexpr float k_most_sharp_levels = 6;
 constexpr double k_tight = 1.05;
 // Errors that are as good as none, where nothing is aimed at: a share of the model's diagonal.
 constexpr double k_no_error = 1e-7;
+// Of levels that are made as a whole, some 10 MB: most cells of small meshes have norms there, whatever is around them.
+constexpr int k_most_halfedges = 1 << 18;
 // A level's points are sums of the level before, a few products each.
 constexpr double k_roundings = 256;
 // Parts of a cell that are no larger, and no larger a share of the piece, are corners and edges that rounding has given
@@ -163,6 +167,11 @@ Coordinates in_child(const Coordinates& p, int child, int cell_corners) {
     return {2 * p[0] - base[0], 2 * p[1] - base[1]};
 }
 
+/// The same point's coordinates as seen from the cell's next corner.
+Coordinates from_next_corner(const Coordinates& p, int cell_corners) {
+    return {p[1], cell_corners == 4 ? 1 - p[0] : 1 - p[0] - p[1]};
+}
+
 }  // namespace
 
 SlidTriangle::SlidTriangle(const std::array<Vec3d, 3>& corners, const std::array<Vec3d, 3>& middles) : corner(corners) {
@@ -195,13 +204,174 @@ double SlidTriangle::bend(const std::array<double, 3>& width) const {
     return bend;
 }
 
-/// A piece in one of the cells that it reaches into.
+/// A piece in one of the cells that it reaches into: one of a mesh, or a known one, which needs no mesh.
 template <class Family>
 struct MaskNormBound<Family>::Walker {
     detail::CellFrame frame;
     std::uint32_t piece;
-    Corners at;       ///< the piece's corners, in sides of the cell
-    double most = 0;  ///< bound on the error in the cell's part, once it is known
+    Corners at;        ///< the piece's corners, in sides of the cell
+    int known = k_no;  ///< number of the known cell; `at` is then as seen from the corner that its norms are for
+    double most = 0;   ///< bound on the error in the cell's part, once it is known
+
+    static constexpr int k_no = -1;
+};
+
+/// Known cells of one level: those that have norms, with the points around them that matter.
+template <class Family>
+class MaskNormBound<Family>::KnownCells {
+  public:
+    /// Keeps the memory.
+    void clear() {
+        cells_.clear();
+        points_.clear();
+    }
+    /// A new cell with room for its points. Returns its number.
+    int add(const detail::CellNorms& norms) {
+        cells_.push_back({&norms, points_.size()});
+        points_.resize(points_.size() + norms.point.size());
+        return static_cast<int>(cells_.size()) - 1;
+    }
+    std::span<Vec3d> points(int cell) {
+        const Cell& c = cells_[static_cast<std::size_t>(cell)];
+        return {points_.data() + c.begin, c.norms->point.size()};
+    }
+    std::array<Vec3d, 4> corners(int cell) {
+        const std::span<const Vec3d> at = points(cell);
+        std::array<Vec3d, 4> corner{};
+        std::copy_n(at.begin(), std::min(corner.size(), at.size()), corner.begin());
+        return corner;
+    }
+    double remainder(int cell) {
+        Cell& c = cells_[static_cast<std::size_t>(cell)];
+        if (c.remainder < 0) c.remainder = c.norms->remainder(points(cell));
+        return c.remainder;
+    }
+    /// One of the four cells of the next level, which is made where `finer` does not have it yet.
+    int child(int cell, int child, KnownCells& finer) {
+        Cell& c = cells_[static_cast<std::size_t>(cell)];
+        int& number = c.child[static_cast<std::size_t>(child)];
+        if (number < 0) {
+            const detail::CellNorms::Child& of = c.norms->children[static_cast<std::size_t>(child)];
+            number = finer.add(*of.norms);
+            of.rows.template apply<Vec3d>(points(cell), finer.points(number));
+        }
+        return number;
+    }
+
+  private:
+    struct Cell {
+        const detail::CellNorms* norms;
+        std::size_t begin;  ///< of the points
+        double remainder = -1;
+        std::array<int, 4> child{-1, -1, -1, -1};
+    };
+    std::vector<Cell> cells_;
+    std::vector<Vec3d> points_;
+};
+
+/// Memory that blocks have grown, by thread.
+template <class Family>
+struct MaskNormBound<Family>::Scratch {
+    detail::MeshPartFinder parts;
+    KnownCells known, finer;
+};
+
+/// The mesh of one level, or a part of it.
+template <class Family>
+struct MaskNormBound<Family>::Level {
+    RuleStep made;  ///< its mesh, and how the level above has become it
+    std::vector<Vec3d> net;
+    detail::NormedCells cells;
+
+    /// @param depth  steps from the control mesh; quads: the first one makes the cells
+    Level(const detail::CellNormTable& norms, std::size_t depth, RuleStep step, std::vector<Vec3d> points)
+        : made(std::move(step)),
+          net(std::move(points)),
+          cells(norms, made.mesh, static_cast<int>(depth) - (norms.corners() == 4 ? 1 : 0)) {}
+    Level(const detail::CellNormTable& norms, std::size_t depth, RuleStep step, std::span<const Vec3d> above)
+        : Level(norms, depth, std::move(step), std::vector<Vec3d>()) {
+        net.resize(static_cast<std::size_t>(made.stencils.row_count()));
+        made.stencils.template apply<Vec3d>(above, net);
+        made.stencils = {};
+    }
+    Level(const Level&) = delete;
+};
+
+/// The meshes that lead walkers down until they are in known cells: whole levels, where there are any, then parts.
+template <class Family>
+class MaskNormBound<Family>::MeshDescent {
+  public:
+    MeshDescent(const MaskNormBound& bound, detail::MeshPartFinder& parts)
+        : bound_(bound), here_(bound.whole_.front().get()), parts_(parts) {}
+
+    /// Moves walkers from the mesh to known cells, where there are norms.
+    void leave(std::span<Walker> walkers, KnownCells& known) {
+        std::unordered_map<int, int> number;  // among the known cells, by face
+        for (Walker& w : walkers) {
+            if (!in_mesh(w)) continue;
+            int h = first_corner(w);
+            const detail::NormedCells::Cell& cell = here_->cells.at(h, parts_);
+            if (cell.norms == nullptr) continue;
+            const auto [of, is_new] = number.try_emplace(mesh().face(h), Walker::k_no);
+            if (is_new) {
+                of->second = known.add(*cell.norms);
+                std::ranges::transform(cell.points, known.points(of->second).begin(),
+                                       [&](int v) { return here_->net[static_cast<std::size_t>(v)]; });
+            }
+            w.known = of->second;
+            for (; h != cell.first; h = mesh().next(h))
+                for (Coordinates& p : w.at) p = from_next_corner(p, bound_.norms_.corners());
+        }
+    }
+    std::array<Vec3d, 4> corners(const Walker& w) const {
+        std::array<Vec3d, 4> corner{};
+        int h = first_corner(w);
+        for (int k = 0; k < bound_.norms_.corners(); ++k, h = mesh().next(h)) corner[k] = here_->net[mesh().origin(h)];
+        return corner;
+    }
+    /// Makes the next level around the walkers that are in the mesh; their frames are those of the level above still.
+    void go_down(std::span<Walker> walkers) {
+        if (std::ranges::none_of(walkers, in_mesh)) return;
+        above_ = &mesh();
+        if (++depth_ < bound_.whole_.size()) {
+            here_ = bound_.whole_[depth_].get();
+            return;
+        }
+        // A level's rings give twice as many on the next one, less the two that rules reach.
+        const int rings = std::max(bound_.norms_.rings() + 1, 4);
+        std::vector<int> seeds;
+        for (const Walker& w : walkers)
+            if (in_mesh(w))
+                for (const int v : mesh().corners(mesh().face(w.frame.halfedge))) seeds.push_back(v);
+        part_ = parts_.find(mesh(), seeds, rings);
+        for (Walker& w : walkers)
+            if (in_mesh(w)) w.frame.halfedge = part_.halfedge(mesh(), w.frame.halfedge);
+        std::vector<Vec3d> net;
+        for (const int v : part_.vertex) net.push_back(here_->net[static_cast<std::size_t>(v)]);
+        own_ = std::make_unique<Level>(bound_.norms_, depth_, bound_.step(depth_)(part_.mesh, bound_.rules_),
+                                       std::span<const Vec3d>(net));
+        here_ = own_.get();
+        above_ = &part_.mesh;
+    }
+    /// The corner cell of a half-edge, after the first step of quads.
+    detail::CellFrame child(const Walker& w) const { return {here_->made.child_halfedge[w.frame.halfedge], 0}; }
+    detail::CellFrame child(const Walker& w, int child) const {
+        return bound_.norms_.corners() == 3 ? detail::triangle_child(*above_, here_->made, w.frame, child)
+                                            : detail::quad_child(*above_, here_->made, w.frame, child);
+    }
+
+  private:
+    static bool in_mesh(const Walker& w) { return w.known == Walker::k_no; }
+    const RuleMesh& mesh() const { return here_->made.mesh; }
+    int first_corner(const Walker& w) const { return detail::face_corner(mesh(), w.frame, 0, bound_.norms_.corners()); }
+
+    const MaskNormBound& bound_;
+    const Level* here_;
+    std::size_t depth_ = 0;            ///< steps from the control mesh
+    const RuleMesh* above_ = nullptr;  ///< what the last step was made of
+    detail::MeshPart part_;
+    std::unique_ptr<const Level> own_;
+    detail::MeshPartFinder& parts_;
 };
 
 bool has_mask_norms(const SchemeInfo& scheme, const RuleOptions& rules) {
@@ -232,13 +402,30 @@ MaskNormBound<Family>::MaskNormBound(const Hierarchy& points, const SchemeInfo& 
       scheme_(scheme),
       rules_(rules),
       decides_(aim > 0),
-      base_(rule_mesh(points.mesh(), rules)),
-      first_step_(first_rule_step(scheme, base_)),
-      remainder_(scheme, rules) {
+      norms_(scheme, rules),
+      scratch_(std::make_unique<oneapi::tbb::enumerable_thread_specific<Scratch>>()) {
     const Box3d box = mesh_.bounding_box();
     rounding_ =
         k_roundings * std::numeric_limits<double>::epsilon() * std::max(glm::length(box.lower), glm::length(box.upper));
     aim_ = std::max(aim > 0 ? aim - rounding_ : k_no_error * box.diagonal(), 0.0);
+    RuleStep control;
+    control.mesh = rule_mesh(mesh_, rules);
+    first_step_ = first_rule_step(scheme, control.mesh);
+    const std::span<const Vec3d> net = mesh_.positions();
+    whole_.push_back(std::make_unique<Level>(norms_, 0, std::move(control), std::vector(net.begin(), net.end())));
+    while (4 * whole_.back()->made.mesh.halfedge_count() <= k_most_halfedges) {
+        const Level& above = *whole_.back();
+        whole_.push_back(std::make_unique<Level>(norms_, whole_.size(), step(whole_.size())(above.made.mesh, rules_),
+                                                 std::span<const Vec3d>(above.net)));
+    }
+}
+
+template <class Family>
+MaskNormBound<Family>::~MaskNormBound() = default;
+
+template <class Family>
+auto MaskNormBound<Family>::step(std::size_t depth) const -> Step {
+    return norms_.corners() == 4 && depth == 1 ? first_step_ : scheme_.step;
 }
 
 template <class Family>
@@ -252,7 +439,7 @@ void MaskNormBound<Family>::add_pieces(const CellTriangle& t, const SlidTriangle
         right = std::max(right, piece.at[k][0]);
     }
     pieces.push_back(piece);
-    if (remainder_.corners() == 3 || right <= 1) return;
+    if (norms_.corners() == 3 || right <= 1) return;
     // The other half lies in the next corner's cell.
     piece.cell = mesh_.next(t.root);
     for (Coordinates& p : piece.at) p = {p[1], 2 - p[0]};
@@ -273,9 +460,7 @@ void MaskNormBound<Family>::bound(std::span<const Piece> pieces, Wanted wanted, 
 
 template <class Family>
 void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wanted, std::span<double> errors) const {
-    const int n = remainder_.corners();
-    // A level's rings give twice as many on the next one, less the two that rules reach.
-    const int rings = std::max(remainder_.rings() + 1, 4);
+    const int n = norms_.corners();
     std::vector<Walker> walkers, next;
     for (std::uint32_t i = 0; i < pieces.size(); ++i)
         if (covered(pieces[i].at, n).count > 0)
@@ -284,58 +469,37 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
     std::vector<double> least(pieces.size(), 0.0);  // an error that there is
     std::vector<std::uint8_t> decided(pieces.size(), 0);
     std::vector<std::uint32_t> open(pieces.size());  // cells
-    detail::MeshPartFinder parts, around;
-    const RuleMesh* above = &base_;
-    std::span<const Vec3d> net = mesh_.positions();
-    RuleStep step;
-    std::vector<Vec3d> here, finer;
-    std::vector<double> remainder;  // per face
+    Scratch& scratch = scratch_->local();
+    MeshDescent mesh(*this, scratch.parts);
+    KnownCells &known = scratch.known, &finer = scratch.finer;
+    known.clear();
     // Quads: one more step, from the control mesh to its corner cells.
     for (int level = n == 4 ? -1 : 0; !walkers.empty(); ++level) {
-        std::vector<int> seeds;
-        for (const Walker& w : walkers)
-            for (const int v : above->corners(above->face(w.frame.halfedge))) seeds.push_back(v);
-        const detail::MeshPart part = parts.find(*above, seeds, rings);
-        here.resize(part.vertex.size());
-        for (std::size_t i = 0; i < here.size(); ++i) here[i] = net[part.vertex[i]];
-        for (Walker& w : walkers) w.frame.halfedge = part.halfedge(*above, w.frame.halfedge);
+        if (level >= 0) mesh.leave(walkers, known);
         next.clear();
-        if (level < 0) {
-            next = walkers;
-        } else {
-            detail::CellRemainder::Level remainder_at(remainder_, part.mesh, here, around);
-            remainder.assign(static_cast<std::size_t>(part.mesh.face_count()), -1.0);
-            for (const Walker& w : walkers) {
-                const Piece& piece = pieces[w.piece];
-                if (level < piece.level) {
-                    next.push_back(w);
-                    continue;
-                }
-                if (decided[w.piece] != 0) continue;
-                std::array<Vec3d, 4> corner{};
-                int h = detail::face_corner(part.mesh, w.frame, 0, n);
-                double& rest = remainder[static_cast<std::size_t>(part.mesh.face(h))];
-                if (rest < 0) {
-                    rest = remainder_at(h);
-                    // Beside corners of some angles there are weights only as seen from the corner itself.
-                    for (int k = 1, other = h; k < n && rest == k_infinite; ++k)
-                        rest = remainder_at(other = part.mesh.next(other));
-                }
-                for (int k = 0; k < n; ++k, h = part.mesh.next(h)) corner[k] = here[part.mesh.origin(h)];
-                const Deviation off = deviation(covered(w.at, n), corner, n, piece.triangle);
-                // Points of an interpolating scheme are limit points.
-                const double apart = scheme_.interpolating && off.whole ? 0 : rest;
-                least[w.piece] = std::max(least[w.piece], off.at_points - apart);
-                const double most = off.most + rest, sure = least[w.piece];
-                const bool exceeds = sure > wanted.floor;
-                const double floor = exceeds && !wanted.decide ? k_tight * sure : wanted.floor;
-                if (most <= floor || level >= piece.level + k_deepest)
-                    errors[w.piece] = std::max(errors[w.piece], most + rounding_);
-                else if (wanted.decide && exceeds)
-                    decided[w.piece] = 1;
-                else
-                    next.emplace_back(w).most = most;
+        for (const Walker& w : walkers) {
+            const Piece& piece = pieces[w.piece];
+            if (level < piece.level) {
+                next.push_back(w);
+                continue;
             }
+            if (decided[w.piece] != 0) continue;
+            const bool is_known = w.known != Walker::k_no;
+            const double rest = is_known ? known.remainder(w.known) : k_infinite;
+            const std::array<Vec3d, 4> corner = is_known ? known.corners(w.known) : mesh.corners(w);
+            const Deviation off = deviation(covered(w.at, n), corner, n, piece.triangle);
+            // Points of an interpolating scheme are limit points.
+            const double apart = scheme_.interpolating && off.whole ? 0 : rest;
+            least[w.piece] = std::max(least[w.piece], off.at_points - apart);
+            const double most = off.most + rest, sure = least[w.piece];
+            const bool exceeds = sure > wanted.floor;
+            const double floor = exceeds && !wanted.decide ? k_tight * sure : wanted.floor;
+            if (most <= floor || level >= piece.level + k_deepest)
+                errors[w.piece] = std::max(errors[w.piece], most + rounding_);
+            else if (wanted.decide && exceeds)
+                decided[w.piece] = 1;
+            else
+                next.emplace_back(w).most = most;
         }
         std::fill(open.begin(), open.end(), 0u);
         for (const Walker& w : next) ++open[w.piece];
@@ -345,28 +509,25 @@ void MaskNormBound<Family>::bound_block(std::span<const Piece> pieces, Wanted wa
             errors[w.piece] = std::max(errors[w.piece], w.most + rounding_);
             return true;
         });
+        mesh.go_down(next);
         walkers.clear();
-        if (next.empty()) break;
-        RuleStep made = (level < 0 ? first_step_ : scheme_.step)(part.mesh, rules_);
+        finer.clear();
         for (const Walker& w : next) {
             if (level < 0) {
-                walkers.push_back({{made.child_halfedge[w.frame.halfedge], 0}, w.piece, w.at, 0});
+                walkers.push_back({mesh.child(w), w.piece, w.at});
                 continue;
             }
             for (int child = 0; child < 4; ++child) {
                 Corners at;
                 for (std::size_t k = 0; k < 3; ++k) at[k] = in_child(w.at[k], child, n);
                 if (covered(at, n).count == 0) continue;
-                walkers.push_back({n == 3 ? detail::triangle_child(part.mesh, made, w.frame, child)
-                                          : detail::quad_child(part.mesh, made, w.frame, child),
-                                   w.piece, at});
+                if (w.known == Walker::k_no)
+                    walkers.push_back({mesh.child(w, child), w.piece, at});
+                else
+                    walkers.push_back({{}, w.piece, at, known.child(w.known, child, finer)});
             }
         }
-        finer.resize(made.stencils.row_count());
-        made.stencils.template apply<Vec3d>(here, finer);
-        step = std::move(made);
-        above = &step.mesh;
-        net = finer;
+        std::swap(known, finer);
     }
     for (std::size_t i = 0; i < pieces.size(); ++i)
         if (decided[i] != 0) errors[i] = least[i] + rounding_;

@@ -1,8 +1,10 @@
 #pragma once
 
 #include "../../refine/adaptive/hierarchy.hpp"
-#include "cell_remainder.hpp"
+#include "normed_cells.hpp"
 #include "surface_bound.hpp"
+
+#include <oneapi/tbb/enumerable_thread_specific.h>
 
 #include <array>
 #include <memory>
@@ -38,9 +40,10 @@ struct SlidTriangle {
 
 /// Certified errors over limit surfaces that are no polynomials: those of interpolating schemes and others, on
 /// triangles and quads. The mesh of a finer level is compared with the triangle point by point of the parameters, and
-/// how far the limit is from that mesh is known by mask norms (CellRemainder); levels are made around a triangle until
-/// that does. It bounds the parametric difference, and so the distance in both directions; the rounding of positions is
-/// included.
+/// how far the limit is from that mesh is known by mask norms (CellNormTable); levels are made around a triangle until
+/// that does: by the rules, in a part of the mesh, until a cell has norms, and from there on by the rows that come
+/// with these. It bounds the parametric difference, and so the distance in both directions; the rounding of positions
+/// is included.
 template <class Family>
 class MaskNormBound final : public SurfaceBound {
   public:
@@ -53,6 +56,7 @@ class MaskNormBound final : public SurfaceBound {
     /// @param rules   live longer
     /// @param aim     errors above it are lower bounds; 0: there is none, and all are tight
     MaskNormBound(const Hierarchy& points, const SchemeInfo& scheme, const RuleOptions& rules, double aim);
+    ~MaskNormBound() override;
 
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
     bool has_fan_bound(FaceId face) const override;
@@ -71,6 +75,11 @@ class MaskNormBound final : public SurfaceBound {
         SlidTriangle triangle{};
     };
     struct Walker;
+    class KnownCells;
+    struct Level;
+    class MeshDescent;
+    struct Scratch;
+    using Step = RuleStep (*)(const RuleMesh&, const RuleOptions&);
 
     /// How well an error is to be known.
     struct Wanted {
@@ -78,6 +87,8 @@ class MaskNormBound final : public SurfaceBound {
         bool decide;   ///< errors above it may be lower bounds; else they are tight
     };
 
+    /// The step to that level, counted from the control mesh.
+    Step step(std::size_t depth) const;
     void add_pieces(const CellTriangle& cells, const SlidTriangle& triangle, std::vector<Piece>& pieces) const;
     void bound(std::span<const Piece> pieces, Wanted wanted, std::span<double> errors) const;
     void bound_block(std::span<const Piece> pieces, Wanted wanted, std::span<double> errors) const;
@@ -91,9 +102,10 @@ class MaskNormBound final : public SurfaceBound {
     const RuleOptions& rules_;
     bool decides_;
     double aim_, rounding_;
-    RuleMesh base_;
-    RuleStep (*first_step_)(const RuleMesh&, const RuleOptions&);
-    detail::CellRemainder remainder_;
+    detail::CellNormTable norms_;
+    Step first_step_ = nullptr;
+    std::unique_ptr<oneapi::tbb::enumerable_thread_specific<Scratch>> scratch_;
+    std::vector<std::unique_ptr<const Level>> whole_;  ///< the control mesh, and the first levels of small ones
 };
 
 }  // namespace tetrakis

@@ -64,10 +64,10 @@ void check_memory(const SchemeInfo& scheme, const SchemeOptions& options, const 
 }
 
 /// How far a mesh is from its limit over a cell at the vertex: the sum of weights that the certified estimator has.
-std::optional<tetrakis::detail::CellRemainder::Total> mask_norm(const SchemeInfo& scheme, const FanShape& shape,
+std::optional<tetrakis::detail::CellNormTable::Total> mask_norm(const SchemeInfo& scheme, const FanShape& shape,
                                                                 const RuleOptions& rules) {
     if (!has_mask_norms(scheme, rules)) return std::nullopt;
-    return tetrakis::detail::CellRemainder(scheme, rules).total(shape);
+    return tetrakis::detail::CellNormTable(scheme, rules).total(shape);
 }
 
 void draw(const SchemeFindings& f, const SchemeOptions& options) {

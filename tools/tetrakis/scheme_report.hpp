@@ -19,7 +19,7 @@ struct SchemeFindings {
     SchemeMasks masks;
     int valence, reproduction;
     double support;
-    std::optional<tetrakis::detail::CellRemainder::Total> mask_norm;
+    std::optional<tetrakis::detail::CellNormTable::Total> mask_norm;
 
     bool boundary() const { return analysis.matrix.labels.shape().boundary; }
 };
