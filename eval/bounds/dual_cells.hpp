@@ -1,8 +1,8 @@
 #pragma once
 
 #include "../../hier/base/vec.hpp"
-#include "../../hier/forest/vertex_roots.hpp"
-#include "../../refine/adaptive/partial_levels.hpp"
+#include "../../hier/trees/vertex_roots.hpp"
+#include "../../refine/points/partial_levels.hpp"
 #include "bezier_pieces.hpp"
 #include "labelled_polygon.hpp"
 

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "../../hier/base/run_context.hpp"
-#include "../../hier/forest/vertex_forest.hpp"
-#include "../../refine/adaptive/level_source.hpp"
+#include "../../hier/trees/vertex_forest.hpp"
+#include "../../refine/points/level_source.hpp"
 #include "../surface/triangle_mesh.hpp"
 
 #include <array>

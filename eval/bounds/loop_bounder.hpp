@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../surface/loop_patches.hpp"
+#include "../patches/loop_patches.hpp"
 #include "bezier_triangle.hpp"
 #include "patch_bounder.hpp"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../surface/quad_cell_walk.hpp"
+#include "../patches/quad_cell_walk.hpp"
 #include "bezier_pieces.hpp"
 #include "patch_bounder.hpp"
 

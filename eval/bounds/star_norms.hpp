@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../surface/quad_star.hpp"
+#include "../patches/quad_star.hpp"
 
 #include <array>
 #include <vector>

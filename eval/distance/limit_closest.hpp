@@ -1,7 +1,7 @@
 #pragma once
 
-#include "../surface/loop_patches.hpp"
-#include "../surface/quad_patches.hpp"
+#include "../patches/loop_patches.hpp"
+#include "../patches/quad_patches.hpp"
 #include "../surface/surface_parameter.hpp"
 #include "closest_bvh.hpp"
 

@@ -65,7 +65,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
+constexpr std::uint32_t k_no_group = 0xFFFF'FFFFu;
 
 // Triangles of one group and material: a primitive.
 struct Primitive {
@@ -199,7 +199,7 @@ class GlbEncoder {
         const std::size_t index_view = add_view(list_.indices.size() * sizeof(std::uint32_t), k_element_array_buffer);
 
         Json nodes = Json::array();
-        std::uint32_t last_group = k_none;
+        std::uint32_t last_group = k_no_group;
         for (const Primitive& primitive : list_.primitives) {
             if (primitive.group != last_group) {
                 last_group = primitive.group;

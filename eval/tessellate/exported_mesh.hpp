@@ -2,9 +2,9 @@
 
 #include "../../hier/forest/exported_triangles.hpp"
 #include "../../hier/mesh/fan_choice.hpp"
+#include "../distance/surface_family.hpp"
 #include "../surface/local_frame.hpp"
 #include "shading_normals.hpp"
-#include "surface_family.hpp"
 #include "tessellate.hpp"
 
 #include <algorithm>

@@ -2,9 +2,9 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../bounds/plane_measure.hpp"
-#include "limit_samples.hpp"
+#include "../distance/limit_samples.hpp"
+#include "../distance/strip_samples.hpp"
 #include "patch_batches.hpp"
-#include "strip_samples.hpp"
 
 #include <array>
 #include <limits>

@@ -2,7 +2,7 @@
 
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "../distance/hausdorff.hpp"
-#include "limit_samples.hpp"
+#include "../distance/limit_samples.hpp"
 #include "tessellate.hpp"
 
 #include <functional>

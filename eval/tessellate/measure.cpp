@@ -3,8 +3,8 @@
 #include "../../hier/base/parallel.hpp"
 #include "../bounds/point_triangle.hpp"
 #include "../distance/local_maximum.hpp"
+#include "../distance/strip_samples.hpp"
 #include "patch_batches.hpp"
-#include "strip_samples.hpp"
 
 #include <algorithm>
 #include <array>

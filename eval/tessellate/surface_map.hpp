@@ -1,9 +1,9 @@
 #pragma once
 
+#include "../distance/surface_family.hpp"
 #include "../distance/triangle_bvh.hpp"
 #include "../surface/height_detail.hpp"
 #include "../surface/height_image.hpp"
-#include "surface_family.hpp"
 
 #include <memory>
 #include <string>

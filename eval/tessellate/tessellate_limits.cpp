@@ -3,9 +3,9 @@
 #include "../../refine/uniform/refine.hpp"
 #include "../../schemes/rules/linear.hpp"
 #include "../bounds/dual_bound.hpp"
-#include "../bounds/linear_bound.hpp"
-#include "../bounds/mask_norm_bound.hpp"
-#include "surface_family.hpp"
+#include "../distance/surface_family.hpp"
+#include "../estimate/linear_bound.hpp"
+#include "../estimate/mask_norm_bound.hpp"
 
 #include <string>
 #include <string_view>

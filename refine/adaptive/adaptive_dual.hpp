@@ -1,10 +1,10 @@
 #pragma once
 
 #include "../../hier/base/run_context.hpp"
-#include "../../hier/forest/vertex_forest.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
+#include "../../hier/trees/vertex_forest.hpp"
+#include "../points/partial_levels.hpp"
 #include "../rules/polygon_mesh.hpp"
-#include "partial_levels.hpp"
 
 namespace tetrakis {
 

@@ -3,8 +3,8 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
-#include "sqrt3_points.hpp"
-#include "sqrt3_rules.hpp"
+#include "../points/sqrt3_points.hpp"
+#include "../points/sqrt3_rules.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../hier/base/run_context.hpp"
-#include "../../hier/forest/sqrt3_forest.hpp"
+#include "../../hier/trees/sqrt3_forest.hpp"
 #include "../rules/polygon_mesh.hpp"
 
 #include <vector>

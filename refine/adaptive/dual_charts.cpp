@@ -5,8 +5,8 @@
 #include "../attributes/followed_uvs.hpp"
 #include "../attributes/seam_extension.hpp"
 #include "../attributes/seam_face.hpp"
-#include "row_points.hpp"
-#include "vertex_levels.hpp"
+#include "../points/row_points.hpp"
+#include "../points/vertex_levels.hpp"
 
 #include <oneapi/tbb/parallel_sort.h>
 

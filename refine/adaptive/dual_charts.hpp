@@ -1,10 +1,10 @@
 #pragma once
 
 #include "../../hier/base/vec.hpp"
-#include "../../hier/forest/vertex_forest.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
-#include "level_source.hpp"
-#include "partial_levels.hpp"
+#include "../../hier/trees/vertex_forest.hpp"
+#include "../points/level_source.hpp"
+#include "../points/partial_levels.hpp"
 
 #include <cstdint>
 #include <memory>

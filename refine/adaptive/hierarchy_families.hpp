@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../../hier/forest/vertex_roots.hpp"
+#include "../../hier/trees/vertex_roots.hpp"
 #include "hierarchy_family.hpp"
 
 #include <memory>

@@ -2,10 +2,10 @@
 
 #include "../../hier/forest/forest_change.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
+#include "../points/level_source.hpp"
 #include "../rules/polygon_mesh.hpp"
 #include "adaptive.hpp"
 #include "hierarchy_leaf.hpp"
-#include "level_source.hpp"
 
 #include <array>
 #include <cstdint>

@@ -1,9 +1,9 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
-#include "../../hier/forest/sqrt3_forest.hpp"
+#include "../../hier/trees/sqrt3_forest.hpp"
+#include "../points/sqrt3_points.hpp"
 #include "adaptive_sqrt3.hpp"
 #include "hierarchy_families.hpp"
-#include "sqrt3_points.hpp"
 
 #include <algorithm>
 #include <string>

@@ -1,9 +1,9 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/forest/check.hpp"
-#include "../../hier/forest/vertex_forest.hpp"
+#include "../../hier/trees/vertex_forest.hpp"
+#include "../points/vertex_levels.hpp"
 #include "described_family.hpp"
 #include "hierarchy_families.hpp"
-#include "vertex_levels.hpp"
 
 #include <algorithm>
 #include <numeric>

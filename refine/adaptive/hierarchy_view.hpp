@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../hier/forest/bisection_forest.hpp"
-#include "../../hier/forest/triangle_forest.hpp"
+#include "../../hier/trees/triangle_forest.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,10 +1,10 @@
 #include "../../hier/base/error.hpp"
+#include "../points/row_points.hpp"
+#include "../points/sqrt3_points.hpp"
+#include "../points/vertex_levels.hpp"
 #include "../uniform/refine.hpp"
 #include "hierarchy.hpp"
 #include "hierarchy_families.hpp"
-#include "row_points.hpp"
-#include "sqrt3_points.hpp"
-#include "vertex_levels.hpp"
 
 #include <string>
 #include <utility>

@@ -3,8 +3,8 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
-#include "../adaptive/partial_levels.hpp"
 #include "../attributes/used_values.hpp"
+#include "../points/partial_levels.hpp"
 
 #include <algorithm>
 #include <cmath>

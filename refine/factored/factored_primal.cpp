@@ -2,9 +2,9 @@
 #include "../../schemes/core/sharpness.hpp"
 #include "../../schemes/rules/catmull_clark.hpp"
 #include "../attributes/used_values.hpp"
-#include "../uniform/level_ring.hpp"
 #include "../uniform/mesh_level.hpp"
 #include "factored_steps.hpp"
+#include "level_ring.hpp"
 
 #include <limits>
 

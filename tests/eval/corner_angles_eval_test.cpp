@@ -2,7 +2,7 @@
 #include "../kit/input_helpers.hpp"
 #include "../kit/scheme_meshes.hpp"
 
-#include "../../eval/surface/quad_patches.hpp"
+#include "../../eval/patches/quad_patches.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
 #include "../../refine/uniform/refine.hpp"
 

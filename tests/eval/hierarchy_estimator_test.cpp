@@ -4,7 +4,7 @@
 #include "../kit/scheme_meshes.hpp"
 
 #include "../../eval/distance/hausdorff.hpp"
-#include "../../eval/tessellate/hierarchy_estimator.hpp"
+#include "../../eval/estimate/hierarchy_estimator.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/base/error.hpp"
 #include "../../refine/uniform/refine.hpp"

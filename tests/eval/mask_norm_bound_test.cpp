@@ -1,12 +1,12 @@
 #include "../kit/corner_angle_mesh.hpp"
 #include "../kit/random_mesh.hpp"
 
-#include "../../eval/bounds/mask_norm_bound.hpp"
-#include "../../eval/bounds/normed_cells.hpp"
-#include "../../eval/tessellate/limit_samples.hpp"
+#include "../../eval/distance/limit_samples.hpp"
+#include "../../eval/estimate/mask_norm_bound.hpp"
+#include "../../eval/estimate/normed_cells.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
-#include "../../refine/adaptive/level_walk.hpp"
+#include "../../refine/points/level_walk.hpp"
 #include "../../refine/rules/rule_refiner.hpp"
 
 #include <doctest/doctest.h>

@@ -1,9 +1,9 @@
 #include "../kit/hierarchy_helpers.hpp"
 #include "../kit/patch_meshes.hpp"
 
-#include "../../eval/bounds/linear_bound.hpp"
-#include "../../eval/surface/patch_positions.hpp"
-#include "../../eval/tessellate/hierarchy_estimator.hpp"
+#include "../../eval/estimate/hierarchy_estimator.hpp"
+#include "../../eval/estimate/linear_bound.hpp"
+#include "../../eval/patches/patch_positions.hpp"
 
 #include <doctest/doctest.h>
 #include <glm/geometric.hpp>

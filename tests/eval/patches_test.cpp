@@ -1,5 +1,5 @@
-#include "../../eval/surface/loop_patches.hpp"
-#include "../../eval/surface/quad_patches.hpp"
+#include "../../eval/patches/loop_patches.hpp"
+#include "../../eval/patches/quad_patches.hpp"
 #include "../../eval/tessellate/patch_batches.hpp"
 
 #include "../contract/golden.hpp"

@@ -1,4 +1,4 @@
-#include "../../eval/tessellate/strip_samples.hpp"
+#include "../../eval/distance/strip_samples.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
 
 #include "../kit/shared_data.hpp"

@@ -1,9 +1,9 @@
 #include "../../hier/mesh/control_mesh.hpp"
 
 #include "../../hier/forest/bisection_forest.hpp"
-#include "../../hier/forest/sqrt3_forest.hpp"
-#include "../../hier/forest/triangle_cell.hpp"
-#include "../../hier/forest/triangle_forest.hpp"
+#include "../../hier/trees/sqrt3_forest.hpp"
+#include "../../hier/trees/triangle_cell.hpp"
+#include "../../hier/trees/triangle_forest.hpp"
 
 #include <doctest/doctest.h>
 

@@ -3,11 +3,11 @@
 #include "../kit/surface_topology.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "../../hier/forest/sqrt3_forest.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
+#include "../../hier/trees/sqrt3_forest.hpp"
 #include "../../refine/adaptive/adaptive_sqrt3.hpp"
-#include "../../refine/adaptive/sqrt3_points.hpp"
+#include "../../refine/points/sqrt3_points.hpp"
 #include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>

@@ -1,4 +1,4 @@
-#include "../../hier/forest/triangle_cell.hpp"
+#include "../../hier/trees/triangle_cell.hpp"
 #include "../kit/triangle_test_mesh.hpp"
 
 #include <doctest/doctest.h>

@@ -1,4 +1,4 @@
-#include "../../hier/forest/triangle_forest.hpp"
+#include "../../hier/trees/triangle_forest.hpp"
 #include "../../hier/base/error.hpp"
 #include "../../hier/forest/check.hpp"
 #include "../kit/triangle_test_mesh.hpp"

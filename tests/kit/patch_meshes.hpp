@@ -3,7 +3,7 @@
 #include "quad_test_mesh.hpp"
 #include "triangle_test_mesh.hpp"
 
-#include "../../eval/tessellate/surface_family.hpp"
+#include "../../eval/distance/surface_family.hpp"
 
 #include <type_traits>
 

@@ -8,10 +8,10 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/forest/corner_cell.hpp"
-#include "../../hier/forest/sqrt3_lattice.hpp"
-#include "../../hier/forest/vertex_forest.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
-#include "../../refine/adaptive/sqrt3_points.hpp"
+#include "../../hier/trees/sqrt3_lattice.hpp"
+#include "../../hier/trees/vertex_forest.hpp"
+#include "../../refine/points/sqrt3_points.hpp"
 #include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>

@@ -1,6 +1,6 @@
 #include "../kit/input_helpers.hpp"
 
-#include "../../refine/adaptive/partial_levels.hpp"
+#include "../../refine/points/partial_levels.hpp"
 #include "../../refine/rules/rule_refiner.hpp"
 
 #include <doctest/doctest.h>

@@ -5,8 +5,8 @@
 #include "../../hier/base/error.hpp"
 #include "../../refine/adaptive/adaptive_dual.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
-#include "../../refine/adaptive/partial_levels.hpp"
-#include "../../refine/adaptive/sqrt3_points.hpp"
+#include "../../refine/points/partial_levels.hpp"
+#include "../../refine/points/sqrt3_points.hpp"
 #include "../../refine/uniform/position_refiner.hpp"
 #include "../../refine/uniform/refine.hpp"
 

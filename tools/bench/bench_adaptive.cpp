@@ -1,4 +1,4 @@
-#include "../../eval/surface/patch_positions.hpp"
+#include "../../eval/patches/patch_positions.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/adaptive/adaptive_sqrt3.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"

@@ -1,4 +1,4 @@
-#include "../../eval/surface/patch_positions.hpp"
+#include "../../eval/patches/patch_positions.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
 #include "../../hier/mesh/triangulate.hpp"

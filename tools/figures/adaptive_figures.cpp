@@ -6,8 +6,8 @@
 #include "../../refine/adaptive/adaptive_dual.hpp"
 #include "../../refine/adaptive/adaptive_sqrt3.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
-#include "../../refine/adaptive/vertex_levels.hpp"
 #include "../../refine/factored/factored_mesh.hpp"
+#include "../../refine/points/vertex_levels.hpp"
 
 #include <algorithm>
 #include <array>

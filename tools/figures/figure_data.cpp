@@ -5,7 +5,7 @@
 //                                            "edges": not drawn there, for the edges of the mesh's own polygons
 //   figure_data curves                       prints the curves as JSON
 //   figure_data adaptive, zoom, factored, simplify: figure_commands.hpp
-#include "../tetrakis/canvas.hpp"
+#include "../tetrakis/schemes/canvas.hpp"
 #include "figure_commands.hpp"
 
 #include "../../eval/io/mesh_reader.hpp"

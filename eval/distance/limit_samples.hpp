@@ -1,0 +1,88 @@
+#pragma once
+
+#include "../bounds/plane_measure.hpp"
+#include "local_maximum.hpp"
+#include "surface_family.hpp"
+
+#include <array>
+#include <span>
+
+namespace tetrakis::detail {
+
+/// Intervals a side of the lattice of limit points over a triangle of a hierarchy: the vertices that it would get in
+/// two levels.
+inline constexpr int k_limit_lattice = 4;
+inline constexpr int k_limit_lattice_bits = 2;
+inline constexpr int k_limit_samples = (k_limit_lattice + 1) * (k_limit_lattice + 2) / 2;
+
+/// The limit points of one triangle: rows from corner 2 towards the edge from corner 0 to corner 1.
+using LimitSamples = std::array<Vec3d, k_limit_samples>;
+
+constexpr int lattice_index(int row, int i) { return row * (row + 1) / 2 + i; }
+constexpr int lattice_points(int intervals) { return (intervals + 1) * (intervals + 2) / 2; }
+
+/// The corners of a triangle among its samples.
+inline std::array<Vec3d, 3> corners_of(const LimitSamples& s) {
+    return {s[static_cast<std::size_t>(lattice_index(k_limit_lattice, 0))],
+            s[static_cast<std::size_t>(lattice_index(k_limit_lattice, k_limit_lattice))], s[0]};
+}
+
+/// The canonical site of point i of row `row` of a triangle's lattice with 2^bits intervals a side.
+template <class Family>
+Site lattice_site_of(const ControlMesh& mesh, const CellTriangle& t, int bits, int row, int i) {
+    const auto n = 1u << bits, w0 = static_cast<std::uint32_t>(row - i), w1 = static_cast<std::uint32_t>(i),
+               w2 = n - static_cast<std::uint32_t>(row);
+    const auto at = [&](std::uint32_t p0, std::uint32_t p1, std::uint32_t p2) { return w0 * p0 + w1 * p1 + w2 * p2; };
+    const auto& c = t.corner;
+    return Family::canonical_site(
+        mesh,
+        Family::lattice_site(mesh, t.root, {at(c[0].x, c[1].x, c[2].x), at(c[0].y, c[1].y, c[2].y)}, t.level + bits));
+}
+
+/// Number and barycentrics of lattice points: rows from corner 2 towards the edge corner 0 - corner 1.
+template <class Visit>
+void for_each_lattice_point(int n, Visit&& visit) {
+    int index = 0;
+    for (int row = 0; row <= n; ++row)
+        for (int i = 0; i <= row; ++i, ++index)
+            visit(index, static_cast<double>(row - i) / n, static_cast<double>(i) / n,
+                  static_cast<double>(n - row) / n);
+}
+
+/// The sample of a triangle's lattice with n intervals a side that is farthest off, as PlaneMeasure takes it; on
+/// hard edges, off the edge itself.
+inline Maximum farthest_sample(std::span<const Vec3d> s, int n, const PlaneMeasure& plane,
+                               const std::array<bool, 3>& hard) {
+    const Vec3d ends[4] = {s[s.size() - 1 - static_cast<std::size_t>(n)], s.back(), s[0],
+                           s[s.size() - 1 - static_cast<std::size_t>(n)]};
+    Maximum top;
+    for_each_lattice_point(n, [&](int i, double b0, double b1, double b2) {
+        const Vec3d& p = s[static_cast<std::size_t>(i)];
+        const double parametric = glm::length(p - (b0 * ends[0] + b1 * ends[1] + b2 * ends[2]));
+        if (parametric <= top.value) return;
+        top.offer({b1, b2}, std::min(parametric, plane(p)));
+        const double across[3] = {b2, b0, b1};
+        for (std::size_t k = 0; k < 3; ++k)
+            if (hard[k] && across[k] == 0) top.offer({b1, b2}, segment_distance(p, ends[k], ends[k + 1]));
+    });
+    return top;
+}
+
+/// How far a point of a flat triangle is at most from the surface that these samples are points of: the distance to
+/// the small triangles between them, and what the surface may bend off those.
+/// @param most  the largest distance of a sample from the triangle
+inline double distance_to_samples(const Vec3d& q, const LimitSamples& s, double most) {
+    // A sixteenth where second derivatives are constant; twice that for where they are not.
+    constexpr double k_bend = 1.0 / 8;
+    double squared = std::numeric_limits<double>::infinity();
+    const auto at = [&](int row, int i) -> const Vec3d& { return s[static_cast<std::size_t>(lattice_index(row, i))]; };
+    for (int row = 0; row < k_limit_lattice; ++row)
+        for (int i = 0; i <= row; ++i) {
+            const Vec3d &a = at(row, i), &b = at(row + 1, i), &c = at(row + 1, i + 1);
+            squared = std::min(squared, nearest_on_triangle(q, a, b, c).squared_distance);
+            if (i < row) squared = std::min(squared, nearest_on_triangle(q, a, c, at(row, i + 1)).squared_distance);
+        }
+    return std::sqrt(squared) + k_bend * most;
+}
+
+}  // namespace tetrakis::detail

@@ -1,0 +1,162 @@
+#pragma once
+
+#include "../../hier/forest/corner_cell.hpp"
+#include "../../hier/trees/triangle_cell.hpp"
+#include "../../refine/adaptive/hierarchy_view.hpp"
+#include "../bounds/loop_bounder.hpp"
+#include "../bounds/quad_bounder.hpp"
+#include "../patches/quad_patches.hpp"
+#include "limit_closest.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace tetrakis {
+
+/// What tessellation needs to know of the quad family: Catmull-Clark on the 4-8 bisection forest.
+struct QuadFamily {
+    using Patches = QuadPatches;
+    using Bounder = QuadBounder;
+    using Closest = QuadClosest;
+    using Hierarchy = BisectionHierarchy;
+
+    static Site canonical_site(const ControlMesh& mesh, const Site& site) { return canonical(mesh, site); }
+    /// Whether parameters in [0, 1]^2 lie in the root.
+    static bool inside(double, double) { return true; }
+    static HalfedgeId control_edge(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
+        return bisection_control_edge(mesh, t, k);
+    }
+    /// The control edge that corner k lies on, away from its ends; or an invalid one.
+    static HalfedgeId control_edge_at(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
+        const LatticePoint p = t.corner[k];
+        if (control_vertex_at(mesh, t, k).valid()) return {};
+        return p.y == 0 ? t.root : p.x == 0 ? mesh.prev(t.root) : HalfedgeId{};
+    }
+    /// The control vertex that corner k is; or an invalid one.
+    static VertexId control_vertex_at(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
+        const LatticePoint p = t.corner[k];
+        if (p == LatticePoint{0, 0}) return mesh.origin(t.root);
+        return t.level == 0 && p.x == 2 ? mesh.origin(mesh.next(t.root)) : VertexId{};
+    }
+    /// The point of a leaf with barycentrics (b0, b1, b2).
+    static SurfaceParameter parameter(const ControlMesh& mesh, const CellTriangle& t, double b0, double b1, double b2) {
+        const double unit = std::ldexp(1.0, -t.level);
+        const double x = (b0 * t.corner[0].x + b1 * t.corner[1].x + b2 * t.corner[2].x) * unit;
+        const double y = (b0 * t.corner[0].y + b1 * t.corner[1].y + b2 * t.corner[2].y) * unit;
+        if (x > 1 && t.corner[1].x == 2 && t.level == 0)
+            return {mesh.next(t.root), std::min(y, 1.0), std::clamp(2 - x, 0.0, 1.0)};
+        return {t.root, std::clamp(x, 0.0, 1.0), std::clamp(y, 0.0, 1.0)};
+    }
+    /// An address of a leaf's corner inside one root.
+    static Site corner_site(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
+        const LatticePoint p = t.corner[k];
+        if (t.level == 0 && p.x == 2) return {mesh.next(t.root), {0, 0}, 0};
+        return {t.root, p, t.level};
+    }
+    /// An address inside one root of a lattice point of a leaf's frame, at any level.
+    static Site lattice_site(const ControlMesh& mesh, HalfedgeId root, LatticePoint p, int level) {
+        const std::uint32_t n = 1u << level;
+        if (p.x > n) return {mesh.next(root), {p.y, 2 * n - p.x}, static_cast<std::uint8_t>(level)};
+        return {root, p, static_cast<std::uint8_t>(level)};
+    }
+    /// Bilinear interpolation of a per-corner attribute in the corner cell of `root`.
+    template <class Value>
+    static auto linear(const ControlMesh& mesh, HalfedgeId root, double x, double y, Value&& corner) {
+        using V = std::remove_cvref_t<decltype(corner(root))>;
+        const std::uint32_t size = mesh.face_size(mesh.face(root)), h0 = mesh.face_halfedge(mesh.face(root)).value;
+        V centre{};
+        for (std::uint32_t i = 0; i < size; ++i) centre += corner(HalfedgeId(h0 + i));
+        centre *= 1.0 / size;
+        const V v = corner(root), a = 0.5 * (v + corner(mesh.next(root))), b = 0.5 * (v + corner(mesh.prev(root)));
+        return V((1 - y) * ((1 - x) * v + x * a) + y * ((1 - x) * b + x * centre));
+    }
+};
+
+/// LoopBounder with the questions that the estimators ask.
+class LoopLeafBounder : public LoopBounder {
+  public:
+    using LoopBounder::LoopBounder;
+
+    QuickError quick_error(const CellTriangle& leaf) {
+        QuickError quick;
+        std::array<Vec3d, 6> s;
+        sample(leaf, 2, s, {});
+        quick.corners = {s[3], s[5], s[0]};
+        const Vec3d middles[3] = {s[4] - 0.5 * (s[3] + s[5]), s[1] - 0.5 * (s[3] + s[0]), s[2] - 0.5 * (s[5] + s[0])};
+        for (const Vec3d& m : middles)
+            if (glm::dot(m, m) > glm::dot(quick.middle, quick.middle)) quick.middle = m;
+        return quick;
+    }
+    double certified_error(const CellTriangle& leaf, double floor, const EdgeSlack& slack = {}) {
+        LeafError e = leaf_error(leaf, floor, slack);
+        while (e.lower > floor) {
+            // A bound is tight to a twentieth, so a little more settles it unless a larger sample turns up.
+            floor = 1.06 * e.lower;
+            e = leaf_error(leaf, floor, slack);
+        }
+        return e.upper;
+    }
+};
+
+/// The triangle family: Loop on red-green triangle quadtrees.
+struct LoopFamily {
+    using Patches = LoopPatches;
+    using Bounder = LoopLeafBounder;
+    using Closest = LoopClosest;
+    using Hierarchy = TriangleHierarchy;
+
+    static Site canonical_site(const ControlMesh& mesh, const Site& site) {
+        return canonical_triangle_site(mesh, site);
+    }
+    static bool inside(double x, double y) { return x + y <= 1; }
+    static HalfedgeId control_edge(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
+        return triangle_control_edge(mesh, t, k);
+    }
+    static HalfedgeId control_edge_at(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
+        const LatticePoint p = t.corner[k];
+        if (control_vertex_at(mesh, t, k).valid()) return {};
+        if (p.x + p.y == 1u << t.level) return mesh.next(t.root);
+        return p.y == 0 ? t.root : p.x == 0 ? mesh.prev(t.root) : HalfedgeId{};
+    }
+    static VertexId control_vertex_at(const ControlMesh& mesh, const CellTriangle& t, std::size_t k) {
+        const LatticePoint p = t.corner[k];
+        if (p == LatticePoint{0, 0}) return mesh.origin(t.root);
+        if (p == LatticePoint{1u << t.level, 0}) return mesh.origin(mesh.next(t.root));
+        return p == LatticePoint{0, 1u << t.level} ? mesh.origin(mesh.prev(t.root)) : VertexId{};
+    }
+    static SurfaceParameter parameter(const ControlMesh&, const CellTriangle& t, double b0, double b1, double b2) {
+        const double unit = std::ldexp(1.0, -t.level);
+        const double x = (b0 * t.corner[0].x + b1 * t.corner[1].x + b2 * t.corner[2].x) * unit;
+        const double y = (b0 * t.corner[0].y + b1 * t.corner[1].y + b2 * t.corner[2].y) * unit;
+        return {t.root, std::clamp(x, 0.0, 1.0), std::clamp(y, 0.0, 1.0 - std::clamp(x, 0.0, 1.0))};
+    }
+    static Site corner_site(const ControlMesh&, const CellTriangle& t, std::size_t k) {
+        return {t.root, t.corner[k], t.level};
+    }
+    static Site lattice_site(const ControlMesh&, HalfedgeId root, LatticePoint p, int level) {
+        return {root, p, static_cast<std::uint8_t>(level)};
+    }
+    template <class Value>
+    static auto linear(const ControlMesh& mesh, HalfedgeId root, double x, double y, Value&& corner) {
+        using V = std::remove_cvref_t<decltype(corner(root))>;
+        return V((1 - x - y) * corner(root) + x * corner(mesh.next(root)) + y * corner(mesh.prev(root)));
+    }
+};
+
+/// Whether edge k of a triangle of a hierarchy lies where the surface ends or is sharp for good.
+template <class Family>
+bool is_hard_edge(const ControlMesh& mesh, const CellTriangle& triangle, std::size_t k) {
+    const HalfedgeId h = Family::control_edge(mesh, triangle, k);
+    if (!h.valid()) return false;
+    const HalfedgeId t = mesh.twin(h);
+    return !t.valid() || mesh.is_hole(mesh.face(t)) || mesh.sharpness(mesh.edge(h)) == k_sharpness_infinity;
+}
+
+template <class Family>
+std::array<bool, 3> hard_edges(const ControlMesh& mesh, const CellTriangle& triangle) {
+    return {is_hard_edge<Family>(mesh, triangle, 0), is_hard_edge<Family>(mesh, triangle, 1),
+            is_hard_edge<Family>(mesh, triangle, 2)};
+}
+
+}  // namespace tetrakis

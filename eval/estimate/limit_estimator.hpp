@@ -1,0 +1,48 @@
+#pragma once
+
+#include "../../hier/base/run_context.hpp"
+#include "../../hier/mesh/fan_choice.hpp"
+#include "../../refine/adaptive/adaptive.hpp"
+#include "../../refine/adaptive/hierarchy.hpp"
+#include "../distance/limit_samples.hpp"
+
+#include <span>
+#include <vector>
+
+namespace tetrakis {
+
+namespace detail {
+
+/// The errors of faces' fans (eval/README.md) over a surface that is known by its limit points, as LimitEstimator finds
+/// those of triangles: limit points over all of the face to the nearest triangle of its fan, and back; hard edges to
+/// themselves. 0 for faces without a fan.
+/// @param points            of the bisection family
+/// @param corner_positions  of the control vertices in the output
+std::vector<double> fan_limit_errors(const Hierarchy& points, const FanChoice& fans,
+                                     std::span<const Vec3d> corner_positions, const RunContext& context);
+
+}  // namespace detail
+
+/// The error of triangles of a hierarchy over a surface that is known by its limit points alone: the distances of the
+/// points that the triangle's edges and inside have one and two levels further down, to the triangle as PlaneMeasure
+/// takes them; back from the triangle to them where they have drifted away sideways; and along boundaries and hard
+/// creases to the triangle's own edge. No bound: what lies between the points can be farther.
+template <class Family>
+class LimitEstimator final : public ErrorEstimator {
+  public:
+    /// @param points     gives the limit points; lives longer
+    /// @param tolerance  decides which triangles are looked at one level down only: errors above it are lower bounds.
+    ///                   0: none
+    LimitEstimator(const Hierarchy& points, double tolerance) : points_(points), tolerance_(tolerance) {}
+
+    void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
+
+  private:
+    double of_middles(const CellTriangle& triangle, const std::array<Vec3d, 6>& samples) const;
+    double of_samples(const CellTriangle& triangle, const detail::LimitSamples& samples) const;
+
+    const Hierarchy& points_;
+    double tolerance_;
+};
+
+}  // namespace tetrakis

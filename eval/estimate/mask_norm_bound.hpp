@@ -1,0 +1,90 @@
+#pragma once
+
+#include "../../refine/adaptive/hierarchy.hpp"
+#include "cell_deviation.hpp"
+#include "normed_cells.hpp"
+#include "surface_bound.hpp"
+
+#include <oneapi/tbb/enumerable_thread_specific.h>
+
+#include <array>
+#include <memory>
+#include <vector>
+
+namespace tetrakis {
+
+/// Whether a scheme has the bounds below: those of triangles and quads by face split, averaging in even numbers of
+/// steps (two at least) among them.
+bool has_mask_norms(const SchemeInfo& scheme, const RuleOptions& rules = {});
+
+/// Certified errors over limit surfaces that are no polynomials: those of interpolating schemes and others, on
+/// triangles and quads. The mesh of a finer level is compared with the triangle point by point of the parameters, and
+/// how far the limit is from that mesh is known by mask norms (CellNormTable); levels are made around a triangle until
+/// that does: by the rules, in a part of the mesh, until a cell has norms, and from there on by the rows that come
+/// with these. It bounds the parametric difference, and so the distance in both directions; the rounding of positions
+/// is included.
+template <class Family>
+class MaskNormBound final : public SurfaceBound {
+  public:
+    /// Whether there is one over this mesh. Semi-sharp tags change the rules from level to level, and the bound has to
+    /// wait for the levels where they are smooth: none may last for more than six. Nor may a vertex have more than 64
+    /// edges, or a face more than 64 corners: the weights would take too long to find.
+    static bool has(const SchemeInfo& scheme, const RuleOptions& rules, const ControlMesh& mesh);
+
+    /// @param points  gives the limit points; lives longer
+    /// @param rules   live longer
+    /// @param aim     errors above it are lower bounds; 0: there is none, and all are tight
+    MaskNormBound(const Hierarchy& points, const SchemeInfo& scheme, const RuleOptions& rules, double aim);
+    ~MaskNormBound() override;
+
+    void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
+    bool has_fan_bound(FaceId face) const override;
+    void estimate_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners,
+                       std::span<double> out) const override;
+    double largest(std::span<const CellTriangle> triangles, double known) const override;
+    double largest_of_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners,
+                           double known) const override;
+
+  private:
+    /// A flat triangle over a part of a root's cell.
+    struct Piece {
+        HalfedgeId cell;
+        int level = 0;                              ///< of cells that are as large as the piece
+        std::array<std::array<double, 2>, 3> at{};  ///< its corners, in sides of the cell
+        SlidTriangle triangle{};
+    };
+    struct Walker;
+    class KnownCells;
+    struct Level;
+    class MeshDescent;
+    struct Scratch;
+    using Step = RuleStep (*)(const RuleMesh&, const RuleOptions&);
+
+    /// How well an error is to be known.
+    struct Wanted {
+        double floor;  ///< errors up to this need not be tighter
+        bool decide;   ///< errors above it may be lower bounds; else they are tight
+    };
+
+    /// The step to that level, counted from the control mesh.
+    Step step(std::size_t depth) const;
+    void add_pieces(const CellTriangle& cells, const SlidTriangle& triangle, std::vector<Piece>& pieces) const;
+    void bound(std::span<const Piece> pieces, Wanted wanted, std::span<double> errors) const;
+    void bound_block(std::span<const Piece> pieces, Wanted wanted, std::span<double> errors) const;
+    void bound_triangles(std::span<const CellTriangle> triangles, Wanted wanted, std::span<double> errors) const;
+    void bound_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners, Wanted wanted,
+                    std::span<double> errors) const;
+
+    const ControlMesh& mesh_;
+    const Hierarchy& points_;
+    const SchemeInfo& scheme_;
+    const RuleOptions& rules_;
+    bool decides_;
+    double aim_, rounding_;
+    detail::CellNormTable norms_;
+    Step first_step_ = nullptr;
+    std::unique_ptr<oneapi::tbb::enumerable_thread_specific<Scratch>> scratch_;
+    std::vector<std::unique_ptr<const Level>> whole_;  ///< the control mesh, and the first levels of small ones
+};
+
+}  // namespace tetrakis

@@ -1,0 +1,415 @@
+#include "quad_patches.hpp"
+
+#include "../surface/first_seen.hpp"
+
+#include "../../hier/base/parallel.hpp"
+#include "../../refine/rules/corner_angles.hpp"
+#include "../../schemes/core/sharpness.hpp"
+#include "../../schemes/rules/ring_limit.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <optional>
+#include <string>
+
+namespace tetrakis {
+
+using detail::Net16;
+using detail::QuadLocalMesh;
+using detail::QuadNode;
+using detail::QuadRoot;
+using detail::Weights4;
+
+namespace {
+/// Below this a cell is a point: parameters have no more bits.
+constexpr int k_deepest_cell = 52;
+
+/// What the rings of the largest face or vertex take: each of its corner cells keeps all of its own.
+std::uint64_t ring_bytes(const ControlMesh& mesh) {
+    std::uint64_t bytes = 0;
+    const auto add = [&](std::uint64_t n) {
+        bytes = std::max(bytes, n * detail::QuadStar::point_count(static_cast<int>(n)) * sizeof(Vec3d));
+    };
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) add(mesh.face_size(FaceId(f)));
+    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
+        if (!mesh.is_isolated(VertexId(v))) add(mesh.face_valence(VertexId(v)));
+    return bytes;
+}
+}  // namespace
+
+QuadPatches::QuadPatches(const ControlMesh& mesh, const RunContext& context) : mesh_(mesh) {
+    detail::refuse_corner_angles(mesh);
+    // Beside the trees: a pointer and a sharpness for each half-edge, two points for each edge or so.
+    constexpr std::uint64_t k_of_root = sizeof(QuadRoot*) + sizeof(float) + sizeof(Vec3d);
+    const std::uint64_t bytes = mesh.halfedge_count() * k_of_root + ring_bytes(mesh);
+    if (context.max_memory_bytes != 0 && bytes > context.max_memory_bytes)
+        throw Error(ErrorCode::memory_limit,
+                    "the patch tree of " + std::to_string(mesh.halfedge_count()) + " corner cells needs " +
+                        std::to_string(bytes) + " bytes, more than the limit of " +
+                        std::to_string(context.max_memory_bytes) +
+                        "; cut up faces of very many corners and vertices of very many edges, or raise the limit");
+    first_step(context);
+    roots_ = decltype(roots_)(mesh.halfedge_count());
+}
+
+QuadPatches::~QuadPatches() { forget_trees(); }
+
+std::uint64_t QuadPatches::memory_bytes() const {
+    return roots_.size() * sizeof(roots_[0]) + first_.size() * sizeof(Vec3d) +
+           (half_sharpness_.size() + vertex_sharpness_.size()) * sizeof(float) + smooth_.size() + forgettable_bytes();
+}
+
+std::uint64_t QuadPatches::bytes_to_keep() const {
+    constexpr std::uint64_t k_least = 16 << 20, k_of_root = 256;
+    return std::max(k_least, k_of_root * roots_.size());
+}
+
+const QuadNode& QuadPatches::made_root(HalfedgeId root) const {
+    auto fresh = std::make_unique<QuadRoot>();
+    fresh->bytes = &tree_bytes_;
+    build_root(root, *fresh);
+    QuadRoot* known = nullptr;
+    if (!roots_[root.value].compare_exchange_strong(known, fresh.get(), std::memory_order_acq_rel)) return *known;
+    tree_bytes_.fetch_add(sizeof(QuadRoot) + fresh->own_bytes(), std::memory_order_relaxed);
+    return *fresh.release();
+}
+
+void QuadPatches::forget_tree(HalfedgeId root) const {
+    const std::unique_ptr<QuadRoot> tree(roots_[root.value].exchange(nullptr, std::memory_order_acquire));
+    if (!tree) return;
+    tree_bytes_.fetch_sub(sizeof(QuadRoot) + tree->grown_bytes(), std::memory_order_relaxed);
+    times_forgotten_.fetch_add(1, std::memory_order_relaxed);
+}
+
+void QuadPatches::forget_trees() const {
+    for_each_index(
+        static_cast<std::uint32_t>(roots_.size()),
+        [&](std::uint32_t root) { delete roots_[root].exchange(nullptr, std::memory_order_acquire); }, 1024);
+    tree_bytes_.store(0, std::memory_order_relaxed);
+    times_forgotten_.fetch_add(1, std::memory_order_relaxed);
+}
+
+void QuadPatches::first_step(const RunContext&) {
+    const ControlMesh& m = mesh_;
+    const std::uint32_t vertices = m.vertex_count(), edges = m.edge_count(), faces = m.face_count();
+    first_.resize(std::size_t{vertices} + edges + faces);
+    half_sharpness_.assign(m.halfedge_count(), 0.0f);
+    vertex_sharpness_.assign(vertices, 0.0f);
+    smooth_.assign(vertices, 0);
+    Vec3d* edge_points = first_.data() + vertices;
+    Vec3d* face_points = edge_points + edges;
+    const bool chaikin = m.crease_method() == CreaseMethod::chaikin;
+
+    for_each_index(faces, [&](std::uint32_t f) {
+        Vec3d sum(0);
+        const std::uint32_t size = m.face_size(FaceId(f)), h0 = m.face_halfedge(FaceId(f)).value;
+        for (std::uint32_t i = 0; i < size; ++i) sum += m.position(m.origin(HalfedgeId(h0 + i)));
+        face_points[f] = sum / static_cast<double>(size);
+    });
+
+    // Vertices: the tags of the halves at each vertex, and the vertex points.
+    for_each_block(vertices, k_default_grain, [&](std::uint32_t begin, std::uint32_t end) {
+        std::vector<float> sharp, child;
+        std::vector<Vec3d> neighbours;
+        for (std::uint32_t i = begin; i < end; ++i) {
+            const VertexId v(i);
+            const Vec3d p = m.position(v);
+            first_[i] = p;
+            if (m.is_isolated(v)) continue;
+            const HalfedgeId start = m.vertex_halfedge(v);
+            const bool boundary = !m.twin(start).valid();
+            sharp.clear();
+            neighbours.clear();
+            Vec3d edge_sum(0), face_sum(0);
+            HalfedgeId last = start;
+            bool any_sharp = m.sharpness(v) > 0;
+            std::uint32_t face_count = 0;
+            for (HalfedgeId h = start; h.valid();) {
+                const float s = m.sharpness(m.edge(h));
+                any_sharp |= s > 0;
+                sharp.push_back(s);
+                const Vec3d& e = m.position(m.target(h));
+                neighbours.push_back(e);
+                edge_sum += e;
+                face_sum += face_points[m.face(h).value];
+                ++face_count;
+                last = h;
+                h = m.ccw_outgoing(h);
+                if (h == start) break;
+            }
+            const double n = face_count;
+            if (!any_sharp && !boundary) {
+                first_[i] = (n - 2) / n * p + (edge_sum + face_sum) / (n * n);
+                smooth_[i] = 1;
+                continue;
+            }
+            if (boundary) {
+                sharp.push_back(m.sharpness(m.edge(m.prev(last))));
+                neighbours.push_back(m.position(m.origin(m.prev(last))));
+            }
+            child.resize(sharp.size());
+            for (std::size_t j = 0; j < sharp.size(); ++j)
+                child[j] = chaikin ? child_sharpness_chaikin(sharp[j], sharp) : child_sharpness(sharp[j]);
+            vertex_sharpness_[i] = child_sharpness(m.sharpness(v));
+            bool now_smooth = !boundary && vertex_sharpness_[i] == 0;
+            std::size_t j = 0;
+            for (HalfedgeId h = start; h.valid(); ++j) {
+                half_sharpness_[h.value] = child[j];
+                now_smooth &= child[j] == 0;
+                h = m.ccw_outgoing(h);
+                if (h == start) break;
+            }
+            smooth_[i] = now_smooth;
+            const VertexBlend blend = vertex_blend(sharp, m.sharpness(v), child, vertex_sharpness_[i]);
+            Vec3d point = blend.corner * p;
+            if (blend.smooth != 0) point += blend.smooth * ((n - 2) / n * p + (edge_sum + face_sum) / (n * n));
+            if (blend.crease.weight != 0)
+                point +=
+                    blend.crease.weight * (0.75 * p + 0.125 * (neighbours[static_cast<std::size_t>(blend.crease.a)] +
+                                                               neighbours[static_cast<std::size_t>(blend.crease.b)]));
+            first_[i] = point;
+        }
+    });
+
+    for_each_index(edges, [&](std::uint32_t e) {
+        const HalfedgeId h = m.edge_halfedge(EdgeId(e)), t = m.twin(h);
+        const Vec3d a = m.position(m.origin(h)), b = m.position(m.target(h));
+        const Vec3d crease = 0.5 * (a + b);
+        const float s = m.sharpness(EdgeId(e));
+        if (!t.valid() || s == k_sharpness_infinity) {
+            edge_points[e] = crease;
+            return;
+        }
+        const Vec3d smooth = 0.25 * (a + b + face_points[m.face(h).value] + face_points[m.face(t).value]);
+        const double w = s == 0 ? 0 : edge_crease_weight(s, half_sharpness_[h.value], half_sharpness_[t.value]);
+        edge_points[e] = w == 0 ? smooth : w * crease + (1 - w) * smooth;
+    });
+}
+
+void QuadPatches::gather_star(HalfedgeId h, detail::QuadStar& star) const {
+    const ControlMesh& m = mesh_;
+    const std::uint32_t n = m.face_valence(m.origin(h)), k = m.face_size(m.face(h));
+    star.resize(static_cast<int>(n), static_cast<int>(k));
+    Vec3d* out = star.points.data();
+    *out++ = vertex_point(m.origin(h));
+    HalfedgeId g = h;
+    for (std::uint32_t i = 0; i < n; ++i, g = m.ccw_outgoing(g)) *out++ = edge_point(g), *out++ = face_point(g);
+    *out++ = edge_point(m.prev(m.twin(h)));
+    g = m.next(h);
+    *out++ = vertex_point(m.origin(g));
+    for (std::uint32_t i = 2; i < k; ++i) *out++ = edge_point(g), g = m.next(g), *out++ = vertex_point(m.origin(g));
+    *out = edge_point(m.next(m.twin(m.prev(h))));
+}
+
+void QuadPatches::build_root(HalfedgeId h, QuadNode& node) const {
+    const ControlMesh& m = mesh_;
+    const HalfedgeId before = m.prev(h), t = m.twin(h);
+    const bool smooth = smooth_[m.origin(h).value] && t.valid() && m.twin(before).valid() &&
+                        half_sharpness_[t.value] == 0 && half_sharpness_[before.value] == 0;
+    if (!smooth) {
+        detail::GrowthScratch scratch;
+        return detail::classify(local_mesh(h, scratch.resource()), node);
+    }
+    detail::QuadStar star;
+    gather_star(h, star);
+    if (star.regular()) return star.put(node.net);
+    star.find_limit();
+    node.adopt(std::make_unique<detail::QuadStar>(std::move(star)));
+}
+
+QuadLocalMesh QuadPatches::local_mesh(HalfedgeId h, std::pmr::memory_resource* memory) const {
+    const ControlMesh& m = mesh_;
+    // The level-1 quads Q(g) that touch Q(h): around its vertex, in its face, and beyond its two edge points.
+    std::vector<HalfedgeId> parts;
+    parts.reserve(32);
+    parts.push_back(h);
+    detail::FirstSeen part_numbers;
+    part_numbers.number(h.value);
+    const auto add = [&](HalfedgeId g) {
+        if (part_numbers.number(g.value) == parts.size()) parts.push_back(g);
+    };
+    const HalfedgeId start = m.vertex_halfedge(m.origin(h));
+    for (HalfedgeId g = start; g.valid();) {
+        add(g);
+        g = m.ccw_outgoing(g);
+        if (g == start) break;
+    }
+    for (HalfedgeId g = m.next(h); g != h; g = m.next(g)) add(g);
+    if (const HalfedgeId t = m.twin(h); t.valid()) add(t);
+    if (const HalfedgeId p = m.twin(m.prev(h)); p.valid()) add(m.next(p));
+
+    const auto find = [&](HalfedgeId g) -> std::uint32_t {
+        const std::uint32_t i = part_numbers.find(g.value);
+        return i == detail::FirstSeen::none ? QuadLocalMesh::none : i;
+    };
+    QuadLocalMesh out(memory);
+    out.points.reserve(3 * parts.size() + 4);
+    out.chaikin = m.crease_method() == CreaseMethod::chaikin;
+    detail::FirstSeen keys;  // numbers into first_, in order of use
+    const auto use = [&](std::uint32_t key) {
+        const std::uint32_t i = keys.number(key);
+        if (i == out.points.size()) out.points.push_back(first_[key]);
+        return i;
+    };
+    const std::uint32_t edge_base = m.vertex_count(), face_base = edge_base + m.edge_count();
+    out.faces.resize(parts.size());
+    out.twin.assign(4 * parts.size(), QuadLocalMesh::none);
+    out.sharpness.assign(4 * parts.size(), 0.0f);
+    if (out.chaikin) out.far_half.assign(4 * parts.size(), 0.0f);
+    const auto halves_at = [&](HalfedgeId g) {
+        std::vector<float> halves;
+        const HalfedgeId first = m.vertex_halfedge(m.origin(g));
+        for (HalfedgeId e = first; e.valid();) {
+            halves.push_back(half_sharpness_[e.value]);
+            e = m.ccw_outgoing(e);
+            if (e == first) break;
+        }
+        return halves;
+    };
+    for (std::uint32_t i = 0; i < parts.size(); ++i) {
+        const HalfedgeId g = parts[i], back = m.prev(g);
+        out.faces[i] = {use(m.origin(g).value), use(edge_base + m.edge(g).value), use(face_base + m.face(g).value),
+                        use(edge_base + m.edge(back).value)};
+        const auto link = [&](std::uint32_t j, HalfedgeId other, std::uint32_t k) {
+            if (!other.valid()) return;
+            if (const std::uint32_t q = find(other); q != QuadLocalMesh::none) out.twin[4 * i + j] = 4 * q + k;
+        };
+        const HalfedgeId tg = m.twin(g), tb = m.twin(back);
+        link(0, tg.valid() ? m.next(tg) : HalfedgeId{}, 3);
+        link(3, tb, 0);
+        link(1, m.next(g), 2);
+        link(2, back, 1);
+        out.sharpness[4 * i] = tg.valid() ? half_sharpness_[g.value] : k_sharpness_infinity;
+        out.sharpness[4 * i + 3] = tb.valid() ? half_sharpness_[tb.value] : k_sharpness_infinity;
+        if (!out.chaikin) continue;
+        if (g == start) out.first_half = 4 * i;
+        if (tg.valid()) {
+            const float halves[2] = {half_sharpness_[g.value], half_sharpness_[tg.value]};
+            out.far_half[4 * i] = child_sharpness_chaikin(halves[0], halves);
+        }
+        if (tb.valid()) out.far_half[4 * i + 3] = child_sharpness_chaikin(half_sharpness_[tb.value], halves_at(g));
+    }
+    out.corner_sharpness[0] = vertex_sharpness_[m.origin(h).value];
+    return out;
+}
+
+SurfacePoint QuadPatches::corner_limit(const QuadNode& node, int corner) {
+    assert(node.kind != QuadNode::Kind::regular);
+    detail::GrowthScratch scratch;
+    RingShape shape;
+    std::pmr::vector<Vec3d> ring(scratch.resource());
+    if (node.kind == QuadNode::Kind::star) {
+        const detail::QuadStar& star = *node.star;
+        shape.faces = star.valence;
+        shape.sharp.assign(static_cast<std::size_t>(star.valence), 0);
+        ring.assign(star.points.begin(), star.points.begin() + 2 * star.valence + 1);
+    } else {
+        const QuadLocalMesh& local = *node.local;
+        const detail::CornerFan fan = detail::corner_fan(local, corner, scratch.resource());
+        detail::CornerRing around{detail::fan_ring(local, fan), detail::fan_sharpness(local, fan),
+                                  local.corner_sharpness[static_cast<std::size_t>(corner)], fan.boundary};
+        if (local.chaikin && !around.stationary()) {
+            const QuadNode* children = node.grown();
+            const QuadNode& child = children[2 * detail::k_corner_y[corner] + detail::k_corner_x[corner]];
+            if (child.kind != QuadNode::Kind::regular) return corner_limit(child, corner);
+            SurfacePoint point;
+            Weights4 wx[3], wy[3];
+            regular_basis(child.crease, detail::k_corner_x[corner], detail::k_corner_y[corner], wx, wy);
+            point.position = combine(child.net, wx[0], wy[0]);
+            point.du = combine(child.net, wx[1], wy[0]);
+            point.dv = combine(child.net, wx[0], wy[1]);
+            point.has_second = point.has_derivatives = false;
+            point.normal = unit_or_zero(glm::cross(point.du, point.dv));
+            return point;
+        }
+        while (!around.stationary()) around.refine();
+        shape.faces = static_cast<int>(fan.faces());
+        shape.boundary = fan.boundary;
+        shape.corner = around.own != 0;
+        for (float s : around.sharp) shape.sharp.push_back(s != 0);
+        ring = std::move(around.points);
+    }
+    const RingLimit& limit = ring_limit(SchemeKind::catmull_clark, shape);
+    SurfacePoint point;
+    point.has_second = point.has_derivatives = false;
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+        point.position += limit.position[i] * ring[i];
+        point.du += limit.tangent1[i] * ring[i];
+        point.dv += limit.tangent2[i] * ring[i];
+    }
+    point.normal = limit_normal(SchemeKind::catmull_clark, shape, limit, ring);
+    return point;
+}
+
+Vec3d QuadPatches::limit(HalfedgeId root, LatticePoint at, int level) const {
+    const double step = std::ldexp(1.0, -level);
+    return position(root_node(root), at.x * step, at.y * step);
+}
+
+void QuadPatches::limits(std::span<const Site> sites, std::span<Vec3d> out) const {
+    for (std::size_t i = 0; i < sites.size(); ++i) out[i] = limit(sites[i].root, sites[i].at, sites[i].level);
+}
+
+namespace {
+/// The point of an irregular cell at (x, y), where it is one of the nine that the cell keeps.
+std::optional<Vec3d> kept_point(const QuadNode& node, double x, double y) {
+    const double column = 2 * x, row = 2 * y;
+    const int i = static_cast<int>(column), j = static_cast<int>(row);
+    if (column != i || row != j) {
+        if (node.depth <= k_deepest_cell) return std::nullopt;
+        return node.points()[static_cast<std::size_t>((y < 0.5 ? 0 : 6) + (x < 0.5 ? 0 : 2))];
+    }
+    // A star's corners are known before it grows.
+    if (node.kind == QuadNode::Kind::star && i != 1 && j != 1) return node.corner(j == 0 ? i / 2 : 3 - i / 2);
+    return node.points()[static_cast<std::size_t>(3 * j + i)];
+}
+}  // namespace
+
+Vec3d QuadPatches::position(const QuadNode& cell, double x, double y) {
+    const QuadNode* node = &cell;
+    while (node->kind != QuadNode::Kind::regular) {
+        if (const auto kept = kept_point(*node, x, y)) return *kept;
+        const int qx = x >= 0.5, qy = y >= 0.5;
+        x = 2 * x - qx, y = 2 * y - qy;
+        node = node->grown() + 2 * qy + qx;
+    }
+    return regular_position(node->net, node->crease, x, y);
+}
+
+SurfacePoint QuadPatches::evaluate(HalfedgeId root, double x, double y, bool second) const {
+    const QuadNode* node = &root_node(root);
+    std::optional<Vec3d> kept;  // the same bits as position()
+    double scale = 1;
+    while (node->kind != QuadNode::Kind::regular) {
+        if (!kept) kept = kept_point(*node, x, y);
+        const bool edge_x = x == 0 || x == 1, edge_y = y == 0 || y == 1;
+        if ((edge_x && edge_y) || node->depth > k_deepest_cell) {
+            const int corner = y < 0.5 ? (x < 0.5 ? 0 : 1) : (x < 0.5 ? 3 : 2);
+            if (node->kind == QuadNode::Kind::generic || corner == node->turn) {
+                SurfacePoint point = corner_limit(*node, corner);
+                point.position = *kept;
+                return point;
+            }
+        }
+        const int qx = x >= 0.5, qy = y >= 0.5;
+        x = 2 * x - qx, y = 2 * y - qy;
+        scale *= 2;
+        node = node->grown() + 2 * qy + qx;
+    }
+    Weights4 wx[3], wy[3];
+    regular_basis(node->crease, x, y, wx, wy);
+    SurfacePoint point;
+    const detail::NetTangents tangents = detail::combine_tangents(node->net, wx, wy);
+    point.position = kept ? *kept : tangents.position;
+    point.du = scale * tangents.du;
+    point.dv = scale * tangents.dv;
+    point.has_second = second;
+    point.normal = unit_or_zero(glm::cross(point.du, point.dv));
+    if (!second) return point;
+    point.duu = scale * scale * combine(node->net, wx[2], wy[0]);
+    point.duv = scale * scale * combine(node->net, wx[1], wy[1]);
+    point.dvv = scale * scale * combine(node->net, wx[0], wy[2]);
+    return point;
+}
+
+}  // namespace tetrakis

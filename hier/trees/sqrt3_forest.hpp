@@ -1,0 +1,266 @@
+#pragma once
+
+#include "../base/ids.hpp"
+#include "../base/memory.hpp"
+#include "../forest/forest_change.hpp"
+#include "sqrt3_lattice.hpp"
+
+#include <array>
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace tetrakis {
+
+/// A face of a level of sqrt(3) refinement (Sqrt3Lattice).
+struct Sqrt3Face {
+    std::uint8_t level = 0;
+    std::uint64_t face = 0;
+    friend constexpr auto operator<=>(const Sqrt3Face&, const Sqrt3Face&) = default;
+};
+
+/// A triangle of an adaptive sqrt(3) mesh by name: the face `face` of level `level`; or, where `half`, the part that is
+/// there of it before the face beyond is split, as a triangle of its own (Sqrt3Leaf, where it has the level before).
+struct Sqrt3Triangle {
+    std::uint8_t level = 0;
+    bool half = false;
+    std::uint64_t face = 0;
+    /// O(level).
+    Sqrt3Leaf leaf() const {
+        return {static_cast<std::uint8_t>(half ? level - 1 : level), half, face, Sqrt3Lattice::root(level, face)};
+    }
+    friend constexpr bool operator==(const Sqrt3Triangle&, const Sqrt3Triangle&) = default;
+};
+
+/// Adaptive sqrt(3) refinement (Kobbelt 2000, section 5, adaptive refinement): faces are split by a point inside, and
+/// an edge is flipped as soon as both its faces are split. The flipped triangle is a face of the next level, which can
+/// be split itself. So a face is there when the faces on both sides of the edge it lies across are split, and the mesh
+/// is conforming and graded. Edges that are not flipped (Sqrt3Lattice: boundary, creases, kept ones) are cut in three
+/// by every second step: there both faces of an edge inside are split together, as partners.
+///
+/// Splitting a triangle puts three in its place, over its edges: a half one where the triangle beyond the edge is
+/// whole, else a whole one, and there the half one of the triangle beyond becomes whole, too. Splitting a half triangle
+/// is to split the triangle beyond its edge. What a split has changed is its group: its three triangles, and those that
+/// became whole beyond its edges. Where it cuts an edge, which it does from both sides, the group is that of both.
+///
+/// Storage: some 32 bytes a leaf. Slots: face r is slot
+/// r, those over the edges of the k-th split triangle are F + 3 k + side. Const calls are safe from several threads.
+class Sqrt3Forest {
+  public:
+    /// The control faces as leaves, but for holes. Keeps a reference.
+    /// @param kept    as Sqrt3Lattice takes it
+    /// @throws Error  unsupported: other faces than triangles
+    explicit Sqrt3Forest(const ControlMesh& mesh, const std::function<bool(EdgeId)>& kept = {});
+    explicit Sqrt3Forest(const ControlMesh&&, const std::function<bool(EdgeId)>& = {}) = delete;
+
+    const ControlMesh& mesh() const { return lattice_.mesh(); }
+    /// Remembers nothing: to be copied where it is used.
+    const Sqrt3Lattice& lattice() const { return lattice_; }
+    /// Triangles of this level cannot be split.
+    int max_level() const { return max_level_; }
+    /// Leaves are numbered below this; not all of these numbers are leaves.
+    std::uint32_t leaf_slots() const { return static_cast<std::uint32_t>(child_.size()); }
+    std::uint32_t leaf_count() const { return root_leaves_ + 2 * split_count(); }
+    /// Each split adds two leaves, on the boundary, too.
+    std::uint32_t split_count() const { return static_cast<std::uint32_t>(records_.size() - free_records_.size()); }
+    bool is_leaf(LeafId leaf) const { return leaf.value < child_.size() && is_leaf_slot(leaf.value); }
+    Sqrt3Triangle triangle(LeafId leaf) const { return triangle_of(leaf.value); }
+    /// The same without its face.
+    int level(LeafId leaf) const { return level_of(leaf.value); }
+    bool is_half(LeafId leaf) const { return child_[leaf.value] == k_half; }
+    /// Those of any triangle, counter-clockwise. O(level).
+    std::array<Sqrt3Vertex, 3> corners(const Sqrt3Triangle& triangle) const;
+    /// Those of a leaf.
+    std::array<PointId, 3> points(LeafId leaf) const;
+    /// Of a point of the mesh.
+    Sqrt3Vertex vertex(PointId point) const;
+    /// The number of a vertex of the mesh, which it keeps while it exists; below point_slots().
+    PointId point(const Sqrt3Vertex& vertex) const;
+    std::uint32_t point_slots() const {
+        return mesh().vertex_count() + 2 * static_cast<std::uint32_t>(records_.size());
+    }
+    /// The leaf across the side from corner `side` to the next one; invalid at the boundary. O(level).
+    LeafId neighbour(LeafId leaf, int side) const;
+    /// By control face, then by where they come from: depth first.
+    std::vector<LeafId> ordered_leaves() const;
+    /// Calls visit(leaf, control face) in this order.
+    template <class Visit>
+    void for_each_leaf(Visit&& visit) const {
+        for (std::uint32_t root = 0; root < mesh().face_count(); ++root)
+            if (child_[root] != k_dead) visit_below(root, FaceId(root), visit);
+    }
+    std::vector<Sqrt3Leaf> leaves() const;
+    /// By control face that they lie in (on an edge of two: whose number they have), there along a Z-order curve
+    /// (Morton 1966) through the grid that the levels cut it into. Depends on the set of leaves alone. O(leaves).
+    std::vector<LeafId> leaves_on_curve() const;
+    /// The leaf that is this triangle; invalid if none is. O(level).
+    LeafId find(const Sqrt3Triangle& triangle) const;
+    /// Whether a vertex is one of sqrt(3) refinement of this mesh.
+    bool is_vertex(const Sqrt3Vertex& vertex) const;
+
+    using Changed = std::vector<std::pair<LeafId, Sqrt3Triangle>>;
+    /// Splits the marked leaves, and what else has to be split. All or nothing.
+    /// @param change   receives the new leaves: those over the edges of split triangles, the coarsest first, then those
+    ///                 that became whole
+    /// @param removed  receives the leaves that are none any more or became whole, as they were; nullptr: nobody asks
+    /// @throws Error   invalid_input: a handle is no leaf; memory_limit. The forest is then unchanged.
+    void refine(std::span<const LeafId> marked, ForestChange& change, Changed* removed = nullptr);
+    /// How many triangles refine() of this leaf would split.
+    std::size_t splits_for(LeafId leaf);
+    /// Undoes the splits whose three triangles (of both sides of an edge that they cut: six) are all marked, where
+    /// their groups are leaves.
+    /// @param change   receives the triangles that are leaves again, then those that are half again
+    /// @param removed  receives those of the latter that were not marked, as they were
+    /// @throws Error   invalid_input: a handle is no leaf. The forest is then unchanged.
+    void coarsen(std::span<const LeafId> marked, ForestChange& change, Changed& removed);
+    /// The three triangles (beside an edge that was cut: six) of a split that the leaf is of and that can be undone,
+    /// as all of its group are leaves: of the one that it is over an edge of, else of the triangle beyond. Empty if
+    /// there is none.
+    std::vector<LeafId> group(LeafId leaf) const;
+
+    // Faces of all levels by their slots, as far as they are there; their half-edges are 3 slot + side.
+
+    static constexpr std::uint32_t k_no_halfedge = 0xFFFF'FFFEu;  ///< none or more: no half-edge
+    static std::uint32_t next(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+    static std::uint32_t prev(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
+    /// Whether the face of a slot is split.
+    bool is_split(std::uint32_t slot) const { return child_[slot] < k_half_now; }
+    /// Whether a slot is a face of its level: split, or a whole triangle.
+    bool is_face(std::uint32_t slot) const { return is_split(slot) || child_[slot] == k_whole; }
+    /// The slot over a half-edge of a split face.
+    std::uint32_t child_over(std::uint32_t h) const { return first_child(child_[h / 3]) + h % 3; }
+    /// Across a flipped edge, or one that will be when both its faces are split: the face there may have become half.
+    /// None at the boundary, creases (also those that have become smooth) and kept edges.
+    std::uint32_t twin(std::uint32_t h) const { return across_[h]; }
+    /// The point over a half-edge of a split face, as Sqrt3Lattice::apex() has it.
+    std::uint32_t apex(std::uint32_t h) const {
+        return is_cut(h / 3) ? cut_apex(h) : mesh().vertex_count() + 2 * child_[h / 3];
+    }
+    /// Whether splitting this face cuts its first edge (Sqrt3Lattice).
+    bool is_cut(std::uint32_t slot) const {
+        return has_kept_ && across_[3 * slot] == k_kept && level_of(slot) % 2 != 0;
+    }
+
+    std::optional<std::string> check() const;
+    std::uint64_t memory_bytes() const;
+    /// Gives back the memory that the next change would use again, but for that of free slots: what remains
+    /// keeps its numbers. O(leaves).
+    void shrink();
+    /// Whether there are any.
+    bool has_free_slots() const { return !free_records_.empty(); }
+
+  private:
+    class CurveWalk;
+
+    // child_: the record of a split triangle, or one of these.
+    static constexpr std::uint32_t k_whole = 0xFFFF'FFFFu, k_half = 0xFFFF'FFFEu, k_dead = 0xFFFF'FFFDu;
+    static constexpr std::uint32_t k_whole_now = 0xFFFF'FFFCu, k_half_now = 0xFFFF'FFFBu;  // since the call began
+    static constexpr std::uint32_t k_no_slot = 0xFFFF'FFFFu;
+    // across_: a half-edge, 3 slot + side, or one of these.
+    static constexpr std::uint32_t k_kept = 0xFFFF'FFFFu;    // the edge is not flipped: boundary, creases, kept ones
+    static constexpr std::uint32_t k_apart = k_no_halfedge;  // the face beyond has no slot
+    static constexpr std::uint32_t k_max_slots = (k_apart - 1) / 3;
+
+    /// A split triangle.
+    struct Record {
+        std::uint64_t face;
+        std::uint32_t slot;
+        std::uint8_t level;
+        bool live;
+    };
+    static_assert(sizeof(Record) == 16);
+
+    bool is_leaf_slot(std::uint32_t slot) const { return child_[slot] == k_whole || child_[slot] == k_half; }
+    std::uint32_t first_child(std::uint32_t record) const { return mesh().face_count() + 3 * record; }
+    template <class Visit>
+    void visit_below(std::uint32_t slot, FaceId root, Visit& visit) const {
+        if (!is_split(slot)) return visit(LeafId(slot), root);
+        for (std::uint32_t side = 0; side < 3; ++side) visit_below(child_over(3 * slot + side), root, visit);
+    }
+    void require_leaves(std::span<const LeafId> leaves) const;
+    std::uint32_t slot_of(int level, std::uint64_t face) const;
+    bool is_split(int level, std::uint64_t face) const {
+        const std::uint32_t slot = slot_of(level, face);
+        return slot != k_no_slot && is_split(slot);
+    }
+    Sqrt3Triangle triangle_of(std::uint32_t slot) const {
+        const std::uint32_t roots = mesh().face_count();
+        if (slot < roots) return {0, false, slot};
+        const std::uint32_t child = slot - roots;
+        const Record& record = records_[child / 3];
+        return {static_cast<std::uint8_t>(record.level + 1), child_[slot] == k_half, 3 * record.face + child % 3};
+    }
+    LeafId leaf_with(Sqrt3Lattice& lattice, int level, std::uint64_t h) const;
+    /// Slots whose triangles a split has changed, its own first; none where they are not all leaves.
+    struct Group {
+        std::vector<std::uint32_t> slots;
+        std::size_t own = 0;
+    };
+    Group group_of(Sqrt3Lattice& lattice, std::uint32_t record) const;
+    std::uint32_t record_beyond(std::uint32_t slot) const;
+    /// A face to be split.
+    struct Wanted {
+        Sqrt3Face face;
+        std::uint32_t slot;  ///< k_no_slot: not known yet
+        friend bool operator<(const Wanted& a, const Wanted& b) { return a.face < b.face; }
+        friend bool operator==(const Wanted& a, const Wanted& b) { return a.face == b.face; }
+    };
+    using Twins = std::array<std::uint64_t, 3>;
+    void add_needed(const Sqrt3Face& face, detail::PoolVector<Wanted>& result);
+    detail::PoolVector<Wanted> wanted(std::span<const LeafId> marked);
+    std::uint32_t split(const Wanted& wanted, const Twins* twins, detail::PoolVector<LeafId>& whole, Changed* removed);
+
+    /// The half-edge of its split face that a slot stands over.
+    std::uint32_t over(std::uint32_t slot) const {
+        const std::uint32_t child = slot - mesh().face_count();
+        return 3 * records_[child / 3].slot + child % 3;
+    }
+    int level_of(std::uint32_t slot) const {
+        const std::uint32_t roots = mesh().face_count();
+        return slot < roots ? 0 : records_[(slot - roots) / 3].level + 1;
+    }
+    std::uint32_t beyond(std::uint32_t h, std::uint64_t twin) const;
+    std::uint32_t across(std::uint32_t h) const {
+        const std::uint32_t twin = across_[h];
+        return twin != k_kept || !lattice_.has_lines() ? twin : beyond(h);
+    }
+    std::uint32_t beyond(std::uint32_t h) const;
+    std::uint32_t origin(std::uint32_t h) const;
+    std::uint32_t cut_apex(std::uint32_t h) const;
+    void link(std::uint32_t h, std::uint32_t twin);
+    void keep(std::uint32_t h);
+    void flip(std::uint32_t h, std::uint32_t twin);
+    void link_first(std::uint32_t slot, std::uint32_t beyond);
+    void unlink(std::uint32_t slot);
+    void forget_twins();
+    std::optional<std::string> check_links(Sqrt3Lattice& lattice, std::uint32_t record) const;
+
+    Sqrt3Lattice lattice_;
+    int max_level_ = 0;
+    std::uint32_t root_leaves_ = 0;             // faces outside holes
+    detail::PoolVector<std::uint32_t> child_;   // per slot
+    detail::PoolVector<std::uint32_t> across_;  // per half-edge of the face that a slot is, or is half of
+    bool has_kept_ = false;                     // whether there are edges that are not flipped
+    detail::PoolVector<Record> records_;
+    detail::PoolVector<std::uint32_t> free_records_;
+    struct Shared {
+        explicit Shared(const Sqrt3Lattice& from) : lattice(from) {}
+        Shared(const Shared& other) : lattice(other.lattice) {}
+        Shared& operator=(const Shared& other) {
+            lattice = other.lattice;
+            return *this;
+        }
+        std::recursive_mutex mutex;  // a call that holds it may make another that asks for it
+        Sqrt3Lattice lattice;        // remembers twins
+    };
+    mutable Shared shared_;
+};
+
+}  // namespace tetrakis

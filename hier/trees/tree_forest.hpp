@@ -1,0 +1,221 @@
+#pragma once
+
+#include "../base/ids.hpp"
+#include "../base/memory.hpp"
+#include "../forest/forest_change.hpp"
+#include "../forest/site.hpp"
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace tetrakis {
+
+/// Where a node of a tree lies, and what its rule says about that.
+struct TreeFrame {
+    std::uint32_t root = 0;
+    LatticePoint at;  ///< corner 0, at the node's level
+    std::uint8_t level = 0;
+    std::uint8_t flags = 0;  ///< of the rule
+};
+
+/// Restricted quadtrees: a node of 3 or 4 sides is split into four children, and leaves that share a side (or part of
+/// it) differ by at most one level. A rule says what the nodes are. It has
+///   k_sides, k_name, k_midpoints     number of sides; what messages call a node; whether split sides have points
+///   k_creases                        whether there are sides whose two sides are split and merged together
+///   inside(child, side)              the sibling across a child's side, and its side; child 4 on the parent's sides.
+///                                    A parent's side s has the children s and s + 1 beside it
+///   child_frame(parent, child)       where a child lies
+///   root_count(), has_root(root), root_frame(root), root_link(root, side)
+///   root_corners, child_corners, midpoint_site      with k_midpoints: of the points
+///   memory_bytes()
+///
+/// Storage: a record per split node, which is a third of the leaves, and 5 bytes per node. Slots: root r is slot r, the
+/// children of record k are slots R + 4 k to R + 4 k + 3. Slots are used again after a merge.
+template <class Rule>
+class TreeForest {
+  public:
+    static constexpr int k_sides = Rule::k_sides;
+
+    /// Leaves are numbered below this; not all of these numbers are leaves.
+    std::uint32_t leaf_slots() const { return static_cast<std::uint32_t>(child_.size()); }
+    bool is_leaf(LeafId leaf) const { return leaf.value < child_.size() && child_[leaf.value] == k_unsplit; }
+    std::uint32_t leaf_count() const { return leaf_count_; }
+    int level(LeafId leaf) const { return is_root(leaf.value) ? 0 : records_[record_of(leaf.value)].frame.level + 1; }
+    /// The children taken from the root, two bits each, the first in the most significant of 2 level(leaf) bits.
+    /// O(level).
+    std::uint64_t path(LeafId leaf) const;
+    /// The split node whose child this leaf is; invalid for a root. Its slot is no leaf's now.
+    LeafId parent(LeafId leaf) const {
+        return is_root(leaf.value) ? LeafId{} : LeafId(records_[record_of(leaf.value)].parent);
+    }
+    /// The leaves across a side: none (both invalid) where the surface ends or a crease runs, two where they are finer
+    /// (in the order along the side), else one.
+    std::array<LeafId, 2> neighbours(LeafId leaf, int side) const;
+    /// All leaves by root, then by path, child 0 first. O(leaves), parallel.
+    std::vector<LeafId> ordered_leaves() const;
+
+    /// Splits the marked leaves and whatever the rule of levels makes necessary, each once: the smallest such
+    /// refinement. Along creases the leaves of the other sides are split as well.
+    /// @param marked   leaves in any order; repetitions do no harm
+    /// @throws Error   invalid_input: a handle is no leaf; unsupported: a marked leaf is at level k_max_level;
+    ///                 memory_limit: more than 2^32 nodes. The forest is then unchanged.
+    /// Cost: O(nodes split), about 50 ns per created leaf on one thread (large batches); parallel. The result
+    /// (slots and points included) depends on the set of marked leaves and the calls before, on nothing else.
+    void refine(std::span<const LeafId> marked, ForestChange& change);
+
+    /// The leaf and its three siblings, and those with the same parent on the other sides of creases, if they are
+    /// leaves whose merge leaves the rule of levels true; else empty.
+    std::vector<LeafId> mergeable_siblings(LeafId leaf) const;
+    /// Merges as many of the groups of siblings that are marked completely as the rule of levels allows, all at once
+    /// (of two merges one may need the other): the exact inverse of refine(). Points that nobody uses any more go.
+    /// @throws Error   invalid_input: a handle is no leaf. The forest is then unchanged.
+    void coarsen(std::span<const LeafId> marked, ForestChange& change);
+
+    /// Bytes allocated.
+    std::uint64_t memory_bytes() const;
+    /// Gives back the memory that the next change would use again, but for that of free slots and points: what remains
+    /// keeps its numbers. O(leaves).
+    void shrink();
+    /// Whether there are any.
+    bool has_free_slots() const { return !free_records_.empty() || !free_points_.empty(); }
+
+  protected:
+    // Values of child_ besides record numbers.
+    static constexpr std::uint32_t k_unsplit = 0xFFFF'FFFFu;  // a leaf
+    static constexpr std::uint32_t k_dead = 0xFFFF'FFFEu;     // a hole, or a child of a record that is not in use
+    // Values of slots and links besides numbers.
+    static constexpr std::uint32_t k_coarser = 0xFFFF'FFFEu;   // there is no node, or record, of this level
+    static constexpr std::uint32_t k_boundary = 0xFFFF'FFFFu;  // the surface ends
+    // Largest number of slots: record numbers share their 32 bits with a side in links.
+    static constexpr std::uint64_t k_max_slots = 0xFFFF'FFF0u;
+
+    /// A split node.
+    struct Record {
+        std::array<std::uint32_t, k_sides> link;  // across side s: 4 * record + its side; k_coarser, k_boundary
+        std::uint32_t parent;                     // the node's slot
+        TreeFrame frame;                          // of the node, not of its children
+        [[no_unique_address]] typename Rule::Points point;  // its corners, then the midpoints of its sides
+    };
+    struct Across {
+        std::uint32_t slot;  // the node of the same level across a side; or k_coarser, k_boundary
+        int side;            // that side, seen from there
+    };
+
+    explicit TreeForest(Rule rule);
+
+    static constexpr int next_side(int side) { return side + 1 == k_sides ? 0 : side + 1; }
+    bool is_split(std::uint32_t slot) const { return child_[slot] < k_dead; }
+    bool is_root(std::uint32_t slot) const { return slot < root_count_; }
+    std::uint32_t first_child(std::uint32_t record) const { return root_count_ + 4 * record; }
+    std::uint32_t record_of(std::uint32_t slot) const { return (slot - root_count_) / 4; }
+    int number(std::uint32_t slot) const { return static_cast<int>((slot - root_count_) % 4); }
+    std::uint32_t root_of(std::uint32_t slot) const {
+        return is_root(slot) ? slot : records_[record_of(slot)].frame.root;
+    }
+    TreeFrame frame(std::uint32_t slot) const {
+        return is_root(slot) ? rule_.root_frame(slot)
+                             : Rule::child_frame(records_[record_of(slot)].frame, number(slot));
+    }
+    /// The node beyond a side, on the crease's other side where one runs along it.
+    Across beyond(std::uint32_t slot, int side) const;
+    /// The same, but for creases, which are boundaries here.
+    Across across(std::uint32_t slot, int side) const {
+        return is_crease(slot, side) ? Across{k_boundary, 0} : beyond(slot, side);
+    }
+    /// Whether a crease runs along the side.
+    bool is_crease(std::uint32_t slot, int side) const { return (creases(slot) >> side & 1) != 0; }
+    unsigned creases(std::uint32_t slot) const {
+        if constexpr (!Rule::k_creases) return 0;
+        return frame(slot).flags;
+    }
+    static unsigned creases(const Record& record) { return Rule::k_creases ? record.frame.flags : 0u; }
+    /// Calls visit(slot) for the nodes on the other sides of the creases that run along the node's sides, from side to
+    /// side around the vertex where these end, or both ways to where that ends.
+    template <class Visit>
+    void for_each_other_side(std::uint32_t slot, Visit&& visit) const;
+    /// With points: the corners of a node, and the midpoint of a side if it hangs there, else none.
+    std::array<std::uint32_t, 3> corners(std::uint32_t slot) const requires Rule::k_midpoints {
+        return is_root(slot) ? rule_.root_corners(slot)
+                             : Rule::child_corners(records_[record_of(slot)].point, number(slot));
+    }
+    std::uint32_t hanging_point(std::uint32_t slot, int side) const requires Rule::k_midpoints {
+        const Across next = beyond(slot, side);
+        if (next.slot >= k_coarser || !is_split(next.slot)) return PointId::none;
+        return records_[child_[next.slot]].point[3 + next.side];
+    }
+    /// Parts of the leaves in order, one after the other.
+    std::vector<detail::PoolVector<std::uint32_t>> leaf_runs() const;
+
+    Rule rule_;
+    std::uint32_t root_count_ = 0, leaf_count_ = 0, point_count_ = 0;
+    detail::PoolVector<std::uint32_t> child_;  // per slot: its record, or k_unsplit, k_dead
+    detail::PoolVector<Record> records_;
+    detail::PoolVector<Site> sites_;  // per point, canonical; no root: not in use
+    std::vector<std::uint32_t> free_records_, free_points_;
+    detail::PoolVector<std::uint8_t> marks_;  // per slot: will be split, or (being split) merged; zero between calls
+
+  private:
+    /// What refine() finds out about one split before it writes anything.
+    struct PlannedSplit {
+        std::array<std::uint32_t, k_sides> neighbour;  // slots, or k_coarser, k_boundary
+        std::array<std::uint8_t, k_sides> side;        // those sides seen from there
+        std::uint8_t owned, reshaped;  // sides whose midpoint is new and ours; whose neighbour we report
+        std::uint32_t first_point, first_reshaped;
+    };
+
+    void require_leaves(std::span<const LeafId> leaves) const;
+    bool mark(std::uint32_t slot);
+    void close_around(std::uint32_t slot, detail::PoolVector<std::uint32_t>& found);
+    void mark_closure(std::span<const LeafId> marked, detail::PoolVector<std::uint32_t>& splits);
+    PlannedSplit plan(std::uint32_t slot) const;
+    void write_record(std::uint32_t record, std::uint32_t slot, const PlannedSplit& planned,
+                      std::uint32_t first_free_point);
+    void link_record(std::uint32_t record, const PlannedSplit& planned);
+    bool has_finer_beside(const Record& record) const;
+    bool blocks_merge(const Record& record) const;
+    void keep_largest_mergeable(std::span<const std::uint32_t> records);
+    void remove_records(std::span<const std::uint32_t> going);
+    void append_leaves(std::uint32_t slot, detail::PoolVector<std::uint32_t>& run) const;
+};
+
+// Inline: refinement and output spend most of their time here.
+
+template <class Rule>
+inline typename TreeForest<Rule>::Across TreeForest<Rule>::beyond(std::uint32_t slot, int side) const {
+    if (is_root(slot)) {
+        const std::uint32_t link = rule_.root_link(slot, side);
+        return link == k_boundary ? Across{k_boundary, 0} : Across{link / 4, static_cast<int>(link % 4)};
+    }
+    const std::uint32_t record = record_of(slot);
+    const int child = number(slot);
+    const auto [sibling, its_side] = Rule::inside(child, side);
+    if (sibling < 4) return {first_child(record) + static_cast<std::uint32_t>(sibling), its_side};
+    const std::uint32_t link = records_[record].link[side];
+    if (link >= k_coarser) return {link, 0};
+    // Side s has the children s and s + 1 beside it; from the other side they come in the opposite order.
+    const int other = static_cast<int>(link % 4);
+    return {first_child(link / 4) + static_cast<std::uint32_t>(child == side ? next_side(other) : other), other};
+}
+
+template <class Rule>
+template <class Visit>
+void TreeForest<Rule>::for_each_other_side(std::uint32_t slot, Visit&& visit) const {
+    if (creases(slot) == 0) return;
+    for (int side = 0; side < k_sides; ++side) {
+        int out = side;
+        for (std::uint32_t at = slot; out >= 0 && is_crease(at, out);) {
+            const Across next = beyond(at, out);
+            if (next.slot == slot) return;
+            visit(next.slot);
+            at = next.slot;
+            const unsigned other = creases(at) & ~(1u << next.side);
+            out = other == 0 ? -1 : std::countr_zero(other);
+        }
+    }
+}
+
+}  // namespace tetrakis

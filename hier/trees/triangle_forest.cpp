@@ -1,0 +1,194 @@
+#include "triangle_forest.hpp"
+
+#include "../base/memory.hpp"
+#include "../base/parallel.hpp"
+#include "../forest/point_numbers.hpp"
+#include "tree_forest_change.hpp"
+
+#include <string>
+
+namespace tetrakis {
+
+template class TreeForest<RedTriangles>;
+
+RedTriangles::RedTriangles(const ControlMesh& control)
+    : mesh(&control), sites(control), link(3 * std::size_t{control.face_count()}, 0xFFFF'FFFFu) {
+    for (std::uint32_t f = 0; f < mesh->face_count(); ++f)
+        if (mesh->face_size(FaceId(f)) != 3)
+            throw Error(ErrorCode::unsupported, "face " + std::to_string(f) + " has " +
+                                                    std::to_string(mesh->face_size(FaceId(f))) +
+                                                    " corners, but a triangle forest needs triangles; triangulate it");
+    for (std::uint32_t h = 0; h < link.size(); ++h) {
+        const HalfedgeId twin = mesh->twin(HalfedgeId(h));
+        if (has_root(h / 3) && twin.valid() && has_root(twin.value / 3))
+            link[h] = 4 * (twin.value / 3) + twin.value % 3;
+    }
+}
+
+Site RedTriangles::midpoint_site(const TreeFrame& frame, int edge) const {
+    const std::uint32_t step = frame.flags != 0 ? ~std::uint32_t{0} : 1;
+    LatticePoint at{2 * frame.at.x, 2 * frame.at.y};
+    if (edge != 2) at.x += step;
+    if (edge != 0) at.y += step;
+    const Site site{HalfedgeId(3 * frame.root), at, static_cast<std::uint8_t>(frame.level + 1)};
+    const bool is_on_side = edge == 0   ? at.y == 0
+                            : edge == 2 ? at.x == 0
+                                        : at.x + at.y == std::uint32_t{1} << site.level;
+    return is_on_side ? sites.canonical(site) : site;
+}
+
+std::uint64_t RedTriangles::memory_bytes() const {
+    return (link.capacity() + mesh->vertex_count()) * sizeof(std::uint32_t);  // and those of `sites`
+}
+
+TriangleForest::TriangleForest(const ControlMesh& mesh) : TreeForest(RedTriangles(mesh)) {
+    sites_.resize(mesh.vertex_count());
+    for (std::uint32_t h = 0; h < 3 * root_count_; ++h) {
+        Site& site = sites_[mesh.origin(HalfedgeId(h)).value];
+        if (!rule_.has_root(h / 3) || site.root.valid()) continue;
+        ++point_count_;
+        site = rule_.sites.vertex(mesh.origin(HalfedgeId(h)));
+    }
+}
+
+CellTriangle TriangleForest::triangle(LeafId leaf) const {
+    const TreeFrame f = frame(leaf.value);
+    const std::uint32_t step = f.flags != 0 ? ~std::uint32_t{0} : 1;
+    return {HalfedgeId(3 * f.root), f.level, {f.at, {f.at.x + step, f.at.y}, {f.at.x, f.at.y + step}}};
+}
+
+std::array<PointId, 3> TriangleForest::points(LeafId leaf) const {
+    const auto p = corners(leaf.value);
+    return {PointId(p[0]), PointId(p[1]), PointId(p[2])};
+}
+
+std::array<PointId, 3> TriangleForest::hanging_points(LeafId leaf) const {
+    return {PointId(hanging_point(leaf.value, 0)), PointId(hanging_point(leaf.value, 1)),
+            PointId(hanging_point(leaf.value, 2))};
+}
+
+// Output.
+
+namespace {
+
+// Corners of a leaf's output triangles: 0, 1, 2 are its own, 3 + e is the midpoint of edge e.
+struct GreenPattern {
+    std::uint8_t count = 1;
+    std::uint8_t corner[4][3] = {{0, 1, 2}, {}, {}, {}};
+};
+
+// By the set of edges with a hanging midpoint. With two of them the ear between is cut off, and the quadrilateral that
+// is left has its diagonal from the corner at the end of the whole edge: a rule that knows only the leaf's own frame,
+// so that the pattern is the same whatever happened before. With all three they are the leaf's children, as
+// child_corners() has them.
+constexpr std::array<GreenPattern, 8> make_patterns() {
+    std::array<GreenPattern, 8> pattern{};
+    for (unsigned e = 0; e < 3; ++e) {
+        const auto a = static_cast<std::uint8_t>(e), b = static_cast<std::uint8_t>((e + 1) % 3),
+                   c = static_cast<std::uint8_t>((e + 2) % 3);
+        const auto m = static_cast<std::uint8_t>(3 + a), n = static_cast<std::uint8_t>(3 + b);
+        pattern[1u << a] = {2, {{a, m, c}, {m, b, c}, {}, {}}};
+        pattern[1u << a | 1u << b] = {3, {{m, b, n}, {a, m, n}, {a, n, c}, {}}};
+    }
+    pattern[7] = {4, {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {4, 5, 3}}};
+    return pattern;
+}
+
+constexpr std::array<GreenPattern, 8> k_patterns = make_patterns();
+
+}  // namespace
+
+// The set of edges with a hanging midpoint.
+unsigned TriangleForest::hanging_mask(std::uint32_t slot) const {
+    unsigned mask = 0;
+    for (int e = 0; e < 3; ++e) {
+        const std::uint32_t next = beyond(slot, e).slot;
+        if (next < k_coarser && is_split(next)) mask |= 1u << e;
+    }
+    return mask;
+}
+
+GreenTriangles TriangleForest::green_triangles(LeafId leaf) const {
+    const CellTriangle whole = triangle(leaf);
+    const auto own = points(leaf);
+    const unsigned mask = hanging_mask(leaf.value);
+    GreenTriangles green;
+    if (mask == 0) {
+        green.count = 1;
+        green.cell[0] = whole;
+        green.point[0] = own;
+        return green;
+    }
+    std::array<LatticePoint, 6> at;
+    std::array<PointId, 6> point;
+    for (std::size_t e = 0; e < 3; ++e) {
+        const LatticePoint p = whole.corner[e], q = whole.corner[(e + 1) % 3];
+        at[e] = {2 * p.x, 2 * p.y};
+        at[3 + e] = {p.x + q.x, p.y + q.y};
+        point[e] = own[e];
+        if (mask >> e & 1) point[3 + e] = PointId(hanging_point(leaf.value, static_cast<int>(e)));
+    }
+    const GreenPattern& pattern = k_patterns[mask];
+    green.count = pattern.count;
+    for (int t = 0; t < green.count; ++t) {
+        green.cell[t].root = whole.root;
+        green.cell[t].level = static_cast<std::uint8_t>(whole.level + 1);
+        for (int k = 0; k < 3; ++k) {
+            green.cell[t].corner[k] = at[pattern.corner[t][k]];
+            green.point[t][k] = point[pattern.corner[t][k]];
+        }
+    }
+    return green;
+}
+
+ExportedTriangles TriangleForest::exported() const { return export_as<ExportedTriangles>(); }
+detail::PooledTriangles TriangleForest::pooled() const { return export_as<detail::PooledTriangles>(); }
+
+template <class Exported>
+Exported TriangleForest::export_as() const {
+    Exported out;
+    const auto runs = leaf_runs();
+    const auto run_count = static_cast<std::uint32_t>(runs.size());
+    std::vector<std::size_t> first(run_count + std::size_t{1}, 0);
+    std::vector<detail::PoolVector<std::uint8_t>> masks(run_count);
+    for_each_index(
+        run_count,
+        [&](std::uint32_t i) {
+            masks[i].reserve(runs[i].size());
+            for (const std::uint32_t slot : runs[i]) {
+                masks[i].push_back(static_cast<std::uint8_t>(hanging_mask(slot)));
+                first[i + 1] += k_patterns[masks[i].back()].count;
+            }
+        },
+        1);
+    for (std::uint32_t i = 0; i < run_count; ++i) first[i + 1] += first[i];
+    detail::resize_large(out.triangles, first.back());
+    detail::resize_large(out.faces, first.back());
+    detail::resize_large(out.leaves, first.back());
+    for_each_index(
+        run_count,
+        [&](std::uint32_t run) {
+            std::size_t t = first[run];
+            for (std::size_t i = 0; i < runs[run].size(); ++i) {
+                const std::uint32_t slot = runs[run][i], mask = masks[run][i];
+                const auto own = corners(slot);
+                std::array<std::uint32_t, 6> point{own[0], own[1], own[2], 0, 0, 0};
+                for (int e = 0; e < 3; ++e)
+                    if (mask >> e & 1) point[3 + e] = hanging_point(slot, e);
+                const GreenPattern& pattern = k_patterns[mask];
+                for (int k = 0; k < pattern.count; ++k, ++t) {
+                    for (int c = 0; c < 3; ++c) out.triangles[t][c] = point[pattern.corner[k][c]];
+                    out.faces[t] = FaceId(root_of(slot));
+                    out.leaves[t] = LeafId(slot);
+                }
+            }
+        },
+        1);
+    detail::number_points(out, sites_.size(), point_count_);
+    detail::resize_large(out.sites, out.points.size());
+    for_each_index(static_cast<std::uint32_t>(out.points.size()),
+                   [&](std::uint32_t i) { out.sites[i] = sites_[out.points[i].value]; });
+    return out;
+}
+
+}  // namespace tetrakis

@@ -1,0 +1,132 @@
+#pragma once
+
+#include "../base/memory.hpp"
+#include "../forest/exported_triangles.hpp"
+#include "../forest/site.hpp"
+#include "../mesh/control_mesh.hpp"
+#include "tree_forest.hpp"
+#include "triangle_cell.hpp"
+
+#include <array>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace tetrakis {
+
+/// The triangles that stand for one leaf in the output: the leaf itself where no edge has a hanging midpoint, else its
+/// conforming (green) subdivision; with three hanging midpoints, those that its split would make.
+struct GreenTriangles {
+    int count = 0;  ///< 1 to 4
+    std::array<CellTriangle, 4> cell;
+    std::array<std::array<PointId, 3>, 4> point;  ///< the corners of each
+};
+
+/// The rule of red triangles: child k < 3 keeps corner k, child 3 is the middle one, whose corner k lies opposite
+/// corner k; so edge k (from corner k to corner k + 1) of every triangle of a root is parallel to side k of the root.
+struct RedTriangles {
+    static constexpr int k_sides = 3;
+    static constexpr const char* k_name = "triangle";
+    static constexpr bool k_midpoints = true, k_creases = false;
+    using Points = std::array<std::uint32_t, 6>;
+    // The corner or edge after, or before, another of the same triangle.
+    static constexpr std::array<int, 3> k_next = {1, 2, 0}, k_previous = {2, 0, 1};
+
+    /// @throws Error  unsupported: a face is not a triangle
+    explicit RedTriangles(const ControlMesh& mesh);
+
+    /// The middle child's edge e is the inner edge of the child at the corner that e does not touch.
+    static constexpr std::pair<int, int> inside(int child, int edge) {
+        if (child == 3) return {k_previous[static_cast<std::size_t>(edge)], edge};
+        return {edge == k_next[static_cast<std::size_t>(child)] ? 3 : 4, edge};
+    }
+    /// flags: the triangle is reversed: corners 1, 2 lie at -x, -y from corner 0.
+    static TreeFrame child_frame(const TreeFrame& parent, int child) {
+        const std::uint32_t step = parent.flags != 0 ? ~std::uint32_t{0} : 1;
+        return {parent.root,
+                {2 * parent.at.x + (child == 1 || child == 3 ? step : 0),
+                 2 * parent.at.y + (child == 2 || child == 3 ? step : 0)},
+                static_cast<std::uint8_t>(parent.level + 1),
+                static_cast<std::uint8_t>(child == 3 ? parent.flags ^ 1 : parent.flags)};
+    }
+    static std::array<std::uint32_t, 3> child_corners(const Points& p, int child) {
+        switch (child) {
+            case 0:
+                return {p[0], p[3], p[5]};
+            case 1:
+                return {p[3], p[1], p[4]};
+            case 2:
+                return {p[5], p[4], p[2]};
+            default:
+                return {p[4], p[5], p[3]};
+        }
+    }
+    std::uint32_t root_count() const { return mesh->face_count(); }
+    bool has_root(std::uint32_t face) const { return !mesh->is_hole(FaceId(face)); }
+    static TreeFrame root_frame(std::uint32_t face) { return {face, {0, 0}, 0, 0}; }
+    std::uint32_t root_link(std::uint32_t face, int edge) const {
+        return link[3 * std::size_t{face} + static_cast<std::size_t>(edge)];
+    }
+    std::array<std::uint32_t, 3> root_corners(std::uint32_t face) const {
+        const std::uint32_t h = 3 * face;
+        return {mesh->origin(HalfedgeId(h)).value, mesh->origin(HalfedgeId(h + 1)).value,
+                mesh->origin(HalfedgeId(h + 2)).value};
+    }
+    Site midpoint_site(const TreeFrame& frame, int edge) const;
+    std::uint64_t memory_bytes() const;
+
+    const ControlMesh* mesh;
+    TriangleSites sites;
+    std::vector<std::uint32_t> link;  // 3 per face: 4 * face + edge across it; all bits at the boundary
+};
+
+/// Restricted triangle quadtrees over a triangle mesh, with conforming (red-green) closure; one root per face.
+///
+/// A leaf beside split neighbours has hanging midpoints and is output as two or three green triangles; with three of
+/// them, as the four triangles that its split would make: splitting it would change nothing but what can be refined
+/// next. So any four siblings can be merged that have no leaf two levels finer beside their parent. Faces that are
+/// holes have no leaves; edges towards them act as boundary.
+///
+/// Storage: 25 bytes a leaf, and a site of 16 per point. Points are reused after a merge; handles of leaves and points
+/// that are gone are recognised until then.
+class TriangleForest : public TreeForest<RedTriangles> {
+  public:
+    /// One leaf per face that is no hole. Keeps a reference to the mesh. O(H).
+    /// @throws Error  unsupported: a face is not a triangle (triangulate() makes such a mesh)
+    explicit TriangleForest(const ControlMesh& mesh);
+    explicit TriangleForest(const ControlMesh&&) = delete;
+
+    const ControlMesh& mesh() const { return *rule_.mesh; }
+    FaceId face(LeafId leaf) const { return FaceId(root_of(leaf.value)); }
+    CellTriangle triangle(LeafId leaf) const;
+    std::array<PointId, 3> points(LeafId leaf) const;
+    /// The midpoints that hang on edges 0, 1, 2 of a leaf; invalid where none does.
+    std::array<PointId, 3> hanging_points(LeafId leaf) const;
+    /// With hanging points, at the lattice level after the leaf's.
+    GreenTriangles green_triangles(LeafId leaf) const;
+
+    /// Points are numbered below this; the control vertices come first, by their numbers.
+    std::uint32_t point_slots() const { return static_cast<std::uint32_t>(sites_.size()); }
+    bool is_point(PointId point) const { return point.value < sites_.size() && sites_[point.value].root.valid(); }
+    std::uint32_t point_count() const { return point_count_; }
+    /// The canonical site of a point; the root is invalid where there is none.
+    const Site& point_site(PointId point) const { return sites_[point.value]; }
+    /// The canonical site of a leaf's corner, found from its address.
+    Site corner_site(LeafId leaf, int corner) const {
+        const CellTriangle t = triangle(leaf);
+        return rule_.sites.canonical({t.root, t.corner[static_cast<std::size_t>(corner)], t.level});
+    }
+
+    /// The output mesh. O(leaves), parallel but for the numbering.
+    ExportedTriangles exported() const;
+    detail::PooledTriangles pooled() const;  ///< the same
+
+  private:
+    unsigned hanging_mask(std::uint32_t slot) const;
+    template <class Exported>
+    Exported export_as() const;
+};
+
+extern template class TreeForest<RedTriangles>;
+
+}  // namespace tetrakis

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "../../../hier/base/vec.hpp"
+#include "../../../schemes/analysis/spectrum.hpp"
+
+#include <vector>
+
+namespace tetrakis::cli {
+
+/// The surroundings of an extraordinary point laid out in the plane by its characteristic map, with a basis function
+/// above them: of the vertex in the middle, or (dual schemes) of the first corner of the face in the middle. At a
+/// boundary: a half of the plane, the boundary its lower side, and the two tangents' own eigenvalues.
+struct FanPatch {
+    RuleMesh mesh;
+    std::vector<Vec2d> plane;    ///< the vertices in the plane, the point in the middle at the origin
+    std::vector<double> height;  ///< of the basis function
+    std::vector<int> start;      ///< half-edges to walk from, as find_fan() takes them; empty for hexagons
+    int intervals = 1;           ///< edges of `mesh` along an edge of the first mesh
+    int steps = 0;
+    bool characteristic = true;  ///< else the spectrum has no such map, and the plane is a sketch
+};
+
+/// The control mesh, several rings of it, at the point that the analysis looks at.
+/// @throws std::invalid_argument  the scheme cannot take the options
+FanPatch fan_patch(const SchemeInfo& scheme, const SpectralAnalysis& analysis, const RuleOptions& rules);
+void refine(FanPatch& patch, const SchemeInfo& scheme, const RuleOptions& rules);
+
+/// Rings of a FanPatch that the rim of its mesh is far enough from, after any number of steps.
+inline constexpr int k_patch_rings = 4;
+
+}  // namespace tetrakis::cli
