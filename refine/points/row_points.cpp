@@ -32,12 +32,14 @@ namespace {
 /// The first level that is made whole has about so many lattice levels, and is worth so many points for each site.
 constexpr int k_first_lattice_level = 2;
 constexpr std::uint64_t k_points_per_site = 200;
-/// So many points are made, with all of their level, in the time in which one is found by itself.
-constexpr std::uint64_t k_points_whole = 8;
-/// Levels of so many vertices take half a second; nothing can be cancelled meanwhile.
-constexpr std::uint64_t k_most_points = 1u << 22;
-/// For a vertex of a level by the rules, its share of the mesh and of the rows.
+/// The rules make so many vertices in some seconds, and take so many bytes for each; nothing can be cancelled
+/// meanwhile.
+constexpr std::uint64_t k_most_by_rules = 1u << 20;
 constexpr std::uint64_t k_point_bytes = 300;
+/// So many points are made by rows, with all of their level, in the time in which one is found by itself.
+constexpr std::uint64_t k_points_whole = 8;
+/// Of such levels; 100 MB.
+constexpr std::uint64_t k_most_whole = 1u << 22;
 /// Share of the memory limit that the first level may take.
 constexpr std::uint64_t k_memory_share = 4;
 /// Steps in which all semi-sharp tags have to be gone.
@@ -112,10 +114,13 @@ class RowPoints final : public LevelSource {
           scheme_(scheme),
           rules_(rules),
           others_(std::move(others)),
-          triangles_(scheme.family == MeshFamily::triangles) {
+          triangles_(scheme.family == MeshFamily::triangles),
+          max_memory_bytes_(context.max_memory_bytes) {
         if (roots != nullptr) roots_ = *roots;
-        if (context.max_memory_bytes != 0)
-            most_points_ = std::min(most_points_, context.max_memory_bytes / k_memory_share / k_point_bytes);
+        if (context.max_memory_bytes != 0) {
+            most_by_rules_ = std::min(most_by_rules_, context.max_memory_bytes / k_memory_share / k_point_bytes);
+            most_whole_ = std::min(most_whole_, context.max_memory_bytes / k_memory_share / sizeof(Vec3d));
+        }
     }
 
     int first_level(const Site& site) const override { return others_->first_level(site); }
@@ -192,7 +197,7 @@ class RowPoints final : public LevelSource {
                 const std::uint64_t cells = triangles_ ? mesh_.face_count() / 2 + 1 : mesh_.halfedge_count(),
                                     points = cells << (2 * k_first_lattice_level);
                 // Else results would depend on the calls before.
-                if (whole_levels_ && points > std::min(most_points_, k_points_per_site * asked_)) return;
+                if (whole_levels_ && points > k_points_per_site * asked_) return;
                 tried_ = true;
                 rows_ = make();
             }
@@ -210,7 +215,7 @@ class RowPoints final : public LevelSource {
             std::uint64_t deeper = 0;
             for (std::size_t l = next; l < rows.asked.size(); ++l) deeper += rows.asked[l];
             const std::uint64_t points = 4 * rows.whole[next - 1].size();
-            if (points > std::min(k_points_whole * deeper, most_points_)) return;
+            if (points > std::min(k_points_whole * deeper, most_whole_)) return;
             const RootLayout above = rows.layout(next - 1), layout = rows.layout(next);
             resize_large(rows.whole[next], rows.net().place_count(layout));
             rows.all->step_to(rows.first_level() + static_cast<int>(next))
@@ -223,11 +228,13 @@ class RowPoints final : public LevelSource {
         RepeatedRows::Demand demand;
         demand.limit = demand.even_if_slower = demand.any_level = true;
         demand.normals = !is_linear(scheme_);  // it has no tangents
-        demand.most_points = most_points_;
+        demand.most_points = static_cast<double>(most_by_rules_);
         auto result = std::make_unique<Rows>();
         try {
             auto by_rules = std::make_unique<RuleLevels>(mesh_, scheme_, rules_, 0);
-            result->all = RepeatedRows::make(mesh_, scheme_, k_settling_levels, rules_, by_rules, demand, {});
+            RunContext limits;
+            limits.max_memory_bytes = max_memory_bytes_;
+            result->all = RepeatedRows::make(mesh_, scheme_, k_settling_levels, rules_, by_rules, demand, limits);
             if (!result->all || result->all->corner_halfedges().empty()) return nullptr;
             const std::optional<int> level = result->all->limit_level();
             if (!level) return nullptr;
@@ -447,7 +454,8 @@ class RowPoints final : public LevelSource {
     std::shared_ptr<const LevelSource> others_;
     VertexRoots roots_;
     bool triangles_;
-    std::uint64_t most_points_ = k_most_points;
+    std::uint64_t max_memory_bytes_;
+    std::uint64_t most_by_rules_ = k_most_by_rules, most_whole_ = k_most_whole;
     mutable std::mutex mutex_;
     mutable std::uint64_t asked_ = 0;  ///< sites so far
     mutable bool tried_ = false;

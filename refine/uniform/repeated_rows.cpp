@@ -236,18 +236,21 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
                           to > base_level ? static_cast<std::uint64_t>(last_size.bytes) : 0);
         return by_rules.advance();
     };
+    const auto too_many = [&] {
+        return static_cast<double>(by_rules.last().vertex_count()) * factor * factor > demand.most_points;
+    };
     // What limits see of a sharpness that runs out further down differs from level to level.
     constexpr int k_for_ever = std::numeric_limits<int>::max();
     const bool any_limits = demand.limit || demand.normals;
     // The roots of a dual scheme are the quads of the first level that has a face for each vertex (those with two faces
     // have none), cut along its creases.
     while (dual && !has_whole_faces(by_rules.last(), creases)) {
-        if (levels <= ++base_level) return nullptr;
+        if (levels <= ++base_level || too_many()) return nullptr;
         advance();
     }
     // Chaikin's creases differ along a side.
     while (rules.chaikin_creases && !stays_as_it_is(by_rules.last(), k_for_ever)) {
-        if (levels <= (base_level = std::max(base_level, by_rules.level() + 1))) return nullptr;
+        if (levels <= (base_level = std::max(base_level, by_rules.level() + 1)) || too_many()) return nullptr;
         advance();
     }
     // The child of each of the roots' half-edges at its origin, level by level. Dual: the half-edge of a root's last
@@ -315,15 +318,19 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     check_memory(mesh, levels, last_size, context);
     if (!demand.even_if_slower && plan.cost > roots * std::pow(factor * factor, levels - begin)) return nullptr;
     if (!all->learn(plan, scheme, rules, demand, context)) return nullptr;
-    const auto wide_enough = [&] {
-        return by_rules.level() >= begin + plan.by_rules && static_cast<int>(segments) > 2 * scheme.choice_rings &&
-               all->fits(segments);
+    const auto wide_enough = [&](std::uint32_t n) {
+        return static_cast<int>(n) > 2 * scheme.choice_rings && all->fits(n);
     };
-    const auto too_large = [&] {
-        return static_cast<std::uint64_t>(by_rules.last().vertex_count()) * factor * factor > demand.most_points;
-    };
-    while (!wide_enough())
-        if (by_rules.level() + 1 >= levels || too_large() || !go_on()) return nullptr;
+    // Before any of it is made.
+    double last_by_rules = segments;
+    for (int level = by_rules.level();
+         level < begin + plan.by_rules || !wide_enough(static_cast<std::uint32_t>(last_by_rules)); ++level) {
+        if (level + 1 >= levels) return nullptr;
+        last_by_rules *= factor;
+    }
+    if (roots * last_by_rules * last_by_rules > demand.most_points) return nullptr;
+    while (by_rules.level() < begin + plan.by_rules || !wide_enough(segments))
+        if (!go_on()) return nullptr;
     all->pattern_.erase(all->pattern_.begin(), all->pattern_.begin() + (by_rules.level() - begin));
     std::optional<std::vector<int>> vertices = all->net_.vertices(all->net_.layout(segments), by_rules.last(), first);
     if (!vertices) return nullptr;

@@ -32,7 +32,7 @@ class RepeatedRows {
         bool limit = false, normals = false;
         bool even_if_slower = false;  ///< on meshes so small that the rules would be done before rows are learned
         bool any_level = false;       ///< rows of single points on levels however deep: no last one is made
-        std::uint64_t most_points = std::numeric_limits<std::uint64_t>::max();  ///< that the rules may make on a level
+        double most_points = std::numeric_limits<double>::infinity();  ///< about, that the rules may make on a level
         std::uint64_t point_bytes = sizeof(Vec3d), face_bytes = 2 * sizeof(std::uint32_t),
                       corner_bytes = sizeof(std::uint32_t);
     };
