@@ -240,6 +240,7 @@ MaskNormBound<Family>::MaskNormBound(const Hierarchy& points, const SchemeInfo& 
       decides_(aim > 0),
       norms_(scheme, rules),
       scratch_(std::make_unique<oneapi::tbb::enumerable_thread_specific<Scratch>>()) {
+    rules_.runner = nullptr;  // a thread must not take up another block amid one
     const Box3d box = mesh_.bounding_box();
     rounding_ =
         k_roundings * std::numeric_limits<double>::epsilon() * std::max(glm::length(box.lower), glm::length(box.upper));

@@ -78,7 +78,7 @@ class MaskNormBound final : public SurfaceBound {
     const ControlMesh& mesh_;
     const Hierarchy& points_;
     const SchemeInfo& scheme_;
-    const RuleOptions& rules_;
+    RuleOptions rules_;
     bool decides_;
     double aim_, rounding_;
     detail::CellNormTable norms_;

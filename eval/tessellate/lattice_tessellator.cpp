@@ -85,7 +85,8 @@ class KeptErrors final : public ErrorEstimator {
 template <class Family>
 class LimitUvs {
   public:
-    LimitUvs(const ControlMesh& mesh, const TessellateOptions& options, std::vector<std::string>& warnings)
+    LimitUvs(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context,
+             std::vector<std::string>& warnings)
         : mesh_(mesh) {
         try {
             chart_ = uv_mesh(mesh, options.rules);
@@ -93,8 +94,8 @@ class LimitUvs {
             const bool triangles = options.scheme.info().family == MeshFamily::triangles;
             const SchemeInfo& scheme =
                 linear ? *find_scheme(triangles ? "midpoint" : "bilinear") : options.scheme.info();
-            points_.emplace(
-                make_hierarchy(chart_, scheme, {.rules = chart_rules(options.rules), .whole_levels = true}));
+            points_.emplace(make_hierarchy(
+                chart_, scheme, {.rules = chart_rules(options.rules), .whole_levels = true, .context = context}));
         } catch (const Error& error) {
             warnings.push_back(std::string("the UV layer cannot be subdivided and is interpolated linearly (") +
                                error.what() + ")");
@@ -365,7 +366,7 @@ class LatticeTessellator final : public TessellationRun {
             split_normals_of(result_, mesh_, options_, side);
         }
         if (options_.uvs && mesh_.has_uvs()) {
-            const LimitUvs<Family> uvs(mesh_, options_, result_.warnings);
+            const LimitUvs<Family> uvs(mesh_, options_, context_, result_.warnings);
             std::vector<Site> addresses(3 * mesh.triangles.size());
             for_each_index(static_cast<std::uint32_t>(mesh.triangles.size()), [&](std::uint32_t t) {
                 for (std::size_t k = 0; k < 3; ++k)

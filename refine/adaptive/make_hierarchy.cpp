@@ -30,6 +30,7 @@ class OtherLimits final : public LevelSource {
         limits_->positions(sites, out);
     }
     void limits(std::span<const Site> sites, std::span<LimitPoint> out) const override { levels_->limits(sites, out); }
+    void normals(std::span<const Site> sites, std::span<Vec3d> out) const override { levels_->normals(sites, out); }
 
   private:
     std::shared_ptr<const LevelSource> levels_;

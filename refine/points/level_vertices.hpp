@@ -31,8 +31,13 @@ class LevelVertices {
         }
         return slot.number;
     }
-    /// Cost: that of what is in it; the table keeps its size.
+    /// Cost: that of what is in it; the table keeps its size, unless it is large.
     void clear() {
+        constexpr std::size_t k_large = 1u << 15;
+        if (slots_.size() > k_large) {
+            *this = LevelVertices();
+            return;
+        }
         for (const std::uint32_t s : slot_of_) slots_[s] = Slot{};
         slot_of_.clear();
         keys.clear();

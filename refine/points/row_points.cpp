@@ -147,8 +147,8 @@ class RowPoints final : public LevelSource {
             [&](std::span<const Site> some, std::span<Vec3d> to) { others_->normals(some, to); });
     }
     void limits(std::span<const Site> sites, std::span<LimitPoint> out) const override {
-        const auto others = [&](std::span<const Site> some, std::span<LimitPoint> to) { others_->limits(some, to); };
-        evaluate(
+        std::vector<std::uint8_t> missing(sites.size(), 0);
+        find(
             sites, Wanted::normals, 0, out,
             [](const Sums& sums, LimitPoint& point) {
                 point.normal = RowPatterns::normal_of(sums.value.data());
@@ -156,10 +156,12 @@ class RowPoints final : public LevelSource {
                 point.tangent2 = sums.value[1];
                 point.has_tangent_plane = sums.last_row < 2;
             },
-            others);
-        std::vector<Vec3d> positions(sites.size());
-        limit_positions(sites, positions);
-        for (std::size_t i = 0; i < sites.size(); ++i) out[i].position = positions[i];
+            missing);
+        find(
+            sites, Wanted::limits, 0, out, [](const Sums& sums, LimitPoint& point) { point.position = sums.value[0]; },
+            missing);
+        fill_missing(sites, out, missing,
+                     [&](std::span<const Site> some, std::span<LimitPoint> to) { others_->limits(some, to); });
     }
 
   private:
@@ -227,7 +229,8 @@ class RowPoints final : public LevelSource {
     std::unique_ptr<Rows> make() const {
         RepeatedRows::Demand demand;
         demand.limit = demand.even_if_slower = demand.any_level = true;
-        demand.normals = !is_linear(scheme_);  // it has no tangents
+        // Without tangents, or with such as depend on the level.
+        demand.normals = !is_linear(scheme_) && !rules_.hoppe_crease;
         demand.most_points = static_cast<double>(most_by_rules_);
         auto result = std::make_unique<Rows>();
         try {
@@ -306,15 +309,28 @@ class RowPoints final : public LevelSource {
     template <class Result, class Finish, class Others>
     void evaluate(std::span<const Site> sites, Wanted wanted, int level, std::span<Result> out, const Finish& finish,
                   const Others& others) const {
-        const Rows* const rows = rows_for(sites, wanted, level);
-        if (rows == nullptr) return others(sites, out);
         std::vector<std::uint8_t> missing(sites.size(), 0);
+        find(sites, wanted, level, out, finish, missing);
+        fill_missing(sites, out, missing, others);
+    }
+
+    /// @param missing  results that have no rows are set to 1
+    template <class Result, class Finish>
+    void find(std::span<const Site> sites, Wanted wanted, int level, std::span<Result> out, const Finish& finish,
+              std::span<std::uint8_t> missing) const {
+        const Rows* const rows = rows_for(sites, wanted, level);
+        if (rows == nullptr) return std::fill(missing.begin(), missing.end(), std::uint8_t{1});
         for_each_block(static_cast<std::uint32_t>(sites.size()), k_sites_at_once,
                        [&](std::uint32_t begin, std::uint32_t end) {
                            const std::size_t count = end - begin;
                            block(*rows, sites.subspan(begin, count), wanted, level, out.subspan(begin, count),
-                                 std::span(missing).subspan(begin, count), finish);
+                                 missing.subspan(begin, count), finish);
                        });
+    }
+
+    template <class Result, class Others>
+    static void fill_missing(std::span<const Site> sites, std::span<Result> out, std::span<const std::uint8_t> missing,
+                             const Others& others) {
         std::vector<Site> left;
         for (std::size_t i = 0; i < sites.size(); ++i)
             if (missing[i] != 0) left.push_back(sites[i]);
@@ -338,6 +354,7 @@ class RowPoints final : public LevelSource {
         if (at.halfedge == MeshLevel::none) return {};
         const int own = site.level + offset();
         if (wanted == Wanted::frames && dual()) return {};
+        if (wanted == Wanted::positions && dual() && level != own) return {};  // no vertex of that level
         if (wanted == Wanted::normals && !rows.all->has_normals()) return {};
         if (wanted == Wanted::limits || wanted == Wanted::normals) {
             level = std::max(own, rows.limit_level);
@@ -371,8 +388,8 @@ class RowPoints final : public LevelSource {
             begin.push_back(work.terms.source.size());
             level_of.push_back(base);
             const Address at = address(rows, sites[i], wanted, level);
-            missing[i] = at.level < 0 ? 1 : 0;
-            if (at.level < 0) continue;
+            if (at.level < 0) missing[i] = 1;
+            if (missing[i] != 0) continue;
             level_of[i] = static_cast<std::size_t>(at.level - rows.first_level());
             add(rows, at, wanted, base, work);
             deepest = std::max(deepest, level_of[i]);

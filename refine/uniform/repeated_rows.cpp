@@ -248,9 +248,11 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
         if (levels <= ++base_level || too_many()) return nullptr;
         advance();
     }
-    // Chaikin's creases differ along a side.
+    // Chaikin's creases differ along a side. Levels that the rules make until they are gone are too many for single
+    // points.
+    if (demand.any_level && rules.chaikin_creases && !stays_as_it_is(by_rules.last(), k_for_ever)) return nullptr;
     while (rules.chaikin_creases && !stays_as_it_is(by_rules.last(), k_for_ever)) {
-        if (levels <= (base_level = std::max(base_level, by_rules.level() + 1)) || too_many()) return nullptr;
+        if (levels <= (base_level = std::max(base_level, by_rules.level() + 1))) return nullptr;
         advance();
     }
     // The child of each of the roots' half-edges at its origin, level by level. Dual: the half-edge of a root's last
@@ -259,7 +261,10 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     std::optional<RootLattices> net;
     if (dual) net = RootLattices::of_corners(by_rules.last(), by_rules.control_face_of_corners(), creases);
     if (dual && !net) return nullptr;
-    while (by_rules.level() < base_level) first = advance();
+    while (by_rules.level() < base_level) {
+        if (too_many()) return nullptr;
+        first = advance();
+    }
     std::vector<std::uint32_t> corner_halfedges;
     if (base_level == 0 || (base_level == 1 && first.size() == mesh.halfedge_count())) {
         corner_halfedges.resize(mesh.halfedge_count());
@@ -317,6 +322,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     // By the rules, to which the cases above and the few below go, a level takes more.
     check_memory(mesh, levels, last_size, context);
     if (!demand.even_if_slower && plan.cost > roots * std::pow(factor * factor, levels - begin)) return nullptr;
+    if (plan.cost > demand.most_points) return nullptr;
     if (!all->learn(plan, scheme, rules, demand, context)) return nullptr;
     const auto wide_enough = [&](std::uint32_t n) {
         return static_cast<int>(n) > 2 * scheme.choice_rings && all->fits(n);

@@ -6,6 +6,7 @@
 #include "../kit/random_mesh.hpp"
 #include "../kit/surface_topology.hpp"
 
+#include "../../eval/patches/quad_patches.hpp"
 #include "../../hier/base/error.hpp"
 #include "../../hier/forest/corner_cell.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
@@ -198,6 +199,32 @@ TEST_CASE("limits by repeated rows are those of single sites, at any level") {
             for (std::size_t i = 0; i < sites.size(); ++i) CHECK(glm::length(found[i] - expected[i]) < 1e-8);
         }
     }
+}
+
+TEST_CASE("a dual scheme's vertex is one of its own level only, with rows and without") {
+    test::RandomMeshOptions options = test::random_options(1);
+    options.hole = options.edge_vertices = options.merge = 0;  // vertices of two faces have no quadtrees
+    const ControlMesh mesh = test::random_mesh(1, options);
+    for (const bool whole : {false, true}) {
+        const Hierarchy h = make_hierarchy(mesh, "doo-sabin", {.whole_levels = whole});
+        const Site site = h.to_mesh().sites.front();
+        CHECK_NOTHROW(h.position(site, site.level + 1));
+        CHECK(error_of([&] { h.position(site, 4); }).code() == ErrorCode::unsupported);
+    }
+}
+
+TEST_CASE("long Chaikin creases: limits of single sites are found without whole levels") {
+    ControlMeshData data = test::random_mesh(2, test::random_options(2)).data();
+    data.crease_method = CreaseMethod::chaikin;
+    REQUIRE(!data.creases.empty());
+    for (auto& crease : data.creases) crease.sharpness = 9;
+    const ControlMesh mesh = ControlMesh::build(data);
+    const Hierarchy h = make_hierarchy(mesh, "catmull-clark");
+    const Site site{HalfedgeId(0), {1, 1}, 1};
+    Vec3d limit;
+    h.limit_positions({&site, 1}, {&limit, 1});
+    CHECK(glm::length(limit - QuadPatches(mesh).limit(site.root, site.at, site.level)) <
+          1e-12 * mesh.bounding_box().diagonal());
 }
 
 TEST_CASE("sqrt3: a crease that ends between two triangles has no limit there, and it says where") {
