@@ -25,7 +25,7 @@ DistinctSites::DistinctSites(std::span<const Site> sites) : number_(sites.size()
 
 void limit_positions(const Hierarchy& points, std::span<const Site> sites, std::span<Vec3d> out,
                      const std::function<void(double)>& report) {
-    constexpr std::size_t k_block = 1u << 16;  // many of those blocks that PartialLevels raises together
+    constexpr std::size_t k_block = 1u << 16;  // many of the blocks that are evaluated together
     for (std::size_t begin = 0; begin < sites.size(); begin += k_block) {
         report(static_cast<double>(begin) / static_cast<double>(sites.size()));
         const std::size_t size = std::min(k_block, sites.size() - begin);
