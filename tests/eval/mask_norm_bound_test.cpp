@@ -238,10 +238,14 @@ void check_rows(const SchemeInfo& scheme, const RuleOptions& rules, std::uint64_
 }  // namespace
 
 TEST_CASE("[inv1] rows that come with norms give the points that the rules give") {
-    for (const char* name : {"kobbelt", "4-8", "catmull-clark", "modified-butterfly", "butterfly", "tuned-loop"})
-        for (const std::uint64_t seed : {0, 1}) check_rows(*find_scheme(name), {}, seed);
-    for (const char* name : {"loop", "catmull-clark"}) check_rows(*find_scheme(name), {}, 2, true);
+    check_rows(*find_scheme("tuned-loop"), {}, 0);
     check_rows(*find_scheme("averaging"), {.averaging_steps = 2}, 0);
+}
+
+TEST_CASE("[slow] [inv1] rows that come with norms give the points that the rules give: other schemes and rules") {
+    for (const char* name : {"kobbelt", "4-8", "modified-butterfly", "butterfly"})
+        check_rows(*find_scheme(name), {}, 1);
+    for (const char* name : {"loop", "catmull-clark"}) check_rows(*find_scheme(name), {}, 2, true);
     const RuleOptions others{.edge_beside_crease = EdgeBesideCrease::cosine,
                              .hoppe_crease = true,
                              .reflect_at_boundary = true,
