@@ -4,6 +4,7 @@
 #include "../base/ids.hpp"
 #include "../base/parallel.hpp"
 #include "corner_tags.hpp"
+#include "mesh_places.hpp"
 
 #include <fmt/format.h>
 
@@ -28,8 +29,7 @@ constexpr std::uint32_t k_scan_block = 16384;
 constexpr std::string_view k_repair_advice = "correct it in the modeller or use --repair";
 // Corner counts up to which comparing all pairs beats sorting.
 constexpr std::uint32_t k_small_face = 16;
-// Of so many boundary edges one has to lie on another for a warning: a few that do may be meant.
-constexpr std::uint64_t k_edges_to_one_unwelded = 4;
+
 // Twice the area over the perimeter squared, below which a face is a line as far as doubles can tell.
 constexpr double k_zero_area = 1e-14;
 
@@ -395,65 +395,6 @@ std::vector<std::string> find_oddities(const ControlMeshData& data, std::uint64_
     return oddities;
 }
 
-std::vector<std::uint32_t> first_at_place(std::span<const Vec3d> positions, std::vector<std::uint32_t> listed) {
-    const auto key = [&](std::uint32_t v) {
-        const Vec3d& p = positions[v];
-        return std::tuple(p.x, p.y, p.z);
-    };
-    std::sort(listed.begin(), listed.end(), [&](std::uint32_t a, std::uint32_t b) {
-        const auto p = key(a), q = key(b);
-        return p != q ? p < q : a < b;
-    });
-    std::vector<std::uint32_t> first(positions.size());
-    for (std::uint32_t v = 0; v < first.size(); ++v) first[v] = v;
-    for (std::size_t i = 1; i < listed.size(); ++i)
-        if (key(listed[i]) == key(listed[i - 1])) first[listed[i]] = first[listed[i - 1]];
-    return first;
-}
-
-std::optional<std::string> unwelded_edges(const ControlMeshData& data, std::span<const std::uint32_t> twin) {
-    struct Edge {
-        std::uint32_t low, high;  // the places of its ends
-        std::uint32_t a, b;       // its ends, as its face runs
-        bool same_place(const Edge& other) const { return low == other.low && high == other.high; }
-    };
-    std::vector<Edge> edges;
-    std::vector<std::uint32_t> ends;
-    for (std::uint32_t f = 0; f + 1 < data.face_offsets.size(); ++f)
-        for (std::uint32_t h = data.face_offsets[f], end = data.face_offsets[f + 1]; h < end; ++h) {
-            if (twin[h] != HalfedgeId::none) continue;
-            const std::uint32_t next = h + 1 == end ? data.face_offsets[f] : h + 1;
-            edges.push_back({0, 0, data.face_vertices[h], data.face_vertices[next]});
-            ends.push_back(edges.back().a);  // of every boundary vertex an edge starts
-        }
-    const std::vector<std::uint32_t> place = first_at_place(data.positions, std::move(ends));
-    for (Edge& edge : edges) std::tie(edge.low, edge.high) = std::minmax(place[edge.a], place[edge.b]);
-    std::sort(edges.begin(), edges.end(), [](const Edge& x, const Edge& y) {
-        return std::tie(x.low, x.high, x.a, x.b) < std::tie(y.low, y.high, y.a, y.b);
-    });
-    // Two edges in one place make an edge inside; more of them, or two of one direction, would make none.
-    std::vector<std::uint32_t> vertices;
-    std::uint64_t unwelded = 0;
-    for (std::size_t i = 0, count = 1; i < edges.size(); i += count) {
-        for (count = 1; i + count < edges.size() && edges[i].same_place(edges[i + count]);) ++count;
-        if (count != 2 || edges[i].low == edges[i].high || place[edges[i].a] == place[edges[i + 1].a]) continue;
-        unwelded += 2;
-        for (const Edge& edge : {edges[i], edges[i + 1]}) vertices.insert(vertices.end(), {edge.a, edge.b});
-    }
-    if (unwelded == 0 || unwelded * k_edges_to_one_unwelded < edges.size()) return std::nullopt;
-    const auto distinct = [&] {
-        std::sort(vertices.begin(), vertices.end());
-        vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-        return vertices.size();
-    };
-    const std::size_t all = distinct();
-    for (std::uint32_t& v : vertices) v = place[v];
-    return fmt::format(
-        "{} of {} boundary edges lie on one another, between {} vertices at {} places: faces side by side share no "
-        "vertices, and the surface ends between them; --weld, or weld() in the library, joins them",
-        unwelded, edges.size(), all, distinct());
-}
-
 }  // namespace detail
 
 std::vector<MeshFault> find_faults(const ControlMeshData& data) {
@@ -483,98 +424,4 @@ std::vector<std::string> find_oddities(const ControlMeshData& data) {
     return oddities;
 }
 
-namespace {
-
-using Kind = MeshFaultKind;
-
-// Faults quoted by an exception; a list of all comes from find_faults().
-constexpr std::size_t k_quoted_faults = 5;
-
-std::uint64_t line_at(const std::vector<std::uint64_t>& lines, std::uint32_t i) {
-    return i < lines.size() ? lines[i] : 0;
-}
-
-std::string with_line(const std::string& text, std::uint64_t line) {
-    return line == 0 ? text : fmt::format("{} (line {})", text, line);
-}
-
-std::uint64_t line_of(const ControlMeshData& data, Kind kind, std::uint32_t element) {
-    switch (kind) {
-        case Kind::array_size:
-        case Kind::no_faces:
-            return 0;
-        case Kind::non_finite_uv:
-            return line_at(data.uv_lines, element);
-        case Kind::non_finite_vertex:
-        case Kind::absurd_coordinate:
-        case Kind::non_manifold_vertex:
-            return line_at(data.vertex_lines, element);
-        case Kind::crease_tag:
-            return data.creases[element].line;
-        case Kind::corner_tag:
-            return data.corners[element].line;
-        case Kind::corner_angle_tag:
-            return data.corner_angles[element].line;
-        case Kind::hole_tag:
-            return line_at(data.hole_lines, element);
-        default:
-            return line_at(data.face_lines, element);
-    }
-}
-
-}  // namespace
-
-std::string_view name(MeshFaultKind kind) {
-    constexpr std::string_view k_names[] = {"array size",
-                                            "no faces",
-                                            "non-finite vertex",
-                                            "absurd coordinate",
-                                            "face too small",
-                                            "vertex out of range",
-                                            "repeated vertex",
-                                            "non-finite texture coordinate",
-                                            "texture coordinate out of range",
-                                            "normal out of range",
-                                            "group out of range",
-                                            "crease tag",
-                                            "corner tag",
-                                            "corner angle tag",
-                                            "hole tag",
-                                            "duplicate face",
-                                            "non-manifold edge",
-                                            "opposite orientation",
-                                            "non-manifold vertex"};
-    static_assert(std::size(k_names) == static_cast<std::size_t>(Kind::non_manifold_vertex) + 1);
-    return k_names[static_cast<std::size_t>(kind)];
-}
-
-namespace detail {
-
-std::string vertex_name(const ControlMeshData& data, std::uint32_t v) {
-    if (v == VertexId::none)
-        return "a vertex that no number can name (it counts back before the first one, or has too many digits)";
-    return with_line(fmt::format("vertex {}", std::uint64_t{v} + data.first_number), line_at(data.vertex_lines, v));
-}
-
-std::string face_name(const ControlMeshData& data, std::uint32_t f) {
-    return with_line(fmt::format("face {}", std::uint64_t{f} + data.first_number), line_at(data.face_lines, f));
-}
-
-MeshFault make_fault(const ControlMeshData& data, MeshFaultKind kind, std::uint32_t element, std::string message) {
-    return {kind, element, line_of(data, kind, element), std::move(message)};
-}
-
-void throw_faults(const ControlMeshData& data, const std::vector<MeshFault>& faults) {
-    if (faults.empty()) return;
-    std::string text = faults.front().message;
-    for (std::size_t i = 1; i < std::min(faults.size(), k_quoted_faults); ++i)
-        text += faults[i].line != 0 ? fmt::format("\n  line {}: {}", faults[i].line, faults[i].message)
-                                    : fmt::format("\n  {}", faults[i].message);
-    if (faults.size() > 1)
-        text += faults.size() > k_quoted_faults ? fmt::format("\n  ... {} faults in all", faults.size())
-                                                : fmt::format("\n  {} faults in all", faults.size());
-    throw Error(ErrorCode::invalid_input, text, data.source, faults.front().line);
-}
-
-}  // namespace detail
 }  // namespace tetrakis

@@ -80,13 +80,6 @@ std::vector<std::uint32_t> duplicate_faces(const ControlMeshData& data);
 /// Non-manifold vertices; asks for no faults of the other kinds.
 std::vector<MeshFault> vertex_faults(const ControlMeshData& data, const MeshLinks& links);
 std::vector<std::string> find_oddities(const ControlMeshData& data, std::uint64_t isolated_vertices);
-/// The warning of a mesh of which many boundary edges lie on another one that runs the other way.
-/// @param twin  as MeshLinks::twin
-std::optional<std::string> unwelded_edges(const ControlMeshData& data, std::span<const std::uint32_t> twin);
-
-/// By vertex: the lowest of the listed ones that have its very coordinates; of others itself. O(n log n).
-std::vector<std::uint32_t> first_at_place(std::span<const Vec3d> positions, std::vector<std::uint32_t> listed);
-
 /// "vertex 5 (line 9)", "face 2", ...: numbered as the source numbers them, with the line where it is known.
 std::string vertex_name(const ControlMeshData& data, std::uint32_t v);
 std::string face_name(const ControlMeshData& data, std::uint32_t f);

@@ -4,6 +4,7 @@
 #include "corner_tags.hpp"
 #include "mesh_check.hpp"
 #include "mesh_links.hpp"
+#include "mesh_places.hpp"
 #include "mesh_split.hpp"
 
 #include <fmt/format.h>
@@ -21,14 +22,10 @@ namespace tetrakis {
 
 namespace {
 
-constexpr std::uint32_t k_no_number = VertexId::none;
+using detail::k_no_number;
+using detail::Numbering;
 
 std::uint32_t count_of(std::size_t size) { return static_cast<std::uint32_t>(size); }
-
-bool is_sound(const Vec3d& p) {
-    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) &&
-           std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= k_max_coordinate;
-}
 
 // How often a repair was done, and what to quote: the first element, and its line where it is a tag's.
 struct Tally {
@@ -40,108 +37,6 @@ struct Tally {
         if (count++ == 0) first = element, line = its_line;
     }
 };
-
-/// New numbers of elements of which some stay.
-struct Numbering {
-    std::vector<std::uint32_t> number, kept;  ///< by old number, k_no_number of those that go; by new number
-
-    /// @param first  by element: itself if it stays, k_no_number if it goes, or an earlier one that it becomes
-    explicit Numbering(const std::vector<std::uint32_t>& first) : number(first.size(), k_no_number) {
-        for (std::uint32_t i = 0; i < first.size(); ++i) {
-            if (first[i] == i) kept.push_back(i);
-            if (first[i] != k_no_number) number[i] = first[i] == i ? count_of(kept.size() - 1) : number[first[i]];
-        }
-    }
-    /// Numbers of nothing stay as they are.
-    void follow(std::uint32_t& i) const {
-        if (i < number.size()) i = number[i];
-    }
-};
-
-/// Sets of vertices, each named by its lowest one.
-class VertexSets {
-  public:
-    explicit VertexSets(std::vector<std::uint32_t> first) : parent_(std::move(first)) {}
-
-    std::uint32_t find(std::uint32_t v) {
-        while (parent_[v] != v) v = parent_[v] = parent_[parent_[v]];
-        return v;
-    }
-    void unite(std::uint32_t a, std::uint32_t b) {
-        a = find(a), b = find(b);
-        parent_[std::max(a, b)] = std::min(a, b);
-    }
-    std::vector<std::uint32_t> firsts() {
-        for (std::uint32_t v = 0; v < parent_.size(); ++v) parent_[v] = find(v);
-        return std::move(parent_);
-    }
-
-  private:
-    std::vector<std::uint32_t> parent_;
-};
-
-/// By vertex: the lowest one of those that weld() joins it with.
-std::vector<std::uint32_t> welded(const std::vector<Vec3d>& positions, double distance) {
-    std::vector<std::uint32_t> listed;
-    double largest = 0;
-    for (std::uint32_t v = 0; v < positions.size(); ++v) {
-        const Vec3d& p = positions[v];
-        if (!is_sound(p)) continue;
-        listed.push_back(v);
-        largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-    }
-    std::vector<std::uint32_t> first = detail::first_at_place(positions, listed);
-    // Coordinates of doubles that differ are hardly nearer to each other, and the numbers of cells fit 64 bits.
-    constexpr double k_least_share = 0x1p-50;
-    if (largest == 0 || distance <= largest * k_least_share) return first;
-
-    // Cells whose diagonal is within the distance: all vertices of one are joined.
-    constexpr double k_side = 0.57;  // < 1 / sqrt(3); the distance reaches over two cells
-    struct Point {
-        std::array<std::int64_t, 3> cell;
-        std::uint32_t vertex;
-        auto operator<=>(const Point&) const = default;
-    };
-    std::vector<Point> points;
-    for (const std::uint32_t v : listed) {
-        if (first[v] != v) continue;
-        const Vec3d at = glm::floor(positions[v] / (k_side * distance));
-        points.push_back(
-            {{static_cast<std::int64_t>(at.x), static_cast<std::int64_t>(at.y), static_cast<std::int64_t>(at.z)}, v});
-    }
-    std::sort(points.begin(), points.end());
-    std::vector<std::uint32_t> start;  // of each cell in `points`
-    for (std::uint32_t i = 0; i < points.size(); ++i)
-        if (i == 0 || points[i].cell != points[i - 1].cell) start.push_back(i);
-    const std::uint32_t cells = count_of(start.size());
-    start.push_back(count_of(points.size()));
-
-    VertexSets sets(std::move(first));
-    for (std::uint32_t c = 0; c < cells; ++c)
-        for (std::uint32_t i = start[c] + 1; i < start[c + 1]; ++i)
-            sets.unite(points[start[c]].vertex, points[i].vertex);
-    const auto join = [&](std::uint32_t c, std::uint32_t d) {
-        if (sets.find(points[start[c]].vertex) == sets.find(points[start[d]].vertex)) return;
-        for (std::uint32_t i = start[c]; i < start[c + 1]; ++i)
-            for (std::uint32_t j = start[d]; j < start[d + 1]; ++j)
-                if (glm::distance(positions[points[i].vertex], positions[points[j].vertex]) <= distance)
-                    return sets.unite(points[i].vertex, points[j].vertex);
-    };
-    for (std::uint32_t c = 0; c < cells; ++c) {
-        const std::array<std::int64_t, 3> cell = points[start[c]].cell;
-        for (std::int64_t x = 0; x <= 2; ++x)  // each pair of cells once
-            for (std::int64_t y = x == 0 ? 0 : -2; y <= 2; ++y) {
-                const std::int64_t z = x == 0 && y == 0 ? 1 : -2;
-                const std::array<std::int64_t, 3> low{cell[0] + x, cell[1] + y, cell[2] + z};
-                const std::array<std::int64_t, 3> high{low[0], low[1], cell[2] + 2};
-                auto d = std::lower_bound(start.begin(), start.end() - 1, low,
-                                          [&](std::uint32_t i, const auto& wanted) { return points[i].cell < wanted; });
-                for (; d != start.end() - 1 && points[*d].cell <= high; ++d)
-                    join(c, count_of(static_cast<std::size_t>(d - start.begin())));
-            }
-    }
-    return sets.firsts();
-}
 
 class Repair {
   public:
@@ -164,7 +59,7 @@ class Repair {
     }
 
     std::vector<std::string> weld(double distance) {
-        const std::vector<std::uint32_t> first = welded(data_.positions, distance);
+        const std::vector<std::uint32_t> first = detail::welded(data_.positions, distance);
         std::vector<std::uint8_t> has_others(first.size(), 0);
         std::uint64_t gone = 0;
         for (std::uint32_t v = 0; v < first.size(); ++v)
@@ -327,7 +222,7 @@ class Repair {
     // Drops faces with bad vertices; cuts faces that pass a vertex twice into loops.
     void rebuild_faces() {
         std::vector<std::uint8_t> sound(data_.positions.size());
-        for (std::size_t v = 0; v < sound.size(); ++v) sound[v] = is_sound(data_.positions[v]);
+        for (std::size_t v = 0; v < sound.size(); ++v) sound[v] = detail::is_sound_position(data_.positions[v]);
         NewFaces faces;
         faces.corners.reserve(data_.face_vertices.size());
         Tally unsound, small, cut;

@@ -426,7 +426,7 @@ class RowPoints final : public LevelSource {
         }
     }
 
-    /// The terms of what is wanted there.
+    /// The terms of a site's sums.
     /// @param base  the last whole level
     static void add(const Rows& rows, const Address& address, Wanted wanted, std::size_t base, Workspace& work) {
         const RootLattices& net = rows.net();

@@ -4,7 +4,7 @@
 #include <span>
 #include <utility>
 
-// Places at levels of any depth: which root a point belongs to, what lies beyond a side, what lies around.
+// Places at levels of any depth: the root of a point, places beyond a side, the ring around a place.
 namespace tetrakis::detail {
 
 RootPlace RootLattices::own_place(std::uint32_t segments, const RootPlace& at) const {

@@ -187,7 +187,7 @@ class RootLattices {
         bool closed = true;
     };
     Around around(std::uint32_t segments, const RootPlace& at) const;
-    /// The own place of what lies at (x, y) of a root's lattice or beyond its sides, where the net goes on as if it
+    /// The own place of the point at (x, y) of a root's lattice or beyond its sides, where the net goes on as if it
     /// were regular.
     RootPlace place_beyond(std::uint32_t segments, std::uint32_t root, std::int64_t x, std::int64_t y) const;
     /// The line b away from side h.
