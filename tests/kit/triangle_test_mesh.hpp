@@ -3,6 +3,7 @@
 #include "random_mesh.hpp"
 
 #include <array>
+#include <random>
 
 namespace tetrakis::test {
 
