@@ -209,18 +209,28 @@ BezierTriangle<4> box_spline_triangle(const Net12& net) {
     return result;
 }
 
-double linear_deviation(const BezierTriangle<4>& patch) {
-    // The line through a point parallel to one side ends on the other two. Where second derivatives along all three are
-    // at most m, the point is within m / 6 of L. They are 12 times the second differences of control points.
+double linear_deviation(const Net12& net) {
+    // Second derivatives along a side are means of the net's second differences there, as a directional derivative of a
+    // box spline is the box spline without that direction. The line through a point parallel to one side ends on the
+    // other two; where second derivatives along all three are at most m, the point is within m / 6 of L.
+    constexpr std::array<std::array<std::size_t, 3>, 12> k_rows = {{{4, 0, 1},
+                                                                    {0, 1, 8},
+                                                                    {3, 2, 9},
+                                                                    {5, 6, 7},
+                                                                    {5, 0, 2},
+                                                                    {0, 2, 10},
+                                                                    {6, 1, 9},
+                                                                    {4, 3, 11},
+                                                                    {6, 0, 3},
+                                                                    {7, 1, 2},
+                                                                    {1, 2, 11},
+                                                                    {8, 9, 10}}};
     double squared = 0;
-    for (int j = 0; j <= 2; ++j)
-        for (int i = 0; i + j <= 2; ++i) {
-            const auto at = [&](int a, int b) { return patch.point[Quartic::index(i + a, j + b)]; };
-            for (const Vec3d& d : {at(0, 0) - 2.0 * at(1, 0) + at(2, 0), at(2, 0) - 2.0 * at(1, 1) + at(0, 2),
-                                   at(0, 2) - 2.0 * at(0, 1) + at(0, 0)})
-                squared = std::max(squared, glm::dot(d, d));
-        }
-    return 2 * std::sqrt(squared);
+    for (const auto& [before, at, after] : k_rows) {
+        const Vec3d d = net[before] - 2.0 * net[at] + net[after];
+        squared = std::max(squared, glm::dot(d, d));
+    }
+    return std::sqrt(squared) / 6;
 }
 
 }  // namespace tetrakis::detail

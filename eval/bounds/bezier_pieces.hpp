@@ -33,8 +33,8 @@ BezierTriangle<2> four_direction_over(const Net9& net, int side, const std::arra
 /// A regular triangle of a Loop surface: a polynomial of degree 4.
 BezierTriangle<4> box_spline_triangle(const Net12& net);
 
-/// Bound on |S - L|, L the linear interpolant of the corners. A triangle within whose sides are those of this one times
-/// h has at most h^2 times that.
-double linear_deviation(const BezierTriangle<4>& patch);
+/// Bound on |S - L| over such a triangle, L the linear interpolant of its corners. A triangle within whose sides are
+/// those of this one times h has at most h^2 times that.
+double linear_deviation(const Net12& net);
 
 }  // namespace tetrakis::detail

@@ -2,6 +2,7 @@
 
 #include "bezier_pieces.hpp"
 #include "labelled_polygon.hpp"
+#include "star_norms.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -30,13 +31,30 @@ double relative_size(const std::array<Bary, 3>& at) {
     return 0;
 }
 
+/// A point of a cell.
+struct CellPoint {
+    Bary at;
+    Vec3d linear;  ///< L there
+};
+CellPoint mix(const CellPoint& a, const CellPoint& b, double t) {
+    return {detail::mix(a.at, b.at, t), a.linear + t * (b.linear - a.linear)};
+}
+
 /// What a quarter of the cell has of a polygon.
-detail::LabelledPolygon<Bary> in_quarter(const detail::LabelledPolygon<Bary>& whole, std::size_t quarter) {
+detail::LabelledPolygon<CellPoint> in_quarter(const detail::LabelledPolygon<CellPoint>& whole, std::size_t quarter) {
     const auto half = [&](std::size_t k, double sign) {
-        return [k, sign](const Bary& b) { return sign * (b[k] - 0.5); };
+        return [k, sign](const CellPoint& p) { return sign * (p.at[k] - 0.5); };
     };
     if (quarter < 3) return whole.clipped(half(quarter, 1));
     return whole.clipped(half(0, -1)).clipped(half(1, -1)).clipped(half(2, -1));
+}
+
+/// How far the linear interpolant of a cell's corners is from that of a piece's corners at most, over the piece.
+double between(const std::array<Vec3d, 3>& cell, const std::array<Bary, 3>& at, const std::array<Vec3d, 3>& piece) {
+    double most = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+        most = std::max(most, glm::length(at[k][0] * cell[0] + at[k][1] * cell[1] + at[k][2] * cell[2] - piece[k]));
+    return most;
 }
 
 /// Box spline weights for the positions of a barycentric lattice: samples stand on few points.
@@ -134,9 +152,9 @@ Vec3d LoopBounder::position(const LoopCell& cell, const Bary& at) const {
 
 LeafError LoopBounder::leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack) {
     start(decide_at, true);
-    Piece piece{{}, {0, 1, 2}};
+    Piece piece{{}, {}, {0, 1, 2}};
     Level& level = locate(leaf, piece.at);
-    std::array<Vec3d, 3> corner;
+    std::array<Vec3d, 3>& corner = piece.linear;
     if (level.cell.kind != LoopCell::Kind::regular) {
         for (std::size_t i = 0; i < 3; ++i) corner[i] = position(level.cell, piece.at[i]);
         set_face(detail::TriangleDistance(corner, slack));
@@ -145,7 +163,7 @@ LeafError LoopBounder::leaf_error(const CellTriangle& leaf, double decide_at, co
     }
     if (!level.has_patch) {
         level.patch = detail::box_spline_triangle(level.cell.net);
-        level.linear_deviation = detail::linear_deviation(level.patch);
+        level.linear_deviation = detail::linear_deviation(level.cell.net);
         level.has_patch = true;
     }
     // S - L first: it is never smaller than the distance, and known for all triangles of a cell.
@@ -165,25 +183,53 @@ void LoopBounder::bound_regular(const Patch& cell, const Piece& piece) {
 
 void LoopBounder::bound_cell(const LoopCell& cell, const Piece& piece, int depth) {
     if (rejected_) return;
-    if (cell.kind == LoopCell::Kind::regular) return bound_regular(detail::box_spline_triangle(cell.net), piece);
+    if (cell.kind == LoopCell::Kind::regular) {
+        // No error is larger than |S - L|.
+        const std::array<Vec3d, 3> corner{detail::box_spline_corner(cell.net, 0),
+                                          detail::box_spline_corner(cell.net, 1),
+                                          detail::box_spline_corner(cell.net, 2)};
+        if (settled(detail::linear_deviation(cell.net) + between(corner, piece.at, piece.linear) + pad_)) return;
+        return bound_regular(detail::box_spline_triangle(cell.net), piece);
+    }
     if (cell.kind != LoopCell::Kind::split) {
         const bool may_split = depth > 0 && !exhausted();
-        const double upper = hull_error(cell, piece.edge, may_split) + pad_;
+        const double upper = irregular_error(cell, piece, may_split) + pad_;
         if (settled(upper)) return;
         if (!may_split) return give_up(upper);
     }
     ++splits_;
-    const detail::LabelledPolygon<Bary> whole(piece.at, piece.edge);
+    const detail::LabelledPolygon<CellPoint> whole(
+        {{{piece.at[0], piece.linear[0]}, {piece.at[1], piece.linear[1]}, {piece.at[2], piece.linear[2]}}}, piece.edge);
     for (const int quarter : {3, 2, 1, 0}) {  // the irregular one of a star last
         const auto part = in_quarter(whole, static_cast<std::size_t>(quarter));
         if (part.empty()) continue;
         LoopCell child;
         patches_.child(cell, quarter, child);
-        part.for_each_triangle([&](Corners at, const Edges& edge) {
-            for (Bary& b : at) b = detail::turned(detail::in_quarter(b, quarter), child.turn);
-            bound_cell(child, {at, edge}, depth - 1);
+        part.for_each_triangle([&](const std::array<CellPoint, 3>& corners, const Edges& edge) {
+            Piece inside;
+            inside.edge = edge;
+            for (std::size_t k = 0; k < 3; ++k) {
+                inside.at[k] = detail::turned(detail::in_quarter(corners[k].at, quarter), child.turn);
+                inside.linear[k] = corners[k].linear;
+            }
+            bound_cell(child, inside, depth - 1);
         });
     }
+}
+
+double LoopBounder::irregular_error(const LoopCell& cell, const Piece& piece, bool may_split) const {
+    if (cell.kind == LoopCell::Kind::star) {
+        const int valence = cell.star->valence();
+        const Vec3d* points = cell.star->points();
+        if (const detail::StarNorms* norms = detail::StarNorms::loop(valence)) {
+            const std::array<Vec3d, 3> corner{detail::loop_star_limit(valence, points),
+                                              detail::loop_star_corner(valence, points, 1),
+                                              detail::loop_star_corner(valence, points, 2)};
+            return norms->deviation({points, static_cast<std::size_t>(detail::loop_star_size(valence))}, 0) +
+                   between(corner, piece.at, piece.linear);
+        }
+    }
+    return hull_error(cell, piece.edge, may_split);
 }
 
 double LoopBounder::hull_error(const LoopCell& cell, const Edges& edge, bool may_split) const {

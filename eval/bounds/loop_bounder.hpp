@@ -17,7 +17,7 @@ namespace tetrakis {
 /// The error of a leaf with triangle T over the piece S of the surface is QuadBounder's: the largest of the distance
 /// from a point of S to T, and the distance from a point of S on a side of the leaf to that edge of T. It bounds the
 /// distance in both directions. Regular cells are polynomials of degree 4; irregular ones are quartered towards the
-/// extraordinary point, and the last one lies in the hull of its control points.
+/// extraordinary point: stars are bounded by norms, other cells by the hull of their control points.
 class LoopBounder : private detail::PatchBounder<> {
   public:
     explicit LoopBounder(const LoopPatches& patches);
@@ -46,6 +46,7 @@ class LoopBounder : private detail::PatchBounder<> {
     /// A triangle within a cell.
     struct Piece {
         Corners at;
+        std::array<Vec3d, 3> linear;  ///< the leaf's L at the corners
         Edges edge;
     };
 
@@ -53,6 +54,7 @@ class LoopBounder : private detail::PatchBounder<> {
     Vec3d position(const detail::LoopCell& cell, const detail::Bary& at) const;
     void bound_cell(const detail::LoopCell& cell, const Piece& piece, int depth);
     void bound_regular(const Patch& cell, const Piece& piece);
+    double irregular_error(const detail::LoopCell& cell, const Piece& piece, bool may_split) const;
     /// The surface of a cell lies in the hull of the cell's points, its sides do, too.
     /// @param may_split  then any value that settles nothing will do where the error does not
     double hull_error(const detail::LoopCell& cell, const Edges& edge, bool may_split) const;

@@ -68,13 +68,14 @@ double QuadBounder::hull_error(const QuadNode& node, const Piece& piece, const C
 
 double QuadBounder::irregular_error(const QuadNode& node, const Piece& piece, const Corners& corners,
                                     bool may_split) const {
-    const detail::StarNorms* norms =
-        node.kind == QuadNode::Kind::star ? detail::StarNorms::of(node.star->valence, node.star->far_valence) : nullptr;
+    const detail::StarNorms* norms = node.kind == QuadNode::Kind::star
+                                         ? detail::StarNorms::catmull_clark(node.star->valence, node.star->far_valence)
+                                         : nullptr;
     if (!norms) return hull_error(node, piece, corners, may_split);
     // No error is larger than |S - L|, and L differs from the linear function through the piece's corners by no more
     // than it does at those.
     const int turn = (piece.turn - node.turn) & 3;
-    return norms->deviation(*node.star, piece.quarter ? 4 + turn : turn) + corners.largest_deviation();
+    return norms->deviation(node.star->points, piece.quarter ? 4 + turn : turn) + corners.largest_deviation();
 }
 
 void QuadBounder::bound(const Piece& piece, const Corners& corners, int depth) {

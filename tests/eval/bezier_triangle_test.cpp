@@ -68,7 +68,7 @@ TEST_CASE("box splines in Bernstein-Bezier form, parts of them, and a bound on h
     Net12 net;
     for (Vec3d& p : net) p = {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
     const BezierTriangle<4> whole = box_spline_triangle(net);
-    const double bend = linear_deviation(whole);
+    const double bend = linear_deviation(net);
     for (int round = 0; round < 100; ++round) {
         const Bary b = random_bary(random);
         CHECK(glm::length(value(whole, b) - box_spline_position(net, b)) < 1e-14);

@@ -285,10 +285,10 @@ TEST_CASE("norms bound what a star is off its linear interpolants, closely where
                 star->find_limit();
                 QuadNode node;
                 node.adopt(std::move(star));
-                const StarNorms* norms = StarNorms::of(n, k);
+                const StarNorms* norms = StarNorms::catmull_clark(n, k);
                 REQUIRE(norms);
                 const Vec2d corner[4] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-                for (int t = 0; t < StarNorms::k_triangles; ++t) {
+                for (int t = 0; t < 8; ++t) {
                     const bool half = t < 4;
                     const Vec2d at[3] = {half ? corner[t] : Vec2d(0.5), corner[half ? (t + 1) % 4 : t - 4],
                                          corner[half ? (t + 3) % 4 : (t - 3) % 4]};
@@ -301,7 +301,7 @@ TEST_CASE("norms bound what a star is off its linear interpolants, closely where
                             worst = std::max(worst, glm::length(surface(a * at[0] + b * at[1] + c * at[2]) -
                                                                 (a * value[0] + b * value[1] + c * value[2])));
                         }
-                    const double bound = norms->deviation(*node.star, t);
+                    const double bound = norms->deviation(node.star->points, t);
                     CAPTURE(n);
                     CAPTURE(k);
                     CAPTURE(t);
@@ -311,8 +311,61 @@ TEST_CASE("norms bound what a star is off its linear interpolants, closely where
                 }
             }
     CHECK(close > 0.75 * all);
-    CHECK(StarNorms::of(2, 4) == nullptr);
-    CHECK(StarNorms::of(4, 1000) == nullptr);
+    CHECK(StarNorms::catmull_clark(2, 4) == nullptr);
+    CHECK(StarNorms::catmull_clark(4, 1000) == nullptr);
+}
+
+TEST_CASE("norms of a Loop star bound what its surface is off a plane, closely where its faces are alike") {
+    using namespace detail;
+    test::Random random(12);
+    int close = 0, all = 0;
+    for (const int n : {3, 4, 5, 7, 8, 12})
+        for (const double noise : {0.0, 0.1, 3.0}) {
+            std::vector<Vec3d> star;
+            const auto add = [&](double x, double y) {
+                const auto off = [&] { return noise * random.uniform(-1, 1); };
+                star.emplace_back(3 * x + y + off(), y + off(), 0.05 * x * x - 0.1 * x * y + off());
+            };
+            const auto ring = [&](int i, double radius) {
+                const double angle = 2 * std::numbers::pi * i / n;
+                return radius * Vec2d(std::cos(angle), std::sin(angle));
+            };
+            add(0, 0);
+            for (int i = 0; i < n; ++i) add(ring(i, 1).x, ring(i, 1).y);
+            for (const Vec2d& p :
+                 {ring(0, 1) + ring(-1, 1), ring(0, 2), ring(0, 1) + ring(1, 1), ring(1, 2), ring(1, 1) + ring(2, 1)})
+                add(p.x, p.y);
+            const auto surface = [&](Bary b) {
+                std::vector<Vec3d> points = star, step(static_cast<std::size_t>(loop_star_step_size(n)));
+                for (;;) {
+                    if (b[0] == 1) return loop_star_limit(n, points.data());
+                    loop_star_step(n, loop_vertex_rule(n).beta, points.data(), step.data());
+                    const int quarter = quarter_of(b);
+                    b = in_quarter(b, quarter);
+                    if (quarter != 0) return box_spline_position(loop_star_quarter(n, step.data(), quarter), b);
+                    std::copy_n(step.begin(), points.size(), points.begin());
+                }
+            };
+            const Vec3d corner[3] = {surface({1, 0, 0}), surface({0, 1, 0}), surface({0, 0, 1})};
+            double worst = 0;
+            for (int i = 0; i <= 32; ++i)
+                for (int j = 0; i + j <= 32; ++j) {
+                    const Bary b{i / 32.0, j / 32.0, (32 - i - j) / 32.0};
+                    worst = std::max(
+                        worst, glm::length(surface(b) - (b[0] * corner[0] + b[1] * corner[1] + b[2] * corner[2])));
+                }
+            const StarNorms* norms = StarNorms::loop(n);
+            REQUIRE(norms);
+            const double bound = norms->deviation(star, 0);
+            CAPTURE(n);
+            CAPTURE(noise);
+            CHECK(bound >= worst - 1e-12);
+            ++all;
+            close += bound < 5 * worst;
+        }
+    CHECK(close > 0.75 * all);
+    CHECK(StarNorms::loop(2) == nullptr);
+    CHECK(StarNorms::loop(1000) == nullptr);
 }
 
 TEST_CASE("corner limits of stars before they grow are those of their quarters") {
