@@ -112,7 +112,7 @@ void QuadBounder::split(WalkCell& cell, const Piece& piece, const Corners& corne
     std::array<Vec3d, 3> l, d;
     const auto middle = [&](std::size_t i, int point) {
         const Vec3d s = cell.point(point);
-        l[i] = 0.5 * (L[i] + L[(i + 1) % 3]);
+        l[i] = near_middle(s, L[i], L[(i + 1) % 3]);
         d[i] = s - l[i];
         return attain(node_error(measured_form(s, d[i]), E[i]));
     };
@@ -127,6 +127,10 @@ void QuadBounder::split(WalkCell& cell, const Piece& piece, const Corners& corne
     bound(part(k, k2, {none, none, none}), {{l[1], l[2], l[0]}, {d[1], d[2], d[0]}}, depth - 1);
     bound(part(k1, k, {E[0], E[1], none}), {{l[0], L[1], l[1]}, {d[0], D[1], d[1]}}, depth - 1);
     bound(part(k3, k, {none, E[1], E[2]}), {{l[2], l[1], L[2]}, {d[2], d[1], D[2]}}, depth - 1);
+}
+
+Vec3d QuadBounder::near_middle(const Vec3d& p, const Vec3d& a, const Vec3d& b) const {
+    return a + (distance_ ? detail::nearest_on_segment(b - a, p - a) : 0.5) * (b - a);
 }
 
 QuadBounder::Piece QuadBounder::piece_of(const CellTriangle& leaf) {
@@ -199,7 +203,7 @@ void QuadBounder::bound_root(HalfedgeId h, const Vec3d* centre, const EdgeSlack&
     const Piece first{h, 0, 0, 0, 1, false, {-1, 0, 1}}, second{g, 0, 0, 0, 3, false, {1, 2, -1}};
     Corners left = leaf_corners(home(first), first), right = leaf_corners(home(second), second);
     const Vec3d v = left.linear[2], c = left.linear[1], w = right.linear[1], m = left.linear[0];
-    const Vec3d base = 0.5 * (v + w), linear_centre = centre ? *centre : c;
+    const Vec3d linear_centre = centre ? *centre : c;
     if (!centre) {
         set_face(detail::TriangleDistance({c, v, w}, slack));
         // The middles of the edges decide most leaves that must be split.
@@ -210,6 +214,7 @@ void QuadBounder::bound_root(HalfedgeId h, const Vec3d* centre, const EdgeSlack&
             reject(home(first).point(k_centre_point), 0))
             return;
     }
+    const Vec3d base = near_middle(m, v, w);
     left.linear = {base, linear_centre, v};
     right.linear = {base, w, linear_centre};
     left.deviation[0] = right.deviation[0] = m - base;
@@ -279,16 +284,17 @@ void QuadBounder::bound_part(const detail::Net16& net, const Part& part, double 
     // As for irregular cells. Most pieces need no more.
     if (settled(detail::bicubic_deviation(net, part.at) + at_corners + pad_)) return;
     using Patch = detail::BezierTriangle<6>;
-    Patch patch = detail::bicubic_over(net, weights);
     if (distance_) {
-        for (Vec3d& p : patch.point) p = face_.local(p);
-    } else {
-        for (int j = 0; j <= 6; ++j)
-            for (int i = 0; i + j <= 6; ++i)
-                patch.point[Patch::index(i, j)] -=
-                    (1.0 / 6) *
-                    ((6.0 - i - j) * part.linear[0] + double(i) * part.linear[1] + double(j) * part.linear[2]);
+        detail::Net16 local;
+        for (int y = -1; y <= 2; ++y)
+            for (int x = -1; x <= 2; ++x) local.set(x, y, face_.local(net.at(x, y)));
+        return bound_patch(detail::bicubic_over(local, weights), part.edge);
     }
+    Patch patch = detail::bicubic_over(net, weights);
+    for (int j = 0; j <= 6; ++j)
+        for (int i = 0; i + j <= 6; ++i)
+            patch.point[Patch::index(i, j)] -=
+                (1.0 / 6) * ((6.0 - i - j) * part.linear[0] + double(i) * part.linear[1] + double(j) * part.linear[2]);
     bound_patch(patch, part.edge);
 }
 

@@ -99,6 +99,8 @@ class QuadBounder : private detail::PatchBounder<> {
     double irregular_error(const detail::QuadNode& node, const Piece& piece, const Corners& corners,
                            bool may_split) const;
     double hull_error(const detail::QuadNode& node, const Piece& piece, const Corners& corners, bool may_split) const;
+    /// The point of a side that the surface's point over its middle is compared with.
+    Vec3d near_middle(const Vec3d& p, const Vec3d& a, const Vec3d& b) const;
     /// The form in which errors are measured: positions in the triangle's frame, or S - L.
     Vec3d measured_form(const Vec3d& position, const Vec3d& deviation) const {
         return distance_ ? face_.local(position) : deviation;

@@ -7,15 +7,6 @@
 
 namespace tetrakis::detail {
 
-namespace {
-
-/// Of a sum over some dozens of points.
-constexpr double k_rounding_of_sums = 1 + 1e-12;
-
-}  // namespace
-
-void StarNorms::note(double& most, double size) { most = std::max(most, size * k_rounding_of_sums); }
-
 /// Least squares.
 void StarNorms::find_fit() {
     glm::dmat3 normal(0);

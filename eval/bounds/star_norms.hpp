@@ -44,7 +44,8 @@ class StarNorms {
         return slot.compare_exchange_strong(expected, fresh.get(), std::memory_order_acq_rel) ? fresh.release()
                                                                                               : expected;
     }
-    static void note(double& most, double size);
+    static constexpr double k_rounding_of_sums = 1 + 1e-12;  ///< of some dozens of points
+    static void note(double& most, double size) { most = std::max(most, size * k_rounding_of_sums); }
     void find_fit();
 
     struct Triangle {
