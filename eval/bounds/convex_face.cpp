@@ -1,6 +1,6 @@
 #include "convex_face.hpp"
 
-#include "plane_measure.hpp"
+#include "point_triangle.hpp"
 
 #include <algorithm>
 #include <cmath>

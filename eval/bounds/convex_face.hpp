@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../hier/base/vec.hpp"
-#include "edge_slack.hpp"
+#include "mesh_slack.hpp"
 
 #include <span>
 #include <vector>

@@ -3,7 +3,6 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/adaptive/adaptive_dual.hpp"
 #include "../../refine/points/vertex_levels.hpp"
-#include "plane_measure.hpp"
 #include "point_triangle.hpp"
 
 #include <algorithm>

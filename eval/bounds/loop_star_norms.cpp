@@ -1,4 +1,4 @@
-#include "../patches/loop_star.hpp"
+#include "../patches/loop_cell.hpp"
 #include "bezier_pieces.hpp"
 #include "star_norms.hpp"
 

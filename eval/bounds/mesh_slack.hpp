@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../hier/base/run_context.hpp"
-#include "edge_slack.hpp"
+#include "../../hier/base/vec.hpp"
 
 #include <array>
 #include <cstdint>
@@ -9,6 +9,43 @@
 #include <vector>
 
 namespace tetrakis {
+
+/// What is known of a mesh around one of its triangles T, so that the surface over T may slide over T's edges.
+///
+/// Across an edge with slack another triangle follows, which is turned against T's plane by at most `fold`; and either
+/// of the two contains the isosceles triangle over the edge (its tent) whose base angles have the tangent `tent`. Tents
+/// of one triangle do not overlap.
+///
+/// The error of a leaf, with slack at some edges: let f be the foot of a point p of its surface on T's plane, h its
+/// height, D the triangle together with the tents beyond its edges with slack (unfolded into the plane: convex), R the
+/// two tents at an edge, t how far f lies beyond the line of an edge with slack, w that edge's fold, W the largest. It
+/// is the largest of
+///     sqrt(h^2 + dist(f, D)^2) + max(0, w t)                         for all points, the largest over the edges,
+///     dist(p, edge)                                                  for those on a side without slack,
+///     sqrt(h^2 + dist(f, R)^2) (1 + W^2 / 4) + W dist(f, edge)       for those on a side with slack.
+/// Where the errors of all leaves are at most E, the mesh and the surface are within E of each other both ways. Proof:
+/// there is a continuous map F of the surface into the mesh that moves no point by more than E: p goes to the point of
+/// D that is nearest to f, folded back; on a side with slack to the nearest point of R, unfolded into the plane that
+/// halves the fold, so that both leaves agree there; on a side without to the nearest point of the edge. (Projections
+/// onto convex sets that contain the edge do not increase the distance from it, nor t, and folding moves a point by at
+/// most w t. The tents are those that the mesh has room for; with smaller ones a bound only grows.) In a narrow
+/// collar F changes from one rule to the other, from u to v: in a leaf's own unfolded plane both ends are within E of
+/// p, so the point where the line between them crosses the edge is, and in the folded mesh each of its two parts lies
+/// in a plane, where distances are convex. A leaf with a side that does not slide over an edge at which its neighbour
+/// does has such a collar, too. F and the parametrisation of the surface by the mesh carry each leaf into the same T
+/// with tents, which is contractible, so they are homotopic; F has degree 1 and meets every point of the mesh.
+///
+/// For fold 0 at all edges it is sliding in a plane, which costs nothing.
+struct EdgeSlack {
+    std::array<double, 3> fold{-1, -1, -1};  ///< by edge (corner k to k + 1), in radians; negative: no slack
+    std::array<double, 3> tent{};            ///< by edge; tangents
+
+    /// Whether there is slack at some edge.
+    bool any() const { return fold[0] >= 0 || fold[1] >= 0 || fold[2] >= 0; }
+};
+
+/// Largest fold there is slack for: with more it helps little.
+inline constexpr double k_largest_fold = 0.25;
 
 /// The folds of a conforming triangle mesh, and the room that its triangles leave at their edges (EdgeSlack).
 class MeshSlack {

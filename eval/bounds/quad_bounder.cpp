@@ -2,7 +2,7 @@
 
 #include "bezier_pieces.hpp"
 #include "labelled_polygon.hpp"
-#include "plane_measure.hpp"
+#include "point_triangle.hpp"
 #include "star_norms.hpp"
 
 #include <algorithm>

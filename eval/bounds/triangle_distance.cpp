@@ -1,6 +1,6 @@
 #include "triangle_distance.hpp"
 
-#include "plane_measure.hpp"
+#include "point_triangle.hpp"
 
 #include <algorithm>
 #include <cmath>

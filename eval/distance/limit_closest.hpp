@@ -2,7 +2,7 @@
 
 #include "../patches/loop_patches.hpp"
 #include "../patches/quad_patches.hpp"
-#include "../surface/surface_parameter.hpp"
+#include "../surface/surface_point.hpp"
 #include "closest_bvh.hpp"
 
 #include <memory>

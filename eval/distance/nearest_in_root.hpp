@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../surface/surface_parameter.hpp"
+#include "../surface/surface_point.hpp"
 
 #include <algorithm>
 #include <cmath>

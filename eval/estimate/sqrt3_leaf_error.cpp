@@ -2,7 +2,7 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/points/sqrt3_points.hpp"
-#include "../bounds/plane_measure.hpp"
+#include "../bounds/point_triangle.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
-#include "mesh_encoders.hpp"
+#include "mesh_codecs.hpp"
+#include "mesh_view.hpp"
 #include "mesh_writer.hpp"
-#include "split_vertices.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

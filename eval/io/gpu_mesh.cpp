@@ -1,6 +1,6 @@
 #include "gpu_mesh.hpp"
 
-#include "split_vertices.hpp"
+#include "mesh_view.hpp"
 
 namespace tetrakis {
 

@@ -1,7 +1,7 @@
 #include "mesh_reader.hpp"
 
-#include "../../hier/base/read_file.hpp"
-#include "mesh_decoders.hpp"
+#include "../../hier/base/files.hpp"
+#include "mesh_codecs.hpp"
 
 #include <fmt/format.h>
 

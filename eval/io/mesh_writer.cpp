@@ -1,8 +1,8 @@
 #include "mesh_writer.hpp"
 
-#include "../../hier/base/atomic_file.hpp"
+#include "../../hier/base/files.hpp"
 #include "../../hier/base/parallel.hpp"
-#include "mesh_encoders.hpp"
+#include "mesh_codecs.hpp"
 
 #include <algorithm>
 #include <cctype>

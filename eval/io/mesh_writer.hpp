@@ -8,7 +8,7 @@
 
 namespace tetrakis {
 
-class AtomicFile;  // hier/atomic_file.hpp
+class AtomicFile;  // hier/base/files.hpp
 
 enum class MeshFormat {
     obj,  ///< text; doubles as their shortest round-trip form, g and usemtl lines where group or material changes

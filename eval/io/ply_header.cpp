@@ -1,6 +1,6 @@
 #include "ply_header.hpp"
 
-#include "mesh_decoders.hpp"
+#include "mesh_codecs.hpp"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 #include "png.hpp"
 
-#include "../../hier/base/atomic_file.hpp"
 #include "../../hier/base/error.hpp"
+#include "../../hier/base/files.hpp"
 
 #include <cstdlib>
 #include <new>

@@ -6,7 +6,7 @@
 
 namespace tetrakis {
 
-class AtomicFile;  // hier/atomic_file.hpp
+class AtomicFile;  // hier/base/files.hpp
 
 /// An 8-bit RGB picture, row by row from the top.
 struct Image {

@@ -1,6 +1,6 @@
 #include "stencil_writer.hpp"
 
-#include "../../hier/base/atomic_file.hpp"
+#include "../../hier/base/files.hpp"
 
 #include <fmt/format.h>
 

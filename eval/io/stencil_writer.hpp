@@ -6,7 +6,7 @@
 
 namespace tetrakis {
 
-class AtomicFile;  // hier/atomic_file.hpp
+class AtomicFile;  // hier/base/files.hpp
 
 /// Writes a stencil table as text, for programs that refine with kernels of their own:
 ///

@@ -10,6 +10,84 @@
 
 namespace tetrakis::detail {
 
+namespace {
+
+Vec3d edge_point(const Vec3d& a, const Vec3d& b, const Vec3d& left, const Vec3d& right) {
+    return Loop::edge_end * (a + b) + Loop::edge_opposite * (left + right);
+}
+
+Vec3d regular_vertex_point(const Vec3d& c, const Vec3d& a, const Vec3d& b, const Vec3d& d, const Vec3d& e,
+                           const Vec3d& f, const Vec3d& g) {
+    return 0.625 * c + 0.0625 * ((a + b) + (d + e) + (f + g));
+}
+
+}  // namespace
+
+void loop_star_step(int n, double beta, const Vec3d* star, Vec3d* step) {
+    const Vec3d& c = star[0];
+    const Vec3d* ring = star + 1;
+    const Vec3d* out = star + n + 1;
+    const Vec3d &a = ring[0], &b = ring[1], &before = ring[n - 1], &after = ring[n == 2 ? 0 : 2];
+    Vec3d sum = ring[0];
+    for (int i = 1; i < n; ++i) sum += ring[i];
+    step[0] = (1 - n * beta) * c + beta * sum;
+    step[1] = edge_point(c, ring[0], ring[n - 1], ring[1]);
+    for (int i = 1; i < n - 1; ++i) step[1 + i] = edge_point(c, ring[i], ring[i - 1], ring[i + 1]);
+    step[n] = edge_point(c, ring[n - 1], ring[n - 2], ring[0]);
+    Vec3d* o = step + n + 1;
+    o[0] = edge_point(a, before, c, out[0]);
+    o[1] = regular_vertex_point(a, c, b, out[2], out[1], out[0], before);
+    o[2] = edge_point(a, b, c, out[2]);
+    o[3] = regular_vertex_point(b, c, a, out[2], out[3], out[4], after);
+    o[4] = edge_point(b, after, c, out[4]);
+    o[5] = edge_point(a, out[0], before, out[1]);
+    o[6] = edge_point(a, out[1], out[0], out[2]);
+    o[7] = edge_point(a, out[2], out[1], b);
+    o[8] = edge_point(b, out[2], a, out[3]);
+    o[9] = edge_point(b, out[4], out[3], after);
+    o[10] = edge_point(b, out[3], out[2], out[4]);
+}
+
+void loop_star_quarter(int n, const Vec3d* step, int quarter, Net12& out) {
+    const int o = n + 1, after = n == 2 ? 1 : 3;  // the outer points; (-1,1); ring point n is (1,-1)
+    const auto gather = [&](const std::array<int, 12>& from) {
+        for (std::size_t i = 0; i < 12; ++i) out[i] = step[from[i]];
+    };
+    if (quarter == 1)
+        gather({1, o + 1, o + 2, 2, 0, n, o + 0, o + 5, o + 6, o + 7, o + 8, o + 3});
+    else if (quarter == 2)
+        gather({2, o + 2, o + 3, o + 4, after, 0, 1, o + 1, o + 7, o + 8, o + 10, o + 9});
+    else
+        gather({o + 2, 2, 1, o + 1, o + 7, o + 8, o + 3, o + 4, after, 0, n, o + 0});
+}
+
+LoopVertexRule loop_vertex_rule(int valence) {
+    constexpr int k_common = 32;
+    const auto make = [](int n) { return LoopVertexRule{Loop::beta(n), Loop::limit_mask(n)}; };
+    static const auto table = [&] {
+        std::array<LoopVertexRule, k_common + 1> rules;
+        for (int n = 1; n <= k_common; ++n) rules[static_cast<std::size_t>(n)] = make(n);
+        return rules;
+    }();
+    return valence <= k_common ? table[static_cast<std::size_t>(valence)] : make(valence);
+}
+
+Vec3d loop_star_limit(int n, const Vec3d* star) {
+    const RingMask mask = loop_vertex_rule(n).limit;
+    Vec3d sum = star[1];
+    for (int i = 2; i <= n; ++i) sum += star[i];
+    return mask.vertex * star[0] + mask.edge * sum;
+}
+
+Vec3d loop_star_corner(int n, const Vec3d* star, int corner) {
+    const Vec3d* ring = star + 1;
+    const Vec3d* o = star + n + 1;
+    const Vec3d &a = ring[0], &b = ring[1], &before = ring[n - 1], &after = ring[n == 2 ? 0 : 2];
+    const Vec3d sum =
+        corner == 1 ? (star[0] + b) + (o[2] + o[1]) + (o[0] + before) : (star[0] + a) + (o[2] + o[3]) + (o[4] + after);
+    return 0.5 * (corner == 1 ? a : b) + (1.0 / 12) * sum;
+}
+
 LoopStarChain& LoopStarChain::make(RecordPool& pool, int valence, int size) {
     static_assert(sizeof(LoopStarChain) % alignof(Vec3d) == 0 && std::is_trivially_destructible_v<LoopStarChain>);
     void* memory = pool.allocate(sizeof(LoopStarChain) + static_cast<std::size_t>(size) * sizeof(Vec3d));

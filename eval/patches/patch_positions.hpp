@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../refine/adaptive/adaptive.hpp"
-#include "../../schemes/core/scheme_kind.hpp"
+#include "../../schemes/core/scheme_table.hpp"
 #include "loop_patches.hpp"
 #include "quad_patches.hpp"
 

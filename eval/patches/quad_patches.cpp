@@ -1,14 +1,14 @@
 #include "quad_patches.hpp"
 
-#include "../surface/first_seen.hpp"
-
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/rules/corner_angles.hpp"
 #include "../../schemes/core/sharpness.hpp"
 #include "../../schemes/rules/ring_limit.hpp"
+#include "../surface/first_seen.hpp"
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <optional>
 #include <string>
 
@@ -409,6 +409,47 @@ SurfacePoint QuadPatches::evaluate(HalfedgeId root, double x, double y, bool sec
     point.duu = scale * scale * combine(node->net, wx[2], wy[0]);
     point.duv = scale * scale * combine(node->net, wx[1], wy[1]);
     point.dvv = scale * scale * combine(node->net, wx[0], wy[2]);
+    return point;
+}
+
+namespace {
+bool is_hard(const ControlMesh& mesh, HalfedgeId h) {
+    return mesh.twin(h).valid() && mesh.sharpness(mesh.edge(h)) == k_sharpness_infinity;
+}
+}  // namespace
+
+SurfacePoint QuadPatches::vertex(HalfedgeId root, LatticePoint at, int level) const {
+    const double step = std::ldexp(1.0, -level);
+    SurfacePoint point = frame(root, at.x * step, at.y * step);
+    const ControlMesh& m = mesh_;
+    const auto normal_at = [&](HalfedgeId h, std::uint32_t x, std::uint32_t y) {
+        return frame(h, x * step, y * step).normal;
+    };
+    Vec3d sum(0);
+    if (at.x == 0 && at.y == 0) {
+        // A control vertex with hard edges: the mean over its corner cells.
+        bool hard = false;
+        const HalfedgeId start = m.vertex_halfedge(m.origin(root));
+        for (HalfedgeId h = start; h.valid();) {
+            hard |= is_hard(m, h);
+            h = m.ccw_outgoing(h);
+            if (h == start) break;
+        }
+        if (!hard) return point;
+        for (HalfedgeId h = start; h.valid();) {
+            sum += normal_at(h, 0, 0);
+            h = m.ccw_outgoing(h);
+            if (h == start) break;
+        }
+    } else if (at.y == 0 && is_hard(m, root)) {
+        sum = point.normal + normal_at(m.cw_outgoing(root), 0, at.x);
+    } else if (at.x == 0 && is_hard(m, m.prev(root))) {
+        sum = point.normal + normal_at(m.ccw_outgoing(root), at.y, 0);
+    } else {
+        return point;
+    }
+    const double length = glm::length(sum);
+    if (length > 0) point.normal = sum / length;
     return point;
 }
 

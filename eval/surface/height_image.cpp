@@ -1,7 +1,7 @@
 #include "height_image.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "../../hier/base/read_file.hpp"
+#include "../../hier/base/files.hpp"
 
 #include <algorithm>
 #include <cmath>

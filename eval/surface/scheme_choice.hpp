@@ -1,7 +1,6 @@
 #pragma once
 
 #include "../../refine/uniform/refine.hpp"
-#include "../../schemes/core/scheme_kind.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 
 #include <optional>

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "../../hier/base/ids.hpp"
 #include "../../hier/base/vec.hpp"
 
 namespace tetrakis {
@@ -15,5 +16,32 @@ struct SurfacePoint {
     Vec3d normal{0};  ///< unit normal, outward for counter-clockwise faces; where there is no tangent plane
                       ///< (corners, creases) the mean of the sectors' normals; zero if nothing defines one
 };
+
+/// Where on a limit surface: root and parameters.
+struct SurfaceParameter {
+    HalfedgeId root;
+    double x = 0, y = 0;
+};
+
+namespace detail {
+
+/// The Gauss-Newton step in the tangent plane at s towards q; false where the tangents do not span one.
+inline bool tangent_step(const SurfacePoint& s, const Vec3d& q, double& dx, double& dy) {
+    const Vec3d r = q - s.position;
+    const double a = glm::dot(s.du, s.du), b = glm::dot(s.du, s.dv), c = glm::dot(s.dv, s.dv);
+    const double det = a * c - b * b;
+    // Squared sine of the angle between the tangents below which they count as parallel.
+    constexpr double k_parallel = 1e-12;
+    if (!(det > k_parallel * a * c)) return false;
+    const double p = glm::dot(s.du, r), w = glm::dot(s.dv, r);
+    dx = (c * p - b * w) / det;
+    dy = (a * w - b * p) / det;
+    return true;
+}
+
+/// Newton steps: four bring a start in the basin to rounding, the rest is for slow ones.
+inline constexpr int k_newton_steps = 8;
+
+}  // namespace detail
 
 }  // namespace tetrakis

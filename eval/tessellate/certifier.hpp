@@ -3,7 +3,7 @@
 #include "../../hier/base/run_context.hpp"
 #include "../../refine/adaptive/adaptive_refinement.hpp"
 #include "../bounds/mesh_slack.hpp"
-#include "../bounds/plane_measure.hpp"
+#include "../bounds/point_triangle.hpp"
 #include "exported_mesh.hpp"
 #include "fan_error.hpp"
 #include "leaf_estimator.hpp"

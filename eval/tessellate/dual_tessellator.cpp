@@ -7,8 +7,7 @@
 #include "../bounds/dual_bound.hpp"
 #include "../bounds/dual_leaf_error.hpp"
 #include "../surface/local_frame.hpp"
-#include "limit_reference.hpp"
-#include "tessellate_limits.hpp"
+#include "measure.hpp"
 #include "tessellate_run.hpp"
 
 #include <algorithm>

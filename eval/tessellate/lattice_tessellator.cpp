@@ -9,8 +9,7 @@
 #include "../surface/local_frame.hpp"
 #include "../surface/site_limits.hpp"
 #include "exported_mesh.hpp"
-#include "limit_reference.hpp"
-#include "tessellate_limits.hpp"
+#include "measure.hpp"
 #include "tessellate_run.hpp"
 
 #include <algorithm>

@@ -1,9 +1,8 @@
 #include "leaf_estimator.hpp"
 
 #include "../../hier/base/parallel.hpp"
-#include "../bounds/plane_measure.hpp"
+#include "../bounds/point_triangle.hpp"
 #include "../distance/limit_samples.hpp"
-#include "../distance/strip_samples.hpp"
 #include "patch_batches.hpp"
 
 #include <array>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../refine/adaptive/adaptive.hpp"
-#include "../bounds/plane_measure.hpp"
+#include "../bounds/point_triangle.hpp"
 #include "surface_map.hpp"
 #include "tessellate.hpp"
 

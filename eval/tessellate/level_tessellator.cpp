@@ -2,8 +2,7 @@
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/uniform/refine.hpp"
 #include "../surface/local_frame.hpp"
-#include "limit_reference.hpp"
-#include "tessellate_limits.hpp"
+#include "measure.hpp"
 #include "tessellate_run.hpp"
 
 #include <algorithm>

@@ -1,6 +1,9 @@
 #pragma once
 
 #include "../../hier/base/run_context.hpp"
+#include "../../refine/adaptive/hierarchy.hpp"
+#include "../distance/hausdorff.hpp"
+#include "../distance/limit_samples.hpp"
 #include "exported_mesh.hpp"
 #include "surface_map.hpp"
 #include "tessellate.hpp"
@@ -8,6 +11,44 @@
 #include <functional>
 #include <span>
 #include <vector>
+
+namespace tetrakis::detail {
+
+/// A denser mesh of the same surface, with limit points for vertices, to measure a tessellation against.
+struct LimitReference {
+    TriangleMesh mesh;
+    std::vector<std::uint32_t> owner;  ///< per triangle: which of the tessellation's pieces it lies in
+};
+
+/// How often pieces are cut in four for a reference: so that it has some ten thousands of triangles or more, and twice
+/// at least (once where there are more than a quarter of a million pieces).
+int reference_bits(std::size_t pieces, int deepest_lattice_level);
+
+/// @throws Error  memory_limit: a reference of so many triangles does not fit
+void check_reference_memory(std::uint64_t triangles, const RunContext& context);
+
+/// The pieces (triangles of a hierarchy that meet edge to edge), each cut in four `bits` times; owners are their
+/// numbers. Reports "measure" from 0 to `share`.
+template <class Family>
+LimitReference limit_reference(const Hierarchy& points, std::span<const CellTriangle> pieces, int bits,
+                               const RunContext& context, double share);
+
+/// The distances between a tessellation and its reference, both ways, by so many of compare()'s samples.
+struct ReferenceDistances {
+    MeasuredError error;
+    std::vector<float> of_piece;     ///< largest from the reference to the mesh, per piece
+    std::vector<float> of_triangle;  ///< largest from the mesh to the reference, per triangle of the mesh
+};
+ReferenceDistances measure_reference(const LimitReference& reference, std::size_t pieces, const TriangleMesh& mesh,
+                                     std::uint64_t samples, const RunContext& context);
+
+/// The same for a tessellation whose triangles are pieces, into its measured_error and triangle_error: what a triangle
+/// of the reference is off counts for the triangle that it is nearest to.
+/// @param reference  its owners are found here
+void measure_triangles(LimitReference reference, Tessellation& result, std::uint64_t samples,
+                       const RunContext& context);
+
+}  // namespace tetrakis::detail
 
 namespace tetrakis {
 

@@ -6,8 +6,7 @@
 #include "../../refine/points/sqrt3_points.hpp"
 #include "../estimate/sqrt3_leaf_error.hpp"
 #include "../surface/local_frame.hpp"
-#include "limit_reference.hpp"
-#include "tessellate_limits.hpp"
+#include "measure.hpp"
 #include "tessellate_run.hpp"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/adaptive/adaptive_refinement.hpp"
-#include "../bounds/plane_measure.hpp"
+#include "../bounds/point_triangle.hpp"
 #include "../surface/local_frame.hpp"
 #include "certifier.hpp"
 #include "exported_mesh.hpp"
@@ -10,7 +10,6 @@
 #include "leaf_estimator.hpp"
 #include "measure.hpp"
 #include "patch_batches.hpp"
-#include "tessellate_limits.hpp"
 #include "tessellate_run.hpp"
 
 #include <fmt/format.h>

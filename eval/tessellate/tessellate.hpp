@@ -2,7 +2,7 @@
 
 #include "../../hier/base/run_context.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
-#include "../distance/measured_error.hpp"
+#include "../distance/hausdorff.hpp"
 #include "../surface/scheme_choice.hpp"
 #include "../surface/triangle_mesh.hpp"
 

@@ -3,7 +3,7 @@
 #include "../base/error.hpp"
 #include "../base/memory.hpp"
 #include "../base/parallel.hpp"
-#include "point_numbers.hpp"
+#include "exported_triangles.hpp"
 
 #include <oneapi/tbb/parallel_sort.h>
 

@@ -1,7 +1,7 @@
 #include "obj_reader.hpp"
 
 #include "../base/error.hpp"
-#include "../base/read_file.hpp"
+#include "../base/files.hpp"
 #include "mesh_repair.hpp"
 #include "obj_prescan.hpp"
 

@@ -2,7 +2,7 @@
 
 #include "../base/memory.hpp"
 #include "../base/parallel.hpp"
-#include "../forest/point_numbers.hpp"
+#include "../forest/exported_triangles.hpp"
 #include "tree_forest_change.hpp"
 
 #include <string>

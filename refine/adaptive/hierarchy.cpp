@@ -3,7 +3,7 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
-#include "../../schemes/core/rule_choices.hpp"
+#include "../../schemes/core/rule_step.hpp"
 #include "../uniform/refine.hpp"
 
 #include <algorithm>

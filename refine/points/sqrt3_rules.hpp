@@ -2,7 +2,7 @@
 
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../hier/trees/sqrt3_lattice.hpp"
-#include "../../schemes/core/ring_mask.hpp"
+#include "../../schemes/core/masks.hpp"
 #include "../../schemes/core/sharpness.hpp"
 #include "../rules/limit_point.hpp"
 

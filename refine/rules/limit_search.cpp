@@ -1,8 +1,8 @@
 #include "limit_search.hpp"
 
 #include "../../schemes/analysis/spectrum.hpp"
-#include "../../schemes/core/corner_flatness.hpp"
-#include "../../schemes/core/ring_mask.hpp"
+#include "../../schemes/core/corner_angles.hpp"
+#include "../../schemes/core/masks.hpp"
 #include "../../schemes/rules/averaging.hpp"
 #include "../../schemes/rules/linear.hpp"
 #include "corner_angles.hpp"

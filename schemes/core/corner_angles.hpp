@@ -1,9 +1,13 @@
 #pragma once
 
 #include "rule_mesh.hpp"
+#include "rule_step.hpp"
 
+#include <cmath>
 #include <numbers>
 #include <span>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 namespace tetrakis {
@@ -26,3 +30,70 @@ std::vector<double> child_corner_angles(const RuleMesh& mesh, std::span<const in
 
 }  // namespace detail
 }  // namespace tetrakis
+
+namespace tetrakis::detail {
+
+/// Eigenvalue that the flatness step leaves to the ring's fastest mode besides the tangents: the square of theirs, 1/2,
+/// so the curvature stays bounded.
+inline constexpr double k_flat_eigenvalue = 0.25;
+
+inline void check_corner_angle(const RuleOptions& options) {
+    if (options.corner_angle != 0 && !is_corner_angle(options.corner_angle))
+        throw std::invalid_argument("the corner angle must be 0 (plain rule) or in (0, 2 pi), and not pi");
+}
+
+/// Of the sector at the half-edge's origin that has its face.
+inline double sector_angle(const RuleMesh& mesh, int h, const RuleOptions& options) {
+    const double own = mesh.corner_angle(h);
+    return own > 0 ? own : options.corner_angle;
+}
+/// Whether any corner of the mesh may have an angle.
+inline bool may_have_angles(const RuleMesh& mesh, const RuleOptions& options) {
+    return options.corner_angle > 0 || mesh.has_corner_angles();
+}
+
+inline void need_triangles(const RuleMesh& mesh, const char* scheme) {
+    for (int f = 0; f < mesh.face_count(); ++f)
+        if (mesh.face_size(f) != 3)
+            throw std::invalid_argument(std::string(scheme) + " takes triangles, and face " + std::to_string(f) +
+                                        " has " + std::to_string(mesh.face_size(f)) +
+                                        " corners; triangulate the mesh first");
+}
+
+/// Ring edge i of a corner's fan as the affine image of a planar fan of angle alpha, one level down: c + x / 2 with
+/// x = (sin(alpha - i theta) (p_0 - c) + sin(i theta) (p_K - c)) / sin(alpha), theta = alpha / K. Exactly the vectors
+/// that the corner's edge rule halves.
+inline void add_flat_ring_point(StencilRow& row, double weight, int c, const RuleMesh::Ring& sector, int i,
+                                double alpha) {
+    const double theta = alpha / sector.faces();
+    const double first = std::sin(alpha - i * theta) / std::sin(alpha), last = std::sin(i * theta) / std::sin(alpha);
+    row.add(c, -weight * (first + last) / 2);
+    row.add(sector.neighbour.front(), weight * first / 2);
+    row.add(sector.neighbour.back(), weight * last / 2);
+}
+
+/// How much of a ring point the flatness step replaces.
+inline double flatness_share(double most) { return most > k_flat_eigenvalue ? 1 - k_flat_eigenvalue / most : 0; }
+
+/// The flatness step at concave corners (the idea of Biermann, Levin, Zorin 2000, section 3.2; the amount is ours): the
+/// new ring edge i is pulled to the corner's tangent plane, so that the mode with eigenvalue `most` keeps
+/// k_flat_eigenvalue. Vectors in the plane are left as they are.
+inline StencilRow flattened(const StencilRow& row, int c, const RuleMesh::Ring& sector, int i, double alpha,
+                            double most) {
+    const double s = flatness_share(most);
+    StencilRow result;
+    result.add(row, 1 - s);
+    result.add(c, s);
+    add_flat_ring_point(result, s, c, sector, i, alpha);
+    return result;
+}
+
+/// The same for the face between ring edges i and i + 1 of quads: its planar image is the sum of theirs.
+inline StencilRow flattened_face(const StencilRow& row, int c, const RuleMesh::Ring& sector, int i, double alpha,
+                                 double most) {
+    StencilRow result = flattened(row, c, sector, i, alpha, most);
+    add_flat_ring_point(result, flatness_share(most), c, sector, i + 1, alpha);
+    return result;
+}
+
+}  // namespace tetrakis::detail

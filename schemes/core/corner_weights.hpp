@@ -1,6 +1,6 @@
 #pragma once
 
-#include "closed_masks.hpp"
+#include "masks.hpp"
 #include "rule_step.hpp"
 
 #include <vector>

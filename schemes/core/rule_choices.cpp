@@ -1,4 +1,4 @@
-#include "rule_choices.hpp"
+#include "rule_step.hpp"
 
 #include <array>
 #include <charconv>

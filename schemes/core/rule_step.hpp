@@ -4,6 +4,7 @@
 #include "stencil_table.hpp"
 
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -61,5 +62,9 @@ struct RuleOptions {
     bool chaikin_creases = false;  ///< loop, catmull-clark: of semi-sharp edges, as CreaseMethod::chaikin asks for
     const BlockRunner* runner = nullptr;  ///< no choice of rules: who computes the rows of a step; nullptr: the caller
 };
+
+/// The options that choose other rules than the default ones, as text: "averaging_steps 2, tuning 0.5", in the order of
+/// their declaration; empty for plain rules. Equal texts are equal rules: numbers are written to their last bit.
+std::string rule_choices(const RuleOptions& options);
 
 }  // namespace tetrakis

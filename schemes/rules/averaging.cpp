@@ -1,7 +1,7 @@
 #include "averaging.hpp"
 
 #include "../core/face_split.hpp"
-#include "../core/scheme_info.hpp"
+#include "../core/scheme_table.hpp"
 #include "averaging_level.hpp"
 #include "catmull_clark.hpp"
 #include "dual_schemes.hpp"

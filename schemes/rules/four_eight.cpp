@@ -1,8 +1,8 @@
 #include "four_eight.hpp"
 
 #include "../core/face_split.hpp"
-#include "../core/ring_mask.hpp"
-#include "../core/scheme_info.hpp"
+#include "../core/masks.hpp"
+#include "../core/scheme_table.hpp"
 
 #include <cstdlib>
 

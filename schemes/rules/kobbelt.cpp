@@ -2,7 +2,7 @@
 
 #include "../core/face_split.hpp"
 #include "../core/four_point.hpp"
-#include "../core/scheme_info.hpp"
+#include "../core/scheme_table.hpp"
 #include "linear.hpp"
 
 #include <cmath>

@@ -1,8 +1,8 @@
 #include "linear.hpp"
 
-#include "../core/corner_flatness.hpp"
+#include "../core/corner_angles.hpp"
 #include "../core/face_split.hpp"
-#include "../core/scheme_info.hpp"
+#include "../core/scheme_table.hpp"
 
 namespace tetrakis {
 

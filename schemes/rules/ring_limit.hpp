@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../core/scheme_kind.hpp"
+#include "../core/scheme_table.hpp"
 
 #include <glm/vec3.hpp>
 

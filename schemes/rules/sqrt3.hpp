@@ -1,7 +1,6 @@
 #pragma once
 
-#include "../core/closed_masks.hpp"
-#include "../core/ring_mask.hpp"
+#include "../core/masks.hpp"
 #include "../core/rule_step.hpp"
 
 namespace tetrakis {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../core/closed_masks.hpp"
+#include "../core/masks.hpp"
 #include "../core/rule_step.hpp"
 
 #include <vector>

@@ -1,5 +1,5 @@
 #include "../../eval/bounds/mesh_slack.hpp"
-#include "../../eval/bounds/plane_measure.hpp"
+#include "../../eval/bounds/point_triangle.hpp"
 #include "../../eval/bounds/triangle_distance.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
 

@@ -9,7 +9,7 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
-#include "../../schemes/core/scheme_kind.hpp"
+#include "../../schemes/core/scheme_table.hpp"
 
 #include <doctest/doctest.h>
 

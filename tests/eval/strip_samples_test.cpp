@@ -1,4 +1,4 @@
-#include "../../eval/distance/strip_samples.hpp"
+#include "../../eval/distance/limit_samples.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
 
 #include "../kit/shared_data.hpp"

@@ -1,5 +1,5 @@
-#include "../../hier/base/atomic_file.hpp"
 #include "../../hier/base/error.hpp"
+#include "../../hier/base/files.hpp"
 
 #include "../kit/scratch_dir.hpp"
 

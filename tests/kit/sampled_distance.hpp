@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../../eval/bounds/plane_measure.hpp"
+#include "../../eval/bounds/point_triangle.hpp"
 #include "../../hier/base/vec.hpp"
 
 #include <algorithm>

@@ -5,7 +5,7 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/rules/rule_refinement.hpp"
 #include "../../refine/uniform/refine.hpp"
-#include "../../schemes/core/scheme_kind.hpp"
+#include "../../schemes/core/scheme_table.hpp"
 
 #include <doctest/doctest.h>
 

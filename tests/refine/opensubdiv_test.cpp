@@ -3,7 +3,7 @@
 
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/uniform/refine.hpp"
-#include "../../schemes/core/scheme_kind.hpp"
+#include "../../schemes/core/scheme_table.hpp"
 
 #include <doctest/doctest.h>
 #include <opensubdiv/far/primvarRefiner.h>

@@ -1,6 +1,5 @@
 #include "limit_judge.hpp"
 
-#include "osd_mesh.hpp"
 #include "peer_osd.hpp"
 
 #include <opensubdiv/bfr/refinerSurfaceFactory.h>

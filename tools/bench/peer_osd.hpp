@@ -1,11 +1,21 @@
 #pragma once
 
 #include "../../hier/mesh/control_mesh.hpp"
-#include "../../schemes/core/scheme_kind.hpp"
+#include "../../schemes/core/scheme_table.hpp"
+
+#include <opensubdiv/far/topologyRefiner.h>
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
+
+namespace tetrakis::bench {
+
+/// OpenSubdiv's own representation of a control mesh, tags and rules included; unrefined, as Bfr takes it.
+std::unique_ptr<OpenSubdiv::Far::TopologyRefiner> make_refiner(const ControlMeshData& data, SchemeKind scheme);
+
+}  // namespace tetrakis::bench
 
 /// Tessellations by OpenSubdiv's Bfr, in float on one thread: what this library is compared with.
 namespace tetrakis::bench {

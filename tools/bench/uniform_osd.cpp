@@ -1,4 +1,4 @@
-#include "osd_mesh.hpp"
+#include "peer_osd.hpp"
 #include "uniform_peers.hpp"
 
 #include <opensubdiv/far/primvarRefiner.h>

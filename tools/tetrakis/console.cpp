@@ -1,10 +1,17 @@
 #include "console.hpp"
 
+#include "commands.hpp"
+
 #include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
+#include <initializer_list>
 #include <iostream>
+#include <string>
 #include <unordered_set>
 
 namespace tetrakis::cli {
@@ -57,5 +64,76 @@ std::string format_seconds(double seconds) {
 }
 
 std::string format_length(double length) { return fmt::format("{:.4g}", length); }
+
+namespace {
+
+int terminal_width() {
+    winsize size{};
+    constexpr int k_usual_width = 80;
+    return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : k_usual_width;
+}
+
+}  // namespace
+
+// The first bar comes a while after the start: what is quick needs none.
+Progress::Progress() : terminal_(isatty(STDERR_FILENO) != 0), last_drawn_(std::chrono::steady_clock::now()) {}
+
+bool Progress::update(std::string_view stage, double fraction) {
+    if (interrupted()) return false;
+    if (!terminal_) return true;
+    constexpr auto k_between_drawings = std::chrono::milliseconds(100);
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last_drawn_ < k_between_drawings) return true;
+    last_drawn_ = now;
+
+    const double part = std::clamp(fraction, 0.0, 1.0);  // NaN stays NaN and draws an empty bar
+    constexpr int k_around_bar = 26, k_longest_bar = 40;
+    const int length = std::clamp(terminal_width() - k_around_bar, 0, k_longest_bar);
+    const int full = part > 0 ? static_cast<int>(part * length) : 0;
+    fmt::print(stderr, "\r\033[K{:<10.14} [{}{}] {:3.0f} %", stage, std::string(static_cast<std::size_t>(full), '#'),
+               std::string(static_cast<std::size_t>(length - full), ' '), part > 0 ? part * 100 : 0.0);
+    std::fflush(stderr);
+    drawn_ = true;
+    return true;
+}
+
+void Progress::clear() {
+    if (drawn_) fmt::print(stderr, "\r\033[K");
+    drawn_ = false;
+}
+
+void stop_if_interrupted() {
+    if (interrupted()) throw Error(ErrorCode::cancelled, "cancelled");
+}
+
+namespace {
+
+volatile std::sig_atomic_t interrupt_flag = 0, end_at_once = 0;
+
+extern "C" void take_interrupt(int) {
+    if (end_at_once != 0 || interrupt_flag != 0) _exit(static_cast<int>(ExitCode::cancelled));
+    interrupt_flag = 1;
+}
+
+}  // namespace
+
+void catch_interrupts() {
+    end_at_once = 0;
+    std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is then an error of its write
+    for (const int signal : {SIGINT, SIGTERM}) {
+        struct sigaction action = {};
+        // A program started in the background by a shell without job control ignores SIGINT; that stays so.
+        if (sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN) continue;
+        action = {};
+        action.sa_handler = take_interrupt;
+        action.sa_flags = SA_RESTART;
+        sigemptyset(&action.sa_mask);
+        sigaction(signal, &action, nullptr);
+    }
+}
+
+void let_interrupts_end() { end_at_once = 1; }
+
+bool interrupted() noexcept { return interrupt_flag != 0; }
 
 }  // namespace tetrakis::cli

@@ -1,5 +1,8 @@
 #pragma once
 
+#include "../../hier/base/run_context.hpp"
+
+#include <chrono>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -31,5 +34,37 @@ std::string format_count(unsigned long long n);
 std::string format_bytes(unsigned long long bytes);
 std::string format_seconds(double seconds);
 std::string format_length(double length);
+
+/// A bar on standard error, if that is a terminal, and the place where Ctrl-C is noticed. Gone when it is destroyed.
+class Progress {
+  public:
+    Progress();
+    ~Progress() { clear(); }
+    Progress(const Progress&) = delete;
+    Progress& operator=(const Progress&) = delete;
+
+    /// What RunContext::progress is to call. False once Ctrl-C was pressed.
+    bool update(std::string_view stage, double fraction);
+    /// Removes the bar, so that other output can go to the terminal.
+    void clear();
+
+  private:
+    bool terminal_;
+    bool drawn_ = false;
+    std::chrono::steady_clock::time_point last_drawn_;
+};
+
+/// Throws Error(cancelled) where Ctrl-C was pressed: for the stretches between the library's calls.
+void stop_if_interrupted();
+
+/// From now on the first Ctrl-C (SIGINT) or SIGTERM only sets a flag, so that the running call can end cleanly; a
+/// second one ends the program at once. Either way its exit code is ExitCode::cancelled.
+void catch_interrupts();
+
+/// From now on such a signal ends the program at once: for long work that nothing can cancel, while no file is written.
+void let_interrupts_end();
+
+/// Whether such a signal has arrived.
+bool interrupted() noexcept;
 
 }  // namespace tetrakis::cli

@@ -1,6 +1,6 @@
 #include "factored_refine.hpp"
 
-#include "exit_code.hpp"
+#include "commands.hpp"
 
 #include "../../refine/factored/adaptive_factored_mesh.hpp"
 

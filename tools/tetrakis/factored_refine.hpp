@@ -2,7 +2,7 @@
 
 #include "../../hier/base/vec.hpp"
 #include "../../refine/factored/factored_mesh.hpp"
-#include "../../schemes/core/scheme_info.hpp"
+#include "../../schemes/core/scheme_table.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -2,7 +2,7 @@
 #include "run_options.hpp"
 
 #include "../../eval/io/mesh_writer.hpp"
-#include "../../hier/base/atomic_file.hpp"
+#include "../../hier/base/files.hpp"
 
 #include <fmt/format.h>
 

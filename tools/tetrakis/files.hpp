@@ -1,6 +1,6 @@
 #pragma once
 
-#include "exit_code.hpp"
+#include "commands.hpp"
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/run_context.hpp"

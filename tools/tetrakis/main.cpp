@@ -1,6 +1,5 @@
 #include "commands.hpp"
 #include "console.hpp"
-#include "interrupt.hpp"
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/version.hpp"

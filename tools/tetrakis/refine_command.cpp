@@ -8,7 +8,7 @@
 
 #include "../../eval/io/mesh_writer.hpp"
 #include "../../eval/io/stencil_writer.hpp"
-#include "../../hier/base/atomic_file.hpp"
+#include "../../hier/base/files.hpp"
 #include "../../refine/uniform/refine.hpp"
 
 #include <fmt/format.h>

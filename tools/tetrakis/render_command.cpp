@@ -1,7 +1,6 @@
 #include "commands.hpp"
 #include "console.hpp"
 #include "files.hpp"
-#include "render_options.hpp"
 #include "run_options.hpp"
 
 #include "../../eval/distance/hausdorff.hpp"

@@ -5,7 +5,7 @@
 #include "run_options.hpp"
 
 #include "../../eval/tessellate/tessellate.hpp"
-#include "../../hier/base/atomic_file.hpp"
+#include "../../hier/base/files.hpp"
 
 #include <nlohmann/json.hpp>
 

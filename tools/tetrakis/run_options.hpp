@@ -1,8 +1,8 @@
 #pragma once
 
-#include "progress.hpp"
-
+#include "../../eval/render/render.hpp"
 #include "../../hier/base/run_context.hpp"
+#include "console.hpp"
 
 #include <oneapi/tbb/global_control.h>
 #include <CLI/CLI.hpp>
@@ -61,5 +61,11 @@ std::uint64_t free_memory_bytes();
 
 /// The largest amount of memory that this process has held so far.
 std::uint64_t peak_memory_bytes();
+
+/// --size, --camera and --up, of every command that draws.
+void add_view_options(CLI::App& command, RenderOptions& render);
+
+/// The first of these options that the command line of `command` has; empty where it has none.
+std::string given_view_option(const CLI::App& command);
 
 }  // namespace tetrakis::cli

@@ -1,12 +1,12 @@
 #include "scheme_option.hpp"
 
+#include "commands.hpp"
 #include "console.hpp"
-#include "exit_code.hpp"
 
 #include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/uniform/refine.hpp"
-#include "../../schemes/core/rule_choices.hpp"
+#include "../../schemes/core/rule_step.hpp"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,6 @@
 #include "commands.hpp"
 #include "console.hpp"
 #include "files.hpp"
-#include "render_options.hpp"
 #include "report.hpp"
 #include "run_options.hpp"
 #include "scheme_option.hpp"
@@ -12,7 +11,7 @@
 #include "../../eval/render/render.hpp"
 #include "../../eval/surface/height_image.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
-#include "../../hier/base/atomic_file.hpp"
+#include "../../hier/base/files.hpp"
 
 #include <fmt/format.h>
 

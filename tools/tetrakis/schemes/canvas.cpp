@@ -1,6 +1,6 @@
 #include "canvas.hpp"
 
-#include "../../../eval/render/text_rectangles.hpp"
+#include "../../../eval/render/heat_map.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "../../../eval/surface/triangle_mesh.hpp"
 #include "../../../hier/base/vec.hpp"
 #include "../../../schemes/analysis/spectrum.hpp"
 
@@ -27,5 +28,16 @@ void refine(FanPatch& patch, const SchemeInfo& scheme, const RuleOptions& rules)
 
 /// Rings of a FanPatch that the rim of its mesh is far enough from, after any number of steps.
 inline constexpr int k_patch_rings = 4;
+
+/// The graph of a patch's basis function over the plane, on the limit surface: y is up, x to the right.
+struct BasisSurface {
+    TriangleMesh mesh;
+    double peak = 0;  ///< the largest value of the function, of those at the mesh's vertices
+};
+
+/// @param near    the vertices that are drawn, and the faces between them
+/// @param height  of the function's value one
+BasisSurface basis_surface(const FanPatch& patch, const SchemeInfo& scheme, const RuleOptions& rules,
+                           const std::vector<int>& near, double height);
 
 }  // namespace tetrakis::cli

@@ -1,7 +1,6 @@
 #include "../commands.hpp"
 #include "../console.hpp"
 #include "../files.hpp"
-#include "../interrupt.hpp"
 #include "../report.hpp"
 #include "../run_options.hpp"
 #include "../scheme_option.hpp"
@@ -10,7 +9,7 @@
 
 #include "../../../eval/estimate/mask_norm_bound.hpp"
 #include "../../../schemes/analysis/spectrum.hpp"
-#include "../../../schemes/core/rule_choices.hpp"
+#include "../../../schemes/core/rule_step.hpp"
 
 #include <fmt/format.h>
 

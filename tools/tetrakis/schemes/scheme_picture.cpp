@@ -1,7 +1,7 @@
 #include "scheme_picture.hpp"
 
-#include "basis_surface.hpp"
 #include "canvas.hpp"
+#include "fan_patch.hpp"
 
 #include "../../../eval/render/render.hpp"
 

@@ -1,5 +1,10 @@
 #pragma once
 
+#include "sector_fan.hpp"
+
+#include <utility>
+#include <vector>
+
 namespace tetrakis {
 
 /// Weights of one rotation-symmetric rule on the one-ring of a vertex; for valence n, vertex + n (edge + face) = 1.
@@ -24,5 +29,14 @@ struct CreaseMask {
 /// DeRose, Kass, Truong 1998 (Catmull-Clark).
 inline constexpr CreaseMask k_crease_vertex_mask{3.0 / 4, 1.0 / 8};
 inline constexpr CreaseMask k_crease_limit_mask{2.0 / 3, 1.0 / 6};
+
+/// Limit and tangent masks as formulas, for the schemes and shapes where there are any; an empty mask has no formula.
+/// Limit weights sum to one, tangent weights to zero; the tangents' scale is free, and at a boundary the first one is
+/// along it.
+struct ClosedMasks {
+    using Mask = std::vector<std::pair<FanLabel, double>>;
+    Mask limit, tangent1, tangent2;
+    double lambda1 = 0, lambda2 = 0;  ///< eigenvalues of the tangents
+};
 
 }  // namespace tetrakis
