@@ -389,7 +389,7 @@ TEST_CASE("corner limits of stars before they grow are those of their quarters")
 }
 
 TEST_CASE("corners and sides of fans are sampled where they are: beside them trees would grow without end") {
-    const ControlMesh mesh = test::random_quad_mesh(2, CreaseMethod::uniform);
+    const ControlMesh mesh = test::random_patch_mesh<QuadFamily>(4);
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
         for (std::uint32_t k = 1; k + 1 < mesh.face_size(FaceId(f)); ++k) {
             const OutputTriangle triangle{{}, FaceId(f), {0, k, k + 1}};

@@ -1,7 +1,8 @@
 #include "../../eval/distance/strip_samples.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
 
-#include "../kit/shared_data.hpp"
+#include "../kit/meshes.hpp"
+#include "../kit/scheme_meshes.hpp"
 
 #include "../../eval/distance/hausdorff.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
@@ -93,24 +94,21 @@ TEST_CASE("samples come near to vertices of finite sharpness") {
     CHECK(strip_points<QuadFamily>(tagged.mesh, away).empty());
 }
 
-TEST_CASE("[slow] [inv9] narrow rounded creases within a leaf are seen: the rook at 1e-4") {
-    const auto folder = shared_data::folder("data/osd-shapes");
-    if (!folder) return;
-    const ControlMesh mesh = ControlMesh::build(read_obj(*folder / "catmark_rook.obj", {.repair = true}));
-    TessellateOptions options;
-    options.measure = true;
-    options.scheme = SchemeKind::catmull_clark;
-    options.tolerance = 1e-4;
-    options.normals = options.uvs = false;
+TEST_CASE("[inv9] narrow rounded creases within a leaf are seen") {
+    std::string text = test::k_closed;
+    for (const char* edge : {"0 1", "1 3", "3 2", "2 0", "0 4", "1 5", "2 6", "3 7"})
+        text += std::string("t crease 2/1/0 ") + edge + " 6.5\n";
+    const ControlMesh mesh = test::mesh_for("catmull-clark", text);
+    TessellateOptions options{.tolerance = 1e-3, .measure = true};
     const Tessellation result = tessellate(mesh, options);
     CHECK(result.tolerance_reached);
     CHECK(result.measured_error->hausdorff <= result.tolerance_absolute);
     constexpr double k_finer = 0.2;
     options.estimator = EstimatorKind::certified;
     options.measure = false;
-    options.tolerance = k_finer * 1e-4;
+    options.tolerance = k_finer * 1e-3;
     const Tessellation truth = tessellate(mesh, options);
-    const MeasuredError error = compare_meshes(truth.mesh, result.mesh, {.samples = 1'000'000});
+    const MeasuredError error = compare_meshes(truth.mesh, result.mesh, {.samples = 200'000});
     CHECK(error.hausdorff <= (1 + k_finer) * result.tolerance_absolute);
 }
 
