@@ -1,3 +1,4 @@
+#include "../kit/corner_angle_mesh.hpp"
 #include "../kit/point_match.hpp"
 #include "../kit/random_mesh.hpp"
 #include "../kit/same_bytes.hpp"
@@ -387,6 +388,14 @@ TEST_CASE("[slow] refine() is rows of weights times the control points: other ru
             CHECK(compare(scheme_named(name), mesh, 4, {.rules = rules}));
             CHECK(compare(scheme_named(name), mesh, 1, {.rules = rules, .limit = true}));
         }
+    // Angles at corners of creases, with seams.
+    for (const char* name : {"loop", "tuned-loop", "catmull-clark"}) {
+        CAPTURE(name);
+        const SchemeInfo& scheme = scheme_named(name);
+        ControlMeshData data = test::with_mixed_angles(test::sheet(scheme.family == MeshFamily::triangles), 3).data();
+        add_materials(data);
+        CHECK(compare(scheme, ControlMesh::build(std::move(data)), 4, {.limit = true}));
+    }
     for (const char* name : {"doo-sabin", "tuned-loop", "4-8"}) {
         CAPTURE(name);
         const SchemeInfo& scheme = scheme_named(name);

@@ -45,6 +45,11 @@ double distance_to(const TriangleMesh& surface, const Hierarchy& h) {
     return compare_meshes(surface, triangles_of(h.to_mesh().mesh), {.samples = 20'000, .climbs = 8}).hausdorff;
 }
 
+/// Estimates triangles alone.
+class TrianglesOnly final : public ErrorEstimator {
+    void estimate(std::span<const CellTriangle>, std::span<double>) const override {}
+};
+
 void check_whole(const Hierarchy& h) {
     const auto fault = h.check();
     CHECK_MESSAGE(!fault, fault.value_or(""));
@@ -104,6 +109,7 @@ TEST_CASE("depths, tolerances and estimators: limits are kept, bad values and ot
             CHECK(code_of([&] { h.refine_where(estimator, bad, 3); }) == ErrorCode::invalid_input);
             CHECK(code_of([&] { h.coarsen_where(estimator, bad); }) == ErrorCode::invalid_input);
         }
+        CHECK_THROWS_AS(h.refine_where(TrianglesOnly(), 0.1, 5), Error);
         CHECK(code_of([&] { h.refine_where(estimator, 0.1, -1); }) == ErrorCode::invalid_input);
         CHECK(code_of([&] { h.refine_where(estimator, 0.1, h.tree().max_depth + 1); }) == ErrorCode::invalid_input);
         CHECK(test::nodes_of(h) == nodes);

@@ -12,6 +12,7 @@
 
 using namespace tetrakis;
 using test::Random;
+using test::random_subset;
 
 namespace {
 
@@ -101,13 +102,6 @@ std::vector<LeafId> leaves_of(const BisectionForest& forest) {
     std::vector<LeafId> result;
     for (std::uint32_t s = 0; s < forest.leaf_slots(); ++s)
         if (forest.is_leaf(LeafId(s))) result.push_back(LeafId(s));
-    return result;
-}
-
-std::vector<LeafId> random_subset(const std::vector<LeafId>& ids, double chance, Random& random) {
-    std::vector<LeafId> result;
-    for (LeafId id : ids)
-        if (random.chance(chance)) result.push_back(id);
     return result;
 }
 
