@@ -181,14 +181,14 @@ TEST_CASE("the judge knows distances that are known") {
     CHECK(fine.doubt() < 0.05 * coarse.tolerance_absolute);
 }
 
-TEST_CASE("[slow] every model of data/ at 1e-2 and 3e-3: watertight, and within what was asked and certified") {
+TEST_CASE("[slow] every model of data/ at 2e-2 and 6e-3: watertight, and within what was asked and certified") {
     for (const auto& entry : std::filesystem::directory_iterator(TETRAKIS_SOURCE_DIR "/data")) {
         if (entry.path().extension() != ".obj") continue;
         const std::string name = entry.path().stem().string();
         CAPTURE(name);
         const ControlMesh mesh = load_control_mesh(entry.path());
         const bool loop = name.ends_with("_tri") || name == "tetrahedron";
-        for (const double tolerance : {1e-2, 3e-3})
+        for (const double tolerance : {2e-2, 6e-3})
             check_all(mesh, *find_scheme(loop ? "loop" : "catmull-clark"), tolerance, true, mesh.face_count() < 200);
     }
 }
@@ -196,7 +196,7 @@ TEST_CASE("[slow] every model of data/ at 1e-2 and 3e-3: watertight, and within 
 TEST_CASE("[slow] random meshes with all tags, by Catmull-Clark, Loop and sqrt3") {
     for (const std::uint64_t seed : {1, 2, 5}) {
         CAPTURE(seed);
-        check_all(test::random_sqrt3_mesh(seed), *find_scheme("sqrt3"), 1e-2);
+        check_all(test::random_sqrt3_mesh(seed), *find_scheme("sqrt3"), 2e-2);
     }
     for (const char* name : {"catmull-clark", "loop"})
         for (const std::uint64_t seed : test::seeds(10)) {
@@ -208,7 +208,7 @@ TEST_CASE("[slow] random meshes with all tags, by Catmull-Clark, Loop and sqrt3"
             const ControlMesh mesh = test::random_mesh(seed, options);
             std::uint32_t holes = 0;
             for (std::uint32_t f = 0; f < mesh.face_count(); ++f) holes += mesh.is_hole(FaceId(f));
-            if (holes < mesh.face_count()) check_all(mesh, scheme, 1e-2);
+            if (holes < mesh.face_count()) check_all(mesh, scheme, 2e-2);
         }
 }
 
@@ -216,7 +216,7 @@ TEST_CASE("[slow] smooth random meshes, by every scheme") {
     for (const SchemeInfo& scheme : scheme_table())
         for (const std::uint64_t seed : test::seeds(2)) {
             CAPTURE(seed);
-            check_all(mesh_for(scheme, ControlMesh::build(smooth_mesh(seed, scheme))), scheme, 3e-2);
+            check_all(mesh_for(scheme, ControlMesh::build(smooth_mesh(seed, scheme))), scheme, 5e-2);
         }
 }
 
@@ -273,7 +273,7 @@ TEST_CASE("[slow] creases, darts, corners, semi-sharp tags, holes and open meshe
                 CHECK(result.tolerance_reached);
                 continue;
             }
-            check_all(mesh_for(scheme, c.text), scheme, 2e-2, !(dual && c.semi_sharp));
+            check_all(mesh_for(scheme, c.text), scheme, 4e-2, !(dual && c.semi_sharp));
         }
 }
 
@@ -342,7 +342,7 @@ TEST_CASE("[slow] [inv10] one, two and three threads give the same bytes") {
             test::add_charts(data);
             const ControlMesh mesh = mesh_for(scheme, ControlMesh::build(std::move(data)));
             const TessellateOptions options{
-                .scheme = scheme, .estimator = estimator, .tolerance = 4e-2, .measure = true, .measure_samples = 5'000};
+                .scheme = scheme, .estimator = estimator, .tolerance = 8e-2, .measure = true, .measure_samples = 5'000};
             RunContext context;
             context.threads = 1;
             const Tessellation first = tessellate(mesh, options, context);
