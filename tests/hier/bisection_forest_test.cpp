@@ -99,17 +99,10 @@ class NaiveForest {
     const ControlMesh& mesh_;
 };
 
-std::vector<LeafId> leaves_of(const BisectionForest& forest) {
-    std::vector<LeafId> result;
-    for (std::uint32_t s = 0; s < forest.leaf_slots(); ++s)
-        if (forest.is_leaf(LeafId(s))) result.push_back(LeafId(s));
-    return result;
-}
-
 /// The nodes of the leaves by their slots.
 std::map<std::uint32_t, Node> nodes_of(const BisectionForest& forest) {
     std::map<std::uint32_t, Node> nodes;
-    for (const LeafId id : leaves_of(forest)) nodes.emplace(id.value, node_of(forest, id));
+    for (const LeafId id : forest.ordered_leaves()) nodes.emplace(id.value, node_of(forest, id));
     return nodes;
 }
 
@@ -152,7 +145,7 @@ void check_order(const std::vector<LeafId>& created, const std::vector<LeafId>& 
 /// All leaves and points with their numbers and links.
 struct Snapshot {
     explicit Snapshot(const BisectionForest& forest) {
-        for (LeafId id : leaves_of(forest)) {
+        for (LeafId id : forest.ordered_leaves()) {
             const BisectionLeaf& l = forest.leaf(id);
             leaves.push_back({id, l.neighbour, l.vertex, node_of(forest, id)});
         }
@@ -220,8 +213,8 @@ ControlMesh small_mesh(std::uint64_t seed) {
 BisectionForest random_forest(const ControlMesh& mesh, Random& random) {
     BisectionForest forest(mesh);
     std::vector<LeafId> created;
-    for (int pass = 0; pass < 4; ++pass) forest.refine(random_subset(leaves_of(forest), 0.1, random), created);
-    forest.coarsen(random_subset(leaves_of(forest), 0.8, random), created);
+    for (int pass = 0; pass < 4; ++pass) forest.refine(random_subset(forest.ordered_leaves(), 0.1, random), created);
+    forest.coarsen(random_subset(forest.ordered_leaves(), 0.8, random), created);
     return forest;
 }
 
@@ -243,8 +236,8 @@ TEST_CASE("[inv2] random diamonds one by one give what batches give, and are rep
             const bool split = step % 3 != 2;
             // The same nodes in both, one by one in another order.
             std::map<Node, LeafId> of_node;
-            for (LeafId id : leaves_of(batch)) of_node[node_of(batch, id)] = id;
-            std::vector<LeafId> ids = random_subset(leaves_of(single), split ? 0.1 : 0.8, random), marked;
+            for (LeafId id : batch.ordered_leaves()) of_node[node_of(batch, id)] = id;
+            std::vector<LeafId> ids = random_subset(single.ordered_leaves(), split ? 0.1 : 0.8, random), marked;
             std::map<std::uint32_t, Node> nodes;
             for (LeafId id : ids) {
                 nodes[id.value] = node_of(single, id);
@@ -294,7 +287,7 @@ TEST_CASE("[inv5] merging what a split has reported, in reverse, gives back ever
         Random random(seed);
         BisectionForest forest = random_forest(mesh, random);
         forest.reserve(forest.leaf_count() + 200);
-        for (LeafId id : random_subset(leaves_of(forest), 0.3, random)) {
+        for (LeafId id : random_subset(forest.ordered_leaves(), 0.3, random)) {
             const Snapshot before(forest);
             std::vector<Diamond> first, second;
             REQUIRE(forest.split_diamond(id, [&](const Diamond& d) { first.push_back(d); }));
@@ -326,7 +319,7 @@ TEST_CASE("[inv5] merging what a split has reported, in reverse, gives back ever
         const std::uint32_t midpoints = forest.midpoint_count();
         std::vector<LeafId> created, parents;
         std::set<Node> old;
-        for (LeafId id : leaves_of(forest)) old.insert(node_of(forest, id));
+        for (LeafId id : forest.ordered_leaves()) old.insert(node_of(forest, id));
         forest.refine(forest.ordered_leaves(), created);
         while (forest.midpoint_count() > midpoints) {
             std::erase_if(created,
@@ -353,7 +346,7 @@ TEST_CASE("a split beyond the capacity is refused and changes nothing") {
         REQUIRE(forest.leaf_capacity() == capacity);
         const std::uint64_t bytes = forest.memory_bytes();
         for (int refused = 0; refused < 20;) {
-            const auto ids = leaves_of(forest);
+            const auto ids = forest.ordered_leaves();
             const LeafId id = ids[random.below(static_cast<std::uint32_t>(ids.size()))];
             const auto cost = forest.split_cost(id);
             const bool has_room = forest.leaf_count() + cost.leaves <= capacity;
@@ -372,7 +365,7 @@ TEST_CASE("a split beyond the capacity is refused and changes nothing") {
         }
         // Batches make room.
         std::vector<LeafId> created;
-        forest.refine(leaves_of(forest), created);
+        forest.refine(forest.ordered_leaves(), created);
         CHECK(forest.leaf_count() > capacity);
         CHECK(forest.leaf_capacity() >= forest.leaf_count());
         check_sound(forest);
@@ -391,7 +384,7 @@ TEST_CASE("[inv2] bulk refinement is the smallest conforming refinement, as foun
         NaiveForest naive(mesh);
         std::vector<LeafId> created;
         for (int pass = 0; pass < 5; ++pass) {
-            const auto marked = random_subset(leaves_of(forest), 0.15, random);
+            const auto marked = random_subset(forest.ordered_leaves(), 0.15, random);
             const std::map<std::uint32_t, Node> old = nodes_of(forest);
             for (LeafId id : marked) naive.split(node_of(forest, id));
             naive.close();
@@ -404,7 +397,7 @@ TEST_CASE("[inv2] bulk refinement is the smallest conforming refinement, as foun
             // `created` are exactly the leaves that were none before.
             std::set<std::uint32_t> fresh;
             for (LeafId id : created) REQUIRE(fresh.insert(id.value).second);
-            for (LeafId id : leaves_of(forest)) {
+            for (LeafId id : forest.ordered_leaves()) {
                 const auto was = old.find(id.value);
                 REQUIRE((was != old.end() && was->second == node_of(forest, id)) == (fresh.count(id.value) == 0));
             }
@@ -420,7 +413,7 @@ TEST_CASE("[inv2] bulk refinement is the smallest conforming refinement, as foun
 TEST_CASE("[bad-input] stale and invalid handles are named, and nothing changes") {
     const ControlMesh mesh = test::random_mesh(4);
     BisectionForest forest(mesh);
-    const auto roots = leaves_of(forest);
+    const auto roots = forest.ordered_leaves();
     std::vector<LeafId> created;
     forest.refine(roots, created);
     // A slot above the roots that its diamond's merge frees.
@@ -453,7 +446,7 @@ TEST_CASE("[bad-input] stale and invalid handles are named, and nothing changes"
         fails([&] { forest.coarsen(marked, created); }, id);
     }
     LeafId root;
-    for (LeafId id : leaves_of(forest))
+    for (LeafId id : forest.ordered_leaves())
         if (forest.depth(id) == 0) root = id;
     REQUIRE(root.valid());
     CHECK(!forest.can_merge(root));
@@ -465,14 +458,14 @@ TEST_CASE("[bad-input] [inv10] of thousands of marks the first bad one is named 
     const ControlMesh mesh = test::random_mesh(4);
     BisectionForest start(mesh);
     std::vector<LeafId> created;
-    while (start.leaf_count() < 6000) start.refine(leaves_of(start), created);
+    while (start.leaf_count() < 6000) start.refine(start.ordered_leaves(), created);
     LeafId stale;
     for (LeafId id : created)
         if (id.value >= mesh.halfedge_count() && start.can_merge(id)) stale = id;
     REQUIRE(stale.valid());
     REQUIRE(start.merge_diamond(stale, [](const Diamond&) {}));
     const ExportedTriangles before = start.exported();
-    const std::vector<LeafId> marked = leaves_of(start);
+    const std::vector<LeafId> marked = start.ordered_leaves();
     std::vector<LeafId> repeated = marked, expected_created;
     repeated.insert(repeated.end(), marked.rbegin(), marked.rend());
     BisectionForest expected = start;
