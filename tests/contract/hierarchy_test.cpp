@@ -147,6 +147,33 @@ TEST_CASE("hierarchy: meshes are conforming, with the control mesh's topology, a
     });
 }
 
+TEST_CASE("hierarchy: one triangle, a mesh of holes, and two triangles glued along all edges refine as well") {
+    ControlMeshData one = test::mesh_data({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}), hole = one;
+    hole.holes = {0};
+    const ControlMesh triangle = ControlMesh::build(one), empty = ControlMesh::build(hole),
+                      pillow = ControlMesh::build(test::mesh_data(one.positions, {{0, 1, 2}, {2, 1, 0}}));
+    for (const std::string_view scheme : k_schemes) {
+        CAPTURE(scheme);
+        CHECK(make_hierarchy(empty, scheme).to_mesh().mesh.face_count() == 0);
+        Random random(7);
+        for (const ControlMesh* mesh : {&triangle, &pillow}) {
+            if (mesh == &pillow && find_scheme(scheme)->lattice == FanLattice::dual) continue;  // vertices of two faces
+            Hierarchy h = make_hierarchy(*mesh, scheme);
+            for (int i = 0; i < 10; ++i) {
+                random_history(h, random, 20);
+                const auto fault = h.check();
+                CHECK_MESSAGE(!fault, fault.value_or(""));
+                const HierarchyMesh out = h.to_mesh({.positions = MeshPositions::finest});
+                // The pillow has edges that join the same points: by Euler's formula alone.
+                if (mesh == &pillow)
+                    CHECK(out.mesh.face_count() + 4 == 2 * out.mesh.positions.size());
+                else
+                    CHECK(test::topology(test::faces_of(out.mesh)) == test::surface_topology(triangle));
+            }
+        }
+    }
+}
+
 TEST_CASE("hierarchy: what is coarsened as far as it goes is the roots again, by a predicate or one by one") {
     for_each_mesh(3, [](std::string_view scheme, const ControlMesh& mesh, Random& random) {
         Hierarchy h = make_hierarchy(mesh, scheme);

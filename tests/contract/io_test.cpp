@@ -1,7 +1,5 @@
 #include "../../eval/io/mesh_reader.hpp"
 #include "../../eval/io/mesh_writer.hpp"
-#include "../../eval/io/png.hpp"
-#include "../../eval/surface/height_image.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
 
 #include "../kit/input_helpers.hpp"
@@ -9,9 +7,7 @@
 #include "../kit/shapes.hpp"
 
 #include <doctest/doctest.h>
-#include <sys/resource.h>
 
-#include <csignal>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -446,118 +442,6 @@ TEST_CASE("[bad-input] glTF files with accessors that reach beyond their data ar
     CHECK(message_of(gltf(good, R"({"mesh":0,"children":[0]})")).find("is its own ancestor") != std::string::npos);
     CHECK(message_of(gltf(R"({"bufferView":0,"componentType":5126,"count":9,"type":"SCALAR"})", node)) ==
           ": accessor 0 has the wrong type for a position");
-}
-
-TEST_CASE("[bad-input] a failed write leaves the directory as it was and says why") {
-    const ScratchDir dir;
-    const TriangleMesh mesh = shapes::octahedron();
-    const auto failure = [&](const std::filesystem::path& path, const TriangleMesh& what,
-                             ErrorCode code = ErrorCode::io) -> std::string {
-        const Error error = test::error_of([&] { write_mesh(path, what); });
-        CHECK(error.code() == code);
-        return error.what();
-    };
-    CHECK(failure(dir / "no/such/place.obj", mesh).find("there is no directory") != std::string::npos);
-    CHECK(failure(dir / "mesh.xyz", mesh, ErrorCode::unsupported).find("use .obj, .ply or .glb") != std::string::npos);
-    CHECK(failure(dir / "mesh", mesh, ErrorCode::unsupported).find("needs an extension") != std::string::npos);
-    CHECK(failure(dir / (std::string(300, 'x') + ".obj"), mesh).find("too long") != std::string::npos);
-    std::filesystem::create_directory(dir / "taken.ply");
-    CHECK(failure(dir / "taken.ply", mesh).find("this is a directory") != std::string::npos);
-    TriangleMesh bad = mesh;
-    bad.triangles[2][1] = 6;
-    CHECK(failure(dir / "bad.obj", bad, ErrorCode::invalid_input) ==
-          "mesh to write: vertex index number 7 is 6, but there are 6");
-    bad = mesh;
-    bad.positions[1].x = std::nan("");
-    CHECK(failure(dir / "bad.obj", bad, ErrorCode::invalid_input) == "mesh to write: position 1 is not finite");
-    bad = mesh;
-    bad.normals = bad.positions;
-    bad.triangle_normals = bad.triangles;
-    bad.triangle_normals[1][2] = 6;
-    CHECK(failure(dir / "bad.obj", bad, ErrorCode::invalid_input).find("normal index number 5 is 6") !=
-          std::string::npos);
-    bad.triangle_normals.pop_back();
-    CHECK(failure(dir / "bad.obj", bad, ErrorCode::invalid_input).find("21 normal indices for 24") !=
-          std::string::npos);
-    bad = mesh;
-    bad.positions[1].x = 1e39;
-    bad.positions[0].x = -1e39;
-    CHECK(failure(dir / "bad.glb", bad, ErrorCode::unsupported).find("exceed the floats") != std::string::npos);
-    CHECK(dir.file_count() == 1);  // the directory made above
-
-    write_mesh(dir / "kept.obj", mesh);
-    const std::string before = slurp(dir / "kept.obj");
-    RunContext context;
-    context.progress = [](std::string_view, double) { return false; };
-    CHECK_THROWS_AS(write_mesh(dir / "kept.obj", mesh, context), Error);
-    CHECK(slurp(dir / "kept.obj") == before);
-    CHECK(dir.file_count() == 2);
-}
-
-TEST_CASE("[bad-input] a disk that fills up leaves no partial file") {
-    const ScratchDir dir;
-    const TriangleMesh mesh = shapes::sphere(60, 120, Vec3d(0), 1.0);
-    // A file size limit is what a full disk looks like to one process; /dev/full is what the kernel offers.
-    rlimit old{};
-    ::getrlimit(RLIMIT_FSIZE, &old);
-    const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
-    const rlimit small{10'000, old.rlim_max};
-    ::setrlimit(RLIMIT_FSIZE, &small);
-    for (const char* name : {"big.obj", "big.ply", "big.glb"}) {
-        const Error error = test::error_of([&] { write_mesh(dir / name, mesh); });
-        CHECK(error.code() == ErrorCode::io);
-        CHECK(test::contains(error.what(), "larger than the system allows"));
-    }
-    ::setrlimit(RLIMIT_FSIZE, &old);
-    std::signal(SIGXFSZ, old_handler);
-    CHECK(dir.file_count() == 0);
-}
-
-TEST_CASE("height images: PNG round trip, bilinear samples, wrapping") {
-    const ScratchDir dir;
-    Image picture{3, 2, {}};
-    for (const std::uint8_t value : {0, 51, 102, 153, 204, 255})
-        for (int channel = 0; channel < 3; ++channel) picture.rgb.push_back(value);
-    write_png(dir / "h.png", picture);
-    const HeightImage image = load_height_image(dir / "h.png");
-    REQUIRE(image.width == 3);
-    REQUIRE(image.height == 2);
-    for (int i = 0; i < 6; ++i) CHECK(image.values[i] == doctest::Approx(0.2 * i).epsilon(1e-6));
-    // Pixel centres: the upper row has v = 3/4.
-    CHECK(image.sample({0.5 / 3, 0.75}) == doctest::Approx(0.0));
-    CHECK(image.sample({1.5 / 3, 0.25}) == doctest::Approx(0.8));
-    CHECK(image.sample({1.0 / 3, 0.75}) == doctest::Approx(0.1));
-    CHECK(image.sample({1.5 / 3, 0.5}) == doctest::Approx((0.2 + 0.8) / 2));
-    CHECK(image.sample({0.0, 0.75}) == doctest::Approx(0.2));                        // between 0.4 and 0
-    CHECK(image.sample({1.0, 0.75}) == doctest::Approx(image.sample({0.0, 0.75})));  // the seam closes
-    CHECK(image.sample({7.25, -3.4}) == doctest::Approx(image.sample({0.25, 0.6})));
-    CHECK(image.sample({0.0, 0.75}, ImageWrap::clamp) == doctest::Approx(0.0));
-    CHECK(image.sample({5.0, -5.0}, ImageWrap::clamp) == doctest::Approx(1.0));
-    CHECK(image.sample({1e300, 0.3}) >= 0.0);
-    CHECK(image.sample({std::nan(""), 0.3}) == 0.0);
-    CHECK(HeightImage{}.sample({0.5, 0.5}) == 0.0);
-
-    // 16 bits are kept: a PGM of two samples that 8 bits cannot tell apart.
-    spill(dir / "h.pgm", std::string("P5 2 1 65535\n") + std::string("\x80\x00\x80\x01", 4));
-    const HeightImage deep = load_height_image(dir / "h.pgm");
-    CHECK(deep.values[1] > deep.values[0]);
-    CHECK(deep.values[0] == doctest::Approx(0x8000 / 65535.0).epsilon(1e-6));
-}
-
-TEST_CASE("[bad-input] pictures that are none") {
-    const ScratchDir dir;
-    spill(dir / "x.png", "no picture");
-    CHECK_THROWS_AS(load_height_image(dir / "x.png"), Error);
-    CHECK_THROWS_AS(load_height_image(dir / "none.png"), Error);
-    Image picture{3, 2, std::vector<std::uint8_t>(18)};
-    write_png(dir / "h.png", picture);
-    const std::string bytes = slurp(dir / "h.png");
-    for (std::size_t length = 0; length + 12 < bytes.size(); ++length) {  // the last 12 bytes are the end mark
-        spill(dir / "x.png", bytes.substr(0, length));
-        CHECK_THROWS_AS(load_height_image(dir / "x.png"), Error);
-    }
-    CHECK_THROWS_AS(write_png(dir / "e.png", Image{}), Error);
-    CHECK_THROWS_AS(write_png(dir / "no/e.png", picture), Error);
 }
 
 TEST_SUITE_END();

@@ -190,6 +190,7 @@ TEST_CASE("masks: on regular meshes the rows are those of the papers and no othe
         std::string_view scheme;
         double unit;
         std::set<Weights> rows;
+        RuleOptions rules{};
     };
     const Weights four_point{-1, -1, 9, 9};
     const Known known[] = {
@@ -198,6 +199,8 @@ TEST_CASE("masks: on regular meshes the rows are those of the papers and no othe
         {"midpoint", 1.0 / 2, {{2}, {1, 1}}},
         {"butterfly", 1.0 / 16, {{16}, {-1, -1, -1, -1, 2, 2, 8, 8}}},
         {"modified-butterfly", 1.0 / 16, {{16}, {-1, -1, -1, -1, 2, 2, 8, 8}}},
+        {"butterfly", 1.0 / 64, {{64}, {-5, -5, -5, -5, 1, 1, 10, 10, 31, 31}}, {.butterfly_w = 1.0 / 64}},
+        {"modified-butterfly", 1.0 / 64, {{64}, {-5, -5, -5, -5, 1, 1, 10, 10, 31, 31}}, {.butterfly_w = 1.0 / 64}},
         {"catmull-clark", 1.0 / 64, {{1, 1, 1, 1, 6, 6, 6, 6, 36}, {4, 4, 4, 4, 24, 24}, {16, 16, 16, 16}}},
         {"bilinear", 1.0 / 4, {{4}, {2, 2}, {1, 1, 1, 1}}},
         {"kobbelt", 1.0 / 256, {{256}, {-16, -16, 144, 144}, products(four_point, four_point)}},
@@ -208,11 +211,12 @@ TEST_CASE("masks: on regular meshes the rows are those of the papers and no othe
         {"biquartic", 1.0 / 256, {products({1, 5, 10}, {1, 5, 10})}},
         {"averaging", 1.0 / 256, {products({1, 5, 10}, {1, 5, 10})}},
     };
-    for (const auto& [name, unit, rows] : known) {
+    for (const auto& [name, unit, rows, rules] : known) {
         CAPTURE(name);
         const SchemeInfo& scheme = scheme_named(name);
         ControlMeshData data = test::grid(8, scheme.family == MeshFamily::triangles, true);
-        const RefinedStencils refined = refine_stencils(ControlMesh::build(std::move(data)), scheme, 1);
+        const RefinedStencils refined =
+            refine_stencils(ControlMesh::build(std::move(data)), scheme, 1, {.rules = rules});
         std::set<Weights> found;
         for (int r = 0; r < refined.stencils.row_count(); ++r)
             found.insert(ascending(refined.stencils.weights(r), unit));

@@ -181,14 +181,14 @@ TEST_CASE("the judge knows distances that are known") {
     CHECK(fine.doubt() < 0.05 * coarse.tolerance_absolute);
 }
 
-TEST_CASE("[slow] every model of data/ at 1e-2 and 3e-3: watertight, and within what was asked and certified") {
+TEST_CASE("[slow] every model of data/ at 2e-2 and 6e-3: watertight, and within what was asked and certified") {
     for (const auto& entry : std::filesystem::directory_iterator(TETRAKIS_SOURCE_DIR "/data")) {
         if (entry.path().extension() != ".obj") continue;
         const std::string name = entry.path().stem().string();
         CAPTURE(name);
         const ControlMesh mesh = load_control_mesh(entry.path());
         const bool loop = name.ends_with("_tri") || name == "tetrahedron";
-        for (const double tolerance : {1e-2, 3e-3})
+        for (const double tolerance : {2e-2, 6e-3})
             check_all(mesh, *find_scheme(loop ? "loop" : "catmull-clark"), tolerance, true, mesh.face_count() < 200);
     }
 }
@@ -196,7 +196,7 @@ TEST_CASE("[slow] every model of data/ at 1e-2 and 3e-3: watertight, and within 
 TEST_CASE("[slow] random meshes with all tags, by Catmull-Clark, Loop and sqrt3") {
     for (const std::uint64_t seed : {1, 2, 5}) {
         CAPTURE(seed);
-        check_all(test::random_sqrt3_mesh(seed), *find_scheme("sqrt3"), 1e-2);
+        check_all(test::random_sqrt3_mesh(seed), *find_scheme("sqrt3"), 2e-2);
     }
     for (const char* name : {"catmull-clark", "loop"})
         for (const std::uint64_t seed : test::seeds(10)) {
@@ -208,7 +208,7 @@ TEST_CASE("[slow] random meshes with all tags, by Catmull-Clark, Loop and sqrt3"
             const ControlMesh mesh = test::random_mesh(seed, options);
             std::uint32_t holes = 0;
             for (std::uint32_t f = 0; f < mesh.face_count(); ++f) holes += mesh.is_hole(FaceId(f));
-            if (holes < mesh.face_count()) check_all(mesh, scheme, 1e-2);
+            if (holes < mesh.face_count()) check_all(mesh, scheme, 2e-2);
         }
 }
 
@@ -216,7 +216,7 @@ TEST_CASE("[slow] smooth random meshes, by every scheme") {
     for (const SchemeInfo& scheme : scheme_table())
         for (const std::uint64_t seed : test::seeds(2)) {
             CAPTURE(seed);
-            check_all(mesh_for(scheme, ControlMesh::build(smooth_mesh(seed, scheme))), scheme, 3e-2);
+            check_all(mesh_for(scheme, ControlMesh::build(smooth_mesh(seed, scheme))), scheme, 5e-2);
         }
 }
 
@@ -224,7 +224,7 @@ TEST_CASE("[slow] creases, darts, corners, semi-sharp tags, holes and open meshe
     struct Case {
         const char* what;
         std::string text;
-        bool hole = false, semi_sharp = false, dart = false;
+        bool hole = false, semi_sharp = false, dart = false, for_dual = false;
     };
     const std::string closed = k_closed, tube = k_tube;
     const Case cases[] = {
@@ -237,12 +237,28 @@ TEST_CASE("[slow] creases, darts, corners, semi-sharp tags, holes and open meshe
         {"semi-sharp corner", closed + "t corner 1/1/0 8 1.5\n", false, true},
         {"corner with an angle of its own", closed + "t corner 1/1/0 8 10\nt cornerangle 2/1/0 8 5 110\n"},
         {"hole", closed + "t hole 1/0/0 1\n", true},
+        {.what = "creases that cross",
+         .text = closed + "t crease 2/1/0 4 8 10\nt crease 2/1/0 8 7 10\nt crease 2/1/0 8 5 10\nt crease 2/1/0 5 1 10\n"
+                          "t corner 1/1/0 5 10\n",
+         .for_dual = true},
+        {.what = "semi-sharp creases of which the sharper go on where others have ended",
+         .text = closed + "t crease 2/1/0 4 8 3\nt crease 2/1/0 8 7 2\nt crease 2/1/0 8 5 2.5\nt crease 2/1/0 5 1 3\n",
+         .semi_sharp = true,
+         .for_dual = true},
+        {.what = "crease between boundaries",
+         .text = tube + "t crease 2/1/0 0 4 10\nt crease 2/1/0 4 8 10\n",
+         .for_dual = true},
+        {.what = "creases that end at a boundary",
+         .text = tube + "t crease 2/1/0 0 4 10\nt crease 2/1/0 1 5 2\nt crease 2/1/0 5 9 3\n",
+         .semi_sharp = true,
+         .for_dual = true},
     };
     for (const char* name : k_schemes)
         for (const Case& c : cases) {
             INFO(c.what);
             const SchemeInfo& scheme = *find_scheme(name);
             const bool dual = is_dual(scheme);
+            if (c.for_dual && !dual) continue;
             if (scheme.refinement == Refinement::honeycomb && c.dart) {
                 // There is no mask for the limit at the end of a crease.
                 CHECK(code_of(mesh_for(scheme, c.text), {.scheme = scheme, .tolerance = 2e-2}, {}) ==
@@ -257,7 +273,7 @@ TEST_CASE("[slow] creases, darts, corners, semi-sharp tags, holes and open meshe
                 CHECK(result.tolerance_reached);
                 continue;
             }
-            check_all(mesh_for(scheme, c.text), scheme, 2e-2, !(dual && c.semi_sharp));
+            check_all(mesh_for(scheme, c.text), scheme, 4e-2, !(dual && c.semi_sharp));
         }
 }
 
@@ -288,9 +304,31 @@ TEST_CASE("[slow] a number of triangles is never exceeded, and the error falls a
             tessellate(mesh, {.scheme = scheme, .tolerance = 1e-5, .max_triangles = 300, .measure = false});
         if (scheme.smoothness != "C0") CHECK(!missed.tolerance_reached);
         CHECK(missed.mesh.triangles.size() <= 300);
-        // Fewer than the coarsest mesh has.
-        CHECK(code_of(mesh, {.scheme = scheme, .tolerance = {}, .max_triangles = 3, .measure = false}, {}) ==
-              ErrorCode::unsupported);
+        // Fewer than the coarsest mesh has: the number that is named does.
+        TessellateOptions few{.scheme = scheme, .tolerance = {}, .max_triangles = 3, .measure = false};
+        const Error error = test::error_of([&] { tessellate(mesh, few); });
+        CHECK(error.code() == ErrorCode::unsupported);
+        const std::string message = error.what(), advice = "allow at least ";
+        CAPTURE(message);
+        REQUIRE(message.find(advice) != std::string::npos);
+        few.max_triangles = std::stoull(message.substr(message.find(advice) + advice.size()));
+        CHECK(few.max_triangles > 3);
+        CHECK(tessellate(mesh, few).mesh.triangles.size() <= few.max_triangles);
+        // Stopped by a level or by the number, the bound is that of what there is.
+        if (!scheme_support(scheme).certified || scheme.smoothness == "C0") continue;
+        for (const auto& [triangles, level] : {std::pair{300, 28}, {0, 1}}) {
+            CAPTURE(level);
+            const Tessellation stopped = tessellate(mesh, {.scheme = scheme,
+                                                           .estimator = EstimatorKind::certified,
+                                                           .tolerance = 1e-5,
+                                                           .max_triangles = static_cast<std::uint64_t>(triangles),
+                                                           .max_level = level,
+                                                           .measure = true,
+                                                           .measure_samples = k_samples});
+            CHECK_FALSE(stopped.tolerance_reached);
+            CHECK(stopped.deepest_level <= level);
+            CHECK(stopped.measured_error->hausdorff <= k_rounding * stopped.certified_error.value());
+        }
     }
 }
 
@@ -304,7 +342,7 @@ TEST_CASE("[slow] [inv10] one, two and three threads give the same bytes") {
             test::add_charts(data);
             const ControlMesh mesh = mesh_for(scheme, ControlMesh::build(std::move(data)));
             const TessellateOptions options{
-                .scheme = scheme, .estimator = estimator, .tolerance = 4e-2, .measure = true, .measure_samples = 5'000};
+                .scheme = scheme, .estimator = estimator, .tolerance = 8e-2, .measure = true, .measure_samples = 5'000};
             RunContext context;
             context.threads = 1;
             const Tessellation first = tessellate(mesh, options, context);

@@ -1,8 +1,8 @@
+#include "../../eval/bounds/plane_measure.hpp"
 #include "../../eval/bounds/quad_bounder.hpp"
 #include "../../eval/bounds/star_norms.hpp"
 
 #include "../kit/patch_meshes.hpp"
-#include "../kit/sampled_distance.hpp"
 
 #include "../../eval/tessellate/exported_mesh.hpp"
 #include "../../eval/tessellate/fan_error.hpp"
@@ -88,6 +88,44 @@ double sampled_error(const QuadPatches& patches, const CellTriangle& leaf, int n
     return worst;
 }
 
+/// The error of a leaf (see QuadBounder) at the points of a lattice; and the largest distance from a lattice point of
+/// the triangle to the samples, less what lies between these.
+struct SampledError {
+    double error = 0, back = 0;
+};
+
+/// @param surface  the surface at barycentrics (b0, b1, b2) of the leaf
+template <class Surface>
+SampledError sampled_distance(int n, Surface&& surface) {
+    std::vector<Vec3d> points;
+    const auto index = [n](int i, int j) { return static_cast<std::size_t>(i * (2 * n + 3 - i) / 2 + j); };
+    for (int i = 0; i <= n; ++i)
+        for (int j = 0; i + j <= n; ++j) points.push_back(surface(double(i) / n, double(j) / n, double(n - i - j) / n));
+    const Vec3d c0 = points[index(n, 0)], c1 = points[index(0, n)], c2 = points[index(0, 0)];
+    SampledError sampled;
+    double spacing = 0;
+    for (int i = 0; i <= n; ++i)
+        for (int j = 0; i + j <= n; ++j) {
+            const Vec3d& p = points[index(i, j)];
+            const auto look = [&](double e) { sampled.error = std::max(sampled.error, e); };
+            look(std::sqrt(detail::nearest_on_triangle(p, c0, c1, c2).squared_distance));
+            if (i == 0) look(detail::segment_distance(p, c1, c2));
+            if (j == 0) look(detail::segment_distance(p, c0, c2));
+            if (i + j == n) look(detail::segment_distance(p, c0, c1));
+            if (i + j < n)
+                spacing = std::max(
+                    {spacing, glm::length(p - points[index(i + 1, j)]), glm::length(p - points[index(i, j + 1)])});
+        }
+    for (int i = 0; i <= n; ++i)
+        for (int j = 0; i + j <= n; ++j) {
+            const Vec3d q = (double(i) * c0 + double(j) * c1 + double(n - i - j) * c2) / double(n);
+            double nearest = std::numeric_limits<double>::infinity();
+            for (const Vec3d& p : points) nearest = std::min(nearest, glm::length(p - q));
+            sampled.back = std::max(sampled.back, nearest - spacing);
+        }
+    return sampled;
+}
+
 constexpr double k_infinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
@@ -107,7 +145,7 @@ TEST_CASE_TEMPLATE("[inv9] bounds of leaves are never below the error sampled, a
             const CellTriangle leaf = random_leaf<Family>(random, mesh, 6);
             CAPTURE(leaf.root.value);
             CAPTURE(int(leaf.level));
-            const auto [sampled, back] = test::sampled_distance(16, [&](double b0, double b1, double b2) {
+            const auto [sampled, back] = sampled_distance(16, [&](double b0, double b1, double b2) {
                 const SurfaceParameter at = Family::parameter(mesh, leaf, b0, b1, b2);
                 return patches.evaluate(at.root, at.x, at.y).position;
             });
@@ -389,7 +427,7 @@ TEST_CASE("corner limits of stars before they grow are those of their quarters")
 }
 
 TEST_CASE("corners and sides of fans are sampled where they are: beside them trees would grow without end") {
-    const ControlMesh mesh = test::random_quad_mesh(2, CreaseMethod::uniform);
+    const ControlMesh mesh = test::random_patch_mesh<QuadFamily>(4);
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
         for (std::uint32_t k = 1; k + 1 < mesh.face_size(FaceId(f)); ++k) {
             const OutputTriangle triangle{{}, FaceId(f), {0, k, k + 1}};

@@ -212,17 +212,6 @@ TEST_CASE("the samples inside a triangle are one in each of its equal parts") {
     CHECK(detail::inside_sample(0, 1).x == doctest::Approx(1.0 / 3));
 }
 
-TEST_CASE("a coarse sphere is its sagitta away from a fine one") {
-    // Two triangles on an octahedron's face: the face's centre is 1 - 1/sqrt(3) inside the unit sphere.
-    const TriangleMesh fine = shapes::sphere(100, 200, Vec3d(0), 1.0), coarse = shapes::octahedron();
-    SamplingOptions options;
-    options.samples = 40'000;
-    const MeshComparison result = compare(fine, coarse, options);
-    const double sagitta = 1 - 1 / std::sqrt(3.0);
-    CHECK(result.error.backward == doctest::Approx(sagitta).epsilon(1e-3));
-    CHECK(result.error.forward == doctest::Approx(sagitta).epsilon(1e-3));
-}
-
 TEST_CASE("climbing from the worst samples finds the top of a narrow bump") {
     // One large triangle under a cone of height 0.1: only its tip is that far; coarse samples miss it.
     TriangleMesh flat, cone;

@@ -43,7 +43,7 @@ void check_search(const ControlMesh& mesh, detail::RootShape shape, Frame&& fram
     closest.prepare({});
     test::Random random(seed);
     const bool square = shape == detail::RootShape::square;
-    for (int i = 0; i < 30; ++i) {
+    for (int i = 0; i < 12; ++i) {
         const HalfedgeId leaving = mesh.vertex_halfedge(VertexId(0));
         const double near = std::pow(10.0, random.uniform(-3, 0));
         double x = 0.45 * near, y = 0.45 * near * random.uniform(0, 1);

@@ -22,6 +22,7 @@ namespace {
 
 ControlMesh random_mesh(std::uint64_t seed, bool triangles, bool with_angles = false) {
     test::RandomMeshOptions options = test::random_options(seed);
+    options.columns = options.rows = 3;
     options.triangles_only = triangles;
     ControlMeshData data = test::random_mesh_data(seed, options);
     // Smooth after few levels, or never.
@@ -257,7 +258,7 @@ TEST_CASE("[inv10] weights of surroundings do not depend on what was asked for b
     const SchemeInfo& scheme = *find_scheme("kobbelt");
     const RuleOptions rules;
     std::vector<detail::SurroundingsKey> keys;
-    for (int faces = 3; faces <= 6; ++faces)
+    for (const int faces : {3, 5})
         for (const bool boundary : {false, true})
             keys.push_back(detail::fan_surroundings(FanLattice::quads, {.faces = faces, .boundary = boundary}, 3));
     const detail::CellNormTable forwards(scheme, rules), backwards(scheme, rules);
@@ -305,7 +306,7 @@ TEST_CASE("[bad-input] tags that stay semi-sharp for long have no bound by mask 
     const auto result = [&](const ControlMesh& mesh, EstimatorKind estimator) {
         return tessellate(
             mesh,
-            {.scheme = scheme, .estimator = estimator, .tolerance = 0.01, .measure = true, .measure_samples = 10'000});
+            {.scheme = scheme, .estimator = estimator, .tolerance = 0.05, .measure = true, .measure_samples = 10'000});
     };
     const Tessellation sure = result(some, EstimatorKind::certified);
     REQUIRE(sure.certified_error);

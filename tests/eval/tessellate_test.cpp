@@ -29,18 +29,6 @@ using namespace tetrakis;
 
 namespace {
 
-/// A random mesh of up to 4 x 4 cells with tags of all kinds, every boundary rule and both crease methods.
-ControlMesh random_tagged(SchemeKind scheme, std::uint64_t seed) {
-    test::RandomMeshOptions options = test::random_options(seed);
-    options.columns = std::min(options.columns, 4);
-    options.rows = std::min(options.rows, 4);
-    options.triangles_only = scheme == SchemeKind::loop;
-    if (seed % 7 == 6) options.boundary_rule = BoundaryRule::none;
-    ControlMeshData data = test::random_mesh_data(seed, options);
-    data.crease_method = seed % 2 ? CreaseMethod::chaikin : CreaseMethod::uniform;
-    return ControlMesh::build(std::move(data));
-}
-
 ControlMesh parse(const std::string& text) { return ControlMesh::build(parse_obj(text, "test.obj")); }
 
 /// The cube [-1, 1]^3, each face with the whole unit square as its texture: seams along all edges.
@@ -462,47 +450,6 @@ TEST_CASE("[inv3] beside an interior vertex of valence 2 no edge has more than t
             const Tessellation result = tessellate(mesh, options);
             check_conforming(mesh, result);
         }
-}
-
-TEST_CASE("[slow] [inv9] certified bounds hold where a level or a budget stops the refinement") {
-    for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop})
-        for (const std::uint64_t seed : test::seeds(4))
-            for (const bool budget : {false, true}) {
-                INFO(name(scheme), budget ? ", budget" : ", level");
-                CAPTURE(seed);
-                const ControlMesh mesh = random_tagged(scheme, seed + 30);
-                TessellateOptions options{.scheme = scheme, .estimator = EstimatorKind::certified, .tolerance = 1e-4};
-                options.measure = true;
-                if (budget)
-                    options.max_triangles = 300;
-                else
-                    options.max_level = 1;
-                const Tessellation result = tessellate(mesh, options);
-                if (result.mesh.triangles.empty()) continue;
-                CHECK(result.measured_error->hausdorff <= *result.certified_error);
-                CHECK_FALSE(result.tolerance_reached);
-                if (!budget) CHECK(result.deepest_level <= 1);
-            }
-}
-
-TEST_CASE("a budget smaller than the coarsest mesh is refused with the number that would do, which does") {
-    for (const SchemeKind scheme : {SchemeKind::catmull_clark, SchemeKind::loop}) {
-        const ControlMesh mesh = random_tagged(scheme, 61);
-        TessellateOptions options{.scheme = scheme, .tolerance = 1e-3, .max_triangles = 3};
-        options.measure = false;
-        const Error error = test::error_of([&] { tessellate(mesh, options); });
-        CHECK(error.code() == ErrorCode::unsupported);
-        const std::string message = error.what();
-        CAPTURE(message);
-        const std::string advice = "allow at least ";
-        REQUIRE(message.find(advice) != std::string::npos);
-        options.max_triangles = std::stoull(message.substr(message.find(advice) + advice.size()));
-        CHECK(options.max_triangles > 3);
-        const Tessellation result = tessellate(mesh, options);
-        check_conforming(mesh, result);
-        CHECK(result.mesh.triangles.size() <= options.max_triangles);
-        CHECK_FALSE(result.tolerance_reached);
-    }
 }
 
 TEST_CASE("with a number of triangles the progress is their share of it, in the calling thread, and never goes back") {

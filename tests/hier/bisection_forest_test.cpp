@@ -3,6 +3,7 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/corner_cell.hpp"
+#include "../kit/input_helpers.hpp"
 #include "../kit/random_mesh.hpp"
 
 #include <doctest/doctest.h>
@@ -12,6 +13,7 @@
 
 using namespace tetrakis;
 using test::Random;
+using test::random_subset;
 
 namespace {
 
@@ -97,18 +99,11 @@ class NaiveForest {
     const ControlMesh& mesh_;
 };
 
-std::vector<LeafId> leaves_of(const BisectionForest& forest) {
-    std::vector<LeafId> result;
-    for (std::uint32_t s = 0; s < forest.leaf_slots(); ++s)
-        if (forest.is_leaf(LeafId(s))) result.push_back(LeafId(s));
-    return result;
-}
-
-std::vector<LeafId> random_subset(const std::vector<LeafId>& ids, double chance, Random& random) {
-    std::vector<LeafId> result;
-    for (LeafId id : ids)
-        if (random.chance(chance)) result.push_back(id);
-    return result;
+/// The nodes of the leaves by their slots.
+std::map<std::uint32_t, Node> nodes_of(const BisectionForest& forest) {
+    std::map<std::uint32_t, Node> nodes;
+    for (const LeafId id : forest.ordered_leaves()) nodes.emplace(id.value, node_of(forest, id));
+    return nodes;
 }
 
 void check_same_export(const ExportedTriangles& a, const ExportedTriangles& b) {
@@ -150,13 +145,12 @@ void check_order(const std::vector<LeafId>& created, const std::vector<LeafId>& 
 /// All leaves and points with their numbers and links.
 struct Snapshot {
     explicit Snapshot(const BisectionForest& forest) {
-        for (LeafId id : leaves_of(forest)) {
+        for (LeafId id : forest.ordered_leaves()) {
             const BisectionLeaf& l = forest.leaf(id);
             leaves.push_back({id, l.neighbour, l.vertex, node_of(forest, id)});
         }
         for (std::uint32_t p = 0; p < forest.point_slots(); ++p)
             if (forest.is_point(PointId(p))) points.emplace_back(p, forest.point_site(PointId(p)));
-        counts = {forest.leaf_count(), forest.midpoint_count(), leaves.size(), points.size()};
     }
     friend bool operator==(const Snapshot&, const Snapshot&) = default;
 
@@ -169,13 +163,13 @@ struct Snapshot {
     };
     std::vector<Leaf> leaves;
     std::vector<std::pair<std::uint32_t, Site>> points;
-    std::array<std::size_t, 4> counts{};
 };
 
 /// Leaves and points as told by split_diamond() and merge_diamond().
 class Replay {
   public:
-    explicit Replay(const BisectionForest& forest) : forest_(&forest) { read(leaves_, points_); }
+    explicit Replay(const BisectionForest& forest)
+        : forest_(&forest), leaves_(nodes_of(forest)), points_(points_of(forest)) {}
 
     void split(const Diamond& d) {
         CHECK(points_.insert(d.midpoint.value).second);
@@ -192,19 +186,17 @@ class Replay {
         for (const auto& [child0, child1] : d.siblings()) add(child0);
     }
     void check() const {
-        std::map<std::uint32_t, Node> leaves;
-        std::set<std::uint32_t> points;
-        read(leaves, points);
-        CHECK(leaves == leaves_);
-        CHECK(points == points_);
+        CHECK(nodes_of(*forest_) == leaves_);
+        CHECK(points_of(*forest_) == points_);
     }
 
   private:
     void add(LeafId id) { CHECK(leaves_.emplace(id.value, node_of(*forest_, id)).second); }
-    void read(std::map<std::uint32_t, Node>& leaves, std::set<std::uint32_t>& points) const {
-        for (LeafId id : leaves_of(*forest_)) leaves.emplace(id.value, node_of(*forest_, id));
-        for (std::uint32_t p = 0; p < forest_->point_slots(); ++p)
-            if (forest_->is_point(PointId(p))) points.insert(p);
+    static std::set<std::uint32_t> points_of(const BisectionForest& forest) {
+        std::set<std::uint32_t> points;
+        for (std::uint32_t p = 0; p < forest.point_slots(); ++p)
+            if (forest.is_point(PointId(p))) points.insert(p);
+        return points;
     }
     const BisectionForest* forest_;
     std::map<std::uint32_t, Node> leaves_;
@@ -221,8 +213,8 @@ ControlMesh small_mesh(std::uint64_t seed) {
 BisectionForest random_forest(const ControlMesh& mesh, Random& random) {
     BisectionForest forest(mesh);
     std::vector<LeafId> created;
-    for (int pass = 0; pass < 4; ++pass) forest.refine(random_subset(leaves_of(forest), 0.1, random), created);
-    forest.coarsen(random_subset(leaves_of(forest), 0.8, random), created);
+    for (int pass = 0; pass < 4; ++pass) forest.refine(random_subset(forest.ordered_leaves(), 0.1, random), created);
+    forest.coarsen(random_subset(forest.ordered_leaves(), 0.8, random), created);
     return forest;
 }
 
@@ -244,8 +236,8 @@ TEST_CASE("[inv2] random diamonds one by one give what batches give, and are rep
             const bool split = step % 3 != 2;
             // The same nodes in both, one by one in another order.
             std::map<Node, LeafId> of_node;
-            for (LeafId id : leaves_of(batch)) of_node[node_of(batch, id)] = id;
-            std::vector<LeafId> ids = random_subset(leaves_of(single), split ? 0.1 : 0.8, random), marked;
+            for (LeafId id : batch.ordered_leaves()) of_node[node_of(batch, id)] = id;
+            std::vector<LeafId> ids = random_subset(single.ordered_leaves(), split ? 0.1 : 0.8, random), marked;
             std::map<std::uint32_t, Node> nodes;
             for (LeafId id : ids) {
                 nodes[id.value] = node_of(single, id);
@@ -295,7 +287,7 @@ TEST_CASE("[inv5] merging what a split has reported, in reverse, gives back ever
         Random random(seed);
         BisectionForest forest = random_forest(mesh, random);
         forest.reserve(forest.leaf_count() + 200);
-        for (LeafId id : random_subset(leaves_of(forest), 0.3, random)) {
+        for (LeafId id : random_subset(forest.ordered_leaves(), 0.3, random)) {
             const Snapshot before(forest);
             std::vector<Diamond> first, second;
             REQUIRE(forest.split_diamond(id, [&](const Diamond& d) { first.push_back(d); }));
@@ -324,11 +316,12 @@ TEST_CASE("[inv5] merging what a split has reported, in reverse, gives back ever
         }
         // The same for batches.
         const Snapshot before(forest);
+        const std::uint32_t midpoints = forest.midpoint_count();
         std::vector<LeafId> created, parents;
         std::set<Node> old;
-        for (LeafId id : leaves_of(forest)) old.insert(node_of(forest, id));
+        for (LeafId id : forest.ordered_leaves()) old.insert(node_of(forest, id));
         forest.refine(forest.ordered_leaves(), created);
-        while (forest.midpoint_count() > before.counts[1]) {
+        while (forest.midpoint_count() > midpoints) {
             std::erase_if(created,
                           [&](LeafId id) { return !forest.is_leaf(id) || old.count(node_of(forest, id)) != 0; });
             REQUIRE(forest.coarsen(created, parents) > 0);
@@ -353,7 +346,7 @@ TEST_CASE("a split beyond the capacity is refused and changes nothing") {
         REQUIRE(forest.leaf_capacity() == capacity);
         const std::uint64_t bytes = forest.memory_bytes();
         for (int refused = 0; refused < 20;) {
-            const auto ids = leaves_of(forest);
+            const auto ids = forest.ordered_leaves();
             const LeafId id = ids[random.below(static_cast<std::uint32_t>(ids.size()))];
             const auto cost = forest.split_cost(id);
             const bool has_room = forest.leaf_count() + cost.leaves <= capacity;
@@ -372,7 +365,7 @@ TEST_CASE("a split beyond the capacity is refused and changes nothing") {
         }
         // Batches make room.
         std::vector<LeafId> created;
-        forest.refine(leaves_of(forest), created);
+        forest.refine(forest.ordered_leaves(), created);
         CHECK(forest.leaf_count() > capacity);
         CHECK(forest.leaf_capacity() >= forest.leaf_count());
         check_sound(forest);
@@ -391,22 +384,20 @@ TEST_CASE("[inv2] bulk refinement is the smallest conforming refinement, as foun
         NaiveForest naive(mesh);
         std::vector<LeafId> created;
         for (int pass = 0; pass < 5; ++pass) {
-            const std::vector<LeafId> before = leaves_of(forest);
-            const auto marked = random_subset(before, 0.15, random);
-            std::map<std::uint32_t, Node> old;
-            for (LeafId id : before) old[id.value] = node_of(forest, id);
+            const auto marked = random_subset(forest.ordered_leaves(), 0.15, random);
+            const std::map<std::uint32_t, Node> old = nodes_of(forest);
             for (LeafId id : marked) naive.split(node_of(forest, id));
             naive.close();
             forest.refine(marked, created);
             check_sound(forest);
             std::set<Node> leaves;
-            for (LeafId id : leaves_of(forest)) leaves.insert(node_of(forest, id));
+            for (const auto& [slot, node] : nodes_of(forest)) leaves.insert(node);
             REQUIRE(leaves == naive.leaves);
             check_order(created, marked, old, forest);
             // `created` are exactly the leaves that were none before.
             std::set<std::uint32_t> fresh;
             for (LeafId id : created) REQUIRE(fresh.insert(id.value).second);
-            for (LeafId id : leaves_of(forest)) {
+            for (LeafId id : forest.ordered_leaves()) {
                 const auto was = old.find(id.value);
                 REQUIRE((was != old.end() && was->second == node_of(forest, id)) == (fresh.count(id.value) == 0));
             }
@@ -422,7 +413,7 @@ TEST_CASE("[inv2] bulk refinement is the smallest conforming refinement, as foun
 TEST_CASE("[bad-input] stale and invalid handles are named, and nothing changes") {
     const ControlMesh mesh = test::random_mesh(4);
     BisectionForest forest(mesh);
-    const auto roots = leaves_of(forest);
+    const auto roots = forest.ordered_leaves();
     std::vector<LeafId> created;
     forest.refine(roots, created);
     // A slot above the roots that its diamond's merge frees.
@@ -430,7 +421,7 @@ TEST_CASE("[bad-input] stale and invalid handles are named, and nothing changes"
     for (LeafId id : created)
         if (id.value >= mesh.halfedge_count() && forest.can_merge(id)) stale = id;
     REQUIRE(stale.valid());
-    // Both triangles of the diamond are reported: beside each other across their bases.
+    // Both triangles are reported: beside each other across their bases.
     std::vector<Diamond> merged;
     REQUIRE(forest.merge_diamond(stale, [&](const Diamond& d) { merged.push_back(d); }));
     REQUIRE(merged.size() == 1);
@@ -440,13 +431,9 @@ TEST_CASE("[bad-input] stale and invalid handles are named, and nothing changes"
     const ExportedTriangles before = forest.exported();
     const auto ignore = [](const Diamond&) { FAIL("a change is reported"); };
     const auto fails = [&](auto&& call, LeafId id) {
-        try {
-            call();
-            FAIL("no error");
-        } catch (const Error& e) {
-            CHECK(e.code() == ErrorCode::invalid_input);
-            CHECK(std::string(e.what()).find(std::to_string(id.value)) != std::string::npos);
-        }
+        const Error e = test::error_of(call);
+        CHECK(e.code() == ErrorCode::invalid_input);
+        CHECK(test::contains(e.what(), std::to_string(id.value)));
         check_sound(forest);
         check_same_export(forest.exported(), before);
     };
@@ -455,12 +442,11 @@ TEST_CASE("[bad-input] stale and invalid handles are named, and nothing changes"
         const std::vector<LeafId> marked{roots.front(), id};
         fails([&] { forest.split_cost(id); }, id);
         fails([&] { forest.split_diamond(id, ignore); }, id);
-        fails([&] { forest.refine(marked, created); }, id);
         fails([&] { forest.merge_diamond(id, ignore); }, id);
         fails([&] { forest.coarsen(marked, created); }, id);
     }
     LeafId root;
-    for (LeafId id : leaves_of(forest))
+    for (LeafId id : forest.ordered_leaves())
         if (forest.depth(id) == 0) root = id;
     REQUIRE(root.valid());
     CHECK(!forest.can_merge(root));
@@ -472,14 +458,14 @@ TEST_CASE("[bad-input] [inv10] of thousands of marks the first bad one is named 
     const ControlMesh mesh = test::random_mesh(4);
     BisectionForest start(mesh);
     std::vector<LeafId> created;
-    while (start.leaf_count() < 6000) start.refine(leaves_of(start), created);
+    while (start.leaf_count() < 6000) start.refine(start.ordered_leaves(), created);
     LeafId stale;
     for (LeafId id : created)
         if (id.value >= mesh.halfedge_count() && start.can_merge(id)) stale = id;
     REQUIRE(stale.valid());
     REQUIRE(start.merge_diamond(stale, [](const Diamond&) {}));
     const ExportedTriangles before = start.exported();
-    const std::vector<LeafId> marked = leaves_of(start);
+    const std::vector<LeafId> marked = start.ordered_leaves();
     std::vector<LeafId> repeated = marked, expected_created;
     repeated.insert(repeated.end(), marked.rbegin(), marked.rend());
     BisectionForest expected = start;
@@ -495,13 +481,9 @@ TEST_CASE("[bad-input] [inv10] of thousands of marks the first bad one is named 
                 std::vector<LeafId> bad = marked;
                 bad[3001] = second;
                 bad[2000] = first;
-                try {
-                    forest.refine(bad, created);
-                    FAIL("no error");
-                } catch (const Error& e) {
-                    CHECK(e.code() == ErrorCode::invalid_input);
-                    CHECK(std::string(e.what()).find(' ' + std::to_string(first.value) + ' ') != std::string::npos);
-                }
+                const Error e = test::error_of([&] { forest.refine(bad, created); });
+                CHECK(e.code() == ErrorCode::invalid_input);
+                CHECK(test::contains(e.what(), ' ' + std::to_string(first.value) + ' '));
                 check_sound(forest);
                 check_same_export(forest.exported(), before);
             }

@@ -57,13 +57,6 @@ inline std::set<HierarchyNode> nodes_of(const Hierarchy& h) {
     return nodes;
 }
 
-inline std::vector<LeafHandle> random_subset(const std::vector<LeafHandle>& leaves, double chance, Random& random) {
-    std::vector<LeafHandle> result;
-    for (LeafHandle leaf : leaves)
-        if (random.chance(chance)) result.push_back(leaf);
-    return result;
-}
-
 /// Changes of all kinds, single ones by the dozen for each in bulk; no leaf becomes deeper than max_depth + its
 /// closure. `seen` is called after each round.
 template <class Seen>

@@ -1,21 +1,28 @@
 #pragma once
 
-#include "quad_test_mesh.hpp"
-#include "triangle_test_mesh.hpp"
+#include "random_mesh.hpp"
 
 #include "../../eval/distance/surface_family.hpp"
 
+#include <algorithm>
 #include <type_traits>
 
 namespace tetrakis::test {
 
-/// Random meshes with tags of all kinds, by both crease methods, of the faces that the family of patches takes.
+/// Small random meshes with tags of all kinds, of the faces that the family of patches takes: each by both crease
+/// methods, every third full of creases, so that whole chains of them meet.
 template <class Family>
 ControlMesh random_patch_mesh(std::uint64_t seed) {
-    if constexpr (std::is_same_v<Family, LoopFamily>)
-        return random_tagged_mesh(static_cast<std::uint32_t>(seed));
-    else
-        return random_quad_mesh(seed / 2, seed % 2 == 1 ? CreaseMethod::chaikin : CreaseMethod::uniform);
+    const std::uint64_t mesh = seed / 2;
+    RandomMeshOptions options = random_options(mesh);
+    options.columns = std::min(options.columns, 4);
+    options.rows = std::min(options.rows, 4);
+    options.triangles_only = std::is_same_v<Family, LoopFamily>;
+    if (mesh % 3 == 0) options.crease = 0.5;
+    if (mesh % 4 == 1) options.split = options.merge = 0;
+    ControlMeshData data = random_mesh_data(mesh, options);
+    data.crease_method = seed % 2 == 1 ? CreaseMethod::chaikin : CreaseMethod::uniform;
+    return ControlMesh::build(std::move(data));
 }
 
 /// One half-edge for each root of the surface: of each face of triangles, of each corner of other faces.

@@ -43,6 +43,14 @@ class Random {
     std::uint64_t state_;
 };
 
+template <class T>
+std::vector<T> random_subset(const std::vector<T>& items, double chance, Random& random) {
+    std::vector<T> result;
+    for (const T& item : items)
+        if (random.chance(chance)) result.push_back(item);
+    return result;
+}
+
 /// 0 .. count - 1, and the number in the environment variable TETRAKIS_SEED where it is set.
 inline std::vector<std::uint64_t> seeds(std::uint64_t count) {
     std::vector<std::uint64_t> result;

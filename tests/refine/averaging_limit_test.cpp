@@ -1,12 +1,10 @@
 #include "../../hier/mesh/control_mesh.hpp"
-#include "../../refine/rules/mesh_part.hpp"
 #include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 #include <vector>
 
 // The ends of open meshes under repeated averaging with copies of the boundary.
@@ -51,35 +49,6 @@ SplineRow quartic(int i, int count) {
         i == 0 ? -2 : i - 1, {1.0 / 24, 11.0 / 24, 11.0 / 24, 1.0 / 24}, {sign / 2, -sign / 2, -sign / 2, sign / 2}};
 }
 
-/// Number of the tagged corner that lies nearest: of those of finer meshes, the one that comes out of a corner.
-int tip(const RuleMesh& mesh, const std::vector<Vec3d>& positions, const Vec3d& near) {
-    int best = -1;
-    for (int v = 0; v < mesh.vertex_count(); ++v)
-        if (mesh.vertex_sharpness(v) > 0 &&
-            (best < 0 || glm::length(positions[v] - near) < glm::length(positions[best] - near)))
-            best = v;
-    return best;
-}
-
-/// Where so many refinements of what is around a corner end.
-Vec3d refined_away(RuleMesh mesh, std::vector<Vec3d> positions, int v, const SchemeInfo& scheme,
-                   const RuleOptions& rules) {
-    constexpr int k_steps = 50, k_rings = 10;
-    detail::MeshPartFinder parts;
-    for (int i = 0; i < k_steps; ++i) {
-        const detail::MeshPart part = parts.find(mesh, std::span(&v, 1), k_rings);
-        RuleStep step = scheme.step(part.mesh, rules);
-        std::vector<Vec3d> finer(step.mesh.vertex_count(), Vec3d(0));
-        for (int r = 0; r < step.mesh.vertex_count(); ++r)
-            for (std::size_t t = 0; t < step.stencils.points(r).size(); ++t)
-                finer[r] += step.stencils.weights(r)[t] * positions[part.vertex[step.stencils.points(r)[t]]];
-        v = tip(step.mesh, finer, positions[v]);
-        mesh = std::move(step.mesh);
-        positions = std::move(finer);
-    }
-    return positions[v];
-}
-
 int reflected(int i, int count) { return i < 0 ? -1 - i : i >= count ? 2 * count - 1 - i : i; }
 
 }  // namespace
@@ -111,42 +80,6 @@ TEST_CASE("biquartic limits of an open grid are the even spline's, normals inclu
         }
     CHECK(apart < 1e-12);
     CHECK(tilted < 1e-12);
-}
-
-TEST_CASE(
-    "[slow] limits of tagged corners under averaging are the same seen from any level, and where refinement ends") {
-    // An L of quads: corners with one face by the boundary rule, and the one in the bend, with three, by a tag.
-    ControlMeshData data = curved_grid(4, 4);
-    constexpr std::size_t removed = 8;  // the last face
-    data.face_vertices.resize(4 * removed);
-    data.face_offsets.resize(removed + 1);
-    data.positions.pop_back();
-    constexpr int bend = 10;
-    data.corners = {{bend, k_infinite_sharpness}};
-    const ControlMesh mesh = ControlMesh::build(data);
-    for (int m = 1; m <= 7; ++m) {
-        if (m == 2) continue;
-        CAPTURE(m);
-        const SchemeInfo& scheme = *find_scheme("averaging");
-        RefineOptions options{.limit = true, .normals = true};
-        options.rules.averaging_steps = m;
-        const RuleRefiner here(mesh, scheme, 0, options), below(mesh, scheme, 2, options);
-        std::vector<Vec3d> positions(here.vertex_count()), normals(here.vertex_count()), finer(below.vertex_count()),
-            finer_normals(below.vertex_count());
-        here.refine(mesh.positions(), positions);
-        here.normals(mesh.positions(), normals);
-        below.refine(mesh.positions(), finer);
-        below.normals(mesh.positions(), finer_normals);
-        for (const int v : {0, 3, 12, bend}) {
-            CAPTURE(v);
-            CHECK(glm::length(finer[tip(below.last(), finer, positions[v])] - positions[v]) < 1e-12);
-            const Vec3d end = refined_away(rule_mesh(mesh), {data.positions}, v, scheme, options.rules);
-            CHECK(glm::length(end - positions[v]) < 1e-12);
-            CHECK(glm::length(finer_normals[tip(below.last(), finer, positions[v])] - normals[v]) < 1e-9);
-            // In the bend a dual scheme's surface, there that of one quad, may lie folded over.
-            if (v != bend) CHECK(normals[v].z > 0.1);
-        }
-    }
 }
 
 TEST_SUITE_END();

@@ -12,7 +12,6 @@
 #include "../../refine/factored/factored_mesh.hpp"
 #include "../../refine/points/partial_levels.hpp"
 #include "../../refine/uniform/refine.hpp"
-#include "../../refine/uniform/repeated_rows.hpp"
 
 #include <doctest/doctest.h>
 
@@ -200,7 +199,7 @@ TEST_CASE("where a crease between two sectors goes smooth, what is left has the 
     CHECK(angles(with_crease(1, {{v, right, a}}), 1) == std::vector<double>{0, 0, 0, 0});
 }
 
-TEST_CASE("[inv1] hierarchies, rows that repeat themselves and the rules agree where corners have angles") {
+TEST_CASE("[inv1] hierarchies and the rules agree where corners have angles") {
     const auto less = [](const Vec3d& p, const Vec3d& q) {
         return std::array{p.x, p.y, p.z} < std::array{q.x, q.y, q.z};
     };
@@ -234,22 +233,6 @@ TEST_CASE("[inv1] hierarchies, rows that repeat themselves and the rules agree w
             const std::vector<Vec3d> on_limit = positions(MeshPositions::limit);
             CHECK(test::farthest_apart(on_limit, limit) < 1e-12 * mesh.bounding_box().diagonal());
         }
-    for (const std::string_view scheme : k_angle_schemes) {
-        CAPTURE(scheme);
-        const ControlMesh mesh = test::with_mixed_angles(test::sheet(takes_triangles(scheme)), 3);
-        constexpr int k_levels = 4;
-        auto first_levels = std::make_unique<detail::RuleLevels>(mesh, *find_scheme(scheme), RuleOptions{}, 0);
-        CHECK(detail::RepeatedRows::make(mesh, *find_scheme(scheme), k_levels, {}, first_levels, {}, {}) != nullptr);
-        const PolygonMesh fast = refine(mesh, scheme, k_levels, {.limit = true});
-        const RefinedStencils slow = refine_stencils(mesh, *find_scheme(scheme), k_levels, {.limit = true});
-        CHECK(test::farthest_apart(fast.positions, slow.mesh.positions) < 1e-11);
-        const auto points = [](const std::vector<Vec2d>& uvs) {
-            std::vector<Vec3d> result;
-            for (const Vec2d& uv : uvs) result.emplace_back(uv, 0.0);
-            return result;
-        };
-        CHECK(test::farthest_apart(points(fast.uvs), points(slow.mesh.uvs)) < 1e-11);
-    }
 }
 
 TEST_CASE("charts have the angles of their corners' sectors, and shares of those that a seam cuts") {

@@ -138,12 +138,6 @@ bool has_valence_two(const ControlMesh& mesh) {
 constexpr FactoredScheme k_dual[] = {FactoredScheme::doo_sabin, FactoredScheme::doo_sabin_catmull_clark,
                                      FactoredScheme::midedge, FactoredScheme::midedge_simplest};
 
-ControlMesh cube() {
-    return test::build(
-        {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}},
-        {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}});
-}
-
 }  // namespace
 
 TEST_SUITE_BEGIN("refine");
@@ -201,7 +195,7 @@ TEST_CASE("half-steps that are the same everywhere give the triangles of Factore
 TEST_CASE("refine_near: as many half-steps as asked for inside of the sphere, however many, and fewer outside") {
     for (const FactoredScheme scheme : {FactoredScheme::catmull_clark, FactoredScheme::doo_sabin}) {
         CAPTURE(name(scheme));
-        const ControlMesh control = cube();
+        const ControlMesh control = test::model("cube");
         // The corner's point on the limit surface.
         const Vec3d centre = factored(control, scheme, 12).positions()[0];
         for (const int half_steps : {3, 8, 16}) {
@@ -235,7 +229,7 @@ TEST_CASE("adaptive half-steps: the same bytes for any number of threads and any
             RunContext context;
             context.threads = threads;
             return with_threads(context, [&] {
-                AdaptiveFactoredMesh mesh(cube(), scheme);
+                AdaptiveFactoredMesh mesh(test::model("cube"), scheme);
                 std::vector<LeafId> some;
                 for (const auto& leaf : mesh.mesh().leaves)
                     if (leaf.id.value % 3 == 0) some.push_back(leaf.id);
@@ -255,7 +249,7 @@ TEST_CASE("adaptive half-steps: the same bytes for any number of threads and any
 }
 
 TEST_CASE("[bad-input] adaptive half-steps say what they cannot do") {
-    const ControlMesh mesh = cube();
+    const ControlMesh mesh = test::model("cube");
     const auto says = [](auto&& call, const char* what) { CHECK(test::contains(test::error_of(call).what(), what)); };
     says([&] { AdaptiveFactoredMesh(mesh, FactoredScheme::four_eight); }, "doo-sabin");
     ControlMeshData creased = mesh.data();

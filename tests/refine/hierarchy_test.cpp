@@ -11,7 +11,6 @@
 #include "../../hier/forest/corner_cell.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/trees/sqrt3_lattice.hpp"
-#include "../../hier/trees/vertex_forest.hpp"
 #include "../../refine/points/sqrt3_points.hpp"
 #include "../../refine/uniform/refine.hpp"
 
@@ -43,41 +42,6 @@ void check_sound(const Hierarchy& h) {
 }
 
 bool is_dual(const Hierarchy& h) { return h.family() == "vertices"; }
-/// Whether a split makes four of one, so that a depth is a level.
-bool is_quaternary(const Hierarchy& h) { return h.tree().child_count == 4; }
-
-/// The size of a leaf in its lattice, eight times as large in one root: known without a surface.
-class Size final : public ErrorEstimator {
-  public:
-    explicit Size(const Hierarchy& h) {
-        const LeafView view = h.view(h.leaves()[h.leaf_count() / 2]);
-        face_ = view.face;
-        root_ = h.family() == "triangles" ? h.mesh().face_halfedge(view.face).value : view.node.root;
-    }
-    void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override {
-        for (std::size_t i = 0; i < triangles.size(); ++i)
-            errors[i] = size(triangles[i].root.value == root_, triangles[i].level);
-    }
-    void estimate_vertices(const VertexForest& forest, std::span<const LeafId> leaves,
-                           std::span<double> errors) const override {
-        for (std::size_t i = 0; i < leaves.size(); ++i)
-            errors[i] = size(forest.cell(leaves[i]).root == root_, forest.cell(leaves[i]).level);
-    }
-    void estimate_sqrt3(std::span<const Sqrt3Leaf> triangles, std::span<double> errors) const override {
-        for (std::size_t i = 0; i < triangles.size(); ++i)
-            errors[i] = size(triangles[i].control_face == face_, triangles[i].level + (triangles[i].half ? 1 : 0));
-    }
-
-  private:
-    static double size(bool fine, int level) { return std::ldexp(fine ? 8.0 : 1.0, -level); }
-    FaceId face_;
-    std::uint32_t root_ = 0;
-};
-
-/// Estimates triangles alone.
-class TrianglesOnly final : public ErrorEstimator {
-    void estimate(std::span<const CellTriangle>, std::span<double>) const override {}
-};
 
 // Mean normals by area, face by face.
 std::vector<Vec3d> area_normals(const PolygonMesh& mesh) {
@@ -186,7 +150,7 @@ TEST_CASE("limits by repeated rows are those of single sites, at any level") {
             const ControlMesh mesh = test::random_mesh(seed, options);
             Hierarchy single = make_hierarchy(mesh, name);
             const Hierarchy whole = make_hierarchy(mesh, name, {.whole_levels = true});
-            const int level = is_quaternary(single) ? 1 : 2;
+            const int level = single.tree().child_count == 4 ? 1 : 2;
             single.refine_where(everything(), 2 * level);
             single.refine_where(each_leaf([](const LeafView& view) { return view.face.value == 0; }), 4 * level);
             const std::vector<Site> sites = single.to_mesh().sites;
@@ -386,33 +350,6 @@ TEST_CASE("meshes as triangles: dual faces are cut into triangles of the same le
     Hierarchy h = make_hierarchy(mesh, "loop");
     h.refine(h.leaves()[0]);
     CHECK(test::same_mesh(h.to_mesh({.triangles = true}), h.to_mesh()));
-}
-
-TEST_CASE("an estimator drives refinement to the smallest set within the tolerance, and coarsening back") {
-    for (const std::string_view scheme : {"catmull-clark", "bilinear", "loop", "midpoint", "doo-sabin", "sqrt3"})
-        for (const std::uint64_t seed : test::seeds(2)) {
-            CAPTURE(scheme);
-            CAPTURE(seed);
-            const ControlMesh mesh = test::hierarchy_mesh(scheme, seed);
-            Hierarchy h = make_hierarchy(mesh, scheme);
-            const Size size(h);
-            const int deep = is_quaternary(h) ? 12 : 24;
-            h.refine_where(size, 0.5, deep);
-            check_sound(h);
-            const std::set<HierarchyNode> wanted = test::nodes_of(h);
-            int deepest = 0;
-            for (const HierarchyNode& node : wanted) deepest = std::max<int>(deepest, node.depth);
-            // 8 / 2^4 = 0.5: level 4, the other roots at 1 away from it. Of sqrt3 half triangles, or whole ones.
-            CHECK((deepest == (is_quaternary(h) ? 4 : 8) || (scheme == "sqrt3" && deepest == 7)));
-            CHECK(h.refine_where(size, 0.5, deep) == 0);
-            h.refine_where(everything(), deepest);
-            h.coarsen_where(size, 0.5);
-            check_sound(h);
-            CHECK(test::nodes_of(h) == wanted);
-            CHECK_THROWS_AS(h.refine_where(size, std::nan(""), deep), Error);
-            CHECK_THROWS_AS(h.coarsen_where(size, -1), Error);
-            if (is_dual(h) || scheme == "sqrt3") CHECK_THROWS_AS(h.refine_where(TrianglesOnly(), 0.1, 5), Error);
-        }
 }
 
 TEST_CASE("an estimator is asked for all four triangles of a leaf between split ones") {

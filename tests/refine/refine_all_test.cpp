@@ -74,88 +74,59 @@ TEST_CASE("no level at all gives the control mesh without its holes") {
     }
 }
 
-TEST_CASE("limits of all but dual schemes are the same seen from any level, and are approached") {
-    for (const std::string name : {"cube", "pipe3", "extruded_pentagon"})
-        for (const SchemeInfo& scheme : scheme_table()) {
-            // Vertices of a level are there on the next.
-            const bool hexagons = scheme.family == MeshFamily::hexagons;
-            if (scheme.lattice == FanLattice::dual && !hexagons) continue;
-            CAPTURE(name);
-            CAPTURE(scheme.name);
-            const ControlMesh mesh = mesh_for(scheme, model(name));
-            const double size = mesh.bounding_box().diagonal();
-            const RefineOptions options{.limit = true, .normals = !hexagons};
-            const RuleRefiner first(mesh, scheme, 1, options), second(mesh, scheme, 2, options);
-            const Values a = values(first, mesh, !hexagons), b = values(second, mesh, !hexagons);
-            std::vector<Vec3d> seen(b.positions.begin(), b.positions.begin() + first.vertex_count());
-            CHECK(most_apart(a.positions, seen) < 1e-11 * size);
-            // Bilinear surfaces and corners have no normals of their own.
-            if (!hexagons && scheme.name != "bilinear" && scheme.name != "midpoint") {
-                int differ = 0;
-                for (std::uint32_t v = 0; v < first.vertex_count(); ++v)
-                    if (first.last().rule(static_cast<int>(v)) != VertexRule::corner &&
-                        glm::length(a.normals[v] - b.normals[v]) > 1e-9)
-                        ++differ;
-                CHECK(differ == 0);
-            }
-            const Values deep = values(RuleRefiner(mesh, scheme, 3), mesh, false);
-            seen.assign(deep.positions.begin(), deep.positions.begin() + first.vertex_count());
-            CHECK(most_apart(a.positions, seen) < 0.04 * size);
-        }
-}
-
-TEST_CASE("limits of creases that stay semi-sharp for long, and end or meet: from any level the same, and approached") {
-    // A cube's edges: a loop around a face, three in a corner, one that ends at both of its ends.
-    const auto cube = [](float scale) {
+TEST_CASE("limits of every scheme: from any level the same where vertices stay, and approached, creases included") {
+    struct Input {
+        std::string name;
+        ControlMesh mesh;
+        bool smooth = true;  ///< but for its boundary
+    };
+    std::vector<Input> inputs;
+    for (const char* name : {"cube", "pipe3", "extruded_pentagon"}) inputs.push_back({name, model(name)});
+    // A cube's edges, semi-sharp for long: a loop around a face, three in a corner, one that ends at both of its ends.
+    for (const float scale : {1.3f, 4.5f}) {
         ControlMeshData data = test::model_data("cube");
         const std::vector<std::uint32_t>& f = data.face_vertices;
         for (std::uint32_t i = 0; i < 4; ++i) data.creases.push_back({f[i], f[(i + 1) % 4], scale * (1 + 0.3f * i)});
         data.creases.push_back({f[4], f[5], scale});
         data.creases.push_back({f[9], f[10], 0.5f * scale});
-        return ControlMesh::build(std::move(data));
-    };
-    for (const float scale : {1.3f, 4.5f})
+        inputs.push_back({"creased " + std::to_string(scale), ControlMesh::build(std::move(data)), false});
+    }
+    for (const auto& [name, input, smooth] : inputs)
         for (const SchemeInfo& scheme : scheme_table()) {
-            if (scheme.family == MeshFamily::hexagons || scheme.name == "bilinear" || scheme.name == "midpoint")
-                continue;
-            CAPTURE(scheme.name);
-            CAPTURE(scale);
-            const ControlMesh mesh = mesh_for(scheme, cube(scale));
-            const RefineOptions options{.limit = true};
-            const RuleRefiner first(mesh, scheme, 1, options);
-            const Values a = values(first, mesh, false);
-            if (scheme.lattice == FanLattice::dual) {
-                const PolygonMesh deep = refine(mesh, scheme, 6);
-                const PointMatch in_deep(deep.positions);
-                double worst = 0;
-                for (const Vec3d& p : a.positions)
-                    worst = std::max(worst, glm::length(p - deep.positions[in_deep.nearest(p)]));
-                CHECK(worst < 0.01 * mesh.bounding_box().diagonal());
-                continue;
-            }
-            const Values b = values(RuleRefiner(mesh, scheme, 2, options), mesh, false);
-            const std::vector<Vec3d> seen(b.positions.begin(), b.positions.begin() + first.vertex_count());
-            CHECK(most_apart(a.positions, seen) < 1e-11 * mesh.bounding_box().diagonal());
-        }
-}
-
-TEST_CASE("limits of dual schemes are approached at extraordinary points and boundaries") {
-    // At extraordinary points and boundaries: the finest faces around have come near.
-    for (const std::string name : {"doo-sabin", "doo-sabin-cc", "midedge", "midedge-simplest"})
-        for (const std::string input : {"cube", "pipe3", "extruded_pentagon"}) {
             CAPTURE(name);
-            CAPTURE(input);
-            const ControlMesh mesh = model(input);
-            const RefineOptions both{.limit = true, .normals = true};
-            const PolygonMesh limits = refine(mesh, name, 1, both), deep = refine(mesh, name, 4);
-            const PointMatch in_deep(deep.positions);
-            double most = 0;
-            for (std::size_t v = 0; v < limits.positions.size(); ++v) {
-                CHECK(glm::length(limits.normals[v]) == doctest::Approx(1));
-                most = std::max(
-                    most, glm::length(deep.positions[in_deep.nearest(limits.positions[v])] - limits.positions[v]));
+            CAPTURE(scheme.name);
+            const bool hexagons = scheme.family == MeshFamily::hexagons;
+            const bool flat = scheme.name == "bilinear" || scheme.name == "midpoint";
+            if (!smooth && (hexagons || flat)) continue;
+            const ControlMesh mesh = mesh_for(scheme, input);
+            const double size = mesh.bounding_box().diagonal();
+            const bool normals = smooth && !hexagons && !flat;
+            const RefineOptions options{.limit = true, .normals = normals};
+            const RuleRefiner first(mesh, scheme, 1, options);
+            const Values a = values(first, mesh, normals);
+            if (scheme.lattice == FanLattice::dual && !hexagons) {
+                const PolygonMesh deep = refine(mesh, scheme, smooth ? 4 : 6);
+                const PointMatch in_deep(deep.positions);
+                double most = 0;
+                for (const Vec3d& p : a.positions)
+                    most = std::max(most, glm::length(p - deep.positions[in_deep.nearest(p)]));
+                CHECK(most < (smooth ? 0.04 : 0.01) * size);
+                for (const Vec3d& n : a.normals) CHECK(glm::length(n) == doctest::Approx(1));
+                continue;
             }
-            CHECK(most < 0.04 * mesh.bounding_box().diagonal());
+            const auto seen_from = [&](const Values& level) {
+                return std::vector(level.positions.begin(), level.positions.begin() + first.vertex_count());
+            };
+            const Values b = values(RuleRefiner(mesh, scheme, 2, options), mesh, normals);
+            CHECK(most_apart(a.positions, seen_from(b)) < 1e-11 * size);
+            int differ = 0;  // corners have no normals of their own
+            for (std::uint32_t v = 0; normals && v < first.vertex_count(); ++v)
+                differ += first.last().rule(static_cast<int>(v)) != VertexRule::corner &&
+                          glm::length(a.normals[v] - b.normals[v]) > 1e-9;
+            CHECK(differ == 0);
+            if (!smooth) continue;
+            const Values deep = values(RuleRefiner(mesh, scheme, 3), mesh, false);
+            CHECK(most_apart(a.positions, seen_from(deep)) < 0.04 * size);
         }
 }
 

@@ -1,5 +1,6 @@
 #include "../../refine/uniform/repeated_rows.hpp"
 
+#include "../kit/corner_angle_mesh.hpp"
 #include "../kit/point_match.hpp"
 #include "../kit/random_mesh.hpp"
 
@@ -86,15 +87,14 @@ ControlMesh make_mesh(std::uint64_t seed, bool triangles, bool sharp_for_ever, b
 }
 
 /// One point per face, other ones for faces whose corners are turned or exchanged.
-std::vector<Vec3d> marks(const PolygonMesh& mesh, bool uvs) {
+std::vector<Vec3d> marks(const PolygonMesh& mesh) {
     std::vector<Vec3d> result;
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
         const std::uint32_t begin = mesh.face_offsets[f], end = mesh.face_offsets[f + 1];
         Vec3d sum(0), turn(0);
         for (std::uint32_t c = begin; c < end; ++c) {
             const std::uint32_t next = c + 1 == end ? begin : c + 1;
-            const Vec3d p = uvs ? Vec3d(mesh.uvs[mesh.face_uvs[c]], 0) : mesh.positions[mesh.face_vertices[c]];
-            const Vec3d q = uvs ? Vec3d(mesh.uvs[mesh.face_uvs[next]], 0) : mesh.positions[mesh.face_vertices[next]];
+            const Vec3d &p = mesh.positions[mesh.face_vertices[c]], &q = mesh.positions[mesh.face_vertices[next]];
             sum += p;
             turn += glm::cross(p, q);
         }
@@ -112,16 +112,6 @@ PolygonMesh mesh_of(const RuleRefiner& refiner, const std::vector<Vec3d>& points
         mesh.face_offsets.push_back(static_cast<std::uint32_t>(mesh.face_vertices.size()));
     }
     return mesh;
-}
-
-/// The mesh that comes with tables of stencils; nothing where receding leaves none, or parts that only touch.
-std::optional<PolygonMesh> by_stencils(const ControlMesh& mesh, const SchemeInfo& scheme, int levels,
-                                       const RefineOptions& options) {
-    try {
-        return refine_stencils(mesh, scheme, levels, options).mesh;
-    } catch (const Error&) {
-        return std::nullopt;
-    }
 }
 
 /// Creases around regions of faces, of which none ends at a dart, or along edges here and there, of which most do.
@@ -160,33 +150,6 @@ ControlMesh with_turning_tags(const ControlMesh& mesh, std::uint64_t seed, int l
     return ControlMesh::build(std::move(data));
 }
 
-/// An open mesh, every face of a material of its own.
-ControlMesh open_mesh(std::uint64_t seed) {
-    test::RandomMeshOptions random = test::random_options(seed);
-    random.topology = test::Topology::plane;
-    random.columns = random.rows = 7;
-    random.removed_faces = seed % 3 == 0 ? 0 : 1;
-    random.hole = 0;
-    ControlMeshData data = test::random_mesh_data(seed, random);
-    for (std::uint32_t f = 0; f + 1 < data.face_offsets.size(); ++f) {
-        data.face_material.push_back(f);
-        data.materials.push_back(std::to_string(f));
-    }
-    return ControlMesh::build(std::move(data));
-}
-
-/// Each of one set's points with the nearest of another's: the largest distance, and who they are.
-double find(const std::vector<Vec3d>& these, const std::vector<Vec3d>& among, std::vector<std::uint32_t>& found) {
-    const PointMatch match(among);
-    double worst = 0;
-    found.clear();
-    for (const Vec3d& p : these) {
-        found.push_back(match.nearest(p));
-        worst = std::max(worst, glm::length(p - among[found.back()]));
-    }
-    return worst;
-}
-
 bool takes_triangles(const Case& c) { return find_scheme(c.scheme)->family == MeshFamily::triangles; }
 bool is_dual(const Case& c) { return fan_lattice(*find_scheme(c.scheme), c.rules) == FanLattice::dual; }
 
@@ -223,7 +186,7 @@ bool check_rows(const ControlMesh& mesh, const Case& c, bool limit = false, bool
     detail::RepeatedRows::Faces faces = rows->faces({});
     ours.face_offsets = std::move(faces.offsets);
     ours.face_vertices = std::move(faces.vertices);
-    CHECK(farthest_apart(marks(ours, false), marks(mesh_of(by_rules, points), false)) < 1e-11 * (size + size * size));
+    CHECK(farthest_apart(marks(ours), marks(mesh_of(by_rules, points))) < 1e-11 * (size + size * size));
     std::vector<int> cells(mesh.face_count(), 0);
     for (std::uint32_t f = 0; f < by_rules.face_count(); ++f) --cells[by_rules.control_face(f)];
     for (const std::uint32_t f : faces.control) ++cells[f];
@@ -275,41 +238,6 @@ TEST_CASE("[inv1] [slow] rows that repeat themselves give what the rules give, l
     }
 }
 
-TEST_CASE("[slow] refine() by rows that repeat themselves: texture coordinates, attributes, holes as by the rules") {
-    for (const Case& c : cases()) {
-        CAPTURE(c.scheme);
-        const SchemeInfo& scheme = *find_scheme(c.scheme);
-        const bool triangles = scheme.family == MeshFamily::triangles;
-        for (const std::uint64_t seed : test::seeds(4)) {
-            CAPTURE(seed);
-            const ControlMesh mesh = make_mesh(seed, triangles, seed % 2 == 1, true);
-            // An attribute that is the position: the same masks give the same numbers.
-            VertexAttribute attribute{"p", 3, {}};
-            for (const Vec3d& p : mesh.positions())
-                for (int i = 0; i < 3; ++i) attribute.values.push_back(static_cast<float>(p[i]));
-            RefineOptions options{.rules = c.rules, .limit = seed == 1, .normals = seed == 1};
-            options.attributes = {&attribute, 1};
-            const PolygonMesh ours = refine(mesh, scheme, c.levels, options);
-            // Stencils are always made by the rules.
-            const PolygonMesh expected = refine_stencils(mesh, scheme, c.levels, options).mesh;
-            const double size = bounding_box(mesh.positions()).diagonal();
-            REQUIRE(ours.face_count() == expected.face_count());
-            CHECK(farthest_apart(ours.positions, expected.positions) < 1e-12 * size);
-            CHECK(farthest_apart(marks(ours, false), marks(expected, false)) < 1e-11 * (size + size * size));
-            REQUIRE(ours.face_uvs.size() == expected.face_uvs.size());
-            CHECK(ours.uvs.size() == expected.uvs.size());
-            CHECK(farthest_apart(marks(ours, true), marks(expected, true)) < 1e-11 * (100 + size) * (100 + size));
-            REQUIRE(ours.attributes.size() == 1);
-            double worst = 0;
-            for (std::size_t v = 0; v < ours.positions.size(); ++v)
-                for (int i = 0; i < 3; ++i)
-                    worst = std::max(worst, std::abs(ours.attributes[0].values[3 * v + i] - ours.positions[v][i]));
-            CHECK(worst < 1e-5 * size);
-            CHECK(ours.face_material == expected.face_material);
-        }
-    }
-}
-
 TEST_CASE("[slow] creases of dual schemes by rows that repeat themselves are those of the rules") {
     for (const Case& c : cases()) {
         if (!is_dual(c)) continue;
@@ -338,57 +266,22 @@ TEST_CASE("[slow] rows of tags that turn smooth on the way are those of the rule
     }
 }
 
-TEST_CASE("[slow] boundaries that recede: rows that repeat themselves give what the rules give") {
-    int repeated = 0, all = 0;
-    for (const std::uint64_t seed : test::seeds(8))
-        for (int steps = 1; steps <= 5; ++steps) {
-            CAPTURE(seed);
-            CAPTURE(steps);
-            const ControlMesh mesh = open_mesh(seed);
-            VertexAttribute attribute{"x", 1, {}};
-            for (const Vec3d& p : mesh.positions()) attribute.values.push_back(static_cast<float>(p.x));
-            RefineOptions options;
-            options.attributes = {&attribute, 1};
-            options.smoothing = static_cast<int>(seed % 3);
-            options.normals = seed % 4 >= 2;
-            options.limit = seed % 4 == 3 && steps < 5;
-            options.rules.averaging_steps = steps;
-            options.rules.averaging_boundary = AveragingBoundary::recede;
-            const SchemeInfo& scheme = *find_scheme(steps == 3 ? "biquartic" : "averaging");
-            const std::optional<PolygonMesh> expected = by_stencils(mesh, scheme, 4, options);
-            if (!expected) continue;
-            const PolygonMesh ours = refine(mesh, scheme, 4, options);
-            const double size = bounding_box(mesh.positions()).diagonal();
-            ++all;
-            // By rules they would be in the same order.
-            if (ours.positions != expected->positions) ++repeated;
-
-            std::vector<std::uint32_t> vertex, face;
-            CHECK(find(expected->positions, ours.positions, vertex) < 1e-12 * size);
-            CHECK(find(marks(*expected, false), marks(ours, false), face) < 1e-11 * (size + size * size));
-            if (!options.normals) {
-                CHECK(ours.positions.size() == expected->positions.size());
-                CHECK(ours.face_count() == expected->face_count());
-            }
-            CHECK(ours.warnings == expected->warnings);
-            int other_material = 0;
-            for (std::size_t f = 0; f < face.size(); ++f)
-                other_material += ours.face_material[face[f]] != expected->face_material[f];
-            CHECK(other_material == 0);
-            double worst = 0, worst_value = 0;
-            REQUIRE(ours.normals.size() == (options.normals ? ours.positions.size() : 0));
-            REQUIRE(ours.attributes[0].values.size() == ours.positions.size());
-            for (std::size_t v = 0; v < vertex.size(); ++v) {
-                worst_value = std::max(worst_value, std::abs(double(ours.attributes[0].values[vertex[v]]) -
-                                                             double(expected->attributes[0].values[v])));
-                if (options.normals)
-                    worst = std::max(worst, glm::length(ours.normals[vertex[v]] - expected->normals[v]));
-            }
-            CHECK(worst < 1e-7);
-            CHECK(worst_value < 1e-5 * size);
-            for (const Vec3d& n : ours.normals) CHECK(std::abs(glm::length(n) - 1) < 1e-9);
-        }
-    CHECK(repeated > all / 2);
+TEST_CASE("hundreds of edges around a vertex and around a face: rows that repeat themselves are those of the rules") {
+    constexpr std::uint32_t k_edges = 260;
+    std::vector<Vec3d> positions;
+    std::vector<std::vector<std::uint32_t>> faces(k_edges + 1);  // of a pyramid
+    for (std::uint32_t i = 0; i < k_edges; ++i) {
+        const double angle = 2 * std::numbers::pi * i / k_edges, r = 1 + 0.1 * std::sin(5 * angle);
+        positions.emplace_back(r * std::cos(angle), r * std::sin(angle), 0.1 * std::cos(3 * angle));
+        faces[i] = {i, (i + 1) % k_edges, k_edges};
+        faces[k_edges].push_back(k_edges - 1 - i);
+    }
+    positions.emplace_back(0, 0, 1);
+    const ControlMesh mesh = ControlMesh::build(test::mesh_data(std::move(positions), faces));
+    for (const Case& c : {Case{"doo-sabin", 3}, Case{"tuned-loop", 3}, Case{"4-8", 3}}) {
+        CAPTURE(c.scheme);
+        CHECK(check_rows(test::mesh_for(*find_scheme(c.scheme), mesh), c));
+    }
 }
 
 TEST_CASE("faces beside boundaries that recede lie in their control faces") {
@@ -407,90 +300,24 @@ TEST_CASE("faces beside boundaries that recede lie in their control faces") {
             options.rules.averaging_steps = steps;
             options.rules.averaging_boundary = AveragingBoundary::recede;
             const SchemeInfo& scheme = *find_scheme("averaging");
-            for (const PolygonMesh& refined :
-                 {refine(mesh, scheme, levels, options), refine_stencils(mesh, scheme, levels, options).mesh}) {
-                REQUIRE(refined.face_count() > 0);
-                int outside = 0;
-                for (std::uint32_t f = 0; f < refined.face_count(); ++f) {
-                    Vec3d centre(0);
-                    for (std::uint32_t c = refined.face_offsets[f]; c < refined.face_offsets[f + 1]; ++c)
-                        centre += 0.25 * refined.positions[refined.face_vertices[c]];
-                    const std::uint32_t in = refined.face_material[f];
-                    outside +=
-                        std::max(std::abs(centre.x - in % n - 0.5), std::abs(centre.y - in / n - 0.5)) > 0.5 + 1e-9;
-                }
-                CHECK(outside == 0);
+            const PolygonMesh refined = refine(mesh, scheme, levels, options);
+            REQUIRE(refined.face_count() > 0);
+            int outside = 0;
+            for (std::uint32_t f = 0; f < refined.face_count(); ++f) {
+                Vec3d centre(0);
+                for (std::uint32_t c = refined.face_offsets[f]; c < refined.face_offsets[f + 1]; ++c)
+                    centre += 0.25 * refined.positions[refined.face_vertices[c]];
+                const std::uint32_t in = refined.face_material[f];
+                outside += std::max(std::abs(centre.x - in % n - 0.5), std::abs(centre.y - in / n - 0.5)) > 0.5 + 1e-9;
             }
-        }
-}
-
-TEST_CASE("hundreds of edges around a vertex and around a face: rows that repeat themselves are those of the rules") {
-    constexpr std::uint32_t k_edges = 260;
-    for (const Case& c : {Case{"doo-sabin", 3}, Case{"tuned-loop", 3}, Case{"4-8", 3}}) {
-        CAPTURE(c.scheme);
-        // A pyramid; where faces are triangles, two of them back to back.
-        std::vector<Vec3d> positions;
-        for (std::uint32_t i = 0; i < k_edges; ++i) {
-            const double angle = 2 * std::numbers::pi * i / k_edges, r = 1 + 0.1 * std::sin(5 * angle);
-            positions.emplace_back(r * std::cos(angle), r * std::sin(angle), 0.1 * std::cos(3 * angle));
-        }
-        positions.emplace_back(0, 0, 1);
-        std::vector<std::vector<std::uint32_t>> faces;
-        for (std::uint32_t i = 0; i < k_edges; ++i) faces.push_back({i, (i + 1) % k_edges, k_edges});
-        if (takes_triangles(c)) {
-            positions.emplace_back(0, 0, -1);
-            for (std::uint32_t i = 0; i < k_edges; ++i) faces.push_back({(i + 1) % k_edges, i, k_edges + 1});
-        } else {
-            faces.emplace_back();
-            for (std::uint32_t i = k_edges; i-- > 0;) faces.back().push_back(i);
-        }
-        CHECK(check_rows(ControlMesh::build(test::mesh_data(std::move(positions), faces)), c));
-    }
-}
-
-TEST_CASE("semi-sharp tags of dual schemes leave the mesh that the rules leave") {
-    // A grid with a line of creases across it, or a tagged corner on its boundary.
-    constexpr std::uint32_t n = 6;
-    for (const bool crease : {true, false})
-        for (const float sharpness : {1.0f, 1.5f, 2.0f, 2.5f, 4.5f}) {
-            ControlMeshData data = test::skewed_grid(n);
-            for (std::uint32_t x = 0; crease && x < n; ++x)
-                data.creases.push_back({3 * (n + 1) + x, 3 * (n + 1) + x + 1, sharpness});
-            if (!crease) data.corners.push_back({3, sharpness});
-            const ControlMesh mesh = ControlMesh::build(std::move(data));
-            for (const char* scheme : {"doo-sabin", "midedge", "biquartic"}) {
-                CAPTURE(scheme);
-                CAPTURE(sharpness);
-                const PolygonMesh ours = refine(mesh, scheme, 4),
-                                  expected = refine_stencils(mesh, *find_scheme(scheme), 4).mesh;
-                REQUIRE(ours.positions.size() == expected.positions.size());
-                CHECK(ours.face_count() == expected.face_count());
-                CHECK(farthest_apart(ours.positions, expected.positions) < 1e-11);
-            }
+            CHECK(outside == 0);
         }
 }
 
 TEST_CASE("limits beside a crease that bends at a vertex of regular valence are the same seen from any level") {
-    // A triangular lattice whose crease leaves two faces on one side of the middle, four on the other.
-    constexpr std::uint32_t n = 7, middle = n / 2;
-    const auto at = [](std::uint32_t x, std::uint32_t y) { return y * n + x; };
-    ControlMeshData data;
-    data.face_offsets = {0};
-    for (std::uint32_t y = 0; y < n; ++y)
-        for (std::uint32_t x = 0; x < n; ++x)
-            data.positions.emplace_back(x + 0.5 * y + 0.1 * std::sin(7.0 * at(x, y)), 0.8 * y,
-                                        std::cos(5.0 * at(x, y)));
-    for (std::uint32_t y = 0; y + 1 < n; ++y)
-        for (std::uint32_t x = 0; x + 1 < n; ++x)
-            for (const auto& face : {std::array{at(x, y), at(x + 1, y), at(x, y + 1)},
-                                     std::array{at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)}}) {
-                data.face_vertices.insert(data.face_vertices.end(), face.begin(), face.end());
-                data.face_offsets.push_back(static_cast<std::uint32_t>(data.face_vertices.size()));
-            }
-    for (std::uint32_t i = 0; i < middle; ++i) {
-        data.creases.push_back({at(i, middle), at(i + 1, middle), k_sharpness_infinity});
-        data.creases.push_back({at(middle, middle + i), at(middle, middle + i + 1), k_sharpness_infinity});
-    }
+    // The sheet's crease that turns down leaves two triangles on one side of the bend and four on the other.
+    ControlMeshData data = test::sheet(true).data();
+    data.corners.clear();
     const ControlMesh mesh = ControlMesh::build(std::move(data));
     const RefineOptions plain{.limit = true, .normals = true};
     RefineOptions hoppe = plain;
@@ -516,35 +343,6 @@ TEST_CASE("limits beside a crease that bends at a vertex of regular valence are 
             CHECK(worst_normal < 1e-9);
         }
     }
-}
-
-TEST_CASE("two averaging steps that recede know no creases where a mesh is closed") {
-    const ControlMesh torus = make_mesh(3, false, false);
-    ControlMeshData data = torus.data();
-    for (std::uint32_t h = 0; h < torus.halfedge_count(); h += 3)
-        data.creases.push_back(
-            {torus.origin(HalfedgeId(h)).value, torus.target(HalfedgeId(h)).value, k_sharpness_infinity});
-    const ControlMesh mesh = ControlMesh::build(std::move(data));
-    RefineOptions options;
-    options.rules.averaging_steps = 2;
-    options.rules.averaging_boundary = AveragingBoundary::recede;
-    const SchemeInfo& scheme = *find_scheme("averaging");
-    CHECK(farthest_apart(refine(mesh, scheme, 4, options).positions,
-                         refine_stencils(mesh, scheme, 4, options).mesh.positions) < 1e-11);
-}
-
-TEST_CASE("rows do not repeat themselves where there are too few levels") {
-    const ControlMesh smooth = make_mesh(2, true, false);
-    CHECK(check_rows(smooth, {"modified-butterfly", 4}));
-    CHECK_FALSE(check_rows(smooth, {"modified-butterfly", 2}));
-    CHECK_FALSE(check_rows(smooth, {"honeycomb", 5}));
-    ControlMeshData data = smooth.data();
-    std::uint32_t inner = 0;
-    while (!smooth.twin(HalfedgeId(inner)).valid()) ++inner;
-    data.creases.push_back({smooth.origin(HalfedgeId(inner)).value, smooth.target(HalfedgeId(inner)).value, 3.5f});
-    // Sharp for ever.
-    CHECK(check_rows(ControlMesh::build(data), {"doo-sabin", 4}));
-    CHECK(check_rows(ControlMesh::build(data), {"modified-butterfly", 4}));
 }
 
 TEST_CASE("refinement by repeated rows can be cancelled, charts as well") {

@@ -149,26 +149,6 @@ double monomial(int p, int q, double x, double y) { return std::pow(x, p) * std:
 
 TEST_SUITE_BEGIN("schemes");
 
-TEST_CASE("modified butterfly: edges between regular vertices inside have the eight- and the ten-point rule") {
-    const TriangleGrid grid(8, 8);
-    for (const double w : {0.0, 1.0 / 64}) {
-        CAPTURE(w);
-        const RuleStep step = modified_butterfly_step(grid.mesh, {.butterfly_w = w});
-        const double end = 1.0 / 2 - w, opposite = 1.0 / 8 + 2 * w, wing = -1.0 / 16 - w;
-        grid.check(step, {3, 3}, {4, 3},
-                   {{{3, 3}, end},
-                    {{4, 3}, end},
-                    {{4, 4}, opposite},
-                    {{3, 2}, opposite},
-                    {{5, 4}, wing},
-                    {{3, 4}, wing},
-                    {{2, 2}, wing},
-                    {{4, 2}, wing},
-                    {{2, 3}, w},
-                    {{5, 3}, w}});
-    }
-}
-
 TEST_CASE("modified butterfly: an extraordinary vertex inside gives its rule to all its edges") {
     for (const int n : {3, 4, 5, 7, 8, 12}) {
         CAPTURE(n);
@@ -209,25 +189,6 @@ TEST_CASE("modified butterfly: between regular vertices, one inside and one on t
                 {{2, 0}, -1.0 / 16},
                 {{5, 1}, -1.0 / 16},
                 {{4, 2}, -1.0 / 8}});
-    // A crease is the boundary of both its sides.
-    const TriangleGrid creased(8, 9, {{.row = 4, .first = 0, .last = 7}});
-    const RuleStep both = modified_butterfly_step(creased.mesh, {});
-    creased.check(both, {3, 4}, {4, 5},
-                  {{{3, 4}, 3.0 / 8},
-                   {{4, 5}, 5.0 / 8},
-                   {{4, 4}, 1.0 / 16},
-                   {{3, 5}, 3.0 / 16},
-                   {{2, 4}, -1.0 / 16},
-                   {{5, 5}, -1.0 / 16},
-                   {{4, 6}, -1.0 / 8}});
-    creased.check(both, {4, 4}, {3, 3},
-                  {{{4, 4}, 3.0 / 8},
-                   {{3, 3}, 5.0 / 8},
-                   {{3, 4}, 1.0 / 16},
-                   {{4, 3}, 3.0 / 16},
-                   {{5, 4}, -1.0 / 16},
-                   {{2, 3}, -1.0 / 16},
-                   {{3, 2}, -1.0 / 8}});
 }
 
 TEST_CASE("modified butterfly: between two regular vertices of the boundary, across a corner and across a strip") {
@@ -242,11 +203,6 @@ TEST_CASE("modified butterfly: between two regular vertices of the boundary, acr
         if (x > 1) strip.check(narrow, {x, 0}, {x, 1}, {{{x, 0}, 1.0 / 2}, {{x, 1}, 1.0 / 2}});
         if (x < 5) strip.check(narrow, {x, 0}, {x + 1, 1}, {{{x, 0}, 1.0 / 2}, {{x + 1, 1}, 1.0 / 2}});
     }
-    // The same between two creases.
-    const TriangleGrid between(8, 8, {{.row = 3, .first = 0, .last = 7}, {.row = 4, .first = 0, .last = 7}});
-    const RuleStep creased = modified_butterfly_step(between.mesh, {});
-    between.check(creased, {3, 3}, {3, 4}, {{{3, 3}, 1.0 / 2}, {{3, 4}, 1.0 / 2}});
-    between.check(creased, {3, 3}, {4, 4}, {{{3, 3}, 1.0 / 2}, {{4, 4}, 1.0 / 2}});
 }
 
 TEST_CASE("modified butterfly: the four-point rule along boundaries and creases, linear beyond the end of a crease") {

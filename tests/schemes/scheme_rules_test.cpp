@@ -1,4 +1,5 @@
 #include "../../schemes/analysis/spectrum.hpp"
+#include "../../schemes/core/sharpness.hpp"
 #include "../../schemes/curves/curve.hpp"
 #include "../../schemes/rules/averaging.hpp"
 #include "../../schemes/rules/catmull_clark.hpp"
@@ -90,6 +91,11 @@ TEST_CASE("a crease gives each side the boundary rules of that side alone") {
             CHECK(boundary_edges(whole.mesh) == 0);
         }
     }
+}
+
+TEST_CASE("beside a nearly smooth edge a Chaikin crease that ends has more than its whole weight, once") {
+    CHECK(edge_crease_weight(1.25f, 0, 0.5f) == 1.25);
+    CHECK(edge_crease_weight(0.9f, 0.1f, 0.2f) == 1);  // a sharp neighbour keeps both halves sharp
 }
 
 TEST_CASE("corners of any angle have the two edges as tangents, concave ones too") {

@@ -3,9 +3,7 @@
 #include <doctest/doctest.h>
 #include <glm/geometric.hpp>
 
-#include <algorithm>
 #include <cmath>
-#include <random>
 #include <string>
 
 using namespace tetrakis;
@@ -66,46 +64,6 @@ std::vector<glm::dvec3> flat_ring(SchemeKind scheme, const RingShape& shape, dou
 }  // namespace
 
 TEST_SUITE_BEGIN("schemes");
-
-TEST_CASE("where there is a tangent plane, the refined ring tends to the plane of the two tangents") {
-    std::mt19937 random(7);
-    std::uniform_real_distribution<double> noise(-0.2, 0.2);
-    for (const SchemeKind scheme : k_schemes)
-        for (const auto& [label, shape] : shapes()) {
-            const RingLimit& limit = ring_limit(scheme, shape);
-            if (!limit.has_tangent_plane || shape.faces > 9) continue;
-            INFO(name(scheme), ", ", label);
-            std::vector<glm::dvec3> ring =
-                flat_ring(scheme, shape, shape.boundary ? shape.corner ? 1.5 : 3.1 : 2 * 3.14159);
-            for (glm::dvec3& p : ring) p += glm::dvec3(noise(random), noise(random), noise(random));
-            const glm::dvec3 normal = limit_normal(scheme, shape, limit, ring);
-            CHECK(glm::length(normal) == doctest::Approx(1).epsilon(1e-12));
-            CHECK(normal.z > 0.3);
-            const std::vector<double> matrix = ring_matrix(scheme, shape);
-            // Differences from the limit, rescaled each step so that no digits are lost.
-            glm::dvec3 point(0);
-            for (std::size_t i = 0; i < ring.size(); ++i) point += limit.position[i] * ring[i];
-            for (glm::dvec3& p : ring) p -= point;
-            double off = 0;
-            for (int step = 0; step < 240; ++step) {
-                std::vector<glm::dvec3> finer(ring.size(), glm::dvec3(0));
-                double scale = 0;
-                for (std::size_t i = 0; i < ring.size(); ++i)
-                    for (std::size_t j = 0; j < ring.size(); ++j) finer[i] += matrix[i * ring.size() + j] * ring[j];
-                glm::dvec3 drift(0);  // rounding in the kept mode would grow against the shrinking others
-                for (std::size_t i = 0; i < ring.size(); ++i) drift += limit.position[i] * finer[i];
-                for (glm::dvec3& p : finer) p -= drift;
-                for (const glm::dvec3& p : finer) scale = std::max(scale, glm::length(p));
-                off = 0;
-                for (glm::dvec3& p : finer) {
-                    p /= scale;
-                    off = std::max(off, std::abs(glm::dot(p, normal)));
-                }
-                ring = std::move(finer);
-            }
-            CHECK(off < 1e-3);
-        }
-}
 
 TEST_CASE("normals of flat rings point outward, also where there is no tangent plane") {
     for (const SchemeKind scheme : k_schemes)
