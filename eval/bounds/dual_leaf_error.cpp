@@ -2,7 +2,7 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/adaptive/adaptive_dual.hpp"
-#include "../../refine/points/vertex_levels.hpp"
+#include "../../hier/trees/vertex_roots.hpp"
 #include "plane_measure.hpp"
 #include "point_triangle.hpp"
 

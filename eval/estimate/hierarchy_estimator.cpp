@@ -2,7 +2,7 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/trees/sqrt3_lattice.hpp"
-#include "../../refine/points/vertex_levels.hpp"
+#include "../../hier/trees/vertex_roots.hpp"
 #include "../bounds/dual_leaf_error.hpp"
 #include "limit_estimator.hpp"
 #include "sqrt3_leaf_error.hpp"

@@ -131,15 +131,6 @@ bool RegularLimit::walk(const RuleMesh& mesh, int v, int radius) {
 
 bool RegularLimit::found(const RuleMesh& mesh, int v) { return walk(mesh, v, radius_); }
 
-std::vector<RegularLimit::LatticeTerm> RegularLimit::lattice_terms(const Terms& terms) const {
-    std::vector<LatticeTerm> result;
-    for (const Term& t : terms) {
-        const int at = static_cast<int>(t.place);
-        result.push_back({at % side_ - radius_, at / side_ - radius_, t.weight});
-    }
-    return result;
-}
-
 StencilRow RegularLimit::row(const Terms& terms) const {
     StencilRow result;
     for (const Term& t : terms) result.add(around_[t.place], t.weight);
@@ -149,30 +140,6 @@ StencilRow RegularLimit::row(const Terms& terms) const {
 std::optional<std::pair<StencilRow, StencilRow>> RegularLimit::tangents() const {
     if (tangent1_.empty()) return std::nullopt;
     return std::pair(row(tangent1_), row(tangent2_));
-}
-
-Vec3d RegularLimit::sum(const Terms& terms, std::span<const Vec3d> net) const {
-    Vec3d result(0);
-    for (const Term& t : terms) result += t.weight * net[around_[t.place]];
-    return result;
-}
-
-LimitPoint RegularLimit::point(std::span<const Vec3d> net) const {
-    LimitPoint result;
-    ShortList<std::pair<int, double>, 32> terms;
-    for (const Term& t : limit_) terms.emplace_back(around_[t.place], t.weight);
-    for (std::size_t i = 1; i < terms.size(); ++i)
-        for (std::size_t j = i; j > 0 && terms[j].first < terms[j - 1].first; --j) std::swap(terms[j], terms[j - 1]);
-    for (const auto& [v, weight] : terms) result.position += weight * net[v];
-    if (tangent1_.empty()) return result;
-    result.tangent1 = sum(tangent1_, net);
-    result.tangent2 = sum(tangent2_, net);
-    const Vec3d normal = glm::cross(result.tangent1, result.tangent2);
-    const double length = glm::length(normal);
-    if (!(length > 0)) return result;
-    result.normal = normal / length;
-    result.has_tangent_plane = true;
-    return result;
 }
 
 }  // namespace tetrakis::detail

@@ -1,9 +1,7 @@
 #pragma once
 
-#include "../../hier/base/vec.hpp"
 #include "../../schemes/core/sector_fan.hpp"
 #include "../../schemes/core/stencil_table.hpp"
-#include "limit_point.hpp"
 
 #include <cstddef>
 #include <optional>
@@ -22,12 +20,6 @@ class RegularLimit {
     static RuleMesh lattice_mesh(FanLattice lattice, int rings);
     static int middle(int rings) { return 2 * rings * (rings + 1); }
 
-    /// A point of a mask, by its place relative to the vertex.
-    struct LatticeTerm {
-        int x = 0, y = 0;
-        double weight = 0;
-    };
-
     /// From the rows of the middle of lattice_mesh(lattice, rings), which they must not reach the rim of.
     /// @param tangents  none or two rows, t1 x t2 outwards
     RegularLimit(FanLattice lattice, int rings, const StencilRow& limit, std::span<const StencilRow> tangents);
@@ -39,20 +31,12 @@ class RegularLimit {
     void look_at(const RuleMesh& mesh);
     /// Per vertex of that mesh.
     std::span<const unsigned char> regular() const { return regular_; }
-    /// Walks around a vertex; whether it has the mask. limit(), tangents() and point() are about this vertex then.
+    /// Walks around a vertex; whether it has the mask. limit() and tangents() are about this vertex then.
     bool found(const RuleMesh& mesh, int v);
 
-    std::vector<LatticeTerm> limit_terms() const { return lattice_terms(limit_); }
-    /// t1 x t2 points outwards; both may be missing.
-    std::vector<LatticeTerm> tangent_terms(int which) const {
-        return lattice_terms(which == 0 ? tangent1_ : tangent2_);
-    }
-
     StencilRow limit() const { return row(limit_); }
+    /// t1 x t2 points outwards; both may be missing.
     std::optional<std::pair<StencilRow, StencilRow>> tangents() const;
-    /// Tangents and normal included. The position is summed in the order of the vertices' numbers, as StencilTable
-    /// does.
-    LimitPoint point(std::span<const Vec3d> net) const;
 
   private:
     struct Term {
@@ -64,9 +48,7 @@ class RegularLimit {
     bool walk(const RuleMesh& mesh, int v, int radius);
     std::size_t place(int x, int y) const;
     bool inside(int x, int y, int radius) const;
-    std::vector<LatticeTerm> lattice_terms(const Terms& terms) const;
     StencilRow row(const Terms& terms) const;
-    Vec3d sum(const Terms& terms, std::span<const Vec3d> net) const;
 
     int valence_, size_;  ///< of vertices and of faces
     int radius_ = 0, side_ = 0;
