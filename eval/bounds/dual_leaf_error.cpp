@@ -1,8 +1,8 @@
 #include "dual_leaf_error.hpp"
 
 #include "../../hier/base/parallel.hpp"
-#include "../../refine/adaptive/adaptive_dual.hpp"
 #include "../../hier/trees/vertex_roots.hpp"
+#include "../../refine/adaptive/adaptive_dual.hpp"
 #include "plane_measure.hpp"
 #include "point_triangle.hpp"
 

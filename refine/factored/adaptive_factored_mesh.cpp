@@ -232,7 +232,7 @@ struct AdaptiveFactoredMesh::State {
             Vec3d sum(0);
             for (std::size_t i = first[p]; i < first[p + 1]; ++i)
                 sum += found[static_cast<std::size_t>(std::lower_bound(different.begin(), different.end(), around[i]) -
-                                                       different.begin())];
+                                                      different.begin())];
             positions[p] = sum / static_cast<double>(first[p + 1] - first[p]);
         }
     }

@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <numeric>
 #include <span>
 #include <stdexcept>
 #include <utility>
@@ -27,7 +26,7 @@ constexpr std::size_t k_limits_at_once = std::size_t{1} << 16;
 /// A cell of a level on the way down to it, and the wanted corner, in the frame of the cell that has been come to,
 /// whose sides are `size` long.
 struct Descent {
-    std::int64_t x = 0, y = 0;              ///< middle of the wanted cell
+    std::int64_t x = 0, y = 0;  ///< middle of the wanted cell
     std::int64_t corner_x = 0, corner_y = 0;
     std::int64_t size = 0;
 
@@ -66,7 +65,8 @@ WholeLevels::WholeLevels(const ControlMesh& mesh, const SchemeInfo& scheme, cons
       scheme_(scheme),
       rules_(rules),
       lattice_(fan_lattice(scheme, rules)),
-      max_memory_bytes_(context.max_memory_bytes) {
+      max_memory_bytes_(context.max_memory_bytes),
+      finder_(scheme, rules) {
     rules_.runner = &runner_;
     levels_[0] = std::make_unique<Level>();
     levels_[0]->step.mesh = rule_mesh(mesh, rules);
@@ -77,14 +77,6 @@ WholeLevels::WholeLevels(const ControlMesh& mesh, const SchemeInfo& scheme, cons
 const WholeLevels::Level& WholeLevels::level(int level) {
     const std::lock_guard lock(mutex_);
     return make(level);
-}
-
-const WholeLevels::Level& WholeLevels::level_with_limits(int level) {
-    const std::lock_guard lock(mutex_);
-    make(level);
-    Level& made = *levels_[static_cast<std::size_t>(level)];
-    if (made.has_limit.empty()) add_limits(made);
-    return made;
 }
 
 const WholeLevels::Level& WholeLevels::make(int level) {
@@ -119,26 +111,31 @@ const WholeLevels::Level& WholeLevels::make(int level) {
     return *made;
 }
 
-void WholeLevels::add_limits(Level& level) {
-    const RuleMesh& mesh = level.step.mesh;
-    const auto count = static_cast<std::size_t>(mesh.vertex_count());
-    RuleLimitFinder finder(scheme_, rules_);
-    std::vector<int> vertices(count);
-    std::iota(vertices.begin(), vertices.end(), 0);
-    std::vector<char> has_limit(count, 1);
-    level.limits.resize(count);
+void WholeLevels::find_limits(int level, std::span<const int> vertices) {
+    const std::lock_guard lock(mutex_);
+    make(level);
+    Level& made = *levels_[static_cast<std::size_t>(level)];
+    const RuleMesh& mesh = made.step.mesh;
+    made.limits.resize(made.points.size());
+    made.has_limit.resize(made.points.size(), 0);
+    std::vector<int> wanted;
+    for (const int v : vertices)
+        if (made.has_limit[static_cast<std::size_t>(v)] == 0) wanted.push_back(v);
+    std::sort(wanted.begin(), wanted.end());
+    wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
     try {
-        for (std::size_t begin = 0; begin < count; begin += k_limits_at_once) {
-            const auto some = std::span(vertices).subspan(begin, std::min(k_limits_at_once, count - begin));
-            const RuleLimits limits = finder.find(mesh, some, true);
-            for (std::size_t i = 0; i < some.size(); ++i)
-                level.limits[begin + i] = limit_point(limits, static_cast<int>(i), mesh, level.points, some[i]);
-            for (const int v : limits.missing) has_limit[static_cast<std::size_t>(v)] = 0;
+        for (std::size_t begin = 0; begin < wanted.size(); begin += k_limits_at_once) {
+            const auto some = std::span(wanted).subspan(begin, std::min(k_limits_at_once, wanted.size() - begin));
+            const RuleLimits limits = finder_.find(mesh, some);
+            for (std::size_t i = 0; i < some.size(); ++i) {
+                const auto v = static_cast<std::size_t>(some[i]);
+                made.limits[v] = limit_point(limits, static_cast<int>(i), mesh, made.points, some[i]);
+                made.has_limit[v] = 1;
+            }
         }
     } catch (const std::invalid_argument& e) {
         throw Error(ErrorCode::unsupported, e.what(), mesh_.data().source);
     }
-    level.has_limit = std::move(has_limit);
 }
 
 int WholeLevels::vertex(const Site& site, int level) const {

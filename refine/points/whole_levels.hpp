@@ -13,6 +13,7 @@
 #include <array>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -31,18 +32,19 @@ class WholeLevels {
     struct Level {
         RuleStep step;  ///< from the level above, its mesh is this level's; without its stencils
         std::vector<Vec3d> points;
-        std::vector<LimitPoint> limits;  ///< of all vertices, once they have been asked for
-        std::vector<char> has_limit;     ///< 0: the scheme has no mask there
+        std::vector<LimitPoint> limits;  ///< of those vertices whose limits have been asked for
+        std::vector<char> has_limit;
     };
     /// @throws Error  invalid_input: the scheme cannot take the mesh; unsupported: the level is too large; memory_limit
     const Level& level(int level);
-    const Level& level_with_limits(int level);
+    /// Fills Level::limits of these vertices. A limit depends on its vertex alone.
+    /// @throws Error  unsupported: the scheme has no limit mask for one of them
+    void find_limits(int level, std::span<const int> vertices);
     /// The vertex of a level at a site that it has.
     int vertex(const Site& site, int level) const;
 
   private:
     const Level& make(int level);
-    void add_limits(Level& level);
 
     const ControlMesh& mesh_;
     const SchemeInfo& scheme_;
@@ -52,6 +54,7 @@ class WholeLevels {
     ParallelBlocks runner_;
     FirstCells cells_;  ///< of dual schemes, once there is level 1
     std::mutex mutex_;
+    RuleLimitFinder finder_;
     std::array<std::unique_ptr<Level>, k_max_level + 2> levels_;
 };
 

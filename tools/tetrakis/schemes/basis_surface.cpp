@@ -16,8 +16,7 @@ BasisSurface basis_surface(const FanPatch& patch, const SchemeInfo& scheme, cons
     const auto limits = tetrakis::detail::RuleLimitFinder(scheme, rules).find(patch.mesh, near);
     std::vector<std::int64_t> number(net.size(), -1);
     for (std::size_t i = 0; i < near.size(); ++i) {
-        const LimitPoint point =
-            tetrakis::detail::limit_point(limits, static_cast<int>(i), patch.mesh, net, near[i]);
+        const LimitPoint point = tetrakis::detail::limit_point(limits, static_cast<int>(i), patch.mesh, net, near[i]);
         number[near[i]] = static_cast<std::int64_t>(i);
         surface.peak = std::max(surface.peak, point.position.y / height);
         surface.mesh.positions.push_back(point.position);
