@@ -71,11 +71,8 @@ class DualProbe {
     };
 
     std::vector<Vec3d> limits(std::span<const VertexCell> cells) const {
-        std::vector<Site> sites;
-        sites.reserve(cells.size());
-        for (const VertexCell& cell : cells) sites.push_back(cell_site(cell));
-        std::vector<Vec3d> points(sites.size());
-        hierarchy_.limit_positions(sites, points);
+        std::vector<Vec3d> points(cells.size());
+        hierarchy_.limit_positions(cell_sites(cells), points);
         return points;
     }
     /// Of the vertices that errors are measured by.

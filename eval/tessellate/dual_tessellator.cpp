@@ -282,13 +282,9 @@ class DualTessellator final : public TessellationRun {
     template <class Take>
     void for_each_block(std::span<const VertexCell> cells, std::string_view stage, double share, const Take& take) {
         constexpr std::size_t k_block = 1u << 15;
-        std::vector<Site> sites;
         for (std::size_t begin = 0; begin < cells.size(); begin += k_block) {
             context_.report(stage, share * static_cast<double>(begin) / static_cast<double>(cells.size()));
-            sites.clear();
-            for (const VertexCell& cell : cells.subspan(begin, std::min(k_block, cells.size() - begin)))
-                sites.push_back(cell_site(cell));
-            take(begin, sites);
+            take(begin, cell_sites(cells.subspan(begin, std::min(k_block, cells.size() - begin))));
         }
     }
 

@@ -4,6 +4,12 @@
 
 namespace tetrakis {
 
+std::vector<Site> cell_sites(std::span<const VertexCell> cells) {
+    std::vector<Site> sites(cells.size());
+    std::transform(cells.begin(), cells.end(), sites.begin(), cell_site);
+    return sites;
+}
+
 VertexRoots::Across VertexRoots::across(const VertexCell& cell, int side) const {
     const std::uint32_t end = (1u << cell.level) - 1;
     Across next{Across::Kind::neighbour, cell, (side + 2) % 4};

@@ -5,6 +5,7 @@
 
 #include <compare>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace tetrakis {
@@ -67,6 +68,7 @@ struct VertexRoots {
 
 /// A cell written as a site, for hierarchies: the root's number in place of a half-edge's, and the lower corner.
 inline Site cell_site(const VertexCell& cell) { return {HalfedgeId(cell.root), cell.at, cell.level}; }
+std::vector<Site> cell_sites(std::span<const VertexCell> cells);
 inline VertexCell site_cell(const Site& site) { return {site.root.value, site.at, site.level}; }
 
 }  // namespace tetrakis

@@ -41,8 +41,7 @@ PolygonMesh AdaptiveDual::to_mesh(const DualMeshOptions& options) const {
             mesh.uvs = std::move(uvs);
             mesh.face_uvs = std::move(face_uvs);
         }
-        std::vector<Site> sites(faces.cells.size());
-        std::ranges::transform(faces.cells, sites.begin(), cell_site);
+        const std::vector<Site> sites = cell_sites(faces.cells);
         if (options.limit)
             points_->limit_positions(sites, mesh.positions);
         else

@@ -211,12 +211,10 @@ class DualCharts::Follower {
         oneapi::tbb::parallel_sort(once.begin(), once.end());
         once.erase(std::unique(once.begin(), once.end()), once.end());
         std::vector<Vec3d> points(once.size());
-        std::vector<Site> sites(once.size());
-        std::ranges::transform(once, sites.begin(), cell_site);
         if (limit)
-            charts_.points_->limit_positions(sites, points);
+            charts_.points_->limit_positions(cell_sites(once), points);
         else
-            written_positions(*charts_.points_, sites, points);
+            written_positions(*charts_.points_, once, points);
         const auto value = [&](std::size_t i) {
             return Vec2d(
                 points[static_cast<std::size_t>(std::lower_bound(once.begin(), once.end(), cells_[i]) - once.begin())]);

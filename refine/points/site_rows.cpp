@@ -5,7 +5,6 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../schemes/rules/linear.hpp"
 #include "../rules/limit_search.hpp"
-#include "../rules/regular_limit.hpp"
 #include "level_vertices.hpp"
 
 #include <oneapi/tbb/task_arena.h>
@@ -219,23 +218,22 @@ void SiteRows::make_whole_levels(Rows& rows, std::span<const Site> sites, Wanted
 
 /// The scheme's limit where four regular cells meet.
 void SiteRows::set_middle(Rows& rows) const {
-    const int rings = rule_limit_rings(scheme_, rules_), side = 2 * rings + 1;
-    const RuleMesh mesh = RegularLimit::lattice_mesh(FanLattice::dual, rings);
-    for (const int h : mesh.ring(RegularLimit::middle(rings)).halfedge) {
-        if (mesh.origin(mesh.next(h)) != mesh.origin(h) + 1) continue;
-        const std::optional<LimitRows> found = LimitSearch(scheme_, rules_).at_face(mesh, h);
-        if (!found || found->tangents.size() != 1) return;
-        // The face's corners are at 0 and 1 from the middle vertex.
-        const auto take = [&](const StencilRow& row, std::vector<LatticeTerm>& terms) {
-            for (const auto& [v, weight] : row.terms)
-                terms.push_back({v % side - rings - 1, v / side - rings - 1, weight});
-        };
-        take(found->limit, rows.middle);
-        take(found->tangents[0][0], rows.tangents[0]);
-        take(found->tangents[0][1], rows.tangents[1]);
-        rows.middle_depth = rows.find_middle_depth();
-        return;
-    }
+    const int rings = rule_limit_rings(scheme_, rules_), side = 2 * rings + 4;
+    RuleMesh::Builder faces;
+    for (int y = 0; y + 1 < side; ++y)
+        for (int v = y * side; v + 1 < (y + 1) * side; ++v) faces.face({v, v + 1, v + side + 1, v + side});
+    const RuleMesh mesh(side * side, std::move(faces));
+    const int face = (rings + 1) * (side - 1) + rings + 1;
+    const std::optional<LimitRows> found = LimitSearch(scheme_, rules_).at_face(mesh, mesh.face_begin(face));
+    if (!found || found->tangents.size() != 1) return;
+    // The face's third corner is right above its middle.
+    const auto take = [&](const StencilRow& row, std::vector<LatticeTerm>& terms) {
+        for (const auto& [v, weight] : row.terms) terms.push_back({v % side - rings - 2, v / side - rings - 2, weight});
+    };
+    take(found->limit, rows.middle);
+    take(found->tangents[0][0], rows.tangents[0]);
+    take(found->tangents[0][1], rows.tangents[1]);
+    rows.middle_depth = rows.find_middle_depth();
 }
 
 SiteRows::Address SiteRows::address(const Rows& rows, const Site& any, Wanted wanted, int level) const {

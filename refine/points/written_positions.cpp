@@ -20,10 +20,7 @@ void written_positions(const LevelSource& source, std::span<const Site> sites, s
 }
 
 void written_positions(const LevelSource& source, std::span<const VertexCell> cells, std::span<Vec3d> out) {
-    std::vector<Site> sites;
-    sites.reserve(cells.size());
-    for (const VertexCell& cell : cells) sites.push_back(cell_site(cell));
-    written_positions(source, sites, out);
+    written_positions(source, cell_sites(cells), out);
 }
 
 }  // namespace tetrakis

@@ -2,9 +2,6 @@
 
 #include "../../schemes/rules/averaging.hpp"
 #include "face_normals.hpp"
-#include "fan_limit.hpp"
-#include "limit_search.hpp"
-#include "regular_limit.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -79,102 +76,34 @@ Vec3d limit_normal(const RuleLimits& limits, int i, const RuleMesh& mesh, std::s
     return normal != Vec3d(0) ? normal : face_normal_at(mesh, net, v);
 }
 
-struct RuleLimitFinder::State {
-    State(const SchemeInfo& s, const RuleOptions& o) : scheme(s), options(o), search(scheme, options) {}
-
-    /// The mask of regular vertices, made when it is first asked for; nullptr if there is none.
-    RegularLimit* regular() {
-        if (asked) return mask ? &*mask : nullptr;
-        asked = true;
-        if (scheme.family == MeshFamily::hexagons) return nullptr;
-        // One more ring than any limit depends on.
-        const int rings = rule_limit_rings(scheme, options) + 1;
-        const FanLattice lattice = fan_lattice(scheme, options);
-        const RuleMesh mesh = RegularLimit::lattice_mesh(lattice, rings);
-        const int middle = RegularLimit::middle(rings);
-        const std::optional<LimitRows> rows = search.find(mesh, {&middle, 1})[0];
-        if (!rows) return nullptr;
-        mask.emplace(lattice, rings, rows->limit,
-                     rows->tangents.empty() ? std::span<const StencilRow>() : rows->tangents[0]);
-        fans.emplace(lattice, mask->radius(), rings - 1,
-                     [this](const RuleMesh& fan, std::span<const int> vertices) { return search.find(fan, vertices); });
-        return &*mask;
-    }
-
-    /// Rows of vertices that are not regular.
-    std::vector<std::optional<LimitRows>> others(const RuleMesh& mesh, std::span<const int> vertices) {
-        std::vector<std::optional<LimitRows>> rows(vertices.size());
-        if (fans) fans->find(mesh, mask->regular(), vertices, rows);
-        std::vector<int> left;
-        for (std::size_t i = 0; i < rows.size(); ++i)
-            if (!rows[i]) left.push_back(vertices[i]);
-        std::vector<std::optional<LimitRows>> found = search.find(mesh, left);
-        for (std::size_t i = 0, k = 0; i < rows.size(); ++i)
-            if (!rows[i]) rows[i] = std::move(found[k++]);
-        return rows;
-    }
-
-    const SchemeInfo& scheme;
-    RuleOptions options;
-    LimitSearch search;
-    bool asked = false;
-    std::optional<RegularLimit> mask;
-    std::optional<FanLimits> fans;
-};
-
 RuleLimitFinder::RuleLimitFinder(const SchemeInfo& scheme, const RuleOptions& options)
-    : state_(std::make_unique<State>(scheme, options)) {}
-RuleLimitFinder::~RuleLimitFinder() = default;
-RuleLimitFinder::RuleLimitFinder(RuleLimitFinder&&) noexcept = default;
+    : scheme_(scheme), options_(options), search_(scheme, options_) {}
 
 RuleLimits RuleLimitFinder::find(const RuleMesh& mesh, std::span<const int> vertices, bool may_miss) {
-    const SchemeInfo& scheme = state_->scheme;
-    RegularLimit* regular = state_->regular();
-    if (regular != nullptr) regular->look_at(mesh);
-    const auto is_regular = [&](int v) { return regular != nullptr && regular->found(mesh, v); };
-    std::vector<int> others;
-    for (const int v : vertices)
-        if (mesh.first(v) != RuleMesh::none && !is_regular(v)) others.push_back(v);
     // By blocks: rows on their own take several times what they take in the tables.
-    // Honeycomb refinement has all its vertices here.
-    const std::size_t block = std::size_t{1} << (scheme.family == MeshFamily::hexagons ? 8 : 13);
-    std::vector<std::optional<LimitRows>> found;
+    const std::size_t block = std::size_t{1} << (scheme_.family == MeshFamily::hexagons ? 8 : 13);
     RuleLimits limits;
-    std::size_t next = 0;
-    const auto next_rows = [&]() -> const std::optional<LimitRows>& {
-        const std::size_t at = next++ % block;
-        if (at == 0) {
-            found.clear();
-            found =
-                state_->others(mesh, std::span(others).subspan(next - 1, std::min(block, others.size() - next + 1)));
+    std::vector<int> some;
+    for (std::size_t begin = 0; begin < vertices.size(); begin += block) {
+        const auto here = vertices.subspan(begin, std::min(block, vertices.size() - begin));
+        some.clear();
+        for (const int v : here)
+            if (mesh.first(v) != RuleMesh::none) some.push_back(v);
+        const std::vector<std::optional<LimitRows>> found = search_.find(mesh, some);
+        for (std::size_t i = 0, k = 0; i < here.size(); ++i) {
+            const int v = here[i];
+            const bool isolated = mesh.first(v) == RuleMesh::none;
+            const std::optional<LimitRows> none, &rows = isolated ? none : found[k++];
+            if (!rows && !isolated && !may_miss) refuse(mesh, v, scheme_);
+            if (!rows && !isolated) limits.missing.push_back(v);
+            limits.positions.push(rows ? rows->limit : StencilRow{{v, 1}});
+            if (rows)
+                for (const auto& [t1, t2] : rows->tangents) {
+                    limits.tangent1.push(t1);
+                    limits.tangent2.push(t2);
+                }
+            limits.begin.push_back(limits.tangent1.row_count());
         }
-        return found[at];
-    };
-    for (const int v : vertices) {
-        if (mesh.first(v) == RuleMesh::none) {
-            limits.positions.push({{v, 1}});
-        } else if (is_regular(v)) {
-            limits.positions.push(regular->limit());
-            if (auto tangents = regular->tangents()) {
-                limits.tangent1.push(std::move(tangents->first));
-                limits.tangent2.push(std::move(tangents->second));
-            }
-        } else {
-            const std::optional<LimitRows>& rows = next_rows();
-            if (!rows && !may_miss) refuse(mesh, v, scheme);
-            if (!rows) {
-                limits.missing.push_back(v);
-                limits.positions.push({{v, 1}});
-                limits.begin.push_back(limits.tangent1.row_count());
-                continue;
-            }
-            limits.positions.push(rows->limit);
-            for (const auto& [t1, t2] : rows->tangents) {
-                limits.tangent1.push(t1);
-                limits.tangent2.push(t2);
-            }
-        }
-        limits.begin.push_back(limits.tangent1.row_count());
     }
     return limits;
 }

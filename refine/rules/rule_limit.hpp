@@ -3,8 +3,8 @@
 #include "../../hier/base/vec.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 #include "limit_point.hpp"
+#include "limit_search.hpp"
 
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -35,16 +35,17 @@ RuleLimits rule_limits(const RuleMesh& mesh, const SchemeInfo& scheme, const Rul
 class RuleLimitFinder {
   public:
     RuleLimitFinder(const SchemeInfo& scheme, const RuleOptions& options);
-    ~RuleLimitFinder();
-    RuleLimitFinder(RuleLimitFinder&&) noexcept;
+    RuleLimitFinder(const RuleLimitFinder&) = delete;
+    RuleLimitFinder& operator=(const RuleLimitFinder&) = delete;
 
     /// One row, or range of tangents, for each of the vertices in their order. A row does not depend on the others.
     /// @param may_miss  whether vertices may have no limit (RuleLimits::missing); else they throw
     RuleLimits find(const RuleMesh& mesh, std::span<const int> vertices, bool may_miss = false);
 
   private:
-    struct State;
-    std::unique_ptr<State> state_;
+    const SchemeInfo& scheme_;
+    RuleOptions options_;
+    LimitSearch search_;
 };
 
 /// The normal of a vertex without tangents (FaceNormals).
