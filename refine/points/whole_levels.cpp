@@ -18,8 +18,8 @@ namespace tetrakis::detail {
 
 namespace {
 
-/// Vertices of the largest level: it takes some 6 GB, and a minute.
-constexpr std::uint64_t k_most_vertices = std::uint64_t{1} << 24;
+/// Vertices of the largest level: it takes some 10 GB, and a minute or two.
+constexpr std::uint64_t k_most_vertices = std::uint64_t{1} << 25;
 /// Vertices whose limits are found together: their rows take some 60 MB.
 constexpr std::size_t k_limits_at_once = std::size_t{1} << 16;
 
