@@ -76,7 +76,24 @@ WholeLevels::WholeLevels(const ControlMesh& mesh, const SchemeInfo& scheme, cons
 
 const WholeLevels::Level& WholeLevels::level(int level) {
     const std::lock_guard lock(mutex_);
+    if (!levels_[static_cast<std::size_t>(level)]) check_size(level);
     return make(level);
+}
+
+/// Before any of it is made.
+void WholeLevels::check_size(int level) const {
+    RunContext limits;
+    limits.max_memory_bytes = max_memory_bytes_;
+    check_rule_memory(mesh_, scheme_, level, level, limits);
+    // About as many as the level above has half-edges.
+    const std::uint64_t vertices = level == 0 ? 0 : std::uint64_t{mesh_.halfedge_count()} << (2 * (level - 1));
+    if (vertices > k_most_vertices)
+        throw Error(ErrorCode::unsupported,
+                    fmt::format("level {} has some {} vertices, too many to be made whole, as it has to be here; take "
+                                "fewer levels or a coarser control mesh, and make semi-sharp creases of Chaikin's "
+                                "method sharp for good or ones of the normal method",
+                                level, vertices),
+                    mesh_.data().source);
 }
 
 const WholeLevels::Level& WholeLevels::make(int level) {
@@ -84,16 +101,6 @@ const WholeLevels::Level& WholeLevels::make(int level) {
     if (made) return *made;
     const Level& above = make(level - 1);
     const RuleMesh& mesh = above.step.mesh;
-    RunContext limits;
-    limits.max_memory_bytes = max_memory_bytes_;
-    check_rule_memory(mesh_, scheme_, level, level, limits);
-    if (static_cast<std::uint64_t>(mesh.halfedge_count()) > k_most_vertices)
-        throw Error(ErrorCode::unsupported,
-                    fmt::format("level {} has some {} vertices, too many to be made whole, as it must be here; take a "
-                                "coarser control mesh or fewer levels, and semi-sharp creases of the normal method "
-                                "instead of Chaikin's",
-                                level, mesh.halfedge_count()),
-                    mesh_.data().source);
     auto next = std::make_unique<Level>();
     // Tasks of callers that wait for the lock must not be taken up by this thread.
     oneapi::tbb::this_task_arena::isolate([&] {

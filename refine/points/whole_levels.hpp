@@ -44,6 +44,7 @@ class WholeLevels {
     int vertex(const Site& site, int level) const;
 
   private:
+    void check_size(int level) const;
     const Level& make(int level);
 
     const ControlMesh& mesh_;

@@ -28,6 +28,7 @@
 // Hierarchies of all four families by the same tests. Random histories are in tests/contract/hierarchy_test.cpp.
 
 using namespace tetrakis;
+using test::contains;
 using test::error_of;
 using test::everything;
 using test::Random;
@@ -213,7 +214,7 @@ TEST_CASE("a dual scheme's vertex is one of its own level only, with rows and wi
     }
 }
 
-TEST_CASE("long Chaikin creases: limits of single sites are found without whole levels") {
+TEST_CASE("long Chaikin creases: sites of first levels have limits, and too deep ones are refused with advice") {
     ControlMeshData data = test::random_mesh(2, test::random_options(2)).data();
     data.crease_method = CreaseMethod::chaikin;
     REQUIRE(!data.creases.empty());
@@ -225,6 +226,19 @@ TEST_CASE("long Chaikin creases: limits of single sites are found without whole 
     h.limit_positions({&site, 1}, {&limit, 1});
     CHECK(glm::length(limit - QuadPatches(mesh).limit(site.root, site.at, site.level)) <
           1e-12 * mesh.bounding_box().diagonal());
+    const Site deep{HalfedgeId(0), {1, 1}, 20};
+    const Error error = error_of([&] { h.position(deep, 21); });
+    CHECK(error.code() == ErrorCode::unsupported);
+    CHECK(contains(error.what(), "Chaikin's"));
+}
+
+TEST_CASE("[bad-input] a hierarchy's memory limit holds for the levels that its points need") {
+    HierarchyOptions options;
+    options.context.max_memory_bytes = std::uint64_t{1} << 16;
+    const ControlMesh mesh = test::random_mesh(1, test::random_options(1));
+    const Hierarchy h = make_hierarchy(mesh, "kobbelt", options);
+    const Site site{HalfedgeId(0), {1, 1}, 3};
+    CHECK(error_of([&] { h.limit(site); }).code() == ErrorCode::memory_limit);
 }
 
 TEST_CASE("sqrt3: a crease that ends between two triangles has no limit there, and it says where") {
