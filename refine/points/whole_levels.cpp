@@ -9,6 +9,7 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <stdexcept>
@@ -19,7 +20,7 @@ namespace tetrakis::detail {
 namespace {
 
 /// Vertices of the largest level: it takes some 10 GB, and a minute or two.
-constexpr std::uint64_t k_most_vertices = std::uint64_t{1} << 25;
+constexpr double k_most_vertices = 1u << 25;
 /// Vertices whose limits are found together: their rows take some 60 MB.
 constexpr std::size_t k_limits_at_once = std::size_t{1} << 16;
 
@@ -82,18 +83,19 @@ const WholeLevels::Level& WholeLevels::level(int level) {
 
 /// Before any of it is made.
 void WholeLevels::check_size(int level) const {
+    // About as many as the level above has half-edges.
+    const double vertices = level == 0 ? 0 : std::ldexp(mesh_.halfedge_count(), 2 * (level - 1));
+    if (vertices > k_most_vertices)
+        throw Error(
+            ErrorCode::unsupported,
+            fmt::format("level {} has some {:.0f} vertices, too many to be made whole, as it has to be here; take "
+                        "fewer levels or a coarser control mesh, and make semi-sharp creases of Chaikin's "
+                        "method sharp for good or ones of the normal method",
+                        level, vertices),
+            mesh_.data().source);
     RunContext limits;
     limits.max_memory_bytes = max_memory_bytes_;
     check_rule_memory(mesh_, scheme_, level, level, limits);
-    // About as many as the level above has half-edges.
-    const std::uint64_t vertices = level == 0 ? 0 : std::uint64_t{mesh_.halfedge_count()} << (2 * (level - 1));
-    if (vertices > k_most_vertices)
-        throw Error(ErrorCode::unsupported,
-                    fmt::format("level {} has some {} vertices, too many to be made whole, as it has to be here; take "
-                                "fewer levels or a coarser control mesh, and make semi-sharp creases of Chaikin's "
-                                "method sharp for good or ones of the normal method",
-                                level, vertices),
-                    mesh_.data().source);
 }
 
 const WholeLevels::Level& WholeLevels::make(int level) {

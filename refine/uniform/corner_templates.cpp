@@ -15,14 +15,22 @@ namespace {
 /// The roots around a corner: one face each, which starts there.
 RuleMesh base_of(const CornerKind& kind, std::uint32_t sides) {
     const auto roots = static_cast<int>(kind.roots()), spokes = static_cast<int>(kind.sharp.size());
+    const int n = static_cast<int>(sides);
     RuleMesh::Builder faces;
+    // Of two triangles the far sides lie between the same vertices, and are no twins all the same.
+    std::vector<int> twins(static_cast<std::size_t>(n * roots), RuleMesh::none);
     for (int i = 0; i < roots; ++i) {
         const int from = 1 + i, to = 1 + (i + 1) % spokes;
         if (sides == 4)
             faces.face({0, from, 1 + spokes + i, to});
         else
             faces.face({0, from, to});
+        if (!kind.closed && i + 1 == roots) continue;
+        const int last = n * i + n - 1, next = n * ((i + 1) % roots);
+        twins[static_cast<std::size_t>(last)] = next;
+        twins[static_cast<std::size_t>(next)] = last;
     }
+    faces.set_twins(std::move(twins));
     return RuleMesh(1 + spokes + (sides == 4 ? roots : 0), std::move(faces));
 }
 
