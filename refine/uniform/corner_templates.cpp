@@ -34,6 +34,34 @@ RuleMesh base_of(const CornerKind& kind, std::uint32_t sides) {
     return RuleMesh(1 + spokes + (sides == 4 ? roots : 0), std::move(faces));
 }
 
+/// Twins of the half-edges of faces in two roots: an edge of each may lie between the same vertices.
+std::vector<int> twins_of_two_roots(const RootLattices::Faces& faces) {
+    struct Edge {
+        std::uint32_t root, from, to;
+        auto operator<=>(const Edge&) const = default;
+    };
+    std::vector<int> twins(faces.vertices.size(), RuleMesh::none);
+    std::map<Edge, int> open;
+    const auto pair_with = [&](const Edge& other, int h) {
+        const auto at = open.find(other);
+        if (at == open.end()) return false;
+        twins[static_cast<std::size_t>(h)] = at->second;
+        twins[static_cast<std::size_t>(at->second)] = h;
+        open.erase(at);
+        return true;
+    };
+    for (std::size_t f = 0; f + 1 < faces.offsets.size(); ++f)
+        for (std::uint32_t c = faces.offsets[f]; c < faces.offsets[f + 1]; ++c) {
+            const std::uint32_t a = faces.vertices[c], root = faces.control[f],
+                                b = faces.vertices[c + 1 == faces.offsets[f + 1] ? faces.offsets[f] : c + 1];
+            if (!pair_with({root, b, a}, static_cast<int>(c))) open[{root, a, b}] = static_cast<int>(c);
+        }
+    const std::map<Edge, int> sides = open;
+    for (const auto& [edge, h] : sides)
+        if (edge.root == 0 && pair_with({1, edge.to, edge.from}, h)) open.erase(edge);
+    return twins;
+}
+
 }  // namespace
 
 void CornerKind::turn() {
@@ -148,6 +176,7 @@ void CornerTemplate::make_lattice() {
         builder.end_face();
     }
     builder.set_corner_angles(std::move(angles));
+    if (kind_.closed && kind_.roots() == 2) builder.set_twins(twins_of_two_roots(faces));
     std::vector<float> vertex_sharpness;
     if (is_sharp(kind_.corner)) {
         vertex_sharpness.assign(at.vertex_count(), 0.0f);

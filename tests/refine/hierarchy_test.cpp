@@ -232,6 +232,17 @@ TEST_CASE("long Chaikin creases: sites of first levels have limits, and too deep
     CHECK(contains(error.what(), "Chaikin's"));
 }
 
+TEST_CASE("points of any depth around vertices of two triangles") {
+    ControlMeshData data;
+    data.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0.3}};
+    data.face_offsets = {0, 3, 6};
+    data.face_vertices = {0, 1, 2, 0, 2, 1};
+    const ControlMesh mesh = ControlMesh::build(data);
+    const Hierarchy h = make_hierarchy(mesh, "loop");
+    const Site site{HalfedgeId(0), {1, 0}, 1};
+    CHECK(glm::length(h.position(site, 25) - h.limit(site).position) < 1e-6);
+}
+
 TEST_CASE("[bad-input] a hierarchy's memory limit holds for the levels that its points need") {
     HierarchyOptions options;
     options.context.max_memory_bytes = std::uint64_t{1} << 16;
