@@ -258,8 +258,8 @@ std::vector<const DualCells::Point*> add_ends(const VertexForest& forest, const 
     for (const DualCells::Point& point : cells.points()) {
         if (point.is_face()) continue;
         ends.push_back(&point);
-        for (const DualCells::Corner& c : point.around) {
-            const Vertex& vertex = at_end.at(key(c.root, c.corner));
+        for (const VertexRoots::Corner& c : point.corners) {
+            const Vertex& vertex = at_end.at(key(c.cell.root, c.corner));
             faces.corners.push_back({vertex.leaf, static_cast<std::uint8_t>(c.corner)});
             faces.face_vertices.push_back(vertex.number);
         }
@@ -274,8 +274,8 @@ bool DualBound::has(const SchemeInfo& scheme) {
     return scheme.name == "doo-sabin" || scheme.name == "doo-sabin-cc" || is_midedge(scheme);
 }
 
-DualBound::DualBound(const PartialLevels& levels, const SchemeInfo& scheme, const VertexRoots& roots, const Box3d& box)
-    : cells_(levels, roots),
+DualBound::DualBound(const LevelSource& points, const SchemeInfo& scheme, const VertexRoots& roots, const Box3d& box)
+    : cells_(points, roots),
       midedge_(is_midedge(scheme)),
       largest_coordinate_(std::max(glm::length(box.lower), glm::length(box.upper))) {}
 

@@ -25,9 +25,9 @@ class DualBound {
     /// Doo-Sabin and midedge, by either of their weights: quadratic, with no negative weight anywhere.
     static bool has(const SchemeInfo& scheme);
 
-    /// @param levels  gives the control points; lives longer
+    /// @param points  gives the control points; lives longer
     /// @param roots   without holes; live longer
-    DualBound(const PartialLevels& levels, const SchemeInfo& scheme, const VertexRoots& roots, const Box3d& box);
+    DualBound(const LevelSource& points, const SchemeInfo& scheme, const VertexRoots& roots, const Box3d& box);
 
     /// How well errors are to be known.
     struct Wanted {

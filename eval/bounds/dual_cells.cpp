@@ -1,5 +1,7 @@
 #include "dual_cells.hpp"
 
+#include "../../refine/points/written_positions.hpp"
+
 #include <algorithm>
 
 namespace tetrakis::detail {
@@ -12,9 +14,9 @@ constexpr std::size_t k_regular = 4;
 constexpr std::size_t k_around_an_end = 3;
 
 std::uint32_t last(const VertexCell& cell) { return (1u << cell.level) - 1; }
-VertexCell corner_cell(const DualCells::Corner& c, int level, std::uint32_t x = 0, std::uint32_t y = 0) {
+VertexCell corner_cell(const VertexRoots::Corner& c, int level, std::uint32_t x = 0, std::uint32_t y = 0) {
     const std::uint32_t end = (1u << level) - 1;
-    return {c.root,
+    return {c.cell.root,
             {c.corner == 1 || c.corner == 2 ? end - x : x, c.corner >= 2 ? end - y : y},
             static_cast<std::uint8_t>(level)};
 }
@@ -27,19 +29,20 @@ std::size_t DualCells::Hash::operator()(const VertexCell& cell) const {
     return static_cast<std::size_t>(h ^ h >> 31);
 }
 
-DualCells::DualCells(const PartialLevels& levels, const VertexRoots& roots)
-    : levels_(levels), roots_(roots), point_at_(4 * std::size_t{roots.count()}, k_none) {
+DualCells::DualCells(const LevelSource& points, const VertexRoots& roots)
+    : source_(points), roots_(roots), point_at_(4 * std::size_t{roots.count()}, k_none) {
     std::vector<std::uint8_t> seen(point_at_.size(), 0);
     for (std::uint32_t r = 0; r < roots.count(); ++r)
         for (int c = 0; c < 4; ++c) {
-            const auto index = [](const Corner& m) {
-                return 4 * std::size_t{m.root} + static_cast<std::size_t>(m.corner);
+            const auto index = [](const VertexRoots::Corner& m) {
+                return 4 * std::size_t{m.cell.root} + static_cast<std::size_t>(m.corner);
             };
-            if (seen[index({r, c})] != 0) continue;
-            Point point = point_around({r, c});
+            const VertexRoots::Corner first{{r, {0, 0}, 0}, c};
+            if (seen[index(first)] != 0) continue;
+            Point point = roots.fan(first);
             const bool regular =
-                point.closed ? point.around.size() == k_regular : point.around.size() < k_around_an_end;
-            for (const Corner& m : point.around) {
+                point.closed ? point.corners.size() == k_regular : point.corners.size() < k_around_an_end;
+            for (const VertexRoots::Corner& m : point.corners) {
                 seen[index(m)] = 1;
                 if (!regular) point_at_[index(m)] = static_cast<std::uint32_t>(points_.size());
             }
@@ -47,43 +50,9 @@ DualCells::DualCells(const PartialLevels& levels, const VertexRoots& roots)
         }
 }
 
-DualCells::Point DualCells::point_around(const Corner& start) const {
-    Point point;
-    point.around.push_back(start);
-    for (Corner at = start;;) {
-        const auto next = across({at.root, {0, 0}, 0}, (at.corner + 3) % 4);
-        if (!next) break;
-        if (next->cell.root == start.root && next->side == start.corner) return point;
-        point.around.push_back(at = {next->cell.root, next->side});
-    }
-    point.closed = false;
-    for (Corner at = start;;) {
-        const auto next = across({at.root, {0, 0}, 0}, at.corner);
-        if (!next) return point;
-        point.around.insert(point.around.begin(), at = {next->cell.root, (next->side + 1) % 4});
-    }
-}
-
-std::optional<DualCells::Neighbour> DualCells::across(const VertexCell& cell, int side) const {
-    const std::uint32_t end = last(cell);
-    VertexCell next = cell;
-    const auto [x, y] = cell.at;
-    if (side == 0 ? y > 0 : side == 1 ? x < end : side == 2 ? y < end : x > 0) {
-        next.at.x += side == 1 ? 1u : side == 3 ? ~0u : 0u;
-        next.at.y += side == 2 ? 1u : side == 0 ? ~0u : 0u;
-        return Neighbour{next, (side + 2) % 4};
-    }
-    const std::uint32_t link = roots_.link[4 * std::size_t{cell.root} + static_cast<std::size_t>(side)];
-    if (link == VertexRoots::outside || (roots_.crease[cell.root] >> side & 1) != 0) return std::nullopt;
-    // Sides run from corner to corner, and the common one the other way from there.
-    const std::uint32_t from_end = side == 0 ? end - x : side == 1 ? end - y : side == 2 ? x : y;
-    next.root = link / 4;
-    const int its = static_cast<int>(link % 4);
-    next.at = its == 0   ? LatticePoint{from_end, 0}
-              : its == 1 ? LatticePoint{end, from_end}
-              : its == 2 ? LatticePoint{end - from_end, end}
-                         : LatticePoint{0, end - from_end};
-    return Neighbour{next, its};
+std::optional<VertexRoots::Across> DualCells::across(const VertexCell& cell, int side) const {
+    const VertexRoots::Across next = roots_.across(cell, side);
+    return next.kind == VertexRoots::Across::Kind::neighbour ? std::optional(next) : std::nullopt;
 }
 
 std::uint32_t DualCells::point(const VertexCell& cell, int corner) const {
@@ -128,20 +97,20 @@ std::array<VertexCell, 9> DualCells::cells_of_net(const VertexCell& cell) const 
 }
 
 void DualCells::add_cells_of_hull(const VertexCell& cell, std::vector<VertexCell>& cells) const {
-    for (const Corner& c : points_[point_of(cell)].around)
+    for (const VertexRoots::Corner& c : points_[point_of(cell)].corners)
         for (const std::uint32_t y : {0u, 1u})
             for (const std::uint32_t x : {0u, 1u}) cells.push_back(corner_cell(c, cell.level, x, y));
 }
 
 std::span<const Vec3d> DualCells::hull(const VertexCell& cell) const {
-    return hulls_.at(corner_cell(points_[point_of(cell)].around[0], cell.level));
+    return hulls_.at(corner_cell(points_[point_of(cell)].corners[0], cell.level));
 }
 
 void DualCells::collect(const VertexCell& cell, int levels, std::vector<VertexCell>& wanted) const {
     if (!irregular(cell)) {
         if (!nets_.contains(cell)) wanted.push_back(cell);
     } else if (levels == 0) {
-        const VertexCell first = corner_cell(points_[point_of(cell)].around[0], cell.level);
+        const VertexCell first = corner_cell(points_[point_of(cell)].corners[0], cell.level);
         if (!hulls_.contains(first)) wanted.push_back(first);
     } else {
         for (const std::uint32_t y : {0u, 1u})
@@ -171,7 +140,7 @@ void DualCells::find(std::span<const VertexCell> leaves, const std::function<voi
         std::sort(cells.begin(), cells.end());
         cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
         found.resize(cells.size());
-        levels_.control_positions(cells, found);
+        written_positions(source_, cells, found);
         auto next = each.begin();
         const auto take = [&] {
             return found[static_cast<std::size_t>(std::lower_bound(cells.begin(), cells.end(), *next++) -
@@ -180,7 +149,7 @@ void DualCells::find(std::span<const VertexCell> leaves, const std::function<voi
         for (const VertexCell& cell : some)
             if (irregular(cell)) {
                 auto& hull = hulls_[cell];
-                hull.resize(4 * points_[point_of(cell)].around.size());
+                hull.resize(4 * points_[point_of(cell)].corners.size());
                 for (Vec3d& p : hull) p = take();
             } else {
                 for (Vec3d& p : nets_[cell]) p = take();

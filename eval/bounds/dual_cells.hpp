@@ -2,7 +2,7 @@
 
 #include "../../hier/base/vec.hpp"
 #include "../../hier/trees/vertex_roots.hpp"
-#include "../../refine/points/partial_levels.hpp"
+#include "../../refine/points/level_source.hpp"
 #include "bezier_pieces.hpp"
 #include "labelled_polygon.hpp"
 
@@ -35,20 +35,11 @@ class DualCells {
     /// Levels below a leaf at which the cell at an extraordinary point is bounded by the hull.
     static constexpr int k_hull_levels = 3;
 
-    struct Corner {
-        std::uint32_t root;
-        int corner;
-    };
-    /// An extraordinary point: where not four roots meet, or where a crease ends inside.
-    struct Point {
-        std::vector<Corner> around;  ///< counter-clockwise
-        bool closed = true;          ///< the last is beside the first; else a crease lies between
-        /// Else two paths of edges lead from one vertex to the other.
-        bool is_face() const { return closed && around.size() > 2; }
-    };
+    /// An extraordinary point: where not four roots meet, or where a crease ends inside. In cells of level 0.
+    using Point = VertexRoots::Fan;
 
     /// Keeps references to both.
-    DualCells(const PartialLevels& levels, const VertexRoots& roots);
+    DualCells(const LevelSource& points, const VertexRoots& roots);
 
     std::span<const Point> points() const { return points_; }
     /// Number of the extraordinary point at a corner of a cell, or k_none.
@@ -70,17 +61,12 @@ class DualCells {
     struct Hash {
         std::size_t operator()(const VertexCell& cell) const;
     };
-    struct Neighbour {
-        VertexCell cell;
-        int side;  ///< the common one, seen from there
-    };
     /// Nothing where the surface ends or a crease runs.
-    std::optional<Neighbour> across(const VertexCell& cell, int side) const;
+    std::optional<VertexRoots::Across> across(const VertexCell& cell, int side) const;
     bool irregular(const VertexCell& cell) const;
     std::array<VertexCell, 9> cells_of_net(const VertexCell& cell) const;
     /// At the level of this cell, those whose control points span the hull of what touches its extraordinary point.
     void add_cells_of_hull(const VertexCell& cell, std::vector<VertexCell>& cells) const;
-    Point point_around(const Corner& start) const;
     std::uint32_t point_of(const VertexCell& cell) const;
     void collect(const VertexCell& cell, int levels, std::vector<VertexCell>& wanted) const;
     std::span<const Vec3d> hull(const VertexCell& cell) const;
@@ -88,7 +74,7 @@ class DualCells {
         return {cell.root, {2 * cell.at.x + x, 2 * cell.at.y + y}, static_cast<std::uint8_t>(cell.level + 1)};
     }
 
-    const PartialLevels& levels_;
+    const LevelSource& source_;
     const VertexRoots& roots_;
     std::vector<Point> points_;
     std::vector<std::uint32_t> point_at_;                             // 4 per root

@@ -1,8 +1,8 @@
 #include "dual_leaf_error.hpp"
 
 #include "../../hier/base/parallel.hpp"
+#include "../../hier/trees/vertex_roots.hpp"
 #include "../../refine/adaptive/adaptive_dual.hpp"
-#include "../../refine/points/vertex_levels.hpp"
 #include "point_triangle.hpp"
 
 #include <algorithm>
@@ -119,17 +119,14 @@ void DualLeafErrors::find(Layer& layer, const VertexForest& forest, std::span<co
     constexpr std::size_t k_cells = 1u << 15;  // evaluated between two reports
     const std::size_t block = k_cells / each;
     std::vector<VertexCell> cells;
-    std::vector<Site> sites;
     std::vector<Vec3d> limits;
     for (std::size_t begin = 0; begin < fresh.size(); begin += block) {
         report(static_cast<double>(begin) / static_cast<double>(fresh.size()));
         const auto some = std::span(fresh).subspan(begin, std::min(block, fresh.size() - begin));
         cells.clear();
         for (const LeafId leaf : some) add_cells_below(forest.cell(leaf), layer.bits, cells);
-        sites.clear();
-        for (const VertexCell& cell : cells) sites.push_back(cell_site(cell));
         limits.resize(cells.size());
-        points_->limit_positions(sites, limits);
+        points_->limit_positions(cell_sites(cells), limits);
         for (std::size_t i = 0; i < some.size(); ++i)
             std::copy_n(&limits[i * each], each, &layer.points[some[i].value * each]);
     }

@@ -2,7 +2,7 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/trees/sqrt3_lattice.hpp"
-#include "../../refine/points/vertex_levels.hpp"
+#include "../../hier/trees/vertex_roots.hpp"
 #include "../bounds/dual_leaf_error.hpp"
 #include "limit_estimator.hpp"
 #include "sqrt3_leaf_error.hpp"
@@ -71,11 +71,8 @@ class DualProbe {
     };
 
     std::vector<Vec3d> limits(std::span<const VertexCell> cells) const {
-        std::vector<Site> sites;
-        sites.reserve(cells.size());
-        for (const VertexCell& cell : cells) sites.push_back(cell_site(cell));
-        std::vector<Vec3d> points(sites.size());
-        hierarchy_.limit_positions(sites, points);
+        std::vector<Vec3d> points(cells.size());
+        hierarchy_.limit_positions(cell_sites(cells), points);
         return points;
     }
     /// Of the vertices that errors are measured by.

@@ -3,7 +3,7 @@
 #include "../../refine/adaptive/dual_charts.hpp"
 #include "../../refine/adaptive/triangle_memory.hpp"
 #include "../../refine/points/row_points.hpp"
-#include "../../refine/points/vertex_levels.hpp"
+#include "../../refine/points/vertex_links.hpp"
 #include "../bounds/dual_bound.hpp"
 #include "../bounds/dual_leaf_error.hpp"
 #include "../surface/local_frame.hpp"
@@ -50,12 +50,9 @@ class DualTessellator final : public TessellationRun {
   public:
     DualTessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
         : TessellationRun(mesh, options, context),
-          points_(quadtrees_from(
-              [&] { return std::make_shared<const PartialLevels>(mesh, options.scheme.info(), options.rules); })),
-          forest_(quadtrees_from([&] { return points_->vertex_roots(); })),
-          limits_(row_points(mesh, options.scheme.info(), options.rules, vertex_levels(points_), &forest_.roots(),
-                             context, true)),
-          leaf_errors_(limits_) {
+          forest_(quadtrees_from([&] { return vertex_roots(mesh, options.scheme.info(), options.rules); })),
+          points_(row_points(mesh, options.scheme.info(), options.rules, &forest_.roots(), context, true)),
+          leaf_errors_(points_) {
         const std::string_view no_bound = lacks_bound();
         if (DualBound::has(options.scheme.info()) && no_bound.empty())
             bound_.emplace(*points_, options.scheme.info(), forest_.roots(), mesh.bounding_box());
@@ -216,7 +213,7 @@ class DualTessellator final : public TessellationRun {
         LimitReference reference;
         reference.mesh.positions.resize(faces.cells.size());
         for_each_block(faces.cells, "measure", 0.5, [&](std::size_t begin, std::span<const Site> sites) {
-            limits_->limit_positions(sites, {&reference.mesh.positions[begin], sites.size()});
+            points_->limit_positions(sites, {&reference.mesh.positions[begin], sites.size()});
         });
         reference.mesh.triangles.resize(faces.control_faces.size());
         for (std::size_t t = 0; t < reference.mesh.triangles.size(); ++t)
@@ -245,7 +242,7 @@ class DualTessellator final : public TessellationRun {
         if (options_.normals) {
             mesh.normals.resize(mesh.positions.size());
             for_each_block(triangles_.faces.cells, "export", 1, [&](std::size_t begin, std::span<const Site> sites) {
-                limits_->normals(sites, {&mesh.normals[begin], sites.size()});
+                points_->normals(sites, {&mesh.normals[begin], sites.size()});
             });
         }
         for (const VertexCell& cell : triangles_.faces.cells)
@@ -284,19 +281,14 @@ class DualTessellator final : public TessellationRun {
     template <class Take>
     void for_each_block(std::span<const VertexCell> cells, std::string_view stage, double share, const Take& take) {
         constexpr std::size_t k_block = 1u << 15;
-        std::vector<Site> sites;
         for (std::size_t begin = 0; begin < cells.size(); begin += k_block) {
             context_.report(stage, share * static_cast<double>(begin) / static_cast<double>(cells.size()));
-            sites.clear();
-            for (const VertexCell& cell : cells.subspan(begin, std::min(k_block, cells.size() - begin)))
-                sites.push_back(cell_site(cell));
-            take(begin, sites);
+            take(begin, cell_sites(cells.subspan(begin, std::min(k_block, cells.size() - begin))));
         }
     }
 
-    std::shared_ptr<const PartialLevels> points_;
     VertexForest forest_;
-    std::shared_ptr<const LevelSource> limits_;
+    std::shared_ptr<const LevelSource> points_;
     DualLeafErrors leaf_errors_;
     std::optional<DualBound> bound_;
     double certified_ = 0;  ///< of the certified estimator's last state

@@ -5,6 +5,7 @@
 
 #include <compare>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace tetrakis {
@@ -37,6 +38,37 @@ struct VertexRoots {
     std::vector<std::uint8_t> hole;    ///< per root: whether that is not part of the surface
 
     std::uint32_t count() const { return static_cast<std::uint32_t>(face.size()); }
+
+    /// A cell of the same level beyond a side.
+    struct Across {
+        enum class Kind { neighbour, other_side_of_crease, outside } kind;
+        VertexCell cell;
+        int side;  ///< the common one, seen from there
+    };
+    Across across(const VertexCell& cell, int side) const;
+
+    /// The cells of a cell's vertex: itself, then those on the other sides of creases.
+    std::vector<VertexCell> sides(const VertexCell& cell) const;
+
+    struct Corner {
+        VertexCell cell;
+        int corner;
+        friend bool operator==(const Corner&, const Corner&) = default;
+    };
+    /// The cells that meet at a corner of one, counter-clockwise; from this one on if they close.
+    struct Fan {
+        std::vector<Corner> corners;
+        bool closed = true;  ///< else the surface ends or a crease runs before the first and after the last
+
+        /// Whether the level has a face there: where the two ends of a crease of one edge meet, it has none.
+        bool is_face() const { return closed && corners.size() > 2; }
+    };
+    Fan fan(const Corner& corner) const;
 };
+
+/// A cell written as a site, for hierarchies: the root's number in place of a half-edge's, and the lower corner.
+inline Site cell_site(const VertexCell& cell) { return {HalfedgeId(cell.root), cell.at, cell.level}; }
+std::vector<Site> cell_sites(std::span<const VertexCell> cells);
+inline VertexCell site_cell(const Site& site) { return {site.root.value, site.at, site.level}; }
 
 }  // namespace tetrakis

@@ -1,16 +1,24 @@
 #include "adaptive_dual.hpp"
 
 #include "../../hier/base/parallel.hpp"
+#include "../points/row_points.hpp"
+#include "../points/vertex_links.hpp"
+#include "../points/written_positions.hpp"
 #include "../rules/triangle_cut.hpp"
 #include "dual_charts.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <utility>
 
 namespace tetrakis {
 
 AdaptiveDual::AdaptiveDual(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules)
-    : mesh_(&mesh), scheme_(&scheme), rules_(rules), points_(mesh, scheme, rules), forest_(points_.vertex_roots()) {}
+    : mesh_(&mesh),
+      scheme_(&scheme),
+      rules_(rules),
+      forest_(vertex_roots(mesh, scheme, rules)),
+      points_(detail::row_points(mesh, scheme, rules, &forest_.roots(), {}, false)) {}
 
 void detail::cut_into_triangles(DualFaces& faces, std::vector<std::uint32_t>* face_uvs) {
     const TriangleCut cut = cut_polygons(faces.face_offsets, faces.diagonal_at_first);
@@ -33,15 +41,14 @@ PolygonMesh AdaptiveDual::to_mesh(const DualMeshOptions& options) const {
             mesh.uvs = std::move(uvs);
             mesh.face_uvs = std::move(face_uvs);
         }
-        if (!options.limit) points_.control_positions(faces.cells, mesh.positions);
-        if (!options.limit && !options.normals) return;
-        std::vector<LimitPoint> limits(faces.cells.size());
-        points_.limits(faces.cells, limits);
+        const std::vector<Site> sites = cell_sites(faces.cells);
         if (options.limit)
-            for (std::size_t v = 0; v < limits.size(); ++v) mesh.positions[v] = limits[v].position;
+            points_->limit_positions(sites, mesh.positions);
+        else
+            written_positions(*points_, sites, mesh.positions);
         if (!options.normals) return;
-        mesh.normals.resize(limits.size());
-        for (std::size_t v = 0; v < limits.size(); ++v) mesh.normals[v] = limits[v].normal;
+        mesh.normals.resize(sites.size());
+        points_->normals(sites, mesh.normals);
     });
     if (options.triangles) detail::cut_into_triangles(faces, with_uvs ? &mesh.face_uvs : nullptr);
     const ControlMeshData& data = mesh_->data();

@@ -3,7 +3,8 @@
 #include "../../hier/base/run_context.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../hier/trees/vertex_forest.hpp"
-#include "../points/partial_levels.hpp"
+#include "../../schemes/core/scheme_table.hpp"
+#include "../points/level_source.hpp"
 #include "../rules/polygon_mesh.hpp"
 
 namespace tetrakis {
@@ -22,13 +23,13 @@ struct DualMeshOptions {
 class AdaptiveDual {
   public:
     /// The scheme's level 1 as leaves. Keeps a reference to the mesh. O(H).
-    /// @throws Error  as PartialLevels and PartialLevels::vertex_roots(); invalid_input: a scheme that is not dual
+    /// @throws Error  as vertex_roots()
     AdaptiveDual(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules = {});
     AdaptiveDual(const ControlMesh&&, const SchemeInfo&, const RuleOptions& = {}) = delete;
 
     VertexForest& forest() { return forest_; }
     const VertexForest& forest() const { return forest_; }
-    const PartialLevels& points() const { return points_; }
+    const LevelSource& points() const { return *points_; }
 
     /// The leaves as a mesh without cracks: vertices are leaves, edges are the sides that two of them share, faces the
     /// points where they meet. Materials and groups are those of control faces.
@@ -39,8 +40,8 @@ class AdaptiveDual {
     const ControlMesh* mesh_;
     const SchemeInfo* scheme_;
     RuleOptions rules_;
-    PartialLevels points_;
     VertexForest forest_;
+    std::shared_ptr<const LevelSource> points_;
 };
 
 namespace detail {

@@ -6,7 +6,8 @@
 #include "../attributes/seam_extension.hpp"
 #include "../attributes/seam_face.hpp"
 #include "../points/row_points.hpp"
-#include "../points/vertex_levels.hpp"
+#include "../points/vertex_links.hpp"
+#include "../points/written_positions.hpp"
 
 #include <oneapi/tbb/parallel_sort.h>
 
@@ -77,9 +78,8 @@ VertexCell turned(VertexCell cell, std::uint32_t root, std::uint32_t from, std::
 DualCharts::DualCharts(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
                        const VertexRoots& roots, const RunContext& context)
     : charts_(std::make_unique<ControlMesh>(extended_charts(mesh, scheme, rules))),
-      points_(std::make_shared<const PartialLevels>(*charts_, scheme, rules)),
-      roots_(points_->vertex_roots()),
-      limits_(detail::row_points(*charts_, scheme, rules, vertex_levels(points_), &roots_, context, true)) {
+      roots_(vertex_roots(*charts_, scheme, rules)),
+      points_(detail::row_points(*charts_, scheme, rules, &roots_, context, true)) {
     for (std::uint32_t h = 0; h < mesh.halfedge_count(); ++h) root_.push_back(h);
     root_.resize(roots.count(), k_unknown);
     find_roots(roots);
@@ -211,13 +211,10 @@ class DualCharts::Follower {
         oneapi::tbb::parallel_sort(once.begin(), once.end());
         once.erase(std::unique(once.begin(), once.end()), once.end());
         std::vector<Vec3d> points(once.size());
-        if (limit) {
-            std::vector<Site> sites(once.size());
-            std::ranges::transform(once, sites.begin(), cell_site);
-            charts_.limits_->limit_positions(sites, points);
-        } else {
-            charts_.points_->control_positions(once, points);
-        }
+        if (limit)
+            charts_.points_->limit_positions(cell_sites(once), points);
+        else
+            written_positions(*charts_.points_, once, points);
         const auto value = [&](std::size_t i) {
             return Vec2d(
                 points[static_cast<std::size_t>(std::lower_bound(once.begin(), once.end(), cells_[i]) - once.begin())]);

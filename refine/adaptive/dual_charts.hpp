@@ -3,8 +3,8 @@
 #include "../../hier/base/vec.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../hier/trees/vertex_forest.hpp"
+#include "../../schemes/core/scheme_table.hpp"
 #include "../points/level_source.hpp"
-#include "../points/partial_levels.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -43,9 +43,8 @@ class DualCharts {
     void find_roots(const VertexRoots& roots);
 
     std::unique_ptr<const ControlMesh> charts_;
-    std::shared_ptr<const PartialLevels> points_;
     VertexRoots roots_;  ///< of the charts
-    std::shared_ptr<const LevelSource> limits_;
+    std::shared_ptr<const LevelSource> points_;
     std::vector<std::uint32_t> root_;  ///< of the charts, for each of the surface
 };
 

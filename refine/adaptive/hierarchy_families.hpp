@@ -17,7 +17,7 @@ std::unique_ptr<HierarchyFamily> bisection_family(const ControlMesh& mesh, std::
 std::unique_ptr<HierarchyFamily> triangle_family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source);
 
 /// The family of dual schemes: vertex quadtrees; see Hierarchy. Keeps a reference to the mesh.
-/// @param source  points over the cells of those roots, as vertex_levels() gives them
+/// @param source  points over the cells of those roots, written as sites (cell_site())
 std::unique_ptr<HierarchyFamily> vertex_family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source,
                                                VertexRoots roots);
 

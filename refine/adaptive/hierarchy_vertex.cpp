@@ -1,7 +1,7 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/forest/check.hpp"
 #include "../../hier/trees/vertex_forest.hpp"
-#include "../points/vertex_levels.hpp"
+#include "../../hier/trees/vertex_roots.hpp"
 #include "described_family.hpp"
 #include "hierarchy_families.hpp"
 

@@ -1,7 +1,7 @@
 #include "../../hier/base/error.hpp"
 #include "../points/row_points.hpp"
 #include "../points/sqrt3_points.hpp"
-#include "../points/vertex_levels.hpp"
+#include "../points/vertex_links.hpp"
 #include "../uniform/refine.hpp"
 #include "hierarchy.hpp"
 #include "hierarchy_families.hpp"
@@ -37,12 +37,11 @@ class OtherLimits final : public LevelSource {
     std::shared_ptr<const PositionSource> limits_;
 };
 
-/// The levels by rows where these repeat, with limit positions as the options ask for them.
-std::shared_ptr<const LevelSource> by_rows(std::unique_ptr<LevelSource> levels, const ControlMesh& mesh,
-                                           const SchemeInfo& scheme, const RuleOptions& rules,
+/// The levels, with limit positions as the options ask for them.
+std::shared_ptr<const LevelSource> by_rows(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
                                            const HierarchyOptions& options, const VertexRoots* roots = nullptr) {
     std::shared_ptr<const LevelSource> source =
-        detail::row_points(mesh, scheme, rules, std::move(levels), roots, options.context, options.whole_levels);
+        detail::row_points(mesh, scheme, rules, roots, options.context, options.whole_levels);
     if (!options.limit_positions) return source;
     return std::make_shared<OtherLimits>(std::move(source), options.limit_positions);
 }
@@ -53,10 +52,8 @@ Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, cons
     if (averaging_steps(scheme, options.rules) < 0)
         throw Error(ErrorCode::invalid_input, "the number of averaging steps must not be negative");
     if (scheme.family != MeshFamily::hexagons && fan_lattice(scheme, options.rules) == FanLattice::dual) {
-        const auto points = std::make_shared<const PartialLevels>(mesh, scheme, options.rules);
-        VertexRoots roots = points->vertex_roots();
-        std::shared_ptr<const LevelSource> of_cells =
-            by_rows(vertex_levels(points), mesh, scheme, options.rules, options, &roots);
+        VertexRoots roots = vertex_roots(mesh, scheme, options.rules);
+        std::shared_ptr<const LevelSource> of_cells = by_rows(mesh, scheme, options.rules, options, &roots);
         return Hierarchy(vertex_family(mesh, std::move(of_cells), std::move(roots)), scheme, options.rules);
     }
     const bool triangles = scheme.family == MeshFamily::triangles;
@@ -76,7 +73,7 @@ Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, cons
     RuleOptions rules = options.rules;
     if (mesh.crease_method() == CreaseMethod::chaikin && detail::has_plain_rules(mesh, scheme, rules))
         rules.chaikin_creases = true;
-    const auto source = by_rows(rule_levels(mesh, scheme, rules), mesh, scheme, rules, options);
+    const auto source = by_rows(mesh, scheme, rules, options);
     return Hierarchy(triangles ? triangle_family(mesh, source) : bisection_family(mesh, source), scheme, options.rules);
 }
 

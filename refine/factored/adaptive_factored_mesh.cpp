@@ -4,7 +4,9 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
 #include "../attributes/used_values.hpp"
-#include "../points/partial_levels.hpp"
+#include "../points/row_points.hpp"
+#include "../points/vertex_links.hpp"
+#include "../points/written_positions.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -99,12 +101,15 @@ struct AdaptiveFactoredMesh::State {
         : context(run),
           control(without_corner_angles(mesh)),
           dual(scheme != FactoredScheme::catmull_clark),
-          levels(control, *find_scheme(name(scheme))),
           warnings(FactoredMesh(mesh, scheme).mesh().warnings) {
+        const SchemeInfo& info = *find_scheme(name(scheme));
+        VertexRoots roots;
         if (dual) {
             check_dual();
-            cells = cell_mesh(levels.vertex_roots());
+            roots = vertex_roots(control, info);
+            cells = cell_mesh(roots);
         }
+        points = detail::row_points(control, info, {}, dual ? &roots : nullptr, run, false);
         forest.emplace(dual ? cells : control);
     }
 
@@ -211,7 +216,7 @@ struct AdaptiveFactoredMesh::State {
 
     void set_positions(std::span<const Site> sites, std::vector<Vec3d>& positions) const {
         positions.resize(sites.size());
-        if (!dual) return levels.control_positions(sites, positions);
+        if (!dual) return written_positions(*points, sites, positions);
         std::vector<VertexCell> around;
         std::vector<std::size_t> first{0};
         for (const Site& site : sites) {
@@ -221,13 +226,13 @@ struct AdaptiveFactoredMesh::State {
         std::vector<VertexCell> different = around;
         std::sort(different.begin(), different.end());
         different.erase(std::unique(different.begin(), different.end()), different.end());
-        std::vector<Vec3d> points(different.size());
-        levels.control_positions(different, points);
+        std::vector<Vec3d> found(different.size());
+        written_positions(*points, different, found);
         for (std::size_t p = 0; p < sites.size(); ++p) {
             Vec3d sum(0);
             for (std::size_t i = first[p]; i < first[p + 1]; ++i)
-                sum += points[static_cast<std::size_t>(std::lower_bound(different.begin(), different.end(), around[i]) -
-                                                       different.begin())];
+                sum += found[static_cast<std::size_t>(std::lower_bound(different.begin(), different.end(), around[i]) -
+                                                      different.begin())];
             positions[p] = sum / static_cast<double>(first[p + 1] - first[p]);
         }
     }
@@ -235,7 +240,7 @@ struct AdaptiveFactoredMesh::State {
     RunContext context;
     ControlMesh control, cells;
     bool dual;
-    PartialLevels levels;
+    std::shared_ptr<const LevelSource> points;
     std::vector<std::string> warnings;
     std::optional<BisectionForest> forest;
 };

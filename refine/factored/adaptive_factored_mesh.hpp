@@ -20,9 +20,9 @@ bool half_steps_adapt(FactoredScheme scheme);
 /// A vertex has the point that FactoredMesh gives it after the half-steps of the finest leaf around it. Dual schemes:
 /// its state is the one that it has then, too, and an inactive vertex rests at the mean of the active ones around it.
 ///
-/// By invariant 6 these points are those of whole levels, or means of them, which PartialLevels evaluates: after half-
-/// step 2 l - 1 and 2 l Catmull-Clark's vertices are points of level l; after 2 l and 2 l + 1 a dual scheme's vertices
-/// are means of the points of level l whose cells they touch.
+/// By invariant 6 these points are those of whole levels, or means of them: after half-steps 2 l - 1 and 2 l
+/// Catmull-Clark's vertices are points of level l; after 2 l and 2 l + 1 a dual scheme's vertices are means of the
+/// points of level l whose cells they touch.
 class AdaptiveFactoredMesh {
   public:
     /// Where a triangle is from: its handle for refine(), and how many half-steps it stands at.

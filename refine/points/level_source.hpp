@@ -2,11 +2,8 @@
 
 #include "../../hier/base/vec.hpp"
 #include "../../hier/forest/site.hpp"
-#include "../../hier/mesh/control_mesh.hpp"
-#include "../../schemes/core/scheme_table.hpp"
 #include "../rules/limit_point.hpp"
 
-#include <memory>
 #include <span>
 
 namespace tetrakis {
@@ -35,10 +32,5 @@ class LevelSource {
     /// The unit normals of limits().
     virtual void normals(std::span<const Site> sites, std::span<Vec3d> out) const;
 };
-
-/// Any scheme of the table whose vertices are sites, by its rules on part of each level (PartialLevels). Keeps a
-/// reference to the mesh.
-/// @throws Error  as PartialLevels; unsupported: a dual scheme
-std::unique_ptr<LevelSource> rule_levels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules);
 
 }  // namespace tetrakis

@@ -1,9 +1,11 @@
 #include "vertex_links.hpp"
 
 #include "../../hier/base/error.hpp"
+#include "../rules/rule_refiner.hpp"
 
 #include <algorithm>
 #include <array>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -30,9 +32,8 @@ const char* fault(const RuleMesh& mesh, int v) {
     return sharp > 2 || corner ? nullptr : "is a corner that does not stay one";
 }
 
-}  // namespace
-
-std::vector<CellFrame> vertex_frames(const RuleMesh& level) {
+/// The half-edge of a cell lies at corner 2, and is the first counter-clockwise of its side.
+std::vector<CellFrame> frames_of(const RuleMesh& level) {
     std::vector<CellFrame> frames(level.vertex_count()), others;
     for (int v = 0; v < level.vertex_count(); ++v) {
         frames[v] = {level.first(v), k_first_corner};
@@ -46,8 +47,47 @@ std::vector<CellFrame> vertex_frames(const RuleMesh& level) {
     return frames;
 }
 
-VertexRoots vertex_roots(const ControlMesh& control, const RuleMesh& mesh, std::span<const CellFrame> frames,
-                         std::span<const FaceId> root_face) {
+}  // namespace
+
+FirstCells first_cells(const ControlMesh& control, const RuleStep& first_step) {
+    const RuleMesh& mesh = first_step.mesh;
+    std::vector<CellFrame> cells = frames_of(mesh);
+    FirstCells first;
+    first.face.resize(cells.size());
+    // A corner's child has the corner's face at its far corner; at the end of the surface, and on a crease, the faces
+    // of a point lie above it.
+    for (std::uint32_t h = 0; h < control.halfedge_count(); ++h) {
+        const int child = first_step.child_halfedge[h], v = mesh.origin(child);
+        cells[v] = {child, k_first_corner};
+        first.face[v] = control.face(HalfedgeId(h));
+    }
+    for (const CellFrame& cell : cells) {
+        const std::array<int, 4> at = vertex_corners(mesh, cell);
+        unsigned faces = 0;
+        for (std::size_t c = 0; c < 4; ++c) faces |= at[c] != RuleMesh::none ? 1u << c : 0u;
+        first.frames.push_back({cell, faces});
+    }
+    return first;
+}
+
+}  // namespace tetrakis::detail
+
+namespace tetrakis {
+
+VertexRoots vertex_roots(const ControlMesh& control, const SchemeInfo& scheme, const RuleOptions& rules) {
+    using namespace detail;
+    if (fan_lattice(scheme, rules) != FanLattice::dual)
+        throw Error(ErrorCode::invalid_input, "only dual schemes have vertex quadtrees");
+    if (boundary_recedes(scheme, rules))
+        throw Error(ErrorCode::unsupported, "a boundary that recedes has no vertex quadtrees; replicate it");
+    RuleStep first_step;
+    try {
+        first_step = scheme.step(rule_mesh(control, rules), rules);
+    } catch (const std::invalid_argument& e) {
+        throw Error(ErrorCode::invalid_input, e.what(), control.data().source);
+    }
+    const RuleMesh& mesh = first_step.mesh;
+    const auto [frames, root_face] = first_cells(control, first_step);
     for (int v = 0; v < mesh.vertex_count(); ++v)
         if (const char* what = fault(mesh, v))
             throw Error(ErrorCode::unsupported,
@@ -59,7 +99,7 @@ VertexRoots vertex_roots(const ControlMesh& control, const RuleMesh& mesh, std::
     std::vector<std::array<int, 4>> corners(count);
     std::vector<std::uint32_t> place(mesh.halfedge_count(), 0);  // 4 * root + corner
     for (std::uint32_t r = 0; r < count; ++r) {
-        corners[r] = vertex_corners(mesh, frames[r]);
+        corners[r] = vertex_corners(mesh, frames[r].frame);
         for (std::uint32_t c = 0; c < 4; ++c)
             if (corners[r][c] != RuleMesh::none) place[corners[r][c]] = 4 * r + c;
     }
@@ -106,4 +146,4 @@ VertexRoots vertex_roots(const ControlMesh& control, const RuleMesh& mesh, std::
     return roots;
 }
 
-}  // namespace tetrakis::detail
+}  // namespace tetrakis

@@ -1,14 +1,22 @@
 #pragma once
 
 #include "../../schemes/core/scheme_table.hpp"
-#include "fan_limit.hpp"
+#include "../../schemes/core/sector_fan.hpp"
+#include "../../schemes/core/stencil_table.hpp"
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
 namespace tetrakis::detail {
+
+/// A limit as combinations of a mesh's points; tangents t1 x t2 outwards, a pair for each side of a crease.
+struct LimitRows {
+    StencilRow limit;
+    std::vector<std::array<StencilRow, 2>> tangents;
+};
 
 /// Finds limits of single vertices under a scheme, whatever is around them: by its masks on the mesh itself where the
 /// surroundings of a vertex are those of a mask, else as many steps further down as it takes (of a part of the mesh).

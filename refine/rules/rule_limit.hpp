@@ -3,15 +3,12 @@
 #include "../../hier/base/vec.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 #include "limit_point.hpp"
+#include "limit_search.hpp"
 
-#include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
 namespace tetrakis::detail {
-
-class RegularLimit;
 
 /// Limits of all vertices of a mesh under a scheme, as combinations of its points.
 struct RuleLimits {
@@ -20,8 +17,9 @@ struct RuleLimits {
     /// none where the scheme has no mask for them or the vertex is a corner.
     StencilTable tangent1, tangent2;
     std::vector<int> begin{0};
-    /// Vertices beyond the end of the surface, where boundaries recede: their position is their own point.
-    std::vector<int> beyond;
+    /// Vertices that have none, such as those beyond the end of the surface where boundaries recede: their position is
+    /// their own point.
+    std::vector<int> missing;
 };
 
 /// By the scheme's closed masks, else by the left eigenvectors of its local matrix, on the mesh itself where the
@@ -37,38 +35,24 @@ RuleLimits rule_limits(const RuleMesh& mesh, const SchemeInfo& scheme, const Rul
 class RuleLimitFinder {
   public:
     RuleLimitFinder(const SchemeInfo& scheme, const RuleOptions& options);
-    ~RuleLimitFinder();
-    RuleLimitFinder(RuleLimitFinder&&) noexcept;
+    RuleLimitFinder(const RuleLimitFinder&) = delete;
+    RuleLimitFinder& operator=(const RuleLimitFinder&) = delete;
 
     /// One row, or range of tangents, for each of the vertices in their order. A row does not depend on the others.
-    /// @param may_end  whether vertices may lie beyond the end of the surface (RuleLimits::beyond); else they throw
-    RuleLimits find(const RuleMesh& mesh, std::span<const int> vertices, bool may_end = false);
-
-    /// Positions, tangents and normals of the vertices whose surroundings are regular; the numbers (in `vertices`) of
-    /// the others are returned.
-    /// @param rings  of faces that the mesh has, whole, around each of the vertices; with fewer than regular_rings()
-    /// none
-    ///               is found
-    std::vector<int> regular_points(const RuleMesh& mesh, std::span<const Vec3d> net, std::span<const int> vertices,
-                                    int rings, std::span<LimitPoint> out);
-    /// Of all vertices.
-    void points(const RuleMesh& mesh, std::span<const Vec3d> net, std::span<const int> vertices,
-                std::span<LimitPoint> out);
-    /// The mask of regular vertices; nullptr where the scheme has none.
-    RegularLimit* regular();
-    /// Rings of faces around a regular vertex that show it to be one; nothing where the scheme has no mask for it.
-    std::optional<int> regular_rings();
+    /// @param may_miss  whether vertices may have no limit (RuleLimits::missing); else they throw
+    RuleLimits find(const RuleMesh& mesh, std::span<const int> vertices, bool may_miss = false);
 
   private:
-    struct State;
-    std::unique_ptr<State> state_;
+    const SchemeInfo& scheme_;
+    RuleOptions options_;
+    LimitSearch search_;
 };
 
 /// The normal of a vertex without tangents (FaceNormals).
 Vec3d face_normal_at(const RuleMesh& mesh, std::span<const Vec3d> net, int v);
 
-/// A row of RuleLimits, of the mesh's points.
-Vec3d limit_sum(const StencilTable& table, int row, std::span<const Vec3d> net);
+/// The i-th of the limits' points, which is of vertex `v` of the mesh.
+LimitPoint limit_point(const RuleLimits& limits, int i, const RuleMesh& mesh, std::span<const Vec3d> net, int v);
 /// The unit normal of the i-th of the limits' vertices, which is `v` of the mesh: of its tangents, the mean of the
 /// sides of a crease; where these say nothing, that of face_normal_at().
 Vec3d limit_normal(const RuleLimits& limits, int i, const RuleMesh& mesh, std::span<const Vec3d> net, int v);

@@ -184,7 +184,7 @@ std::uint32_t RuleRefiner::face_count() const {
 }
 const RuleMesh& RuleRefiner::last() const { return state_->levels->last(); }
 
-std::span<const int> RuleRefiner::vertices_beyond() const { return state_->limits.beyond; }
+std::span<const int> RuleRefiner::vertices_beyond() const { return state_->limits.missing; }
 
 std::uint32_t RuleRefiner::control_face(std::uint32_t face) const {
     return static_cast<std::uint32_t>(state_->levels->control_face(static_cast<int>(face)));

@@ -15,15 +15,51 @@ namespace {
 /// The roots around a corner: one face each, which starts there.
 RuleMesh base_of(const CornerKind& kind, std::uint32_t sides) {
     const auto roots = static_cast<int>(kind.roots()), spokes = static_cast<int>(kind.sharp.size());
+    const int n = static_cast<int>(sides);
     RuleMesh::Builder faces;
+    // Of two triangles the far sides lie between the same vertices, and are no twins all the same.
+    std::vector<int> twins(static_cast<std::size_t>(n * roots), RuleMesh::none);
     for (int i = 0; i < roots; ++i) {
         const int from = 1 + i, to = 1 + (i + 1) % spokes;
         if (sides == 4)
             faces.face({0, from, 1 + spokes + i, to});
         else
             faces.face({0, from, to});
+        if (!kind.closed && i + 1 == roots) continue;
+        const int last = n * i + n - 1, next = n * ((i + 1) % roots);
+        twins[static_cast<std::size_t>(last)] = next;
+        twins[static_cast<std::size_t>(next)] = last;
     }
+    faces.set_twins(std::move(twins));
     return RuleMesh(1 + spokes + (sides == 4 ? roots : 0), std::move(faces));
+}
+
+/// Twins of the half-edges of faces in two roots: an edge of each may lie between the same vertices.
+std::vector<int> twins_of_two_roots(const RootLattices::Faces& faces) {
+    struct Edge {
+        std::uint32_t root, from, to;
+        auto operator<=>(const Edge&) const = default;
+    };
+    std::vector<int> twins(faces.vertices.size(), RuleMesh::none);
+    std::map<Edge, int> open;
+    const auto pair_with = [&](const Edge& other, int h) {
+        const auto at = open.find(other);
+        if (at == open.end()) return false;
+        twins[static_cast<std::size_t>(h)] = at->second;
+        twins[static_cast<std::size_t>(at->second)] = h;
+        open.erase(at);
+        return true;
+    };
+    for (std::size_t f = 0; f + 1 < faces.offsets.size(); ++f)
+        for (std::uint32_t c = faces.offsets[f]; c < faces.offsets[f + 1]; ++c) {
+            const std::uint32_t a = faces.vertices[c], root = faces.control[f],
+                                b = faces.vertices[c + 1 == faces.offsets[f + 1] ? faces.offsets[f] : c + 1];
+            if (!pair_with({root, b, a}, static_cast<int>(c))) open[{root, a, b}] = static_cast<int>(c);
+        }
+    const std::map<Edge, int> sides = open;
+    for (const auto& [edge, h] : sides)
+        if (edge.root == 0 && pair_with({1, edge.to, edge.from}, h)) open.erase(edge);
+    return twins;
 }
 
 }  // namespace
@@ -140,6 +176,7 @@ void CornerTemplate::make_lattice() {
         builder.end_face();
     }
     builder.set_corner_angles(std::move(angles));
+    if (kind_.closed && kind_.roots() == 2) builder.set_twins(twins_of_two_roots(faces));
     std::vector<float> vertex_sharpness;
     if (is_sharp(kind_.corner)) {
         vertex_sharpness.assign(at.vertex_count(), 0.0f);

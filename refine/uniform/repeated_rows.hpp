@@ -62,6 +62,7 @@ class RepeatedRows {
     /// From this level on limits and normals have rows of its points; empty: they never have.
     std::optional<int> limit_level() const;
     const RowPatterns& limit() const { return *limit_; }
+    bool has_limit() const { return limit_.has_value(); }
     bool has_normals() const { return normals_.has_value(); }
     const RowPatterns& normals() const { return *normals_; }
     RootLayout last_layout() const { return net_.layout(segments_.back()); }

@@ -34,7 +34,7 @@ struct Bounded {
         const VertexForest& forest = dual.forest();
         mesh = detail::dual_triangles(forest);
         positions.resize(mesh.vertex_count());
-        dual.points().positions(mesh.faces.cells, positions);
+        dual.points().limit_positions(cell_sites(mesh.faces.cells), positions);
         detail::DualBound bounder(dual.points(), scheme, forest.roots(), box);
         bound = bounder.errors(forest, mesh, positions, {0, true}, say_nothing);
         samples.resize(mesh.vertex_count());
@@ -57,7 +57,7 @@ struct Bounded {
                                  {(cell.at.x << k_deep) + x, (cell.at.y << k_deep) + y},
                                  static_cast<std::uint8_t>(cell.level + k_deep)});
         std::vector<Vec3d> points(cells.size());
-        dual.points().positions(cells, points);
+        dual.points().limit_positions(cell_sites(cells), points);
         const std::array<std::size_t, 4> corner = {0, k_side - 1, k_points - k_side, k_points - 1};
         for (std::size_t c = 0; c < corner.size(); ++c)
             gap = std::max(gap, glm::length(points[k_points + c] - points[corner[c]]));
@@ -226,7 +226,7 @@ TEST_CASE("control points of regular cells give the limit points of quadratic du
                 below.clear();
                 detail::add_cells_below(leaf, k_bits, below);
                 std::vector<Vec3d> limits(below.size());
-                dual.points().positions(below, limits);
+                dual.points().limit_positions(cell_sites(below), limits);
                 for (std::size_t i = 0; i < below.size(); ++i) {
                     const Vec2d at(below[i].at.x - (leaf.at.x << k_bits), below[i].at.y - (leaf.at.y << k_bits));
                     const Vec2d p = (at + cells.vertex(below[i])) / double(1 << k_bits);

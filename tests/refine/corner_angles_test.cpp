@@ -10,7 +10,6 @@
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "../../refine/attributes/uv_mesh.hpp"
 #include "../../refine/factored/factored_mesh.hpp"
-#include "../../refine/points/partial_levels.hpp"
 #include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>

@@ -1,4 +1,5 @@
 #include "../kit/dual_mesh.hpp"
+#include "../kit/point_match.hpp"
 #include "../kit/random_mesh.hpp"
 
 #include "../../hier/base/error.hpp"
@@ -12,8 +13,8 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
-#include <tuple>
 #include <vector>
 
 using namespace tetrakis;
@@ -47,18 +48,23 @@ ControlMesh plain_mesh(std::uint64_t seed) {
     return test::random_dual_mesh(seed, options);
 }
 
-/// Faces by their points, from the least one on, with the UVs of their corners.
-using Cycle = std::vector<std::tuple<double, double, double>>;
-std::multimap<Cycle, std::vector<Vec2d>> faces_of(const PolygonMesh& mesh) {
+/// Faces by the nearest of some points, from the least one on, with the UVs of their corners; those elsewhere left out.
+using Cycle = std::vector<std::uint32_t>;
+std::multimap<Cycle, std::vector<Vec2d>> faces_of(const PolygonMesh& mesh, std::span<const Vec3d> points) {
+    const PointMatch match(points);
+    const auto is_there = [&](std::uint32_t v) {
+        return glm::length(points[match.nearest(mesh.positions[v])] - mesh.positions[v]) < 1e-10;
+    };
     std::multimap<Cycle, std::vector<Vec2d>> result;
     for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
         Cycle cycle;
         std::vector<Vec2d> uvs;
         for (std::uint32_t c = mesh.face_offsets[f]; c < mesh.face_offsets[f + 1]; ++c) {
-            const Vec3d& p = mesh.positions[mesh.face_vertices[c]];
-            cycle.emplace_back(p.x, p.y, p.z);
+            if (!is_there(mesh.face_vertices[c])) break;
+            cycle.push_back(match.nearest(mesh.positions[mesh.face_vertices[c]]));
             uvs.push_back(mesh.uvs[mesh.face_uvs[c]]);
         }
+        if (cycle.size() < mesh.face_offsets[f + 1] - mesh.face_offsets[f]) continue;
         const auto first = std::min_element(cycle.begin(), cycle.end()) - cycle.begin();
         std::rotate(cycle.begin(), cycle.begin() + first, cycle.end());
         std::rotate(uvs.begin(), uvs.begin() + first, uvs.end());
@@ -78,9 +84,9 @@ double apart(const std::vector<Vec2d>& a, const std::vector<Vec2d>& b) {
 /// beside
 ///                 it half may lie on either side, and then there is no rule which it takes
 int compare_faces(const PolygonMesh& got, const PolygonMesh& uniform, bool creased) {
-    const auto expected = faces_of(uniform);
+    const auto expected = faces_of(uniform, uniform.positions);
     int found = 0, off = 0;
-    for (const auto& [cycle, uvs] : faces_of(got)) {
+    for (const auto& [cycle, uvs] : faces_of(got, uniform.positions)) {
         auto [at, end] = expected.equal_range(cycle);
         if (at == end) continue;
         ++found;

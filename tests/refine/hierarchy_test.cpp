@@ -27,6 +27,7 @@
 // Hierarchies of all four families by the same tests. Random histories are in tests/contract/hierarchy_test.cpp.
 
 using namespace tetrakis;
+using test::contains;
 using test::error_of;
 using test::everything;
 using test::Random;
@@ -177,7 +178,7 @@ TEST_CASE("a dual scheme's vertex is one of its own level only, with rows and wi
     }
 }
 
-TEST_CASE("long Chaikin creases: limits of single sites are found without whole levels") {
+TEST_CASE("long Chaikin creases: sites of first levels have limits, and too deep ones are refused with advice") {
     ControlMeshData data = test::random_mesh(2, test::random_options(2)).data();
     data.crease_method = CreaseMethod::chaikin;
     REQUIRE(!data.creases.empty());
@@ -189,6 +190,30 @@ TEST_CASE("long Chaikin creases: limits of single sites are found without whole 
     h.limit_positions({&site, 1}, {&limit, 1});
     CHECK(glm::length(limit - QuadPatches(mesh).limit(site.root, site.at, site.level)) <
           1e-12 * mesh.bounding_box().diagonal());
+    const Site deep{HalfedgeId(0), {1, 1}, 20};
+    const Error error = error_of([&] { h.position(deep, 21); });
+    CHECK(error.code() == ErrorCode::unsupported);
+    CHECK(contains(error.what(), "Chaikin's"));
+}
+
+TEST_CASE("points of any depth around vertices of two triangles") {
+    ControlMeshData data;
+    data.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0.3}};
+    data.face_offsets = {0, 3, 6};
+    data.face_vertices = {0, 1, 2, 0, 2, 1};
+    const ControlMesh mesh = ControlMesh::build(data);
+    const Hierarchy h = make_hierarchy(mesh, "loop");
+    const Site site{HalfedgeId(0), {1, 0}, 1};
+    CHECK(glm::length(h.position(site, 25) - h.limit(site).position) < 1e-6);
+}
+
+TEST_CASE("[bad-input] a hierarchy's memory limit holds for the levels that its points need") {
+    HierarchyOptions options;
+    options.context.max_memory_bytes = std::uint64_t{1} << 16;
+    const ControlMesh mesh = test::random_mesh(1, test::random_options(1));
+    const Hierarchy h = make_hierarchy(mesh, "kobbelt", options);
+    const Site site{HalfedgeId(0), {1, 1}, 3};
+    CHECK(error_of([&] { h.limit(site); }).code() == ErrorCode::memory_limit);
 }
 
 TEST_CASE("sqrt3: a crease that ends between two triangles has no limit there, and it says where") {

@@ -7,7 +7,7 @@
 #include "../../refine/adaptive/adaptive_sqrt3.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "../../refine/factored/factored_mesh.hpp"
-#include "../../refine/points/vertex_levels.hpp"
+#include "../../hier/trees/vertex_roots.hpp"
 
 #include <algorithm>
 #include <array>

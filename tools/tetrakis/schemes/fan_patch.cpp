@@ -217,14 +217,14 @@ BasisSurface basis_surface(const FanPatch& patch, const SchemeInfo& scheme, cons
     std::vector<Vec3d> net;
     for (std::size_t v = 0; v < patch.plane.size(); ++v)
         net.push_back({patch.plane[v].x, height * patch.height[v], -patch.plane[v].y});
-    std::vector<LimitPoint> points(near.size());
-    tetrakis::detail::RuleLimitFinder(scheme, rules).points(patch.mesh, net, near, points);
+    const auto limits = tetrakis::detail::RuleLimitFinder(scheme, rules).find(patch.mesh, near);
     std::vector<std::int64_t> number(net.size(), -1);
     for (std::size_t i = 0; i < near.size(); ++i) {
+        const LimitPoint point = tetrakis::detail::limit_point(limits, static_cast<int>(i), patch.mesh, net, near[i]);
         number[near[i]] = static_cast<std::int64_t>(i);
-        surface.peak = std::max(surface.peak, points[i].position.y / height);
-        surface.mesh.positions.push_back(points[i].position);
-        surface.mesh.normals.push_back(points[i].normal);
+        surface.peak = std::max(surface.peak, point.position.y / height);
+        surface.mesh.positions.push_back(point.position);
+        surface.mesh.normals.push_back(point.normal);
     }
     for (int f = 0; f < patch.mesh.face_count(); ++f) {
         const auto corners = patch.mesh.corners(f);

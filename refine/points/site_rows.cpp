@@ -1,0 +1,370 @@
+#include "site_rows.hpp"
+
+#include "../../hier/base/error.hpp"
+#include "../../hier/base/memory.hpp"
+#include "../../hier/base/parallel.hpp"
+#include "../../schemes/rules/linear.hpp"
+#include "../rules/limit_search.hpp"
+#include "level_vertices.hpp"
+
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+#include <optional>
+#include <utility>
+
+namespace tetrakis::detail {
+
+namespace {
+
+/// The rules make so many vertices in a minute, and take so many bytes for each; nothing can be cancelled meanwhile.
+constexpr std::uint64_t k_most_by_rules = std::uint64_t{1} << 24;
+constexpr std::uint64_t k_point_bytes = 300;
+/// So many points are made by rows, with all of their level, in the time in which one is found by itself.
+constexpr std::uint64_t k_points_whole = 8;
+/// Of such levels; 100 MB.
+constexpr std::uint64_t k_most_whole = 1u << 22;
+/// Share of the memory limit that the first level may take.
+constexpr std::uint64_t k_memory_share = 4;
+/// Steps in which all semi-sharp tags have to be gone.
+constexpr int k_settling_levels = 16;
+/// A cell's middle is looked for at most so many levels further down.
+constexpr int k_deepest_middle = 4;
+/// Sites evaluated together: enough to share ancestors, few enough for their levels to stay in the cache.
+constexpr std::uint32_t k_sites_at_once = 2048;
+/// Rows of a normal.
+constexpr std::uint32_t k_normal_rows = 4;
+
+/// For each root of vertex quadtrees, the half-edge of the net's base that its side 0 lies along; none where a root of
+/// the net is not found.
+std::vector<std::uint32_t> root_halfedges(const VertexRoots& roots, const RepeatedRows& rows) {
+    const MeshLevel& base = rows.net().base();
+    std::vector<std::uint32_t> first(roots.count(), MeshLevel::none), found;
+    for (const std::uint32_t h : rows.corner_halfedges()) {
+        first[found.size()] = h;
+        found.push_back(static_cast<std::uint32_t>(found.size()));
+    }
+    // From the corners of faces outwards over the boundary.
+    while (!found.empty()) {
+        const std::uint32_t r = found.back();
+        found.pop_back();
+        for (std::uint32_t s = 0; s < 4; ++s) {
+            const std::uint32_t link = roots.link[4 * std::size_t{r} + s];
+            if (link == VertexRoots::outside || (roots.crease[r] >> s & 1) != 0) continue;
+            const std::uint32_t beyond = link / 4;
+            const std::uint32_t twin = base.twin[first[r] / 4 * 4 + (first[r] + s) % 4];
+            if (first[beyond] != MeshLevel::none || twin == MeshLevel::none) continue;
+            first[beyond] = twin / 4 * 4 + (twin + 4 - link % 4) % 4;
+            found.push_back(beyond);
+        }
+    }
+    return first;
+}
+
+/// The points of a sum, of a block of sites.
+struct Terms {
+    std::vector<std::uint32_t> source;
+    std::vector<double> weight;
+    std::vector<std::uint32_t> row;
+
+    void clear() {
+        source.clear();
+        weight.clear();
+        row.clear();
+    }
+};
+
+/// A point of a mask, by its place relative to a vertex.
+struct LatticeTerm {
+    int x = 0, y = 0;
+    double weight = 0;
+};
+
+}  // namespace
+
+struct SiteRows::Workspace {
+    std::array<LevelVertices, k_max_level + 2> levels;  ///< from the first level of the rows on
+    Terms terms;
+    Sums sums;
+};
+
+struct SiteRows::Rows {
+    std::unique_ptr<const RepeatedRows> all;
+    std::vector<std::uint32_t> root_halfedge;  ///< by root of sites, as RepeatedRows::corner_halfedges()
+    int limit_level = 0;                       ///< RepeatedRows::limit_level()
+    /// Points of the levels from the first on that are whole; rows go up to the last of these.
+    std::array<std::vector<Vec3d>, k_max_level + 2> whole;
+    std::atomic<std::size_t> whole_count = 0;
+    std::array<std::uint64_t, k_max_level + 2> asked{};  ///< sites so far, by levels from the first on
+    /// In cells too large for rows of their own the limit at the middle of a cell, where four finer ones meet, is a sum
+    /// of their points: x, y = 0 stand right above.
+    std::vector<LatticeTerm> middle, tangents[2];
+    int middle_depth = 0;  ///< levels down to those; 0: there are none
+
+    /// So far down that beyond the points it takes as many again are left to the ends of the cell, where rows may be
+    /// others.
+    int find_middle_depth() const {
+        for (int finer = 2; finer <= k_deepest_middle; ++finer) {
+            const int reach = 1 << (finer - 1);
+            const auto inside = [&](int i) { return -reach <= 2 * i && 2 * (i + 1) <= reach; };
+            bool inner = !middle.empty();
+            for (const auto* terms : {&middle, &tangents[0], &tangents[1]})
+                for (const LatticeTerm& term : *terms) inner = inner && inside(term.x) && inside(term.y);
+            if (inner) return finer;
+        }
+        return 0;
+    }
+
+    int first_level() const { return all->first_level(); }
+    const RootLattices& net() const { return all->net(); }
+    RootLayout layout(std::size_t from_first) const {
+        return net().layout(all->segments(first_level() + static_cast<int>(from_first)));
+    }
+};
+
+/// Where a site is in the lattices, at the level that its result has rows of.
+struct SiteRows::Address {
+    int level = -1;  ///< of the scheme; -1: it has none
+    std::uint32_t halfedge = 0, x = 0, y = 0;
+    std::uint32_t half_cell = 0;  ///< not 0: the middle of the cell is asked for
+};
+
+SiteRows::SiteRows(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
+                   const VertexRoots& roots, const RunContext& context, bool whole_levels)
+    : mesh_(mesh),
+      scheme_(scheme),
+      rules_(rules),
+      roots_(roots),
+      triangles_(scheme.family == MeshFamily::triangles),
+      whole_levels_(whole_levels),
+      max_memory_bytes_(context.max_memory_bytes),
+      most_by_rules_(k_most_by_rules),
+      most_whole_(k_most_whole) {
+    if (max_memory_bytes_ == 0) return;
+    most_by_rules_ = std::min(most_by_rules_, max_memory_bytes_ / k_memory_share / k_point_bytes);
+    most_whole_ = std::min(most_whole_, max_memory_bytes_ / k_memory_share / sizeof(Vec3d));
+}
+
+/// Null where rows do not repeat, or the first level is too large.
+const SiteRows::Rows* SiteRows::rows_for(std::span<const Site> sites, Wanted wanted, int level) const {
+    const std::lock_guard lock(mutex_);
+    // Tasks of callers that wait for the lock must not be taken up by this thread.
+    oneapi::tbb::this_task_arena::isolate([&] {
+        if (!std::exchange(tried_, true)) rows_ = make();
+        if (rows_ && whole_levels_) make_whole_levels(*rows_, sites, wanted, level);
+    });
+    return rows_.get();
+}
+
+std::shared_ptr<SiteRows::Rows> SiteRows::make() const {
+    auto rows = std::make_shared<Rows>();
+    // Without tangents, or without limits, where one vertex has none.
+    const bool smooth = !is_linear(scheme_);
+    for (const auto& [limit, normals] : {std::pair(true, smooth), std::pair(true, false), std::pair(false, false)})
+        if (!rows->all) rows->all = repeated_rows(limit, normals);
+    if (!rows->all) return nullptr;
+    if (rows->all->has_limit()) {
+        rows->limit_level = *rows->all->limit_level();
+        if (dual()) set_middle(*rows);
+    }
+    const auto corners = rows->all->corner_halfedges();
+    if (dual())
+        rows->root_halfedge = root_halfedges(roots_, *rows->all);
+    else
+        rows->root_halfedge.assign(corners.begin(), corners.end());
+    resize_large(rows->whole[0], rows->net().place_count(rows->layout(0)));
+    rows->all->first_points(mesh_.positions(), rows->whole[0].data());
+    rows->whole_count = 1;
+    return rows;
+}
+
+std::unique_ptr<const RepeatedRows> SiteRows::repeated_rows(bool limit, bool normals) const {
+    RepeatedRows::Demand demand;
+    demand.limit = limit;
+    demand.normals = normals;
+    demand.even_if_slower = demand.any_level = true;
+    demand.most_points = static_cast<double>(most_by_rules_);
+    RunContext limits;
+    limits.max_memory_bytes = max_memory_bytes_;
+    try {
+        auto levels = std::make_unique<RuleLevels>(mesh_, scheme_, rules_, 0);
+        std::unique_ptr<const RepeatedRows> rows =
+            RepeatedRows::make(mesh_, scheme_, k_settling_levels, rules_, levels, demand, limits);
+        if (!rows || rows->corner_halfedges().empty() || (limit && !rows->limit_level())) return nullptr;
+        return rows;
+    } catch (const Error&) {  // whole levels say what is wrong
+        return nullptr;
+    }
+}
+
+/// Those for which enough sites at them and further down have been asked for.
+void SiteRows::make_whole_levels(Rows& rows, std::span<const Site> sites, Wanted wanted, int level) const {
+    for (const Site& site : sites)
+        if (const Address at = address(rows, site, wanted, level); at.level >= rows.first_level())
+            ++rows.asked[static_cast<std::size_t>(at.level - rows.first_level())];
+    for (std::size_t next = rows.whole_count; next < rows.whole.size(); ++next) {
+        std::uint64_t deeper = 0;
+        for (std::size_t l = next; l < rows.asked.size(); ++l) deeper += rows.asked[l];
+        const std::uint64_t points = 4 * rows.whole[next - 1].size();
+        if (points > std::min(k_points_whole * deeper, most_whole_)) return;
+        const RootLayout above = rows.layout(next - 1), layout = rows.layout(next);
+        resize_large(rows.whole[next], rows.net().place_count(layout));
+        rows.all->step_to(rows.first_level() + static_cast<int>(next))
+            .apply(above, layout, rows.whole[next - 1].data(), rows.whole[next].data(), {{}, 0, 1});
+        rows.whole_count = next + 1;
+    }
+}
+
+/// The scheme's limit where four regular cells meet.
+void SiteRows::set_middle(Rows& rows) const {
+    const int rings = rule_limit_rings(scheme_, rules_), side = 2 * rings + 4;
+    RuleMesh::Builder faces;
+    for (int y = 0; y + 1 < side; ++y)
+        for (int v = y * side; v + 1 < (y + 1) * side; ++v) faces.face({v, v + 1, v + side + 1, v + side});
+    const RuleMesh mesh(side * side, std::move(faces));
+    const int face = (rings + 1) * (side - 1) + rings + 1;
+    const std::optional<LimitRows> found = LimitSearch(scheme_, rules_).at_face(mesh, mesh.face_begin(face));
+    if (!found || found->tangents.size() != 1) return;
+    // The face's third corner is right above its middle.
+    const auto take = [&](const StencilRow& row, std::vector<LatticeTerm>& terms) {
+        for (const auto& [v, weight] : row.terms) terms.push_back({v % side - rings - 2, v / side - rings - 2, weight});
+    };
+    take(found->limit, rows.middle);
+    take(found->tangents[0][0], rows.tangents[0]);
+    take(found->tangents[0][1], rows.tangents[1]);
+    rows.middle_depth = rows.find_middle_depth();
+}
+
+SiteRows::Address SiteRows::address(const Rows& rows, const Site& any, Wanted wanted, int level) const {
+    const Site site = own_site(any);
+    Address at;
+    at.halfedge = rows.root_halfedge[site.root.value];
+    if (at.halfedge == MeshLevel::none) return {};
+    const int own = site.level + offset();
+    if (level == k_own_level) level = own;
+    if (wanted == Wanted::limits || wanted == Wanted::normals) {
+        if (wanted == Wanted::limits ? !rows.all->has_limit() : !rows.all->has_normals()) return {};
+        level = std::max(level, rows.limit_level);
+        if (dual() && level > own) {
+            // Roots that are no faces' corners reach beyond the surface's end or a crease.
+            if (site.root.value >= mesh_.halfedge_count() || rows.middle_depth == 0) return {};
+            level = std::max(own + rows.middle_depth, rows.first_level());
+            at.half_cell = 1u << (level - own - 1);
+        }
+    }
+    if (level < rows.first_level() || site.level + level - own > k_max_level) return {};
+    at.level = level;
+    at.x = site.at.x << (level - own);
+    at.y = site.at.y << (level - own);
+    return at;
+}
+
+std::vector<std::size_t> SiteRows::evaluate(std::span<const Site> sites, Wanted wanted, int level,
+                                            const std::function<void(std::size_t, const Sums&)>& finish) const {
+    const Rows* const rows = rows_for(sites, wanted, level);
+    std::vector<std::uint8_t> missing(sites.size(), 1);
+    if (rows != nullptr)
+        for_each_block(static_cast<std::uint32_t>(sites.size()), k_sites_at_once,
+                       [&](std::uint32_t begin, std::uint32_t end) {
+                           evaluate_block(*rows, sites.subspan(begin, end - begin), begin, wanted, level,
+                                          std::span(missing).subspan(begin, end - begin), finish);
+                       });
+    std::vector<std::size_t> others;
+    for (std::size_t i = 0; i < sites.size(); ++i)
+        if (missing[i] != 0) others.push_back(i);
+    return others;
+}
+
+/// @param first  number of the first of the sites
+void SiteRows::evaluate_block(const Rows& rows, std::span<const Site> sites, std::size_t first, Wanted wanted,
+                              int level, std::span<std::uint8_t> missing,
+                              const std::function<void(std::size_t, const Sums&)>& finish) const {
+    std::shared_ptr<Workspace>& own = workspaces_.local();
+    if (!own) own = std::make_shared<Workspace>();
+    Workspace& work = *own;
+    for (LevelVertices& vertices : work.levels) vertices.clear();
+    work.terms.clear();
+    const std::size_t base = rows.whole_count - 1;
+    std::vector<std::size_t> begin, level_of;
+    std::size_t deepest = base;
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+        begin.push_back(work.terms.source.size());
+        level_of.push_back(base);
+        const Address at = address(rows, sites[i], wanted, level);
+        missing[i] = at.level < 0 ? 1 : 0;
+        if (missing[i] != 0) continue;
+        level_of[i] = static_cast<std::size_t>(at.level - rows.first_level());
+        add(rows, at, wanted, base, work);
+        deepest = std::max(deepest, level_of[i]);
+    }
+    begin.push_back(work.terms.source.size());
+    const RootLayout base_layout = rows.layout(base);
+    evaluate_levels(
+        std::span(work.levels).subspan(base), static_cast<int>(deepest - base),
+        [&](const RootPlace& at, int l, const auto& add_term) {
+            const int to = rows.first_level() + static_cast<int>(base) + l;
+            rows.all->step_to(to).read(
+                rows.all->segments(to - 1), at,
+                [&](std::uint32_t, const RootPlace& from, double weight) { add_term(from, weight); });
+        },
+        [&](const RootPlace& at) {
+            return rows.net().number_at(base_layout, at.root, {at.x, at.y});
+        },
+        rows.whole[base]);
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+        if (missing[i] != 0) continue;
+        const std::vector<Vec3d>& value =
+            level_of[i] <= base ? rows.whole[level_of[i]] : work.levels[level_of[i]].value;
+        Sums& sums = work.sums;
+        sums.value.assign(k_normal_rows, Vec3d(0));
+        sums.last_row = 0;
+        for (std::size_t k = begin[i]; k < begin[i + 1]; ++k) {
+            sums.last_row = work.terms.row[k];
+            if (sums.last_row >= sums.value.size()) sums.value.resize(sums.last_row + 1, Vec3d(0));
+            sums.value[sums.last_row] += work.terms.weight[k] * value[work.terms.source[k]];
+        }
+        if (wanted == Wanted::rings) sums.value.resize(sums.last_row + 1);
+        finish(first + i, sums);
+    }
+}
+
+/// The terms of a site's sums.
+/// @param base  the last whole level
+void SiteRows::add(const Rows& rows, const Address& address, Wanted wanted, std::size_t base, Workspace& work) {
+    const RootLattices& net = rows.net();
+    const std::uint32_t segments = rows.all->segments(address.level), h = address.halfedge;
+    const auto level = static_cast<std::size_t>(address.level - rows.first_level());
+    const RootLayout layout = rows.layout(level);
+    const auto take = [&](std::uint32_t row, const RootPlace& p, double weight) {
+        work.terms.source.push_back(level <= base ? net.number_at(layout, p.root, {p.x, p.y})
+                                                  : work.levels[level].insert(p));
+        work.terms.weight.push_back(weight);
+        work.terms.row.push_back(row);
+    };
+    if (address.half_cell != 0) {
+        const auto sum = [&](std::uint32_t row, const std::vector<LatticeTerm>& terms) {
+            const std::uint32_t x = address.x + address.half_cell, y = address.y + address.half_cell;
+            for (const LatticeTerm& term : terms)
+                take(row,
+                     net.place_seen(segments, h, x + static_cast<std::uint32_t>(term.x),
+                                    y + static_cast<std::uint32_t>(term.y)),
+                     term.weight);
+        };
+        sum(0, wanted == Wanted::limits ? rows.middle : rows.tangents[0]);
+        if (wanted == Wanted::normals) sum(1, rows.tangents[1]);
+        return;
+    }
+    const RootPlace at = net.own_place(segments, net.place_seen(segments, h, address.x, address.y));
+    if (wanted == Wanted::positions || wanted == Wanted::rings) {
+        take(0, at, 1);
+        if (wanted == Wanted::positions) return;
+        RootLattices::Around around = net.around(segments, at);
+        if (around.closed) around.places.push_back(around.places.front());
+        for (std::uint32_t k = 0; k < around.places.size(); ++k) take(k + 1, around.places[k], 1);
+    } else {
+        (wanted == Wanted::limits ? rows.all->limit() : rows.all->normals()).read(segments, at, take);
+    }
+}
+
+}  // namespace tetrakis::detail

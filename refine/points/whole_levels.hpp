@@ -1,0 +1,62 @@
+#pragma once
+
+#include "../../hier/base/run_context.hpp"
+#include "../../hier/base/vec.hpp"
+#include "../../hier/forest/site.hpp"
+#include "../../hier/mesh/control_mesh.hpp"
+#include "../../schemes/core/scheme_table.hpp"
+#include "../rules/limit_point.hpp"
+#include "../rules/parallel_blocks.hpp"
+#include "../rules/rule_limit.hpp"
+#include "vertex_links.hpp"
+
+#include <array>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <vector>
+
+namespace tetrakis::detail {
+
+/// The levels of a mesh, made whole by the rules of its scheme, one after the other as they are asked for: the general
+/// way to the points of a site, for any scheme whose vertices are sites of corner cells or triangles, or cells of
+/// vertex quadtrees (written as sites). A level takes four times the time and the memory of the one above.
+///
+/// Keeps references to the mesh and the scheme. All calls are safe from several threads.
+class WholeLevels {
+  public:
+    /// @param context  its memory limit
+    /// @throws Error  invalid_input: a mesh that the scheme cannot take
+    WholeLevels(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, const RunContext& context);
+
+    struct Level {
+        RuleStep step;  ///< from the level above, its mesh is this level's; without its stencils
+        std::vector<Vec3d> points;
+        std::vector<LimitPoint> limits;  ///< of those vertices whose limits have been asked for
+        std::vector<char> has_limit;
+    };
+    /// @throws Error  invalid_input: the scheme cannot take the mesh; unsupported: the level is too large; memory_limit
+    const Level& level(int level);
+    /// Fills Level::limits of these vertices. A limit depends on its vertex alone.
+    /// @throws Error  unsupported: the scheme has no limit mask for one of them
+    void find_limits(int level, std::span<const int> vertices);
+    /// The vertex of a level at a site that it has.
+    int vertex(const Site& site, int level) const;
+
+  private:
+    void check_size(int level) const;
+    const Level& make(int level);
+
+    const ControlMesh& mesh_;
+    const SchemeInfo& scheme_;
+    RuleOptions rules_;
+    FanLattice lattice_;
+    std::uint64_t max_memory_bytes_;
+    ParallelBlocks runner_;
+    FirstCells cells_;  ///< of dual schemes, once there is level 1
+    std::mutex mutex_;
+    RuleLimitFinder finder_;
+    std::array<std::unique_ptr<Level>, k_max_level + 2> levels_;
+};
+
+}  // namespace tetrakis::detail
