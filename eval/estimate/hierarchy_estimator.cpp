@@ -130,13 +130,13 @@ void HierarchyEstimator::estimate(std::span<const CellTriangle> triangles, std::
         });
 }
 
-void HierarchyEstimator::estimate_sqrt3(std::span<const Sqrt3Leaf> triangles, std::span<double> errors) const {
-    const int deepest = Sqrt3Lattice::max_level(hierarchy_.mesh()) - detail::Sqrt3LeafErrors::k_steps_beyond;
+void HierarchyEstimator::estimate_sqrt3(std::span<const Sqrt3Triangle> triangles, std::span<double> errors) const {
+    const int deepest = Sqrt3Lattice::max_level(hierarchy_.mesh()) - detail::k_sqrt3_error_steps;
     estimate_reached(
-        triangles, errors, [&](const Sqrt3Leaf& leaf) { return leaf.level <= deepest; },
-        [&](std::span<const Sqrt3Leaf> reached, std::span<double> seen) {
-            const std::vector<double> found =
-                detail::Sqrt3LeafErrors(Sqrt3Lattice(hierarchy_.mesh())).errors(reached, decide_at(), [](double) {});
+        triangles, errors, [&](const Sqrt3Triangle& leaf) { return leaf.level <= deepest; },
+        [&](std::span<const Sqrt3Triangle> reached, std::span<double> seen) {
+            const std::vector<double> found = detail::sqrt3_leaf_errors(hierarchy_, Sqrt3Lattice(hierarchy_.mesh()),
+                                                                        reached, decide_at(), [](double) {});
             std::copy(found.begin(), found.end(), seen.begin());
         });
 }

@@ -1,11 +1,11 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/trees/sqrt3_forest.hpp"
-#include "../../refine/adaptive/adaptive_sqrt3.hpp"
+#include "../../refine/adaptive/hierarchy.hpp"
 #include "../../refine/adaptive/triangle_memory.hpp"
 #include "../../refine/attributes/uv_mesh.hpp"
-#include "../../refine/points/sqrt3_points.hpp"
 #include "../estimate/sqrt3_leaf_error.hpp"
 #include "../surface/local_frame.hpp"
+#include "../surface/site_limits.hpp"
 #include "measure.hpp"
 #include "tessellate_run.hpp"
 
@@ -21,46 +21,7 @@ namespace tetrakis::detail {
 
 namespace {
 
-constexpr std::uint32_t k_uv_block = 1024;       // leaves side by side that share what they find
-constexpr std::uint32_t k_uv_leaves = 1u << 16;  // between two chances to cancel
-
 bool is_linear(const ControlMesh& mesh) { return mesh.face_varying_rule() == FaceVaryingRule::linear_all; }
-
-/// Values of vertices of the charts, in blocks of leaves side by side.
-class ChartValues {
-  public:
-    ChartValues(const Sqrt3Lattice& lattice, bool linear) : points_(lattice), linear_(linear) {}
-
-    Vec2d at(int level, std::uint64_t leaving) {
-        const Sqrt3Vertex v = points_.lattice().origin(level, leaving);
-        if (linear_) return linear(v);
-        const auto [known, fresh] = known_.try_emplace(v);
-        if (fresh) known->second = Vec2d(points_.limit(level, leaving).position);
-        return known->second;
-    }
-
-  private:
-    // All edges of the control mesh are kept: a face's triangles of every second level are a regular lattice in it.
-    Vec2d linear(const Sqrt3Vertex& v) {
-        Sqrt3Lattice& lattice = points_.lattice();
-        if (v.kind == Sqrt3Vertex::Kind::control)
-            return Vec2d(lattice.mesh().position(VertexId(static_cast<std::uint32_t>(v.key))));
-        if (const auto known = known_.find(v); known != known_.end()) return known->second;
-        const auto corner = [&](std::uint64_t h) { return linear(lattice.origin(v.birth - 1, h)); };
-        Vec2d value(0);
-        if (v.kind == Sqrt3Vertex::Kind::centre) {
-            value = (corner(3 * v.key) + corner(3 * v.key + 1) + corner(3 * v.key + 2)) / 3.0;
-        } else {
-            const Vec2d a = corner(v.key), b = corner(Sqrt3Lattice::next(v.key));
-            value = (v.kind == Sqrt3Vertex::Kind::first ? 2.0 * a + b : a + 2.0 * b) / 3.0;
-        }
-        return known_.emplace(v, value).first->second;
-    }
-
-    Sqrt3Points points_;
-    bool linear_;
-    std::unordered_map<Sqrt3Vertex, Vec2d> known_;
-};
 
 /// Which edges a sqrt(3) forest has to keep for leaves that lie on one side of all seams: those of the UV layer (where
 /// UVs are linear, of faces), of materials and of groups.
@@ -79,26 +40,34 @@ std::function<bool(EdgeId)> sqrt3_seams(const ControlMesh& mesh, bool uvs) {
     };
 }
 
-/// Texture coordinates at the corners of leaves, three a leaf: limits of the charts by the scheme (or linear), whose
-/// lattice has the numbers of the mesh's own where that keeps its seams. Parallel.
+/// Texture coordinates at the corners of leaves, three a leaf: limits of the charts by the scheme, or linear.
 /// @param lattice  of a forest over a mesh with UVs that keeps sqrt3_seams()
 /// @throws Error   the UV layer makes no mesh
-std::vector<Vec2d> sqrt3_uvs(const Sqrt3Lattice& lattice, std::span<const Sqrt3Leaf> leaves,
-                             const RunContext& context) {
-    const ControlMesh charts = uv_mesh(lattice.mesh());
-    const Sqrt3Lattice chart_lattice(
-        charts, [&](EdgeId e) { return lattice.is_kept(lattice.mesh().edge(charts.edge_halfedge(e))); });
+std::vector<Vec2d> sqrt3_uvs(const Sqrt3Lattice& lattice, std::span<const Sqrt3Triangle> leaves,
+                             const TessellateOptions& options, const RunContext& context) {
+    const ControlMesh charts = uv_mesh(lattice.mesh(), options.rules);
     std::vector<Vec2d> result(3 * leaves.size());
-    for (std::size_t begin = 0; begin < leaves.size(); begin += k_uv_leaves) {
-        context.report("attributes", 0.5 * static_cast<double>(begin) / static_cast<double>(leaves.size()));
-        const auto count = static_cast<std::uint32_t>(std::min<std::size_t>(k_uv_leaves, leaves.size() - begin));
-        for_each_block(count, k_uv_block, [&](std::uint32_t from, std::uint32_t to) {
-            ChartValues values(chart_lattice, is_linear(lattice.mesh()));
-            for (std::size_t i = begin + from; i < begin + to; ++i)
-                for (std::size_t k = 0; k < 3; ++k)
-                    result[3 * i + k] = values.at(leaves[i].vertex_level(k), leaves[i].leaving(k));
-        });
-    }
+    std::vector<Site> sites(is_linear(lattice.mesh()) ? 0 : result.size());
+    for_each_index(static_cast<std::uint32_t>(leaves.size()), [&](std::uint32_t i) {
+        const Sqrt3Cell cell = lattice.cell(leaves[i]);
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Sqrt3Point& p = cell.corner[k];
+            if (!sites.empty()) {
+                sites[3 * std::size_t{i} + k] = sqrt3_site(charts, cell.root, p, cell.lattice());
+                continue;
+            }
+            Vec3d sum(0);
+            for (std::uint32_t c = 0; c < 3; ++c)
+                sum += static_cast<double>(p[c]) * charts.position(charts.origin(HalfedgeId(3 * cell.root.value + c)));
+            result[3 * std::size_t{i} + k] = Vec2d(sum) / static_cast<double>(p[0] + p[1] + p[2]);
+        }
+    });
+    if (sites.empty()) return result;
+    const Hierarchy points = make_hierarchy(
+        charts, options.scheme.info(), {.rules = chart_rules(options.rules), .whole_levels = true, .context = context});
+    std::vector<Vec3d> positions(sites.size());
+    limit_positions_once(points, sites, positions, [&](double done) { context.report("attributes", 0.5 * done); });
+    for (std::size_t i = 0; i < positions.size(); ++i) result[i] = Vec2d(positions[i]);
     return result;
 }
 
@@ -108,25 +77,19 @@ constexpr std::uint64_t k_sqrt3_bytes = 500;
 /// Simple steps that make one level of refine().
 constexpr int k_steps_a_level = 2;
 
-int level_of(const Sqrt3Leaf& leaf) {
-    const int steps = leaf.level + (leaf.half ? 1 : 0);
-    return (steps + k_steps_a_level - 1) / k_steps_a_level;
-}
-
 class Sqrt3Tessellator final : public TessellationRun {
   public:
     Sqrt3Tessellator(const ControlMesh& mesh, const TessellateOptions& options, const RunContext& context)
         : TessellationRun(mesh, options, context),
+          points_(make_hierarchy(mesh, options.scheme.info(),
+                                 {.rules = options.rules, .whole_levels = true, .context = context})),
           forest_(mesh, sqrt3_seams(mesh, options.uvs)),
-          leaf_errors_(forest_.lattice()),
-          max_steps_(
-              std::min(k_steps_a_level * options.max_level, forest_.max_level() - Sqrt3LeafErrors::k_steps_beyond)) {
-        require_sqrt3_limits(mesh_);
+          max_steps_(std::min(k_steps_a_level * options.max_level, forest_.max_level() - k_sqrt3_error_steps)) {
         for (int steps = 0; steps < k_steps_a_level * options.min_level; ++steps) refine_all(forest_);
     }
 
   private:
-    bool may_split(const Sqrt3Leaf& leaf) const { return leaf.level < max_steps_; }
+    bool may_split(const Sqrt3Triangle& leaf) const { return leaf.level - (leaf.half ? 1 : 0) < max_steps_; }
 
     /// Splits the leaves that are marked, by their places in leaves_.
     void split(const std::vector<std::uint8_t>& marked) {
@@ -204,24 +167,60 @@ class Sqrt3Tessellator final : public TessellationRun {
         Stopwatch watch;
         // A budget compares errors with each other: there all are looked at closely.
         const double decide_at = options_.max_triangles != 0 ? std::numeric_limits<double>::infinity() : aim_;
-        errors_ =
-            leaf_errors_.errors(leaves_, decide_at, [&](double) { context_.report("refine", std::min(done, 1.0)); });
+        errors_.resize(leaves_.size());
+        std::vector<Sqrt3Triangle> fresh;
+        std::vector<std::size_t> place;
+        for (std::size_t i = 0; i < leaves_.size(); ++i)
+            if (const auto known = known_.find(leaves_[i]); known != known_.end()) {
+                errors_[i] = known->second;
+            } else {
+                fresh.push_back(leaves_[i]);
+                place.push_back(i);
+            }
+        const std::vector<double> found = sqrt3_leaf_errors(points_, forest_.lattice(), fresh, decide_at, [&](double) {
+            context_.report("refine", std::min(done, 1.0));
+        });
+        for (std::size_t i = 0; i < fresh.size(); ++i) {
+            errors_[place[i]] = found[i];
+            known_.emplace(fresh[i], found[i]);
+        }
         estimate_seconds_ += watch.lap();
     }
 
-    static TriangleMesh triangle_mesh(Sqrt3Mesh&& from) {
+    /// The leaves of a forest, with limit points for vertices.
+    TriangleMesh triangle_mesh(const Sqrt3Forest& forest, std::vector<Site>& sites, const char* stage) const {
         TriangleMesh mesh;
-        mesh.positions = std::move(from.mesh.positions);
-        mesh.normals = std::move(from.mesh.normals);
-        mesh.triangles.resize(from.mesh.face_count());
-        for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-            for (std::size_t k = 0; k < 3; ++k) mesh.triangles[t][k] = from.mesh.face_vertices[3 * t + k];
+        constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
+        std::vector<std::uint32_t> number(forest.point_slots(), k_none);
+        std::vector<PointId> points;
+        forest.for_each_leaf([&](LeafId leaf, FaceId) {
+            auto& triangle = mesh.triangles.emplace_back();
+            const std::array<PointId, 3> corners = forest.points(leaf);
+            for (std::size_t k = 0; k < 3; ++k) {
+                std::uint32_t& v = number[corners[k].value];
+                if (v == k_none) {
+                    v = static_cast<std::uint32_t>(points.size());
+                    points.push_back(corners[k]);
+                }
+                triangle[k] = v;
+            }
+        });
+        sites.resize(points.size());
+        for_each_index(static_cast<std::uint32_t>(points.size()),
+                       [&](std::uint32_t v) { sites[v] = forest.site(points[v]); });
+        mesh.positions.resize(points.size());
+        limit_positions(points_, sites, mesh.positions, [&](double) { context_.report(stage, 0.1); });
         return mesh;
     }
 
     void export_mesh() override {
         context_.report("export", 0);
-        result_.mesh = triangle_mesh(sqrt3_mesh(forest_, {.limit = true, .normals = options_.normals}));
+        std::vector<Site> sites;
+        result_.mesh = triangle_mesh(forest_, sites, "export");
+        if (options_.normals) {
+            result_.mesh.normals.resize(sites.size());
+            points_.normals(sites, result_.mesh.normals);
+        }
         result_.triangle_error.resize(leaves_.size());
         for (std::size_t t = 0; t < leaves_.size(); ++t) result_.triangle_error[t] = round_up(errors_[t]);
         context_.report("export", 1);
@@ -231,7 +230,7 @@ class Sqrt3Tessellator final : public TessellationRun {
     void measure() override {
         const std::size_t count = result_.mesh.triangles.size();
         int deepest = 0;
-        for (const Sqrt3Leaf& leaf : leaves_) deepest = std::max<int>(deepest, leaf.level);
+        for (const Sqrt3Triangle& leaf : leaves_) deepest = std::max<int>(deepest, leaf.level);
         // As many triangles as by cutting each in four, of which a step makes three.
         const double bits = reference_bits(count, 0);
         const int steps = std::clamp(static_cast<int>(std::lround(bits * std::log(4.0) / std::log(3.0))),
@@ -242,7 +241,8 @@ class Sqrt3Tessellator final : public TessellationRun {
         for (int i = 0; i < steps; ++i) refine_all(finer);
         context_.report("measure", 0.1);
         LimitReference reference;
-        reference.mesh = triangle_mesh(sqrt3_mesh(finer, {}));
+        std::vector<Site> sites;
+        reference.mesh = triangle_mesh(finer, sites, "measure");
         context_.report("measure", 0.3);
         measure_triangles(std::move(reference), result_, options_.measure_samples / 2, context_);
     }
@@ -260,15 +260,15 @@ class Sqrt3Tessellator final : public TessellationRun {
     bool left_over() const override { return left_over_; }
 
     void add_attributes() override {
-        for (const Sqrt3Leaf& leaf : leaves_) {
-            result_.triangle_face.push_back(leaf.control_face.value);
-            result_.deepest_level = std::max(result_.deepest_level, level_of(leaf));
+        for (const Sqrt3Triangle& leaf : leaves_) {
+            result_.triangle_face.push_back(leaf.control_face().value);
+            result_.deepest_level = std::max(result_.deepest_level, sqrt3_lattice_level(leaf.level));
         }
         add_face_attributes(mesh_, result_.triangle_face, result_.mesh);
         split_normals_of(result_, mesh_, options_);
         if (!options_.uvs || !mesh_.has_uvs()) return;
         try {
-            const std::vector<Vec2d> uv = sqrt3_uvs(forest_.lattice(), leaves_, context_);
+            const std::vector<Vec2d> uv = sqrt3_uvs(forest_.lattice(), leaves_, options_, context_);
             add_uvs(
                 result_.mesh, [&](std::uint32_t t, std::size_t k) { return uv[3 * std::size_t{t} + k]; }, context_);
         } catch (const Error& error) {
@@ -279,11 +279,19 @@ class Sqrt3Tessellator final : public TessellationRun {
         context_.report("attributes", 1);
     }
 
+    struct Hash {
+        std::size_t operator()(const Sqrt3Triangle& leaf) const noexcept {
+            const std::uint64_t h = leaf.face ^ std::uint64_t{leaf.level} << 57 ^ std::uint64_t{leaf.half} << 56;
+            return static_cast<std::size_t>(h * 0x9E37'79B9'7F4A'7C15ull >> 7);
+        }
+    };
+
+    Hierarchy points_;  ///< asked for limits alone
     Sqrt3Forest forest_;
-    Sqrt3LeafErrors leaf_errors_;
+    std::unordered_map<Sqrt3Triangle, double, Hash> known_;  ///< errors
     int max_steps_ = 0;
     bool left_over_ = false;
-    std::vector<Sqrt3Leaf> leaves_;
+    std::vector<Sqrt3Triangle> leaves_;
     std::vector<double> errors_;  ///< per leaf
 };
 

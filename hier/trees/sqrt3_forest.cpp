@@ -51,43 +51,6 @@ LeafId Sqrt3Forest::find(const Sqrt3Triangle& triangle) const {
     return is_leaf(leaf) && triangle_of(leaf.value) == triangle ? leaf : LeafId{};
 }
 
-std::array<Sqrt3Vertex, 3> Sqrt3Forest::corners(const Sqrt3Triangle& t) const {
-    const std::scoped_lock lock(shared_.mutex);
-    Sqrt3Lattice& lattice = shared_.lattice;
-    if (!t.half) {
-        const std::uint64_t h = 3 * t.face;
-        return {lattice.origin(t.level, h), lattice.origin(t.level, h + 1), lattice.origin(t.level, h + 2)};
-    }
-    const int above = t.level - 1;
-    return {lattice.origin(above, t.face), lattice.origin(above, Sqrt3Lattice::next(t.face)),
-            lattice.apex(above, t.face)};
-}
-
-PointId Sqrt3Forest::point(const Sqrt3Vertex& v) const {
-    using Kind = Sqrt3Vertex::Kind;
-    if (v.kind == Kind::control) return PointId(static_cast<std::uint32_t>(v.key));
-    const std::uint64_t face = v.kind == Kind::centre ? v.key : Sqrt3Lattice::face(v.key);
-    const std::uint32_t record = child_[slot_of(v.birth - 1, face)];
-    return PointId(mesh().vertex_count() + 2 * record + (v.kind == Kind::second ? 1 : 0));
-}
-
-bool Sqrt3Forest::is_vertex(const Sqrt3Vertex& v) const {
-    using Kind = Sqrt3Vertex::Kind;
-    if (v.kind == Kind::control)
-        return v.birth == 0 && v.key < mesh().vertex_count() &&
-               mesh().vertex_halfedge(VertexId(static_cast<std::uint32_t>(v.key))).valid();
-    if (v.birth == 0 || v.birth > max_level_) return false;
-    const int above = v.birth - 1;
-    std::uint64_t faces = mesh().face_count();
-    for (int k = 0; k < above; ++k) faces *= 3;
-    const std::uint64_t face = v.kind == Kind::centre ? v.key : Sqrt3Lattice::face(v.key);
-    if (face >= faces || (v.kind != Kind::centre && v.key % 3 != 0)) return false;
-    // The point over a side says whether it is this kind that the face gets.
-    const std::scoped_lock lock(shared_.mutex);
-    const Sqrt3Vertex first = shared_.lattice.apex(above, 3 * face), second = shared_.lattice.apex(above, 3 * face + 1);
-    return v == first || v == second;
-}
-
 // Mesh.
 
 // The leaf that has a half-edge of a level which is one of the mesh.
@@ -128,10 +91,10 @@ std::vector<LeafId> Sqrt3Forest::ordered_leaves() const {
     return leaves;
 }
 
-std::vector<Sqrt3Leaf> Sqrt3Forest::leaves() const {
-    std::vector<Sqrt3Leaf> leaves;
+std::vector<Sqrt3Triangle> Sqrt3Forest::leaves() const {
+    std::vector<Sqrt3Triangle> leaves;
     detail::reserve_large(leaves, leaf_count());
-    for_each_leaf([&](LeafId leaf, FaceId) { leaves.push_back(triangle(leaf).leaf()); });
+    for_each_leaf([&](LeafId leaf, FaceId) { leaves.push_back(triangle(leaf)); });
     return leaves;
 }
 

@@ -26,19 +26,6 @@ struct Sqrt3Face {
     friend constexpr auto operator<=>(const Sqrt3Face&, const Sqrt3Face&) = default;
 };
 
-/// A triangle of an adaptive sqrt(3) mesh by name: the face `face` of level `level`; or, where `half`, the part that is
-/// there of it before the face beyond is split, as a triangle of its own (Sqrt3Leaf, where it has the level before).
-struct Sqrt3Triangle {
-    std::uint8_t level = 0;
-    bool half = false;
-    std::uint64_t face = 0;
-    /// O(level).
-    Sqrt3Leaf leaf() const {
-        return {static_cast<std::uint8_t>(half ? level - 1 : level), half, face, Sqrt3Lattice::root(level, face)};
-    }
-    friend constexpr bool operator==(const Sqrt3Triangle&, const Sqrt3Triangle&) = default;
-};
-
 /// Adaptive sqrt(3) refinement (Kobbelt 2000, section 5, adaptive refinement): faces are split by a point inside, and
 /// an edge is flipped as soon as both its faces are split. The flipped triangle is a face of the next level, which can
 /// be split itself. So a face is there when the faces on both sides of the edge it lies across are split, and the mesh
@@ -75,14 +62,10 @@ class Sqrt3Forest {
     /// The same without its face.
     int level(LeafId leaf) const { return level_of(leaf.value); }
     bool is_half(LeafId leaf) const { return child_[leaf.value] == k_half; }
-    /// Those of any triangle, counter-clockwise. O(level).
-    std::array<Sqrt3Vertex, 3> corners(const Sqrt3Triangle& triangle) const;
-    /// Those of a leaf.
+    /// The corners of a leaf, counter-clockwise, by numbers that they keep while they exist; below point_slots().
     std::array<PointId, 3> points(LeafId leaf) const;
-    /// Of a point of the mesh.
-    Sqrt3Vertex vertex(PointId point) const;
-    /// The number of a vertex of the mesh, which it keeps while it exists; below point_slots().
-    PointId point(const Sqrt3Vertex& vertex) const;
+    /// Of a point of the mesh. O(level).
+    Site site(PointId point) const;
     std::uint32_t point_slots() const {
         return mesh().vertex_count() + 2 * static_cast<std::uint32_t>(records_.size());
     }
@@ -96,15 +79,12 @@ class Sqrt3Forest {
         for (std::uint32_t root = 0; root < mesh().face_count(); ++root)
             if (child_[root] != k_dead) visit_below(root, FaceId(root), visit);
     }
-    std::vector<Sqrt3Leaf> leaves() const;
+    std::vector<Sqrt3Triangle> leaves() const;
     /// By control face that they lie in (on an edge of two: whose number they have), there along a Z-order curve
     /// (Morton 1966) through the grid that the levels cut it into. Depends on the set of leaves alone. O(leaves).
     std::vector<LeafId> leaves_on_curve() const;
     /// The leaf that is this triangle; invalid if none is. O(level).
     LeafId find(const Sqrt3Triangle& triangle) const;
-    /// Whether a vertex is one of sqrt(3) refinement of this mesh.
-    bool is_vertex(const Sqrt3Vertex& vertex) const;
-
     using Changed = std::vector<std::pair<LeafId, Sqrt3Triangle>>;
     /// Splits the marked leaves, and what else has to be split. All or nothing.
     /// @param change   receives the new leaves: those over the edges of split triangles, the coarsest first, then those
@@ -125,29 +105,6 @@ class Sqrt3Forest {
     /// there is none.
     std::vector<LeafId> group(LeafId leaf) const;
 
-    // Faces of all levels by their slots, as far as they are there; their half-edges are 3 slot + side.
-
-    static constexpr std::uint32_t k_no_halfedge = 0xFFFF'FFFEu;  ///< none or more: no half-edge
-    static std::uint32_t next(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
-    static std::uint32_t prev(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
-    /// Whether the face of a slot is split.
-    bool is_split(std::uint32_t slot) const { return child_[slot] < k_half_now; }
-    /// Whether a slot is a face of its level: split, or a whole triangle.
-    bool is_face(std::uint32_t slot) const { return is_split(slot) || child_[slot] == k_whole; }
-    /// The slot over a half-edge of a split face.
-    std::uint32_t child_over(std::uint32_t h) const { return first_child(child_[h / 3]) + h % 3; }
-    /// Across a flipped edge, or one that will be when both its faces are split: the face there may have become half.
-    /// None at the boundary, creases (also those that have become smooth) and kept edges.
-    std::uint32_t twin(std::uint32_t h) const { return across_[h]; }
-    /// The point over a half-edge of a split face, as Sqrt3Lattice::apex() has it.
-    std::uint32_t apex(std::uint32_t h) const {
-        return is_cut(h / 3) ? cut_apex(h) : mesh().vertex_count() + 2 * child_[h / 3];
-    }
-    /// Whether splitting this face cuts its first edge (Sqrt3Lattice).
-    bool is_cut(std::uint32_t slot) const {
-        return has_kept_ && across_[3 * slot] == k_kept && level_of(slot) % 2 != 0;
-    }
-
     std::optional<std::string> check() const;
     std::uint64_t memory_bytes() const;
     /// Gives back the memory that the next change would use again, but for that of free slots: what remains
@@ -164,8 +121,8 @@ class Sqrt3Forest {
     static constexpr std::uint32_t k_whole_now = 0xFFFF'FFFCu, k_half_now = 0xFFFF'FFFBu;  // since the call began
     static constexpr std::uint32_t k_no_slot = 0xFFFF'FFFFu;
     // across_: a half-edge, 3 slot + side, or one of these.
-    static constexpr std::uint32_t k_kept = 0xFFFF'FFFFu;    // the edge is not flipped: boundary, creases, kept ones
-    static constexpr std::uint32_t k_apart = k_no_halfedge;  // the face beyond has no slot
+    static constexpr std::uint32_t k_kept = 0xFFFF'FFFFu;   // the edge is not flipped: boundary, creases, kept ones
+    static constexpr std::uint32_t k_apart = 0xFFFF'FFFEu;  // the face beyond has no slot
     static constexpr std::uint32_t k_max_slots = (k_apart - 1) / 3;
 
     /// A split triangle.
@@ -177,6 +134,19 @@ class Sqrt3Forest {
     };
     static_assert(sizeof(Record) == 16);
 
+    // Half-edges of the face that a slot is, or is half of: 3 slot + side.
+    static std::uint32_t next(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+    bool is_split(std::uint32_t slot) const { return child_[slot] < k_half_now; }
+    /// The slot over a half-edge of a split face.
+    std::uint32_t child_over(std::uint32_t h) const { return first_child(child_[h / 3]) + h % 3; }
+    /// The point over a half-edge of a split face, as Sqrt3Lattice::apex() has it.
+    std::uint32_t apex(std::uint32_t h) const {
+        return is_cut(h / 3) ? cut_apex(h) : mesh().vertex_count() + 2 * child_[h / 3];
+    }
+    /// Whether splitting this face cuts its first edge (Sqrt3Lattice).
+    bool is_cut(std::uint32_t slot) const {
+        return has_kept_ && across_[3 * slot] == k_kept && level_of(slot) % 2 != 0;
+    }
     bool is_leaf_slot(std::uint32_t slot) const { return child_[slot] == k_whole || child_[slot] == k_half; }
     std::uint32_t first_child(std::uint32_t record) const { return mesh().face_count() + 3 * record; }
     template <class Visit>

@@ -21,14 +21,23 @@ std::uint32_t Sqrt3Forest::beyond(std::uint32_t h) const {
     return beyond(h, shared_.lattice.twin(t.level, 3 * t.face + h % 3));
 }
 
+/// Both faces of a cut edge have its points; those of one of the two records stand for them.
 std::uint32_t Sqrt3Forest::cut_apex(std::uint32_t h) const {
-    const std::uint32_t record = child_[h / 3];
-    if (!lattice_.has_lines()) return mesh().vertex_count() + 2 * record + (h % 3 == 1 ? 1 : 0);
-    const std::scoped_lock lock(shared_.mutex);
-    return point(shared_.lattice.apex(records_[record].level, 3 * records_[record].face + h % 3)).value;
+    std::uint32_t record = child_[h / 3];
+    bool second = h % 3 == 1;
+    if (lattice_.has_lines()) {
+        const auto [face, slot, level, live] = records_[record];
+        const std::scoped_lock lock(shared_.mutex);
+        const std::uint64_t beyond = shared_.lattice.beyond(level, 3 * face);
+        if (beyond != Sqrt3Lattice::none && !shared_.lattice.owns_cut(level, face, Sqrt3Lattice::face(beyond))) {
+            record = child_[slot_of(level, Sqrt3Lattice::face(beyond))];
+            second = !second;
+        }
+    }
+    return mesh().vertex_count() + 2 * record + (second ? 1 : 0);
 }
 
-/// The point that a half-edge leaves, as Sqrt3Lattice::origin() has it. O(1) on the average, O(level) at most.
+/// The point that a half-edge leaves. O(1) on the average, O(level) at most.
 std::uint32_t Sqrt3Forest::origin(std::uint32_t h) const {
     const std::uint32_t roots = mesh().face_count();
     while (h / 3 >= roots) {
@@ -61,14 +70,16 @@ std::array<PointId, 3> Sqrt3Forest::points(LeafId leaf) const {
     return {PointId(origin(h)), PointId(origin(h + 1)), PointId(origin(h + 2))};
 }
 
-Sqrt3Vertex Sqrt3Forest::vertex(PointId point) const {
-    using Kind = Sqrt3Vertex::Kind;
-    if (point.value < mesh().vertex_count()) return {point.value, 0, Kind::control};
+Site Sqrt3Forest::site(PointId point) const {
+    if (point.value < mesh().vertex_count()) {
+        const HalfedgeId h = mesh().vertex_halfedge(VertexId(point.value));
+        const Sqrt3Cell root = Sqrt3Lattice::cell(mesh().face(h));
+        return sqrt3_site(mesh(), root.root, root.corner[h.value % 3], 0);
+    }
     const std::uint32_t made = point.value - mesh().vertex_count();
     const Record& record = records_[made / 2];
-    const auto birth = static_cast<std::uint8_t>(record.level + 1);
-    if (!is_cut(record.slot)) return {record.face, birth, Kind::centre};
-    return {3 * record.face, birth, made % 2 == 0 ? Kind::first : Kind::second};
+    const Sqrt3Cell cell = lattice_.cell(record.level, record.face);
+    return sqrt3_site(mesh(), cell.root, Sqrt3Lattice::apex(cell, made % 2), sqrt3_lattice_level(record.level + 1));
 }
 
 void Sqrt3Forest::link(std::uint32_t h, std::uint32_t twin) {

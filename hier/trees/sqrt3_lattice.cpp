@@ -4,6 +4,56 @@
 
 namespace tetrakis {
 
+namespace {
+
+/// The point seen from the face beyond the half-edge h of its face, whose plane continues this one.
+Sqrt3Point across(const ControlMesh& mesh, HalfedgeId h, const Sqrt3Point& p) {
+    const std::uint32_t side = h.value % 3, twin = mesh.twin(h).value % 3;
+    const std::int64_t beyond = p[(side + 2) % 3];
+    Sqrt3Point q;
+    q[twin] = p[(side + 1) % 3] + beyond;
+    q[(twin + 1) % 3] = p[side] + beyond;
+    q[(twin + 2) % 3] = -beyond;
+    return q;
+}
+
+}  // namespace
+
+Site sqrt3_site(const ControlMesh& mesh, FaceId face, Sqrt3Point p, int lattice) {
+    const auto cross = [&](std::uint32_t side) {
+        const HalfedgeId h(3 * face.value + side);
+        p = across(mesh, h, p);
+        face = mesh.face(mesh.twin(h));
+    };
+    for (std::uint32_t side = 0; side < 3; ++side)
+        if (p[(side + 2) % 3] < 0) {
+            cross(side);
+            break;
+        }
+    for (; lattice > 0 && p[1] % 3 == 0 && p[2] % 3 == 0; --lattice) p = p / 3;
+    for (std::uint32_t side = 0; side < 3; ++side) {
+        if (p[(side + 2) % 3] != 0) continue;
+        const HalfedgeId h(3 * face.value + side);
+        if (lattice == 0) {
+            const HalfedgeId leaving = mesh.vertex_halfedge(mesh.origin(p[side] != 0 ? h : mesh.next(h)));
+            face = mesh.face(leaving);
+            p = {};
+            p[leaving.value % 3] = 1;
+        } else if (mesh.twin(h).valid() && mesh.face(mesh.twin(h)) < face) {
+            cross(side);
+        }
+        break;
+    }
+    return {HalfedgeId(3 * face.value),
+            {static_cast<std::uint32_t>(p[1]), static_cast<std::uint32_t>(p[2])},
+            static_cast<std::uint8_t>(lattice)};
+}
+
+// The centres of a level's faces are those points of the next lattice whose coordinates leave the same rest.
+int sqrt3_first_level(const Site& site) {
+    return 2 * site.level - (site.level > 0 && site.at.x % 3 == site.at.y % 3 ? 1 : 0);
+}
+
 Sqrt3Lattice::Sqrt3Lattice(const ControlMesh& mesh, const std::function<bool(EdgeId)>& kept) : mesh_(&mesh) {
     for (std::uint32_t f = 0; f < mesh.face_count() && !holes_; ++f) holes_ = mesh.is_hole(FaceId(f));
     const auto ends_hole = [&](EdgeId e) {
@@ -25,7 +75,6 @@ Sqrt3Lattice::Sqrt3Lattice(const ControlMesh& mesh, const std::function<bool(Edg
         if (is_kept || mesh.sharpness(e) > 0) smooth_ = !(lines_ = true);
     }
     if (!keep.empty()) kept_ = std::make_shared<const std::vector<std::uint8_t>>(std::move(keep));
-    for (std::uint32_t v = 0; v < mesh.vertex_count() && !tagged_; ++v) tagged_ = mesh.sharpness(VertexId(v)) > 0;
 }
 
 int Sqrt3Lattice::max_level(const ControlMesh& mesh) {
@@ -132,53 +181,81 @@ Sqrt3Lattice::Line Sqrt3Lattice::line(int level, std::uint64_t x) {
     return third(across, [](std::uint64_t beyond) { return 3 * next(beyond) + 2; });
 }
 
-float Sqrt3Lattice::sharpness(int level, std::uint64_t h) {
-    if (twin(level, h) != none) return 0;
-    const Line on = line(level, h);
-    return on.beyond == none ? k_sharpness_infinity : on.sharpness;
-}
-
 std::uint64_t Sqrt3Lattice::partner(int level, std::uint64_t f) {
     if (!lines_ || !cuts(level)) return none;
     const std::uint64_t h = beyond(level, 3 * f);
     return h == none || is_hole(level, face(h)) ? none : face(h);
 }
 
-Sqrt3Vertex Sqrt3Lattice::on_edge(int level, std::uint64_t h, Sqrt3Vertex::Kind kind) {
-    using Kind = Sqrt3Vertex::Kind;
-    const auto birth = static_cast<std::uint8_t>(level + 1);
-    const std::uint64_t other = beyond(level, h);
-    if (other == none || owns_cut(level, face(h), face(other))) return {h, birth, kind};
-    return {other, birth, kind == Kind::first ? Kind::second : Kind::first};
+bool Sqrt3Lattice::is_line(const Sqrt3Cell& cell, std::size_t side, int level) const {
+    for (std::uint32_t s = 0; s < 3; ++s) {
+        const std::size_t away = (s + 2) % 3;
+        if (cell.corner[side][away] != 0 || cell.corner[(side + 1) % 3][away] != 0) continue;
+        const HalfedgeId h(3 * cell.root.value + s);
+        const EdgeId e = mesh_->edge(h);
+        return !mesh_->twin(h).valid() || is_kept(e) || mesh_->sharpness(e) > static_cast<float>(level / 2);
+    }
+    return false;
 }
 
-Sqrt3Vertex Sqrt3Lattice::apex(int level, std::uint64_t h) {
-    const std::uint64_t s = cut_side(level, face(h));
-    if (s == none) return {face(h), static_cast<std::uint8_t>(level + 1), Sqrt3Vertex::Kind::centre};
-    return on_edge(level, s, next(s) == h ? Sqrt3Vertex::Kind::second : Sqrt3Vertex::Kind::first);
+Sqrt3Point Sqrt3Lattice::apex(const Sqrt3Cell& cell, std::size_t side) {
+    const auto& [a, b, c] = cell.corner;
+    if (cell.level % 2 == 0) return a + b + c;
+    if (!cell.cut) return (a + b + c) / 3;
+    return side == 1 ? (a + 2 * b) / 3 : (2 * a + b) / 3;
 }
 
-Sqrt3Vertex Sqrt3Lattice::origin(int level, std::uint64_t x) {
-    if (level == 0)
-        return {mesh_->origin(HalfedgeId(static_cast<std::uint32_t>(x))).value, 0, Sqrt3Vertex::Kind::control};
-    if (const std::uint64_t old = before(level, x); old != none) return origin(level - 1, old);
-    const int above = level - 1;
-    const std::uint64_t h = x / 3, j = x % 3;
-    if (cut_side(above, face(h)) == h)
-        return on_edge(above, h, j == 0 ? Sqrt3Vertex::Kind::first : Sqrt3Vertex::Kind::second);
-    return j == 2 ? apex(above, h) : apex(above, twin(above, h));
+// Two steps cut the edges of a face in three and the face in nine, whether edges are flipped or not.
+Sqrt3Cell Sqrt3Lattice::child(const Sqrt3Cell& cell, std::size_t side) const {
+    Sqrt3Cell child{cell.root, static_cast<std::uint8_t>(cell.level + 1), false, {}};
+    if (cell.level % 2 == 0) {
+        const Sqrt3Point &a = cell.corner[side], &b = cell.corner[(side + 1) % 3], &c = cell.corner[(side + 2) % 3];
+        child.cut = is_line(cell, side, cell.level);
+        child.corner = {3 * a, child.cut ? 3 * b : 2 * a + 2 * b - c, a + b + c};
+        return child;
+    }
+    const auto& [a, other, centre] = cell.corner;
+    const Sqrt3Point b = cell.cut ? other : other + centre - a, third = (b - a) / 3, first = a + third,
+                     second = b - third;
+    if (side == 2)
+        child.corner = {centre, centre - third, first};
+    else if (cell.cut)
+        child.corner = side == 0 ? std::array{first, second, centre} : std::array{b, centre + third, second};
+    else
+        child.corner = side == 0 ? std::array{a, other - third, first} : std::array{other, second, first};
+    // A flipped face over an edge of the root has two children beyond it.
+    const Sqrt3Point middle = child.corner[0] + child.corner[1] + child.corner[2];
+    for (std::uint32_t s = 0; s < 3; ++s) {
+        if (middle[(s + 2) % 3] >= 0) continue;
+        const HalfedgeId h(3 * cell.root.value + s);
+        for (Sqrt3Point& p : child.corner) p = across(*mesh_, h, p);
+        child.root = mesh_->face(mesh_->twin(h));
+        break;
+    }
+    return child;
 }
 
-std::uint64_t Sqrt3Lattice::before(int level, std::uint64_t x) {
-    const int above = level - 1;
-    const std::uint64_t h = x / 3, j = x % 3;
-    if (cut_side(above, face(h)) == h) return j == 2 ? prev(h) : none;
-    if (j == 0) return h;
-    return j == 1 && !cuts(above) && twin(above, h) == none ? next(h) : none;
+Sqrt3Cell Sqrt3Lattice::cell(int level, std::uint64_t face) const {
+    std::array<std::uint8_t, 64> side;
+    for (int k = level; k > 0; --k) {
+        side[static_cast<std::size_t>(k - 1)] = static_cast<std::uint8_t>(face % 3);
+        face /= 3;
+    }
+    Sqrt3Cell at = cell(FaceId(static_cast<std::uint32_t>(face)));
+    for (std::size_t k = 0; k < static_cast<std::size_t>(level); ++k) at = child(at, side[k]);
+    return at;
 }
 
-std::uint64_t Sqrt3Lattice::after(int level, std::uint64_t h) {
-    return cut_side(level, face(h)) == h ? 3 * twin(level, prev(h)) : 3 * h;
+Sqrt3Cell Sqrt3Lattice::half(const Sqrt3Cell& whole, std::size_t side) {
+    const std::int64_t scale = whole.level % 2 == 0 ? 3 : 1;
+    return {whole.root,
+            static_cast<std::uint8_t>(whole.level + 1),
+            false,
+            {scale * whole.corner[side], scale * whole.corner[(side + 1) % 3], apex(whole, side)}};
+}
+
+Sqrt3Cell Sqrt3Lattice::cell(const Sqrt3Triangle& t) const {
+    return t.half ? half(cell(t.level - 1, t.face / 3), t.face % 3) : cell(t.level, t.face);
 }
 
 }  // namespace tetrakis

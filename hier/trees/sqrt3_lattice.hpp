@@ -1,9 +1,9 @@
 #pragma once
 
+#include "../forest/site.hpp"
 #include "../mesh/control_mesh.hpp"
 
 #include <array>
-#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -12,36 +12,55 @@
 
 namespace tetrakis {
 
-/// A vertex of sqrt(3) refinement: where and when it came about.
-struct Sqrt3Vertex {
-    enum class Kind : std::uint8_t {
-        control,  ///< key: the control vertex
-        centre,   ///< of a face, key, of the level before
-        first,    ///< on the cut edge key of the level before, near its origin; key: its half-edge that is not in a
-                  ///< hole, or the lesser one of both
-        second,   ///< the same, near its target
-    };
-    std::uint64_t key = 0;
-    std::uint8_t birth = 0;  ///< its first level
-    Kind kind = Kind::control;
-    friend constexpr auto operator<=>(const Sqrt3Vertex&, const Sqrt3Vertex&) = default;
+/// A point of the plane of a control triangle: its barycentric coordinates, whole numbers whose sum is the number of
+/// segments of a side, 3^l in the lattice of level l. Beyond a side one of them is negative.
+struct Sqrt3Point {
+    std::int64_t weight[3] = {0, 0, 0};
+
+    std::int64_t operator[](std::size_t k) const { return weight[k]; }
+    std::int64_t& operator[](std::size_t k) { return weight[k]; }
+    friend Sqrt3Point operator+(const Sqrt3Point& a, const Sqrt3Point& b) {
+        return {{a[0] + b[0], a[1] + b[1], a[2] + b[2]}};
+    }
+    friend Sqrt3Point operator-(const Sqrt3Point& a, const Sqrt3Point& b) { return a + -1 * b; }
+    friend Sqrt3Point operator*(std::int64_t x, const Sqrt3Point& a) { return {{x * a[0], x * a[1], x * a[2]}}; }
+    friend Sqrt3Point operator/(const Sqrt3Point& a, std::int64_t x) { return {{a[0] / x, a[1] / x, a[2] / x}}; }
 };
 
-/// A triangle of an adaptive sqrt(3) mesh.
-struct Sqrt3Leaf {
-    /// The face of a level itself; or, where `half`, the part of a split face over one of its half-edges, `face` being
-    /// the half-edge's number: its edge is flipped when the face beyond is split, too.
+/// Levels of the lattice that has the vertices of a level of simple steps.
+constexpr int sqrt3_lattice_level(int level) { return (level + 1) / 2; }
+
+/// The canonical site of a point: at its first lattice level; on a control edge in the face with the smaller number, at
+/// a control vertex in that of ControlMesh::vertex_halfedge(). Coordinates are those of the triangle family.
+/// @param point  in the plane of `face`, there or in a face beside it; of lattice level `lattice`
+Site sqrt3_site(const ControlMesh& mesh, FaceId face, Sqrt3Point point, int lattice);
+/// The first simple step that has the vertex at a canonical site.
+int sqrt3_first_level(const Site& site);
+
+/// A triangle of an adaptive sqrt(3) mesh by name: the face `face` of level `level`; or, where `half`, the part that is
+/// there of it before the face beyond is split, as a triangle of its own over a side of a face of the level before.
+struct Sqrt3Triangle {
     std::uint8_t level = 0;
     bool half = false;
     std::uint64_t face = 0;
-    FaceId control_face;
 
-    /// Per corner the finest level that the leaf knows of, and a half-edge that leaves the vertex there.
-    int vertex_level(std::size_t corner) const { return half && corner == 2 ? level + 1 : level; }
-    std::uint64_t leaving(std::size_t corner) const {
-        if (!half || corner == 2) return 3 * face + corner;
-        return corner == 0 ? face : face % 3 == 2 ? face - 2 : face + 1;
+    /// The control face that its number comes from. O(level).
+    FaceId control_face() const {
+        std::uint64_t root = face;
+        for (int k = level; k > 0; --k) root /= 3;
+        return FaceId(static_cast<std::uint32_t>(root));
     }
+    friend constexpr bool operator==(const Sqrt3Triangle&, const Sqrt3Triangle&) = default;
+};
+
+/// A face of a level, or a half one: where its corners are in the plane of a control face.
+struct Sqrt3Cell {
+    FaceId root;
+    std::uint8_t level = 0;  ///< of simple steps; the corners' lattice is that of this level
+    bool cut = false;        ///< whether the step of this level cuts the edge from corner 0 to corner 1
+    std::array<Sqrt3Point, 3> corner{};
+
+    int lattice() const { return sqrt3_lattice_level(level); }
 };
 
 /// Connectivity of all levels of sqrt(3) refinement, by numbers alone: nothing is stored for a level.
@@ -83,38 +102,37 @@ class Sqrt3Lattice {
         const Line line = this->line(level, h);
         return line.is_cut() ? line.beyond : none;
     }
-    /// Infinite on the boundary, 0 on smooth edges.
-    float sharpness(int level, std::uint64_t h);
     /// The face that can be split only together with this one, as the step cuts the edge between them; else none.
     std::uint64_t partner(int level, std::uint64_t f);
     /// Whether a face lies in a hole.
-    bool is_hole(int level, std::uint64_t f) const { return holes_ && mesh_->is_hole(root(level, f)); }
-    /// Which of the two faces of a cut edge names its points (Sqrt3Vertex).
+    bool is_hole(int level, std::uint64_t f) const {
+        return holes_ && mesh_->is_hole(Sqrt3Triangle{static_cast<std::uint8_t>(level), false, f}.control_face());
+    }
+    /// Which of the two faces of a cut edge has its points: that outside of holes, or the one with the smaller number.
     bool owns_cut(int level, std::uint64_t f, std::uint64_t beyond) const {
         const bool hole = is_hole(level, f), hole_beyond = is_hole(level, beyond);
         return hole != hole_beyond ? hole_beyond : f < beyond;
     }
-    /// The control face that the number of a face comes from.
-    static FaceId root(int level, std::uint64_t f) {
-        for (; level > 0; --level) f /= 3;
-        return FaceId(static_cast<std::uint32_t>(f));
-    }
-
     const ControlMesh& mesh() const { return *mesh_; }
     /// Of the control mesh: whether an edge inside is not flipped; kept though it may be smooth.
     bool has_lines() const { return lines_; }
-    bool has_kept() const { return kept_ != nullptr; }
     bool is_kept(EdgeId e) const { return kept_ && (*kept_)[e.value] != 0; }
-    /// Those at corners of the boundary included.
-    bool has_tagged_vertices() const { return tagged_; }
 
-    Sqrt3Vertex origin(int level, std::uint64_t h);
-    /// The point of the next level that stands over a half-edge in its face: the face's centre, or where an edge is cut
-    /// the point next to the half-edge.
-    Sqrt3Vertex apex(int level, std::uint64_t h);
-    /// A half-edge of the level before, or after, that leaves the same vertex; none where it is not there yet.
-    std::uint64_t before(int level, std::uint64_t h);
-    std::uint64_t after(int level, std::uint64_t h);
+    /// A face of a level. It lies in the root's triangle; at odd levels it may lie half beyond a side. O(level).
+    Sqrt3Cell cell(int level, std::uint64_t face) const;
+    Sqrt3Cell cell(const Sqrt3Triangle& triangle) const;
+    static Sqrt3Cell cell(FaceId control_face) {
+        return {control_face, 0, false, {Sqrt3Point{{1, 0, 0}}, Sqrt3Point{{0, 1, 0}}, Sqrt3Point{{0, 0, 1}}}};
+    }
+    /// The half triangle over a side of a face; of the level of its apex.
+    static Sqrt3Cell half(const Sqrt3Cell& whole, std::size_t side);
+    /// The face of the next level over a side of a face.
+    Sqrt3Cell child(const Sqrt3Cell& cell, std::size_t side) const;
+    /// The point of the next level that stands over a side in its face, in the lattice of that level: the face's
+    /// centre, or where its edge is cut the point next to the side (beside the edge itself the first one).
+    static Sqrt3Point apex(const Sqrt3Cell& cell, std::size_t side);
+    /// Whether a side of a cell lies on a control edge that is not flipped at a level.
+    bool is_line(const Sqrt3Cell& cell, std::size_t side, int level) const;
 
     /// Of the twins that it remembers.
     std::uint64_t memory_bytes() const;
@@ -140,21 +158,11 @@ class Sqrt3Lattice {
     };
     const Twins& twins(int level, std::uint64_t f);
     Line line(int level, std::uint64_t h);
-    /// A new point of the cut edge of h, as Sqrt3Vertex names it.
-    Sqrt3Vertex on_edge(int level, std::uint64_t h, Sqrt3Vertex::Kind kind);
 
     const ControlMesh* mesh_;
     std::shared_ptr<const std::vector<std::uint8_t>> kept_;  // per edge of the control mesh; none: no edge is
-    bool smooth_ = true, lines_ = false, tagged_ = false, holes_ = false;
+    bool smooth_ = true, lines_ = false, holes_ = false;
     std::vector<Twins> twins_;  // that have been found; k_kept_twins of each level
 };
 
 }  // namespace tetrakis
-
-template <>
-struct std::hash<tetrakis::Sqrt3Vertex> {
-    std::size_t operator()(const tetrakis::Sqrt3Vertex& v) const noexcept {
-        return static_cast<std::size_t>((v.key * 0x9E37'79B9'7F4A'7C15ull) ^
-                                        (std::uint64_t{v.birth} << 57 | static_cast<std::uint64_t>(v.kind) << 55));
-    }
-};

@@ -4,7 +4,7 @@
 
 namespace tetrakis {
 
-void ErrorEstimator::estimate_sqrt3(std::span<const Sqrt3Leaf>, std::span<double>) const {
+void ErrorEstimator::estimate_sqrt3(std::span<const Sqrt3Triangle>, std::span<double>) const {
     throw Error(ErrorCode::unsupported,
                 "this estimator measures triangles between points of binary lattices, and the vertices of sqrt3 lie "
                 "elsewhere; take one that overrides estimate_sqrt3(), such as HierarchyEstimator, or a predicate");

@@ -8,7 +8,7 @@
 namespace tetrakis {
 
 class VertexForest;
-struct Sqrt3Leaf;
+struct Sqrt3Triangle;
 
 /// Gives positions of an adaptive mesh's vertices: a pure function of the site (refine/README.md). Called with large
 /// batches, from several threads at once.
@@ -34,7 +34,7 @@ class ErrorEstimator {
     virtual void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const = 0;
     /// Triangles of the sqrt(3) scheme; from one thread, all that are wanted at a time together.
     /// @throws Error  unsupported: not overridden
-    virtual void estimate_sqrt3(std::span<const Sqrt3Leaf> triangles, std::span<double> errors) const;
+    virtual void estimate_sqrt3(std::span<const Sqrt3Triangle> triangles, std::span<double> errors) const;
     /// Leaves of vertex quadtrees, as vertices of the forest's mesh; from one thread, all that are wanted at a time
     /// together.
     /// @throws Error  unsupported: not overridden

@@ -23,7 +23,7 @@ std::unique_ptr<HierarchyFamily> vertex_family(const ControlMesh& mesh, std::sha
 
 /// The family of the sqrt(3) scheme: triangles split at their centres and flipped; see Hierarchy. Keeps a reference to
 /// the mesh.
-/// @param source  points over sites as sqrt3_levels() gives them, for sqrt3_tree_levels() levels
+/// @param source  points over sites as sqrt3_levels() gives them
 /// @throws Error  as Sqrt3Forest
 std::unique_ptr<HierarchyFamily> sqrt3_family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source);
 /// Levels that its paths have room for: 32, less on a mesh whose level 32 would have more than 2^64 half-edges.

@@ -110,15 +110,6 @@ class HierarchyFamily {
 
     /// @param with_levels  fill HierarchyFaces::levels
     virtual HierarchyFaces faces(bool with_levels) const = 0;
-    /// faces() with positions (and normals, where asked for) of all vertices: on the limit surface, or each at the
-    /// level of the finest leaf around it. Nothing, with the mesh as it was, for families whose source finds them as
-    /// fast one by one.
-    /// @throws Error  memory_limit, cancelled
-    virtual std::optional<HierarchyFaces> faces_with_points(bool /*limit*/, bool /*normals*/,
-                                                            const RunContext& /*context*/,
-                                                            PolygonMesh& /*mesh*/) const {
-        return std::nullopt;
-    }
     /// The first violation of the structure's invariants, or nothing.
     virtual std::optional<std::string> check() const = 0;
     virtual std::uint64_t memory_bytes() const = 0;

@@ -5,7 +5,6 @@
 #include "hierarchy.hpp"
 
 #include <algorithm>
-#include <optional>
 #include <string>
 #include <utility>
 
@@ -105,14 +104,7 @@ HierarchyMesh Hierarchy::to_mesh(const ToMeshOptions& options) const {
         // No family has fewer; after that it is known.
         check_mesh_memory(options, leaf_count(), 3 * std::uint64_t{leaf_count()}, leaf_count() / 2);
         HierarchyMesh result;
-        std::optional<HierarchyFaces> with_points;
-        const bool limit = options.positions == MeshPositions::limit;
-        if (limit || (options.positions == MeshPositions::finest && !options.normals)) {
-            options.context.report("vertices", 0);
-            with_points = family_->faces_with_points(limit, options.normals, options.context, result.mesh);
-        }
-        HierarchyFaces faces =
-            with_points ? std::move(*with_points) : family_->faces(options.positions == MeshPositions::finest);
+        HierarchyFaces faces = family_->faces(options.positions == MeshPositions::finest);
         const bool cut_faces = options.triangles && !faces.diagonal_at_first.empty();
         std::uint64_t face_count = faces.control_faces.size(), corner_count = faces.face_vertices.size();
         if (cut_faces) {
@@ -120,7 +112,7 @@ HierarchyMesh Hierarchy::to_mesh(const ToMeshOptions& options) const {
             corner_count = 3 * face_count;
         }
         check_mesh_memory(options, face_count, corner_count, faces.sites.size());
-        if (!with_points) evaluate(faces, options, result.mesh);
+        evaluate(faces, options, result.mesh);
         if (cut_faces) {
             const detail::TriangleCut cut = detail::cut_polygons(faces.face_offsets, faces.diagonal_at_first);
             faces.face_offsets = cut.offsets();

@@ -1,8 +1,7 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/trees/sqrt3_forest.hpp"
-#include "../points/sqrt3_points.hpp"
-#include "adaptive_sqrt3.hpp"
+#include "described_family.hpp"
 #include "hierarchy_families.hpp"
 
 #include <algorithm>
@@ -15,7 +14,7 @@ namespace {
 
 constexpr int k_side_bits = 2;
 
-class Sqrt3Family final : public HierarchyFamily {
+class Sqrt3Family final : public detail::DescribedFamily<Sqrt3Family> {
   public:
     Sqrt3Family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source)
         : source_(std::move(source)),
@@ -33,10 +32,16 @@ class Sqrt3Family final : public HierarchyFamily {
     std::unique_ptr<HierarchyFamily> fresh() const override { return std::make_unique<Sqrt3Family>(mesh(), source_); }
 
     std::string check_site(const Site& site) const override {
-        if (site.root.value > static_cast<std::uint32_t>(Sqrt3Vertex::Kind::second))
-            return "its root is no kind of vertex (Sqrt3Vertex)";
-        if (site.level > source_->max_level()) return "its level is above " + std::to_string(source_->max_level());
-        if (!forest_.is_vertex(site_sqrt3(site))) return "its level has no such vertex";
+        if (site.root.value >= mesh().halfedge_count() || site.root.value % 3 != 0)
+            return "its root is not the first half-edge of a face";
+        if (site.level > sqrt3_lattice_level(source_->max_level()))
+            return "its lattice level is above " + std::to_string(sqrt3_lattice_level(source_->max_level()));
+        std::int64_t segments = 1;
+        for (int l = 0; l < site.level; ++l) segments *= 3;
+        const std::int64_t x = site.at.x, y = site.at.y;
+        if (x + y > segments) return "its coordinates add up to more than 3^level";
+        if (sqrt3_site(mesh(), mesh().face(site.root), {{segments - x - y, x, y}}, site.level) != site)
+            return "it is not the canonical address of its vertex";
         return {};
     }
     bool has_root(std::uint32_t root) const override { return !mesh().is_hole(FaceId(root)); }
@@ -48,50 +53,22 @@ class Sqrt3Family final : public HierarchyFamily {
 
     HierarchyNode node(LeafId leaf) const override { return node_of(forest_.triangle(leaf)); }
     int depth(LeafId leaf) const override { return 2 * forest_.level(leaf) - (forest_.is_half(leaf) ? 1 : 0); }
-    LeafView view(LeafId leaf) const override {
-        LeafView view;
-        views({&leaf, 1}, {&view, 1});
-        return view;
-    }
-    // Those that come from one split follow each other: they share the node above and the point over them.
-    void views(std::span<const LeafId> leaves, std::span<LeafView> views) const override {
-        Sqrt3Triangle above;
-        HierarchyNode node_above = node_of(above);
-        PointId apex;
-        Site apex_site;
-        for (std::size_t i = 0; i < leaves.size(); ++i) {
-            LeafView& view = views[i];
-            view.leaf.slot = leaves[i];
-            const Sqrt3Triangle t = forest_.triangle(leaves[i]);
-            if (t.level == 0) {
-                view.node = node_of(t);
-            } else {
-                const Sqrt3Triangle from{static_cast<std::uint8_t>(t.level - 1), false, t.face / 3};
-                if (from != above) node_above = node_of(above = from);
-                view.node = node_above;
-                view.node.path |= t.face % 3 << (64 - k_side_bits * t.level);
-                view.node.depth = static_cast<std::uint8_t>(depth_of(t));
-            }
-            describe(t, view);
-            const std::array<PointId, 3> points = forest_.points(leaves[i]);
-            if (points[2] != apex) apex_site = sqrt3_site(forest_.vertex(apex = points[2]));
-            for (std::size_t k = 0; k < 3; ++k) {
-                view.point[k] = points[k];
-                view.corner[k] = k == 2 ? apex_site : sqrt3_site(forest_.vertex(points[k]));
-            }
-        }
-    }
-    void remove_below(int least_depth, std::vector<LeafId>& leaves) const override {
-        std::erase_if(leaves, [&](LeafId leaf) { return depth(leaf) >= least_depth; });
-    }
     NodeView view(const HierarchyNode& node) const override {
         NodeView view;
         const Sqrt3Triangle t = triangle_of(node);
         view.node = node_of(t);
-        describe(t, view);
-        const std::array<Sqrt3Vertex, 3> corners = forest_.corners(t);
-        for (std::size_t k = 0; k < 3; ++k) view.corner[k] = sqrt3_site(corners[k]);
+        view.face = FaceId(view.node.root);
+        view.level = t.level;
+        view.corner_count = 3;
+        const Sqrt3Cell cell = forest_.lattice().cell(t);
+        for (std::size_t k = 0; k < 3; ++k)
+            view.corner[k] = sqrt3_site(mesh(), cell.root, cell.corner[k], cell.lattice());
         return view;
+    }
+    void describe(LeafId leaf, LeafView& out) const {
+        static_cast<NodeView&>(out) = view(node(leaf));
+        out.leaf.slot = leaf;
+        std::ranges::copy(forest_.points(leaf), out.point.begin());
     }
     std::array<LeafId, 2> neighbours(LeafId leaf, int side) const override {
         return {forest_.neighbour(leaf, side), LeafId{}};
@@ -116,9 +93,9 @@ class Sqrt3Family final : public HierarchyFamily {
 
     void leaf_errors(std::span<const LeafId> leaves, const ErrorEstimator& estimator,
                      std::span<double> errors) const override {
-        std::vector<Sqrt3Leaf> triangles;
+        std::vector<Sqrt3Triangle> triangles;
         triangles.reserve(leaves.size());
-        for (const LeafId leaf : leaves) triangles.push_back(forest_.triangle(leaf).leaf());
+        for (const LeafId leaf : leaves) triangles.push_back(forest_.triangle(leaf));
         estimator.estimate_sqrt3(triangles, errors);
     }
     // A whole triangle has half ones for parents on both sides. Merging one side's splits leaves that side's triangle
@@ -126,12 +103,12 @@ class Sqrt3Family final : public HierarchyFamily {
     void node_errors(std::span<const HierarchyNode> nodes, const ErrorEstimator& estimator,
                      std::span<double> errors) const override {
         Sqrt3Lattice lattice = forest_.lattice();
-        std::vector<Sqrt3Leaf> triangles;
+        std::vector<Sqrt3Triangle> triangles;
         std::vector<std::size_t> owner;
         for (std::size_t i = 0; i < nodes.size(); ++i) {
             const Sqrt3Triangle t = triangle_of(nodes[i]);
             const auto add = [&](const Sqrt3Triangle& made) {
-                triangles.push_back(made.leaf());
+                triangles.push_back(made);
                 owner.push_back(i);
             };
             if (!t.half) {
@@ -159,7 +136,11 @@ class Sqrt3Family final : public HierarchyFamily {
         detail::reserve_large(faces.face_vertices, 3 * face_count);
         constexpr std::uint32_t k_unseen = 0xFFFF'FFFFu;
         detail::PoolVector<std::uint32_t> number(forest_.point_slots(), k_unseen);
-        forest_.for_each_leaf([&](LeafId leaf, FaceId) {
+        detail::reserve_large(faces.leaves, face_count);
+        detail::reserve_large(faces.control_faces, face_count);
+        forest_.for_each_leaf([&](LeafId leaf, FaceId control_face) {
+            faces.leaves.push_back(leaf);
+            faces.control_faces.push_back(control_face);
             for (const PointId point : forest_.points(leaf)) {
                 std::uint32_t& v = number[point.value];
                 if (v == k_unseen) {
@@ -171,19 +152,9 @@ class Sqrt3Family final : public HierarchyFamily {
             faces.face_offsets.push_back(static_cast<std::uint32_t>(faces.face_vertices.size()));
             if (with_levels) faces.levels.push_back(static_cast<std::uint8_t>(forest_.level(leaf)));
         });
-        name(faces);
-        return faces;
-    }
-    std::optional<HierarchyFaces> faces_with_points(bool limit, bool normals, const RunContext& context,
-                                                    PolygonMesh& mesh) const override {
-        Sqrt3Mesh found = sqrt3_mesh(forest_, {.limit = limit, .normals = normals, .context = context});
-        HierarchyFaces faces;
-        faces.face_offsets = std::move(found.mesh.face_offsets);
-        faces.face_vertices = std::move(found.mesh.face_vertices);
-        faces.points = std::move(found.points);
-        mesh.positions = std::move(found.mesh.positions);
-        mesh.normals = std::move(found.mesh.normals);
-        name(faces);
+        detail::resize_large(faces.sites, faces.points.size());
+        for_each_index(static_cast<std::uint32_t>(faces.points.size()),
+                       [&](std::uint32_t i) { faces.sites[i] = forest_.site(faces.points[i]); });
         return faces;
     }
     std::optional<std::string> check() const override { return forest_.check(); }
@@ -192,18 +163,6 @@ class Sqrt3Family final : public HierarchyFamily {
     bool has_free_slots() const override { return forest_.has_free_slots(); }
 
   private:
-    /// Adds what the hierarchy calls the triangles, and their vertices, whose points are there.
-    void name(HierarchyFaces& faces) const {
-        detail::reserve_large(faces.leaves, forest_.leaf_count());
-        detail::reserve_large(faces.control_faces, forest_.leaf_count());
-        forest_.for_each_leaf([&](LeafId leaf, FaceId control_face) {
-            faces.leaves.push_back(leaf);
-            faces.control_faces.push_back(control_face);
-        });
-        detail::resize_large(faces.sites, faces.points.size());
-        for_each_index(static_cast<std::uint32_t>(faces.points.size()),
-                       [&](std::uint32_t i) { faces.sites[i] = sqrt3_site(forest_.vertex(faces.points[i])); });
-    }
     static int depth_of(const Sqrt3Triangle& t) { return 2 * t.level - (t.half ? 1 : 0); }
     static HierarchyNode node_of(const Sqrt3Triangle& t) {
         HierarchyNode node;
@@ -217,12 +176,6 @@ class Sqrt3Family final : public HierarchyFamily {
         Sqrt3Triangle t{static_cast<std::uint8_t>((node.depth + 1) / 2), node.depth % 2 != 0, node.root};
         for (int k = 1; k <= t.level; ++k) t.face = 3 * t.face + (node.path >> (64 - k_side_bits * k) & 3);
         return t;
-    }
-    /// All but the node and the corners.
-    static void describe(const Sqrt3Triangle& t, NodeView& view) {
-        view.face = FaceId(view.node.root);
-        view.level = t.level;
-        view.corner_count = 3;
     }
     std::shared_ptr<const LevelSource> source_;
     Sqrt3Forest forest_;

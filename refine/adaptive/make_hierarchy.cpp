@@ -1,6 +1,6 @@
 #include "../../hier/base/error.hpp"
 #include "../points/row_points.hpp"
-#include "../points/sqrt3_points.hpp"
+#include "../points/sqrt3_levels.hpp"
 #include "../points/vertex_links.hpp"
 #include "../uniform/refine.hpp"
 #include "hierarchy.hpp"
@@ -37,13 +37,16 @@ class OtherLimits final : public LevelSource {
     std::shared_ptr<const PositionSource> limits_;
 };
 
+std::shared_ptr<const LevelSource> with_limits(std::shared_ptr<const LevelSource> levels,
+                                               const HierarchyOptions& options) {
+    if (!options.limit_positions) return levels;
+    return std::make_shared<OtherLimits>(std::move(levels), options.limit_positions);
+}
+
 /// The levels, with limit positions as the options ask for them.
 std::shared_ptr<const LevelSource> by_rows(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules,
                                            const HierarchyOptions& options, const VertexRoots* roots = nullptr) {
-    std::shared_ptr<const LevelSource> source =
-        detail::row_points(mesh, scheme, rules, roots, options.context, options.whole_levels);
-    if (!options.limit_positions) return source;
-    return std::make_shared<OtherLimits>(std::move(source), options.limit_positions);
+    return with_limits(detail::row_points(mesh, scheme, rules, roots, options.context, options.whole_levels), options);
 }
 
 }  // namespace
@@ -63,8 +66,8 @@ Hierarchy make_hierarchy(const ControlMesh& mesh, const SchemeInfo& scheme, cons
     if (scheme.refinement == Refinement::sqrt3) {
         if (!mesh.all_triangles())
             throw Error(ErrorCode::invalid_input, "sqrt3 needs a triangle mesh; triangulate() makes one");
-        std::unique_ptr<LevelSource> levels = sqrt3_levels(mesh, sqrt3_tree_levels(mesh));
-        if (options.limit_positions) levels = std::make_unique<OtherLimits>(std::move(levels), options.limit_positions);
+        std::shared_ptr<const LevelSource> levels =
+            with_limits(sqrt3_levels(mesh, scheme, options.rules, options.context, options.whole_levels), options);
         return Hierarchy(sqrt3_family(mesh, std::move(levels)), scheme, options.rules);
     }
     if (scheme.refinement == Refinement::honeycomb)

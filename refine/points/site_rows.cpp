@@ -33,6 +33,8 @@ constexpr int k_settling_levels = 16;
 constexpr int k_deepest_middle = 4;
 /// Sites evaluated together: enough to share ancestors, few enough for their levels to stay in the cache.
 constexpr std::uint32_t k_sites_at_once = 2048;
+/// Deepest lattice level of factor three: 3^20 is the last power below 2^32.
+constexpr int k_max_ternary_level = 20;
 /// Rows of a normal.
 constexpr std::uint32_t k_normal_rows = 4;
 
@@ -138,6 +140,7 @@ SiteRows::SiteRows(const ControlMesh& mesh, const SchemeInfo& scheme, const Rule
       roots_(roots),
       triangles_(scheme.family == MeshFamily::triangles),
       whole_levels_(whole_levels),
+      factor_(scheme.refinement == Refinement::sqrt3 ? 3 : 2),
       max_memory_bytes_(context.max_memory_bytes),
       most_by_rules_(k_most_by_rules),
       most_whole_(k_most_whole) {
@@ -206,7 +209,7 @@ void SiteRows::make_whole_levels(Rows& rows, std::span<const Site> sites, Wanted
     for (std::size_t next = rows.whole_count; next < rows.whole.size(); ++next) {
         std::uint64_t deeper = 0;
         for (std::size_t l = next; l < rows.asked.size(); ++l) deeper += rows.asked[l];
-        const std::uint64_t points = 4 * rows.whole[next - 1].size();
+        const std::uint64_t points = std::uint64_t{factor_} * factor_ * rows.whole[next - 1].size();
         if (points > std::min(k_points_whole * deeper, most_whole_)) return;
         const RootLayout above = rows.layout(next - 1), layout = rows.layout(next);
         resize_large(rows.whole[next], rows.net().place_count(layout));
@@ -253,10 +256,13 @@ SiteRows::Address SiteRows::address(const Rows& rows, const Site& any, Wanted wa
             at.half_cell = 1u << (level - own - 1);
         }
     }
-    if (level < rows.first_level() || site.level + level - own > k_max_level) return {};
+    if (level < rows.first_level() || site.level + level - own > (factor_ == 2 ? k_max_level : k_max_ternary_level))
+        return {};
+    std::uint32_t scale = 1;
+    for (int l = own; l < level; ++l) scale *= factor_;
     at.level = level;
-    at.x = site.at.x << (level - own);
-    at.y = site.at.y << (level - own);
+    at.x = site.at.x * scale;
+    at.y = site.at.y * scale;
     return at;
 }
 

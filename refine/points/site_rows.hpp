@@ -43,7 +43,8 @@ class SiteRows {
     bool dual() const { return roots_.count() != 0; }
     /// Levels of the scheme to one of lattices.
     int offset() const { return triangles_ ? 0 : 1; }
-    Site own_site(const Site& site) const { return dual() ? site : minimal_level(site); }
+    /// Sites of sqrt(3) are canonical, and so are cells.
+    Site own_site(const Site& site) const { return dual() || factor_ != 2 ? site : minimal_level(site); }
     int own_level(const Site& site) const { return own_site(site).level + offset(); }
 
     struct Sums {
@@ -76,6 +77,7 @@ class SiteRows {
     RuleOptions rules_;
     const VertexRoots& roots_;
     bool triangles_, whole_levels_;
+    std::uint32_t factor_;  ///< segments of a level to those of the one above
     std::uint64_t max_memory_bytes_, most_by_rules_, most_whole_;
     mutable std::mutex mutex_;
     mutable bool tried_ = false;

@@ -50,8 +50,11 @@ struct Descent {
         if (x > size) return move(size, 0), 1;
         if (y > size) return move(0, size), 2;
         if (x + y < size) return 0;
-        for (std::int64_t* c : {&x, &y, &corner_x, &corner_y}) *c = size - *c;
+        turn();
         return 3;
+    }
+    void turn() {
+        for (std::int64_t* c : {&x, &y, &corner_x, &corner_y}) *c = size - *c;
     }
 };
 
@@ -147,7 +150,32 @@ void WholeLevels::find_limits(int level, std::span<const int> vertices) {
     }
 }
 
+/// Of a scheme that cuts a triangle into nine.
+int WholeLevels::ternary_vertex(const Site& site, int level) const {
+    std::int64_t scale = 1, size = k_triangle_unit;
+    for (int l = site.level; l < level; ++l) scale *= 3;
+    for (int l = 0; l < level; ++l) size *= 3;
+    const std::int64_t x = k_triangle_unit * scale * site.at.x, y = k_triangle_unit * scale * site.at.y;
+    const bool last = x + y == size;
+    Descent way{x + 1 - (last && x > 0 ? k_triangle_unit : 0), y + 1 - (last && x == 0 ? k_triangle_unit : 0), x, y,
+                size};
+    int h = static_cast<int>(site.root.value);
+    for (int at = 1; at <= level; ++at) {
+        const RuleStep& step = levels_[static_cast<std::size_t>(at)]->step;
+        way.size /= 3;
+        h = ninth_child(step, h, way.x / way.size, way.y / way.size);
+        way.move(way.x / way.size * way.size, way.y / way.size * way.size);
+        if (way.x + way.y < way.size) continue;
+        h = turned_neighbour(step.mesh, h);
+        way.turn();
+    }
+    const RuleMesh& mesh = levels_[static_cast<std::size_t>(level)]->step.mesh;
+    if (way.corner_x > 0) return mesh.target(h);
+    return mesh.origin(way.corner_y > 0 ? mesh.prev(h) : h);
+}
+
 int WholeLevels::vertex(const Site& site, int level) const {
+    if (scheme_.refinement == Refinement::sqrt3) return ternary_vertex(site, level);
     const auto mesh = [&](int l) -> const RuleMesh& { return levels_[static_cast<std::size_t>(l)]->step.mesh; };
     const auto step_to = [&](int l) -> const RuleStep& { return levels_[static_cast<std::size_t>(l)]->step; };
     const bool triangles = lattice_ == FanLattice::triangles, dual = lattice_ == FanLattice::dual;

@@ -46,6 +46,7 @@ class WholeLevels {
   private:
     void check_size(int level) const;
     const Level& make(int level);
+    int ternary_vertex(const Site& site, int level) const;
 
     const ControlMesh& mesh_;
     const SchemeInfo& scheme_;

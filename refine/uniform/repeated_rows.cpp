@@ -388,7 +388,9 @@ bool RepeatedRows::fits(std::uint32_t segments) const {
 
 std::uint32_t RepeatedRows::segments(int level) const {
     const auto at = static_cast<std::size_t>(level - first_level());
-    return at < segments_.size() ? segments_[at] : segments_.back() << (at + 1 - segments_.size());
+    std::uint32_t segments = segments_[std::min(at, segments_.size() - 1)];
+    for (std::size_t l = segments_.size(); l <= at; ++l) segments *= factor();
+    return segments;
 }
 
 std::optional<int> RepeatedRows::limit_level() const {

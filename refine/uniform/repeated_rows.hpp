@@ -53,6 +53,7 @@ class RepeatedRows {
     /// The last level made by the rules; and segments of a root's sides there and further down.
     int first_level() const { return levels_->level(); }
     std::uint32_t segments(int level) const;
+    std::uint32_t factor() const { return patterns_.front().factor(); }  ///< of a level's to those of the one above
     /// Points at the places of the first level.
     void first_points(std::span<const Vec3d> control, Vec3d* out) const;
     /// The rows of a level deeper than the first one, of the points of the level above.

@@ -1,4 +1,4 @@
-#include "../../eval/bounds/plane_measure.hpp"
+#include "../../eval/bounds/point_triangle.hpp"
 #include "../../eval/bounds/quad_bounder.hpp"
 #include "../../eval/bounds/star_norms.hpp"
 

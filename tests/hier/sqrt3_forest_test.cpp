@@ -6,26 +6,16 @@
 #include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../hier/trees/sqrt3_forest.hpp"
-#include "../../refine/adaptive/adaptive_sqrt3.hpp"
-#include "../../refine/points/sqrt3_points.hpp"
-#include "../../refine/uniform/refine.hpp"
+#include "../../refine/adaptive/hierarchy.hpp"
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <filesystem>
+#include <set>
+#include <vector>
 
 using namespace tetrakis;
-
-namespace {
-
-std::vector<std::vector<std::uint32_t>> triangles(const PolygonMesh& mesh) {
-    std::vector<std::vector<std::uint32_t>> result;
-    for (std::uint32_t f = 0; f < mesh.face_count(); ++f)
-        result.emplace_back(mesh.face_vertices.begin() + 3 * f, mesh.face_vertices.begin() + 3 * f + 3);
-    return result;
-}
-
-}  // namespace
 
 TEST_SUITE_BEGIN("refine");
 
@@ -45,11 +35,26 @@ TEST_CASE("adaptive sqrt3: a zoom of 30 levels at one spot; 64 bytes a leaf") {
     }
     REQUIRE(forest.split_count() >= 30);
     CHECK(!forest.check().has_value());
-    const Sqrt3Mesh out = sqrt3_mesh(forest, {.normals = true});
-    CHECK(out.mesh.face_count() < 30 * 40);
-    CHECK(test::topology(triangles(out.mesh)) == test::surface_topology(mesh));
-    for (const Vec3d& n : out.mesh.normals) CHECK(glm::length(n) == doctest::Approx(1));
-    CHECK(forest.memory_bytes() < 64 * out.mesh.face_count() + 4096);
+    std::vector<std::vector<std::uint32_t>> triangles;
+    std::set<Site> sites;
+    forest.for_each_leaf([&](LeafId leaf, FaceId) {
+        triangles.emplace_back();
+        const Sqrt3Cell cell = forest.lattice().cell(forest.triangle(leaf));
+        const std::array<PointId, 3> points = forest.points(leaf);
+        for (std::size_t k = 0; k < 3; ++k) {
+            triangles.back().push_back(points[k].value);
+            const Site site = forest.site(points[k]);
+            CHECK(site == sqrt3_site(mesh, cell.root, cell.corner[k], cell.lattice()));
+            sites.insert(site);
+        }
+    });
+    CHECK(triangles.size() < 30 * 40);
+    CHECK(test::topology(triangles) == test::surface_topology(mesh));
+    const std::vector<Site> all(sites.begin(), sites.end());
+    std::vector<Vec3d> normals(all.size());
+    make_hierarchy(mesh, "sqrt3").normals(all, normals);
+    for (const Vec3d& n : normals) CHECK(glm::length(n) == doctest::Approx(1));
+    CHECK(forest.memory_bytes() < 64 * triangles.size() + 4096);
 }
 
 TEST_CASE("[bad-input] sqrt3 slots refuse stale handles, and coarsen after their spare room is given back") {

@@ -11,7 +11,6 @@
 #include "../../hier/forest/corner_cell.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/trees/sqrt3_lattice.hpp"
-#include "../../refine/points/sqrt3_points.hpp"
 #include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>
@@ -227,7 +226,7 @@ TEST_CASE("sqrt3: a crease that ends between two triangles has no limit there, a
         Hierarchy h = make_hierarchy(mesh, "sqrt3");
         h.refine_where(everything(), 6);
         CHECK(h.to_mesh({.positions = MeshPositions::finest}).mesh.face_count() == h.leaf_count());
-        const Site site = sqrt3_site({0, 0, Sqrt3Vertex::Kind::control});
+        const Site site{HalfedgeId(0), {0, 0}, 0};
         if (sharpness < k_sharpness_infinity) {
             const HierarchyMesh out = h.to_mesh();
             CHECK(out.mesh.face_count() == h.leaf_count());
@@ -447,16 +446,12 @@ TEST_CASE("[bad-input] handles, diamonds, nodes, sides, sites, levels and depths
         fails([&] { h.limit_positions({&site, 1}, too_few); }, "room");
         const std::uint32_t bound = h.tree().root_bound;
         if (scheme == "sqrt3") {
-            using Kind = Sqrt3Vertex::Kind;
-            const auto vertex = [](std::uint64_t key, int birth, Kind kind) {
-                return sqrt3_site({key, static_cast<std::uint8_t>(birth), kind});
-            };
-            fails([&] { (void)h.limit(Site{HalfedgeId(4), {0, 0}, 0}); }, "kind");
-            fails([&] { (void)h.limit(vertex(0, 60, Kind::centre)); }, "above");
-            fails([&] { (void)h.limit(vertex(mesh.vertex_count(), 0, Kind::control)); }, "no such");
-            fails([&] { (void)h.limit(vertex(mesh.face_count(), 1, Kind::centre)); }, "no such");
-            fails([&] { (void)h.position(vertex(1, 1, Kind::centre), 0); }, "first level");
-            fails([&] { (void)h.position(vertex(1, 1, Kind::centre), 99); }, "99");
+            fails([&] { (void)h.limit(Site{HalfedgeId(4), {0, 0}, 0}); }, "root");
+            fails([&] { (void)h.limit(Site{HalfedgeId(0), {1, 1}, 60}); }, "above");
+            fails([&] { (void)h.limit(Site{HalfedgeId(0), {3, 1}, 1}); }, "coordinates");
+            fails([&] { (void)h.limit(Site{HalfedgeId(0), {3, 3}, 2}); }, "canonical");
+            fails([&] { (void)h.position(Site{HalfedgeId(0), {1, 1}, 1}, 0); }, "first level");
+            fails([&] { (void)h.position(Site{HalfedgeId(0), {1, 1}, 1}, 99); }, "99");
         } else if (is_dual(h)) {
             fails([&] { (void)h.limit(Site{HalfedgeId(bound), {0, 0}, 0}); }, "root");
         } else {

@@ -5,7 +5,6 @@
 #include "../../hier/base/error.hpp"
 #include "../../refine/adaptive/adaptive_dual.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
-#include "../../refine/points/sqrt3_points.hpp"
 #include "../../refine/uniform/position_refiner.hpp"
 #include "../../refine/uniform/refine.hpp"
 
@@ -27,7 +26,6 @@ constexpr bool takes_meshes_that_stay = std::is_constructible_v<Refiner, const C
 static_assert(takes_meshes_that_stay<PositionRefiner, const char*, int>);
 static_assert(takes_meshes_that_stay<PositionRefiner, const SchemeInfo&, int, RefineOptions>);
 static_assert(takes_meshes_that_stay<AdaptiveDual, const SchemeInfo&>);
-static_assert(takes_meshes_that_stay<Sqrt3Points>);
 template <class Mesh, class Scheme>
 concept MakesHierarchy = requires(Mesh&& mesh, Scheme scheme) {
     make_hierarchy(std::forward<Mesh>(mesh), scheme);

@@ -1,6 +1,5 @@
 #include "../../eval/patches/patch_positions.hpp"
 #include "../../hier/base/parallel.hpp"
-#include "../../refine/adaptive/adaptive_sqrt3.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "adaptive_peers.hpp"
 #include "piece_models.hpp"
@@ -91,18 +90,6 @@ class Ours {
         return h.to_mesh({.positions = positions});
     }
 
-    /// By the forest alone, whose slots are those of the hierarchy.
-    Sqrt3Mesh refine(Sqrt3Forest& forest, bool limit) const {
-        ForestChange change;
-        std::vector<LeafId> leaves;
-        for (const auto& round : rounds_) {
-            leaves.clear();
-            for (const LeafHandle leaf : round) leaves.push_back(leaf.slot);
-            forest.refine(leaves, change);
-        }
-        return sqrt3_mesh(forest, {.limit = limit});
-    }
-
   private:
     void split_selected(Hierarchy& h, int depth) {
         rounds_.emplace_back();
@@ -156,16 +143,6 @@ void ours(benchmark::State& state, Case c, MeshPositions positions, bool patches
     });
 }
 
-void ours_sqrt3(benchmark::State& state, Case c, bool limit) {
-    const Ours run(c);
-    Sqrt3Mesh mesh;
-    for (auto _ : state) {
-        Sqrt3Forest forest(control(c));
-        timed(state, [&] { mesh = run.refine(forest, limit); });
-    }
-    report(state, result_of(mesh.mesh));
-}
-
 #ifdef TETRAKIS_BENCH_OPENMESH
 void openmesh(benchmark::State& state, Case c) {
     OpenMeshAdaptive run({control(c).data(), c.sqrt3, c.rounds, c.selection});
@@ -195,10 +172,6 @@ void register_all() {
         add(c, "limits", [c](benchmark::State& state) { ours(state, c, MeshPositions::limit, false); });
         if (!c.sqrt3)
             add(c, "patch_limits", [c](benchmark::State& state) { ours(state, c, MeshPositions::limit, true); });
-        if (c.sqrt3) {
-            add(c, "forest_levels", [c](benchmark::State& state) { ours_sqrt3(state, c, false); });
-            add(c, "forest_limits", [c](benchmark::State& state) { ours_sqrt3(state, c, true); });
-        }
 #ifdef TETRAKIS_BENCH_OPENMESH
         add(c, "openmesh", [c](benchmark::State& state) { openmesh(state, c); });
 #endif

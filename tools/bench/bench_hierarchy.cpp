@@ -2,7 +2,6 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
 #include "../../hier/mesh/triangulate.hpp"
-#include "../../refine/adaptive/adaptive_sqrt3.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "piece_models.hpp"
 
@@ -111,25 +110,6 @@ void to_uniform_level(benchmark::State& state, const std::string& scheme, const 
     state.counters["vertices"] = static_cast<double>(vertices) / static_cast<double>(state.iterations());
 }
 
-// The same for the forest of sqrt(3) alone; a level is two of its steps.
-void sqrt3_to_uniform_level(benchmark::State& state, const std::string& model) {
-    const ControlMesh mesh = triangulate(data_model(model));
-    std::int64_t vertices = 0;
-    for (auto _ : state) {
-        with_threads(context_of(state.range(1)), [&] {
-            Sqrt3Forest forest(mesh);
-            ForestChange change;
-            for (std::int64_t step = 0; step < 2 * state.range(0); ++step)
-                forest.refine(forest.ordered_leaves(), change);
-            const Sqrt3Mesh out = sqrt3_mesh(forest);
-            vertices += static_cast<std::int64_t>(out.points.size());
-            state.counters["bytes_per_leaf"] = static_cast<double>(forest.memory_bytes()) / out.mesh.face_count();
-        });
-    }
-    state.SetItemsProcessed(vertices);
-    state.counters["vertices"] = static_cast<double>(vertices) / static_cast<double>(state.iterations());
-}
-
 }  // namespace
 
 BENCHMARK_CAPTURE(forest_operations, bulk, bulk)
@@ -162,11 +142,5 @@ TETRAKIS_BENCH_TO_LEVEL(kobbelt_rules, "kobbelt", "cube", false);
 TETRAKIS_BENCH_TO_LEVEL(doo_sabin_rules, "doo-sabin", "knot", false);
 TETRAKIS_BENCH_TO_LEVEL(sqrt3_hierarchy, "sqrt3", "cube", false);
 TETRAKIS_BENCH_TO_LEVEL(sqrt3_hierarchy_creases, "sqrt3", "extruded_pentagon", false);
-BENCHMARK_CAPTURE(sqrt3_to_uniform_level, sqrt3, "cube")
-    ->Name("hierarchy/to_uniform_level/sqrt3")
-    ->ArgsProduct({{5}, {1, 2}})
-    ->ArgNames({"level", "threads"})
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime();
 
 }  // namespace tetrakis::bench

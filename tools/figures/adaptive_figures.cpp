@@ -4,7 +4,6 @@
 #include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/adaptive/adaptive_dual.hpp"
-#include "../../refine/adaptive/adaptive_sqrt3.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "../../refine/factored/factored_mesh.hpp"
 #include "../../hier/trees/vertex_roots.hpp"
@@ -131,33 +130,26 @@ LevelledMesh quads_of(const Hierarchy& h) {
 }
 
 LevelledMesh adaptive_sqrt3(const ControlMesh& mesh, const Spot& spot) {
-    Sqrt3Forest forest(mesh);
-    ForestChange change;
+    Hierarchy h = make_hierarchy(mesh, "sqrt3");
     for (bool again = true; again;) {
         again = false;
-        const Sqrt3Mesh now = sqrt3_mesh(forest);
-        const std::vector<LeafId> leaves = forest.ordered_leaves();
-        const std::vector<Sqrt3Leaf> at = forest.leaves();
-        for (std::size_t i = 0; i < at.size(); ++i) {
-            const Sqrt3Leaf& leaf = at[i];
+        const HierarchyMesh now = h.to_mesh();
+        for (std::size_t i = 0; i < now.leaves.size(); ++i) {
+            // One before it may have split it, or made it whole.
+            if (!h.is_leaf(now.leaves[i])) continue;
+            // A half becomes a face of its level when the face beyond it is split, too.
+            const int level = h.node(now.leaves[i]).depth / 2;
             std::array<Vec3d, 3> corner;
             for (std::size_t k = 0; k < 3; ++k) corner[k] = now.mesh.positions[now.mesh.face_vertices[3 * i + k]];
             const Vec3d middle = (corner[0] + corner[1] + corner[2]) / 3.0;
             const double reach = std::max(
                 {glm::distance(corner[0], middle), glm::distance(corner[1], middle), glm::distance(corner[2], middle)});
-            // A half becomes a face of its level when the face beyond it is split, too.
-            const int now_level = leaf.half ? leaf.level - 1 : leaf.level;
-            if (now_level >= spot.base && (now_level >= spot.level || !spot.near(middle, reach / 2))) continue;
-            // One before it may have split it, or made it whole.
-            if (!forest.is_leaf(leaves[i]) || forest.is_half(leaves[i]) != leaf.half) continue;
-            forest.refine({&leaves[i], 1}, change);
+            if (level >= spot.base && (level >= spot.level || !spot.near(middle, reach / 2))) continue;
+            h.refine(now.leaves[i]);
             again = true;
         }
     }
-    Sqrt3Mesh out = sqrt3_mesh(forest);
-    LevelledMesh result{std::move(out.mesh), {}};
-    for (const Sqrt3Leaf& leaf : forest.leaves()) result.levels.push_back(leaf.level);
-    return result;
+    return leaves_of(h);
 }
 
 LevelledMesh dual_triangles(const ControlMesh& mesh, const SchemeInfo& scheme, const Spot& spot) {
