@@ -13,6 +13,7 @@ namespace tetrakis::detail {
 namespace {
 
 constexpr std::uint32_t k_grain = 64;
+constexpr std::size_t k_leaves_at_once = 1u << 14;  // their sites take some 20 MB
 constexpr std::size_t k_first_samples = 10, k_more_samples = 12;
 
 /// The corners, a point about the middle, and both thirds of each side. One lattice level below the cell's.
@@ -39,11 +40,9 @@ std::array<Sqrt3Point, k_more_samples> more_samples(const Sqrt3Cell& cell) {
     return result;
 }
 
-}  // namespace
-
-std::vector<double> sqrt3_leaf_errors(const Hierarchy& points, const Sqrt3Lattice& lattice,
-                                      std::span<const Sqrt3Triangle> leaves, double decide_at,
-                                      const std::function<void(double)>& report) {
+/// Of leaves whose points are found together.
+void block_errors(const Hierarchy& points, const Sqrt3Lattice& lattice, std::span<const Sqrt3Triangle> leaves,
+                  double decide_at, const std::function<void(double)>& report, std::span<double> errors) {
     const ControlMesh& mesh = points.mesh();
     const auto count = static_cast<std::uint32_t>(leaves.size());
     std::vector<Sqrt3Cell> cells(count);
@@ -64,7 +63,6 @@ std::vector<double> sqrt3_leaf_errors(const Hierarchy& points, const Sqrt3Lattic
     const auto is_sharp = [&](std::uint32_t leaf, std::size_t side) {
         return lattice.is_line(cells[leaf], side, cells[leaf].level - (leaves[leaf].half && side == 0 ? 1 : 0));
     };
-    std::vector<double> errors(count);
     std::vector<std::uint32_t> all(count), open;
     for (std::uint32_t i = 0; i < count; ++i) all[i] = i;
     const std::vector<Vec3d> first = limits(all, k_first_samples, 1, first_samples);
@@ -93,6 +91,19 @@ std::vector<double> sqrt3_leaf_errors(const Hierarchy& points, const Sqrt3Lattic
             add(open[i], &more[k_more_samples * i], 6, leaves[open[i]].half ? 6 : 12, 0);
         },
         k_grain);
+}
+
+}  // namespace
+
+std::vector<double> sqrt3_leaf_errors(const Hierarchy& points, const Sqrt3Lattice& lattice,
+                                      std::span<const Sqrt3Triangle> leaves, double decide_at,
+                                      const std::function<void(double)>& report) {
+    std::vector<double> errors(leaves.size(), 0.0);
+    for (std::size_t begin = 0; begin < leaves.size(); begin += k_leaves_at_once) {
+        const std::size_t count = std::min(k_leaves_at_once, leaves.size() - begin);
+        block_errors(points, lattice, leaves.subspan(begin, count), decide_at, report,
+                     std::span(errors).subspan(begin, count));
+    }
     return errors;
 }
 
