@@ -190,15 +190,15 @@ class Sqrt3Tessellator final : public TessellationRun {
     /// The leaves of a forest, with limit points for vertices.
     TriangleMesh triangle_mesh(const Sqrt3Forest& forest, std::vector<Site>& sites, const char* stage) const {
         TriangleMesh mesh;
-        constexpr std::uint32_t k_none = 0xFFFF'FFFFu;
-        std::vector<std::uint32_t> number(forest.point_slots(), k_none);
+        constexpr std::uint32_t k_no_number = 0xFFFF'FFFFu;
+        std::vector<std::uint32_t> number(forest.point_slots(), k_no_number);
         std::vector<PointId> points;
         forest.for_each_leaf([&](LeafId leaf, FaceId) {
             auto& triangle = mesh.triangles.emplace_back();
             const std::array<PointId, 3> corners = forest.points(leaf);
             for (std::size_t k = 0; k < 3; ++k) {
                 std::uint32_t& v = number[corners[k].value];
-                if (v == k_none) {
+                if (v == k_no_number) {
                     v = static_cast<std::uint32_t>(points.size());
                     points.push_back(corners[k]);
                 }

@@ -64,34 +64,34 @@ std::vector<std::uint32_t> root_halfedges(const VertexRoots& roots, const Repeat
     return first;
 }
 
-/// The points of a sum, of a block of sites.
-struct Terms {
-    std::vector<std::uint32_t> source;
-    std::vector<double> weight;
-    std::vector<std::uint32_t> row;
-
-    void clear() {
-        source.clear();
-        weight.clear();
-        row.clear();
-    }
-};
-
-/// A point of a mask, by its place relative to a vertex.
-struct LatticeTerm {
-    int x = 0, y = 0;
-    double weight = 0;
-};
-
 }  // namespace
 
 struct SiteRows::Workspace {
+    /// The points of a sum, of a block of sites.
+    struct Terms {
+        std::vector<std::uint32_t> source;
+        std::vector<double> weight;
+        std::vector<std::uint32_t> row;
+
+        void clear() {
+            source.clear();
+            weight.clear();
+            row.clear();
+        }
+    };
+
     std::array<LevelVertices, k_max_level + 2> levels;  ///< from the first level of the rows on
     Terms terms;
     Sums sums;
 };
 
 struct SiteRows::Rows {
+    /// A point of a mask, by its place relative to a vertex.
+    struct LatticeTerm {
+        int x = 0, y = 0;
+        double weight = 0;
+    };
+
     std::unique_ptr<const RepeatedRows> all;
     std::vector<std::uint32_t> root_halfedge;  ///< by root of sites, as RepeatedRows::corner_halfedges()
     int limit_level = 0;                       ///< RepeatedRows::limit_level()
@@ -230,7 +230,7 @@ void SiteRows::set_middle(Rows& rows) const {
     const std::optional<LimitRows> found = LimitSearch(scheme_, rules_).at_face(mesh, mesh.face_begin(face));
     if (!found || found->tangents.size() != 1) return;
     // The face's third corner is right above its middle.
-    const auto take = [&](const StencilRow& row, std::vector<LatticeTerm>& terms) {
+    const auto take = [&](const StencilRow& row, std::vector<Rows::LatticeTerm>& terms) {
         for (const auto& [v, weight] : row.terms) terms.push_back({v % side - rings - 2, v / side - rings - 2, weight});
     };
     take(found->limit, rows.middle);
@@ -349,9 +349,9 @@ void SiteRows::add(const Rows& rows, const Address& address, Wanted wanted, std:
         work.terms.row.push_back(row);
     };
     if (address.half_cell != 0) {
-        const auto sum = [&](std::uint32_t row, const std::vector<LatticeTerm>& terms) {
+        const auto sum = [&](std::uint32_t row, const std::vector<Rows::LatticeTerm>& terms) {
             const std::uint32_t x = address.x + address.half_cell, y = address.y + address.half_cell;
-            for (const LatticeTerm& term : terms)
+            for (const Rows::LatticeTerm& term : terms)
                 take(row,
                      net.place_seen(segments, h, x + static_cast<std::uint32_t>(term.x),
                                     y + static_cast<std::uint32_t>(term.y)),

@@ -3,10 +3,10 @@
 #include "../../eval/io/mesh_writer.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
+#include "../../hier/trees/vertex_roots.hpp"
 #include "../../refine/adaptive/adaptive_dual.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "../../refine/factored/factored_mesh.hpp"
-#include "../../hier/trees/vertex_roots.hpp"
 
 #include <algorithm>
 #include <array>
