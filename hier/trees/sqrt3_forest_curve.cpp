@@ -63,7 +63,7 @@ class Sqrt3Forest::CurveWalk {
         for (std::uint32_t side = 0; side < 3; ++side) {
             const std::uint32_t child = forest_.child_over(3 * slot + side);
             if (forest_.child_[child] == k_half)
-                mark(child, Sqrt3Lattice::half(cell, side));
+                mark(child, forest_.lattice().half(cell, side));
             else
                 visit(child, forest_.lattice().child(cell, side));
         }

@@ -223,16 +223,19 @@ Sqrt3Cell Sqrt3Lattice::child(const Sqrt3Cell& cell, std::size_t side) const {
         child.corner = side == 0 ? std::array{first, second, centre} : std::array{b, centre + third, second};
     else
         child.corner = side == 0 ? std::array{a, other - third, first} : std::array{other, second, first};
-    // A flipped face over an edge of the root has two children beyond it.
-    const Sqrt3Point middle = child.corner[0] + child.corner[1] + child.corner[2];
+    return in_root(child);
+}
+
+Sqrt3Cell Sqrt3Lattice::in_root(Sqrt3Cell cell) const {
+    const Sqrt3Point middle = cell.corner[0] + cell.corner[1] + cell.corner[2];
     for (std::uint32_t s = 0; s < 3; ++s) {
         if (middle[(s + 2) % 3] >= 0) continue;
         const HalfedgeId h(3 * cell.root.value + s);
-        for (Sqrt3Point& p : child.corner) p = across(*mesh_, h, p);
-        child.root = mesh_->face(mesh_->twin(h));
+        for (Sqrt3Point& p : cell.corner) p = across(*mesh_, h, p);
+        cell.root = mesh_->face(mesh_->twin(h));
         break;
     }
-    return child;
+    return cell;
 }
 
 Sqrt3Cell Sqrt3Lattice::cell(int level, std::uint64_t face) const {
@@ -246,12 +249,12 @@ Sqrt3Cell Sqrt3Lattice::cell(int level, std::uint64_t face) const {
     return at;
 }
 
-Sqrt3Cell Sqrt3Lattice::half(const Sqrt3Cell& whole, std::size_t side) {
+Sqrt3Cell Sqrt3Lattice::half(const Sqrt3Cell& whole, std::size_t side) const {
     const std::int64_t scale = whole.level % 2 == 0 ? 3 : 1;
-    return {whole.root,
-            static_cast<std::uint8_t>(whole.level + 1),
-            false,
-            {scale * whole.corner[side], scale * whole.corner[(side + 1) % 3], apex(whole, side)}};
+    return in_root({whole.root,
+                    static_cast<std::uint8_t>(whole.level + 1),
+                    false,
+                    {scale * whole.corner[side], scale * whole.corner[(side + 1) % 3], apex(whole, side)}});
 }
 
 Sqrt3Cell Sqrt3Lattice::cell(const Sqrt3Triangle& t) const {

@@ -125,7 +125,7 @@ class Sqrt3Lattice {
         return {control_face, 0, false, {Sqrt3Point{{1, 0, 0}}, Sqrt3Point{{0, 1, 0}}, Sqrt3Point{{0, 0, 1}}}};
     }
     /// The half triangle over a side of a face; of the level of its apex.
-    static Sqrt3Cell half(const Sqrt3Cell& whole, std::size_t side);
+    Sqrt3Cell half(const Sqrt3Cell& whole, std::size_t side) const;
     /// The face of the next level over a side of a face.
     Sqrt3Cell child(const Sqrt3Cell& cell, std::size_t side) const;
     /// The point of the next level that stands over a side in its face, in the lattice of that level: the face's
@@ -146,6 +146,8 @@ class Sqrt3Lattice {
         bool is_cut() const { return sharpness > 0 || kept; }
     };
 
+    /// A flipped face over an edge of the root has two children beyond it: such a cell, as seen from the face there.
+    Sqrt3Cell in_root(Sqrt3Cell cell) const;
     bool cuts(int level) const { return !smooth_ && level % 2 != 0; }
     static constexpr std::size_t k_kept_twins = 32;  // of a level: those of the faces around a few vertices
     /// The edge of a face that the step at a level cuts; none if there is none.
