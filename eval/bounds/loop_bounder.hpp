@@ -54,6 +54,8 @@ class LoopBounder : private detail::PatchBounder<> {
     Vec3d position(const detail::LoopCell& cell, const detail::Bary& at) const;
     void bound_cell(const detail::LoopCell& cell, const Piece& piece, int depth);
     void bound_regular(const Patch& cell, const Piece& piece);
+    /// Bound on the error of a piece of an irregular cell: a star's by norms, any other's by its hull.
+    /// @param may_split  as hull_error()
     double irregular_error(const detail::LoopCell& cell, const Piece& piece, bool may_split) const;
     /// The surface of a cell lies in the hull of the cell's points, its sides do, too.
     /// @param may_split  then any value that settles nothing will do where the error does not

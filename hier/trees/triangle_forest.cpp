@@ -110,33 +110,25 @@ unsigned TriangleForest::hanging_mask(std::uint32_t slot) const {
 
 GreenTriangles TriangleForest::green_triangles(LeafId leaf) const {
     const CellTriangle whole = triangle(leaf);
-    const auto own = points(leaf);
     const unsigned mask = hanging_mask(leaf.value);
     GreenTriangles green;
     if (mask == 0) {
         green.count = 1;
         green.cell[0] = whole;
-        green.point[0] = own;
         return green;
     }
     std::array<LatticePoint, 6> at;
-    std::array<PointId, 6> point;
     for (std::size_t e = 0; e < 3; ++e) {
         const LatticePoint p = whole.corner[e], q = whole.corner[(e + 1) % 3];
         at[e] = {2 * p.x, 2 * p.y};
         at[3 + e] = {p.x + q.x, p.y + q.y};
-        point[e] = own[e];
-        if (mask >> e & 1) point[3 + e] = PointId(hanging_point(leaf.value, static_cast<int>(e)));
     }
     const GreenPattern& pattern = k_patterns[mask];
     green.count = pattern.count;
     for (int t = 0; t < green.count; ++t) {
         green.cell[t].root = whole.root;
         green.cell[t].level = static_cast<std::uint8_t>(whole.level + 1);
-        for (int k = 0; k < 3; ++k) {
-            green.cell[t].corner[k] = at[pattern.corner[t][k]];
-            green.point[t][k] = point[pattern.corner[t][k]];
-        }
+        for (int k = 0; k < 3; ++k) green.cell[t].corner[k] = at[pattern.corner[t][k]];
     }
     return green;
 }

@@ -19,7 +19,6 @@ namespace tetrakis {
 struct GreenTriangles {
     int count = 0;  ///< 1 to 4
     std::array<CellTriangle, 4> cell;
-    std::array<std::array<PointId, 3>, 4> point;  ///< the corners of each
 };
 
 /// The rule of red triangles: child k < 3 keeps corner k, child 3 is the middle one, whose corner k lies opposite

@@ -10,9 +10,8 @@
 namespace tetrakis {
 
 /// The sqrt(3) scheme's points over sites of control triangles (sqrt3_site()). Levels are simple steps, two of which
-/// are one level of refine(). Even levels and limits come by rows where these repeat (detail::row_points()), all others
-/// by the scheme's rules on the part of each level that the sites depend on. Keeps references to the mesh and the
-/// scheme.
+/// are one level of refine(). Even levels and limits are those of detail::row_points(), odd levels are one simple step
+/// from the even ones. Keeps references to the mesh and the scheme.
 /// @param mesh  of triangles
 /// @param context, whole_levels  as row_points() takes them
 std::shared_ptr<const LevelSource> sqrt3_levels(const ControlMesh& mesh, const SchemeInfo& scheme,
