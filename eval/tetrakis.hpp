@@ -20,7 +20,7 @@
 #include "io/gpu_mesh.hpp"
 #include "io/mesh_reader.hpp"
 #include "io/mesh_writer.hpp"
-#include "patches/patch_positions.hpp"
+#include "patches/limit_surface.hpp"
 #include "render/render.hpp"
 #include "surface/height_image.hpp"
 #include "tessellate/tessellate.hpp"

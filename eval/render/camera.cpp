@@ -1,4 +1,4 @@
-#include "camera.hpp"
+#include "render.hpp"
 
 #include <glm/trigonometric.hpp>
 

@@ -2,6 +2,7 @@
 
 #include "control_mesh.hpp"
 #include "mesh_check.hpp"
+#include "mesh_links.hpp"
 
 #include <cstdint>
 #include <optional>

@@ -4,6 +4,7 @@
 #include "../base/ids.hpp"
 #include "../base/parallel.hpp"
 #include "corner_tags.hpp"
+#include "mesh_links.hpp"
 #include "mesh_places.hpp"
 
 #include <fmt/format.h>

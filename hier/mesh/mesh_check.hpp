@@ -1,7 +1,6 @@
 #pragma once
 
 #include "control_mesh.hpp"
-#include "mesh_links.hpp"
 
 #include <cmath>
 #include <cstdint>
@@ -68,6 +67,9 @@ std::vector<MeshFault> find_faults(const ControlMeshData& data);
 std::vector<std::string> find_oddities(const ControlMeshData& data);
 
 namespace detail {
+
+struct EdgeUse;
+struct MeshLinks;
 
 /// Faults of single elements: sizes, coordinates, faces, attributes, tags (but whether a crease's edge exists).
 std::vector<MeshFault> element_faults(const ControlMeshData& data);

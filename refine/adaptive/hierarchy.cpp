@@ -5,6 +5,7 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../schemes/core/rule_step.hpp"
 #include "../uniform/refine.hpp"
+#include "hierarchy_family.hpp"
 
 #include <algorithm>
 #include <new>
@@ -18,6 +19,16 @@ Hierarchy::Hierarchy(std::unique_ptr<HierarchyFamily> family, const SchemeInfo& 
     : family_(std::move(family)), scheme_(&scheme), rules_(rule_choices(rules)), generation_(family_->leaf_slots(), 0) {
     for (std::uint32_t f = 0; f < mesh().face_count(); ++f) has_holes_ |= mesh().is_hole(FaceId(f));
 }
+
+Hierarchy::Hierarchy(Hierarchy&&) noexcept = default;
+Hierarchy& Hierarchy::operator=(Hierarchy&&) noexcept = default;
+Hierarchy::~Hierarchy() = default;
+
+const ControlMesh& Hierarchy::mesh() const { return family_->mesh(); }
+std::string_view Hierarchy::family() const { return family_->name(); }
+const HierarchyTree& Hierarchy::tree() const { return family_->tree(); }
+std::uint32_t Hierarchy::leaf_count() const { return family_->leaf_count(); }
+std::uint32_t Hierarchy::point_slots() const { return family_->point_slots(); }
 
 // Handles.
 

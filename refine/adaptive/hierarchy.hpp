@@ -4,9 +4,9 @@
 #include "../../hier/base/run_context.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../schemes/core/scheme_table.hpp"
+#include "../rules/limit_point.hpp"
 #include "../rules/polygon_mesh.hpp"
 #include "adaptive.hpp"
-#include "hierarchy_family.hpp"
 #include "hierarchy_journal.hpp"
 #include "hierarchy_leaf.hpp"
 
@@ -22,6 +22,10 @@
 #include <vector>
 
 namespace tetrakis {
+
+class HierarchyFamily;
+struct FamilyUpdate;
+struct HierarchyFaces;
 
 /// Answers for leaves, in large batches, from the calling thread: sets wanted[i] to 1 where leaves[i] is to be refined
 /// (or may be merged). The answer must depend on the leaf alone.
@@ -98,19 +102,20 @@ class Hierarchy {
     /// The leaves of a family; its mesh and scheme outlive the hierarchy.
     /// @param rules  what its points are made by, for save() and load()
     Hierarchy(std::unique_ptr<HierarchyFamily> family, const SchemeInfo& scheme, const RuleOptions& rules = {});
-    Hierarchy(Hierarchy&&) noexcept = default;
-    Hierarchy& operator=(Hierarchy&&) noexcept = default;
+    Hierarchy(Hierarchy&&) noexcept;
+    Hierarchy& operator=(Hierarchy&&) noexcept;
+    ~Hierarchy();
 
-    const ControlMesh& mesh() const { return family_->mesh(); }
+    const ControlMesh& mesh() const;
     const SchemeInfo& scheme() const { return *scheme_; }
     /// "bisection", "triangles", ...
-    std::string_view family() const { return family_->name(); }
+    std::string_view family() const;
     /// The shape of the trees: depth limit, children of a node. Valid until load() or shrink().
-    const HierarchyTree& tree() const { return family_->tree(); }
+    const HierarchyTree& tree() const;
 
     // Leaves and nodes.
 
-    std::uint32_t leaf_count() const { return family_->leaf_count(); }
+    std::uint32_t leaf_count() const;
     /// All leaves in the order of a space-filling curve, which depends on the set of leaves alone: by root, then by
     /// path
     /// ("sqrt3", where siblings share a vertex, but no edge: by the control face that they lie in, then along a Z-order
@@ -131,7 +136,7 @@ class Hierarchy {
     /// The leaves across side k of a leaf. O(1) (sqrt3: O(level)).
     LeafNeighbours neighbours(LeafHandle leaf, int side) const;
     /// Vertices are numbered below this (LeafView::point).
-    std::uint32_t point_slots() const { return family_->point_slots(); }
+    std::uint32_t point_slots() const;
 
     // Changes. Each returns the leaves that are new, those of one call in an order that depends on the calls so far
     // alone. @throws Error: invalid_input: a handle is stale or was never one; memory_limit.

@@ -3,6 +3,7 @@
 #include "../../hier/base/parallel.hpp"
 #include "../rules/triangle_cut.hpp"
 #include "hierarchy.hpp"
+#include "hierarchy_family.hpp"
 
 #include <algorithm>
 #include <string>

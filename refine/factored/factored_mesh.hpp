@@ -2,7 +2,7 @@
 
 #include "../../hier/base/run_context.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
-#include "../../schemes/core/rule_step.hpp"
+#include "../../schemes/core/rule_options.hpp"
 #include "../rules/polygon_mesh.hpp"
 
 #include <array>

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "../../hier/mesh/control_mesh.hpp"
+#include "../../schemes/core/rule_step.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 #include "parallel_blocks.hpp"
 

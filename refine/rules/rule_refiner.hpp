@@ -1,10 +1,10 @@
 #pragma once
 
-#include "../../hier/base/run_context.hpp"
 #include "../../hier/base/vec.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
+#include "../../schemes/core/rule_step.hpp"
 #include "../../schemes/core/scheme_table.hpp"
-#include "polygon_mesh.hpp"
+#include "refine_options.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -12,7 +12,6 @@
 
 namespace tetrakis {
 
-struct RefineOptions;
 namespace detail {
 class RuleLevels;
 /// @throws Error  invalid_input, as RuleRefiner
@@ -23,19 +22,6 @@ void check_rounds(int levels, const RefineOptions& options);
 void check_rule_memory(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, int asked,
                        const RunContext& context, std::uint64_t beside = 0);
 }  // namespace detail
-
-struct RefineOptions {
-    RuleOptions rules{};
-    /// Rounds of smoothing of the control points before the first level, for interpolating schemes, which show every
-    /// dent of the control mesh: each point goes halfway to the mean of its neighbours (on a crease or boundary of its
-    /// two along it; corners stay).
-    int smoothing = 0;
-    bool limit = false;    ///< put the vertices on the limit surface
-    bool normals = false;  ///< limit normals (with or without `limit`)
-    /// refine() only: numbers per control vertex, refined by the same masks into PolygonMesh::attributes.
-    std::span<const VertexAttribute> attributes{};
-    RunContext context{};
-};
 
 /// The control mesh as the rules of any scheme take it, same numbers of vertices, half-edges and faces, with its corner
 /// angles and, where the rules measure them, those of the other sectors at corners.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "../../schemes/core/rule_step.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 #include "root_lattices.hpp"
 

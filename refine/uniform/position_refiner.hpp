@@ -3,8 +3,7 @@
 #include "../../hier/base/vec.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../schemes/core/scheme_table.hpp"
-#include "../rules/polygon_mesh.hpp"
-#include "../rules/rule_refiner.hpp"
+#include "../rules/refine_options.hpp"
 
 #include <memory>
 #include <span>

@@ -1,8 +1,9 @@
 #pragma once
 
 #include "../../hier/mesh/control_mesh.hpp"
-#include "../rules/polygon_mesh.hpp"
-#include "../rules/rule_refiner.hpp"
+#include "../../schemes/core/scheme_table.hpp"
+#include "../../schemes/core/stencil_table.hpp"
+#include "../rules/refine_options.hpp"
 
 #include <optional>
 #include <string>

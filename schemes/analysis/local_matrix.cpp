@@ -1,3 +1,5 @@
+#include "../core/masks.hpp"
+#include "../core/sector_fan.hpp"
 #include "spectrum.hpp"
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "../core/scheme_table.hpp"
+#include "../core/stencil_table.hpp"
 
 #include <complex>
 #include <string_view>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "sector_fan.hpp"
+#include "fan_labels.hpp"
 
 #include <utility>
 #include <vector>

@@ -1,11 +1,9 @@
 #pragma once
 
 #include "rule_mesh.hpp"
+#include "rule_options.hpp"
 #include "stencil_table.hpp"
 
-#include <optional>
-#include <string>
-#include <string_view>
 #include <vector>
 
 namespace tetrakis {
@@ -26,45 +24,5 @@ struct RuleStep {
     /// to that of one of its half-edges, the face of a vertex to one around it.
     std::vector<int> parent_face{};
 };
-
-/// The C1 rule for smooth edges that end in a boundary or crease (Biermann, Levin, Zorin 2000).
-enum class EdgeBesideCrease {
-    plain,   ///< the smooth rule of the interior: no tangent plane where more than 3 quads or 5 triangles meet
-    cosine,  ///< the weights depend on the number of faces
-    brief,   ///< constant weights, those of a large number of faces
-};
-enum class LoopWeights { loop, warren };
-/// What a scheme does with the missing neighbours at the end of an open mesh.
-enum class AveragingBoundary {
-    replicate,  ///< copies of the boundary vertices lie around it
-    recede,     ///< the outer ring of control points is used up: the mesh shrinks by it
-};
-
-/// Choices that the rules of some schemes offer; a scheme ignores those that it does not have.
-struct RuleOptions {
-    EdgeBesideCrease edge_beside_crease = EdgeBesideCrease::plain;  ///< loop, tuned-loop, catmull-clark
-    LoopWeights loop_weights = LoopWeights::loop;                   ///< loop
-    bool hoppe_crease = false;  ///< loop: Hoppe et al. 1994, the crease edge rule that knows the valence
-    /// catmull-clark: total weights of the edge neighbours and of the opposite corners at extraordinary vertices
-    /// between quads; see catmull_clark_weight_range().
-    std::optional<double> catmull_clark_beta{}, catmull_clark_gamma{};
-    bool reflect_at_boundary = false;  ///< modified-butterfly: missing points by reflection, not by rules of their own
-    double butterfly_w = 0;            ///< butterfly: the tension of the ten-point rule
-    double tuning = 1;                 ///< tuned-loop: 0 Loop's eigenvalues, 1 the prescribed ones
-    int averaging_steps = 3;           ///< averaging
-    AveragingBoundary averaging_boundary = AveragingBoundary::replicate;
-    /// loop, tuned-loop, catmull-clark: interior angle of the sectors at corners that have none of their own
-    /// (RuleMesh::corner_angle()); 0: the plain rule.
-    double corner_angle = 0;
-    /// The same: where a control mesh becomes a RuleMesh, a sector without an angle of its own takes the sum of its
-    /// faces' angles there (usable_corner_angle()).
-    bool measure_corner_angles = false;
-    bool chaikin_creases = false;  ///< loop, catmull-clark: of semi-sharp edges, as CreaseMethod::chaikin asks for
-    const BlockRunner* runner = nullptr;  ///< no choice of rules: who computes the rows of a step; nullptr: the caller
-};
-
-/// The options that choose other rules than the default ones, as text: "averaging_steps 2, tuning 0.5", in the order of
-/// their declaration; empty for plain rules. Equal texts are equal rules: numbers are written to their last bit.
-std::string rule_choices(const RuleOptions& options);
 
 }  // namespace tetrakis

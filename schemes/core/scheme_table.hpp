@@ -1,7 +1,7 @@
 #pragma once
 
-#include "masks.hpp"
-#include "rule_step.hpp"
+#include "fan_labels.hpp"
+#include "rule_options.hpp"
 
 #include <cstddef>
 #include <iterator>
@@ -10,6 +10,10 @@
 #include <string_view>
 
 namespace tetrakis {
+
+class RuleMesh;
+struct RuleStep;
+struct ClosedMasks;
 
 /// The schemes a call can ask for.
 enum class SchemeKind { catmull_clark, loop };

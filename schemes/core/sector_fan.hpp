@@ -1,71 +1,12 @@
 #pragma once
 
+#include "fan_labels.hpp"
 #include "rule_step.hpp"
 
-#include <compare>
-#include <map>
 #include <span>
 #include <vector>
 
 namespace tetrakis {
-
-/// What a scheme's regular mesh is made of, seen from the point whose neighbourhood maps to itself.
-enum class FanLattice {
-    triangles,  ///< around a vertex, triangles
-    quads,      ///< around a vertex, quads
-    dual,       ///< around a face, quads: dual schemes
-    pentagons,  ///< around a boundary vertex of hexagons, the two faces along the boundary
-};
-
-/// A neighbourhood with one extraordinary point in the middle. A corner of a dual scheme, which has one face after a
-/// step, is a corner between quads.
-struct FanShape {
-    int faces = 0;          ///< around the vertex (primal), or corners of the face (dual, interior)
-    bool boundary = false;  ///< the vertex is on the boundary (primal); half a lattice along a boundary edge (dual)
-    bool corner = false;    ///< the vertex is tagged a corner
-    bool dart = false;      ///< the edges on the first ray are sharp (primal, interior)
-    double angle = 0;       ///< that the corner has of its own; 0: none
-    bool hexagons = false;  ///< beyond the face (dual, interior) lies one ring of hexagons instead of quads
-
-    friend bool operator==(const FanShape&, const FanShape&) = default;
-};
-
-/// Place of a vertex in a fan. Primal: a steps along ray `sector`, then b along the next ray, a >= 1; the centre is
-/// {0, 0, 0}. Pentagons: a steps along the boundary from the vertex (sector 0 ahead, 1 behind), b = 1 across the face;
-/// b > 1 between the two. Dual: from corner `sector` of the middle face, a steps out along the side before it and b
-/// along the side after it; at a boundary a steps away from the middle of the edge along the boundary (sector 0 ahead,
-/// 1 behind) and b steps inwards. Hexagons: {s, 1, 1} is beyond the edge that leaves corner s, {s, 0, 1} and {s, 1, 0}
-/// are beside that in the hexagons beyond the sides after and before the corner.
-struct FanLabel {
-    int sector = 0, a = 0, b = 0;
-    friend auto operator<=>(const FanLabel&, const FanLabel&) = default;
-};
-
-/// The labels of a fan's inner rings and their numbers: ring by ring, within a ring place by place, then by sector.
-class FanLabels {
-  public:
-    FanLabels(FanLattice lattice, const FanShape& shape, int rings);
-
-    const std::vector<FanLabel>& all() const { return labels_; }
-    int size() const { return static_cast<int>(labels_.size()); }
-    /// Number of a label in any of its spellings; -1 if it is outside.
-    int find(FanLabel label) const;
-    FanLabel canonical(FanLabel label) const;
-    /// The label on the other side of the boundary fan's axis.
-    FanLabel mirrored(FanLabel label) const;
-
-    FanLattice lattice() const { return lattice_; }
-    const FanShape& shape() const { return shape_; }
-    int rings() const { return rings_; }
-    int ring_of(FanLabel label) const;
-
-  private:
-    FanLattice lattice_;
-    FanShape shape_;
-    int rings_;
-    std::vector<FanLabel> labels_;
-    std::map<FanLabel, int> number_;
-};
 
 /// A mesh of `rings` rings around the middle, whose vertices are numbered as FanLabels does.
 struct SectorFan {

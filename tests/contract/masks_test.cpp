@@ -5,6 +5,7 @@
 #include "../../hier/base/error.hpp"
 #include "../../refine/uniform/refine.hpp"
 #include "../../schemes/analysis/spectrum.hpp"
+#include "../../schemes/core/masks.hpp"
 
 #include <doctest/doctest.h>
 

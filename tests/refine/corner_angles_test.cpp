@@ -10,6 +10,7 @@
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "../../refine/attributes/uv_mesh.hpp"
 #include "../../refine/factored/factored_mesh.hpp"
+#include "../../refine/rules/rule_refiner.hpp"
 #include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>

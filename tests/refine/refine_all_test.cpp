@@ -4,6 +4,7 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
+#include "../../refine/rules/rule_refiner.hpp"
 #include "../../refine/uniform/refine.hpp"
 
 #include <doctest/doctest.h>

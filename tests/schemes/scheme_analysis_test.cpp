@@ -2,6 +2,7 @@
 
 #include "../../schemes/analysis/spectrum.hpp"
 #include "../../schemes/core/dense_eigen.hpp"
+#include "../../schemes/core/sector_fan.hpp"
 
 #include <doctest/doctest.h>
 

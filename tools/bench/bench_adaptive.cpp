@@ -1,4 +1,4 @@
-#include "../../eval/patches/patch_positions.hpp"
+#include "../../eval/patches/limit_surface.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
 #include "adaptive_peers.hpp"
@@ -82,7 +82,7 @@ class Ours {
     }
     Hierarchy fresh(bool patches = false) const {
         HierarchyOptions options;
-        if (patches) options.limit_positions = std::make_shared<PatchPositions>(control(case_), SchemeKind::loop);
+        if (patches) options.limit_positions = std::make_shared<LimitSurface>(control(case_), SchemeKind::loop);
         return make_hierarchy(control(case_), case_.sqrt3 ? "sqrt3" : "loop", options);
     }
     HierarchyMesh refine(Hierarchy& h, MeshPositions positions) const {

@@ -1,4 +1,4 @@
-#include "../../eval/patches/patch_positions.hpp"
+#include "../../eval/patches/limit_surface.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
 #include "../../hier/mesh/triangulate.hpp"
@@ -36,7 +36,7 @@ enum Operations { bulk, single, with_limits };
 // surface of a regular torus.
 void forest_operations(benchmark::State& state, Operations kind) {
     const ControlMesh mesh = ControlMesh::build(torus(32));
-    const PatchPositions patches(mesh, SchemeKind::catmull_clark);
+    const LimitSurface patches(mesh, SchemeKind::catmull_clark);
     BisectionForest forest(mesh);
     std::vector<LeafId> leaves, created;
     std::vector<Site> sites;
@@ -94,7 +94,7 @@ void to_uniform_level(benchmark::State& state, const std::string& scheme, const 
     const int level = static_cast<int>(state.range(0));
     HierarchyOptions options;
     options.context = context_of(state.range(1));
-    if (by_patches) options.limit_positions = std::make_shared<PatchPositions>(mesh, scheme_from_name(scheme).value());
+    if (by_patches) options.limit_positions = std::make_shared<LimitSurface>(mesh, scheme_from_name(scheme).value());
     // Depth 2 l + 1 has all points of lattice level l, which is scheme level l + 1; sqrt3: halves of half steps.
     const bool bisection = make_hierarchy(mesh, scheme, options).family() == "bisection";
     const int depth = bisection ? 2 * level - 1 : sqrt3 ? 4 * level : triangles ? level : level - 1;

@@ -5,7 +5,7 @@
 
 int main() {
     const auto cage = tetrakis::load_control_mesh("data/cube.obj");
-    const tetrakis::QuadPatches surface(cage);  // Catmull-Clark; LoopPatches are the same for Loop
+    const tetrakis::LimitSurface surface(cage, tetrakis::SchemeKind::catmull_clark);  // or loop
 
     // Each face corner (half-edge) has a cell of its own: (0, 0) is the vertex, (1, 1) the centre of the face.
     const tetrakis::HalfedgeId corner = cage.face_halfedge(tetrakis::FaceId(0));

@@ -3,6 +3,7 @@
 #include "../../../eval/surface/triangle_mesh.hpp"
 #include "../../../hier/base/vec.hpp"
 #include "../../../schemes/analysis/spectrum.hpp"
+#include "../../../schemes/core/rule_mesh.hpp"
 
 #include <vector>
 

@@ -3,7 +3,7 @@
 
 #include "../../eval/estimate/hierarchy_estimator.hpp"
 #include "../../eval/estimate/linear_bound.hpp"
-#include "../../eval/patches/patch_positions.hpp"
+#include "../../eval/patches/limit_surface.hpp"
 
 #include <doctest/doctest.h>
 #include <glm/geometric.hpp>
@@ -21,7 +21,7 @@ constexpr bool takes_what_stays =
     std::is_constructible_v<Keeper, const Kept&, Rest...> && !std::is_constructible_v<Keeper, Kept, Rest...>;
 static_assert(takes_what_stays<QuadPatches, ControlMesh>);
 static_assert(takes_what_stays<LoopPatches, ControlMesh>);
-static_assert(takes_what_stays<PatchPositions, ControlMesh, SchemeKind>);
+static_assert(takes_what_stays<LimitSurface, ControlMesh, SchemeKind>);
 static_assert(takes_what_stays<LinearBound, ControlMesh, const SchemeInfo&>);
 static_assert(takes_what_stays<HierarchyEstimator, Hierarchy, double>);
 
@@ -35,7 +35,7 @@ TEST_CASE_TEMPLATE("[inv1] a hierarchy whose limits come from patches has the me
         const ControlMesh mesh = test::random_patch_mesh<Family>(seed);
         Hierarchy by_rules = make_hierarchy(mesh, name(scheme));
         Hierarchy by_patches =
-            make_hierarchy(mesh, name(scheme), {.limit_positions = std::make_shared<PatchPositions>(mesh, scheme)});
+            make_hierarchy(mesh, name(scheme), {.limit_positions = std::make_shared<LimitSurface>(mesh, scheme)});
         Random random(seed);
         test::random_changes(by_rules, 10, 8, random, [] {});
         by_patches.load(by_rules.saved());
