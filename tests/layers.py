@@ -11,7 +11,7 @@ import sys
 LAYERS = {
     "schemes": ["core", "rules", "analysis", "curves"],
     "hier": ["base", "mesh", "forest", "trees"],
-    "refine": ["rules", "attributes", "uniform", "points", "adaptive", "factored"],
+    "refine": ["rules", "attributes", "uniform", "points", "families", "adaptive", "factored"],
     "eval": ["surface", "patches", "bounds", "distance", "estimate", "io", "tessellate", "render"],
 }
 KNOWS = {"schemes": ["schemes"], "hier": ["hier"], "refine": ["schemes", "hier", "refine"]}

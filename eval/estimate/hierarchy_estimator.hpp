@@ -1,7 +1,7 @@
 #pragma once
 
-#include "../../refine/adaptive/adaptive.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
+#include "../../refine/families/error_estimator.hpp"
 
 #include <limits>
 #include <span>

@@ -2,8 +2,8 @@
 
 #include "../../hier/base/run_context.hpp"
 #include "../../hier/mesh/fan_choice.hpp"
-#include "../../refine/adaptive/adaptive.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
+#include "../../refine/families/error_estimator.hpp"
 #include "../distance/limit_samples.hpp"
 
 #include <span>

@@ -3,7 +3,7 @@
 #include "../../hier/base/vec.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../hier/mesh/fan_choice.hpp"
-#include "../../refine/adaptive/adaptive.hpp"
+#include "../../refine/families/error_estimator.hpp"
 
 #include <array>
 #include <span>

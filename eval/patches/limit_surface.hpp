@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../../refine/adaptive/adaptive.hpp"
+#include "../../refine/points/position_source.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 #include "../surface/surface_point.hpp"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../../refine/adaptive/adaptive.hpp"
+#include "../../refine/families/error_estimator.hpp"
 #include "../bounds/point_triangle.hpp"
 #include "surface_map.hpp"
 #include "tessellate.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../../refine/adaptive/adaptive.hpp"
+#include "../../refine/families/error_estimator.hpp"
 #include "shading_normals.hpp"
 #include "tessellate.hpp"
 

@@ -5,7 +5,7 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/base/radix_sort.hpp"
 #include "../../hier/base/spread_bits.hpp"
-#include "adaptive.hpp"
+#include "../families/error_estimator.hpp"
 #include "triangle_memory.hpp"
 
 #include <algorithm>

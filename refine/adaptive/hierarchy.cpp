@@ -4,8 +4,8 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../schemes/core/rule_step.hpp"
+#include "../families/hierarchy_family.hpp"
 #include "../uniform/refine.hpp"
-#include "hierarchy_family.hpp"
 
 #include <algorithm>
 #include <new>

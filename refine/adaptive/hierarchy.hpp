@@ -4,11 +4,12 @@
 #include "../../hier/base/run_context.hpp"
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../../schemes/core/scheme_table.hpp"
+#include "../families/error_estimator.hpp"
+#include "../families/hierarchy_leaf.hpp"
+#include "../points/position_source.hpp"
 #include "../rules/limit_point.hpp"
 #include "../rules/polygon_mesh.hpp"
-#include "adaptive.hpp"
 #include "hierarchy_journal.hpp"
-#include "hierarchy_leaf.hpp"
 
 #include <cstddef>
 #include <filesystem>

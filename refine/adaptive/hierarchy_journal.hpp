@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../hier/forest/site.hpp"
-#include "hierarchy_leaf.hpp"
+#include "../families/hierarchy_leaf.hpp"
 
 #include <cstddef>
 #include <cstdint>

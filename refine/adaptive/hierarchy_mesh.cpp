@@ -1,9 +1,9 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
+#include "../families/hierarchy_family.hpp"
 #include "../rules/triangle_cut.hpp"
 #include "hierarchy.hpp"
-#include "hierarchy_family.hpp"
 
 #include <algorithm>
 #include <string>

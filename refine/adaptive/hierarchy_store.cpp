@@ -1,7 +1,7 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/files.hpp"
+#include "../families/hierarchy_family.hpp"
 #include "hierarchy.hpp"
-#include "hierarchy_family.hpp"
 #include "hierarchy_file.hpp"
 
 #include <algorithm>

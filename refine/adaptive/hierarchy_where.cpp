@@ -1,7 +1,7 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/parallel.hpp"
+#include "../families/hierarchy_family.hpp"
 #include "hierarchy.hpp"
-#include "hierarchy_family.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
 #include "../../hier/base/error.hpp"
+#include "../families/hierarchy_families.hpp"
 #include "../points/row_points.hpp"
 #include "../points/sqrt3_levels.hpp"
 #include "../points/vertex_links.hpp"
 #include "../uniform/refine.hpp"
 #include "hierarchy.hpp"
-#include "hierarchy_families.hpp"
 
 #include <string>
 #include <utility>

@@ -1,4 +1,4 @@
-#include "adaptive.hpp"
+#include "error_estimator.hpp"
 
 #include "../../hier/base/error.hpp"
 

@@ -2,8 +2,6 @@
 #include "../../hier/forest/check.hpp"
 #include "../../hier/trees/triangle_cell.hpp"
 #include "../../hier/trees/triangle_forest.hpp"
-#include "described_family.hpp"
-#include "hierarchy_faces.hpp"
 #include "hierarchy_families.hpp"
 
 #include <algorithm>

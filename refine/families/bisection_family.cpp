@@ -1,7 +1,5 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
-#include "described_family.hpp"
-#include "hierarchy_faces.hpp"
 #include "hierarchy_families.hpp"
 
 #include <algorithm>

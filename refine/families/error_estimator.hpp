@@ -1,6 +1,5 @@
 #pragma once
 
-#include "../../hier/base/vec.hpp"
 #include "../../hier/forest/site.hpp"
 
 #include <span>
@@ -9,16 +8,6 @@ namespace tetrakis {
 
 class VertexForest;
 struct Sqrt3Triangle;
-
-/// Gives positions of an adaptive mesh's vertices: a pure function of the site (refine/README.md). Called with large
-/// batches, from several threads at once.
-class PositionSource {
-  public:
-    virtual ~PositionSource() = default;
-    /// @param sites      canonical sites
-    /// @param positions  receives sites.size() positions in the unit and frame of the control mesh
-    virtual void positions(std::span<const Site> sites, std::span<Vec3d> positions) const = 0;
-};
 
 /// Decides where to refine: gives the leaves of a hierarchy errors, in the unit of the control mesh, to be compared
 /// with the tolerance. An error depends on the leaf and its part of the output mesh alone.

@@ -4,7 +4,7 @@
 #include "../../hier/mesh/control_mesh.hpp"
 #include "../points/level_source.hpp"
 #include "../rules/polygon_mesh.hpp"
-#include "adaptive.hpp"
+#include "error_estimator.hpp"
 #include "hierarchy_leaf.hpp"
 
 #include <array>

@@ -2,7 +2,6 @@
 #include "../../hier/forest/check.hpp"
 #include "../../hier/trees/vertex_forest.hpp"
 #include "../../hier/trees/vertex_roots.hpp"
-#include "described_family.hpp"
 #include "hierarchy_families.hpp"
 
 #include <algorithm>

@@ -1,7 +1,6 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/trees/sqrt3_forest.hpp"
-#include "described_family.hpp"
 #include "hierarchy_families.hpp"
 
 #include <algorithm>

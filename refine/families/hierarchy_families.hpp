@@ -1,0 +1,88 @@
+#pragma once
+
+#include "../../hier/base/memory.hpp"
+#include "../../hier/base/parallel.hpp"
+#include "../../hier/forest/exported_triangles.hpp"
+#include "../../hier/trees/vertex_roots.hpp"
+#include "hierarchy_family.hpp"
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace tetrakis {
+
+/// The family of quad schemes: a 4-8 bisection forest over corner cells; see Hierarchy. Keeps a reference to the mesh.
+/// @param source  points over corner cells: lattice level l is scheme level l + 1
+std::unique_ptr<HierarchyFamily> bisection_family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source);
+
+/// The family of triangle schemes: triangle quadtrees with red-green closure; see Hierarchy.
+/// @param source  points over face triangles: lattice level l is scheme level l
+/// @throws Error  unsupported: a face is not a triangle
+std::unique_ptr<HierarchyFamily> triangle_family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source);
+
+/// The family of dual schemes: vertex quadtrees; see Hierarchy. Keeps a reference to the mesh.
+/// @param source  points over the cells of those roots, written as sites (cell_site())
+std::unique_ptr<HierarchyFamily> vertex_family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source,
+                                               VertexRoots roots);
+
+/// The family of the sqrt(3) scheme: triangles split at their centres and flipped; see Hierarchy. Keeps a reference to
+/// the mesh.
+/// @param source  points over sites as sqrt3_levels() gives them
+/// @throws Error  as Sqrt3Forest
+std::unique_ptr<HierarchyFamily> sqrt3_family(const ControlMesh& mesh, std::shared_ptr<const LevelSource> source);
+/// Levels that its paths have room for: 32, less on a mesh whose level 32 would have more than 2^64 half-edges.
+int sqrt3_tree_levels(const ControlMesh& mesh);
+
+/// What families share.
+namespace detail {
+
+/// A family's answers about leaves from its describe(leaf, view), which fills all of a view but the handle's generation
+/// (a friend can be private), and its depth(leaf). For many leaves neither is called by way of a table.
+template <class Family>
+class DescribedFamily : public HierarchyFamily {
+  public:
+    using HierarchyFamily::view;
+    LeafView view(LeafId leaf) const final {
+        LeafView view;
+        self().describe(leaf, view);
+        return view;
+    }
+    void views(std::span<const LeafId> leaves, std::span<LeafView> views) const final {
+        for (std::size_t i = 0; i < leaves.size(); ++i) self().describe(leaves[i], views[i]);
+    }
+    void remove_below(int least_depth, std::vector<LeafId>& leaves) const final {
+        std::erase_if(leaves, [&](LeafId leaf) { return self().depth(leaf) >= least_depth; });
+    }
+
+  private:
+    const Family& self() const { return static_cast<const Family&>(*this); }
+};
+
+/// The output mesh of a family whose leaves are exported as triangles. `level(leaf)` is its level as NodeView has it.
+template <class Level>
+HierarchyFaces faces_of(PooledTriangles exported, bool with_levels, const Level& level) {
+    const auto count = static_cast<std::uint32_t>(exported.triangles.size());
+    HierarchyFaces faces;
+    resize_large(faces.face_offsets, count + std::size_t{1});
+    for_each_index(count, [&](std::uint32_t t) { faces.face_offsets[t + std::size_t{1}] = 3 * (t + 1); });
+    // Appended: to resize it first would go over all of it twice.
+    reserve_large(faces.face_vertices, 3 * std::size_t{count});
+    for (const auto& triangle : exported.triangles)
+        faces.face_vertices.insert(faces.face_vertices.end(), triangle.begin(), triangle.end());
+    if (with_levels) {
+        faces.levels.resize(count);
+        for_each_index(count, [&](std::uint32_t t) { faces.levels[t] = level(exported.leaves[t]); });
+    }
+    faces.control_faces = std::move(exported.faces);
+    faces.sites = std::move(exported.sites);
+    faces.leaves = std::move(exported.leaves);
+    faces.points = std::move(exported.points);
+    return faces;
+}
+
+}  // namespace detail
+
+}  // namespace tetrakis
