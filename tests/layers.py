@@ -1,6 +1,8 @@
 """The layer rule: no include points up, between layers or between the folders of one (README.md of each layer).
 
-Programs that stand for users (tools/tetrakis, tools/examples, tests/contract) include public headers only.
+Programs that stand for users (tools/tetrakis, tools/examples, tests/contract) include public headers only, but for
+tools/tetrakis/schemes, which draws what schemes are made of. Above schemes/ nobody asks which scheme it is: what differs
+is a field of SchemeInfo.
 Usage: layers.py SOURCE_DIR; prints every arrow that points up, and fails if there is one.
 """
 import os
@@ -16,7 +18,8 @@ LAYERS = {
 }
 KNOWS = {"schemes": ["schemes"], "hier": ["hier"], "refine": ["schemes", "hier", "refine"]}
 KNOWS["eval"] = KNOWS["refine"] + ["eval"]
-USERS = ["tools/examples", "tests/contract"]
+USERS = ["tools/tetrakis", "tools/examples", "tests/contract"]
+INSIDERS = ["tools/tetrakis/schemes"]
 
 
 def sources(root, folder):
@@ -47,7 +50,8 @@ def fault(root, public, source, target):
         return "no such file"
     here, there = source.split("/"), target.split("/")
     if here[0] not in LAYERS:
-        users = any(source.startswith(folder + "/") for folder in USERS)
+        within = lambda folders: any(source.startswith(folder + "/") for folder in folders)
+        users = within(USERS) and not within(INSIDERS)
         return "not a public header" if users and there[0] in LAYERS and target not in public else None
     if there[0] not in KNOWS[here[0]]:
         return f"{here[0]} does not know {there[0]}"
@@ -63,6 +67,15 @@ def fault(root, public, source, target):
     return None
 
 
+ASKS_WHICH = re.compile(r"scheme\w*(?:\(\)|\.info\(\))?\.(?:name\(?\)?|step) *[!=]= *[\w\"]")
+
+
+def names_asked(root, source):
+    """Lines that compare the name or the function of a scheme."""
+    with open(os.path.join(root, source), encoding="utf-8") as file:
+        return [number for number, line in enumerate(file, 1) if ASKS_WHICH.search(line)]
+
+
 def main():
     root = sys.argv[1]
     public = public_headers(root)
@@ -73,6 +86,8 @@ def main():
                 what = fault(root, public, source, target)
                 if what:
                     faults.append(f"{source} -> {target}: {what}")
+            if folder not in ("schemes", "tests/contract"):
+                faults += [f"{source}:{line}: asks which scheme it is" for line in names_asked(root, source)]
     print("\n".join(faults) if faults else "no arrow points up")
     return 1 if faults else 0
 

@@ -18,8 +18,6 @@ constexpr double k_unbounded = std::numeric_limits<double>::infinity();
 /// Leaves below this level are too small to be looked at.
 constexpr int k_deepest_leaf = k_max_level - DualCells::k_hull_levels - 1;
 
-bool is_midedge(const SchemeInfo& scheme) { return scheme.name == "midedge" || scheme.name == "midedge-simplest"; }
-
 /// Counter-clockwise.
 Vec2d turned(const Vec2d& v, int quarters) {
     switch (quarters & 3) {
@@ -271,12 +269,12 @@ std::vector<const DualCells::Point*> add_ends(const VertexForest& forest, const 
 }  // namespace
 
 bool DualBound::has(const SchemeInfo& scheme) {
-    return scheme.name == "doo-sabin" || scheme.name == "doo-sabin-cc" || is_midedge(scheme);
+    return scheme.pieces == SurfacePieces::biquadratic || scheme.pieces == SurfacePieces::quadratic_box;
 }
 
 DualBound::DualBound(const LevelSource& points, const SchemeInfo& scheme, const VertexRoots& roots, const Box3d& box)
     : cells_(points, roots),
-      midedge_(is_midedge(scheme)),
+      midedge_(scheme.pieces == SurfacePieces::quadratic_box),
       largest_coordinate_(std::max(glm::length(box.lower), glm::length(box.upper))) {}
 
 DualBound::Errors DualBound::errors(const VertexForest& forest, const DualTriangles& mesh,

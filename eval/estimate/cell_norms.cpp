@@ -1,7 +1,7 @@
 #include "cell_norms.hpp"
 
+#include "../../schemes/core/scheme_table.hpp"
 #include "../../schemes/rules/averaging.hpp"
-#include "../../schemes/rules/modified_butterfly.hpp"
 
 #include <algorithm>
 #include <functional>
@@ -23,8 +23,8 @@ constexpr double k_room = 1e-8;
 /// Rules of edges look two rings around a cell; those of others, as Kobbelt's virtual points, up to one more; a step of
 /// averaging is by half a ring.
 int rings_of(const SchemeInfo& scheme, const RuleOptions& options) {
-    if (scheme.step == averaging_step) return options.averaging_steps / 2 + 1;
-    return scheme.step == modified_butterfly_step || scheme.step == butterfly_step ? 2 : 3;
+    if (scheme.has_chosen_steps()) return options.averaging_steps / 2 + 1;
+    return std::max(2, rule_rings(scheme, options) + (scheme.choice_rings > 0 ? 1 : 0));
 }
 
 /// The equations between the weights of some kinds of surroundings, and others that are known.

@@ -1,7 +1,6 @@
 #include "linear_bound.hpp"
 
 #include "../../hier/base/parallel.hpp"
-#include "../../schemes/rules/linear.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +10,7 @@
 namespace tetrakis {
 
 LinearBound::LinearBound(const ControlMesh& mesh, const SchemeInfo& scheme)
-    : mesh_(mesh), flat_(scheme.step == midpoint_step) {
+    : mesh_(mesh), flat_(scheme.family == MeshFamily::triangles) {
     // A vertex is a sum of at most a face's points, a few products each.
     constexpr double k_roundings = 32;
     const Box3d box = mesh.bounding_box();

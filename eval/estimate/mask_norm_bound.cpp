@@ -3,6 +3,7 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/points/level_walk.hpp"
 #include "../../refine/rules/rule_refiner.hpp"
+#include "../../schemes/core/scheme_table.hpp"
 #include "../../schemes/rules/averaging.hpp"
 #include "../distance/limit_samples.hpp"
 #include "../distance/surface_family.hpp"
@@ -211,11 +212,9 @@ class MaskNormBound<Family>::MeshDescent {
 };
 
 bool has_mask_norms(const SchemeInfo& scheme, const RuleOptions& rules) {
-    if (scheme.step == averaging_step) return rules.averaging_steps > 0 && rules.averaging_steps % 2 == 0;
-    for (const std::string_view name :
-         {"butterfly", "modified-butterfly", "kobbelt", "loop", "tuned-loop", "catmull-clark", "4-8"})
-        if (scheme.name == name) return true;
-    return false;
+    if (scheme.has_chosen_steps() && rules.averaging_steps <= 0) return false;
+    return fan_lattice(scheme, rules) != FanLattice::dual && scheme.refinement != Refinement::sqrt3 &&
+           !scheme.is_linear();
 }
 
 template <class Family>

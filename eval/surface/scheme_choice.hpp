@@ -3,7 +3,6 @@
 #include "../../refine/uniform/refine.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 
-#include <optional>
 #include <string_view>
 
 namespace tetrakis {
@@ -19,8 +18,6 @@ class SchemeChoice {
 
     const SchemeInfo& info() const { return *info_; }
     std::string_view name() const { return info_->name; }
-    /// Catmull-Clark or Loop; nothing for the others.
-    std::optional<SchemeKind> kind() const { return scheme_from_name(info_->name); }
 
   private:
     static std::string_view name(SchemeKind kind) { return tetrakis::name(kind); }

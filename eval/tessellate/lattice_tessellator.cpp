@@ -1,8 +1,6 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../refine/adaptive/adaptive_refinement.hpp"
 #include "../../refine/attributes/uv_mesh.hpp"
-#include "../../schemes/rules/averaging.hpp"
-#include "../../schemes/rules/linear.hpp"
 #include "../estimate/limit_estimator.hpp"
 #include "../estimate/linear_bound.hpp"
 #include "../estimate/mask_norm_bound.hpp"
@@ -145,7 +143,7 @@ class LatticeTessellator final : public TessellationRun {
     void prepare() override {
         // A budget compares errors with each other: there all are looked at closely.
         const double decide_at = options_.max_triangles != 0 ? 0.0 : aim_;
-        if (is_linear(options_.scheme.info())) bound_ = std::make_unique<LinearBound>(mesh_, options_.scheme.info());
+        if (options_.scheme.info().is_linear()) bound_ = std::make_unique<LinearBound>(mesh_, options_.scheme.info());
         // It takes several times as long as all else.
         else if (certified() && MaskNormBound<Family>::has(options_.scheme.info(), options_.rules, mesh_))
             bound_ =

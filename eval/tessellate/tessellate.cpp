@@ -315,7 +315,7 @@ Tessellation tessellate(const ControlMesh& mesh, const TessellateOptions& option
     return with_threads(context, [&] {
         if (!scheme_support(mesh, options.scheme, options.rules).patches)
             return detail::tessellate_by_limits(mesh, options, context);
-        if (options.scheme.kind() == SchemeKind::loop)
+        if (options.scheme.info().pieces == SurfacePieces::quartic_box)
             return PatchTessellator<LoopFamily>(mesh, options, context).run();
         return PatchTessellator<QuadFamily>(mesh, options, context).run();
     });

@@ -3,7 +3,6 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/mesh/mesh_check.hpp"
 #include "../../refine/uniform/refine.hpp"
-#include "../../schemes/rules/linear.hpp"
 #include "../bounds/dual_bound.hpp"
 #include "../distance/surface_family.hpp"
 #include "../estimate/linear_bound.hpp"
@@ -243,13 +242,16 @@ void check_scheme(const TessellateOptions& options) {
                         " needs exact points and normals all over the surface, which " + name +
                         " has at its vertices only; use catmull-clark or loop with their plain rules "
                         "and without corner angles");
-    if (options.estimator == EstimatorKind::certified && !support.certified)
-        throw Error(
-            ErrorCode::unsupported,
-            "there is no certified bound for " + name +
-                ": its limit is known at points alone; use the measured estimator, or one of catmull-clark, loop, "
-                "tuned-loop, butterfly, modified-butterfly, kobbelt, 4-8, averaging in an even number of steps, "
-                "doo-sabin, doo-sabin-cc, midedge, midedge-simplest, bilinear, midpoint");
+    if (options.estimator != EstimatorKind::certified || support.certified) return;
+    std::string others;
+    for (const SchemeInfo& other : scheme_table())
+        if (other.has_chosen_steps())
+            others += ", " + std::string(other.name) + " in an even number of steps";
+        else if (scheme_support(other).certified)
+            others += ", " + std::string(other.name);
+    throw Error(ErrorCode::unsupported,
+                "there is no certified bound for " + name +
+                    ": its limit is known at points alone; use the measured estimator, or one of " + others.substr(2));
 }
 
 }  // namespace
@@ -260,7 +262,7 @@ SchemeSupport scheme_support(const SchemeChoice& scheme, const RuleOptions& rule
     support.adaptive = info.refinement != Refinement::honeycomb;
     support.patches = detail::has_plain_rules(info, rules);
     support.certified =
-        support.patches || is_linear(info) || has_mask_norms(info, rules) || detail::DualBound::has(info);
+        support.patches || info.is_linear() || has_mask_norms(info, rules) || detail::DualBound::has(info);
     return support;
 }
 

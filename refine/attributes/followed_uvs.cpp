@@ -204,13 +204,13 @@ FollowedUvs follow_triangles(const ControlMesh& mesh, const SchemeInfo& scheme, 
 }
 
 bool extends_charts(const SchemeInfo& scheme, const RuleOptions& rules) {
-    const int steps = scheme.step == averaging_step ? rules.averaging_steps : 0;
+    const int steps = scheme.has_chosen_steps() ? rules.averaging_steps : 0;
     return steps > 0 && steps % 2 == 0 && (steps > 2 || rules.averaging_boundary == AveragingBoundary::recede);
 }
 
 SeamExtension extend_over_seams(const ControlMesh& mesh, const RuleMesh& surface, const SchemeInfo& scheme,
                                 const RuleOptions& rules) {
-    const bool averages = scheme.step == averaging_step || scheme.step == biquartic_step;
+    const bool averages = scheme.averaging_steps != 0;
     // A step of averaging reaches half a face further; honeycomb's old vertices take from all faces around.
     const int layers = averages                                     ? (averaging_steps(scheme, rules) + 1) / 2
                        : scheme.refinement == Refinement::honeycomb ? 2

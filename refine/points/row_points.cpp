@@ -1,7 +1,6 @@
 #include "row_points.hpp"
 
 #include "../../hier/base/error.hpp"
-#include "../../schemes/rules/linear.hpp"
 #include "../rules/face_normals.hpp"
 #include "level_frames.hpp"
 #include "site_rows.hpp"
@@ -35,7 +34,7 @@ class RowPoints final : public LevelSource {
     RowPoints(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleOptions& rules, const VertexRoots* roots,
               const RunContext& context, bool whole_levels)
         : roots_(roots != nullptr ? *roots : VertexRoots()),
-          linear_(is_linear(scheme)),
+          linear_(scheme.is_linear()),
           triangles_(scheme.family == MeshFamily::triangles),
           rows_(mesh, scheme, rules, roots_, context, whole_levels),
           by_rules_(mesh, scheme, rules, context) {}

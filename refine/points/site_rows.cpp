@@ -3,7 +3,6 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
-#include "../../schemes/rules/linear.hpp"
 #include "../rules/limit_search.hpp"
 #include "level_vertices.hpp"
 
@@ -163,7 +162,7 @@ const SiteRows::Rows* SiteRows::rows_for(std::span<const Site> sites, Wanted wan
 std::shared_ptr<SiteRows::Rows> SiteRows::make() const {
     auto rows = std::make_shared<Rows>();
     // Without tangents, or without limits, where one vertex has none.
-    const bool smooth = !is_linear(scheme_);
+    const bool smooth = !scheme_.is_linear();
     for (const auto& [limit, normals] : {std::pair(true, smooth), std::pair(true, false), std::pair(false, false)})
         if (!rows->all) rows->all = repeated_rows(limit, normals);
     if (!rows->all) return nullptr;

@@ -66,10 +66,6 @@ std::vector<double> corner_angles(const ControlMesh& mesh, const RuleOptions& ru
     return angles;
 }
 
-bool takes_corner_angles(const SchemeInfo& scheme) {
-    return scheme.name == "loop" || scheme.name == "tuned-loop" || scheme.name == "catmull-clark";
-}
-
 void refuse_corner_angles(const ControlMesh& mesh) {
     if (!mesh.has_corner_angles()) return;
     throw Error(

@@ -11,9 +11,6 @@ namespace tetrakis::detail {
 /// its corners. Empty: no corner has one.
 std::vector<double> corner_angles(const ControlMesh& mesh, const RuleOptions& rules);
 
-/// Whether a scheme has rules for corners with an angle.
-bool takes_corner_angles(const SchemeInfo& scheme);
-
 /// For what knows the plain rules of Catmull-Clark and Loop alone.
 /// @throws Error unsupported: the mesh has corner angles
 void refuse_corner_angles(const ControlMesh& mesh);

@@ -4,7 +4,6 @@
 #include "../../schemes/core/corner_angles.hpp"
 #include "../../schemes/core/masks.hpp"
 #include "../../schemes/rules/averaging.hpp"
-#include "../../schemes/rules/linear.hpp"
 #include "corner_angles.hpp"
 #include "honeycomb_limit.hpp"
 #include "mesh_part.hpp"
@@ -58,8 +57,7 @@ class LimitSearch::Finder {
           ignores_creases_(ignores_creases(scheme, options)) {
         // The plain rules of these look no further than one ring, whatever is beyond it, but for angles of corners.
         const bool plain = options.edge_beside_crease == EdgeBesideCrease::plain && !options.hoppe_crease;
-        one_ring_ = is_linear(scheme) || scheme.name == "sqrt3" ||
-                    (plain && (scheme.name == "loop" || scheme.name == "catmull-clark"));
+        one_ring_ = plain && scheme.one_ring_limits;
     }
 
     /// Rows of the sites, empty where none is found.
@@ -139,7 +137,7 @@ class LimitSearch::Finder {
         masks.limit = closed.limit;
         masks.tangent1 = closed.tangent1;
         masks.tangent2 = closed.tangent2;
-        if (!is_linear(scheme_) && (!masks.any() || !masks.tangents())) {
+        if (!scheme_.is_linear() && (!masks.any() || !masks.tangents())) {
             try {
                 const SpectralAnalysis analysis = analyse(scheme_, shape, options_);
                 const SchemeMasks numeric = scheme_masks(scheme_, analysis, options_);
@@ -250,7 +248,7 @@ class LimitSearch::Finder {
             return start;
         };
         // The first of its two simple steps moves a dart before the second cuts the edge.
-        if (scheme_.name == "sqrt3" &&
+        if (scheme_.refinement == Refinement::sqrt3 &&
             std::any_of(sharp.begin(), sharp.end(), [&](int i) { return mesh.rule(ring.at(i)) == VertexRule::dart; }))
             return std::nullopt;
         if (rule == VertexRule::dart) {
@@ -322,7 +320,7 @@ class LimitSearch::Finder {
 
     /// Whether a corner among the vertices has an angle, and so rules of its own for the edges there.
     bool bends(const RuleMesh& mesh, std::span<const int> vertices) const {
-        if (!takes_corner_angles(scheme_) || !may_have_angles(mesh, options_)) return false;
+        if (!scheme_.takes_corner_angles || !may_have_angles(mesh, options_)) return false;
         return std::any_of(vertices.begin(), vertices.end(), [&](int v) {
             if (mesh.rule(v) != VertexRule::corner) return false;
             const RuleMesh::Ring ring = mesh.ring(v);
@@ -431,7 +429,7 @@ class LimitSearch::Finder {
 int rule_limit_rings(const SchemeInfo& scheme, const RuleOptions& options) {
     // A step's rules reach three rings at most, many averaging steps one more each, and what is twice as far away in
     // the finer mesh must do for the step after it.
-    return 8 + (scheme.step == averaging_step ? options.averaging_steps : 0);
+    return 8 + (scheme.has_chosen_steps() ? options.averaging_steps : 0);
 }
 
 LimitSearch::LimitSearch(const SchemeInfo& scheme, const RuleOptions& options)

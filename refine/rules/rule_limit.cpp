@@ -1,6 +1,5 @@
 #include "rule_limit.hpp"
 
-#include "../../schemes/rules/averaging.hpp"
 #include "face_normals.hpp"
 
 #include <algorithm>

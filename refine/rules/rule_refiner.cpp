@@ -2,9 +2,9 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/parallel.hpp"
+#include "../../schemes/core/scheme_table.hpp"
 #include "../../schemes/rules/four_eight.hpp"
 #include "../../schemes/rules/kobbelt.hpp"
-#include "../../schemes/rules/linear.hpp"
 #include "check_length.hpp"
 #include "corner_angles.hpp"
 #include "rule_levels.hpp"
@@ -75,12 +75,7 @@ RuleMesh rule_mesh(const ControlMesh& mesh, const RuleOptions& rules) {
 }
 
 RuleStep (*first_rule_step(const SchemeInfo& scheme, const RuleMesh& mesh))(const RuleMesh&, const RuleOptions&) {
-    if (!mesh.all_faces_have(4)) {
-        if (scheme.step == four_eight_step)
-            return [](const RuleMesh& at, const RuleOptions&) { return four_eight_first_step(at); };
-        if (scheme.step == kobbelt_step) return bilinear_step;
-    }
-    return scheme.step;
+    return scheme.first_step != nullptr && !mesh.all_faces_have(4) ? scheme.first_step : scheme.step;
 }
 
 struct RuleRefiner::State {
@@ -161,7 +156,7 @@ RuleRefiner::RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int 
         return;
     }
     // The shortest rows that there are: limits and two tangents of seven terms, or of a fan of honeycomb's ten.
-    const std::uint64_t terms = is_linear(scheme) ? 1 : scheme.family == MeshFamily::hexagons ? 10 : 3 * 7;
+    const std::uint64_t terms = scheme.is_linear() ? 1 : scheme.family == MeshFamily::hexagons ? 10 : 3 * 7;
     s.check_memory("the limits of " + std::to_string(vertex_count()) + " vertices",
                    s.bytes_with({}) + vertex_count() * terms * k_bytes_per_term);
     try {

@@ -4,8 +4,6 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/mesh/triangulate.hpp"
-#include "../../schemes/rules/averaging.hpp"
-#include "../../schemes/rules/linear.hpp"
 #include "../attributes/followed_uvs.hpp"
 #include "../attributes/missing_ring.hpp"
 #include "../attributes/used_values.hpp"
@@ -40,18 +38,18 @@ std::optional<std::string> detail::ignored_creases(const ControlMesh& mesh, cons
     for (std::uint32_t e = 0; e < mesh.edge_count(); ++e)
         if (is_sharp(mesh.sharpness(EdgeId(e))) && !mesh.is_boundary(EdgeId(e)))
             return "the creases were ignored: " + std::string(scheme.name) + " has no rule for them" +
-                   (scheme.step == averaging_step && averaging_steps(scheme, rules) != 2 ? ", unless in two steps"
-                    : scheme.step == averaging_step                                      ? " where its boundary recedes"
-                                                                                         : "");
+                   (!scheme.has_chosen_steps()            ? ""
+                    : averaging_steps(scheme, rules) != 2 ? ", unless in two steps"
+                                                          : " where its boundary recedes");
     return std::nullopt;
 }
 
 bool detail::has_plain_rules(const SchemeInfo& scheme, const RuleOptions& rules) {
-    const std::optional<SchemeKind> kind = scheme_from_name(scheme.name);
-    if (!kind || rules.edge_beside_crease != EdgeBesideCrease::plain || rules.corner_angle != 0 ||
-        rules.measure_corner_angles)
+    const bool triangles = scheme.pieces == SurfacePieces::quartic_box;
+    if ((!triangles && scheme.pieces != SurfacePieces::bicubic) ||
+        rules.edge_beside_crease != EdgeBesideCrease::plain || rules.corner_angle != 0 || rules.measure_corner_angles)
         return false;
-    if (kind == SchemeKind::loop) return rules.loop_weights == LoopWeights::loop && !rules.hoppe_crease;
+    if (triangles) return rules.loop_weights == LoopWeights::loop && !rules.hoppe_crease;
     return !rules.catmull_clark_beta && !rules.catmull_clark_gamma;
 }
 
@@ -60,7 +58,7 @@ bool detail::has_plain_rules(const ControlMesh& mesh, const SchemeInfo& scheme, 
 }
 
 std::optional<std::string> detail::ignored_corner_angles(const ControlMesh& mesh, const SchemeInfo& scheme) {
-    if (!mesh.has_corner_angles() || takes_corner_angles(scheme)) return std::nullopt;
+    if (!mesh.has_corner_angles() || scheme.takes_corner_angles) return std::nullopt;
     return "the corner angles were ignored: " + std::string(scheme.name) +
            " has no rule for them, but loop, tuned-loop and catmull-clark have";
 }
@@ -190,7 +188,7 @@ bool keep_surface(const ControlMesh& mesh, const SchemeInfo& scheme, const RuleO
     per_face(data.face_group, result.face_group);
     result.materials = data.materials;
     result.groups = data.groups;
-    if (mesh.crease_method() == CreaseMethod::chaikin && !rules.chaikin_creases && !is_linear(scheme))
+    if (mesh.crease_method() == CreaseMethod::chaikin && !rules.chaikin_creases && !scheme.is_linear())
         result.warnings.push_back(
             "the creases were refined by the uniform rule: Chaikin's is known to plain catmull-clark and loop only");
     if (auto warning = detail::ignored_corner_angles(mesh, scheme)) result.warnings.push_back(std::move(*warning));
@@ -334,7 +332,7 @@ std::optional<PolygonMesh> refine_repeated(const ControlMesh& mesh, const Scheme
 
 PolygonMesh refine_general(const ControlMesh& mesh, const SchemeInfo& scheme, int levels, const RefineOptions& options,
                            StencilTable* stencils, detail::RefinedPoints* keep) {
-    if (is_linear(scheme) && options.normals) {
+    if (scheme.is_linear() && options.normals) {
         RefineOptions without = options;
         without.normals = false;
         return refine_general(mesh, scheme, levels, without, stencils, keep);

@@ -4,7 +4,6 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../schemes/core/corner_angles.hpp"
-#include "../../schemes/rules/averaging.hpp"
 #include "../rules/corner_angles.hpp"
 #include "../rules/face_normals.hpp"
 #include "../rules/rule_refiner.hpp"
@@ -298,7 +297,7 @@ std::unique_ptr<RepeatedRows> RepeatedRows::make(const ControlMesh& mesh, const 
     const int begin = by_rules.level();
     using Sees = CornerKinds::Sees;
     const auto corners = [&](const RuleMesh& at, Sees sees) {
-        return CornerKinds(all->net_, at, tags ? first : std::span<const int>(), sees, takes_corner_angles(scheme));
+        return CornerKinds(all->net_, at, tags ? first : std::span<const int>(), sees, scheme.takes_corner_angles);
     };
     Plan plan;
     plan.add(corners(by_rules.last(), Sees::one_step));

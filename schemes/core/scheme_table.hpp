@@ -28,6 +28,16 @@ enum class Refinement { face_split, vertex_split, sqrt3, bisection, honeycomb };
 /// The faces of its regular mesh.
 enum class MeshFamily { triangles, quads, hexagons };
 
+/// The polynomial pieces that limit surfaces are evaluated and bounded by; `none` where the library uses none.
+enum class SurfacePieces {
+    none,
+    linear,         ///< the faces of the control mesh themselves: flat, or bilinear
+    bicubic,        ///< tensor product B-splines
+    quartic_box,    ///< Loop's box spline
+    biquadratic,    ///< tensor product B-splines of dual schemes
+    quadratic_box,  ///< midedge's four-direction box spline
+};
+
 /// One scheme as data, in the file of its rules: `detail::<name>_scheme`, which is a constant from the start of the
 /// program. One line in scheme_list.inc makes it known to all that lists schemes or takes one by name.
 struct SchemeInfo {
@@ -55,6 +65,17 @@ struct SchemeInfo {
     /// Steps of repeated averaging that it is made of; k_chosen_steps: as many as RuleOptions::averaging_steps says.
     int averaging_steps = 0;
     static constexpr int k_chosen_steps = -1;
+    SurfacePieces pieces = SurfacePieces::none;
+    /// Whether the limit of a vertex, by the plain rules, is a combination of its one-ring, whatever is sharp there.
+    bool one_ring_limits = false;
+    /// Whether its rules at corners know the angle of the sector (RuleMesh::corner_angle()).
+    bool takes_corner_angles = false;
+    /// The first step over a mesh with other faces than quads, where that is another one.
+    RuleStep (*first_step)(const RuleMesh&, const RuleOptions&) = nullptr;
+
+    bool is_linear() const { return pieces == SurfacePieces::linear; }
+    /// Whether RuleOptions::averaging_steps says what it does.
+    bool has_chosen_steps() const { return averaging_steps == k_chosen_steps; }
 };
 
 /// The schemes, as a range of `const SchemeInfo&` in the order of the table.

@@ -277,6 +277,9 @@ extern constinit const SchemeInfo catmull_clark_scheme{
     .step = catmull_clark_step,
     .closed_masks = catmull_clark_closed_masks,
     .notes = "any polygons; boundary, crease, corner, dart, semi-sharp; C1 edge rule, other weights beta, gamma",
+    .pieces = SurfacePieces::bicubic,
+    .one_ring_limits = true,
+    .takes_corner_angles = true,
 };
 
 }  // namespace detail

@@ -57,6 +57,7 @@ extern constinit const SchemeInfo doo_sabin_scheme{
     .step = doo_sabin_step,
     .closed_masks = doo_sabin_closed_masks,
     .notes = "any polygons; boundary as quadratic B-spline; a crease is a boundary on each side, corners stay",
+    .pieces = SurfacePieces::biquadratic,
 };
 
 extern constinit const SchemeInfo doo_sabin_catmull_clark_scheme{
@@ -75,6 +76,7 @@ extern constinit const SchemeInfo doo_sabin_catmull_clark_scheme{
     .step = doo_sabin_catmull_clark_step,
     .closed_masks = doo_sabin_catmull_clark_closed_masks,
     .notes = "as doo-sabin; one averaging step",
+    .pieces = SurfacePieces::biquadratic,
 };
 
 }  // namespace detail
@@ -126,6 +128,7 @@ extern constinit const SchemeInfo midedge_scheme{
     .step = midedge_step,
     .closed_masks = midedge_closed_masks,
     .notes = "any polygons; boundary and creases as doo-sabin; subdominant 1/2 for every face",
+    .pieces = SurfacePieces::quadratic_box,
 };
 
 extern constinit const SchemeInfo midedge_simplest_scheme{
@@ -144,6 +147,7 @@ extern constinit const SchemeInfo midedge_simplest_scheme{
     .step = midedge_simplest_step,
     .closed_masks = midedge_simplest_closed_masks,
     .notes = "any polygons; two rounds of joining midpoints",
+    .pieces = SurfacePieces::quadratic_box,
 };
 
 }  // namespace detail

@@ -152,6 +152,7 @@ extern constinit const SchemeInfo four_eight_scheme{
     .closed_masks = four_eight_closed_masks,
     .notes =
         "quads as blocks, two bisections at once; other polygons through their tetrakis mesh; boundary, crease, corner",
+    .first_step = four_eight_first_step,
 };
 
 }  // namespace detail

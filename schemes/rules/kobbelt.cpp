@@ -174,6 +174,7 @@ extern constinit const SchemeInfo kobbelt_scheme{
     .closed_masks = kobbelt_closed_masks,
     .notes = "quads (others after one bilinear step); boundary and crease by four-point",
     .choice_rings = 2,
+    .first_step = bilinear_step,
 };
 
 }  // namespace detail

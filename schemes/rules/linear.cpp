@@ -32,8 +32,6 @@ ClosedMasks linear_closed_masks(const FanShape&, const RuleOptions&) {
     return masks;
 }
 
-bool is_linear(const SchemeInfo& scheme) { return scheme.step == bilinear_step || scheme.step == midpoint_step; }
-
 namespace detail {
 
 extern constinit const SchemeInfo midpoint_scheme{
@@ -52,6 +50,8 @@ extern constinit const SchemeInfo midpoint_scheme{
     .step = midpoint_step,
     .closed_masks = linear_closed_masks,
     .notes = "triangles; the control mesh itself",
+    .pieces = SurfacePieces::linear,
+    .one_ring_limits = true,
 };
 
 extern constinit const SchemeInfo bilinear_scheme{
@@ -70,6 +70,8 @@ extern constinit const SchemeInfo bilinear_scheme{
     .step = bilinear_step,
     .closed_masks = linear_closed_masks,
     .notes = "any polygons; quads become bilinear patches",
+    .pieces = SurfacePieces::linear,
+    .one_ring_limits = true,
 };
 
 }  // namespace detail

@@ -5,8 +5,6 @@
 
 namespace tetrakis {
 
-struct SchemeInfo;  // scheme_table.hpp
-
 /// Each triangle in four at its edges' midpoints: the control mesh itself.
 /// @throws std::invalid_argument  a face is no triangle
 RuleStep midpoint_step(const RuleMesh& mesh, const RuleOptions& options);
@@ -14,7 +12,5 @@ RuleStep midpoint_step(const RuleMesh& mesh, const RuleOptions& options);
 RuleStep bilinear_step(const RuleMesh& mesh, const RuleOptions& options);
 /// The vertex itself; there is no tangent plane.
 ClosedMasks linear_closed_masks(const FanShape& shape, const RuleOptions& options);
-/// Whether a scheme is one of these two, whose surfaces are the flat or bilinear faces of the control mesh.
-bool is_linear(const SchemeInfo& scheme);
 
 }  // namespace tetrakis

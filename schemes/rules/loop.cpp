@@ -198,6 +198,9 @@ extern constinit const SchemeInfo loop_scheme{
     .closed_masks = loop_closed_masks,
     .notes =
         "triangles; boundary, crease, corner, dart, semi-sharp; Warren's weights, C1 edge rule, Hoppe's crease rule",
+    .pieces = SurfacePieces::quartic_box,
+    .one_ring_limits = true,
+    .takes_corner_angles = true,
 };
 
 }  // namespace detail

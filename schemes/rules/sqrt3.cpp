@@ -282,6 +282,7 @@ extern constinit const SchemeInfo sqrt3_scheme{
     .step = sqrt3_step,
     .closed_masks = sqrt3_closed_masks,
     .notes = "triangles; two steps at once; boundary and crease as ternary cubic B-spline, corner",
+    .one_ring_limits = true,
 };
 
 }  // namespace detail

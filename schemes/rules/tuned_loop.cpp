@@ -132,6 +132,7 @@ extern constinit const SchemeInfo tuned_loop_scheme{
     .notes =
         "triangles; boundary and creases as loop; tuning 0 (loop) to 1 (even triangles, no crease at high valence, "
         "larger ripples beside the vertex)",
+    .takes_corner_angles = true,
 };
 
 }  // namespace detail

@@ -216,7 +216,7 @@ TEST_SUITE_BEGIN("refine");
 TEST_CASE("[inv1] [slow] rows that repeat themselves give what the rules give, limits and normals as well") {
     for (const Case& c : cases()) {
         CAPTURE(c.scheme);
-        const bool linear = is_linear(*find_scheme(c.scheme));  // no tangents, and limits in ways of their own
+        const bool linear = find_scheme(c.scheme)->is_linear();  // no tangents, and limits in ways of their own
         int repeated = 0, with_normals = 0;
         for (const std::uint64_t seed : test::seeds(4)) {
             CAPTURE(seed);
@@ -260,7 +260,7 @@ TEST_CASE("[slow] rows of tags that turn smooth on the way are those of the rule
         for (const std::uint64_t seed : test::seeds(6)) {
             CAPTURE(seed);
             const ControlMesh mesh = with_turning_tags(make_mesh(seed, takes_triangles(c), false), seed, c.levels);
-            const bool limit = seed % 2 == 1 && !is_linear(*find_scheme(c.scheme));
+            const bool limit = seed % 2 == 1 && !find_scheme(c.scheme)->is_linear();
             CHECK(check_rows(mesh, c, limit, limit));
         }
     }

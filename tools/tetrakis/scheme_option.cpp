@@ -6,7 +6,7 @@
 #include "../../eval/tessellate/tessellate.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../refine/uniform/refine.hpp"
-#include "../../schemes/core/rule_step.hpp"
+#include "../../schemes/core/rule_options.hpp"
 
 #include <fmt/format.h>
 

@@ -117,20 +117,19 @@ std::string support_text(const SchemeFindings& f, FanLattice lattice) {
 
 /// What the table says of averaging depends on the number of steps.
 std::string smoothness(const SchemeInfo& scheme, const RuleOptions& rules) {
-    return scheme.name == "averaging" ? fmt::format("C{}", rules.averaging_steps) : std::string(scheme.smoothness);
+    return scheme.has_chosen_steps() ? fmt::format("C{}", rules.averaging_steps) : std::string(scheme.smoothness);
 }
 std::string generation(const SchemeInfo& scheme, const RuleOptions& rules) {
-    return scheme.name == "averaging" ? fmt::format("bi-{}", rules.averaging_steps + 1)
-                                      : std::string(scheme.generation);
+    return scheme.has_chosen_steps() ? fmt::format("bi-{}", rules.averaging_steps + 1) : std::string(scheme.generation);
 }
 
 bool interpolating(const SchemeInfo& scheme, const RuleOptions& rules) {
-    return scheme.interpolating || (scheme.name == "averaging" && rules.averaging_steps == 0);
+    return scheme.interpolating || (scheme.has_chosen_steps() && rules.averaging_steps == 0);
 }
 
 /// An even number of averages makes vertices of vertices.
 std::string_view refinement(const SchemeInfo& scheme, const RuleOptions& rules) {
-    const bool even = scheme.name == "averaging" && rules.averaging_steps % 2 == 0;
+    const bool even = scheme.has_chosen_steps() && rules.averaging_steps % 2 == 0;
     return name(even ? Refinement::face_split : scheme.refinement);
 }
 
