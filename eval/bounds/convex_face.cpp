@@ -41,19 +41,20 @@ bool ConvexFace::turns_once() const {
     return n >= 3;
 }
 
-void ConvexFace::set_slack(std::size_t k, double fold, double tent, const Vec3d& normal) {
+void ConvexFace::set_sliding(std::size_t k, double fold, double flap, const Vec3d& normal) {
     // Between the planes of the face and of its triangle: the arc sine of up to 0.5.
     const double sine = glm::length(glm::cross(normal, normal_));
-    if (fold < 0 || sine > 0.5 || !(glm::dot(normal, normal_) > 0)) return;
+    if (sine > 0.5 || !(glm::dot(normal, normal_) > 0)) return;
     Edge& edge = edge_[k];
+    edge.slides = true;
     edge.fold = fold + 1.05 * sine;
-    edge.tent = std::min(tent, 1.0);
-    // With half of the angle that is left at both ends, the face and its tents are convex: its tangent is
+    edge.flap = std::min(flap, 1.0);
+    // With half of the angle that is left at both ends, the face and its flaps are convex: its tangent is
     // sin a / (1 + cos a).
     const std::size_t n = edge_.size();
     for (const auto& [before, after] : {std::pair{(k + n - 1) % n, k}, {k, (k + 1) % n}}) {
         const Vec3d &a = edge_[before].along, &b = edge_[after].along;
-        edge.tent = std::min(edge.tent, 0.999 * glm::dot(normal_, glm::cross(a, b)) / (1 + glm::dot(a, b)));
+        edge.flap = std::min(edge.flap, 0.999 * glm::dot(normal_, glm::cross(a, b)) / (1 + glm::dot(a, b)));
     }
     fold_ = std::max(fold_, edge.fold);
 }
@@ -62,9 +63,9 @@ double ConvexFace::edge_distance(const Vec3d& p, std::size_t k) const {
     return segment_distance(p, corner_[k], corner_[(k + 1) % corner_.size()]);
 }
 
-bool ConvexFace::in_tents(const Vec3d& p, std::size_t k, double off) const {
+bool ConvexFace::in_flaps(const Vec3d& p, std::size_t k, double off) const {
     const double along = glm::dot(p - corner_[k], edge_[k].along);
-    return off <= edge_[k].tent * std::min(along, edge_[k].length - along);
+    return off <= edge_[k].flap * std::min(along, edge_[k].length - along);
 }
 
 double ConvexFace::to_face(const Vec3d& p) const {
@@ -79,17 +80,17 @@ double ConvexFace::to_face(const Vec3d& p) const {
         }
     if (count == 0) return height / stretch();
     const double out = glm::dot(p - corner_[over], edge_[over].out);
-    if (count == 1 && edge_[over].fold >= 0 && in_tents(p, over, out))
+    if (count == 1 && edge_[over].slides && in_flaps(p, over, out))
         return (height + edge_[over].fold * out) / stretch();
     const double off = std::sqrt(std::max(0.0, nearest * nearest - height * height));
     return (nearest + fold_ * off) / stretch();
 }
 
 double ConvexFace::to_edge(const Vec3d& p, std::size_t k) const {
-    if (edge_[k].fold < 0) return edge_distance(p, k);
+    if (!edge_[k].slides) return edge_distance(p, k);
     const double off = std::abs(glm::dot(p - corner_[k], edge_[k].out));
     const double height = std::abs(glm::dot(normal_, p - corner_[0]));
-    const double error = in_tents(p, k, off) ? height + fold_ * off : (1 + fold_) * edge_distance(p, k);
+    const double error = in_flaps(p, k, off) ? height + fold_ * off : (1 + fold_) * edge_distance(p, k);
     return error * (1 + 0.25 * fold_ * fold_) / stretch();
 }
 

@@ -1,8 +1,9 @@
 #include "dual_bound.hpp"
 
 #include "../../hier/base/parallel.hpp"
+#include "../surface/local_frame.hpp"
 #include "convex_face.hpp"
-#include "mesh_slack.hpp"
+#include "mesh_sliding.hpp"
 #include "patch_bounder.hpp"
 
 #include <algorithm>
@@ -74,8 +75,8 @@ std::vector<FaceCorner> corners_of(const DualCells& cells, const VertexForest& f
 template <class Face>
 class PieceBounder : private PatchBounder<Face> {
   public:
-    PieceBounder(const DualCells& cells, bool midedge, double largest_coordinate, const DualBound::Wanted& wanted)
-        : PatchBounder<Face>(largest_coordinate), cells_(cells), midedge_(midedge), wanted_(wanted) {}
+    PieceBounder(const DualCells& cells, bool midedge, double rounding, const DualBound::Wanted& wanted)
+        : PatchBounder<Face>(rounding), cells_(cells), midedge_(midedge), wanted_(wanted) {}
 
     void aim_at(const Face& face) { target_ = face; }
     double error(const VertexCell& cell, const DualPiece& piece) {
@@ -129,13 +130,13 @@ class FaceErrors {
           of_corner_(of_corner),
           of_triangle_(of_triangle) {}
 
-    /// @param slack  per triangle
-    void bound_triangles(std::size_t start, std::span<const EdgeSlack> slack) {
+    /// @param sliding  per triangle
+    void bound_triangles(std::size_t start, std::span<const EdgeSliding> sliding) {
         const std::size_t n = corners_.size();
         for (std::size_t t = 0; t + 2 < n; ++t) {
             const std::array<std::size_t, 3> corner{start, (start + t + 1) % n, (start + t + 2) % n};
             by_triangle_.aim_at(
-                TriangleDistance({position(corner[0]), position(corner[1]), position(corner[2])}, slack[t]));
+                TriangleDistance({position(corner[0]), position(corner[1]), position(corner[2])}, sliding[t]));
             const int diagonal = n == 3 ? -1 : t == 0 ? 2 : 0;
             const auto diagonal_at = [&](int k) { return diagonal == k || diagonal == (k + 2) % 3 ? diagonal : -1; };
             for (int k = 0; k < 3; ++k)
@@ -147,8 +148,8 @@ class FaceErrors {
     }
     /// As one flat polygon.
     /// @param start  the corner that the fan of triangles starts at
-    /// @param slack  per triangle
-    void bound_whole(std::size_t start, std::span<const EdgeSlack> slack) {
+    /// @param sliding  per triangle
+    void bound_whole(std::size_t start, std::span<const EdgeSliding> sliding) {
         const std::size_t n = corners_.size();
         std::vector<Vec3d> at;
         for (std::size_t i = 0; i < n; ++i) at.push_back(position((start + i) % n));
@@ -161,7 +162,7 @@ class FaceErrors {
                 // The fan's triangle at that edge.
                 const std::size_t t = std::clamp<std::size_t>(k, 1, n - 2) - 1, edge = k == 0 ? 0 : k + 1 < n ? 1 : 2;
                 const Vec3d normal = unit_or_zero(glm::cross(at[t + 1] - at[0], at[t + 2] - at[0]));
-                face.set_slack(k, slack[t].fold[edge], slack[t].tent[edge], normal);
+                if (sliding[t].edge[edge]) face.set_sliding(k, sliding[t].fold[edge], sliding[t].flap[edge], normal);
             }
             by_face_.aim_at(face);
             for (std::size_t i = 0; i < n; ++i) bound_side(by_face_, (start + i) % n, {static_cast<int>(i), -1, -1});
@@ -173,14 +174,14 @@ class FaceErrors {
     }
     /// The same of a quad, if that makes its error less: beside extraordinary points it is flatter than lines over its
     /// diagonal are straight.
-    void bound_whole_if_better(double decide_at, std::size_t start, std::span<const EdgeSlack> slack) {
+    void bound_whole_if_better(double decide_at, std::size_t start, std::span<const EdgeSliding> sliding) {
         const auto largest = [&] { return *std::max_element(of_corner_.begin(), of_corner_.end()); };
         const double before = largest();
         if (before <= decide_at) return;
         const std::vector<double> corner(of_corner_.begin(), of_corner_.end());
         const std::vector<double> triangle(of_triangle_.begin(), of_triangle_.end());
         std::fill(of_corner_.begin(), of_corner_.end(), 0.0);
-        bound_whole(start, slack);
+        bound_whole(start, sliding);
         if (largest() < before) return;
         std::copy(corner.begin(), corner.end(), of_corner_.begin());
         std::copy(triangle.begin(), triangle.end(), of_triangle_.begin());
@@ -272,10 +273,11 @@ bool DualBound::has(const SchemeInfo& scheme) {
     return scheme.pieces == SurfacePieces::biquadratic || scheme.pieces == SurfacePieces::quadratic_box;
 }
 
-DualBound::DualBound(const LevelSource& points, const SchemeInfo& scheme, const VertexRoots& roots, const Box3d& box)
+DualBound::DualBound(const LevelSource& points, const SchemeInfo& scheme, const VertexRoots& roots,
+                     const ControlMesh& mesh)
     : cells_(points, roots),
       midedge_(scheme.pieces == SurfacePieces::quadratic_box),
-      largest_coordinate_(std::max(glm::length(box.lower), glm::length(box.upper))) {}
+      rounding_(surface_rounding(mesh)) {}
 
 DualBound::Errors DualBound::errors(const VertexForest& forest, const DualTriangles& mesh,
                                     std::span<const Vec3d> positions, const Wanted& wanted,
@@ -293,7 +295,7 @@ DualBound::Errors DualBound::errors(const VertexForest& forest, const DualTriang
     const auto ends = add_ends(forest, cells_, faces);
     std::vector<std::array<std::uint32_t, 3>> triangles(mesh.triangle_count());
     for (std::uint32_t t = 0; t < triangles.size(); ++t) triangles[t] = mesh.triangle(t);
-    const MeshSlack slacks(triangles, positions);
+    const MeshSliding of_mesh(triangles, positions);
 
     Errors errors;
     errors.of_vertex.assign(mesh.vertex_count(), 0.0);
@@ -319,16 +321,16 @@ DualBound::Errors DualBound::errors(const VertexForest& forest, const DualTriang
                 std::fill(own.begin(), own.end(), k_unbounded);
                 return;
             }
-            FaceErrors bound({cells_, midedge_, largest_coordinate_, wanted},
-                             {cells_, midedge_, largest_coordinate_, wanted}, corners, here, own);
+            FaceErrors bound({cells_, midedge_, rounding_, wanted}, {cells_, midedge_, rounding_, wanted}, corners,
+                             here, own);
             if (!is_face) return bound.bound_by_edge(corners[0].position, corners[n > 1 ? 1 : 0].position);
-            std::vector<EdgeSlack> slack(n - 2);
-            for (std::size_t t = 0; t < slack.size(); ++t)
-                slack[t] = slacks.of(static_cast<std::uint32_t>(begin - 2 * std::size_t{f} + t), {true, true, true});
+            std::vector<EdgeSliding> sliding(n - 2);
+            for (std::size_t t = 0; t < sliding.size(); ++t)
+                sliding[t] = of_mesh.of(static_cast<std::uint32_t>(begin - 2 * std::size_t{f} + t), {true, true, true});
             const std::size_t start = n == 4 && faces.diagonal_at_first[f] == 0 ? 1 : 0;
-            if (n > 4) return bound.bound_whole(start, slack);
-            bound.bound_triangles(start, slack);
-            if (n == 4) bound.bound_whole_if_better(wanted.decide_at, start, slack);
+            if (n > 4) return bound.bound_whole(start, sliding);
+            bound.bound_triangles(start, sliding);
+            if (n == 4) bound.bound_whole_if_better(wanted.decide_at, start, sliding);
         },
         k_grain);
     for (std::size_t i = 0; i < of_corner.size(); ++i) {

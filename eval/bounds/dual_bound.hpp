@@ -13,8 +13,8 @@ namespace tetrakis::detail {
 /// Certified errors of the mesh of a vertex forest's leaves at their limit points. Each face of the mesh stands for the
 /// part of the surface around the point where its leaves meet. Straight lines from vertex to vertex in the cells'
 /// parameters bound that part; a line through the point lies over a quad's diagonal. The error of a triangle is that of
-/// QuadBounder, with the mesh's own slack (EdgeSlack). Regular cells give polynomials: of degree 4 (Doo-Sabin), or four
-/// of degree 2 (midedge).
+/// QuadBounder, with the mesh's own sliding (EdgeSliding). Regular cells give polynomials: of degree 4 (Doo-Sabin), or
+/// four of degree 2 (midedge).
 ///
 /// A face of more than four corners lies around an extraordinary point. It is compared as a whole, as a flat convex
 /// polygon; its corners' distance from the plane is added. If it is not convex, all of it and of its surface is
@@ -27,7 +27,7 @@ class DualBound {
 
     /// @param points  gives the control points; lives longer
     /// @param roots   without holes; live longer
-    DualBound(const LevelSource& points, const SchemeInfo& scheme, const VertexRoots& roots, const Box3d& box);
+    DualBound(const LevelSource& points, const SchemeInfo& scheme, const VertexRoots& roots, const ControlMesh& mesh);
 
     /// How well errors are to be known.
     struct Wanted {
@@ -46,7 +46,7 @@ class DualBound {
   private:
     DualCells cells_;
     bool midedge_;
-    double largest_coordinate_;
+    double rounding_;
 };
 
 }  // namespace tetrakis::detail

@@ -1,5 +1,6 @@
 #include "loop_bounder.hpp"
 
+#include "../surface/local_frame.hpp"
 #include "bezier_pieces.hpp"
 #include "labelled_polygon.hpp"
 #include "star_norms.hpp"
@@ -87,7 +88,7 @@ class LatticeWeights {
 }  // namespace
 
 LoopBounder::LoopBounder(const LoopPatches& patches)
-    : PatchBounder(patches.largest_coordinate()), patches_(patches), way_(1) {}
+    : PatchBounder(detail::surface_rounding(patches.mesh())), patches_(patches), way_(1) {}
 
 LoopBounder::Level& LoopBounder::locate(const CellTriangle& leaf, Corners& at) {
     if (leaf.root != root_ || known_ == 0) {
@@ -150,14 +151,14 @@ Vec3d LoopBounder::position(const LoopCell& cell, const Bary& at) const {
     return corner >= 0 ? patches_.corner(cell, corner) : patches_.position(cell, at);
 }
 
-LeafError LoopBounder::leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack) {
+LeafError LoopBounder::leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSliding& sliding) {
     start(decide_at, true);
     Piece piece{{}, {}, {0, 1, 2}};
     Level& level = locate(leaf, piece.at);
     std::array<Vec3d, 3>& corner = piece.linear;
     if (level.cell.kind != LoopCell::Kind::regular) {
         for (std::size_t i = 0; i < 3; ++i) corner[i] = position(level.cell, piece.at[i]);
-        set_face(detail::TriangleDistance(corner, slack));
+        set_face(detail::TriangleDistance(corner, sliding));
         bound_cell(level.cell, piece, k_max_refinement);
         return finish();
     }
@@ -170,7 +171,7 @@ LeafError LoopBounder::leaf_error(const CellTriangle& leaf, double decide_at, co
     const double size = relative_size(piece.at);
     if (size > 0 && settled(size * size * level.linear_deviation + pad_)) return finish();
     for (std::size_t i = 0; i < 3; ++i) corner[i] = LatticeWeights::position(level.cell.net, piece.at[i]);
-    set_face(detail::TriangleDistance(corner, slack));
+    set_face(detail::TriangleDistance(corner, sliding));
     bound_regular(level.patch, piece);
     return finish();
 }

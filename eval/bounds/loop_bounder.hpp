@@ -24,8 +24,8 @@ class LoopBounder : private detail::PatchBounder<> {
 
     /// Bounds on the error of a leaf, refined until they lie on one side of `decide_at` or within a twentieth; where
     /// `lower` exceeds `decide_at`, `upper` may be infinite.
-    /// @param slack  at edges where there is some, the error is that of EdgeSlack
-    LeafError leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack = {});
+    /// @param sliding  at edges where there is some, the error is that of EdgeSliding
+    LeafError leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSliding& sliding = {});
 
     /// Samples of a leaf on a barycentric lattice with n intervals a side: (n + 1)(n + 2) / 2 points in the order
     /// corner 2 first, rows parallel to the edge corner 0 - corner 1. Positions and (unnormalised) normals of the limit

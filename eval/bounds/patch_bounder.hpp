@@ -9,14 +9,6 @@
 
 namespace tetrakis {
 
-namespace detail {
-
-/// Rounding of a patch's control points and of distances, in units of the largest coordinate: fewer than 100 operations
-/// on values not larger than it, each off by half an ulp at most.
-inline constexpr double k_rounding = 128 * std::numeric_limits<double>::epsilon();
-
-}  // namespace detail
-
 /// What is known of the distance between a surface and a triangle of a hierarchy.
 struct LeafError {
     double lower = 0;  ///< attained at a sample
@@ -43,8 +35,8 @@ class PatchBounder {
     /// For each side of a piece (corner k to k + 1) the edge of the leaf that it lies on, or -1.
     using Edges = std::array<int, 3>;
 
-    /// @param largest_coordinate  of the control mesh
-    explicit PatchBounder(double largest_coordinate) : pad_(k_rounding * largest_coordinate) {}
+    /// @param rounding  surface_rounding()
+    explicit PatchBounder(double rounding) : pad_(rounding) {}
 
     void start(double decide_at, bool may_reject) {
         decide_at_ = decide_at;

@@ -1,5 +1,6 @@
 #include "quad_bounder.hpp"
 
+#include "../surface/local_frame.hpp"
 #include "bezier_pieces.hpp"
 #include "labelled_polygon.hpp"
 #include "point_triangle.hpp"
@@ -21,12 +22,6 @@ using detail::WalkCell;
 
 namespace {
 
-double largest_coordinate(const ControlMesh& mesh) {
-    double largest = 0;
-    for (const Vec3d& p : mesh.positions()) largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-    return largest;
-}
-
 Vec2d corner_at(int k) { return Vec2d(k_corner_x[k & 3], k_corner_y[k & 3]); }
 
 /// A point of a cell with a crease.
@@ -42,7 +37,7 @@ StripPoint mix(const StripPoint& a, const StripPoint& b, double t) {
 }  // namespace
 
 QuadBounder::QuadBounder(const QuadPatches& patches)
-    : PatchBounder(largest_coordinate(patches.mesh())), patches_(patches), walk_(patches) {}
+    : PatchBounder(detail::surface_rounding(patches.mesh())), patches_(patches), walk_(patches) {}
 
 double QuadBounder::hull_error(const QuadNode& node, const Piece& piece, const Corners& corners, bool may_split) const {
     const Vec3d* points = node.kind == QuadNode::Kind::star ? node.star->points.data() : node.local->points.data();
@@ -177,10 +172,11 @@ QuadBounder::Corners QuadBounder::leaf_corners(WalkCell& cell, const Piece& piec
 
 bool QuadBounder::is_root(const CellTriangle& leaf) { return leaf.level == 0 && leaf.corner[1].x == 2; }
 
-LeafError QuadBounder::leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack) {
-    start(decide_at, may_reject_);
+LeafError QuadBounder::leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSliding& sliding,
+                                  bool may_reject) {
+    start(decide_at, may_reject);
     if (is_root(leaf)) {
-        bound_root(leaf.root, nullptr, slack);
+        bound_root(leaf.root, nullptr, sliding);
         return finish();
     }
     // The middle of the base decides most leaves that must be split.
@@ -188,7 +184,7 @@ LeafError QuadBounder::leaf_error(const CellTriangle& leaf, double decide_at, co
     WalkCell& cell = home(piece);
     const Corners corners = leaf_corners(cell, piece);
     const Vec3d middle = cell.point(piece.quarter ? k_side_point[piece.turn] : k_centre_point);
-    set_face(detail::TriangleDistance(corners.linear, slack));
+    set_face(detail::TriangleDistance(corners.linear, sliding));
     const bool slides = stretch_ > 1 && face_.slides(1);
     if (attain(slides ? face_.to_edge(face_.local(middle), 1)
                       : detail::segment_distance(middle, corners.linear[1], corners.linear[2])))
@@ -196,7 +192,7 @@ LeafError QuadBounder::leaf_error(const CellTriangle& leaf, double decide_at, co
     return finish();
 }
 
-void QuadBounder::bound_root(HalfedgeId h, const Vec3d* centre, const EdgeSlack& slack) {
+void QuadBounder::bound_root(HalfedgeId h, const Vec3d* centre, const EdgeSliding& sliding) {
     // Two half-cells that share the edge from the midpoint m of the base to the centre c. Edges of the leaf: from c to
     // v, v to w, w to c.
     const HalfedgeId g = patches_.mesh().next(h);
@@ -205,7 +201,7 @@ void QuadBounder::bound_root(HalfedgeId h, const Vec3d* centre, const EdgeSlack&
     const Vec3d v = left.linear[2], c = left.linear[1], w = right.linear[1], m = left.linear[0];
     const Vec3d linear_centre = centre ? *centre : c;
     if (!centre) {
-        set_face(detail::TriangleDistance({c, v, w}, slack));
+        set_face(detail::TriangleDistance({c, v, w}, sliding));
         // The middles of the edges decide most leaves that must be split.
         const auto reject = [&](const Vec3d& p, std::size_t edge) {
             return !attain(face_.to_edge(face_.local(p), edge));
@@ -228,15 +224,11 @@ void QuadBounder::bound_root(HalfedgeId h, const Vec3d* centre, const EdgeSlack&
 LeafError QuadBounder::root_error(HalfedgeId root, const Vec3d& centre, double decide_at, bool may_reject) {
     start(decide_at, may_reject);
     bound_root(root, &centre, {});
-    may_reject_ = true;
     return finish();
 }
 
-double QuadBounder::certified_error(const CellTriangle& leaf, double floor, const EdgeSlack& slack) {
-    may_reject_ = false;
-    const LeafError e = leaf_error(leaf, floor, slack);
-    may_reject_ = true;
-    return e.upper;
+double QuadBounder::certified_error(const CellTriangle& leaf, double floor, const EdgeSliding& sliding) {
+    return leaf_error(leaf, floor, sliding, false).upper;
 }
 
 QuickError QuadBounder::quick_error(const CellTriangle& leaf) {

@@ -29,12 +29,14 @@ class QuadBounder : private detail::PatchBounder<> {
     explicit QuadBounder(const QuadPatches& patches);
 
     /// The error of a leaf, or bounds on it: refined until they lie on one side of `decide_at` or within a twentieth.
-    /// @param slack  at edges where there is some, the error is that of EdgeSlack
-    LeafError leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSlack& slack = {});
+    /// @param sliding  at edges where there is some, the error is that of EdgeSliding
+    /// @param may_reject  ends as soon as the error is certainly above `decide_at`, which then has no upper bound
+    LeafError leaf_error(const CellTriangle& leaf, double decide_at, const EdgeSliding& sliding = {},
+                         bool may_reject = true);
 
     /// Certified bound, tight to a twentieth where it exceeds `floor`: the largest over many leaves takes little more
     /// than one pass.
-    double certified_error(const CellTriangle& leaf, double floor, const EdgeSlack& slack = {});
+    double certified_error(const CellTriangle& leaf, double floor, const EdgeSliding& sliding = {});
 
     /// Size of S - L over the depth-0 leaf of a root, L linear over each of its two cells with the value at the face's
     /// centre given (it need not lie on the surface).
@@ -76,7 +78,7 @@ class QuadBounder : private detail::PatchBounder<> {
     static Piece piece_of(const CellTriangle& leaf);
     detail::WalkCell& home(const Piece& piece) { return walk_.cell(piece.root, piece.level, piece.x, piece.y); }
     static Corners leaf_corners(detail::WalkCell& cell, const Piece& piece);
-    void bound_root(HalfedgeId root, const Vec3d* centre, const EdgeSlack& slack);
+    void bound_root(HalfedgeId root, const Vec3d* centre, const EdgeSliding& sliding);
     void bound(const Piece& piece, const Corners& corners, int depth);
     void bound(detail::WalkCell& cell, const Piece& piece, const Corners& corners, int depth);
     void split(detail::WalkCell& cell, const Piece& piece, const Corners& corners, int depth);

@@ -7,7 +7,8 @@
 
 namespace tetrakis::detail {
 
-TriangleDistance::TriangleDistance(const std::array<Vec3d, 3>& corners, const EdgeSlack& slack) : corners_(corners) {
+TriangleDistance::TriangleDistance(const std::array<Vec3d, 3>& corners, const EdgeSliding& sliding)
+    : corners_(corners) {
     const Vec3d u = corners[1] - corners[0], v = corners[2] - corners[0], w = corners[2] - corners[1];
     const Vec3d n = glm::cross(u, v);
     const double squared = glm::dot(n, n), uu = glm::dot(u, u), vv = glm::dot(v, v), ww = glm::dot(w, w);
@@ -21,10 +22,10 @@ TriangleDistance::TriangleDistance(const std::array<Vec3d, 3>& corners, const Ed
     normal_ = n / area;
     height_ = {area / std::sqrt(uu), area / std::sqrt(ww), area / std::sqrt(vv)};
     foot_ = {glm::dot(u, v) / uu, -glm::dot(u, w) / ww, glm::dot(v, w) / vv};
-    has_slack_ = slack.any();
-    if (!has_slack_) return;
-    slack_ = slack;
-    fold_ = std::max({slack.fold[0], slack.fold[1], slack.fold[2]});
+    slides_ = sliding.any();
+    if (!slides_) return;
+    sliding_ = sliding;
+    fold_ = std::max({sliding.fold[0], sliding.fold[1], sliding.fold[2]});
     length_ = {std::sqrt(uu), std::sqrt(ww), std::sqrt(vv)};
     stretch_ = (1 + fold_) * (1 + 0.25 * fold_ * fold_);
 }
@@ -39,9 +40,9 @@ double TriangleDistance::sliding(const Vec3d& local) const {
             over = k;
         }
     if (over == 3) return high / stretch_;
-    if (!corner && slack_.fold[over] >= 0) {
+    if (!corner && sliding_.edge[over]) {
         const double out = -opposite(local, over) * height_[over];
-        if (in_tents(local, over, out)) return (high + slack_.fold[over] * out) / stretch_;
+        if (in_flaps(local, over, out)) return (high + sliding_.fold[over] * out) / stretch_;
     }
     const double off = std::sqrt(squared_beside(local));
     return (std::sqrt(high * high + off * off) + fold_ * off) / stretch_;
@@ -50,7 +51,7 @@ double TriangleDistance::sliding(const Vec3d& local) const {
 double TriangleDistance::sliding_over(const Vec3d& local, std::size_t k) const {
     const double off = std::abs(opposite(local, k)) * height_[k];
     const double error =
-        in_tents(local, k, off) ? std::abs(local.z) + fold_ * off : std::sqrt(squared_to_edge(local, k)) * (1 + fold_);
+        in_flaps(local, k, off) ? std::abs(local.z) + fold_ * off : std::sqrt(squared_to_edge(local, k)) * (1 + fold_);
     return error * (1 + 0.25 * fold_ * fold_) / stretch_;
 }
 

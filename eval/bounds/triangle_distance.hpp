@@ -1,7 +1,7 @@
 #pragma once
 
 #include "../../hier/base/vec.hpp"
-#include "mesh_slack.hpp"
+#include "mesh_sliding.hpp"
 
 #include <algorithm>
 #include <array>
@@ -19,25 +19,25 @@ inline constexpr double k_stretch_rounding = 1 + 1e-15;
 /// height over it. A sliver has no normal to rely on: its frame is the space around corner 0. Either is affine, so that
 /// means of points may be taken in the frame.
 ///
-/// With slack at some edges (EdgeSlack) to_face() and to_edge() are bounds on the errors there, divided by stretch():
-/// at the ends of a line they bound a convex function on all of it.
+/// With sliding at some edges (EdgeSliding) to_face() and to_edge() are bounds on the errors there, divided by
+/// stretch(): at the ends of a line they bound a convex function on all of it.
 class TriangleDistance {
   public:
     TriangleDistance() = default;
-    /// Slivers take no slack.
-    explicit TriangleDistance(const std::array<Vec3d, 3>& corners, const EdgeSlack& slack = {});
+    /// Slivers do not slide.
+    explicit TriangleDistance(const std::array<Vec3d, 3>& corners, const EdgeSliding& sliding = {});
 
     Vec3d local(const Vec3d& p) const {
         const Vec3d d = p - corners_[0];
         return sliver_ ? d : Vec3d(glm::dot(to_b1_, d), glm::dot(to_b2_, d), glm::dot(normal_, d));
     }
-    /// Whether edge k has slack.
-    bool slides(std::size_t k) const { return has_slack_ && slack_.fold[k] >= 0; }
-    /// What the errors have been divided by; 1 without slack.
+    /// Whether edge k slides.
+    bool slides(std::size_t k) const { return slides_ && sliding_.edge[k]; }
+    /// What the errors have been divided by; 1 where no edge slides.
     double stretch() const { return stretch_; }
 
     double to_face(const Vec3d& local) const {
-        if (has_slack_) return sliding(local);
+        if (slides_) return sliding(local);
         if (!sliver_ && local.x >= 0 && local.y >= 0 && local.x + local.y <= 1) return std::abs(local.z);
         return std::sqrt(squared_beside(local) + (sliver_ ? 0 : local.z * local.z));
     }
@@ -56,10 +56,10 @@ class TriangleDistance {
     }
     /// Place of a foot along edge k: 0 at its start, 1 at its end.
     double place(const Vec3d& local, std::size_t k) const { return forward(local, k) + foot_[k] * opposite(local, k); }
-    /// Whether a foot so far from the line of edge k lies in the tents there.
-    bool in_tents(const Vec3d& local, std::size_t k, double off) const {
+    /// Whether a foot so far from the line of edge k lies in the flaps there.
+    bool in_flaps(const Vec3d& local, std::size_t k, double off) const {
         const double along = place(local, k);
-        return off <= slack_.tent[k] * (std::min(along, 1 - along) * length_[k]);
+        return off <= sliding_.flap[k] * (std::min(along, 1 - along) * length_[k]);
     }
     double sliding(const Vec3d& local) const;
     double sliding_over(const Vec3d& local, std::size_t k) const;
@@ -82,10 +82,10 @@ class TriangleDistance {
     Vec3d normal_{0}, to_b1_{0}, to_b2_{0};
     std::array<double, 3> height_{};  ///< over edge k
     std::array<double, 3> foot_{};    ///< place() of the corner opposite edge k
-    bool sliver_ = true, has_slack_ = false;
-    EdgeSlack slack_;
+    bool sliver_ = true, slides_ = false;
+    EdgeSliding sliding_;
     double fold_ = 0, stretch_ = 1;
-    std::array<double, 3> length_{};  ///< of edge k, with slack
+    std::array<double, 3> length_{};  ///< of edge k, where one slides
 };
 
 }  // namespace tetrakis::detail

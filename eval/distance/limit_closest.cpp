@@ -1,6 +1,7 @@
 #include "limit_closest.hpp"
 
 #include "../../hier/forest/corner_cell.hpp"
+#include "../surface/local_frame.hpp"
 #include "nearest_in_root.hpp"
 
 #include <algorithm>
@@ -11,9 +12,6 @@
 namespace tetrakis {
 
 namespace {
-
-/// Of a position, in units of the largest coordinate.
-constexpr double k_position_rounding = 128 * std::numeric_limits<double>::epsilon();
 
 /// Newton's method ends where the squared sine of the angle between the way to the surface point and the surface's
 /// normal is below this: a further step would change the distance by half of that share.
@@ -291,9 +289,7 @@ bool cell_beyond(const Roots& roots, const typename Roots::Cell& cell, const Vec
 
 template <class Patches>
 LimitClosest<Patches>::LimitClosest(const Patches& patches) : patches_(patches) {
-    const Box3d box = patches.mesh().bounding_box();
-    const Vec3d most = glm::max(glm::abs(box.lower), glm::abs(box.upper));
-    rounding_ = k_position_rounding * std::max({most.x, most.y, most.z});
+    rounding_ = detail::surface_rounding(patches.mesh());
 }
 
 template <class Patches>

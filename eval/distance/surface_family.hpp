@@ -88,12 +88,12 @@ class LoopLeafBounder : public LoopBounder {
             if (glm::dot(m, m) > glm::dot(quick.middle, quick.middle)) quick.middle = m;
         return quick;
     }
-    double certified_error(const CellTriangle& leaf, double floor, const EdgeSlack& slack = {}) {
-        LeafError e = leaf_error(leaf, floor, slack);
+    double certified_error(const CellTriangle& leaf, double floor, const EdgeSliding& sliding = {}) {
+        LeafError e = leaf_error(leaf, floor, sliding);
         while (e.lower > floor) {
             // A bound is tight to a twentieth, so a little more settles it unless a larger sample turns up.
             floor = 1.06 * e.lower;
-            e = leaf_error(leaf, floor, slack);
+            e = leaf_error(leaf, floor, sliding);
         }
         return e.upper;
     }

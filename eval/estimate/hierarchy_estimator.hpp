@@ -31,6 +31,7 @@ class HierarchyEstimator final : public ErrorEstimator {
     HierarchyEstimator(const Hierarchy&&, double) = delete;
 
     /// @throws Error  unsupported: a limit that the scheme has no mask for
+    using ErrorEstimator::estimate;
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
     void estimate_sqrt3(std::span<const Sqrt3Triangle> triangles, std::span<double> errors) const override;
     void estimate_vertices(const VertexForest& forest, std::span<const LeafId> leaves,

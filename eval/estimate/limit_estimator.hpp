@@ -35,6 +35,7 @@ class LimitEstimator final : public ErrorEstimator {
     ///                   0: none
     LimitEstimator(const Hierarchy& points, double tolerance) : points_(points), tolerance_(tolerance) {}
 
+    using ErrorEstimator::estimate;
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
 
   private:

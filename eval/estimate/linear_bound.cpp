@@ -1,6 +1,7 @@
 #include "linear_bound.hpp"
 
 #include "../../hier/base/parallel.hpp"
+#include "../surface/local_frame.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,11 +12,7 @@ namespace tetrakis {
 
 LinearBound::LinearBound(const ControlMesh& mesh, const SchemeInfo& scheme)
     : mesh_(mesh), flat_(scheme.family == MeshFamily::triangles) {
-    // A vertex is a sum of at most a face's points, a few products each.
-    constexpr double k_roundings = 32;
-    const Box3d box = mesh.bounding_box();
-    rounding_ =
-        k_roundings * std::numeric_limits<double>::epsilon() * std::max(glm::length(box.lower), glm::length(box.upper));
+    rounding_ = detail::surface_rounding(mesh);
     if (flat_) return;
     face_bound_.resize(mesh.face_count());
     for_each_index(

@@ -7,6 +7,7 @@
 #include "../../schemes/rules/averaging.hpp"
 #include "../distance/limit_samples.hpp"
 #include "../distance/surface_family.hpp"
+#include "../surface/local_frame.hpp"
 #include "../surface/site_limits.hpp"
 
 #include <algorithm>
@@ -33,8 +34,6 @@ constexpr double k_tight = 1.05;
 constexpr double k_no_error = 1e-7;
 // Of levels that are made as a whole, some 10 MB: most cells of small meshes have norms there, whatever is around them.
 constexpr int k_most_halfedges = 1 << 18;
-// A level's points are sums of the level before, a few products each.
-constexpr double k_roundings = 256;
 constexpr double k_infinite = std::numeric_limits<double>::infinity();
 
 void say_nothing(double) {}
@@ -240,10 +239,8 @@ MaskNormBound<Family>::MaskNormBound(const Hierarchy& points, const SchemeInfo& 
       norms_(scheme, rules),
       scratch_(std::make_unique<oneapi::tbb::enumerable_thread_specific<Scratch>>()) {
     rules_.runner = nullptr;  // a thread must not take up another block amid one
-    const Box3d box = mesh_.bounding_box();
-    rounding_ =
-        k_roundings * std::numeric_limits<double>::epsilon() * std::max(glm::length(box.lower), glm::length(box.upper));
-    aim_ = std::max(aim > 0 ? aim - rounding_ : k_no_error * box.diagonal(), 0.0);
+    rounding_ = detail::surface_rounding(mesh_);
+    aim_ = std::max(aim > 0 ? aim - rounding_ : k_no_error * mesh_.bounding_box().diagonal(), 0.0);
     RuleStep control;
     control.mesh = rule_mesh(mesh_, rules);
     first_step_ = first_rule_step(scheme, control.mesh);

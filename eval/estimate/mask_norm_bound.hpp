@@ -37,6 +37,7 @@ class MaskNormBound final : public SurfaceBound {
     MaskNormBound(const Hierarchy& points, const SchemeInfo& scheme, const RuleOptions& rules, double aim);
     ~MaskNormBound() override;
 
+    using ErrorEstimator::estimate;
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
     bool has_fan_bound(FaceId face) const override;
     void estimate_fans(const FanChoice& fans, std::span<const FaceId> faces, std::span<const Vec3d> corners,

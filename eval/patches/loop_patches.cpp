@@ -138,8 +138,6 @@ void LoopPatches::first_step(const RunContext&) {
     bool any_sharp = false;
     for (std::uint32_t e = 0; e < edge_count && !any_sharp; ++e) any_sharp = is_sharp(mesh_.sharpness(EdgeId(e)));
     if (any_sharp) halve_edges();
-    for (const Vec3d& p : mesh_.positions())
-        largest_coordinate_ = std::max({largest_coordinate_, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
 
     vertex_points_.resize(vertex_count);
     smooth_.assign(vertex_count, 0);

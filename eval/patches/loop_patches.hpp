@@ -49,8 +49,6 @@ class LoopPatches {
 
     /// Bytes held from the construction on (what grows later is small beside it).
     std::uint64_t memory_bytes() const;
-    /// Largest absolute coordinate of the control mesh: rounding errors of positions are a few epsilon of it.
-    double largest_coordinate() const { return largest_coordinate_; }
 
     // The tree, for bounds.
     void root_cell(HalfedgeId root, detail::LoopCell& out) const;
@@ -108,7 +106,6 @@ class LoopPatches {
     };
     mutable std::vector<Grown> grown_;
     mutable detail::RecordPool pool_;
-    double largest_coordinate_ = 0;
 };
 
 }  // namespace tetrakis

@@ -1,9 +1,11 @@
 #pragma once
 
 #include "../../hier/base/vec.hpp"
+#include "../../hier/mesh/control_mesh.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace tetrakis::detail {
@@ -40,6 +42,18 @@ inline float round_down(double x) {
 inline float round_up(double x) {
     const float f = static_cast<float>(x);
     return static_cast<double>(f) < x ? std::nextafter(f, std::numeric_limits<float>::infinity()) : f;
+}
+
+/// How far points of the limit surface, their control points and distances to them may be off by rounding, whatever the
+/// level: Lemma 1 of eval/bounds/README.md. O(vertices).
+inline double surface_rounding(const ControlMesh& mesh) {
+    constexpr std::uint32_t k_valence = 64;  // below, other sums are as long
+    std::uint32_t most = k_valence;
+    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) most = std::max(most, mesh.face_valence(VertexId(v)) + 1);
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) most = std::max(most, mesh.face_size(FaceId(f)));
+    const Box3d box = mesh.bounding_box();
+    const Vec3d reach = glm::max(glm::abs(box.lower), glm::abs(box.upper));
+    return 64.0 * most * std::numeric_limits<double>::epsilon() * std::max({reach.x, reach.y, reach.z});
 }
 
 }  // namespace tetrakis::detail

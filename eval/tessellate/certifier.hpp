@@ -2,7 +2,7 @@
 
 #include "../../hier/base/run_context.hpp"
 #include "../../refine/adaptive/adaptive_refinement.hpp"
-#include "../bounds/mesh_slack.hpp"
+#include "../bounds/mesh_sliding.hpp"
 #include "../bounds/point_triangle.hpp"
 #include "exported_mesh.hpp"
 #include "fan_error.hpp"
@@ -34,10 +34,10 @@ class Certifier {
 
     /// @param refinement    knows the errors of leaves by `estimator`, which aimed at `tolerance`
     /// @param fan_error     where there may be faces without a centre
-    /// @param fan_errors    of these by face, negative where they are not certified
+    /// @param fan_errors    of these by face
     Certifier(const TriangleMesh& mesh, Origins origins, const LeafEstimator<Family>& estimator,
               const Refinement& refinement, const std::optional<FanError>& fan_error,
-              std::span<const double> fan_errors, double tolerance, const RunContext& context)
+              std::span<const FanError::Estimate> fan_errors, double tolerance, const RunContext& context)
         : mesh_(mesh),
           origins_(std::move(origins)),
           exported_(origins_.exported),
@@ -62,7 +62,7 @@ class Certifier {
         // First those that nothing is known of; what is known may be loose, where all of it matters.
         pass(0.2, 0.9, [&](std::uint32_t t, double floor) {
             const LeafId leaf = exported_.leaves[t];
-            return known(t) > 0 ? 0.0 : bound(t, floor, !leaf.valid() || !refinement_.marked(leaf));
+            return known(t) > 0 ? 0.0 : bound(t, floor, !leaf.valid() || refinement_.basis(leaf) == ErrorBasis::bound);
         });
         pass(0.9, 1, [&](std::uint32_t t, double floor) {
             const double error = known(t);
@@ -84,10 +84,10 @@ class Certifier {
     double known(std::uint32_t t) const {
         const LeafId leaf = exported_.leaves[t];
         if (!leaf.valid()) {
-            const double error = exported_.part[t] == 0 ? fan_errors_[exported_.faces[t].value] : 0;
-            return error <= tolerance_ ? std::max(error, 0.0) : 0;
+            const FanError::Estimate& fan = fan_errors_[exported_.faces[t].value];
+            return exported_.part[t] == 0 && fan.basis == ErrorBasis::bound && fan.error <= tolerance_ ? fan.error : 0;
         }
-        if (refinement_.marked(leaf)) return 0;
+        if (refinement_.basis(leaf) == ErrorBasis::samples) return 0;
         const double error = refinement_.error(leaf);
         return error <= tolerance_ ? error : 0;
     }
@@ -108,7 +108,10 @@ class Certifier {
                                const bool fan = !leaf.valid();
                                if (fan && exported_.part[t] != 0) return 0.0;
                                if (!by_bounds()) {
-                                   if (fan) return std::max(-fan_errors_[exported_.faces[t].value], 0.0);
+                                   if (fan) {
+                                       const FanError::Estimate& e = fan_errors_[exported_.faces[t].value];
+                                       return e.basis == ErrorBasis::samples ? e.error : 0.0;
+                                   }
                                    return t % k_stride == 0 ? sampled(t) : 0.0;
                                }
                                const double error = known(t);
@@ -147,12 +150,12 @@ class Certifier {
         if (!exported_.leaves[t].valid())
             return exported_.part[t] == 0 ? fan_error_->certified(exported_.faces[t], floor, false) : 0;
         const CellTriangle leaf = origins_.cell(t);
-        const EdgeSlack slack = granted_->of(t, estimator_.soft_edges(leaf));
+        const EdgeSliding sliding = granted_->of(t, estimator_.soft_edges(leaf));
         auto& bounder = estimator_.bounder();
-        if (!slack.any()) return bounder.certified_error(leaf, floor);
-        const double first = bounder.certified_error(leaf, floor, still ? EdgeSlack{} : slack);
+        if (!sliding.any()) return bounder.certified_error(leaf, floor);
+        const double first = bounder.certified_error(leaf, floor, still ? EdgeSliding{} : sliding);
         return first <= floor ? first
-                              : std::min(first, bounder.certified_error(leaf, floor, still ? slack : EdgeSlack{}));
+                              : std::min(first, bounder.certified_error(leaf, floor, still ? sliding : EdgeSliding{}));
     }
 
     const TriangleMesh& mesh_;
@@ -161,14 +164,14 @@ class Certifier {
     const LeafEstimator<Family>& estimator_;
     const Refinement& refinement_;
     const std::optional<FanError>& fan_error_;
-    std::span<const double> fan_errors_;
+    std::span<const FanError::Estimate> fan_errors_;
     double tolerance_;
     const RunContext& context_;
     std::uint32_t count_;
     std::vector<double> largest_;  ///< by block of triangles
     double floor_ = 0;
     std::atomic<bool> all_known_ = false;
-    std::optional<MeshSlack> granted_;
+    std::optional<MeshSliding> granted_;
 };
 
 }  // namespace tetrakis::detail

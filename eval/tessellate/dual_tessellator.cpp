@@ -55,7 +55,7 @@ class DualTessellator final : public TessellationRun {
           leaf_errors_(points_) {
         const std::string_view no_bound = lacks_bound();
         if (DualBound::has(options.scheme.info()) && no_bound.empty())
-            bound_.emplace(*points_, options.scheme.info(), forest_.roots(), mesh.bounding_box());
+            bound_.emplace(*points_, options.scheme.info(), forest_.roots(), mesh);
         if (certified() && !bound_)
             throw Error(ErrorCode::unsupported,
                         "there is no certified bound where " + std::string(no_bound) + "; use the measured estimator",

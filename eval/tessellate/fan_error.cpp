@@ -77,14 +77,14 @@ double FanError::certified(FaceId face, double decide_at, bool may_reject) const
     return error + departure;
 }
 
-double FanError::measured(FaceId face, double tolerance) const {
+FanError::Estimate FanError::measured(FaceId face, double tolerance) const {
     const ControlMesh& mesh = map_.patches->mesh();
     const std::uint32_t n = mesh.face_size(face), h0 = mesh.face_halfedge(face).value;
     const auto at = [&](std::uint32_t i) { return positions_[mesh.origin(HalfedgeId(h0 + i)).value]; };
     if (map_.plain()) {
         // The centre of the face decides most fans that do not hold.
         const double bound = certified(face, tolerance, true);
-        if (bound <= tolerance) return bound;
+        if (bound <= tolerance) return {bound, ErrorBasis::bound};
     }
     std::vector<detail::PlaneMeasure> planes;
     for (const auto& t : fans_.of(face)) planes.emplace_back(std::array<Vec3d, 3>{at(t[0]), at(t[1]), at(t[2])});
@@ -130,7 +130,7 @@ double FanError::measured(FaceId face, double tolerance) const {
                     error = std::max(error, map_.target->closest(q).distance);
                 }
     }
-    return -error;
+    return {error, ErrorBasis::samples};
 }
 
 }  // namespace tetrakis

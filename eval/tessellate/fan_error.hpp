@@ -16,9 +16,13 @@ class FanError {
     /// its triangles cut: each root against the sector's own flat triangle, plus what the fan departs from those.
     /// Decides at `decide_at`: infinite where the error is certainly larger, unless may_reject is false: then tight.
     double certified(FaceId face, double decide_at, bool may_reject) const;
-    /// What the default estimator goes by: the bound where it accepts; else, as a negative number, what samples of the
-    /// surface are off the fan's planes, boundary edges against themselves.
-    double measured(FaceId face, double tolerance) const;
+    struct Estimate {
+        double error = 0;
+        ErrorBasis basis = ErrorBasis::bound;
+    };
+    /// What the default estimator goes by: the bound where it accepts; else what samples of the surface are off the
+    /// fan's planes, boundary edges against themselves.
+    Estimate measured(FaceId face, double tolerance) const;
 
   private:
     const SurfaceMap<QuadFamily>& map_;

@@ -38,6 +38,7 @@ class KeptErrors final : public ErrorEstimator {
     /// From here on all new triangles count as good where `enough` says so.
     void stop_where(std::function<bool()> enough) { enough_ = std::move(enough); }
 
+    using ErrorEstimator::estimate;
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override {
         std::vector<CellTriangle> unknown;
         std::vector<std::size_t> place;

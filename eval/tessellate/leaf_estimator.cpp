@@ -7,6 +7,7 @@
 
 #include <array>
 #include <limits>
+#include <vector>
 
 namespace tetrakis {
 
@@ -39,22 +40,31 @@ LeafEstimator<Family>::LeafEstimator(const SurfaceMap<Family>& map, const typena
 
 template <class Family>
 void LeafEstimator<Family>::estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const {
+    std::vector<ErrorBasis> basis(triangles.size());
+    estimate(triangles, errors, basis);
+}
+
+template <class Family>
+void LeafEstimator<Family>::estimate(std::span<const CellTriangle> triangles, std::span<double> errors,
+                                     std::span<ErrorBasis> basis) const {
     detail::for_each_batch(map_.patches, static_cast<std::uint32_t>(triangles.size()), k_estimator_grain, {}, {}, 0, 1,
                            [&](std::uint32_t i) {
                                const CellTriangle& leaf = triangles[i];
+                               basis[i] = ErrorBasis::bound;
                                if (!map_.plain()) {
                                    errors[i] = mapped(leaf);
                                } else if (kind_ == EstimatorKind::certified) {
                                    const LeafError e = bounder().leaf_error(leaf, tolerance_);
                                    errors[i] = e.lower > tolerance_ ? e.lower : e.upper;
                                } else {
-                                   errors[i] = measured(leaf, bounder());
+                                   errors[i] = measured(leaf, bounder(), basis[i]);
                                }
                            });
 }
 
 template <class Family>
-double LeafEstimator<Family>::measured(const CellTriangle& leaf, typename Family::Bounder& bounder) const {
+double LeafEstimator<Family>::measured(const CellTriangle& leaf, typename Family::Bounder& bounder,
+                                       ErrorBasis& basis) const {
     const QuickError quick = bounder.quick_error(leaf);
     const detail::PlaneMeasure plane(quick.corners);
     // The middle of the longest edge decides most leaves that must be split, and the bound most of those that need not.
@@ -62,7 +72,8 @@ double LeafEstimator<Family>::measured(const CellTriangle& leaf, typename Family
     if (middle > tolerance_ && tolerance_ > 0) return middle;
     const LeafError bound = bounder.leaf_error(leaf, tolerance_);
     if (bound.upper <= tolerance_) return bound.upper;
-    return -sampled(leaf, bounder, quick.corners, middle);
+    basis = ErrorBasis::samples;
+    return sampled(leaf, bounder, quick.corners, middle);
 }
 
 template <class Family>

@@ -18,8 +18,6 @@ namespace tetrakis {
 /// point where tangential drift makes the way back doubtful; ever more samples towards creases of finite sharpness.
 /// Edges on boundaries and hard creases are measured against themselves. With a target mesh or a displacement
 /// everything is sampled; against a target also by rays along the normal.
-///
-/// Errors within the tolerance that are sampled, not certified, are negative.
 template <class Family>
 class LeafEstimator final : public ErrorEstimator {
   public:
@@ -27,6 +25,8 @@ class LeafEstimator final : public ErrorEstimator {
                   double tolerance);
 
     /// From one thread at a time: on the way trees of the patches may be forgotten.
+    void estimate(std::span<const CellTriangle> triangles, std::span<double> errors,
+                  std::span<ErrorBasis> basis) const override;
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
 
     /// Some leaf of a mapped surface could not be resolved: see mapped().
@@ -42,7 +42,7 @@ class LeafEstimator final : public ErrorEstimator {
     }
 
   private:
-    double measured(const CellTriangle& leaf, typename Family::Bounder& bounder) const;
+    double measured(const CellTriangle& leaf, typename Family::Bounder& bounder, ErrorBasis& basis) const;
     /// @param middle  an error that is attained
     double sampled(const CellTriangle& leaf, typename Family::Bounder& bounder, const std::array<Vec3d, 3>& corners,
                    double middle) const;

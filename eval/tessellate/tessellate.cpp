@@ -163,22 +163,23 @@ class PatchTessellator final : public detail::TessellationRun {
         const std::vector<std::uint8_t> wanted(mesh_.face_count(), 1);
         fans_ = choose_fans(mesh_, corner_positions_, wanted);
         fan_error_.emplace(map_, *estimator_, fans_, corner_positions_);
-        fan_errors_.assign(mesh_.face_count(), 0.0);
+        fan_errors_.assign(mesh_.face_count(), {});
         detail::for_each_batch(
             patches_.get(), mesh_.face_count(), 4, context_, "coarsest", 0.4, 1, [&](std::uint32_t f) {
                 if (!fans_.has(FaceId(f))) return;
                 // A budget opens the worst fans first: their errors must be known.
-                fan_errors_[f] = options_.estimator == EstimatorKind::certified
-                                     ? fan_error_->certified(FaceId(f), aim_, options_.max_triangles == 0)
-                                     : fan_error_->measured(FaceId(f), aim_);
+                if (options_.estimator == EstimatorKind::certified)
+                    fan_errors_[f].error = fan_error_->certified(FaceId(f), aim_, options_.max_triangles == 0);
+                else
+                    fan_errors_[f] = fan_error_->measured(FaceId(f), aim_);
                 // Nobody else asks for the corner cells of a face, and of one that needs no more triangles nobody will.
-                if (std::abs(fan_errors_[f]) <= aim_)
+                if (fan_errors_[f].error <= aim_)
                     for (std::uint32_t i = 0; i < mesh_.face_size(FaceId(f)); ++i)
                         patches_->forget_tree(HalfedgeId(mesh_.face_halfedge(FaceId(f)).value + i));
             });
         const bool budget = options_.max_triangles != 0;
         for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)
-            if (const double error = std::abs(fan_errors_[f]); fans_.has(FaceId(f)) && (budget || error <= aim_))
+            if (const double error = fan_errors_[f].error; fans_.has(FaceId(f)) && (budget || error <= aim_))
                 hierarchy.accept_fan(FaceId(f), error);
     }
 
@@ -295,7 +296,7 @@ class PatchTessellator final : public detail::TessellationRun {
     SurfaceMap<Family> map_;
     FanChoice fans_;
     std::vector<Vec3d> corner_positions_;
-    std::vector<double> fan_errors_;  ///< by face: FanError's
+    std::vector<FanError::Estimate> fan_errors_;  ///< by face
     detail::ExportedMesh<Family> exported_;
     std::optional<Hierarchy> hierarchy_;
     std::optional<LeafEstimator<Family>> estimator_;

@@ -2,6 +2,7 @@
 
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/mesh/mesh_check.hpp"
+#include "../../refine/rules/rule_limit.hpp"
 #include "../../refine/uniform/refine.hpp"
 #include "../bounds/dual_bound.hpp"
 #include "../distance/surface_family.hpp"
@@ -212,13 +213,26 @@ RefineProgress::RefineProgress(const RunContext& outer, std::uint64_t budget,
 }
 
 void WatchedEstimator::estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const {
+    in_parts(triangles.size(), [&](std::size_t begin, std::size_t size) {
+        inner_.estimate(triangles.subspan(begin, size), errors.subspan(begin, size));
+    });
+}
+
+void WatchedEstimator::estimate(std::span<const CellTriangle> triangles, std::span<double> errors,
+                                std::span<ErrorBasis> basis) const {
+    in_parts(triangles.size(), [&](std::size_t begin, std::size_t size) {
+        inner_.estimate(triangles.subspan(begin, size), errors.subspan(begin, size), basis.subspan(begin, size));
+    });
+}
+
+void WatchedEstimator::in_parts(std::size_t count, const std::function<void(std::size_t, std::size_t)>& some) const {
     constexpr double k_short = 0.02, k_long = 0.1;  // seconds
     constexpr std::size_t k_least = 16;
     Stopwatch watch;
-    for (std::size_t begin = 0; begin < triangles.size();) {
+    for (std::size_t begin = 0; begin < count;) {
         if (begin > 0) progress_.again();
-        const std::size_t size = std::min(block_, triangles.size() - begin);
-        inner_.estimate(triangles.subspan(begin, size), errors.subspan(begin, size));
+        const std::size_t size = std::min(block_, count - begin);
+        some(begin, size);
         begin += size;
         const double seconds = watch.lap();
         if (seconds < k_short && size == block_) block_ = std::min(most_, 2 * block_);
@@ -287,14 +301,11 @@ Tessellation detail::tessellate_by_limits(const ControlMesh& mesh, const Tessell
             return tessellate_by_levels(mesh, options, context,
                                         "a boundary that recedes leaves sites without vertex; replicate it");
         return tessellate_on_lattice(mesh, options, context);
-    } catch (const Error& error) {
-        // Here nothing goes without limits.
-        constexpr std::string_view k_advice = "; leave out the limit";
-        const std::string text = error.what();
-        if (error.code() != ErrorCode::unsupported || !text.ends_with(k_advice)) throw;
+    } catch (const detail::NoLimit& none) {
         throw Error(ErrorCode::unsupported,
-                    text.substr(0, text.size() - k_advice.size()) +
-                        "; change the mesh there (its tags, or how many faces meet), or tessellate by another scheme");
+                    none.reason() +
+                        "; change the mesh there (its tags, or how many faces meet), or tessellate by another scheme",
+                    none.file());
     }
 }
 

@@ -180,9 +180,14 @@ class WatchedEstimator final : public ErrorEstimator {
     WatchedEstimator(const ErrorEstimator& inner, const RefineProgress& progress, std::size_t most = 4096)
         : inner_(inner), progress_(progress), most_(most), block_(std::min<std::size_t>(most, 256)) {}
     void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override;
+    void estimate(std::span<const CellTriangle> triangles, std::span<double> errors,
+                  std::span<ErrorBasis> basis) const override;
     double seconds() const { return seconds_; }
 
   private:
+    /// Calls some(first, number) for parts of so many triangles.
+    void in_parts(std::size_t count, const std::function<void(std::size_t, std::size_t)>& some) const;
+
     const ErrorEstimator& inner_;
     const RefineProgress& progress_;
     std::size_t most_;

@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -64,9 +63,8 @@ class AdaptiveRefinement {
     }
 
     /// The error of a leaf, 0 for leaves that were never estimated (those of accepted fans).
-    double error(LeafId leaf) const { return leaf.value < errors_.size() ? std::abs(errors_[leaf.value]) : 0.0; }
-    /// Whether the estimator has marked the leaf.
-    bool marked(LeafId leaf) const { return leaf.value < errors_.size() && std::signbit(errors_[leaf.value]); }
+    double error(LeafId leaf) const { return leaf.value < errors_.size() ? errors_[leaf.value] : 0.0; }
+    ErrorBasis basis(LeafId leaf) const { return leaf.value < basis_.size() ? basis_[leaf.value] : ErrorBasis::bound; }
     bool budget_spent() const { return budget_spent_; }
     /// True when some leaf at the maximum level, or one that the budget left, exceeds the tolerance.
     bool left_over() const { return left_over_; }
@@ -74,7 +72,7 @@ class AdaptiveRefinement {
   private:
     bool wants_split(LeafId leaf) const {
         if (is_first(leaf)) return true;
-        return std::abs(errors_[leaf.value]) > options_.tolerance;
+        return errors_[leaf.value] > options_.tolerance;
     }
     bool may_split(LeafId leaf) const {
         return hierarchy_.level(leaf) < options_.max_level || hierarchy_.must_split(leaf);
@@ -104,22 +102,27 @@ class AdaptiveRefinement {
 
     void estimate(std::vector<LeafId>& leaves) {
         if (leaves.size() > 2) sort_along_curve(leaves);
-        if (errors_.size() < hierarchy_.slots()) errors_.resize_zeroed(hierarchy_.slots());
+        if (errors_.size() < hierarchy_.slots()) {
+            errors_.resize_zeroed(hierarchy_.slots());
+            basis_.resize_zeroed(hierarchy_.slots());
+        }
         const std::uint32_t count = static_cast<std::uint32_t>(leaves.size());
         constexpr std::uint32_t k_block = 1u << 16;
         for (std::uint32_t begin = 0; begin < count; begin += k_block) {
             const std::uint32_t size = std::min(count - begin, k_block);
             gather(std::span(leaves).subspan(begin, size));
             values_.resize(triangles_.size());
-            estimator_.estimate(triangles_, values_);
+            value_basis_.resize(triangles_.size());
+            estimator_.estimate(triangles_, values_, value_basis_);
             for_each_index(size, [&](std::uint32_t i) {
                 double error = 0;
-                bool marked = false;
+                ErrorBasis basis = ErrorBasis::bound;
                 for (std::uint32_t t = first_[i]; t < first_[i + 1]; ++t) {
-                    error = std::max(error, std::abs(values_[t]));
-                    marked |= std::signbit(values_[t]);
+                    error = std::max(error, values_[t]);
+                    basis = std::max(basis, value_basis_[t]);
                 }
-                errors_[leaves[begin + i].value] = marked ? -error : error;
+                errors_[leaves[begin + i].value] = error;
+                basis_[leaves[begin + i].value] = basis;
             });
             context_.report("refine", progress_);
         }
@@ -258,6 +261,7 @@ class AdaptiveRefinement {
     AdaptiveOptions options_;
     const RunContext& context_;
     detail::PodArray<double> errors_;
+    detail::PodArray<ErrorBasis> basis_;
     detail::PodArray<std::array<CellTriangle, 3>> parts_;  ///< of gather(): by leaf
     detail::PodArray<CellTriangle> triangles_;
     detail::PodArray<std::uint32_t> first_;
@@ -267,6 +271,7 @@ class AdaptiveRefinement {
     };
     detail::PodArray<Place> order_, order_spare_;
     detail::PodArray<double> values_;
+    detail::PodArray<ErrorBasis> value_basis_;
     double progress_ = 0;
     bool budget_spent_ = false, left_over_ = false;
 };

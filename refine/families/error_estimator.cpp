@@ -2,7 +2,15 @@
 
 #include "../../hier/base/error.hpp"
 
+#include <algorithm>
+
 namespace tetrakis {
+
+void ErrorEstimator::estimate(std::span<const CellTriangle> triangles, std::span<double> errors,
+                              std::span<ErrorBasis> basis) const {
+    estimate(triangles, errors);
+    std::ranges::fill(basis, ErrorBasis::bound);
+}
 
 void ErrorEstimator::estimate_sqrt3(std::span<const Sqrt3Triangle>, std::span<double>) const {
     throw Error(ErrorCode::unsupported,

@@ -2,12 +2,19 @@
 
 #include "../../hier/forest/site.hpp"
 
+#include <cstdint>
 #include <span>
 
 namespace tetrakis {
 
 class VertexForest;
 struct Sqrt3Triangle;
+
+/// What an error rests on.
+enum class ErrorBasis : std::uint8_t {
+    bound,    ///< whatever its estimator says of its errors
+    samples,  ///< points of the surface, where other errors of the same estimator are proven bounds
+};
 
 /// Decides where to refine: gives the leaves of a hierarchy errors, in the unit of the control mesh, to be compared
 /// with the tolerance. An error depends on the leaf and its part of the output mesh alone.
@@ -19,8 +26,11 @@ class ErrorEstimator {
     virtual ~ErrorEstimator() = default;
     /// Called with large batches, from several threads at once.
     /// @param triangles  triangles of the hierarchy (CellTriangle; quad family: depth-0 ones in their extended frame)
-    /// @param errors     receives triangles.size() errors; a negative one is as large as its size and marks the leaf
+    /// @param errors     receives triangles.size() errors
     virtual void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const = 0;
+    /// The same, and what each of them rests on: not overridden, `bound`.
+    virtual void estimate(std::span<const CellTriangle> triangles, std::span<double> errors,
+                          std::span<ErrorBasis> basis) const;
     /// Triangles of the sqrt(3) scheme; from one thread, all that are wanted at a time together.
     /// @throws Error  unsupported: not overridden
     virtual void estimate_sqrt3(std::span<const Sqrt3Triangle> triangles, std::span<double> errors) const;

@@ -3,6 +3,7 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/trees/sqrt3_lattice.hpp"
 #include "../../schemes/rules/sqrt3.hpp"
+#include "../rules/rule_limit.hpp"
 #include "level_frames.hpp"
 #include "row_points.hpp"
 
@@ -224,11 +225,9 @@ class Sqrt3Levels final : public LevelSource {
             first = std::min(first, v);
         }
         if (first.valid())
-            throw Error(
-                ErrorCode::unsupported,
-                "sqrt3 has no limit at vertex " + std::to_string(first.value) +
-                    ", where a crease ends between two triangles; tag the vertex as a corner, or leave out the limit",
-                mesh_.data().source);
+            throw NoLimit("sqrt3 has no limit at vertex " + std::to_string(first.value) +
+                              ", where a crease ends between two triangles: tag the vertex as a corner",
+                          mesh_.data().source);
     }
 
     const ControlMesh& mesh_;

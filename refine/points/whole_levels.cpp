@@ -3,6 +3,7 @@
 #include "../../hier/base/error.hpp"
 #include "../../hier/forest/corner_cell.hpp"
 #include "../rules/rule_levels.hpp"
+#include "../rules/rule_limit.hpp"
 #include "../rules/rule_refiner.hpp"
 
 #include <fmt/format.h>
@@ -146,7 +147,7 @@ void WholeLevels::find_limits(int level, std::span<const int> vertices) {
             }
         }
     } catch (const std::invalid_argument& e) {
-        throw Error(ErrorCode::unsupported, e.what(), mesh_.data().source);
+        throw NoLimit(e.what(), mesh_.data().source);
     }
 }
 

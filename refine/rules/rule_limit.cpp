@@ -17,8 +17,7 @@ namespace {
 [[noreturn]] void refuse(const RuleMesh& mesh, int v, const SchemeInfo& scheme) {
     throw std::invalid_argument(std::string(scheme.name) + " has no limit mask for vertex " + std::to_string(v) +
                                 " of the level, " + (mesh.on_boundary(v) ? "on the boundary" : "inside the mesh") +
-                                (scheme.family == MeshFamily::hexagons ? ": a crease that ends there" : "") +
-                                "; leave out the limit");
+                                (scheme.family == MeshFamily::hexagons ? ": a crease that ends there" : ""));
 }
 
 Vec3d sum(const StencilTable& table, int row, std::span<const Vec3d> net) {

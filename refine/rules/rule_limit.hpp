@@ -1,14 +1,28 @@
 #pragma once
 
+#include "../../hier/base/error.hpp"
 #include "../../hier/base/vec.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 #include "limit_point.hpp"
 #include "limit_search.hpp"
 
+#include <filesystem>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace tetrakis::detail {
+
+/// There is no limit mask for a vertex; who can do without limits may leave them out.
+class NoLimit : public Error {
+  public:
+    NoLimit(const std::string& reason, const std::filesystem::path& file)
+        : Error(ErrorCode::unsupported, reason + "; leave out the limit", file), reason_(reason) {}
+    const std::string& reason() const { return reason_; }
+
+  private:
+    std::string reason_;
+};
 
 /// Limits of all vertices of a mesh under a scheme, as combinations of its points.
 struct RuleLimits {

@@ -162,7 +162,7 @@ RuleRefiner::RuleRefiner(const ControlMesh& mesh, const SchemeInfo& scheme, int 
     try {
         s.limits = detail::rule_limits(s.levels->last(), scheme, options.rules);
     } catch (const std::invalid_argument& e) {
-        throw Error(ErrorCode::unsupported, e.what(), mesh.data().source);
+        throw detail::NoLimit(e.what(), mesh.data().source);
     }
 }
 

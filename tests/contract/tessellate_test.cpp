@@ -168,7 +168,7 @@ TEST_CASE("the judge knows distances that are known") {
     CHECK(judge.mesh_to_limit(mesh) == doctest::Approx(0.25));
     mesh.triangles = {{0, 1, 2}};  // half of it: the far corner is half a diagonal away
     CHECK(judge.limit_to_mesh(mesh) == doctest::Approx(std::sqrt(0.5 + 0.0625)));
-    mesh.triangles = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}};  // a tent
+    mesh.triangles = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}};  // a flap
     CHECK(judge.mesh_to_limit(mesh) == doctest::Approx(1));
     // A mesh too coarse for what is asked does not pass.
     const ControlMesh closed = mesh_for(*find_scheme("catmull-clark"), k_closed);

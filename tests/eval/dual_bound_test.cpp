@@ -30,12 +30,12 @@ struct Bounded {
     std::vector<std::vector<Vec3d>> samples;  ///< per vertex, k_points for each of its sides
     std::vector<double> gap;                  ///< per vertex, from its cell's corners to the samples beside them
 
-    Bounded(const AdaptiveDual& dual, const SchemeInfo& scheme, const Box3d& box, bool sampled = true) {
+    Bounded(const AdaptiveDual& dual, const SchemeInfo& scheme, const ControlMesh& mesh, bool sampled = true) {
         const VertexForest& forest = dual.forest();
         mesh = detail::dual_triangles(forest);
         positions.resize(mesh.vertex_count());
         dual.points().limit_positions(cell_sites(mesh.faces.cells), positions);
-        detail::DualBound bounder(dual.points(), scheme, forest.roots(), box);
+        detail::DualBound bounder(dual.points(), scheme, forest.roots(), mesh);
         bound = bounder.errors(forest, mesh, positions, {0, true}, say_nothing);
         samples.resize(mesh.vertex_count());
         gap.resize(mesh.vertex_count(), 0.0);
@@ -155,7 +155,7 @@ void check_bounds(const ControlMesh& mesh, const SchemeInfo& scheme, std::uint64
     CAPTURE(seed);
     Random random(seed);
     const AdaptiveDual dual = random_adaptive(mesh, scheme, random, static_cast<int>(random.below(3)));
-    const Bounded b(dual, scheme, mesh.bounding_box());
+    const Bounded b(dual, scheme, mesh);
     REQUIRE(b.bound.of_triangle.size() == b.mesh.triangle_count());
     const double farthest = check_forward(b);
     CHECK(farthest <= b.bound.largest);
@@ -196,7 +196,7 @@ TEST_CASE("[slow] bounds of dual meshes fall with the square of the cells, and a
         INFO("scheme ", std::string(name));
         const SchemeInfo& scheme = *find_scheme(name);
         const auto at = [&](const ControlMesh& mesh, int level, bool sampled) {
-            return Bounded(refined(mesh, scheme, level), scheme, mesh.bounding_box(), sampled);
+            return Bounded(refined(mesh, scheme, level), scheme, mesh, sampled);
         };
         const Bounded coarse = at(cube, 2, true), fine = at(cube, 3, false), finer = at(cube, 4, false),
                       regular = at(torus, 0, true);

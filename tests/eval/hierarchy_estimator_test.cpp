@@ -47,6 +47,7 @@ double distance_to(const TriangleMesh& surface, const Hierarchy& h) {
 
 /// Estimates triangles alone.
 class TrianglesOnly final : public ErrorEstimator {
+    using ErrorEstimator::estimate;
     void estimate(std::span<const CellTriangle>, std::span<double>) const override {}
 };
 

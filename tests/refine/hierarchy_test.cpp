@@ -381,6 +381,7 @@ TEST_CASE("an estimator is asked for all four triangles of a leaf between split 
     class OneOff final : public ErrorEstimator {
       public:
         explicit OneOff(const CellTriangle& off) : off_(off) {}
+        using ErrorEstimator::estimate;
         void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override {
             for (std::size_t i = 0; i < triangles.size(); ++i)
                 errors[i] = triangles[i].root == off_.root && triangles[i].level == off_.level &&

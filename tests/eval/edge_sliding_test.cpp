@@ -1,4 +1,4 @@
-#include "../../eval/bounds/mesh_slack.hpp"
+#include "../../eval/bounds/mesh_sliding.hpp"
 #include "../../eval/bounds/point_triangle.hpp"
 #include "../../eval/bounds/triangle_distance.hpp"
 #include "../../eval/tessellate/tessellate.hpp"
@@ -34,8 +34,8 @@ Corners random_triangle(test::Random& random) {
     }
 }
 
-/// The tent over edge k, beyond the triangle, turned by `fold` against its plane.
-Corners tent(const Corners& c, std::size_t k, double tangent, double fold) {
+/// The flap over edge k, beyond the triangle, turned by `fold` against its plane.
+Corners flap(const Corners& c, std::size_t k, double tangent, double fold) {
     const Vec3d a = c[k], b = c[(k + 1) % 3], apex = c[(k + 2) % 3];
     const Vec3d along = glm::normalize(b - a), normal = glm::normalize(glm::cross(b - a, apex - a));
     const Vec3d out = glm::cross(along, normal);
@@ -51,19 +51,20 @@ double distance_to(const Vec3d& p, const Corners& c) {
 
 TEST_SUITE_BEGIN("eval");
 
-TEST_CASE("[inv9] with slack, errors bound the distance from a triangle and what lies across its edges") {
+TEST_CASE("[inv9] with sliding, errors bound the distance from a triangle and what lies across its edges") {
     test::Random random(1);
     for (int i = 0; i < 400; ++i) {
         const Corners c = random_triangle(random);
-        EdgeSlack slack;
+        EdgeSliding edges;
         std::vector<Corners> mesh{c};
         for (std::size_t k = 0; k < 3; ++k) {
             if (random.chance(0.3)) continue;
-            slack.fold[k] = random.uniform(0, k_largest_fold);
-            slack.tent[k] = random.uniform(0.05, 0.17);
-            mesh.push_back(tent(c, k, slack.tent[k], random.uniform(-slack.fold[k], slack.fold[k])));
+            edges.edge[k] = true;
+            edges.fold[k] = random.uniform(0, k_largest_fold);
+            edges.flap[k] = random.uniform(0.05, 0.17);
+            mesh.push_back(flap(c, k, edges.flap[k], random.uniform(-edges.fold[k], edges.fold[k])));
         }
-        const TriangleDistance sliding(c, slack), still(c);
+        const TriangleDistance sliding(c, edges), still(c);
         const double size = glm::length(c[1] - c[0]);
         for (int j = 0; j < 200; ++j) {
             // Mostly near an edge, beyond it or not.
@@ -79,7 +80,7 @@ TEST_CASE("[inv9] with slack, errors bound the distance from a triangle and what
             CHECK(sliding.stretch() * sliding.to_face(local) >= nearest - rounding);
             CHECK(sliding.to_face(local) <= still.to_face(local) + rounding);
             if (sliding.slides(k)) {
-                nearest_of_edge = std::min(distance_to(p, c), distance_to(p, tent(c, k, slack.tent[k], 0)));
+                nearest_of_edge = std::min(distance_to(p, c), distance_to(p, flap(c, k, edges.flap[k], 0)));
                 CHECK(sliding.stretch() * sliding.to_edge(local, k) >= nearest_of_edge - rounding);
                 CHECK(sliding.to_edge(local, k) <= still.to_edge(local, k) + rounding);
                 // What is no error for the side is none for the leaf.
@@ -89,16 +90,16 @@ TEST_CASE("[inv9] with slack, errors bound the distance from a triangle and what
     }
 }
 
-TEST_CASE("[inv9] at the ends of a line errors with slack bound those on it, and change no faster than points move") {
+TEST_CASE("[inv9] at the ends of a line errors with sliding bound those on it, and change no faster than points move") {
     test::Random random(2);
     for (int i = 0; i < 300; ++i) {
         const Corners c = random_triangle(random);
-        EdgeSlack slack;
+        EdgeSliding edges;
         const double fold = random.uniform(0.01, k_largest_fold);
-        for (std::size_t k = 0; k < 3; ++k) slack.fold[k] = fold, slack.tent[k] = 0.17;
-        const TriangleDistance sliding(c, slack);
+        for (std::size_t k = 0; k < 3; ++k) edges.edge[k] = true, edges.fold[k] = fold, edges.flap[k] = 0.17;
+        const TriangleDistance sliding(c, edges);
         std::vector<Corners> mesh{c};
-        for (std::size_t k = 0; k < 3; ++k) mesh.push_back(tent(c, k, 0.17, random.chance(0.5) ? fold : -fold));
+        for (std::size_t k = 0; k < 3; ++k) mesh.push_back(flap(c, k, 0.17, random.chance(0.5) ? fold : -fold));
         for (int j = 0; j < 100; ++j) {
             const std::size_t k = random.below(3);
             const double reach = std::pow(10.0, random.uniform(-3, -0.5));
@@ -117,7 +118,7 @@ TEST_CASE("[inv9] at the ends of a line errors with slack bound those on it, and
     }
 }
 
-TEST_CASE("folds and tents of a mesh") {
+TEST_CASE("folds and flaps of a mesh") {
     // Two right-angled triangles over the unit square's diagonal, the second turned about it.
     for (const double turn : {0.0, 0.1, 0.2, 0.3, 2.0}) {
         CAPTURE(turn);
@@ -128,18 +129,18 @@ TEST_CASE("folds and tents of a mesh") {
             {1, 1, 0},
             0.5 * Vec3d(1, 1, 0) + std::sqrt(0.5) * (std::cos(turn) * out + std::sin(turn) * glm::cross(axis, out))};
         const std::vector<std::array<std::uint32_t, 3>> triangles{{0, 1, 2}, {2, 3, 0}};
-        const MeshSlack slack(triangles, positions);
-        const EdgeSlack own = slack.of(0, {true, true, true});
-        CHECK(own.fold[0] < 0);
-        CHECK(own.fold[1] < 0);
-        CHECK((own.fold[2] >= 0) == (std::tan(turn) <= k_largest_fold && turn < 1));
-        if (own.fold[2] >= 0) {
+        const MeshSliding mesh(triangles, positions);
+        const EdgeSliding own = mesh.of(0, {true, true, true});
+        CHECK(!own.edge[0]);
+        CHECK(!own.edge[1]);
+        CHECK(own.edge[2] == (std::tan(turn) <= k_largest_fold && turn < 1));
+        if (own.edge[2]) {
             CHECK(own.fold[2] >= turn);
             CHECK(own.fold[2] <= std::tan(turn) + 1e-5);
-            CHECK(own.tent[2] == doctest::Approx(std::tan(0.125 * 3.14159265358979)).epsilon(1e-5));
-            CHECK(own.tent[2] <= std::tan(0.125 * 3.14159265358979));
+            CHECK(own.flap[2] == doctest::Approx(std::tan(0.125 * 3.14159265358979)).epsilon(1e-5));
+            CHECK(own.flap[2] <= std::tan(0.125 * 3.14159265358979));
         }
-        CHECK(!slack.of(0, {true, true, false}).any());
+        CHECK(!mesh.of(0, {true, true, false}).any());
     }
 }
 

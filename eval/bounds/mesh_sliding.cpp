@@ -1,4 +1,4 @@
-#include "mesh_slack.hpp"
+#include "mesh_sliding.hpp"
 
 #include "../../hier/base/parallel.hpp"
 
@@ -20,7 +20,7 @@ std::size_t next(std::size_t k) { return k == 2 ? 0 : k + 1; }
 
 }  // namespace
 
-MeshSlack::MeshSlack(std::span<const std::array<std::uint32_t, 3>> triangles, std::span<const Vec3d> positions)
+MeshSliding::MeshSliding(std::span<const std::array<std::uint32_t, 3>> triangles, std::span<const Vec3d> positions)
     : triangles_(triangles), twin_(3 * triangles.size(), k_none), facets_(triangles.size()) {
     const auto count = static_cast<std::uint32_t>(triangles.size());
     for_each_index(count, [&](std::uint32_t t) {
@@ -74,27 +74,30 @@ MeshSlack::MeshSlack(std::span<const std::array<std::uint32_t, 3>> triangles, st
     });
 }
 
-double MeshSlack::fold(const Facet& a, const Facet& b) {
+double MeshSliding::fold(const Facet& a, const Facet& b) {
     const Vec3d n(a.normal[0], a.normal[1], a.normal[2]), m(b.normal[0], b.normal[1], b.normal[2]);
     const double along = glm::dot(n, m);
     if (!(along > 0.5)) return std::numeric_limits<double>::infinity();
     return k_margin * glm::length(glm::cross(n, m)) / along + k_normal_rounding;
 }
 
-double MeshSlack::tent(std::uint32_t t, std::size_t k, std::uint32_t twin) const {
+double MeshSliding::flap(std::uint32_t t, std::size_t k, std::uint32_t twin) const {
     const auto &own = facets_[t].tangent, &other = facets_[twin / 3].tangent;
     return std::min({own[k], own[next(k)], other[twin % 3], other[next(twin % 3)]});
 }
 
-EdgeSlack MeshSlack::of(std::uint32_t t, const std::array<bool, 3>& soft) const {
-    EdgeSlack slack;
+EdgeSliding MeshSliding::of(std::uint32_t t, const std::array<bool, 3>& soft) const {
+    EdgeSliding sliding;
     for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t twin = twin_[3 * std::size_t{t} + k];
         if (!soft[k] || twin == k_none) continue;
         const double bend = fold(facets_[t], facets_[twin / 3]);
-        if (bend <= k_largest_fold) slack.fold[k] = bend, slack.tent[k] = tent(t, k, twin);
+        if (!(bend <= k_largest_fold)) continue;
+        sliding.edge[k] = true;
+        sliding.fold[k] = bend;
+        sliding.flap[k] = flap(t, k, twin);
     }
-    return slack;
+    return sliding;
 }
 
 }  // namespace tetrakis
