@@ -1,5 +1,6 @@
 #pragma once
 
+#include "../../hier/mesh/control_mesh.hpp"
 #include "../../schemes/core/scheme_table.hpp"
 #include "dual_cells.hpp"
 #include "dual_leaf_error.hpp"

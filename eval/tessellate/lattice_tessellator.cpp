@@ -11,11 +11,9 @@
 #include "tessellate_run.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
-#include <unordered_map>
 
 namespace tetrakis::detail {
 
@@ -27,56 +25,6 @@ constexpr std::uint64_t k_lattice_bytes = 800;
 
 /// Triangles estimated between two chances to cancel: enough for many blocks of limit points.
 constexpr std::size_t k_estimator_block = 1u << 14;
-
-/// Errors that are asked for again: a budget's refinement asks for one leaf after the other, which costs a limit point
-/// its whole neighbourhood. Those that a refinement by falling tolerances will have asked for, in large batches, are
-/// kept.
-class KeptErrors final : public ErrorEstimator {
-  public:
-    explicit KeptErrors(const ErrorEstimator& inner) : inner_(inner) {}
-
-    /// From here on all new triangles count as good where `enough` says so.
-    void stop_where(std::function<bool()> enough) { enough_ = std::move(enough); }
-
-    using ErrorEstimator::estimate;
-    void estimate(std::span<const CellTriangle> triangles, std::span<double> errors) const override {
-        std::vector<CellTriangle> unknown;
-        std::vector<std::size_t> place;
-        for (std::size_t i = 0; i < triangles.size(); ++i) {
-            const auto known = known_.find(key(triangles[i]));
-            if (known != known_.end()) {
-                errors[i] = known->second;
-            } else {
-                unknown.push_back(triangles[i]);
-                place.push_back(i);
-            }
-        }
-        std::vector<double> found(unknown.size(), 0.0);
-        const bool enough = enough_ && enough_();
-        if (!enough && !unknown.empty()) inner_.estimate(unknown, found);
-        for (std::size_t i = 0; i < unknown.size(); ++i) {
-            errors[place[i]] = found[i];
-            if (!enough) known_.emplace(key(unknown[i]), found[i]);
-        }
-    }
-
-  private:
-    using Key = std::array<std::uint32_t, 8>;
-    static Key key(const CellTriangle& t) {
-        return {t.root.value,  t.level,       t.corner[0].x, t.corner[0].y,
-                t.corner[1].x, t.corner[1].y, t.corner[2].x, t.corner[2].y};
-    }
-    struct Hash {
-        std::size_t operator()(const Key& k) const {
-            std::uint64_t h = 0;
-            for (const std::uint32_t x : k) h = (h ^ x) * 0x9E37'79B9'7F4A'7C15ull, h ^= h >> 29;
-            return static_cast<std::size_t>(h);
-        }
-    };
-    const ErrorEstimator& inner_;
-    std::function<bool()> enough_;
-    mutable std::unordered_map<Key, double, Hash> known_;
-};
 
 /// Texture coordinates at the corners of triangles: limits of the chart by the same scheme where it can be subdivided,
 /// else linear.
@@ -166,12 +114,7 @@ class LatticeTessellator final : public TessellationRun {
         adaptive.base_bytes = points_.memory_bytes();
         adaptive.bytes_per_triangle = k_lattice_bytes;
         if constexpr (std::is_same_v<Family, QuadFamily>) choose_coarsest(forest_);
-        const ErrorEstimator* estimator = &*watched_;
-        if (options_.max_triangles != 0) {
-            estimator = &kept_.emplace(*watched_);
-            foresee(*kept_, adaptive, progress_.context());
-        }
-        refinement_.emplace(forest_, *estimator, adaptive, progress_.context());
+        refinement_.emplace(forest_, *watched_, adaptive, progress_.context());
         refinement_->run();
         estimate_seconds_ = watched_->seconds();
     }
@@ -210,36 +153,6 @@ class LatticeTessellator final : public TessellationRun {
         for (std::uint32_t f = 0; f < mesh_.face_count(); ++f)
             if (fans_.has(FaceId(f)) && (options_.max_triangles != 0 || errors[f] <= aim_))
                 forest.accept_fan(FaceId(f), errors[f]);
-    }
-
-    /// Has the errors estimated that a refinement to the budget will ask for, and hardly others: by refining another
-    /// forest to falling tolerances until it has as many triangles.
-    void foresee(KeptErrors& kept, AdaptiveOptions adaptive, const RunContext& context) const {
-        constexpr double k_fall = 0.5;       // about twice as many triangles
-        constexpr std::uint64_t k_most = 3;  // budgets, where a fall brings more than that
-        const std::uint64_t budget = adaptive.max_triangles;
-        ForestView forest(mesh_);
-        std::vector<LeafId> roots;
-        forest.initial_leaves(roots);
-        std::vector<CellTriangle> triangles;
-        std::array<CellTriangle, 3> parts;
-        for (const LeafId leaf : roots) {
-            const int n = forest.triangles(leaf, parts);
-            triangles.insert(triangles.end(), parts.begin(), parts.begin() + n);
-        }
-        std::vector<double> errors(triangles.size());
-        kept.estimate(triangles, errors);
-        double tolerance = 0;
-        for (const double e : errors) tolerance = std::max(tolerance, e);
-        const double least = std::max(adaptive.tolerance, 1e-14 * mesh_.bounding_box().diagonal());
-        kept.stop_where([&] { return forest.triangle_count() > k_most * budget; });
-        adaptive.max_triangles = 0;
-        while (forest.triangle_count() <= budget && tolerance > least) {
-            tolerance *= k_fall;
-            adaptive.tolerance = std::max(tolerance, least);
-            Refinement(forest, kept, adaptive, context).run();
-        }
-        kept.stop_where({});
     }
 
     void export_mesh() override {
@@ -384,7 +297,6 @@ class LatticeTessellator final : public TessellationRun {
     std::unique_ptr<SurfaceBound> bound_;
     std::unique_ptr<LimitEstimator<Family>> by_points_;
     std::optional<WatchedEstimator> watched_;
-    std::optional<KeptErrors> kept_;
     std::optional<Refinement> refinement_;
     FanChoice fans_;
     std::vector<Vec3d> corners_;  ///< of the fans, by control vertex

@@ -1,7 +1,7 @@
 #include "../../hier/base/parallel.hpp"
-#include "../../hier/trees/sqrt3_forest.hpp"
+#include "../../refine/adaptive/adaptive_refinement.hpp"
 #include "../../refine/adaptive/hierarchy.hpp"
-#include "../../refine/adaptive/triangle_memory.hpp"
+#include "../../refine/adaptive/hierarchy_view.hpp"
 #include "../../refine/attributes/uv_mesh.hpp"
 #include "../estimate/sqrt3_leaf_error.hpp"
 #include "../surface/local_frame.hpp"
@@ -12,9 +12,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 namespace tetrakis::detail {
@@ -83,108 +83,48 @@ class Sqrt3Tessellator final : public TessellationRun {
         : TessellationRun(mesh, options, context),
           points_(make_hierarchy(mesh, options.scheme.info(),
                                  {.rules = options.rules, .whole_levels = true, .context = context})),
-          forest_(mesh, sqrt3_seams(mesh, options.uvs)),
-          max_steps_(std::min(k_steps_a_level * options.max_level, forest_.max_level() - k_sqrt3_error_steps)) {
-        for (int steps = 0; steps < k_steps_a_level * options.min_level; ++steps) refine_all(forest_);
-    }
+          hierarchy_(mesh, sqrt3_seams(mesh, options.uvs)),
+          max_steps_(std::min(k_steps_a_level * options.max_level, forest().max_level() - k_sqrt3_error_steps)) {}
 
   private:
-    bool may_split(const Sqrt3Triangle& leaf) const { return leaf.level - (leaf.half ? 1 : 0) < max_steps_; }
+    /// By the limit points that leaves would get.
+    class Estimator final : public ErrorEstimator {
+      public:
+        Estimator(const Hierarchy& points, const Sqrt3Lattice& lattice, double decide_at,
+                  const RefineProgress& progress)
+            : points_(points), lattice_(lattice), decide_at_(decide_at), progress_(progress) {}
+        using ErrorEstimator::estimate;
+        void estimate(std::span<const CellTriangle>, std::span<double>) const override {}
+        void estimate_sqrt3(std::span<const Sqrt3Triangle> triangles, std::span<double> errors) const override {
+            Stopwatch watch;
+            const std::vector<double> found =
+                sqrt3_leaf_errors(points_, lattice_, triangles, decide_at_, [&](double) { progress_.again(); });
+            std::ranges::copy(found, errors.begin());
+            seconds_ += watch.lap();
+        }
+        double seconds() const { return seconds_; }
 
-    /// Splits the leaves that are marked, by their places in leaves_.
-    void split(const std::vector<std::uint8_t>& marked) {
-        std::vector<LeafId> leaves = forest_.ordered_leaves();
-        std::size_t next = 0;
-        std::erase_if(leaves, [&](LeafId) { return marked[next++] == 0; });
-        ForestChange change;
-        forest_.refine(leaves, change);
-    }
-    static void refine_all(Sqrt3Forest& forest) {
-        ForestChange change;
-        forest.refine(forest.ordered_leaves(), change);
-    }
+      private:
+        const Hierarchy& points_;
+        const Sqrt3Lattice& lattice_;
+        double decide_at_;
+        const RefineProgress& progress_;
+        mutable double seconds_ = 0;
+    };
 
-    /// Splits all leaves whose error is above the aim, as far as levels and budget allow; ends with the leaves and
-    /// errors of the last state.
+    const Sqrt3Forest& forest() const { return hierarchy_.forest(); }
+
     void refine() override {
-        std::vector<std::uint8_t> marked;
-        for (int pass = 1;; ++pass) {
-            estimate(1.0 - 1.0 / pass);
-            if (options_.max_triangles != 0) return refine_in_budget();
-            marked.assign(leaves_.size(), 0);
-            left_over_ = false;
-            bool any = false;
-            for (std::size_t i = 0; i < leaves_.size(); ++i) {
-                if (!(errors_[i] > aim_)) continue;
-                if (may_split(leaves_[i]))
-                    marked[i] = any = true;
-                else
-                    left_over_ = true;
-            }
-            if (!any) return;
-            split(marked);
-        }
-    }
-
-    /// The worst leaves first: in each round those above half of the largest error, as far as the budget goes.
-    void refine_in_budget() {
-        constexpr double k_share = 0.5;
-        std::vector<std::size_t> order;
-        for (const std::uint64_t budget = options_.max_triangles;;) {
-            order.clear();
-            left_over_ = false;
-            double largest = 0;
-            for (std::size_t i = 0; i < leaves_.size(); ++i) {
-                if (!(errors_[i] > aim_)) continue;
-                left_over_ = true;
-                if (!may_split(leaves_[i])) continue;
-                order.push_back(i);
-                largest = std::max(largest, errors_[i]);
-            }
-            std::erase_if(order, [&](std::size_t i) { return errors_[i] < k_share * largest; });
-            // Leaves stand in the order of where they come from, whatever the history.
-            std::stable_sort(order.begin(), order.end(),
-                             [&](std::size_t a, std::size_t b) { return errors_[a] > errors_[b]; });
-            bool any = false;
-            const std::vector<LeafId> leaves = forest_.ordered_leaves();
-            ForestChange change;
-            for (const std::size_t i : order) {
-                const LeafId leaf = leaves[i];
-                // One before it may have split it, or made it whole.
-                if (!forest_.is_leaf(leaf) || forest_.is_half(leaf) != leaves_[i].half) continue;
-                if (forest_.leaf_count() + 2 * std::uint64_t{forest_.splits_for(leaf)} > budget) break;
-                forest_.refine({&leaf, 1}, change);
-                any = true;
-            }
-            if (!any) return;
-            estimate(static_cast<double>(forest_.leaf_count()) / static_cast<double>(budget));
-        }
-    }
-
-    void estimate(double done) {
-        check_triangle_memory(forest_.leaf_count(), forest_.leaf_count() * k_sqrt3_bytes, context_.max_memory_bytes);
-        leaves_ = forest_.leaves();
-        Stopwatch watch;
+        progress_.emplace(context_, options_.max_triangles, [this] { return hierarchy_.triangle_count(); });
         // A budget compares errors with each other: there all are looked at closely.
         const double decide_at = options_.max_triangles != 0 ? std::numeric_limits<double>::infinity() : aim_;
-        errors_.resize(leaves_.size());
-        std::vector<Sqrt3Triangle> fresh;
-        std::vector<std::size_t> place;
-        for (std::size_t i = 0; i < leaves_.size(); ++i)
-            if (const auto known = known_.find(leaves_[i]); known != known_.end()) {
-                errors_[i] = known->second;
-            } else {
-                fresh.push_back(leaves_[i]);
-                place.push_back(i);
-            }
-        const std::vector<double> found = sqrt3_leaf_errors(points_, forest_.lattice(), fresh, decide_at, [&](double) {
-            context_.report("refine", std::min(done, 1.0));
-        });
-        for (std::size_t i = 0; i < fresh.size(); ++i) {
-            errors_[place[i]] = found[i];
-            known_.emplace(fresh[i], found[i]);
-        }
-        estimate_seconds_ += watch.lap();
+        estimator_.emplace(points_, forest().lattice(), decide_at, *progress_);
+        AdaptiveOptions adaptive{aim_, options_.max_triangles, k_steps_a_level * options_.min_level, max_steps_};
+        adaptive.max_memory_bytes = context_.max_memory_bytes;
+        adaptive.base_bytes = points_.memory_bytes();
+        adaptive.bytes_per_triangle = k_sqrt3_bytes;
+        refinement_.emplace(hierarchy_, *estimator_, adaptive, progress_->context());
+        refinement_->run();
     }
 
     /// The leaves of a forest, with limit points for vertices.
@@ -216,13 +156,16 @@ class Sqrt3Tessellator final : public TessellationRun {
     void export_mesh() override {
         context_.report("export", 0);
         std::vector<Site> sites;
-        result_.mesh = triangle_mesh(forest_, sites, "export");
+        result_.mesh = triangle_mesh(forest(), sites, "export");
         if (options_.normals) {
             result_.mesh.normals.resize(sites.size());
             points_.normals(sites, result_.mesh.normals);
         }
-        result_.triangle_error.resize(leaves_.size());
-        for (std::size_t t = 0; t < leaves_.size(); ++t) result_.triangle_error[t] = round_up(errors_[t]);
+        leaves_ = forest().leaves();
+        result_.triangle_error.clear();
+        forest().for_each_leaf(
+            [&](LeafId leaf, FaceId) { result_.triangle_error.push_back(round_up(refinement_->error(leaf))); });
+        estimate_seconds_ = estimator_->seconds();
         context_.report("export", 1);
     }
 
@@ -234,11 +177,12 @@ class Sqrt3Tessellator final : public TessellationRun {
         // As many triangles as by cutting each in four, of which a step makes three.
         const double bits = reference_bits(count, 0);
         const int steps = std::clamp(static_cast<int>(std::lround(bits * std::log(4.0) / std::log(3.0))),
-                                     k_steps_a_level, forest_.max_level() - deepest);
+                                     k_steps_a_level, forest().max_level() - deepest);
         check_reference_memory(static_cast<std::uint64_t>(static_cast<double>(count) * std::pow(3.0, steps)), context_);
         context_.report("measure", 0);
-        Sqrt3Forest finer = forest_;
-        for (int i = 0; i < steps; ++i) refine_all(finer);
+        Sqrt3Forest finer = forest();
+        ForestChange change;
+        for (int i = 0; i < steps; ++i) finer.refine(finer.ordered_leaves(), change);
         context_.report("measure", 0.1);
         LimitReference reference;
         std::vector<Site> sites;
@@ -249,15 +193,17 @@ class Sqrt3Tessellator final : public TessellationRun {
 
     /// Splits the triangles that a measurement found to be off. False when there is nothing to split.
     bool repair(int) override {
-        std::vector<std::uint8_t> off(leaves_.size(), 0);
-        for (std::size_t t = 0; t < leaves_.size(); ++t)
-            off[t] = static_cast<double>(result_.triangle_error[t]) > tolerance_ && may_split(leaves_[t]) ? 1 : 0;
-        if (std::find(off.begin(), off.end(), 1) == off.end()) return false;
-        split(off);
-        refine();
+        std::vector<LeafId> off;
+        std::size_t t = 0;
+        forest().for_each_leaf([&](LeafId leaf, FaceId) {
+            if (static_cast<double>(result_.triangle_error[t++]) > tolerance_ && hierarchy_.level(leaf) < max_steps_)
+                off.push_back(leaf);
+        });
+        if (off.empty()) return false;
+        refinement_->split(off, {});
         return true;
     }
-    bool left_over() const override { return left_over_; }
+    bool left_over() const override { return refinement_->left_over(); }
 
     void add_attributes() override {
         for (const Sqrt3Triangle& leaf : leaves_) {
@@ -268,7 +214,7 @@ class Sqrt3Tessellator final : public TessellationRun {
         split_normals_of(result_, mesh_, options_);
         if (!options_.uvs || !mesh_.has_uvs()) return;
         try {
-            const std::vector<Vec2d> uv = sqrt3_uvs(forest_.lattice(), leaves_, options_, context_);
+            const std::vector<Vec2d> uv = sqrt3_uvs(forest().lattice(), leaves_, options_, context_);
             add_uvs(
                 result_.mesh, [&](std::uint32_t t, std::size_t k) { return uv[3 * std::size_t{t} + k]; }, context_);
         } catch (const Error& error) {
@@ -279,20 +225,13 @@ class Sqrt3Tessellator final : public TessellationRun {
         context_.report("attributes", 1);
     }
 
-    struct Hash {
-        std::size_t operator()(const Sqrt3Triangle& leaf) const noexcept {
-            const std::uint64_t h = leaf.face ^ std::uint64_t{leaf.level} << 57 ^ std::uint64_t{leaf.half} << 56;
-            return static_cast<std::size_t>(h * 0x9E37'79B9'7F4A'7C15ull >> 7);
-        }
-    };
-
     Hierarchy points_;  ///< asked for limits alone
-    Sqrt3Forest forest_;
-    std::unordered_map<Sqrt3Triangle, double, Hash> known_;  ///< errors
+    Sqrt3Hierarchy hierarchy_;
     int max_steps_ = 0;
-    bool left_over_ = false;
-    std::vector<Sqrt3Triangle> leaves_;
-    std::vector<double> errors_;  ///< per leaf
+    std::optional<RefineProgress> progress_;
+    std::optional<Estimator> estimator_;
+    std::optional<AdaptiveRefinement<Sqrt3Hierarchy>> refinement_;
+    std::vector<Sqrt3Triangle> leaves_;  ///< of the result
 };
 
 }  // namespace

@@ -169,11 +169,6 @@ detail::PoolVector<Sqrt3Forest::Wanted> Sqrt3Forest::wanted(std::span<const Leaf
     return result;
 }
 
-std::size_t Sqrt3Forest::splits_for(LeafId leaf) {
-    require_leaves({&leaf, 1});
-    return wanted({&leaf, 1}).size();
-}
-
 void Sqrt3Forest::refine(std::span<const LeafId> marked, ForestChange& change, Changed* removed) {
     require_leaves(marked);
     const detail::PoolVector<Wanted> wanted = this->wanted(marked);  // `marked` may be what `change` held

@@ -92,8 +92,6 @@ class Sqrt3Forest {
     /// @param removed  receives the leaves that are none any more or became whole, as they were; nullptr: nobody asks
     /// @throws Error   invalid_input: a handle is no leaf; memory_limit. The forest is then unchanged.
     void refine(std::span<const LeafId> marked, ForestChange& change, Changed* removed = nullptr);
-    /// How many triangles refine() of this leaf would split.
-    std::size_t splits_for(LeafId leaf);
     /// Undoes the splits whose three triangles (of both sides of an edge that they cut: six) are all marked, where
     /// their groups are leaves.
     /// @param change   receives the triangles that are leaves again, then those that are half again

@@ -4,17 +4,13 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/base/radix_sort.hpp"
-#include "../../hier/base/spread_bits.hpp"
 #include "../families/error_estimator.hpp"
 #include "triangle_memory.hpp"
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstdint>
 #include <limits>
-#include <optional>
-#include <queue>
 #include <span>
 #include <string>
 #include <vector>
@@ -84,17 +80,8 @@ class AdaptiveRefinement {
     /// Along a space-filling curve, cell by cell: estimators keep what neighbours share.
     void sort_along_curve(std::vector<LeafId>& leaves) {
         order_.resize(leaves.size());
-        // Root and place on the curve share 64 bits; leaves that these bits cannot tell apart keep their order.
-        const int root_bits = std::bit_width(hierarchy_.root_bound());
         for_each_index(static_cast<std::uint32_t>(leaves.size()), [&](std::uint32_t i) {
-            const CellTriangle t = hierarchy_.key(leaves[i]);
-            // Halfway from the middle of an edge to the other corner: inside the triangle's cells at all levels.
-            const int shift = k_max_level - t.level;
-            const auto& c = t.corner;
-            const std::uint64_t x = (std::uint64_t{c[0].x} + c[1].x + 2 * std::uint64_t{c[2].x}) << shift;
-            const std::uint64_t y = (std::uint64_t{c[0].y} + c[1].y + 2 * std::uint64_t{c[2].y}) << shift;
-            const std::uint64_t curve = detail::spread_bits(x) | detail::spread_bits(y) << 1;
-            order_[i] = {std::uint64_t{t.root.value} << (64 - root_bits) | curve >> root_bits, leaves[i]};
+            order_[i] = {hierarchy_.place(leaves[i]), leaves[i]};
         });
         radix_sort(order_, order_spare_, [](const Place& p) { return p.place; });
         for_each_index(static_cast<std::uint32_t>(leaves.size()), [&](std::uint32_t i) { leaves[i] = order_[i].leaf; });
@@ -113,7 +100,7 @@ class AdaptiveRefinement {
             gather(std::span(leaves).subspan(begin, size));
             values_.resize(triangles_.size());
             value_basis_.resize(triangles_.size());
-            estimator_.estimate(triangles_, values_, value_basis_);
+            Hierarchy::estimate(estimator_, triangles_, values_, value_basis_);
             for_each_index(size, [&](std::uint32_t i) {
                 double error = 0;
                 ErrorBasis basis = ErrorBasis::bound;
@@ -172,87 +159,76 @@ class AdaptiveRefinement {
                                       options_.max_memory_bytes);
     }
 
+    /// What may be split: a leaf, or the fan of a face.
     struct Candidate {
         double error;
         LeafId leaf;  // invalid: a fan
         FaceId fan;
-        CellTriangle key;  // tells a leaf from a later one in the same slot, and settles ties
+        typename Hierarchy::Key key;  // settles ties, whatever the history
         bool operator<(const Candidate& o) const {
-            if (error != o.error) return error < o.error;
-            if (fan != o.fan) return o.fan < fan;
-            return order(o.key) < order(key);
-        }
-        static std::array<std::uint32_t, 8> order(const CellTriangle& t) {
-            return {t.root.value,  t.level,       t.corner[0].x, t.corner[0].y,
-                    t.corner[1].x, t.corner[1].y, t.corner[2].x, t.corner[2].y};
+            return error != o.error ? error > o.error : fan != o.fan ? fan < o.fan : key < o.key;
         }
     };
 
-    CellTriangle key(LeafId leaf) const { return hierarchy_.key(leaf); }
-
-    /// @param marked, fans  to be split and opened first, whatever their error
-    void settle_in_budget(std::vector<LeafId> fresh, std::span<const LeafId> marked = {},
+    /// Splits the largest errors first, in rounds: of those above half of the largest one as many as the budget has
+    /// room for.
+    /// @param leaves, fans  to be split and opened first, whatever their error
+    void settle_in_budget(std::vector<LeafId> fresh, std::span<const LeafId> leaves = {},
                           std::span<const FaceId> fans = {}) {
-        constexpr double k_first = std::numeric_limits<double>::infinity();
-        std::priority_queue<Candidate> queue;
-        const auto push = [&](const std::vector<LeafId>& leaves) {
-            for (LeafId leaf : leaves) {
-                if (!wants_split(leaf)) continue;
-                if (!may_split(leaf)) {
-                    left_over_ = true;
-                    continue;
-                }
-                const double error = is_first(leaf) ? k_first : this->error(leaf);
-                queue.push({error, leaf, FaceId{}, key(leaf)});
-            }
-        };
-        for (LeafId leaf : marked) queue.push({k_first, leaf, FaceId{}, key(leaf)});
-        for (FaceId face : fans) queue.push({k_first, LeafId{}, face, CellTriangle{}});
-        estimate(fresh);
-        push(fresh);
-        hierarchy_.for_each_fan([&](FaceId face, double error) {
-            if (error > options_.tolerance || options_.min_level > 0)
-                queue.push({error, LeafId{}, face, CellTriangle{}});
-        });
-        const auto apply = [&](const Candidate& c) {
-            fresh.clear();
-            if (c.leaf.valid())
-                hierarchy_.refine(std::span(&c.leaf, 1), fresh);
-            else
-                hierarchy_.open(c.fan, fresh);
-        };
-        // A split's closure is bounded by the depth times the few neighbours of a level; so far from the limit no
-        // look-ahead is needed.
-        constexpr std::uint64_t k_margin = 4096;
-        std::optional<Hierarchy> checkpoint;
-        std::vector<Candidate> since_checkpoint;
-        std::uint64_t steps = 0;
-        while (!queue.empty()) {
-            const Candidate top = queue.top();
-            queue.pop();
-            if (top.leaf.valid()) {
-                if (!hierarchy_.is_leaf(top.leaf) || Candidate::order(key(top.leaf)) != Candidate::order(top.key))
-                    continue;
-                if (error(top.leaf) != top.error && top.error != k_first) continue;
-            }
-            check_memory(1);
-            if (!checkpoint && hierarchy_.triangle_count() + k_margin > options_.max_triangles)
-                checkpoint.emplace(hierarchy_);
-            apply(top);
-            if (hierarchy_.triangle_count() > options_.max_triangles) {
-                // Back to the last state within the budget.
-                hierarchy_ = *checkpoint;
-                for (const Candidate& done : since_checkpoint) apply(done);
-                budget_spent_ = true;
-                left_over_ |= top.error > options_.tolerance;
-                return;
-            }
-            if (checkpoint) since_checkpoint.push_back(top);
+        constexpr double k_first = std::numeric_limits<double>::infinity(), k_share = 0.5;
+        constexpr std::uint64_t k_triangles_per_split = 2;
+        std::vector<Candidate> candidates;
+        std::vector<LeafId> marked;
+        for (const LeafId leaf : leaves) candidates.push_back({k_first, leaf, FaceId{}, hierarchy_.key(leaf)});
+        for (const FaceId face : fans) candidates.push_back({k_first, LeafId{}, face, {}});
+        std::vector<LeafId> open;                                        // may have to be split
+        std::uint64_t most = std::numeric_limits<std::uint64_t>::max();  // splits in a round
+        for (;;) {
+            const std::uint64_t count = hierarchy_.triangle_count(), budget = options_.max_triangles;
+            progress_ = static_cast<double>(count) / static_cast<double>(budget);
             estimate(fresh);
-            push(fresh);
-            if (++steps % 4096 == 0)
-                context_.report("refine", static_cast<double>(hierarchy_.triangle_count()) /
-                                              static_cast<double>(options_.max_triangles));
+            open.insert(open.end(), fresh.begin(), fresh.end());
+            std::sort(open.begin(), open.end());
+            open.erase(std::unique(open.begin(), open.end()), open.end());
+            std::erase_if(open, [&](LeafId leaf) { return !hierarchy_.is_leaf(leaf) || !wants_split(leaf); });
+            for (const LeafId leaf : open)
+                if (may_split(leaf))
+                    candidates.push_back(
+                        {is_first(leaf) ? k_first : error(leaf), leaf, FaceId{}, hierarchy_.key(leaf)});
+                else
+                    left_over_ = true;
+            hierarchy_.for_each_fan([&](FaceId face, double error) {
+                if (error > options_.tolerance || options_.min_level > 0)
+                    candidates.push_back({error, LeafId{}, face, {}});
+            });
+            if (candidates.empty()) return;
+            std::sort(candidates.begin(), candidates.end());
+            const double least = k_share * candidates.front().error;
+            std::erase_if(candidates, [&](const Candidate& c) { return c.error < least; });
+            // Back to the last state within the budget where a round takes too much.
+            const Hierarchy before = hierarchy_;
+            for (;;) {
+                const std::uint64_t room = count < budget ? (budget - count) / k_triangles_per_split : 0;
+                most = std::min({most, std::uint64_t{candidates.size()}, room});
+                if (most == 0) {
+                    budget_spent_ = left_over_ = true;
+                    return;
+                }
+                check_memory(most);
+                fresh.clear();
+                marked.clear();
+                for (std::size_t i = 0; i < most; ++i)
+                    if (candidates[i].leaf.valid())
+                        marked.push_back(candidates[i].leaf);
+                    else
+                        hierarchy_.open(candidates[i].fan, fresh);
+                if (!marked.empty()) hierarchy_.refine(marked, fresh);
+                if (hierarchy_.triangle_count() <= budget) break;
+                hierarchy_ = before;
+                most /= 2;
+            }
+            if (most == candidates.size()) most = std::numeric_limits<std::uint64_t>::max();
+            candidates.clear();
         }
     }
 
@@ -262,8 +238,9 @@ class AdaptiveRefinement {
     const RunContext& context_;
     detail::PodArray<double> errors_;
     detail::PodArray<ErrorBasis> basis_;
-    detail::PodArray<std::array<CellTriangle, 3>> parts_;  ///< of gather(): by leaf
-    detail::PodArray<CellTriangle> triangles_;
+    using Triangle = typename Hierarchy::Triangle;
+    detail::PodArray<std::array<Triangle, 3>> parts_;  ///< of gather(): by leaf
+    detail::PodArray<Triangle> triangles_;
     detail::PodArray<std::uint32_t> first_;
     struct Place {
         std::uint64_t place;

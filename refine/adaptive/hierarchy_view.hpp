@@ -1,18 +1,52 @@
 #pragma once
 
+#include "../../hier/base/spread_bits.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
+#include "../../hier/trees/sqrt3_forest.hpp"
 #include "../../hier/trees/triangle_forest.hpp"
+#include "../families/error_estimator.hpp"
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cassert>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <tuple>
 #include <vector>
 
 namespace tetrakis {
 
+/// What views of forests of lattice triangles have in common.
+struct LatticeView {
+    using Triangle = CellTriangle;
+    using Key = std::array<std::uint32_t, 8>;
+
+    static void estimate(const ErrorEstimator& estimator, std::span<const CellTriangle> triangles,
+                         std::span<double> errors, std::span<ErrorBasis> basis) {
+        estimator.estimate(triangles, errors, basis);
+    }
+    static Key key(const CellTriangle& t) {
+        return {t.root.value,  t.level,       t.corner[0].x, t.corner[0].y,
+                t.corner[1].x, t.corner[1].y, t.corner[2].x, t.corner[2].y};
+    }
+    /// Root and place on a Z-order curve share 64 bits; leaves that these bits cannot tell apart keep their order.
+    static std::uint64_t place(const CellTriangle& t, const ControlMesh& mesh) {
+        const int root_bits = std::bit_width(mesh.halfedge_count());
+        // Halfway from the middle of an edge to the other corner: inside the triangle's cells at all levels.
+        const int shift = k_max_level - t.level;
+        const auto& c = t.corner;
+        const std::uint64_t x = (std::uint64_t{c[0].x} + c[1].x + 2 * std::uint64_t{c[2].x}) << shift;
+        const std::uint64_t y = (std::uint64_t{c[0].y} + c[1].y + 2 * std::uint64_t{c[2].y}) << shift;
+        const std::uint64_t curve = detail::spread_bits(x) | detail::spread_bits(y) << 1;
+        return std::uint64_t{t.root.value} << (64 - root_bits) | curve >> root_bits;
+    }
+};
+
 /// 4-8 bisection forest as the adaptive engine sees it, with the coarsest mesh of eval/README.md: a face whose fan was
 /// accepted has no centre until one of its roots is split, by itself or by a neighbour's closure.
-class BisectionHierarchy {
+class BisectionHierarchy : public LatticeView {
   public:
     explicit BisectionHierarchy(const ControlMesh& mesh)
         : forest_(mesh), fans_(mesh.face_count(), 0), fan_errors_(mesh.face_count(), 0.0) {}
@@ -35,12 +69,11 @@ class BisectionHierarchy {
     const std::vector<std::uint8_t>& fans() const { return fans_; }
 
     std::uint32_t slots() const { return forest_.leaf_slots(); }
-    /// CellTriangle::root is below this.
-    std::uint32_t root_bound() const { return forest_.mesh().halfedge_count(); }
     bool is_leaf(LeafId leaf) const { return forest_.is_leaf(leaf); }
     int level(LeafId leaf) const { return forest_.depth(leaf) / 2; }
     bool must_split(LeafId) const { return false; }
-    CellTriangle key(LeafId leaf) const { return forest_.triangle(leaf); }
+    Key key(LeafId leaf) const { return LatticeView::key(forest_.triangle(leaf)); }
+    std::uint64_t place(LeafId leaf) const { return LatticeView::place(forest_.triangle(leaf), forest_.mesh()); }
     std::uint64_t triangle_count() const { return forest_.leaf_count() - 2 * active_fans_; }
 
     void initial_leaves(std::vector<LeafId>& leaves) const {
@@ -96,7 +129,7 @@ inline HalfedgeId triangle_control_edge(const ControlMesh& mesh, const CellTrian
 }
 
 /// Triangle quadtrees with red-green closure as the adaptive engine sees them.
-class TriangleHierarchy {
+class TriangleHierarchy : public LatticeView {
   public:
     explicit TriangleHierarchy(const ControlMesh& mesh)
         : forest_(mesh), first_count_(forest_.leaf_count()), first_points_(forest_.point_count()) {
@@ -128,11 +161,10 @@ class TriangleHierarchy {
     const TriangleForest& forest() const { return forest_; }
 
     std::uint32_t slots() const { return forest_.leaf_slots(); }
-    /// CellTriangle::root is below this.
-    std::uint32_t root_bound() const { return forest_.mesh().halfedge_count(); }
     bool is_leaf(LeafId leaf) const { return forest_.is_leaf(leaf); }
     int level(LeafId leaf) const { return forest_.level(leaf); }
-    CellTriangle key(LeafId leaf) const { return forest_.triangle(leaf); }
+    Key key(LeafId leaf) const { return LatticeView::key(forest_.triangle(leaf)); }
+    std::uint64_t place(LeafId leaf) const { return LatticeView::place(forest_.triangle(leaf), forest_.mesh()); }
     /// Of the conforming mesh, green triangles included, by Euler's formula: the characteristic does not change, so
     /// each point brings two triangles, one on the boundary.
     std::uint64_t triangle_count() const {
@@ -200,6 +232,51 @@ class TriangleHierarchy {
     std::uint64_t first_count_, first_points_, boundary_points_ = 0;
     ForestChange change_;
     std::vector<LeafId> surrounded_;
+};
+
+/// Triangles of the sqrt(3) scheme as the adaptive engine sees them. Levels are simple steps; to split a half triangle
+/// is to split the one beyond.
+class Sqrt3Hierarchy {
+  public:
+    using Triangle = Sqrt3Triangle;
+    using Key = std::tuple<std::uint64_t, std::uint8_t, bool>;
+
+    Sqrt3Hierarchy(const ControlMesh& mesh, const std::function<bool(EdgeId)>& kept) : forest_(mesh, kept) {}
+
+    static void estimate(const ErrorEstimator& estimator, std::span<const Sqrt3Triangle> triangles,
+                         std::span<double> errors, std::span<ErrorBasis> basis) {
+        estimator.estimate_sqrt3(triangles, errors);
+        std::ranges::fill(basis, ErrorBasis::bound);
+    }
+    const Sqrt3Forest& forest() const { return forest_; }
+    Sqrt3Forest& forest() { return forest_; }
+
+    std::uint32_t slots() const { return forest_.leaf_slots(); }
+    bool is_leaf(LeafId leaf) const { return forest_.is_leaf(leaf); }
+    int level(LeafId leaf) const { return forest_.level(leaf) - (forest_.is_half(leaf) ? 1 : 0); }
+    bool must_split(LeafId) const { return false; }
+    Key key(LeafId leaf) const {
+        const Sqrt3Triangle t = forest_.triangle(leaf);
+        return {t.face, t.level, t.half};
+    }
+    std::uint64_t place(LeafId leaf) const { return forest_.triangle(leaf).control_face().value; }
+    std::uint64_t triangle_count() const { return forest_.leaf_count(); }
+    void initial_leaves(std::vector<LeafId>& leaves) const { leaves = forest_.ordered_leaves(); }
+    int triangles(LeafId leaf, std::array<Sqrt3Triangle, 3>& parts) const {
+        parts[0] = forest_.triangle(leaf);
+        return 1;
+    }
+    void refine(std::span<const LeafId> marked, std::vector<LeafId>& fresh) {
+        forest_.refine(marked, change_);
+        fresh.insert(fresh.end(), change_.created.begin(), change_.created.end());
+    }
+    void open(FaceId, std::vector<LeafId>&) {}
+    template <class Visit>
+    void for_each_fan(Visit&&) const {}
+
+  private:
+    Sqrt3Forest forest_;
+    ForestChange change_;
 };
 
 }  // namespace tetrakis
