@@ -128,6 +128,8 @@ TEST_CASE("reports have the keys that tools/tetrakis/README.md lists, and no oth
          {"output_faces", "half_steps", "active", "inactive_vertices"}},
         {{"refine", cli::data("cube.obj"), "--factored", "--steps", "5", "--near", "1,1,1", "--radius", "0.5"},
          {"output_faces", "half_steps", "active", "inactive_vertices"}},
+        {{"refine", cli::data("cube.obj"), "--factored", "--steps", "5", "--near", "9,9,9", "--radius", "0.5"},
+         {"output_faces", "half_steps", "active", "inactive_vertices"}},
     };
     const std::string readme = slurp(TETRAKIS_SOURCE_DIR "/tools/tetrakis/README.md");
     for (const Case& c : cases) {
@@ -148,6 +150,10 @@ TEST_CASE("reports have the keys that tools/tetrakis/README.md lists, and no oth
         }
         for (const nlohmann::json& seconds : report.at("seconds")) CHECK(seconds.get<double>() >= 0);
         CHECK(report.at("warnings").is_array());
+        if (words[6] != "9,9,9") continue;
+        // A sphere that meets nothing.
+        CHECK(report.at("half_steps") == 1);
+        CHECK(report.at("warnings").size() == 1);
         CHECK(report.at("peak_memory_bytes").get<std::uint64_t>() > 1'000'000);
         CHECK(report.at("input") == cli::data("cube.obj"));
         CHECK(report.at("faces") == 6);

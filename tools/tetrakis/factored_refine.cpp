@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <string_view>
@@ -66,7 +67,7 @@ FactoredResult refine_by_half_steps(const ControlMesh& mesh, FactoredScheme sche
                                     const RuleOptions& rules, const RunContext& context) {
     FactoredMesh factored(mesh, scheme, context.max_memory_bytes, rules);
     factored.check_half_steps(half_steps);
-    FactoredResult result{.mesh = {}, .levels = half_steps / factored.half_steps_per_level()};
+    FactoredResult result{.mesh = {}, .levels = half_steps / factored.half_steps_per_level(), .half_steps = half_steps};
     for (int i = 0; i < half_steps; ++i) {
         context.report("refine", static_cast<double>(i) / half_steps);
         factored.half_step();
@@ -88,7 +89,10 @@ FactoredResult refine_by_adaptive_half_steps(const ControlMesh& mesh, FactoredSc
     AdaptiveFactoredMesh adaptive(mesh, scheme, context);
     adaptive.refine_near(sphere.centre, sphere.radius, half_steps);
     AdaptiveFactoredMesh::Output output = adaptive.mesh();
-    FactoredResult result{.mesh = std::move(output.mesh), .levels = half_steps / 2};
+    FactoredResult result{.mesh = std::move(output.mesh)};
+    for (const AdaptiveFactoredMesh::Leaf& leaf : output.leaves)
+        result.half_steps = std::max<int>(result.half_steps, leaf.half_steps);
+    result.levels = result.half_steps / 2;
     for (std::size_t v = 0; v < output.states.size(); ++v)
         if (output.states[v] == FactoredVertex::inactive) result.inactive.push_back(v);
     result.active = output.states.size() - result.inactive.size();

@@ -29,7 +29,8 @@ FactoredScheme chosen_factored_scheme(const SchemeInfo& scheme, bool adaptive);
 /// A mesh refined by half-steps of the 4-8 mesh.
 struct FactoredResult {
     PolygonMesh mesh;
-    int levels = 0;  ///< whole ones
+    int levels = 0;      ///< whole ones
+    int half_steps = 0;  ///< of the finest triangles
     std::uint64_t active = 0;
     std::vector<std::size_t> inactive{};  ///< of the mesh's vertices
 };

@@ -107,10 +107,16 @@ ExitCode run_checked(const Options& options, const SchemeInfo& scheme, std::opti
                                           process.context());
         mesh = std::move(result.mesh);
         report.levels = result.levels;
-        report.more = {{"half_steps", options.steps}, {"active", result.active}};
+        report.more = {{"half_steps", result.half_steps}, {"active", result.active}};
         report.more["inactive_vertices"] = result.inactive;
-        refined = fmt::format("{}, {} half-steps on the 4-8 mesh{}, {} active vertices", scheme.name, options.steps,
+        refined = fmt::format("{}, {} half-steps on the 4-8 mesh{}, {} active vertices", scheme.name, result.half_steps,
                               sphere ? " inside the sphere, fewer outside" : "", format_count(result.active));
+        if (result.half_steps < options.steps)
+            report.warnings.push_back(
+                fmt::format("the sphere of --near and --radius meets no triangle of more than {} half-steps: it is "
+                            "about the refined "
+                            "surface, which may lie away from the control mesh",
+                            result.half_steps));
     } else {
         mesh = refine_by_levels(options, scheme, model.mesh, process.context(), stencils);
     }
