@@ -9,7 +9,6 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -164,8 +163,18 @@ class BisectionForest {
     ExportedTriangles exported(const FanChoice& fans, std::span<const std::uint8_t> use) const;
     detail::PooledTriangles pooled() const;  ///< exported()
 
-    /// Verifies links, shapes, points, sites, counts and coverage. Returns the first violation, or nothing. O(leaves).
-    std::optional<std::string> check() const;
+    // As check_forest() asks.
+    static constexpr int k_sides = 3;
+    int level(LeafId id) const { return depth(id); }
+    std::array<LeafId, 2> neighbours(LeafId id, int side) const {
+        return {leaves_[id.value].neighbour[static_cast<std::size_t>(side)], LeafId{}};
+    }
+    const std::array<PointId, 3>& points(LeafId id) const { return leaves_[id.value].vertex; }
+    Site corner_site(LeafId id, int corner) const {
+        return tetrakis::corner_site(*mesh_, triangle(id), static_cast<std::size_t>(corner));
+    }
+    /// Control vertices and centres of faces, which are points whatever the leaves.
+    bool is_fixed(PointId p) const { return p.value < fixed_points(); }
 
     /// Bytes allocated: 48 for each leaf that there is room for, and 16 for each point.
     std::uint64_t memory_bytes() const;
@@ -210,8 +219,6 @@ class BisectionForest {
     detail::PoolVector<std::uint32_t> leaves_in_order() const;
     template <class Exported>
     void export_to(Exported& out, const FanChoice& fans, std::span<const std::uint8_t> use) const;
-    std::optional<std::string> check_leaf(std::uint32_t slot) const;
-    std::optional<std::string> check_pool() const;
 
     const ControlMesh* mesh_;
     std::uint32_t root_count_ = 0;

@@ -10,13 +10,17 @@
 
 namespace tetrakis {
 
-/// Verifies a tree forest through its public interface: its leaves are counted and listed right; neighbours are leaves,
-/// see each other and differ by at most one level; so do the sides of creases, whose levels are equal; where leaves
-/// have points, these have their sites, neighbours share them, and none is left over.
+/// Verifies any forest through its public interface: its leaves are counted and listed right; neighbours are leaves,
+/// see each other and differ by at most one level (bisections: depth), those across creases by none; where leaves have
+/// points, these have their sites, neighbours share them, and none is left over. Forests whose leaves have points and
+/// none hanging are conforming: there is one leaf across each side.
 /// @return  the first violation, or nothing. O(leaves).
 template <class Forest>
 std::optional<std::string> check_forest(const Forest& forest) {
-    constexpr bool k_points = requires(LeafId leaf) { forest.hanging_points(leaf); };
+    constexpr bool k_points = requires(LeafId leaf) { forest.points(leaf); };
+    constexpr bool k_hanging = requires(LeafId leaf) { forest.hanging_points(leaf); };
+    constexpr bool k_listed = requires(PointId point) { forest.is_point(point); };
+    constexpr bool k_fixed = requires(PointId point) { forest.is_fixed(point); };
     constexpr bool k_creases = requires(LeafId leaf) { forest.across_crease(leaf, 0); };
     constexpr int k_sides = Forest::k_sides;
     const auto fault = [](LeafId leaf, int side, const char* what) {
@@ -44,18 +48,19 @@ std::optional<std::string> check_forest(const Forest& forest) {
                 if (!forest.is_leaf(other)) return fault(leaf, side, "leads to a slot without leaf");
                 const int step = forest.level(other) - forest.level(leaf);
                 if (step < -1 || step > 1) return fault(leaf, side, "the levels of neighbours differ by two");
-                if ((step == 1) != across[1].valid())
+                if ((!k_points || k_hanging) && (step == 1) != across[1].valid())
                     return fault(leaf, side, "has one neighbour of two, or the reverse");
                 const bool linked = some_side(other, leaf, [&](int there) {
                     if constexpr (k_points) {
-                        if (step < 0) return true;  // the other one sees all of the side
                         const auto mine = forest.points(leaf), its = forest.points(other);
-                        const auto middle = forest.hanging_points(leaf)[static_cast<std::size_t>(side)];
-                        const auto a = mine[static_cast<std::size_t>(side)],
-                                   b = mine[static_cast<std::size_t>(side + 1) % k_sides];
-                        return its[static_cast<std::size_t>(there + 1) % k_sides] ==
-                                   (step == 0 || k == 0 ? a : middle) &&
-                               its[static_cast<std::size_t>(there)] == (step == 0 || k == 1 ? b : middle);
+                        auto from = mine[static_cast<std::size_t>(side)],
+                             to = mine[static_cast<std::size_t>(side + 1) % k_sides];
+                        if constexpr (k_hanging) {
+                            if (step < 0) return true;  // the other one sees all of the side
+                            if (step > 0) (k == 0 ? to : from) = forest.hanging_points(leaf)[side];
+                        }
+                        return its[static_cast<std::size_t>(there + 1) % k_sides] == from &&
+                               its[static_cast<std::size_t>(there)] == to;
                     } else {
                         return there >= 0;
                     }
@@ -75,17 +80,17 @@ std::optional<std::string> check_forest(const Forest& forest) {
         for (const LeafId leaf : leaves)
             for (int k = 0; k < k_sides; ++k) {
                 const auto p = forest.points(leaf)[static_cast<std::size_t>(k)];
-                if (!forest.is_point(p) || forest.point_site(p) != forest.corner_site(leaf, k))
+                if (forest.point_site(p) != forest.corner_site(leaf, k))
                     return fault(leaf, k, "begins at a point of another site");
                 used[p.value] = 1;
             }
-        std::uint32_t count = 0;
-        for (std::uint32_t p = 0; p < used.size(); ++p) {
-            if ((used[p] != 0) != forest.is_point(PointId(p)))
-                return "point " + std::to_string(p) + " is in use and no corner of a leaf, or the reverse";
-            count += used[p];
+        for (std::uint32_t p = 0; k_listed && p < used.size(); ++p) {
+            if constexpr (k_fixed)
+                if (forest.is_fixed(PointId(p))) continue;
+            if constexpr (k_listed)
+                if ((used[p] != 0) != forest.is_point(PointId(p)))
+                    return "point " + std::to_string(p) + " is in use and no corner of a leaf, or the reverse";
         }
-        if (count != forest.point_count()) return "the number of points is wrong";
     }
     return std::nullopt;
 }

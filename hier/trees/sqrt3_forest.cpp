@@ -368,42 +368,6 @@ void Sqrt3Forest::coarsen(std::span<const LeafId> marked, ForestChange& change, 
     forget_twins();
 }
 
-// Checks.
-
-std::optional<std::string> Sqrt3Forest::check() const {
-    Sqrt3Lattice lattice = lattice_;
-    for (std::uint32_t f = 0; f < mesh().face_count(); ++f)
-        if (!is_split(f) && child_[f] != (mesh().is_hole(FaceId(f)) ? k_dead : k_whole))
-            return "control face " + std::to_string(f) + " is neither split nor a leaf, nor a hole";
-    std::size_t live = 0;
-    for (std::uint32_t r = 0; r < records_.size(); ++r) {
-        const Record& record = records_[r];
-        if (!record.live) continue;
-        ++live;
-        const std::string name = "split triangle " + std::to_string(r);
-        if (slot_of(record.level, record.face) != record.slot || child_[record.slot] != r)
-            return name + ": it is not where its number says";
-        if (record.level > 0) {
-            const std::uint64_t twin = lattice.twin(record.level - 1, record.face);
-            if (twin != Sqrt3Lattice::none && !is_split(record.level - 1, Sqrt3Lattice::face(twin)))
-                return name + ": it is not there, as a face that it comes from is whole";
-        }
-        const std::uint64_t partner = lattice.partner(record.level, record.face);
-        if (partner != Sqrt3Lattice::none && !is_split(record.level, partner))
-            return name + ": its partner is whole, so the edge between them is cut on one side";
-        for (std::uint32_t side = 0; side < 3; ++side) {
-            const std::uint32_t state = child_[first_child(r) + side];
-            const std::uint64_t twin = lattice.twin(record.level, 3 * record.face + side);
-            const bool whole = twin == Sqrt3Lattice::none || is_split(record.level, Sqrt3Lattice::face(twin));
-            if (state == k_dead || state == k_whole_now || (state == k_half) == whole)
-                return name + ": the triangle over side " + std::to_string(side) + " is not as the one beyond asks";
-        }
-        if (auto fault = check_links(lattice, r)) return fault;
-    }
-    if (live != split_count()) return std::string("records that are neither used nor free");
-    return std::nullopt;
-}
-
 std::uint64_t Sqrt3Forest::memory_bytes() const {
     const std::scoped_lock lock(shared_.mutex);
     return shared_.lattice.memory_bytes() + (child_.capacity() + across_.capacity()) * sizeof(std::uint32_t) +

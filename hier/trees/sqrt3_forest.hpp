@@ -11,7 +11,6 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
-#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -103,7 +102,15 @@ class Sqrt3Forest {
     /// there is none.
     std::vector<LeafId> group(LeafId leaf) const;
 
-    std::optional<std::string> check() const;
+    // As check_forest() asks.
+    static constexpr int k_sides = 3;
+    std::array<LeafId, 2> neighbours(LeafId leaf, int side) const { return {neighbour(leaf, side), LeafId{}}; }
+    Site point_site(PointId point) const { return site(point); }
+    Site corner_site(LeafId leaf, int corner) const {
+        const Sqrt3Cell cell = lattice_.cell(triangle(leaf));
+        return sqrt3_site(mesh(), cell.root, cell.corner[static_cast<std::size_t>(corner)], cell.lattice());
+    }
+
     std::uint64_t memory_bytes() const;
     /// Gives back the memory that the next change would use again, but for that of free slots: what remains
     /// keeps its numbers. O(leaves).
@@ -208,7 +215,6 @@ class Sqrt3Forest {
     void link_first(std::uint32_t slot, std::uint32_t beyond);
     void unlink(std::uint32_t slot);
     void forget_twins();
-    std::optional<std::string> check_links(Sqrt3Lattice& lattice, std::uint32_t record) const;
 
     Sqrt3Lattice lattice_;
     int max_level_ = 0;

@@ -122,22 +122,4 @@ void Sqrt3Forest::unlink(std::uint32_t slot) {
     }
 }
 
-std::optional<std::string> Sqrt3Forest::check_links(Sqrt3Lattice& lattice, std::uint32_t r) const {
-    const Record& record = records_[r];
-    const int level = record.level + 1;
-    for (std::uint32_t side = 0; side < 3; ++side) {
-        const std::uint32_t slot = first_child(r) + side;
-        // The first side of a half triangle's face comes with the flip.
-        for (std::uint32_t h = 3 * slot + (child_[slot] == k_half ? 1 : 0); h < 3 * slot + 3; ++h) {
-            const std::uint64_t twin = lattice.twin(level, 9 * record.face + 3 * side + h % 3);
-            // A crease that has become smooth does so at an even level.
-            const bool may_be_smooth = across_[h] == k_kept && lattice.has_lines() && level % 2 == 0;
-            if (across_[h] != beyond(h, twin) && !may_be_smooth)
-                return "split triangle " + std::to_string(r) + ": side " + std::to_string(h % 3) +
-                       " of the triangle over side " + std::to_string(side) + " is not linked to what lies beyond";
-        }
-    }
-    return std::nullopt;
-}
-
 }  // namespace tetrakis

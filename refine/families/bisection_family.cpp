@@ -1,5 +1,6 @@
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/forest/bisection_forest.hpp"
+#include "../../hier/forest/check.hpp"
 #include "hierarchy_families.hpp"
 
 #include <algorithm>
@@ -99,7 +100,7 @@ class BisectionFamily final : public detail::DescribedFamily<BisectionFamily> {
     HierarchyFaces faces(bool with_levels) const override {
         return detail::faces_of(forest_.pooled(), with_levels, [&](LeafId leaf) { return level(forest_.depth(leaf)); });
     }
-    std::optional<std::string> check() const override { return forest_.check(); }
+    std::optional<std::string> check() const override { return check_forest(forest_); }
     std::uint64_t memory_bytes() const override { return forest_.memory_bytes(); }
     void shrink() override { forest_.shrink(); }
     bool has_free_slots() const override { return forest_.has_free_slots(); }

@@ -1,5 +1,6 @@
 #include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
+#include "../../hier/forest/check.hpp"
 #include "../../hier/trees/sqrt3_forest.hpp"
 #include "hierarchy_families.hpp"
 
@@ -156,7 +157,7 @@ class Sqrt3Family final : public detail::DescribedFamily<Sqrt3Family> {
                        [&](std::uint32_t i) { faces.sites[i] = forest_.site(faces.points[i]); });
         return faces;
     }
-    std::optional<std::string> check() const override { return forest_.check(); }
+    std::optional<std::string> check() const override { return check_forest(forest_); }
     std::uint64_t memory_bytes() const override { return forest_.memory_bytes(); }
     void shrink() override { forest_.shrink(); }
     bool has_free_slots() const override { return forest_.has_free_slots(); }

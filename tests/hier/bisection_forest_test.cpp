@@ -2,6 +2,7 @@
 
 #include "../../hier/base/error.hpp"
 #include "../../hier/base/parallel.hpp"
+#include "../../hier/forest/check.hpp"
 #include "../../hier/forest/corner_cell.hpp"
 #include "../kit/input_helpers.hpp"
 #include "../kit/random_mesh.hpp"
@@ -113,7 +114,7 @@ void check_same_export(const ExportedTriangles& a, const ExportedTriangles& b) {
 }
 
 void check_sound(const BisectionForest& forest) {
-    const auto fault = forest.check();
+    const auto fault = check_forest(forest);
     CHECK_MESSAGE(!fault, fault.value_or(""));
 }
 

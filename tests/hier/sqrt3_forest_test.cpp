@@ -3,6 +3,7 @@
 #include "../kit/surface_topology.hpp"
 
 #include "../../hier/base/error.hpp"
+#include "../../hier/forest/check.hpp"
 #include "../../hier/mesh/obj_reader.hpp"
 #include "../../hier/mesh/triangulate.hpp"
 #include "../../hier/trees/sqrt3_forest.hpp"
@@ -34,7 +35,7 @@ TEST_CASE("adaptive sqrt3: a zoom of 30 levels at one spot; 64 bytes a leaf") {
         face = 3 * face + level % 3;
     }
     REQUIRE(forest.split_count() >= 30);
-    CHECK(!forest.check().has_value());
+    CHECK(!check_forest(forest).has_value());
     std::vector<std::vector<std::uint32_t>> triangles;
     std::set<Site> sites;
     forest.for_each_leaf([&](LeafId leaf, FaceId) {
@@ -75,11 +76,11 @@ TEST_CASE("[bad-input] sqrt3 slots refuse stale handles, and coarsen after their
     slots.shrink();
     slots.coarsen(children, change, removed);
     CHECK(slots.is_leaf(root));
-    CHECK(!slots.check());
+    CHECK(!check_forest(slots));
     // Its slots are dead now.
     CHECK_THROWS_AS(slots.refine({&children[0], 1}, change), Error);
     CHECK_THROWS_AS(slots.coarsen({&children[0], 1}, change, removed), Error);
-    CHECK(!slots.check());
+    CHECK(!check_forest(slots));
 }
 
 TEST_SUITE_END();
