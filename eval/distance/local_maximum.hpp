@@ -15,6 +15,9 @@ struct Maximum {
     }
 };
 
+/// Share of the tolerance from which on the largest sample is a start for one that is larger still.
+inline constexpr double k_climb_from = 0.8;
+
 /// Climbs from a sample of f to a local maximum near by: along the three directions of a lattice in turn, each time to
 /// the top of the parabola through three points; then again with smaller steps.
 /// @param from  where it starts, with f there

@@ -29,11 +29,14 @@ class LimitSurface final : public PositionSource {
     /// Position, derivatives by x and y, and normal at parameters of a root. Catmull-Clark: of the half-edge's corner
     /// cell, in [0, 1]^2; (0, 0) is the vertex, (1, 1) the centre of the face. Loop: of the triangle of the half-edge,
     /// its face's first one; x, y >= 0, x + y <= 1. On creases and at corners, of this root's side.
+    /// @throws Error  invalid_input: no such root, or parameters outside of it
     SurfacePoint evaluate(HalfedgeId root, double x, double y) const;
     /// Position and normal of a vertex, with first derivatives: on an infinitely sharp edge with the mean of the
     /// normals on both sides.
+    /// @throws Error  invalid_input: no site of a root
     SurfacePoint vertex(const Site& site) const;
     /// @param sites  of corner cells (Catmull-Clark) or face triangles (Loop), of levels up to k_max_level
+    /// @throws Error  invalid_input: another one
     void positions(std::span<const Site> sites, std::span<Vec3d> out) const override;
 
     /// Bytes of the trees, which grow with the points asked for.

@@ -17,9 +17,6 @@ namespace {
 constexpr int k_lattice = 4;
 constexpr int k_samples = (k_lattice + 1) * (k_lattice + 2) / 2;
 
-/// Share of the tolerance from which the largest sample is a start for one that is larger still.
-constexpr double k_near = 0.8;
-
 /// Lattice of a mapped leaf (target, displacement): nothing smooth can be assumed.
 constexpr int k_mapped_bits = 3;
 constexpr int k_mapped_lattice = 1 << k_mapped_bits;
@@ -88,7 +85,7 @@ double LeafEstimator<Family>::sampled(const CellTriangle& leaf, typename Family:
     double error = std::max(middle, top.value);
     if (error > tolerance_) return error;
     const ControlMesh& mesh = map_.patches->mesh();
-    if (top.value > k_near * tolerance_) {
+    if (top.value > detail::k_climb_from * tolerance_) {
         // Between the samples it may be farther.
         const auto distance = [&](const Vec2d& uv) {
             const double b0 = std::max(1 - uv.x - uv.y, 0.0);

@@ -370,9 +370,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
     const ControlMesh& control = map.patches->mesh();
     const int n = lattice_intervals(samples, count, k_least_intervals);
     const std::uint32_t blocks = (count + k_block - 1) / k_block;
-    // Of the tolerance, from which samples are starts for local maxima; of the largest distance, from which others are
-    // exact.
-    constexpr double k_near = 0.8, k_exact = 0.7;
+    constexpr double k_exact = 0.7;  // of the largest distance: from there on others are exact
     if (map.plain()) closest.prepare(context);
     // Of the triangles whose error is `least` or more.
     const auto pass = [&](double exact_from, double search_from, double least) {
@@ -434,7 +432,7 @@ MeasuredError measure(const TriangleMesh& mesh, const std::function<OutputTriang
         for (const Sums& sum : sums) total += sum;
         return total;
     };
-    double exact_from = k_near * tolerance;
+    double exact_from = detail::k_climb_from * tolerance;
     Sums total = pass(exact_from, tolerance, 0);
     // What is exact alone may be the largest.
     while (map.plain() && total.largest() > 0 && total.largest() <= exact_from) {

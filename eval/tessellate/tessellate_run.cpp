@@ -1,5 +1,6 @@
 #include "tessellate_run.hpp"
 
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/parallel.hpp"
 #include "../../hier/mesh/mesh_check.hpp"
 #include "../../refine/rules/rule_limit.hpp"
@@ -12,7 +13,6 @@
 
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_sort.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <string>
@@ -72,12 +72,6 @@ void add_face_attributes(const ControlMesh& control, std::span<const std::uint32
 }
 
 namespace detail {
-
-std::uint64_t peak_memory_bytes() {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
-}
 
 double tolerance_length(const ControlMesh& mesh, const TessellateOptions& options) {
     const Box3d box = mesh.bounding_box();

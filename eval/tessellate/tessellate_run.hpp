@@ -77,8 +77,6 @@ class Stopwatch {
     std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-std::uint64_t peak_memory_bytes();
-
 /// The tolerance in the unit of the model; infinite where none is given.
 /// @throws Error  invalid_input: one that rounding hides, or a mesh too small to calculate with
 double tolerance_length(const ControlMesh& mesh, const TessellateOptions& options);

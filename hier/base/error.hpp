@@ -7,7 +7,7 @@
 
 namespace tetrakis {
 
-/// Why a call failed; the values are also the C API's.
+/// Why a call failed.
 enum class ErrorCode { invalid_input = 1, io, unsupported, memory_limit, cancelled };
 
 /// The library's one exception type. `what()` is the whole message, `file:line: text` where a file is known.

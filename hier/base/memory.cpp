@@ -3,6 +3,8 @@
 #include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/scalable_allocator.h>
 
+#include <sys/resource.h>
+
 #include <cassert>
 #include <cstdlib>
 #include <mutex>
@@ -16,6 +18,17 @@
 #if defined(__linux__) && !defined(__SANITIZE_ADDRESS__)
 #    define TETRAKIS_MAPS_PAGES
 #endif
+
+namespace tetrakis {
+
+std::uint64_t peak_memory_bytes() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    constexpr std::uint64_t k_unit = 1024;  // Linux counts it in KiB
+    return static_cast<std::uint64_t>(usage.ru_maxrss) * k_unit;
+}
+
+}  // namespace tetrakis
 
 namespace tetrakis::detail {
 

@@ -21,6 +21,9 @@ void keep_freed_memory(std::size_t bytes);
 /// The limit unless it is set, in bytes: a 64th of the machine's memory, 512 MiB at most.
 std::size_t default_freed_memory();
 
+/// The largest amount of memory that this process has held so far.
+std::uint64_t peak_memory_bytes();
+
 namespace detail {
 
 /// Memory of working arrays. Blocks from 1 MiB on are mappings of their own, on huge pages where the system has them,

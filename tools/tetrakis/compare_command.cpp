@@ -79,7 +79,6 @@ void add_compare_command(CLI::App& app, Command& chosen) {
     command->add_option("A", options->a, "Mesh (.obj, .ply, .glb, .gltf)")->required()->type_name("");
     command->add_option("B", options->b, "Mesh to compare it with")->required()->type_name("");
     command->add_flag("--json", options->json, "Print JSON");
-    constexpr std::uint64_t k_most_samples = 10'000'000'000;
     command->add_option("--samples", options->samples, "Points to sample in each direction")
         ->type_name("N")
         ->capture_default_str()

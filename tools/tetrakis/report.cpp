@@ -1,5 +1,6 @@
 #include "report.hpp"
 
+#include "../../hier/base/memory.hpp"
 #include "../../hier/base/version.hpp"
 
 #include <fmt/format.h>

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <oneapi/tbb/task_arena.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cctype>
@@ -108,13 +107,6 @@ std::uint64_t free_memory_bytes() {
          file.ignore(std::numeric_limits<std::streamsize>::max(), '\n'))
         if (key == "MemAvailable:") return number * k_unit;
     return 0;
-}
-
-std::uint64_t peak_memory_bytes() {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    constexpr std::uint64_t k_unit = 1024;  // Linux counts it in KiB
-    return static_cast<std::uint64_t>(usage.ru_maxrss) * k_unit;
 }
 
 namespace {

@@ -59,8 +59,8 @@ std::uint64_t memory_bytes();
 /// Memory that is free for the taking, as the system estimates it; 0 where it does not say.
 std::uint64_t free_memory_bytes();
 
-/// The largest amount of memory that this process has held so far.
-std::uint64_t peak_memory_bytes();
+/// Of --samples: more would take days.
+inline constexpr std::uint64_t k_most_samples = 10'000'000'000;
 
 /// --size, --camera and --up, of every command that draws.
 void add_view_options(CLI::App& command, RenderOptions& render);

@@ -332,7 +332,6 @@ void add_tessellate_command(CLI::App& app, Command& chosen) {
         ->check(number_check("an angle from 0 to 180 degrees", [](double x) { return x >= 0 && x <= 180; }));
     CLI::Option* no_measure =
         command->add_flag("--no-measure", options->no_measure, "Do not measure the result at the end");
-    constexpr std::uint64_t k_most_samples = 10'000'000'000;
     command
         ->add_option(
             "--samples", options->tessellate.measure_samples,
